@@ -23,7 +23,7 @@ from .passes.accuracy import ERROR_POINTS, ulps, without_rounding
 from .passes.prove import Truth, truths
 from .passes.samples import sample
 from .program_text import difference_of_program, without_names
-from .verify_loops import error_of_loops, loops_difference, part_truths
+from .verify_loops import called_programs, error_of_loops, loops_difference, part_truths
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ def verify_loops(
     name, known = record.kernel.name, part_truths(record)
     all_truths = [truth for each in known for truth in each]
     in_python = loops_difference(python.get(name), record, known)
-    proved = () if in_python else python[name].programs
+    proved = () if in_python else called_programs(python[name])
     return Verdict(
         name,
         in_python,

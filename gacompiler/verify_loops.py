@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .backends import as_printed
+from .backends.shared_parts import with_applies
 from .errors import GacError
 from .frontend.kernel import trace
 from .frontend.recorded import Compute, computes
@@ -78,14 +79,15 @@ def loops_difference(
     renamed : callable
         Function that returns a procedure with the names that it has in the text.
     proved : sequence of Program
-        The programs of another text in which no difference was found.
+        The program of each call in another text in which no difference was found.
     """
     own = record.source.procedure
     if found is None:
         return "is not there"
     printed = renamed(own)
     difference = _other_tables(found.tables, printed.tables) or _other_statements(found.body, printed.body)
-    if difference or (proved and without_names(found.programs) == without_names(proved)):
+    called = called_programs(found)
+    if difference or (proved and without_names(called) == without_names(proved)):
         return difference
     pairs = zip(_applies(found), _applies(own), known, strict=True)
     for printed_apply, compiled, points in pairs:
@@ -93,22 +95,19 @@ def loops_difference(
         if difference:
             return f"{compiled.program.name}: {difference}"
     exact = all(as_printed(program) == program for program in own.programs)
-    text = _with_programs(own, found.programs) if exact else own
+    text = _with_programs(own, called) if exact else own
     return procedure_difference(record.kernel, record.trace.results, text)
 
 
 def _with_programs(procedure: Procedure, programs: Sequence[Program]) -> Procedure:
-    """Return a procedure with its programs replaced by others of the same names."""
-    known = {program.name: program for program in programs}
+    """Return a procedure that calls other programs, one for each call."""
+    each = iter(programs)
+    return replace(procedure, body=with_applies(procedure.body, lambda apply: replace(apply, program=next(each))))
 
-    def changed(statement: Statement) -> Statement:
-        if isinstance(statement, Apply):
-            return replace(statement, program=known[statement.program.name])
-        if isinstance(statement, (Loop, Repeat)):
-            return replace(statement, body=tuple(map(changed, statement.body)))
-        return statement
 
-    return replace(procedure, body=tuple(map(changed, procedure.body)))
+def called_programs(procedure: Procedure) -> list[Program]:
+    """Return the program of each call, in the order of the text."""
+    return [apply.program for apply in _applies(procedure)]
 
 
 def _applies(procedure: Procedure) -> list[Apply]:
@@ -135,11 +134,11 @@ def _other_statements(found: Sequence[Statement], own: Sequence[Statement]) -> s
 
 
 def _outside(statement: Statement) -> Any:
-    """Return a statement without its body, and with its program replaced by the name and shapes of the program."""
+    """Return a statement without its body, and with its program replaced by the shapes of the program."""
     if isinstance(statement, Apply):
         program: Program = statement.program
         shapes = [argument.shape for argument in program.arguments], [result.shape for result in program.results]
-        return program.name, *shapes, statement.inputs, statement.outputs
+        return *shapes, statement.inputs, statement.outputs
     return replace(statement, body=()) if isinstance(statement, (Loop, Repeat)) else statement
 
 

@@ -2,7 +2,7 @@
 // command: gac generate --all body_eye
 // spec: 6157eab53fdc508f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 25b76cd635c9e43ff70b84ff032a400a39a7dd594a145e1f0b343b98d07f2300
+// body: 5f4e7a5c8100ffc205940d8c3738fc177bb9deab9b8d9d59b639f0dd93ed7a74
 
 #ifndef REAL
 #include "body_eye.h"
@@ -372,7 +372,7 @@ GAC_KERNEL_AND_FORMS(axis_of_two_displacements, PLAIN, TILES, GAC_USE(axis_of_tw
     WORK(12, mapped_4, scalar, 1, k) WORK(13, scattered_2, scalar, 1, k) WORK(14, mapped_5, scalar, 1, k) \
     WORK(15, mapped_6, scalar, 1, k)
 
-static INLINE void NAME(axis_of_circles_1)(const REAL *centre, const REAL *point, REAL *conformal)
+static INLINE void NAME(axis_of_circles_conformal)(const REAL *centre, const REAL *point, REAL *conformal)
 {
     const REAL centre_0 = centre[0], centre_1 = centre[1], centre_2 = centre[2];
     const REAL point_e032 = point[0], point_e013 = point[1], point_e021 = point[2];
@@ -384,17 +384,17 @@ static INLINE void NAME(axis_of_circles_1)(const REAL *centre, const REAL *point
     conformal[2] = t2;
     conformal[3] = (t0 * t0 + t1 * t1 + t2 * t2) * (REAL)0.5;
 }
-#define PARTS_axis_of_circles_1(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND OUT(2, 4)
-GAC_IN_LANES(axis_of_circles_1, PLAIN)
+#define PARTS_axis_of_circles_conformal(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND OUT(2, 4)
+GAC_IN_LANES(axis_of_circles_conformal, PLAIN)
 
-static INLINE void NAME(axis_of_circles_2)(REAL count, REAL *mapped)
+static INLINE void NAME(axis_of_circles_mapped)(REAL count, REAL *mapped)
 {
     mapped[0] = MAXIMUM(count, (REAL)1);
 }
-#define PARTS_axis_of_circles_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(axis_of_circles_2, PLAIN)
+#define PARTS_axis_of_circles_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(axis_of_circles_mapped, PLAIN)
 
-static INLINE void NAME(axis_of_circles_3)(const REAL *scattered, REAL count, REAL *mapped_2)
+static INLINE void NAME(axis_of_circles_mapped_2)(const REAL *scattered, REAL count, REAL *mapped_2)
 {
     const REAL scattered_0 = scattered[0], scattered_1 = scattered[1], scattered_2 = scattered[2],
         scattered_3 = scattered[3];
@@ -404,18 +404,18 @@ static INLINE void NAME(axis_of_circles_3)(const REAL *scattered, REAL count, RE
     mapped_2[2] = scattered_2 * t0;
     mapped_2[3] = scattered_3 * t0;
 }
-#define PARTS_axis_of_circles_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND OUT(2, 4)
-GAC_IN_LANES(axis_of_circles_3, PLAIN)
+#define PARTS_axis_of_circles_mapped_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND OUT(2, 4)
+GAC_IN_LANES(axis_of_circles_mapped_2, PLAIN)
 
-static INLINE void NAME(axis_of_circles_7)(REAL count, REAL *mapped_4)
+static INLINE void NAME(axis_of_circles_mapped_3)(REAL count, REAL *mapped_4)
 {
     (void)count;
     mapped_4[0] = (REAL)1;
 }
-#define PARTS_axis_of_circles_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(axis_of_circles_7, PLAIN)
+#define PARTS_axis_of_circles_mapped_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(axis_of_circles_mapped_3, PLAIN)
 
-static INLINE void NAME(axis_of_circles_5)(REAL *sum)
+static INLINE void NAME(axis_of_circles_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -424,10 +424,10 @@ static INLINE void NAME(axis_of_circles_5)(REAL *sum)
     sum[4] = (REAL)0;
     sum[5] = (REAL)0;
 }
-#define PARTS_axis_of_circles_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(axis_of_circles_5, PLAIN)
+#define PARTS_axis_of_circles_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(axis_of_circles_sum_start, PLAIN)
 
-static INLINE void NAME(axis_of_circles_4)(const REAL *conformal, const REAL *mapped_2, REAL *mapped_3)
+static INLINE void NAME(axis_of_circles_mapped_4)(const REAL *conformal, const REAL *mapped_2, REAL *mapped_3)
 {
     const REAL conformal_0 = conformal[0], conformal_1 = conformal[1], conformal_2 = conformal[2],
         conformal_3 = conformal[3];
@@ -438,10 +438,10 @@ static INLINE void NAME(axis_of_circles_4)(const REAL *conformal, const REAL *ma
     mapped_3[2] = conformal_2 - mapped_2_2;
     mapped_3[3] = conformal_3 - mapped_2_3;
 }
-#define PARTS_axis_of_circles_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 4) AND OUT(2, 4)
-GAC_IN_LANES(axis_of_circles_4, PLAIN)
+#define PARTS_axis_of_circles_mapped_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 4) AND OUT(2, 4)
+GAC_IN_LANES(axis_of_circles_mapped_4, PLAIN)
 
-static INLINE void NAME(axis_of_circles_6)(const REAL *sum, const REAL *mapped_3, REAL *sum_out)
+static INLINE void NAME(axis_of_circles_sum)(const REAL *sum, const REAL *mapped_3, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
     const REAL mapped_3_0 = mapped_3[0], mapped_3_1 = mapped_3[1], mapped_3_2 = mapped_3[2];
@@ -452,10 +452,10 @@ static INLINE void NAME(axis_of_circles_6)(const REAL *sum, const REAL *mapped_3
     sum_out[4] = sum_4 + mapped_3_1 * mapped_3_2;
     sum_out[5] = sum_5 + mapped_3_2 * mapped_3_2;
 }
-#define PARTS_axis_of_circles_6(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 4) AND OUT(2, 6)
-GAC_IN_LANES(axis_of_circles_6, PLAIN)
+#define PARTS_axis_of_circles_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 4) AND OUT(2, 6)
+GAC_IN_LANES(axis_of_circles_sum, PLAIN)
 
-static INLINE void NAME(axis_of_circles_8)(REAL *sum_2)
+static INLINE void NAME(axis_of_circles_sum_start_2)(REAL *sum_2)
 {
     sum_2[0] = (REAL)0;
     sum_2[1] = (REAL)0;
@@ -463,10 +463,10 @@ static INLINE void NAME(axis_of_circles_8)(REAL *sum_2)
     sum_2[3] = (REAL)0;
     sum_2[4] = (REAL)0;
 }
-#define PARTS_axis_of_circles_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
-GAC_IN_LANES(axis_of_circles_8, PLAIN)
+#define PARTS_axis_of_circles_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
+GAC_IN_LANES(axis_of_circles_sum_start_2, PLAIN)
 
-static INLINE void NAME(axis_of_circles_9)(const REAL *sum, REAL *common, REAL *common_2, REAL *common_3, REAL
+static INLINE void NAME(axis_of_circles_common)(const REAL *sum, REAL *common, REAL *common_2, REAL *common_3, REAL
     *common_4, REAL *common_5, REAL *common_6)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
@@ -561,12 +561,12 @@ static INLINE void NAME(axis_of_circles_9)(const REAL *sum, REAL *common, REAL *
     common_5[0] = SELECT(t79, t57, t80);
     common_6[0] = SELECT(t79, t48, t82);
 }
-#define PARTS_axis_of_circles_9(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
+#define PARTS_axis_of_circles_common(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(axis_of_circles_9, PLAIN)
+GAC_IN_LANES(axis_of_circles_common, PLAIN)
 
-static INLINE void NAME(axis_of_circles_10)(const REAL *sum_2, const REAL *mapped_3, REAL weight, REAL common, REAL
-    common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL *sum_2_out)
+static INLINE void NAME(axis_of_circles_sum_2)(const REAL *sum_2, const REAL *mapped_3, REAL weight, REAL common,
+    REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL *sum_2_out)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2], sum_2_3 = sum_2[3], sum_2_4 = sum_2[4];
     const REAL mapped_3_0 = mapped_3[0], mapped_3_1 = mapped_3[1], mapped_3_2 = mapped_3[2],
@@ -581,12 +581,13 @@ static INLINE void NAME(axis_of_circles_10)(const REAL *sum_2, const REAL *mappe
     sum_2_out[3] = sum_2_3 + mapped_3_3 * t1;
     sum_2_out[4] = sum_2_4 + mapped_3_3 * t3;
 }
-#define PARTS_axis_of_circles_10(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND IN(1, 4) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND OUT(9, 5)
-GAC_IN_LANES(axis_of_circles_10, PLAIN)
+#define PARTS_axis_of_circles_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND IN(1, 4) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
+    AND OUT(9, 5)
+GAC_IN_LANES(axis_of_circles_sum_2, PLAIN)
 
-static INLINE void NAME(axis_of_circles_11)(const REAL *sum, const REAL *sum_2_2, REAL *common_7, REAL *common_8,
-    REAL *common_9, REAL *common_10, REAL *common_11, REAL *common_12)
+static INLINE void NAME(axis_of_circles_common_2)(const REAL *sum, const REAL *sum_2_2, REAL *common_7, REAL
+    *common_8, REAL *common_9, REAL *common_10, REAL *common_11, REAL *common_12)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
     const REAL sum_2_2_0 = sum_2_2[0], sum_2_2_1 = sum_2_2[1], sum_2_2_2 = sum_2_2[2], sum_2_2_3 = sum_2_2[3],
@@ -689,12 +690,12 @@ static INLINE void NAME(axis_of_circles_11)(const REAL *sum, const REAL *sum_2_2
     common_11[0] = t85 * SELECT(t80, t90, t89) + t86 * SELECT(t80, t52, t90);
     common_12[0] = SELECT(t80, t89, t52);
 }
-#define PARTS_axis_of_circles_11(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 5) AND OUT(2, 1) AND OUT(3, 1) \
+#define PARTS_axis_of_circles_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 5) AND OUT(2, 1) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(axis_of_circles_11, PLAIN)
+GAC_IN_LANES(axis_of_circles_common_2, PLAIN)
 
-static INLINE void NAME(axis_of_circles_12)(const REAL *conformal, REAL common, REAL common_2, REAL common_3, REAL
-    common_4, REAL common_5, REAL common_6, REAL *square)
+static INLINE void NAME(axis_of_circles_square)(const REAL *conformal, REAL common, REAL common_2, REAL common_3,
+    REAL common_4, REAL common_5, REAL common_6, REAL *square)
 {
     const REAL conformal_0 = conformal[0], conformal_1 = conformal[1], conformal_2 = conformal[2];
     const REAL t0 = conformal_2 - common;
@@ -705,69 +706,51 @@ static INLINE void NAME(axis_of_circles_12)(const REAL *conformal, REAL common, 
     const REAL t5 = common_6 * t1 - common_2 * t3;
     square[0] = t2 * t2 + t4 * t4 + t5 * t5;
 }
-#define PARTS_axis_of_circles_12(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_axis_of_circles_square(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 1)
-GAC_IN_LANES(axis_of_circles_12, PLAIN)
+GAC_IN_LANES(axis_of_circles_square, PLAIN)
 
-static INLINE void NAME(axis_of_circles_14)(REAL *sum_0, REAL *sum_1)
+static INLINE void NAME(axis_of_circles_sum_start_3)(REAL *sum_0, REAL *sum_1)
 {
     sum_0[0] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_axis_of_circles_14(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(axis_of_circles_14, PLAIN)
+#define PARTS_axis_of_circles_sum_start_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(axis_of_circles_sum_start_3, PLAIN)
 
-static INLINE void NAME(axis_of_circles_13)(REAL found, REAL count, REAL *mapped_5)
+static INLINE void NAME(axis_of_circles_mapped_5)(REAL found, REAL count, REAL *mapped_5)
 {
     mapped_5[0] = found / count;
 }
-#define PARTS_axis_of_circles_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(axis_of_circles_13, PLAIN)
+#define PARTS_axis_of_circles_mapped_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(axis_of_circles_mapped_5, PLAIN)
 
-static INLINE void NAME(axis_of_circles_15)(REAL sum_0, REAL sum_1, REAL square, REAL *sum_0_out, REAL *sum_1_out)
+static INLINE void NAME(axis_of_circles_sum_3)(REAL sum_0, REAL sum_1, REAL square, REAL *sum_0_out, REAL
+    *sum_1_out)
 {
     sum_0_out[0] = sum_0 + square;
     sum_1_out[0] = sum_1 + (REAL)1;
 }
-#define PARTS_axis_of_circles_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_axis_of_circles_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(axis_of_circles_15, PLAIN)
+GAC_IN_LANES(axis_of_circles_sum_3, PLAIN)
 
-static INLINE void NAME(axis_of_circles_16)(REAL sum_0, REAL sum_1, REAL *common_13)
+static INLINE void NAME(axis_of_circles_common_3)(REAL sum_0, REAL sum_1, REAL *common_13)
 {
     common_13[0] = sum_0 * (REAL)(1.0 / 10000.0) / sum_1 + (REAL)1e-300;
 }
-#define PARTS_axis_of_circles_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(axis_of_circles_16, PLAIN)
+#define PARTS_axis_of_circles_common_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(axis_of_circles_common_3, PLAIN)
 
-static INLINE void NAME(axis_of_circles_17)(REAL square, REAL common, REAL *mapped_6)
+static INLINE void NAME(axis_of_circles_mapped_6)(REAL square, REAL common, REAL *mapped_6)
 {
     mapped_6[0] = (REAL)1 / MAXIMUM(square, common);
 }
-#define PARTS_axis_of_circles_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(axis_of_circles_17, PLAIN)
+#define PARTS_axis_of_circles_mapped_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(axis_of_circles_mapped_6, PLAIN)
 
-static INLINE void NAME(axis_of_circles_18)(REAL *sum_3)
-{
-    sum_3[0] = (REAL)0;
-    sum_3[1] = (REAL)0;
-    sum_3[2] = (REAL)0;
-    sum_3[3] = (REAL)0;
-    sum_3[4] = (REAL)0;
-}
-#define PARTS_axis_of_circles_18(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
-GAC_IN_LANES(axis_of_circles_18, PLAIN)
-
-static INLINE void NAME(axis_of_circles_20)(REAL *sum_0_2, REAL *sum_1_2)
-{
-    sum_0_2[0] = (REAL)0;
-    sum_1_2[0] = (REAL)0;
-}
-#define PARTS_axis_of_circles_20(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(axis_of_circles_20, PLAIN)
-
-static INLINE void NAME(axis_of_circles_19)(REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5,
-    REAL common_6, const REAL *sum_3, const REAL *mapped_3, REAL weight, REAL *sum_3_out)
+static INLINE void NAME(axis_of_circles_sum_4)(REAL common, REAL common_2, REAL common_3, REAL common_4, REAL
+    common_5, REAL common_6, const REAL *sum_3, const REAL *mapped_3, REAL weight, REAL *sum_3_out)
 {
     const REAL sum_3_0 = sum_3[0], sum_3_1 = sum_3[1], sum_3_2 = sum_3[2], sum_3_3 = sum_3[3], sum_3_4 = sum_3[4];
     const REAL mapped_3_0 = mapped_3[0], mapped_3_1 = mapped_3[1], mapped_3_2 = mapped_3[2],
@@ -782,22 +765,23 @@ static INLINE void NAME(axis_of_circles_19)(REAL common, REAL common_2, REAL com
     sum_3_out[3] = sum_3_3 + mapped_3_3 * t1;
     sum_3_out[4] = sum_3_4 + mapped_3_3 * t3;
 }
-#define PARTS_axis_of_circles_19(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_axis_of_circles_sum_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 5) AND IN(7, 4) AND NUMBER(8, 0) AND OUT(9, 5)
-GAC_IN_LANES(axis_of_circles_19, PLAIN)
+GAC_IN_LANES(axis_of_circles_sum_4, PLAIN)
 
-static INLINE void NAME(axis_of_circles_21)(REAL sum_0, REAL sum_1, const REAL *row_3, REAL *sum_0_2, REAL *sum_1_2)
+static INLINE void NAME(axis_of_circles_sum_5)(REAL sum_0, REAL sum_1, const REAL *row_3, REAL *sum_0_2, REAL
+    *sum_1_2)
 {
     const REAL row_3_3 = row_3[3];
     sum_0_2[0] = sum_0 + row_3_3 * (REAL)2;
     sum_1_2[0] = sum_1 + (REAL)1;
 }
-#define PARTS_axis_of_circles_21(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
+#define PARTS_axis_of_circles_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
     AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(axis_of_circles_21, PLAIN)
+GAC_IN_LANES(axis_of_circles_sum_5, PLAIN)
 
-static INLINE void NAME(axis_of_circles_22)(const REAL *centre, const REAL *sum, const REAL *sum_3_2, REAL sum_0_2,
-    REAL sum_1_2, REAL *out_0, REAL *out_1, REAL *out_2)
+static INLINE void NAME(axis_of_circles_result)(const REAL *centre, const REAL *sum, const REAL *sum_3_2, REAL
+    sum_0_2, REAL sum_1_2, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL centre_0 = centre[0], centre_1 = centre[1], centre_2 = centre[2];
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
@@ -915,9 +899,9 @@ static INLINE void NAME(axis_of_circles_22)(const REAL *centre, const REAL *sum,
     out_1[2] = t0 + t5 * SELECT(t81, t27, t100);
     out_2[0] = sum_0_2 / sum_1_2;
 }
-#define PARTS_axis_of_circles_22(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 5) AND NUMBER(3, 0) \
+#define PARTS_axis_of_circles_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 5) AND NUMBER(3, 0) \
     AND NUMBER(4, 0) AND OUT(5, 6) AND OUT(6, 3) AND OUT(7, 1)
-GAC_IN_LANES(axis_of_circles_22, PLAIN)
+GAC_IN_LANES(axis_of_circles_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t body_eye_axis_of_circles_work(intptr_t n, intptr_t k)
@@ -937,49 +921,49 @@ void NAME(axis_of_circles)(intptr_t n, intptr_t k, const REAL *points, const int
     sum_1_2;
     CLEAR(4 * k, scattered);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(axis_of_circles_1)(centre, points + 3 * i, conformal + 4 * i);
+        NAME(axis_of_circles_conformal)(centre, points + 3 * i, conformal + 4 * i);
         if (circle[i] >= 0)
             ADD(4, conformal + 4 * i, scattered + 4 * circle[i]);
     }
     for (intptr_t i = 0; i < k; i++) {
-        NAME(axis_of_circles_2)(counts[i], mapped + i);
-        NAME(axis_of_circles_3)(scattered + 4 * i, mapped[i], mapped_2 + 4 * i);
-        NAME(axis_of_circles_7)(mapped[i], mapped_4 + i);
+        NAME(axis_of_circles_mapped)(counts[i], mapped + i);
+        NAME(axis_of_circles_mapped_2)(scattered + 4 * i, mapped[i], mapped_2 + 4 * i);
+        NAME(axis_of_circles_mapped_3)(mapped[i], mapped_4 + i);
     }
-    NAME(axis_of_circles_5)(sum);
+    NAME(axis_of_circles_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(axis_of_circles_4)(conformal + 4 * i, mapped_2 + 4 * circle[i], mapped_3 + 4 * i);
-        NAME(axis_of_circles_6)(sum, mapped_3 + 4 * i, sum);
+        NAME(axis_of_circles_mapped_4)(conformal + 4 * i, mapped_2 + 4 * circle[i], mapped_3 + 4 * i);
+        NAME(axis_of_circles_sum)(sum, mapped_3 + 4 * i, sum);
     }
-    NAME(axis_of_circles_8)(sum_2);
-    NAME(axis_of_circles_9)(sum, &common, &common_2, &common_3, &common_4, &common_5, &common_6);
+    NAME(axis_of_circles_sum_start_2)(sum_2);
+    NAME(axis_of_circles_common)(sum, &common, &common_2, &common_3, &common_4, &common_5, &common_6);
     for (intptr_t i = 0; i < n; i++)
-        NAME(axis_of_circles_10)(sum_2, mapped_3 + 4 * i, mapped_4[circle[i]], common, common_2, common_3, common_4,
-    common_5, common_6, sum_2);
-    NAME(axis_of_circles_11)(sum, sum_2, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12);
+        NAME(axis_of_circles_sum_2)(sum_2, mapped_3 + 4 * i, mapped_4[circle[i]], common, common_2, common_3,
+    common_4, common_5, common_6, sum_2);
+    NAME(axis_of_circles_common_2)(sum, sum_2, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12);
     CLEAR(k, scattered_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(axis_of_circles_12)(conformal + 4 * i, common_7, common_8, common_9, common_10, common_11, common_12,
-    &square);
+        NAME(axis_of_circles_square)(conformal + 4 * i, common_7, common_8, common_9, common_10, common_11,
+    common_12, &square);
         if (circle[i] >= 0)
             ADD(1, &square, scattered_2 + circle[i]);
     }
-    NAME(axis_of_circles_14)(&sum_0, &sum_1);
+    NAME(axis_of_circles_sum_start_3)(&sum_0, &sum_1);
     for (intptr_t i = 0; i < k; i++) {
-        NAME(axis_of_circles_13)(scattered_2[i], mapped[i], mapped_5 + i);
-        NAME(axis_of_circles_15)(sum_0, sum_1, mapped_5[i], &sum_0, &sum_1);
+        NAME(axis_of_circles_mapped_5)(scattered_2[i], mapped[i], mapped_5 + i);
+        NAME(axis_of_circles_sum_3)(sum_0, sum_1, mapped_5[i], &sum_0, &sum_1);
     }
-    NAME(axis_of_circles_16)(sum_0, sum_1, &common_13);
+    NAME(axis_of_circles_common_3)(sum_0, sum_1, &common_13);
     for (intptr_t i = 0; i < k; i++)
-        NAME(axis_of_circles_17)(mapped_5[i], common_13, mapped_6 + i);
-    NAME(axis_of_circles_18)(sum_3);
-    NAME(axis_of_circles_20)(&sum_0_2, &sum_1_2);
+        NAME(axis_of_circles_mapped_6)(mapped_5[i], common_13, mapped_6 + i);
+    NAME(axis_of_circles_sum_start_2)(sum_3);
+    NAME(axis_of_circles_sum_start_3)(&sum_0_2, &sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(axis_of_circles_19)(common, common_2, common_3, common_4, common_5, common_6, sum_3, mapped_3 + 4 * i,
-    mapped_6[circle[i]], sum_3);
-        NAME(axis_of_circles_21)(sum_0_2, sum_1_2, conformal + 4 * i, &sum_0_2, &sum_1_2);
+        NAME(axis_of_circles_sum_4)(common, common_2, common_3, common_4, common_5, common_6, sum_3,
+    mapped_3 + 4 * i, mapped_6[circle[i]], sum_3);
+        NAME(axis_of_circles_sum_5)(sum_0_2, sum_1_2, conformal + 4 * i, &sum_0_2, &sum_1_2);
     }
-    NAME(axis_of_circles_22)(centre, sum, sum_3, sum_0_2, sum_1_2, out_0, out_1, out_2);
+    NAME(axis_of_circles_result)(centre, sum, sum_3, sum_0_2, sum_1_2, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(axis_of_circles_lanes)(intptr_t n, intptr_t k, const REAL *points, const int64_t *circle,
@@ -993,50 +977,51 @@ static INLINE WORD NAME(axis_of_circles_lanes)(intptr_t n, intptr_t k, const REA
     common_13[NLANES], sum_3[5 * NLANES], sum_0_2[NLANES], sum_1_2[NLANES];
     CLEAR(4 * NLANES * k, scattered);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(axis_of_circles_1_lanes)(centre, points + 3 * NLANES * i, conformal + 4 * NLANES * i);
+        NAME(axis_of_circles_conformal_lanes)(centre, points + 3 * NLANES * i, conformal + 4 * NLANES * i);
         if (circle[i] >= 0)
             ADD(4 * NLANES, conformal + 4 * NLANES * i, scattered + 4 * NLANES * circle[i]);
     }
     for (intptr_t i = 0; i < k; i++) {
-        NAME(axis_of_circles_2_lanes)(counts + NLANES * i, mapped + NLANES * i);
-        NAME(axis_of_circles_3_lanes)(scattered + 4 * NLANES * i, mapped + NLANES * i, mapped_2 + 4 * NLANES * i);
-        NAME(axis_of_circles_7_lanes)(mapped + NLANES * i, mapped_4 + NLANES * i);
+        NAME(axis_of_circles_mapped_lanes)(counts + NLANES * i, mapped + NLANES * i);
+        NAME(axis_of_circles_mapped_2_lanes)(scattered + 4 * NLANES * i, mapped + NLANES * i,
+    mapped_2 + 4 * NLANES * i);
+        NAME(axis_of_circles_mapped_3_lanes)(mapped + NLANES * i, mapped_4 + NLANES * i);
     }
-    NAME(axis_of_circles_5_lanes)(sum);
+    NAME(axis_of_circles_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(axis_of_circles_4_lanes)(conformal + 4 * NLANES * i, mapped_2 + 4 * NLANES * circle[i],
+        NAME(axis_of_circles_mapped_4_lanes)(conformal + 4 * NLANES * i, mapped_2 + 4 * NLANES * circle[i],
     mapped_3 + 4 * NLANES * i);
-        NAME(axis_of_circles_6_lanes)(sum, mapped_3 + 4 * NLANES * i, sum);
+        NAME(axis_of_circles_sum_lanes)(sum, mapped_3 + 4 * NLANES * i, sum);
     }
-    NAME(axis_of_circles_8_lanes)(sum_2);
-    NAME(axis_of_circles_9_lanes)(sum, common, common_2, common_3, common_4, common_5, common_6);
+    NAME(axis_of_circles_sum_start_2_lanes)(sum_2);
+    NAME(axis_of_circles_common_lanes)(sum, common, common_2, common_3, common_4, common_5, common_6);
     for (intptr_t i = 0; i < n; i++)
-        NAME(axis_of_circles_10_lanes)(sum_2, mapped_3 + 4 * NLANES * i, mapped_4 + NLANES * circle[i], common,
+        NAME(axis_of_circles_sum_2_lanes)(sum_2, mapped_3 + 4 * NLANES * i, mapped_4 + NLANES * circle[i], common,
     common_2, common_3, common_4, common_5, common_6, sum_2);
-    NAME(axis_of_circles_11_lanes)(sum, sum_2, common_7, common_8, common_9, common_10, common_11, common_12);
+    NAME(axis_of_circles_common_2_lanes)(sum, sum_2, common_7, common_8, common_9, common_10, common_11, common_12);
     CLEAR(NLANES * k, scattered_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(axis_of_circles_12_lanes)(conformal + 4 * NLANES * i, common_7, common_8, common_9, common_10,
+        NAME(axis_of_circles_square_lanes)(conformal + 4 * NLANES * i, common_7, common_8, common_9, common_10,
     common_11, common_12, square);
         if (circle[i] >= 0)
             ADD(NLANES, square, scattered_2 + NLANES * circle[i]);
     }
-    NAME(axis_of_circles_14_lanes)(sum_0, sum_1);
+    NAME(axis_of_circles_sum_start_3_lanes)(sum_0, sum_1);
     for (intptr_t i = 0; i < k; i++) {
-        NAME(axis_of_circles_13_lanes)(scattered_2 + NLANES * i, mapped + NLANES * i, mapped_5 + NLANES * i);
-        NAME(axis_of_circles_15_lanes)(sum_0, sum_1, mapped_5 + NLANES * i, sum_0, sum_1);
+        NAME(axis_of_circles_mapped_5_lanes)(scattered_2 + NLANES * i, mapped + NLANES * i, mapped_5 + NLANES * i);
+        NAME(axis_of_circles_sum_3_lanes)(sum_0, sum_1, mapped_5 + NLANES * i, sum_0, sum_1);
     }
-    NAME(axis_of_circles_16_lanes)(sum_0, sum_1, common_13);
+    NAME(axis_of_circles_common_3_lanes)(sum_0, sum_1, common_13);
     for (intptr_t i = 0; i < k; i++)
-        NAME(axis_of_circles_17_lanes)(mapped_5 + NLANES * i, common_13, mapped_6 + NLANES * i);
-    NAME(axis_of_circles_18_lanes)(sum_3);
-    NAME(axis_of_circles_20_lanes)(sum_0_2, sum_1_2);
+        NAME(axis_of_circles_mapped_6_lanes)(mapped_5 + NLANES * i, common_13, mapped_6 + NLANES * i);
+    NAME(axis_of_circles_sum_start_2_lanes)(sum_3);
+    NAME(axis_of_circles_sum_start_3_lanes)(sum_0_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(axis_of_circles_19_lanes)(common, common_2, common_3, common_4, common_5, common_6, sum_3,
+        NAME(axis_of_circles_sum_4_lanes)(common, common_2, common_3, common_4, common_5, common_6, sum_3,
     mapped_3 + 4 * NLANES * i, mapped_6 + NLANES * circle[i], sum_3);
-        NAME(axis_of_circles_21_lanes)(sum_0_2, sum_1_2, conformal + 4 * NLANES * i, sum_0_2, sum_1_2);
+        NAME(axis_of_circles_sum_5_lanes)(sum_0_2, sum_1_2, conformal + 4 * NLANES * i, sum_0_2, sum_1_2);
     }
-    NAME(axis_of_circles_22_lanes)(centre, sum, sum_3, sum_0_2, sum_1_2, out_0, out_1, out_2);
+    NAME(axis_of_circles_result_lanes)(centre, sum, sum_3, sum_0_2, sum_1_2, out_0, out_1, out_2);
     return 0;
 }
 
@@ -1052,8 +1037,8 @@ GAC_PROCEDURE(axis_of_circles, LANES)
     WORK(20, cylindric_4, 3, 3, n) WORK(21, rows_2, 2x7, 14, n) WORK(22, scattered_2, 17, 17, k) \
     WORK(23, centre_2, 2x7, 14, k)
 
-static INLINE void NAME(refined_axes_1)(const REAL *start, REAL *out_0, REAL *cost, REAL *less_, REAL *rounding_2,
-    REAL *converged, REAL *steps)
+static INLINE void NAME(refined_axes_result)(const REAL *start, REAL *out_0, REAL *cost, REAL *less_, REAL
+    *rounding_2, REAL *converged, REAL *steps)
 {
     const REAL start_1 = start[0], start_e12 = start[1], start_e13 = start[2], start_e23 = start[3],
         start_e01 = start[4], start_e02 = start[5], start_e03 = start[6], start_e0123 = start[7];
@@ -1071,11 +1056,11 @@ static INLINE void NAME(refined_axes_1)(const REAL *start, REAL *out_0, REAL *co
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_refined_axes_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8) AND OUT(2, 1) AND OUT(3, 1) \
+#define PARTS_refined_axes_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8) AND OUT(2, 1) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(refined_axes_1, PLAIN)
+GAC_IN_LANES(refined_axes_result, PLAIN)
 
-static INLINE void NAME(refined_axes_2)(const REAL *free, REAL damping, REAL *common, REAL *common_2, REAL
+static INLINE void NAME(refined_axes_common)(const REAL *free, REAL damping, REAL *common, REAL *common_2, REAL
     *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9, REAL
     *common_10, REAL *common_11, REAL *common_12, REAL *common_13, REAL *common_14, REAL *common_15, REAL
     *common_16, REAL *common_17, REAL *common_18, REAL *common_19, REAL *common_20, REAL *common_21, REAL
@@ -1112,14 +1097,14 @@ static INLINE void NAME(refined_axes_2)(const REAL *free, REAL damping, REAL *co
     common_26[0] = free_5 * free_5;
     common_27[0] = (REAL)1 - free_5 * t0;
 }
-#define PARTS_refined_axes_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND OUT(2, 1) AND OUT(3, 1) \
+#define PARTS_refined_axes_common(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND OUT(2, 1) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
     AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1) AND OUT(17, 1) \
     AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1) AND OUT(21, 1) AND OUT(22, 1) AND OUT(23, 1) AND OUT(24, 1) \
     AND OUT(25, 1) AND OUT(26, 1) AND OUT(27, 1) AND OUT(28, 1)
-GAC_IN_LANES(refined_axes_2, PLAIN)
+GAC_IN_LANES(refined_axes_common, PLAIN)
 
-static INLINE void NAME(refined_axes_3)(const REAL *motor, const REAL *line, REAL *mapped)
+static INLINE void NAME(refined_axes_mapped)(const REAL *motor, const REAL *line, REAL *mapped)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
         motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
@@ -1141,10 +1126,10 @@ static INLINE void NAME(refined_axes_3)(const REAL *motor, const REAL *line, REA
     mapped[4] = line_e02 - (REAL)2 * (t7 + motor_e23 * t6);
     mapped[5] = line_e03 - (REAL)2 * (t8 + motor_1 * t6);
 }
-#define PARTS_refined_axes_3(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(refined_axes_3, PLAIN)
+#define PARTS_refined_axes_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND OUT(2, 6)
+GAC_IN_LANES(refined_axes_mapped, PLAIN)
 
-static INLINE void NAME(refined_axes_4)(const REAL *point, const REAL *line, const REAL *information, REAL
+static INLINE void NAME(refined_axes_cylindric)(const REAL *point, const REAL *line, const REAL *information, REAL
     *cylindric_0_0, REAL *cylindric_0_1, REAL *cylindric, REAL *cylindric_2, REAL *cylindric_3)
 {
     const REAL point_e032 = point[0], point_e013 = point[1], point_e021 = point[2];
@@ -1191,11 +1176,11 @@ static INLINE void NAME(refined_axes_4)(const REAL *point, const REAL *line, con
     cylindric_3[1] = -line_e13;
     cylindric_3[2] = line_e12;
 }
-#define PARTS_refined_axes_4(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
+#define PARTS_refined_axes_cylindric(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 3) AND OUT(6, 3) AND OUT(7, 3)
-GAC_IN_LANES(refined_axes_4, PLAIN)
+GAC_IN_LANES(refined_axes_cylindric, PLAIN)
 
-static INLINE void NAME(refined_axes_5)(const REAL *point, REAL place_0, REAL place_1, const REAL *cylindric_2,
+static INLINE void NAME(refined_axes_rows_2)(const REAL *point, REAL place_0, REAL place_1, const REAL *cylindric_2,
     const REAL *cylindric_3, REAL *rows)
 {
     const REAL point_e032 = point[0], point_e013 = point[1], point_e021 = point[2];
@@ -1216,11 +1201,11 @@ static INLINE void NAME(refined_axes_5)(const REAL *point, REAL place_0, REAL pl
     rows[12] = -cylindric_3_2;
     rows[13] = place_1;
 }
-#define PARTS_refined_axes_5(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 3) \
-    AND IN(4, 3) AND OUT(5, 14)
-GAC_IN_LANES(refined_axes_5, PLAIN)
+#define PARTS_refined_axes_rows_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND IN(3, 3) AND IN(4, 3) AND OUT(5, 14)
+GAC_IN_LANES(refined_axes_rows_2, PLAIN)
 
-static INLINE void NAME(refined_axes_6)(const REAL *rows, const REAL *cylindric, REAL *weighed)
+static INLINE void NAME(refined_axes_weighed)(const REAL *rows, const REAL *cylindric, REAL *weighed)
 {
     const REAL rows_0_0 = rows[0], rows_0_1 = rows[1], rows_0_2 = rows[2], rows_0_3 = rows[3], rows_0_4 = rows[4],
         rows_0_5 = rows[5], rows_0_6 = rows[6], rows_1_0 = rows[7], rows_1_1 = rows[8], rows_1_2 = rows[9],
@@ -1244,10 +1229,10 @@ static INLINE void NAME(refined_axes_6)(const REAL *rows, const REAL *cylindric,
     weighed[15] = rows_0_5 * cylindric_1 + rows_1_5 * cylindric_2;
     weighed[16] = rows_0_6 * cylindric_1 + rows_1_6 * cylindric_2;
 }
-#define PARTS_refined_axes_6(IN, SAME, NUMBER, OUT, AND) IN(0, 14) AND IN(1, 3) AND OUT(2, 17)
-GAC_IN_LANES(refined_axes_6, PLAIN)
+#define PARTS_refined_axes_weighed(IN, SAME, NUMBER, OUT, AND) IN(0, 14) AND IN(1, 3) AND OUT(2, 17)
+GAC_IN_LANES(refined_axes_weighed, PLAIN)
 
-static INLINE void NAME(refined_axes_7)(const REAL *scattered, REAL *centre)
+static INLINE void NAME(refined_axes_centre)(const REAL *scattered, REAL *centre)
 {
     const REAL scattered_0 = scattered[0], scattered_1 = scattered[1], scattered_2 = scattered[2],
         scattered_3 = scattered[3], scattered_4 = scattered[4], scattered_5 = scattered[5],
@@ -1274,10 +1259,10 @@ static INLINE void NAME(refined_axes_7)(const REAL *scattered, REAL *centre)
     centre[12] = scattered_15 * t3 - scattered_8 * t2;
     centre[13] = scattered_16 * t3 - scattered_9 * t2;
 }
-#define PARTS_refined_axes_7(IN, SAME, NUMBER, OUT, AND) IN(0, 17) AND OUT(1, 14)
-GAC_IN_LANES(refined_axes_7, PLAIN)
+#define PARTS_refined_axes_centre(IN, SAME, NUMBER, OUT, AND) IN(0, 17) AND OUT(1, 14)
+GAC_IN_LANES(refined_axes_centre, PLAIN)
 
-static INLINE void NAME(refined_axes_8)(REAL *sum)
+static INLINE void NAME(refined_axes_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -1308,19 +1293,19 @@ static INLINE void NAME(refined_axes_8)(REAL *sum)
     sum[26] = (REAL)0;
     sum[27] = (REAL)0;
 }
-#define PARTS_refined_axes_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
-GAC_IN_LANES(refined_axes_8, PLAIN)
+#define PARTS_refined_axes_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
+GAC_IN_LANES(refined_axes_sum_start, PLAIN)
 
-static INLINE void NAME(refined_axes_10)(REAL *sum_2)
+static INLINE void NAME(refined_axes_sum_start_2)(REAL *sum_2)
 {
     sum_2[0] = (REAL)0;
     sum_2[1] = (REAL)0;
     sum_2[2] = (REAL)0;
 }
-#define PARTS_refined_axes_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(refined_axes_10, PLAIN)
+#define PARTS_refined_axes_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(refined_axes_sum_start_2, PLAIN)
 
-static INLINE void NAME(refined_axes_9)(const REAL *sum, const REAL *rows, const REAL *cylindric, const REAL
+static INLINE void NAME(refined_axes_sum)(const REAL *sum, const REAL *rows, const REAL *cylindric, const REAL
     *centre, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
@@ -1392,11 +1377,11 @@ static INLINE void NAME(refined_axes_9)(const REAL *sum, const REAL *rows, const
     sum_out[26] = sum_26 + (t22 * t24 + t23 * t25);
     sum_out[27] = sum_27 + (t26 + t25 * (cylindric_1 * t24 + cylindric_2 * t25));
 }
-#define PARTS_refined_axes_9(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 14) AND IN(2, 3) AND IN(3, 14) \
+#define PARTS_refined_axes_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 14) AND IN(2, 3) AND IN(3, 14) \
     AND OUT(4, 28)
-GAC_IN_LANES(refined_axes_9, PLAIN)
+GAC_IN_LANES(refined_axes_sum, PLAIN)
 
-static INLINE void NAME(refined_axes_11)(const REAL *sum_2, const REAL *rows, const REAL *cylindric, REAL
+static INLINE void NAME(refined_axes_sum_2)(const REAL *sum_2, const REAL *rows, const REAL *cylindric, REAL
     *sum_2_out)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2];
@@ -1412,15 +1397,15 @@ static INLINE void NAME(refined_axes_11)(const REAL *sum_2, const REAL *rows, co
     sum_2_out[1] = sum_2_1 + t3;
     sum_2_out[2] = sum_2_2 + (cylindric_0 * (rows_0_6 * rows_0_6) + cylindric_2 * (rows_1_6 * rows_1_6));
 }
-#define PARTS_refined_axes_11(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 14) AND IN(2, 3) AND OUT(3, 3)
-GAC_IN_LANES(refined_axes_11, PLAIN)
+#define PARTS_refined_axes_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 14) AND IN(2, 3) AND OUT(3, 3)
+GAC_IN_LANES(refined_axes_sum_2, PLAIN)
 
-static INLINE void NAME(refined_axes_12)(const REAL *free, REAL rounding, const REAL *motor, const REAL *sum, const
-    REAL *sum_2_2, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL
-    common_7, REAL common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL common_13, REAL
-    common_14, REAL common_15, REAL common_16, REAL common_17, REAL common_18, REAL common_19, REAL common_20, REAL
-    common_21, REAL common_22, REAL common_23, REAL common_24, REAL common_25, REAL common_26, REAL common_27, REAL
-    *next_motor, REAL *next_cost, REAL *next_less, REAL *next_rounding, WORD *far)
+static INLINE void NAME(refined_axes_next_motor)(const REAL *free, REAL rounding, const REAL *motor, const REAL
+    *sum, const REAL *sum_2_2, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL
+    common_6, REAL common_7, REAL common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL
+    common_13, REAL common_14, REAL common_15, REAL common_16, REAL common_17, REAL common_18, REAL common_19, REAL
+    common_20, REAL common_21, REAL common_22, REAL common_23, REAL common_24, REAL common_25, REAL common_26, REAL
+    common_27, REAL *next_motor, REAL *next_cost, REAL *next_less, REAL *next_rounding, WORD *far)
 {
     const REAL free_0 = free[0], free_1 = free[1], free_2 = free[2], free_3 = free[3], free_4 = free[4],
         free_5 = free[5];
@@ -1537,344 +1522,41 @@ static INLINE void NAME(refined_axes_12)(const REAL *free, REAL rounding, const 
     next_less[0] = SELECT(t63, t62, (REAL)0);
     next_rounding[0] = rounding * sum_2_2_2;
 }
-#define PARTS_refined_axes_12(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 28) \
-    AND IN(4, 3) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
+#define PARTS_refined_axes_next_motor(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND IN(2, 8) \
+    AND IN(3, 28) AND IN(4, 3) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
     AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND NUMBER(15, 0) \
     AND NUMBER(16, 0) AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) AND NUMBER(21, 0) \
     AND NUMBER(22, 0) AND NUMBER(23, 0) AND NUMBER(24, 0) AND NUMBER(25, 0) AND NUMBER(26, 0) AND NUMBER(27, 0) \
     AND NUMBER(28, 0) AND NUMBER(29, 0) AND NUMBER(30, 0) AND NUMBER(31, 0) AND OUT(32, 8) AND OUT(33, 1) \
     AND OUT(34, 1) AND OUT(35, 1)
-GAC_IN_LANES(refined_axes_12, TURNS)
+GAC_IN_LANES(refined_axes_next_motor, TURNS)
 
-static INLINE void NAME(refined_axes_13)(REAL least_change, REAL next_cost, REAL next_less, REAL next_rounding, REAL
-    *converged)
+static INLINE void NAME(refined_axes_converged)(REAL least_change, REAL next_cost, REAL next_less, REAL
+    next_rounding, REAL *converged)
 {
     converged[0] = LESS_EQUAL(next_less, next_rounding + least_change * next_cost);
 }
-#define PARTS_refined_axes_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_refined_axes_converged(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(refined_axes_13, PLAIN)
+GAC_IN_LANES(refined_axes_converged, PLAIN)
 
-static INLINE void NAME(refined_axes_14)(const REAL *motor, const REAL *line, REAL *mapped_2)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = motor_e23 * line_e13 - motor_e13 * line_e23;
-    const REAL t1 = motor_e12 * line_e23 - motor_e23 * line_e12;
-    const REAL t2 = motor_e13 * line_e12 - motor_e12 * line_e13;
-    const REAL t3 = motor_e02 * line_e12 - (motor_e12 * line_e02 + motor_e13 * line_e03) + motor_e03 * line_e13;
-    const REAL t4 = motor_e12 * line_e01 - motor_e23 * line_e03 - motor_e01 * line_e12 + motor_e03 * line_e23;
-    const REAL t5 = motor_e02 * t0 + motor_e03 * t1 + motor_e0123 * t2 + motor_1 * t3 + motor_e12 * t4;
-    const REAL t6 = motor_e13 * line_e01 + motor_e23 * line_e02 - motor_e01 * line_e13 - motor_e02 * line_e23;
-    const REAL t7 = motor_e03 * t2 - (motor_e01 * t0 + motor_e0123 * t1) - motor_e12 * t3 + motor_1 * t4;
-    const REAL t8 = motor_e0123 * t0 - motor_e01 * t1 - motor_e02 * t2 - motor_e13 * t3 - motor_e23 * t4;
-    mapped_2[0] = line_e12 + (REAL)2 * (motor_1 * t0 + motor_e23 * t1 - motor_e13 * t2);
-    mapped_2[1] = line_e13 + (REAL)2 * (motor_1 * t1 - motor_e23 * t0 + motor_e12 * t2);
-    mapped_2[2] = line_e23 + (REAL)2 * (motor_e13 * t0 - motor_e12 * t1 + motor_1 * t2);
-    mapped_2[3] = line_e01 - (REAL)2 * (t5 + motor_e13 * t6);
-    mapped_2[4] = line_e02 - (REAL)2 * (t7 + motor_e23 * t6);
-    mapped_2[5] = line_e03 - (REAL)2 * (t8 + motor_1 * t6);
-}
-#define PARTS_refined_axes_14(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(refined_axes_14, PLAIN)
-
-static INLINE void NAME(refined_axes_15)(const REAL *point, const REAL *line, const REAL *information, REAL
-    *cylindric_0_0_2, REAL *cylindric_0_1_2, REAL *cylindric_4, REAL *cylindric_5, REAL *cylindric_6)
-{
-    const REAL point_e032 = point[0], point_e013 = point[1], point_e021 = point[2];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL information_0 = information[0], information_1 = information[1], information_2 = information[2],
-        information_3 = information[3], information_4 = information[4], information_5 = information[5];
-    const REAL t0 = point_e032 + (line_e13 * line_e03 + line_e12 * line_e02);
-    const REAL t1 = point_e013 - (line_e12 * line_e01 - line_e23 * line_e03);
-    const REAL t2 = point_e021 - (line_e23 * line_e02 + line_e13 * line_e01);
-    const REAL t3 = line_e23 * t0 - line_e13 * t1 + line_e12 * t2;
-    const REAL t4 = t0 - line_e23 * t3;
-    const REAL t5 = t1 + line_e13 * t3;
-    const REAL t6 = t2 - line_e12 * t3;
-    const REAL t7 = SQRT(t4 * t4 + t5 * t5 + t6 * t6 + (REAL)1e-300);
-    const REAL t8 = (REAL)1 / t7;
-    const REAL t9 = t6 * t8;
-    const REAL t10 = t5 * t8;
-    const REAL t11 = line_e13 * t9 + line_e12 * t10;
-    const REAL t12 = t4 * t8;
-    const REAL t13 = line_e12 * t12 - line_e23 * t9;
-    const REAL t14 = line_e23 * t10 + line_e13 * t12;
-    const REAL t15 = information_1 * t13 - information_0 * t11 + information_3 * t14;
-    const REAL t16 = information_2 * t13 - information_1 * t11 + information_4 * t14;
-    const REAL t17 = information_4 * t13 - information_3 * t11 + information_5 * t14;
-    const REAL t18 = t12 * t15 + t10 * t16 + t9 * t17;
-    const REAL t19 = (REAL)1 / ((REAL)1e-300 + (t13 * t16 - t11 * t15 + t14 * t17));
-    const REAL t20 = t12 * (information_0 * t12 + information_1 * t10 + information_3 * t9);
-    const REAL t21 = t20 + t10 * (information_1 * t12 + information_2 * t10 + information_4 * t9);
-    const REAL t22 = t21 + t9 * (information_3 * t12 + information_4 * t10 + information_5 * t9);
-    const REAL t23 = line_e23 * t15 - line_e13 * t16 + line_e12 * t17;
-    const REAL t24 = line_e23 * information_0 - line_e13 * information_1 + line_e12 * information_3;
-    const REAL t25 = line_e23 * information_1 - line_e13 * information_2 + line_e12 * information_4;
-    const REAL t26 = line_e23 * information_3 - line_e13 * information_4 + line_e12 * information_5;
-    cylindric_0_0_2[0] = t7;
-    cylindric_0_1_2[0] = t3;
-    cylindric_4[0] = t22 - t19 * (t18 * t18);
-    cylindric_4[1] = t12 * t24 + t10 * t25 + t9 * t26 - t19 * (t18 * t23);
-    cylindric_4[2] = line_e23 * t24 - line_e13 * t25 + line_e12 * t26 - t19 * (t23 * t23);
-    cylindric_5[0] = t12;
-    cylindric_5[1] = t10;
-    cylindric_5[2] = t9;
-    cylindric_6[0] = line_e23;
-    cylindric_6[1] = -line_e13;
-    cylindric_6[2] = line_e12;
-}
-#define PARTS_refined_axes_15(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 3) AND OUT(6, 3) AND OUT(7, 3)
-GAC_IN_LANES(refined_axes_15, PLAIN)
-
-static INLINE void NAME(refined_axes_16)(const REAL *point, REAL place_0, REAL place_1, const REAL *cylindric_5,
-    const REAL *cylindric_6, REAL *rows_2)
-{
-    const REAL point_e032 = point[0], point_e013 = point[1], point_e021 = point[2];
-    const REAL cylindric_5_0 = cylindric_5[0], cylindric_5_1 = cylindric_5[1], cylindric_5_2 = cylindric_5[2];
-    const REAL cylindric_6_0 = cylindric_6[0], cylindric_6_1 = cylindric_6[1], cylindric_6_2 = cylindric_6[2];
-    rows_2[0] = point_e013 * cylindric_5_0 - point_e032 * cylindric_5_1;
-    rows_2[1] = point_e021 * cylindric_5_0 - point_e032 * cylindric_5_2;
-    rows_2[2] = point_e021 * cylindric_5_1 - point_e013 * cylindric_5_2;
-    rows_2[3] = -cylindric_5_0;
-    rows_2[4] = -cylindric_5_1;
-    rows_2[5] = -cylindric_5_2;
-    rows_2[6] = place_0;
-    rows_2[7] = point_e013 * cylindric_6_0 - point_e032 * cylindric_6_1;
-    rows_2[8] = point_e021 * cylindric_6_0 - point_e032 * cylindric_6_2;
-    rows_2[9] = point_e021 * cylindric_6_1 - point_e013 * cylindric_6_2;
-    rows_2[10] = -cylindric_6_0;
-    rows_2[11] = -cylindric_6_1;
-    rows_2[12] = -cylindric_6_2;
-    rows_2[13] = place_1;
-}
-#define PARTS_refined_axes_16(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 3) \
-    AND IN(4, 3) AND OUT(5, 14)
-GAC_IN_LANES(refined_axes_16, PLAIN)
-
-static INLINE void NAME(refined_axes_17)(const REAL *rows_2, const REAL *cylindric_4, REAL *weighed_2)
-{
-    const REAL rows_2_0_0 = rows_2[0], rows_2_0_1 = rows_2[1], rows_2_0_2 = rows_2[2], rows_2_0_3 = rows_2[3],
-        rows_2_0_4 = rows_2[4], rows_2_0_5 = rows_2[5], rows_2_0_6 = rows_2[6], rows_2_1_0 = rows_2[7],
-        rows_2_1_1 = rows_2[8], rows_2_1_2 = rows_2[9], rows_2_1_3 = rows_2[10], rows_2_1_4 = rows_2[11],
-        rows_2_1_5 = rows_2[12], rows_2_1_6 = rows_2[13];
-    const REAL cylindric_4_0 = cylindric_4[0], cylindric_4_1 = cylindric_4[1], cylindric_4_2 = cylindric_4[2];
-    weighed_2[0] = cylindric_4_0;
-    weighed_2[1] = cylindric_4_1;
-    weighed_2[2] = cylindric_4_2;
-    weighed_2[3] = rows_2_0_0 * cylindric_4_0 + rows_2_1_0 * cylindric_4_1;
-    weighed_2[4] = rows_2_0_1 * cylindric_4_0 + rows_2_1_1 * cylindric_4_1;
-    weighed_2[5] = rows_2_0_2 * cylindric_4_0 + rows_2_1_2 * cylindric_4_1;
-    weighed_2[6] = rows_2_0_3 * cylindric_4_0 + rows_2_1_3 * cylindric_4_1;
-    weighed_2[7] = rows_2_0_4 * cylindric_4_0 + rows_2_1_4 * cylindric_4_1;
-    weighed_2[8] = rows_2_0_5 * cylindric_4_0 + rows_2_1_5 * cylindric_4_1;
-    weighed_2[9] = rows_2_0_6 * cylindric_4_0 + rows_2_1_6 * cylindric_4_1;
-    weighed_2[10] = rows_2_0_0 * cylindric_4_1 + rows_2_1_0 * cylindric_4_2;
-    weighed_2[11] = rows_2_0_1 * cylindric_4_1 + rows_2_1_1 * cylindric_4_2;
-    weighed_2[12] = rows_2_0_2 * cylindric_4_1 + rows_2_1_2 * cylindric_4_2;
-    weighed_2[13] = rows_2_0_3 * cylindric_4_1 + rows_2_1_3 * cylindric_4_2;
-    weighed_2[14] = rows_2_0_4 * cylindric_4_1 + rows_2_1_4 * cylindric_4_2;
-    weighed_2[15] = rows_2_0_5 * cylindric_4_1 + rows_2_1_5 * cylindric_4_2;
-    weighed_2[16] = rows_2_0_6 * cylindric_4_1 + rows_2_1_6 * cylindric_4_2;
-}
-#define PARTS_refined_axes_17(IN, SAME, NUMBER, OUT, AND) IN(0, 14) AND IN(1, 3) AND OUT(2, 17)
-GAC_IN_LANES(refined_axes_17, PLAIN)
-
-static INLINE void NAME(refined_axes_18)(const REAL *scattered_2, REAL *centre_2)
-{
-    const REAL scattered_2_0 = scattered_2[0], scattered_2_1 = scattered_2[1], scattered_2_2 = scattered_2[2],
-        scattered_2_3 = scattered_2[3], scattered_2_4 = scattered_2[4], scattered_2_5 = scattered_2[5],
-        scattered_2_6 = scattered_2[6], scattered_2_7 = scattered_2[7], scattered_2_8 = scattered_2[8],
-        scattered_2_9 = scattered_2[9], scattered_2_10 = scattered_2[10], scattered_2_11 = scattered_2[11],
-        scattered_2_12 = scattered_2[12], scattered_2_13 = scattered_2[13], scattered_2_14 = scattered_2[14],
-        scattered_2_15 = scattered_2[15], scattered_2_16 = scattered_2[16];
-    const REAL t0 = (REAL)1 / (scattered_2_0 * scattered_2_2 + (REAL)1e-300 - scattered_2_1 * scattered_2_1);
-    const REAL t1 = scattered_2_2 * t0;
-    const REAL t2 = scattered_2_1 * t0;
-    const REAL t3 = scattered_2_0 * t0;
-    centre_2[0] = scattered_2_3 * t1 - scattered_2_10 * t2;
-    centre_2[1] = scattered_2_4 * t1 - scattered_2_11 * t2;
-    centre_2[2] = scattered_2_5 * t1 - scattered_2_12 * t2;
-    centre_2[3] = scattered_2_6 * t1 - scattered_2_13 * t2;
-    centre_2[4] = scattered_2_7 * t1 - scattered_2_14 * t2;
-    centre_2[5] = scattered_2_8 * t1 - scattered_2_15 * t2;
-    centre_2[6] = scattered_2_9 * t1 - scattered_2_16 * t2;
-    centre_2[7] = scattered_2_10 * t3 - scattered_2_3 * t2;
-    centre_2[8] = scattered_2_11 * t3 - scattered_2_4 * t2;
-    centre_2[9] = scattered_2_12 * t3 - scattered_2_5 * t2;
-    centre_2[10] = scattered_2_13 * t3 - scattered_2_6 * t2;
-    centre_2[11] = scattered_2_14 * t3 - scattered_2_7 * t2;
-    centre_2[12] = scattered_2_15 * t3 - scattered_2_8 * t2;
-    centre_2[13] = scattered_2_16 * t3 - scattered_2_9 * t2;
-}
-#define PARTS_refined_axes_18(IN, SAME, NUMBER, OUT, AND) IN(0, 17) AND OUT(1, 14)
-GAC_IN_LANES(refined_axes_18, PLAIN)
-
-static INLINE void NAME(refined_axes_23)(const REAL *mean_0_6, REAL *out_2)
+static INLINE void NAME(refined_axes_result_2)(const REAL *mean_0_6, REAL *out_2)
 {
     const REAL mean_0_6_0_6 = mean_0_6[6];
     out_2[0] = mean_0_6_0_6;
 }
-#define PARTS_refined_axes_23(IN, SAME, NUMBER, OUT, AND) IN(0, 14) AND OUT(1, 1)
-GAC_IN_LANES(refined_axes_23, PLAIN)
+#define PARTS_refined_axes_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 14) AND OUT(1, 1)
+GAC_IN_LANES(refined_axes_result_2, PLAIN)
 
-static INLINE void NAME(refined_axes_24)(const REAL *mean_1_6, REAL *out_3)
+static INLINE void NAME(refined_axes_result_3)(const REAL *mean_1_6, REAL *out_3)
 {
     const REAL mean_1_6_1_6 = mean_1_6[13];
     out_3[0] = mean_1_6_1_6;
 }
-#define PARTS_refined_axes_24(IN, SAME, NUMBER, OUT, AND) IN(0, 14) AND OUT(1, 1)
-GAC_IN_LANES(refined_axes_24, PLAIN)
+#define PARTS_refined_axes_result_3(IN, SAME, NUMBER, OUT, AND) IN(0, 14) AND OUT(1, 1)
+GAC_IN_LANES(refined_axes_result_3, PLAIN)
 
-static INLINE void NAME(refined_axes_19)(REAL *sum_3)
-{
-    sum_3[0] = (REAL)0;
-    sum_3[1] = (REAL)0;
-    sum_3[2] = (REAL)0;
-    sum_3[3] = (REAL)0;
-    sum_3[4] = (REAL)0;
-    sum_3[5] = (REAL)0;
-    sum_3[6] = (REAL)0;
-    sum_3[7] = (REAL)0;
-    sum_3[8] = (REAL)0;
-    sum_3[9] = (REAL)0;
-    sum_3[10] = (REAL)0;
-    sum_3[11] = (REAL)0;
-    sum_3[12] = (REAL)0;
-    sum_3[13] = (REAL)0;
-    sum_3[14] = (REAL)0;
-    sum_3[15] = (REAL)0;
-    sum_3[16] = (REAL)0;
-    sum_3[17] = (REAL)0;
-    sum_3[18] = (REAL)0;
-    sum_3[19] = (REAL)0;
-    sum_3[20] = (REAL)0;
-    sum_3[21] = (REAL)0;
-    sum_3[22] = (REAL)0;
-    sum_3[23] = (REAL)0;
-    sum_3[24] = (REAL)0;
-    sum_3[25] = (REAL)0;
-    sum_3[26] = (REAL)0;
-    sum_3[27] = (REAL)0;
-}
-#define PARTS_refined_axes_19(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
-GAC_IN_LANES(refined_axes_19, PLAIN)
-
-static INLINE void NAME(refined_axes_21)(REAL *sum_4)
-{
-    sum_4[0] = (REAL)0;
-    sum_4[1] = (REAL)0;
-    sum_4[2] = (REAL)0;
-}
-#define PARTS_refined_axes_21(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(refined_axes_21, PLAIN)
-
-static INLINE void NAME(refined_axes_20)(const REAL *sum_3, const REAL *rows_2, const REAL *cylindric_4, const REAL
-    *centre_2, REAL *sum_3_out)
-{
-    const REAL sum_3_0 = sum_3[0], sum_3_1 = sum_3[1], sum_3_2 = sum_3[2], sum_3_3 = sum_3[3], sum_3_4 = sum_3[4],
-        sum_3_5 = sum_3[5], sum_3_6 = sum_3[6], sum_3_7 = sum_3[7], sum_3_8 = sum_3[8], sum_3_9 = sum_3[9],
-        sum_3_10 = sum_3[10], sum_3_11 = sum_3[11], sum_3_12 = sum_3[12], sum_3_13 = sum_3[13],
-        sum_3_14 = sum_3[14], sum_3_15 = sum_3[15], sum_3_16 = sum_3[16], sum_3_17 = sum_3[17],
-        sum_3_18 = sum_3[18], sum_3_19 = sum_3[19], sum_3_20 = sum_3[20], sum_3_21 = sum_3[21],
-        sum_3_22 = sum_3[22], sum_3_23 = sum_3[23], sum_3_24 = sum_3[24], sum_3_25 = sum_3[25],
-        sum_3_26 = sum_3[26], sum_3_27 = sum_3[27];
-    const REAL rows_2_0_0 = rows_2[0], rows_2_0_1 = rows_2[1], rows_2_0_2 = rows_2[2], rows_2_0_3 = rows_2[3],
-        rows_2_0_4 = rows_2[4], rows_2_0_5 = rows_2[5], rows_2_0_6 = rows_2[6], rows_2_1_0 = rows_2[7],
-        rows_2_1_1 = rows_2[8], rows_2_1_2 = rows_2[9], rows_2_1_3 = rows_2[10], rows_2_1_4 = rows_2[11],
-        rows_2_1_5 = rows_2[12], rows_2_1_6 = rows_2[13];
-    const REAL cylindric_4_0 = cylindric_4[0], cylindric_4_1 = cylindric_4[1], cylindric_4_2 = cylindric_4[2];
-    const REAL centre_2_0_0 = centre_2[0], centre_2_0_1 = centre_2[1], centre_2_0_2 = centre_2[2],
-        centre_2_0_3 = centre_2[3], centre_2_0_4 = centre_2[4], centre_2_0_5 = centre_2[5],
-        centre_2_0_6 = centre_2[6], centre_2_1_0 = centre_2[7], centre_2_1_1 = centre_2[8],
-        centre_2_1_2 = centre_2[9], centre_2_1_3 = centre_2[10], centre_2_1_4 = centre_2[11],
-        centre_2_1_5 = centre_2[12], centre_2_1_6 = centre_2[13];
-    const REAL t0 = rows_2_0_0 - centre_2_0_0;
-    const REAL t1 = rows_2_1_0 - centre_2_1_0;
-    const REAL t2 = cylindric_4_0 * t0 + cylindric_4_1 * t1;
-    const REAL t3 = cylindric_4_1 * t0 + cylindric_4_2 * t1;
-    const REAL t4 = rows_2_0_1 - centre_2_0_1;
-    const REAL t5 = rows_2_1_1 - centre_2_1_1;
-    const REAL t6 = cylindric_4_0 * t4 + cylindric_4_1 * t5;
-    const REAL t7 = cylindric_4_1 * t4 + cylindric_4_2 * t5;
-    const REAL t8 = rows_2_0_2 - centre_2_0_2;
-    const REAL t9 = rows_2_1_2 - centre_2_1_2;
-    const REAL t10 = cylindric_4_0 * t8 + cylindric_4_1 * t9;
-    const REAL t11 = cylindric_4_1 * t8 + cylindric_4_2 * t9;
-    const REAL t12 = rows_2_0_3 - centre_2_0_3;
-    const REAL t13 = rows_2_1_3 - centre_2_1_3;
-    const REAL t14 = cylindric_4_0 * t12 + cylindric_4_1 * t13;
-    const REAL t15 = cylindric_4_1 * t12 + cylindric_4_2 * t13;
-    const REAL t16 = rows_2_0_4 - centre_2_0_4;
-    const REAL t17 = rows_2_1_4 - centre_2_1_4;
-    const REAL t18 = cylindric_4_0 * t16 + cylindric_4_1 * t17;
-    const REAL t19 = cylindric_4_1 * t16 + cylindric_4_2 * t17;
-    const REAL t20 = rows_2_0_5 - centre_2_0_5;
-    const REAL t21 = rows_2_1_5 - centre_2_1_5;
-    const REAL t22 = cylindric_4_0 * t20 + cylindric_4_1 * t21;
-    const REAL t23 = cylindric_4_1 * t20 + cylindric_4_2 * t21;
-    const REAL t24 = rows_2_0_6 - centre_2_0_6;
-    const REAL t25 = rows_2_1_6 - centre_2_1_6;
-    const REAL t26 = t24 * (cylindric_4_0 * t24 + cylindric_4_1 * t25);
-    sum_3_out[0] = sum_3_0 + (t0 * t2 + t1 * t3);
-    sum_3_out[1] = sum_3_1 + (t2 * t4 + t3 * t5);
-    sum_3_out[2] = sum_3_2 + (t4 * t6 + t5 * t7);
-    sum_3_out[3] = sum_3_3 + (t2 * t8 + t3 * t9);
-    sum_3_out[4] = sum_3_4 + (t6 * t8 + t7 * t9);
-    sum_3_out[5] = sum_3_5 + (t8 * t10 + t9 * t11);
-    sum_3_out[6] = sum_3_6 + (t2 * t12 + t3 * t13);
-    sum_3_out[7] = sum_3_7 + (t6 * t12 + t7 * t13);
-    sum_3_out[8] = sum_3_8 + (t10 * t12 + t11 * t13);
-    sum_3_out[9] = sum_3_9 + (t12 * t14 + t13 * t15);
-    sum_3_out[10] = sum_3_10 + (t2 * t16 + t3 * t17);
-    sum_3_out[11] = sum_3_11 + (t6 * t16 + t7 * t17);
-    sum_3_out[12] = sum_3_12 + (t10 * t16 + t11 * t17);
-    sum_3_out[13] = sum_3_13 + (t14 * t16 + t15 * t17);
-    sum_3_out[14] = sum_3_14 + (t16 * t18 + t17 * t19);
-    sum_3_out[15] = sum_3_15 + (t2 * t20 + t3 * t21);
-    sum_3_out[16] = sum_3_16 + (t6 * t20 + t7 * t21);
-    sum_3_out[17] = sum_3_17 + (t10 * t20 + t11 * t21);
-    sum_3_out[18] = sum_3_18 + (t14 * t20 + t15 * t21);
-    sum_3_out[19] = sum_3_19 + (t18 * t20 + t19 * t21);
-    sum_3_out[20] = sum_3_20 + (t20 * t22 + t21 * t23);
-    sum_3_out[21] = sum_3_21 + (t2 * t24 + t3 * t25);
-    sum_3_out[22] = sum_3_22 + (t6 * t24 + t7 * t25);
-    sum_3_out[23] = sum_3_23 + (t10 * t24 + t11 * t25);
-    sum_3_out[24] = sum_3_24 + (t14 * t24 + t15 * t25);
-    sum_3_out[25] = sum_3_25 + (t18 * t24 + t19 * t25);
-    sum_3_out[26] = sum_3_26 + (t22 * t24 + t23 * t25);
-    sum_3_out[27] = sum_3_27 + (t26 + t25 * (cylindric_4_1 * t24 + cylindric_4_2 * t25));
-}
-#define PARTS_refined_axes_20(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 14) AND IN(2, 3) AND IN(3, 14) \
-    AND OUT(4, 28)
-GAC_IN_LANES(refined_axes_20, PLAIN)
-
-static INLINE void NAME(refined_axes_22)(const REAL *sum_4, const REAL *rows_2, const REAL *cylindric_4, REAL
-    *sum_4_out)
-{
-    const REAL sum_4_0 = sum_4[0], sum_4_1 = sum_4[1], sum_4_2 = sum_4[2];
-    const REAL rows_2_0_0 = rows_2[0], rows_2_0_1 = rows_2[1], rows_2_0_2 = rows_2[2], rows_2_0_3 = rows_2[3],
-        rows_2_0_4 = rows_2[4], rows_2_0_5 = rows_2[5], rows_2_0_6 = rows_2[6], rows_2_1_0 = rows_2[7],
-        rows_2_1_1 = rows_2[8], rows_2_1_2 = rows_2[9], rows_2_1_3 = rows_2[10], rows_2_1_4 = rows_2[11],
-        rows_2_1_5 = rows_2[12], rows_2_1_6 = rows_2[13];
-    const REAL cylindric_4_0 = cylindric_4[0], cylindric_4_2 = cylindric_4[2];
-    const REAL t0 = rows_2_0_2 * rows_2_0_2 + (rows_2_0_0 * rows_2_0_0 + rows_2_0_1 * rows_2_0_1);
-    const REAL t1 = rows_2_1_2 * rows_2_1_2 + (rows_2_1_0 * rows_2_1_0 + rows_2_1_1 * rows_2_1_1);
-    const REAL t2 = rows_2_0_5 * rows_2_0_5 + (rows_2_0_3 * rows_2_0_3 + rows_2_0_4 * rows_2_0_4);
-    const REAL t3 = rows_2_1_5 * rows_2_1_5 + (rows_2_1_3 * rows_2_1_3 + rows_2_1_4 * rows_2_1_4);
-    const REAL t4 = cylindric_4_0 * (rows_2_0_6 * rows_2_0_6) + cylindric_4_2 * (rows_2_1_6 * rows_2_1_6);
-    sum_4_out[0] = sum_4_0 + (cylindric_4_0 * t0 + cylindric_4_2 * t1);
-    sum_4_out[1] = sum_4_1 + (cylindric_4_0 * t2 + cylindric_4_2 * t3);
-    sum_4_out[2] = sum_4_2 + t4;
-}
-#define PARTS_refined_axes_22(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 14) AND IN(2, 3) AND OUT(3, 3)
-GAC_IN_LANES(refined_axes_22, PLAIN)
-
-static INLINE void NAME(refined_axes_25)(const REAL *sum_3, const REAL *sum_4, REAL *out_1)
+static INLINE void NAME(refined_axes_result_4)(const REAL *sum_3, const REAL *sum_4, REAL *out_1)
 {
     const REAL sum_3_0 = sum_3[0], sum_3_1 = sum_3[1], sum_3_2 = sum_3[2], sum_3_3 = sum_3[3], sum_3_4 = sum_3[4],
         sum_3_5 = sum_3[5], sum_3_6 = sum_3[6], sum_3_7 = sum_3[7], sum_3_8 = sum_3[8], sum_3_9 = sum_3[9],
@@ -1941,8 +1623,8 @@ static INLINE void NAME(refined_axes_25)(const REAL *sum_3, const REAL *sum_4, R
     out_1[54] = (REAL)0;
     out_1[55] = (REAL)0;
 }
-#define PARTS_refined_axes_25(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 3) AND OUT(2, 56)
-GAC_IN_LANES(refined_axes_25, PLAIN)
+#define PARTS_refined_axes_result_4(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 3) AND OUT(2, 56)
+GAC_IN_LANES(refined_axes_result_4, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t body_eye_refined_axes_work(intptr_t n, intptr_t k)
@@ -1965,37 +1647,37 @@ static INLINE void NAME(refined_axes_within)(intptr_t n, intptr_t k, const REAL 
     *const cylindric_4 = mapped_2 + 6 * k, cylindric_5[3], cylindric_6[3], *const rows_2 = cylindric_4 + 3 * n,
     weighed_2[17], *const scattered_2 = rows_2 + 14 * n, *const centre_2 = scattered_2 + 17 * k, sum_3[28],
     sum_4[3];
-    NAME(refined_axes_1)(start, out_0, &cost, &less_, &rounding_2, &converged, &steps);
-    NAME(refined_axes_2)(free, damping, &common, &common_2, &common_3, &common_4, &common_5, &common_6, &common_7,
-    &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14, &common_15, &common_16,
-    &common_17, &common_18, &common_19, &common_20, &common_21, &common_22, &common_23, &common_24, &common_25,
-    &common_26, &common_27);
+    NAME(refined_axes_result)(start, out_0, &cost, &less_, &rounding_2, &converged, &steps);
+    NAME(refined_axes_common)(free, damping, &common, &common_2, &common_3, &common_4, &common_5, &common_6,
+    &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14, &common_15,
+    &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22, &common_23, &common_24,
+    &common_25, &common_26, &common_27);
     for (int repeats = 0; repeats < 20; repeats++) {
         for (intptr_t j = 0; j < k; j++)
-            NAME(refined_axes_3)(out_0, lines + 6 * j, mapped + 6 * j);
+            NAME(refined_axes_mapped)(out_0, lines + 6 * j, mapped + 6 * j);
         CLEAR(17 * k, scattered);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(refined_axes_4)(points + 3 * j, mapped + 6 * circle[j], information + 6 * j, &cylindric_0_0,
-    &cylindric_0_1, cylindric + 3 * j, cylindric_2, cylindric_3);
-            NAME(refined_axes_5)(points + 3 * j, cylindric_0_0, cylindric_0_1, cylindric_2, cylindric_3,
+            NAME(refined_axes_cylindric)(points + 3 * j, mapped + 6 * circle[j], information + 6 * j,
+    &cylindric_0_0, &cylindric_0_1, cylindric + 3 * j, cylindric_2, cylindric_3);
+            NAME(refined_axes_rows_2)(points + 3 * j, cylindric_0_0, cylindric_0_1, cylindric_2, cylindric_3,
     rows + 14 * j);
-            NAME(refined_axes_6)(rows + 14 * j, cylindric + 3 * j, weighed);
+            NAME(refined_axes_weighed)(rows + 14 * j, cylindric + 3 * j, weighed);
             if (circle[j] >= 0)
                 ADD(17, weighed, scattered + 17 * circle[j]);
         }
         for (intptr_t j = 0; j < k; j++)
-            NAME(refined_axes_7)(scattered + 17 * j, centre + 14 * j);
-        NAME(refined_axes_8)(sum);
-        NAME(refined_axes_10)(sum_2);
+            NAME(refined_axes_centre)(scattered + 17 * j, centre + 14 * j);
+        NAME(refined_axes_sum_start)(sum);
+        NAME(refined_axes_sum_start_2)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(refined_axes_9)(sum, rows + 14 * j, cylindric + 3 * j, centre + 14 * circle[j], sum);
-            NAME(refined_axes_11)(sum_2, rows + 14 * j, cylindric + 3 * j, sum_2);
+            NAME(refined_axes_sum)(sum, rows + 14 * j, cylindric + 3 * j, centre + 14 * circle[j], sum);
+            NAME(refined_axes_sum_2)(sum_2, rows + 14 * j, cylindric + 3 * j, sum_2);
         }
-        NAME(refined_axes_12)(free, rounding, out_0, sum, sum_2, common, common_2, common_3, common_4, common_5,
-    common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15,
-    common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25,
-    common_26, common_27, next_motor, &next_cost, &next_less, &next_rounding, NULL);
-        NAME(refined_axes_13)(least_change, next_cost, next_less, next_rounding, &converged);
+        NAME(refined_axes_next_motor)(free, rounding, out_0, sum, sum_2, common, common_2, common_3, common_4,
+    common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
+    common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
+    common_25, common_26, common_27, next_motor, &next_cost, &next_less, &next_rounding, NULL);
+        NAME(refined_axes_converged)(least_change, next_cost, next_less, next_rounding, &converged);
         COPY(8, next_motor, out_0);
         COPY(1, &next_cost, &cost);
         COPY(1, &next_less, &less_);
@@ -2005,29 +1687,29 @@ static INLINE void NAME(refined_axes_within)(intptr_t n, intptr_t k, const REAL 
             break;
     }
     for (intptr_t i = 0; i < k; i++)
-        NAME(refined_axes_14)(out_0, lines + 6 * i, mapped_2 + 6 * i);
+        NAME(refined_axes_mapped)(out_0, lines + 6 * i, mapped_2 + 6 * i);
     CLEAR(17 * k, scattered_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(refined_axes_15)(points + 3 * i, mapped_2 + 6 * circle[i], information + 6 * i, &cylindric_0_0_2,
-    &cylindric_0_1_2, cylindric_4 + 3 * i, cylindric_5, cylindric_6);
-        NAME(refined_axes_16)(points + 3 * i, cylindric_0_0_2, cylindric_0_1_2, cylindric_5, cylindric_6,
+        NAME(refined_axes_cylindric)(points + 3 * i, mapped_2 + 6 * circle[i], information + 6 * i,
+    &cylindric_0_0_2, &cylindric_0_1_2, cylindric_4 + 3 * i, cylindric_5, cylindric_6);
+        NAME(refined_axes_rows_2)(points + 3 * i, cylindric_0_0_2, cylindric_0_1_2, cylindric_5, cylindric_6,
     rows_2 + 14 * i);
-        NAME(refined_axes_17)(rows_2 + 14 * i, cylindric_4 + 3 * i, weighed_2);
+        NAME(refined_axes_weighed)(rows_2 + 14 * i, cylindric_4 + 3 * i, weighed_2);
         if (circle[i] >= 0)
             ADD(17, weighed_2, scattered_2 + 17 * circle[i]);
     }
     for (intptr_t i = 0; i < k; i++) {
-        NAME(refined_axes_18)(scattered_2 + 17 * i, centre_2 + 14 * i);
-        NAME(refined_axes_23)(centre_2 + 14 * i, out_2 + i);
-        NAME(refined_axes_24)(centre_2 + 14 * i, out_3 + i);
+        NAME(refined_axes_centre)(scattered_2 + 17 * i, centre_2 + 14 * i);
+        NAME(refined_axes_result_2)(centre_2 + 14 * i, out_2 + i);
+        NAME(refined_axes_result_3)(centre_2 + 14 * i, out_3 + i);
     }
-    NAME(refined_axes_19)(sum_3);
-    NAME(refined_axes_21)(sum_4);
+    NAME(refined_axes_sum_start)(sum_3);
+    NAME(refined_axes_sum_start_2)(sum_4);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(refined_axes_20)(sum_3, rows_2 + 14 * i, cylindric_4 + 3 * i, centre_2 + 14 * circle[i], sum_3);
-        NAME(refined_axes_22)(sum_4, rows_2 + 14 * i, cylindric_4 + 3 * i, sum_4);
+        NAME(refined_axes_sum)(sum_3, rows_2 + 14 * i, cylindric_4 + 3 * i, centre_2 + 14 * circle[i], sum_3);
+        NAME(refined_axes_sum_2)(sum_4, rows_2 + 14 * i, cylindric_4 + 3 * i, sum_4);
     }
-    NAME(refined_axes_25)(sum_3, sum_4, out_1);
+    NAME(refined_axes_result_4)(sum_3, sum_4, out_1);
     COPY(1, &converged, out_4);
 }
 
@@ -2062,10 +1744,11 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
     cylindric_6[3 * NLANES], weighed_2[17 * NLANES], sum_3[28 * NLANES], sum_4[3 * NLANES], gac_kept_0[8 * NLANES],
     gac_kept_1[NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES];
     WORD far = 0;
-    NAME(refined_axes_1_lanes)(start, out_0, cost, less_, rounding_2, converged, steps);
-    NAME(refined_axes_2_lanes)(free, damping, common, common_2, common_3, common_4, common_5, common_6, common_7,
-    common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17,
-    common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27);
+    NAME(refined_axes_result_lanes)(start, out_0, cost, less_, rounding_2, converged, steps);
+    NAME(refined_axes_common_lanes)(free, damping, common, common_2, common_3, common_4, common_5, common_6,
+    common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16,
+    common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26,
+    common_27);
     ROUNDS(rounds, 20) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
         KEEP(rounds, NLANES, cost, gac_kept_1);
@@ -2073,32 +1756,32 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
         KEEP(rounds, NLANES, rounding_2, gac_kept_3);
         KEEP(rounds, NLANES, converged, gac_kept_4);
         for (intptr_t j = 0; j < k; j++)
-            NAME(refined_axes_3_lanes)(out_0, lines + 6 * NLANES * j, mapped + 6 * NLANES * j);
+            NAME(refined_axes_mapped_lanes)(out_0, lines + 6 * NLANES * j, mapped + 6 * NLANES * j);
         CLEAR(17 * NLANES * k, scattered);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(refined_axes_4_lanes)(points + 3 * NLANES * j, mapped + 6 * NLANES * circle[j],
+            NAME(refined_axes_cylindric_lanes)(points + 3 * NLANES * j, mapped + 6 * NLANES * circle[j],
     information + 6 * NLANES * j, cylindric_0_0, cylindric_0_1, cylindric + 3 * NLANES * j, cylindric_2,
     cylindric_3);
-            NAME(refined_axes_5_lanes)(points + 3 * NLANES * j, cylindric_0_0, cylindric_0_1, cylindric_2,
+            NAME(refined_axes_rows_2_lanes)(points + 3 * NLANES * j, cylindric_0_0, cylindric_0_1, cylindric_2,
     cylindric_3, rows + 14 * NLANES * j);
-            NAME(refined_axes_6_lanes)(rows + 14 * NLANES * j, cylindric + 3 * NLANES * j, weighed);
+            NAME(refined_axes_weighed_lanes)(rows + 14 * NLANES * j, cylindric + 3 * NLANES * j, weighed);
             if (circle[j] >= 0)
                 ADD(17 * NLANES, weighed, scattered + 17 * NLANES * circle[j]);
         }
         for (intptr_t j = 0; j < k; j++)
-            NAME(refined_axes_7_lanes)(scattered + 17 * NLANES * j, centre + 14 * NLANES * j);
-        NAME(refined_axes_8_lanes)(sum);
-        NAME(refined_axes_10_lanes)(sum_2);
+            NAME(refined_axes_centre_lanes)(scattered + 17 * NLANES * j, centre + 14 * NLANES * j);
+        NAME(refined_axes_sum_start_lanes)(sum);
+        NAME(refined_axes_sum_start_2_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(refined_axes_9_lanes)(sum, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j,
+            NAME(refined_axes_sum_lanes)(sum, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j,
     centre + 14 * NLANES * circle[j], sum);
-            NAME(refined_axes_11_lanes)(sum_2, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j, sum_2);
+            NAME(refined_axes_sum_2_lanes)(sum_2, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j, sum_2);
         }
-        far |= NAME(refined_axes_12_lanes)(free, rounding, out_0, sum, sum_2, common, common_2, common_3, common_4,
-    common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
-    common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
-    common_25, common_26, common_27, next_motor, next_cost, next_less, next_rounding);
-        NAME(refined_axes_13_lanes)(least_change, next_cost, next_less, next_rounding, converged);
+        far |= NAME(refined_axes_next_motor_lanes)(free, rounding, out_0, sum, sum_2, common, common_2, common_3,
+    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
+    common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
+    common_24, common_25, common_26, common_27, next_motor, next_cost, next_less, next_rounding);
+        NAME(refined_axes_converged_lanes)(least_change, next_cost, next_less, next_rounding, converged);
         COPY(8 * NLANES, next_motor, out_0);
         COPY(NLANES, next_cost, cost);
         COPY(NLANES, next_less, less_);
@@ -2113,31 +1796,31 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
             break;
     }
     for (intptr_t i = 0; i < k; i++)
-        NAME(refined_axes_14_lanes)(out_0, lines + 6 * NLANES * i, mapped_2 + 6 * NLANES * i);
+        NAME(refined_axes_mapped_lanes)(out_0, lines + 6 * NLANES * i, mapped_2 + 6 * NLANES * i);
     CLEAR(17 * NLANES * k, scattered_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(refined_axes_15_lanes)(points + 3 * NLANES * i, mapped_2 + 6 * NLANES * circle[i],
+        NAME(refined_axes_cylindric_lanes)(points + 3 * NLANES * i, mapped_2 + 6 * NLANES * circle[i],
     information + 6 * NLANES * i, cylindric_0_0_2, cylindric_0_1_2, cylindric_4 + 3 * NLANES * i, cylindric_5,
     cylindric_6);
-        NAME(refined_axes_16_lanes)(points + 3 * NLANES * i, cylindric_0_0_2, cylindric_0_1_2, cylindric_5,
+        NAME(refined_axes_rows_2_lanes)(points + 3 * NLANES * i, cylindric_0_0_2, cylindric_0_1_2, cylindric_5,
     cylindric_6, rows_2 + 14 * NLANES * i);
-        NAME(refined_axes_17_lanes)(rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i, weighed_2);
+        NAME(refined_axes_weighed_lanes)(rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i, weighed_2);
         if (circle[i] >= 0)
             ADD(17 * NLANES, weighed_2, scattered_2 + 17 * NLANES * circle[i]);
     }
     for (intptr_t i = 0; i < k; i++) {
-        NAME(refined_axes_18_lanes)(scattered_2 + 17 * NLANES * i, centre_2 + 14 * NLANES * i);
-        NAME(refined_axes_23_lanes)(centre_2 + 14 * NLANES * i, out_2 + NLANES * i);
-        NAME(refined_axes_24_lanes)(centre_2 + 14 * NLANES * i, out_3 + NLANES * i);
+        NAME(refined_axes_centre_lanes)(scattered_2 + 17 * NLANES * i, centre_2 + 14 * NLANES * i);
+        NAME(refined_axes_result_2_lanes)(centre_2 + 14 * NLANES * i, out_2 + NLANES * i);
+        NAME(refined_axes_result_3_lanes)(centre_2 + 14 * NLANES * i, out_3 + NLANES * i);
     }
-    NAME(refined_axes_19_lanes)(sum_3);
-    NAME(refined_axes_21_lanes)(sum_4);
+    NAME(refined_axes_sum_start_lanes)(sum_3);
+    NAME(refined_axes_sum_start_2_lanes)(sum_4);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(refined_axes_20_lanes)(sum_3, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i,
+        NAME(refined_axes_sum_lanes)(sum_3, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i,
     centre_2 + 14 * NLANES * circle[i], sum_3);
-        NAME(refined_axes_22_lanes)(sum_4, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i, sum_4);
+        NAME(refined_axes_sum_2_lanes)(sum_4, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i, sum_4);
     }
-    NAME(refined_axes_25_lanes)(sum_3, sum_4, out_1);
+    NAME(refined_axes_result_4_lanes)(sum_3, sum_4, out_1);
     COPY(NLANES, converged, out_4);
     return far;
 }

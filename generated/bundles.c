@@ -2,7 +2,7 @@
 // command: gac generate --all bundles
 // spec: 4bf4787619db8fdd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 9dabb8e40ec3edbe9636957e355b3dcdc845c65bb9c8d25e2177c7cb9c88cd2d
+// body: 77c8a7d82f43078ba921e74cf0ce9f02296b54b3ebb140ae798d425021ada1d6
 
 #ifndef REAL
 #include "bundles.h"
@@ -5012,7 +5012,7 @@ GAC_KERNEL(scaled_coupling, PLAIN, TILES)
     AND IN(3, zero, scalar, 1, points) AND OUT(4, out_0, 6, 6, points) AND OUT(5, out_1, 3, 3, points)
 #define WORK_point_sums(WORK)
 
-static INLINE void NAME(point_sums_1)(const REAL *by_point, const REAL *residual, REAL *of, REAL *of_2)
+static INLINE void NAME(point_sums_of)(const REAL *by_point, const REAL *residual, REAL *of, REAL *of_2)
 {
     const REAL by_point_0_0 = by_point[0], by_point_0_1 = by_point[1], by_point_0_2 = by_point[2],
         by_point_1_0 = by_point[3], by_point_1_1 = by_point[4], by_point_1_2 = by_point[5];
@@ -5027,8 +5027,8 @@ static INLINE void NAME(point_sums_1)(const REAL *by_point, const REAL *residual
     of_2[1] = by_point_1_1 * residual_1 + by_point_0_1 * residual_0;
     of_2[2] = by_point_1_2 * residual_1 + by_point_0_2 * residual_0;
 }
-#define PARTS_point_sums_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 2) AND OUT(2, 6) AND OUT(3, 3)
-GAC_IN_LANES(point_sums_1, PLAIN)
+#define PARTS_point_sums_of(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 2) AND OUT(2, 6) AND OUT(3, 3)
+GAC_IN_LANES(point_sums_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t bundles_point_sums_work(intptr_t k, intptr_t points)
@@ -5046,7 +5046,7 @@ void NAME(point_sums)(intptr_t k, intptr_t points, const REAL *by_point, const R
     CLEAR(6 * points, out_0);
     CLEAR(3 * points, out_1);
     for (intptr_t i = 0; i < k; i++) {
-        NAME(point_sums_1)(by_point + 6 * i, residual + 2 * i, of, of_2);
+        NAME(point_sums_of)(by_point + 6 * i, residual + 2 * i, of, of_2);
         if (point[i] >= 0)
             ADD(6, of, out_0 + 6 * point[i]);
         if (point[i] >= 0)
@@ -5062,7 +5062,7 @@ static INLINE WORD NAME(point_sums_lanes)(intptr_t k, intptr_t points, const REA
     CLEAR(6 * NLANES * points, out_0);
     CLEAR(3 * NLANES * points, out_1);
     for (intptr_t i = 0; i < k; i++) {
-        NAME(point_sums_1_lanes)(by_point + 6 * NLANES * i, residual + 2 * NLANES * i, of, of_2);
+        NAME(point_sums_of_lanes)(by_point + 6 * NLANES * i, residual + 2 * NLANES * i, of, of_2);
         if (point[i] >= 0)
             ADD(6 * NLANES, of, out_0 + 6 * NLANES * point[i]);
         if (point[i] >= 0)
@@ -5078,7 +5078,7 @@ GAC_PROCEDURE(point_sums, LANES)
     AND IN(3, zero, scalar, 1, blocks) AND OUT(4, out, 6, 6, blocks)
 #define WORK_block_gradients(WORK)
 
-static INLINE void NAME(block_gradients_1)(const REAL *by_block, const REAL *residual, REAL *mapped)
+static INLINE void NAME(block_gradients_mapped)(const REAL *by_block, const REAL *residual, REAL *mapped)
 {
     const REAL by_block_0_0 = by_block[0], by_block_0_1 = by_block[1], by_block_0_2 = by_block[2],
         by_block_0_3 = by_block[3], by_block_0_4 = by_block[4], by_block_0_5 = by_block[5],
@@ -5092,8 +5092,8 @@ static INLINE void NAME(block_gradients_1)(const REAL *by_block, const REAL *res
     mapped[4] = by_block_1_4 * residual_1 + by_block_0_4 * residual_0;
     mapped[5] = by_block_1_5 * residual_1 + by_block_0_5 * residual_0;
 }
-#define PARTS_block_gradients_1(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 2) AND OUT(2, 6)
-GAC_IN_LANES(block_gradients_1, PLAIN)
+#define PARTS_block_gradients_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 2) AND OUT(2, 6)
+GAC_IN_LANES(block_gradients_mapped, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t bundles_block_gradients_work(intptr_t k, intptr_t blocks)
@@ -5110,7 +5110,7 @@ void NAME(block_gradients)(intptr_t k, intptr_t blocks, const REAL *by_block, co
     REAL mapped[6];
     CLEAR(6 * blocks, out);
     for (intptr_t i = 0; i < k; i++) {
-        NAME(block_gradients_1)(by_block + 12 * i, residual + 2 * i, mapped);
+        NAME(block_gradients_mapped)(by_block + 12 * i, residual + 2 * i, mapped);
         if (block[i] >= 0)
             ADD(6, mapped, out + 6 * block[i]);
     }
@@ -5123,7 +5123,7 @@ static INLINE WORD NAME(block_gradients_lanes)(intptr_t k, intptr_t blocks, cons
     _Alignas(64) REAL mapped[6 * NLANES];
     CLEAR(6 * NLANES * blocks, out);
     for (intptr_t i = 0; i < k; i++) {
-        NAME(block_gradients_1_lanes)(by_block + 12 * NLANES * i, residual + 2 * NLANES * i, mapped);
+        NAME(block_gradients_mapped_lanes)(by_block + 12 * NLANES * i, residual + 2 * NLANES * i, mapped);
         if (block[i] >= 0)
             ADD(6 * NLANES, mapped, out + 6 * NLANES * block[i]);
     }
@@ -5137,7 +5137,7 @@ GAC_PROCEDURE(block_gradients, LANES)
     AND IN(3, zero, scalar, 1, pairs) AND OUT(4, out, 6x6, 36, pairs)
 #define WORK_block_products(WORK)
 
-static INLINE void NAME(block_products_1)(const REAL *first, const REAL *second, REAL *product)
+static INLINE void NAME(block_products_product)(const REAL *first, const REAL *second, REAL *product)
 {
     const REAL first_0_0 = first[0], first_0_1 = first[1], first_0_2 = first[2], first_0_3 = first[3],
         first_0_4 = first[4], first_0_5 = first[5], first_1_0 = first[6], first_1_1 = first[7],
@@ -5182,8 +5182,8 @@ static INLINE void NAME(block_products_1)(const REAL *first, const REAL *second,
     product[34] = first_1_5 * second_1_4 + first_0_5 * second_0_4;
     product[35] = first_1_5 * second_1_5 + first_0_5 * second_0_5;
 }
-#define PARTS_block_products_1(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 12) AND OUT(2, 36)
-GAC_IN_LANES(block_products_1, PLAIN)
+#define PARTS_block_products_product(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 12) AND OUT(2, 36)
+GAC_IN_LANES(block_products_product, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t bundles_block_products_work(intptr_t k, intptr_t pairs)
@@ -5200,7 +5200,7 @@ void NAME(block_products)(intptr_t k, intptr_t pairs, const REAL *first, const R
     REAL product[6 * 6];
     CLEAR(36 * pairs, out);
     for (intptr_t i = 0; i < k; i++) {
-        NAME(block_products_1)(first + 12 * i, second + 12 * i, product);
+        NAME(block_products_product)(first + 12 * i, second + 12 * i, product);
         if (pair[i] >= 0)
             ADD(36, product, out + 36 * pair[i]);
     }
@@ -5213,7 +5213,7 @@ static INLINE WORD NAME(block_products_lanes)(intptr_t k, intptr_t pairs, const 
     _Alignas(64) REAL product[36 * NLANES];
     CLEAR(36 * NLANES * pairs, out);
     for (intptr_t i = 0; i < k; i++) {
-        NAME(block_products_1_lanes)(first + 12 * NLANES * i, second + 12 * NLANES * i, product);
+        NAME(block_products_product_lanes)(first + 12 * NLANES * i, second + 12 * NLANES * i, product);
         if (pair[i] >= 0)
             ADD(36 * NLANES, product, out + 36 * NLANES * pair[i]);
     }
@@ -5227,7 +5227,7 @@ GAC_PROCEDURE(block_products, LANES)
     AND IN(3, zero, scalar, 1, couplings) AND OUT(4, out, 6x3, 18, couplings)
 #define WORK_coupling_sums(WORK)
 
-static INLINE void NAME(coupling_sums_1)(const REAL *by_block, const REAL *by_point, REAL *product)
+static INLINE void NAME(coupling_sums_product)(const REAL *by_block, const REAL *by_point, REAL *product)
 {
     const REAL by_block_0_0 = by_block[0], by_block_0_1 = by_block[1], by_block_0_2 = by_block[2],
         by_block_0_3 = by_block[3], by_block_0_4 = by_block[4], by_block_0_5 = by_block[5],
@@ -5254,8 +5254,8 @@ static INLINE void NAME(coupling_sums_1)(const REAL *by_block, const REAL *by_po
     product[16] = by_block_1_5 * by_point_1_1 + by_block_0_5 * by_point_0_1;
     product[17] = by_block_1_5 * by_point_1_2 + by_block_0_5 * by_point_0_2;
 }
-#define PARTS_coupling_sums_1(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 6) AND OUT(2, 18)
-GAC_IN_LANES(coupling_sums_1, PLAIN)
+#define PARTS_coupling_sums_product(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 6) AND OUT(2, 18)
+GAC_IN_LANES(coupling_sums_product, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t bundles_coupling_sums_work(intptr_t k, intptr_t couplings)
@@ -5272,7 +5272,7 @@ void NAME(coupling_sums)(intptr_t k, intptr_t couplings, const REAL *by_block, c
     REAL product[6 * 3];
     CLEAR(18 * couplings, out);
     for (intptr_t i = 0; i < k; i++) {
-        NAME(coupling_sums_1)(by_block + 12 * i, by_point + 6 * i, product);
+        NAME(coupling_sums_product)(by_block + 12 * i, by_point + 6 * i, product);
         if (coupling[i] >= 0)
             ADD(18, product, out + 18 * coupling[i]);
     }
@@ -5285,7 +5285,7 @@ static INLINE WORD NAME(coupling_sums_lanes)(intptr_t k, intptr_t couplings, con
     _Alignas(64) REAL product[18 * NLANES];
     CLEAR(18 * NLANES * couplings, out);
     for (intptr_t i = 0; i < k; i++) {
-        NAME(coupling_sums_1_lanes)(by_block + 12 * NLANES * i, by_point + 6 * NLANES * i, product);
+        NAME(coupling_sums_product_lanes)(by_block + 12 * NLANES * i, by_point + 6 * NLANES * i, product);
         if (coupling[i] >= 0)
             ADD(18 * NLANES, product, out + 18 * NLANES * coupling[i]);
     }
@@ -5300,7 +5300,7 @@ GAC_PROCEDURE(coupling_sums, LANES)
     AND INDEX(3, pair, products, pairs) AND IN(4, zero, scalar, 1, pairs) AND OUT(5, out, 6x6, 36, pairs)
 #define WORK_eliminated_points(WORK)
 
-static INLINE void NAME(eliminated_points_1)(const REAL *coupling, const REAL *coupling_2, REAL *of)
+static INLINE void NAME(eliminated_points_of)(const REAL *coupling, const REAL *coupling_2, REAL *of)
 {
     const REAL coupling_0_0 = coupling[0], coupling_0_1 = coupling[1], coupling_0_2 = coupling[2],
         coupling_1_0 = coupling[3], coupling_1_1 = coupling[4], coupling_1_2 = coupling[5],
@@ -5387,8 +5387,8 @@ static INLINE void NAME(eliminated_points_1)(const REAL *coupling, const REAL *c
     of[34] = t34 + coupling_5_0 * coupling_2_4_0;
     of[35] = t35 + coupling_5_0 * coupling_2_5_0;
 }
-#define PARTS_eliminated_points_1(IN, SAME, NUMBER, OUT, AND) IN(0, 18) AND IN(1, 18) AND OUT(2, 36)
-GAC_IN_LANES(eliminated_points_1, PLAIN)
+#define PARTS_eliminated_points_of(IN, SAME, NUMBER, OUT, AND) IN(0, 18) AND IN(1, 18) AND OUT(2, 36)
+GAC_IN_LANES(eliminated_points_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t bundles_eliminated_points_work(intptr_t couplings, intptr_t products, intptr_t pairs)
@@ -5405,7 +5405,7 @@ void NAME(eliminated_points)(intptr_t couplings, intptr_t products, intptr_t pai
     REAL of[6 * 6];
     CLEAR(36 * pairs, out);
     for (intptr_t i = 0; i < products; i++) {
-        NAME(eliminated_points_1)(coupling + 18 * first[i], coupling + 18 * second[i], of);
+        NAME(eliminated_points_of)(coupling + 18 * first[i], coupling + 18 * second[i], of);
         if (pair[i] >= 0)
             ADD(36, of, out + 36 * pair[i]);
     }
@@ -5419,7 +5419,7 @@ static INLINE WORD NAME(eliminated_points_lanes)(intptr_t couplings, intptr_t pr
     _Alignas(64) REAL of[36 * NLANES];
     CLEAR(36 * NLANES * pairs, out);
     for (intptr_t i = 0; i < products; i++) {
-        NAME(eliminated_points_1_lanes)(coupling + 18 * NLANES * first[i], coupling + 18 * NLANES * second[i], of);
+        NAME(eliminated_points_of_lanes)(coupling + 18 * NLANES * first[i], coupling + 18 * NLANES * second[i], of);
         if (pair[i] >= 0)
             ADD(36 * NLANES, of, out + 36 * NLANES * pair[i]);
     }
@@ -5434,7 +5434,7 @@ GAC_PROCEDURE(eliminated_points, LANES)
     AND IN(4, zero, scalar, 1, blocks) AND OUT(5, out, 6, 6, blocks)
 #define WORK_eliminated_gradients(WORK)
 
-static INLINE void NAME(eliminated_gradients_1)(const REAL *coupling, const REAL *reduced, REAL *mapped)
+static INLINE void NAME(eliminated_gradients_mapped)(const REAL *coupling, const REAL *reduced, REAL *mapped)
 {
     const REAL coupling_0_0 = coupling[0], coupling_0_1 = coupling[1], coupling_0_2 = coupling[2],
         coupling_1_0 = coupling[3], coupling_1_1 = coupling[4], coupling_1_2 = coupling[5],
@@ -5450,8 +5450,8 @@ static INLINE void NAME(eliminated_gradients_1)(const REAL *coupling, const REAL
     mapped[4] = coupling_4_1 * reduced_1 + coupling_4_2 * reduced_2 + coupling_4_0 * reduced_0;
     mapped[5] = coupling_5_1 * reduced_1 + coupling_5_2 * reduced_2 + coupling_5_0 * reduced_0;
 }
-#define PARTS_eliminated_gradients_1(IN, SAME, NUMBER, OUT, AND) IN(0, 18) AND IN(1, 3) AND OUT(2, 6)
-GAC_IN_LANES(eliminated_gradients_1, PLAIN)
+#define PARTS_eliminated_gradients_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 18) AND IN(1, 3) AND OUT(2, 6)
+GAC_IN_LANES(eliminated_gradients_mapped, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t bundles_eliminated_gradients_work(intptr_t couplings, intptr_t points, intptr_t blocks)
@@ -5468,7 +5468,7 @@ void NAME(eliminated_gradients)(intptr_t couplings, intptr_t points, intptr_t bl
     REAL mapped[6];
     CLEAR(6 * blocks, out);
     for (intptr_t i = 0; i < couplings; i++) {
-        NAME(eliminated_gradients_1)(coupling + 18 * i, reduced + 3 * point[i], mapped);
+        NAME(eliminated_gradients_mapped)(coupling + 18 * i, reduced + 3 * point[i], mapped);
         if (block[i] >= 0)
             ADD(6, mapped, out + 6 * block[i]);
     }
@@ -5482,7 +5482,8 @@ static INLINE WORD NAME(eliminated_gradients_lanes)(intptr_t couplings, intptr_t
     _Alignas(64) REAL mapped[6 * NLANES];
     CLEAR(6 * NLANES * blocks, out);
     for (intptr_t i = 0; i < couplings; i++) {
-        NAME(eliminated_gradients_1_lanes)(coupling + 18 * NLANES * i, reduced + 3 * NLANES * point[i], mapped);
+        NAME(eliminated_gradients_mapped_lanes)(coupling + 18 * NLANES * i, reduced + 3 * NLANES * point[i],
+    mapped);
         if (block[i] >= 0)
             ADD(6 * NLANES, mapped, out + 6 * NLANES * block[i]);
     }
@@ -5497,7 +5498,7 @@ GAC_PROCEDURE(eliminated_gradients, LANES)
     AND IN(5, inverse, 6, 6, points) AND IN(6, zero, scalar, 1, points) AND OUT(7, out, 3, 3, points)
 #define WORK_point_changes(WORK) WORK(8, scattered, 3, 3, points)
 
-static INLINE void NAME(point_changes_1)(const REAL *coupling, const REAL *change, REAL *of)
+static INLINE void NAME(point_changes_of)(const REAL *coupling, const REAL *change, REAL *of)
 {
     const REAL coupling_0_0 = coupling[0], coupling_0_1 = coupling[1], coupling_0_2 = coupling[2],
         coupling_1_0 = coupling[3], coupling_1_1 = coupling[4], coupling_1_2 = coupling[5],
@@ -5514,10 +5515,11 @@ static INLINE void NAME(point_changes_1)(const REAL *coupling, const REAL *chang
     of[1] = t1 + coupling_4_1 * change_4 + coupling_5_1 * change_5 + coupling_0_1 * change_0;
     of[2] = t2 + coupling_4_2 * change_4 + coupling_5_2 * change_5 + coupling_0_2 * change_0;
 }
-#define PARTS_point_changes_1(IN, SAME, NUMBER, OUT, AND) IN(0, 18) AND IN(1, 6) AND OUT(2, 3)
-GAC_IN_LANES(point_changes_1, PLAIN)
+#define PARTS_point_changes_of(IN, SAME, NUMBER, OUT, AND) IN(0, 18) AND IN(1, 6) AND OUT(2, 3)
+GAC_IN_LANES(point_changes_of, PLAIN)
 
-static INLINE void NAME(point_changes_2)(const REAL *scattered, const REAL *reduced, const REAL *inverse, REAL *out)
+static INLINE void NAME(point_changes_result)(const REAL *scattered, const REAL *reduced, const REAL *inverse, REAL
+    *out)
 {
     const REAL scattered_0 = scattered[0], scattered_1 = scattered[1], scattered_2 = scattered[2];
     const REAL reduced_0 = reduced[0], reduced_1 = reduced[1], reduced_2 = reduced[2];
@@ -5529,8 +5531,8 @@ static INLINE void NAME(point_changes_2)(const REAL *scattered, const REAL *redu
     out[1] = -(inverse_2 * t0 + inverse_4 * t1);
     out[2] = -(inverse_5 * t1);
 }
-#define PARTS_point_changes_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 6) AND OUT(3, 3)
-GAC_IN_LANES(point_changes_2, PLAIN)
+#define PARTS_point_changes_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 6) AND OUT(3, 3)
+GAC_IN_LANES(point_changes_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t bundles_point_changes_work(intptr_t couplings, intptr_t blocks, intptr_t points)
@@ -5548,12 +5550,12 @@ void NAME(point_changes)(intptr_t couplings, intptr_t blocks, intptr_t points, c
     REAL of[3], *const scattered = work;
     CLEAR(3 * points, scattered);
     for (intptr_t i = 0; i < couplings; i++) {
-        NAME(point_changes_1)(coupling + 18 * i, change + 6 * block[i], of);
+        NAME(point_changes_of)(coupling + 18 * i, change + 6 * block[i], of);
         if (point[i] >= 0)
             ADD(3, of, scattered + 3 * point[i]);
     }
     for (intptr_t i = 0; i < points; i++)
-        NAME(point_changes_2)(scattered + 3 * i, reduced + 3 * i, inverse + 6 * i, out + 3 * i);
+        NAME(point_changes_result)(scattered + 3 * i, reduced + 3 * i, inverse + 6 * i, out + 3 * i);
 }
 
 static INLINE WORD NAME(point_changes_lanes)(intptr_t couplings, intptr_t blocks, intptr_t points,
@@ -5564,13 +5566,13 @@ static INLINE WORD NAME(point_changes_lanes)(intptr_t couplings, intptr_t blocks
     _Alignas(64) REAL of[3 * NLANES];
     CLEAR(3 * NLANES * points, scattered);
     for (intptr_t i = 0; i < couplings; i++) {
-        NAME(point_changes_1_lanes)(coupling + 18 * NLANES * i, change + 6 * NLANES * block[i], of);
+        NAME(point_changes_of_lanes)(coupling + 18 * NLANES * i, change + 6 * NLANES * block[i], of);
         if (point[i] >= 0)
             ADD(3 * NLANES, of, scattered + 3 * NLANES * point[i]);
     }
     for (intptr_t i = 0; i < points; i++)
-        NAME(point_changes_2_lanes)(scattered + 3 * NLANES * i, reduced + 3 * NLANES * i, inverse + 6 * NLANES * i,
-    out + 3 * NLANES * i);
+        NAME(point_changes_result_lanes)(scattered + 3 * NLANES * i, reduced + 3 * NLANES * i,
+    inverse + 6 * NLANES * i, out + 3 * NLANES * i);
     return 0;
 }
 
@@ -5583,7 +5585,7 @@ GAC_PROCEDURE(point_changes, LANES)
     AND IN(6, covariance, 6x6, 36, pairs) AND IN(7, zero, scalar, 1, points) AND OUT(8, out, 6, 6, points)
 #define WORK_spread_of_points(WORK)
 
-static INLINE void NAME(spread_of_points_1)(const REAL *coupling, const REAL *coupling_2, const REAL *covariance,
+static INLINE void NAME(spread_of_points_of)(const REAL *coupling, const REAL *coupling_2, const REAL *covariance,
     REAL times, REAL *of)
 {
     const REAL coupling_0_0 = coupling[0], coupling_0_1 = coupling[1], coupling_0_2 = coupling[2],
@@ -5684,9 +5686,9 @@ static INLINE void NAME(spread_of_points_1)(const REAL *coupling, const REAL *co
     of[4] = t40 * (t64 + (t65 + coupling_5_2 * t34 + coupling_0_2 * t37));
     of[5] = times * (t66 + coupling_5_2 * t56 + coupling_0_2 * t59);
 }
-#define PARTS_spread_of_points_1(IN, SAME, NUMBER, OUT, AND) IN(0, 18) AND IN(1, 18) AND IN(2, 36) AND NUMBER(3, 0) \
+#define PARTS_spread_of_points_of(IN, SAME, NUMBER, OUT, AND) IN(0, 18) AND IN(1, 18) AND IN(2, 36) AND NUMBER(3, 0) \
     AND OUT(4, 6)
-GAC_IN_LANES(spread_of_points_1, PLAIN)
+GAC_IN_LANES(spread_of_points_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t bundles_spread_of_points_work(intptr_t couplings, intptr_t products, intptr_t pairs, intptr_t points)
@@ -5704,7 +5706,7 @@ void NAME(spread_of_points)(intptr_t couplings, intptr_t products, intptr_t pair
     REAL of[6];
     CLEAR(6 * points, out);
     for (intptr_t i = 0; i < products; i++) {
-        NAME(spread_of_points_1)(coupling + 18 * first[i], coupling + 18 * second[i], covariance + 36 * pair[i],
+        NAME(spread_of_points_of)(coupling + 18 * first[i], coupling + 18 * second[i], covariance + 36 * pair[i],
     share[i], of);
         if (point[i] >= 0)
             ADD(6, of, out + 6 * point[i]);
@@ -5719,7 +5721,7 @@ static INLINE WORD NAME(spread_of_points_lanes)(intptr_t couplings, intptr_t pro
     _Alignas(64) REAL of[6 * NLANES];
     CLEAR(6 * NLANES * points, out);
     for (intptr_t i = 0; i < products; i++) {
-        NAME(spread_of_points_1_lanes)(coupling + 18 * NLANES * first[i], coupling + 18 * NLANES * second[i],
+        NAME(spread_of_points_of_lanes)(coupling + 18 * NLANES * first[i], coupling + 18 * NLANES * second[i],
     covariance + 36 * NLANES * pair[i], share + NLANES * i, of);
         if (point[i] >= 0)
             ADD(6 * NLANES, of, out + 6 * NLANES * point[i]);

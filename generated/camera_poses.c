@@ -2,7 +2,7 @@
 // command: gac generate --all camera_poses
 // spec: d9cb1ab4a5d9db8f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1543fa3cfa1cf6a62d44acfa60b6b64a93bafdd09e2a63cca324561d37b0e502
+// body: 86679615256f09795385dbaf251e0c31e2d9b84c1b68d8c8f71d4caf54617f85
 
 #ifndef REAL
 #include "camera_poses.h"
@@ -1202,17 +1202,17 @@ GAC_KERNEL(motions_of_homography, PLAIN, NO)
     AND IN(1, k, 3x3, 9, 1) AND IN(2, places, 3, 3, n) AND IN(3, pixels, 2, 2, n) AND OUT(4, out, scalar, 1, n)
 #define WORK_pixel_squares(WORK)
 
-static INLINE void NAME(pixel_squares_1)(const REAL *k, REAL *common, REAL *common_2)
+static INLINE void NAME(pixel_squares_common)(const REAL *k, REAL *common, REAL *common_2)
 {
     const REAL k_0_2 = k[2], k_1_2 = k[5];
     common[0] = k_0_2;
     common_2[0] = k_1_2;
 }
-#define PARTS_pixel_squares_1(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(pixel_squares_1, PLAIN)
+#define PARTS_pixel_squares_common(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(pixel_squares_common, PLAIN)
 
-static INLINE void NAME(pixel_squares_2)(const REAL *pose, const REAL *k, const REAL *places, const REAL *pixels,
-    REAL common, REAL common_2, REAL *out)
+static INLINE void NAME(pixel_squares_result)(const REAL *pose, const REAL *k, const REAL *places, const REAL
+    *pixels, REAL common, REAL common_2, REAL *out)
 {
     const REAL pose_0_0 = pose[0], pose_0_1 = pose[1], pose_0_2 = pose[2], pose_0_3 = pose[3], pose_1_0 = pose[4],
         pose_1_1 = pose[5], pose_1_2 = pose[6], pose_1_3 = pose[7], pose_2_0 = pose[8], pose_2_1 = pose[9],
@@ -1229,9 +1229,9 @@ static INLINE void NAME(pixel_squares_2)(const REAL *pose, const REAL *k, const 
     const REAL t6 = t4 * t4 + t5 * t5;
     out[0] = SELECT(LESS((REAL)0, t0), t6, (REAL)1e+30);
 }
-#define PARTS_pixel_squares_2(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 9) AND IN(2, 3) AND IN(3, 2) \
+#define PARTS_pixel_squares_result(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 9) AND IN(2, 3) AND IN(3, 2) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1)
-GAC_IN_LANES(pixel_squares_2, PLAIN)
+GAC_IN_LANES(pixel_squares_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t camera_poses_pixel_squares_work(intptr_t n)
@@ -1246,19 +1246,19 @@ void NAME(pixel_squares)(intptr_t n, const REAL *pose, const REAL *k, const REAL
 {
     (void)work;
     REAL common, common_2;
-    NAME(pixel_squares_1)(k, &common, &common_2);
+    NAME(pixel_squares_common)(k, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(pixel_squares_2)(pose, k, places + 3 * i, pixels + 2 * i, common, common_2, out + i);
+        NAME(pixel_squares_result)(pose, k, places + 3 * i, pixels + 2 * i, common, common_2, out + i);
 }
 
 static INLINE WORD NAME(pixel_squares_lanes)(intptr_t n, const REAL *pose, const REAL *k, const REAL *places,
     const REAL *pixels, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES];
-    NAME(pixel_squares_1_lanes)(k, common, common_2);
+    NAME(pixel_squares_common_lanes)(k, common, common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(pixel_squares_2_lanes)(pose, k, places + 3 * NLANES * i, pixels + 2 * NLANES * i, common, common_2,
-    out + NLANES * i);
+        NAME(pixel_squares_result_lanes)(pose, k, places + 3 * NLANES * i, pixels + 2 * NLANES * i, common,
+    common_2, out + NLANES * i);
     return 0;
 }
 
@@ -1269,24 +1269,15 @@ GAC_PROCEDURE(pixel_squares, LANES)
     AND NUMBER(4, limit) AND OUT(5, out, scalar, 1, 1)
 #define WORK_truncated_pixel_squares(WORK)
 
-static INLINE void NAME(truncated_pixel_squares_1)(REAL *out)
+static INLINE void NAME(truncated_pixel_squares_result_start)(REAL *out)
 {
     out[0] = (REAL)0;
 }
-#define PARTS_truncated_pixel_squares_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(truncated_pixel_squares_1, PLAIN)
+#define PARTS_truncated_pixel_squares_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(truncated_pixel_squares_result_start, PLAIN)
 
-static INLINE void NAME(truncated_pixel_squares_2)(const REAL *k, REAL *common, REAL *common_2)
-{
-    const REAL k_0_2 = k[2], k_1_2 = k[5];
-    common[0] = k_0_2;
-    common_2[0] = k_1_2;
-}
-#define PARTS_truncated_pixel_squares_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(truncated_pixel_squares_2, PLAIN)
-
-static INLINE void NAME(truncated_pixel_squares_3)(const REAL *pose, const REAL *k, REAL limit, REAL sum, const REAL
-    *places, const REAL *pixels, REAL common, REAL common_2, REAL *out)
+static INLINE void NAME(truncated_pixel_squares_result)(const REAL *pose, const REAL *k, REAL limit, REAL sum, const
+    REAL *places, const REAL *pixels, REAL common, REAL common_2, REAL *out)
 {
     const REAL pose_0_0 = pose[0], pose_0_1 = pose[1], pose_0_2 = pose[2], pose_0_3 = pose[3], pose_1_0 = pose[4],
         pose_1_1 = pose[5], pose_1_2 = pose[6], pose_1_3 = pose[7], pose_2_0 = pose[8], pose_2_1 = pose[9],
@@ -1304,9 +1295,9 @@ static INLINE void NAME(truncated_pixel_squares_3)(const REAL *pose, const REAL 
     const REAL t7 = SELECT(LESS((REAL)0, t0), t6, (REAL)1e+30);
     out[0] = sum + MINIMUM(limit, t7);
 }
-#define PARTS_truncated_pixel_squares_3(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 9) AND NUMBER(2, 0) \
+#define PARTS_truncated_pixel_squares_result(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 9) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND SAME(4, 3) AND SAME(5, 2) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1)
-GAC_IN_LANES(truncated_pixel_squares_3, PLAIN)
+GAC_IN_LANES(truncated_pixel_squares_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t camera_poses_truncated_pixel_squares_work(intptr_t n)
@@ -1321,22 +1312,22 @@ void NAME(truncated_pixel_squares)(intptr_t n, const REAL *pose, const REAL *k, 
 {
     (void)work;
     REAL common, common_2;
-    NAME(truncated_pixel_squares_1)(out);
-    NAME(truncated_pixel_squares_2)(k, &common, &common_2);
+    NAME(truncated_pixel_squares_result_start)(out);
+    NAME(pixel_squares_common)(k, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_pixel_squares_3)(pose, k, limit, out[0], places + 3 * i, pixels + 2 * i, common, common_2,
-    out);
+        NAME(truncated_pixel_squares_result)(pose, k, limit, out[0], places + 3 * i, pixels + 2 * i, common,
+    common_2, out);
 }
 
 static INLINE WORD NAME(truncated_pixel_squares_lanes)(intptr_t n, const REAL *pose, const REAL *k,
     const REAL *places, const REAL *pixels, const REAL *limit, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES];
-    NAME(truncated_pixel_squares_1_lanes)(out);
-    NAME(truncated_pixel_squares_2_lanes)(k, common, common_2);
+    NAME(truncated_pixel_squares_result_start_lanes)(out);
+    NAME(pixel_squares_common_lanes)(k, common, common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_pixel_squares_3_lanes)(pose, k, limit, out, places + 3 * i, pixels + 2 * i, common, common_2,
-    out);
+        NAME(truncated_pixel_squares_result_lanes)(pose, k, limit, out, places + 3 * i, pixels + 2 * i, common,
+    common_2, out);
     return 0;
 }
 
@@ -1347,9 +1338,9 @@ GAC_PROCEDURE(truncated_pixel_squares, LANES)
     AND NUMBER(5, at_most) AND OUT(6, out_0, 3x4, 12, 1) AND OUT(7, out_1, 21, 21, 1) AND OUT(8, out_2, 4, 4, 1)
 #define WORK_descend_pose(WORK)
 
-static INLINE void NAME(descend_pose_1)(const REAL *pose, REAL *now_carry_best, REAL *now_carry_following, REAL
-    *now_carry_table, REAL *now_carry_slope, REAL *now_carry_cost, REAL *now_carry_damping, REAL *now_carry_done,
-    REAL *now_steps, REAL *now_converged, REAL *converged, REAL *steps)
+static INLINE void NAME(descend_pose_now_carry_best)(const REAL *pose, REAL *now_carry_best, REAL
+    *now_carry_following, REAL *now_carry_table, REAL *now_carry_slope, REAL *now_carry_cost, REAL
+    *now_carry_damping, REAL *now_carry_done, REAL *now_steps, REAL *now_converged, REAL *converged, REAL *steps)
 {
     const REAL pose_0_0 = pose[0], pose_0_1 = pose[1], pose_0_2 = pose[2], pose_0_3 = pose[3], pose_1_0 = pose[4],
         pose_1_1 = pose[5], pose_1_2 = pose[6], pose_1_3 = pose[7], pose_2_0 = pose[8], pose_2_1 = pose[9],
@@ -1438,12 +1429,12 @@ static INLINE void NAME(descend_pose_1)(const REAL *pose, REAL *now_carry_best, 
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_descend_pose_1(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND OUT(1, 7) AND OUT(2, 7) AND OUT(3, 21) \
-    AND OUT(4, 6) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
-    AND OUT(11, 1)
-GAC_IN_LANES(descend_pose_1, PLAIN)
+#define PARTS_descend_pose_now_carry_best(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND OUT(1, 7) AND OUT(2, 7) \
+    AND OUT(3, 21) AND OUT(4, 6) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) \
+    AND OUT(10, 1) AND OUT(11, 1)
+GAC_IN_LANES(descend_pose_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_pose_2)(const REAL *k, REAL limit, REAL *common_11, REAL *common_12, REAL
+static INLINE void NAME(descend_pose_common)(const REAL *k, REAL limit, REAL *common_11, REAL *common_12, REAL
     *common_13)
 {
     const REAL k_0_2 = k[2], k_1_2 = k[5];
@@ -1452,11 +1443,11 @@ static INLINE void NAME(descend_pose_2)(const REAL *k, REAL limit, REAL *common_
     common_12[0] = k_1_2;
     common_13[0] = SELECT(LESS(limit, (REAL)1e+20), t0, (REAL)0);
 }
-#define PARTS_descend_pose_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND OUT(2, 1) AND OUT(3, 1) \
+#define PARTS_descend_pose_common(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND OUT(2, 1) AND OUT(3, 1) \
     AND OUT(4, 1)
-GAC_IN_LANES(descend_pose_2, PLAIN)
+GAC_IN_LANES(descend_pose_common, PLAIN)
 
-static INLINE void NAME(descend_pose_3)(REAL *sum)
+static INLINE void NAME(descend_pose_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -1487,10 +1478,10 @@ static INLINE void NAME(descend_pose_3)(REAL *sum)
     sum[26] = (REAL)0;
     sum[27] = (REAL)0;
 }
-#define PARTS_descend_pose_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
-GAC_IN_LANES(descend_pose_3, PLAIN)
+#define PARTS_descend_pose_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
+GAC_IN_LANES(descend_pose_sum_start, PLAIN)
 
-static INLINE void NAME(descend_pose_4)(const REAL *now_carry_following, REAL *common, REAL *common_2, REAL
+static INLINE void NAME(descend_pose_common_2)(const REAL *now_carry_following, REAL *common, REAL *common_2, REAL
     *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9, REAL
     *common_10)
 {
@@ -1520,14 +1511,14 @@ static INLINE void NAME(descend_pose_4)(const REAL *now_carry_following, REAL *c
     common_9[0] = (REAL)2 * (t6 - t7);
     common_10[0] = SQRT(t10 + now_carry_following_6 * now_carry_following_6);
 }
-#define PARTS_descend_pose_4(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
+#define PARTS_descend_pose_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1)
-GAC_IN_LANES(descend_pose_4, PLAIN)
+GAC_IN_LANES(descend_pose_common_2, PLAIN)
 
-static INLINE void NAME(descend_pose_5)(const REAL *k, REAL limit, const REAL *now_carry_following, const REAL *sum,
-    const REAL *places, const REAL *pixels, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5,
-    REAL common_6, REAL common_7, REAL common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL
-    common_13, REAL *sum_out)
+static INLINE void NAME(descend_pose_sum)(const REAL *k, REAL limit, const REAL *now_carry_following, const REAL
+    *sum, const REAL *places, const REAL *pixels, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL
+    common_5, REAL common_6, REAL common_7, REAL common_8, REAL common_9, REAL common_10, REAL common_11, REAL
+    common_12, REAL common_13, REAL *sum_out)
 {
     const REAL k_0_0 = k[0], k_0_1 = k[1], k_1_0 = k[3], k_1_1 = k[4];
     const REAL now_carry_following_4 = now_carry_following[4], now_carry_following_5 = now_carry_following[5],
@@ -1596,17 +1587,17 @@ static INLINE void NAME(descend_pose_5)(const REAL *k, REAL limit, const REAL *n
     sum_out[26] = sum_26 - t13 * (t10 * t26 + t11 * t27);
     sum_out[27] = sum_27 + MINIMUM(limit, t12);
 }
-#define PARTS_descend_pose_5(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND IN(2, 7) AND IN(3, 28) \
+#define PARTS_descend_pose_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND IN(2, 7) AND IN(3, 28) \
     AND IN(4, 3) AND IN(5, 2) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND NUMBER(15, 0) AND NUMBER(16, 0) \
     AND NUMBER(17, 0) AND NUMBER(18, 0) AND OUT(19, 28)
-GAC_IN_LANES(descend_pose_5, PLAIN)
+GAC_IN_LANES(descend_pose_sum, PLAIN)
 
-static INLINE void NAME(descend_pose_6)(const REAL *now_carry_best, const REAL *now_carry_following, const REAL
-    *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL now_carry_damping, REAL now_steps,
-    const REAL *sum, REAL *next_now_carry_best, REAL *next_now_carry_following, REAL *next_now_carry_table, REAL
-    *next_now_carry_slope, REAL *next_now_carry_cost, REAL *next_now_carry_damping, REAL *next_now_carry_done, REAL
-    *next_now_steps, REAL *next_now_converged)
+static INLINE void NAME(descend_pose_next_now_carry_best)(const REAL *now_carry_best, const REAL
+    *now_carry_following, const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL
+    now_carry_damping, REAL now_steps, const REAL *sum, REAL *next_now_carry_best, REAL *next_now_carry_following,
+    REAL *next_now_carry_table, REAL *next_now_carry_slope, REAL *next_now_carry_cost, REAL *next_now_carry_damping,
+    REAL *next_now_carry_done, REAL *next_now_steps, REAL *next_now_converged)
 {
     const REAL now_carry_best_0 = now_carry_best[0], now_carry_best_1 = now_carry_best[1],
         now_carry_best_2 = now_carry_best[2], now_carry_best_3 = now_carry_best[3],
@@ -1804,21 +1795,22 @@ static INLINE void NAME(descend_pose_6)(const REAL *now_carry_best, const REAL *
     next_now_steps[0] = now_steps + (REAL)1;
     next_now_converged[0] = LESS((REAL)0, t121);
 }
-#define PARTS_descend_pose_6(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND IN(1, 7) AND IN(2, 21) AND IN(3, 6) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 28) AND OUT(8, 7) AND OUT(9, 7) AND OUT(10, 21) \
-    AND OUT(11, 6) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(descend_pose_6, PLAIN)
+#define PARTS_descend_pose_next_now_carry_best(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND IN(1, 7) AND IN(2, 21) \
+    AND IN(3, 6) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 28) AND OUT(8, 7) AND OUT(9, 7) \
+    AND OUT(10, 21) AND OUT(11, 6) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
+GAC_IN_LANES(descend_pose_next_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_pose_7)(REAL at_most, REAL next_now_steps, REAL next_now_converged, REAL *converged)
+static INLINE void NAME(descend_pose_converged)(REAL at_most, REAL next_now_steps, REAL next_now_converged, REAL
+    *converged)
 {
     const REAL t0 = SELECT(LESS(next_now_steps, at_most), (REAL)0, (REAL)1);
     converged[0] = SELECT(next_now_converged, (REAL)1, t0);
 }
-#define PARTS_descend_pose_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_pose_converged(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(descend_pose_7, PLAIN)
+GAC_IN_LANES(descend_pose_converged, PLAIN)
 
-static INLINE void NAME(descend_pose_8)(const REAL *pose, REAL at_most, const REAL *now_carry_best, const REAL
+static INLINE void NAME(descend_pose_result)(const REAL *pose, REAL at_most, const REAL *now_carry_best, const REAL
     *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL now_steps, REAL now_converged, REAL
     *out_0, REAL *out_1, REAL *out_2)
 {
@@ -2008,9 +2000,9 @@ static INLINE void NAME(descend_pose_8)(const REAL *pose, REAL at_most, const RE
     out_2[2] = SELECT(t32, now_steps, (REAL)0);
     out_2[3] = t70 - (t126 + t111 * t125 + t113 * t124 + t115 * t123 + t117 * t122 + t119 * t121);
 }
-#define PARTS_descend_pose_8(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND NUMBER(1, 0) AND IN(2, 7) AND IN(3, 21) \
+#define PARTS_descend_pose_result(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND NUMBER(1, 0) AND IN(2, 7) AND IN(3, 21) \
     AND IN(4, 6) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 12) AND OUT(9, 21) AND OUT(10, 4)
-GAC_IN_LANES(descend_pose_8, PLAIN)
+GAC_IN_LANES(descend_pose_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t camera_poses_descend_pose_work(intptr_t n)
@@ -2030,22 +2022,22 @@ void NAME(descend_pose)(intptr_t n, const REAL *pose, const REAL *k, const REAL 
     next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[28], common, common_2,
     common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
     common_13;
-    NAME(descend_pose_1)(pose, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
+    NAME(descend_pose_now_carry_best)(pose, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
     &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
-    NAME(descend_pose_2)(k, limit, &common_11, &common_12, &common_13);
+    NAME(descend_pose_common)(k, limit, &common_11, &common_12, &common_13);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_pose_3)(sum);
-        NAME(descend_pose_4)(now_carry_following, &common, &common_2, &common_3, &common_4, &common_5, &common_6,
-    &common_7, &common_8, &common_9, &common_10);
+        NAME(descend_pose_sum_start)(sum);
+        NAME(descend_pose_common_2)(now_carry_following, &common, &common_2, &common_3, &common_4, &common_5,
+    &common_6, &common_7, &common_8, &common_9, &common_10);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_pose_5)(k, limit, now_carry_following, sum, places + 3 * j, pixels + 2 * j, common,
+            NAME(descend_pose_sum)(k, limit, now_carry_following, sum, places + 3 * j, pixels + 2 * j, common,
     common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
     common_13, sum);
-        NAME(descend_pose_6)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope, now_carry_cost,
-    now_carry_damping, now_steps, sum, next_now_carry_best, next_now_carry_following, next_now_carry_table,
-    next_now_carry_slope, &next_now_carry_cost, &next_now_carry_damping, &next_now_carry_done, &next_now_steps,
-    &next_now_converged);
-        NAME(descend_pose_7)(at_most, next_now_steps, next_now_converged, &converged);
+        NAME(descend_pose_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+        NAME(descend_pose_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(7, next_now_carry_best, now_carry_best);
         COPY(7, next_now_carry_following, now_carry_following);
         COPY(21, next_now_carry_table, now_carry_table);
@@ -2059,8 +2051,8 @@ void NAME(descend_pose)(intptr_t n, const REAL *pose, const REAL *k, const REAL 
         if (converged != 0)
             break;
     }
-    NAME(descend_pose_8)(pose, at_most, now_carry_best, now_carry_table, now_carry_slope, now_carry_cost, now_steps,
-    now_converged, out_0, out_1, out_2);
+    NAME(descend_pose_result)(pose, at_most, now_carry_best, now_carry_table, now_carry_slope, now_carry_cost,
+    now_steps, now_converged, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const REAL *k, const REAL *places,
@@ -2077,9 +2069,9 @@ static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const 
     gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES],
     gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES],
     gac_kept_9[NLANES];
-    NAME(descend_pose_1_lanes)(pose, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
-    NAME(descend_pose_2_lanes)(k, limit, common_11, common_12, common_13);
+    NAME(descend_pose_now_carry_best_lanes)(pose, now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+    NAME(descend_pose_common_lanes)(k, limit, common_11, common_12, common_13);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 7 * NLANES, now_carry_best, gac_kept_0);
         KEEP(rounds, 7 * NLANES, now_carry_following, gac_kept_1);
@@ -2091,18 +2083,18 @@ static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const 
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_pose_3_lanes)(sum);
-        NAME(descend_pose_4_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5, common_6,
-    common_7, common_8, common_9, common_10);
+        NAME(descend_pose_sum_start_lanes)(sum);
+        NAME(descend_pose_common_2_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
+    common_6, common_7, common_8, common_9, common_10);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_pose_5_lanes)(k, limit, now_carry_following, sum, places + 3 * NLANES * j,
+            NAME(descend_pose_sum_lanes)(k, limit, now_carry_following, sum, places + 3 * NLANES * j,
     pixels + 2 * NLANES * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
     common_10, common_11, common_12, common_13, sum);
-        NAME(descend_pose_6_lanes)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best, next_now_carry_following,
-    next_now_carry_table, next_now_carry_slope, next_now_carry_cost, next_now_carry_damping, next_now_carry_done,
-    next_now_steps, next_now_converged);
-        NAME(descend_pose_7_lanes)(at_most, next_now_steps, next_now_converged, converged);
+        NAME(descend_pose_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+        NAME(descend_pose_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(7 * NLANES, next_now_carry_best, now_carry_best);
         COPY(7 * NLANES, next_now_carry_following, now_carry_following);
         COPY(21 * NLANES, next_now_carry_table, now_carry_table);
@@ -2126,7 +2118,7 @@ static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const 
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(descend_pose_8_lanes)(pose, at_most, now_carry_best, now_carry_table, now_carry_slope, now_carry_cost,
+    NAME(descend_pose_result_lanes)(pose, at_most, now_carry_best, now_carry_table, now_carry_slope, now_carry_cost,
     now_steps, now_converged, out_0, out_1, out_2);
     return 0;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 304fccca89e1b33a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 7e6ad48d528e49890a77a803694a20f76e96ff49e9e2c3335e00fd684e17ab3d
+// body: 04fc3936b123bba873d747a0f8bf90540ae23177d1af6daf038a66ab6a7bc22c
 
 #ifndef REAL
 #include "cga3.h"
@@ -10034,8 +10034,8 @@ GAC_KERNEL_AND_FORMS(transform_sphere, PLAIN, NO, GAC_USE(transform_sphere, v, T
     AND OUT(4, out_0, scalar, 1, n) AND OUT(5, out_1, scalar, 1, n)
 #define WORK_least_distances_to_circle(WORK)
 
-static INLINE void NAME(least_distances_to_circle_1)(const REAL *curve, REAL radius, REAL angle, REAL *value, REAL
-    *slope, REAL *bend, REAL *done, REAL *converged, REAL *steps, WORD *far)
+static INLINE void NAME(least_distances_to_circle_value)(const REAL *curve, REAL radius, REAL angle, REAL *value,
+    REAL *slope, REAL *bend, REAL *done, REAL *converged, REAL *steps, WORD *far)
 {
     const REAL curve_0_0 = curve[0], curve_0_1 = curve[1], curve_0_2 = curve[2], curve_1_0 = curve[3],
         curve_1_1 = curve[4], curve_1_2 = curve[5], curve_2_0 = curve[6], curve_2_1 = curve[7],
@@ -10064,13 +10064,13 @@ static INLINE void NAME(least_distances_to_circle_1)(const REAL *curve, REAL rad
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_least_distances_to_circle_1(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_least_distances_to_circle_value(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(least_distances_to_circle_1, TURNS)
+GAC_IN_LANES(least_distances_to_circle_value, TURNS)
 
-static INLINE void NAME(least_distances_to_circle_2)(const REAL *curve, REAL radius, REAL angle, REAL value, REAL
-    slope, REAL bend, REAL span, REAL *next_angle, REAL *next_value, REAL *next_slope, REAL *next_bend, REAL
-    *next_span, REAL *next_done, WORD *far)
+static INLINE void NAME(least_distances_to_circle_next_angle)(const REAL *curve, REAL radius, REAL angle, REAL
+    value, REAL slope, REAL bend, REAL span, REAL *next_angle, REAL *next_value, REAL *next_slope, REAL *next_bend,
+    REAL *next_span, REAL *next_done, WORD *far)
 {
     const REAL curve_0_0 = curve[0], curve_0_1 = curve[1], curve_0_2 = curve[2], curve_1_0 = curve[3],
         curve_1_1 = curve[4], curve_1_2 = curve[5], curve_2_0 = curve[6], curve_2_1 = curve[7],
@@ -10114,17 +10114,17 @@ static INLINE void NAME(least_distances_to_circle_2)(const REAL *curve, REAL rad
     next_span[0] = SELECT(t25, span, t31);
     next_done[0] = (REAL)1 - t26;
 }
-#define PARTS_least_distances_to_circle_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) \
-    AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(least_distances_to_circle_2, TURNS)
+#define PARTS_least_distances_to_circle_next_angle(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) \
+    AND NUMBER(2, 0) AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 1) AND OUT(8, 1) \
+    AND OUT(9, 1) AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1)
+GAC_IN_LANES(least_distances_to_circle_next_angle, TURNS)
 
-static INLINE void NAME(least_distances_to_circle_3)(REAL next_done, REAL *converged)
+static INLINE void NAME(least_distances_to_circle_converged)(REAL next_done, REAL *converged)
 {
     converged[0] = LESS((REAL)0, next_done);
 }
-#define PARTS_least_distances_to_circle_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(least_distances_to_circle_3, PLAIN)
+#define PARTS_least_distances_to_circle_converged(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(least_distances_to_circle_converged, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t cga3_least_distances_to_circle_work(intptr_t n)
@@ -10141,14 +10141,14 @@ static INLINE void NAME(least_distances_to_circle_within)(intptr_t n, const REAL
     REAL angle, value, slope, bend, span_2, done, converged, steps, next_angle, next_value, next_slope, next_bend,
     next_span, next_done;
     for (intptr_t i = 0; i < n; i++) {
-        NAME(least_distances_to_circle_1)(curve, radius, angles[i], &value, &slope, &bend, &done, &converged,
+        NAME(least_distances_to_circle_value)(curve, radius, angles[i], &value, &slope, &bend, &done, &converged,
     &steps, NULL);
         COPY(1, angles + i, &angle);
         COPY(1, &span, &span_2);
         for (int repeats = 0; repeats < 40; repeats++) {
-            NAME(least_distances_to_circle_2)(curve, radius, angle, value, slope, bend, span_2, &next_angle,
-    &next_value, &next_slope, &next_bend, &next_span, &next_done, NULL);
-            NAME(least_distances_to_circle_3)(next_done, &converged);
+            NAME(least_distances_to_circle_next_angle)(curve, radius, angle, value, slope, bend, span_2,
+    &next_angle, &next_value, &next_slope, &next_bend, &next_span, &next_done, NULL);
+            NAME(least_distances_to_circle_converged)(next_done, &converged);
             COPY(1, &next_angle, &angle);
             COPY(1, &next_value, &value);
             COPY(1, &next_slope, &slope);
@@ -10182,8 +10182,8 @@ static INLINE WORD NAME(least_distances_to_circle_lanes)(intptr_t n, const REAL 
     gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(least_distances_to_circle_1_lanes)(curve, radius, angles + NLANES * i, value, slope, bend, done,
-    converged, steps);
+        far |= NAME(least_distances_to_circle_value_lanes)(curve, radius, angles + NLANES * i, value, slope, bend,
+    done, converged, steps);
         COPY(NLANES, angles + NLANES * i, angle);
         COPY(NLANES, span, span_2);
         ROUNDS(rounds, 40) {
@@ -10194,9 +10194,9 @@ static INLINE WORD NAME(least_distances_to_circle_lanes)(intptr_t n, const REAL 
             KEEP(rounds, NLANES, span_2, gac_kept_4);
             KEEP(rounds, NLANES, done, gac_kept_5);
             KEEP(rounds, NLANES, converged, gac_kept_6);
-            far |= NAME(least_distances_to_circle_2_lanes)(curve, radius, angle, value, slope, bend, span_2,
-    next_angle, next_value, next_slope, next_bend, next_span, next_done);
-            NAME(least_distances_to_circle_3_lanes)(next_done, converged);
+            far |= NAME(least_distances_to_circle_next_angle_lanes)(curve, radius, angle, value, slope, bend,
+    span_2, next_angle, next_value, next_slope, next_bend, next_span, next_done);
+            NAME(least_distances_to_circle_converged_lanes)(next_done, converged);
             COPY(NLANES, next_angle, angle);
             COPY(NLANES, next_value, value);
             COPY(NLANES, next_slope, slope);

@@ -2,7 +2,7 @@
 // command: gac generate --all clifford_svm
 // spec: 3c525cb1ddd9fc0c
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: fe58585cc65905ce3d9c22f9a3c3e0c5cfc09f781cabb7549df437a85728d200
+// body: 9ebbee8b421fa5af1822c6e9186c7883e1dc484a24aa9c6abba7a33da262b452
 
 #ifndef REAL
 #include "clifford_svm.h"
@@ -38,32 +38,32 @@ GAC_AXIS(1, 1)
     AND OUT(7, out_1, scalar, 1, 1) AND OUT(8, out_2, scalar, 1, 1) AND OUT(9, out_3, scalar, 1, 1)
 #define WORK_step_of_pair(WORK)
 
-static INLINE void NAME(step_of_pair_2)(REAL *out_1, REAL *out_2, REAL *number)
+static INLINE void NAME(step_of_pair_result_start)(REAL *out_1, REAL *out_2, REAL *number)
 {
     out_1[0] = (REAL)0;
     out_2[0] = (REAL)-1;
     number[0] = (REAL)0;
 }
-#define PARTS_step_of_pair_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(step_of_pair_2, PLAIN)
+#define PARTS_step_of_pair_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(step_of_pair_result_start, PLAIN)
 
-static INLINE void NAME(step_of_pair_4)(REAL *out_3)
+static INLINE void NAME(step_of_pair_result_start_2)(REAL *out_3)
 {
     out_3[0] = (REAL)-1.2676506002282294e+30;
 }
-#define PARTS_step_of_pair_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(step_of_pair_4, PLAIN)
+#define PARTS_step_of_pair_result_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(step_of_pair_result_start_2, PLAIN)
 
-static INLINE void NAME(step_of_pair_1)(REAL step, REAL g, REAL a, REAL b, REAL *out_0)
+static INLINE void NAME(step_of_pair_result)(REAL step, REAL g, REAL a, REAL b, REAL *out_0)
 {
     out_0[0] = g + step * (a - b);
 }
-#define PARTS_step_of_pair_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_step_of_pair_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(step_of_pair_1, PLAIN)
+GAC_IN_LANES(step_of_pair_result, PLAIN)
 
-static INLINE void NAME(step_of_pair_3)(REAL score, REAL row, REAL number, REAL g, REAL r, REAL *out_1, REAL *out_2,
-    REAL *number_out)
+static INLINE void NAME(step_of_pair_result_2)(REAL score, REAL row, REAL number, REAL g, REAL r, REAL *out_1, REAL
+    *out_2, REAL *number_out)
 {
     const REAL t0 = g + r;
     const REAL t1 = LESS(t0, score);
@@ -72,18 +72,18 @@ static INLINE void NAME(step_of_pair_3)(REAL score, REAL row, REAL number, REAL 
     out_2[0] = SELECT(t2, number, row);
     number_out[0] = number + (REAL)1;
 }
-#define PARTS_step_of_pair_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_step_of_pair_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(step_of_pair_3, PLAIN)
+GAC_IN_LANES(step_of_pair_result_2, PLAIN)
 
-static INLINE void NAME(step_of_pair_5)(REAL most, REAL g, REAL f, REAL *out_3)
+static INLINE void NAME(step_of_pair_result_3)(REAL most, REAL g, REAL f, REAL *out_3)
 {
     const REAL t0 = g + f;
     out_3[0] = MAXIMUM(most, t0);
 }
-#define PARTS_step_of_pair_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_step_of_pair_result_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(step_of_pair_5, PLAIN)
+GAC_IN_LANES(step_of_pair_result_3, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t clifford_svm_step_of_pair_work(intptr_t n)
@@ -98,12 +98,12 @@ void NAME(step_of_pair)(intptr_t n, const REAL *gradient, const REAL *gain, cons
 {
     (void)work;
     REAL number;
-    NAME(step_of_pair_2)(out_1, out_2, &number);
-    NAME(step_of_pair_4)(out_3);
+    NAME(step_of_pair_result_start)(out_1, out_2, &number);
+    NAME(step_of_pair_result_start_2)(out_3);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(step_of_pair_1)(step, gradient[i], gain[i], loss[i], out_0 + i);
-        NAME(step_of_pair_3)(out_1[0], out_2[0], number, out_0[i], rise[i], out_1, out_2, &number);
-        NAME(step_of_pair_5)(out_3[0], out_0[i], fall[i], out_3);
+        NAME(step_of_pair_result)(step, gradient[i], gain[i], loss[i], out_0 + i);
+        NAME(step_of_pair_result_2)(out_1[0], out_2[0], number, out_0[i], rise[i], out_1, out_2, &number);
+        NAME(step_of_pair_result_3)(out_3[0], out_0[i], fall[i], out_3);
     }
 }
 
@@ -111,14 +111,14 @@ static INLINE WORD NAME(step_of_pair_lanes)(intptr_t n, const REAL *gradient, co
     const REAL *step, const REAL *rise, const REAL *fall, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3)
 {
     _Alignas(64) REAL number[NLANES];
-    NAME(step_of_pair_2_lanes)(out_1, out_2, number);
-    NAME(step_of_pair_4_lanes)(out_3);
+    NAME(step_of_pair_result_start_lanes)(out_1, out_2, number);
+    NAME(step_of_pair_result_start_2_lanes)(out_3);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(step_of_pair_1_lanes)(step, gradient + NLANES * i, gain + NLANES * i, loss + NLANES * i,
+        NAME(step_of_pair_result_lanes)(step, gradient + NLANES * i, gain + NLANES * i, loss + NLANES * i,
     out_0 + NLANES * i);
-        NAME(step_of_pair_3_lanes)(out_1, out_2, number, out_0 + NLANES * i, rise + NLANES * i, out_1, out_2,
+        NAME(step_of_pair_result_2_lanes)(out_1, out_2, number, out_0 + NLANES * i, rise + NLANES * i, out_1, out_2,
     number);
-        NAME(step_of_pair_5_lanes)(out_3, out_0 + NLANES * i, fall + NLANES * i, out_3);
+        NAME(step_of_pair_result_3_lanes)(out_3, out_0 + NLANES * i, fall + NLANES * i, out_3);
     }
     return 0;
 }
@@ -131,17 +131,8 @@ GAC_PROCEDURE(step_of_pair, LANES)
     AND OUT(7, out_0, scalar, 1, 1) AND OUT(8, out_1, scalar, 1, 1)
 #define WORK_second_of_pair(WORK)
 
-static INLINE void NAME(second_of_pair_1)(REAL *out_0, REAL *out_1, REAL *number)
-{
-    out_0[0] = (REAL)0;
-    out_1[0] = (REAL)-1;
-    number[0] = (REAL)0;
-}
-#define PARTS_second_of_pair_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(second_of_pair_1, PLAIN)
-
-static INLINE void NAME(second_of_pair_2)(REAL own, REAL lowest, REAL floor, REAL score, REAL row, REAL number, REAL
-    g, REAL f, REAL k, REAL d, REAL *out_0, REAL *out_1, REAL *number_out)
+static INLINE void NAME(second_of_pair_result)(REAL own, REAL lowest, REAL floor, REAL score, REAL row, REAL number,
+    REAL g, REAL f, REAL k, REAL d, REAL *out_0, REAL *out_1, REAL *number_out)
 {
     const REAL t0 = g + f - lowest;
     const REAL t1 = MAXIMUM((REAL)0, t0);
@@ -153,10 +144,10 @@ static INLINE void NAME(second_of_pair_2)(REAL own, REAL lowest, REAL floor, REA
     out_1[0] = SELECT(t5, number, row);
     number_out[0] = number + (REAL)1;
 }
-#define PARTS_second_of_pair_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_second_of_pair_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(second_of_pair_2, PLAIN)
+GAC_IN_LANES(second_of_pair_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t clifford_svm_second_of_pair_work(intptr_t n)
@@ -171,9 +162,9 @@ void NAME(second_of_pair)(intptr_t n, const REAL *gradient, const REAL *fall, co
 {
     (void)work;
     REAL number;
-    NAME(second_of_pair_1)(out_0, out_1, &number);
+    NAME(step_of_pair_result_start)(out_0, out_1, &number);
     for (intptr_t i = 0; i < n; i++)
-        NAME(second_of_pair_2)(own, lowest, floor, out_0[0], out_1[0], number, gradient[i], fall[i], row[i],
+        NAME(second_of_pair_result)(own, lowest, floor, out_0[0], out_1[0], number, gradient[i], fall[i], row[i],
     diagonal[i], out_0, out_1, &number);
 }
 
@@ -181,9 +172,9 @@ static INLINE WORD NAME(second_of_pair_lanes)(intptr_t n, const REAL *gradient, 
     const REAL *diagonal, const REAL *own, const REAL *lowest, const REAL *floor, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL number[NLANES];
-    NAME(second_of_pair_1_lanes)(out_0, out_1, number);
+    NAME(step_of_pair_result_start_lanes)(out_0, out_1, number);
     for (intptr_t i = 0; i < n; i++)
-        NAME(second_of_pair_2_lanes)(own, lowest, floor, out_0, out_1, number, gradient + NLANES * i,
+        NAME(second_of_pair_result_lanes)(own, lowest, floor, out_0, out_1, number, gradient + NLANES * i,
     fall + NLANES * i, row + NLANES * i, diagonal + NLANES * i, out_0, out_1, number);
     return 0;
 }
@@ -195,15 +186,15 @@ GAC_PROCEDURE(second_of_pair, LANES)
     AND OUT(4, out_1, scalar, 1, n)
 #define WORK_gabor_values(WORK)
 
-static INLINE void NAME(gabor_values_1)(REAL width, REAL s, REAL p, REAL *out_0, REAL *out_1, WORD *far)
+static INLINE void NAME(gabor_values_result)(REAL width, REAL s, REAL p, REAL *out_0, REAL *out_1, WORD *far)
 {
     const REAL t0 = EXP(-(width * s));
     out_0[0] = t0 * COS(p);
     out_1[0] = t0 * SIN(p);
 }
-#define PARTS_gabor_values_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_gabor_values_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(gabor_values_1, TURNS)
+GAC_IN_LANES(gabor_values_result, TURNS)
 
 #if PRECISION(1, 0)
 intptr_t clifford_svm_gabor_values_work(intptr_t n)
@@ -218,7 +209,7 @@ static INLINE void NAME(gabor_values_within)(intptr_t n, const REAL *squares, co
 {
     (void)work;
     for (intptr_t i = 0; i < n; i++)
-        NAME(gabor_values_1)(width, squares[i], phases[i], out_0 + i, out_1 + i, NULL);
+        NAME(gabor_values_result)(width, squares[i], phases[i], out_0 + i, out_1 + i, NULL);
 }
 
 FUSED(gabor_values, (intptr_t n, const REAL *squares, const REAL *phases, REAL width, REAL *out_0, REAL *out_1,
@@ -235,7 +226,7 @@ static INLINE WORD NAME(gabor_values_lanes)(intptr_t n, const REAL *squares, con
 {
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(gabor_values_1_lanes)(width, squares + NLANES * i, phases + NLANES * i, out_0 + NLANES * i,
+        far |= NAME(gabor_values_result_lanes)(width, squares + NLANES * i, phases + NLANES * i, out_0 + NLANES * i,
     out_1 + NLANES * i);
     return far;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all collisions
 // spec: bf78033df9ca0270
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: f969c44aef807685d7426901f8663dc2b3080ced40fc571d950e7a4ee430174a
+// body: 3e27057fc0132fa3bc516a55e9504c20f2a2e6386e17e98acbdd7f834c43ff88
 
 #ifndef REAL
 #include "collisions.h"
@@ -124,14 +124,14 @@ GAC_KERNEL_AND_FORMS(capsule_pair_clearance, PLAIN, DIRECT, GAC_USE(capsule_pair
     AND OUT(4, out, scalar, 1, 1)
 #define WORK_capsule_triangle_clearance(WORK)
 
-static INLINE void NAME(capsule_triangle_clearance_1)(REAL *low)
+static INLINE void NAME(capsule_triangle_clearance_low_start)(REAL *low)
 {
     low[0] = (REAL)1.2676506002282294e+30;
 }
-#define PARTS_capsule_triangle_clearance_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(capsule_triangle_clearance_1, PLAIN)
+#define PARTS_capsule_triangle_clearance_low_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(capsule_triangle_clearance_low_start, PLAIN)
 
-static INLINE void NAME(capsule_triangle_clearance_2)(const REAL *start, const REAL *end, REAL *common, REAL
+static INLINE void NAME(capsule_triangle_clearance_common)(const REAL *start, const REAL *end, REAL *common, REAL
     *common_2, REAL *common_3, REAL *common_4, REAL *common_5)
 {
     const REAL start_0 = start[0], start_1 = start[1], start_2 = start[2];
@@ -146,11 +146,11 @@ static INLINE void NAME(capsule_triangle_clearance_2)(const REAL *start, const R
     common_4[0] = t3;
     common_5[0] = t3 + (REAL)1e-30;
 }
-#define PARTS_capsule_triangle_clearance_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND OUT(2, 1) \
+#define PARTS_capsule_triangle_clearance_common(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND OUT(2, 1) \
     AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(capsule_triangle_clearance_2, PLAIN)
+GAC_IN_LANES(capsule_triangle_clearance_common, PLAIN)
 
-static INLINE void NAME(capsule_triangle_clearance_3)(const REAL *start, REAL low, const REAL *triangles, REAL
+static INLINE void NAME(capsule_triangle_clearance_low)(const REAL *start, REAL low, const REAL *triangles, REAL
     common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL *low_out)
 {
     const REAL start_0 = start[0], start_1 = start[1], start_2 = start[2];
@@ -254,16 +254,17 @@ static INLINE void NAME(capsule_triangle_clearance_3)(const REAL *start, REAL lo
     const REAL t94 = SELECT(LESS((REAL)1e-30, t73) * LESS_EQUAL((REAL)0, MINIMUM(t93, t90)), t80, t68);
     low_out[0] = MINIMUM(low, t94);
 }
-#define PARTS_capsule_triangle_clearance_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND SAME(2, 9) \
+#define PARTS_capsule_triangle_clearance_low(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND SAME(2, 9) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1)
-GAC_IN_LANES(capsule_triangle_clearance_3, PLAIN)
+GAC_IN_LANES(capsule_triangle_clearance_low, PLAIN)
 
-static INLINE void NAME(capsule_triangle_clearance_4)(REAL radius, REAL low, REAL *out)
+static INLINE void NAME(capsule_triangle_clearance_result)(REAL radius, REAL low, REAL *out)
 {
     out[0] = SQRT(low) - radius;
 }
-#define PARTS_capsule_triangle_clearance_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(capsule_triangle_clearance_4, PLAIN)
+#define PARTS_capsule_triangle_clearance_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) \
+    AND OUT(2, 1)
+GAC_IN_LANES(capsule_triangle_clearance_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t collisions_capsule_triangle_clearance_work(intptr_t m)
@@ -278,12 +279,12 @@ void NAME(capsule_triangle_clearance)(intptr_t m, const REAL *triangles, const R
 {
     (void)work;
     REAL low, common, common_2, common_3, common_4, common_5;
-    NAME(capsule_triangle_clearance_1)(&low);
-    NAME(capsule_triangle_clearance_2)(start, end, &common, &common_2, &common_3, &common_4, &common_5);
+    NAME(capsule_triangle_clearance_low_start)(&low);
+    NAME(capsule_triangle_clearance_common)(start, end, &common, &common_2, &common_3, &common_4, &common_5);
     for (intptr_t i = 0; i < m; i++)
-        NAME(capsule_triangle_clearance_3)(start, low, triangles + 9 * i, common, common_2, common_3, common_4,
+        NAME(capsule_triangle_clearance_low)(start, low, triangles + 9 * i, common, common_2, common_3, common_4,
     common_5, &low);
-    NAME(capsule_triangle_clearance_4)(radius, low, out);
+    NAME(capsule_triangle_clearance_result)(radius, low, out);
 }
 
 static INLINE WORD NAME(capsule_triangle_clearance_lanes)(intptr_t m, const REAL *triangles, const REAL *start,
@@ -291,12 +292,12 @@ static INLINE WORD NAME(capsule_triangle_clearance_lanes)(intptr_t m, const REAL
 {
     _Alignas(64) REAL low[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
     common_5[NLANES];
-    NAME(capsule_triangle_clearance_1_lanes)(low);
-    NAME(capsule_triangle_clearance_2_lanes)(start, end, common, common_2, common_3, common_4, common_5);
+    NAME(capsule_triangle_clearance_low_start_lanes)(low);
+    NAME(capsule_triangle_clearance_common_lanes)(start, end, common, common_2, common_3, common_4, common_5);
     for (intptr_t i = 0; i < m; i++)
-        NAME(capsule_triangle_clearance_3_lanes)(start, low, triangles + 9 * i, common, common_2, common_3,
+        NAME(capsule_triangle_clearance_low_lanes)(start, low, triangles + 9 * i, common, common_2, common_3,
     common_4, common_5, low);
-    NAME(capsule_triangle_clearance_4_lanes)(radius, low, out);
+    NAME(capsule_triangle_clearance_result_lanes)(radius, low, out);
     return 0;
 }
 
@@ -307,15 +308,8 @@ GAC_PROCEDURE(capsule_triangle_clearance, LANES)
     AND OUT(4, out, scalar, 1, 1)
 #define WORK_capsule_plane_clearance(WORK)
 
-static INLINE void NAME(capsule_plane_clearance_1)(REAL *low)
-{
-    low[0] = (REAL)1.2676506002282294e+30;
-}
-#define PARTS_capsule_plane_clearance_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(capsule_plane_clearance_1, PLAIN)
-
-static INLINE void NAME(capsule_plane_clearance_2)(const REAL *start, const REAL *end, REAL low, const REAL *planes,
-    REAL *low_out)
+static INLINE void NAME(capsule_plane_clearance_low)(const REAL *start, const REAL *end, REAL low, const REAL
+    *planes, REAL *low_out)
 {
     const REAL start_e032 = start[0], start_e013 = start[1], start_e021 = start[2];
     const REAL end_e032 = end[0], end_e013 = end[1], end_e021 = end[2];
@@ -325,16 +319,16 @@ static INLINE void NAME(capsule_plane_clearance_2)(const REAL *start, const REAL
     const REAL t2 = MINIMUM(t0, t1);
     low_out[0] = MINIMUM(low, t2);
 }
-#define PARTS_capsule_plane_clearance_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND NUMBER(2, 0) \
+#define PARTS_capsule_plane_clearance_low(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND NUMBER(2, 0) \
     AND SAME(3, 4) AND OUT(4, 1)
-GAC_IN_LANES(capsule_plane_clearance_2, PLAIN)
+GAC_IN_LANES(capsule_plane_clearance_low, PLAIN)
 
-static INLINE void NAME(capsule_plane_clearance_3)(REAL radius, REAL low, REAL *out)
+static INLINE void NAME(capsule_plane_clearance_result)(REAL radius, REAL low, REAL *out)
 {
     out[0] = low - radius;
 }
-#define PARTS_capsule_plane_clearance_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(capsule_plane_clearance_3, PLAIN)
+#define PARTS_capsule_plane_clearance_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(capsule_plane_clearance_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t collisions_capsule_plane_clearance_work(intptr_t k)
@@ -349,20 +343,20 @@ void NAME(capsule_plane_clearance)(intptr_t k, const REAL *planes, const REAL *s
 {
     (void)work;
     REAL low;
-    NAME(capsule_plane_clearance_1)(&low);
+    NAME(capsule_triangle_clearance_low_start)(&low);
     for (intptr_t i = 0; i < k; i++)
-        NAME(capsule_plane_clearance_2)(start, end, low, planes + 4 * i, &low);
-    NAME(capsule_plane_clearance_3)(radius, low, out);
+        NAME(capsule_plane_clearance_low)(start, end, low, planes + 4 * i, &low);
+    NAME(capsule_plane_clearance_result)(radius, low, out);
 }
 
 static INLINE WORD NAME(capsule_plane_clearance_lanes)(intptr_t k, const REAL *planes, const REAL *start,
     const REAL *end, const REAL *radius, REAL *out)
 {
     _Alignas(64) REAL low[NLANES];
-    NAME(capsule_plane_clearance_1_lanes)(low);
+    NAME(capsule_triangle_clearance_low_start_lanes)(low);
     for (intptr_t i = 0; i < k; i++)
-        NAME(capsule_plane_clearance_2_lanes)(start, end, low, planes + 4 * i, low);
-    NAME(capsule_plane_clearance_3_lanes)(radius, low, out);
+        NAME(capsule_plane_clearance_low_lanes)(start, end, low, planes + 4 * i, low);
+    NAME(capsule_plane_clearance_result_lanes)(radius, low, out);
     return 0;
 }
 

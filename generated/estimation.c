@@ -2,7 +2,7 @@
 // command: gac generate --all estimation
 // spec: 76875534f297a097
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1680fb5ae83af8b4e29b8b519b35089cc242fe2818f97b6822e4503f647e0bb2
+// body: 192ff228fb7042128284ecd95b62db403bc7f326a58f6c2ba75167dcd8d32307
 
 #ifndef REAL
 #include "estimation.h"
@@ -750,9 +750,9 @@ GAC_KERNEL_AND_FORMS(orientation_reading, PLAIN, NO, GAC_USE(orientation_reading
     WORK(29, carry_0_doubt_limited, 3, 3, n) WORK(30, carry_0_doubt_lasted, scalar, 1, n) \
     WORK(31, carry_0_doubt_missed, scalar, 1, n) WORK(32, carry_0_doubt_drift, 3, 3, n)
 
-static INLINE void NAME(orientation_filter_1)(const REAL *state, const REAL *settings, REAL *carry_0_rotor_start,
-    REAL *carry_0_bias_start, REAL *carry_0_velocity_0_start, REAL *carry_0_velocity_1_start, REAL
-    *carry_0_covariance_start, REAL *carry_0_level_start, REAL *carry_0_mean_rate_start, REAL
+static INLINE void NAME(orientation_filter_carry_0_rotor_start)(const REAL *state, const REAL *settings, REAL
+    *carry_0_rotor_start, REAL *carry_0_bias_start, REAL *carry_0_velocity_0_start, REAL *carry_0_velocity_1_start,
+    REAL *carry_0_covariance_start, REAL *carry_0_level_start, REAL *carry_0_mean_rate_start, REAL
     *carry_0_mean_acceleration_start, REAL *carry_0_quiet_start, REAL *carry_0_last_rate_start, REAL
     *carry_0_last_field_start, REAL *carry_0_finite_start, REAL *carry_0_delay_0_start, REAL *carry_0_delay_1_start,
     REAL *carry_0_reference_start, REAL *carry_0_distance_start, REAL *carry_0_doubt_counts_start, REAL
@@ -890,24 +890,24 @@ static INLINE void NAME(orientation_filter_1)(const REAL *state, const REAL *set
     carry_start_3[7] = state_69;
     carry_start_3[8] = state_70;
 }
-#define PARTS_orientation_filter_1(IN, SAME, NUMBER, OUT, AND) IN(0, 86) AND IN(1, 16) AND OUT(2, 4) AND OUT(3, 3) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 36) AND OUT(7, 1) AND OUT(8, 3) AND OUT(9, 3) AND OUT(10, 1) \
-    AND OUT(11, 3) AND OUT(12, 3) AND OUT(13, 3) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 3) AND OUT(17, 1) \
-    AND OUT(18, 3) AND OUT(19, 1) AND OUT(20, 3) AND OUT(21, 3) AND OUT(22, 3) AND OUT(23, 1) AND OUT(24, 1) \
-    AND OUT(25, 3) AND OUT(26, 4) AND OUT(27, 3) AND OUT(28, 3) AND OUT(29, 9)
-GAC_IN_LANES(orientation_filter_1, PLAIN)
+#define PARTS_orientation_filter_carry_0_rotor_start(IN, SAME, NUMBER, OUT, AND) IN(0, 86) AND IN(1, 16) \
+    AND OUT(2, 4) AND OUT(3, 3) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 36) AND OUT(7, 1) AND OUT(8, 3) AND OUT(9, 3) \
+    AND OUT(10, 1) AND OUT(11, 3) AND OUT(12, 3) AND OUT(13, 3) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 3) \
+    AND OUT(17, 1) AND OUT(18, 3) AND OUT(19, 1) AND OUT(20, 3) AND OUT(21, 3) AND OUT(22, 3) AND OUT(23, 1) \
+    AND OUT(24, 1) AND OUT(25, 3) AND OUT(26, 4) AND OUT(27, 3) AND OUT(28, 3) AND OUT(29, 9)
+GAC_IN_LANES(orientation_filter_carry_0_rotor_start, PLAIN)
 
-static INLINE void NAME(orientation_filter_2)(const REAL *settings, REAL *common, REAL *common_2)
+static INLINE void NAME(orientation_filter_common)(const REAL *settings, REAL *common, REAL *common_2)
 {
     const REAL settings_7 = settings[7], settings_9 = settings[9];
     common[0] = settings_9 * (REAL)0.5;
     common_2[0] = settings_7 * (REAL)4;
 }
-#define PARTS_orientation_filter_2(IN, SAME, NUMBER, OUT, AND) IN(0, 16) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(orientation_filter_2, PLAIN)
+#define PARTS_orientation_filter_common(IN, SAME, NUMBER, OUT, AND) IN(0, 16) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(orientation_filter_common, PLAIN)
 
-static INLINE void NAME(orientation_filter_3)(const REAL *settings, const REAL *carry_0_rotor, const REAL
-    *carry_0_bias, REAL carry_0_velocity_0, REAL carry_0_velocity_1, const REAL *carry_0_covariance, REAL
+static INLINE void NAME(orientation_filter_carry_0_rotor)(const REAL *settings, const REAL *carry_0_rotor, const
+    REAL *carry_0_bias, REAL carry_0_velocity_0, REAL carry_0_velocity_1, const REAL *carry_0_covariance, REAL
     carry_0_level, const REAL *carry_0_mean_rate, const REAL *carry_0_mean_acceleration, REAL carry_0_quiet, const
     REAL *carry_0_last_rate, const REAL *carry_0_last_field, const REAL *carry_0_finite_2, REAL carry_0_delay_0,
     REAL carry_0_delay_1, const REAL *carry_0_reference, const REAL *carry_0_doubt_counts, REAL
@@ -1446,16 +1446,16 @@ static INLINE void NAME(orientation_filter_3)(const REAL *settings, const REAL *
     out_3[7] = t316;
     out_3[8] = t317;
 }
-#define PARTS_orientation_filter_3(IN, SAME, NUMBER, OUT, AND) IN(0, 16) AND IN(1, 4) AND IN(2, 3) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND IN(5, 36) AND NUMBER(6, 0) AND IN(7, 3) AND IN(8, 3) AND NUMBER(9, 0) AND IN(10, 3) \
-    AND IN(11, 3) AND IN(12, 3) AND NUMBER(13, 0) AND NUMBER(14, 0) AND IN(15, 3) AND IN(16, 3) AND NUMBER(17, 0) \
-    AND IN(18, 3) AND IN(19, 3) AND IN(20, 3) AND NUMBER(21, 0) AND NUMBER(22, 0) AND IN(23, 3) AND IN(24, 3) \
-    AND IN(25, 3) AND IN(26, 3) AND NUMBER(27, 0) AND NUMBER(28, 0) AND NUMBER(29, 0) AND OUT(30, 4) AND OUT(31, 3) \
-    AND OUT(32, 1) AND OUT(33, 1) AND OUT(34, 36) AND OUT(35, 1) AND OUT(36, 3) AND OUT(37, 3) AND OUT(38, 1) \
-    AND OUT(39, 3) AND OUT(40, 3) AND OUT(41, 3) AND OUT(42, 1) AND OUT(43, 1) AND OUT(44, 3) AND OUT(45, 1) \
-    AND OUT(46, 3) AND OUT(47, 1) AND OUT(48, 3) AND OUT(49, 3) AND OUT(50, 3) AND OUT(51, 1) AND OUT(52, 1) \
-    AND OUT(53, 3) AND OUT(54, 4) AND OUT(55, 3) AND OUT(56, 3) AND OUT(57, 9)
-GAC_IN_LANES(orientation_filter_3, TURNS)
+#define PARTS_orientation_filter_carry_0_rotor(IN, SAME, NUMBER, OUT, AND) IN(0, 16) AND IN(1, 4) AND IN(2, 3) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND IN(5, 36) AND NUMBER(6, 0) AND IN(7, 3) AND IN(8, 3) AND NUMBER(9, 0) \
+    AND IN(10, 3) AND IN(11, 3) AND IN(12, 3) AND NUMBER(13, 0) AND NUMBER(14, 0) AND IN(15, 3) AND IN(16, 3) \
+    AND NUMBER(17, 0) AND IN(18, 3) AND IN(19, 3) AND IN(20, 3) AND NUMBER(21, 0) AND NUMBER(22, 0) AND IN(23, 3) \
+    AND IN(24, 3) AND IN(25, 3) AND IN(26, 3) AND NUMBER(27, 0) AND NUMBER(28, 0) AND NUMBER(29, 0) AND OUT(30, 4) \
+    AND OUT(31, 3) AND OUT(32, 1) AND OUT(33, 1) AND OUT(34, 36) AND OUT(35, 1) AND OUT(36, 3) AND OUT(37, 3) \
+    AND OUT(38, 1) AND OUT(39, 3) AND OUT(40, 3) AND OUT(41, 3) AND OUT(42, 1) AND OUT(43, 1) AND OUT(44, 3) \
+    AND OUT(45, 1) AND OUT(46, 3) AND OUT(47, 1) AND OUT(48, 3) AND OUT(49, 3) AND OUT(50, 3) AND OUT(51, 1) \
+    AND OUT(52, 1) AND OUT(53, 3) AND OUT(54, 4) AND OUT(55, 3) AND OUT(56, 3) AND OUT(57, 9)
+GAC_IN_LANES(orientation_filter_carry_0_rotor, TURNS)
 
 #if PRECISION(1, 0)
 intptr_t estimation_orientation_filter_work(intptr_t n)
@@ -1492,17 +1492,17 @@ static INLINE void NAME(orientation_filter_within)(intptr_t n, const REAL *rates
     *const carry_0_doubt_lasted = carry_0_doubt_limited + 3 * n,
     *const carry_0_doubt_missed = carry_0_doubt_lasted + n, *const carry_0_doubt_drift = carry_0_doubt_missed + n,
     common, common_2;
-    NAME(orientation_filter_1)(state, settings, carry_0_rotor_start, carry_0_bias_start, &carry_0_velocity_0_start,
-    &carry_0_velocity_1_start, carry_0_covariance_start, &carry_0_level_start, carry_0_mean_rate_start,
-    carry_0_mean_acceleration_start, &carry_0_quiet_start, carry_0_last_rate_start, carry_0_last_field_start,
-    carry_0_finite_start, &carry_0_delay_0_start, &carry_0_delay_1_start, carry_0_reference_start,
-    &carry_0_distance_start, carry_0_doubt_counts_start, &carry_0_doubt_square_start, carry_0_doubt_peaks_start,
-    carry_0_doubt_equal_start, carry_0_doubt_limited_start, &carry_0_doubt_lasted_start,
+    NAME(orientation_filter_carry_0_rotor_start)(state, settings, carry_0_rotor_start, carry_0_bias_start,
+    &carry_0_velocity_0_start, &carry_0_velocity_1_start, carry_0_covariance_start, &carry_0_level_start,
+    carry_0_mean_rate_start, carry_0_mean_acceleration_start, &carry_0_quiet_start, carry_0_last_rate_start,
+    carry_0_last_field_start, carry_0_finite_start, &carry_0_delay_0_start, &carry_0_delay_1_start,
+    carry_0_reference_start, &carry_0_distance_start, carry_0_doubt_counts_start, &carry_0_doubt_square_start,
+    carry_0_doubt_peaks_start, carry_0_doubt_equal_start, carry_0_doubt_limited_start, &carry_0_doubt_lasted_start,
     &carry_0_doubt_missed_start, carry_0_doubt_drift_start, carry_1_0_start, carry_start, carry_start_2,
     carry_start_3);
-    NAME(orientation_filter_2)(settings, &common, &common_2);
+    NAME(orientation_filter_common)(settings, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(orientation_filter_3)(settings, i > 0 ? carry_0_rotor + 4 * (i - 1) : carry_0_rotor_start,
+        NAME(orientation_filter_carry_0_rotor)(settings, i > 0 ? carry_0_rotor + 4 * (i - 1) : carry_0_rotor_start,
     i > 0 ? carry_0_bias + 3 * (i - 1) : carry_0_bias_start,
     i > 0 ? carry_0_velocity_0[i - 1] : carry_0_velocity_0_start,
     i > 0 ? carry_0_velocity_1[i - 1] : carry_0_velocity_1_start,
@@ -1565,7 +1565,7 @@ static INLINE WORD NAME(orientation_filter_lanes)(intptr_t n, const REAL *rates,
     carry_1_0_start[4 * NLANES], carry_start[3 * NLANES], carry_start_2[3 * NLANES], carry_start_3[9 * NLANES],
     carry_0_distance[NLANES], common[NLANES], common_2[NLANES];
     WORD far = 0;
-    NAME(orientation_filter_1_lanes)(state, settings, carry_0_rotor_start, carry_0_bias_start,
+    NAME(orientation_filter_carry_0_rotor_start_lanes)(state, settings, carry_0_rotor_start, carry_0_bias_start,
     carry_0_velocity_0_start, carry_0_velocity_1_start, carry_0_covariance_start, carry_0_level_start,
     carry_0_mean_rate_start, carry_0_mean_acceleration_start, carry_0_quiet_start, carry_0_last_rate_start,
     carry_0_last_field_start, carry_0_finite_start, carry_0_delay_0_start, carry_0_delay_1_start,
@@ -1573,9 +1573,9 @@ static INLINE WORD NAME(orientation_filter_lanes)(intptr_t n, const REAL *rates,
     carry_0_doubt_peaks_start, carry_0_doubt_equal_start, carry_0_doubt_limited_start, carry_0_doubt_lasted_start,
     carry_0_doubt_missed_start, carry_0_doubt_drift_start, carry_1_0_start, carry_start, carry_start_2,
     carry_start_3);
-    NAME(orientation_filter_2_lanes)(settings, common, common_2);
+    NAME(orientation_filter_common_lanes)(settings, common, common_2);
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(orientation_filter_3_lanes)(settings,
+        far |= NAME(orientation_filter_carry_0_rotor_lanes)(settings,
     i > 0 ? carry_0_rotor + 4 * NLANES * (i - 1) : carry_0_rotor_start,
     i > 0 ? carry_0_bias + 3 * NLANES * (i - 1) : carry_0_bias_start,
     i > 0 ? carry_0_velocity_0 + NLANES * (i - 1) : carry_0_velocity_0_start,
@@ -1620,7 +1620,7 @@ GAC_PROCEDURE(orientation_filter, BUSY)
     AND OUT(4, out_0, 3, 3, 1) AND OUT(5, out_1, 3, 3, 1)
 #define WORK_mean_directions(WORK)
 
-static INLINE void NAME(mean_directions_1)(REAL *carry_0, REAL *carry, REAL *carry_2)
+static INLINE void NAME(mean_directions_carry_start)(REAL *carry_0, REAL *carry, REAL *carry_2)
 {
     carry_0[0] = (REAL)1;
     carry_0[1] = (REAL)0;
@@ -1633,12 +1633,12 @@ static INLINE void NAME(mean_directions_1)(REAL *carry_0, REAL *carry, REAL *car
     carry_2[1] = (REAL)0;
     carry_2[2] = (REAL)0;
 }
-#define PARTS_mean_directions_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3) AND OUT(2, 3)
-GAC_IN_LANES(mean_directions_1, PLAIN)
+#define PARTS_mean_directions_carry_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3) AND OUT(2, 3)
+GAC_IN_LANES(mean_directions_carry_start, PLAIN)
 
-static INLINE void NAME(mean_directions_2)(const REAL *carry_0, const REAL *carry_2, const REAL *carry_2_3, const
-    REAL *rates, const REAL *accelerations, const REAL *fields, REAL time, REAL *carry_0_out, REAL *carry, REAL
-    *carry_2_out, WORD *far)
+static INLINE void NAME(mean_directions_carry)(const REAL *carry_0, const REAL *carry_2, const REAL *carry_2_3,
+    const REAL *rates, const REAL *accelerations, const REAL *fields, REAL time, REAL *carry_0_out, REAL *carry,
+    REAL *carry_2_out, WORD *far)
 {
     const REAL carry_0_1 = carry_0[0], carry_0_e12 = carry_0[1], carry_0_e13 = carry_0[2], carry_0_e23 = carry_0[3];
     const REAL carry_2_0 = carry_2[0], carry_2_1 = carry_2[1], carry_2_2 = carry_2[2];
@@ -1716,11 +1716,11 @@ static INLINE void NAME(mean_directions_2)(const REAL *carry_0, const REAL *carr
     carry_2_out[1] = carry_2_3_1 + (t45 * t56 - t46 * t55 + t49 * t57);
     carry_2_out[2] = carry_2_3_2 + (t50 * t55 - t51 * t56 + t52 * t57);
 }
-#define PARTS_mean_directions_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 3) AND IN(3, 3) \
+#define PARTS_mean_directions_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 3) AND IN(3, 3) \
     AND IN(4, 3) AND IN(5, 3) AND NUMBER(6, 0) AND OUT(7, 4) AND OUT(8, 3) AND OUT(9, 3)
-GAC_IN_LANES(mean_directions_2, TURNS)
+GAC_IN_LANES(mean_directions_carry, TURNS)
 
-static INLINE void NAME(mean_directions_3)(const REAL *carry, const REAL *carry_2_2, REAL *out_0, REAL *out_1)
+static INLINE void NAME(mean_directions_result)(const REAL *carry, const REAL *carry_2_2, REAL *out_0, REAL *out_1)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2];
     const REAL carry_2_2_0 = carry_2_2[0], carry_2_2_1 = carry_2_2[1], carry_2_2_2 = carry_2_2[2];
@@ -1731,8 +1731,8 @@ static INLINE void NAME(mean_directions_3)(const REAL *carry, const REAL *carry_
     out_1[1] = carry_2_2_1;
     out_1[2] = carry_2_2_2;
 }
-#define PARTS_mean_directions_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND OUT(2, 3) AND OUT(3, 3)
-GAC_IN_LANES(mean_directions_3, PLAIN)
+#define PARTS_mean_directions_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND OUT(2, 3) AND OUT(3, 3)
+GAC_IN_LANES(mean_directions_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t estimation_mean_directions_work(intptr_t n)
@@ -1747,11 +1747,11 @@ static INLINE void NAME(mean_directions_within)(intptr_t n, const REAL *rates, c
 {
     (void)work;
     REAL carry_0[4], carry[3], carry_2[3];
-    NAME(mean_directions_1)(carry_0, carry, carry_2);
+    NAME(mean_directions_carry_start)(carry_0, carry, carry_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(mean_directions_2)(carry_0, carry, carry_2, rates + 3 * i, accelerations + 3 * i, fields + 3 * i,
+        NAME(mean_directions_carry)(carry_0, carry, carry_2, rates + 3 * i, accelerations + 3 * i, fields + 3 * i,
     dt[i], carry_0, carry, carry_2, NULL);
-    NAME(mean_directions_3)(carry, carry_2, out_0, out_1);
+    NAME(mean_directions_result)(carry, carry_2, out_0, out_1);
 }
 
 FUSED(mean_directions, (intptr_t n, const REAL *rates, const REAL *accelerations, const REAL *fields,
@@ -1769,11 +1769,11 @@ static INLINE WORD NAME(mean_directions_lanes)(intptr_t n, const REAL *rates, co
 {
     _Alignas(64) REAL carry_0[4 * NLANES], carry[3 * NLANES], carry_2[3 * NLANES];
     WORD far = 0;
-    NAME(mean_directions_1_lanes)(carry_0, carry, carry_2);
+    NAME(mean_directions_carry_start_lanes)(carry_0, carry, carry_2);
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(mean_directions_2_lanes)(carry_0, carry, carry_2, rates + 3 * NLANES * i,
+        far |= NAME(mean_directions_carry_lanes)(carry_0, carry, carry_2, rates + 3 * NLANES * i,
     accelerations + 3 * NLANES * i, fields + 3 * NLANES * i, dt + NLANES * i, carry_0, carry, carry_2);
-    NAME(mean_directions_3_lanes)(carry, carry_2, out_0, out_1);
+    NAME(mean_directions_result_lanes)(carry, carry_2, out_0, out_1);
     return far;
 }
 
@@ -1784,7 +1784,7 @@ GAC_PROCEDURE(mean_directions, BUSY)
     AND NUMBER(5, gate) AND OUT(6, out_0, 4, 4, 1) AND OUT(7, out_1, 6, 6, 1) AND OUT(8, out_2, 2, 2, 1)
 #define WORK_update_by_vectors(WORK)
 
-static INLINE void NAME(update_by_vectors_1)(const REAL *rotor, const REAL *covariance, REAL *c_0, REAL *c, REAL
+static INLINE void NAME(update_by_vectors_c)(const REAL *rotor, const REAL *covariance, REAL *c_0, REAL *c, REAL
     *c_2, REAL *c_3_0, REAL *c_3_1)
 {
     const REAL rotor_1 = rotor[0], rotor_e12 = rotor[1], rotor_e13 = rotor[2], rotor_e23 = rotor[3];
@@ -1806,13 +1806,13 @@ static INLINE void NAME(update_by_vectors_1)(const REAL *rotor, const REAL *cova
     c_3_0[0] = (REAL)0;
     c_3_1[0] = (REAL)0;
 }
-#define PARTS_update_by_vectors_1(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND OUT(2, 4) AND OUT(3, 3) \
+#define PARTS_update_by_vectors_c(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND OUT(2, 4) AND OUT(3, 3) \
     AND OUT(4, 6) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(update_by_vectors_1, PLAIN)
+GAC_IN_LANES(update_by_vectors_c, PLAIN)
 
-static INLINE void NAME(update_by_vectors_2)(REAL variance, REAL gate, const REAL *c_0, const REAL *c_2, const REAL
-    *c_2_3, REAL c_3_0, REAL c_3_1, const REAL *vectors, const REAL *seen, REAL *c, REAL *c_2_out, REAL *c_3_0_out,
-    REAL *c_3_1_out)
+static INLINE void NAME(update_by_vectors_c_2)(REAL variance, REAL gate, const REAL *c_0, const REAL *c_2, const
+    REAL *c_2_3, REAL c_3_0, REAL c_3_1, const REAL *vectors, const REAL *seen, REAL *c, REAL *c_2_out, REAL
+    *c_3_0_out, REAL *c_3_1_out)
 {
     const REAL c_0_1 = c_0[0], c_0_e12 = c_0[1], c_0_e13 = c_0[2], c_0_e23 = c_0[3];
     const REAL c_2_0 = c_2[0], c_2_1 = c_2[1], c_2_2 = c_2[2];
@@ -1905,13 +1905,13 @@ static INLINE void NAME(update_by_vectors_2)(REAL variance, REAL gate, const REA
     c_3_0_out[0] = c_3_0 + SELECT(t56, t55, (REAL)0);
     c_3_1_out[0] = c_3_1 + t56;
 }
-#define PARTS_update_by_vectors_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
+#define PARTS_update_by_vectors_c_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
     AND IN(3, 3) AND IN(4, 6) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 3) AND IN(8, 3) AND OUT(9, 3) \
     AND OUT(10, 6) AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(update_by_vectors_2, PLAIN)
+GAC_IN_LANES(update_by_vectors_c_2, PLAIN)
 
-static INLINE void NAME(update_by_vectors_3)(const REAL *rotor, const REAL *covariance, const REAL *c, REAL *c_0_2,
-    REAL *c_3, REAL *c_4, REAL *c_3_0_2, REAL *c_3_1_2, WORD *far)
+static INLINE void NAME(update_by_vectors_c_3)(const REAL *rotor, const REAL *covariance, const REAL *c, REAL
+    *c_0_2, REAL *c_3, REAL *c_4, REAL *c_3_0_2, REAL *c_3_1_2, WORD *far)
 {
     const REAL rotor_1 = rotor[0], rotor_e12 = rotor[1], rotor_e13 = rotor[2], rotor_e23 = rotor[3];
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
@@ -1990,111 +1990,12 @@ static INLINE void NAME(update_by_vectors_3)(const REAL *rotor, const REAL *cova
     c_3_0_2[0] = (REAL)0;
     c_3_1_2[0] = (REAL)0;
 }
-#define PARTS_update_by_vectors_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND OUT(3, 4) \
+#define PARTS_update_by_vectors_c_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND OUT(3, 4) \
     AND OUT(4, 3) AND OUT(5, 6) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(update_by_vectors_3, TURNS)
+GAC_IN_LANES(update_by_vectors_c_3, TURNS)
 
-static INLINE void NAME(update_by_vectors_4)(REAL variance, REAL gate, const REAL *c_0, const REAL *c_3, const REAL
-    *c_4, REAL c_3_0_2, REAL c_3_1_2, const REAL *vectors, const REAL *seen, REAL *c_3_out, REAL *c_4_out, REAL
-    *c_3_0_2_out, REAL *c_3_1_2_out)
-{
-    const REAL c_0_1 = c_0[0], c_0_e12 = c_0[1], c_0_e13 = c_0[2], c_0_e23 = c_0[3];
-    const REAL c_3_0 = c_3[0], c_3_1 = c_3[1], c_3_2 = c_3[2];
-    const REAL c_4_0 = c_4[0], c_4_1 = c_4[1], c_4_2 = c_4[2], c_4_3 = c_4[3], c_4_4 = c_4[4], c_4_5 = c_4[5];
-    const REAL vectors_0 = vectors[0], vectors_1 = vectors[1], vectors_2 = vectors[2];
-    const REAL seen_0 = seen[0], seen_1 = seen[1], seen_2 = seen[2];
-    const REAL t0 = c_0_e12 * (REAL)2;
-    const REAL t1 = c_0_e23 * t0;
-    const REAL t2 = c_0_1 * (REAL)2;
-    const REAL t3 = c_0_e13 * t2;
-    const REAL t4 = c_0_e13 * t0;
-    const REAL t5 = c_0_e23 * t2;
-    const REAL t6 = vectors_0 * (t1 - t3) - vectors_1 * (t4 + t5);
-    const REAL t7 = c_0_1 * c_0_1;
-    const REAL t8 = c_0_e12 * c_0_e12;
-    const REAL t9 = c_0_e13 * c_0_e13;
-    const REAL t10 = c_0_e23 * c_0_e23;
-    const REAL t11 = t6 + vectors_2 * (t7 + t8 - t9 - t10);
-    const REAL t12 = t7 - t8;
-    const REAL t13 = t9 - t10;
-    const REAL t14 = c_0_e12 * t2;
-    const REAL t15 = (REAL)2 * (c_0_e13 * c_0_e23);
-    const REAL t16 = vectors_1 * (t12 + t13) - vectors_0 * (t14 + t15) + vectors_2 * (t5 - t4);
-    const REAL t17 = c_4_3 * t11 - c_4_4 * t16;
-    const REAL t18 = c_4_4 * t11 - c_4_5 * t16;
-    const REAL t19 = vectors_0 * (t12 - t13) + vectors_1 * (t14 - t15) + vectors_2 * (t1 + t3);
-    const REAL t20 = ABS(t11) + (ABS(t16) + (ABS(t19) + (ABS(seen_2) + (ABS(seen_1) + ABS(seen_0)))));
-    const REAL t21 = LESS_EQUAL(t20 * (REAL)9.332636185032189e-302, (REAL)1.152921504606847e+18);
-    const REAL t22 = SELECT(t21, variance, (REAL)1e+30);
-    const REAL t23 = (REAL)1 / (t22 + (t11 * t17 - t16 * t18));
-    const REAL t24 = c_4_1 * t11 - c_4_2 * t16;
-    const REAL t25 = t23 * t24;
-    const REAL t26 = c_4_0 - t24 * t25;
-    const REAL t27 = c_4_2 - t18 * t25;
-    const REAL t28 = t19 * t27 - t11 * t26;
-    const REAL t29 = t18 * t23;
-    const REAL t30 = c_4_5 - t18 * t29;
-    const REAL t31 = t19 * t30 - t11 * t27;
-    const REAL t32 = (REAL)1 / (t22 + (t19 * t31 - t11 * t28));
-    const REAL t33 = t28 * t32;
-    const REAL t34 = seen_0 - t19 - (c_3_1 * t11 - c_3_2 * t16);
-    const REAL t35 = SELECT(t21, t34, (REAL)0);
-    const REAL t36 = c_3_0 + t35 * t25;
-    const REAL t37 = c_3_2 + t35 * t29;
-    const REAL t38 = seen_1 - t16 - (t19 * t37 - t11 * t36);
-    const REAL t39 = SELECT(t21, t38, (REAL)0);
-    const REAL t40 = t36 + t39 * t33;
-    const REAL t41 = c_4_1 - t17 * t25;
-    const REAL t42 = t17 * t23;
-    const REAL t43 = c_4_4 - t18 * t42;
-    const REAL t44 = t19 * t43 - t11 * t41;
-    const REAL t45 = t32 * t44;
-    const REAL t46 = c_3_1 + t35 * t42 + t39 * t45;
-    const REAL t47 = seen_2 - t11 - (t16 * t40 - t19 * t46);
-    const REAL t48 = SELECT(t21, t47, (REAL)0);
-    const REAL t49 = t26 - t28 * t33;
-    const REAL t50 = t41 - t33 * t44;
-    const REAL t51 = t16 * t49 - t19 * t50;
-    const REAL t52 = c_4_3 - t17 * t42 - t44 * t45;
-    const REAL t53 = t16 * t50 - t19 * t52;
-    const REAL t54 = (REAL)1 / (t22 + (t16 * t51 - t19 * t53));
-    const REAL t55 = t23 * (t35 * t35) + t32 * (t39 * t39) + t54 * (t48 * t48);
-    const REAL t56 = t21 * LESS_EQUAL(t55, gate);
-    const REAL t57 = t51 * t54;
-    const REAL t58 = t40 + t48 * t57;
-    const REAL t59 = t53 * t54;
-    const REAL t60 = t46 + t48 * t59;
-    const REAL t61 = t27 - t31 * t33;
-    const REAL t62 = t43 - t31 * t45;
-    const REAL t63 = t16 * t61 - t19 * t62;
-    const REAL t64 = t54 * t63;
-    const REAL t65 = t31 * t32;
-    const REAL t66 = t37 + t39 * t65 + t48 * t64;
-    const REAL t67 = t49 - t51 * t57;
-    const REAL t68 = t50 - t53 * t57;
-    const REAL t69 = t61 - t57 * t63;
-    const REAL t70 = t52 - t53 * t59;
-    const REAL t71 = t62 - t59 * t63;
-    const REAL t72 = t30 - t31 * t65 - t63 * t64;
-    c_3_out[0] = SELECT(t56, t58, c_3_0);
-    c_3_out[1] = SELECT(t56, t60, c_3_1);
-    c_3_out[2] = SELECT(t56, t66, c_3_2);
-    c_4_out[0] = SELECT(t56, t67, c_4_0);
-    c_4_out[1] = SELECT(t56, t68, c_4_1);
-    c_4_out[2] = SELECT(t56, t69, c_4_2);
-    c_4_out[3] = SELECT(t56, t70, c_4_3);
-    c_4_out[4] = SELECT(t56, t71, c_4_4);
-    c_4_out[5] = SELECT(t56, t72, c_4_5);
-    c_3_0_2_out[0] = c_3_0_2 + SELECT(t56, t55, (REAL)0);
-    c_3_1_2_out[0] = c_3_1_2 + t56;
-}
-#define PARTS_update_by_vectors_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
-    AND IN(3, 3) AND IN(4, 6) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 3) AND IN(8, 3) AND OUT(9, 3) \
-    AND OUT(10, 6) AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(update_by_vectors_4, PLAIN)
-
-static INLINE void NAME(update_by_vectors_5)(const REAL *rotor, const REAL *c, const REAL *c_3, const REAL *c_4,
-    REAL c_3_0_2, REAL c_3_1_2, REAL *out_0, REAL *out_1, REAL *out_2, WORD *far)
+static INLINE void NAME(update_by_vectors_result)(const REAL *rotor, const REAL *c, const REAL *c_3, const REAL
+    *c_4, REAL c_3_0_2, REAL c_3_1_2, REAL *out_0, REAL *out_1, REAL *out_2, WORD *far)
 {
     const REAL rotor_1 = rotor[0], rotor_e12 = rotor[1], rotor_e13 = rotor[2], rotor_e23 = rotor[3];
     const REAL c_0 = c[0], c_1 = c[1], c_2 = c[2];
@@ -2147,9 +2048,9 @@ static INLINE void NAME(update_by_vectors_5)(const REAL *rotor, const REAL *c, c
     out_2[0] = c_3_0_2;
     out_2[1] = c_3_1_2;
 }
-#define PARTS_update_by_vectors_5(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 3) AND IN(3, 6) \
+#define PARTS_update_by_vectors_result(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 3) AND IN(3, 6) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 4) AND OUT(7, 6) AND OUT(8, 2)
-GAC_IN_LANES(update_by_vectors_5, TURNS)
+GAC_IN_LANES(update_by_vectors_result, TURNS)
 
 #if PRECISION(1, 0)
 intptr_t estimation_update_by_vectors_work(intptr_t n)
@@ -2165,15 +2066,15 @@ static INLINE void NAME(update_by_vectors_within)(intptr_t n, const REAL *rotor,
 {
     (void)work;
     REAL c_0[4], c[3], c_2[6], c_3_0, c_3_1, c_0_2[4], c_3[3], c_4[6], c_3_0_2, c_3_1_2;
-    NAME(update_by_vectors_1)(rotor, covariance, c_0, c, c_2, &c_3_0, &c_3_1);
+    NAME(update_by_vectors_c)(rotor, covariance, c_0, c, c_2, &c_3_0, &c_3_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(update_by_vectors_2)(variance, gate, c_0, c, c_2, c_3_0, c_3_1, vectors + 3 * i, seen + 3 * i, c, c_2,
-    &c_3_0, &c_3_1);
-    NAME(update_by_vectors_3)(rotor, covariance, c, c_0_2, c_3, c_4, &c_3_0_2, &c_3_1_2, NULL);
+        NAME(update_by_vectors_c_2)(variance, gate, c_0, c, c_2, c_3_0, c_3_1, vectors + 3 * i, seen + 3 * i, c,
+    c_2, &c_3_0, &c_3_1);
+    NAME(update_by_vectors_c_3)(rotor, covariance, c, c_0_2, c_3, c_4, &c_3_0_2, &c_3_1_2, NULL);
     for (intptr_t i = 0; i < n; i++)
-        NAME(update_by_vectors_4)(variance, gate, c_0_2, c_3, c_4, c_3_0_2, c_3_1_2, vectors + 3 * i, seen + 3 * i,
-    c_3, c_4, &c_3_0_2, &c_3_1_2);
-    NAME(update_by_vectors_5)(rotor, c, c_3, c_4, c_3_0_2, c_3_1_2, out_0, out_1, out_2, NULL);
+        NAME(update_by_vectors_c_2)(variance, gate, c_0_2, c_3, c_4, c_3_0_2, c_3_1_2, vectors + 3 * i,
+    seen + 3 * i, c_3, c_4, &c_3_0_2, &c_3_1_2);
+    NAME(update_by_vectors_result)(rotor, c, c_3, c_4, c_3_0_2, c_3_1_2, out_0, out_1, out_2, NULL);
 }
 
 FUSED(update_by_vectors, (intptr_t n, const REAL *rotor, const REAL *covariance, const REAL *vectors,
@@ -2193,15 +2094,15 @@ static INLINE WORD NAME(update_by_vectors_lanes)(intptr_t n, const REAL *rotor, 
     _Alignas(64) REAL c_0[4 * NLANES], c[3 * NLANES], c_2[6 * NLANES], c_3_0[NLANES], c_3_1[NLANES],
     c_0_2[4 * NLANES], c_3[3 * NLANES], c_4[6 * NLANES], c_3_0_2[NLANES], c_3_1_2[NLANES];
     WORD far = 0;
-    NAME(update_by_vectors_1_lanes)(rotor, covariance, c_0, c, c_2, c_3_0, c_3_1);
+    NAME(update_by_vectors_c_lanes)(rotor, covariance, c_0, c, c_2, c_3_0, c_3_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(update_by_vectors_2_lanes)(variance, gate, c_0, c, c_2, c_3_0, c_3_1, vectors + 3 * NLANES * i,
+        NAME(update_by_vectors_c_2_lanes)(variance, gate, c_0, c, c_2, c_3_0, c_3_1, vectors + 3 * NLANES * i,
     seen + 3 * NLANES * i, c, c_2, c_3_0, c_3_1);
-    far |= NAME(update_by_vectors_3_lanes)(rotor, covariance, c, c_0_2, c_3, c_4, c_3_0_2, c_3_1_2);
+    far |= NAME(update_by_vectors_c_3_lanes)(rotor, covariance, c, c_0_2, c_3, c_4, c_3_0_2, c_3_1_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(update_by_vectors_4_lanes)(variance, gate, c_0_2, c_3, c_4, c_3_0_2, c_3_1_2, vectors + 3 * NLANES * i,
-    seen + 3 * NLANES * i, c_3, c_4, c_3_0_2, c_3_1_2);
-    far |= NAME(update_by_vectors_5_lanes)(rotor, c, c_3, c_4, c_3_0_2, c_3_1_2, out_0, out_1, out_2);
+        NAME(update_by_vectors_c_2_lanes)(variance, gate, c_0_2, c_3, c_4, c_3_0_2, c_3_1_2,
+    vectors + 3 * NLANES * i, seen + 3 * NLANES * i, c_3, c_4, c_3_0_2, c_3_1_2);
+    far |= NAME(update_by_vectors_result_lanes)(rotor, c, c_3, c_4, c_3_0_2, c_3_1_2, out_0, out_1, out_2);
     return far;
 }
 
@@ -2212,8 +2113,8 @@ GAC_PROCEDURE(update_by_vectors, BUSY)
     AND NUMBER(4, variance) AND OUT(5, out_0, 4, 4, 1) AND OUT(6, out_1, 10, 10, 1)
 #define WORK_update_linear_by_vectors(WORK)
 
-static INLINE void NAME(update_linear_by_vectors_1)(const REAL *rotor, const REAL *covariance, REAL *out_0, REAL
-    *carry)
+static INLINE void NAME(update_linear_by_vectors_result)(const REAL *rotor, const REAL *covariance, REAL *out_0,
+    REAL *carry)
 {
     const REAL rotor_1 = rotor[0], rotor_e12 = rotor[1], rotor_e13 = rotor[2], rotor_e23 = rotor[3];
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
@@ -2235,12 +2136,12 @@ static INLINE void NAME(update_linear_by_vectors_1)(const REAL *rotor, const REA
     carry[8] = covariance_8;
     carry[9] = covariance_9;
 }
-#define PARTS_update_linear_by_vectors_1(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4) \
+#define PARTS_update_linear_by_vectors_result(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4) \
     AND OUT(3, 10)
-GAC_IN_LANES(update_linear_by_vectors_1, PLAIN)
+GAC_IN_LANES(update_linear_by_vectors_result, PLAIN)
 
-static INLINE void NAME(update_linear_by_vectors_2)(REAL variance, const REAL *carry_0, const REAL *carry_2, const
-    REAL *vectors, const REAL *seen, REAL *out_0, REAL *carry)
+static INLINE void NAME(update_linear_by_vectors_result_2)(REAL variance, const REAL *carry_0, const REAL *carry_2,
+    const REAL *vectors, const REAL *seen, REAL *out_0, REAL *carry)
 {
     const REAL carry_0_1 = carry_0[0], carry_0_e12 = carry_0[1], carry_0_e13 = carry_0[2], carry_0_e23 = carry_0[3];
     const REAL carry_2_0 = carry_2[0], carry_2_1 = carry_2[1], carry_2_2 = carry_2[2], carry_2_3 = carry_2[3],
@@ -2407,11 +2308,11 @@ static INLINE void NAME(update_linear_by_vectors_2)(REAL variance, const REAL *c
     carry[8] = t129 * t140 - (t111 * t136 + t126 * t137 + t128 * t139);
     carry[9] = t129 * (t122 * t129 - (t138 + (t113 + t131))) - t143;
 }
-#define PARTS_update_linear_by_vectors_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND IN(2, 10) \
+#define PARTS_update_linear_by_vectors_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND IN(2, 10) \
     AND IN(3, 3) AND IN(4, 3) AND OUT(5, 4) AND OUT(6, 10)
-GAC_IN_LANES(update_linear_by_vectors_2, PLAIN)
+GAC_IN_LANES(update_linear_by_vectors_result_2, PLAIN)
 
-static INLINE void NAME(update_linear_by_vectors_3)(const REAL *carry, REAL *out_1)
+static INLINE void NAME(update_linear_by_vectors_result_3)(const REAL *carry, REAL *out_1)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4],
         carry_5 = carry[5], carry_6 = carry[6], carry_7 = carry[7], carry_8 = carry[8], carry_9 = carry[9];
@@ -2426,8 +2327,8 @@ static INLINE void NAME(update_linear_by_vectors_3)(const REAL *carry, REAL *out
     out_1[8] = carry_8;
     out_1[9] = carry_9;
 }
-#define PARTS_update_linear_by_vectors_3(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND OUT(1, 10)
-GAC_IN_LANES(update_linear_by_vectors_3, PLAIN)
+#define PARTS_update_linear_by_vectors_result_3(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND OUT(1, 10)
+GAC_IN_LANES(update_linear_by_vectors_result_3, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t estimation_update_linear_by_vectors_work(intptr_t n)
@@ -2442,21 +2343,22 @@ void NAME(update_linear_by_vectors)(intptr_t n, const REAL *rotor, const REAL *c
 {
     (void)work;
     REAL carry[10];
-    NAME(update_linear_by_vectors_1)(rotor, covariance, out_0, carry);
+    NAME(update_linear_by_vectors_result)(rotor, covariance, out_0, carry);
     for (intptr_t i = 0; i < n; i++)
-        NAME(update_linear_by_vectors_2)(variance, out_0, carry, vectors + 3 * i, seen + 3 * i, out_0, carry);
-    NAME(update_linear_by_vectors_3)(carry, out_1);
+        NAME(update_linear_by_vectors_result_2)(variance, out_0, carry, vectors + 3 * i, seen + 3 * i, out_0,
+    carry);
+    NAME(update_linear_by_vectors_result_3)(carry, out_1);
 }
 
 static INLINE WORD NAME(update_linear_by_vectors_lanes)(intptr_t n, const REAL *rotor, const REAL *covariance,
     const REAL *vectors, const REAL *seen, const REAL *variance, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL carry[10 * NLANES];
-    NAME(update_linear_by_vectors_1_lanes)(rotor, covariance, out_0, carry);
+    NAME(update_linear_by_vectors_result_lanes)(rotor, covariance, out_0, carry);
     for (intptr_t i = 0; i < n; i++)
-        NAME(update_linear_by_vectors_2_lanes)(variance, out_0, carry, vectors + 3 * NLANES * i,
+        NAME(update_linear_by_vectors_result_2_lanes)(variance, out_0, carry, vectors + 3 * NLANES * i,
     seen + 3 * NLANES * i, out_0, carry);
-    NAME(update_linear_by_vectors_3_lanes)(carry, out_1);
+    NAME(update_linear_by_vectors_result_3_lanes)(carry, out_1);
     return 0;
 }
 

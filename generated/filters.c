@@ -2,7 +2,7 @@
 // command: gac generate --all filters
 // spec: 4ba8d2c2446d8f8c
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 7f6feae44450f8abd74138bdff0b5d7f251307cde5308d176d8743a0514dfbc7
+// body: afbd7c2a6747ae3cf65617d2e0fd98bf470afb2fd877bf6e02690dac74b1ae4b
 
 #ifndef REAL
 #include "filters.h"
@@ -941,9 +941,10 @@ GAC_KERNEL_AND_FORMS(merge_4_more, PLAIN, TILES, GAC_USE(merge_4_more, low_high_
     AND IN(0, image, scalar, 1, n * m) AND IN(1, taps, 11, 11, 1) AND OUT(2, out, scalar, 1, n * m)
 #define WORK_smoothed(WORK) WORK(3, mapped, scalar, 1, n * m)
 
-static INLINE void NAME(smoothed_1)(const REAL *taps, REAL row, REAL row_2, REAL row_3, REAL row_4, REAL row_5, REAL
-    row_6, REAL row_7, REAL row_8, REAL row_9, REAL row_10, REAL row_11, REAL row_12, REAL row_13, REAL row_14, REAL
-    row_15, REAL row_16, REAL row_17, REAL row_18, REAL row_19, REAL row_20, REAL row_21, REAL *filtered)
+static INLINE void NAME(smoothed_filtered)(const REAL *taps, REAL row, REAL row_2, REAL row_3, REAL row_4, REAL
+    row_5, REAL row_6, REAL row_7, REAL row_8, REAL row_9, REAL row_10, REAL row_11, REAL row_12, REAL row_13, REAL
+    row_14, REAL row_15, REAL row_16, REAL row_17, REAL row_18, REAL row_19, REAL row_20, REAL row_21, REAL
+    *filtered)
 {
     const REAL taps_0 = taps[0], taps_1 = taps[1], taps_2 = taps[2], taps_3 = taps[3], taps_4 = taps[4],
         taps_5 = taps[5], taps_6 = taps[6], taps_7 = taps[7], taps_8 = taps[8], taps_9 = taps[9],
@@ -952,19 +953,6 @@ static INLINE void NAME(smoothed_1)(const REAL *taps, REAL row, REAL row_2, REAL
     const REAL t1 = t0 + taps_3 * (row_8 + row_14) + taps_4 * (row_7 + row_15) + taps_5 * (row_6 + row_16);
     const REAL t2 = t1 + taps_6 * (row_5 + row_17) + taps_7 * (row_4 + row_18) + taps_8 * (row_3 + row_19);
     filtered[0] = t2 + taps_9 * (row_2 + row_20) + taps_10 * (row + row_21);
-}
-
-static INLINE void NAME(smoothed_2)(const REAL *taps, REAL row, REAL row_2, REAL row_3, REAL row_4, REAL row_5, REAL
-    row_6, REAL row_7, REAL row_8, REAL row_9, REAL row_10, REAL row_11, REAL row_12, REAL row_13, REAL row_14, REAL
-    row_15, REAL row_16, REAL row_17, REAL row_18, REAL row_19, REAL row_20, REAL row_21, REAL *filtered_2)
-{
-    const REAL taps_0 = taps[0], taps_1 = taps[1], taps_2 = taps[2], taps_3 = taps[3], taps_4 = taps[4],
-        taps_5 = taps[5], taps_6 = taps[6], taps_7 = taps[7], taps_8 = taps[8], taps_9 = taps[9],
-        taps_10 = taps[10];
-    const REAL t0 = taps_0 * row_11 + taps_1 * (row_10 + row_12) + taps_2 * (row_9 + row_13);
-    const REAL t1 = t0 + taps_3 * (row_8 + row_14) + taps_4 * (row_7 + row_15) + taps_5 * (row_6 + row_16);
-    const REAL t2 = t1 + taps_6 * (row_5 + row_17) + taps_7 * (row_4 + row_18) + taps_8 * (row_3 + row_19);
-    filtered_2[0] = t2 + taps_9 * (row_2 + row_20) + taps_10 * (row + row_21);
 }
 
 #if PRECISION(1, 0)
@@ -980,19 +968,19 @@ static INLINE void NAME(smoothed_within)(intptr_t n, intptr_t m, const REAL *ima
     REAL filtered, *const mapped = work, filtered_2;
     for (intptr_t i = 0; i < n; i++) {
         GAC_WINDOWS(j, m, 0, m, {
-            NAME(smoothed_1)(taps, image[gac_reflect(i - 10, n) * m + j], image[gac_reflect(i - 9, n) * m + j],
-    image[gac_reflect(i - 8, n) * m + j], image[gac_reflect(i - 7, n) * m + j], image[gac_reflect(i - 6,
-    n) * m + j], image[gac_reflect(i - 5, n) * m + j], image[gac_reflect(i - 4, n) * m + j],
-    image[gac_reflect(i - 3, n) * m + j], image[gac_reflect(i - 2, n) * m + j], image[gac_reflect(i - 1,
-    n) * m + j], image[i * m + j], image[gac_reflect(i + 1, n) * m + j], image[gac_reflect(i + 2, n) * m + j],
-    image[gac_reflect(i + 3, n) * m + j], image[gac_reflect(i + 4, n) * m + j], image[gac_reflect(i + 5,
-    n) * m + j], image[gac_reflect(i + 6, n) * m + j], image[gac_reflect(i + 7, n) * m + j],
-    image[gac_reflect(i + 8, n) * m + j], image[gac_reflect(i + 9, n) * m + j], image[gac_reflect(i + 10,
-    n) * m + j], &filtered);
+            NAME(smoothed_filtered)(taps, image[gac_reflect(i - 10, n) * m + j], image[gac_reflect(i - 9,
+    n) * m + j], image[gac_reflect(i - 8, n) * m + j], image[gac_reflect(i - 7, n) * m + j],
+    image[gac_reflect(i - 6, n) * m + j], image[gac_reflect(i - 5, n) * m + j], image[gac_reflect(i - 4,
+    n) * m + j], image[gac_reflect(i - 3, n) * m + j], image[gac_reflect(i - 2, n) * m + j],
+    image[gac_reflect(i - 1, n) * m + j], image[i * m + j], image[gac_reflect(i + 1, n) * m + j],
+    image[gac_reflect(i + 2, n) * m + j], image[gac_reflect(i + 3, n) * m + j], image[gac_reflect(i + 4,
+    n) * m + j], image[gac_reflect(i + 5, n) * m + j], image[gac_reflect(i + 6, n) * m + j],
+    image[gac_reflect(i + 7, n) * m + j], image[gac_reflect(i + 8, n) * m + j], image[gac_reflect(i + 9,
+    n) * m + j], image[gac_reflect(i + 10, n) * m + j], &filtered);
             COPY(1, &filtered, mapped + (i * m + j));
         })
         GAC_WINDOWS(j, m, 10, m - 10, {
-            NAME(smoothed_2)(taps, mapped[i * m + GAC_ROW_AT(reflect, j - 10, m)],
+            NAME(smoothed_filtered)(taps, mapped[i * m + GAC_ROW_AT(reflect, j - 10, m)],
     mapped[i * m + GAC_ROW_AT(reflect, j - 9, m)], mapped[i * m + GAC_ROW_AT(reflect, j - 8, m)],
     mapped[i * m + GAC_ROW_AT(reflect, j - 7, m)], mapped[i * m + GAC_ROW_AT(reflect, j - 6, m)],
     mapped[i * m + GAC_ROW_AT(reflect, j - 5, m)], mapped[i * m + GAC_ROW_AT(reflect, j - 4, m)],

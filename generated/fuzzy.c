@@ -2,7 +2,7 @@
 // command: gac generate --all fuzzy
 // spec: 56f6f297a6b26e1f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 50bbb3a33b9eb995c2b95e3148d7442594285bec85904a9e32e7f9e094320619
+// body: 895923b8c09365deb07ce69b5678443a2ac708ac4f5585ff47f64046a21567f9
 
 #ifndef REAL
 #include "fuzzy.h"
@@ -43,14 +43,14 @@ GAC_AXIS(11, 16)
     AND OUT(3, out_1, scalar, 1, inputs) AND OUT(4, out_2, scalar, 1, 1)
 #define WORK_rows_of_inputs(WORK)
 
-static INLINE void NAME(rows_of_inputs_2)(REAL *out_2)
+static INLINE void NAME(rows_of_inputs_result_start)(REAL *out_2)
 {
     out_2[0] = (REAL)1;
 }
-#define PARTS_rows_of_inputs_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(rows_of_inputs_2, PLAIN)
+#define PARTS_rows_of_inputs_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(rows_of_inputs_result_start, PLAIN)
 
-static INLINE void NAME(rows_of_inputs_1)(REAL value, const REAL *ranges, REAL *row)
+static INLINE void NAME(rows_of_inputs_row)(REAL value, const REAL *ranges, REAL *row)
 {
     const REAL ranges_0 = ranges[0], ranges_1 = ranges[1], ranges_2 = ranges[2], ranges_3 = ranges[3],
         ranges_4 = ranges[4];
@@ -61,32 +61,32 @@ static INLINE void NAME(rows_of_inputs_1)(REAL value, const REAL *ranges, REAL *
     row[1] = SELECT(LESS(t2, ranges_4), t2, ranges_4);
     row[2] = LESS_EQUAL(ranges_0, value) * LESS_EQUAL(value, ranges_1);
 }
-#define PARTS_rows_of_inputs_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND SAME(1, 5) AND OUT(2, 3)
-GAC_IN_LANES(rows_of_inputs_1, PLAIN)
+#define PARTS_rows_of_inputs_row(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND SAME(1, 5) AND OUT(2, 3)
+GAC_IN_LANES(rows_of_inputs_row, PLAIN)
 
-static INLINE void NAME(rows_of_inputs_3)(REAL all, const REAL *one_2, REAL *out_2)
+static INLINE void NAME(rows_of_inputs_result)(REAL all, const REAL *one_2, REAL *out_2)
 {
     const REAL one_2_2 = one_2[2];
     out_2[0] = all * one_2_2;
 }
-#define PARTS_rows_of_inputs_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND OUT(2, 1)
-GAC_IN_LANES(rows_of_inputs_3, PLAIN)
+#define PARTS_rows_of_inputs_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND OUT(2, 1)
+GAC_IN_LANES(rows_of_inputs_result, PLAIN)
 
-static INLINE void NAME(rows_of_inputs_4)(const REAL *one_0, REAL *out_0)
+static INLINE void NAME(rows_of_inputs_result_2)(const REAL *one_0, REAL *out_0)
 {
     const REAL one_0_0 = one_0[0];
     out_0[0] = one_0_0;
 }
-#define PARTS_rows_of_inputs_4(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
-GAC_IN_LANES(rows_of_inputs_4, PLAIN)
+#define PARTS_rows_of_inputs_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
+GAC_IN_LANES(rows_of_inputs_result_2, PLAIN)
 
-static INLINE void NAME(rows_of_inputs_5)(const REAL *one_1, REAL *out_1)
+static INLINE void NAME(rows_of_inputs_result_3)(const REAL *one_1, REAL *out_1)
 {
     const REAL one_1_1 = one_1[1];
     out_1[0] = one_1_1;
 }
-#define PARTS_rows_of_inputs_5(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
-GAC_IN_LANES(rows_of_inputs_5, PLAIN)
+#define PARTS_rows_of_inputs_result_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
+GAC_IN_LANES(rows_of_inputs_result_3, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t fuzzy_rows_of_inputs_work(intptr_t inputs)
@@ -101,12 +101,12 @@ void NAME(rows_of_inputs)(intptr_t inputs, const REAL *x, const REAL *ranges, RE
 {
     (void)work;
     REAL row[3];
-    NAME(rows_of_inputs_2)(out_2);
+    NAME(rows_of_inputs_result_start)(out_2);
     for (intptr_t i = 0; i < inputs; i++) {
-        NAME(rows_of_inputs_1)(x[i], ranges + 5 * i, row);
-        NAME(rows_of_inputs_3)(out_2[0], row, out_2);
-        NAME(rows_of_inputs_4)(row, out_0 + i);
-        NAME(rows_of_inputs_5)(row, out_1 + i);
+        NAME(rows_of_inputs_row)(x[i], ranges + 5 * i, row);
+        NAME(rows_of_inputs_result)(out_2[0], row, out_2);
+        NAME(rows_of_inputs_result_2)(row, out_0 + i);
+        NAME(rows_of_inputs_result_3)(row, out_1 + i);
     }
 }
 
@@ -114,12 +114,12 @@ static INLINE WORD NAME(rows_of_inputs_lanes)(intptr_t inputs, const REAL *x, co
     REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL row[3 * NLANES];
-    NAME(rows_of_inputs_2_lanes)(out_2);
+    NAME(rows_of_inputs_result_start_lanes)(out_2);
     for (intptr_t i = 0; i < inputs; i++) {
-        NAME(rows_of_inputs_1_lanes)(x + NLANES * i, ranges + 5 * i, row);
-        NAME(rows_of_inputs_3_lanes)(out_2, row, out_2);
-        NAME(rows_of_inputs_4_lanes)(row, out_0 + NLANES * i);
-        NAME(rows_of_inputs_5_lanes)(row, out_1 + NLANES * i);
+        NAME(rows_of_inputs_row_lanes)(x + NLANES * i, ranges + 5 * i, row);
+        NAME(rows_of_inputs_result_lanes)(out_2, row, out_2);
+        NAME(rows_of_inputs_result_2_lanes)(row, out_0 + NLANES * i);
+        NAME(rows_of_inputs_result_3_lanes)(row, out_1 + NLANES * i);
     }
     return 0;
 }
@@ -134,23 +134,23 @@ GAC_PROCEDURE(rows_of_inputs, LANES)
 #define WORK_strengths(WORK) WORK(9, mapped, scalar, 1, inputs) WORK(10, mapped_2, scalar, 1, sets) \
     WORK(11, stack, 6, 6, steps)
 
-static INLINE void NAME(strengths_1)(REAL value, const REAL *row_0, REAL *mapped)
+static INLINE void NAME(strengths_mapped)(REAL value, const REAL *row_0, REAL *mapped)
 {
     const REAL row_0_0 = row_0[0];
     mapped[0] = value - row_0_0;
 }
-#define PARTS_strengths_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND OUT(2, 1)
-GAC_IN_LANES(strengths_1, PLAIN)
+#define PARTS_strengths_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND OUT(2, 1)
+GAC_IN_LANES(strengths_mapped, PLAIN)
 
-static INLINE void NAME(strengths_2)(const REAL *rows, REAL offset, REAL *mapped_2)
+static INLINE void NAME(strengths_mapped_2)(const REAL *rows, REAL offset, REAL *mapped_2)
 {
     const REAL rows_0 = rows[0], rows_1 = rows[1];
     mapped_2[0] = rows_0 + rows_1 * offset;
 }
-#define PARTS_strengths_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(strengths_2, PLAIN)
+#define PARTS_strengths_mapped_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(strengths_mapped_2, PLAIN)
 
-static INLINE void NAME(strengths_3)(REAL *stack_start)
+static INLINE void NAME(strengths_stack_start)(REAL *stack_start)
 {
     stack_start[0] = (REAL)0;
     stack_start[1] = (REAL)0;
@@ -159,10 +159,10 @@ static INLINE void NAME(strengths_3)(REAL *stack_start)
     stack_start[4] = (REAL)0;
     stack_start[5] = (REAL)0;
 }
-#define PARTS_strengths_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(strengths_3, PLAIN)
+#define PARTS_strengths_stack_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(strengths_stack_start, PLAIN)
 
-static INLINE void NAME(strengths_4)(const REAL *stack, REAL member, const REAL *program, REAL *stack_out)
+static INLINE void NAME(strengths_stack)(const REAL *stack, REAL member, const REAL *program, REAL *stack_out)
 {
     const REAL stack_0 = stack[0], stack_1 = stack[1], stack_2 = stack[2], stack_3 = stack[3], stack_4 = stack[4],
         stack_5 = stack[5];
@@ -187,16 +187,16 @@ static INLINE void NAME(strengths_4)(const REAL *stack, REAL member, const REAL 
     stack_out[4] = SELECT(program_3, stack_3, t9);
     stack_out[5] = SELECT(program_3, stack_4, t10);
 }
-#define PARTS_strengths_4(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND SAME(2, 11) AND OUT(3, 6)
-GAC_IN_LANES(strengths_4, PLAIN)
+#define PARTS_strengths_stack(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND SAME(2, 11) AND OUT(3, 6)
+GAC_IN_LANES(strengths_stack, PLAIN)
 
-static INLINE void NAME(strengths_5)(const REAL *first, REAL *out)
+static INLINE void NAME(strengths_result)(const REAL *first, REAL *out)
 {
     const REAL first_0 = first[0];
     out[0] = first_0;
 }
-#define PARTS_strengths_5(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1)
-GAC_IN_LANES(strengths_5, PLAIN)
+#define PARTS_strengths_result(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1)
+GAC_IN_LANES(strengths_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t fuzzy_strengths_work(intptr_t inputs, intptr_t rows, intptr_t sets, intptr_t steps, intptr_t terms)
@@ -213,15 +213,15 @@ void NAME(strengths)(intptr_t inputs, intptr_t rows, intptr_t sets, intptr_t ste
     (void)rows;
     REAL *const mapped = work, *const mapped_2 = mapped + inputs, stack_start[6], *const stack = mapped_2 + sets;
     for (intptr_t i = 0; i < inputs; i++)
-        NAME(strengths_1)(x[i], rows_ + 2 * place[i], mapped + i);
+        NAME(strengths_mapped)(x[i], rows_ + 2 * place[i], mapped + i);
     for (intptr_t i = 0; i < sets; i++)
-        NAME(strengths_2)(rows_ + 2 * member[i], mapped[variable_[i]], mapped_2 + i);
-    NAME(strengths_3)(stack_start);
+        NAME(strengths_mapped_2)(rows_ + 2 * member[i], mapped[variable_[i]], mapped_2 + i);
+    NAME(strengths_stack_start)(stack_start);
     for (intptr_t i = 0; i < steps; i++)
-        NAME(strengths_4)(i > 0 ? stack + 6 * (i - 1) : stack_start, mapped_2[literal[i]], program + 11 * i,
+        NAME(strengths_stack)(i > 0 ? stack + 6 * (i - 1) : stack_start, mapped_2[literal[i]], program + 11 * i,
     stack + 6 * i);
     for (intptr_t i = 0; i < terms; i++)
-        NAME(strengths_5)(stack + 6 * ends[i], out + i);
+        NAME(strengths_result)(stack + 6 * ends[i], out + i);
 }
 
 static INLINE WORD NAME(strengths_lanes)(intptr_t inputs, intptr_t rows, intptr_t sets, intptr_t steps,
@@ -232,16 +232,16 @@ static INLINE WORD NAME(strengths_lanes)(intptr_t inputs, intptr_t rows, intptr_
     (void)rows;
     _Alignas(64) REAL stack_start[6 * NLANES];
     for (intptr_t i = 0; i < inputs; i++)
-        NAME(strengths_1_lanes)(x + NLANES * i, rows_ + 2 * NLANES * place[i], mapped + NLANES * i);
+        NAME(strengths_mapped_lanes)(x + NLANES * i, rows_ + 2 * NLANES * place[i], mapped + NLANES * i);
     for (intptr_t i = 0; i < sets; i++)
-        NAME(strengths_2_lanes)(rows_ + 2 * NLANES * member[i], mapped + NLANES * variable_[i],
+        NAME(strengths_mapped_2_lanes)(rows_ + 2 * NLANES * member[i], mapped + NLANES * variable_[i],
     mapped_2 + NLANES * i);
-    NAME(strengths_3_lanes)(stack_start);
+    NAME(strengths_stack_start_lanes)(stack_start);
     for (intptr_t i = 0; i < steps; i++)
-        NAME(strengths_4_lanes)(i > 0 ? stack + 6 * NLANES * (i - 1) : stack_start, mapped_2 + NLANES * literal[i],
-    program + 11 * i, stack + 6 * NLANES * i);
+        NAME(strengths_stack_lanes)(i > 0 ? stack + 6 * NLANES * (i - 1) : stack_start,
+    mapped_2 + NLANES * literal[i], program + 11 * i, stack + 6 * NLANES * i);
     for (intptr_t i = 0; i < terms; i++)
-        NAME(strengths_5_lanes)(stack + 6 * NLANES * ends[i], out + NLANES * i);
+        NAME(strengths_result_lanes)(stack + 6 * NLANES * ends[i], out + NLANES * i);
     return 0;
 }
 
@@ -253,33 +253,33 @@ GAC_PROCEDURE(strengths, LANES)
     AND SAME(5, flanks, 4, 4, points) AND OUT(6, out, scalar, 1, points)
 #define WORK_crossing_points(WORK) WORK(7, sum, scalar, 1, ramps)
 
-static INLINE void NAME(crossing_points_1)(REAL *sum_start)
+static INLINE void NAME(crossing_points_sum_start)(REAL *sum_start)
 {
     sum_start[0] = (REAL)0;
 }
-#define PARTS_crossing_points_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(crossing_points_1, PLAIN)
+#define PARTS_crossing_points_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(crossing_points_sum_start, PLAIN)
 
-static INLINE void NAME(crossing_points_2)(REAL sum, REAL level, const REAL *ramps, REAL *sum_out)
+static INLINE void NAME(crossing_points_sum)(REAL sum, REAL level, const REAL *ramps, REAL *sum_out)
 {
     const REAL ramps_0 = ramps[0], ramps_1 = ramps[1], ramps_2 = ramps[2];
     const REAL t0 = level - ramps_0;
     const REAL t1 = SELECT(LESS((REAL)0, t0), t0, (REAL)0);
     sum_out[0] = sum + ramps_2 * SELECT(LESS(t1, ramps_1), t1, ramps_1);
 }
-#define PARTS_crossing_points_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND SAME(2, 3) \
+#define PARTS_crossing_points_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND SAME(2, 3) \
     AND OUT(3, 1)
-GAC_IN_LANES(crossing_points_2, PLAIN)
+GAC_IN_LANES(crossing_points_sum, PLAIN)
 
-static INLINE void NAME(crossing_points_3)(const REAL *flanks, REAL before, REAL after, REAL *out)
+static INLINE void NAME(crossing_points_result)(const REAL *flanks, REAL before, REAL after, REAL *out)
 {
     const REAL flanks_2 = flanks[2], flanks_3 = flanks[3];
     const REAL t0 = after - before;
     out[0] = flanks_2 + SELECT(LESS(flanks_3, ABS(t0)), t0, (REAL)0);
 }
-#define PARTS_crossing_points_3(IN, SAME, NUMBER, OUT, AND) SAME(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_crossing_points_result(IN, SAME, NUMBER, OUT, AND) SAME(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(crossing_points_3, PLAIN)
+GAC_IN_LANES(crossing_points_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t fuzzy_crossing_points_work(intptr_t terms, intptr_t ramps, intptr_t points)
@@ -294,11 +294,11 @@ void NAME(crossing_points)(intptr_t terms, intptr_t ramps, intptr_t points, cons
 {
     (void)terms;
     REAL sum_start, *const sum = work;
-    NAME(crossing_points_1)(&sum_start);
+    NAME(crossing_points_sum_start)(&sum_start);
     for (intptr_t i = 0; i < ramps; i++)
-        NAME(crossing_points_2)(i > 0 ? sum[i - 1] : sum_start, cuts[term[i]], ramps_ + 3 * i, sum + i);
+        NAME(crossing_points_sum)(i > 0 ? sum[i - 1] : sum_start, cuts[term[i]], ramps_ + 3 * i, sum + i);
     for (intptr_t i = 0; i < points; i++)
-        NAME(crossing_points_3)(flanks + 4 * i, sum[start[i]], sum[end[i]], out + i);
+        NAME(crossing_points_result)(flanks + 4 * i, sum[start[i]], sum[end[i]], out + i);
 }
 
 static INLINE WORD NAME(crossing_points_lanes)(intptr_t terms, intptr_t ramps, intptr_t points, const REAL *cuts,
@@ -307,12 +307,12 @@ static INLINE WORD NAME(crossing_points_lanes)(intptr_t terms, intptr_t ramps, i
 {
     (void)terms;
     _Alignas(64) REAL sum_start[NLANES];
-    NAME(crossing_points_1_lanes)(sum_start);
+    NAME(crossing_points_sum_start_lanes)(sum_start);
     for (intptr_t i = 0; i < ramps; i++)
-        NAME(crossing_points_2_lanes)(i > 0 ? sum + NLANES * (i - 1) : sum_start, cuts + NLANES * term[i],
+        NAME(crossing_points_sum_lanes)(i > 0 ? sum + NLANES * (i - 1) : sum_start, cuts + NLANES * term[i],
     ramps_ + 3 * i, sum + NLANES * i);
     for (intptr_t i = 0; i < points; i++)
-        NAME(crossing_points_3_lanes)(flanks + 4 * i, sum + NLANES * start[i], sum + NLANES * end[i],
+        NAME(crossing_points_result_lanes)(flanks + 4 * i, sum + NLANES * start[i], sum + NLANES * end[i],
     out + NLANES * i);
     return 0;
 }
@@ -328,76 +328,41 @@ GAC_PROCEDURE(crossing_points, LANES)
 #define WORK_ends_of_maximum(WORK) WORK(13, mapped, scalar, 1, terms) WORK(14, sum, scalar, 1, ramps) \
     WORK(15, point, scalar, 1, points) WORK(16, mapped_2, scalar, 1, terms)
 
-static INLINE void NAME(ends_of_maximum_6)(REAL *out_0)
-{
-    out_0[0] = (REAL)0;
-}
-#define PARTS_ends_of_maximum_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(ends_of_maximum_6, PLAIN)
-
-static INLINE void NAME(ends_of_maximum_1)(REAL scaled, REAL cut, REAL peak, REAL *mapped)
+static INLINE void NAME(ends_of_maximum_mapped)(REAL scaled, REAL cut, REAL peak, REAL *mapped)
 {
     mapped[0] = SELECT(scaled, peak, cut);
 }
-#define PARTS_ends_of_maximum_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 1) \
+#define PARTS_ends_of_maximum_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 1) \
     AND OUT(3, 1)
-GAC_IN_LANES(ends_of_maximum_1, PLAIN)
+GAC_IN_LANES(ends_of_maximum_mapped, PLAIN)
 
-static INLINE void NAME(ends_of_maximum_5)(REAL scaled, REAL cut, REAL peak, REAL *mapped_2)
+static INLINE void NAME(ends_of_maximum_mapped_2)(REAL scaled, REAL cut, REAL peak, REAL *mapped_2)
 {
     const REAL t0 = SELECT(LESS(cut, peak), cut, peak);
     const REAL t1 = cut * peak;
     mapped_2[0] = SELECT(scaled, t1, t0);
 }
-#define PARTS_ends_of_maximum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 1) \
+#define PARTS_ends_of_maximum_mapped_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 1) \
     AND OUT(3, 1)
-GAC_IN_LANES(ends_of_maximum_5, PLAIN)
+GAC_IN_LANES(ends_of_maximum_mapped_2, PLAIN)
 
-static INLINE void NAME(ends_of_maximum_7)(REAL a, REAL b, REAL *out_0)
+static INLINE void NAME(ends_of_maximum_result)(REAL a, REAL b, REAL *out_0)
 {
     out_0[0] = SELECT(LESS(b, a), a, b);
 }
-#define PARTS_ends_of_maximum_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(ends_of_maximum_7, PLAIN)
+#define PARTS_ends_of_maximum_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(ends_of_maximum_result, PLAIN)
 
-static INLINE void NAME(ends_of_maximum_2)(REAL *sum_start)
-{
-    sum_start[0] = (REAL)0;
-}
-#define PARTS_ends_of_maximum_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(ends_of_maximum_2, PLAIN)
-
-static INLINE void NAME(ends_of_maximum_3)(REAL sum, REAL level, const REAL *ramps, REAL *sum_out)
-{
-    const REAL ramps_0 = ramps[0], ramps_1 = ramps[1], ramps_2 = ramps[2];
-    const REAL t0 = level - ramps_0;
-    const REAL t1 = SELECT(LESS((REAL)0, t0), t0, (REAL)0);
-    sum_out[0] = sum + ramps_2 * SELECT(LESS(t1, ramps_1), t1, ramps_1);
-}
-#define PARTS_ends_of_maximum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND SAME(2, 3) \
-    AND OUT(3, 1)
-GAC_IN_LANES(ends_of_maximum_3, PLAIN)
-
-static INLINE void NAME(ends_of_maximum_4)(const REAL *flanks, REAL before, REAL after, REAL *point)
-{
-    const REAL flanks_2 = flanks[2], flanks_3 = flanks[3];
-    const REAL t0 = after - before;
-    point[0] = flanks_2 + SELECT(LESS(flanks_3, ABS(t0)), t0, (REAL)0);
-}
-#define PARTS_ends_of_maximum_4(IN, SAME, NUMBER, OUT, AND) SAME(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(ends_of_maximum_4, PLAIN)
-
-static INLINE void NAME(ends_of_maximum_8)(REAL *out_1, REAL *out_2)
+static INLINE void NAME(ends_of_maximum_result_start)(REAL *out_1, REAL *out_2)
 {
     out_1[0] = (REAL)1e+30;
     out_2[0] = (REAL)-1e+30;
 }
-#define PARTS_ends_of_maximum_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(ends_of_maximum_8, PLAIN)
+#define PARTS_ends_of_maximum_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(ends_of_maximum_result_start, PLAIN)
 
-static INLINE void NAME(ends_of_maximum_9)(REAL a, REAL found_0, REAL found_1, REAL height, REAL a_2, REAL b, REAL
-    *out_1, REAL *out_2)
+static INLINE void NAME(ends_of_maximum_result_2)(REAL a, REAL found_0, REAL found_1, REAL height, REAL a_2, REAL b,
+    REAL *out_1, REAL *out_2)
 {
     const REAL t0 = SELECT(LESS(found_0, a_2), found_0, a_2);
     const REAL t1 = LESS_EQUAL(a, height);
@@ -405,9 +370,9 @@ static INLINE void NAME(ends_of_maximum_9)(REAL a, REAL found_0, REAL found_1, R
     out_1[0] = SELECT(t1, t0, found_0);
     out_2[0] = SELECT(t1, t2, found_1);
 }
-#define PARTS_ends_of_maximum_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_ends_of_maximum_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(ends_of_maximum_9, PLAIN)
+GAC_IN_LANES(ends_of_maximum_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t fuzzy_ends_of_maximum_work(intptr_t terms, intptr_t ramps, intptr_t points)
@@ -423,21 +388,21 @@ void NAME(ends_of_maximum)(intptr_t terms, intptr_t ramps, intptr_t points, cons
 {
     REAL *const mapped = work, sum_start, *const sum = mapped + terms, *const point = sum + ramps,
     *const mapped_2 = point + points;
-    NAME(ends_of_maximum_6)(out_0);
+    NAME(crossing_points_sum_start)(out_0);
     for (intptr_t i = 0; i < terms; i++) {
-        NAME(ends_of_maximum_1)(scaled, cuts[i], peaks[i], mapped + i);
-        NAME(ends_of_maximum_5)(scaled, cuts[i], peaks[i], mapped_2 + i);
-        NAME(ends_of_maximum_7)(out_0[0], mapped_2[i], out_0);
+        NAME(ends_of_maximum_mapped)(scaled, cuts[i], peaks[i], mapped + i);
+        NAME(ends_of_maximum_mapped_2)(scaled, cuts[i], peaks[i], mapped_2 + i);
+        NAME(ends_of_maximum_result)(out_0[0], mapped_2[i], out_0);
     }
-    NAME(ends_of_maximum_2)(&sum_start);
+    NAME(crossing_points_sum_start)(&sum_start);
     for (intptr_t i = 0; i < ramps; i++)
-        NAME(ends_of_maximum_3)(i > 0 ? sum[i - 1] : sum_start, mapped[term[i]], ramps_ + 3 * i, sum + i);
+        NAME(crossing_points_sum)(i > 0 ? sum[i - 1] : sum_start, mapped[term[i]], ramps_ + 3 * i, sum + i);
     for (intptr_t i = 0; i < points; i++)
-        NAME(ends_of_maximum_4)(flanks + 4 * i, sum[start[i]], sum[end[i]], point + i);
-    NAME(ends_of_maximum_8)(out_1, out_2);
+        NAME(crossing_points_result)(flanks + 4 * i, sum[start[i]], sum[end[i]], point + i);
+    NAME(ends_of_maximum_result_start)(out_1, out_2);
     for (intptr_t i = 0; i < terms; i++)
-        NAME(ends_of_maximum_9)(out_0[0], out_1[0], out_2[0], mapped_2[i], point[left[i]], point[right[i]], out_1,
-    out_2);
+        NAME(ends_of_maximum_result_2)(out_0[0], out_1[0], out_2[0], mapped_2[i], point[left[i]], point[right[i]],
+    out_1, out_2);
 }
 
 static INLINE WORD NAME(ends_of_maximum_lanes)(intptr_t terms, intptr_t ramps, intptr_t points, const REAL *cuts,
@@ -446,22 +411,22 @@ static INLINE WORD NAME(ends_of_maximum_lanes)(intptr_t terms, intptr_t ramps, i
     REAL *out_2, REAL *mapped, REAL *sum, REAL *point, REAL *mapped_2)
 {
     _Alignas(64) REAL sum_start[NLANES];
-    NAME(ends_of_maximum_6_lanes)(out_0);
+    NAME(crossing_points_sum_start_lanes)(out_0);
     for (intptr_t i = 0; i < terms; i++) {
-        NAME(ends_of_maximum_1_lanes)(scaled, cuts + NLANES * i, peaks + i, mapped + NLANES * i);
-        NAME(ends_of_maximum_5_lanes)(scaled, cuts + NLANES * i, peaks + i, mapped_2 + NLANES * i);
-        NAME(ends_of_maximum_7_lanes)(out_0, mapped_2 + NLANES * i, out_0);
+        NAME(ends_of_maximum_mapped_lanes)(scaled, cuts + NLANES * i, peaks + i, mapped + NLANES * i);
+        NAME(ends_of_maximum_mapped_2_lanes)(scaled, cuts + NLANES * i, peaks + i, mapped_2 + NLANES * i);
+        NAME(ends_of_maximum_result_lanes)(out_0, mapped_2 + NLANES * i, out_0);
     }
-    NAME(ends_of_maximum_2_lanes)(sum_start);
+    NAME(crossing_points_sum_start_lanes)(sum_start);
     for (intptr_t i = 0; i < ramps; i++)
-        NAME(ends_of_maximum_3_lanes)(i > 0 ? sum + NLANES * (i - 1) : sum_start, mapped + NLANES * term[i],
+        NAME(crossing_points_sum_lanes)(i > 0 ? sum + NLANES * (i - 1) : sum_start, mapped + NLANES * term[i],
     ramps_ + 3 * i, sum + NLANES * i);
     for (intptr_t i = 0; i < points; i++)
-        NAME(ends_of_maximum_4_lanes)(flanks + 4 * i, sum + NLANES * start[i], sum + NLANES * end[i],
+        NAME(crossing_points_result_lanes)(flanks + 4 * i, sum + NLANES * start[i], sum + NLANES * end[i],
     point + NLANES * i);
-    NAME(ends_of_maximum_8_lanes)(out_1, out_2);
+    NAME(ends_of_maximum_result_start_lanes)(out_1, out_2);
     for (intptr_t i = 0; i < terms; i++)
-        NAME(ends_of_maximum_9_lanes)(out_0, out_1, out_2, mapped_2 + NLANES * i, point + NLANES * left[i],
+        NAME(ends_of_maximum_result_2_lanes)(out_0, out_1, out_2, mapped_2 + NLANES * i, point + NLANES * left[i],
     point + NLANES * right[i], out_1, out_2);
     return 0;
 }
@@ -480,32 +445,8 @@ GAC_PROCEDURE(ends_of_maximum, LANES)
 #define WORK_mean_of_maximum(WORK) WORK(19, mapped, scalar, 1, terms) WORK(20, interval, 4, 4, terms) \
     WORK(21, found_2, scalar, 1, covers) WORK(22, mapped_0, scalar, 1, points) WORK(23, mapped_1, scalar, 1, points)
 
-static INLINE void NAME(mean_of_maximum_2)(REAL *out_0)
-{
-    out_0[0] = (REAL)0;
-}
-#define PARTS_mean_of_maximum_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(mean_of_maximum_2, PLAIN)
-
-static INLINE void NAME(mean_of_maximum_1)(REAL scaled, REAL cut, REAL peak, REAL *mapped)
-{
-    const REAL t0 = SELECT(LESS(cut, peak), cut, peak);
-    const REAL t1 = cut * peak;
-    mapped[0] = SELECT(scaled, t1, t0);
-}
-#define PARTS_mean_of_maximum_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 1) \
-    AND OUT(3, 1)
-GAC_IN_LANES(mean_of_maximum_1, PLAIN)
-
-static INLINE void NAME(mean_of_maximum_3)(REAL a, REAL b, REAL *out_0)
-{
-    out_0[0] = SELECT(LESS(b, a), a, b);
-}
-#define PARTS_mean_of_maximum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(mean_of_maximum_3, PLAIN)
-
-static INLINE void NAME(mean_of_maximum_4)(REAL tolerance, REAL a, REAL height, REAL a_2, REAL b, REAL first_place,
-    REAL last_place, REAL *interval)
+static INLINE void NAME(mean_of_maximum_interval)(REAL tolerance, REAL a, REAL height, REAL a_2, REAL b, REAL
+    first_place, REAL last_place, REAL *interval)
 {
     const REAL t0 = LESS_EQUAL(a, height);
     const REAL t1 = a_2 - tolerance;
@@ -515,11 +456,11 @@ static INLINE void NAME(mean_of_maximum_4)(REAL tolerance, REAL a, REAL height, 
     interval[2] = SELECT(t0, first_place, (REAL)1e+30);
     interval[3] = SELECT(t0, last_place, (REAL)-1e+30);
 }
-#define PARTS_mean_of_maximum_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_mean_of_maximum_interval(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 4)
-GAC_IN_LANES(mean_of_maximum_4, PLAIN)
+GAC_IN_LANES(mean_of_maximum_interval, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_5)(REAL *found)
+static INLINE void NAME(mean_of_maximum_found_start)(REAL *found)
 {
     found[0] = (REAL)-1;
     found[1] = (REAL)1e+30;
@@ -527,10 +468,10 @@ static INLINE void NAME(mean_of_maximum_5)(REAL *found)
     found[3] = (REAL)0;
     found[4] = (REAL)0;
 }
-#define PARTS_mean_of_maximum_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
-GAC_IN_LANES(mean_of_maximum_5, PLAIN)
+#define PARTS_mean_of_maximum_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
+GAC_IN_LANES(mean_of_maximum_found_start, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_6)(const REAL *found, const REAL *interval, const REAL *turn_flags, REAL
+static INLINE void NAME(mean_of_maximum_found)(const REAL *found, const REAL *interval, const REAL *turn_flags, REAL
     *found_out)
 {
     const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2], found_3 = found[3], found_4 = found[4];
@@ -553,47 +494,40 @@ static INLINE void NAME(mean_of_maximum_6)(const REAL *found, const REAL *interv
     found_out[3] = found_3 + t9;
     found_out[4] = found_4 + t9 * SELECT(t4, t10, (REAL)0);
 }
-#define PARTS_mean_of_maximum_6(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND IN(1, 4) AND SAME(2, 2) AND OUT(3, 5)
-GAC_IN_LANES(mean_of_maximum_6, PLAIN)
+#define PARTS_mean_of_maximum_found(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND IN(1, 4) AND SAME(2, 2) AND OUT(3, 5)
+GAC_IN_LANES(mean_of_maximum_found, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_7)(REAL *found_start)
-{
-    found_start[0] = (REAL)0;
-}
-#define PARTS_mean_of_maximum_7(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(mean_of_maximum_7, PLAIN)
-
-static INLINE void NAME(mean_of_maximum_8)(REAL found, REAL point, const REAL *interval, REAL continues, REAL
+static INLINE void NAME(mean_of_maximum_found_2)(REAL found, REAL point, const REAL *interval, REAL continues, REAL
     *found_2)
 {
     const REAL interval_0 = interval[0], interval_1 = interval[1];
     const REAL t0 = found * continues;
     found_2[0] = SELECT(LESS_EQUAL(interval_0, point) * LESS_EQUAL(point, interval_1), (REAL)1, t0);
 }
-#define PARTS_mean_of_maximum_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
+#define PARTS_mean_of_maximum_found_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
     AND NUMBER(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(mean_of_maximum_8, PLAIN)
+GAC_IN_LANES(mean_of_maximum_found_2, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_9)(REAL tolerance, REAL cover, REAL point, REAL place, REAL *mapped_1)
+static INLINE void NAME(mean_of_maximum_mapped)(REAL tolerance, REAL cover, REAL point, REAL place, REAL *mapped_1)
 {
     mapped_1[0] = cover * LESS(tolerance, ABS(point - place));
 }
-#define PARTS_mean_of_maximum_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_mean_of_maximum_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(mean_of_maximum_9, PLAIN)
+GAC_IN_LANES(mean_of_maximum_mapped, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_10)(const REAL *found, REAL *found_3_out)
+static INLINE void NAME(mean_of_maximum_found_3)(const REAL *found, REAL *found_3_out)
 {
     const REAL found_3 = found[3], found_4 = found[4];
     found_3_out[0] = (REAL)1;
     found_3_out[1] = found_3;
     found_3_out[2] = found_4;
 }
-#define PARTS_mean_of_maximum_10(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND OUT(1, 3)
-GAC_IN_LANES(mean_of_maximum_10, PLAIN)
+#define PARTS_mean_of_maximum_found_3(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND OUT(1, 3)
+GAC_IN_LANES(mean_of_maximum_found_3, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_11)(REAL tolerance, const REAL *found_3, REAL point_0, REAL point_1, REAL
-    other_0, const REAL *last, REAL *found_3_out)
+static INLINE void NAME(mean_of_maximum_found_4)(REAL tolerance, const REAL *found_3, REAL point_0, REAL point_1,
+    REAL other_0, const REAL *last, REAL *found_3_out)
 {
     const REAL found_3_0 = found_3[0], found_3_1 = found_3[1], found_3_2 = found_3[2];
     const REAL last_0 = last[0], last_1 = last[1];
@@ -604,17 +538,17 @@ static INLINE void NAME(mean_of_maximum_11)(REAL tolerance, const REAL *found_3,
     found_3_out[1] = found_3_1 + t2;
     found_3_out[2] = found_3_2 + point_0 * t2;
 }
-#define PARTS_mean_of_maximum_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
+#define PARTS_mean_of_maximum_found_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND SAME(5, 2) AND OUT(6, 3)
-GAC_IN_LANES(mean_of_maximum_11, PLAIN)
+GAC_IN_LANES(mean_of_maximum_found_4, PLAIN)
 
-static INLINE void NAME(mean_of_maximum_12)(const REAL *found_3, REAL *out_1)
+static INLINE void NAME(mean_of_maximum_result)(const REAL *found_3, REAL *out_1)
 {
     const REAL found_3_1 = found_3[1], found_3_2 = found_3[2];
     out_1[0] = found_3_2 / found_3_1;
 }
-#define PARTS_mean_of_maximum_12(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
-GAC_IN_LANES(mean_of_maximum_12, PLAIN)
+#define PARTS_mean_of_maximum_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
+GAC_IN_LANES(mean_of_maximum_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t fuzzy_mean_of_maximum_work(intptr_t terms, intptr_t points, intptr_t turns, intptr_t covers, intptr_t
@@ -634,30 +568,30 @@ void NAME(mean_of_maximum)(intptr_t terms, intptr_t points, intptr_t turns, intp
     REAL *const mapped = work, *const interval = mapped + terms, found[5], found_start,
     *const found_2 = interval + 4 * terms, *const mapped_0 = found_2 + covers, *const mapped_1 = mapped_0 + points,
     found_3[3];
-    NAME(mean_of_maximum_2)(out_0);
+    NAME(crossing_points_sum_start)(out_0);
     for (intptr_t i = 0; i < terms; i++) {
-        NAME(mean_of_maximum_1)(scaled, cuts[i], peaks[i], mapped + i);
-        NAME(mean_of_maximum_3)(out_0[0], mapped[i], out_0);
+        NAME(ends_of_maximum_mapped_2)(scaled, cuts[i], peaks[i], mapped + i);
+        NAME(ends_of_maximum_result)(out_0[0], mapped[i], out_0);
     }
     for (intptr_t i = 0; i < terms; i++)
-        NAME(mean_of_maximum_4)(tolerance, out_0[0], mapped[i], points_[left[i]], points_[right[i]], grid[left[i]],
-    grid[right[i]], interval + 4 * i);
-    NAME(mean_of_maximum_5)(found);
+        NAME(mean_of_maximum_interval)(tolerance, out_0[0], mapped[i], points_[left[i]], points_[right[i]],
+    grid[left[i]], grid[right[i]], interval + 4 * i);
+    NAME(mean_of_maximum_found_start)(found);
     for (intptr_t i = 0; i < turns; i++)
-        NAME(mean_of_maximum_6)(found, interval + 4 * turn_term[i], turn_flags + 2 * i, found);
-    NAME(mean_of_maximum_7)(&found_start);
+        NAME(mean_of_maximum_found)(found, interval + 4 * turn_term[i], turn_flags + 2 * i, found);
+    NAME(crossing_points_sum_start)(&found_start);
     for (intptr_t i = 0; i < covers; i++)
-        NAME(mean_of_maximum_8)(i > 0 ? found_2[i - 1] : found_start, points_[cover_point[i]],
+        NAME(mean_of_maximum_found_2)(i > 0 ? found_2[i - 1] : found_start, points_[cover_point[i]],
     interval + 4 * cover_term[i], same[i], found_2 + i);
     for (intptr_t i = 0; i < points; i++) {
-        NAME(mean_of_maximum_9)(tolerance, found_2[ends[i]], points_[i], grid[i], mapped_1 + i);
+        NAME(mean_of_maximum_mapped)(tolerance, found_2[ends[i]], points_[i], grid[i], mapped_1 + i);
         COPY(1, points_ + i, mapped_0 + i);
     }
-    NAME(mean_of_maximum_10)(found, found_3);
+    NAME(mean_of_maximum_found_3)(found, found_3);
     for (intptr_t i = 0; i < couples; i++)
-        NAME(mean_of_maximum_11)(tolerance, found_3, mapped_0[first[i]], mapped_1[first[i]], mapped_0[second[i]],
-    last + 2 * i, found_3);
-    NAME(mean_of_maximum_12)(found_3, out_1);
+        NAME(mean_of_maximum_found_4)(tolerance, found_3, mapped_0[first[i]], mapped_1[first[i]],
+    mapped_0[second[i]], last + 2 * i, found_3);
+    NAME(mean_of_maximum_result)(found_3, out_1);
 }
 
 static INLINE WORD NAME(mean_of_maximum_lanes)(intptr_t terms, intptr_t points, intptr_t turns, intptr_t covers,
@@ -668,31 +602,31 @@ static INLINE WORD NAME(mean_of_maximum_lanes)(intptr_t terms, intptr_t points, 
     REAL *mapped, REAL *interval, REAL *found_2, REAL *mapped_0, REAL *mapped_1)
 {
     _Alignas(64) REAL found[5 * NLANES], found_start[NLANES], found_3[3 * NLANES];
-    NAME(mean_of_maximum_2_lanes)(out_0);
+    NAME(crossing_points_sum_start_lanes)(out_0);
     for (intptr_t i = 0; i < terms; i++) {
-        NAME(mean_of_maximum_1_lanes)(scaled, cuts + NLANES * i, peaks + i, mapped + NLANES * i);
-        NAME(mean_of_maximum_3_lanes)(out_0, mapped + NLANES * i, out_0);
+        NAME(ends_of_maximum_mapped_2_lanes)(scaled, cuts + NLANES * i, peaks + i, mapped + NLANES * i);
+        NAME(ends_of_maximum_result_lanes)(out_0, mapped + NLANES * i, out_0);
     }
     for (intptr_t i = 0; i < terms; i++)
-        NAME(mean_of_maximum_4_lanes)(tolerance, out_0, mapped + NLANES * i, points_ + NLANES * left[i],
+        NAME(mean_of_maximum_interval_lanes)(tolerance, out_0, mapped + NLANES * i, points_ + NLANES * left[i],
     points_ + NLANES * right[i], grid + NLANES * left[i], grid + NLANES * right[i], interval + 4 * NLANES * i);
-    NAME(mean_of_maximum_5_lanes)(found);
+    NAME(mean_of_maximum_found_start_lanes)(found);
     for (intptr_t i = 0; i < turns; i++)
-        NAME(mean_of_maximum_6_lanes)(found, interval + 4 * NLANES * turn_term[i], turn_flags + 2 * i, found);
-    NAME(mean_of_maximum_7_lanes)(found_start);
+        NAME(mean_of_maximum_found_lanes)(found, interval + 4 * NLANES * turn_term[i], turn_flags + 2 * i, found);
+    NAME(crossing_points_sum_start_lanes)(found_start);
     for (intptr_t i = 0; i < covers; i++)
-        NAME(mean_of_maximum_8_lanes)(i > 0 ? found_2 + NLANES * (i - 1) : found_start,
+        NAME(mean_of_maximum_found_2_lanes)(i > 0 ? found_2 + NLANES * (i - 1) : found_start,
     points_ + NLANES * cover_point[i], interval + 4 * NLANES * cover_term[i], same + i, found_2 + NLANES * i);
     for (intptr_t i = 0; i < points; i++) {
-        NAME(mean_of_maximum_9_lanes)(tolerance, found_2 + NLANES * ends[i], points_ + NLANES * i,
+        NAME(mean_of_maximum_mapped_lanes)(tolerance, found_2 + NLANES * ends[i], points_ + NLANES * i,
     grid + NLANES * i, mapped_1 + NLANES * i);
         COPY(NLANES, points_ + NLANES * i, mapped_0 + NLANES * i);
     }
-    NAME(mean_of_maximum_10_lanes)(found, found_3);
+    NAME(mean_of_maximum_found_3_lanes)(found, found_3);
     for (intptr_t i = 0; i < couples; i++)
-        NAME(mean_of_maximum_11_lanes)(tolerance, found_3, mapped_0 + NLANES * first[i],
+        NAME(mean_of_maximum_found_4_lanes)(tolerance, found_3, mapped_0 + NLANES * first[i],
     mapped_1 + NLANES * first[i], mapped_0 + NLANES * second[i], last + 2 * i, found_3);
-    NAME(mean_of_maximum_12_lanes)(found_3, out_1);
+    NAME(mean_of_maximum_result_lanes)(found_3, out_1);
     return 0;
 }
 
@@ -704,16 +638,16 @@ GAC_PROCEDURE(mean_of_maximum, LANES)
     AND OUT(6, out_1, scalar, 1, 1)
 #define WORK_area_on_grid(WORK)
 
-static INLINE void NAME(area_on_grid_1)(REAL *sums)
+static INLINE void NAME(area_on_grid_sums_start)(REAL *sums)
 {
     sums[0] = (REAL)0;
     sums[1] = (REAL)0;
     sums[2] = (REAL)0;
 }
-#define PARTS_area_on_grid_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(area_on_grid_1, PLAIN)
+#define PARTS_area_on_grid_sums_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(area_on_grid_sums_start, PLAIN)
 
-static INLINE void NAME(area_on_grid_2)(REAL scaled, const REAL *sums, REAL cut, REAL other_cut, const REAL
+static INLINE void NAME(area_on_grid_sums)(REAL scaled, const REAL *sums, REAL cut, REAL other_cut, const REAL
     *samples, REAL *sums_out)
 {
     const REAL sums_0 = sums[0], sums_1 = sums[1], sums_2 = sums[2];
@@ -732,18 +666,18 @@ static INLINE void NAME(area_on_grid_2)(REAL scaled, const REAL *sums, REAL cut,
     sums_out[1] = sums_1 + samples_3 * t8;
     sums_out[2] = sums_2 + samples_4 * t8;
 }
-#define PARTS_area_on_grid_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND SAME(4, 5) AND OUT(5, 3)
-GAC_IN_LANES(area_on_grid_2, PLAIN)
+#define PARTS_area_on_grid_sums(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND SAME(4, 5) AND OUT(5, 3)
+GAC_IN_LANES(area_on_grid_sums, PLAIN)
 
-static INLINE void NAME(area_on_grid_3)(const REAL *sums, REAL *out_0, REAL *out_1)
+static INLINE void NAME(area_on_grid_result)(const REAL *sums, REAL *out_0, REAL *out_1)
 {
     const REAL sums_1 = sums[1], sums_2 = sums[2];
     out_0[0] = sums_1;
     out_1[0] = sums_2;
 }
-#define PARTS_area_on_grid_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(area_on_grid_3, PLAIN)
+#define PARTS_area_on_grid_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(area_on_grid_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t fuzzy_area_on_grid_work(intptr_t terms, intptr_t samples)
@@ -758,10 +692,10 @@ void NAME(area_on_grid)(intptr_t terms, intptr_t samples, const REAL *cuts, cons
 {
     (void)terms, (void)work;
     REAL sums[3];
-    NAME(area_on_grid_1)(sums);
+    NAME(area_on_grid_sums_start)(sums);
     for (intptr_t i = 0; i < samples; i++)
-        NAME(area_on_grid_2)(scaled, sums, cuts[term[i]], cuts[other[i]], samples_ + 5 * i, sums);
-    NAME(area_on_grid_3)(sums, out_0, out_1);
+        NAME(area_on_grid_sums)(scaled, sums, cuts[term[i]], cuts[other[i]], samples_ + 5 * i, sums);
+    NAME(area_on_grid_result)(sums, out_0, out_1);
 }
 
 static INLINE WORD NAME(area_on_grid_lanes)(intptr_t terms, intptr_t samples, const REAL *cuts,
@@ -769,11 +703,11 @@ static INLINE WORD NAME(area_on_grid_lanes)(intptr_t terms, intptr_t samples, co
 {
     (void)terms;
     _Alignas(64) REAL sums[3 * NLANES];
-    NAME(area_on_grid_1_lanes)(sums);
+    NAME(area_on_grid_sums_start_lanes)(sums);
     for (intptr_t i = 0; i < samples; i++)
-        NAME(area_on_grid_2_lanes)(scaled, sums, cuts + NLANES * term[i], cuts + NLANES * other[i],
+        NAME(area_on_grid_sums_lanes)(scaled, sums, cuts + NLANES * term[i], cuts + NLANES * other[i],
     samples_ + 5 * i, sums);
-    NAME(area_on_grid_3_lanes)(sums, out_0, out_1);
+    NAME(area_on_grid_result_lanes)(sums, out_0, out_1);
     return 0;
 }
 
@@ -787,16 +721,16 @@ GAC_PROCEDURE(area_on_grid, LANES)
     AND OUT(11, out_4, scalar, 1, 1)
 #define WORK_half_on_grid(WORK) WORK(12, sums_0, scalar, 1, samples) WORK(13, sums_1, scalar, 1, samples)
 
-static INLINE void NAME(half_on_grid_1)(REAL *sums_0_start, REAL *sums_1_start)
+static INLINE void NAME(half_on_grid_sums_0_start)(REAL *sums_0_start, REAL *sums_1_start)
 {
     sums_0_start[0] = (REAL)0;
     sums_1_start[0] = (REAL)0;
 }
-#define PARTS_half_on_grid_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(half_on_grid_1, PLAIN)
+#define PARTS_half_on_grid_sums_0_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(half_on_grid_sums_0_start, PLAIN)
 
-static INLINE void NAME(half_on_grid_2)(REAL scaled, REAL sums_0, REAL sums_1, REAL cut, REAL other_cut, const REAL
-    *samples, REAL *sums_0_out, REAL *sums_1_out)
+static INLINE void NAME(half_on_grid_sums)(REAL scaled, REAL sums_0, REAL sums_1, REAL cut, REAL other_cut, const
+    REAL *samples, REAL *sums_0_out, REAL *sums_1_out)
 {
     const REAL samples_0 = samples[0], samples_1 = samples[1], samples_2 = samples[2], samples_3 = samples[3];
     const REAL t0 = SELECT(LESS(other_cut, samples_1), other_cut, samples_1);
@@ -811,25 +745,18 @@ static INLINE void NAME(half_on_grid_2)(REAL scaled, REAL sums_0, REAL sums_1, R
     sums_0_out[0] = t8;
     sums_1_out[0] = sums_1 + samples_3 * t8;
 }
-#define PARTS_half_on_grid_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_half_on_grid_sums(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND SAME(5, 5) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(half_on_grid_2, PLAIN)
+GAC_IN_LANES(half_on_grid_sums, PLAIN)
 
-static INLINE void NAME(half_on_grid_3)(REAL *out_4)
-{
-    out_4[0] = (REAL)0;
-}
-#define PARTS_half_on_grid_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(half_on_grid_3, PLAIN)
-
-static INLINE void NAME(half_on_grid_4)(REAL row_0, REAL row_1, REAL *out_4)
+static INLINE void NAME(half_on_grid_result)(REAL row_0, REAL row_1, REAL *out_4)
 {
     out_4[0] = row_1 - row_0 * (REAL)0.5;
 }
-#define PARTS_half_on_grid_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(half_on_grid_4, PLAIN)
+#define PARTS_half_on_grid_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(half_on_grid_result, PLAIN)
 
-static INLINE void NAME(half_on_grid_5)(REAL *found)
+static INLINE void NAME(half_on_grid_found_start)(REAL *found)
 {
     found[0] = (REAL)-1;
     found[1] = (REAL)0;
@@ -837,17 +764,17 @@ static INLINE void NAME(half_on_grid_5)(REAL *found)
     found[3] = (REAL)0;
     found[4] = (REAL)1;
 }
-#define PARTS_half_on_grid_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
-GAC_IN_LANES(half_on_grid_5, PLAIN)
+#define PARTS_half_on_grid_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
+GAC_IN_LANES(half_on_grid_found_start, PLAIN)
 
-static INLINE void NAME(half_on_grid_6)(REAL v_, REAL *common)
+static INLINE void NAME(half_on_grid_common)(REAL v_, REAL *common)
 {
     common[0] = v_ * (REAL)0.5;
 }
-#define PARTS_half_on_grid_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(half_on_grid_6, PLAIN)
+#define PARTS_half_on_grid_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(half_on_grid_common, PLAIN)
 
-static INLINE void NAME(half_on_grid_7)(const REAL *found, REAL row_0, REAL row_1, REAL common, REAL *found_out)
+static INLINE void NAME(half_on_grid_found)(const REAL *found, REAL row_0, REAL row_1, REAL common, REAL *found_out)
 {
     const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2], found_3 = found[3], found_4 = found[4];
     const REAL t0 = row_1 - row_0 * (REAL)0.5;
@@ -858,11 +785,12 @@ static INLINE void NAME(half_on_grid_7)(const REAL *found, REAL row_0, REAL row_
     found_out[3] = SELECT(found_4, row_0, found_3);
     found_out[4] = t1;
 }
-#define PARTS_half_on_grid_7(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND OUT(4, 5)
-GAC_IN_LANES(half_on_grid_7, PLAIN)
+#define PARTS_half_on_grid_found(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND OUT(4, 5)
+GAC_IN_LANES(half_on_grid_found, PLAIN)
 
-static INLINE void NAME(half_on_grid_8)(const REAL *found, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3)
+static INLINE void NAME(half_on_grid_result_2)(const REAL *found, REAL *out_0, REAL *out_1, REAL *out_2, REAL
+    *out_3)
 {
     const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2], found_3 = found[3];
     out_0[0] = found_0;
@@ -870,9 +798,9 @@ static INLINE void NAME(half_on_grid_8)(const REAL *found, REAL *out_0, REAL *ou
     out_2[0] = found_2;
     out_3[0] = found_3;
 }
-#define PARTS_half_on_grid_8(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
+#define PARTS_half_on_grid_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
     AND OUT(4, 1)
-GAC_IN_LANES(half_on_grid_8, PLAIN)
+GAC_IN_LANES(half_on_grid_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t fuzzy_half_on_grid_work(intptr_t terms, intptr_t samples, intptr_t places, intptr_t one)
@@ -888,18 +816,18 @@ void NAME(half_on_grid)(intptr_t terms, intptr_t samples, intptr_t places, intpt
 {
     (void)terms;
     REAL sums_0_start, sums_1_start, *const sums_0 = work, *const sums_1 = sums_0 + samples, found[5], common;
-    NAME(half_on_grid_1)(&sums_0_start, &sums_1_start);
+    NAME(half_on_grid_sums_0_start)(&sums_0_start, &sums_1_start);
     for (intptr_t i = 0; i < samples; i++)
-        NAME(half_on_grid_2)(scaled, i > 0 ? sums_0[i - 1] : sums_0_start, i > 0 ? sums_1[i - 1] : sums_1_start,
+        NAME(half_on_grid_sums)(scaled, i > 0 ? sums_0[i - 1] : sums_0_start, i > 0 ? sums_1[i - 1] : sums_1_start,
     cuts[term[i]], cuts[other[i]], samples_ + 5 * i, sums_0 + i, sums_1 + i);
-    NAME(half_on_grid_3)(out_4);
+    NAME(crossing_points_sum_start)(out_4);
     for (intptr_t i = 0; i < one; i++)
-        NAME(half_on_grid_4)(sums_0[final[i]], sums_1[final[i]], out_4);
-    NAME(half_on_grid_5)(found);
-    NAME(half_on_grid_6)(out_4[0], &common);
+        NAME(half_on_grid_result)(sums_0[final[i]], sums_1[final[i]], out_4);
+    NAME(half_on_grid_found_start)(found);
+    NAME(half_on_grid_common)(out_4[0], &common);
     for (intptr_t i = 0; i < places; i++)
-        NAME(half_on_grid_7)(found, sums_0[ends[i]], sums_1[ends[i]], common, found);
-    NAME(half_on_grid_8)(found, out_0, out_1, out_2, out_3);
+        NAME(half_on_grid_found)(found, sums_0[ends[i]], sums_1[ends[i]], common, found);
+    NAME(half_on_grid_result_2)(found, out_0, out_1, out_2, out_3);
 }
 
 static INLINE WORD NAME(half_on_grid_lanes)(intptr_t terms, intptr_t samples, intptr_t places, intptr_t one,
@@ -909,19 +837,19 @@ static INLINE WORD NAME(half_on_grid_lanes)(intptr_t terms, intptr_t samples, in
 {
     (void)terms;
     _Alignas(64) REAL sums_0_start[NLANES], sums_1_start[NLANES], found[5 * NLANES], common[NLANES];
-    NAME(half_on_grid_1_lanes)(sums_0_start, sums_1_start);
+    NAME(half_on_grid_sums_0_start_lanes)(sums_0_start, sums_1_start);
     for (intptr_t i = 0; i < samples; i++)
-        NAME(half_on_grid_2_lanes)(scaled, i > 0 ? sums_0 + NLANES * (i - 1) : sums_0_start,
+        NAME(half_on_grid_sums_lanes)(scaled, i > 0 ? sums_0 + NLANES * (i - 1) : sums_0_start,
     i > 0 ? sums_1 + NLANES * (i - 1) : sums_1_start, cuts + NLANES * term[i], cuts + NLANES * other[i],
     samples_ + 5 * i, sums_0 + NLANES * i, sums_1 + NLANES * i);
-    NAME(half_on_grid_3_lanes)(out_4);
+    NAME(crossing_points_sum_start_lanes)(out_4);
     for (intptr_t i = 0; i < one; i++)
-        NAME(half_on_grid_4_lanes)(sums_0 + NLANES * final[i], sums_1 + NLANES * final[i], out_4);
-    NAME(half_on_grid_5_lanes)(found);
-    NAME(half_on_grid_6_lanes)(out_4, common);
+        NAME(half_on_grid_result_lanes)(sums_0 + NLANES * final[i], sums_1 + NLANES * final[i], out_4);
+    NAME(half_on_grid_found_start_lanes)(found);
+    NAME(half_on_grid_common_lanes)(out_4, common);
     for (intptr_t i = 0; i < places; i++)
-        NAME(half_on_grid_7_lanes)(found, sums_0 + NLANES * ends[i], sums_1 + NLANES * ends[i], common, found);
-    NAME(half_on_grid_8_lanes)(found, out_0, out_1, out_2, out_3);
+        NAME(half_on_grid_found_lanes)(found, sums_0 + NLANES * ends[i], sums_1 + NLANES * ends[i], common, found);
+    NAME(half_on_grid_result_2_lanes)(found, out_0, out_1, out_2, out_3);
     return 0;
 }
 
@@ -940,17 +868,8 @@ GAC_PROCEDURE(half_on_grid, LANES)
     WORK(19, top, scalar, 1, points) WORK(20, left, scalar, 1, points) WORK(21, left_top, scalar, 1, points) \
     WORK(22, right_top, scalar, 1, points) WORK(23, found_2, 4, 4, couples)
 
-static INLINE void NAME(area_by_points_1)(REAL *found_start)
-{
-    found_start[0] = (REAL)0;
-    found_start[1] = (REAL)0;
-    found_start[2] = (REAL)0;
-}
-#define PARTS_area_by_points_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(area_by_points_1, PLAIN)
-
-static INLINE void NAME(area_by_points_2)(const REAL *found, REAL point, REAL cell, REAL cut, REAL a, REAL b, REAL
-    continues, REAL *found_out)
+static INLINE void NAME(area_by_points_found)(const REAL *found, REAL point, REAL cell, REAL cut, REAL a, REAL b,
+    REAL continues, REAL *found_out)
 {
     const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2];
     const REAL t0 = SELECT(LESS(cut, a), cut, a);
@@ -964,11 +883,11 @@ static INLINE void NAME(area_by_points_2)(const REAL *found, REAL point, REAL ce
     found_out[1] = SELECT(LESS(t3, t4), t4, t3);
     found_out[2] = SELECT(LESS(t5, t6), t6, t5);
 }
-#define PARTS_area_by_points_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_area_by_points_found(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 1) AND OUT(7, 3)
-GAC_IN_LANES(area_by_points_2, PLAIN)
+GAC_IN_LANES(area_by_points_found, PLAIN)
 
-static INLINE void NAME(area_by_points_3)(REAL place, const REAL *found, REAL cut, const REAL *flanks, REAL *top,
+static INLINE void NAME(area_by_points_top)(REAL place, const REAL *found, REAL cut, const REAL *flanks, REAL *top,
     REAL *left_top, REAL *right_top)
 {
     const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2];
@@ -979,22 +898,22 @@ static INLINE void NAME(area_by_points_3)(REAL place, const REAL *found, REAL cu
     left_top[0] = found_0;
     right_top[0] = found_2;
 }
-#define PARTS_area_by_points_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) AND SAME(3, 4) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(area_by_points_3, PLAIN)
+#define PARTS_area_by_points_top(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
+    AND SAME(3, 4) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(area_by_points_top, PLAIN)
 
-static INLINE void NAME(area_by_points_4)(REAL *found_start_2)
+static INLINE void NAME(area_by_points_found_start)(REAL *found_start_2)
 {
     found_start_2[0] = (REAL)0;
     found_start_2[1] = (REAL)0;
     found_start_2[2] = (REAL)0;
     found_start_2[3] = (REAL)0;
 }
-#define PARTS_area_by_points_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
-GAC_IN_LANES(area_by_points_4, PLAIN)
+#define PARTS_area_by_points_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
+GAC_IN_LANES(area_by_points_found_start, PLAIN)
 
-static INLINE void NAME(area_by_points_5)(const REAL *found_2, REAL place, REAL left, REAL left_top, REAL right_top,
-    REAL place_2, REAL top, const REAL *flags, REAL *found_2_out)
+static INLINE void NAME(area_by_points_found_2)(const REAL *found_2, REAL place, REAL left, REAL left_top, REAL
+    right_top, REAL place_2, REAL top, const REAL *flags, REAL *found_2_out)
 {
     const REAL found_2_0 = found_2[0], found_2_1 = found_2[1], found_2_2 = found_2[2], found_2_3 = found_2[3];
     const REAL flags_0 = flags[0], flags_1 = flags[1];
@@ -1010,20 +929,12 @@ static INLINE void NAME(area_by_points_5)(const REAL *found_2, REAL place, REAL 
     found_2_out[2] = SELECT(t5, place_2, t4);
     found_2_out[3] = SELECT(t5, top, t6);
 }
-#define PARTS_area_by_points_5(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_area_by_points_found_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND SAME(7, 2) AND OUT(8, 4)
-GAC_IN_LANES(area_by_points_5, PLAIN)
+GAC_IN_LANES(area_by_points_found_2, PLAIN)
 
-static INLINE void NAME(area_by_points_6)(REAL *out_0, REAL *out_1)
-{
-    out_0[0] = (REAL)0;
-    out_1[0] = (REAL)0;
-}
-#define PARTS_area_by_points_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(area_by_points_6, PLAIN)
-
-static INLINE void NAME(area_by_points_7)(REAL found_0, REAL found_1, REAL place, REAL top, const REAL *found_2,
-    REAL *out_0, REAL *out_1)
+static INLINE void NAME(area_by_points_result)(REAL found_0, REAL found_1, REAL place, REAL top, const REAL
+    *found_2, REAL *out_0, REAL *out_1)
 {
     const REAL found_2_0 = found_2[0], found_2_1 = found_2[1], found_2_2 = found_2[2], found_2_3 = found_2[3];
     const REAL t0 = found_2_1 - found_2_3;
@@ -1034,9 +945,9 @@ static INLINE void NAME(area_by_points_7)(REAL found_0, REAL found_1, REAL place
     out_0[0] = found_0 + (t3 + t2) * (REAL)0.5;
     out_1[0] = found_1 + t4 * (REAL)(1.0 / 6.0);
 }
-#define PARTS_area_by_points_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_area_by_points_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND IN(4, 4) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(area_by_points_7, PLAIN)
+GAC_IN_LANES(area_by_points_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t fuzzy_area_by_points_work(intptr_t terms, intptr_t points, intptr_t pairs, intptr_t couples)
@@ -1056,23 +967,23 @@ void NAME(area_by_points)(intptr_t terms, intptr_t points, intptr_t pairs, intpt
     REAL found_start[3], *const found = work, *const place = found + 3 * pairs, *const top = place + points,
     *const left = top + points, *const left_top = left + points, *const right_top = left_top + points,
     found_start_2[4], *const found_2 = right_top + points;
-    NAME(area_by_points_1)(found_start);
+    NAME(area_on_grid_sums_start)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(area_by_points_2)(i > 0 ? found + 3 * (i - 1) : found_start, points_[pair_point[i]],
+        NAME(area_by_points_found)(i > 0 ? found + 3 * (i - 1) : found_start, points_[pair_point[i]],
     cells[pair_point[i]], cuts[pair_term[i]], left_heights[i], right_heights[i], same[i], found + 3 * i);
     for (intptr_t i = 0; i < points; i++) {
-        NAME(area_by_points_3)(points_[i], found + 3 * ends[i], cuts[own[i]], flanks + 4 * i, top + i, left_top + i,
-    right_top + i);
+        NAME(area_by_points_top)(points_[i], found + 3 * ends[i], cuts[own[i]], flanks + 4 * i, top + i,
+    left_top + i, right_top + i);
         COPY(1, points_ + i, place + i);
         COPY(1, cells + i, left + i);
     }
-    NAME(area_by_points_4)(found_start_2);
+    NAME(area_by_points_found_start)(found_start_2);
     for (intptr_t i = 0; i < couples; i++)
-        NAME(area_by_points_5)(i > 0 ? found_2 + 4 * (i - 1) : found_start_2, place[first[i]], left[first[i]],
+        NAME(area_by_points_found_2)(i > 0 ? found_2 + 4 * (i - 1) : found_start_2, place[first[i]], left[first[i]],
     left_top[first[i]], right_top[first[i]], place[second[i]], top[second[i]], flags + 2 * i, found_2 + 4 * i);
-    NAME(area_by_points_6)(out_0, out_1);
+    NAME(half_on_grid_sums_0_start)(out_0, out_1);
     for (intptr_t i = 0; i < points; i++)
-        NAME(area_by_points_7)(out_0[0], out_1[0], place[i], top[i], found_2 + 4 * final[i], out_0, out_1);
+        NAME(area_by_points_result)(out_0[0], out_1[0], place[i], top[i], found_2 + 4 * final[i], out_0, out_1);
 }
 
 static INLINE WORD NAME(area_by_points_lanes)(intptr_t terms, intptr_t points, intptr_t pairs, intptr_t couples,
@@ -1084,26 +995,26 @@ static INLINE WORD NAME(area_by_points_lanes)(intptr_t terms, intptr_t points, i
 {
     (void)terms;
     _Alignas(64) REAL found_start[3 * NLANES], found_start_2[4 * NLANES];
-    NAME(area_by_points_1_lanes)(found_start);
+    NAME(area_on_grid_sums_start_lanes)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(area_by_points_2_lanes)(i > 0 ? found + 3 * NLANES * (i - 1) : found_start,
+        NAME(area_by_points_found_lanes)(i > 0 ? found + 3 * NLANES * (i - 1) : found_start,
     points_ + NLANES * pair_point[i], cells + NLANES * pair_point[i], cuts + NLANES * pair_term[i],
     left_heights + NLANES * i, right_heights + NLANES * i, same + i, found + 3 * NLANES * i);
     for (intptr_t i = 0; i < points; i++) {
-        NAME(area_by_points_3_lanes)(points_ + NLANES * i, found + 3 * NLANES * ends[i], cuts + NLANES * own[i],
+        NAME(area_by_points_top_lanes)(points_ + NLANES * i, found + 3 * NLANES * ends[i], cuts + NLANES * own[i],
     flanks + 4 * i, top + NLANES * i, left_top + NLANES * i, right_top + NLANES * i);
         COPY(NLANES, points_ + NLANES * i, place + NLANES * i);
         COPY(NLANES, cells + NLANES * i, left + NLANES * i);
     }
-    NAME(area_by_points_4_lanes)(found_start_2);
+    NAME(area_by_points_found_start_lanes)(found_start_2);
     for (intptr_t i = 0; i < couples; i++)
-        NAME(area_by_points_5_lanes)(i > 0 ? found_2 + 4 * NLANES * (i - 1) : found_start_2,
+        NAME(area_by_points_found_2_lanes)(i > 0 ? found_2 + 4 * NLANES * (i - 1) : found_start_2,
     place + NLANES * first[i], left + NLANES * first[i], left_top + NLANES * first[i],
     right_top + NLANES * first[i], place + NLANES * second[i], top + NLANES * second[i], flags + 2 * i,
     found_2 + 4 * NLANES * i);
-    NAME(area_by_points_6_lanes)(out_0, out_1);
+    NAME(half_on_grid_sums_0_start_lanes)(out_0, out_1);
     for (intptr_t i = 0; i < points; i++)
-        NAME(area_by_points_7_lanes)(out_0, out_1, place + NLANES * i, top + NLANES * i,
+        NAME(area_by_points_result_lanes)(out_0, out_1, place + NLANES * i, top + NLANES * i,
     found_2 + 4 * NLANES * final[i], out_0, out_1);
     return 0;
 }
@@ -1125,90 +1036,8 @@ GAC_PROCEDURE(area_by_points, LANES)
     WORK(26, top, scalar, 1, points) WORK(27, left, scalar, 1, points) WORK(28, left_top_2, scalar, 1, points) \
     WORK(29, right_top_2, scalar, 1, points) WORK(30, found_2, 4, 4, couples)
 
-static INLINE void NAME(bisector_1)(REAL *found_start)
-{
-    found_start[0] = (REAL)0;
-    found_start[1] = (REAL)0;
-    found_start[2] = (REAL)0;
-}
-#define PARTS_bisector_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(bisector_1, PLAIN)
-
-static INLINE void NAME(bisector_2)(const REAL *found, REAL point, REAL cell, REAL cut, REAL a, REAL b, REAL
-    continues, REAL *found_out)
-{
-    const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2];
-    const REAL t0 = SELECT(LESS(cut, a), cut, a);
-    const REAL t1 = found_0 * continues;
-    const REAL t2 = a + (b - a) * (point - cell);
-    const REAL t3 = SELECT(LESS(cut, t2), cut, t2);
-    const REAL t4 = found_1 * continues;
-    const REAL t5 = SELECT(LESS(cut, b), cut, b);
-    const REAL t6 = found_2 * continues;
-    found_out[0] = SELECT(LESS(t0, t1), t1, t0);
-    found_out[1] = SELECT(LESS(t3, t4), t4, t3);
-    found_out[2] = SELECT(LESS(t5, t6), t6, t5);
-}
-#define PARTS_bisector_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 1) AND OUT(7, 3)
-GAC_IN_LANES(bisector_2, PLAIN)
-
-static INLINE void NAME(bisector_3)(REAL place, const REAL *found, REAL cut, const REAL *flanks, REAL *top, REAL
-    *left_top_2, REAL *right_top_2)
-{
-    const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2];
-    const REAL flanks_0 = flanks[0], flanks_1 = flanks[1], flanks_2 = flanks[2];
-    const REAL t0 = LESS((REAL)0, ABS(place - flanks_2)) * LESS(flanks_0, cut) * LESS_EQUAL(cut, flanks_1);
-    const REAL t1 = SELECT(LESS(cut, found_1), found_1, cut);
-    top[0] = SELECT(t0, t1, found_1);
-    left_top_2[0] = found_0;
-    right_top_2[0] = found_2;
-}
-#define PARTS_bisector_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) AND SAME(3, 4) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(bisector_3, PLAIN)
-
-static INLINE void NAME(bisector_4)(REAL *found_start_2)
-{
-    found_start_2[0] = (REAL)0;
-    found_start_2[1] = (REAL)0;
-    found_start_2[2] = (REAL)0;
-    found_start_2[3] = (REAL)0;
-}
-#define PARTS_bisector_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
-GAC_IN_LANES(bisector_4, PLAIN)
-
-static INLINE void NAME(bisector_5)(const REAL *found_2, REAL place, REAL left, REAL left_top, REAL right_top, REAL
-    place_2, REAL top, const REAL *flags, REAL *found_2_out)
-{
-    const REAL found_2_0 = found_2[0], found_2_1 = found_2[1], found_2_2 = found_2[2], found_2_3 = found_2[3];
-    const REAL flags_0 = flags[0], flags_1 = flags[1];
-    const REAL t0 = SELECT(flags_0, left, found_2_0);
-    const REAL t1 = flags_1 * LESS_EQUAL(t0, place_2) * LESS_EQUAL(place_2, place);
-    const REAL t2 = SELECT(flags_0, left_top, found_2_1);
-    const REAL t3 = left + (REAL)1;
-    const REAL t4 = SELECT(flags_0, t3, found_2_2);
-    const REAL t5 = flags_1 * LESS_EQUAL(place_2, t4) * LESS(place, place_2);
-    const REAL t6 = SELECT(flags_0, right_top, found_2_3);
-    found_2_out[0] = SELECT(t1, place_2, t0);
-    found_2_out[1] = SELECT(t1, top, t2);
-    found_2_out[2] = SELECT(t5, place_2, t4);
-    found_2_out[3] = SELECT(t5, top, t6);
-}
-#define PARTS_bisector_5(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND SAME(7, 2) AND OUT(8, 4)
-GAC_IN_LANES(bisector_5, PLAIN)
-
-static INLINE void NAME(bisector_6)(REAL *found_0, REAL *found_1)
-{
-    found_0[0] = (REAL)0;
-    found_1[0] = (REAL)0;
-}
-#define PARTS_bisector_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(bisector_6, PLAIN)
-
-static INLINE void NAME(bisector_7)(REAL place, REAL found_0, REAL found_1, REAL place_2, REAL top, REAL left, const
-    REAL *found_2, REAL *found_0_out, REAL *found_1_out)
+static INLINE void NAME(bisector_found)(REAL place, REAL found_0, REAL found_1, REAL place_2, REAL top, REAL left,
+    const REAL *found_2, REAL *found_0_out, REAL *found_1_out)
 {
     const REAL found_2_0 = found_2[0], found_2_1 = found_2[1], found_2_2 = found_2[2], found_2_3 = found_2[3];
     const REAL t0 = (place_2 - found_2_2) * (found_2_1 - found_2_3);
@@ -1216,12 +1045,12 @@ static INLINE void NAME(bisector_7)(REAL place, REAL found_0, REAL found_1, REAL
     found_0_out[0] = found_0 + SELECT(LESS(left, place), t1, (REAL)0);
     found_1_out[0] = found_1 + t1;
 }
-#define PARTS_bisector_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 4) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(bisector_7, PLAIN)
+#define PARTS_bisector_found(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 4) AND OUT(7, 1) AND OUT(8, 1)
+GAC_IN_LANES(bisector_found, PLAIN)
 
-static INLINE void NAME(bisector_8)(REAL place, REAL before, REAL left_top, REAL right_top, REAL area, REAL found_0,
-    REAL found_1, REAL *found_3)
+static INLINE void NAME(bisector_found_2)(REAL place, REAL before, REAL left_top, REAL right_top, REAL area, REAL
+    found_0, REAL found_1, REAL *found_3)
 {
     found_3[0] = place;
     found_3[1] = left_top;
@@ -1230,18 +1059,18 @@ static INLINE void NAME(bisector_8)(REAL place, REAL before, REAL left_top, REAL
     found_3[4] = place + (REAL)1;
     found_3[5] = right_top;
 }
-#define PARTS_bisector_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 6)
-GAC_IN_LANES(bisector_8, PLAIN)
+#define PARTS_bisector_found_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 6)
+GAC_IN_LANES(bisector_found_2, PLAIN)
 
-static INLINE void NAME(bisector_9)(REAL place, REAL *common)
+static INLINE void NAME(bisector_common)(REAL place, REAL *common)
 {
     common[0] = place + (REAL)1;
 }
-#define PARTS_bisector_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(bisector_9, PLAIN)
+#define PARTS_bisector_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(bisector_common, PLAIN)
 
-static INLINE void NAME(bisector_10)(REAL right_top, const REAL *found_3, REAL place, REAL top, const REAL
+static INLINE void NAME(bisector_found_3)(REAL right_top, const REAL *found_3, REAL place, REAL top, const REAL
     *step_flags, REAL common, REAL *found_3_out)
 {
     const REAL found_3_0 = found_3[0], found_3_1 = found_3[1], found_3_2 = found_3[2], found_3_3 = found_3[3],
@@ -1263,11 +1092,11 @@ static INLINE void NAME(bisector_10)(REAL right_top, const REAL *found_3, REAL p
     found_3_out[4] = t2;
     found_3_out[5] = t4;
 }
-#define PARTS_bisector_10(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND SAME(4, 2) AND NUMBER(5, 0) AND OUT(6, 6)
-GAC_IN_LANES(bisector_10, PLAIN)
+#define PARTS_bisector_found_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND SAME(4, 2) AND NUMBER(5, 0) AND OUT(6, 6)
+GAC_IN_LANES(bisector_found_3, PLAIN)
 
-static INLINE void NAME(bisector_11)(const REAL *found_3, REAL *out_0, REAL *out_1)
+static INLINE void NAME(bisector_result)(const REAL *found_3, REAL *out_0, REAL *out_1)
 {
     const REAL found_3_0 = found_3[0], found_3_1 = found_3[1], found_3_2 = found_3[2], found_3_3 = found_3[3],
         found_3_4 = found_3[4], found_3_5 = found_3[5];
@@ -1280,8 +1109,8 @@ static INLINE void NAME(bisector_11)(const REAL *found_3, REAL *out_0, REAL *out
     out_0[0] = found_3_0 + t3 / SELECT(LESS((REAL)0, t5), t5, (REAL)1);
     out_1[0] = found_3_3 * LESS_EQUAL((REAL)0, found_3_2);
 }
-#define PARTS_bisector_11(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(bisector_11, PLAIN)
+#define PARTS_bisector_result(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(bisector_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t fuzzy_bisector_work(intptr_t terms, intptr_t points, intptr_t pairs, intptr_t couples, intptr_t steps)
@@ -1302,31 +1131,31 @@ void NAME(bisector)(intptr_t terms, intptr_t points, intptr_t pairs, intptr_t co
     REAL found_start[3], *const found = work, *const place_2 = found + 3 * pairs, *const top = place_2 + points,
     *const left = top + points, *const left_top_2 = left + points, *const right_top_2 = left_top_2 + points,
     found_start_2[4], *const found_2 = right_top_2 + points, found_0, found_1, found_3[6], common;
-    NAME(bisector_1)(found_start);
+    NAME(area_on_grid_sums_start)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(bisector_2)(i > 0 ? found + 3 * (i - 1) : found_start, points_[pair_point[i]], cells[pair_point[i]],
-    cuts[pair_term[i]], left_heights[i], right_heights[i], same[i], found + 3 * i);
+        NAME(area_by_points_found)(i > 0 ? found + 3 * (i - 1) : found_start, points_[pair_point[i]],
+    cells[pair_point[i]], cuts[pair_term[i]], left_heights[i], right_heights[i], same[i], found + 3 * i);
     for (intptr_t i = 0; i < points; i++) {
-        NAME(bisector_3)(points_[i], found + 3 * ends[i], cuts[own[i]], flanks + 4 * i, top + i, left_top_2 + i,
-    right_top_2 + i);
+        NAME(area_by_points_top)(points_[i], found + 3 * ends[i], cuts[own[i]], flanks + 4 * i, top + i,
+    left_top_2 + i, right_top_2 + i);
         COPY(1, points_ + i, place_2 + i);
         COPY(1, cells + i, left + i);
     }
-    NAME(bisector_4)(found_start_2);
+    NAME(area_by_points_found_start)(found_start_2);
     for (intptr_t i = 0; i < couples; i++)
-        NAME(bisector_5)(i > 0 ? found_2 + 4 * (i - 1) : found_start_2, place_2[first[i]], left[first[i]],
-    left_top_2[first[i]], right_top_2[first[i]], place_2[second[i]], top[second[i]], flags + 2 * i,
+        NAME(area_by_points_found_2)(i > 0 ? found_2 + 4 * (i - 1) : found_start_2, place_2[first[i]],
+    left[first[i]], left_top_2[first[i]], right_top_2[first[i]], place_2[second[i]], top[second[i]], flags + 2 * i,
     found_2 + 4 * i);
-    NAME(bisector_6)(&found_0, &found_1);
+    NAME(half_on_grid_sums_0_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < points; i++)
-        NAME(bisector_7)(place, found_0, found_1, place_2[i], top[i], left[i], found_2 + 4 * final[i], &found_0,
+        NAME(bisector_found)(place, found_0, found_1, place_2[i], top[i], left[i], found_2 + 4 * final[i], &found_0,
     &found_1);
-    NAME(bisector_8)(place, before, left_top, right_top, area, found_0, found_1, found_3);
-    NAME(bisector_9)(place, &common);
+    NAME(bisector_found_2)(place, before, left_top, right_top, area, found_0, found_1, found_3);
+    NAME(bisector_common)(place, &common);
     for (intptr_t i = 0; i < steps; i++)
-        NAME(bisector_10)(right_top, found_3, place_2[step_point[i]], top[step_point[i]], step_flags + 2 * i,
+        NAME(bisector_found_3)(right_top, found_3, place_2[step_point[i]], top[step_point[i]], step_flags + 2 * i,
     common, found_3);
-    NAME(bisector_11)(found_3, out_0, out_1);
+    NAME(bisector_result)(found_3, out_0, out_1);
 }
 
 static INLINE WORD NAME(bisector_lanes)(intptr_t terms, intptr_t points, intptr_t pairs, intptr_t couples,
@@ -1340,32 +1169,33 @@ static INLINE WORD NAME(bisector_lanes)(intptr_t terms, intptr_t points, intptr_
     (void)terms;
     _Alignas(64) REAL found_start[3 * NLANES], found_start_2[4 * NLANES], found_0[NLANES], found_1[NLANES],
     found_3[6 * NLANES], common[NLANES];
-    NAME(bisector_1_lanes)(found_start);
+    NAME(area_on_grid_sums_start_lanes)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(bisector_2_lanes)(i > 0 ? found + 3 * NLANES * (i - 1) : found_start, points_ + NLANES * pair_point[i],
-    cells + NLANES * pair_point[i], cuts + NLANES * pair_term[i], left_heights + NLANES * i,
-    right_heights + NLANES * i, same + i, found + 3 * NLANES * i);
+        NAME(area_by_points_found_lanes)(i > 0 ? found + 3 * NLANES * (i - 1) : found_start,
+    points_ + NLANES * pair_point[i], cells + NLANES * pair_point[i], cuts + NLANES * pair_term[i],
+    left_heights + NLANES * i, right_heights + NLANES * i, same + i, found + 3 * NLANES * i);
     for (intptr_t i = 0; i < points; i++) {
-        NAME(bisector_3_lanes)(points_ + NLANES * i, found + 3 * NLANES * ends[i], cuts + NLANES * own[i],
+        NAME(area_by_points_top_lanes)(points_ + NLANES * i, found + 3 * NLANES * ends[i], cuts + NLANES * own[i],
     flanks + 4 * i, top + NLANES * i, left_top_2 + NLANES * i, right_top_2 + NLANES * i);
         COPY(NLANES, points_ + NLANES * i, place_2 + NLANES * i);
         COPY(NLANES, cells + NLANES * i, left + NLANES * i);
     }
-    NAME(bisector_4_lanes)(found_start_2);
+    NAME(area_by_points_found_start_lanes)(found_start_2);
     for (intptr_t i = 0; i < couples; i++)
-        NAME(bisector_5_lanes)(i > 0 ? found_2 + 4 * NLANES * (i - 1) : found_start_2, place_2 + NLANES * first[i],
-    left + NLANES * first[i], left_top_2 + NLANES * first[i], right_top_2 + NLANES * first[i],
-    place_2 + NLANES * second[i], top + NLANES * second[i], flags + 2 * i, found_2 + 4 * NLANES * i);
-    NAME(bisector_6_lanes)(found_0, found_1);
+        NAME(area_by_points_found_2_lanes)(i > 0 ? found_2 + 4 * NLANES * (i - 1) : found_start_2,
+    place_2 + NLANES * first[i], left + NLANES * first[i], left_top_2 + NLANES * first[i],
+    right_top_2 + NLANES * first[i], place_2 + NLANES * second[i], top + NLANES * second[i], flags + 2 * i,
+    found_2 + 4 * NLANES * i);
+    NAME(half_on_grid_sums_0_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < points; i++)
-        NAME(bisector_7_lanes)(place, found_0, found_1, place_2 + NLANES * i, top + NLANES * i, left + NLANES * i,
-    found_2 + 4 * NLANES * final[i], found_0, found_1);
-    NAME(bisector_8_lanes)(place, before, left_top, right_top, area, found_0, found_1, found_3);
-    NAME(bisector_9_lanes)(place, common);
+        NAME(bisector_found_lanes)(place, found_0, found_1, place_2 + NLANES * i, top + NLANES * i,
+    left + NLANES * i, found_2 + 4 * NLANES * final[i], found_0, found_1);
+    NAME(bisector_found_2_lanes)(place, before, left_top, right_top, area, found_0, found_1, found_3);
+    NAME(bisector_common_lanes)(place, common);
     for (intptr_t i = 0; i < steps; i++)
-        NAME(bisector_10_lanes)(right_top, found_3, place_2 + NLANES * step_point[i], top + NLANES * step_point[i],
-    step_flags + 2 * i, common, found_3);
-    NAME(bisector_11_lanes)(found_3, out_0, out_1);
+        NAME(bisector_found_3_lanes)(right_top, found_3, place_2 + NLANES * step_point[i],
+    top + NLANES * step_point[i], step_flags + 2 * i, common, found_3);
+    NAME(bisector_result_lanes)(found_3, out_0, out_1);
     return 0;
 }
 

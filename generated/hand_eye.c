@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: f1af568c04e88e6d
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2b164ee25c253e895fc573e87a5f000c7440381eb4dd7cd243b7f707d823195a
+// body: aa17243cfc1a3b8fb42b5bebb6967366fb965d023ce4ec8c22ba921941522833
 
 #ifndef REAL
 #include "hand_eye.h"
@@ -1864,14 +1864,14 @@ GAC_KERNEL_AND_FORMS(moved, TURNS, NO, GAC_USE(moved, x_step, TILES, 5, 2, 16), 
     AND IN(1, b, 8, 8, n) AND NUMBER(2, rounding) AND OUT(3, out, scalar, 1, 1)
 #define WORK_first_not_unit(WORK)
 
-static INLINE void NAME(first_not_unit_1)(REAL *found)
+static INLINE void NAME(first_not_unit_found_start)(REAL *found)
 {
     found[0] = (REAL)0;
 }
-#define PARTS_first_not_unit_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(first_not_unit_1, PLAIN)
+#define PARTS_first_not_unit_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(first_not_unit_found_start, PLAIN)
 
-static INLINE void NAME(first_not_unit_2)(REAL found, const REAL *m, const REAL *n, REAL *found_out)
+static INLINE void NAME(first_not_unit_found)(REAL found, const REAL *m, const REAL *n, REAL *found_out)
 {
     const REAL m_e01 = m[4], m_e02 = m[5], m_e03 = m[6], m_e0123 = m[7];
     const REAL n_e01 = n[4], n_e02 = n[5], n_e03 = n[6], n_e0123 = n[7];
@@ -1900,42 +1900,26 @@ static INLINE void NAME(first_not_unit_2)(REAL found, const REAL *m, const REAL 
     const REAL t22 = LESS_EQUAL((REAL)9.332636185032189e-302 * t21, (REAL)1.152921504606847e+18) * LESS(t20, t21);
     found_out[0] = SELECT(t22, t21, t20);
 }
-#define PARTS_first_not_unit_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 1)
-GAC_IN_LANES(first_not_unit_2, PLAIN)
+#define PARTS_first_not_unit_found(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 1)
+GAC_IN_LANES(first_not_unit_found, PLAIN)
 
-static INLINE void NAME(first_not_unit_3)(REAL *score, REAL *row, REAL *number)
+static INLINE void NAME(first_not_unit_score_start)(REAL *score, REAL *row, REAL *number)
 {
     score[0] = (REAL)0;
     row[0] = (REAL)-1;
     number[0] = (REAL)0;
 }
-#define PARTS_first_not_unit_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(first_not_unit_3, PLAIN)
+#define PARTS_first_not_unit_score_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(first_not_unit_score_start, PLAIN)
 
-static INLINE void NAME(first_not_unit_4)(REAL rounding, REAL found, REAL *common)
+static INLINE void NAME(first_not_unit_common)(REAL rounding, REAL found, REAL *common)
 {
     common[0] = rounding + found * (REAL)(1.0 / 1000.0);
 }
-#define PARTS_first_not_unit_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(first_not_unit_4, PLAIN)
+#define PARTS_first_not_unit_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(first_not_unit_common, PLAIN)
 
-static INLINE void NAME(first_not_unit_6)(REAL *score_2, REAL *row_2, REAL *number_2)
-{
-    score_2[0] = (REAL)0;
-    row_2[0] = (REAL)-1;
-    number_2[0] = (REAL)0;
-}
-#define PARTS_first_not_unit_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(first_not_unit_6, PLAIN)
-
-static INLINE void NAME(first_not_unit_8)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-}
-#define PARTS_first_not_unit_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(first_not_unit_8, PLAIN)
-
-static INLINE void NAME(first_not_unit_5)(REAL score, REAL row, REAL number, const REAL *m, REAL common, REAL
+static INLINE void NAME(first_not_unit_score)(REAL score, REAL row, REAL number, const REAL *m, REAL common, REAL
     *score_out, REAL *row_out, REAL *number_out)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
@@ -1952,11 +1936,11 @@ static INLINE void NAME(first_not_unit_5)(REAL score, REAL row, REAL number, con
     row_out[0] = SELECT(t7, number, row);
     number_out[0] = number + (REAL)1;
 }
-#define PARTS_first_not_unit_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_first_not_unit_score(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND IN(3, 8) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(first_not_unit_5, PLAIN)
+GAC_IN_LANES(first_not_unit_score, PLAIN)
 
-static INLINE void NAME(first_not_unit_7)(REAL common, REAL score, REAL row, REAL number, const REAL *m, REAL
+static INLINE void NAME(first_not_unit_score_2)(REAL common, REAL score, REAL row, REAL number, const REAL *m, REAL
     *score_2, REAL *row_2, REAL *number_2)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
@@ -1973,18 +1957,18 @@ static INLINE void NAME(first_not_unit_7)(REAL common, REAL score, REAL row, REA
     row_2[0] = SELECT(t7, number, row);
     number_2[0] = number + (REAL)1;
 }
-#define PARTS_first_not_unit_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_first_not_unit_score_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND IN(4, 8) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(first_not_unit_7, PLAIN)
+GAC_IN_LANES(first_not_unit_score_2, PLAIN)
 
-static INLINE void NAME(first_not_unit_9)(REAL sum, REAL *sum_out)
+static INLINE void NAME(first_not_unit_sum)(REAL sum, REAL *sum_out)
 {
     sum_out[0] = sum + (REAL)1;
 }
-#define PARTS_first_not_unit_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(first_not_unit_9, PLAIN)
+#define PARTS_first_not_unit_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(first_not_unit_sum, PLAIN)
 
-static INLINE void NAME(first_not_unit_10)(REAL score, REAL row, REAL score_2, REAL row_2, REAL sum, REAL *out)
+static INLINE void NAME(first_not_unit_result)(REAL score, REAL row, REAL score_2, REAL row_2, REAL sum, REAL *out)
 {
     const REAL t0 = SELECT(LESS(score_2, (REAL)1), row_2, (REAL)-1);
     const REAL t1 = sum + t0;
@@ -1992,9 +1976,9 @@ static INLINE void NAME(first_not_unit_10)(REAL score, REAL row, REAL score_2, R
     const REAL t3 = SELECT(LESS(score, (REAL)1), row, (REAL)-1);
     out[0] = SELECT(LESS_EQUAL((REAL)0, t3), t3, t2);
 }
-#define PARTS_first_not_unit_10(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_first_not_unit_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(first_not_unit_10, PLAIN)
+GAC_IN_LANES(first_not_unit_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_first_not_unit_work(intptr_t n)
@@ -2008,19 +1992,19 @@ void NAME(first_not_unit)(intptr_t n, const REAL *a, const REAL *b, REAL roundin
 {
     (void)work;
     REAL found, score, row, number, common, score_2, row_2, number_2, sum;
-    NAME(first_not_unit_1)(&found);
+    NAME(first_not_unit_found_start)(&found);
     for (intptr_t i = 0; i < n; i++)
-        NAME(first_not_unit_2)(found, a + 8 * i, b + 8 * i, &found);
-    NAME(first_not_unit_3)(&score, &row, &number);
-    NAME(first_not_unit_4)(rounding, found, &common);
-    NAME(first_not_unit_6)(&score_2, &row_2, &number_2);
-    NAME(first_not_unit_8)(&sum);
+        NAME(first_not_unit_found)(found, a + 8 * i, b + 8 * i, &found);
+    NAME(first_not_unit_score_start)(&score, &row, &number);
+    NAME(first_not_unit_common)(rounding, found, &common);
+    NAME(first_not_unit_score_start)(&score_2, &row_2, &number_2);
+    NAME(first_not_unit_found_start)(&sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(first_not_unit_5)(score, row, number, a + 8 * i, common, &score, &row, &number);
-        NAME(first_not_unit_7)(common, score_2, row_2, number_2, b + 8 * i, &score_2, &row_2, &number_2);
-        NAME(first_not_unit_9)(sum, &sum);
+        NAME(first_not_unit_score)(score, row, number, a + 8 * i, common, &score, &row, &number);
+        NAME(first_not_unit_score_2)(common, score_2, row_2, number_2, b + 8 * i, &score_2, &row_2, &number_2);
+        NAME(first_not_unit_sum)(sum, &sum);
     }
-    NAME(first_not_unit_10)(score, row, score_2, row_2, sum, out);
+    NAME(first_not_unit_result)(score, row, score_2, row_2, sum, out);
 }
 
 static INLINE WORD NAME(first_not_unit_lanes)(intptr_t n, const REAL *a, const REAL *b, const REAL *rounding,
@@ -2028,20 +2012,20 @@ static INLINE WORD NAME(first_not_unit_lanes)(intptr_t n, const REAL *a, const R
 {
     _Alignas(64) REAL found[NLANES], score[NLANES], row[NLANES], number[NLANES], common[NLANES], score_2[NLANES],
     row_2[NLANES], number_2[NLANES], sum[NLANES];
-    NAME(first_not_unit_1_lanes)(found);
+    NAME(first_not_unit_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++)
-        NAME(first_not_unit_2_lanes)(found, a + 8 * NLANES * i, b + 8 * NLANES * i, found);
-    NAME(first_not_unit_3_lanes)(score, row, number);
-    NAME(first_not_unit_4_lanes)(rounding, found, common);
-    NAME(first_not_unit_6_lanes)(score_2, row_2, number_2);
-    NAME(first_not_unit_8_lanes)(sum);
+        NAME(first_not_unit_found_lanes)(found, a + 8 * NLANES * i, b + 8 * NLANES * i, found);
+    NAME(first_not_unit_score_start_lanes)(score, row, number);
+    NAME(first_not_unit_common_lanes)(rounding, found, common);
+    NAME(first_not_unit_score_start_lanes)(score_2, row_2, number_2);
+    NAME(first_not_unit_found_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(first_not_unit_5_lanes)(score, row, number, a + 8 * NLANES * i, common, score, row, number);
-        NAME(first_not_unit_7_lanes)(common, score_2, row_2, number_2, b + 8 * NLANES * i, score_2, row_2,
+        NAME(first_not_unit_score_lanes)(score, row, number, a + 8 * NLANES * i, common, score, row, number);
+        NAME(first_not_unit_score_2_lanes)(common, score_2, row_2, number_2, b + 8 * NLANES * i, score_2, row_2,
     number_2);
-        NAME(first_not_unit_9_lanes)(sum, sum);
+        NAME(first_not_unit_sum_lanes)(sum, sum);
     }
-    NAME(first_not_unit_10_lanes)(score, row, score_2, row_2, sum, out);
+    NAME(first_not_unit_result_lanes)(score, row, score_2, row_2, sum, out);
     return 0;
 }
 
@@ -2051,7 +2035,7 @@ GAC_PROCEDURE(first_not_unit, LANES)
     AND IN(0, poses, 8, 8, n) AND INDEX(1, first, m, n) AND INDEX(2, second, m, n) AND OUT(3, out, 8, 8, m)
 #define WORK_motions_between(WORK)
 
-static INLINE void NAME(motions_between_1)(const REAL *before, const REAL *after, REAL *out)
+static INLINE void NAME(motions_between_result)(const REAL *before, const REAL *after, REAL *out)
 {
     const REAL before_1 = before[0], before_e12 = before[1], before_e13 = before[2], before_e23 = before[3],
         before_e01 = before[4], before_e02 = before[5], before_e03 = before[6], before_e0123 = before[7];
@@ -2078,8 +2062,8 @@ static INLINE void NAME(motions_between_1)(const REAL *before, const REAL *after
     out[6] = -(t9 + before_e03 * after_1 + before_e0123 * after_e12);
     out[7] = before_e0123 * after_1 - (t11 + before_e03 * after_e12);
 }
-#define PARTS_motions_between_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8)
-GAC_IN_LANES(motions_between_1, PLAIN)
+#define PARTS_motions_between_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8)
+GAC_IN_LANES(motions_between_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_motions_between_work(intptr_t n, intptr_t m)
@@ -2094,7 +2078,7 @@ void NAME(motions_between)(intptr_t n, intptr_t m, const REAL *poses, const int6
 {
     (void)n, (void)work;
     for (intptr_t i = 0; i < m; i++)
-        NAME(motions_between_1)(poses + 8 * first[i], poses + 8 * second[i], out + 8 * i);
+        NAME(motions_between_result)(poses + 8 * first[i], poses + 8 * second[i], out + 8 * i);
 }
 
 static INLINE WORD NAME(motions_between_lanes)(intptr_t n, intptr_t m, const REAL *poses, const int64_t *first,
@@ -2102,7 +2086,7 @@ static INLINE WORD NAME(motions_between_lanes)(intptr_t n, intptr_t m, const REA
 {
     (void)n;
     for (intptr_t i = 0; i < m; i++)
-        NAME(motions_between_1_lanes)(poses + 8 * NLANES * first[i], poses + 8 * NLANES * second[i],
+        NAME(motions_between_result_lanes)(poses + 8 * NLANES * first[i], poses + 8 * NLANES * second[i],
     out + 8 * NLANES * i);
     return 0;
 }
@@ -2114,14 +2098,7 @@ GAC_PROCEDURE(motions_between, LANES)
     AND NUMBER(4, bound) AND OUT(5, out, scalar, 1, 1)
 #define WORK_motions_close(WORK)
 
-static INLINE void NAME(motions_close_1)(REAL *found)
-{
-    found[0] = (REAL)0;
-}
-#define PARTS_motions_close_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(motions_close_1, PLAIN)
-
-static INLINE void NAME(motions_close_2)(REAL found, const REAL *m, REAL *found_out)
+static INLINE void NAME(motions_close_found)(REAL found, const REAL *m, REAL *found_out)
 {
     const REAL m_e01 = m[4], m_e02 = m[5], m_e03 = m[6], m_e0123 = m[7];
     const REAL t0 = ABS(m_e01);
@@ -2137,24 +2114,17 @@ static INLINE void NAME(motions_close_2)(REAL found, const REAL *m, REAL *found_
     const REAL t10 = LESS_EQUAL((REAL)9.332636185032189e-302 * t9, (REAL)1.152921504606847e+18) * LESS(t8, t9);
     found_out[0] = SELECT(t10, t9, t8);
 }
-#define PARTS_motions_close_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND OUT(2, 1)
-GAC_IN_LANES(motions_close_2, PLAIN)
+#define PARTS_motions_close_found(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND OUT(2, 1)
+GAC_IN_LANES(motions_close_found, PLAIN)
 
-static INLINE void NAME(motions_close_3)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-}
-#define PARTS_motions_close_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(motions_close_3, PLAIN)
-
-static INLINE void NAME(motions_close_4)(REAL bound, REAL found, REAL *common)
+static INLINE void NAME(motions_close_common)(REAL bound, REAL found, REAL *common)
 {
     common[0] = bound * found;
 }
-#define PARTS_motions_close_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(motions_close_4, PLAIN)
+#define PARTS_motions_close_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(motions_close_common, PLAIN)
 
-static INLINE void NAME(motions_close_5)(REAL bound, REAL sum, const REAL *p, const REAL *q, const REAL *r, REAL
+static INLINE void NAME(motions_close_sum)(REAL bound, REAL sum, const REAL *p, const REAL *q, const REAL *r, REAL
     common, REAL *sum_out)
 {
     const REAL p_1 = p[0], p_e12 = p[1], p_e13 = p[2], p_e23 = p[3], p_e01 = p[4], p_e02 = p[5], p_e03 = p[6],
@@ -2182,16 +2152,16 @@ static INLINE void NAME(motions_close_5)(REAL bound, REAL sum, const REAL *p, co
     const REAL t16 = ABS(t5 * (p_e0123 * q_1 - (t15 - p_e02 * q_e13 + p_e03 * q_e12)) - r_e0123);
     sum_out[0] = sum + ((REAL)1 - t12 * LESS_EQUAL(t14, common) * LESS_EQUAL(t16, common));
 }
-#define PARTS_motions_close_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 8) \
+#define PARTS_motions_close_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 8) \
     AND IN(4, 8) AND NUMBER(5, 0) AND OUT(6, 1)
-GAC_IN_LANES(motions_close_5, PLAIN)
+GAC_IN_LANES(motions_close_sum, PLAIN)
 
-static INLINE void NAME(motions_close_6)(REAL sum, REAL *out)
+static INLINE void NAME(motions_close_result)(REAL sum, REAL *out)
 {
     out[0] = LESS_EQUAL(sum, (REAL)0);
 }
-#define PARTS_motions_close_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(motions_close_6, PLAIN)
+#define PARTS_motions_close_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(motions_close_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_motions_close_work(intptr_t n, intptr_t m)
@@ -2206,30 +2176,30 @@ void NAME(motions_close)(intptr_t n, intptr_t m, const REAL *motions, const int6
 {
     (void)work;
     REAL found, sum, common;
-    NAME(motions_close_1)(&found);
+    NAME(first_not_unit_found_start)(&found);
     for (intptr_t i = 0; i < n; i++)
-        NAME(motions_close_2)(found, motions + 8 * i, &found);
-    NAME(motions_close_3)(&sum);
-    NAME(motions_close_4)(bound, found, &common);
+        NAME(motions_close_found)(found, motions + 8 * i, &found);
+    NAME(first_not_unit_found_start)(&sum);
+    NAME(motions_close_common)(bound, found, &common);
     for (intptr_t i = 0; i < m; i++)
-        NAME(motions_close_5)(bound, sum, motions + 8 * first[i], motions + 8 * second[i], motions + 8 * third[i],
+        NAME(motions_close_sum)(bound, sum, motions + 8 * first[i], motions + 8 * second[i], motions + 8 * third[i],
     common, &sum);
-    NAME(motions_close_6)(sum, out);
+    NAME(motions_close_result)(sum, out);
 }
 
 static INLINE WORD NAME(motions_close_lanes)(intptr_t n, intptr_t m, const REAL *motions, const int64_t *first,
     const int64_t *second, const int64_t *third, const REAL *bound, REAL *out)
 {
     _Alignas(64) REAL found[NLANES], sum[NLANES], common[NLANES];
-    NAME(motions_close_1_lanes)(found);
+    NAME(first_not_unit_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++)
-        NAME(motions_close_2_lanes)(found, motions + 8 * NLANES * i, found);
-    NAME(motions_close_3_lanes)(sum);
-    NAME(motions_close_4_lanes)(bound, found, common);
+        NAME(motions_close_found_lanes)(found, motions + 8 * NLANES * i, found);
+    NAME(first_not_unit_found_start_lanes)(sum);
+    NAME(motions_close_common_lanes)(bound, found, common);
     for (intptr_t i = 0; i < m; i++)
-        NAME(motions_close_5_lanes)(bound, sum, motions + 8 * NLANES * first[i], motions + 8 * NLANES * second[i],
+        NAME(motions_close_sum_lanes)(bound, sum, motions + 8 * NLANES * first[i], motions + 8 * NLANES * second[i],
     motions + 8 * NLANES * third[i], common, sum);
-    NAME(motions_close_6_lanes)(sum, out);
+    NAME(motions_close_result_lanes)(sum, out);
     return 0;
 }
 
@@ -2240,23 +2210,23 @@ GAC_PROCEDURE(motions_close, LANES)
     AND OUT(5, out_2, scalar, 1, 1)
 #define WORK_screws(WORK)
 
-static INLINE void NAME(screws_1)(REAL *sum)
+static INLINE void NAME(screws_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
     sum[2] = (REAL)0;
 }
-#define PARTS_screws_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(screws_1, PLAIN)
+#define PARTS_screws_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(screws_sum_start, PLAIN)
 
-static INLINE void NAME(screws_2)(REAL rounding, REAL *common)
+static INLINE void NAME(screws_common)(REAL rounding, REAL *common)
 {
     common[0] = rounding * rounding;
 }
-#define PARTS_screws_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(screws_2, PLAIN)
+#define PARTS_screws_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(screws_common, PLAIN)
 
-static INLINE void NAME(screws_3)(const REAL *sum, const REAL *m, const REAL *n, REAL common, REAL *sum_out)
+static INLINE void NAME(screws_sum)(const REAL *sum, const REAL *m, const REAL *n, REAL common, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6], m_e0123 = m[7];
@@ -2268,10 +2238,12 @@ static INLINE void NAME(screws_3)(const REAL *sum, const REAL *m, const REAL *n,
     sum_out[1] = sum_1 + (t0 + (n_e01 * n_e01 + n_e02 * n_e02 + n_e03 * n_e03 + n_e0123 * n_e0123));
     sum_out[2] = sum_2 + ((REAL)1 - t2);
 }
-#define PARTS_screws_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 8) AND IN(2, 8) AND NUMBER(3, 0) AND OUT(4, 3)
-GAC_IN_LANES(screws_3, PLAIN)
+#define PARTS_screws_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 8) AND IN(2, 8) AND NUMBER(3, 0) \
+    AND OUT(4, 3)
+GAC_IN_LANES(screws_sum, PLAIN)
 
-static INLINE void NAME(screws_4)(const REAL *a, const REAL *b, REAL *screw_misfit_0, REAL *screw_misfit_1)
+static INLINE void NAME(screws_screw_misfit)(const REAL *a, const REAL *b, REAL *screw_misfit_0, REAL
+    *screw_misfit_1)
 {
     const REAL a_1 = a[0], a_e12 = a[1], a_e13 = a[2], a_e23 = a[3], a_e0123 = a[7];
     const REAL b_1 = b[0], b_e12 = b[1], b_e13 = b[2], b_e23 = b[3], b_e0123 = b[7];
@@ -2284,25 +2256,25 @@ static INLINE void NAME(screws_4)(const REAL *a, const REAL *b, REAL *screw_misf
     screw_misfit_0[0] = t1 - t3;
     screw_misfit_1[0] = SELECT(LESS(a_e0123, (REAL)0), t4, a_e0123) - SELECT(LESS(b_e0123, (REAL)0), t5, b_e0123);
 }
-#define PARTS_screws_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(screws_4, PLAIN)
+#define PARTS_screws_screw_misfit(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 1) AND OUT(3, 1)
+GAC_IN_LANES(screws_screw_misfit, PLAIN)
 
-static INLINE void NAME(screws_5)(REAL value, REAL value_2, REAL *out_0)
+static INLINE void NAME(screws_result)(REAL value, REAL value_2, REAL *out_0)
 {
     out_0[0] = value;
     out_0[1] = value_2;
 }
-#define PARTS_screws_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
-GAC_IN_LANES(screws_5, PLAIN)
+#define PARTS_screws_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
+GAC_IN_LANES(screws_result, PLAIN)
 
-static INLINE void NAME(screws_6)(const REAL *sum, REAL *out_1, REAL *out_2)
+static INLINE void NAME(screws_result_2)(const REAL *sum, REAL *out_1, REAL *out_2)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     out_1[0] = LESS_EQUAL(sum_2, (REAL)0);
     out_2[0] = sum_1 * (REAL)2 / sum_0;
 }
-#define PARTS_screws_6(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(screws_6, PLAIN)
+#define PARTS_screws_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(screws_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_screws_work(intptr_t n)
@@ -2317,28 +2289,28 @@ void NAME(screws)(intptr_t n, const REAL *a, const REAL *b, REAL rounding, REAL 
 {
     (void)work;
     REAL sum[3], common, screw_misfit_0, screw_misfit_1;
-    NAME(screws_1)(sum);
-    NAME(screws_2)(rounding, &common);
+    NAME(screws_sum_start)(sum);
+    NAME(screws_common)(rounding, &common);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(screws_3)(sum, a + 8 * i, b + 8 * i, common, sum);
-        NAME(screws_4)(a + 8 * i, b + 8 * i, &screw_misfit_0, &screw_misfit_1);
-        NAME(screws_5)(screw_misfit_0, screw_misfit_1, out_0 + 2 * i);
+        NAME(screws_sum)(sum, a + 8 * i, b + 8 * i, common, sum);
+        NAME(screws_screw_misfit)(a + 8 * i, b + 8 * i, &screw_misfit_0, &screw_misfit_1);
+        NAME(screws_result)(screw_misfit_0, screw_misfit_1, out_0 + 2 * i);
     }
-    NAME(screws_6)(sum, out_1, out_2);
+    NAME(screws_result_2)(sum, out_1, out_2);
 }
 
 static INLINE WORD NAME(screws_lanes)(intptr_t n, const REAL *a, const REAL *b, const REAL *rounding, REAL *out_0,
     REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL sum[3 * NLANES], common[NLANES], screw_misfit_0[NLANES], screw_misfit_1[NLANES];
-    NAME(screws_1_lanes)(sum);
-    NAME(screws_2_lanes)(rounding, common);
+    NAME(screws_sum_start_lanes)(sum);
+    NAME(screws_common_lanes)(rounding, common);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(screws_3_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, common, sum);
-        NAME(screws_4_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, screw_misfit_0, screw_misfit_1);
-        NAME(screws_5_lanes)(screw_misfit_0, screw_misfit_1, out_0 + 2 * NLANES * i);
+        NAME(screws_sum_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, common, sum);
+        NAME(screws_screw_misfit_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, screw_misfit_0, screw_misfit_1);
+        NAME(screws_result_lanes)(screw_misfit_0, screw_misfit_1, out_0 + 2 * NLANES * i);
     }
-    NAME(screws_6_lanes)(sum, out_1, out_2);
+    NAME(screws_result_2_lanes)(sum, out_1, out_2);
     return 0;
 }
 
@@ -2351,16 +2323,7 @@ GAC_PROCEDURE(screws, LANES)
     AND OUT(11, out_7, scalar, 1, 1) AND OUT(12, out_8, 8x8, 64, 1)
 #define WORK_equations_of_motions(WORK)
 
-static INLINE void NAME(equations_of_motions_1)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-    sum[1] = (REAL)0;
-    sum[2] = (REAL)0;
-}
-#define PARTS_equations_of_motions_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(equations_of_motions_1, PLAIN)
-
-static INLINE void NAME(equations_of_motions_2)(const REAL *sum, const REAL *m, const REAL *n, REAL *sum_out)
+static INLINE void NAME(equations_of_motions_sum)(const REAL *sum, const REAL *m, const REAL *n, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
@@ -2374,11 +2337,11 @@ static INLINE void NAME(equations_of_motions_2)(const REAL *sum, const REAL *m, 
     sum_out[1] = sum_1 + (t2 + n_e02 * n_e02 + n_e03 * n_e03 + n_e0123 * n_e0123);
     sum_out[2] = sum_2 + (REAL)1;
 }
-#define PARTS_equations_of_motions_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 3)
-GAC_IN_LANES(equations_of_motions_2, PLAIN)
+#define PARTS_equations_of_motions_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 3)
+GAC_IN_LANES(equations_of_motions_sum, PLAIN)
 
-static INLINE void NAME(equations_of_motions_3)(const REAL *sum, REAL *common, REAL *common_2, REAL *common_3, REAL
-    *common_4)
+static INLINE void NAME(equations_of_motions_common)(const REAL *sum, REAL *common, REAL *common_2, REAL *common_3,
+    REAL *common_4)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL t0 = LESS_EQUAL(sum_0, (REAL)1.152921504606847e+18);
@@ -2391,25 +2354,18 @@ static INLINE void NAME(equations_of_motions_3)(const REAL *sum, REAL *common, R
     common_3[0] = t4 * t4;
     common_4[0] = t4;
 }
-#define PARTS_equations_of_motions_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1)
-GAC_IN_LANES(equations_of_motions_3, PLAIN)
+#define PARTS_equations_of_motions_common(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1)
+GAC_IN_LANES(equations_of_motions_common, PLAIN)
 
-static INLINE void NAME(equations_of_motions_5)(REAL *sum_2)
-{
-    sum_2[0] = (REAL)0;
-}
-#define PARTS_equations_of_motions_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(equations_of_motions_5, PLAIN)
-
-static INLINE void NAME(equations_of_motions_6)(REAL half_turn, REAL *common_5)
+static INLINE void NAME(equations_of_motions_common_2)(REAL half_turn, REAL *common_5)
 {
     common_5[0] = half_turn * (REAL)5;
 }
-#define PARTS_equations_of_motions_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(equations_of_motions_6, PLAIN)
+#define PARTS_equations_of_motions_common_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(equations_of_motions_common_2, PLAIN)
 
-static INLINE void NAME(equations_of_motions_4)(const REAL *m, const REAL *n, REAL common, REAL common_2, REAL
+static INLINE void NAME(equations_of_motions_result)(const REAL *m, const REAL *n, REAL common, REAL common_2, REAL
     common_3, REAL common_4, REAL *out_0, REAL *out_1)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
@@ -2447,31 +2403,31 @@ static INLINE void NAME(equations_of_motions_4)(const REAL *m, const REAL *n, RE
     out_1[6] = SELECT(common, t12, (REAL)0);
     out_1[7] = SELECT(common, t13, (REAL)0);
 }
-#define PARTS_equations_of_motions_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) \
+#define PARTS_equations_of_motions_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 8)
-GAC_IN_LANES(equations_of_motions_4, PLAIN)
+GAC_IN_LANES(equations_of_motions_result, PLAIN)
 
-static INLINE void NAME(equations_of_motions_7)(REAL sum, const REAL *m, REAL common, REAL *sum_2)
+static INLINE void NAME(equations_of_motions_sum_2)(REAL sum, const REAL *m, REAL common, REAL *sum_2)
 {
     const REAL m_1 = m[0];
     sum_2[0] = sum + LESS_EQUAL(common, ABS(m_1));
 }
-#define PARTS_equations_of_motions_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND NUMBER(2, 0) \
+#define PARTS_equations_of_motions_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(equations_of_motions_7, PLAIN)
+GAC_IN_LANES(equations_of_motions_sum_2, PLAIN)
 
-static INLINE void NAME(equations_of_motions_8)(REAL half_turn, const REAL *sum_2, REAL sum, REAL *common_6)
+static INLINE void NAME(equations_of_motions_common_3)(REAL half_turn, const REAL *sum_2, REAL sum, REAL *common_6)
 {
     const REAL sum_2_2 = sum_2[2];
     const REAL t0 = sum_2_2 * (REAL)0.5 + (REAL)-0.5;
     const REAL t1 = half_turn * (REAL)5;
     common_6[0] = SELECT(LESS_EQUAL(MAXIMUM((REAL)3, t0), sum), t1, half_turn);
 }
-#define PARTS_equations_of_motions_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
+#define PARTS_equations_of_motions_common_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(equations_of_motions_8, PLAIN)
+GAC_IN_LANES(equations_of_motions_common_3, PLAIN)
 
-static INLINE void NAME(equations_of_motions_10)(REAL *sum_3)
+static INLINE void NAME(equations_of_motions_sum_start)(REAL *sum_3)
 {
     sum_3[0] = (REAL)0;
     sum_3[1] = (REAL)0;
@@ -2538,10 +2494,10 @@ static INLINE void NAME(equations_of_motions_10)(REAL *sum_3)
     sum_3[62] = (REAL)0;
     sum_3[63] = (REAL)0;
 }
-#define PARTS_equations_of_motions_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 64)
-GAC_IN_LANES(equations_of_motions_10, PLAIN)
+#define PARTS_equations_of_motions_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 64)
+GAC_IN_LANES(equations_of_motions_sum_start, PLAIN)
 
-static INLINE void NAME(equations_of_motions_12)(REAL *sum_4)
+static INLINE void NAME(equations_of_motions_sum_start_2)(REAL *sum_4)
 {
     sum_4[0] = (REAL)0;
     sum_4[1] = (REAL)0;
@@ -2550,25 +2506,18 @@ static INLINE void NAME(equations_of_motions_12)(REAL *sum_4)
     sum_4[4] = (REAL)0;
     sum_4[5] = (REAL)0;
 }
-#define PARTS_equations_of_motions_12(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(equations_of_motions_12, PLAIN)
+#define PARTS_equations_of_motions_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(equations_of_motions_sum_start_2, PLAIN)
 
-static INLINE void NAME(equations_of_motions_14)(REAL *sum_5)
-{
-    sum_5[0] = (REAL)0;
-}
-#define PARTS_equations_of_motions_14(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(equations_of_motions_14, PLAIN)
-
-static INLINE void NAME(equations_of_motions_9)(const REAL *m, REAL common, REAL *out_2)
+static INLINE void NAME(equations_of_motions_result_2)(const REAL *m, REAL common, REAL *out_2)
 {
     const REAL m_1 = m[0];
     out_2[0] = LESS_EQUAL(common, ABS(m_1));
 }
-#define PARTS_equations_of_motions_9(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(equations_of_motions_9, PLAIN)
+#define PARTS_equations_of_motions_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(equations_of_motions_result_2, PLAIN)
 
-static INLINE void NAME(equations_of_motions_11)(const REAL *sum_3, const REAL *m, const REAL *n, REAL used, REAL
+static INLINE void NAME(equations_of_motions_sum_3)(const REAL *sum_3, const REAL *m, const REAL *n, REAL used, REAL
     *sum_3_out)
 {
     const REAL sum_3_0_0 = sum_3[0], sum_3_0_1 = sum_3[1], sum_3_0_2 = sum_3[2], sum_3_0_3 = sum_3[3],
@@ -2754,11 +2703,11 @@ static INLINE void NAME(equations_of_motions_11)(const REAL *sum_3, const REAL *
     sum_3_out[62] = sum_3_7_6 + t97;
     sum_3_out[63] = sum_3_7_7 + used * (t1 + (t3 + (t6 + t8)));
 }
-#define PARTS_equations_of_motions_11(IN, SAME, NUMBER, OUT, AND) IN(0, 64) AND IN(1, 8) AND IN(2, 8) \
+#define PARTS_equations_of_motions_sum_3(IN, SAME, NUMBER, OUT, AND) IN(0, 64) AND IN(1, 8) AND IN(2, 8) \
     AND NUMBER(3, 0) AND OUT(4, 64)
-GAC_IN_LANES(equations_of_motions_11, PLAIN)
+GAC_IN_LANES(equations_of_motions_sum_3, PLAIN)
 
-static INLINE void NAME(equations_of_motions_13)(const REAL *sum_4, const REAL *m, REAL *sum_4_out)
+static INLINE void NAME(equations_of_motions_sum_4)(const REAL *sum_4, const REAL *m, REAL *sum_4_out)
 {
     const REAL sum_4_0 = sum_4[0], sum_4_1 = sum_4[1], sum_4_2 = sum_4[2], sum_4_3 = sum_4[3], sum_4_4 = sum_4[4],
         sum_4_5 = sum_4[5];
@@ -2770,18 +2719,18 @@ static INLINE void NAME(equations_of_motions_13)(const REAL *sum_4, const REAL *
     sum_4_out[4] = sum_4_4 + m_e13 * m_e23;
     sum_4_out[5] = sum_4_5 + m_e23 * m_e23;
 }
-#define PARTS_equations_of_motions_13(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 8) AND OUT(2, 6)
-GAC_IN_LANES(equations_of_motions_13, PLAIN)
+#define PARTS_equations_of_motions_sum_4(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 8) AND OUT(2, 6)
+GAC_IN_LANES(equations_of_motions_sum_4, PLAIN)
 
-static INLINE void NAME(equations_of_motions_15)(REAL sum, REAL used, REAL *sum_5)
+static INLINE void NAME(equations_of_motions_sum_5)(REAL sum, REAL used, REAL *sum_5)
 {
     sum_5[0] = sum + used;
 }
-#define PARTS_equations_of_motions_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(equations_of_motions_15, PLAIN)
+#define PARTS_equations_of_motions_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(equations_of_motions_sum_5, PLAIN)
 
-static INLINE void NAME(equations_of_motions_16)(REAL same_axis, const REAL *sum, const REAL *sum_3, const REAL
-    *sum_4, REAL sum_5, REAL *out_3, REAL *out_4, REAL *out_5, REAL *out_6, REAL *out_7, REAL *out_8)
+static INLINE void NAME(equations_of_motions_result_3)(REAL same_axis, const REAL *sum, const REAL *sum_3, const
+    REAL *sum_4, REAL sum_5, REAL *out_3, REAL *out_4, REAL *out_5, REAL *out_6, REAL *out_7, REAL *out_8)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL sum_3_0_0 = sum_3[0], sum_3_0_1 = sum_3[1], sum_3_0_2 = sum_3[2], sum_3_0_3 = sum_3[3],
@@ -2949,10 +2898,10 @@ static INLINE void NAME(equations_of_motions_16)(REAL same_axis, const REAL *sum
     out_8[62] = sum_3_7_6;
     out_8[63] = sum_3_7_7;
 }
-#define PARTS_equations_of_motions_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 64) \
+#define PARTS_equations_of_motions_result_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 64) \
     AND IN(3, 6) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 2) AND OUT(8, 1) AND OUT(9, 1) \
     AND OUT(10, 64)
-GAC_IN_LANES(equations_of_motions_16, PLAIN)
+GAC_IN_LANES(equations_of_motions_result_3, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_equations_of_motions_work(intptr_t n)
@@ -2968,28 +2917,29 @@ void NAME(equations_of_motions)(intptr_t n, const REAL *a, const REAL *b, REAL h
 {
     (void)work;
     REAL sum[3], common, common_2, common_3, common_4, sum_2, common_5, common_6, sum_3[8 * 8], sum_4[6], sum_5;
-    NAME(equations_of_motions_1)(sum);
+    NAME(screws_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(equations_of_motions_2)(sum, a + 8 * i, b + 8 * i, sum);
-    NAME(equations_of_motions_3)(sum, &common, &common_2, &common_3, &common_4);
-    NAME(equations_of_motions_5)(&sum_2);
-    NAME(equations_of_motions_6)(half_turn, &common_5);
+        NAME(equations_of_motions_sum)(sum, a + 8 * i, b + 8 * i, sum);
+    NAME(equations_of_motions_common)(sum, &common, &common_2, &common_3, &common_4);
+    NAME(first_not_unit_found_start)(&sum_2);
+    NAME(equations_of_motions_common_2)(half_turn, &common_5);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(equations_of_motions_4)(a + 8 * i, b + 8 * i, common, common_2, common_3, common_4, out_0 + 8 * i,
+        NAME(equations_of_motions_result)(a + 8 * i, b + 8 * i, common, common_2, common_3, common_4, out_0 + 8 * i,
     out_1 + 8 * i);
-        NAME(equations_of_motions_7)(sum_2, out_0 + 8 * i, common_5, &sum_2);
+        NAME(equations_of_motions_sum_2)(sum_2, out_0 + 8 * i, common_5, &sum_2);
     }
-    NAME(equations_of_motions_8)(half_turn, sum, sum_2, &common_6);
-    NAME(equations_of_motions_10)(sum_3);
-    NAME(equations_of_motions_12)(sum_4);
-    NAME(equations_of_motions_14)(&sum_5);
+    NAME(equations_of_motions_common_3)(half_turn, sum, sum_2, &common_6);
+    NAME(equations_of_motions_sum_start)(sum_3);
+    NAME(equations_of_motions_sum_start_2)(sum_4);
+    NAME(first_not_unit_found_start)(&sum_5);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(equations_of_motions_9)(out_0 + 8 * i, common_6, out_2 + i);
-        NAME(equations_of_motions_11)(sum_3, out_0 + 8 * i, out_1 + 8 * i, out_2[i], sum_3);
-        NAME(equations_of_motions_13)(sum_4, out_0 + 8 * i, sum_4);
-        NAME(equations_of_motions_15)(sum_5, out_2[i], &sum_5);
+        NAME(equations_of_motions_result_2)(out_0 + 8 * i, common_6, out_2 + i);
+        NAME(equations_of_motions_sum_3)(sum_3, out_0 + 8 * i, out_1 + 8 * i, out_2[i], sum_3);
+        NAME(equations_of_motions_sum_4)(sum_4, out_0 + 8 * i, sum_4);
+        NAME(equations_of_motions_sum_5)(sum_5, out_2[i], &sum_5);
     }
-    NAME(equations_of_motions_16)(same_axis, sum, sum_3, sum_4, sum_5, out_3, out_4, out_5, out_6, out_7, out_8);
+    NAME(equations_of_motions_result_3)(same_axis, sum, sum_3, sum_4, sum_5, out_3, out_4, out_5, out_6, out_7,
+    out_8);
 }
 
 static INLINE WORD NAME(equations_of_motions_lanes)(intptr_t n, const REAL *a, const REAL *b, const REAL *half_turn,
@@ -2998,30 +2948,30 @@ static INLINE WORD NAME(equations_of_motions_lanes)(intptr_t n, const REAL *a, c
 {
     _Alignas(64) REAL sum[3 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
     sum_2[NLANES], common_5[NLANES], common_6[NLANES], sum_3[64 * NLANES], sum_4[6 * NLANES], sum_5[NLANES];
-    NAME(equations_of_motions_1_lanes)(sum);
+    NAME(screws_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(equations_of_motions_2_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, sum);
-    NAME(equations_of_motions_3_lanes)(sum, common, common_2, common_3, common_4);
-    NAME(equations_of_motions_5_lanes)(sum_2);
-    NAME(equations_of_motions_6_lanes)(half_turn, common_5);
+        NAME(equations_of_motions_sum_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, sum);
+    NAME(equations_of_motions_common_lanes)(sum, common, common_2, common_3, common_4);
+    NAME(first_not_unit_found_start_lanes)(sum_2);
+    NAME(equations_of_motions_common_2_lanes)(half_turn, common_5);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(equations_of_motions_4_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, common, common_2, common_3,
+        NAME(equations_of_motions_result_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, common, common_2, common_3,
     common_4, out_0 + 8 * NLANES * i, out_1 + 8 * NLANES * i);
-        NAME(equations_of_motions_7_lanes)(sum_2, out_0 + 8 * NLANES * i, common_5, sum_2);
+        NAME(equations_of_motions_sum_2_lanes)(sum_2, out_0 + 8 * NLANES * i, common_5, sum_2);
     }
-    NAME(equations_of_motions_8_lanes)(half_turn, sum, sum_2, common_6);
-    NAME(equations_of_motions_10_lanes)(sum_3);
-    NAME(equations_of_motions_12_lanes)(sum_4);
-    NAME(equations_of_motions_14_lanes)(sum_5);
+    NAME(equations_of_motions_common_3_lanes)(half_turn, sum, sum_2, common_6);
+    NAME(equations_of_motions_sum_start_lanes)(sum_3);
+    NAME(equations_of_motions_sum_start_2_lanes)(sum_4);
+    NAME(first_not_unit_found_start_lanes)(sum_5);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(equations_of_motions_9_lanes)(out_0 + 8 * NLANES * i, common_6, out_2 + NLANES * i);
-        NAME(equations_of_motions_11_lanes)(sum_3, out_0 + 8 * NLANES * i, out_1 + 8 * NLANES * i,
+        NAME(equations_of_motions_result_2_lanes)(out_0 + 8 * NLANES * i, common_6, out_2 + NLANES * i);
+        NAME(equations_of_motions_sum_3_lanes)(sum_3, out_0 + 8 * NLANES * i, out_1 + 8 * NLANES * i,
     out_2 + NLANES * i, sum_3);
-        NAME(equations_of_motions_13_lanes)(sum_4, out_0 + 8 * NLANES * i, sum_4);
-        NAME(equations_of_motions_15_lanes)(sum_5, out_2 + NLANES * i, sum_5);
+        NAME(equations_of_motions_sum_4_lanes)(sum_4, out_0 + 8 * NLANES * i, sum_4);
+        NAME(equations_of_motions_sum_5_lanes)(sum_5, out_2 + NLANES * i, sum_5);
     }
-    NAME(equations_of_motions_16_lanes)(same_axis, sum, sum_3, sum_4, sum_5, out_3, out_4, out_5, out_6, out_7,
-    out_8);
+    NAME(equations_of_motions_result_3_lanes)(same_axis, sum, sum_3, sum_4, sum_5, out_3, out_4, out_5, out_6,
+    out_7, out_8);
     return 0;
 }
 
@@ -3031,24 +2981,15 @@ GAC_PROCEDURE(equations_of_motions, LANES)
     AND IN(1, b, 8, 8, n) AND IN(2, x, 8, 8, 1) AND OUT(3, out, 2, 2, 1)
 #define WORK_misfit_of_motions(WORK)
 
-static INLINE void NAME(misfit_of_motions_3)(REAL *sum_0, REAL *sum_1)
+static INLINE void NAME(misfit_of_motions_sum_start)(REAL *sum_0, REAL *sum_1)
 {
     sum_0[0] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_misfit_of_motions_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(misfit_of_motions_3, PLAIN)
+#define PARTS_misfit_of_motions_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(misfit_of_motions_sum_start, PLAIN)
 
-static INLINE void NAME(misfit_of_motions_5)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-    sum[1] = (REAL)0;
-    sum[2] = (REAL)0;
-}
-#define PARTS_misfit_of_motions_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(misfit_of_motions_5, PLAIN)
-
-static INLINE void NAME(misfit_of_motions_1)(const REAL *x, const REAL *m, const REAL *n, REAL *mapped)
+static INLINE void NAME(misfit_of_motions_mapped)(const REAL *x, const REAL *m, const REAL *n, REAL *mapped)
 {
     const REAL x_1 = x[0], x_e12 = x[1], x_e13 = x[2], x_e23 = x[3], x_e01 = x[4], x_e02 = x[5], x_e03 = x[6],
         x_e0123 = x[7];
@@ -3090,10 +3031,10 @@ static INLINE void NAME(misfit_of_motions_1)(const REAL *x, const REAL *m, const
     mapped[4] = t25 - n_e12 * t24 - n_e01 * t3;
     mapped[5] = t26 - n_e02 * t4 - n_e0123 * t3;
 }
-#define PARTS_misfit_of_motions_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 6)
-GAC_IN_LANES(misfit_of_motions_1, PLAIN)
+#define PARTS_misfit_of_motions_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 6)
+GAC_IN_LANES(misfit_of_motions_mapped, PLAIN)
 
-static INLINE void NAME(misfit_of_motions_2)(const REAL *n, const REAL *line, REAL *mapped_2)
+static INLINE void NAME(misfit_of_motions_mapped_2)(const REAL *n, const REAL *line, REAL *mapped_2)
 {
     const REAL n_1 = n[0], n_e12 = n[1], n_e13 = n[2], n_e23 = n[3], n_e01 = n[4], n_e02 = n[5], n_e03 = n[6],
         n_e0123 = n[7];
@@ -3115,22 +3056,22 @@ static INLINE void NAME(misfit_of_motions_2)(const REAL *n, const REAL *line, RE
     mapped_2[4] = line_e02 - (REAL)2 * t7;
     mapped_2[5] = line_e03 - (REAL)2 * t8;
 }
-#define PARTS_misfit_of_motions_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(misfit_of_motions_2, PLAIN)
+#define PARTS_misfit_of_motions_mapped_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND OUT(2, 6)
+GAC_IN_LANES(misfit_of_motions_mapped_2, PLAIN)
 
-static INLINE void NAME(misfit_of_motions_4)(REAL sum_0, REAL sum_1, const REAL *p, const REAL *q, REAL *sum_0_out,
-    REAL *sum_1_out)
+static INLINE void NAME(misfit_of_motions_sum)(REAL sum_0, REAL sum_1, const REAL *p, const REAL *q, REAL
+    *sum_0_out, REAL *sum_1_out)
 {
     const REAL p_e01 = p[3], p_e02 = p[4], p_e03 = p[5];
     const REAL q_e01 = q[3], q_e02 = q[4], q_e03 = q[5];
     sum_0_out[0] = sum_0 + (p_e01 * p_e01 + p_e02 * p_e02 + p_e03 * p_e03);
     sum_1_out[0] = sum_1 + (q_e01 * q_e01 + q_e02 * q_e02 + q_e03 * q_e03);
 }
-#define PARTS_misfit_of_motions_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
+#define PARTS_misfit_of_motions_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
     AND IN(3, 6) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(misfit_of_motions_4, PLAIN)
+GAC_IN_LANES(misfit_of_motions_sum, PLAIN)
 
-static INLINE void NAME(misfit_of_motions_6)(const REAL *sum, const REAL *row, const REAL *row_2, REAL *sum_out)
+static INLINE void NAME(misfit_of_motions_sum_2)(const REAL *sum, const REAL *row, const REAL *row_2, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL row_e12 = row[0], row_e13 = row[1], row_e23 = row[2];
@@ -3139,10 +3080,10 @@ static INLINE void NAME(misfit_of_motions_6)(const REAL *sum, const REAL *row, c
     sum_out[1] = sum_1 + (row_e12 * row_e12 + row_e13 * row_e13 + row_e23 * row_e23);
     sum_out[2] = sum_2 + (row_2_e12 * row_2_e12 + row_2_e13 * row_2_e13 + row_2_e23 * row_2_e23);
 }
-#define PARTS_misfit_of_motions_6(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 3)
-GAC_IN_LANES(misfit_of_motions_6, PLAIN)
+#define PARTS_misfit_of_motions_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 3)
+GAC_IN_LANES(misfit_of_motions_sum_2, PLAIN)
 
-static INLINE void NAME(misfit_of_motions_7)(REAL sum_0, REAL sum_1, const REAL *sum_2, REAL *out)
+static INLINE void NAME(misfit_of_motions_result)(REAL sum_0, REAL sum_1, const REAL *sum_2, REAL *out)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2];
     const REAL t0 = LESS(sum_1, sum_0);
@@ -3150,9 +3091,9 @@ static INLINE void NAME(misfit_of_motions_7)(REAL sum_0, REAL sum_1, const REAL 
     out[0] = SQRT(t1 * SELECT(t0, sum_2_2, sum_2_1)) * (REAL)2;
     out[1] = (REAL)2 * SQRT(t1 * SELECT(t0, sum_1, sum_0));
 }
-#define PARTS_misfit_of_motions_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 3) \
+#define PARTS_misfit_of_motions_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 3) \
     AND OUT(3, 2)
-GAC_IN_LANES(misfit_of_motions_7, PLAIN)
+GAC_IN_LANES(misfit_of_motions_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_misfit_of_motions_work(intptr_t n)
@@ -3166,29 +3107,29 @@ void NAME(misfit_of_motions)(intptr_t n, const REAL *a, const REAL *b, const REA
 {
     (void)work;
     REAL mapped[6], mapped_2[6], sum_0, sum_1, sum[3];
-    NAME(misfit_of_motions_3)(&sum_0, &sum_1);
-    NAME(misfit_of_motions_5)(sum);
+    NAME(misfit_of_motions_sum_start)(&sum_0, &sum_1);
+    NAME(screws_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(misfit_of_motions_1)(x, a + 8 * i, b + 8 * i, mapped);
-        NAME(misfit_of_motions_2)(b + 8 * i, mapped, mapped_2);
-        NAME(misfit_of_motions_4)(sum_0, sum_1, mapped, mapped_2, &sum_0, &sum_1);
-        NAME(misfit_of_motions_6)(sum, mapped, mapped_2, sum);
+        NAME(misfit_of_motions_mapped)(x, a + 8 * i, b + 8 * i, mapped);
+        NAME(misfit_of_motions_mapped_2)(b + 8 * i, mapped, mapped_2);
+        NAME(misfit_of_motions_sum)(sum_0, sum_1, mapped, mapped_2, &sum_0, &sum_1);
+        NAME(misfit_of_motions_sum_2)(sum, mapped, mapped_2, sum);
     }
-    NAME(misfit_of_motions_7)(sum_0, sum_1, sum, out);
+    NAME(misfit_of_motions_result)(sum_0, sum_1, sum, out);
 }
 
 static INLINE WORD NAME(misfit_of_motions_lanes)(intptr_t n, const REAL *a, const REAL *b, const REAL *x, REAL *out)
 {
     _Alignas(64) REAL mapped[6 * NLANES], mapped_2[6 * NLANES], sum_0[NLANES], sum_1[NLANES], sum[3 * NLANES];
-    NAME(misfit_of_motions_3_lanes)(sum_0, sum_1);
-    NAME(misfit_of_motions_5_lanes)(sum);
+    NAME(misfit_of_motions_sum_start_lanes)(sum_0, sum_1);
+    NAME(screws_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(misfit_of_motions_1_lanes)(x, a + 8 * NLANES * i, b + 8 * NLANES * i, mapped);
-        NAME(misfit_of_motions_2_lanes)(b + 8 * NLANES * i, mapped, mapped_2);
-        NAME(misfit_of_motions_4_lanes)(sum_0, sum_1, mapped, mapped_2, sum_0, sum_1);
-        NAME(misfit_of_motions_6_lanes)(sum, mapped, mapped_2, sum);
+        NAME(misfit_of_motions_mapped_lanes)(x, a + 8 * NLANES * i, b + 8 * NLANES * i, mapped);
+        NAME(misfit_of_motions_mapped_2_lanes)(b + 8 * NLANES * i, mapped, mapped_2);
+        NAME(misfit_of_motions_sum_lanes)(sum_0, sum_1, mapped, mapped_2, sum_0, sum_1);
+        NAME(misfit_of_motions_sum_2_lanes)(sum, mapped, mapped_2, sum);
     }
-    NAME(misfit_of_motions_7_lanes)(sum_0, sum_1, sum, out);
+    NAME(misfit_of_motions_result_lanes)(sum_0, sum_1, sum, out);
     return 0;
 }
 
@@ -3202,14 +3143,7 @@ GAC_PROCEDURE(misfit_of_motions, LANES)
 #define WORK_fitted_to_motions(WORK) WORK(16, signed_, 8, 8, n) WORK(17, mapped_0, 8, 8, n) \
     WORK(18, mapped_1, 8, 8, n)
 
-static INLINE void NAME(fitted_to_motions_1)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-}
-#define PARTS_fitted_to_motions_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(fitted_to_motions_1, PLAIN)
-
-static INLINE void NAME(fitted_to_motions_3)(const REAL *first, const REAL *second, REAL *common)
+static INLINE void NAME(fitted_to_motions_common)(const REAL *first, const REAL *second, REAL *common)
 {
     const REAL first_1 = first[0], first_e12 = first[1], first_e13 = first[2], first_e23 = first[3],
         first_e01 = first[4], first_e02 = first[5], first_e03 = first[6], first_e0123 = first[7];
@@ -3250,25 +3184,10 @@ static INLINE void NAME(fitted_to_motions_3)(const REAL *first, const REAL *seco
     common[6] = -(t20 * (t18 * (t15 * t25 - t23)));
     common[7] = t20 * (t18 * (t21 + t14 * t25));
 }
-#define PARTS_fitted_to_motions_3(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8)
-GAC_IN_LANES(fitted_to_motions_3, PLAIN)
+#define PARTS_fitted_to_motions_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8)
+GAC_IN_LANES(fitted_to_motions_common, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_7)(REAL *sum_0, REAL *sum_1)
-{
-    sum_0[0] = (REAL)0;
-    sum_1[0] = (REAL)0;
-}
-#define PARTS_fitted_to_motions_7(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(fitted_to_motions_7, PLAIN)
-
-static INLINE void NAME(fitted_to_motions_2)(REAL sum, REAL *sum_out)
-{
-    sum_out[0] = sum + (REAL)1;
-}
-#define PARTS_fitted_to_motions_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(fitted_to_motions_2, PLAIN)
-
-static INLINE void NAME(fitted_to_motions_4)(const REAL *m, const REAL *n, REAL used, const REAL *common, REAL
+static INLINE void NAME(fitted_to_motions_signed_)(const REAL *m, const REAL *n, REAL used, const REAL *common, REAL
     *signed_)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3];
@@ -3294,110 +3213,18 @@ static INLINE void NAME(fitted_to_motions_4)(const REAL *m, const REAL *n, REAL 
     signed_[6] = n_e03 * t9;
     signed_[7] = n_e0123 * t9;
 }
-#define PARTS_fitted_to_motions_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) AND IN(3, 8) \
-    AND OUT(4, 8)
-GAC_IN_LANES(fitted_to_motions_4, PLAIN)
+#define PARTS_fitted_to_motions_signed_(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) \
+    AND IN(3, 8) AND OUT(4, 8)
+GAC_IN_LANES(fitted_to_motions_signed_, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_5)(const REAL *common, const REAL *m, const REAL *n, REAL *mapped)
-{
-    const REAL common_1 = common[0], common_e12 = common[1], common_e13 = common[2], common_e23 = common[3],
-        common_e01 = common[4], common_e02 = common[5], common_e03 = common[6], common_e0123 = common[7];
-    const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
-        m_e0123 = m[7];
-    const REAL n_1 = n[0], n_e12 = n[1], n_e13 = n[2], n_e23 = n[3], n_e01 = n[4], n_e02 = n[5], n_e03 = n[6],
-        n_e0123 = n[7];
-    const REAL t0 = common_e13 * m_e23 - common_e23 * m_e13;
-    const REAL t1 = common_e12 * m_e13 - common_e13 * m_e12;
-    const REAL t2 = common_e12 * m_e23 - common_e23 * m_e12;
-    const REAL t3 = m_e12 + (common_1 * t0 + common_e13 * t1 + common_e23 * t2) * (REAL)2;
-    const REAL t4 = m_e23 + (REAL)2 * (common_1 * t1 - common_e12 * t2 - common_e13 * t0);
-    const REAL t5 = m_e13 + (REAL)2 * (common_e23 * t0 - common_1 * t2 - common_e12 * t1);
-    const REAL t6 = common_e12 * m_e02 + common_e13 * m_e03;
-    const REAL t7 = common_e13 * m_e01 + common_e23 * m_e02;
-    const REAL t8 = common_e13 * common_e01 - common_e23 * common_e02;
-    const REAL t9 = common_1 * common_e03;
-    const REAL t10 = common_e12 * t6 + common_e23 * t7 + common_e0123 * t2 + m_e23 * (t8 - t9);
-    const REAL t11 = common_e12 * m_e01 - common_e23 * m_e03;
-    const REAL t12 = common_e12 * common_e02 - common_e13 * common_e03;
-    const REAL t13 = common_1 * common_e01;
-    const REAL t14 = common_e12 * common_e03;
-    const REAL t15 = common_e23 * common_e01;
-    const REAL t16 = (REAL)2 * (t10 - common_1 * t11 - m_e12 * (t12 - t13)) - m_e13 * (t14 + t15) * (REAL)4;
-    const REAL t17 = t16 - m_e02;
-    const REAL t18 = common_e13 * t6 + common_e0123 * t0 + m_e13 * (t12 + t13) - common_1 * t7;
-    const REAL t19 = common_e12 * common_e01 + common_e23 * common_e03;
-    const REAL t20 = common_1 * common_e02;
-    const REAL t21 = (REAL)2 * (t18 - common_e23 * t11 - m_e23 * (t19 - t20));
-    const REAL t22 = common_e13 * common_e02;
-    const REAL t23 = t21 - (REAL)4 * (m_e12 * (t22 - t15)) - m_e03;
-    const REAL t24 = m_e0123 * n_e23 + n_e12 * t17 + n_e13 * t23 + n_e02 * t3 + n_e03 * t5 - m_1 * n_e01;
-    const REAL t25 = common_1 * t6 + common_e12 * t11 + common_e13 * t7 + common_e0123 * t1;
-    const REAL t26 = (REAL)2 * (t25 - m_e12 * (t19 + t20) - m_e13 * (t8 + t9));
-    const REAL t27 = t26 + (REAL)4 * (m_e23 * (t14 - t22)) - m_e01;
-    const REAL t28 = n_e23 * t23 + n_e03 * t4 + n_e0123 * t5 - m_1 * n_e02 - m_e0123 * n_e13 - n_1 * t17;
-    const REAL t29 = m_e0123 * n_e12 - m_1 * n_e03 - n_1 * t23 - n_e13 * t27 - n_e23 * t17 - n_e01 * t5;
-    mapped[0] = n_1 * t3 + n_e13 * t4 - m_1 * n_e12 - n_e23 * t5;
-    mapped[1] = n_1 * t5 + n_e23 * t3 - m_1 * n_e13 - n_e12 * t4;
-    mapped[2] = n_1 * t4 + n_e12 * t5 - m_1 * n_e23 - n_e13 * t3;
-    mapped[3] = t24 - n_1 * t27 - n_e0123 * t4;
-    mapped[4] = t28 - n_e12 * t27 - n_e01 * t3;
-    mapped[5] = t29 - n_e02 * t4 - n_e0123 * t3;
-}
-#define PARTS_fitted_to_motions_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 6)
-GAC_IN_LANES(fitted_to_motions_5, PLAIN)
-
-static INLINE void NAME(fitted_to_motions_6)(const REAL *n, const REAL *line, REAL *mapped_2)
-{
-    const REAL n_1 = n[0], n_e12 = n[1], n_e13 = n[2], n_e23 = n[3], n_e01 = n[4], n_e02 = n[5], n_e03 = n[6],
-        n_e0123 = n[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = n_e23 * line_e13 - n_e13 * line_e23;
-    const REAL t1 = n_e12 * line_e23 - n_e23 * line_e12;
-    const REAL t2 = n_e13 * line_e12 - n_e12 * line_e13;
-    const REAL t3 = n_e02 * line_e12 - (n_e12 * line_e02 + n_e13 * line_e03) + n_e03 * line_e13;
-    const REAL t4 = n_e12 * line_e01 - n_e23 * line_e03 - n_e01 * line_e12 + n_e03 * line_e23;
-    const REAL t5 = n_e13 * line_e01 + n_e23 * line_e02 - n_e01 * line_e13 - n_e02 * line_e23;
-    const REAL t6 = n_e02 * t0 + n_e03 * t1 + n_e0123 * t2 + n_1 * t3 + n_e12 * t4 + n_e13 * t5;
-    const REAL t7 = n_e03 * t2 - (n_e01 * t0 + n_e0123 * t1) - n_e12 * t3 + n_1 * t4 + n_e23 * t5;
-    const REAL t8 = n_e0123 * t0 - n_e01 * t1 - n_e02 * t2 - n_e13 * t3 - n_e23 * t4 + n_1 * t5;
-    mapped_2[0] = line_e12 + (REAL)2 * (n_1 * t0 + n_e23 * t1 - n_e13 * t2);
-    mapped_2[1] = line_e13 + (REAL)2 * (n_1 * t1 - n_e23 * t0 + n_e12 * t2);
-    mapped_2[2] = line_e23 + (REAL)2 * (n_e13 * t0 - n_e12 * t1 + n_1 * t2);
-    mapped_2[3] = line_e01 - (REAL)2 * t6;
-    mapped_2[4] = line_e02 - (REAL)2 * t7;
-    mapped_2[5] = line_e03 - (REAL)2 * t8;
-}
-#define PARTS_fitted_to_motions_6(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(fitted_to_motions_6, PLAIN)
-
-static INLINE void NAME(fitted_to_motions_8)(REAL sum_0, REAL sum_1, const REAL *p, const REAL *q, REAL *sum_0_out,
-    REAL *sum_1_out)
-{
-    const REAL p_e01 = p[3], p_e02 = p[4], p_e03 = p[5];
-    const REAL q_e01 = q[3], q_e02 = q[4], q_e03 = q[5];
-    sum_0_out[0] = sum_0 + (p_e01 * p_e01 + p_e02 * p_e02 + p_e03 * p_e03);
-    sum_1_out[0] = sum_1 + (q_e01 * q_e01 + q_e02 * q_e02 + q_e03 * q_e03);
-}
-#define PARTS_fitted_to_motions_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
-    AND IN(3, 6) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(fitted_to_motions_8, PLAIN)
-
-static INLINE void NAME(fitted_to_motions_9)(REAL sum_0, REAL sum_1, REAL *common_2)
+static INLINE void NAME(fitted_to_motions_common_2)(REAL sum_0, REAL sum_1, REAL *common_2)
 {
     common_2[0] = LESS(sum_1, sum_0);
 }
-#define PARTS_fitted_to_motions_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(fitted_to_motions_9, PLAIN)
+#define PARTS_fitted_to_motions_common_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(fitted_to_motions_common_2, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_21)(REAL *most_2)
-{
-    most_2[0] = (REAL)0;
-}
-#define PARTS_fitted_to_motions_21(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(fitted_to_motions_21, PLAIN)
-
-static INLINE void NAME(fitted_to_motions_10)(const REAL *m, const REAL *n, REAL common, REAL *mapped_0, REAL
+static INLINE void NAME(fitted_to_motions_mapped)(const REAL *m, const REAL *n, REAL common, REAL *mapped_0, REAL
     *mapped_1)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
@@ -3433,21 +3260,21 @@ static INLINE void NAME(fitted_to_motions_10)(const REAL *m, const REAL *n, REAL
     mapped_1[6] = SELECT(common, t11, n_e03);
     mapped_1[7] = n_e0123;
 }
-#define PARTS_fitted_to_motions_10(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) AND OUT(3, 8) \
-    AND OUT(4, 8)
-GAC_IN_LANES(fitted_to_motions_10, PLAIN)
+#define PARTS_fitted_to_motions_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) \
+    AND OUT(3, 8) AND OUT(4, 8)
+GAC_IN_LANES(fitted_to_motions_mapped, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_22)(REAL most, const REAL *m, REAL *most_2)
+static INLINE void NAME(fitted_to_motions_most)(REAL most, const REAL *m, REAL *most_2)
 {
     const REAL m_e12 = m[1], m_e13 = m[2], m_e23 = m[3];
     const REAL t0 = m_e12 * m_e12 + m_e13 * m_e13 + m_e23 * m_e23;
     most_2[0] = MAXIMUM(most, t0);
 }
-#define PARTS_fitted_to_motions_22(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND OUT(2, 1)
-GAC_IN_LANES(fitted_to_motions_22, PLAIN)
+#define PARTS_fitted_to_motions_most(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND OUT(2, 1)
+GAC_IN_LANES(fitted_to_motions_most, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_11)(const REAL *first, const REAL *second, REAL *motor, REAL *turn, REAL
-    *shift, REAL *steps, REAL *done, REAL *converged, REAL *steps_2)
+static INLINE void NAME(fitted_to_motions_motor)(const REAL *first, const REAL *second, REAL *motor, REAL *turn,
+    REAL *shift, REAL *steps, REAL *done, REAL *converged, REAL *steps_2)
 {
     const REAL first_1 = first[0], first_e12 = first[1], first_e13 = first[2], first_e23 = first[3],
         first_e01 = first[4], first_e02 = first[5], first_e03 = first[6], first_e0123 = first[7];
@@ -3494,11 +3321,11 @@ static INLINE void NAME(fitted_to_motions_11)(const REAL *first, const REAL *sec
     converged[0] = (REAL)0;
     steps_2[0] = (REAL)0;
 }
-#define PARTS_fitted_to_motions_11(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 1) \
+#define PARTS_fitted_to_motions_motor(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(fitted_to_motions_11, PLAIN)
+GAC_IN_LANES(fitted_to_motions_motor, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_12)(const REAL *axes, REAL rounding, REAL open_angle, REAL sum, REAL
+static INLINE void NAME(fitted_to_motions_common_3)(const REAL *axes, REAL rounding, REAL open_angle, REAL sum, REAL
     *common_9, REAL *common_10, REAL *common_11, REAL *common_12)
 {
     const REAL axes_0 = axes[0], axes_1 = axes[1];
@@ -3509,12 +3336,12 @@ static INLINE void NAME(fitted_to_motions_12)(const REAL *axes, REAL rounding, R
     common_11[0] = LESS((REAL)2, sum);
     common_12[0] = rounding * sum;
 }
-#define PARTS_fitted_to_motions_12(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_fitted_to_motions_common_3(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(fitted_to_motions_12, PLAIN)
+GAC_IN_LANES(fitted_to_motions_common_3, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_13)(const REAL *motor, REAL *common_3, REAL *common_4, REAL *common_5,
-    REAL *common_6, REAL *common_7, REAL *common_8)
+static INLINE void NAME(fitted_to_motions_common_4)(const REAL *motor, REAL *common_3, REAL *common_4, REAL
+    *common_5, REAL *common_6, REAL *common_7, REAL *common_8)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
         motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
@@ -3562,11 +3389,11 @@ static INLINE void NAME(fitted_to_motions_13)(const REAL *motor, REAL *common_3,
     common_8[2] = t6;
     common_8[3] = t0;
 }
-#define PARTS_fitted_to_motions_13(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8) AND OUT(2, 8) AND OUT(3, 8) \
-    AND OUT(4, 4) AND OUT(5, 4) AND OUT(6, 4)
-GAC_IN_LANES(fitted_to_motions_13, PLAIN)
+#define PARTS_fitted_to_motions_common_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8) AND OUT(2, 8) \
+    AND OUT(3, 8) AND OUT(4, 4) AND OUT(5, 4) AND OUT(6, 4)
+GAC_IN_LANES(fitted_to_motions_common_4, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_15)(REAL *sum_2)
+static INLINE void NAME(fitted_to_motions_sum_start)(REAL *sum_2)
 {
     sum_2[0] = (REAL)0;
     sum_2[1] = (REAL)0;
@@ -3597,46 +3424,12 @@ static INLINE void NAME(fitted_to_motions_15)(REAL *sum_2)
     sum_2[26] = (REAL)0;
     sum_2[27] = (REAL)0;
 }
-#define PARTS_fitted_to_motions_15(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
-GAC_IN_LANES(fitted_to_motions_15, PLAIN)
+#define PARTS_fitted_to_motions_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
+GAC_IN_LANES(fitted_to_motions_sum_start, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_17)(REAL *sum_3)
-{
-    sum_3[0] = (REAL)0;
-    sum_3[1] = (REAL)0;
-    sum_3[2] = (REAL)0;
-    sum_3[3] = (REAL)0;
-    sum_3[4] = (REAL)0;
-    sum_3[5] = (REAL)0;
-    sum_3[6] = (REAL)0;
-    sum_3[7] = (REAL)0;
-    sum_3[8] = (REAL)0;
-    sum_3[9] = (REAL)0;
-    sum_3[10] = (REAL)0;
-    sum_3[11] = (REAL)0;
-    sum_3[12] = (REAL)0;
-    sum_3[13] = (REAL)0;
-    sum_3[14] = (REAL)0;
-    sum_3[15] = (REAL)0;
-    sum_3[16] = (REAL)0;
-    sum_3[17] = (REAL)0;
-    sum_3[18] = (REAL)0;
-    sum_3[19] = (REAL)0;
-    sum_3[20] = (REAL)0;
-    sum_3[21] = (REAL)0;
-    sum_3[22] = (REAL)0;
-    sum_3[23] = (REAL)0;
-    sum_3[24] = (REAL)0;
-    sum_3[25] = (REAL)0;
-    sum_3[26] = (REAL)0;
-    sum_3[27] = (REAL)0;
-}
-#define PARTS_fitted_to_motions_17(IN, SAME, NUMBER, OUT, AND) OUT(0, 28)
-GAC_IN_LANES(fitted_to_motions_17, PLAIN)
-
-static INLINE void NAME(fitted_to_motions_14)(const REAL *motor, const REAL *m, const REAL *n, const REAL *common,
-    const REAL *common_2, const REAL *common_3, const REAL *common_4, const REAL *common_5, const REAL *common_6,
-    REAL *mapped_3)
+static INLINE void NAME(fitted_to_motions_mapped_2)(const REAL *motor, const REAL *m, const REAL *n, const REAL
+    *common, const REAL *common_2, const REAL *common_3, const REAL *common_4, const REAL *common_5, const REAL
+    *common_6, REAL *mapped_3)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
         motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
@@ -3903,11 +3696,11 @@ static INLINE void NAME(fitted_to_motions_14)(const REAL *motor, const REAL *m, 
     mapped_3[40] = n_1 * t181 + n_e12 * t184 + n_e13 * t177 + n_e23 * t179;
     mapped_3[41] = -(t201 + n_e03 * t41 + n_e0123 * t40);
 }
-#define PARTS_fitted_to_motions_14(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND IN(3, 8) \
+#define PARTS_fitted_to_motions_mapped_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND IN(3, 8) \
     AND IN(4, 8) AND IN(5, 8) AND IN(6, 4) AND IN(7, 4) AND IN(8, 4) AND OUT(9, 42)
-GAC_IN_LANES(fitted_to_motions_14, PLAIN)
+GAC_IN_LANES(fitted_to_motions_mapped_2, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_16)(const REAL *sum_2, const REAL *mapped_3, REAL *sum_2_out)
+static INLINE void NAME(fitted_to_motions_sum)(const REAL *sum_2, const REAL *mapped_3, REAL *sum_2_out)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2], sum_2_3 = sum_2[3], sum_2_4 = sum_2[4],
         sum_2_5 = sum_2[5], sum_2_6 = sum_2[6], sum_2_7 = sum_2[7], sum_2_8 = sum_2[8], sum_2_9 = sum_2[9],
@@ -3980,10 +3773,10 @@ static INLINE void NAME(fitted_to_motions_16)(const REAL *sum_2, const REAL *map
     sum_2_out[26] = sum_2_26 + (t26 + mapped_3_0_2_5 * mapped_3_0_2_6);
     sum_2_out[27] = sum_2_27 + (t27 + mapped_3_0_2_6 * mapped_3_0_2_6);
 }
-#define PARTS_fitted_to_motions_16(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 42) AND OUT(2, 28)
-GAC_IN_LANES(fitted_to_motions_16, PLAIN)
+#define PARTS_fitted_to_motions_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 42) AND OUT(2, 28)
+GAC_IN_LANES(fitted_to_motions_sum, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_18)(const REAL *sum_3, const REAL *mapped_3, REAL *sum_3_out)
+static INLINE void NAME(fitted_to_motions_sum_2)(const REAL *sum_3, const REAL *mapped_3, REAL *sum_3_out)
 {
     const REAL sum_3_0 = sum_3[0], sum_3_1 = sum_3[1], sum_3_2 = sum_3[2], sum_3_3 = sum_3[3], sum_3_4 = sum_3[4],
         sum_3_5 = sum_3[5], sum_3_6 = sum_3[6], sum_3_7 = sum_3[7], sum_3_8 = sum_3[8], sum_3_9 = sum_3[9],
@@ -4056,13 +3849,13 @@ static INLINE void NAME(fitted_to_motions_18)(const REAL *sum_3, const REAL *map
     sum_3_out[26] = sum_3_26 + (t26 + mapped_3_1_2_5 * mapped_3_1_2_6);
     sum_3_out[27] = sum_3_27 + (t27 + mapped_3_1_2_6 * mapped_3_1_2_6);
 }
-#define PARTS_fitted_to_motions_18(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 42) AND OUT(2, 28)
-GAC_IN_LANES(fitted_to_motions_18, PLAIN)
+#define PARTS_fitted_to_motions_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 28) AND IN(1, 42) AND OUT(2, 28)
+GAC_IN_LANES(fitted_to_motions_sum_2, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_19)(REAL most, REAL least_change, const REAL *motor, REAL parallel, REAL
-    steps, const REAL *sum_2, const REAL *sum_3, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL
-    *next_motor, REAL *next_turn, REAL *next_shift, REAL *next_parallel, REAL *next_steps, REAL *next_done, WORD
-    *far)
+static INLINE void NAME(fitted_to_motions_next_motor)(REAL most, REAL least_change, const REAL *motor, REAL
+    parallel, REAL steps, const REAL *sum_2, const REAL *sum_3, REAL common, REAL common_2, REAL common_3, REAL
+    common_4, REAL *next_motor, REAL *next_turn, REAL *next_shift, REAL *next_parallel, REAL *next_steps, REAL
+    *next_done, WORD *far)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
         motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
@@ -4200,20 +3993,20 @@ static INLINE void NAME(fitted_to_motions_19)(REAL most, REAL least_change, cons
     next_steps[0] = steps + (REAL)1;
     next_done[0] = MAXIMUM(t71, t105);
 }
-#define PARTS_fitted_to_motions_19(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 8) \
+#define PARTS_fitted_to_motions_next_motor(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 8) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND IN(5, 28) AND IN(6, 28) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
     AND NUMBER(10, 0) AND OUT(11, 8) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(fitted_to_motions_19, TURNS)
+GAC_IN_LANES(fitted_to_motions_next_motor, TURNS)
 
-static INLINE void NAME(fitted_to_motions_20)(REAL next_done, REAL *converged)
+static INLINE void NAME(fitted_to_motions_converged)(REAL next_done, REAL *converged)
 {
     converged[0] = LESS((REAL)0, next_done);
 }
-#define PARTS_fitted_to_motions_20(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(fitted_to_motions_20, PLAIN)
+#define PARTS_fitted_to_motions_converged(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(fitted_to_motions_converged, PLAIN)
 
-static INLINE void NAME(fitted_to_motions_23)(REAL unit, REAL sum, const REAL *motor, REAL turn, REAL shift, REAL
-    most, REAL *out_0, REAL *out_1, REAL *out_3)
+static INLINE void NAME(fitted_to_motions_result)(REAL unit, REAL sum, const REAL *motor, REAL turn, REAL shift,
+    REAL most, REAL *out_0, REAL *out_1, REAL *out_3)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
         motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
@@ -4232,9 +4025,9 @@ static INLINE void NAME(fitted_to_motions_23)(REAL unit, REAL sum, const REAL *m
     out_1[1] = (REAL)2 * (unit * SQRT(shift * t2));
     out_3[0] = SQRT(most);
 }
-#define PARTS_fitted_to_motions_23(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 8) \
+#define PARTS_fitted_to_motions_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 8) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 2) AND OUT(8, 1)
-GAC_IN_LANES(fitted_to_motions_23, PLAIN)
+GAC_IN_LANES(fitted_to_motions_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_fitted_to_motions_work(intptr_t n)
@@ -4252,38 +4045,40 @@ static INLINE void NAME(fitted_to_motions_within)(intptr_t n, const REAL *a, con
     done, converged, steps_2, next_motor[8], next_turn, next_shift, next_parallel, next_steps, next_done,
     mapped_3[2 * 3 * 7], common_3[8], common_4[8], common_5[8], common_6[4], common_7[4], common_8[4], sum_2[28],
     sum_3[28], common_9, common_10, common_11, common_12, most_2;
-    NAME(fitted_to_motions_1)(&sum);
-    NAME(fitted_to_motions_3)(first, second, common);
-    NAME(fitted_to_motions_7)(&sum_0, &sum_1);
+    NAME(first_not_unit_found_start)(&sum);
+    NAME(fitted_to_motions_common)(first, second, common);
+    NAME(misfit_of_motions_sum_start)(&sum_0, &sum_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(fitted_to_motions_2)(sum, &sum);
-        NAME(fitted_to_motions_4)(a + 8 * i, b + 8 * i, clear[i], common, signed_ + 8 * i);
-        NAME(fitted_to_motions_5)(common, a + 8 * i, signed_ + 8 * i, mapped);
-        NAME(fitted_to_motions_6)(signed_ + 8 * i, mapped, mapped_2);
-        NAME(fitted_to_motions_8)(sum_0, sum_1, mapped, mapped_2, &sum_0, &sum_1);
+        NAME(first_not_unit_sum)(sum, &sum);
+        NAME(fitted_to_motions_signed_)(a + 8 * i, b + 8 * i, clear[i], common, signed_ + 8 * i);
+        NAME(misfit_of_motions_mapped)(common, a + 8 * i, signed_ + 8 * i, mapped);
+        NAME(misfit_of_motions_mapped_2)(signed_ + 8 * i, mapped, mapped_2);
+        NAME(misfit_of_motions_sum)(sum_0, sum_1, mapped, mapped_2, &sum_0, &sum_1);
     }
-    NAME(fitted_to_motions_9)(sum_0, sum_1, &common_2);
-    NAME(fitted_to_motions_21)(&most_2);
+    NAME(fitted_to_motions_common_2)(sum_0, sum_1, &common_2);
+    NAME(first_not_unit_found_start)(&most_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(fitted_to_motions_10)(a + 8 * i, signed_ + 8 * i, common_2, mapped_0 + 8 * i, mapped_1 + 8 * i);
-        NAME(fitted_to_motions_22)(most_2, a + 8 * i, &most_2);
+        NAME(fitted_to_motions_mapped)(a + 8 * i, signed_ + 8 * i, common_2, mapped_0 + 8 * i, mapped_1 + 8 * i);
+        NAME(fitted_to_motions_most)(most_2, a + 8 * i, &most_2);
     }
-    NAME(fitted_to_motions_11)(first, second, motor, &turn, &shift, &steps, &done, &converged, &steps_2);
+    NAME(fitted_to_motions_motor)(first, second, motor, &turn, &shift, &steps, &done, &converged, &steps_2);
     COPY(1, &parallel, out_2);
-    NAME(fitted_to_motions_12)(axes, rounding, open_angle, sum, &common_9, &common_10, &common_11, &common_12);
+    NAME(fitted_to_motions_common_3)(axes, rounding, open_angle, sum, &common_9, &common_10, &common_11,
+    &common_12);
     for (int repeats = 0; repeats < 7; repeats++) {
-        NAME(fitted_to_motions_13)(motor, common_3, common_4, common_5, common_6, common_7, common_8);
-        NAME(fitted_to_motions_15)(sum_2);
-        NAME(fitted_to_motions_17)(sum_3);
+        NAME(fitted_to_motions_common_4)(motor, common_3, common_4, common_5, common_6, common_7, common_8);
+        NAME(fitted_to_motions_sum_start)(sum_2);
+        NAME(fitted_to_motions_sum_start)(sum_3);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(fitted_to_motions_14)(motor, mapped_0 + 8 * j, mapped_1 + 8 * j, common_3, common_4, common_5,
-    common_6, common_7, common_8, mapped_3);
-            NAME(fitted_to_motions_16)(sum_2, mapped_3, sum_2);
-            NAME(fitted_to_motions_18)(sum_3, mapped_3, sum_3);
+            NAME(fitted_to_motions_mapped_2)(motor, mapped_0 + 8 * j, mapped_1 + 8 * j, common_3, common_4,
+    common_5, common_6, common_7, common_8, mapped_3);
+            NAME(fitted_to_motions_sum)(sum_2, mapped_3, sum_2);
+            NAME(fitted_to_motions_sum_2)(sum_3, mapped_3, sum_3);
         }
-        NAME(fitted_to_motions_19)(most, least_change, motor, out_2[0], steps, sum_2, sum_3, common_9, common_10,
-    common_11, common_12, next_motor, &next_turn, &next_shift, &next_parallel, &next_steps, &next_done, NULL);
-        NAME(fitted_to_motions_20)(next_done, &converged);
+        NAME(fitted_to_motions_next_motor)(most, least_change, motor, out_2[0], steps, sum_2, sum_3, common_9,
+    common_10, common_11, common_12, next_motor, &next_turn, &next_shift, &next_parallel, &next_steps, &next_done,
+    NULL);
+        NAME(fitted_to_motions_converged)(next_done, &converged);
         COPY(8, next_motor, motor);
         COPY(1, &next_turn, &turn);
         COPY(1, &next_shift, &shift);
@@ -4294,7 +4089,7 @@ static INLINE void NAME(fitted_to_motions_within)(intptr_t n, const REAL *a, con
         if (converged != 0)
             break;
     }
-    NAME(fitted_to_motions_23)(unit, sum, motor, turn, shift, most_2, out_0, out_1, out_3);
+    NAME(fitted_to_motions_result)(unit, sum, motor, turn, shift, most_2, out_0, out_1, out_3);
 }
 
 FUSED(fitted_to_motions, (intptr_t n, const REAL *a, const REAL *b, const REAL *clear, const REAL *first,
@@ -4324,27 +4119,28 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
     common_12[NLANES], most_2[NLANES], gac_kept_0[NLANES], gac_kept_1[8 * NLANES], gac_kept_2[NLANES],
     gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES];
     WORD far = 0;
-    NAME(fitted_to_motions_1_lanes)(sum);
-    NAME(fitted_to_motions_3_lanes)(first, second, common);
-    NAME(fitted_to_motions_7_lanes)(sum_0, sum_1);
+    NAME(first_not_unit_found_start_lanes)(sum);
+    NAME(fitted_to_motions_common_lanes)(first, second, common);
+    NAME(misfit_of_motions_sum_start_lanes)(sum_0, sum_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(fitted_to_motions_2_lanes)(sum, sum);
-        NAME(fitted_to_motions_4_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, clear + NLANES * i, common,
+        NAME(first_not_unit_sum_lanes)(sum, sum);
+        NAME(fitted_to_motions_signed__lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, clear + NLANES * i, common,
     signed_ + 8 * NLANES * i);
-        NAME(fitted_to_motions_5_lanes)(common, a + 8 * NLANES * i, signed_ + 8 * NLANES * i, mapped);
-        NAME(fitted_to_motions_6_lanes)(signed_ + 8 * NLANES * i, mapped, mapped_2);
-        NAME(fitted_to_motions_8_lanes)(sum_0, sum_1, mapped, mapped_2, sum_0, sum_1);
+        NAME(misfit_of_motions_mapped_lanes)(common, a + 8 * NLANES * i, signed_ + 8 * NLANES * i, mapped);
+        NAME(misfit_of_motions_mapped_2_lanes)(signed_ + 8 * NLANES * i, mapped, mapped_2);
+        NAME(misfit_of_motions_sum_lanes)(sum_0, sum_1, mapped, mapped_2, sum_0, sum_1);
     }
-    NAME(fitted_to_motions_9_lanes)(sum_0, sum_1, common_2);
-    NAME(fitted_to_motions_21_lanes)(most_2);
+    NAME(fitted_to_motions_common_2_lanes)(sum_0, sum_1, common_2);
+    NAME(first_not_unit_found_start_lanes)(most_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(fitted_to_motions_10_lanes)(a + 8 * NLANES * i, signed_ + 8 * NLANES * i, common_2,
+        NAME(fitted_to_motions_mapped_lanes)(a + 8 * NLANES * i, signed_ + 8 * NLANES * i, common_2,
     mapped_0 + 8 * NLANES * i, mapped_1 + 8 * NLANES * i);
-        NAME(fitted_to_motions_22_lanes)(most_2, a + 8 * NLANES * i, most_2);
+        NAME(fitted_to_motions_most_lanes)(most_2, a + 8 * NLANES * i, most_2);
     }
-    NAME(fitted_to_motions_11_lanes)(first, second, motor, turn, shift, steps, done, converged, steps_2);
+    NAME(fitted_to_motions_motor_lanes)(first, second, motor, turn, shift, steps, done, converged, steps_2);
     COPY(NLANES, parallel, out_2);
-    NAME(fitted_to_motions_12_lanes)(axes, rounding, open_angle, sum, common_9, common_10, common_11, common_12);
+    NAME(fitted_to_motions_common_3_lanes)(axes, rounding, open_angle, sum, common_9, common_10, common_11,
+    common_12);
     ROUNDS(rounds, 7) {
         KEEP(rounds, NLANES, out_2, gac_kept_0);
         KEEP(rounds, 8 * NLANES, motor, gac_kept_1);
@@ -4353,18 +4149,19 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
         KEEP(rounds, NLANES, steps, gac_kept_4);
         KEEP(rounds, NLANES, done, gac_kept_5);
         KEEP(rounds, NLANES, converged, gac_kept_6);
-        NAME(fitted_to_motions_13_lanes)(motor, common_3, common_4, common_5, common_6, common_7, common_8);
-        NAME(fitted_to_motions_15_lanes)(sum_2);
-        NAME(fitted_to_motions_17_lanes)(sum_3);
+        NAME(fitted_to_motions_common_4_lanes)(motor, common_3, common_4, common_5, common_6, common_7, common_8);
+        NAME(fitted_to_motions_sum_start_lanes)(sum_2);
+        NAME(fitted_to_motions_sum_start_lanes)(sum_3);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(fitted_to_motions_14_lanes)(motor, mapped_0 + 8 * NLANES * j, mapped_1 + 8 * NLANES * j, common_3,
-    common_4, common_5, common_6, common_7, common_8, mapped_3);
-            NAME(fitted_to_motions_16_lanes)(sum_2, mapped_3, sum_2);
-            NAME(fitted_to_motions_18_lanes)(sum_3, mapped_3, sum_3);
+            NAME(fitted_to_motions_mapped_2_lanes)(motor, mapped_0 + 8 * NLANES * j, mapped_1 + 8 * NLANES * j,
+    common_3, common_4, common_5, common_6, common_7, common_8, mapped_3);
+            NAME(fitted_to_motions_sum_lanes)(sum_2, mapped_3, sum_2);
+            NAME(fitted_to_motions_sum_2_lanes)(sum_3, mapped_3, sum_3);
         }
-        far |= NAME(fitted_to_motions_19_lanes)(most, least_change, motor, out_2, steps, sum_2, sum_3, common_9,
-    common_10, common_11, common_12, next_motor, next_turn, next_shift, next_parallel, next_steps, next_done);
-        NAME(fitted_to_motions_20_lanes)(next_done, converged);
+        far |= NAME(fitted_to_motions_next_motor_lanes)(most, least_change, motor, out_2, steps, sum_2, sum_3,
+    common_9, common_10, common_11, common_12, next_motor, next_turn, next_shift, next_parallel, next_steps,
+    next_done);
+        NAME(fitted_to_motions_converged_lanes)(next_done, converged);
         COPY(8 * NLANES, next_motor, motor);
         COPY(NLANES, next_turn, turn);
         COPY(NLANES, next_shift, shift);
@@ -4382,7 +4179,7 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(fitted_to_motions_23_lanes)(unit, sum, motor, turn, shift, most_2, out_0, out_1, out_3);
+    NAME(fitted_to_motions_result_lanes)(unit, sum, motor, turn, shift, most_2, out_0, out_1, out_3);
     return far;
 }
 
@@ -4394,51 +4191,7 @@ GAC_PROCEDURE(fitted_to_motions, BUSY)
     AND OUT(8, out_5, scalar, 1, 1)
 #define WORK_start_of_poses(WORK) WORK(9, both_1, 8, 8, n) WORK(10, mapped, 8, 8, n)
 
-static INLINE void NAME(start_of_poses_1)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-    sum[1] = (REAL)0;
-    sum[2] = (REAL)0;
-}
-#define PARTS_start_of_poses_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(start_of_poses_1, PLAIN)
-
-static INLINE void NAME(start_of_poses_2)(const REAL *sum, const REAL *m, const REAL *n, REAL *sum_out)
-{
-    const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
-    const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
-        m_e0123 = m[7];
-    const REAL n_1 = n[0], n_e12 = n[1], n_e13 = n[2], n_e23 = n[3], n_e01 = n[4], n_e02 = n[5], n_e03 = n[6],
-        n_e0123 = n[7];
-    const REAL t0 = ABS(m_1) + ABS(m_e12) + ABS(m_e13) + ABS(m_e23) + ABS(m_e01) + ABS(m_e02) + ABS(m_e03);
-    const REAL t1 = t0 + ABS(m_e0123) + ABS(n_1) + ABS(n_e12) + ABS(n_e13) + ABS(n_e23) + ABS(n_e01);
-    const REAL t2 = m_e01 * m_e01 + m_e02 * m_e02 + m_e03 * m_e03 + m_e0123 * m_e0123 + n_e01 * n_e01;
-    sum_out[0] = sum_0 + (REAL)9.332636185032189e-302 * (t1 + ABS(n_e02) + ABS(n_e03) + ABS(n_e0123));
-    sum_out[1] = sum_1 + (t2 + n_e02 * n_e02 + n_e03 * n_e03 + n_e0123 * n_e0123);
-    sum_out[2] = sum_2 + (REAL)1;
-}
-#define PARTS_start_of_poses_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 3)
-GAC_IN_LANES(start_of_poses_2, PLAIN)
-
-static INLINE void NAME(start_of_poses_3)(const REAL *sum, REAL *common, REAL *common_2, REAL *common_3, REAL
-    *common_4)
-{
-    const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
-    const REAL t0 = LESS_EQUAL(sum_0, (REAL)1.152921504606847e+18);
-    const REAL t1 = t0 * LESS((REAL)0, sum_1);
-    const REAL t2 = sum_1 / (sum_2 * (REAL)4);
-    const REAL t3 = SQRT(SELECT(t1, t2, (REAL)1));
-    const REAL t4 = SELECT(t1, t3, (REAL)1);
-    common[0] = t0;
-    common_2[0] = (REAL)1 / t4;
-    common_3[0] = t4 * t4;
-    common_4[0] = t4;
-}
-#define PARTS_start_of_poses_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1)
-GAC_IN_LANES(start_of_poses_3, PLAIN)
-
-static INLINE void NAME(start_of_poses_5)(const REAL *x, const REAL *sum, REAL *common_5)
+static INLINE void NAME(start_of_poses_common)(const REAL *x, const REAL *sum, REAL *common_5)
 {
     const REAL x_1 = x[0], x_e12 = x[1], x_e13 = x[2], x_e23 = x[3], x_e01 = x[4], x_e02 = x[5], x_e03 = x[6],
         x_e0123 = x[7];
@@ -4461,10 +4214,10 @@ static INLINE void NAME(start_of_poses_5)(const REAL *x, const REAL *sum, REAL *
     common_5[6] = SELECT(t0, t7, (REAL)0);
     common_5[7] = SELECT(t0, t8, (REAL)0);
 }
-#define PARTS_start_of_poses_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND OUT(2, 8)
-GAC_IN_LANES(start_of_poses_5, PLAIN)
+#define PARTS_start_of_poses_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND OUT(2, 8)
+GAC_IN_LANES(start_of_poses_common, PLAIN)
 
-static INLINE void NAME(start_of_poses_7)(REAL *found)
+static INLINE void NAME(start_of_poses_found_start)(REAL *found)
 {
     found[0] = (REAL)0;
     found[1] = (REAL)0;
@@ -4475,52 +4228,10 @@ static INLINE void NAME(start_of_poses_7)(REAL *found)
     found[6] = (REAL)0;
     found[7] = (REAL)0;
 }
-#define PARTS_start_of_poses_7(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(start_of_poses_7, PLAIN)
+#define PARTS_start_of_poses_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
+GAC_IN_LANES(start_of_poses_found_start, PLAIN)
 
-static INLINE void NAME(start_of_poses_4)(const REAL *m, const REAL *n, REAL common, REAL common_2, REAL common_3,
-    REAL common_4, REAL *out_0, REAL *both_1)
-{
-    const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
-        m_e0123 = m[7];
-    const REAL n_1 = n[0], n_e12 = n[1], n_e13 = n[2], n_e23 = n[3], n_e01 = n[4], n_e02 = n[5], n_e03 = n[6],
-        n_e0123 = n[7];
-    const REAL t0 = m_e01 * common_2;
-    const REAL t1 = m_e02 * common_2;
-    const REAL t2 = m_e03 * common_2;
-    const REAL t3 = m_e0123 * common_2;
-    const REAL t4 = SELECT(LESS_EQUAL((REAL)0, m_1 * n_1 + m_e0123 * n_e0123 / common_3), (REAL)1, (REAL)-1);
-    const REAL t5 = n_1 * t4;
-    const REAL t6 = n_e12 * t4;
-    const REAL t7 = n_e13 * t4;
-    const REAL t8 = n_e23 * t4;
-    const REAL t9 = t4 / common_4;
-    const REAL t10 = n_e01 * t9;
-    const REAL t11 = n_e02 * t9;
-    const REAL t12 = n_e03 * t9;
-    const REAL t13 = n_e0123 * t9;
-    out_0[0] = SELECT(common, m_1, (REAL)1);
-    out_0[1] = SELECT(common, m_e12, (REAL)0);
-    out_0[2] = SELECT(common, m_e13, (REAL)0);
-    out_0[3] = SELECT(common, m_e23, (REAL)0);
-    out_0[4] = SELECT(common, t0, (REAL)0);
-    out_0[5] = SELECT(common, t1, (REAL)0);
-    out_0[6] = SELECT(common, t2, (REAL)0);
-    out_0[7] = SELECT(common, t3, (REAL)0);
-    both_1[0] = SELECT(common, t5, (REAL)1);
-    both_1[1] = SELECT(common, t6, (REAL)0);
-    both_1[2] = SELECT(common, t7, (REAL)0);
-    both_1[3] = SELECT(common, t8, (REAL)0);
-    both_1[4] = SELECT(common, t10, (REAL)0);
-    both_1[5] = SELECT(common, t11, (REAL)0);
-    both_1[6] = SELECT(common, t12, (REAL)0);
-    both_1[7] = SELECT(common, t13, (REAL)0);
-}
-#define PARTS_start_of_poses_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 8)
-GAC_IN_LANES(start_of_poses_4, PLAIN)
-
-static INLINE void NAME(start_of_poses_6)(const REAL *m, const REAL *n, const REAL *common, REAL *mapped)
+static INLINE void NAME(start_of_poses_mapped)(const REAL *m, const REAL *n, const REAL *common, REAL *mapped)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
         m_e0123 = m[7];
@@ -4553,10 +4264,10 @@ static INLINE void NAME(start_of_poses_6)(const REAL *m, const REAL *n, const RE
     mapped[6] = -(t14 + n_1 * t10 + n_e12 * t12);
     mapped[7] = -(t15 - n_e12 * t10 + n_1 * t12);
 }
-#define PARTS_start_of_poses_6(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 8)
-GAC_IN_LANES(start_of_poses_6, PLAIN)
+#define PARTS_start_of_poses_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND OUT(3, 8)
+GAC_IN_LANES(start_of_poses_mapped, PLAIN)
 
-static INLINE void NAME(start_of_poses_8)(const REAL *found, const REAL *world, REAL *found_out)
+static INLINE void NAME(start_of_poses_found)(const REAL *found, const REAL *world, REAL *found_out)
 {
     const REAL found_1 = found[0], found_e12 = found[1], found_e13 = found[2], found_e23 = found[3],
         found_e01 = found[4], found_e02 = found[5], found_e03 = found[6], found_e0123 = found[7];
@@ -4573,34 +4284,20 @@ static INLINE void NAME(start_of_poses_8)(const REAL *found, const REAL *world, 
     found_out[6] = SELECT(t1, found_e03, world_e03);
     found_out[7] = SELECT(t1, found_e0123, world_e0123);
 }
-#define PARTS_start_of_poses_8(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8)
-GAC_IN_LANES(start_of_poses_8, PLAIN)
+#define PARTS_start_of_poses_found(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8)
+GAC_IN_LANES(start_of_poses_found, PLAIN)
 
-static INLINE void NAME(start_of_poses_10)(REAL *sum_2)
-{
-    sum_2[0] = (REAL)0;
-    sum_2[1] = (REAL)0;
-    sum_2[2] = (REAL)0;
-    sum_2[3] = (REAL)0;
-    sum_2[4] = (REAL)0;
-    sum_2[5] = (REAL)0;
-    sum_2[6] = (REAL)0;
-    sum_2[7] = (REAL)0;
-}
-#define PARTS_start_of_poses_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(start_of_poses_10, PLAIN)
-
-static INLINE void NAME(start_of_poses_9)(const REAL *found, const REAL *world, REAL *mapped_2)
+static INLINE void NAME(start_of_poses_mapped_2)(const REAL *found, const REAL *world, REAL *mapped_2)
 {
     const REAL found_1 = found[0], found_e12 = found[1], found_e13 = found[2], found_e23 = found[3];
     const REAL world_1 = world[0], world_e12 = world[1], world_e13 = world[2], world_e23 = world[3];
     const REAL t0 = found_1 * world_1 + found_e12 * world_e12 + found_e13 * world_e13 + found_e23 * world_e23;
     mapped_2[0] = SELECT(LESS(t0, (REAL)0), (REAL)-1, (REAL)1);
 }
-#define PARTS_start_of_poses_9(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 1)
-GAC_IN_LANES(start_of_poses_9, PLAIN)
+#define PARTS_start_of_poses_mapped_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 1)
+GAC_IN_LANES(start_of_poses_mapped_2, PLAIN)
 
-static INLINE void NAME(start_of_poses_11)(const REAL *sum, const REAL *world, REAL sign, REAL *sum_2)
+static INLINE void NAME(start_of_poses_sum)(const REAL *sum, const REAL *world, REAL sign, REAL *sum_2)
 {
     const REAL sum_1 = sum[0], sum_e12 = sum[1], sum_e13 = sum[2], sum_e23 = sum[3], sum_e01 = sum[4],
         sum_e02 = sum[5], sum_e03 = sum[6], sum_e0123 = sum[7];
@@ -4615,10 +4312,10 @@ static INLINE void NAME(start_of_poses_11)(const REAL *sum, const REAL *world, R
     sum_2[6] = sum_e03 + world_e03 * sign;
     sum_2[7] = sum_e0123 + world_e0123 * sign;
 }
-#define PARTS_start_of_poses_11(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) AND OUT(3, 8)
-GAC_IN_LANES(start_of_poses_11, PLAIN)
+#define PARTS_start_of_poses_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) AND OUT(3, 8)
+GAC_IN_LANES(start_of_poses_sum, PLAIN)
 
-static INLINE void NAME(start_of_poses_12)(const REAL *n, REAL sign, REAL *out_1)
+static INLINE void NAME(start_of_poses_result)(const REAL *n, REAL sign, REAL *out_1)
 {
     const REAL n_1 = n[0], n_e12 = n[1], n_e13 = n[2], n_e23 = n[3], n_e01 = n[4], n_e02 = n[5], n_e03 = n[6],
         n_e0123 = n[7];
@@ -4631,11 +4328,11 @@ static INLINE void NAME(start_of_poses_12)(const REAL *n, REAL sign, REAL *out_1
     out_1[6] = n_e03 * sign;
     out_1[7] = n_e0123 * sign;
 }
-#define PARTS_start_of_poses_12(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND OUT(2, 8)
-GAC_IN_LANES(start_of_poses_12, PLAIN)
+#define PARTS_start_of_poses_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND OUT(2, 8)
+GAC_IN_LANES(start_of_poses_result, PLAIN)
 
-static INLINE void NAME(start_of_poses_13)(const REAL *x, const REAL *sum, const REAL *sum_3, REAL *out_2, REAL
-    *out_3, REAL *out_4, REAL *out_5)
+static INLINE void NAME(start_of_poses_result_2)(const REAL *x, const REAL *sum, const REAL *sum_3, REAL *out_2,
+    REAL *out_3, REAL *out_4, REAL *out_5)
 {
     const REAL x_1 = x[0], x_e12 = x[1], x_e13 = x[2], x_e23 = x[3], x_e01 = x[4], x_e02 = x[5], x_e03 = x[6],
         x_e0123 = x[7];
@@ -4675,9 +4372,9 @@ static INLINE void NAME(start_of_poses_13)(const REAL *x, const REAL *sum, const
     out_4[0] = t4;
     out_5[0] = t0;
 }
-#define PARTS_start_of_poses_13(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND IN(2, 8) AND OUT(3, 8) \
+#define PARTS_start_of_poses_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND IN(2, 8) AND OUT(3, 8) \
     AND OUT(4, 8) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(start_of_poses_13, PLAIN)
+GAC_IN_LANES(start_of_poses_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_start_of_poses_work(intptr_t n)
@@ -4691,25 +4388,25 @@ void NAME(start_of_poses)(intptr_t n, const REAL *a, const REAL *b, const REAL *
 {
     REAL sum[3], *const both_1 = work, common, common_2, common_3, common_4, *const mapped = both_1 + 8 * n,
     common_5[8], found[8], mapped_2, sum_2[8];
-    NAME(start_of_poses_1)(sum);
+    NAME(screws_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(start_of_poses_2)(sum, a + 8 * i, b + 8 * i, sum);
-    NAME(start_of_poses_3)(sum, &common, &common_2, &common_3, &common_4);
-    NAME(start_of_poses_5)(x, sum, common_5);
-    NAME(start_of_poses_7)(found);
+        NAME(equations_of_motions_sum)(sum, a + 8 * i, b + 8 * i, sum);
+    NAME(equations_of_motions_common)(sum, &common, &common_2, &common_3, &common_4);
+    NAME(start_of_poses_common)(x, sum, common_5);
+    NAME(start_of_poses_found_start)(found);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(start_of_poses_4)(a + 8 * i, b + 8 * i, common, common_2, common_3, common_4, out_0 + 8 * i,
+        NAME(equations_of_motions_result)(a + 8 * i, b + 8 * i, common, common_2, common_3, common_4, out_0 + 8 * i,
     both_1 + 8 * i);
-        NAME(start_of_poses_6)(out_0 + 8 * i, both_1 + 8 * i, common_5, mapped + 8 * i);
-        NAME(start_of_poses_8)(found, mapped + 8 * i, found);
+        NAME(start_of_poses_mapped)(out_0 + 8 * i, both_1 + 8 * i, common_5, mapped + 8 * i);
+        NAME(start_of_poses_found)(found, mapped + 8 * i, found);
     }
-    NAME(start_of_poses_10)(sum_2);
+    NAME(start_of_poses_found_start)(sum_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(start_of_poses_9)(found, mapped + 8 * i, &mapped_2);
-        NAME(start_of_poses_11)(sum_2, mapped + 8 * i, mapped_2, sum_2);
-        NAME(start_of_poses_12)(both_1 + 8 * i, mapped_2, out_1 + 8 * i);
+        NAME(start_of_poses_mapped_2)(found, mapped + 8 * i, &mapped_2);
+        NAME(start_of_poses_sum)(sum_2, mapped + 8 * i, mapped_2, sum_2);
+        NAME(start_of_poses_result)(both_1 + 8 * i, mapped_2, out_1 + 8 * i);
     }
-    NAME(start_of_poses_13)(x, sum, sum_2, out_2, out_3, out_4, out_5);
+    NAME(start_of_poses_result_2)(x, sum, sum_2, out_2, out_3, out_4, out_5);
 }
 
 static INLINE WORD NAME(start_of_poses_lanes)(intptr_t n, const REAL *a, const REAL *b, const REAL *x, REAL *out_0,
@@ -4717,26 +4414,26 @@ static INLINE WORD NAME(start_of_poses_lanes)(intptr_t n, const REAL *a, const R
 {
     _Alignas(64) REAL sum[3 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
     common_5[8 * NLANES], found[8 * NLANES], mapped_2[NLANES], sum_2[8 * NLANES];
-    NAME(start_of_poses_1_lanes)(sum);
+    NAME(screws_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(start_of_poses_2_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, sum);
-    NAME(start_of_poses_3_lanes)(sum, common, common_2, common_3, common_4);
-    NAME(start_of_poses_5_lanes)(x, sum, common_5);
-    NAME(start_of_poses_7_lanes)(found);
+        NAME(equations_of_motions_sum_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, sum);
+    NAME(equations_of_motions_common_lanes)(sum, common, common_2, common_3, common_4);
+    NAME(start_of_poses_common_lanes)(x, sum, common_5);
+    NAME(start_of_poses_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(start_of_poses_4_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, common, common_2, common_3, common_4,
-    out_0 + 8 * NLANES * i, both_1 + 8 * NLANES * i);
-        NAME(start_of_poses_6_lanes)(out_0 + 8 * NLANES * i, both_1 + 8 * NLANES * i, common_5,
+        NAME(equations_of_motions_result_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, common, common_2, common_3,
+    common_4, out_0 + 8 * NLANES * i, both_1 + 8 * NLANES * i);
+        NAME(start_of_poses_mapped_lanes)(out_0 + 8 * NLANES * i, both_1 + 8 * NLANES * i, common_5,
     mapped + 8 * NLANES * i);
-        NAME(start_of_poses_8_lanes)(found, mapped + 8 * NLANES * i, found);
+        NAME(start_of_poses_found_lanes)(found, mapped + 8 * NLANES * i, found);
     }
-    NAME(start_of_poses_10_lanes)(sum_2);
+    NAME(start_of_poses_found_start_lanes)(sum_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(start_of_poses_9_lanes)(found, mapped + 8 * NLANES * i, mapped_2);
-        NAME(start_of_poses_11_lanes)(sum_2, mapped + 8 * NLANES * i, mapped_2, sum_2);
-        NAME(start_of_poses_12_lanes)(both_1 + 8 * NLANES * i, mapped_2, out_1 + 8 * NLANES * i);
+        NAME(start_of_poses_mapped_2_lanes)(found, mapped + 8 * NLANES * i, mapped_2);
+        NAME(start_of_poses_sum_lanes)(sum_2, mapped + 8 * NLANES * i, mapped_2, sum_2);
+        NAME(start_of_poses_result_lanes)(both_1 + 8 * NLANES * i, mapped_2, out_1 + 8 * NLANES * i);
     }
-    NAME(start_of_poses_13_lanes)(x, sum, sum_2, out_2, out_3, out_4, out_5);
+    NAME(start_of_poses_result_2_lanes)(x, sum, sum_2, out_2, out_3, out_4, out_5);
     return 0;
 }
 
@@ -4746,7 +4443,7 @@ GAC_PROCEDURE(start_of_poses, LANES)
     AND OUT(1, out, 3, 3, 1)
 #define WORK_still_point(WORK)
 
-static INLINE void NAME(still_point_1)(REAL *sum, REAL *sum_2, REAL *sum_2_2, REAL *sum_3)
+static INLINE void NAME(still_point_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_2, REAL *sum_3)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -4763,11 +4460,11 @@ static INLINE void NAME(still_point_1)(REAL *sum, REAL *sum_2, REAL *sum_2_2, RE
     sum_2_2[0] = (REAL)0;
     sum_3[0] = (REAL)0;
 }
-#define PARTS_still_point_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 9) AND OUT(1, 3) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(still_point_1, PLAIN)
+#define PARTS_still_point_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 9) AND OUT(1, 3) AND OUT(2, 1) AND OUT(3, 1)
+GAC_IN_LANES(still_point_sum_start, PLAIN)
 
-static INLINE void NAME(still_point_2)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL sum_3_2, const REAL
-    *motion, REAL *sum_out, REAL *sum_2_out, REAL *sum_2_2_out, REAL *sum_3_out)
+static INLINE void NAME(still_point_sum)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL sum_3_2, const
+    REAL *motion, REAL *sum_out, REAL *sum_2_out, REAL *sum_2_2_out, REAL *sum_3_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
         sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8];
@@ -4795,11 +4492,12 @@ static INLINE void NAME(still_point_2)(const REAL *sum, const REAL *sum_2_2, REA
     sum_2_2_out[0] = sum_2_3 + (motion_e01 * motion_e01 + motion_e02 * motion_e02 + motion_e03 * motion_e03);
     sum_3_out[0] = sum_3_2 + (REAL)1;
 }
-#define PARTS_still_point_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 3) AND NUMBER(2, 0) AND NUMBER(3, 0) \
+#define PARTS_still_point_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 3) AND NUMBER(2, 0) AND NUMBER(3, 0) \
     AND IN(4, 6) AND OUT(5, 9) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(still_point_2, PLAIN)
+GAC_IN_LANES(still_point_sum, PLAIN)
 
-static INLINE void NAME(still_point_3)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL sum_3_2, REAL *out)
+static INLINE void NAME(still_point_result)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL sum_3_2, REAL
+    *out)
 {
     const REAL sum_0 = sum[0], sum_3 = sum[3], sum_4 = sum[4], sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8];
     const REAL sum_2_2_0 = sum_2_2[0], sum_2_2_1 = sum_2_2[1], sum_2_2_2 = sum_2_2[2];
@@ -4820,9 +4518,9 @@ static INLINE void NAME(still_point_3)(const REAL *sum, const REAL *sum_2_2, REA
     out[1] = t12;
     out[2] = t11;
 }
-#define PARTS_still_point_3(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 3) AND NUMBER(2, 0) AND NUMBER(3, 0) \
+#define PARTS_still_point_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 3) AND NUMBER(2, 0) AND NUMBER(3, 0) \
     AND OUT(4, 3)
-GAC_IN_LANES(still_point_3, PLAIN)
+GAC_IN_LANES(still_point_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_still_point_work(intptr_t n)
@@ -4836,19 +4534,20 @@ void NAME(still_point)(intptr_t n, const REAL *motions, REAL *out, REAL *work)
 {
     (void)work;
     REAL sum[9], sum_2[3], sum_2_2, sum_3;
-    NAME(still_point_1)(sum, sum_2, &sum_2_2, &sum_3);
+    NAME(still_point_sum_start)(sum, sum_2, &sum_2_2, &sum_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(still_point_2)(sum, sum_2, sum_2_2, sum_3, motions + 6 * i, sum, sum_2, &sum_2_2, &sum_3);
-    NAME(still_point_3)(sum, sum_2, sum_2_2, sum_3, out);
+        NAME(still_point_sum)(sum, sum_2, sum_2_2, sum_3, motions + 6 * i, sum, sum_2, &sum_2_2, &sum_3);
+    NAME(still_point_result)(sum, sum_2, sum_2_2, sum_3, out);
 }
 
 static INLINE WORD NAME(still_point_lanes)(intptr_t n, const REAL *motions, REAL *out)
 {
     _Alignas(64) REAL sum[9 * NLANES], sum_2[3 * NLANES], sum_2_2[NLANES], sum_3[NLANES];
-    NAME(still_point_1_lanes)(sum, sum_2, sum_2_2, sum_3);
+    NAME(still_point_sum_start_lanes)(sum, sum_2, sum_2_2, sum_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(still_point_2_lanes)(sum, sum_2, sum_2_2, sum_3, motions + 6 * NLANES * i, sum, sum_2, sum_2_2, sum_3);
-    NAME(still_point_3_lanes)(sum, sum_2, sum_2_2, sum_3, out);
+        NAME(still_point_sum_lanes)(sum, sum_2, sum_2_2, sum_3, motions + 6 * NLANES * i, sum, sum_2, sum_2_2,
+    sum_3);
+    NAME(still_point_result_lanes)(sum, sum_2, sum_2_2, sum_3, out);
     return 0;
 }
 
@@ -4860,9 +4559,9 @@ GAC_PROCEDURE(still_point, LANES)
     AND OUT(8, out_3, 3, 3, n)
 #define WORK_rows_of_poses(WORK)
 
-static INLINE void NAME(rows_of_poses_1)(const REAL *x, const REAL *z, REAL *common, REAL *common_2, REAL *common_3,
-    REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9, REAL *common_10,
-    REAL *common_11, REAL *common_12)
+static INLINE void NAME(rows_of_poses_common)(const REAL *x, const REAL *z, REAL *common, REAL *common_2, REAL
+    *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9, REAL
+    *common_10, REAL *common_11, REAL *common_12)
 {
     const REAL x_1 = x[0], x_e12 = x[1], x_e13 = x[2], x_e23 = x[3], x_e01 = x[4], x_e02 = x[5], x_e03 = x[6],
         x_e0123 = x[7];
@@ -4955,12 +4654,12 @@ static INLINE void NAME(rows_of_poses_1)(const REAL *x, const REAL *z, REAL *com
     common_12[2] = t13;
     common_12[3] = t7;
 }
-#define PARTS_rows_of_poses_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 8) \
+#define PARTS_rows_of_poses_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 8) \
     AND OUT(4, 8) AND OUT(5, 4) AND OUT(6, 4) AND OUT(7, 4) AND OUT(8, 8) AND OUT(9, 8) AND OUT(10, 8) \
     AND OUT(11, 4) AND OUT(12, 4) AND OUT(13, 4)
-GAC_IN_LANES(rows_of_poses_1, PLAIN)
+GAC_IN_LANES(rows_of_poses_common, PLAIN)
 
-static INLINE void NAME(rows_of_poses_2)(const REAL *x, const REAL *z, const REAL *m, const REAL *n, const REAL
+static INLINE void NAME(rows_of_poses_mapped)(const REAL *x, const REAL *z, const REAL *m, const REAL *n, const REAL
     *common, const REAL *common_2, const REAL *common_3, const REAL *common_4, const REAL *common_5, const REAL
     *common_6, const REAL *common_7, const REAL *common_8, const REAL *common_9, const REAL *common_10, const REAL
     *common_11, const REAL *common_12, REAL *mapped)
@@ -5302,12 +5001,12 @@ static INLINE void NAME(rows_of_poses_2)(const REAL *x, const REAL *z, const REA
     mapped[76] = n_1 * t195 + n_e12 * t197 + n_e13 * t191 + n_e23 * t193;
     mapped[77] = -(t220 + n_e03 * t41 + n_e0123 * t40);
 }
-#define PARTS_rows_of_poses_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND IN(3, 8) \
+#define PARTS_rows_of_poses_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND IN(2, 8) AND IN(3, 8) \
     AND IN(4, 8) AND IN(5, 8) AND IN(6, 8) AND IN(7, 4) AND IN(8, 4) AND IN(9, 4) AND IN(10, 8) AND IN(11, 8) \
     AND IN(12, 8) AND IN(13, 4) AND IN(14, 4) AND IN(15, 4) AND OUT(16, 78)
-GAC_IN_LANES(rows_of_poses_2, PLAIN)
+GAC_IN_LANES(rows_of_poses_mapped, PLAIN)
 
-static INLINE void NAME(rows_of_poses_3)(const REAL *place, const REAL *n, REAL *out_3)
+static INLINE void NAME(rows_of_poses_result)(const REAL *place, const REAL *n, REAL *out_3)
 {
     const REAL place_e032 = place[0], place_e013 = place[1], place_e021 = place[2];
     const REAL n_1 = n[0], n_e12 = n[1], n_e13 = n[2], n_e23 = n[3], n_e01 = n[4], n_e02 = n[5], n_e03 = n[6],
@@ -5319,10 +5018,10 @@ static INLINE void NAME(rows_of_poses_3)(const REAL *place, const REAL *n, REAL 
     out_3[1] = place_e013 + (REAL)2 * (n_1 * t1 + n_e12 * t0 - n_e13 * n_e0123 - n_e23 * t2);
     out_3[2] = place_e021 + (REAL)2 * (n_1 * t2 + n_e12 * n_e0123 + n_e13 * t0 + n_e23 * t1);
 }
-#define PARTS_rows_of_poses_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 8) AND OUT(2, 3)
-GAC_IN_LANES(rows_of_poses_3, PLAIN)
+#define PARTS_rows_of_poses_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 8) AND OUT(2, 3)
+GAC_IN_LANES(rows_of_poses_result, PLAIN)
 
-static INLINE void NAME(rows_of_poses_4)(const REAL *mapped, REAL *out_0)
+static INLINE void NAME(rows_of_poses_result_2)(const REAL *mapped, REAL *out_0)
 {
     const REAL mapped_0_0_0 = mapped[0], mapped_0_0_1 = mapped[1], mapped_0_0_2 = mapped[2],
         mapped_0_0_3 = mapped[3], mapped_0_0_4 = mapped[4], mapped_0_0_5 = mapped[5], mapped_0_0_6 = mapped[6],
@@ -5375,10 +5074,10 @@ static INLINE void NAME(rows_of_poses_4)(const REAL *mapped, REAL *out_0)
     out_0[37] = mapped_0_2_11;
     out_0[38] = mapped_0_2_12;
 }
-#define PARTS_rows_of_poses_4(IN, SAME, NUMBER, OUT, AND) IN(0, 78) AND OUT(1, 39)
-GAC_IN_LANES(rows_of_poses_4, PLAIN)
+#define PARTS_rows_of_poses_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 78) AND OUT(1, 39)
+GAC_IN_LANES(rows_of_poses_result_2, PLAIN)
 
-static INLINE void NAME(rows_of_poses_5)(const REAL *mapped, REAL *out_1)
+static INLINE void NAME(rows_of_poses_result_3)(const REAL *mapped, REAL *out_1)
 {
     const REAL mapped_1_0_0 = mapped[39], mapped_1_0_1 = mapped[40], mapped_1_0_2 = mapped[41],
         mapped_1_0_3 = mapped[42], mapped_1_0_4 = mapped[43], mapped_1_0_5 = mapped[44], mapped_1_0_6 = mapped[45],
@@ -5431,10 +5130,10 @@ static INLINE void NAME(rows_of_poses_5)(const REAL *mapped, REAL *out_1)
     out_1[37] = mapped_1_2_11;
     out_1[38] = mapped_1_2_12;
 }
-#define PARTS_rows_of_poses_5(IN, SAME, NUMBER, OUT, AND) IN(0, 78) AND OUT(1, 39)
-GAC_IN_LANES(rows_of_poses_5, PLAIN)
+#define PARTS_rows_of_poses_result_3(IN, SAME, NUMBER, OUT, AND) IN(0, 78) AND OUT(1, 39)
+GAC_IN_LANES(rows_of_poses_result_3, PLAIN)
 
-static INLINE void NAME(rows_of_poses_6)(const REAL *x, REAL *out_2)
+static INLINE void NAME(rows_of_poses_result_4)(const REAL *x, REAL *out_2)
 {
     const REAL x_1 = x[0], x_e12 = x[1], x_e13 = x[2], x_e23 = x[3], x_e01 = x[4], x_e02 = x[5], x_e03 = x[6],
         x_e0123 = x[7];
@@ -5445,8 +5144,8 @@ static INLINE void NAME(rows_of_poses_6)(const REAL *x, REAL *out_2)
     out_2[1] = -(t1 + t1);
     out_2[2] = t2 + t2;
 }
-#define PARTS_rows_of_poses_6(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 3)
-GAC_IN_LANES(rows_of_poses_6, PLAIN)
+#define PARTS_rows_of_poses_result_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 3)
+GAC_IN_LANES(rows_of_poses_result_4, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_rows_of_poses_work(intptr_t n)
@@ -5462,16 +5161,16 @@ void NAME(rows_of_poses)(intptr_t n, const REAL *a, const REAL *b, const REAL *x
     (void)work;
     REAL mapped[2 * 3 * 13], common[8], common_2[8], common_3[8], common_4[4], common_5[4], common_6[4],
     common_7[8], common_8[8], common_9[8], common_10[4], common_11[4], common_12[4];
-    NAME(rows_of_poses_1)(x, z, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
+    NAME(rows_of_poses_common)(x, z, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
     common_9, common_10, common_11, common_12);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rows_of_poses_2)(x, z, a + 8 * i, b + 8 * i, common, common_2, common_3, common_4, common_5, common_6,
-    common_7, common_8, common_9, common_10, common_11, common_12, mapped);
-        NAME(rows_of_poses_3)(place, b + 8 * i, out_3 + 3 * i);
-        NAME(rows_of_poses_4)(mapped, out_0 + 39 * i);
-        NAME(rows_of_poses_5)(mapped, out_1 + 39 * i);
+        NAME(rows_of_poses_mapped)(x, z, a + 8 * i, b + 8 * i, common, common_2, common_3, common_4, common_5,
+    common_6, common_7, common_8, common_9, common_10, common_11, common_12, mapped);
+        NAME(rows_of_poses_result)(place, b + 8 * i, out_3 + 3 * i);
+        NAME(rows_of_poses_result_2)(mapped, out_0 + 39 * i);
+        NAME(rows_of_poses_result_3)(mapped, out_1 + 39 * i);
     }
-    NAME(rows_of_poses_6)(x, out_2);
+    NAME(rows_of_poses_result_4)(x, out_2);
 }
 
 static INLINE WORD NAME(rows_of_poses_lanes)(intptr_t n, const REAL *a, const REAL *b, const REAL *x, const REAL *z,
@@ -5480,16 +5179,16 @@ static INLINE WORD NAME(rows_of_poses_lanes)(intptr_t n, const REAL *a, const RE
     _Alignas(64) REAL mapped[78 * NLANES], common[8 * NLANES], common_2[8 * NLANES], common_3[8 * NLANES],
     common_4[4 * NLANES], common_5[4 * NLANES], common_6[4 * NLANES], common_7[8 * NLANES], common_8[8 * NLANES],
     common_9[8 * NLANES], common_10[4 * NLANES], common_11[4 * NLANES], common_12[4 * NLANES];
-    NAME(rows_of_poses_1_lanes)(x, z, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
-    common_9, common_10, common_11, common_12);
+    NAME(rows_of_poses_common_lanes)(x, z, common, common_2, common_3, common_4, common_5, common_6, common_7,
+    common_8, common_9, common_10, common_11, common_12);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rows_of_poses_2_lanes)(x, z, a + 8 * NLANES * i, b + 8 * NLANES * i, common, common_2, common_3,
+        NAME(rows_of_poses_mapped_lanes)(x, z, a + 8 * NLANES * i, b + 8 * NLANES * i, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, mapped);
-        NAME(rows_of_poses_3_lanes)(place, b + 8 * NLANES * i, out_3 + 3 * NLANES * i);
-        NAME(rows_of_poses_4_lanes)(mapped, out_0 + 39 * NLANES * i);
-        NAME(rows_of_poses_5_lanes)(mapped, out_1 + 39 * NLANES * i);
+        NAME(rows_of_poses_result_lanes)(place, b + 8 * NLANES * i, out_3 + 3 * NLANES * i);
+        NAME(rows_of_poses_result_2_lanes)(mapped, out_0 + 39 * NLANES * i);
+        NAME(rows_of_poses_result_3_lanes)(mapped, out_1 + 39 * NLANES * i);
     }
-    NAME(rows_of_poses_6_lanes)(x, out_2);
+    NAME(rows_of_poses_result_4_lanes)(x, out_2);
     return 0;
 }
 
@@ -5500,14 +5199,7 @@ GAC_PROCEDURE(rows_of_poses, LANES)
     AND OUT(5, out, scalar, 1, 1)
 #define WORK_weighed_squares(WORK)
 
-static INLINE void NAME(weighed_squares_1)(REAL *out)
-{
-    out[0] = (REAL)0;
-}
-#define PARTS_weighed_squares_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(weighed_squares_1, PLAIN)
-
-static INLINE void NAME(weighed_squares_2)(const REAL *variances, REAL *common, REAL *common_2, REAL *common_3)
+static INLINE void NAME(weighed_squares_common)(const REAL *variances, REAL *common, REAL *common_2, REAL *common_3)
 {
     const REAL variances_0 = variances[0], variances_1 = variances[1];
     const REAL t0 = variances_0 + variances_1;
@@ -5516,11 +5208,11 @@ static INLINE void NAME(weighed_squares_2)(const REAL *variances, REAL *common, 
     common_2[0] = t1;
     common_3[0] = variances_0 * t1;
 }
-#define PARTS_weighed_squares_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(weighed_squares_2, PLAIN)
+#define PARTS_weighed_squares_common(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1)
+GAC_IN_LANES(weighed_squares_common, PLAIN)
 
-static INLINE void NAME(weighed_squares_3)(const REAL *hand, const REAL *variances_2, REAL sum, const REAL *turns,
-    const REAL *shifts, const REAL *seen, REAL common, REAL common_2, REAL common_3, REAL *out)
+static INLINE void NAME(weighed_squares_result)(const REAL *hand, const REAL *variances_2, REAL sum, const REAL
+    *turns, const REAL *shifts, const REAL *seen, REAL common, REAL common_2, REAL common_3, REAL *out)
 {
     const REAL hand_0 = hand[0], hand_1 = hand[1], hand_2 = hand[2];
     const REAL variances_2_2 = variances_2[2];
@@ -5543,9 +5235,9 @@ static INLINE void NAME(weighed_squares_3)(const REAL *hand, const REAL *varianc
     const REAL t13 = (turns_0_12 * turns_0_12 + turns_1_12 * turns_1_12 + turns_2_12 * turns_2_12) / common;
     out[0] = sum + (t13 + t11 / variances_2_2 + t12);
 }
-#define PARTS_weighed_squares_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 39) \
-    AND IN(4, 39) AND IN(5, 3) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND OUT(9, 1)
-GAC_IN_LANES(weighed_squares_3, PLAIN)
+#define PARTS_weighed_squares_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND NUMBER(2, 0) \
+    AND IN(3, 39) AND IN(4, 39) AND IN(5, 3) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND OUT(9, 1)
+GAC_IN_LANES(weighed_squares_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_weighed_squares_work(intptr_t n)
@@ -5560,10 +5252,10 @@ void NAME(weighed_squares)(intptr_t n, const REAL *turns, const REAL *shifts, co
 {
     (void)work;
     REAL common, common_2, common_3;
-    NAME(weighed_squares_1)(out);
-    NAME(weighed_squares_2)(variances, &common, &common_2, &common_3);
+    NAME(first_not_unit_found_start)(out);
+    NAME(weighed_squares_common)(variances, &common, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(weighed_squares_3)(hand, variances, out[0], turns + 39 * i, shifts + 39 * i, seen + 3 * i, common,
+        NAME(weighed_squares_result)(hand, variances, out[0], turns + 39 * i, shifts + 39 * i, seen + 3 * i, common,
     common_2, common_3, out);
 }
 
@@ -5571,10 +5263,10 @@ static INLINE WORD NAME(weighed_squares_lanes)(intptr_t n, const REAL *turns, co
     const REAL *seen, const REAL *variances, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES];
-    NAME(weighed_squares_1_lanes)(out);
-    NAME(weighed_squares_2_lanes)(variances, common, common_2, common_3);
+    NAME(first_not_unit_found_start_lanes)(out);
+    NAME(weighed_squares_common_lanes)(variances, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(weighed_squares_3_lanes)(hand, variances, out, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
+        NAME(weighed_squares_result_lanes)(hand, variances, out, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
     seen + 3 * NLANES * i, common, common_2, common_3, out);
     return 0;
 }
@@ -5588,16 +5280,7 @@ GAC_PROCEDURE(weighed_squares, LANES)
     AND OUT(10, out_3, scalar, 1, 1) AND OUT(11, out_4, 3, 3, 1) AND OUT(12, out_5, 2, 2, 1)
 #define WORK_likely_step(WORK)
 
-static INLINE void NAME(likely_step_1)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-    sum[1] = (REAL)0;
-    sum[2] = (REAL)0;
-}
-#define PARTS_likely_step_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(likely_step_1, PLAIN)
-
-static INLINE void NAME(likely_step_2)(const REAL *sum, const REAL *turns, const REAL *shifts, REAL *sum_out)
+static INLINE void NAME(likely_step_sum)(const REAL *sum, const REAL *turns, const REAL *shifts, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL turns_0_12 = turns[12], turns_1_12 = turns[25], turns_2_12 = turns[38];
@@ -5606,17 +5289,10 @@ static INLINE void NAME(likely_step_2)(const REAL *sum, const REAL *turns, const
     sum_out[1] = sum_1 + (shifts_0_12 * shifts_0_12 + shifts_1_12 * shifts_1_12 + shifts_2_12 * shifts_2_12);
     sum_out[2] = sum_2 + (REAL)1;
 }
-#define PARTS_likely_step_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 39) AND IN(2, 39) AND OUT(3, 3)
-GAC_IN_LANES(likely_step_2, PLAIN)
+#define PARTS_likely_step_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 39) AND IN(2, 39) AND OUT(3, 3)
+GAC_IN_LANES(likely_step_sum, PLAIN)
 
-static INLINE void NAME(likely_step_3)(REAL *sum_2)
-{
-    sum_2[0] = (REAL)0;
-}
-#define PARTS_likely_step_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(likely_step_3, PLAIN)
-
-static INLINE void NAME(likely_step_4)(const REAL *variances, REAL is_first, const REAL *sum, REAL *common)
+static INLINE void NAME(likely_step_common)(const REAL *variances, REAL is_first, const REAL *sum, REAL *common)
 {
     const REAL variances_0 = variances[0], variances_1 = variances[1];
     const REAL sum_0 = sum[0], sum_2 = sum[2];
@@ -5625,11 +5301,11 @@ static INLINE void NAME(likely_step_4)(const REAL *variances, REAL is_first, con
     const REAL t2 = SELECT(LESS((REAL)0, is_first), t1, (REAL)1);
     common[0] = variances_1 * t2 / (t0 * t2);
 }
-#define PARTS_likely_step_4(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND OUT(3, 1)
-GAC_IN_LANES(likely_step_4, PLAIN)
+#define PARTS_likely_step_common(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND OUT(3, 1)
+GAC_IN_LANES(likely_step_common, PLAIN)
 
-static INLINE void NAME(likely_step_5)(const REAL *hand, REAL sum, const REAL *turns, const REAL *shifts, const REAL
-    *seen, REAL common, REAL *sum_2)
+static INLINE void NAME(likely_step_sum_2)(const REAL *hand, REAL sum, const REAL *turns, const REAL *shifts, const
+    REAL *seen, REAL common, REAL *sum_2)
 {
     const REAL hand_0 = hand[0], hand_1 = hand[1], hand_2 = hand[2];
     const REAL turns_0_12 = turns[12], turns_1_12 = turns[25], turns_2_12 = turns[38];
@@ -5643,12 +5319,12 @@ static INLINE void NAME(likely_step_5)(const REAL *hand, REAL sum, const REAL *t
     const REAL t5 = shifts_2_12 + (turns_1_12 * t3 + turns_2_12 * t0);
     sum_2[0] = sum + (t2 * t2 + t4 * t4 + t5 * t5);
 }
-#define PARTS_likely_step_5(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 39) AND IN(3, 39) \
+#define PARTS_likely_step_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 39) AND IN(3, 39) \
     AND IN(4, 3) AND NUMBER(5, 0) AND OUT(6, 1)
-GAC_IN_LANES(likely_step_5, PLAIN)
+GAC_IN_LANES(likely_step_sum_2, PLAIN)
 
-static INLINE void NAME(likely_step_6)(const REAL *variances, REAL is_first, const REAL *sum, REAL sum_3, REAL
-    *common_2, REAL *common_3)
+static INLINE void NAME(likely_step_common_2)(const REAL *variances, REAL is_first, const REAL *sum, REAL sum_3,
+    REAL *common_2, REAL *common_3)
 {
     const REAL variances_0 = variances[0], variances_1 = variances[1], variances_2 = variances[2];
     const REAL sum_0 = sum[0], sum_2 = sum[2];
@@ -5665,12 +5341,12 @@ static INLINE void NAME(likely_step_6)(const REAL *variances, REAL is_first, con
     common_2[0] = t4 * t5 / t6;
     common_3[0] = MAXIMUM(t8, t9);
 }
-#define PARTS_likely_step_6(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND NUMBER(3, 0) \
-    AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(likely_step_6, PLAIN)
+#define PARTS_likely_step_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) \
+    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
+GAC_IN_LANES(likely_step_common_2, PLAIN)
 
-static INLINE void NAME(likely_step_8)(const REAL *variances, REAL is_first, const REAL *sum, REAL sum_3, REAL
-    *common_4, REAL *common_5, REAL *common_6)
+static INLINE void NAME(likely_step_common_3)(const REAL *variances, REAL is_first, const REAL *sum, REAL sum_3,
+    REAL *common_4, REAL *common_5, REAL *common_6)
 {
     const REAL variances_0 = variances[0], variances_1 = variances[1], variances_2 = variances[2];
     const REAL sum_0 = sum[0], sum_2 = sum[2];
@@ -5687,11 +5363,11 @@ static INLINE void NAME(likely_step_8)(const REAL *variances, REAL is_first, con
     common_5[0] = -(t4 / t5);
     common_6[0] = (REAL)1 / MAXIMUM(t7, t8);
 }
-#define PARTS_likely_step_8(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND NUMBER(3, 0) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(likely_step_8, PLAIN)
+#define PARTS_likely_step_common_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) \
+    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(likely_step_common_3, PLAIN)
 
-static INLINE void NAME(likely_step_10)(REAL *sum_3)
+static INLINE void NAME(likely_step_sum_start)(REAL *sum_3)
 {
     sum_3[0] = (REAL)0;
     sum_3[1] = (REAL)0;
@@ -5785,213 +5461,11 @@ static INLINE void NAME(likely_step_10)(REAL *sum_3)
     sum_3[89] = (REAL)0;
     sum_3[90] = (REAL)0;
 }
-#define PARTS_likely_step_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 91)
-GAC_IN_LANES(likely_step_10, PLAIN)
+#define PARTS_likely_step_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 91)
+GAC_IN_LANES(likely_step_sum_start, PLAIN)
 
-static INLINE void NAME(likely_step_12)(REAL *sum_4)
-{
-    sum_4[0] = (REAL)0;
-    sum_4[1] = (REAL)0;
-    sum_4[2] = (REAL)0;
-    sum_4[3] = (REAL)0;
-    sum_4[4] = (REAL)0;
-    sum_4[5] = (REAL)0;
-    sum_4[6] = (REAL)0;
-    sum_4[7] = (REAL)0;
-    sum_4[8] = (REAL)0;
-    sum_4[9] = (REAL)0;
-    sum_4[10] = (REAL)0;
-    sum_4[11] = (REAL)0;
-    sum_4[12] = (REAL)0;
-    sum_4[13] = (REAL)0;
-    sum_4[14] = (REAL)0;
-    sum_4[15] = (REAL)0;
-    sum_4[16] = (REAL)0;
-    sum_4[17] = (REAL)0;
-    sum_4[18] = (REAL)0;
-    sum_4[19] = (REAL)0;
-    sum_4[20] = (REAL)0;
-    sum_4[21] = (REAL)0;
-    sum_4[22] = (REAL)0;
-    sum_4[23] = (REAL)0;
-    sum_4[24] = (REAL)0;
-    sum_4[25] = (REAL)0;
-    sum_4[26] = (REAL)0;
-    sum_4[27] = (REAL)0;
-    sum_4[28] = (REAL)0;
-    sum_4[29] = (REAL)0;
-    sum_4[30] = (REAL)0;
-    sum_4[31] = (REAL)0;
-    sum_4[32] = (REAL)0;
-    sum_4[33] = (REAL)0;
-    sum_4[34] = (REAL)0;
-    sum_4[35] = (REAL)0;
-    sum_4[36] = (REAL)0;
-    sum_4[37] = (REAL)0;
-    sum_4[38] = (REAL)0;
-    sum_4[39] = (REAL)0;
-    sum_4[40] = (REAL)0;
-    sum_4[41] = (REAL)0;
-    sum_4[42] = (REAL)0;
-    sum_4[43] = (REAL)0;
-    sum_4[44] = (REAL)0;
-    sum_4[45] = (REAL)0;
-    sum_4[46] = (REAL)0;
-    sum_4[47] = (REAL)0;
-    sum_4[48] = (REAL)0;
-    sum_4[49] = (REAL)0;
-    sum_4[50] = (REAL)0;
-    sum_4[51] = (REAL)0;
-    sum_4[52] = (REAL)0;
-    sum_4[53] = (REAL)0;
-    sum_4[54] = (REAL)0;
-    sum_4[55] = (REAL)0;
-    sum_4[56] = (REAL)0;
-    sum_4[57] = (REAL)0;
-    sum_4[58] = (REAL)0;
-    sum_4[59] = (REAL)0;
-    sum_4[60] = (REAL)0;
-    sum_4[61] = (REAL)0;
-    sum_4[62] = (REAL)0;
-    sum_4[63] = (REAL)0;
-    sum_4[64] = (REAL)0;
-    sum_4[65] = (REAL)0;
-    sum_4[66] = (REAL)0;
-    sum_4[67] = (REAL)0;
-    sum_4[68] = (REAL)0;
-    sum_4[69] = (REAL)0;
-    sum_4[70] = (REAL)0;
-    sum_4[71] = (REAL)0;
-    sum_4[72] = (REAL)0;
-    sum_4[73] = (REAL)0;
-    sum_4[74] = (REAL)0;
-    sum_4[75] = (REAL)0;
-    sum_4[76] = (REAL)0;
-    sum_4[77] = (REAL)0;
-    sum_4[78] = (REAL)0;
-    sum_4[79] = (REAL)0;
-    sum_4[80] = (REAL)0;
-    sum_4[81] = (REAL)0;
-    sum_4[82] = (REAL)0;
-    sum_4[83] = (REAL)0;
-    sum_4[84] = (REAL)0;
-    sum_4[85] = (REAL)0;
-    sum_4[86] = (REAL)0;
-    sum_4[87] = (REAL)0;
-    sum_4[88] = (REAL)0;
-    sum_4[89] = (REAL)0;
-    sum_4[90] = (REAL)0;
-}
-#define PARTS_likely_step_12(IN, SAME, NUMBER, OUT, AND) OUT(0, 91)
-GAC_IN_LANES(likely_step_12, PLAIN)
-
-static INLINE void NAME(likely_step_14)(REAL *sum_5)
-{
-    sum_5[0] = (REAL)0;
-    sum_5[1] = (REAL)0;
-    sum_5[2] = (REAL)0;
-    sum_5[3] = (REAL)0;
-    sum_5[4] = (REAL)0;
-    sum_5[5] = (REAL)0;
-    sum_5[6] = (REAL)0;
-    sum_5[7] = (REAL)0;
-    sum_5[8] = (REAL)0;
-    sum_5[9] = (REAL)0;
-    sum_5[10] = (REAL)0;
-    sum_5[11] = (REAL)0;
-    sum_5[12] = (REAL)0;
-    sum_5[13] = (REAL)0;
-    sum_5[14] = (REAL)0;
-    sum_5[15] = (REAL)0;
-    sum_5[16] = (REAL)0;
-    sum_5[17] = (REAL)0;
-    sum_5[18] = (REAL)0;
-    sum_5[19] = (REAL)0;
-    sum_5[20] = (REAL)0;
-    sum_5[21] = (REAL)0;
-    sum_5[22] = (REAL)0;
-    sum_5[23] = (REAL)0;
-    sum_5[24] = (REAL)0;
-    sum_5[25] = (REAL)0;
-    sum_5[26] = (REAL)0;
-    sum_5[27] = (REAL)0;
-    sum_5[28] = (REAL)0;
-    sum_5[29] = (REAL)0;
-    sum_5[30] = (REAL)0;
-    sum_5[31] = (REAL)0;
-    sum_5[32] = (REAL)0;
-    sum_5[33] = (REAL)0;
-    sum_5[34] = (REAL)0;
-    sum_5[35] = (REAL)0;
-    sum_5[36] = (REAL)0;
-    sum_5[37] = (REAL)0;
-    sum_5[38] = (REAL)0;
-    sum_5[39] = (REAL)0;
-    sum_5[40] = (REAL)0;
-    sum_5[41] = (REAL)0;
-    sum_5[42] = (REAL)0;
-    sum_5[43] = (REAL)0;
-    sum_5[44] = (REAL)0;
-    sum_5[45] = (REAL)0;
-    sum_5[46] = (REAL)0;
-    sum_5[47] = (REAL)0;
-    sum_5[48] = (REAL)0;
-    sum_5[49] = (REAL)0;
-    sum_5[50] = (REAL)0;
-    sum_5[51] = (REAL)0;
-    sum_5[52] = (REAL)0;
-    sum_5[53] = (REAL)0;
-    sum_5[54] = (REAL)0;
-    sum_5[55] = (REAL)0;
-    sum_5[56] = (REAL)0;
-    sum_5[57] = (REAL)0;
-    sum_5[58] = (REAL)0;
-    sum_5[59] = (REAL)0;
-    sum_5[60] = (REAL)0;
-    sum_5[61] = (REAL)0;
-    sum_5[62] = (REAL)0;
-    sum_5[63] = (REAL)0;
-    sum_5[64] = (REAL)0;
-    sum_5[65] = (REAL)0;
-    sum_5[66] = (REAL)0;
-    sum_5[67] = (REAL)0;
-    sum_5[68] = (REAL)0;
-    sum_5[69] = (REAL)0;
-    sum_5[70] = (REAL)0;
-    sum_5[71] = (REAL)0;
-    sum_5[72] = (REAL)0;
-    sum_5[73] = (REAL)0;
-    sum_5[74] = (REAL)0;
-    sum_5[75] = (REAL)0;
-    sum_5[76] = (REAL)0;
-    sum_5[77] = (REAL)0;
-    sum_5[78] = (REAL)0;
-    sum_5[79] = (REAL)0;
-    sum_5[80] = (REAL)0;
-    sum_5[81] = (REAL)0;
-    sum_5[82] = (REAL)0;
-    sum_5[83] = (REAL)0;
-    sum_5[84] = (REAL)0;
-    sum_5[85] = (REAL)0;
-    sum_5[86] = (REAL)0;
-    sum_5[87] = (REAL)0;
-    sum_5[88] = (REAL)0;
-    sum_5[89] = (REAL)0;
-    sum_5[90] = (REAL)0;
-}
-#define PARTS_likely_step_14(IN, SAME, NUMBER, OUT, AND) OUT(0, 91)
-GAC_IN_LANES(likely_step_14, PLAIN)
-
-static INLINE void NAME(likely_step_16)(REAL *sum_0, REAL *sum_1)
-{
-    sum_0[0] = (REAL)0;
-    sum_1[0] = (REAL)0;
-}
-#define PARTS_likely_step_16(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(likely_step_16, PLAIN)
-
-static INLINE void NAME(likely_step_7)(const REAL *hand, REAL common, const REAL *turns, const REAL *shifts, const
-    REAL *seen, REAL common_2, REAL common_3, REAL *centred, REAL *centred_2, REAL *centred_2_2)
+static INLINE void NAME(likely_step_centred)(const REAL *hand, REAL common, const REAL *turns, const REAL *shifts,
+    const REAL *seen, REAL common_2, REAL common_3, REAL *centred, REAL *centred_2, REAL *centred_2_2)
 {
     const REAL hand_0 = hand[0], hand_1 = hand[1], hand_2 = hand[2];
     const REAL turns_0_0 = turns[0], turns_0_1 = turns[1], turns_0_2 = turns[2], turns_0_3 = turns[3],
@@ -6065,11 +5539,11 @@ static INLINE void NAME(likely_step_7)(const REAL *hand, REAL common, const REAL
     centred_2[2] = t2;
     centred_2_2[0] = (REAL)1 / (common_3 + common_2 * (t4 * t4 + t0 * t0 + t2 * t2));
 }
-#define PARTS_likely_step_7(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 39) AND IN(3, 39) \
+#define PARTS_likely_step_centred(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 39) AND IN(3, 39) \
     AND IN(4, 3) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 39) AND OUT(8, 3) AND OUT(9, 1)
-GAC_IN_LANES(likely_step_7, PLAIN)
+GAC_IN_LANES(likely_step_centred, PLAIN)
 
-static INLINE void NAME(likely_step_9)(REAL common, const REAL *turns, const REAL *centred, const REAL
+static INLINE void NAME(likely_step_by_cause)(REAL common, const REAL *turns, const REAL *centred, const REAL
     *centred_2_13, REAL across, REAL common_2, REAL common_3, REAL common_4, REAL *by_cause)
 {
     const REAL turns_0_0 = turns[0], turns_0_1 = turns[1], turns_0_2 = turns[2], turns_0_3 = turns[3],
@@ -6322,11 +5796,11 @@ static INLINE void NAME(likely_step_9)(REAL common, const REAL *turns, const REA
     by_cause[115] = centred_2_11 * across - centred_2_13_2 * t107;
     by_cause[116] = centred_2_12 * across - centred_2_13_2 * t109;
 }
-#define PARTS_likely_step_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 39) AND IN(2, 39) AND IN(3, 3) \
+#define PARTS_likely_step_by_cause(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 39) AND IN(2, 39) AND IN(3, 3) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 117)
-GAC_IN_LANES(likely_step_9, PLAIN)
+GAC_IN_LANES(likely_step_by_cause, PLAIN)
 
-static INLINE void NAME(likely_step_11)(const REAL *sum_3, const REAL *by_cause, REAL *sum_3_out)
+static INLINE void NAME(likely_step_sum_3)(const REAL *sum_3, const REAL *by_cause, REAL *sum_3_out)
 {
     const REAL sum_3_0 = sum_3[0], sum_3_1 = sum_3[1], sum_3_2 = sum_3[2], sum_3_3 = sum_3[3], sum_3_4 = sum_3[4],
         sum_3_5 = sum_3[5], sum_3_6 = sum_3[6], sum_3_7 = sum_3[7], sum_3_8 = sum_3[8], sum_3_9 = sum_3[9],
@@ -6547,10 +6021,10 @@ static INLINE void NAME(likely_step_11)(const REAL *sum_3, const REAL *by_cause,
     sum_3_out[89] = sum_3_89 + (t89 + by_cause_0_2_11 * by_cause_0_2_12);
     sum_3_out[90] = sum_3_90 + (t90 + by_cause_0_2_12 * by_cause_0_2_12);
 }
-#define PARTS_likely_step_11(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
-GAC_IN_LANES(likely_step_11, PLAIN)
+#define PARTS_likely_step_sum_3(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
+GAC_IN_LANES(likely_step_sum_3, PLAIN)
 
-static INLINE void NAME(likely_step_13)(const REAL *sum_4, const REAL *by_cause, REAL *sum_4_out)
+static INLINE void NAME(likely_step_sum_4)(const REAL *sum_4, const REAL *by_cause, REAL *sum_4_out)
 {
     const REAL sum_4_0 = sum_4[0], sum_4_1 = sum_4[1], sum_4_2 = sum_4[2], sum_4_3 = sum_4[3], sum_4_4 = sum_4[4],
         sum_4_5 = sum_4[5], sum_4_6 = sum_4[6], sum_4_7 = sum_4[7], sum_4_8 = sum_4[8], sum_4_9 = sum_4[9],
@@ -6771,10 +6245,10 @@ static INLINE void NAME(likely_step_13)(const REAL *sum_4, const REAL *by_cause,
     sum_4_out[89] = sum_4_89 + (t89 + by_cause_1_2_11 * by_cause_1_2_12);
     sum_4_out[90] = sum_4_90 + (t90 + by_cause_1_2_12 * by_cause_1_2_12);
 }
-#define PARTS_likely_step_13(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
-GAC_IN_LANES(likely_step_13, PLAIN)
+#define PARTS_likely_step_sum_4(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
+GAC_IN_LANES(likely_step_sum_4, PLAIN)
 
-static INLINE void NAME(likely_step_15)(const REAL *sum_5, const REAL *by_cause, REAL *sum_5_out)
+static INLINE void NAME(likely_step_sum_5)(const REAL *sum_5, const REAL *by_cause, REAL *sum_5_out)
 {
     const REAL sum_5_0 = sum_5[0], sum_5_1 = sum_5[1], sum_5_2 = sum_5[2], sum_5_3 = sum_5[3], sum_5_4 = sum_5[4],
         sum_5_5 = sum_5[5], sum_5_6 = sum_5[6], sum_5_7 = sum_5[7], sum_5_8 = sum_5[8], sum_5_9 = sum_5[9],
@@ -6995,11 +6469,11 @@ static INLINE void NAME(likely_step_15)(const REAL *sum_5, const REAL *by_cause,
     sum_5_out[89] = sum_5_89 + (t89 + by_cause_2_2_11 * by_cause_2_2_12);
     sum_5_out[90] = sum_5_90 + (t90 + by_cause_2_2_12 * by_cause_2_2_12);
 }
-#define PARTS_likely_step_15(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
-GAC_IN_LANES(likely_step_15, PLAIN)
+#define PARTS_likely_step_sum_5(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND IN(1, 117) AND OUT(2, 91)
+GAC_IN_LANES(likely_step_sum_5, PLAIN)
 
-static INLINE void NAME(likely_step_17)(REAL sum_0, REAL sum_1, const REAL *centred_2, REAL across, REAL *sum_0_out,
-    REAL *sum_1_out)
+static INLINE void NAME(likely_step_sum_6)(REAL sum_0, REAL sum_1, const REAL *centred_2, REAL across, REAL
+    *sum_0_out, REAL *sum_1_out)
 {
     const REAL centred_2_0 = centred_2[0], centred_2_1 = centred_2[1], centred_2_2 = centred_2[2];
     const REAL t0 = across * (REAL)2;
@@ -7007,12 +6481,12 @@ static INLINE void NAME(likely_step_17)(REAL sum_0, REAL sum_1, const REAL *cent
     sum_0_out[0] = sum_0 + t1;
     sum_1_out[0] = sum_1 + t0;
 }
-#define PARTS_likely_step_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 3) AND NUMBER(3, 0) \
-    AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(likely_step_17, PLAIN)
+#define PARTS_likely_step_sum_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 3) \
+    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
+GAC_IN_LANES(likely_step_sum_6, PLAIN)
 
-static INLINE void NAME(likely_step_18)(const REAL *variances, REAL is_first, const REAL *sum, REAL sum_3, const
-    REAL *sum_3_2, const REAL *sum_4, const REAL *sum_5, REAL *entries)
+static INLINE void NAME(likely_step_entries)(const REAL *variances, REAL is_first, const REAL *sum, REAL sum_3,
+    const REAL *sum_3_2, const REAL *sum_4, const REAL *sum_5, REAL *entries)
 {
     const REAL variances_0 = variances[0], variances_1 = variances[1], variances_2 = variances[2];
     const REAL sum_0 = sum[0], sum_2 = sum[2];
@@ -7187,12 +6661,12 @@ static INLINE void NAME(likely_step_18)(const REAL *variances, REAL is_first, co
     entries[89] = sum_3_2_89 * t4 + sum_4_89 * t5 + sum_5_89 * t9;
     entries[90] = sum_3_2_90 * t4 + sum_4_90 * t5 + sum_5_90 * t9;
 }
-#define PARTS_likely_step_18(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND NUMBER(3, 0) \
-    AND IN(4, 91) AND IN(5, 91) AND IN(6, 91) AND OUT(7, 91)
-GAC_IN_LANES(likely_step_18, PLAIN)
+#define PARTS_likely_step_entries(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) \
+    AND NUMBER(3, 0) AND IN(4, 91) AND IN(5, 91) AND IN(6, 91) AND OUT(7, 91)
+GAC_IN_LANES(likely_step_entries, PLAIN)
 
-static INLINE void NAME(likely_step_19)(const REAL *variances, REAL is_first, const REAL *sum, REAL sum_3, const
-    REAL *sum_3_2, const REAL *sum_4, const REAL *sum_5, REAL *common_7)
+static INLINE void NAME(likely_step_common_4)(const REAL *variances, REAL is_first, const REAL *sum, REAL sum_3,
+    const REAL *sum_3_2, const REAL *sum_4, const REAL *sum_5, REAL *common_7)
 {
     const REAL variances_0 = variances[0], variances_1 = variances[1], variances_2 = variances[2];
     const REAL sum_0 = sum[0], sum_2 = sum[2];
@@ -7221,11 +6695,11 @@ static INLINE void NAME(likely_step_19)(const REAL *variances, REAL is_first, co
     const REAL t13 = variances_1 * (sum_4_88 + (sum_4_85 + (sum_4_81 + (sum_4_76 + (sum_4_70 + t12)))));
     common_7[0] = t9 + t4 * (variances_0 * t11 + t13);
 }
-#define PARTS_likely_step_19(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND NUMBER(3, 0) \
-    AND IN(4, 91) AND IN(5, 91) AND IN(6, 91) AND OUT(7, 1)
-GAC_IN_LANES(likely_step_19, PLAIN)
+#define PARTS_likely_step_common_4(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) \
+    AND NUMBER(3, 0) AND IN(4, 91) AND IN(5, 91) AND IN(6, 91) AND OUT(7, 1)
+GAC_IN_LANES(likely_step_common_4, PLAIN)
 
-static INLINE void NAME(likely_step_20)(const REAL *entries, REAL damped, REAL common, REAL *entries_out)
+static INLINE void NAME(likely_step_entries_2)(const REAL *entries, REAL damped, REAL common, REAL *entries_out)
 {
     const REAL entries_0 = entries[0], entries_1 = entries[1], entries_2 = entries[2], entries_3 = entries[3],
         entries_4 = entries[4], entries_5 = entries[5], entries_6 = entries[6], entries_7 = entries[7],
@@ -7355,10 +6829,11 @@ static INLINE void NAME(likely_step_20)(const REAL *entries, REAL damped, REAL c
     entries_out[89] = t12;
     entries_out[90] = entries_90 - entries_12 * t12;
 }
-#define PARTS_likely_step_20(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND NUMBER(1, 1) AND NUMBER(2, 0) AND OUT(3, 91)
-GAC_IN_LANES(likely_step_20, PLAIN)
+#define PARTS_likely_step_entries_2(IN, SAME, NUMBER, OUT, AND) IN(0, 91) AND NUMBER(1, 1) AND NUMBER(2, 0) \
+    AND OUT(3, 91)
+GAC_IN_LANES(likely_step_entries_2, PLAIN)
 
-static INLINE void NAME(likely_step_21)(const REAL *variances, REAL is_first, const REAL *sum, REAL sum_3, const
+static INLINE void NAME(likely_step_result)(const REAL *variances, REAL is_first, const REAL *sum, REAL sum_3, const
     REAL *sum_3_2, const REAL *sum_4, const REAL *sum_5, REAL sum_0_2, REAL sum_1_2, const REAL *entries, REAL
     *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *out_5)
 {
@@ -8029,10 +7504,10 @@ static INLINE void NAME(likely_step_21)(const REAL *variances, REAL is_first, co
     out_5[0] = sum_0;
     out_5[1] = sum_1;
 }
-#define PARTS_likely_step_21(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND NUMBER(3, 0) \
+#define PARTS_likely_step_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND NUMBER(3, 0) \
     AND IN(4, 91) AND IN(5, 91) AND IN(6, 91) AND NUMBER(7, 0) AND NUMBER(8, 0) AND IN(9, 91) AND OUT(10, 12) \
     AND OUT(11, 1) AND OUT(12, 3) AND OUT(13, 1) AND OUT(14, 3) AND OUT(15, 2)
-GAC_IN_LANES(likely_step_21, PLAIN)
+GAC_IN_LANES(likely_step_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t hand_eye_likely_step_work(intptr_t n, intptr_t k)
@@ -8050,35 +7525,35 @@ void NAME(likely_step)(intptr_t n, intptr_t k, const REAL *turns, const REAL *sh
     REAL sum[3], sum_2, common, centred[3 * 13], centred_2[3], centred_2_2, common_2, common_3,
     by_cause[3 * 3 * 13], common_4, common_5, common_6, sum_3[91], sum_4[91], sum_5[91], sum_0, sum_1, entries[91],
     common_7;
-    NAME(likely_step_1)(sum);
+    NAME(screws_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(likely_step_2)(sum, turns + 39 * i, shifts + 39 * i, sum);
-    NAME(likely_step_3)(&sum_2);
-    NAME(likely_step_4)(variances, is_first, sum, &common);
+        NAME(likely_step_sum)(sum, turns + 39 * i, shifts + 39 * i, sum);
+    NAME(first_not_unit_found_start)(&sum_2);
+    NAME(likely_step_common)(variances, is_first, sum, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(likely_step_5)(hand, sum_2, turns + 39 * i, shifts + 39 * i, seen + 3 * i, common, &sum_2);
-    NAME(likely_step_6)(variances, is_first, sum, sum_2, &common_2, &common_3);
-    NAME(likely_step_8)(variances, is_first, sum, sum_2, &common_4, &common_5, &common_6);
-    NAME(likely_step_10)(sum_3);
-    NAME(likely_step_12)(sum_4);
-    NAME(likely_step_14)(sum_5);
-    NAME(likely_step_16)(&sum_0, &sum_1);
+        NAME(likely_step_sum_2)(hand, sum_2, turns + 39 * i, shifts + 39 * i, seen + 3 * i, common, &sum_2);
+    NAME(likely_step_common_2)(variances, is_first, sum, sum_2, &common_2, &common_3);
+    NAME(likely_step_common_3)(variances, is_first, sum, sum_2, &common_4, &common_5, &common_6);
+    NAME(likely_step_sum_start)(sum_3);
+    NAME(likely_step_sum_start)(sum_4);
+    NAME(likely_step_sum_start)(sum_5);
+    NAME(misfit_of_motions_sum_start)(&sum_0, &sum_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(likely_step_7)(hand, common, turns + 39 * i, shifts + 39 * i, seen + 3 * i, common_2, common_3,
+        NAME(likely_step_centred)(hand, common, turns + 39 * i, shifts + 39 * i, seen + 3 * i, common_2, common_3,
     centred, centred_2, &centred_2_2);
-        NAME(likely_step_9)(common, turns + 39 * i, centred, centred_2, centred_2_2, common_4, common_5, common_6,
-    by_cause);
-        NAME(likely_step_11)(sum_3, by_cause, sum_3);
-        NAME(likely_step_13)(sum_4, by_cause, sum_4);
-        NAME(likely_step_15)(sum_5, by_cause, sum_5);
-        NAME(likely_step_17)(sum_0, sum_1, centred_2, centred_2_2, &sum_0, &sum_1);
+        NAME(likely_step_by_cause)(common, turns + 39 * i, centred, centred_2, centred_2_2, common_4, common_5,
+    common_6, by_cause);
+        NAME(likely_step_sum_3)(sum_3, by_cause, sum_3);
+        NAME(likely_step_sum_4)(sum_4, by_cause, sum_4);
+        NAME(likely_step_sum_5)(sum_5, by_cause, sum_5);
+        NAME(likely_step_sum_6)(sum_0, sum_1, centred_2, centred_2_2, &sum_0, &sum_1);
     }
-    NAME(likely_step_18)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, entries);
-    NAME(likely_step_19)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, &common_7);
+    NAME(likely_step_entries)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, entries);
+    NAME(likely_step_common_4)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, &common_7);
     for (intptr_t i = 0; i < k; i++)
-        NAME(likely_step_20)(entries, damping[i], common_7, entries);
-    NAME(likely_step_21)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, sum_0, sum_1, entries, out_0, out_1,
-    out_2, out_3, out_4, out_5);
+        NAME(likely_step_entries_2)(entries, damping[i], common_7, entries);
+    NAME(likely_step_result)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, sum_0, sum_1, entries, out_0,
+    out_1, out_2, out_3, out_4, out_5);
 }
 
 static INLINE WORD NAME(likely_step_lanes)(intptr_t n, intptr_t k, const REAL *turns, const REAL *shifts,
@@ -8089,36 +7564,36 @@ static INLINE WORD NAME(likely_step_lanes)(intptr_t n, intptr_t k, const REAL *t
     centred_2_2[NLANES], common_2[NLANES], common_3[NLANES], by_cause[117 * NLANES], common_4[NLANES],
     common_5[NLANES], common_6[NLANES], sum_3[91 * NLANES], sum_4[91 * NLANES], sum_5[91 * NLANES], sum_0[NLANES],
     sum_1[NLANES], entries[91 * NLANES], common_7[NLANES];
-    NAME(likely_step_1_lanes)(sum);
+    NAME(screws_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(likely_step_2_lanes)(sum, turns + 39 * NLANES * i, shifts + 39 * NLANES * i, sum);
-    NAME(likely_step_3_lanes)(sum_2);
-    NAME(likely_step_4_lanes)(variances, is_first, sum, common);
+        NAME(likely_step_sum_lanes)(sum, turns + 39 * NLANES * i, shifts + 39 * NLANES * i, sum);
+    NAME(first_not_unit_found_start_lanes)(sum_2);
+    NAME(likely_step_common_lanes)(variances, is_first, sum, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(likely_step_5_lanes)(hand, sum_2, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
+        NAME(likely_step_sum_2_lanes)(hand, sum_2, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
     seen + 3 * NLANES * i, common, sum_2);
-    NAME(likely_step_6_lanes)(variances, is_first, sum, sum_2, common_2, common_3);
-    NAME(likely_step_8_lanes)(variances, is_first, sum, sum_2, common_4, common_5, common_6);
-    NAME(likely_step_10_lanes)(sum_3);
-    NAME(likely_step_12_lanes)(sum_4);
-    NAME(likely_step_14_lanes)(sum_5);
-    NAME(likely_step_16_lanes)(sum_0, sum_1);
+    NAME(likely_step_common_2_lanes)(variances, is_first, sum, sum_2, common_2, common_3);
+    NAME(likely_step_common_3_lanes)(variances, is_first, sum, sum_2, common_4, common_5, common_6);
+    NAME(likely_step_sum_start_lanes)(sum_3);
+    NAME(likely_step_sum_start_lanes)(sum_4);
+    NAME(likely_step_sum_start_lanes)(sum_5);
+    NAME(misfit_of_motions_sum_start_lanes)(sum_0, sum_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(likely_step_7_lanes)(hand, common, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
+        NAME(likely_step_centred_lanes)(hand, common, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
     seen + 3 * NLANES * i, common_2, common_3, centred, centred_2, centred_2_2);
-        NAME(likely_step_9_lanes)(common, turns + 39 * NLANES * i, centred, centred_2, centred_2_2, common_4,
+        NAME(likely_step_by_cause_lanes)(common, turns + 39 * NLANES * i, centred, centred_2, centred_2_2, common_4,
     common_5, common_6, by_cause);
-        NAME(likely_step_11_lanes)(sum_3, by_cause, sum_3);
-        NAME(likely_step_13_lanes)(sum_4, by_cause, sum_4);
-        NAME(likely_step_15_lanes)(sum_5, by_cause, sum_5);
-        NAME(likely_step_17_lanes)(sum_0, sum_1, centred_2, centred_2_2, sum_0, sum_1);
+        NAME(likely_step_sum_3_lanes)(sum_3, by_cause, sum_3);
+        NAME(likely_step_sum_4_lanes)(sum_4, by_cause, sum_4);
+        NAME(likely_step_sum_5_lanes)(sum_5, by_cause, sum_5);
+        NAME(likely_step_sum_6_lanes)(sum_0, sum_1, centred_2, centred_2_2, sum_0, sum_1);
     }
-    NAME(likely_step_18_lanes)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, entries);
-    NAME(likely_step_19_lanes)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, common_7);
+    NAME(likely_step_entries_lanes)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, entries);
+    NAME(likely_step_common_4_lanes)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, common_7);
     for (intptr_t i = 0; i < k; i++)
-        NAME(likely_step_20_lanes)(entries, damping + i, common_7, entries);
-    NAME(likely_step_21_lanes)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, sum_0, sum_1, entries, out_0,
-    out_1, out_2, out_3, out_4, out_5);
+        NAME(likely_step_entries_2_lanes)(entries, damping + i, common_7, entries);
+    NAME(likely_step_result_lanes)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, sum_0, sum_1, entries,
+    out_0, out_1, out_2, out_3, out_4, out_5);
     return 0;
 }
 

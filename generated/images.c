@@ -2,7 +2,7 @@
 // command: gac generate --all images
 // spec: c73ba83cfa425e5a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 9a9100241ed63f2462c039f3a8c0ef01fabd5af39bbcecc8f35c19129825544b
+// body: da51830212992a09ae075d1b17a018fc5635c0949241378e09bcf375128051ba
 
 #ifndef REAL
 #include "images.h"
@@ -1577,8 +1577,8 @@ GAC_KERNEL_AND_FORMS(relaxed_motion, PLAIN, TILES, GAC_USE(relaxed_motion, west_
     AND OUT(7, out, scalar, 1, n)
 #define WORK_cubic_samples(WORK)
 
-static INLINE void NAME(cubic_samples_1)(REAL x, REAL y, const REAL *first, const REAL *second, const REAL *third,
-    const REAL *fourth, REAL *out)
+static INLINE void NAME(cubic_samples_result)(REAL x, REAL y, const REAL *first, const REAL *second, const REAL
+    *third, const REAL *fourth, REAL *out)
 {
     const REAL first_0 = first[0], first_1 = first[1], first_2 = first[2], first_3 = first[3];
     const REAL second_0 = second[0], second_1 = second[1], second_2 = second[2], second_3 = second[3];
@@ -1603,9 +1603,9 @@ static INLINE void NAME(cubic_samples_1)(REAL x, REAL y, const REAL *first, cons
     const REAL t16 = y * t13 * (fourth_2 * t6 - (fourth_0 * t3 + fourth_1 * t5) - fourth_3 * t7);
     out[0] = (REAL)(1.0 / 36.0) * (t15 - (t11 + ((REAL)4 + (REAL)3 * (t8 * t13)) * t12) - t16);
 }
-#define PARTS_cubic_samples_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND SAME(2, 4) \
+#define PARTS_cubic_samples_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND SAME(2, 4) \
     AND SAME(3, 4) AND SAME(4, 4) AND SAME(5, 4) AND OUT(6, 1)
-GAC_IN_LANES(cubic_samples_1, PLAIN)
+GAC_IN_LANES(cubic_samples_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t images_cubic_samples_work(intptr_t m, intptr_t n)
@@ -1620,7 +1620,7 @@ void NAME(cubic_samples)(intptr_t m, intptr_t n, const REAL *first, const REAL *
 {
     (void)m, (void)work;
     for (intptr_t i = 0; i < n; i++)
-        NAME(cubic_samples_1)(x[i], y[i], first + 4 * place[i], second + 4 * place[i], third + 4 * place[i],
+        NAME(cubic_samples_result)(x[i], y[i], first + 4 * place[i], second + 4 * place[i], third + 4 * place[i],
     fourth + 4 * place[i], out + i);
 }
 
@@ -1629,8 +1629,8 @@ static INLINE WORD NAME(cubic_samples_lanes)(intptr_t m, intptr_t n, const REAL 
 {
     (void)m;
     for (intptr_t i = 0; i < n; i++)
-        NAME(cubic_samples_1_lanes)(x + NLANES * i, y + NLANES * i, first + 4 * place[i], second + 4 * place[i],
-    third + 4 * place[i], fourth + 4 * place[i], out + NLANES * i);
+        NAME(cubic_samples_result_lanes)(x + NLANES * i, y + NLANES * i, first + 4 * place[i],
+    second + 4 * place[i], third + 4 * place[i], fourth + 4 * place[i], out + NLANES * i);
     return 0;
 }
 
@@ -1641,8 +1641,8 @@ GAC_PROCEDURE(cubic_samples, LANES)
     AND IN(4, y, scalar, 1, n) AND OUT(5, out, 2, 2, n)
 #define WORK_motion_samples(WORK)
 
-static INLINE void NAME(motion_samples_1)(REAL x, REAL y, const REAL *upper, const REAL *lower, REAL *sample_0, REAL
-    *sample_1)
+static INLINE void NAME(motion_samples_sample)(REAL x, REAL y, const REAL *upper, const REAL *lower, REAL *sample_0,
+    REAL *sample_1)
 {
     const REAL upper_0 = upper[0], upper_1 = upper[1], upper_2 = upper[2], upper_3 = upper[3];
     const REAL lower_0 = lower[0], lower_1 = lower[1], lower_2 = lower[2], lower_3 = lower[3];
@@ -1651,17 +1651,17 @@ static INLINE void NAME(motion_samples_1)(REAL x, REAL y, const REAL *upper, con
     sample_0[0] = t0 + y * (lower_0 + x * (lower_1 - lower_0) - t0);
     sample_1[0] = t1 + y * (lower_2 + x * (lower_3 - lower_2) - t1);
 }
-#define PARTS_motion_samples_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND SAME(2, 4) \
+#define PARTS_motion_samples_sample(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND SAME(2, 4) \
     AND SAME(3, 4) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(motion_samples_1, PLAIN)
+GAC_IN_LANES(motion_samples_sample, PLAIN)
 
-static INLINE void NAME(motion_samples_2)(REAL value, REAL value_2, REAL *out)
+static INLINE void NAME(motion_samples_result)(REAL value, REAL value_2, REAL *out)
 {
     out[0] = value;
     out[1] = value_2;
 }
-#define PARTS_motion_samples_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
-GAC_IN_LANES(motion_samples_2, PLAIN)
+#define PARTS_motion_samples_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
+GAC_IN_LANES(motion_samples_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t images_motion_samples_work(intptr_t m, intptr_t n)
@@ -1677,8 +1677,8 @@ void NAME(motion_samples)(intptr_t m, intptr_t n, const REAL *upper, const REAL 
     (void)m, (void)work;
     REAL sample_0, sample_1;
     for (intptr_t i = 0; i < n; i++) {
-        NAME(motion_samples_1)(x[i], y[i], upper + 4 * place[i], lower + 4 * place[i], &sample_0, &sample_1);
-        NAME(motion_samples_2)(sample_0, sample_1, out + 2 * i);
+        NAME(motion_samples_sample)(x[i], y[i], upper + 4 * place[i], lower + 4 * place[i], &sample_0, &sample_1);
+        NAME(motion_samples_result)(sample_0, sample_1, out + 2 * i);
     }
 }
 
@@ -1688,9 +1688,9 @@ static INLINE WORD NAME(motion_samples_lanes)(intptr_t m, intptr_t n, const REAL
     (void)m;
     _Alignas(64) REAL sample_0[NLANES], sample_1[NLANES];
     for (intptr_t i = 0; i < n; i++) {
-        NAME(motion_samples_1_lanes)(x + NLANES * i, y + NLANES * i, upper + 4 * place[i], lower + 4 * place[i],
-    sample_0, sample_1);
-        NAME(motion_samples_2_lanes)(sample_0, sample_1, out + 2 * NLANES * i);
+        NAME(motion_samples_sample_lanes)(x + NLANES * i, y + NLANES * i, upper + 4 * place[i],
+    lower + 4 * place[i], sample_0, sample_1);
+        NAME(motion_samples_result_lanes)(sample_0, sample_1, out + 2 * NLANES * i);
     }
     return 0;
 }
@@ -1701,7 +1701,7 @@ GAC_PROCEDURE(motion_samples, LANES)
     AND IN(0, image, scalar, 1, n * m) AND OUT(1, out, scalar, 1, n * m)
 #define WORK_medians(WORK)
 
-static INLINE void NAME(medians_1)(REAL pixels_0_0, REAL pixels_0_1, REAL pixels_0_2, REAL pixels_0_3, REAL
+static INLINE void NAME(medians_median_of)(REAL pixels_0_0, REAL pixels_0_1, REAL pixels_0_2, REAL pixels_0_3, REAL
     pixels_0_4, REAL pixels_1_0, REAL pixels_1_1, REAL pixels_1_2, REAL pixels_1_3, REAL pixels_1_4, REAL
     pixels_2_0, REAL pixels_2_1, REAL pixels_2_2, REAL pixels_2_3, REAL pixels_2_4, REAL pixels_3_0, REAL
     pixels_3_1, REAL pixels_3_2, REAL pixels_3_3, REAL pixels_3_4, REAL pixels_4_0, REAL pixels_4_1, REAL
@@ -2017,7 +2017,7 @@ static INLINE void NAME(medians_within)(intptr_t n, intptr_t m, const REAL *imag
     REAL median_of_25;
     for (intptr_t i = 0; i < n; i++) {
         GAC_WINDOWS(j, m, 2, m - 2, {
-            NAME(medians_1)(image[gac_nearest(i - 2, n) * m + GAC_ROW_AT(nearest, j - 2, m)],
+            NAME(medians_median_of)(image[gac_nearest(i - 2, n) * m + GAC_ROW_AT(nearest, j - 2, m)],
     image[gac_nearest(i - 2, n) * m + GAC_ROW_AT(nearest, j - 1, m)], image[gac_nearest(i - 2, n) * m + j],
     image[gac_nearest(i - 2, n) * m + GAC_ROW_AT(nearest, j + 1, m)], image[gac_nearest(i - 2,
     n) * m + GAC_ROW_AT(nearest, j + 2, m)], image[gac_nearest(i - 1, n) * m + GAC_ROW_AT(nearest, j - 2, m)],

@@ -2,7 +2,7 @@
 // command: gac generate --all kalman
 // spec: 7151b64f1afe653e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: be0c6dfa2eb9662f688563ccd91ff4c4e6d4312f4da2de80fb3a63d0c924681f
+// body: e872fdfc6e177c10ff59bde52e95cee11656f2edac8185c65335dfc2415023e5
 
 #ifndef REAL
 #include "kalman.h"
@@ -2764,7 +2764,7 @@ GAC_KERNEL(update_6_3, PLAIN, NO)
     AND OUT(7, out_1, 3, 3, 1) AND OUT(8, out_2, 2, 2, 1)
 #define WORK_update_in_sequence_2(WORK)
 
-static INLINE void NAME(update_in_sequence_2_1)(const REAL *state, const REAL *covariance, REAL *carry_0_0, REAL
+static INLINE void NAME(update_in_sequence_2_carry)(const REAL *state, const REAL *covariance, REAL *carry_0_0, REAL
     *carry_0_1, REAL *carry, REAL *carry_2_0, REAL *carry_2_1)
 {
     const REAL state_0 = state[0], state_1 = state[1];
@@ -2777,12 +2777,12 @@ static INLINE void NAME(update_in_sequence_2_1)(const REAL *state, const REAL *c
     carry_2_0[0] = (REAL)0;
     carry_2_1[0] = (REAL)0;
 }
-#define PARTS_update_in_sequence_2_1(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 3) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(update_in_sequence_2_1, PLAIN)
+#define PARTS_update_in_sequence_2_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 3) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(update_in_sequence_2_carry, PLAIN)
 
-static INLINE void NAME(update_in_sequence_2_2)(const REAL *state, REAL gate, REAL carry_0_0, REAL carry_0_1, const
-    REAL *carry, REAL carry_2_0, REAL carry_2_1, REAL innovation, const REAL *rows, REAL variance, REAL
+static INLINE void NAME(update_in_sequence_2_carry_2)(const REAL *state, REAL gate, REAL carry_0_0, REAL carry_0_1,
+    const REAL *carry, REAL carry_2_0, REAL carry_2_1, REAL innovation, const REAL *rows, REAL variance, REAL
     *carry_0_0_out, REAL *carry_0_1_out, REAL *carry_out, REAL *carry_2_0_out, REAL *carry_2_1_out)
 {
     const REAL state_0 = state[0], state_1 = state[1];
@@ -2811,13 +2811,13 @@ static INLINE void NAME(update_in_sequence_2_2)(const REAL *state, REAL gate, RE
     carry_2_0_out[0] = carry_2_0 + SELECT(t7, t6, (REAL)0);
     carry_2_1_out[0] = carry_2_1 + t7;
 }
-#define PARTS_update_in_sequence_2_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_update_in_sequence_2_carry_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND IN(4, 3) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND IN(8, 2) AND NUMBER(9, 0) \
     AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 3) AND OUT(13, 1) AND OUT(14, 1)
-GAC_IN_LANES(update_in_sequence_2_2, PLAIN)
+GAC_IN_LANES(update_in_sequence_2_carry_2, PLAIN)
 
-static INLINE void NAME(update_in_sequence_2_3)(REAL carry_0_0, REAL carry_0_1, const REAL *carry, REAL carry_2_0,
-    REAL carry_2_1, REAL *out_0, REAL *out_1, REAL *out_2)
+static INLINE void NAME(update_in_sequence_2_result)(REAL carry_0_0, REAL carry_0_1, const REAL *carry, REAL
+    carry_2_0, REAL carry_2_1, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2];
     out_0[0] = carry_0_0;
@@ -2828,9 +2828,9 @@ static INLINE void NAME(update_in_sequence_2_3)(REAL carry_0_0, REAL carry_0_1, 
     out_2[0] = carry_2_0;
     out_2[1] = carry_2_1;
 }
-#define PARTS_update_in_sequence_2_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 3) \
+#define PARTS_update_in_sequence_2_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 3) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 2) AND OUT(6, 3) AND OUT(7, 2)
-GAC_IN_LANES(update_in_sequence_2_3, PLAIN)
+GAC_IN_LANES(update_in_sequence_2_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t kalman_update_in_sequence_2_work(intptr_t m)
@@ -2845,11 +2845,11 @@ void NAME(update_in_sequence_2)(intptr_t m, const REAL *state, const REAL *covar
 {
     (void)work;
     REAL carry_0_0, carry_0_1, carry[3], carry_2_0, carry_2_1;
-    NAME(update_in_sequence_2_1)(state, covariance, &carry_0_0, &carry_0_1, carry, &carry_2_0, &carry_2_1);
+    NAME(update_in_sequence_2_carry)(state, covariance, &carry_0_0, &carry_0_1, carry, &carry_2_0, &carry_2_1);
     for (intptr_t i = 0; i < m; i++)
-        NAME(update_in_sequence_2_2)(state, gate, carry_0_0, carry_0_1, carry, carry_2_0, carry_2_1, innovations[i],
-    rows + 2 * i, variances[i], &carry_0_0, &carry_0_1, carry, &carry_2_0, &carry_2_1);
-    NAME(update_in_sequence_2_3)(carry_0_0, carry_0_1, carry, carry_2_0, carry_2_1, out_0, out_1, out_2);
+        NAME(update_in_sequence_2_carry_2)(state, gate, carry_0_0, carry_0_1, carry, carry_2_0, carry_2_1,
+    innovations[i], rows + 2 * i, variances[i], &carry_0_0, &carry_0_1, carry, &carry_2_0, &carry_2_1);
+    NAME(update_in_sequence_2_result)(carry_0_0, carry_0_1, carry, carry_2_0, carry_2_1, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(update_in_sequence_2_lanes)(intptr_t m, const REAL *state, const REAL *covariance,
@@ -2857,12 +2857,12 @@ static INLINE WORD NAME(update_in_sequence_2_lanes)(intptr_t m, const REAL *stat
     REAL *out_2)
 {
     _Alignas(64) REAL carry_0_0[NLANES], carry_0_1[NLANES], carry[3 * NLANES], carry_2_0[NLANES], carry_2_1[NLANES];
-    NAME(update_in_sequence_2_1_lanes)(state, covariance, carry_0_0, carry_0_1, carry, carry_2_0, carry_2_1);
+    NAME(update_in_sequence_2_carry_lanes)(state, covariance, carry_0_0, carry_0_1, carry, carry_2_0, carry_2_1);
     for (intptr_t i = 0; i < m; i++)
-        NAME(update_in_sequence_2_2_lanes)(state, gate, carry_0_0, carry_0_1, carry, carry_2_0, carry_2_1,
+        NAME(update_in_sequence_2_carry_2_lanes)(state, gate, carry_0_0, carry_0_1, carry, carry_2_0, carry_2_1,
     innovations + NLANES * i, rows + 2 * NLANES * i, variances + NLANES * i, carry_0_0, carry_0_1, carry, carry_2_0,
     carry_2_1);
-    NAME(update_in_sequence_2_3_lanes)(carry_0_0, carry_0_1, carry, carry_2_0, carry_2_1, out_0, out_1, out_2);
+    NAME(update_in_sequence_2_result_lanes)(carry_0_0, carry_0_1, carry, carry_2_0, carry_2_1, out_0, out_1, out_2);
     return 0;
 }
 
@@ -2874,7 +2874,7 @@ GAC_PROCEDURE(update_in_sequence_2, LANES)
     AND OUT(7, out_1, 10, 10, 1) AND OUT(8, out_2, 2, 2, 1)
 #define WORK_update_in_sequence_4(WORK)
 
-static INLINE void NAME(update_in_sequence_4_1)(const REAL *state, const REAL *covariance, REAL *carry, REAL
+static INLINE void NAME(update_in_sequence_4_carry)(const REAL *state, const REAL *covariance, REAL *carry, REAL
     *carry_2, REAL *carry_2_0, REAL *carry_2_1)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3];
@@ -2899,11 +2899,11 @@ static INLINE void NAME(update_in_sequence_4_1)(const REAL *state, const REAL *c
     carry_2_0[0] = (REAL)0;
     carry_2_1[0] = (REAL)0;
 }
-#define PARTS_update_in_sequence_4_1(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4) AND OUT(3, 10) \
-    AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(update_in_sequence_4_1, PLAIN)
+#define PARTS_update_in_sequence_4_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4) \
+    AND OUT(3, 10) AND OUT(4, 1) AND OUT(5, 1)
+GAC_IN_LANES(update_in_sequence_4_carry, PLAIN)
 
-static INLINE void NAME(update_in_sequence_4_2)(const REAL *state, REAL gate, const REAL *carry, const REAL
+static INLINE void NAME(update_in_sequence_4_carry_2)(const REAL *state, REAL gate, const REAL *carry, const REAL
     *carry_2_2, REAL carry_2_0, REAL carry_2_1, REAL innovation, const REAL *rows, REAL variance, REAL *carry_out,
     REAL *carry_2_out, REAL *carry_2_0_out, REAL *carry_2_1_out)
 {
@@ -2959,12 +2959,12 @@ static INLINE void NAME(update_in_sequence_4_2)(const REAL *state, REAL gate, co
     carry_2_0_out[0] = carry_2_0 + SELECT(t9, t8, (REAL)0);
     carry_2_1_out[0] = carry_2_1 + t9;
 }
-#define PARTS_update_in_sequence_4_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND IN(2, 4) \
+#define PARTS_update_in_sequence_4_carry_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND IN(2, 4) \
     AND IN(3, 10) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 4) AND NUMBER(8, 0) AND OUT(9, 4) \
     AND OUT(10, 10) AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(update_in_sequence_4_2, PLAIN)
+GAC_IN_LANES(update_in_sequence_4_carry_2, PLAIN)
 
-static INLINE void NAME(update_in_sequence_4_3)(const REAL *carry, const REAL *carry_2_2, REAL carry_2_0, REAL
+static INLINE void NAME(update_in_sequence_4_result)(const REAL *carry, const REAL *carry_2_2, REAL carry_2_0, REAL
     carry_2_1, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3];
@@ -2989,9 +2989,9 @@ static INLINE void NAME(update_in_sequence_4_3)(const REAL *carry, const REAL *c
     out_2[0] = carry_2_0;
     out_2[1] = carry_2_1;
 }
-#define PARTS_update_in_sequence_4_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND NUMBER(2, 0) \
+#define PARTS_update_in_sequence_4_result(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 4) AND OUT(5, 10) AND OUT(6, 2)
-GAC_IN_LANES(update_in_sequence_4_3, PLAIN)
+GAC_IN_LANES(update_in_sequence_4_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t kalman_update_in_sequence_4_work(intptr_t m)
@@ -3006,11 +3006,11 @@ void NAME(update_in_sequence_4)(intptr_t m, const REAL *state, const REAL *covar
 {
     (void)work;
     REAL carry[4], carry_2[10], carry_2_0, carry_2_1;
-    NAME(update_in_sequence_4_1)(state, covariance, carry, carry_2, &carry_2_0, &carry_2_1);
+    NAME(update_in_sequence_4_carry)(state, covariance, carry, carry_2, &carry_2_0, &carry_2_1);
     for (intptr_t i = 0; i < m; i++)
-        NAME(update_in_sequence_4_2)(state, gate, carry, carry_2, carry_2_0, carry_2_1, innovations[i],
+        NAME(update_in_sequence_4_carry_2)(state, gate, carry, carry_2, carry_2_0, carry_2_1, innovations[i],
     rows + 4 * i, variances[i], carry, carry_2, &carry_2_0, &carry_2_1);
-    NAME(update_in_sequence_4_3)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
+    NAME(update_in_sequence_4_result)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(update_in_sequence_4_lanes)(intptr_t m, const REAL *state, const REAL *covariance,
@@ -3018,11 +3018,11 @@ static INLINE WORD NAME(update_in_sequence_4_lanes)(intptr_t m, const REAL *stat
     REAL *out_2)
 {
     _Alignas(64) REAL carry[4 * NLANES], carry_2[10 * NLANES], carry_2_0[NLANES], carry_2_1[NLANES];
-    NAME(update_in_sequence_4_1_lanes)(state, covariance, carry, carry_2, carry_2_0, carry_2_1);
+    NAME(update_in_sequence_4_carry_lanes)(state, covariance, carry, carry_2, carry_2_0, carry_2_1);
     for (intptr_t i = 0; i < m; i++)
-        NAME(update_in_sequence_4_2_lanes)(state, gate, carry, carry_2, carry_2_0, carry_2_1,
+        NAME(update_in_sequence_4_carry_2_lanes)(state, gate, carry, carry_2, carry_2_0, carry_2_1,
     innovations + NLANES * i, rows + 4 * NLANES * i, variances + NLANES * i, carry, carry_2, carry_2_0, carry_2_1);
-    NAME(update_in_sequence_4_3_lanes)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
+    NAME(update_in_sequence_4_result_lanes)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
     return 0;
 }
 
@@ -3034,7 +3034,7 @@ GAC_PROCEDURE(update_in_sequence_4, LANES)
     AND OUT(7, out_1, 21, 21, 1) AND OUT(8, out_2, 2, 2, 1)
 #define WORK_update_in_sequence_6(WORK)
 
-static INLINE void NAME(update_in_sequence_6_1)(const REAL *state, const REAL *covariance, REAL *carry, REAL
+static INLINE void NAME(update_in_sequence_6_carry)(const REAL *state, const REAL *covariance, REAL *carry, REAL
     *carry_2, REAL *carry_2_0, REAL *carry_2_1)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
@@ -3076,11 +3076,11 @@ static INLINE void NAME(update_in_sequence_6_1)(const REAL *state, const REAL *c
     carry_2_0[0] = (REAL)0;
     carry_2_1[0] = (REAL)0;
 }
-#define PARTS_update_in_sequence_6_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 21) AND OUT(2, 6) AND OUT(3, 21) \
-    AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(update_in_sequence_6_1, PLAIN)
+#define PARTS_update_in_sequence_6_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 21) AND OUT(2, 6) \
+    AND OUT(3, 21) AND OUT(4, 1) AND OUT(5, 1)
+GAC_IN_LANES(update_in_sequence_6_carry, PLAIN)
 
-static INLINE void NAME(update_in_sequence_6_2)(const REAL *state, REAL gate, const REAL *carry, const REAL
+static INLINE void NAME(update_in_sequence_6_carry_2)(const REAL *state, REAL gate, const REAL *carry, const REAL
     *carry_2_2, REAL carry_2_0, REAL carry_2_1, REAL innovation, const REAL *rows, REAL variance, REAL *carry_out,
     REAL *carry_2_out, REAL *carry_2_0_out, REAL *carry_2_1_out)
 {
@@ -3180,12 +3180,12 @@ static INLINE void NAME(update_in_sequence_6_2)(const REAL *state, REAL gate, co
     carry_2_0_out[0] = carry_2_0 + SELECT(t19, t18, (REAL)0);
     carry_2_1_out[0] = carry_2_1 + t19;
 }
-#define PARTS_update_in_sequence_6_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND IN(2, 6) \
+#define PARTS_update_in_sequence_6_carry_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND IN(2, 6) \
     AND IN(3, 21) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 6) AND NUMBER(8, 0) AND OUT(9, 6) \
     AND OUT(10, 21) AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(update_in_sequence_6_2, PLAIN)
+GAC_IN_LANES(update_in_sequence_6_carry_2, PLAIN)
 
-static INLINE void NAME(update_in_sequence_6_3)(const REAL *carry, const REAL *carry_2_2, REAL carry_2_0, REAL
+static INLINE void NAME(update_in_sequence_6_result)(const REAL *carry, const REAL *carry_2_2, REAL carry_2_0, REAL
     carry_2_1, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4],
@@ -3227,9 +3227,9 @@ static INLINE void NAME(update_in_sequence_6_3)(const REAL *carry, const REAL *c
     out_2[0] = carry_2_0;
     out_2[1] = carry_2_1;
 }
-#define PARTS_update_in_sequence_6_3(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 21) AND NUMBER(2, 0) \
+#define PARTS_update_in_sequence_6_result(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 21) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 6) AND OUT(5, 21) AND OUT(6, 2)
-GAC_IN_LANES(update_in_sequence_6_3, PLAIN)
+GAC_IN_LANES(update_in_sequence_6_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t kalman_update_in_sequence_6_work(intptr_t m)
@@ -3244,11 +3244,11 @@ void NAME(update_in_sequence_6)(intptr_t m, const REAL *state, const REAL *covar
 {
     (void)work;
     REAL carry[6], carry_2[21], carry_2_0, carry_2_1;
-    NAME(update_in_sequence_6_1)(state, covariance, carry, carry_2, &carry_2_0, &carry_2_1);
+    NAME(update_in_sequence_6_carry)(state, covariance, carry, carry_2, &carry_2_0, &carry_2_1);
     for (intptr_t i = 0; i < m; i++)
-        NAME(update_in_sequence_6_2)(state, gate, carry, carry_2, carry_2_0, carry_2_1, innovations[i],
+        NAME(update_in_sequence_6_carry_2)(state, gate, carry, carry_2, carry_2_0, carry_2_1, innovations[i],
     rows + 6 * i, variances[i], carry, carry_2, &carry_2_0, &carry_2_1);
-    NAME(update_in_sequence_6_3)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
+    NAME(update_in_sequence_6_result)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(update_in_sequence_6_lanes)(intptr_t m, const REAL *state, const REAL *covariance,
@@ -3256,11 +3256,11 @@ static INLINE WORD NAME(update_in_sequence_6_lanes)(intptr_t m, const REAL *stat
     REAL *out_2)
 {
     _Alignas(64) REAL carry[6 * NLANES], carry_2[21 * NLANES], carry_2_0[NLANES], carry_2_1[NLANES];
-    NAME(update_in_sequence_6_1_lanes)(state, covariance, carry, carry_2, carry_2_0, carry_2_1);
+    NAME(update_in_sequence_6_carry_lanes)(state, covariance, carry, carry_2, carry_2_0, carry_2_1);
     for (intptr_t i = 0; i < m; i++)
-        NAME(update_in_sequence_6_2_lanes)(state, gate, carry, carry_2, carry_2_0, carry_2_1,
+        NAME(update_in_sequence_6_carry_2_lanes)(state, gate, carry, carry_2, carry_2_0, carry_2_1,
     innovations + NLANES * i, rows + 6 * NLANES * i, variances + NLANES * i, carry, carry_2, carry_2_0, carry_2_1);
-    NAME(update_in_sequence_6_3_lanes)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
+    NAME(update_in_sequence_6_result_lanes)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
     return 0;
 }
 
@@ -3272,7 +3272,7 @@ GAC_PROCEDURE(update_in_sequence_6, LANES)
     AND OUT(7, out_1, 78, 78, 1) AND OUT(8, out_2, 2, 2, 1)
 #define WORK_update_in_sequence_12(WORK)
 
-static INLINE void NAME(update_in_sequence_12_1)(const REAL *state, const REAL *covariance, REAL *carry, REAL
+static INLINE void NAME(update_in_sequence_12_carry)(const REAL *state, const REAL *covariance, REAL *carry, REAL
     *carry_2, REAL *carry_2_0, REAL *carry_2_1)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
@@ -3397,11 +3397,11 @@ static INLINE void NAME(update_in_sequence_12_1)(const REAL *state, const REAL *
     carry_2_0[0] = (REAL)0;
     carry_2_1[0] = (REAL)0;
 }
-#define PARTS_update_in_sequence_12_1(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 78) AND OUT(2, 12) \
+#define PARTS_update_in_sequence_12_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 78) AND OUT(2, 12) \
     AND OUT(3, 78) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(update_in_sequence_12_1, PLAIN)
+GAC_IN_LANES(update_in_sequence_12_carry, PLAIN)
 
-static INLINE void NAME(update_in_sequence_12_2)(const REAL *state, REAL gate, const REAL *carry, const REAL
+static INLINE void NAME(update_in_sequence_12_carry_2)(const REAL *state, REAL gate, const REAL *carry, const REAL
     *carry_2_2, REAL carry_2_0, REAL carry_2_1, REAL innovation, const REAL *rows, REAL variance, REAL *carry_out,
     REAL *carry_2_out, REAL *carry_2_0_out, REAL *carry_2_1_out)
 {
@@ -3695,12 +3695,12 @@ static INLINE void NAME(update_in_sequence_12_2)(const REAL *state, REAL gate, c
     carry_2_0_out[0] = carry_2_0 + SELECT(t59, t58, (REAL)0);
     carry_2_1_out[0] = carry_2_1 + t59;
 }
-#define PARTS_update_in_sequence_12_2(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND NUMBER(1, 0) AND IN(2, 12) \
+#define PARTS_update_in_sequence_12_carry_2(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND NUMBER(1, 0) AND IN(2, 12) \
     AND IN(3, 78) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 12) AND NUMBER(8, 0) AND OUT(9, 12) \
     AND OUT(10, 78) AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(update_in_sequence_12_2, PLAIN)
+GAC_IN_LANES(update_in_sequence_12_carry_2, PLAIN)
 
-static INLINE void NAME(update_in_sequence_12_3)(const REAL *carry, const REAL *carry_2_2, REAL carry_2_0, REAL
+static INLINE void NAME(update_in_sequence_12_result)(const REAL *carry, const REAL *carry_2_2, REAL carry_2_0, REAL
     carry_2_1, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4],
@@ -3825,9 +3825,9 @@ static INLINE void NAME(update_in_sequence_12_3)(const REAL *carry, const REAL *
     out_2[0] = carry_2_0;
     out_2[1] = carry_2_1;
 }
-#define PARTS_update_in_sequence_12_3(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 78) AND NUMBER(2, 0) \
+#define PARTS_update_in_sequence_12_result(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 78) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 12) AND OUT(5, 78) AND OUT(6, 2)
-GAC_IN_LANES(update_in_sequence_12_3, PLAIN)
+GAC_IN_LANES(update_in_sequence_12_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t kalman_update_in_sequence_12_work(intptr_t m)
@@ -3842,11 +3842,11 @@ void NAME(update_in_sequence_12)(intptr_t m, const REAL *state, const REAL *cova
 {
     (void)work;
     REAL carry[12], carry_2[78], carry_2_0, carry_2_1;
-    NAME(update_in_sequence_12_1)(state, covariance, carry, carry_2, &carry_2_0, &carry_2_1);
+    NAME(update_in_sequence_12_carry)(state, covariance, carry, carry_2, &carry_2_0, &carry_2_1);
     for (intptr_t i = 0; i < m; i++)
-        NAME(update_in_sequence_12_2)(state, gate, carry, carry_2, carry_2_0, carry_2_1, innovations[i],
+        NAME(update_in_sequence_12_carry_2)(state, gate, carry, carry_2, carry_2_0, carry_2_1, innovations[i],
     rows + 12 * i, variances[i], carry, carry_2, &carry_2_0, &carry_2_1);
-    NAME(update_in_sequence_12_3)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
+    NAME(update_in_sequence_12_result)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(update_in_sequence_12_lanes)(intptr_t m, const REAL *state, const REAL *covariance,
@@ -3854,11 +3854,11 @@ static INLINE WORD NAME(update_in_sequence_12_lanes)(intptr_t m, const REAL *sta
     REAL *out_2)
 {
     _Alignas(64) REAL carry[12 * NLANES], carry_2[78 * NLANES], carry_2_0[NLANES], carry_2_1[NLANES];
-    NAME(update_in_sequence_12_1_lanes)(state, covariance, carry, carry_2, carry_2_0, carry_2_1);
+    NAME(update_in_sequence_12_carry_lanes)(state, covariance, carry, carry_2, carry_2_0, carry_2_1);
     for (intptr_t i = 0; i < m; i++)
-        NAME(update_in_sequence_12_2_lanes)(state, gate, carry, carry_2, carry_2_0, carry_2_1,
+        NAME(update_in_sequence_12_carry_2_lanes)(state, gate, carry, carry_2, carry_2_0, carry_2_1,
     innovations + NLANES * i, rows + 12 * NLANES * i, variances + NLANES * i, carry, carry_2, carry_2_0, carry_2_1);
-    NAME(update_in_sequence_12_3_lanes)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
+    NAME(update_in_sequence_12_result_lanes)(carry, carry_2, carry_2_0, carry_2_1, out_0, out_1, out_2);
     return 0;
 }
 
@@ -3871,9 +3871,9 @@ GAC_PROCEDURE(update_in_sequence_12, LANES)
     AND OUT(12, out_4, 1, 1, t) AND OUT(13, out_5, scalar, 1, t) AND OUT(14, out_6, scalar, 1, t)
 #define WORK_filter_2_1(WORK) WORK(15, carry_state_0, scalar, 1, t) WORK(16, carry_state_1, scalar, 1, t)
 
-static INLINE void NAME(filter_2_1_1)(const REAL *state, const REAL *covariance, REAL *carry_state_0_start, REAL
-    *carry_state_1_start, REAL *carry_covariance_start, REAL *carry_predicted_0_start, REAL
-    *carry_predicted_1_start, REAL *carry_predicted_covariance_start, REAL *carry_innovation_0_start, REAL
+static INLINE void NAME(filter_2_1_carry_state_0_start)(const REAL *state, const REAL *covariance, REAL
+    *carry_state_0_start, REAL *carry_state_1_start, REAL *carry_covariance_start, REAL *carry_predicted_0_start,
+    REAL *carry_predicted_1_start, REAL *carry_predicted_covariance_start, REAL *carry_innovation_0_start, REAL
     *carry_square_start, REAL *carry_used_start)
 {
     const REAL state_0 = state[0], state_1 = state[1];
@@ -3892,14 +3892,14 @@ static INLINE void NAME(filter_2_1_1)(const REAL *state, const REAL *covariance,
     carry_square_start[0] = (REAL)0;
     carry_used_start[0] = (REAL)0;
 }
-#define PARTS_filter_2_1_1(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 3) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 3) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1)
-GAC_IN_LANES(filter_2_1_1, PLAIN)
+#define PARTS_filter_2_1_carry_state_0_start(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 3) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 3) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1)
+GAC_IN_LANES(filter_2_1_carry_state_0_start, PLAIN)
 
-static INLINE void NAME(filter_2_1_2)(const REAL *transition, const REAL *process, const REAL *rows, const REAL
-    *noise_0, REAL gate, REAL carry_state_0, REAL carry_state_1, const REAL *out_1, const REAL *measurement_0, REAL
-    *carry_state_0_out, REAL *carry_state_1_out, REAL *out_1_out, REAL *carry_predicted_0, REAL *carry_predicted_1,
-    REAL *out_3, REAL *out_4, REAL *out_5, REAL *out_6)
+static INLINE void NAME(filter_2_1_carry_state)(const REAL *transition, const REAL *process, const REAL *rows, const
+    REAL *noise_0, REAL gate, REAL carry_state_0, REAL carry_state_1, const REAL *out_1, const REAL *measurement_0,
+    REAL *carry_state_0_out, REAL *carry_state_1_out, REAL *out_1_out, REAL *carry_predicted_0, REAL
+    *carry_predicted_1, REAL *out_3, REAL *out_4, REAL *out_5, REAL *out_6)
 {
     const REAL transition_0_0 = transition[0], transition_0_1 = transition[1], transition_1_0 = transition[2],
         transition_1_1 = transition[3];
@@ -3959,26 +3959,18 @@ static INLINE void NAME(filter_2_1_2)(const REAL *transition, const REAL *proces
     out_5[0] = t20;
     out_6[0] = t21;
 }
-#define PARTS_filter_2_1_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 2) AND IN(3, 1) \
+#define PARTS_filter_2_1_carry_state(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 2) AND IN(3, 1) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 3) AND IN(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
     AND OUT(11, 3) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 3) AND OUT(15, 1) AND OUT(16, 1) AND OUT(17, 1)
-GAC_IN_LANES(filter_2_1_2, PLAIN)
+GAC_IN_LANES(filter_2_1_carry_state, PLAIN)
 
-static INLINE void NAME(filter_2_1_3)(REAL value, REAL value_2, REAL *out_0)
+static INLINE void NAME(filter_2_1_result)(REAL value, REAL value_2, REAL *out_0)
 {
     out_0[0] = value;
     out_0[1] = value_2;
 }
-#define PARTS_filter_2_1_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
-GAC_IN_LANES(filter_2_1_3, PLAIN)
-
-static INLINE void NAME(filter_2_1_4)(REAL value, REAL value_2, REAL *out_2)
-{
-    out_2[0] = value;
-    out_2[1] = value_2;
-}
-#define PARTS_filter_2_1_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
-GAC_IN_LANES(filter_2_1_4, PLAIN)
+#define PARTS_filter_2_1_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
+GAC_IN_LANES(filter_2_1_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t kalman_filter_2_1_work(intptr_t t)
@@ -3995,16 +3987,16 @@ void NAME(filter_2_1)(intptr_t t, const REAL *state, const REAL *covariance, con
     carry_predicted_1_start, carry_predicted_covariance_start[3], carry_innovation_0_start, carry_square_start,
     carry_used_start, *const carry_state_0 = work, *const carry_state_1 = carry_state_0 + t, carry_predicted_0,
     carry_predicted_1;
-    NAME(filter_2_1_1)(state, covariance, &carry_state_0_start, &carry_state_1_start, carry_covariance_start,
-    &carry_predicted_0_start, &carry_predicted_1_start, carry_predicted_covariance_start, &carry_innovation_0_start,
-    &carry_square_start, &carry_used_start);
+    NAME(filter_2_1_carry_state_0_start)(state, covariance, &carry_state_0_start, &carry_state_1_start,
+    carry_covariance_start, &carry_predicted_0_start, &carry_predicted_1_start, carry_predicted_covariance_start,
+    &carry_innovation_0_start, &carry_square_start, &carry_used_start);
     for (intptr_t i = 0; i < t; i++) {
-        NAME(filter_2_1_2)(transition, process, rows, noise, gate,
+        NAME(filter_2_1_carry_state)(transition, process, rows, noise, gate,
     i > 0 ? carry_state_0[i - 1] : carry_state_0_start, i > 0 ? carry_state_1[i - 1] : carry_state_1_start,
     i > 0 ? out_1 + 3 * (i - 1) : carry_covariance_start, measurements + i, carry_state_0 + i, carry_state_1 + i,
     out_1 + 3 * i, &carry_predicted_0, &carry_predicted_1, out_3 + 3 * i, out_4 + i, out_5 + i, out_6 + i);
-        NAME(filter_2_1_3)(carry_state_0[i], carry_state_1[i], out_0 + 2 * i);
-        NAME(filter_2_1_4)(carry_predicted_0, carry_predicted_1, out_2 + 2 * i);
+        NAME(filter_2_1_result)(carry_state_0[i], carry_state_1[i], out_0 + 2 * i);
+        NAME(filter_2_1_result)(carry_predicted_0, carry_predicted_1, out_2 + 2 * i);
     }
 }
 
@@ -4017,18 +4009,19 @@ static INLINE WORD NAME(filter_2_1_lanes)(intptr_t t, const REAL *state, const R
     carry_predicted_0_start[NLANES], carry_predicted_1_start[NLANES], carry_predicted_covariance_start[3 * NLANES],
     carry_innovation_0_start[NLANES], carry_square_start[NLANES], carry_used_start[NLANES],
     carry_predicted_0[NLANES], carry_predicted_1[NLANES];
-    NAME(filter_2_1_1_lanes)(state, covariance, carry_state_0_start, carry_state_1_start, carry_covariance_start,
-    carry_predicted_0_start, carry_predicted_1_start, carry_predicted_covariance_start, carry_innovation_0_start,
-    carry_square_start, carry_used_start);
+    NAME(filter_2_1_carry_state_0_start_lanes)(state, covariance, carry_state_0_start, carry_state_1_start,
+    carry_covariance_start, carry_predicted_0_start, carry_predicted_1_start, carry_predicted_covariance_start,
+    carry_innovation_0_start, carry_square_start, carry_used_start);
     for (intptr_t i = 0; i < t; i++) {
-        NAME(filter_2_1_2_lanes)(transition, process, rows, noise, gate,
+        NAME(filter_2_1_carry_state_lanes)(transition, process, rows, noise, gate,
     i > 0 ? carry_state_0 + NLANES * (i - 1) : carry_state_0_start,
     i > 0 ? carry_state_1 + NLANES * (i - 1) : carry_state_1_start,
     i > 0 ? out_1 + 3 * NLANES * (i - 1) : carry_covariance_start, measurements + NLANES * i,
     carry_state_0 + NLANES * i, carry_state_1 + NLANES * i, out_1 + 3 * NLANES * i, carry_predicted_0,
     carry_predicted_1, out_3 + 3 * NLANES * i, out_4 + NLANES * i, out_5 + NLANES * i, out_6 + NLANES * i);
-        NAME(filter_2_1_3_lanes)(carry_state_0 + NLANES * i, carry_state_1 + NLANES * i, out_0 + 2 * NLANES * i);
-        NAME(filter_2_1_4_lanes)(carry_predicted_0, carry_predicted_1, out_2 + 2 * NLANES * i);
+        NAME(filter_2_1_result_lanes)(carry_state_0 + NLANES * i, carry_state_1 + NLANES * i,
+    out_0 + 2 * NLANES * i);
+        NAME(filter_2_1_result_lanes)(carry_predicted_0, carry_predicted_1, out_2 + 2 * NLANES * i);
     }
     return 0;
 }
@@ -4043,9 +4036,10 @@ GAC_PROCEDURE(filter_2_1, LANES)
     AND OUT(14, out_6, scalar, 1, t)
 #define WORK_filter_4_2(WORK)
 
-static INLINE void NAME(filter_4_2_1)(const REAL *state, const REAL *covariance, REAL *carry_state_start, REAL
-    *carry_covariance_start, REAL *carry_predicted_start, REAL *carry_predicted_covariance_start, REAL
-    *carry_innovation_0_start, REAL *carry_innovation_1_start, REAL *carry_square_start, REAL *carry_used_start)
+static INLINE void NAME(filter_4_2_carry_state_start)(const REAL *state, const REAL *covariance, REAL
+    *carry_state_start, REAL *carry_covariance_start, REAL *carry_predicted_start, REAL
+    *carry_predicted_covariance_start, REAL *carry_innovation_0_start, REAL *carry_innovation_1_start, REAL
+    *carry_square_start, REAL *carry_used_start)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3];
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
@@ -4085,11 +4079,11 @@ static INLINE void NAME(filter_4_2_1)(const REAL *state, const REAL *covariance,
     carry_square_start[0] = (REAL)0;
     carry_used_start[0] = (REAL)0;
 }
-#define PARTS_filter_4_2_1(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4) AND OUT(3, 10) \
-    AND OUT(4, 4) AND OUT(5, 10) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(filter_4_2_1, PLAIN)
+#define PARTS_filter_4_2_carry_state_start(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4) \
+    AND OUT(3, 10) AND OUT(4, 4) AND OUT(5, 10) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
+GAC_IN_LANES(filter_4_2_carry_state_start, PLAIN)
 
-static INLINE void NAME(filter_4_2_2)(const REAL *transition, const REAL *process, const REAL *rows, const REAL
+static INLINE void NAME(filter_4_2_result)(const REAL *transition, const REAL *process, const REAL *rows, const REAL
     *noise, REAL gate, const REAL *out_0, const REAL *out_1, const REAL *measurements, REAL *out_0_out, REAL
     *out_1_out, REAL *out_2, REAL *out_3, REAL *carry_innovation_0, REAL *carry_innovation_1, REAL *out_5, REAL
     *out_6)
@@ -4301,18 +4295,10 @@ static INLINE void NAME(filter_4_2_2)(const REAL *transition, const REAL *proces
     out_5[0] = t96;
     out_6[0] = t97;
 }
-#define PARTS_filter_4_2_2(IN, SAME, NUMBER, OUT, AND) IN(0, 16) AND IN(1, 10) AND IN(2, 8) AND IN(3, 3) \
+#define PARTS_filter_4_2_result(IN, SAME, NUMBER, OUT, AND) IN(0, 16) AND IN(1, 10) AND IN(2, 8) AND IN(3, 3) \
     AND NUMBER(4, 0) AND IN(5, 4) AND IN(6, 10) AND IN(7, 2) AND OUT(8, 4) AND OUT(9, 10) AND OUT(10, 4) \
     AND OUT(11, 10) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1)
-GAC_IN_LANES(filter_4_2_2, PLAIN)
-
-static INLINE void NAME(filter_4_2_3)(REAL value, REAL value_2, REAL *out_4)
-{
-    out_4[0] = value;
-    out_4[1] = value_2;
-}
-#define PARTS_filter_4_2_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
-GAC_IN_LANES(filter_4_2_3, PLAIN)
+GAC_IN_LANES(filter_4_2_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t kalman_filter_4_2_work(intptr_t t)
@@ -4330,14 +4316,15 @@ void NAME(filter_4_2)(intptr_t t, const REAL *state, const REAL *covariance, con
     REAL carry_state_start[4], carry_covariance_start[10], carry_predicted_start[4],
     carry_predicted_covariance_start[10], carry_innovation_0_start, carry_innovation_1_start, carry_square_start,
     carry_used_start, carry_innovation_0, carry_innovation_1;
-    NAME(filter_4_2_1)(state, covariance, carry_state_start, carry_covariance_start, carry_predicted_start,
-    carry_predicted_covariance_start, &carry_innovation_0_start, &carry_innovation_1_start, &carry_square_start,
-    &carry_used_start);
+    NAME(filter_4_2_carry_state_start)(state, covariance, carry_state_start, carry_covariance_start,
+    carry_predicted_start, carry_predicted_covariance_start, &carry_innovation_0_start, &carry_innovation_1_start,
+    &carry_square_start, &carry_used_start);
     for (intptr_t i = 0; i < t; i++) {
-        NAME(filter_4_2_2)(transition, process, rows, noise, gate, i > 0 ? out_0 + 4 * (i - 1) : carry_state_start,
-    i > 0 ? out_1 + 10 * (i - 1) : carry_covariance_start, measurements + 2 * i, out_0 + 4 * i, out_1 + 10 * i,
-    out_2 + 4 * i, out_3 + 10 * i, &carry_innovation_0, &carry_innovation_1, out_5 + i, out_6 + i);
-        NAME(filter_4_2_3)(carry_innovation_0, carry_innovation_1, out_4 + 2 * i);
+        NAME(filter_4_2_result)(transition, process, rows, noise, gate,
+    i > 0 ? out_0 + 4 * (i - 1) : carry_state_start, i > 0 ? out_1 + 10 * (i - 1) : carry_covariance_start,
+    measurements + 2 * i, out_0 + 4 * i, out_1 + 10 * i, out_2 + 4 * i, out_3 + 10 * i, &carry_innovation_0,
+    &carry_innovation_1, out_5 + i, out_6 + i);
+        NAME(filter_2_1_result)(carry_innovation_0, carry_innovation_1, out_4 + 2 * i);
     }
 }
 
@@ -4349,16 +4336,16 @@ static INLINE WORD NAME(filter_4_2_lanes)(intptr_t t, const REAL *state, const R
     carry_predicted_start[4 * NLANES], carry_predicted_covariance_start[10 * NLANES],
     carry_innovation_0_start[NLANES], carry_innovation_1_start[NLANES], carry_square_start[NLANES],
     carry_used_start[NLANES], carry_innovation_0[NLANES], carry_innovation_1[NLANES];
-    NAME(filter_4_2_1_lanes)(state, covariance, carry_state_start, carry_covariance_start, carry_predicted_start,
-    carry_predicted_covariance_start, carry_innovation_0_start, carry_innovation_1_start, carry_square_start,
-    carry_used_start);
+    NAME(filter_4_2_carry_state_start_lanes)(state, covariance, carry_state_start, carry_covariance_start,
+    carry_predicted_start, carry_predicted_covariance_start, carry_innovation_0_start, carry_innovation_1_start,
+    carry_square_start, carry_used_start);
     for (intptr_t i = 0; i < t; i++) {
-        NAME(filter_4_2_2_lanes)(transition, process, rows, noise, gate,
+        NAME(filter_4_2_result_lanes)(transition, process, rows, noise, gate,
     i > 0 ? out_0 + 4 * NLANES * (i - 1) : carry_state_start,
     i > 0 ? out_1 + 10 * NLANES * (i - 1) : carry_covariance_start, measurements + 2 * NLANES * i,
     out_0 + 4 * NLANES * i, out_1 + 10 * NLANES * i, out_2 + 4 * NLANES * i, out_3 + 10 * NLANES * i,
     carry_innovation_0, carry_innovation_1, out_5 + NLANES * i, out_6 + NLANES * i);
-        NAME(filter_4_2_3_lanes)(carry_innovation_0, carry_innovation_1, out_4 + 2 * NLANES * i);
+        NAME(filter_2_1_result_lanes)(carry_innovation_0, carry_innovation_1, out_4 + 2 * NLANES * i);
     }
     return 0;
 }
@@ -4373,9 +4360,10 @@ GAC_PROCEDURE(filter_4_2, LANES)
     AND OUT(14, out_6, scalar, 1, t)
 #define WORK_filter_6_3(WORK)
 
-static INLINE void NAME(filter_6_3_1)(const REAL *state, const REAL *covariance, REAL *carry_state_start, REAL
-    *carry_covariance_start, REAL *carry_predicted_start, REAL *carry_predicted_covariance_start, REAL
-    *carry_innovation_start, REAL *carry_square_start, REAL *carry_used_start)
+static INLINE void NAME(filter_6_3_carry_state_start)(const REAL *state, const REAL *covariance, REAL
+    *carry_state_start, REAL *carry_covariance_start, REAL *carry_predicted_start, REAL
+    *carry_predicted_covariance_start, REAL *carry_innovation_start, REAL *carry_square_start, REAL
+    *carry_used_start)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
         state_5 = state[5];
@@ -4446,11 +4434,11 @@ static INLINE void NAME(filter_6_3_1)(const REAL *state, const REAL *covariance,
     carry_square_start[0] = (REAL)0;
     carry_used_start[0] = (REAL)0;
 }
-#define PARTS_filter_6_3_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 21) AND OUT(2, 6) AND OUT(3, 21) \
-    AND OUT(4, 6) AND OUT(5, 21) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(filter_6_3_1, PLAIN)
+#define PARTS_filter_6_3_carry_state_start(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 21) AND OUT(2, 6) \
+    AND OUT(3, 21) AND OUT(4, 6) AND OUT(5, 21) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1)
+GAC_IN_LANES(filter_6_3_carry_state_start, PLAIN)
 
-static INLINE void NAME(filter_6_3_2)(const REAL *transition, const REAL *process, const REAL *rows, const REAL
+static INLINE void NAME(filter_6_3_result)(const REAL *transition, const REAL *process, const REAL *rows, const REAL
     *noise, REAL gate, const REAL *out_0, const REAL *out_1, const REAL *measurements, REAL *out_0_out, REAL
     *out_1_out, REAL *out_2, REAL *out_3, REAL *out_4, REAL *out_5, REAL *out_6)
 {
@@ -4987,10 +4975,10 @@ static INLINE void NAME(filter_6_3_2)(const REAL *transition, const REAL *proces
     out_5[0] = t246;
     out_6[0] = t247;
 }
-#define PARTS_filter_6_3_2(IN, SAME, NUMBER, OUT, AND) IN(0, 36) AND IN(1, 21) AND IN(2, 18) AND IN(3, 6) \
+#define PARTS_filter_6_3_result(IN, SAME, NUMBER, OUT, AND) IN(0, 36) AND IN(1, 21) AND IN(2, 18) AND IN(3, 6) \
     AND NUMBER(4, 0) AND IN(5, 6) AND IN(6, 21) AND IN(7, 3) AND OUT(8, 6) AND OUT(9, 21) AND OUT(10, 6) \
     AND OUT(11, 21) AND OUT(12, 3) AND OUT(13, 1) AND OUT(14, 1)
-GAC_IN_LANES(filter_6_3_2, PLAIN)
+GAC_IN_LANES(filter_6_3_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t kalman_filter_6_3_work(intptr_t t)
@@ -5007,12 +4995,14 @@ void NAME(filter_6_3)(intptr_t t, const REAL *state, const REAL *covariance, con
     (void)work;
     REAL carry_state_start[6], carry_covariance_start[21], carry_predicted_start[6],
     carry_predicted_covariance_start[21], carry_innovation_start[3], carry_square_start, carry_used_start;
-    NAME(filter_6_3_1)(state, covariance, carry_state_start, carry_covariance_start, carry_predicted_start,
-    carry_predicted_covariance_start, carry_innovation_start, &carry_square_start, &carry_used_start);
+    NAME(filter_6_3_carry_state_start)(state, covariance, carry_state_start, carry_covariance_start,
+    carry_predicted_start, carry_predicted_covariance_start, carry_innovation_start, &carry_square_start,
+    &carry_used_start);
     for (intptr_t i = 0; i < t; i++)
-        NAME(filter_6_3_2)(transition, process, rows, noise, gate, i > 0 ? out_0 + 6 * (i - 1) : carry_state_start,
-    i > 0 ? out_1 + 21 * (i - 1) : carry_covariance_start, measurements + 3 * i, out_0 + 6 * i, out_1 + 21 * i,
-    out_2 + 6 * i, out_3 + 21 * i, out_4 + 3 * i, out_5 + i, out_6 + i);
+        NAME(filter_6_3_result)(transition, process, rows, noise, gate,
+    i > 0 ? out_0 + 6 * (i - 1) : carry_state_start, i > 0 ? out_1 + 21 * (i - 1) : carry_covariance_start,
+    measurements + 3 * i, out_0 + 6 * i, out_1 + 21 * i, out_2 + 6 * i, out_3 + 21 * i, out_4 + 3 * i, out_5 + i,
+    out_6 + i);
 }
 
 static INLINE WORD NAME(filter_6_3_lanes)(intptr_t t, const REAL *state, const REAL *covariance,
@@ -5022,10 +5012,11 @@ static INLINE WORD NAME(filter_6_3_lanes)(intptr_t t, const REAL *state, const R
     _Alignas(64) REAL carry_state_start[6 * NLANES], carry_covariance_start[21 * NLANES],
     carry_predicted_start[6 * NLANES], carry_predicted_covariance_start[21 * NLANES],
     carry_innovation_start[3 * NLANES], carry_square_start[NLANES], carry_used_start[NLANES];
-    NAME(filter_6_3_1_lanes)(state, covariance, carry_state_start, carry_covariance_start, carry_predicted_start,
-    carry_predicted_covariance_start, carry_innovation_start, carry_square_start, carry_used_start);
+    NAME(filter_6_3_carry_state_start_lanes)(state, covariance, carry_state_start, carry_covariance_start,
+    carry_predicted_start, carry_predicted_covariance_start, carry_innovation_start, carry_square_start,
+    carry_used_start);
     for (intptr_t i = 0; i < t; i++)
-        NAME(filter_6_3_2_lanes)(transition, process, rows, noise, gate,
+        NAME(filter_6_3_result_lanes)(transition, process, rows, noise, gate,
     i > 0 ? out_0 + 6 * NLANES * (i - 1) : carry_state_start,
     i > 0 ? out_1 + 21 * NLANES * (i - 1) : carry_covariance_start, measurements + 3 * NLANES * i,
     out_0 + 6 * NLANES * i, out_1 + 21 * NLANES * i, out_2 + 6 * NLANES * i, out_3 + 21 * NLANES * i,
@@ -5041,8 +5032,8 @@ GAC_PROCEDURE(filter_6_3, LANES)
     AND IN(7, transition, 2x2, 4, 1) AND OUT(8, out_0, 2, 2, t) AND OUT(9, out_1, 3, 3, t)
 #define WORK_smooth_2(WORK) WORK(10, carry_0_0, scalar, 1, t) WORK(11, carry_0_1, scalar, 1, t)
 
-static INLINE void NAME(smooth_2_1)(const REAL *last, const REAL *last_covariance, REAL *carry_0_0_start, REAL
-    *carry_0_1_start, REAL *carry_start)
+static INLINE void NAME(smooth_2_carry_0_0_start)(const REAL *last, const REAL *last_covariance, REAL
+    *carry_0_0_start, REAL *carry_0_1_start, REAL *carry_start)
 {
     const REAL last_0 = last[0], last_1 = last[1];
     const REAL last_covariance_0 = last_covariance[0], last_covariance_1 = last_covariance[1],
@@ -5053,12 +5044,13 @@ static INLINE void NAME(smooth_2_1)(const REAL *last, const REAL *last_covarianc
     carry_start[1] = last_covariance_1;
     carry_start[2] = last_covariance_2;
 }
-#define PARTS_smooth_2_1(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND OUT(2, 1) AND OUT(3, 1) AND OUT(4, 3)
-GAC_IN_LANES(smooth_2_1, PLAIN)
+#define PARTS_smooth_2_carry_0_0_start(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND OUT(2, 1) AND OUT(3, 1) \
+    AND OUT(4, 3)
+GAC_IN_LANES(smooth_2_carry_0_0_start, PLAIN)
 
-static INLINE void NAME(smooth_2_2)(const REAL *transition, REAL carry_0_0, REAL carry_0_1, const REAL *out_1, const
-    REAL *states, const REAL *covariances, const REAL *predicted, const REAL *predicted_covariances, REAL goes_on,
-    REAL *carry_0_0_out, REAL *carry_0_1_out, REAL *out_1_out)
+static INLINE void NAME(smooth_2_carry)(const REAL *transition, REAL carry_0_0, REAL carry_0_1, const REAL *out_1,
+    const REAL *states, const REAL *covariances, const REAL *predicted, const REAL *predicted_covariances, REAL
+    goes_on, REAL *carry_0_0_out, REAL *carry_0_1_out, REAL *out_1_out)
 {
     const REAL transition_0_0 = transition[0], transition_0_1 = transition[1], transition_1_0 = transition[2],
         transition_1_1 = transition[3];
@@ -5099,17 +5091,9 @@ static INLINE void NAME(smooth_2_2)(const REAL *transition, REAL carry_0_0, REAL
     out_1_out[1] = covariances_1 + SELECT(t12, t23, (REAL)0);
     out_1_out[2] = covariances_2 + SELECT(t12, t24, (REAL)0);
 }
-#define PARTS_smooth_2_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 3) \
+#define PARTS_smooth_2_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 3) \
     AND IN(4, 2) AND IN(5, 3) AND IN(6, 2) AND IN(7, 3) AND NUMBER(8, 0) AND OUT(9, 1) AND OUT(10, 1) AND OUT(11, 3)
-GAC_IN_LANES(smooth_2_2, PLAIN)
-
-static INLINE void NAME(smooth_2_3)(REAL value, REAL value_2, REAL *out_0)
-{
-    out_0[0] = value;
-    out_0[1] = value_2;
-}
-#define PARTS_smooth_2_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
-GAC_IN_LANES(smooth_2_3, PLAIN)
+GAC_IN_LANES(smooth_2_carry, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t kalman_smooth_2_work(intptr_t t)
@@ -5124,13 +5108,13 @@ void NAME(smooth_2)(intptr_t t, const REAL *states, const REAL *covariances, con
 {
     REAL carry_0_0_start, carry_0_1_start, carry_start[3], *const carry_0_0 = work,
     *const carry_0_1 = carry_0_0 + t;
-    NAME(smooth_2_1)(last, last_covariance, &carry_0_0_start, &carry_0_1_start, carry_start);
+    NAME(smooth_2_carry_0_0_start)(last, last_covariance, &carry_0_0_start, &carry_0_1_start, carry_start);
     for (intptr_t i = t; i-- > 0;) {
-        NAME(smooth_2_2)(transition, i + 1 < t ? carry_0_0[i + 1] : carry_0_0_start,
+        NAME(smooth_2_carry)(transition, i + 1 < t ? carry_0_0[i + 1] : carry_0_0_start,
     i + 1 < t ? carry_0_1[i + 1] : carry_0_1_start, i + 1 < t ? out_1 + 3 * (i + 1) : carry_start, states + 2 * i,
     covariances + 3 * i, predicted + 2 * i, predicted_covariances + 3 * i, ahead[i], carry_0_0 + i, carry_0_1 + i,
     out_1 + 3 * i);
-        NAME(smooth_2_3)(carry_0_0[i], carry_0_1[i], out_0 + 2 * i);
+        NAME(filter_2_1_result)(carry_0_0[i], carry_0_1[i], out_0 + 2 * i);
     }
 }
 
@@ -5139,14 +5123,14 @@ static INLINE WORD NAME(smooth_2_lanes)(intptr_t t, const REAL *states, const RE
     const REAL *last_covariance, const REAL *transition, REAL *out_0, REAL *out_1, REAL *carry_0_0, REAL *carry_0_1)
 {
     _Alignas(64) REAL carry_0_0_start[NLANES], carry_0_1_start[NLANES], carry_start[3 * NLANES];
-    NAME(smooth_2_1_lanes)(last, last_covariance, carry_0_0_start, carry_0_1_start, carry_start);
+    NAME(smooth_2_carry_0_0_start_lanes)(last, last_covariance, carry_0_0_start, carry_0_1_start, carry_start);
     for (intptr_t i = t; i-- > 0;) {
-        NAME(smooth_2_2_lanes)(transition, i + 1 < t ? carry_0_0 + NLANES * (i + 1) : carry_0_0_start,
+        NAME(smooth_2_carry_lanes)(transition, i + 1 < t ? carry_0_0 + NLANES * (i + 1) : carry_0_0_start,
     i + 1 < t ? carry_0_1 + NLANES * (i + 1) : carry_0_1_start,
     i + 1 < t ? out_1 + 3 * NLANES * (i + 1) : carry_start, states + 2 * NLANES * i, covariances + 3 * NLANES * i,
     predicted + 2 * NLANES * i, predicted_covariances + 3 * NLANES * i, ahead + NLANES * i, carry_0_0 + NLANES * i,
     carry_0_1 + NLANES * i, out_1 + 3 * NLANES * i);
-        NAME(smooth_2_3_lanes)(carry_0_0 + NLANES * i, carry_0_1 + NLANES * i, out_0 + 2 * NLANES * i);
+        NAME(filter_2_1_result_lanes)(carry_0_0 + NLANES * i, carry_0_1 + NLANES * i, out_0 + 2 * NLANES * i);
     }
     return 0;
 }
@@ -5159,7 +5143,7 @@ GAC_PROCEDURE(smooth_2, LANES)
     AND IN(7, transition, 4x4, 16, 1) AND OUT(8, out_0, 4, 4, t) AND OUT(9, out_1, 10, 10, t)
 #define WORK_smooth_4(WORK)
 
-static INLINE void NAME(smooth_4_1)(const REAL *last, const REAL *last_covariance, REAL *carry_start, REAL
+static INLINE void NAME(smooth_4_carry_start)(const REAL *last, const REAL *last_covariance, REAL *carry_start, REAL
     *carry_start_2)
 {
     const REAL last_0 = last[0], last_1 = last[1], last_2 = last[2], last_3 = last[3];
@@ -5183,10 +5167,10 @@ static INLINE void NAME(smooth_4_1)(const REAL *last, const REAL *last_covarianc
     carry_start_2[8] = last_covariance_8;
     carry_start_2[9] = last_covariance_9;
 }
-#define PARTS_smooth_4_1(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4) AND OUT(3, 10)
-GAC_IN_LANES(smooth_4_1, PLAIN)
+#define PARTS_smooth_4_carry_start(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4) AND OUT(3, 10)
+GAC_IN_LANES(smooth_4_carry_start, PLAIN)
 
-static INLINE void NAME(smooth_4_2)(const REAL *transition, const REAL *out_0, const REAL *out_1, const REAL
+static INLINE void NAME(smooth_4_result)(const REAL *transition, const REAL *out_0, const REAL *out_1, const REAL
     *states, const REAL *covariances, const REAL *predicted, const REAL *predicted_covariances, REAL goes_on, REAL
     *out_0_out, REAL *out_1_out)
 {
@@ -5344,9 +5328,9 @@ static INLINE void NAME(smooth_4_2)(const REAL *transition, const REAL *out_0, c
     out_1_out[8] = covariances_8 + SELECT(t36, t112, (REAL)0);
     out_1_out[9] = covariances_9 + SELECT(t36, t116, (REAL)0);
 }
-#define PARTS_smooth_4_2(IN, SAME, NUMBER, OUT, AND) IN(0, 16) AND IN(1, 4) AND IN(2, 10) AND IN(3, 4) AND IN(4, 10) \
-    AND IN(5, 4) AND IN(6, 10) AND NUMBER(7, 0) AND OUT(8, 4) AND OUT(9, 10)
-GAC_IN_LANES(smooth_4_2, PLAIN)
+#define PARTS_smooth_4_result(IN, SAME, NUMBER, OUT, AND) IN(0, 16) AND IN(1, 4) AND IN(2, 10) AND IN(3, 4) \
+    AND IN(4, 10) AND IN(5, 4) AND IN(6, 10) AND NUMBER(7, 0) AND OUT(8, 4) AND OUT(9, 10)
+GAC_IN_LANES(smooth_4_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t kalman_smooth_4_work(intptr_t t)
@@ -5362,9 +5346,9 @@ void NAME(smooth_4)(intptr_t t, const REAL *states, const REAL *covariances, con
 {
     (void)work;
     REAL carry_start[4], carry_start_2[10];
-    NAME(smooth_4_1)(last, last_covariance, carry_start, carry_start_2);
+    NAME(smooth_4_carry_start)(last, last_covariance, carry_start, carry_start_2);
     for (intptr_t i = t; i-- > 0;)
-        NAME(smooth_4_2)(transition, i + 1 < t ? out_0 + 4 * (i + 1) : carry_start,
+        NAME(smooth_4_result)(transition, i + 1 < t ? out_0 + 4 * (i + 1) : carry_start,
     i + 1 < t ? out_1 + 10 * (i + 1) : carry_start_2, states + 4 * i, covariances + 10 * i, predicted + 4 * i,
     predicted_covariances + 10 * i, ahead[i], out_0 + 4 * i, out_1 + 10 * i);
 }
@@ -5374,9 +5358,9 @@ static INLINE WORD NAME(smooth_4_lanes)(intptr_t t, const REAL *states, const RE
     const REAL *last_covariance, const REAL *transition, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL carry_start[4 * NLANES], carry_start_2[10 * NLANES];
-    NAME(smooth_4_1_lanes)(last, last_covariance, carry_start, carry_start_2);
+    NAME(smooth_4_carry_start_lanes)(last, last_covariance, carry_start, carry_start_2);
     for (intptr_t i = t; i-- > 0;)
-        NAME(smooth_4_2_lanes)(transition, i + 1 < t ? out_0 + 4 * NLANES * (i + 1) : carry_start,
+        NAME(smooth_4_result_lanes)(transition, i + 1 < t ? out_0 + 4 * NLANES * (i + 1) : carry_start,
     i + 1 < t ? out_1 + 10 * NLANES * (i + 1) : carry_start_2, states + 4 * NLANES * i,
     covariances + 10 * NLANES * i, predicted + 4 * NLANES * i, predicted_covariances + 10 * NLANES * i,
     ahead + NLANES * i, out_0 + 4 * NLANES * i, out_1 + 10 * NLANES * i);
@@ -5391,7 +5375,7 @@ GAC_PROCEDURE(smooth_4, LANES)
     AND IN(7, transition, 6x6, 36, 1) AND OUT(8, out_0, 6, 6, t) AND OUT(9, out_1, 21, 21, t)
 #define WORK_smooth_6(WORK)
 
-static INLINE void NAME(smooth_6_1)(const REAL *last, const REAL *last_covariance, REAL *carry_start, REAL
+static INLINE void NAME(smooth_6_carry_start)(const REAL *last, const REAL *last_covariance, REAL *carry_start, REAL
     *carry_start_2)
 {
     const REAL last_0 = last[0], last_1 = last[1], last_2 = last[2], last_3 = last[3], last_4 = last[4],
@@ -5435,10 +5419,10 @@ static INLINE void NAME(smooth_6_1)(const REAL *last, const REAL *last_covarianc
     carry_start_2[19] = last_covariance_19;
     carry_start_2[20] = last_covariance_20;
 }
-#define PARTS_smooth_6_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 21) AND OUT(2, 6) AND OUT(3, 21)
-GAC_IN_LANES(smooth_6_1, PLAIN)
+#define PARTS_smooth_6_carry_start(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 21) AND OUT(2, 6) AND OUT(3, 21)
+GAC_IN_LANES(smooth_6_carry_start, PLAIN)
 
-static INLINE void NAME(smooth_6_2)(const REAL *transition, const REAL *out_0, const REAL *out_1, const REAL
+static INLINE void NAME(smooth_6_result)(const REAL *transition, const REAL *out_0, const REAL *out_1, const REAL
     *states, const REAL *covariances, const REAL *predicted, const REAL *predicted_covariances, REAL goes_on, REAL
     *out_0_out, REAL *out_1_out)
 {
@@ -5874,9 +5858,9 @@ static INLINE void NAME(smooth_6_2)(const REAL *transition, const REAL *out_0, c
     out_1_out[19] = covariances_19 + SELECT(t72, t353, (REAL)0);
     out_1_out[20] = covariances_20 + SELECT(t72, t362, (REAL)0);
 }
-#define PARTS_smooth_6_2(IN, SAME, NUMBER, OUT, AND) IN(0, 36) AND IN(1, 6) AND IN(2, 21) AND IN(3, 6) AND IN(4, 21) \
-    AND IN(5, 6) AND IN(6, 21) AND NUMBER(7, 0) AND OUT(8, 6) AND OUT(9, 21)
-GAC_IN_LANES(smooth_6_2, PLAIN)
+#define PARTS_smooth_6_result(IN, SAME, NUMBER, OUT, AND) IN(0, 36) AND IN(1, 6) AND IN(2, 21) AND IN(3, 6) \
+    AND IN(4, 21) AND IN(5, 6) AND IN(6, 21) AND NUMBER(7, 0) AND OUT(8, 6) AND OUT(9, 21)
+GAC_IN_LANES(smooth_6_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t kalman_smooth_6_work(intptr_t t)
@@ -5892,9 +5876,9 @@ void NAME(smooth_6)(intptr_t t, const REAL *states, const REAL *covariances, con
 {
     (void)work;
     REAL carry_start[6], carry_start_2[21];
-    NAME(smooth_6_1)(last, last_covariance, carry_start, carry_start_2);
+    NAME(smooth_6_carry_start)(last, last_covariance, carry_start, carry_start_2);
     for (intptr_t i = t; i-- > 0;)
-        NAME(smooth_6_2)(transition, i + 1 < t ? out_0 + 6 * (i + 1) : carry_start,
+        NAME(smooth_6_result)(transition, i + 1 < t ? out_0 + 6 * (i + 1) : carry_start,
     i + 1 < t ? out_1 + 21 * (i + 1) : carry_start_2, states + 6 * i, covariances + 21 * i, predicted + 6 * i,
     predicted_covariances + 21 * i, ahead[i], out_0 + 6 * i, out_1 + 21 * i);
 }
@@ -5904,9 +5888,9 @@ static INLINE WORD NAME(smooth_6_lanes)(intptr_t t, const REAL *states, const RE
     const REAL *last_covariance, const REAL *transition, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL carry_start[6 * NLANES], carry_start_2[21 * NLANES];
-    NAME(smooth_6_1_lanes)(last, last_covariance, carry_start, carry_start_2);
+    NAME(smooth_6_carry_start_lanes)(last, last_covariance, carry_start, carry_start_2);
     for (intptr_t i = t; i-- > 0;)
-        NAME(smooth_6_2_lanes)(transition, i + 1 < t ? out_0 + 6 * NLANES * (i + 1) : carry_start,
+        NAME(smooth_6_result_lanes)(transition, i + 1 < t ? out_0 + 6 * NLANES * (i + 1) : carry_start,
     i + 1 < t ? out_1 + 21 * NLANES * (i + 1) : carry_start_2, states + 6 * NLANES * i,
     covariances + 21 * NLANES * i, predicted + 6 * NLANES * i, predicted_covariances + 21 * NLANES * i,
     ahead + NLANES * i, out_0 + 6 * NLANES * i, out_1 + 21 * NLANES * i);

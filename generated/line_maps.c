@@ -2,7 +2,7 @@
 // command: gac generate --all line_maps
 // spec: 6acdd6a75e78521e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 050f50b24f323129aadcca374a5efb15630a63d301f5f9c911924c6b67c526cb
+// body: 7e253cfcc4e0b6b0821d5f19ca989117cce302fa3afe17da24d2954632943bab
 
 #ifndef REAL
 #include "line_maps.h"
@@ -685,7 +685,7 @@ GAC_KERNEL_AND_FORMS(overlap_of_segments, PLAIN, DIRECT, GAC_USE(overlap_of_segm
     AND OUT(8, out_2, scalar, 1, 1) AND OUT(9, out_3, scalar, 1, 1)
 #define WORK_sums_of_distances(WORK)
 
-static INLINE void NAME(sums_of_distances_1)(REAL *sum, REAL *sum_2, REAL *out_2, REAL *out_3)
+static INLINE void NAME(sums_of_distances_sum_start)(REAL *sum, REAL *sum_2, REAL *out_2, REAL *out_3)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -699,19 +699,20 @@ static INLINE void NAME(sums_of_distances_1)(REAL *sum, REAL *sum_2, REAL *out_2
     out_2[0] = (REAL)0;
     out_3[0] = (REAL)0;
 }
-#define PARTS_sums_of_distances_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(sums_of_distances_1, PLAIN)
+#define PARTS_sums_of_distances_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1) \
+    AND OUT(3, 1)
+GAC_IN_LANES(sums_of_distances_sum_start, PLAIN)
 
-static INLINE void NAME(sums_of_distances_2)(REAL scale, REAL *common)
+static INLINE void NAME(sums_of_distances_common)(REAL scale, REAL *common)
 {
     common[0] = scale * scale;
 }
-#define PARTS_sums_of_distances_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(sums_of_distances_2, PLAIN)
+#define PARTS_sums_of_distances_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(sums_of_distances_common, PLAIN)
 
-static INLINE void NAME(sums_of_distances_3)(const REAL *m, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL
-    sum_3_2, const REAL *points, const REAL *targets, const REAL *normals, REAL w, REAL common, REAL *sum_out, REAL
-    *sum_2_out, REAL *out_2, REAL *out_3)
+static INLINE void NAME(sums_of_distances_sum)(const REAL *m, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3,
+    REAL sum_3_2, const REAL *points, const REAL *targets, const REAL *normals, REAL w, REAL common, REAL *sum_out,
+    REAL *sum_2_out, REAL *out_2, REAL *out_3)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e20 = m[2], m_e01 = m[3];
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
@@ -745,12 +746,12 @@ static INLINE void NAME(sums_of_distances_3)(const REAL *m, const REAL *sum, con
     out_2[0] = sum_2_3 + t7;
     out_3[0] = sum_3_2 + t5 * t13;
 }
-#define PARTS_sums_of_distances_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND NUMBER(3, 0) \
+#define PARTS_sums_of_distances_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND NUMBER(3, 0) \
     AND NUMBER(4, 0) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND NUMBER(8, 0) AND NUMBER(9, 0) AND OUT(10, 6) \
     AND OUT(11, 3) AND OUT(12, 1) AND OUT(13, 1)
-GAC_IN_LANES(sums_of_distances_3, PLAIN)
+GAC_IN_LANES(sums_of_distances_sum, PLAIN)
 
-static INLINE void NAME(sums_of_distances_4)(const REAL *sum, const REAL *sum_2_2, REAL *out_0, REAL *out_1)
+static INLINE void NAME(sums_of_distances_result)(const REAL *sum, const REAL *sum_2_2, REAL *out_0, REAL *out_1)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
     const REAL sum_2_2_0 = sum_2_2[0], sum_2_2_1 = sum_2_2[1], sum_2_2_2 = sum_2_2[2];
@@ -764,8 +765,8 @@ static INLINE void NAME(sums_of_distances_4)(const REAL *sum, const REAL *sum_2_
     out_1[1] = sum_2_2_1;
     out_1[2] = sum_2_2_2;
 }
-#define PARTS_sums_of_distances_4(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 3) AND OUT(2, 6) AND OUT(3, 3)
-GAC_IN_LANES(sums_of_distances_4, PLAIN)
+#define PARTS_sums_of_distances_result(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 3) AND OUT(2, 6) AND OUT(3, 3)
+GAC_IN_LANES(sums_of_distances_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t line_maps_sums_of_distances_work(intptr_t n)
@@ -781,24 +782,24 @@ void NAME(sums_of_distances)(intptr_t n, const REAL *m, const REAL *points, cons
 {
     (void)work;
     REAL sum[6], sum_2[3], common;
-    NAME(sums_of_distances_1)(sum, sum_2, out_2, out_3);
-    NAME(sums_of_distances_2)(scale, &common);
+    NAME(sums_of_distances_sum_start)(sum, sum_2, out_2, out_3);
+    NAME(sums_of_distances_common)(scale, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(sums_of_distances_3)(m, sum, sum_2, out_2[0], out_3[0], points + 2 * i, targets + 2 * i,
+        NAME(sums_of_distances_sum)(m, sum, sum_2, out_2[0], out_3[0], points + 2 * i, targets + 2 * i,
     normals + 2 * i, weights[i], common, sum, sum_2, out_2, out_3);
-    NAME(sums_of_distances_4)(sum, sum_2, out_0, out_1);
+    NAME(sums_of_distances_result)(sum, sum_2, out_0, out_1);
 }
 
 static INLINE WORD NAME(sums_of_distances_lanes)(intptr_t n, const REAL *m, const REAL *points, const REAL *targets,
     const REAL *normals, const REAL *weights, const REAL *scale, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3)
 {
     _Alignas(64) REAL sum[6 * NLANES], sum_2[3 * NLANES], common[NLANES];
-    NAME(sums_of_distances_1_lanes)(sum, sum_2, out_2, out_3);
-    NAME(sums_of_distances_2_lanes)(scale, common);
+    NAME(sums_of_distances_sum_start_lanes)(sum, sum_2, out_2, out_3);
+    NAME(sums_of_distances_common_lanes)(scale, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(sums_of_distances_3_lanes)(m, sum, sum_2, out_2, out_3, points + 2 * NLANES * i,
+        NAME(sums_of_distances_sum_lanes)(m, sum, sum_2, out_2, out_3, points + 2 * NLANES * i,
     targets + 2 * NLANES * i, normals + 2 * NLANES * i, weights + NLANES * i, common, sum, sum_2, out_2, out_3);
-    NAME(sums_of_distances_4_lanes)(sum, sum_2, out_0, out_1);
+    NAME(sums_of_distances_result_lanes)(sum, sum_2, out_0, out_1);
     return 0;
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all linear_views
 // spec: 41b8e7caa41b69cb
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e9de4e634918faf9fbec6c90ef34ce2ad2e95369a7a446b07a31f5883f71a410
+// body: 4709f5a7f90f672f4c186260dfed35514d1871d7c3d830744827c81c8f2f6bac
 
 #ifndef REAL
 #include "linear_views.h"
@@ -1444,16 +1444,16 @@ GAC_KERNEL(reversed_pose, PLAIN, TILES)
     AND IN(1, second, 2, 2, n) AND OUT(2, out_0, 9, 9, n) AND OUT(3, out_1, 3x3, 9, 1) AND OUT(4, out_2, 3x3, 9, 1)
 #define WORK_epipolar_equations(WORK) WORK(5, mapped_0, scalar, 1, n) WORK(6, mapped_1, scalar, 1, n)
 
-static INLINE void NAME(epipolar_equations_1)(REAL *sum_0_0, REAL *sum_0_1, REAL *sum_1)
+static INLINE void NAME(epipolar_equations_sum_start)(REAL *sum_0_0, REAL *sum_0_1, REAL *sum_1)
 {
     sum_0_0[0] = (REAL)0;
     sum_0_1[0] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_epipolar_equations_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(epipolar_equations_1, PLAIN)
+#define PARTS_epipolar_equations_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(epipolar_equations_sum_start, PLAIN)
 
-static INLINE void NAME(epipolar_equations_2)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *first, REAL
+static INLINE void NAME(epipolar_equations_sum)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *first, REAL
     *sum_0_0_out, REAL *sum_0_1_out, REAL *sum_1_out)
 {
     const REAL first_0 = first[0], first_1 = first[1];
@@ -1461,35 +1461,29 @@ static INLINE void NAME(epipolar_equations_2)(REAL sum_0_0, REAL sum_0_1, REAL s
     sum_0_1_out[0] = sum_0_1 + first_1;
     sum_1_out[0] = sum_1 + (REAL)1;
 }
-#define PARTS_epipolar_equations_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_epipolar_equations_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND IN(3, 2) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(epipolar_equations_2, PLAIN)
+GAC_IN_LANES(epipolar_equations_sum, PLAIN)
 
-static INLINE void NAME(epipolar_equations_3)(REAL *sum)
+static INLINE void NAME(epipolar_equations_sum_start_2)(REAL *sum)
 {
     sum[0] = (REAL)0;
 }
-#define PARTS_epipolar_equations_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(epipolar_equations_3, PLAIN)
+#define PARTS_epipolar_equations_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(epipolar_equations_sum_start_2, PLAIN)
 
-static INLINE void NAME(epipolar_equations_4)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL *common, REAL *common_2)
+static INLINE void NAME(epipolar_equations_common)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL *common, REAL
+    *common_2)
 {
     const REAL t0 = (REAL)1 / sum_1;
     common[0] = sum_0_0 * t0;
     common_2[0] = sum_0_1 * t0;
 }
-#define PARTS_epipolar_equations_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_epipolar_equations_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(epipolar_equations_4, PLAIN)
+GAC_IN_LANES(epipolar_equations_common, PLAIN)
 
-static INLINE void NAME(epipolar_equations_6)(REAL *m)
-{
-    m[0] = (REAL)0;
-}
-#define PARTS_epipolar_equations_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(epipolar_equations_6, PLAIN)
-
-static INLINE void NAME(epipolar_equations_5)(REAL sum, const REAL *first, REAL common, REAL common_2, REAL
+static INLINE void NAME(epipolar_equations_sum_2)(REAL sum, const REAL *first, REAL common, REAL common_2, REAL
     *sum_out)
 {
     const REAL first_0 = first[0], first_1 = first[1];
@@ -1497,11 +1491,11 @@ static INLINE void NAME(epipolar_equations_5)(REAL sum, const REAL *first, REAL 
     const REAL t1 = first_1 - common_2;
     sum_out[0] = sum + (t0 * t0 + t1 * t1);
 }
-#define PARTS_epipolar_equations_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND NUMBER(2, 0) \
+#define PARTS_epipolar_equations_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(epipolar_equations_5, PLAIN)
+GAC_IN_LANES(epipolar_equations_sum_2, PLAIN)
 
-static INLINE void NAME(epipolar_equations_7)(REAL m, const REAL *first, REAL *m_out)
+static INLINE void NAME(epipolar_equations_m)(REAL m, const REAL *first, REAL *m_out)
 {
     const REAL first_0 = first[0], first_1 = first[1];
     const REAL t0 = ABS(first_0);
@@ -1509,10 +1503,10 @@ static INLINE void NAME(epipolar_equations_7)(REAL m, const REAL *first, REAL *m
     const REAL t2 = ABS(first_1);
     m_out[0] = MAXIMUM(t1, t2);
 }
-#define PARTS_epipolar_equations_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND OUT(2, 1)
-GAC_IN_LANES(epipolar_equations_7, PLAIN)
+#define PARTS_epipolar_equations_m(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND OUT(2, 1)
+GAC_IN_LANES(epipolar_equations_m, PLAIN)
 
-static INLINE void NAME(epipolar_equations_8)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL sum, REAL m, REAL
+static INLINE void NAME(epipolar_equations_common_2)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL sum, REAL m, REAL
     *common_3, REAL *common_4, REAL *common_5)
 {
     const REAL t0 = (REAL)1 / sum_1;
@@ -1528,122 +1522,22 @@ static INLINE void NAME(epipolar_equations_8)(REAL sum_0_0, REAL sum_0_1, REAL s
     common_4[0] = -(t4 * t8);
     common_5[0] = t8;
 }
-#define PARTS_epipolar_equations_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_epipolar_equations_common_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(epipolar_equations_8, PLAIN)
+GAC_IN_LANES(epipolar_equations_common_2, PLAIN)
 
-static INLINE void NAME(epipolar_equations_10)(REAL *sum_0_0_2, REAL *sum_0_1_2, REAL *sum_1_2)
-{
-    sum_0_0_2[0] = (REAL)0;
-    sum_0_1_2[0] = (REAL)0;
-    sum_1_2[0] = (REAL)0;
-}
-#define PARTS_epipolar_equations_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(epipolar_equations_10, PLAIN)
-
-static INLINE void NAME(epipolar_equations_9)(const REAL *first, REAL common, REAL common_2, REAL common_3, REAL
-    *mapped_0, REAL *mapped_1)
+static INLINE void NAME(epipolar_equations_mapped)(const REAL *first, REAL common, REAL common_2, REAL common_3,
+    REAL *mapped_0, REAL *mapped_1)
 {
     const REAL first_0 = first[0], first_1 = first[1];
     mapped_0[0] = common + first_0 * common_3;
     mapped_1[0] = common_2 + first_1 * common_3;
 }
-#define PARTS_epipolar_equations_9(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_epipolar_equations_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(epipolar_equations_9, PLAIN)
+GAC_IN_LANES(epipolar_equations_mapped, PLAIN)
 
-static INLINE void NAME(epipolar_equations_11)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *second, REAL
-    *sum_0_0_2, REAL *sum_0_1_2, REAL *sum_1_2)
-{
-    const REAL second_0 = second[0], second_1 = second[1];
-    sum_0_0_2[0] = sum_0_0 + second_0;
-    sum_0_1_2[0] = sum_0_1 + second_1;
-    sum_1_2[0] = sum_1 + (REAL)1;
-}
-#define PARTS_epipolar_equations_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND IN(3, 2) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(epipolar_equations_11, PLAIN)
-
-static INLINE void NAME(epipolar_equations_12)(REAL *sum_2)
-{
-    sum_2[0] = (REAL)0;
-}
-#define PARTS_epipolar_equations_12(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(epipolar_equations_12, PLAIN)
-
-static INLINE void NAME(epipolar_equations_13)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL *common_6, REAL
-    *common_7)
-{
-    const REAL t0 = (REAL)1 / sum_1;
-    common_6[0] = sum_0_0 * t0;
-    common_7[0] = sum_0_1 * t0;
-}
-#define PARTS_epipolar_equations_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(epipolar_equations_13, PLAIN)
-
-static INLINE void NAME(epipolar_equations_15)(REAL *m_2)
-{
-    m_2[0] = (REAL)0;
-}
-#define PARTS_epipolar_equations_15(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(epipolar_equations_15, PLAIN)
-
-static INLINE void NAME(epipolar_equations_14)(REAL sum, const REAL *second, REAL common, REAL common_2, REAL
-    *sum_2)
-{
-    const REAL second_0 = second[0], second_1 = second[1];
-    const REAL t0 = second_0 - common;
-    const REAL t1 = second_1 - common_2;
-    sum_2[0] = sum + (t0 * t0 + t1 * t1);
-}
-#define PARTS_epipolar_equations_14(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(epipolar_equations_14, PLAIN)
-
-static INLINE void NAME(epipolar_equations_16)(REAL m, const REAL *second, REAL *m_2)
-{
-    const REAL second_0 = second[0], second_1 = second[1];
-    const REAL t0 = ABS(second_0);
-    const REAL t1 = MAXIMUM(m, t0);
-    const REAL t2 = ABS(second_1);
-    m_2[0] = MAXIMUM(t1, t2);
-}
-#define PARTS_epipolar_equations_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND OUT(2, 1)
-GAC_IN_LANES(epipolar_equations_16, PLAIN)
-
-static INLINE void NAME(epipolar_equations_17)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL sum, REAL m, REAL
-    *common_8, REAL *common_9, REAL *common_10)
-{
-    const REAL t0 = (REAL)1 / sum_1;
-    const REAL t1 = sum_0_0 * t0;
-    const REAL t2 = ABS(t1);
-    const REAL t3 = MAXIMUM((REAL)1, t2);
-    const REAL t4 = sum_0_1 * t0;
-    const REAL t5 = ABS(t4);
-    const REAL t6 = MAXIMUM(t3, t5);
-    const REAL t7 = SQRT(sum * t0 * (REAL)0.5);
-    const REAL t8 = (REAL)1 / SELECT(EQUAL(m, m + t7 * (REAL)0.0625), t6, t7);
-    common_8[0] = -(t1 * t8);
-    common_9[0] = -(t4 * t8);
-    common_10[0] = t8;
-}
-#define PARTS_epipolar_equations_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(epipolar_equations_17, PLAIN)
-
-static INLINE void NAME(epipolar_equations_18)(const REAL *second, REAL common, REAL common_2, REAL common_3, REAL
-    *mapped_0_2, REAL *mapped_1_2)
-{
-    const REAL second_0 = second[0], second_1 = second[1];
-    mapped_0_2[0] = common + second_0 * common_3;
-    mapped_1_2[0] = common_2 + second_1 * common_3;
-}
-#define PARTS_epipolar_equations_18(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(epipolar_equations_18, PLAIN)
-
-static INLINE void NAME(epipolar_equations_19)(REAL pixel_0, REAL pixel_1, REAL partner_0, REAL partner_1, REAL
+static INLINE void NAME(epipolar_equations_result)(REAL pixel_0, REAL pixel_1, REAL partner_0, REAL partner_1, REAL
     *out_0)
 {
     out_0[0] = pixel_0 * partner_0;
@@ -1656,11 +1550,11 @@ static INLINE void NAME(epipolar_equations_19)(REAL pixel_0, REAL pixel_1, REAL 
     out_0[7] = pixel_1;
     out_0[8] = (REAL)1;
 }
-#define PARTS_epipolar_equations_19(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_epipolar_equations_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 9)
-GAC_IN_LANES(epipolar_equations_19, PLAIN)
+GAC_IN_LANES(epipolar_equations_result, PLAIN)
 
-static INLINE void NAME(epipolar_equations_20)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL sum, REAL m, REAL
+static INLINE void NAME(epipolar_equations_result_2)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL sum, REAL m, REAL
     sum_0_0_2, REAL sum_0_1_2, REAL sum_1_2, REAL sum_2, REAL m_2, REAL *out_1, REAL *out_2)
 {
     const REAL t0 = (REAL)1 / sum_1;
@@ -1700,10 +1594,10 @@ static INLINE void NAME(epipolar_equations_20)(REAL sum_0_0, REAL sum_0_1, REAL 
     out_2[7] = (REAL)0;
     out_2[8] = (REAL)1;
 }
-#define PARTS_epipolar_equations_20(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_epipolar_equations_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND OUT(10, 9) AND OUT(11, 9)
-GAC_IN_LANES(epipolar_equations_20, PLAIN)
+GAC_IN_LANES(epipolar_equations_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t linear_views_epipolar_equations_work(intptr_t n)
@@ -1718,37 +1612,37 @@ void NAME(epipolar_equations)(intptr_t n, const REAL *first, const REAL *second,
     REAL sum_0_0, sum_0_1, sum_1, sum, common, common_2, m, *const mapped_0 = work, *const mapped_1 = mapped_0 + n,
     common_3, common_4, common_5, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_6, common_7, m_2, mapped_0_2,
     mapped_1_2, common_8, common_9, common_10;
-    NAME(epipolar_equations_1)(&sum_0_0, &sum_0_1, &sum_1);
+    NAME(epipolar_equations_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(epipolar_equations_2)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
-    NAME(epipolar_equations_3)(&sum);
-    NAME(epipolar_equations_4)(sum_0_0, sum_0_1, sum_1, &common, &common_2);
-    NAME(epipolar_equations_6)(&m);
+        NAME(epipolar_equations_sum)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
+    NAME(epipolar_equations_sum_start_2)(&sum);
+    NAME(epipolar_equations_common)(sum_0_0, sum_0_1, sum_1, &common, &common_2);
+    NAME(epipolar_equations_sum_start_2)(&m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_5)(sum, first + 2 * i, common, common_2, &sum);
-        NAME(epipolar_equations_7)(m, first + 2 * i, &m);
+        NAME(epipolar_equations_sum_2)(sum, first + 2 * i, common, common_2, &sum);
+        NAME(epipolar_equations_m)(m, first + 2 * i, &m);
     }
-    NAME(epipolar_equations_8)(sum_0_0, sum_0_1, sum_1, sum, m, &common_3, &common_4, &common_5);
-    NAME(epipolar_equations_10)(&sum_0_0_2, &sum_0_1_2, &sum_1_2);
+    NAME(epipolar_equations_common_2)(sum_0_0, sum_0_1, sum_1, sum, m, &common_3, &common_4, &common_5);
+    NAME(epipolar_equations_sum_start)(&sum_0_0_2, &sum_0_1_2, &sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_9)(first + 2 * i, common_3, common_4, common_5, mapped_0 + i, mapped_1 + i);
-        NAME(epipolar_equations_11)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, &sum_0_0_2, &sum_0_1_2,
+        NAME(epipolar_equations_mapped)(first + 2 * i, common_3, common_4, common_5, mapped_0 + i, mapped_1 + i);
+        NAME(epipolar_equations_sum)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, &sum_0_0_2, &sum_0_1_2,
     &sum_1_2);
     }
-    NAME(epipolar_equations_12)(&sum_2);
-    NAME(epipolar_equations_13)(sum_0_0_2, sum_0_1_2, sum_1_2, &common_6, &common_7);
-    NAME(epipolar_equations_15)(&m_2);
+    NAME(epipolar_equations_sum_start_2)(&sum_2);
+    NAME(epipolar_equations_common)(sum_0_0_2, sum_0_1_2, sum_1_2, &common_6, &common_7);
+    NAME(epipolar_equations_sum_start_2)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_14)(sum_2, second + 2 * i, common_6, common_7, &sum_2);
-        NAME(epipolar_equations_16)(m_2, second + 2 * i, &m_2);
+        NAME(epipolar_equations_sum_2)(sum_2, second + 2 * i, common_6, common_7, &sum_2);
+        NAME(epipolar_equations_m)(m_2, second + 2 * i, &m_2);
     }
-    NAME(epipolar_equations_17)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, &common_8, &common_9, &common_10);
+    NAME(epipolar_equations_common_2)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, &common_8, &common_9, &common_10);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_18)(second + 2 * i, common_8, common_9, common_10, &mapped_0_2, &mapped_1_2);
-        NAME(epipolar_equations_19)(mapped_0[i], mapped_1[i], mapped_0_2, mapped_1_2, out_0 + 9 * i);
+        NAME(epipolar_equations_mapped)(second + 2 * i, common_8, common_9, common_10, &mapped_0_2, &mapped_1_2);
+        NAME(epipolar_equations_result)(mapped_0[i], mapped_1[i], mapped_0_2, mapped_1_2, out_0 + 9 * i);
     }
-    NAME(epipolar_equations_20)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, out_1,
-    out_2);
+    NAME(epipolar_equations_result_2)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2,
+    out_1, out_2);
 }
 
 static INLINE WORD NAME(epipolar_equations_lanes)(intptr_t n, const REAL *first, const REAL *second, REAL *out_0,
@@ -1758,40 +1652,42 @@ static INLINE WORD NAME(epipolar_equations_lanes)(intptr_t n, const REAL *first,
     common_2[NLANES], m[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES], sum_0_0_2[NLANES],
     sum_0_1_2[NLANES], sum_1_2[NLANES], sum_2[NLANES], common_6[NLANES], common_7[NLANES], m_2[NLANES],
     mapped_0_2[NLANES], mapped_1_2[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES];
-    NAME(epipolar_equations_1_lanes)(sum_0_0, sum_0_1, sum_1);
+    NAME(epipolar_equations_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(epipolar_equations_2_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1, sum_1);
-    NAME(epipolar_equations_3_lanes)(sum);
-    NAME(epipolar_equations_4_lanes)(sum_0_0, sum_0_1, sum_1, common, common_2);
-    NAME(epipolar_equations_6_lanes)(m);
+        NAME(epipolar_equations_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1,
+    sum_1);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum);
+    NAME(epipolar_equations_common_lanes)(sum_0_0, sum_0_1, sum_1, common, common_2);
+    NAME(epipolar_equations_sum_start_2_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_5_lanes)(sum, first + 2 * NLANES * i, common, common_2, sum);
-        NAME(epipolar_equations_7_lanes)(m, first + 2 * NLANES * i, m);
+        NAME(epipolar_equations_sum_2_lanes)(sum, first + 2 * NLANES * i, common, common_2, sum);
+        NAME(epipolar_equations_m_lanes)(m, first + 2 * NLANES * i, m);
     }
-    NAME(epipolar_equations_8_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, common_3, common_4, common_5);
-    NAME(epipolar_equations_10_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
+    NAME(epipolar_equations_common_2_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, common_3, common_4, common_5);
+    NAME(epipolar_equations_sum_start_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_9_lanes)(first + 2 * NLANES * i, common_3, common_4, common_5,
+        NAME(epipolar_equations_mapped_lanes)(first + 2 * NLANES * i, common_3, common_4, common_5,
     mapped_0 + NLANES * i, mapped_1 + NLANES * i);
-        NAME(epipolar_equations_11_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2,
+        NAME(epipolar_equations_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2,
     sum_0_1_2, sum_1_2);
     }
-    NAME(epipolar_equations_12_lanes)(sum_2);
-    NAME(epipolar_equations_13_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, common_6, common_7);
-    NAME(epipolar_equations_15_lanes)(m_2);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum_2);
+    NAME(epipolar_equations_common_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, common_6, common_7);
+    NAME(epipolar_equations_sum_start_2_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_14_lanes)(sum_2, second + 2 * NLANES * i, common_6, common_7, sum_2);
-        NAME(epipolar_equations_16_lanes)(m_2, second + 2 * NLANES * i, m_2);
+        NAME(epipolar_equations_sum_2_lanes)(sum_2, second + 2 * NLANES * i, common_6, common_7, sum_2);
+        NAME(epipolar_equations_m_lanes)(m_2, second + 2 * NLANES * i, m_2);
     }
-    NAME(epipolar_equations_17_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, common_8, common_9, common_10);
+    NAME(epipolar_equations_common_2_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, common_8, common_9,
+    common_10);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(epipolar_equations_18_lanes)(second + 2 * NLANES * i, common_8, common_9, common_10, mapped_0_2,
+        NAME(epipolar_equations_mapped_lanes)(second + 2 * NLANES * i, common_8, common_9, common_10, mapped_0_2,
     mapped_1_2);
-        NAME(epipolar_equations_19_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, mapped_0_2, mapped_1_2,
+        NAME(epipolar_equations_result_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, mapped_0_2, mapped_1_2,
     out_0 + 9 * NLANES * i);
     }
-    NAME(epipolar_equations_20_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2,
-    out_1, out_2);
+    NAME(epipolar_equations_result_2_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2,
+    m_2, out_1, out_2);
     return 0;
 }
 
@@ -1802,203 +1698,8 @@ GAC_PROCEDURE(epipolar_equations, LANES)
     AND OUT(4, out_2, 3x3, 9, 1)
 #define WORK_plane_equations(WORK) WORK(5, mapped_0, scalar, 1, n) WORK(6, mapped_1, scalar, 1, n)
 
-static INLINE void NAME(plane_equations_1)(REAL *sum_0_0, REAL *sum_0_1, REAL *sum_1)
-{
-    sum_0_0[0] = (REAL)0;
-    sum_0_1[0] = (REAL)0;
-    sum_1[0] = (REAL)0;
-}
-#define PARTS_plane_equations_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(plane_equations_1, PLAIN)
-
-static INLINE void NAME(plane_equations_2)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *first, REAL
-    *sum_0_0_out, REAL *sum_0_1_out, REAL *sum_1_out)
-{
-    const REAL first_0 = first[0], first_1 = first[1];
-    sum_0_0_out[0] = sum_0_0 + first_0;
-    sum_0_1_out[0] = sum_0_1 + first_1;
-    sum_1_out[0] = sum_1 + (REAL)1;
-}
-#define PARTS_plane_equations_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND IN(3, 2) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(plane_equations_2, PLAIN)
-
-static INLINE void NAME(plane_equations_3)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-}
-#define PARTS_plane_equations_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(plane_equations_3, PLAIN)
-
-static INLINE void NAME(plane_equations_4)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL *common, REAL *common_2)
-{
-    const REAL t0 = (REAL)1 / sum_1;
-    common[0] = sum_0_0 * t0;
-    common_2[0] = sum_0_1 * t0;
-}
-#define PARTS_plane_equations_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(plane_equations_4, PLAIN)
-
-static INLINE void NAME(plane_equations_6)(REAL *m)
-{
-    m[0] = (REAL)0;
-}
-#define PARTS_plane_equations_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(plane_equations_6, PLAIN)
-
-static INLINE void NAME(plane_equations_5)(REAL sum, const REAL *first, REAL common, REAL common_2, REAL *sum_out)
-{
-    const REAL first_0 = first[0], first_1 = first[1];
-    const REAL t0 = first_0 - common;
-    const REAL t1 = first_1 - common_2;
-    sum_out[0] = sum + (t0 * t0 + t1 * t1);
-}
-#define PARTS_plane_equations_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(plane_equations_5, PLAIN)
-
-static INLINE void NAME(plane_equations_7)(REAL m, const REAL *first, REAL *m_out)
-{
-    const REAL first_0 = first[0], first_1 = first[1];
-    const REAL t0 = ABS(first_0);
-    const REAL t1 = MAXIMUM(m, t0);
-    const REAL t2 = ABS(first_1);
-    m_out[0] = MAXIMUM(t1, t2);
-}
-#define PARTS_plane_equations_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND OUT(2, 1)
-GAC_IN_LANES(plane_equations_7, PLAIN)
-
-static INLINE void NAME(plane_equations_8)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL sum, REAL m, REAL *common_3,
-    REAL *common_4, REAL *common_5)
-{
-    const REAL t0 = (REAL)1 / sum_1;
-    const REAL t1 = sum_0_0 * t0;
-    const REAL t2 = ABS(t1);
-    const REAL t3 = MAXIMUM((REAL)1, t2);
-    const REAL t4 = sum_0_1 * t0;
-    const REAL t5 = ABS(t4);
-    const REAL t6 = MAXIMUM(t3, t5);
-    const REAL t7 = SQRT(sum * t0 * (REAL)0.5);
-    const REAL t8 = (REAL)1 / SELECT(EQUAL(m, m + t7 * (REAL)0.0625), t6, t7);
-    common_3[0] = -(t1 * t8);
-    common_4[0] = -(t4 * t8);
-    common_5[0] = t8;
-}
-#define PARTS_plane_equations_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(plane_equations_8, PLAIN)
-
-static INLINE void NAME(plane_equations_10)(REAL *sum_0_0_2, REAL *sum_0_1_2, REAL *sum_1_2)
-{
-    sum_0_0_2[0] = (REAL)0;
-    sum_0_1_2[0] = (REAL)0;
-    sum_1_2[0] = (REAL)0;
-}
-#define PARTS_plane_equations_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(plane_equations_10, PLAIN)
-
-static INLINE void NAME(plane_equations_9)(const REAL *first, REAL common, REAL common_2, REAL common_3, REAL
-    *mapped_0, REAL *mapped_1)
-{
-    const REAL first_0 = first[0], first_1 = first[1];
-    mapped_0[0] = common + first_0 * common_3;
-    mapped_1[0] = common_2 + first_1 * common_3;
-}
-#define PARTS_plane_equations_9(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(plane_equations_9, PLAIN)
-
-static INLINE void NAME(plane_equations_11)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *second, REAL
-    *sum_0_0_2, REAL *sum_0_1_2, REAL *sum_1_2)
-{
-    const REAL second_0 = second[0], second_1 = second[1];
-    sum_0_0_2[0] = sum_0_0 + second_0;
-    sum_0_1_2[0] = sum_0_1 + second_1;
-    sum_1_2[0] = sum_1 + (REAL)1;
-}
-#define PARTS_plane_equations_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND IN(3, 2) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(plane_equations_11, PLAIN)
-
-static INLINE void NAME(plane_equations_12)(REAL *sum_2)
-{
-    sum_2[0] = (REAL)0;
-}
-#define PARTS_plane_equations_12(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(plane_equations_12, PLAIN)
-
-static INLINE void NAME(plane_equations_13)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL *common_6, REAL *common_7)
-{
-    const REAL t0 = (REAL)1 / sum_1;
-    common_6[0] = sum_0_0 * t0;
-    common_7[0] = sum_0_1 * t0;
-}
-#define PARTS_plane_equations_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(plane_equations_13, PLAIN)
-
-static INLINE void NAME(plane_equations_15)(REAL *m_2)
-{
-    m_2[0] = (REAL)0;
-}
-#define PARTS_plane_equations_15(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(plane_equations_15, PLAIN)
-
-static INLINE void NAME(plane_equations_14)(REAL sum, const REAL *second, REAL common, REAL common_2, REAL *sum_2)
-{
-    const REAL second_0 = second[0], second_1 = second[1];
-    const REAL t0 = second_0 - common;
-    const REAL t1 = second_1 - common_2;
-    sum_2[0] = sum + (t0 * t0 + t1 * t1);
-}
-#define PARTS_plane_equations_14(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(plane_equations_14, PLAIN)
-
-static INLINE void NAME(plane_equations_16)(REAL m, const REAL *second, REAL *m_2)
-{
-    const REAL second_0 = second[0], second_1 = second[1];
-    const REAL t0 = ABS(second_0);
-    const REAL t1 = MAXIMUM(m, t0);
-    const REAL t2 = ABS(second_1);
-    m_2[0] = MAXIMUM(t1, t2);
-}
-#define PARTS_plane_equations_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND OUT(2, 1)
-GAC_IN_LANES(plane_equations_16, PLAIN)
-
-static INLINE void NAME(plane_equations_17)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL sum, REAL m, REAL
-    *common_8, REAL *common_9, REAL *common_10)
-{
-    const REAL t0 = (REAL)1 / sum_1;
-    const REAL t1 = sum_0_0 * t0;
-    const REAL t2 = ABS(t1);
-    const REAL t3 = MAXIMUM((REAL)1, t2);
-    const REAL t4 = sum_0_1 * t0;
-    const REAL t5 = ABS(t4);
-    const REAL t6 = MAXIMUM(t3, t5);
-    const REAL t7 = SQRT(sum * t0 * (REAL)0.5);
-    const REAL t8 = (REAL)1 / SELECT(EQUAL(m, m + t7 * (REAL)0.0625), t6, t7);
-    common_8[0] = -(t1 * t8);
-    common_9[0] = -(t4 * t8);
-    common_10[0] = t8;
-}
-#define PARTS_plane_equations_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(plane_equations_17, PLAIN)
-
-static INLINE void NAME(plane_equations_18)(const REAL *second, REAL common, REAL common_2, REAL common_3, REAL
-    *mapped_0_2, REAL *mapped_1_2)
-{
-    const REAL second_0 = second[0], second_1 = second[1];
-    mapped_0_2[0] = common + second_0 * common_3;
-    mapped_1_2[0] = common_2 + second_1 * common_3;
-}
-#define PARTS_plane_equations_18(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(plane_equations_18, PLAIN)
-
-static INLINE void NAME(plane_equations_19)(REAL pixel_0, REAL pixel_1, REAL partner_0, REAL partner_1, REAL *out_0)
+static INLINE void NAME(plane_equations_result)(REAL pixel_0, REAL pixel_1, REAL partner_0, REAL partner_1, REAL
+    *out_0)
 {
     out_0[0] = (REAL)0;
     out_0[1] = (REAL)0;
@@ -2019,54 +1720,9 @@ static INLINE void NAME(plane_equations_19)(REAL pixel_0, REAL pixel_1, REAL par
     out_0[16] = -(pixel_1 * partner_0);
     out_0[17] = -partner_0;
 }
-#define PARTS_plane_equations_19(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_plane_equations_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 18)
-GAC_IN_LANES(plane_equations_19, PLAIN)
-
-static INLINE void NAME(plane_equations_20)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL sum, REAL m, REAL
-    sum_0_0_2, REAL sum_0_1_2, REAL sum_1_2, REAL sum_2, REAL m_2, REAL *out_1, REAL *out_2)
-{
-    const REAL t0 = (REAL)1 / sum_1;
-    const REAL t1 = sum_0_0 * t0;
-    const REAL t2 = ABS(t1);
-    const REAL t3 = MAXIMUM((REAL)1, t2);
-    const REAL t4 = sum_0_1 * t0;
-    const REAL t5 = ABS(t4);
-    const REAL t6 = MAXIMUM(t3, t5);
-    const REAL t7 = SQRT(sum * t0 * (REAL)0.5);
-    const REAL t8 = (REAL)1 / SELECT(EQUAL(m, m + t7 * (REAL)0.0625), t6, t7);
-    const REAL t9 = (REAL)1 / sum_1_2;
-    const REAL t10 = sum_0_0_2 * t9;
-    const REAL t11 = ABS(t10);
-    const REAL t12 = MAXIMUM((REAL)1, t11);
-    const REAL t13 = sum_0_1_2 * t9;
-    const REAL t14 = ABS(t13);
-    const REAL t15 = MAXIMUM(t12, t14);
-    const REAL t16 = SQRT((REAL)0.5 * (sum_2 * t9));
-    const REAL t17 = (REAL)1 / SELECT(EQUAL(m_2, m_2 + (REAL)0.0625 * t16), t15, t16);
-    out_1[0] = t8;
-    out_1[1] = (REAL)0;
-    out_1[2] = -(t1 * t8);
-    out_1[3] = (REAL)0;
-    out_1[4] = t8;
-    out_1[5] = -(t4 * t8);
-    out_1[6] = (REAL)0;
-    out_1[7] = (REAL)0;
-    out_1[8] = (REAL)1;
-    out_2[0] = t17;
-    out_2[1] = (REAL)0;
-    out_2[2] = -(t10 * t17);
-    out_2[3] = (REAL)0;
-    out_2[4] = t17;
-    out_2[5] = -(t13 * t17);
-    out_2[6] = (REAL)0;
-    out_2[7] = (REAL)0;
-    out_2[8] = (REAL)1;
-}
-#define PARTS_plane_equations_20(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
-    AND NUMBER(9, 0) AND OUT(10, 9) AND OUT(11, 9)
-GAC_IN_LANES(plane_equations_20, PLAIN)
+GAC_IN_LANES(plane_equations_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t linear_views_plane_equations_work(intptr_t n)
@@ -2081,36 +1737,37 @@ void NAME(plane_equations)(intptr_t n, const REAL *first, const REAL *second, RE
     REAL sum_0_0, sum_0_1, sum_1, sum, common, common_2, m, *const mapped_0 = work, *const mapped_1 = mapped_0 + n,
     common_3, common_4, common_5, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_6, common_7, m_2, mapped_0_2,
     mapped_1_2, common_8, common_9, common_10;
-    NAME(plane_equations_1)(&sum_0_0, &sum_0_1, &sum_1);
+    NAME(epipolar_equations_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(plane_equations_2)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
-    NAME(plane_equations_3)(&sum);
-    NAME(plane_equations_4)(sum_0_0, sum_0_1, sum_1, &common, &common_2);
-    NAME(plane_equations_6)(&m);
+        NAME(epipolar_equations_sum)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
+    NAME(epipolar_equations_sum_start_2)(&sum);
+    NAME(epipolar_equations_common)(sum_0_0, sum_0_1, sum_1, &common, &common_2);
+    NAME(epipolar_equations_sum_start_2)(&m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(plane_equations_5)(sum, first + 2 * i, common, common_2, &sum);
-        NAME(plane_equations_7)(m, first + 2 * i, &m);
+        NAME(epipolar_equations_sum_2)(sum, first + 2 * i, common, common_2, &sum);
+        NAME(epipolar_equations_m)(m, first + 2 * i, &m);
     }
-    NAME(plane_equations_8)(sum_0_0, sum_0_1, sum_1, sum, m, &common_3, &common_4, &common_5);
-    NAME(plane_equations_10)(&sum_0_0_2, &sum_0_1_2, &sum_1_2);
+    NAME(epipolar_equations_common_2)(sum_0_0, sum_0_1, sum_1, sum, m, &common_3, &common_4, &common_5);
+    NAME(epipolar_equations_sum_start)(&sum_0_0_2, &sum_0_1_2, &sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(plane_equations_9)(first + 2 * i, common_3, common_4, common_5, mapped_0 + i, mapped_1 + i);
-        NAME(plane_equations_11)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, &sum_0_0_2, &sum_0_1_2, &sum_1_2);
+        NAME(epipolar_equations_mapped)(first + 2 * i, common_3, common_4, common_5, mapped_0 + i, mapped_1 + i);
+        NAME(epipolar_equations_sum)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, &sum_0_0_2, &sum_0_1_2,
+    &sum_1_2);
     }
-    NAME(plane_equations_12)(&sum_2);
-    NAME(plane_equations_13)(sum_0_0_2, sum_0_1_2, sum_1_2, &common_6, &common_7);
-    NAME(plane_equations_15)(&m_2);
+    NAME(epipolar_equations_sum_start_2)(&sum_2);
+    NAME(epipolar_equations_common)(sum_0_0_2, sum_0_1_2, sum_1_2, &common_6, &common_7);
+    NAME(epipolar_equations_sum_start_2)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(plane_equations_14)(sum_2, second + 2 * i, common_6, common_7, &sum_2);
-        NAME(plane_equations_16)(m_2, second + 2 * i, &m_2);
+        NAME(epipolar_equations_sum_2)(sum_2, second + 2 * i, common_6, common_7, &sum_2);
+        NAME(epipolar_equations_m)(m_2, second + 2 * i, &m_2);
     }
-    NAME(plane_equations_17)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, &common_8, &common_9, &common_10);
+    NAME(epipolar_equations_common_2)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, &common_8, &common_9, &common_10);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(plane_equations_18)(second + 2 * i, common_8, common_9, common_10, &mapped_0_2, &mapped_1_2);
-        NAME(plane_equations_19)(mapped_0[i], mapped_1[i], mapped_0_2, mapped_1_2, out_0 + 18 * i);
+        NAME(epipolar_equations_mapped)(second + 2 * i, common_8, common_9, common_10, &mapped_0_2, &mapped_1_2);
+        NAME(plane_equations_result)(mapped_0[i], mapped_1[i], mapped_0_2, mapped_1_2, out_0 + 18 * i);
     }
-    NAME(plane_equations_20)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, out_1,
-    out_2);
+    NAME(epipolar_equations_result_2)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2,
+    out_1, out_2);
 }
 
 static INLINE WORD NAME(plane_equations_lanes)(intptr_t n, const REAL *first, const REAL *second, REAL *out_0,
@@ -2120,40 +1777,42 @@ static INLINE WORD NAME(plane_equations_lanes)(intptr_t n, const REAL *first, co
     common_2[NLANES], m[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES], sum_0_0_2[NLANES],
     sum_0_1_2[NLANES], sum_1_2[NLANES], sum_2[NLANES], common_6[NLANES], common_7[NLANES], m_2[NLANES],
     mapped_0_2[NLANES], mapped_1_2[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES];
-    NAME(plane_equations_1_lanes)(sum_0_0, sum_0_1, sum_1);
+    NAME(epipolar_equations_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(plane_equations_2_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1, sum_1);
-    NAME(plane_equations_3_lanes)(sum);
-    NAME(plane_equations_4_lanes)(sum_0_0, sum_0_1, sum_1, common, common_2);
-    NAME(plane_equations_6_lanes)(m);
+        NAME(epipolar_equations_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1,
+    sum_1);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum);
+    NAME(epipolar_equations_common_lanes)(sum_0_0, sum_0_1, sum_1, common, common_2);
+    NAME(epipolar_equations_sum_start_2_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(plane_equations_5_lanes)(sum, first + 2 * NLANES * i, common, common_2, sum);
-        NAME(plane_equations_7_lanes)(m, first + 2 * NLANES * i, m);
+        NAME(epipolar_equations_sum_2_lanes)(sum, first + 2 * NLANES * i, common, common_2, sum);
+        NAME(epipolar_equations_m_lanes)(m, first + 2 * NLANES * i, m);
     }
-    NAME(plane_equations_8_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, common_3, common_4, common_5);
-    NAME(plane_equations_10_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
+    NAME(epipolar_equations_common_2_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, common_3, common_4, common_5);
+    NAME(epipolar_equations_sum_start_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(plane_equations_9_lanes)(first + 2 * NLANES * i, common_3, common_4, common_5, mapped_0 + NLANES * i,
-    mapped_1 + NLANES * i);
-        NAME(plane_equations_11_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2, sum_0_1_2,
-    sum_1_2);
+        NAME(epipolar_equations_mapped_lanes)(first + 2 * NLANES * i, common_3, common_4, common_5,
+    mapped_0 + NLANES * i, mapped_1 + NLANES * i);
+        NAME(epipolar_equations_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2,
+    sum_0_1_2, sum_1_2);
     }
-    NAME(plane_equations_12_lanes)(sum_2);
-    NAME(plane_equations_13_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, common_6, common_7);
-    NAME(plane_equations_15_lanes)(m_2);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum_2);
+    NAME(epipolar_equations_common_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, common_6, common_7);
+    NAME(epipolar_equations_sum_start_2_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(plane_equations_14_lanes)(sum_2, second + 2 * NLANES * i, common_6, common_7, sum_2);
-        NAME(plane_equations_16_lanes)(m_2, second + 2 * NLANES * i, m_2);
+        NAME(epipolar_equations_sum_2_lanes)(sum_2, second + 2 * NLANES * i, common_6, common_7, sum_2);
+        NAME(epipolar_equations_m_lanes)(m_2, second + 2 * NLANES * i, m_2);
     }
-    NAME(plane_equations_17_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, common_8, common_9, common_10);
+    NAME(epipolar_equations_common_2_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, common_8, common_9,
+    common_10);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(plane_equations_18_lanes)(second + 2 * NLANES * i, common_8, common_9, common_10, mapped_0_2,
+        NAME(epipolar_equations_mapped_lanes)(second + 2 * NLANES * i, common_8, common_9, common_10, mapped_0_2,
     mapped_1_2);
-        NAME(plane_equations_19_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, mapped_0_2, mapped_1_2,
+        NAME(plane_equations_result_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, mapped_0_2, mapped_1_2,
     out_0 + 18 * NLANES * i);
     }
-    NAME(plane_equations_20_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2,
-    out_1, out_2);
+    NAME(epipolar_equations_result_2_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2,
+    m_2, out_1, out_2);
     return 0;
 }
 
@@ -2164,17 +1823,17 @@ GAC_PROCEDURE(plane_equations, LANES)
     AND OUT(4, out_2, 3x3, 9, 1)
 #define WORK_camera_equations(WORK) WORK(5, mapped, 3, 3, n)
 
-static INLINE void NAME(camera_equations_1)(REAL *sum, REAL *sum_1)
+static INLINE void NAME(camera_equations_sum_start)(REAL *sum, REAL *sum_1)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
     sum[2] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_camera_equations_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 3) AND OUT(1, 1)
-GAC_IN_LANES(camera_equations_1, PLAIN)
+#define PARTS_camera_equations_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3) AND OUT(1, 1)
+GAC_IN_LANES(camera_equations_sum_start, PLAIN)
 
-static INLINE void NAME(camera_equations_2)(const REAL *sum, REAL sum_1_2, const REAL *places, REAL *sum_out, REAL
+static INLINE void NAME(camera_equations_sum)(const REAL *sum, REAL sum_1_2, const REAL *places, REAL *sum_out, REAL
     *sum_1_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
@@ -2184,18 +1843,11 @@ static INLINE void NAME(camera_equations_2)(const REAL *sum, REAL sum_1_2, const
     sum_out[2] = sum_2 + places_2;
     sum_1_out[0] = sum_1_2 + (REAL)1;
 }
-#define PARTS_camera_equations_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND OUT(3, 3) \
+#define PARTS_camera_equations_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND OUT(3, 3) \
     AND OUT(4, 1)
-GAC_IN_LANES(camera_equations_2, PLAIN)
+GAC_IN_LANES(camera_equations_sum, PLAIN)
 
-static INLINE void NAME(camera_equations_3)(REAL *sum_2)
-{
-    sum_2[0] = (REAL)0;
-}
-#define PARTS_camera_equations_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(camera_equations_3, PLAIN)
-
-static INLINE void NAME(camera_equations_4)(const REAL *sum, REAL sum_1_2, REAL *common, REAL *common_2, REAL
+static INLINE void NAME(camera_equations_common)(const REAL *sum, REAL sum_1_2, REAL *common, REAL *common_2, REAL
     *common_3)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
@@ -2204,19 +1856,12 @@ static INLINE void NAME(camera_equations_4)(const REAL *sum, REAL sum_1_2, REAL 
     common_2[0] = sum_1 * t0;
     common_3[0] = sum_2 * t0;
 }
-#define PARTS_camera_equations_4(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1)
-GAC_IN_LANES(camera_equations_4, PLAIN)
+#define PARTS_camera_equations_common(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1)
+GAC_IN_LANES(camera_equations_common, PLAIN)
 
-static INLINE void NAME(camera_equations_6)(REAL *m)
-{
-    m[0] = (REAL)0;
-}
-#define PARTS_camera_equations_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(camera_equations_6, PLAIN)
-
-static INLINE void NAME(camera_equations_5)(REAL sum, const REAL *places, REAL common, REAL common_2, REAL common_3,
-    REAL *sum_2)
+static INLINE void NAME(camera_equations_sum_2)(REAL sum, const REAL *places, REAL common, REAL common_2, REAL
+    common_3, REAL *sum_2)
 {
     const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
     const REAL t0 = places_0 - common;
@@ -2224,11 +1869,11 @@ static INLINE void NAME(camera_equations_5)(REAL sum, const REAL *places, REAL c
     const REAL t2 = places_2 - common_3;
     sum_2[0] = sum + (t0 * t0 + t1 * t1 + t2 * t2);
 }
-#define PARTS_camera_equations_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
+#define PARTS_camera_equations_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(camera_equations_5, PLAIN)
+GAC_IN_LANES(camera_equations_sum_2, PLAIN)
 
-static INLINE void NAME(camera_equations_7)(REAL m, const REAL *places, REAL *m_out)
+static INLINE void NAME(camera_equations_m)(REAL m, const REAL *places, REAL *m_out)
 {
     const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
     const REAL t0 = ABS(places_0);
@@ -2238,11 +1883,11 @@ static INLINE void NAME(camera_equations_7)(REAL m, const REAL *places, REAL *m_
     const REAL t4 = ABS(places_2);
     m_out[0] = MAXIMUM(t3, t4);
 }
-#define PARTS_camera_equations_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND OUT(2, 1)
-GAC_IN_LANES(camera_equations_7, PLAIN)
+#define PARTS_camera_equations_m(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND OUT(2, 1)
+GAC_IN_LANES(camera_equations_m, PLAIN)
 
-static INLINE void NAME(camera_equations_8)(const REAL *sum, REAL sum_1_2, REAL sum_3, REAL m, REAL *common_4, REAL
-    *common_5, REAL *common_6, REAL *common_7)
+static INLINE void NAME(camera_equations_common_2)(const REAL *sum, REAL sum_1_2, REAL sum_3, REAL m, REAL
+    *common_4, REAL *common_5, REAL *common_6, REAL *common_7)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL t0 = (REAL)1 / sum_1_2;
@@ -2262,20 +1907,11 @@ static INLINE void NAME(camera_equations_8)(const REAL *sum, REAL sum_1_2, REAL 
     common_6[0] = -(t7 * t11);
     common_7[0] = t11;
 }
-#define PARTS_camera_equations_8(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_camera_equations_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(camera_equations_8, PLAIN)
+GAC_IN_LANES(camera_equations_common_2, PLAIN)
 
-static INLINE void NAME(camera_equations_10)(REAL *sum_0_0, REAL *sum_0_1, REAL *sum_1_2)
-{
-    sum_0_0[0] = (REAL)0;
-    sum_0_1[0] = (REAL)0;
-    sum_1_2[0] = (REAL)0;
-}
-#define PARTS_camera_equations_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(camera_equations_10, PLAIN)
-
-static INLINE void NAME(camera_equations_9)(const REAL *places, REAL common, REAL common_2, REAL common_3, REAL
+static INLINE void NAME(camera_equations_mapped)(const REAL *places, REAL common, REAL common_2, REAL common_3, REAL
     common_4, REAL *mapped)
 {
     const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
@@ -2283,100 +1919,11 @@ static INLINE void NAME(camera_equations_9)(const REAL *places, REAL common, REA
     mapped[1] = common_2 + places_1 * common_4;
     mapped[2] = common_3 + places_2 * common_4;
 }
-#define PARTS_camera_equations_9(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_camera_equations_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 3)
-GAC_IN_LANES(camera_equations_9, PLAIN)
+GAC_IN_LANES(camera_equations_mapped, PLAIN)
 
-static INLINE void NAME(camera_equations_11)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *pixels, REAL
-    *sum_0_0_out, REAL *sum_0_1_out, REAL *sum_1_2)
-{
-    const REAL pixels_0 = pixels[0], pixels_1 = pixels[1];
-    sum_0_0_out[0] = sum_0_0 + pixels_0;
-    sum_0_1_out[0] = sum_0_1 + pixels_1;
-    sum_1_2[0] = sum_1 + (REAL)1;
-}
-#define PARTS_camera_equations_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND IN(3, 2) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(camera_equations_11, PLAIN)
-
-static INLINE void NAME(camera_equations_12)(REAL *sum_3)
-{
-    sum_3[0] = (REAL)0;
-}
-#define PARTS_camera_equations_12(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(camera_equations_12, PLAIN)
-
-static INLINE void NAME(camera_equations_13)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL *common_8, REAL *common_9)
-{
-    const REAL t0 = (REAL)1 / sum_1;
-    common_8[0] = sum_0_0 * t0;
-    common_9[0] = sum_0_1 * t0;
-}
-#define PARTS_camera_equations_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(camera_equations_13, PLAIN)
-
-static INLINE void NAME(camera_equations_15)(REAL *m_2)
-{
-    m_2[0] = (REAL)0;
-}
-#define PARTS_camera_equations_15(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(camera_equations_15, PLAIN)
-
-static INLINE void NAME(camera_equations_14)(REAL sum, const REAL *pixels, REAL common, REAL common_2, REAL *sum_3)
-{
-    const REAL pixels_0 = pixels[0], pixels_1 = pixels[1];
-    const REAL t0 = pixels_0 - common;
-    const REAL t1 = pixels_1 - common_2;
-    sum_3[0] = sum + (t0 * t0 + t1 * t1);
-}
-#define PARTS_camera_equations_14(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(camera_equations_14, PLAIN)
-
-static INLINE void NAME(camera_equations_16)(REAL m, const REAL *pixels, REAL *m_2)
-{
-    const REAL pixels_0 = pixels[0], pixels_1 = pixels[1];
-    const REAL t0 = ABS(pixels_0);
-    const REAL t1 = MAXIMUM(m, t0);
-    const REAL t2 = ABS(pixels_1);
-    m_2[0] = MAXIMUM(t1, t2);
-}
-#define PARTS_camera_equations_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND OUT(2, 1)
-GAC_IN_LANES(camera_equations_16, PLAIN)
-
-static INLINE void NAME(camera_equations_17)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL sum, REAL m, REAL
-    *common_10, REAL *common_11, REAL *common_12)
-{
-    const REAL t0 = (REAL)1 / sum_1;
-    const REAL t1 = sum_0_0 * t0;
-    const REAL t2 = ABS(t1);
-    const REAL t3 = MAXIMUM((REAL)1, t2);
-    const REAL t4 = sum_0_1 * t0;
-    const REAL t5 = ABS(t4);
-    const REAL t6 = MAXIMUM(t3, t5);
-    const REAL t7 = SQRT(sum * t0 * (REAL)0.5);
-    const REAL t8 = (REAL)1 / SELECT(EQUAL(m, m + t7 * (REAL)0.0625), t6, t7);
-    common_10[0] = -(t1 * t8);
-    common_11[0] = -(t4 * t8);
-    common_12[0] = t8;
-}
-#define PARTS_camera_equations_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(camera_equations_17, PLAIN)
-
-static INLINE void NAME(camera_equations_18)(const REAL *pixels, REAL common, REAL common_2, REAL common_3, REAL
-    *mapped_0, REAL *mapped_1)
-{
-    const REAL pixels_0 = pixels[0], pixels_1 = pixels[1];
-    mapped_0[0] = common + pixels_0 * common_3;
-    mapped_1[0] = common_2 + pixels_1 * common_3;
-}
-#define PARTS_camera_equations_18(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(camera_equations_18, PLAIN)
-
-static INLINE void NAME(camera_equations_19)(const REAL *mapped, REAL pixel_0, REAL pixel_1, REAL *out_0)
+static INLINE void NAME(camera_equations_result)(const REAL *mapped, REAL pixel_0, REAL pixel_1, REAL *out_0)
 {
     const REAL mapped_0 = mapped[0], mapped_1 = mapped[1], mapped_2 = mapped[2];
     out_0[0] = mapped_0;
@@ -2404,12 +1951,12 @@ static INLINE void NAME(camera_equations_19)(const REAL *mapped, REAL pixel_0, R
     out_0[22] = -(mapped_2 * pixel_1);
     out_0[23] = -pixel_1;
 }
-#define PARTS_camera_equations_19(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_camera_equations_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 24)
-GAC_IN_LANES(camera_equations_19, PLAIN)
+GAC_IN_LANES(camera_equations_result, PLAIN)
 
-static INLINE void NAME(camera_equations_20)(const REAL *sum, REAL sum_1_2, REAL sum_3, REAL m, REAL sum_0_0, REAL
-    sum_0_1, REAL sum_1_3, REAL sum_4, REAL m_2, REAL *out_1, REAL *out_2)
+static INLINE void NAME(camera_equations_result_2)(const REAL *sum, REAL sum_1_2, REAL sum_3, REAL m, REAL sum_0_0,
+    REAL sum_0_1, REAL sum_1_3, REAL sum_4, REAL m_2, REAL *out_1, REAL *out_2)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL t0 = (REAL)1 / sum_1_2;
@@ -2459,10 +2006,10 @@ static INLINE void NAME(camera_equations_20)(const REAL *sum, REAL sum_1_2, REAL
     out_2[7] = (REAL)0;
     out_2[8] = (REAL)1;
 }
-#define PARTS_camera_equations_20(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_camera_equations_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND OUT(9, 16) AND OUT(10, 9)
-GAC_IN_LANES(camera_equations_20, PLAIN)
+GAC_IN_LANES(camera_equations_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t linear_views_camera_equations_work(intptr_t n)
@@ -2477,35 +2024,35 @@ void NAME(camera_equations)(intptr_t n, const REAL *places, const REAL *pixels, 
     REAL sum[3], sum_1, sum_2, common, common_2, common_3, m, *const mapped = work, common_4, common_5, common_6,
     common_7, sum_0_0, sum_0_1, sum_1_2, sum_3, common_8, common_9, m_2, mapped_0, mapped_1, common_10, common_11,
     common_12;
-    NAME(camera_equations_1)(sum, &sum_1);
+    NAME(camera_equations_sum_start)(sum, &sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(camera_equations_2)(sum, sum_1, places + 3 * i, sum, &sum_1);
-    NAME(camera_equations_3)(&sum_2);
-    NAME(camera_equations_4)(sum, sum_1, &common, &common_2, &common_3);
-    NAME(camera_equations_6)(&m);
+        NAME(camera_equations_sum)(sum, sum_1, places + 3 * i, sum, &sum_1);
+    NAME(epipolar_equations_sum_start_2)(&sum_2);
+    NAME(camera_equations_common)(sum, sum_1, &common, &common_2, &common_3);
+    NAME(epipolar_equations_sum_start_2)(&m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(camera_equations_5)(sum_2, places + 3 * i, common, common_2, common_3, &sum_2);
-        NAME(camera_equations_7)(m, places + 3 * i, &m);
+        NAME(camera_equations_sum_2)(sum_2, places + 3 * i, common, common_2, common_3, &sum_2);
+        NAME(camera_equations_m)(m, places + 3 * i, &m);
     }
-    NAME(camera_equations_8)(sum, sum_1, sum_2, m, &common_4, &common_5, &common_6, &common_7);
-    NAME(camera_equations_10)(&sum_0_0, &sum_0_1, &sum_1_2);
+    NAME(camera_equations_common_2)(sum, sum_1, sum_2, m, &common_4, &common_5, &common_6, &common_7);
+    NAME(epipolar_equations_sum_start)(&sum_0_0, &sum_0_1, &sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(camera_equations_9)(places + 3 * i, common_4, common_5, common_6, common_7, mapped + 3 * i);
-        NAME(camera_equations_11)(sum_0_0, sum_0_1, sum_1_2, pixels + 2 * i, &sum_0_0, &sum_0_1, &sum_1_2);
+        NAME(camera_equations_mapped)(places + 3 * i, common_4, common_5, common_6, common_7, mapped + 3 * i);
+        NAME(epipolar_equations_sum)(sum_0_0, sum_0_1, sum_1_2, pixels + 2 * i, &sum_0_0, &sum_0_1, &sum_1_2);
     }
-    NAME(camera_equations_12)(&sum_3);
-    NAME(camera_equations_13)(sum_0_0, sum_0_1, sum_1_2, &common_8, &common_9);
-    NAME(camera_equations_15)(&m_2);
+    NAME(epipolar_equations_sum_start_2)(&sum_3);
+    NAME(epipolar_equations_common)(sum_0_0, sum_0_1, sum_1_2, &common_8, &common_9);
+    NAME(epipolar_equations_sum_start_2)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(camera_equations_14)(sum_3, pixels + 2 * i, common_8, common_9, &sum_3);
-        NAME(camera_equations_16)(m_2, pixels + 2 * i, &m_2);
+        NAME(epipolar_equations_sum_2)(sum_3, pixels + 2 * i, common_8, common_9, &sum_3);
+        NAME(epipolar_equations_m)(m_2, pixels + 2 * i, &m_2);
     }
-    NAME(camera_equations_17)(sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, &common_10, &common_11, &common_12);
+    NAME(epipolar_equations_common_2)(sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, &common_10, &common_11, &common_12);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(camera_equations_18)(pixels + 2 * i, common_10, common_11, common_12, &mapped_0, &mapped_1);
-        NAME(camera_equations_19)(mapped + 3 * i, mapped_0, mapped_1, out_0 + 24 * i);
+        NAME(epipolar_equations_mapped)(pixels + 2 * i, common_10, common_11, common_12, &mapped_0, &mapped_1);
+        NAME(camera_equations_result)(mapped + 3 * i, mapped_0, mapped_1, out_0 + 24 * i);
     }
-    NAME(camera_equations_20)(sum, sum_1, sum_2, m, sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, out_1, out_2);
+    NAME(camera_equations_result_2)(sum, sum_1, sum_2, m, sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, out_1, out_2);
 }
 
 static INLINE WORD NAME(camera_equations_lanes)(intptr_t n, const REAL *places, const REAL *pixels, REAL *out_0,
@@ -2515,38 +2062,39 @@ static INLINE WORD NAME(camera_equations_lanes)(intptr_t n, const REAL *places, 
     common_3[NLANES], m[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES],
     sum_0_0[NLANES], sum_0_1[NLANES], sum_1_2[NLANES], sum_3[NLANES], common_8[NLANES], common_9[NLANES],
     m_2[NLANES], mapped_0[NLANES], mapped_1[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES];
-    NAME(camera_equations_1_lanes)(sum, sum_1);
+    NAME(camera_equations_sum_start_lanes)(sum, sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(camera_equations_2_lanes)(sum, sum_1, places + 3 * NLANES * i, sum, sum_1);
-    NAME(camera_equations_3_lanes)(sum_2);
-    NAME(camera_equations_4_lanes)(sum, sum_1, common, common_2, common_3);
-    NAME(camera_equations_6_lanes)(m);
+        NAME(camera_equations_sum_lanes)(sum, sum_1, places + 3 * NLANES * i, sum, sum_1);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum_2);
+    NAME(camera_equations_common_lanes)(sum, sum_1, common, common_2, common_3);
+    NAME(epipolar_equations_sum_start_2_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(camera_equations_5_lanes)(sum_2, places + 3 * NLANES * i, common, common_2, common_3, sum_2);
-        NAME(camera_equations_7_lanes)(m, places + 3 * NLANES * i, m);
+        NAME(camera_equations_sum_2_lanes)(sum_2, places + 3 * NLANES * i, common, common_2, common_3, sum_2);
+        NAME(camera_equations_m_lanes)(m, places + 3 * NLANES * i, m);
     }
-    NAME(camera_equations_8_lanes)(sum, sum_1, sum_2, m, common_4, common_5, common_6, common_7);
-    NAME(camera_equations_10_lanes)(sum_0_0, sum_0_1, sum_1_2);
+    NAME(camera_equations_common_2_lanes)(sum, sum_1, sum_2, m, common_4, common_5, common_6, common_7);
+    NAME(epipolar_equations_sum_start_lanes)(sum_0_0, sum_0_1, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(camera_equations_9_lanes)(places + 3 * NLANES * i, common_4, common_5, common_6, common_7,
+        NAME(camera_equations_mapped_lanes)(places + 3 * NLANES * i, common_4, common_5, common_6, common_7,
     mapped + 3 * NLANES * i);
-        NAME(camera_equations_11_lanes)(sum_0_0, sum_0_1, sum_1_2, pixels + 2 * NLANES * i, sum_0_0, sum_0_1,
+        NAME(epipolar_equations_sum_lanes)(sum_0_0, sum_0_1, sum_1_2, pixels + 2 * NLANES * i, sum_0_0, sum_0_1,
     sum_1_2);
     }
-    NAME(camera_equations_12_lanes)(sum_3);
-    NAME(camera_equations_13_lanes)(sum_0_0, sum_0_1, sum_1_2, common_8, common_9);
-    NAME(camera_equations_15_lanes)(m_2);
+    NAME(epipolar_equations_sum_start_2_lanes)(sum_3);
+    NAME(epipolar_equations_common_lanes)(sum_0_0, sum_0_1, sum_1_2, common_8, common_9);
+    NAME(epipolar_equations_sum_start_2_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(camera_equations_14_lanes)(sum_3, pixels + 2 * NLANES * i, common_8, common_9, sum_3);
-        NAME(camera_equations_16_lanes)(m_2, pixels + 2 * NLANES * i, m_2);
+        NAME(epipolar_equations_sum_2_lanes)(sum_3, pixels + 2 * NLANES * i, common_8, common_9, sum_3);
+        NAME(epipolar_equations_m_lanes)(m_2, pixels + 2 * NLANES * i, m_2);
     }
-    NAME(camera_equations_17_lanes)(sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, common_10, common_11, common_12);
+    NAME(epipolar_equations_common_2_lanes)(sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, common_10, common_11, common_12);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(camera_equations_18_lanes)(pixels + 2 * NLANES * i, common_10, common_11, common_12, mapped_0,
+        NAME(epipolar_equations_mapped_lanes)(pixels + 2 * NLANES * i, common_10, common_11, common_12, mapped_0,
     mapped_1);
-        NAME(camera_equations_19_lanes)(mapped + 3 * NLANES * i, mapped_0, mapped_1, out_0 + 24 * NLANES * i);
+        NAME(camera_equations_result_lanes)(mapped + 3 * NLANES * i, mapped_0, mapped_1, out_0 + 24 * NLANES * i);
     }
-    NAME(camera_equations_20_lanes)(sum, sum_1, sum_2, m, sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, out_1, out_2);
+    NAME(camera_equations_result_2_lanes)(sum, sum_1, sum_2, m, sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, out_1,
+    out_2);
     return 0;
 }
 

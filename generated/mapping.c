@@ -2,7 +2,7 @@
 // command: gac generate --all mapping
 // spec: 6b2323f1f45044c6
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: a392ebd262fefb91e66736cc2e3151547d82438c0ebb44db5e94c363d0036572
+// body: fefbad3e19767d4f38673fabde7f7fbb3dc0fba84ea11be93795167da2055cd6
 
 #ifndef REAL
 #include "mapping.h"
@@ -244,7 +244,7 @@ GAC_KERNEL(translation_votes, PLAIN, TILES)
     AND OUT(1, out, 5, 5, n)
 #define WORK_prefix_sums(WORK)
 
-static INLINE void NAME(prefix_sums_1)(REAL *carry_start)
+static INLINE void NAME(prefix_sums_carry_start)(REAL *carry_start)
 {
     carry_start[0] = (REAL)0;
     carry_start[1] = (REAL)0;
@@ -252,10 +252,10 @@ static INLINE void NAME(prefix_sums_1)(REAL *carry_start)
     carry_start[3] = (REAL)0;
     carry_start[4] = (REAL)0;
 }
-#define PARTS_prefix_sums_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
-GAC_IN_LANES(prefix_sums_1, PLAIN)
+#define PARTS_prefix_sums_carry_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
+GAC_IN_LANES(prefix_sums_carry_start, PLAIN)
 
-static INLINE void NAME(prefix_sums_2)(const REAL *out, const REAL *points, REAL *out_out)
+static INLINE void NAME(prefix_sums_result)(const REAL *out, const REAL *points, REAL *out_out)
 {
     const REAL out_0 = out[0], out_1 = out[1], out_2 = out[2], out_3 = out[3], out_4 = out[4];
     const REAL points_0 = points[0], points_1 = points[1];
@@ -265,8 +265,8 @@ static INLINE void NAME(prefix_sums_2)(const REAL *out, const REAL *points, REAL
     out_out[3] = out_3 + points_0 * points_1;
     out_out[4] = out_4 + points_1 * points_1;
 }
-#define PARTS_prefix_sums_2(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND IN(1, 2) AND OUT(2, 5)
-GAC_IN_LANES(prefix_sums_2, PLAIN)
+#define PARTS_prefix_sums_result(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND IN(1, 2) AND OUT(2, 5)
+GAC_IN_LANES(prefix_sums_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t mapping_prefix_sums_work(intptr_t n)
@@ -280,17 +280,17 @@ void NAME(prefix_sums)(intptr_t n, const REAL *points, REAL *out, REAL *work)
 {
     (void)work;
     REAL carry_start[5];
-    NAME(prefix_sums_1)(carry_start);
+    NAME(prefix_sums_carry_start)(carry_start);
     for (intptr_t i = 0; i < n; i++)
-        NAME(prefix_sums_2)(i > 0 ? out + 5 * (i - 1) : carry_start, points + 2 * i, out + 5 * i);
+        NAME(prefix_sums_result)(i > 0 ? out + 5 * (i - 1) : carry_start, points + 2 * i, out + 5 * i);
 }
 
 static INLINE WORD NAME(prefix_sums_lanes)(intptr_t n, const REAL *points, REAL *out)
 {
     _Alignas(64) REAL carry_start[5 * NLANES];
-    NAME(prefix_sums_1_lanes)(carry_start);
+    NAME(prefix_sums_carry_start_lanes)(carry_start);
     for (intptr_t i = 0; i < n; i++)
-        NAME(prefix_sums_2_lanes)(i > 0 ? out + 5 * NLANES * (i - 1) : carry_start, points + 2 * NLANES * i,
+        NAME(prefix_sums_result_lanes)(i > 0 ? out + 5 * NLANES * (i - 1) : carry_start, points + 2 * NLANES * i,
     out + 5 * NLANES * i);
     return 0;
 }
@@ -301,16 +301,16 @@ GAC_PROCEDURE(prefix_sums, LANES)
     AND SAME(1, targets, 5, 5, m) AND OUT(2, out_0, scalar, 1, 1) AND OUT(3, out_1, scalar, 1, 1)
 #define WORK_nearest(WORK)
 
-static INLINE void NAME(nearest_1)(REAL *out_0, REAL *out_1, REAL *number)
+static INLINE void NAME(nearest_result_start)(REAL *out_0, REAL *out_1, REAL *number)
 {
     out_0[0] = (REAL)0;
     out_1[0] = (REAL)-1;
     number[0] = (REAL)0;
 }
-#define PARTS_nearest_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(nearest_1, PLAIN)
+#define PARTS_nearest_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(nearest_result_start, PLAIN)
 
-static INLINE void NAME(nearest_2)(const REAL *p, REAL score, REAL row, REAL number, const REAL *targets, REAL
+static INLINE void NAME(nearest_result)(const REAL *p, REAL score, REAL row, REAL number, const REAL *targets, REAL
     *out_0, REAL *out_1, REAL *number_out)
 {
     const REAL p_0 = p[0], p_1 = p[1];
@@ -327,9 +327,9 @@ static INLINE void NAME(nearest_2)(const REAL *p, REAL score, REAL row, REAL num
     out_1[0] = SELECT(t6, number, row);
     number_out[0] = number + (REAL)1;
 }
-#define PARTS_nearest_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
+#define PARTS_nearest_result(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
     AND SAME(4, 5) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(nearest_2, PLAIN)
+GAC_IN_LANES(nearest_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t mapping_nearest_work(intptr_t m)
@@ -343,17 +343,17 @@ void NAME(nearest)(intptr_t m, const REAL *p, const REAL *targets, REAL *out_0, 
 {
     (void)work;
     REAL number;
-    NAME(nearest_1)(out_0, out_1, &number);
+    NAME(nearest_result_start)(out_0, out_1, &number);
     for (intptr_t i = 0; i < m; i++)
-        NAME(nearest_2)(p, out_0[0], out_1[0], number, targets + 5 * i, out_0, out_1, &number);
+        NAME(nearest_result)(p, out_0[0], out_1[0], number, targets + 5 * i, out_0, out_1, &number);
 }
 
 static INLINE WORD NAME(nearest_lanes)(intptr_t m, const REAL *p, const REAL *targets, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL number[NLANES];
-    NAME(nearest_1_lanes)(out_0, out_1, number);
+    NAME(nearest_result_start_lanes)(out_0, out_1, number);
     for (intptr_t i = 0; i < m; i++)
-        NAME(nearest_2_lanes)(p, out_0, out_1, number, targets + 5 * i, out_0, out_1, number);
+        NAME(nearest_result_lanes)(p, out_0, out_1, number, targets + 5 * i, out_0, out_1, number);
     return 0;
 }
 
@@ -363,14 +363,14 @@ GAC_PROCEDURE(nearest, LANES)
     AND SAME(1, targets, 5, 5, m) AND OUT(2, out, scalar, 1, 1)
 #define WORK_nearest_square(WORK)
 
-static INLINE void NAME(nearest_square_1)(REAL *out)
+static INLINE void NAME(nearest_square_result_start)(REAL *out)
 {
     out[0] = (REAL)1e+30;
 }
-#define PARTS_nearest_square_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(nearest_square_1, PLAIN)
+#define PARTS_nearest_square_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(nearest_square_result_start, PLAIN)
 
-static INLINE void NAME(nearest_square_2)(const REAL *p, REAL least, const REAL *targets, REAL *out)
+static INLINE void NAME(nearest_square_result)(const REAL *p, REAL least, const REAL *targets, REAL *out)
 {
     const REAL p_0 = p[0], p_1 = p[1];
     const REAL targets_0 = targets[0], targets_1 = targets[1], targets_2 = targets[2], targets_3 = targets[3],
@@ -382,8 +382,9 @@ static INLINE void NAME(nearest_square_2)(const REAL *p, REAL least, const REAL 
     const REAL t4 = t3 * t3 + targets_4 * (t2 * t2);
     out[0] = MINIMUM(least, t4);
 }
-#define PARTS_nearest_square_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND SAME(2, 5) AND OUT(3, 1)
-GAC_IN_LANES(nearest_square_2, PLAIN)
+#define PARTS_nearest_square_result(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND SAME(2, 5) \
+    AND OUT(3, 1)
+GAC_IN_LANES(nearest_square_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t mapping_nearest_square_work(intptr_t m)
@@ -396,16 +397,16 @@ intptr_t mapping_nearest_square_work(intptr_t m)
 void NAME(nearest_square)(intptr_t m, const REAL *p, const REAL *targets, REAL *out, REAL *work)
 {
     (void)work;
-    NAME(nearest_square_1)(out);
+    NAME(nearest_square_result_start)(out);
     for (intptr_t i = 0; i < m; i++)
-        NAME(nearest_square_2)(p, out[0], targets + 5 * i, out);
+        NAME(nearest_square_result)(p, out[0], targets + 5 * i, out);
 }
 
 static INLINE WORD NAME(nearest_square_lanes)(intptr_t m, const REAL *p, const REAL *targets, REAL *out)
 {
-    NAME(nearest_square_1_lanes)(out);
+    NAME(nearest_square_result_start_lanes)(out);
     for (intptr_t i = 0; i < m; i++)
-        NAME(nearest_square_2_lanes)(p, out, targets + 5 * i, out);
+        NAME(nearest_square_result_lanes)(p, out, targets + 5 * i, out);
     return 0;
 }
 
@@ -417,7 +418,7 @@ GAC_PROCEDURE(nearest_square, LANES)
     AND OUT(8, out_1, 6, 6, 1) AND OUT(9, out_2, 4, 4, 1)
 #define WORK_alignment_step(WORK)
 
-static INLINE void NAME(alignment_step_1)(REAL *sum, REAL *sum_2, REAL *sum_2_0, REAL *sum_2_1)
+static INLINE void NAME(alignment_step_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_0, REAL *sum_2_1)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -431,17 +432,18 @@ static INLINE void NAME(alignment_step_1)(REAL *sum, REAL *sum_2, REAL *sum_2_0,
     sum_2_0[0] = (REAL)0;
     sum_2_1[0] = (REAL)0;
 }
-#define PARTS_alignment_step_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(alignment_step_1, PLAIN)
+#define PARTS_alignment_step_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1) \
+    AND OUT(3, 1)
+GAC_IN_LANES(alignment_step_sum_start, PLAIN)
 
-static INLINE void NAME(alignment_step_2)(REAL scale, REAL *common)
+static INLINE void NAME(alignment_step_common)(REAL scale, REAL *common)
 {
     common[0] = scale * scale;
 }
-#define PARTS_alignment_step_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(alignment_step_2, PLAIN)
+#define PARTS_alignment_step_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(alignment_step_common, PLAIN)
 
-static INLINE void NAME(alignment_step_3)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL sum_2_0,
+static INLINE void NAME(alignment_step_sum)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL sum_2_0,
     REAL sum_2_1, const REAL *points, const REAL *targets, const REAL *normals, REAL e, REAL w, REAL common, REAL
     *sum_out, REAL *sum_2_out, REAL *sum_2_0_out, REAL *sum_2_1_out)
 {
@@ -478,13 +480,13 @@ static INLINE void NAME(alignment_step_3)(const REAL *motor, const REAL *sum, co
     sum_2_0_out[0] = sum_2_0 + t9;
     sum_2_1_out[0] = sum_2_1 + t7 * (t7 * t9);
 }
-#define PARTS_alignment_step_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND NUMBER(3, 0) \
+#define PARTS_alignment_step_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND NUMBER(3, 0) \
     AND NUMBER(4, 0) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND NUMBER(8, 0) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND OUT(11, 6) AND OUT(12, 3) AND OUT(13, 1) AND OUT(14, 1)
-GAC_IN_LANES(alignment_step_3, PLAIN)
+GAC_IN_LANES(alignment_step_sum, PLAIN)
 
-static INLINE void NAME(alignment_step_4)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL sum_2_0,
-    REAL sum_2_1, REAL *out_0, REAL *out_1, REAL *out_2, WORD *far)
+static INLINE void NAME(alignment_step_result)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL
+    sum_2_0, REAL sum_2_1, REAL *out_0, REAL *out_1, REAL *out_2, WORD *far)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e20 = motor[2], motor_e01 = motor[3];
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
@@ -524,9 +526,9 @@ static INLINE void NAME(alignment_step_4)(const REAL *motor, const REAL *sum, co
     out_2[2] = t19 * t19 + t18 * t18;
     out_2[3] = t11 * t11;
 }
-#define PARTS_alignment_step_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND NUMBER(3, 0) \
+#define PARTS_alignment_step_result(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND NUMBER(3, 0) \
     AND NUMBER(4, 0) AND OUT(5, 4) AND OUT(6, 6) AND OUT(7, 4)
-GAC_IN_LANES(alignment_step_4, TURNS)
+GAC_IN_LANES(alignment_step_result, TURNS)
 
 #if PRECISION(1, 0)
 intptr_t mapping_alignment_step_work(intptr_t n)
@@ -542,12 +544,12 @@ static INLINE void NAME(alignment_step_within)(intptr_t n, const REAL *motor, co
 {
     (void)work;
     REAL sum[6], sum_2[3], sum_2_0, sum_2_1, common;
-    NAME(alignment_step_1)(sum, sum_2, &sum_2_0, &sum_2_1);
-    NAME(alignment_step_2)(scale, &common);
+    NAME(alignment_step_sum_start)(sum, sum_2, &sum_2_0, &sum_2_1);
+    NAME(alignment_step_common)(scale, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(alignment_step_3)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 2 * i, targets + 2 * i,
+        NAME(alignment_step_sum)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 2 * i, targets + 2 * i,
     normals + 2 * i, across[i], weights[i], common, sum, sum_2, &sum_2_0, &sum_2_1);
-    NAME(alignment_step_4)(motor, sum, sum_2, sum_2_0, sum_2_1, out_0, out_1, out_2, NULL);
+    NAME(alignment_step_result)(motor, sum, sum_2, sum_2_0, sum_2_1, out_0, out_1, out_2, NULL);
 }
 
 FUSED(alignment_step, (intptr_t n, const REAL *motor, const REAL *points, const REAL *targets, const REAL *normals,
@@ -567,13 +569,13 @@ static INLINE WORD NAME(alignment_step_lanes)(intptr_t n, const REAL *motor, con
 {
     _Alignas(64) REAL sum[6 * NLANES], sum_2[3 * NLANES], sum_2_0[NLANES], sum_2_1[NLANES], common[NLANES];
     WORD far = 0;
-    NAME(alignment_step_1_lanes)(sum, sum_2, sum_2_0, sum_2_1);
-    NAME(alignment_step_2_lanes)(scale, common);
+    NAME(alignment_step_sum_start_lanes)(sum, sum_2, sum_2_0, sum_2_1);
+    NAME(alignment_step_common_lanes)(scale, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(alignment_step_3_lanes)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 2 * NLANES * i,
+        NAME(alignment_step_sum_lanes)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 2 * NLANES * i,
     targets + 2 * NLANES * i, normals + 2 * NLANES * i, across + NLANES * i, weights + NLANES * i, common, sum,
     sum_2, sum_2_0, sum_2_1);
-    far |= NAME(alignment_step_4_lanes)(motor, sum, sum_2, sum_2_0, sum_2_1, out_0, out_1, out_2);
+    far |= NAME(alignment_step_result_lanes)(motor, sum, sum_2, sum_2_0, sum_2_1, out_0, out_1, out_2);
     return far;
 }
 
@@ -583,17 +585,8 @@ GAC_PROCEDURE(alignment_step, BUSY)
     AND SAME(1, segments, 5, 5, m) AND OUT(2, out_0, scalar, 1, 1) AND OUT(3, out_1, scalar, 1, 1)
 #define WORK_nearest_segment(WORK)
 
-static INLINE void NAME(nearest_segment_1)(REAL *out_0, REAL *out_1, REAL *number)
-{
-    out_0[0] = (REAL)0;
-    out_1[0] = (REAL)-1;
-    number[0] = (REAL)0;
-}
-#define PARTS_nearest_segment_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(nearest_segment_1, PLAIN)
-
-static INLINE void NAME(nearest_segment_2)(const REAL *p, REAL score, REAL row, REAL number, const REAL *segments,
-    REAL *out_0, REAL *out_1, REAL *number_out)
+static INLINE void NAME(nearest_segment_result)(const REAL *p, REAL score, REAL row, REAL number, const REAL
+    *segments, REAL *out_0, REAL *out_1, REAL *number_out)
 {
     const REAL p_0 = p[0], p_1 = p[1];
     const REAL segments_0 = segments[0], segments_1 = segments[1], segments_2 = segments[2],
@@ -610,9 +603,9 @@ static INLINE void NAME(nearest_segment_2)(const REAL *p, REAL score, REAL row, 
     out_1[0] = SELECT(t7, number, row);
     number_out[0] = number + (REAL)1;
 }
-#define PARTS_nearest_segment_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_nearest_segment_result(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND SAME(4, 5) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(nearest_segment_2, PLAIN)
+GAC_IN_LANES(nearest_segment_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t mapping_nearest_segment_work(intptr_t m)
@@ -626,18 +619,18 @@ void NAME(nearest_segment)(intptr_t m, const REAL *p, const REAL *segments, REAL
 {
     (void)work;
     REAL number;
-    NAME(nearest_segment_1)(out_0, out_1, &number);
+    NAME(nearest_result_start)(out_0, out_1, &number);
     for (intptr_t i = 0; i < m; i++)
-        NAME(nearest_segment_2)(p, out_0[0], out_1[0], number, segments + 5 * i, out_0, out_1, &number);
+        NAME(nearest_segment_result)(p, out_0[0], out_1[0], number, segments + 5 * i, out_0, out_1, &number);
 }
 
 static INLINE WORD NAME(nearest_segment_lanes)(intptr_t m, const REAL *p, const REAL *segments, REAL *out_0,
     REAL *out_1)
 {
     _Alignas(64) REAL number[NLANES];
-    NAME(nearest_segment_1_lanes)(out_0, out_1, number);
+    NAME(nearest_result_start_lanes)(out_0, out_1, number);
     for (intptr_t i = 0; i < m; i++)
-        NAME(nearest_segment_2_lanes)(p, out_0, out_1, number, segments + 5 * i, out_0, out_1, number);
+        NAME(nearest_segment_result_lanes)(p, out_0, out_1, number, segments + 5 * i, out_0, out_1, number);
     return 0;
 }
 
@@ -647,14 +640,7 @@ GAC_PROCEDURE(nearest_segment, LANES)
     AND IN(1, direction, 2, 2, 1) AND SAME(2, segments, 5, 5, m) AND OUT(3, out, scalar, 1, 1)
 #define WORK_expected_range(WORK)
 
-static INLINE void NAME(expected_range_1)(REAL *out)
-{
-    out[0] = (REAL)1e+30;
-}
-#define PARTS_expected_range_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(expected_range_1, PLAIN)
-
-static INLINE void NAME(expected_range_2)(const REAL *origin, const REAL *direction, REAL found, const REAL
+static INLINE void NAME(expected_range_result)(const REAL *origin, const REAL *direction, REAL found, const REAL
     *segments, REAL *out)
 {
     const REAL origin_0 = origin[0], origin_1 = origin[1];
@@ -670,9 +656,9 @@ static INLINE void NAME(expected_range_2)(const REAL *origin, const REAL *direct
     const REAL t6 = MINIMUM(found, t4);
     out[0] = SELECT(((REAL)1 - t1) * LESS((REAL)0, t4) * LESS_EQUAL(t5, segments_4), t6, found);
 }
-#define PARTS_expected_range_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 2) AND NUMBER(2, 0) AND SAME(3, 5) \
-    AND OUT(4, 1)
-GAC_IN_LANES(expected_range_2, PLAIN)
+#define PARTS_expected_range_result(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 2) AND NUMBER(2, 0) \
+    AND SAME(3, 5) AND OUT(4, 1)
+GAC_IN_LANES(expected_range_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t mapping_expected_range_work(intptr_t m)
@@ -686,17 +672,17 @@ void NAME(expected_range)(intptr_t m, const REAL *origin, const REAL *direction,
     REAL *work)
 {
     (void)work;
-    NAME(expected_range_1)(out);
+    NAME(nearest_square_result_start)(out);
     for (intptr_t i = 0; i < m; i++)
-        NAME(expected_range_2)(origin, direction, out[0], segments + 5 * i, out);
+        NAME(expected_range_result)(origin, direction, out[0], segments + 5 * i, out);
 }
 
 static INLINE WORD NAME(expected_range_lanes)(intptr_t m, const REAL *origin, const REAL *direction,
     const REAL *segments, REAL *out)
 {
-    NAME(expected_range_1_lanes)(out);
+    NAME(nearest_square_result_start_lanes)(out);
     for (intptr_t i = 0; i < m; i++)
-        NAME(expected_range_2_lanes)(origin, direction, out, segments + 5 * i, out);
+        NAME(expected_range_result_lanes)(origin, direction, out, segments + 5 * i, out);
     return 0;
 }
 

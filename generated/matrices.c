@@ -2,7 +2,7 @@
 // command: gac generate --all matrices
 // spec: ec48a3cca52b283e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b7af7dfbe856d78e9cf9bb7a7cc08ab6c36af00473b6cf74be7f3c0ee7d49662
+// body: b62db167bf80873b7182fd92b7c155dcabc99e1a6e720eea83e60ccd0af11a29
 
 #ifndef REAL
 #include "matrices.h"
@@ -57,128 +57,93 @@ GAC_AXIS(6, 8)
     WORK(51, gac_kept_10, scalar, 1, n) WORK(52, gac_kept_11, scalar, 1, n) WORK(53, gac_kept_12, scalar, 1, n) \
     WORK(54, gac_kept_13, scalar, 1, n)
 
-static INLINE void NAME(eigenvectors_1)(REAL *m)
+static INLINE void NAME(eigenvectors_m_start)(REAL *m)
 {
     m[0] = (REAL)0;
 }
-#define PARTS_eigenvectors_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_1, PLAIN)
+#define PARTS_eigenvectors_m_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(eigenvectors_m_start, PLAIN)
 
-static INLINE void NAME(eigenvectors_2)(REAL m, REAL x, REAL *m_2)
+static INLINE void NAME(eigenvectors_m)(REAL m, REAL x, REAL *m_2)
 {
     const REAL t0 = ABS(x);
     m_2[0] = MAXIMUM(m, t0);
 }
-#define PARTS_eigenvectors_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_2, PLAIN)
+#define PARTS_eigenvectors_m(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_m, PLAIN)
 
-static INLINE void NAME(eigenvectors_3)(REAL m, REAL *common)
+static INLINE void NAME(eigenvectors_common)(REAL m, REAL *common)
 {
     common[0] = SELECT(EQUAL(m, (REAL)0), (REAL)1, m);
 }
-#define PARTS_eigenvectors_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_3, PLAIN)
+#define PARTS_eigenvectors_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_common, PLAIN)
 
-static INLINE void NAME(eigenvectors_5)(REAL *number_start)
+static INLINE void NAME(eigenvectors_number_start)(REAL *number_start)
 {
     number_start[0] = (REAL)-1;
 }
-#define PARTS_eigenvectors_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_5, PLAIN)
+#define PARTS_eigenvectors_number_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(eigenvectors_number_start, PLAIN)
 
-static INLINE void NAME(eigenvectors_4)(REAL x, REAL common, REAL *mapped)
+static INLINE void NAME(eigenvectors_mapped)(REAL x, REAL common, REAL *mapped)
 {
     mapped[0] = x / common;
 }
-#define PARTS_eigenvectors_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_4, PLAIN)
+#define PARTS_eigenvectors_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_mapped, PLAIN)
 
-static INLINE void NAME(eigenvectors_6)(REAL number, REAL *number_out)
+static INLINE void NAME(eigenvectors_number)(REAL number, REAL *number_out)
 {
     number_out[0] = number + (REAL)1;
 }
-#define PARTS_eigenvectors_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_6, PLAIN)
+#define PARTS_eigenvectors_number(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_number, PLAIN)
 
-static INLINE void NAME(eigenvectors_8)(REAL *number_start_2)
-{
-    number_start_2[0] = (REAL)-1;
-}
-#define PARTS_eigenvectors_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_8, PLAIN)
-
-static INLINE void NAME(eigenvectors_7)(REAL i, REAL j, REAL *mapped_3)
+static INLINE void NAME(eigenvectors_mapped_2)(REAL i, REAL j, REAL *mapped_3)
 {
     mapped_3[0] = SELECT(EQUAL(i, j), (REAL)1, (REAL)0);
 }
-#define PARTS_eigenvectors_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_7, PLAIN)
+#define PARTS_eigenvectors_mapped_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_mapped_2, PLAIN)
 
-static INLINE void NAME(eigenvectors_9)(REAL number, REAL *number_2)
-{
-    number_2[0] = number + (REAL)1;
-}
-#define PARTS_eigenvectors_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_9, PLAIN)
-
-static INLINE void NAME(eigenvectors_10)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_10, PLAIN)
-
-static INLINE void NAME(eigenvectors_11)(REAL k, REAL *common_2)
-{
-    common_2[0] = k + (REAL)1;
-}
-#define PARTS_eigenvectors_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_11, PLAIN)
-
-static INLINE void NAME(eigenvectors_13)(REAL *sum_2)
-{
-    sum_2[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_13(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_13, PLAIN)
-
-static INLINE void NAME(eigenvectors_12)(REAL sum, REAL e, REAL i, REAL common, REAL *sum_out)
+static INLINE void NAME(eigenvectors_sum)(REAL sum, REAL e, REAL i, REAL common, REAL *sum_out)
 {
     const REAL t0 = e * e;
     sum_out[0] = sum + SELECT(LESS(common, i), t0, (REAL)0);
 }
-#define PARTS_eigenvectors_12(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(eigenvectors_12, PLAIN)
+GAC_IN_LANES(eigenvectors_sum, PLAIN)
 
-static INLINE void NAME(eigenvectors_14)(REAL common, REAL sum, REAL e, REAL i, REAL *sum_2)
+static INLINE void NAME(eigenvectors_sum_2)(REAL common, REAL sum, REAL e, REAL i, REAL *sum_2)
 {
     sum_2[0] = sum + SELECT(EQUAL(common, i), e, (REAL)0);
 }
-#define PARTS_eigenvectors_14(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(eigenvectors_14, PLAIN)
+GAC_IN_LANES(eigenvectors_sum_2, PLAIN)
 
-static INLINE void NAME(eigenvectors_15)(REAL sum, REAL sum_2, REAL *common_3)
+static INLINE void NAME(eigenvectors_common_2)(REAL sum, REAL sum_2, REAL *common_3)
 {
     const REAL t0 = sum + sum_2 * sum_2;
     const REAL t1 = SQRT(SELECT(LESS_EQUAL(sum, (REAL)1e-36), (REAL)1, t0));
     const REAL t2 = -t1;
     common_3[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t2, t1);
 }
-#define PARTS_eigenvectors_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_15, PLAIN)
+#define PARTS_eigenvectors_common_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_common_2, PLAIN)
 
-static INLINE void NAME(eigenvectors_16)(REAL common, REAL e, REAL i, REAL common_2, REAL *mapped_5)
+static INLINE void NAME(eigenvectors_mapped_3)(REAL common, REAL e, REAL i, REAL common_2, REAL *mapped_5)
 {
     const REAL t0 = SELECT(EQUAL(common, i), common_2, (REAL)0);
     mapped_5[0] = SELECT(LESS(common, i), e, t0);
 }
-#define PARTS_eigenvectors_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_mapped_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(eigenvectors_16, PLAIN)
+GAC_IN_LANES(eigenvectors_mapped_3, PLAIN)
 
-static INLINE void NAME(eigenvectors_17)(REAL sum, REAL sum_2, REAL *common_4)
+static INLINE void NAME(eigenvectors_common_3)(REAL sum, REAL sum_2, REAL *common_4)
 {
     const REAL t0 = sum + sum_2 * sum_2;
     const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
@@ -186,47 +151,25 @@ static INLINE void NAME(eigenvectors_17)(REAL sum, REAL sum_2, REAL *common_4)
     const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
     common_4[0] = SELECT(t1, (REAL)0, t3);
 }
-#define PARTS_eigenvectors_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_17, PLAIN)
+#define PARTS_eigenvectors_common_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_common_3, PLAIN)
 
-static INLINE void NAME(eigenvectors_21)(REAL *sum_4)
-{
-    sum_4[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_21(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_21, PLAIN)
-
-static INLINE void NAME(eigenvectors_18)(REAL *sum_3)
-{
-    sum_3[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_18(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_18, PLAIN)
-
-static INLINE void NAME(eigenvectors_19)(REAL sum, REAL a, REAL b, REAL *sum_3)
+static INLINE void NAME(eigenvectors_sum_3)(REAL sum, REAL a, REAL b, REAL *sum_3)
 {
     sum_3[0] = sum + a * b;
 }
-#define PARTS_eigenvectors_19(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(eigenvectors_19, PLAIN)
+GAC_IN_LANES(eigenvectors_sum_3, PLAIN)
 
-static INLINE void NAME(eigenvectors_20)(REAL sum, REAL common, REAL *mapped_6)
+static INLINE void NAME(eigenvectors_mapped_4)(REAL sum, REAL common, REAL *mapped_6)
 {
     mapped_6[0] = sum * common;
 }
-#define PARTS_eigenvectors_20(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_20, PLAIN)
+#define PARTS_eigenvectors_mapped_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_mapped_4, PLAIN)
 
-static INLINE void NAME(eigenvectors_22)(REAL sum, REAL a, REAL b, REAL *sum_4)
-{
-    sum_4[0] = sum + a * b;
-}
-#define PARTS_eigenvectors_22(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(eigenvectors_22, PLAIN)
-
-static INLINE void NAME(eigenvectors_23)(REAL sum, REAL sum_2, REAL sum_3, REAL *common_5)
+static INLINE void NAME(eigenvectors_common_4)(REAL sum, REAL sum_2, REAL sum_3, REAL *common_5)
 {
     const REAL t0 = sum + sum_2 * sum_2;
     const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
@@ -234,125 +177,60 @@ static INLINE void NAME(eigenvectors_23)(REAL sum, REAL sum_2, REAL sum_3, REAL 
     const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
     common_5[0] = sum_3 * SELECT(t1, (REAL)0, t3) * (REAL)0.5;
 }
-#define PARTS_eigenvectors_23(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_common_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(eigenvectors_23, PLAIN)
+GAC_IN_LANES(eigenvectors_common_4, PLAIN)
 
-static INLINE void NAME(eigenvectors_24)(REAL x, REAL y, REAL common, REAL *mapped_7)
+static INLINE void NAME(eigenvectors_mapped_5)(REAL x, REAL y, REAL common, REAL *mapped_7)
 {
     mapped_7[0] = x - y * common;
 }
-#define PARTS_eigenvectors_24(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_mapped_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(eigenvectors_24, PLAIN)
+GAC_IN_LANES(eigenvectors_mapped_5, PLAIN)
 
-static INLINE void NAME(eigenvectors_25)(REAL x, REAL y, REAL e, REAL p, REAL q, REAL *mapped_8)
+static INLINE void NAME(eigenvectors_mapped_6)(REAL x, REAL y, REAL e, REAL p, REAL q, REAL *mapped_8)
 {
     mapped_8[0] = e - x * q - y * p;
 }
-#define PARTS_eigenvectors_25(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_mapped_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(eigenvectors_25, PLAIN)
+GAC_IN_LANES(eigenvectors_mapped_6, PLAIN)
 
-static INLINE void NAME(eigenvectors_26)(REAL *sum_5)
-{
-    sum_5[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_26(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_26, PLAIN)
-
-static INLINE void NAME(eigenvectors_27)(REAL sum, REAL a, REAL b, REAL *sum_5)
-{
-    sum_5[0] = sum + a * b;
-}
-#define PARTS_eigenvectors_27(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(eigenvectors_27, PLAIN)
-
-static INLINE void NAME(eigenvectors_28)(REAL common, REAL sum, REAL *common_6)
-{
-    common_6[0] = common * sum;
-}
-#define PARTS_eigenvectors_28(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_28, PLAIN)
-
-static INLINE void NAME(eigenvectors_29)(REAL x, REAL y, REAL common, REAL *mapped_10)
-{
-    mapped_10[0] = x - y * common;
-}
-#define PARTS_eigenvectors_29(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(eigenvectors_29, PLAIN)
-
-static INLINE void NAME(eigenvectors_32)(REAL *number_start_3)
-{
-    number_start_3[0] = (REAL)-1;
-}
-#define PARTS_eigenvectors_32(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_32, PLAIN)
-
-static INLINE void NAME(eigenvectors_52)(REAL *number_start_4)
-{
-    number_start_4[0] = (REAL)-1;
-}
-#define PARTS_eigenvectors_52(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_52, PLAIN)
-
-static INLINE void NAME(eigenvectors_30)(REAL *sum_6)
-{
-    sum_6[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_30(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_30, PLAIN)
-
-static INLINE void NAME(eigenvectors_31)(REAL i, REAL sum, REAL x, REAL j, REAL *sum_6)
+static INLINE void NAME(eigenvectors_sum_4)(REAL i, REAL sum, REAL x, REAL j, REAL *sum_6)
 {
     sum_6[0] = sum + SELECT(EQUAL(i, j + (REAL)1), x, (REAL)0);
 }
-#define PARTS_eigenvectors_31(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_sum_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(eigenvectors_31, PLAIN)
+GAC_IN_LANES(eigenvectors_sum_4, PLAIN)
 
-static INLINE void NAME(eigenvectors_33)(REAL number, REAL *number_3)
-{
-    number_3[0] = number + (REAL)1;
-}
-#define PARTS_eigenvectors_33(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_33, PLAIN)
-
-static INLINE void NAME(eigenvectors_34)(REAL i, REAL *mapped_14)
+static INLINE void NAME(eigenvectors_mapped_7)(REAL i, REAL *mapped_14)
 {
     mapped_14[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
 }
-#define PARTS_eigenvectors_34(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_34, PLAIN)
+#define PARTS_eigenvectors_mapped_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_mapped_7, PLAIN)
 
-static INLINE void NAME(eigenvectors_53)(REAL number, REAL *number_4)
-{
-    number_4[0] = number + (REAL)1;
-}
-#define PARTS_eigenvectors_53(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_53, PLAIN)
-
-static INLINE void NAME(eigenvectors_35)(REAL *converged, REAL *steps)
+static INLINE void NAME(eigenvectors_converged_start)(REAL *converged, REAL *steps)
 {
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_eigenvectors_35(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_35, PLAIN)
+#define PARTS_eigenvectors_converged_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_converged_start, PLAIN)
 
-static INLINE void NAME(eigenvectors_36)(REAL *carry)
+static INLINE void NAME(eigenvectors_carry_start)(REAL *carry)
 {
     carry[0] = (REAL)0;
     carry[1] = (REAL)0;
     carry[2] = (REAL)0;
     carry[3] = (REAL)0;
 }
-#define PARTS_eigenvectors_36(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
-GAC_IN_LANES(eigenvectors_36, PLAIN)
+#define PARTS_eigenvectors_carry_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
+GAC_IN_LANES(eigenvectors_carry_start, PLAIN)
 
-static INLINE void NAME(eigenvectors_37)(const REAL *carry, REAL d, REAL b, REAL *carry_out)
+static INLINE void NAME(eigenvectors_carry)(const REAL *carry, REAL d, REAL b, REAL *carry_out)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3];
     const REAL t0 = EQUAL(b, (REAL)0);
@@ -361,41 +239,19 @@ static INLINE void NAME(eigenvectors_37)(const REAL *carry, REAL d, REAL b, REAL
     carry_out[2] = SELECT(t0, carry_2, b);
     carry_out[3] = SELECT(t0, carry_3, d);
 }
-#define PARTS_eigenvectors_37(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 4)
-GAC_IN_LANES(eigenvectors_37, PLAIN)
+#define PARTS_eigenvectors_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 4)
+GAC_IN_LANES(eigenvectors_carry, PLAIN)
 
-static INLINE void NAME(eigenvectors_38)(REAL *own_start, REAL *following_start)
-{
-    own_start[0] = (REAL)0;
-    following_start[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_38(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_38, PLAIN)
-
-static INLINE void NAME(eigenvectors_40)(REAL *own_start_2, REAL *following_start_2)
-{
-    own_start_2[0] = (REAL)0;
-    following_start_2[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_40(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_40, PLAIN)
-
-static INLINE void NAME(eigenvectors_39)(REAL own, REAL *following)
+static INLINE void NAME(eigenvectors_following)(REAL own, REAL *following)
 {
     following[0] = own;
 }
-#define PARTS_eigenvectors_39(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_39, PLAIN)
+#define PARTS_eigenvectors_following(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_following, PLAIN)
 
-static INLINE void NAME(eigenvectors_41)(REAL own, REAL *following_2)
-{
-    following_2[0] = own;
-}
-#define PARTS_eigenvectors_41(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_41, PLAIN)
-
-static INLINE void NAME(eigenvectors_42)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_3, REAL
-    *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *cosine_start_2, REAL
+static INLINE void NAME(eigenvectors_diagonal_start)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_3,
+    REAL *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *cosine_start_2, REAL
     *sine_start_2)
 {
     diagonal_start[0] = (REAL)0;
@@ -408,11 +264,11 @@ static INLINE void NAME(eigenvectors_42)(REAL *diagonal_start, REAL *beside_star
     cosine_start_2[0] = (REAL)1;
     sine_start_2[0] = (REAL)0;
 }
-#define PARTS_eigenvectors_42(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(eigenvectors_42, PLAIN)
+#define PARTS_eigenvectors_diagonal_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
+GAC_IN_LANES(eigenvectors_diagonal_start, PLAIN)
 
-static INLINE void NAME(eigenvectors_43)(const REAL *carry, REAL *common_7)
+static INLINE void NAME(eigenvectors_common_5)(const REAL *carry, REAL *common_7)
 {
     const REAL carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3];
     const REAL t0 = (carry_1 - carry_3) * (REAL)0.5;
@@ -421,12 +277,12 @@ static INLINE void NAME(eigenvectors_43)(const REAL *carry, REAL *common_7)
     const REAL t3 = -t2;
     common_7[0] = carry_3 - carry_2 * (carry_2 / (t0 + SELECT(LESS(t0, (REAL)0), t3, t2)));
 }
-#define PARTS_eigenvectors_43(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_43, PLAIN)
+#define PARTS_eigenvectors_common_5(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_common_5, PLAIN)
 
-static INLINE void NAME(eigenvectors_44)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL is_gap,
-    REAL own_2, REAL after, REAL beside, REAL is_first, REAL common, REAL *diagonal_2, REAL *beside_2, REAL *own_3,
-    REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *cosine_2, REAL *sine_2)
+static INLINE void NAME(eigenvectors_diagonal)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL
+    is_gap, REAL own_2, REAL after, REAL beside, REAL is_first, REAL common, REAL *diagonal_2, REAL *beside_2, REAL
+    *own_3, REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *cosine_2, REAL *sine_2)
 {
     const REAL t0 = SELECT(is_first, own_2, own);
     const REAL t1 = t0 - common;
@@ -462,169 +318,60 @@ static INLINE void NAME(eigenvectors_44)(REAL diagonal, REAL own, REAL across, R
     cosine_2[0] = t12;
     sine_2[0] = t16;
 }
-#define PARTS_eigenvectors_44(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_diagonal(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND NUMBER(10, 0) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) \
     AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1)
-GAC_IN_LANES(eigenvectors_44, PLAIN)
+GAC_IN_LANES(eigenvectors_diagonal, PLAIN)
 
-static INLINE void NAME(eigenvectors_49)(REAL *sum_7)
-{
-    sum_7[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_49(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_49, PLAIN)
-
-static INLINE void NAME(eigenvectors_45)(REAL *own_start_4, REAL *following_start_3)
-{
-    own_start_4[0] = (REAL)0;
-    following_start_3[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_45(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_45, PLAIN)
-
-static INLINE void NAME(eigenvectors_46)(REAL own, REAL *following_3)
-{
-    following_3[0] = own;
-}
-#define PARTS_eigenvectors_46(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_46, PLAIN)
-
-static INLINE void NAME(eigenvectors_47)(REAL *found_start, REAL *passed_start)
-{
-    found_start[0] = (REAL)0;
-    passed_start[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_47(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_47, PLAIN)
-
-static INLINE void NAME(eigenvectors_48)(REAL passed, REAL own, REAL after, REAL cosine, REAL sine, REAL is_first,
-    REAL *found, REAL *passed_out)
+static INLINE void NAME(eigenvectors_found)(REAL passed, REAL own, REAL after, REAL cosine, REAL sine, REAL
+    is_first, REAL *found, REAL *passed_out)
 {
     const REAL t0 = SELECT(is_first, own, passed);
     found[0] = cosine * t0 + after * sine;
     passed_out[0] = after * cosine - sine * t0;
 }
-#define PARTS_eigenvectors_48(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_found(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(eigenvectors_48, PLAIN)
+GAC_IN_LANES(eigenvectors_found, PLAIN)
 
-static INLINE void NAME(eigenvectors_50)(REAL sum, REAL x, REAL *sum_7)
+static INLINE void NAME(eigenvectors_sum_5)(REAL sum, REAL x, REAL *sum_7)
 {
     sum_7[0] = sum + SELECT(LESS((REAL)0, ABS(x)), (REAL)1, (REAL)0);
 }
-#define PARTS_eigenvectors_50(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_50, PLAIN)
+#define PARTS_eigenvectors_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_sum_5, PLAIN)
 
-static INLINE void NAME(eigenvectors_51)(REAL sum, REAL *converged)
+static INLINE void NAME(eigenvectors_converged)(REAL sum, REAL *converged)
 {
     converged[0] = LESS_EQUAL(sum, (REAL)0);
 }
-#define PARTS_eigenvectors_51(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_51, PLAIN)
+#define PARTS_eigenvectors_converged(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_converged, PLAIN)
 
-static INLINE void NAME(eigenvectors_57)(REAL *number_start_5)
-{
-    number_start_5[0] = (REAL)-1;
-}
-#define PARTS_eigenvectors_57(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_57, PLAIN)
-
-static INLINE void NAME(eigenvectors_54)(REAL *sum_8)
-{
-    sum_8[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_54(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_54, PLAIN)
-
-static INLINE void NAME(eigenvectors_55)(REAL x, REAL i, REAL sum, REAL y, REAL j, REAL *sum_8)
+static INLINE void NAME(eigenvectors_sum_6)(REAL x, REAL i, REAL sum, REAL y, REAL j, REAL *sum_8)
 {
     const REAL t0 = SELECT(LESS(j, i), (REAL)1, (REAL)0);
     const REAL t1 = LESS(y, x);
     sum_8[0] = sum + SELECT(EQUAL(x, y), t0, t1);
 }
-#define PARTS_eigenvectors_55(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_eigenvectors_sum_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(eigenvectors_55, PLAIN)
+GAC_IN_LANES(eigenvectors_sum_6, PLAIN)
 
-static INLINE void NAME(eigenvectors_56)(REAL common, REAL x, REAL *mapped_15)
-{
-    mapped_15[0] = common * x;
-}
-#define PARTS_eigenvectors_56(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_56, PLAIN)
-
-static INLINE void NAME(eigenvectors_58)(REAL number, REAL *number_5)
-{
-    number_5[0] = number + (REAL)1;
-}
-#define PARTS_eigenvectors_58(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_58, PLAIN)
-
-static INLINE void NAME(eigenvectors_65)(REAL *sum_11)
-{
-    sum_11[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_65(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_65, PLAIN)
-
-static INLINE void NAME(eigenvectors_59)(REAL *sum_9)
-{
-    sum_9[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_59(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_59, PLAIN)
-
-static INLINE void NAME(eigenvectors_60)(REAL i, REAL sum, REAL x, REAL place, REAL *sum_9)
-{
-    sum_9[0] = sum + SELECT(EQUAL(i, place), x, (REAL)0);
-}
-#define PARTS_eigenvectors_60(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(eigenvectors_60, PLAIN)
-
-static INLINE void NAME(eigenvectors_61)(REAL *number_start_6)
-{
-    number_start_6[0] = (REAL)-1;
-}
-#define PARTS_eigenvectors_61(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_61, PLAIN)
-
-static INLINE void NAME(eigenvectors_62)(REAL number, REAL *number_6)
-{
-    number_6[0] = number + (REAL)1;
-}
-#define PARTS_eigenvectors_62(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_62, PLAIN)
-
-static INLINE void NAME(eigenvectors_63)(REAL *sum_10)
-{
-    sum_10[0] = (REAL)0;
-}
-#define PARTS_eigenvectors_63(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(eigenvectors_63, PLAIN)
-
-static INLINE void NAME(eigenvectors_64)(REAL i, REAL sum, REAL x, REAL place, REAL *sum_10)
-{
-    sum_10[0] = sum + SELECT(EQUAL(i, place), x, (REAL)0);
-}
-#define PARTS_eigenvectors_64(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(eigenvectors_64, PLAIN)
-
-static INLINE void NAME(eigenvectors_66)(REAL sum, REAL a, REAL *sum_11)
+static INLINE void NAME(eigenvectors_sum_7)(REAL sum, REAL a, REAL *sum_11)
 {
     sum_11[0] = sum + ABS(a);
 }
-#define PARTS_eigenvectors_66(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_66, PLAIN)
+#define PARTS_eigenvectors_sum_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_sum_7, PLAIN)
 
-static INLINE void NAME(eigenvectors_67)(REAL converged, REAL sum, REAL *out_2)
+static INLINE void NAME(eigenvectors_result)(REAL converged, REAL sum, REAL *out_2)
 {
     out_2[0] = SELECT(LESS(sum, (REAL)1e+36), converged, (REAL)0);
 }
-#define PARTS_eigenvectors_67(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(eigenvectors_67, PLAIN)
+#define PARTS_eigenvectors_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t matrices_eigenvectors_work(intptr_t n)
@@ -654,69 +401,69 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
     *const number_4 = of_row + n * n, sum_8, *const place = number_4 + n, *const mapped_15 = place + n,
     number_start_5, *const number_5 = mapped_15 + n, sum_9, number_start_6, *const number_6 = number_5 + n, sum_10,
     mapped_17, sum_11;
-    NAME(eigenvectors_1)(&m);
+    NAME(eigenvectors_m_start)(&m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m, &m_2);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_2)(m_2, matrix[i * n + j], &m_2);
+            NAME(eigenvectors_m)(m_2, matrix[i * n + j], &m_2);
         COPY(1, &m_2, &m);
     }
-    NAME(eigenvectors_3)(m, &common);
-    NAME(eigenvectors_5)(&number_start);
+    NAME(eigenvectors_common)(m, &common);
+    NAME(eigenvectors_number_start)(&number_start);
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_4)(matrix[i * n + j], common, &mapped);
+            NAME(eigenvectors_mapped)(matrix[i * n + j], common, &mapped);
             COPY(1, &mapped, mapped_2 + (i * n + j));
         }
-        NAME(eigenvectors_6)(i > 0 ? number[i - 1] : number_start, number + i);
+        NAME(eigenvectors_number)(i > 0 ? number[i - 1] : number_start, number + i);
     }
-    NAME(eigenvectors_8)(&number_start_2);
+    NAME(eigenvectors_number_start)(&number_start_2);
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_7)(number[i], number[j], &mapped_3);
+            NAME(eigenvectors_mapped_2)(number[i], number[j], &mapped_3);
             COPY(1, &mapped_3, mapped_4 + (i * n + j));
         }
-        NAME(eigenvectors_9)(i > 0 ? number_2[i - 1] : number_start_2, number_2 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_2[i - 1] : number_start_2, number_2 + i);
         for (intptr_t j = 0; j < n; j++) {
             COPY(1, mapped_2 + (i * n + j), state_0 + (i * n + j));
             COPY(1, mapped_4 + (i * n + j), state_1 + (i * n + j));
         }
     }
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_10)(&sum);
-        NAME(eigenvectors_11)(number_2[i], &common_2);
-        NAME(eigenvectors_13)(&sum_2);
+        NAME(eigenvectors_m_start)(&sum);
+        NAME(eigenvectors_number)(number_2[i], &common_2);
+        NAME(eigenvectors_m_start)(&sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_12)(sum, state_0[i * n + j], number_2[j], common_2, &sum);
-            NAME(eigenvectors_14)(common_2, sum_2, state_0[i * n + j], number_2[j], &sum_2);
+            NAME(eigenvectors_sum)(sum, state_0[i * n + j], number_2[j], common_2, &sum);
+            NAME(eigenvectors_sum_2)(common_2, sum_2, state_0[i * n + j], number_2[j], &sum_2);
         }
-        NAME(eigenvectors_15)(sum, sum_2, &common_3);
+        NAME(eigenvectors_common_2)(sum, sum_2, &common_3);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_16)(common_2, state_0[i * n + j], number_2[j], common_3, mapped_5 + j);
-        NAME(eigenvectors_17)(sum, sum_2, &common_4);
-        NAME(eigenvectors_21)(&sum_4);
+            NAME(eigenvectors_mapped_3)(common_2, state_0[i * n + j], number_2[j], common_3, mapped_5 + j);
+        NAME(eigenvectors_common_3)(sum, sum_2, &common_4);
+        NAME(eigenvectors_m_start)(&sum_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_18)(&sum_3);
+            NAME(eigenvectors_m_start)(&sum_3);
             for (intptr_t k = 0; k < n; k++)
-                NAME(eigenvectors_19)(sum_3, state_0[j * n + k], mapped_5[k], &sum_3);
-            NAME(eigenvectors_20)(sum_3, common_4, mapped_6 + j);
-            NAME(eigenvectors_22)(sum_4, mapped_5[j], mapped_6[j], &sum_4);
+                NAME(eigenvectors_sum_3)(sum_3, state_0[j * n + k], mapped_5[k], &sum_3);
+            NAME(eigenvectors_mapped_4)(sum_3, common_4, mapped_6 + j);
+            NAME(eigenvectors_sum_3)(sum_4, mapped_5[j], mapped_6[j], &sum_4);
         }
-        NAME(eigenvectors_23)(sum, sum_2, sum_4, &common_5);
+        NAME(eigenvectors_common_4)(sum, sum_2, sum_4, &common_5);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_24)(mapped_6[j], mapped_5[j], common_5, mapped_7 + j);
+            NAME(eigenvectors_mapped_5)(mapped_6[j], mapped_5[j], common_5, mapped_7 + j);
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_25)(mapped_5[j], mapped_7[j], state_0[j * n + k], mapped_5[k], mapped_7[k],
+                NAME(eigenvectors_mapped_6)(mapped_5[j], mapped_7[j], state_0[j * n + k], mapped_5[k], mapped_7[k],
     &mapped_8);
                 COPY(1, &mapped_8, mapped_9 + (j * n + k));
             }
-            NAME(eigenvectors_26)(&sum_5);
+            NAME(eigenvectors_m_start)(&sum_5);
             for (intptr_t k = 0; k < n; k++)
-                NAME(eigenvectors_27)(sum_5, state_1[j * n + k], mapped_5[k], &sum_5);
-            NAME(eigenvectors_28)(common_4, sum_5, &common_6);
+                NAME(eigenvectors_sum_3)(sum_5, state_1[j * n + k], mapped_5[k], &sum_5);
+            NAME(eigenvectors_mapped_4)(common_4, sum_5, &common_6);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_29)(state_1[j * n + k], mapped_5[k], common_6, &mapped_10);
+                NAME(eigenvectors_mapped_5)(state_1[j * n + k], mapped_5[k], common_6, &mapped_10);
                 COPY(1, &mapped_10, mapped_11 + (j * n + k));
             }
             for (intptr_t k = 0; k < n; k++) {
@@ -725,95 +472,95 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
             }
         }
     }
-    NAME(eigenvectors_32)(&number_start_3);
-    NAME(eigenvectors_52)(&number_start_4);
+    NAME(eigenvectors_number_start)(&number_start_3);
+    NAME(eigenvectors_number_start)(&number_start_4);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, state_0 + (i * n + i), &mapped_12);
-        NAME(eigenvectors_30)(&sum_6);
+        NAME(eigenvectors_m_start)(&sum_6);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_31)(number_2[i], sum_6, state_0[i * n + j], number_2[j], &sum_6);
+            NAME(eigenvectors_sum_4)(number_2[i], sum_6, state_0[i * n + j], number_2[j], &sum_6);
         COPY(1, &sum_6, &mapped_13);
-        NAME(eigenvectors_33)(i > 0 ? number_3[i - 1] : number_start_3, number_3 + i);
-        NAME(eigenvectors_34)(number_3[i], mapped_14 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_3[i - 1] : number_start_3, number_3 + i);
+        NAME(eigenvectors_mapped_7)(number_3[i], mapped_14 + i);
         COPY(1, &mapped_12, diagonal + i);
         COPY(1, &mapped_13, beside + i);
         for (intptr_t j = 0; j < n; j++)
             COPY(1, state_1 + (i * n + j), state_1_2 + (i * n + j));
-        NAME(eigenvectors_53)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
     }
-    NAME(eigenvectors_35)(&converged, &steps);
+    NAME(eigenvectors_converged_start)(&converged, &steps);
     for (int repeats = 0; repeats < 1000; repeats++) {
-        NAME(eigenvectors_36)(carry);
+        NAME(eigenvectors_carry_start)(carry);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_37)(carry, diagonal[j], beside[j], carry);
-        NAME(eigenvectors_38)(&own_start, &following_start);
-        NAME(eigenvectors_40)(&own_start_2, &following_start_2);
+            NAME(eigenvectors_carry)(carry, diagonal[j], beside[j], carry);
+        NAME(eigenvectors_converged_start)(&own_start, &following_start);
+        NAME(eigenvectors_converged_start)(&own_start_2, &following_start_2);
         for (intptr_t j = n; j-- > 0;) {
-            NAME(eigenvectors_39)(j + 1 < n ? own[j + 1] : own_start, following + j);
+            NAME(eigenvectors_following)(j + 1 < n ? own[j + 1] : own_start, following + j);
             COPY(1, diagonal + j, own + j);
-            NAME(eigenvectors_41)(j + 1 < n ? own_2[j + 1] : own_start_2, following_2 + j);
+            NAME(eigenvectors_following)(j + 1 < n ? own_2[j + 1] : own_start_2, following_2 + j);
             COPY(1, beside + j, own_2 + j);
         }
-        NAME(eigenvectors_42)(&diagonal_start, &beside_start, &own_start_3, &across_start, &cosine_start,
-    &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
-        NAME(eigenvectors_43)(carry, &common_7);
+        NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_3, &across_start,
+    &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
+        NAME(eigenvectors_common_5)(carry, &common_7);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_44)(j > 0 ? diagonal_2[j - 1] : diagonal_start, j > 0 ? own_3[j - 1] : own_start_3,
-    j > 0 ? across[j - 1] : across_start, j > 0 ? cosine[j - 1] : cosine_start, j > 0 ? sine[j - 1] : sine_start,
-    j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following[j], following_2[j], mapped_14[j], common_7,
-    diagonal_2 + j, beside_2 + j, own_3 + j, across + j, cosine + j, sine + j, is_gap + j, cosine_2 + j,
-    sine_2 + j);
-        NAME(eigenvectors_49)(&sum_7);
+            NAME(eigenvectors_diagonal)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
+    j > 0 ? own_3[j - 1] : own_start_3, j > 0 ? across[j - 1] : across_start, j > 0 ? cosine[j - 1] : cosine_start,
+    j > 0 ? sine[j - 1] : sine_start, j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following[j],
+    following_2[j], mapped_14[j], common_7, diagonal_2 + j, beside_2 + j, own_3 + j, across + j, cosine + j,
+    sine + j, is_gap + j, cosine_2 + j, sine_2 + j);
+        NAME(eigenvectors_m_start)(&sum_7);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_45)(&own_start_4, &following_start_3);
+            NAME(eigenvectors_converged_start)(&own_start_4, &following_start_3);
             for (intptr_t k = n; k-- > 0;) {
-                NAME(eigenvectors_46)(k + 1 < n ? own_4[k + 1] : own_start_4, following_3 + k);
+                NAME(eigenvectors_following)(k + 1 < n ? own_4[k + 1] : own_start_4, following_3 + k);
                 COPY(1, state_1_2 + (j * n + k), own_4 + k);
             }
-            NAME(eigenvectors_47)(&found_start, &passed_start);
+            NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_48)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * n + k], following_3[k],
+                NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * n + k], following_3[k],
     cosine_2[k], sine_2[k], mapped_14[k], &found, passed + k);
                 COPY(1, &found, of_row + (j * n + k));
             }
-            NAME(eigenvectors_50)(sum_7, beside_2[j], &sum_7);
+            NAME(eigenvectors_sum_5)(sum_7, beside_2[j], &sum_7);
             COPY(1, diagonal_2 + j, diagonal + j);
             COPY(1, beside_2 + j, beside + j);
             for (intptr_t k = 0; k < n; k++)
                 COPY(1, of_row + (j * n + k), state_1_2 + (j * n + k));
         }
-        NAME(eigenvectors_51)(sum_7, &converged);
+        NAME(eigenvectors_converged)(sum_7, &converged);
         steps += 1;
         if (converged != 0)
             break;
     }
-    NAME(eigenvectors_57)(&number_start_5);
+    NAME(eigenvectors_number_start)(&number_start_5);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_54)(&sum_8);
+        NAME(eigenvectors_m_start)(&sum_8);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_55)(diagonal[i], number_4[i], sum_8, diagonal[j], number_4[j], &sum_8);
+            NAME(eigenvectors_sum_6)(diagonal[i], number_4[i], sum_8, diagonal[j], number_4[j], &sum_8);
         COPY(1, &sum_8, place + i);
-        NAME(eigenvectors_56)(common, diagonal[i], mapped_15 + i);
-        NAME(eigenvectors_58)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
+        NAME(eigenvectors_mapped_4)(common, diagonal[i], mapped_15 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
-    NAME(eigenvectors_65)(&sum_11);
+    NAME(eigenvectors_m_start)(&sum_11);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_59)(&sum_9);
+        NAME(eigenvectors_m_start)(&sum_9);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_60)(number_5[i], sum_9, mapped_15[j], place[j], &sum_9);
+            NAME(eigenvectors_sum_2)(number_5[i], sum_9, mapped_15[j], place[j], &sum_9);
         COPY(1, &sum_9, out_0 + i);
-        NAME(eigenvectors_61)(&number_start_6);
+        NAME(eigenvectors_number_start)(&number_start_6);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_62)(j > 0 ? number_6[j - 1] : number_start_6, number_6 + j);
-            NAME(eigenvectors_63)(&sum_10);
+            NAME(eigenvectors_number)(j > 0 ? number_6[j - 1] : number_start_6, number_6 + j);
+            NAME(eigenvectors_m_start)(&sum_10);
             for (intptr_t k = 0; k < n; k++)
-                NAME(eigenvectors_64)(number_6[j], sum_10, state_1_2[i * n + k], place[k], &sum_10);
+                NAME(eigenvectors_sum_2)(number_6[j], sum_10, state_1_2[i * n + k], place[k], &sum_10);
             COPY(1, &sum_10, &mapped_17);
             COPY(1, &mapped_17, out_1 + (i * n + j));
         }
-        NAME(eigenvectors_66)(sum_11, diagonal[i], &sum_11);
+        NAME(eigenvectors_sum_7)(sum_11, diagonal[i], &sum_11);
     }
-    NAME(eigenvectors_67)(converged, sum_11, out_2);
+    NAME(eigenvectors_result)(converged, sum_11, out_2);
 }
 
 static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1, REAL *out_2,
@@ -837,72 +584,73 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
     following_start_3[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_7[NLANES],
     number_start_4[NLANES], sum_8[NLANES], number_start_5[NLANES], sum_9[NLANES], number_start_6[NLANES],
     sum_10[NLANES], mapped_17[NLANES], sum_11[NLANES], gac_kept_3[NLANES];
-    NAME(eigenvectors_1_lanes)(m);
+    NAME(eigenvectors_m_start_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m, m_2);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_2_lanes)(m_2, matrix + NLANES * (i * n + j), m_2);
+            NAME(eigenvectors_m_lanes)(m_2, matrix + NLANES * (i * n + j), m_2);
         COPY(NLANES, m_2, m);
     }
-    NAME(eigenvectors_3_lanes)(m, common);
-    NAME(eigenvectors_5_lanes)(number_start);
+    NAME(eigenvectors_common_lanes)(m, common);
+    NAME(eigenvectors_number_start_lanes)(number_start);
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_4_lanes)(matrix + NLANES * (i * n + j), common, mapped);
+            NAME(eigenvectors_mapped_lanes)(matrix + NLANES * (i * n + j), common, mapped);
             COPY(NLANES, mapped, mapped_2 + NLANES * (i * n + j));
         }
-        NAME(eigenvectors_6_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
     }
-    NAME(eigenvectors_8_lanes)(number_start_2);
+    NAME(eigenvectors_number_start_lanes)(number_start_2);
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_7_lanes)(number + NLANES * i, number + NLANES * j, mapped_3);
+            NAME(eigenvectors_mapped_2_lanes)(number + NLANES * i, number + NLANES * j, mapped_3);
             COPY(NLANES, mapped_3, mapped_4 + NLANES * (i * n + j));
         }
-        NAME(eigenvectors_9_lanes)(i > 0 ? number_2 + NLANES * (i - 1) : number_start_2, number_2 + NLANES * i);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_2 + NLANES * (i - 1) : number_start_2,
+    number_2 + NLANES * i);
         for (intptr_t j = 0; j < n; j++) {
             COPY(NLANES, mapped_2 + NLANES * (i * n + j), state_0 + NLANES * (i * n + j));
             COPY(NLANES, mapped_4 + NLANES * (i * n + j), state_1 + NLANES * (i * n + j));
         }
     }
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_10_lanes)(sum);
-        NAME(eigenvectors_11_lanes)(number_2 + NLANES * i, common_2);
-        NAME(eigenvectors_13_lanes)(sum_2);
+        NAME(eigenvectors_m_start_lanes)(sum);
+        NAME(eigenvectors_number_lanes)(number_2 + NLANES * i, common_2);
+        NAME(eigenvectors_m_start_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_12_lanes)(sum, state_0 + NLANES * (i * n + j), number_2 + NLANES * j, common_2, sum);
-            NAME(eigenvectors_14_lanes)(common_2, sum_2, state_0 + NLANES * (i * n + j), number_2 + NLANES * j,
+            NAME(eigenvectors_sum_lanes)(sum, state_0 + NLANES * (i * n + j), number_2 + NLANES * j, common_2, sum);
+            NAME(eigenvectors_sum_2_lanes)(common_2, sum_2, state_0 + NLANES * (i * n + j), number_2 + NLANES * j,
     sum_2);
         }
-        NAME(eigenvectors_15_lanes)(sum, sum_2, common_3);
+        NAME(eigenvectors_common_2_lanes)(sum, sum_2, common_3);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_16_lanes)(common_2, state_0 + NLANES * (i * n + j), number_2 + NLANES * j, common_3,
-    mapped_5 + NLANES * j);
-        NAME(eigenvectors_17_lanes)(sum, sum_2, common_4);
-        NAME(eigenvectors_21_lanes)(sum_4);
+            NAME(eigenvectors_mapped_3_lanes)(common_2, state_0 + NLANES * (i * n + j), number_2 + NLANES * j,
+    common_3, mapped_5 + NLANES * j);
+        NAME(eigenvectors_common_3_lanes)(sum, sum_2, common_4);
+        NAME(eigenvectors_m_start_lanes)(sum_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_18_lanes)(sum_3);
+            NAME(eigenvectors_m_start_lanes)(sum_3);
             for (intptr_t k = 0; k < n; k++)
-                NAME(eigenvectors_19_lanes)(sum_3, state_0 + NLANES * (j * n + k), mapped_5 + NLANES * k, sum_3);
-            NAME(eigenvectors_20_lanes)(sum_3, common_4, mapped_6 + NLANES * j);
-            NAME(eigenvectors_22_lanes)(sum_4, mapped_5 + NLANES * j, mapped_6 + NLANES * j, sum_4);
+                NAME(eigenvectors_sum_3_lanes)(sum_3, state_0 + NLANES * (j * n + k), mapped_5 + NLANES * k, sum_3);
+            NAME(eigenvectors_mapped_4_lanes)(sum_3, common_4, mapped_6 + NLANES * j);
+            NAME(eigenvectors_sum_3_lanes)(sum_4, mapped_5 + NLANES * j, mapped_6 + NLANES * j, sum_4);
         }
-        NAME(eigenvectors_23_lanes)(sum, sum_2, sum_4, common_5);
+        NAME(eigenvectors_common_4_lanes)(sum, sum_2, sum_4, common_5);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_24_lanes)(mapped_6 + NLANES * j, mapped_5 + NLANES * j, common_5,
+            NAME(eigenvectors_mapped_5_lanes)(mapped_6 + NLANES * j, mapped_5 + NLANES * j, common_5,
     mapped_7 + NLANES * j);
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_25_lanes)(mapped_5 + NLANES * j, mapped_7 + NLANES * j,
+                NAME(eigenvectors_mapped_6_lanes)(mapped_5 + NLANES * j, mapped_7 + NLANES * j,
     state_0 + NLANES * (j * n + k), mapped_5 + NLANES * k, mapped_7 + NLANES * k, mapped_8);
                 COPY(NLANES, mapped_8, mapped_9 + NLANES * (j * n + k));
             }
-            NAME(eigenvectors_26_lanes)(sum_5);
+            NAME(eigenvectors_m_start_lanes)(sum_5);
             for (intptr_t k = 0; k < n; k++)
-                NAME(eigenvectors_27_lanes)(sum_5, state_1 + NLANES * (j * n + k), mapped_5 + NLANES * k, sum_5);
-            NAME(eigenvectors_28_lanes)(common_4, sum_5, common_6);
+                NAME(eigenvectors_sum_3_lanes)(sum_5, state_1 + NLANES * (j * n + k), mapped_5 + NLANES * k, sum_5);
+            NAME(eigenvectors_mapped_4_lanes)(common_4, sum_5, common_6);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_29_lanes)(state_1 + NLANES * (j * n + k), mapped_5 + NLANES * k, common_6,
+                NAME(eigenvectors_mapped_5_lanes)(state_1 + NLANES * (j * n + k), mapped_5 + NLANES * k, common_6,
     mapped_10);
                 COPY(NLANES, mapped_10, mapped_11 + NLANES * (j * n + k));
             }
@@ -912,24 +660,26 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             }
         }
     }
-    NAME(eigenvectors_32_lanes)(number_start_3);
-    NAME(eigenvectors_52_lanes)(number_start_4);
+    NAME(eigenvectors_number_start_lanes)(number_start_3);
+    NAME(eigenvectors_number_start_lanes)(number_start_4);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, state_0 + NLANES * (i * n + i), mapped_12);
-        NAME(eigenvectors_30_lanes)(sum_6);
+        NAME(eigenvectors_m_start_lanes)(sum_6);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_31_lanes)(number_2 + NLANES * i, sum_6, state_0 + NLANES * (i * n + j),
+            NAME(eigenvectors_sum_4_lanes)(number_2 + NLANES * i, sum_6, state_0 + NLANES * (i * n + j),
     number_2 + NLANES * j, sum_6);
         COPY(NLANES, sum_6, mapped_13);
-        NAME(eigenvectors_33_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3, number_3 + NLANES * i);
-        NAME(eigenvectors_34_lanes)(number_3 + NLANES * i, mapped_14 + NLANES * i);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3,
+    number_3 + NLANES * i);
+        NAME(eigenvectors_mapped_7_lanes)(number_3 + NLANES * i, mapped_14 + NLANES * i);
         COPY(NLANES, mapped_12, diagonal + NLANES * i);
         COPY(NLANES, mapped_13, beside + NLANES * i);
         for (intptr_t j = 0; j < n; j++)
             COPY(NLANES, state_1 + NLANES * (i * n + j), state_1_2 + NLANES * (i * n + j));
-        NAME(eigenvectors_53_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4, number_4 + NLANES * i);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
+    number_4 + NLANES * i);
     }
-    NAME(eigenvectors_35_lanes)(converged, steps);
+    NAME(eigenvectors_converged_start_lanes)(converged, steps);
     ROUNDS(rounds, 1000) {
         KEEP(rounds, NLANES * n, diagonal, gac_kept_0);
         KEEP(rounds, NLANES * n, beside, gac_kept_1);
@@ -945,51 +695,52 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         KEEP(rounds, NLANES * n, is_gap, gac_kept_11);
         KEEP(rounds, NLANES * n, own_4, gac_kept_12);
         KEEP(rounds, NLANES * n, passed, gac_kept_13);
-        NAME(eigenvectors_36_lanes)(carry);
+        NAME(eigenvectors_carry_start_lanes)(carry);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_37_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j, carry);
-        NAME(eigenvectors_38_lanes)(own_start, following_start);
-        NAME(eigenvectors_40_lanes)(own_start_2, following_start_2);
+            NAME(eigenvectors_carry_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j, carry);
+        NAME(eigenvectors_converged_start_lanes)(own_start, following_start);
+        NAME(eigenvectors_converged_start_lanes)(own_start_2, following_start_2);
         for (intptr_t j = n; j-- > 0;) {
-            NAME(eigenvectors_39_lanes)(j + 1 < n ? own + NLANES * (j + 1) : own_start, following + NLANES * j);
+            NAME(eigenvectors_following_lanes)(j + 1 < n ? own + NLANES * (j + 1) : own_start,
+    following + NLANES * j);
             COPY(NLANES, diagonal + NLANES * j, own + NLANES * j);
-            NAME(eigenvectors_41_lanes)(j + 1 < n ? own_2 + NLANES * (j + 1) : own_start_2,
+            NAME(eigenvectors_following_lanes)(j + 1 < n ? own_2 + NLANES * (j + 1) : own_start_2,
     following_2 + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own_2 + NLANES * j);
         }
-        NAME(eigenvectors_42_lanes)(diagonal_start, beside_start, own_start_3, across_start, cosine_start,
-    sine_start, is_gap_start, cosine_start_2, sine_start_2);
-        NAME(eigenvectors_43_lanes)(carry, common_7);
+        NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_3, across_start,
+    cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
+        NAME(eigenvectors_common_5_lanes)(carry, common_7);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_44_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
+            NAME(eigenvectors_diagonal_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
     j > 0 ? own_3 + NLANES * (j - 1) : own_start_3, j > 0 ? across + NLANES * (j - 1) : across_start,
     j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
     j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following + NLANES * j,
     following_2 + NLANES * j, mapped_14 + NLANES * j, common_7, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
     own_3 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
     cosine_2 + NLANES * j, sine_2 + NLANES * j);
-        NAME(eigenvectors_49_lanes)(sum_7);
+        NAME(eigenvectors_m_start_lanes)(sum_7);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_45_lanes)(own_start_4, following_start_3);
+            NAME(eigenvectors_converged_start_lanes)(own_start_4, following_start_3);
             for (intptr_t k = n; k-- > 0;) {
-                NAME(eigenvectors_46_lanes)(k + 1 < n ? own_4 + NLANES * (k + 1) : own_start_4,
+                NAME(eigenvectors_following_lanes)(k + 1 < n ? own_4 + NLANES * (k + 1) : own_start_4,
     following_3 + NLANES * k);
                 COPY(NLANES, state_1_2 + NLANES * (j * n + k), own_4 + NLANES * k);
             }
-            NAME(eigenvectors_47_lanes)(found_start, passed_start);
+            NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_48_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
+                NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
     state_1_2 + NLANES * (j * n + k), following_3 + NLANES * k, cosine_2 + NLANES * k, sine_2 + NLANES * k,
     mapped_14 + NLANES * k, found, passed + NLANES * k);
                 COPY(NLANES, found, of_row + NLANES * (j * n + k));
             }
-            NAME(eigenvectors_50_lanes)(sum_7, beside_2 + NLANES * j, sum_7);
+            NAME(eigenvectors_sum_5_lanes)(sum_7, beside_2 + NLANES * j, sum_7);
             COPY(NLANES, diagonal_2 + NLANES * j, diagonal + NLANES * j);
             COPY(NLANES, beside_2 + NLANES * j, beside + NLANES * j);
             for (intptr_t k = 0; k < n; k++)
                 COPY(NLANES, of_row + NLANES * (j * n + k), state_1_2 + NLANES * (j * n + k));
         }
-        NAME(eigenvectors_51_lanes)(sum_7, converged);
+        NAME(eigenvectors_converged_lanes)(sum_7, converged);
         RESTORE(rounds, NLANES * n, gac_kept_0, diagonal);
         RESTORE(rounds, NLANES * n, gac_kept_1, beside);
         RESTORE(rounds, NLANES * n * n, gac_kept_2, state_1_2);
@@ -1008,37 +759,38 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(eigenvectors_57_lanes)(number_start_5);
+    NAME(eigenvectors_number_start_lanes)(number_start_5);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_54_lanes)(sum_8);
+        NAME(eigenvectors_m_start_lanes)(sum_8);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_55_lanes)(diagonal + NLANES * i, number_4 + NLANES * i, sum_8, diagonal + NLANES * j,
-    number_4 + NLANES * j, sum_8);
+            NAME(eigenvectors_sum_6_lanes)(diagonal + NLANES * i, number_4 + NLANES * i, sum_8,
+    diagonal + NLANES * j, number_4 + NLANES * j, sum_8);
         COPY(NLANES, sum_8, place + NLANES * i);
-        NAME(eigenvectors_56_lanes)(common, diagonal + NLANES * i, mapped_15 + NLANES * i);
-        NAME(eigenvectors_58_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5, number_5 + NLANES * i);
+        NAME(eigenvectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_15 + NLANES * i);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
+    number_5 + NLANES * i);
     }
-    NAME(eigenvectors_65_lanes)(sum_11);
+    NAME(eigenvectors_m_start_lanes)(sum_11);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(eigenvectors_59_lanes)(sum_9);
+        NAME(eigenvectors_m_start_lanes)(sum_9);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_60_lanes)(number_5 + NLANES * i, sum_9, mapped_15 + NLANES * j, place + NLANES * j,
+            NAME(eigenvectors_sum_2_lanes)(number_5 + NLANES * i, sum_9, mapped_15 + NLANES * j, place + NLANES * j,
     sum_9);
         COPY(NLANES, sum_9, out_0 + NLANES * i);
-        NAME(eigenvectors_61_lanes)(number_start_6);
+        NAME(eigenvectors_number_start_lanes)(number_start_6);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_62_lanes)(j > 0 ? number_6 + NLANES * (j - 1) : number_start_6,
+            NAME(eigenvectors_number_lanes)(j > 0 ? number_6 + NLANES * (j - 1) : number_start_6,
     number_6 + NLANES * j);
-            NAME(eigenvectors_63_lanes)(sum_10);
+            NAME(eigenvectors_m_start_lanes)(sum_10);
             for (intptr_t k = 0; k < n; k++)
-                NAME(eigenvectors_64_lanes)(number_6 + NLANES * j, sum_10, state_1_2 + NLANES * (i * n + k),
+                NAME(eigenvectors_sum_2_lanes)(number_6 + NLANES * j, sum_10, state_1_2 + NLANES * (i * n + k),
     place + NLANES * k, sum_10);
             COPY(NLANES, sum_10, mapped_17);
             COPY(NLANES, mapped_17, out_1 + NLANES * (i * n + j));
         }
-        NAME(eigenvectors_66_lanes)(sum_11, diagonal + NLANES * i, sum_11);
+        NAME(eigenvectors_sum_7_lanes)(sum_11, diagonal + NLANES * i, sum_11);
     }
-    NAME(eigenvectors_67_lanes)(converged, sum_11, out_2);
+    NAME(eigenvectors_result_lanes)(converged, sum_11, out_2);
     return 0;
 }
 
@@ -1070,456 +822,53 @@ GAC_PROCEDURE(eigenvectors, LANES)
     WORK(63, gac_kept_9, scalar, 1, m) WORK(64, gac_kept_10, scalar, 1, m) WORK(65, gac_kept_11, scalar, 1, m) \
     WORK(66, gac_kept_12, scalar, 1, m) WORK(67, gac_kept_13, scalar, 1, m) WORK(68, gac_kept_14, scalar, 1, m)
 
-static INLINE void NAME(singular_vectors_1)(REAL *m_2)
-{
-    m_2[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_1, PLAIN)
-
-static INLINE void NAME(singular_vectors_2)(REAL m, REAL x, REAL *m_3)
-{
-    const REAL t0 = ABS(x);
-    m_3[0] = MAXIMUM(m, t0);
-}
-#define PARTS_singular_vectors_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_2, PLAIN)
-
-static INLINE void NAME(singular_vectors_3)(REAL m, REAL *common)
-{
-    common[0] = SELECT(EQUAL(m, (REAL)0), (REAL)1, m);
-}
-#define PARTS_singular_vectors_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_3, PLAIN)
-
-static INLINE void NAME(singular_vectors_8)(REAL *number_start_2)
-{
-    number_start_2[0] = (REAL)-1;
-}
-#define PARTS_singular_vectors_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_8, PLAIN)
-
-static INLINE void NAME(singular_vectors_4)(REAL x, REAL common, REAL *mapped)
-{
-    mapped[0] = x / common;
-}
-#define PARTS_singular_vectors_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_4, PLAIN)
-
-static INLINE void NAME(singular_vectors_9)(REAL number, REAL *number_2)
-{
-    number_2[0] = number + (REAL)1;
-}
-#define PARTS_singular_vectors_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_9, PLAIN)
-
-static INLINE void NAME(singular_vectors_5)(REAL *number_start)
-{
-    number_start[0] = (REAL)-1;
-}
-#define PARTS_singular_vectors_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_5, PLAIN)
-
-static INLINE void NAME(singular_vectors_6)(REAL number, REAL *number_out)
-{
-    number_out[0] = number + (REAL)1;
-}
-#define PARTS_singular_vectors_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_6, PLAIN)
-
-static INLINE void NAME(singular_vectors_10)(REAL *number_start_3)
-{
-    number_start_3[0] = (REAL)-1;
-}
-#define PARTS_singular_vectors_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_10, PLAIN)
-
-static INLINE void NAME(singular_vectors_7)(REAL i, REAL j, REAL *mapped_3)
-{
-    mapped_3[0] = SELECT(EQUAL(i, j), (REAL)1, (REAL)0);
-}
-#define PARTS_singular_vectors_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_7, PLAIN)
-
-static INLINE void NAME(singular_vectors_11)(REAL number, REAL *number_3)
-{
-    number_3[0] = number + (REAL)1;
-}
-#define PARTS_singular_vectors_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_11, PLAIN)
-
-static INLINE void NAME(singular_vectors_48)(REAL *number_start_4)
-{
-    number_start_4[0] = (REAL)-1;
-}
-#define PARTS_singular_vectors_48(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_48, PLAIN)
-
-static INLINE void NAME(singular_vectors_12)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_12(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_12, PLAIN)
-
-static INLINE void NAME(singular_vectors_14)(REAL *sum_2)
-{
-    sum_2[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_14(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_14, PLAIN)
-
-static INLINE void NAME(singular_vectors_13)(REAL k, REAL sum, REAL e, REAL i, REAL *sum_out)
+static INLINE void NAME(singular_vectors_sum)(REAL k, REAL sum, REAL e, REAL i, REAL *sum_out)
 {
     const REAL t0 = e * e;
     sum_out[0] = sum + SELECT(LESS(k, i), t0, (REAL)0);
 }
-#define PARTS_singular_vectors_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_singular_vectors_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(singular_vectors_13, PLAIN)
+GAC_IN_LANES(singular_vectors_sum, PLAIN)
 
-static INLINE void NAME(singular_vectors_15)(REAL k, REAL sum, REAL e, REAL i, REAL *sum_2)
-{
-    sum_2[0] = sum + SELECT(EQUAL(k, i), e, (REAL)0);
-}
-#define PARTS_singular_vectors_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(singular_vectors_15, PLAIN)
-
-static INLINE void NAME(singular_vectors_16)(REAL sum, REAL sum_2, REAL *common_2)
-{
-    const REAL t0 = sum + sum_2 * sum_2;
-    const REAL t1 = SQRT(SELECT(LESS_EQUAL(sum, (REAL)1e-36), (REAL)1, t0));
-    const REAL t2 = -t1;
-    common_2[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t2, t1);
-}
-#define PARTS_singular_vectors_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_16, PLAIN)
-
-static INLINE void NAME(singular_vectors_18)(REAL sum, REAL sum_2, REAL *common_4)
-{
-    const REAL t0 = sum + sum_2 * sum_2;
-    const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
-    const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
-    const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
-    common_4[0] = SELECT(t1, (REAL)0, t3);
-}
-#define PARTS_singular_vectors_18(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_18, PLAIN)
-
-static INLINE void NAME(singular_vectors_17)(REAL k, REAL e, REAL i, REAL common, REAL *mapped_6)
-{
-    const REAL t0 = SELECT(EQUAL(k, i), common, (REAL)0);
-    mapped_6[0] = SELECT(LESS(k, i), e, t0);
-}
-#define PARTS_singular_vectors_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(singular_vectors_17, PLAIN)
-
-static INLINE void NAME(singular_vectors_19)(REAL y, REAL common, REAL *common_3)
-{
-    common_3[0] = y * common;
-}
-#define PARTS_singular_vectors_19(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_19, PLAIN)
-
-static INLINE void NAME(singular_vectors_20)(REAL x, REAL common, REAL *mapped_7)
-{
-    mapped_7[0] = x * common;
-}
-#define PARTS_singular_vectors_20(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_20, PLAIN)
-
-static INLINE void NAME(singular_vectors_21)(REAL a, REAL b, REAL *by_element)
+static INLINE void NAME(singular_vectors_by_element)(REAL a, REAL b, REAL *by_element)
 {
     by_element[0] = a + b;
 }
-#define PARTS_singular_vectors_21(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_21, PLAIN)
+#define PARTS_singular_vectors_by_element(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(singular_vectors_by_element, PLAIN)
 
-static INLINE void NAME(singular_vectors_22)(REAL y, REAL x, REAL share, REAL *mapped_8)
+static INLINE void NAME(singular_vectors_mapped)(REAL y, REAL x, REAL share, REAL *mapped_8)
 {
     mapped_8[0] = x - y * share;
 }
-#define PARTS_singular_vectors_22(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_singular_vectors_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(singular_vectors_22, PLAIN)
+GAC_IN_LANES(singular_vectors_mapped, PLAIN)
 
-static INLINE void NAME(singular_vectors_23)(REAL k, REAL i, REAL *common_5)
+static INLINE void NAME(singular_vectors_common)(REAL k, REAL i, REAL *common_5)
 {
     common_5[0] = EQUAL(k, i);
 }
-#define PARTS_singular_vectors_23(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_23, PLAIN)
+#define PARTS_singular_vectors_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(singular_vectors_common, PLAIN)
 
-static INLINE void NAME(singular_vectors_24)(REAL x, REAL common, REAL *mapped_10)
+static INLINE void NAME(singular_vectors_mapped_2)(REAL x, REAL common, REAL *mapped_10)
 {
     mapped_10[0] = SELECT(common, x, (REAL)0);
 }
-#define PARTS_singular_vectors_24(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_24, PLAIN)
+#define PARTS_singular_vectors_mapped_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(singular_vectors_mapped_2, PLAIN)
 
-static INLINE void NAME(singular_vectors_25)(REAL a, REAL b, REAL *by_element_2)
-{
-    by_element_2[0] = a + b;
-}
-#define PARTS_singular_vectors_25(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_25, PLAIN)
-
-static INLINE void NAME(singular_vectors_26)(REAL *sum_5)
-{
-    sum_5[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_26(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_26, PLAIN)
-
-static INLINE void NAME(singular_vectors_27)(REAL k, REAL *common_6)
-{
-    common_6[0] = k + (REAL)1;
-}
-#define PARTS_singular_vectors_27(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_27, PLAIN)
-
-static INLINE void NAME(singular_vectors_29)(REAL *sum_6)
-{
-    sum_6[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_29(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_29, PLAIN)
-
-static INLINE void NAME(singular_vectors_28)(REAL sum, REAL e, REAL i, REAL common, REAL *sum_5)
-{
-    const REAL t0 = e * e;
-    sum_5[0] = sum + SELECT(LESS(common, i), t0, (REAL)0);
-}
-#define PARTS_singular_vectors_28(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(singular_vectors_28, PLAIN)
-
-static INLINE void NAME(singular_vectors_30)(REAL common, REAL sum, REAL e, REAL i, REAL *sum_6)
-{
-    sum_6[0] = sum + SELECT(EQUAL(common, i), e, (REAL)0);
-}
-#define PARTS_singular_vectors_30(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(singular_vectors_30, PLAIN)
-
-static INLINE void NAME(singular_vectors_31)(REAL sum, REAL sum_2, REAL *common_7)
-{
-    const REAL t0 = sum + sum_2 * sum_2;
-    const REAL t1 = SQRT(SELECT(LESS_EQUAL(sum, (REAL)1e-36), (REAL)1, t0));
-    const REAL t2 = -t1;
-    common_7[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t2, t1);
-}
-#define PARTS_singular_vectors_31(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_31, PLAIN)
-
-static INLINE void NAME(singular_vectors_32)(REAL common, REAL e, REAL i, REAL common_2, REAL *mapped_11)
-{
-    const REAL t0 = SELECT(EQUAL(common, i), common_2, (REAL)0);
-    mapped_11[0] = SELECT(LESS(common, i), e, t0);
-}
-#define PARTS_singular_vectors_32(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(singular_vectors_32, PLAIN)
-
-static INLINE void NAME(singular_vectors_33)(REAL sum, REAL sum_2, REAL *common_9)
-{
-    const REAL t0 = sum + sum_2 * sum_2;
-    const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
-    const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
-    const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
-    common_9[0] = SELECT(t1, (REAL)0, t3);
-}
-#define PARTS_singular_vectors_33(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_33, PLAIN)
-
-static INLINE void NAME(singular_vectors_34)(REAL *sum_7)
-{
-    sum_7[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_34(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_34, PLAIN)
-
-static INLINE void NAME(singular_vectors_35)(REAL sum, REAL a, REAL b, REAL *sum_7)
-{
-    sum_7[0] = sum + a * b;
-}
-#define PARTS_singular_vectors_35(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(singular_vectors_35, PLAIN)
-
-static INLINE void NAME(singular_vectors_36)(REAL sum, REAL common, REAL *common_8)
-{
-    common_8[0] = sum * common;
-}
-#define PARTS_singular_vectors_36(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_36, PLAIN)
-
-static INLINE void NAME(singular_vectors_37)(REAL x, REAL y, REAL common, REAL *mapped_12)
-{
-    mapped_12[0] = x - y * common;
-}
-#define PARTS_singular_vectors_37(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(singular_vectors_37, PLAIN)
-
-static INLINE void NAME(singular_vectors_38)(REAL *sum_8)
-{
-    sum_8[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_38(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_38, PLAIN)
-
-static INLINE void NAME(singular_vectors_39)(REAL sum, REAL a, REAL b, REAL *sum_8)
-{
-    sum_8[0] = sum + a * b;
-}
-#define PARTS_singular_vectors_39(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(singular_vectors_39, PLAIN)
-
-static INLINE void NAME(singular_vectors_40)(REAL common, REAL sum, REAL *common_10)
-{
-    common_10[0] = common * sum;
-}
-#define PARTS_singular_vectors_40(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_40, PLAIN)
-
-static INLINE void NAME(singular_vectors_41)(REAL x, REAL y, REAL common, REAL *mapped_14)
-{
-    mapped_14[0] = x - y * common;
-}
-#define PARTS_singular_vectors_41(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(singular_vectors_41, PLAIN)
-
-static INLINE void NAME(singular_vectors_49)(REAL number, REAL *number_4)
-{
-    number_4[0] = number + (REAL)1;
-}
-#define PARTS_singular_vectors_49(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_49, PLAIN)
-
-static INLINE void NAME(singular_vectors_50)(REAL i, REAL *mapped_18)
-{
-    mapped_18[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
-}
-#define PARTS_singular_vectors_50(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_50, PLAIN)
-
-static INLINE void NAME(singular_vectors_42)(REAL i, REAL *common_11)
-{
-    common_11[0] = i;
-}
-#define PARTS_singular_vectors_42(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_42, PLAIN)
-
-static INLINE void NAME(singular_vectors_44)(REAL i, REAL *common_12)
-{
-    common_12[0] = i + (REAL)1;
-}
-#define PARTS_singular_vectors_44(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_44, PLAIN)
-
-static INLINE void NAME(singular_vectors_43)(REAL x, REAL j, REAL common, REAL *mapped_16)
+static INLINE void NAME(singular_vectors_mapped_3)(REAL x, REAL j, REAL common, REAL *mapped_16)
 {
     mapped_16[0] = SELECT(EQUAL(j, common), x, (REAL)0);
 }
-#define PARTS_singular_vectors_43(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_singular_vectors_mapped_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(singular_vectors_43, PLAIN)
+GAC_IN_LANES(singular_vectors_mapped_3, PLAIN)
 
-static INLINE void NAME(singular_vectors_45)(REAL x, REAL j, REAL common, REAL *mapped_17)
-{
-    mapped_17[0] = SELECT(EQUAL(j, common), x, (REAL)0);
-}
-#define PARTS_singular_vectors_45(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(singular_vectors_45, PLAIN)
-
-static INLINE void NAME(singular_vectors_46)(REAL a, REAL b, REAL *by_element_3)
-{
-    by_element_3[0] = a + b;
-}
-#define PARTS_singular_vectors_46(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_46, PLAIN)
-
-static INLINE void NAME(singular_vectors_47)(REAL a, REAL b, REAL *by_element_4)
-{
-    by_element_4[0] = a + b;
-}
-#define PARTS_singular_vectors_47(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_47, PLAIN)
-
-static INLINE void NAME(singular_vectors_51)(REAL *converged, REAL *steps)
-{
-    converged[0] = (REAL)0;
-    steps[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_51(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_51, PLAIN)
-
-static INLINE void NAME(singular_vectors_52)(REAL *sum_9)
-{
-    sum_9[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_52(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_52, PLAIN)
-
-static INLINE void NAME(singular_vectors_53)(REAL sum, REAL a, REAL *sum_9)
-{
-    sum_9[0] = sum + ABS(a);
-}
-#define PARTS_singular_vectors_53(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_53, PLAIN)
-
-static INLINE void NAME(singular_vectors_54)(REAL *own_start, REAL *following_start)
-{
-    own_start[0] = (REAL)0;
-    following_start[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_54(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_54, PLAIN)
-
-static INLINE void NAME(singular_vectors_58)(REAL *own_start_2, REAL *following_start_2)
-{
-    own_start_2[0] = (REAL)0;
-    following_start_2[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_58(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_58, PLAIN)
-
-static INLINE void NAME(singular_vectors_60)(REAL *own_start_3, REAL *following_start_3)
-{
-    own_start_3[0] = (REAL)0;
-    following_start_3[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_60(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_60, PLAIN)
-
-static INLINE void NAME(singular_vectors_55)(REAL own, REAL *following)
-{
-    following[0] = own;
-}
-#define PARTS_singular_vectors_55(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_55, PLAIN)
-
-static INLINE void NAME(singular_vectors_59)(REAL own, REAL *following_2)
-{
-    following_2[0] = own;
-}
-#define PARTS_singular_vectors_59(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_59, PLAIN)
-
-static INLINE void NAME(singular_vectors_61)(REAL own, REAL *following_3)
-{
-    following_3[0] = own;
-}
-#define PARTS_singular_vectors_61(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_61, PLAIN)
-
-static INLINE void NAME(singular_vectors_56)(REAL sum, REAL *carry)
+static INLINE void NAME(singular_vectors_carry)(REAL sum, REAL *carry)
 {
     carry[0] = (REAL)0;
     carry[1] = sum + (REAL)1;
@@ -1528,10 +877,10 @@ static INLINE void NAME(singular_vectors_56)(REAL sum, REAL *carry)
     carry[4] = (REAL)0;
     carry[5] = (REAL)0;
 }
-#define PARTS_singular_vectors_56(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 6)
-GAC_IN_LANES(singular_vectors_56, PLAIN)
+#define PARTS_singular_vectors_carry(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 6)
+GAC_IN_LANES(singular_vectors_carry, PLAIN)
 
-static INLINE void NAME(singular_vectors_57)(const REAL *carry, REAL d, REAL b, REAL after, REAL *carry_out)
+static INLINE void NAME(singular_vectors_carry_2)(const REAL *carry, REAL d, REAL b, REAL after, REAL *carry_out)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4],
         carry_5 = carry[5];
@@ -1549,29 +898,11 @@ static INLINE void NAME(singular_vectors_57)(const REAL *carry, REAL d, REAL b, 
     carry_out[4] = SELECT(t1, carry_4, b);
     carry_out[5] = SELECT(t1, carry_5, d);
 }
-#define PARTS_singular_vectors_57(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_singular_vectors_carry_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 6)
-GAC_IN_LANES(singular_vectors_57, PLAIN)
+GAC_IN_LANES(singular_vectors_carry_2, PLAIN)
 
-static INLINE void NAME(singular_vectors_62)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_4, REAL
-    *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *cosine_start_2, REAL
-    *sine_start_2)
-{
-    diagonal_start[0] = (REAL)0;
-    beside_start[0] = (REAL)0;
-    own_start_4[0] = (REAL)0;
-    across_start[0] = (REAL)0;
-    cosine_start[0] = (REAL)1;
-    sine_start[0] = (REAL)0;
-    is_gap_start[0] = (REAL)1;
-    cosine_start_2[0] = (REAL)1;
-    sine_start_2[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_62(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(singular_vectors_62, PLAIN)
-
-static INLINE void NAME(singular_vectors_63)(const REAL *carry, REAL *common_13)
+static INLINE void NAME(singular_vectors_common_2)(const REAL *carry, REAL *common_13)
 {
     const REAL carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4], carry_5 = carry[5];
     const REAL t0 = carry_4 * carry_4 + carry_5 * carry_5;
@@ -1584,12 +915,12 @@ static INLINE void NAME(singular_vectors_63)(const REAL *carry, REAL *common_13)
     const REAL t7 = MAXIMUM((REAL)0, t6);
     common_13[0] = SELECT(EQUAL(carry_2, carry_1 + carry_2), (REAL)0, t7);
 }
-#define PARTS_singular_vectors_63(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_63, PLAIN)
+#define PARTS_singular_vectors_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_common_2, PLAIN)
 
-static INLINE void NAME(singular_vectors_64)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL
-    is_gap, REAL own_2, REAL after, REAL beside, REAL is_first, REAL common, REAL *diagonal_2, REAL *beside_2, REAL
-    *own_4, REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *cosine_2, REAL *sine_2)
+static INLINE void NAME(singular_vectors_diagonal)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine,
+    REAL is_gap, REAL own_2, REAL after, REAL beside, REAL is_first, REAL common, REAL *diagonal_2, REAL *beside_2,
+    REAL *own_4, REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *cosine_2, REAL *sine_2)
 {
     const REAL t0 = SELECT(is_first, own_2, own);
     const REAL t1 = t0 - common / SELECT(EQUAL((REAL)0, t0), (REAL)1, t0);
@@ -1650,190 +981,25 @@ static INLINE void NAME(singular_vectors_64)(REAL diagonal, REAL own, REAL acros
     cosine_2[0] = t19;
     sine_2[0] = t21;
 }
-#define PARTS_singular_vectors_64(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_singular_vectors_diagonal(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND NUMBER(10, 0) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) \
     AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1)
-GAC_IN_LANES(singular_vectors_64, PLAIN)
+GAC_IN_LANES(singular_vectors_diagonal, PLAIN)
 
-static INLINE void NAME(singular_vectors_69)(REAL *sum_10)
-{
-    sum_10[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_69(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_69, PLAIN)
-
-static INLINE void NAME(singular_vectors_65)(REAL *own_start_5, REAL *following_start_4)
-{
-    own_start_5[0] = (REAL)0;
-    following_start_4[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_65(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_65, PLAIN)
-
-static INLINE void NAME(singular_vectors_66)(REAL own, REAL *following_4)
-{
-    following_4[0] = own;
-}
-#define PARTS_singular_vectors_66(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_66, PLAIN)
-
-static INLINE void NAME(singular_vectors_67)(REAL *found_start, REAL *passed_start)
-{
-    found_start[0] = (REAL)0;
-    passed_start[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_67(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_67, PLAIN)
-
-static INLINE void NAME(singular_vectors_68)(REAL passed, REAL own, REAL after, REAL cosine, REAL sine, REAL
-    is_first, REAL *found, REAL *passed_out)
-{
-    const REAL t0 = SELECT(is_first, own, passed);
-    found[0] = cosine * t0 + after * sine;
-    passed_out[0] = after * cosine - sine * t0;
-}
-#define PARTS_singular_vectors_68(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(singular_vectors_68, PLAIN)
-
-static INLINE void NAME(singular_vectors_70)(REAL sum, REAL x, REAL *sum_10)
-{
-    sum_10[0] = sum + SELECT(LESS((REAL)0, ABS(x)), (REAL)1, (REAL)0);
-}
-#define PARTS_singular_vectors_70(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_70, PLAIN)
-
-static INLINE void NAME(singular_vectors_71)(REAL sum, REAL *converged)
-{
-    converged[0] = LESS_EQUAL(sum, (REAL)0);
-}
-#define PARTS_singular_vectors_71(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_71, PLAIN)
-
-static INLINE void NAME(singular_vectors_73)(REAL *sum_11)
-{
-    sum_11[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_73(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_73, PLAIN)
-
-static INLINE void NAME(singular_vectors_76)(REAL *number_start_5)
-{
-    number_start_5[0] = (REAL)-1;
-}
-#define PARTS_singular_vectors_76(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_76, PLAIN)
-
-static INLINE void NAME(singular_vectors_72)(REAL common, REAL d, REAL *mapped_19)
+static INLINE void NAME(singular_vectors_mapped_4)(REAL common, REAL d, REAL *mapped_19)
 {
     mapped_19[0] = common * ABS(d);
 }
-#define PARTS_singular_vectors_72(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_72, PLAIN)
+#define PARTS_singular_vectors_mapped_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(singular_vectors_mapped_4, PLAIN)
 
-static INLINE void NAME(singular_vectors_74)(REAL sum, REAL a, REAL *sum_11)
-{
-    sum_11[0] = sum + ABS(a);
-}
-#define PARTS_singular_vectors_74(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_74, PLAIN)
-
-static INLINE void NAME(singular_vectors_75)(REAL d, REAL *mapped_20)
+static INLINE void NAME(singular_vectors_mapped_5)(REAL d, REAL *mapped_20)
 {
     mapped_20[0] = -ABS(d);
 }
-#define PARTS_singular_vectors_75(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_75, PLAIN)
-
-static INLINE void NAME(singular_vectors_77)(REAL number, REAL *number_5)
-{
-    number_5[0] = number + (REAL)1;
-}
-#define PARTS_singular_vectors_77(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_77, PLAIN)
-
-static INLINE void NAME(singular_vectors_80)(REAL *number_start_6)
-{
-    number_start_6[0] = (REAL)-1;
-}
-#define PARTS_singular_vectors_80(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_80, PLAIN)
-
-static INLINE void NAME(singular_vectors_78)(REAL *sum_12)
-{
-    sum_12[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_78(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_78, PLAIN)
-
-static INLINE void NAME(singular_vectors_79)(REAL x, REAL i, REAL sum, REAL y, REAL j, REAL *sum_12)
-{
-    const REAL t0 = SELECT(LESS(j, i), (REAL)1, (REAL)0);
-    const REAL t1 = LESS(y, x);
-    sum_12[0] = sum + SELECT(EQUAL(x, y), t0, t1);
-}
-#define PARTS_singular_vectors_79(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(singular_vectors_79, PLAIN)
-
-static INLINE void NAME(singular_vectors_81)(REAL number, REAL *number_6)
-{
-    number_6[0] = number + (REAL)1;
-}
-#define PARTS_singular_vectors_81(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_81, PLAIN)
-
-static INLINE void NAME(singular_vectors_82)(REAL *sum_13)
-{
-    sum_13[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_82(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_82, PLAIN)
-
-static INLINE void NAME(singular_vectors_83)(REAL i, REAL sum, REAL x, REAL place, REAL *sum_13)
-{
-    sum_13[0] = sum + SELECT(EQUAL(i, place), x, (REAL)0);
-}
-#define PARTS_singular_vectors_83(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(singular_vectors_83, PLAIN)
-
-static INLINE void NAME(singular_vectors_84)(REAL *number_start_7)
-{
-    number_start_7[0] = (REAL)-1;
-}
-#define PARTS_singular_vectors_84(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_84, PLAIN)
-
-static INLINE void NAME(singular_vectors_85)(REAL number, REAL *number_7)
-{
-    number_7[0] = number + (REAL)1;
-}
-#define PARTS_singular_vectors_85(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_85, PLAIN)
-
-static INLINE void NAME(singular_vectors_86)(REAL *sum_14)
-{
-    sum_14[0] = (REAL)0;
-}
-#define PARTS_singular_vectors_86(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(singular_vectors_86, PLAIN)
-
-static INLINE void NAME(singular_vectors_87)(REAL i, REAL sum, REAL x, REAL place, REAL *sum_14)
-{
-    sum_14[0] = sum + SELECT(EQUAL(i, place), x, (REAL)0);
-}
-#define PARTS_singular_vectors_87(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(singular_vectors_87, PLAIN)
-
-static INLINE void NAME(singular_vectors_88)(REAL converged, REAL sum, REAL *out_2)
-{
-    out_2[0] = SELECT(LESS(sum, (REAL)1e+36), converged, (REAL)0);
-}
-#define PARTS_singular_vectors_88(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_88, PLAIN)
+#define PARTS_singular_vectors_mapped_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_mapped_5, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t matrices_singular_vectors_work(intptr_t n, intptr_t m)
@@ -1871,107 +1037,107 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
     *const mapped_20 = mapped_19 + m, number_start_5, *const number_5 = mapped_20 + m, sum_12,
     *const place = number_5 + m, number_start_6, *const number_6 = place + m, sum_13, number_start_7,
     *const number_7 = number_6 + m, sum_14, mapped_22;
-    NAME(singular_vectors_1)(&m_2);
+    NAME(eigenvectors_m_start)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m_2, &m_3);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_2)(m_3, matrix[i * m + j], &m_3);
+            NAME(eigenvectors_m)(m_3, matrix[i * m + j], &m_3);
         COPY(1, &m_3, &m_2);
     }
-    NAME(singular_vectors_3)(m_2, &common);
-    NAME(singular_vectors_8)(&number_start_2);
+    NAME(eigenvectors_common)(m_2, &common);
+    NAME(eigenvectors_number_start)(&number_start_2);
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_4)(matrix[i * m + j], common, &mapped);
+            NAME(eigenvectors_mapped)(matrix[i * m + j], common, &mapped);
             COPY(1, &mapped, mapped_2 + (i * m + j));
         }
-        NAME(singular_vectors_9)(i > 0 ? number_2[i - 1] : number_start_2, number_2 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_2[i - 1] : number_start_2, number_2 + i);
         for (intptr_t j = 0; j < m; j++)
             COPY(1, mapped_2 + (i * m + j), state_0 + (i * m + j));
     }
-    NAME(singular_vectors_5)(&number_start);
+    NAME(eigenvectors_number_start)(&number_start);
     for (intptr_t i = 0; i < m; i++)
-        NAME(singular_vectors_6)(i > 0 ? number[i - 1] : number_start, number + i);
-    NAME(singular_vectors_10)(&number_start_3);
+        NAME(eigenvectors_number)(i > 0 ? number[i - 1] : number_start, number + i);
+    NAME(eigenvectors_number_start)(&number_start_3);
     for (intptr_t i = 0; i < m; i++) {
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_7)(number[i], number[j], &mapped_3);
+            NAME(eigenvectors_mapped_2)(number[i], number[j], &mapped_3);
             COPY(1, &mapped_3, mapped_4 + (i * m + j));
         }
-        NAME(singular_vectors_11)(i > 0 ? number_3[i - 1] : number_start_3, number_3 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_3[i - 1] : number_start_3, number_3 + i);
         for (intptr_t j = 0; j < m; j++)
             COPY(1, mapped_4 + (i * m + j), state_1 + (i * m + j));
     }
     CLEAR(m, zeros_3);
     CLEAR(m, zeros_4);
-    NAME(singular_vectors_48)(&number_start_4);
+    NAME(eigenvectors_number_start)(&number_start_4);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_12)(&sum);
-        NAME(singular_vectors_14)(&sum_2);
+        NAME(eigenvectors_m_start)(&sum);
+        NAME(eigenvectors_m_start)(&sum_2);
         for (intptr_t j = 0; j < n; j++) {
             COPY(1, state_0 + (j * m + i), mapped_5 + j);
-            NAME(singular_vectors_13)(number_3[i], sum, mapped_5[j], number_2[j], &sum);
-            NAME(singular_vectors_15)(number_3[i], sum_2, mapped_5[j], number_2[j], &sum_2);
+            NAME(singular_vectors_sum)(number_3[i], sum, mapped_5[j], number_2[j], &sum);
+            NAME(eigenvectors_sum_2)(number_3[i], sum_2, mapped_5[j], number_2[j], &sum_2);
         }
-        NAME(singular_vectors_16)(sum, sum_2, &common_2);
+        NAME(eigenvectors_common_2)(sum, sum_2, &common_2);
         CLEAR(m, zeros);
         CLEAR(m, zeros_2);
         for (intptr_t j = 0; j < m; j++) {
             COPY(1, zeros + j, sum_3 + j);
             COPY(1, zeros_2 + j, sum_4 + j);
         }
-        NAME(singular_vectors_18)(sum, sum_2, &common_4);
+        NAME(eigenvectors_common_3)(sum, sum_2, &common_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(singular_vectors_17)(number_3[i], mapped_5[j], number_2[j], common_2, mapped_6 + j);
-            NAME(singular_vectors_19)(mapped_6[j], common_4, &common_3);
+            NAME(eigenvectors_mapped_3)(number_3[i], mapped_5[j], number_2[j], common_2, mapped_6 + j);
+            NAME(eigenvectors_mapped_4)(mapped_6[j], common_4, &common_3);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_20)(state_0[j * m + k], common_3, &mapped_7);
-                NAME(singular_vectors_21)(sum_3[k], mapped_7, &by_element);
+                NAME(eigenvectors_mapped_4)(state_0[j * m + k], common_3, &mapped_7);
+                NAME(singular_vectors_by_element)(sum_3[k], mapped_7, &by_element);
                 COPY(1, &by_element, sum_3 + k);
             }
         }
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_22)(mapped_6[j], state_0[j * m + k], sum_3[k], &mapped_8);
+                NAME(singular_vectors_mapped)(mapped_6[j], state_0[j * m + k], sum_3[k], &mapped_8);
                 COPY(1, &mapped_8, mapped_9 + (j * m + k));
             }
-            NAME(singular_vectors_23)(number_3[i], number_2[j], &common_5);
+            NAME(singular_vectors_common)(number_3[i], number_2[j], &common_5);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_24)(mapped_9[j * m + k], common_5, &mapped_10);
-                NAME(singular_vectors_25)(sum_4[k], mapped_10, &by_element_2);
+                NAME(singular_vectors_mapped_2)(mapped_9[j * m + k], common_5, &mapped_10);
+                NAME(singular_vectors_by_element)(sum_4[k], mapped_10, &by_element_2);
                 COPY(1, &by_element_2, sum_4 + k);
             }
         }
-        NAME(singular_vectors_26)(&sum_5);
-        NAME(singular_vectors_27)(number_3[i], &common_6);
-        NAME(singular_vectors_29)(&sum_6);
+        NAME(eigenvectors_m_start)(&sum_5);
+        NAME(eigenvectors_number)(number_3[i], &common_6);
+        NAME(eigenvectors_m_start)(&sum_6);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_28)(sum_5, sum_4[j], number_3[j], common_6, &sum_5);
-            NAME(singular_vectors_30)(common_6, sum_6, sum_4[j], number_3[j], &sum_6);
+            NAME(eigenvectors_sum)(sum_5, sum_4[j], number_3[j], common_6, &sum_5);
+            NAME(eigenvectors_sum_2)(common_6, sum_6, sum_4[j], number_3[j], &sum_6);
         }
-        NAME(singular_vectors_31)(sum_5, sum_6, &common_7);
+        NAME(eigenvectors_common_2)(sum_5, sum_6, &common_7);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_32)(common_6, sum_4[j], number_3[j], common_7, mapped_11 + j);
-        NAME(singular_vectors_33)(sum_5, sum_6, &common_9);
+            NAME(eigenvectors_mapped_3)(common_6, sum_4[j], number_3[j], common_7, mapped_11 + j);
+        NAME(eigenvectors_common_3)(sum_5, sum_6, &common_9);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(singular_vectors_34)(&sum_7);
+            NAME(eigenvectors_m_start)(&sum_7);
             for (intptr_t k = 0; k < m; k++)
-                NAME(singular_vectors_35)(sum_7, mapped_9[j * m + k], mapped_11[k], &sum_7);
-            NAME(singular_vectors_36)(sum_7, common_9, &common_8);
+                NAME(eigenvectors_sum_3)(sum_7, mapped_9[j * m + k], mapped_11[k], &sum_7);
+            NAME(eigenvectors_mapped_4)(sum_7, common_9, &common_8);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_37)(mapped_9[j * m + k], mapped_11[k], common_8, &mapped_12);
+                NAME(eigenvectors_mapped_5)(mapped_9[j * m + k], mapped_11[k], common_8, &mapped_12);
                 COPY(1, &mapped_12, mapped_13 + (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
                 COPY(1, mapped_13 + (j * m + k), state_0 + (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_38)(&sum_8);
+            NAME(eigenvectors_m_start)(&sum_8);
             for (intptr_t k = 0; k < m; k++)
-                NAME(singular_vectors_39)(sum_8, state_1[j * m + k], mapped_11[k], &sum_8);
-            NAME(singular_vectors_40)(common_9, sum_8, &common_10);
+                NAME(eigenvectors_sum_3)(sum_8, state_1[j * m + k], mapped_11[k], &sum_8);
+            NAME(eigenvectors_mapped_4)(common_9, sum_8, &common_10);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_41)(state_1[j * m + k], mapped_11[k], common_10, &mapped_14);
+                NAME(eigenvectors_mapped_5)(state_1[j * m + k], mapped_11[k], common_10, &mapped_14);
                 COPY(1, &mapped_14, mapped_15 + (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
@@ -1979,22 +1145,22 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
         }
         COPY(1, zeros_3 + i, sum_0 + i);
         COPY(1, zeros_4 + i, sum_1 + i);
-        NAME(singular_vectors_49)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
-        NAME(singular_vectors_50)(number_4[i], mapped_18 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
+        NAME(eigenvectors_mapped_7)(number_4[i], mapped_18 + i);
     }
     for (intptr_t i = 0; i < n; i++) {
-        NAME(singular_vectors_42)(number_2[i], &common_11);
-        NAME(singular_vectors_44)(number_2[i], &common_12);
+        NAME(eigenvectors_following)(number_2[i], &common_11);
+        NAME(eigenvectors_number)(number_2[i], &common_12);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_43)(state_0[i * m + j], number_3[j], common_11, &mapped_16);
-            NAME(singular_vectors_45)(state_0[i * m + j], number_3[j], common_12, &mapped_17);
-            NAME(singular_vectors_46)(sum_0[j], mapped_16, &by_element_3);
-            NAME(singular_vectors_47)(sum_1[j], mapped_17, &by_element_4);
+            NAME(singular_vectors_mapped_3)(state_0[i * m + j], number_3[j], common_11, &mapped_16);
+            NAME(singular_vectors_mapped_3)(state_0[i * m + j], number_3[j], common_12, &mapped_17);
+            NAME(singular_vectors_by_element)(sum_0[j], mapped_16, &by_element_3);
+            NAME(singular_vectors_by_element)(sum_1[j], mapped_17, &by_element_4);
             COPY(1, &by_element_3, sum_0 + j);
             COPY(1, &by_element_4, sum_1 + j);
         }
     }
-    NAME(singular_vectors_51)(&converged, &steps);
+    NAME(eigenvectors_converged_start)(&converged, &steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(1, sum_0 + i, diagonal + i);
         COPY(1, sum_1 + i, beside + i);
@@ -2002,88 +1168,88 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
             COPY(1, state_1 + (i * m + j), state_1_2 + (i * m + j));
     }
     for (int repeats = 0; repeats < 1000; repeats++) {
-        NAME(singular_vectors_52)(&sum_9);
+        NAME(eigenvectors_m_start)(&sum_9);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_53)(sum_9, diagonal[j], &sum_9);
-        NAME(singular_vectors_54)(&own_start, &following_start);
-        NAME(singular_vectors_58)(&own_start_2, &following_start_2);
-        NAME(singular_vectors_60)(&own_start_3, &following_start_3);
+            NAME(eigenvectors_sum_7)(sum_9, diagonal[j], &sum_9);
+        NAME(eigenvectors_converged_start)(&own_start, &following_start);
+        NAME(eigenvectors_converged_start)(&own_start_2, &following_start_2);
+        NAME(eigenvectors_converged_start)(&own_start_3, &following_start_3);
         for (intptr_t j = m; j-- > 0;) {
-            NAME(singular_vectors_55)(j + 1 < m ? own[j + 1] : own_start, following + j);
+            NAME(eigenvectors_following)(j + 1 < m ? own[j + 1] : own_start, following + j);
             COPY(1, beside + j, own + j);
-            NAME(singular_vectors_59)(j + 1 < m ? own_2[j + 1] : own_start_2, following_2 + j);
+            NAME(eigenvectors_following)(j + 1 < m ? own_2[j + 1] : own_start_2, following_2 + j);
             COPY(1, diagonal + j, own_2 + j);
-            NAME(singular_vectors_61)(j + 1 < m ? own_3[j + 1] : own_start_3, following_3 + j);
+            NAME(eigenvectors_following)(j + 1 < m ? own_3[j + 1] : own_start_3, following_3 + j);
             COPY(1, beside + j, own_3 + j);
         }
-        NAME(singular_vectors_56)(sum_9, carry);
+        NAME(singular_vectors_carry)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_57)(carry, diagonal[j], beside[j], following[j], carry);
-        NAME(singular_vectors_62)(&diagonal_start, &beside_start, &own_start_4, &across_start, &cosine_start,
-    &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
-        NAME(singular_vectors_63)(carry, &common_13);
+            NAME(singular_vectors_carry_2)(carry, diagonal[j], beside[j], following[j], carry);
+        NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
+    &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
+        NAME(singular_vectors_common_2)(carry, &common_13);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_64)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
+            NAME(singular_vectors_diagonal)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
     j > 0 ? own_4[j - 1] : own_start_4, j > 0 ? across[j - 1] : across_start, j > 0 ? cosine[j - 1] : cosine_start,
     j > 0 ? sine[j - 1] : sine_start, j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j],
     following_3[j], mapped_18[j], common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j,
     sine + j, is_gap + j, cosine_2 + j, sine_2 + j);
-        NAME(singular_vectors_69)(&sum_10);
+        NAME(eigenvectors_m_start)(&sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_65)(&own_start_5, &following_start_4);
+            NAME(eigenvectors_converged_start)(&own_start_5, &following_start_4);
             for (intptr_t k = m; k-- > 0;) {
-                NAME(singular_vectors_66)(k + 1 < m ? own_5[k + 1] : own_start_5, following_4 + k);
+                NAME(eigenvectors_following)(k + 1 < m ? own_5[k + 1] : own_start_5, following_4 + k);
                 COPY(1, state_1_2 + (j * m + k), own_5 + k);
             }
-            NAME(singular_vectors_67)(&found_start, &passed_start);
+            NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_68)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * m + k],
-    following_4[k], cosine_2[k], sine_2[k], mapped_18[k], &found, passed + k);
+                NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * m + k], following_4[k],
+    cosine_2[k], sine_2[k], mapped_18[k], &found, passed + k);
                 COPY(1, &found, of_row + (j * m + k));
             }
-            NAME(singular_vectors_70)(sum_10, beside_2[j], &sum_10);
+            NAME(eigenvectors_sum_5)(sum_10, beside_2[j], &sum_10);
             COPY(1, diagonal_2 + j, diagonal + j);
             COPY(1, beside_2 + j, beside + j);
             for (intptr_t k = 0; k < m; k++)
                 COPY(1, of_row + (j * m + k), state_1_2 + (j * m + k));
         }
-        NAME(singular_vectors_71)(sum_10, &converged);
+        NAME(eigenvectors_converged)(sum_10, &converged);
         steps += 1;
         if (converged != 0)
             break;
     }
-    NAME(singular_vectors_73)(&sum_11);
-    NAME(singular_vectors_76)(&number_start_5);
+    NAME(eigenvectors_m_start)(&sum_11);
+    NAME(eigenvectors_number_start)(&number_start_5);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_72)(common, diagonal[i], mapped_19 + i);
-        NAME(singular_vectors_74)(sum_11, diagonal[i], &sum_11);
-        NAME(singular_vectors_75)(mapped_19[i], mapped_20 + i);
-        NAME(singular_vectors_77)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
+        NAME(singular_vectors_mapped_4)(common, diagonal[i], mapped_19 + i);
+        NAME(eigenvectors_sum_7)(sum_11, diagonal[i], &sum_11);
+        NAME(singular_vectors_mapped_5)(mapped_19[i], mapped_20 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
-    NAME(singular_vectors_80)(&number_start_6);
+    NAME(eigenvectors_number_start)(&number_start_6);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_78)(&sum_12);
+        NAME(eigenvectors_m_start)(&sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_79)(mapped_20[i], number_5[i], sum_12, mapped_20[j], number_5[j], &sum_12);
+            NAME(eigenvectors_sum_6)(mapped_20[i], number_5[i], sum_12, mapped_20[j], number_5[j], &sum_12);
         COPY(1, &sum_12, place + i);
-        NAME(singular_vectors_81)(i > 0 ? number_6[i - 1] : number_start_6, number_6 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_6[i - 1] : number_start_6, number_6 + i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_82)(&sum_13);
+        NAME(eigenvectors_m_start)(&sum_13);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_83)(number_6[i], sum_13, mapped_19[j], place[j], &sum_13);
+            NAME(eigenvectors_sum_2)(number_6[i], sum_13, mapped_19[j], place[j], &sum_13);
         COPY(1, &sum_13, out_0 + i);
-        NAME(singular_vectors_84)(&number_start_7);
+        NAME(eigenvectors_number_start)(&number_start_7);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_85)(j > 0 ? number_7[j - 1] : number_start_7, number_7 + j);
-            NAME(singular_vectors_86)(&sum_14);
+            NAME(eigenvectors_number)(j > 0 ? number_7[j - 1] : number_start_7, number_7 + j);
+            NAME(eigenvectors_m_start)(&sum_14);
             for (intptr_t k = 0; k < m; k++)
-                NAME(singular_vectors_87)(number_7[j], sum_14, state_1_2[i * m + k], place[k], &sum_14);
+                NAME(eigenvectors_sum_2)(number_7[j], sum_14, state_1_2[i * m + k], place[k], &sum_14);
             COPY(1, &sum_14, &mapped_22);
             COPY(1, &mapped_22, out_1 + (i * m + j));
         }
     }
-    NAME(singular_vectors_88)(converged, sum_11, out_2);
+    NAME(eigenvectors_result)(converged, sum_11, out_2);
 }
 
 static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0,
@@ -2112,102 +1278,103 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
     sum_11[NLANES], number_start_5[NLANES], sum_12[NLANES], number_start_6[NLANES], sum_13[NLANES],
     number_start_7[NLANES], sum_14[NLANES], mapped_22[NLANES], gac_kept_3[NLANES];
-    NAME(singular_vectors_1_lanes)(m_2);
+    NAME(eigenvectors_m_start_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m_2, m_3);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_2_lanes)(m_3, matrix + NLANES * (i * m + j), m_3);
+            NAME(eigenvectors_m_lanes)(m_3, matrix + NLANES * (i * m + j), m_3);
         COPY(NLANES, m_3, m_2);
     }
-    NAME(singular_vectors_3_lanes)(m_2, common);
-    NAME(singular_vectors_8_lanes)(number_start_2);
+    NAME(eigenvectors_common_lanes)(m_2, common);
+    NAME(eigenvectors_number_start_lanes)(number_start_2);
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_4_lanes)(matrix + NLANES * (i * m + j), common, mapped);
+            NAME(eigenvectors_mapped_lanes)(matrix + NLANES * (i * m + j), common, mapped);
             COPY(NLANES, mapped, mapped_2 + NLANES * (i * m + j));
         }
-        NAME(singular_vectors_9_lanes)(i > 0 ? number_2 + NLANES * (i - 1) : number_start_2, number_2 + NLANES * i);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_2 + NLANES * (i - 1) : number_start_2,
+    number_2 + NLANES * i);
         for (intptr_t j = 0; j < m; j++)
             COPY(NLANES, mapped_2 + NLANES * (i * m + j), state_0 + NLANES * (i * m + j));
     }
-    NAME(singular_vectors_5_lanes)(number_start);
+    NAME(eigenvectors_number_start_lanes)(number_start);
     for (intptr_t i = 0; i < m; i++)
-        NAME(singular_vectors_6_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
-    NAME(singular_vectors_10_lanes)(number_start_3);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
+    NAME(eigenvectors_number_start_lanes)(number_start_3);
     for (intptr_t i = 0; i < m; i++) {
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_7_lanes)(number + NLANES * i, number + NLANES * j, mapped_3);
+            NAME(eigenvectors_mapped_2_lanes)(number + NLANES * i, number + NLANES * j, mapped_3);
             COPY(NLANES, mapped_3, mapped_4 + NLANES * (i * m + j));
         }
-        NAME(singular_vectors_11_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3,
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3,
     number_3 + NLANES * i);
         for (intptr_t j = 0; j < m; j++)
             COPY(NLANES, mapped_4 + NLANES * (i * m + j), state_1 + NLANES * (i * m + j));
     }
     CLEAR(NLANES * m, zeros_3);
     CLEAR(NLANES * m, zeros_4);
-    NAME(singular_vectors_48_lanes)(number_start_4);
+    NAME(eigenvectors_number_start_lanes)(number_start_4);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_12_lanes)(sum);
-        NAME(singular_vectors_14_lanes)(sum_2);
+        NAME(eigenvectors_m_start_lanes)(sum);
+        NAME(eigenvectors_m_start_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
             COPY(NLANES, state_0 + NLANES * (j * m + i), mapped_5 + NLANES * j);
-            NAME(singular_vectors_13_lanes)(number_3 + NLANES * i, sum, mapped_5 + NLANES * j,
+            NAME(singular_vectors_sum_lanes)(number_3 + NLANES * i, sum, mapped_5 + NLANES * j,
     number_2 + NLANES * j, sum);
-            NAME(singular_vectors_15_lanes)(number_3 + NLANES * i, sum_2, mapped_5 + NLANES * j,
+            NAME(eigenvectors_sum_2_lanes)(number_3 + NLANES * i, sum_2, mapped_5 + NLANES * j,
     number_2 + NLANES * j, sum_2);
         }
-        NAME(singular_vectors_16_lanes)(sum, sum_2, common_2);
+        NAME(eigenvectors_common_2_lanes)(sum, sum_2, common_2);
         CLEAR(NLANES * m, zeros);
         CLEAR(NLANES * m, zeros_2);
         for (intptr_t j = 0; j < m; j++) {
             COPY(NLANES, zeros + NLANES * j, sum_3 + NLANES * j);
             COPY(NLANES, zeros_2 + NLANES * j, sum_4 + NLANES * j);
         }
-        NAME(singular_vectors_18_lanes)(sum, sum_2, common_4);
+        NAME(eigenvectors_common_3_lanes)(sum, sum_2, common_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(singular_vectors_17_lanes)(number_3 + NLANES * i, mapped_5 + NLANES * j, number_2 + NLANES * j,
+            NAME(eigenvectors_mapped_3_lanes)(number_3 + NLANES * i, mapped_5 + NLANES * j, number_2 + NLANES * j,
     common_2, mapped_6 + NLANES * j);
-            NAME(singular_vectors_19_lanes)(mapped_6 + NLANES * j, common_4, common_3);
+            NAME(eigenvectors_mapped_4_lanes)(mapped_6 + NLANES * j, common_4, common_3);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_20_lanes)(state_0 + NLANES * (j * m + k), common_3, mapped_7);
-                NAME(singular_vectors_21_lanes)(sum_3 + NLANES * k, mapped_7, by_element);
+                NAME(eigenvectors_mapped_4_lanes)(state_0 + NLANES * (j * m + k), common_3, mapped_7);
+                NAME(singular_vectors_by_element_lanes)(sum_3 + NLANES * k, mapped_7, by_element);
                 COPY(NLANES, by_element, sum_3 + NLANES * k);
             }
         }
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_22_lanes)(mapped_6 + NLANES * j, state_0 + NLANES * (j * m + k),
+                NAME(singular_vectors_mapped_lanes)(mapped_6 + NLANES * j, state_0 + NLANES * (j * m + k),
     sum_3 + NLANES * k, mapped_8);
                 COPY(NLANES, mapped_8, mapped_9 + NLANES * (j * m + k));
             }
-            NAME(singular_vectors_23_lanes)(number_3 + NLANES * i, number_2 + NLANES * j, common_5);
+            NAME(singular_vectors_common_lanes)(number_3 + NLANES * i, number_2 + NLANES * j, common_5);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_24_lanes)(mapped_9 + NLANES * (j * m + k), common_5, mapped_10);
-                NAME(singular_vectors_25_lanes)(sum_4 + NLANES * k, mapped_10, by_element_2);
+                NAME(singular_vectors_mapped_2_lanes)(mapped_9 + NLANES * (j * m + k), common_5, mapped_10);
+                NAME(singular_vectors_by_element_lanes)(sum_4 + NLANES * k, mapped_10, by_element_2);
                 COPY(NLANES, by_element_2, sum_4 + NLANES * k);
             }
         }
-        NAME(singular_vectors_26_lanes)(sum_5);
-        NAME(singular_vectors_27_lanes)(number_3 + NLANES * i, common_6);
-        NAME(singular_vectors_29_lanes)(sum_6);
+        NAME(eigenvectors_m_start_lanes)(sum_5);
+        NAME(eigenvectors_number_lanes)(number_3 + NLANES * i, common_6);
+        NAME(eigenvectors_m_start_lanes)(sum_6);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_28_lanes)(sum_5, sum_4 + NLANES * j, number_3 + NLANES * j, common_6, sum_5);
-            NAME(singular_vectors_30_lanes)(common_6, sum_6, sum_4 + NLANES * j, number_3 + NLANES * j, sum_6);
+            NAME(eigenvectors_sum_lanes)(sum_5, sum_4 + NLANES * j, number_3 + NLANES * j, common_6, sum_5);
+            NAME(eigenvectors_sum_2_lanes)(common_6, sum_6, sum_4 + NLANES * j, number_3 + NLANES * j, sum_6);
         }
-        NAME(singular_vectors_31_lanes)(sum_5, sum_6, common_7);
+        NAME(eigenvectors_common_2_lanes)(sum_5, sum_6, common_7);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_32_lanes)(common_6, sum_4 + NLANES * j, number_3 + NLANES * j, common_7,
+            NAME(eigenvectors_mapped_3_lanes)(common_6, sum_4 + NLANES * j, number_3 + NLANES * j, common_7,
     mapped_11 + NLANES * j);
-        NAME(singular_vectors_33_lanes)(sum_5, sum_6, common_9);
+        NAME(eigenvectors_common_3_lanes)(sum_5, sum_6, common_9);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(singular_vectors_34_lanes)(sum_7);
+            NAME(eigenvectors_m_start_lanes)(sum_7);
             for (intptr_t k = 0; k < m; k++)
-                NAME(singular_vectors_35_lanes)(sum_7, mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k,
+                NAME(eigenvectors_sum_3_lanes)(sum_7, mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k,
     sum_7);
-            NAME(singular_vectors_36_lanes)(sum_7, common_9, common_8);
+            NAME(eigenvectors_mapped_4_lanes)(sum_7, common_9, common_8);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_37_lanes)(mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_8,
+                NAME(eigenvectors_mapped_5_lanes)(mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_8,
     mapped_12);
                 COPY(NLANES, mapped_12, mapped_13 + NLANES * (j * m + k));
             }
@@ -2215,13 +1382,13 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
                 COPY(NLANES, mapped_13 + NLANES * (j * m + k), state_0 + NLANES * (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_38_lanes)(sum_8);
+            NAME(eigenvectors_m_start_lanes)(sum_8);
             for (intptr_t k = 0; k < m; k++)
-                NAME(singular_vectors_39_lanes)(sum_8, state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k,
+                NAME(eigenvectors_sum_3_lanes)(sum_8, state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k,
     sum_8);
-            NAME(singular_vectors_40_lanes)(common_9, sum_8, common_10);
+            NAME(eigenvectors_mapped_4_lanes)(common_9, sum_8, common_10);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_41_lanes)(state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_10,
+                NAME(eigenvectors_mapped_5_lanes)(state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_10,
     mapped_14);
                 COPY(NLANES, mapped_14, mapped_15 + NLANES * (j * m + k));
             }
@@ -2230,25 +1397,25 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         }
         COPY(NLANES, zeros_3 + NLANES * i, sum_0 + NLANES * i);
         COPY(NLANES, zeros_4 + NLANES * i, sum_1 + NLANES * i);
-        NAME(singular_vectors_49_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
     number_4 + NLANES * i);
-        NAME(singular_vectors_50_lanes)(number_4 + NLANES * i, mapped_18 + NLANES * i);
+        NAME(eigenvectors_mapped_7_lanes)(number_4 + NLANES * i, mapped_18 + NLANES * i);
     }
     for (intptr_t i = 0; i < n; i++) {
-        NAME(singular_vectors_42_lanes)(number_2 + NLANES * i, common_11);
-        NAME(singular_vectors_44_lanes)(number_2 + NLANES * i, common_12);
+        NAME(eigenvectors_following_lanes)(number_2 + NLANES * i, common_11);
+        NAME(eigenvectors_number_lanes)(number_2 + NLANES * i, common_12);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_43_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_11,
+            NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_11,
     mapped_16);
-            NAME(singular_vectors_45_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_12,
+            NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_12,
     mapped_17);
-            NAME(singular_vectors_46_lanes)(sum_0 + NLANES * j, mapped_16, by_element_3);
-            NAME(singular_vectors_47_lanes)(sum_1 + NLANES * j, mapped_17, by_element_4);
+            NAME(singular_vectors_by_element_lanes)(sum_0 + NLANES * j, mapped_16, by_element_3);
+            NAME(singular_vectors_by_element_lanes)(sum_1 + NLANES * j, mapped_17, by_element_4);
             COPY(NLANES, by_element_3, sum_0 + NLANES * j);
             COPY(NLANES, by_element_4, sum_1 + NLANES * j);
         }
     }
-    NAME(singular_vectors_51_lanes)(converged, steps);
+    NAME(eigenvectors_converged_start_lanes)(converged, steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(NLANES, sum_0 + NLANES * i, diagonal + NLANES * i);
         COPY(NLANES, sum_1 + NLANES * i, beside + NLANES * i);
@@ -2271,59 +1438,60 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         KEEP(rounds, NLANES * m, is_gap, gac_kept_12);
         KEEP(rounds, NLANES * m, own_5, gac_kept_13);
         KEEP(rounds, NLANES * m, passed, gac_kept_14);
-        NAME(singular_vectors_52_lanes)(sum_9);
+        NAME(eigenvectors_m_start_lanes)(sum_9);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_53_lanes)(sum_9, diagonal + NLANES * j, sum_9);
-        NAME(singular_vectors_54_lanes)(own_start, following_start);
-        NAME(singular_vectors_58_lanes)(own_start_2, following_start_2);
-        NAME(singular_vectors_60_lanes)(own_start_3, following_start_3);
+            NAME(eigenvectors_sum_7_lanes)(sum_9, diagonal + NLANES * j, sum_9);
+        NAME(eigenvectors_converged_start_lanes)(own_start, following_start);
+        NAME(eigenvectors_converged_start_lanes)(own_start_2, following_start_2);
+        NAME(eigenvectors_converged_start_lanes)(own_start_3, following_start_3);
         for (intptr_t j = m; j-- > 0;) {
-            NAME(singular_vectors_55_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start, following + NLANES * j);
+            NAME(eigenvectors_following_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start,
+    following + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own + NLANES * j);
-            NAME(singular_vectors_59_lanes)(j + 1 < m ? own_2 + NLANES * (j + 1) : own_start_2,
+            NAME(eigenvectors_following_lanes)(j + 1 < m ? own_2 + NLANES * (j + 1) : own_start_2,
     following_2 + NLANES * j);
             COPY(NLANES, diagonal + NLANES * j, own_2 + NLANES * j);
-            NAME(singular_vectors_61_lanes)(j + 1 < m ? own_3 + NLANES * (j + 1) : own_start_3,
+            NAME(eigenvectors_following_lanes)(j + 1 < m ? own_3 + NLANES * (j + 1) : own_start_3,
     following_3 + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own_3 + NLANES * j);
         }
-        NAME(singular_vectors_56_lanes)(sum_9, carry);
+        NAME(singular_vectors_carry_lanes)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_57_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j,
+            NAME(singular_vectors_carry_2_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j,
     following + NLANES * j, carry);
-        NAME(singular_vectors_62_lanes)(diagonal_start, beside_start, own_start_4, across_start, cosine_start,
-    sine_start, is_gap_start, cosine_start_2, sine_start_2);
-        NAME(singular_vectors_63_lanes)(carry, common_13);
+        NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
+    cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
+        NAME(singular_vectors_common_2_lanes)(carry, common_13);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_64_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
+            NAME(singular_vectors_diagonal_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
     j > 0 ? own_4 + NLANES * (j - 1) : own_start_4, j > 0 ? across + NLANES * (j - 1) : across_start,
     j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
     j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following_2 + NLANES * j,
     following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
     own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
     cosine_2 + NLANES * j, sine_2 + NLANES * j);
-        NAME(singular_vectors_69_lanes)(sum_10);
+        NAME(eigenvectors_m_start_lanes)(sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_65_lanes)(own_start_5, following_start_4);
+            NAME(eigenvectors_converged_start_lanes)(own_start_5, following_start_4);
             for (intptr_t k = m; k-- > 0;) {
-                NAME(singular_vectors_66_lanes)(k + 1 < m ? own_5 + NLANES * (k + 1) : own_start_5,
+                NAME(eigenvectors_following_lanes)(k + 1 < m ? own_5 + NLANES * (k + 1) : own_start_5,
     following_4 + NLANES * k);
                 COPY(NLANES, state_1_2 + NLANES * (j * m + k), own_5 + NLANES * k);
             }
-            NAME(singular_vectors_67_lanes)(found_start, passed_start);
+            NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_68_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
+                NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
     state_1_2 + NLANES * (j * m + k), following_4 + NLANES * k, cosine_2 + NLANES * k, sine_2 + NLANES * k,
     mapped_18 + NLANES * k, found, passed + NLANES * k);
                 COPY(NLANES, found, of_row + NLANES * (j * m + k));
             }
-            NAME(singular_vectors_70_lanes)(sum_10, beside_2 + NLANES * j, sum_10);
+            NAME(eigenvectors_sum_5_lanes)(sum_10, beside_2 + NLANES * j, sum_10);
             COPY(NLANES, diagonal_2 + NLANES * j, diagonal + NLANES * j);
             COPY(NLANES, beside_2 + NLANES * j, beside + NLANES * j);
             for (intptr_t k = 0; k < m; k++)
                 COPY(NLANES, of_row + NLANES * (j * m + k), state_1_2 + NLANES * (j * m + k));
         }
-        NAME(singular_vectors_71_lanes)(sum_10, converged);
+        NAME(eigenvectors_converged_lanes)(sum_10, converged);
         RESTORE(rounds, NLANES * m, gac_kept_0, diagonal);
         RESTORE(rounds, NLANES * m, gac_kept_1, beside);
         RESTORE(rounds, NLANES * m * m, gac_kept_2, state_1_2);
@@ -2343,44 +1511,44 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(singular_vectors_73_lanes)(sum_11);
-    NAME(singular_vectors_76_lanes)(number_start_5);
+    NAME(eigenvectors_m_start_lanes)(sum_11);
+    NAME(eigenvectors_number_start_lanes)(number_start_5);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_72_lanes)(common, diagonal + NLANES * i, mapped_19 + NLANES * i);
-        NAME(singular_vectors_74_lanes)(sum_11, diagonal + NLANES * i, sum_11);
-        NAME(singular_vectors_75_lanes)(mapped_19 + NLANES * i, mapped_20 + NLANES * i);
-        NAME(singular_vectors_77_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
+        NAME(singular_vectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_19 + NLANES * i);
+        NAME(eigenvectors_sum_7_lanes)(sum_11, diagonal + NLANES * i, sum_11);
+        NAME(singular_vectors_mapped_5_lanes)(mapped_19 + NLANES * i, mapped_20 + NLANES * i);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
     number_5 + NLANES * i);
     }
-    NAME(singular_vectors_80_lanes)(number_start_6);
+    NAME(eigenvectors_number_start_lanes)(number_start_6);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_78_lanes)(sum_12);
+        NAME(eigenvectors_m_start_lanes)(sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_79_lanes)(mapped_20 + NLANES * i, number_5 + NLANES * i, sum_12,
+            NAME(eigenvectors_sum_6_lanes)(mapped_20 + NLANES * i, number_5 + NLANES * i, sum_12,
     mapped_20 + NLANES * j, number_5 + NLANES * j, sum_12);
         COPY(NLANES, sum_12, place + NLANES * i);
-        NAME(singular_vectors_81_lanes)(i > 0 ? number_6 + NLANES * (i - 1) : number_start_6,
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_6 + NLANES * (i - 1) : number_start_6,
     number_6 + NLANES * i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_82_lanes)(sum_13);
+        NAME(eigenvectors_m_start_lanes)(sum_13);
         for (intptr_t j = 0; j < m; j++)
-            NAME(singular_vectors_83_lanes)(number_6 + NLANES * i, sum_13, mapped_19 + NLANES * j,
+            NAME(eigenvectors_sum_2_lanes)(number_6 + NLANES * i, sum_13, mapped_19 + NLANES * j,
     place + NLANES * j, sum_13);
         COPY(NLANES, sum_13, out_0 + NLANES * i);
-        NAME(singular_vectors_84_lanes)(number_start_7);
+        NAME(eigenvectors_number_start_lanes)(number_start_7);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_85_lanes)(j > 0 ? number_7 + NLANES * (j - 1) : number_start_7,
+            NAME(eigenvectors_number_lanes)(j > 0 ? number_7 + NLANES * (j - 1) : number_start_7,
     number_7 + NLANES * j);
-            NAME(singular_vectors_86_lanes)(sum_14);
+            NAME(eigenvectors_m_start_lanes)(sum_14);
             for (intptr_t k = 0; k < m; k++)
-                NAME(singular_vectors_87_lanes)(number_7 + NLANES * j, sum_14, state_1_2 + NLANES * (i * m + k),
+                NAME(eigenvectors_sum_2_lanes)(number_7 + NLANES * j, sum_14, state_1_2 + NLANES * (i * m + k),
     place + NLANES * k, sum_14);
             COPY(NLANES, sum_14, mapped_22);
             COPY(NLANES, mapped_22, out_1 + NLANES * (i * m + j));
         }
     }
-    NAME(singular_vectors_88_lanes)(converged, sum_11, out_2);
+    NAME(eigenvectors_result_lanes)(converged, sum_11, out_2);
     return 0;
 }
 
@@ -2411,683 +1579,14 @@ GAC_PROCEDURE(singular_vectors, LANES)
     WORK(60, gac_kept_10, scalar, 1, m) WORK(61, gac_kept_11, scalar, 1, m) WORK(62, gac_kept_12, scalar, 1, m) \
     WORK(63, gac_kept_13, scalar, 1, m) WORK(64, gac_kept_14, scalar, 1, m)
 
-static INLINE void NAME(null_vector_1)(REAL *m_2)
-{
-    m_2[0] = (REAL)0;
-}
-#define PARTS_null_vector_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_1, PLAIN)
-
-static INLINE void NAME(null_vector_2)(REAL m, REAL x, REAL *m_3)
-{
-    const REAL t0 = ABS(x);
-    m_3[0] = MAXIMUM(m, t0);
-}
-#define PARTS_null_vector_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_2, PLAIN)
-
-static INLINE void NAME(null_vector_3)(REAL m, REAL *common)
-{
-    common[0] = SELECT(EQUAL(m, (REAL)0), (REAL)1, m);
-}
-#define PARTS_null_vector_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_3, PLAIN)
-
-static INLINE void NAME(null_vector_8)(REAL *number_start_2)
-{
-    number_start_2[0] = (REAL)-1;
-}
-#define PARTS_null_vector_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_8, PLAIN)
-
-static INLINE void NAME(null_vector_4)(REAL x, REAL common, REAL *mapped)
-{
-    mapped[0] = x / common;
-}
-#define PARTS_null_vector_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_4, PLAIN)
-
-static INLINE void NAME(null_vector_9)(REAL number, REAL *number_2)
-{
-    number_2[0] = number + (REAL)1;
-}
-#define PARTS_null_vector_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_9, PLAIN)
-
-static INLINE void NAME(null_vector_5)(REAL *number_start)
-{
-    number_start[0] = (REAL)-1;
-}
-#define PARTS_null_vector_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_5, PLAIN)
-
-static INLINE void NAME(null_vector_6)(REAL number, REAL *number_out)
-{
-    number_out[0] = number + (REAL)1;
-}
-#define PARTS_null_vector_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_6, PLAIN)
-
-static INLINE void NAME(null_vector_10)(REAL *number_start_3)
-{
-    number_start_3[0] = (REAL)-1;
-}
-#define PARTS_null_vector_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_10, PLAIN)
-
-static INLINE void NAME(null_vector_7)(REAL i, REAL j, REAL *mapped_3)
-{
-    mapped_3[0] = SELECT(EQUAL(i, j), (REAL)1, (REAL)0);
-}
-#define PARTS_null_vector_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_7, PLAIN)
-
-static INLINE void NAME(null_vector_11)(REAL number, REAL *number_3)
-{
-    number_3[0] = number + (REAL)1;
-}
-#define PARTS_null_vector_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_11, PLAIN)
-
-static INLINE void NAME(null_vector_48)(REAL *number_start_4)
-{
-    number_start_4[0] = (REAL)-1;
-}
-#define PARTS_null_vector_48(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_48, PLAIN)
-
-static INLINE void NAME(null_vector_12)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-}
-#define PARTS_null_vector_12(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_12, PLAIN)
-
-static INLINE void NAME(null_vector_14)(REAL *sum_2)
-{
-    sum_2[0] = (REAL)0;
-}
-#define PARTS_null_vector_14(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_14, PLAIN)
-
-static INLINE void NAME(null_vector_13)(REAL k, REAL sum, REAL e, REAL i, REAL *sum_out)
-{
-    const REAL t0 = e * e;
-    sum_out[0] = sum + SELECT(LESS(k, i), t0, (REAL)0);
-}
-#define PARTS_null_vector_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(null_vector_13, PLAIN)
-
-static INLINE void NAME(null_vector_15)(REAL k, REAL sum, REAL e, REAL i, REAL *sum_2)
-{
-    sum_2[0] = sum + SELECT(EQUAL(k, i), e, (REAL)0);
-}
-#define PARTS_null_vector_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(null_vector_15, PLAIN)
-
-static INLINE void NAME(null_vector_16)(REAL sum, REAL sum_2, REAL *common_2)
-{
-    const REAL t0 = sum + sum_2 * sum_2;
-    const REAL t1 = SQRT(SELECT(LESS_EQUAL(sum, (REAL)1e-36), (REAL)1, t0));
-    const REAL t2 = -t1;
-    common_2[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t2, t1);
-}
-#define PARTS_null_vector_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_16, PLAIN)
-
-static INLINE void NAME(null_vector_18)(REAL sum, REAL sum_2, REAL *common_4)
-{
-    const REAL t0 = sum + sum_2 * sum_2;
-    const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
-    const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
-    const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
-    common_4[0] = SELECT(t1, (REAL)0, t3);
-}
-#define PARTS_null_vector_18(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_18, PLAIN)
-
-static INLINE void NAME(null_vector_17)(REAL k, REAL e, REAL i, REAL common, REAL *mapped_6)
-{
-    const REAL t0 = SELECT(EQUAL(k, i), common, (REAL)0);
-    mapped_6[0] = SELECT(LESS(k, i), e, t0);
-}
-#define PARTS_null_vector_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(null_vector_17, PLAIN)
-
-static INLINE void NAME(null_vector_19)(REAL y, REAL common, REAL *common_3)
-{
-    common_3[0] = y * common;
-}
-#define PARTS_null_vector_19(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_19, PLAIN)
-
-static INLINE void NAME(null_vector_20)(REAL x, REAL common, REAL *mapped_7)
-{
-    mapped_7[0] = x * common;
-}
-#define PARTS_null_vector_20(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_20, PLAIN)
-
-static INLINE void NAME(null_vector_21)(REAL a, REAL b, REAL *by_element)
-{
-    by_element[0] = a + b;
-}
-#define PARTS_null_vector_21(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_21, PLAIN)
-
-static INLINE void NAME(null_vector_22)(REAL y, REAL x, REAL share, REAL *mapped_8)
-{
-    mapped_8[0] = x - y * share;
-}
-#define PARTS_null_vector_22(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(null_vector_22, PLAIN)
-
-static INLINE void NAME(null_vector_23)(REAL k, REAL i, REAL *common_5)
-{
-    common_5[0] = EQUAL(k, i);
-}
-#define PARTS_null_vector_23(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_23, PLAIN)
-
-static INLINE void NAME(null_vector_24)(REAL x, REAL common, REAL *mapped_10)
-{
-    mapped_10[0] = SELECT(common, x, (REAL)0);
-}
-#define PARTS_null_vector_24(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_24, PLAIN)
-
-static INLINE void NAME(null_vector_25)(REAL a, REAL b, REAL *by_element_2)
-{
-    by_element_2[0] = a + b;
-}
-#define PARTS_null_vector_25(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_25, PLAIN)
-
-static INLINE void NAME(null_vector_26)(REAL *sum_5)
-{
-    sum_5[0] = (REAL)0;
-}
-#define PARTS_null_vector_26(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_26, PLAIN)
-
-static INLINE void NAME(null_vector_27)(REAL k, REAL *common_6)
-{
-    common_6[0] = k + (REAL)1;
-}
-#define PARTS_null_vector_27(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_27, PLAIN)
-
-static INLINE void NAME(null_vector_29)(REAL *sum_6)
-{
-    sum_6[0] = (REAL)0;
-}
-#define PARTS_null_vector_29(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_29, PLAIN)
-
-static INLINE void NAME(null_vector_28)(REAL sum, REAL e, REAL i, REAL common, REAL *sum_5)
-{
-    const REAL t0 = e * e;
-    sum_5[0] = sum + SELECT(LESS(common, i), t0, (REAL)0);
-}
-#define PARTS_null_vector_28(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(null_vector_28, PLAIN)
-
-static INLINE void NAME(null_vector_30)(REAL common, REAL sum, REAL e, REAL i, REAL *sum_6)
-{
-    sum_6[0] = sum + SELECT(EQUAL(common, i), e, (REAL)0);
-}
-#define PARTS_null_vector_30(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(null_vector_30, PLAIN)
-
-static INLINE void NAME(null_vector_31)(REAL sum, REAL sum_2, REAL *common_7)
-{
-    const REAL t0 = sum + sum_2 * sum_2;
-    const REAL t1 = SQRT(SELECT(LESS_EQUAL(sum, (REAL)1e-36), (REAL)1, t0));
-    const REAL t2 = -t1;
-    common_7[0] = sum_2 + SELECT(LESS(sum_2, (REAL)0), t2, t1);
-}
-#define PARTS_null_vector_31(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_31, PLAIN)
-
-static INLINE void NAME(null_vector_32)(REAL common, REAL e, REAL i, REAL common_2, REAL *mapped_11)
-{
-    const REAL t0 = SELECT(EQUAL(common, i), common_2, (REAL)0);
-    mapped_11[0] = SELECT(LESS(common, i), e, t0);
-}
-#define PARTS_null_vector_32(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(null_vector_32, PLAIN)
-
-static INLINE void NAME(null_vector_33)(REAL sum, REAL sum_2, REAL *common_9)
-{
-    const REAL t0 = sum + sum_2 * sum_2;
-    const REAL t1 = LESS_EQUAL(sum, (REAL)1e-36);
-    const REAL t2 = SQRT(SELECT(t1, (REAL)1, t0));
-    const REAL t3 = (REAL)1 / (t2 * (t2 + ABS(sum_2)));
-    common_9[0] = SELECT(t1, (REAL)0, t3);
-}
-#define PARTS_null_vector_33(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_33, PLAIN)
-
-static INLINE void NAME(null_vector_34)(REAL *sum_7)
-{
-    sum_7[0] = (REAL)0;
-}
-#define PARTS_null_vector_34(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_34, PLAIN)
-
-static INLINE void NAME(null_vector_35)(REAL sum, REAL a, REAL b, REAL *sum_7)
-{
-    sum_7[0] = sum + a * b;
-}
-#define PARTS_null_vector_35(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(null_vector_35, PLAIN)
-
-static INLINE void NAME(null_vector_36)(REAL sum, REAL common, REAL *common_8)
-{
-    common_8[0] = sum * common;
-}
-#define PARTS_null_vector_36(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_36, PLAIN)
-
-static INLINE void NAME(null_vector_37)(REAL x, REAL y, REAL common, REAL *mapped_12)
-{
-    mapped_12[0] = x - y * common;
-}
-#define PARTS_null_vector_37(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(null_vector_37, PLAIN)
-
-static INLINE void NAME(null_vector_38)(REAL *sum_8)
-{
-    sum_8[0] = (REAL)0;
-}
-#define PARTS_null_vector_38(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_38, PLAIN)
-
-static INLINE void NAME(null_vector_39)(REAL sum, REAL a, REAL b, REAL *sum_8)
-{
-    sum_8[0] = sum + a * b;
-}
-#define PARTS_null_vector_39(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(null_vector_39, PLAIN)
-
-static INLINE void NAME(null_vector_40)(REAL common, REAL sum, REAL *common_10)
-{
-    common_10[0] = common * sum;
-}
-#define PARTS_null_vector_40(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_40, PLAIN)
-
-static INLINE void NAME(null_vector_41)(REAL x, REAL y, REAL common, REAL *mapped_14)
-{
-    mapped_14[0] = x - y * common;
-}
-#define PARTS_null_vector_41(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(null_vector_41, PLAIN)
-
-static INLINE void NAME(null_vector_49)(REAL number, REAL *number_4)
-{
-    number_4[0] = number + (REAL)1;
-}
-#define PARTS_null_vector_49(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_49, PLAIN)
-
-static INLINE void NAME(null_vector_50)(REAL i, REAL *mapped_18)
-{
-    mapped_18[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
-}
-#define PARTS_null_vector_50(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_50, PLAIN)
-
-static INLINE void NAME(null_vector_42)(REAL i, REAL *common_11)
-{
-    common_11[0] = i;
-}
-#define PARTS_null_vector_42(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_42, PLAIN)
-
-static INLINE void NAME(null_vector_44)(REAL i, REAL *common_12)
-{
-    common_12[0] = i + (REAL)1;
-}
-#define PARTS_null_vector_44(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_44, PLAIN)
-
-static INLINE void NAME(null_vector_43)(REAL x, REAL j, REAL common, REAL *mapped_16)
-{
-    mapped_16[0] = SELECT(EQUAL(j, common), x, (REAL)0);
-}
-#define PARTS_null_vector_43(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(null_vector_43, PLAIN)
-
-static INLINE void NAME(null_vector_45)(REAL x, REAL j, REAL common, REAL *mapped_17)
-{
-    mapped_17[0] = SELECT(EQUAL(j, common), x, (REAL)0);
-}
-#define PARTS_null_vector_45(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(null_vector_45, PLAIN)
-
-static INLINE void NAME(null_vector_46)(REAL a, REAL b, REAL *by_element_3)
-{
-    by_element_3[0] = a + b;
-}
-#define PARTS_null_vector_46(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_46, PLAIN)
-
-static INLINE void NAME(null_vector_47)(REAL a, REAL b, REAL *by_element_4)
-{
-    by_element_4[0] = a + b;
-}
-#define PARTS_null_vector_47(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_47, PLAIN)
-
-static INLINE void NAME(null_vector_51)(REAL *converged, REAL *steps)
-{
-    converged[0] = (REAL)0;
-    steps[0] = (REAL)0;
-}
-#define PARTS_null_vector_51(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_51, PLAIN)
-
-static INLINE void NAME(null_vector_52)(REAL *sum_9)
-{
-    sum_9[0] = (REAL)0;
-}
-#define PARTS_null_vector_52(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_52, PLAIN)
-
-static INLINE void NAME(null_vector_53)(REAL sum, REAL a, REAL *sum_9)
-{
-    sum_9[0] = sum + ABS(a);
-}
-#define PARTS_null_vector_53(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_53, PLAIN)
-
-static INLINE void NAME(null_vector_54)(REAL *own_start, REAL *following_start)
-{
-    own_start[0] = (REAL)0;
-    following_start[0] = (REAL)0;
-}
-#define PARTS_null_vector_54(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_54, PLAIN)
-
-static INLINE void NAME(null_vector_58)(REAL *own_start_2, REAL *following_start_2)
-{
-    own_start_2[0] = (REAL)0;
-    following_start_2[0] = (REAL)0;
-}
-#define PARTS_null_vector_58(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_58, PLAIN)
-
-static INLINE void NAME(null_vector_60)(REAL *own_start_3, REAL *following_start_3)
-{
-    own_start_3[0] = (REAL)0;
-    following_start_3[0] = (REAL)0;
-}
-#define PARTS_null_vector_60(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_60, PLAIN)
-
-static INLINE void NAME(null_vector_55)(REAL own, REAL *following)
-{
-    following[0] = own;
-}
-#define PARTS_null_vector_55(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_55, PLAIN)
-
-static INLINE void NAME(null_vector_59)(REAL own, REAL *following_2)
-{
-    following_2[0] = own;
-}
-#define PARTS_null_vector_59(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_59, PLAIN)
-
-static INLINE void NAME(null_vector_61)(REAL own, REAL *following_3)
-{
-    following_3[0] = own;
-}
-#define PARTS_null_vector_61(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_61, PLAIN)
-
-static INLINE void NAME(null_vector_56)(REAL sum, REAL *carry)
-{
-    carry[0] = (REAL)0;
-    carry[1] = sum + (REAL)1;
-    carry[2] = (REAL)0;
-    carry[3] = (REAL)0;
-    carry[4] = (REAL)0;
-    carry[5] = (REAL)0;
-}
-#define PARTS_null_vector_56(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 6)
-GAC_IN_LANES(null_vector_56, PLAIN)
-
-static INLINE void NAME(null_vector_57)(const REAL *carry, REAL d, REAL b, REAL after, REAL *carry_out)
-{
-    const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4],
-        carry_5 = carry[5];
-    const REAL t0 = SELECT(EQUAL(after, (REAL)0), (REAL)0, (REAL)1);
-    const REAL t1 = EQUAL(b, (REAL)0);
-    const REAL t2 = SELECT(t1, t0, (REAL)1);
-    const REAL t3 = ABS(d);
-    const REAL t4 = MINIMUM(carry_1, t3);
-    const REAL t5 = t3 + ABS(b);
-    const REAL t6 = MAXIMUM(carry_2, t5);
-    carry_out[0] = d;
-    carry_out[1] = SELECT(t2, t4, carry_1);
-    carry_out[2] = SELECT(t2, t6, carry_2);
-    carry_out[3] = SELECT(t1, carry_3, carry_0);
-    carry_out[4] = SELECT(t1, carry_4, b);
-    carry_out[5] = SELECT(t1, carry_5, d);
-}
-#define PARTS_null_vector_57(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND OUT(4, 6)
-GAC_IN_LANES(null_vector_57, PLAIN)
-
-static INLINE void NAME(null_vector_62)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_4, REAL
-    *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *cosine_start_2, REAL
-    *sine_start_2)
-{
-    diagonal_start[0] = (REAL)0;
-    beside_start[0] = (REAL)0;
-    own_start_4[0] = (REAL)0;
-    across_start[0] = (REAL)0;
-    cosine_start[0] = (REAL)1;
-    sine_start[0] = (REAL)0;
-    is_gap_start[0] = (REAL)1;
-    cosine_start_2[0] = (REAL)1;
-    sine_start_2[0] = (REAL)0;
-}
-#define PARTS_null_vector_62(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(null_vector_62, PLAIN)
-
-static INLINE void NAME(null_vector_63)(const REAL *carry, REAL *common_13)
-{
-    const REAL carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4], carry_5 = carry[5];
-    const REAL t0 = carry_4 * carry_4 + carry_5 * carry_5;
-    const REAL t1 = (carry_3 * carry_3 - t0) * (REAL)0.5;
-    const REAL t2 = carry_3 * carry_4;
-    const REAL t3 = t1 * t1 + t2 * t2;
-    const REAL t4 = SQRT(SELECT(EQUAL((REAL)0, t3), (REAL)1, t3));
-    const REAL t5 = -t4;
-    const REAL t6 = t0 - t2 * (t2 / (t1 + SELECT(LESS(t1, (REAL)0), t5, t4)));
-    const REAL t7 = MAXIMUM((REAL)0, t6);
-    common_13[0] = SELECT(EQUAL(carry_2, carry_1 + carry_2), (REAL)0, t7);
-}
-#define PARTS_null_vector_63(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_63, PLAIN)
-
-static INLINE void NAME(null_vector_64)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL is_gap,
-    REAL own_2, REAL after, REAL beside, REAL is_first, REAL common, REAL *diagonal_2, REAL *beside_2, REAL *own_4,
-    REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *cosine_2, REAL *sine_2)
-{
-    const REAL t0 = SELECT(is_first, own_2, own);
-    const REAL t1 = t0 - common / SELECT(EQUAL((REAL)0, t0), (REAL)1, t0);
-    const REAL t2 = SELECT(is_gap, t1, across);
-    const REAL t3 = ABS(t2);
-    const REAL t4 = sine * beside;
-    const REAL t5 = SELECT(is_gap, beside, t4);
-    const REAL t6 = ABS(t5);
-    const REAL t7 = MAXIMUM(t3, t6);
-    const REAL t8 = SELECT(LESS((REAL)0, t7), t7, (REAL)1);
-    const REAL t9 = (REAL)1 / t8;
-    const REAL t10 = t2 * t9;
-    const REAL t11 = t5 * t9;
-    const REAL t12 = t10 * t10 + t11 * t11;
-    const REAL t13 = LESS(t12, (REAL)1e-36);
-    const REAL t14 = EQUAL(beside, (REAL)0);
-    const REAL t15 = SELECT(t14, (REAL)1, t13);
-    const REAL t16 = SQRT(SELECT(t15, (REAL)1, t12));
-    const REAL t17 = (REAL)1 / t16;
-    const REAL t18 = t10 * t17;
-    const REAL t19 = SELECT(t15, (REAL)1, t18);
-    const REAL t20 = t11 * t17;
-    const REAL t21 = SELECT(t15, (REAL)0, t20);
-    const REAL t22 = cosine * beside;
-    const REAL t23 = SELECT(is_gap, beside, t22);
-    const REAL t24 = t0 * t19 + t23 * t21;
-    const REAL t25 = ABS(t24);
-    const REAL t26 = after * t21;
-    const REAL t27 = ABS(t26);
-    const REAL t28 = MAXIMUM(t25, t27);
-    const REAL t29 = SELECT(LESS((REAL)0, t28), t28, (REAL)1);
-    const REAL t30 = (REAL)1 / t29;
-    const REAL t31 = t24 * t30;
-    const REAL t32 = t26 * t30;
-    const REAL t33 = t31 * t31 + t32 * t32;
-    const REAL t34 = LESS(t33, (REAL)1e-36);
-    const REAL t35 = SELECT(t14, (REAL)1, t34);
-    const REAL t36 = SQRT(SELECT(t35, (REAL)1, t33));
-    const REAL t37 = t29 * SELECT(t35, t31, t36);
-    const REAL t38 = ABS(t37) + ABS(diagonal);
-    const REAL t39 = t8 * SELECT(t15, t10, t16);
-    const REAL t40 = SELECT(is_gap, (REAL)0, t39);
-    const REAL t41 = LESS(t40 * t40, (REAL)1e-36);
-    const REAL t42 = (REAL)1 / t36;
-    const REAL t43 = t31 * t42;
-    const REAL t44 = SELECT(t35, (REAL)1, t43);
-    const REAL t45 = after * t19;
-    const REAL t46 = t32 * t42;
-    const REAL t47 = SELECT(t35, (REAL)0, t46);
-    const REAL t48 = t19 * t23 - t0 * t21;
-    diagonal_2[0] = t37;
-    beside_2[0] = SELECT(SELECT(EQUAL(t38, ABS(t40) * (REAL)0.25 + t38), (REAL)1, t41), (REAL)0, t40);
-    own_4[0] = t44 * t45 - t47 * t48;
-    across_out[0] = t44 * t48 + t45 * t47;
-    cosine_out[0] = t44;
-    sine_out[0] = t47;
-    is_gap_out[0] = t14;
-    cosine_2[0] = t19;
-    sine_2[0] = t21;
-}
-#define PARTS_null_vector_64(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
-    AND NUMBER(9, 0) AND NUMBER(10, 0) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) \
-    AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1)
-GAC_IN_LANES(null_vector_64, PLAIN)
-
-static INLINE void NAME(null_vector_69)(REAL *sum_10)
-{
-    sum_10[0] = (REAL)0;
-}
-#define PARTS_null_vector_69(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_69, PLAIN)
-
-static INLINE void NAME(null_vector_65)(REAL *own_start_5, REAL *following_start_4)
-{
-    own_start_5[0] = (REAL)0;
-    following_start_4[0] = (REAL)0;
-}
-#define PARTS_null_vector_65(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_65, PLAIN)
-
-static INLINE void NAME(null_vector_66)(REAL own, REAL *following_4)
-{
-    following_4[0] = own;
-}
-#define PARTS_null_vector_66(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_66, PLAIN)
-
-static INLINE void NAME(null_vector_67)(REAL *found_start, REAL *passed_start)
-{
-    found_start[0] = (REAL)0;
-    passed_start[0] = (REAL)0;
-}
-#define PARTS_null_vector_67(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_67, PLAIN)
-
-static INLINE void NAME(null_vector_68)(REAL passed, REAL own, REAL after, REAL cosine, REAL sine, REAL is_first,
-    REAL *found, REAL *passed_out)
-{
-    const REAL t0 = SELECT(is_first, own, passed);
-    found[0] = cosine * t0 + after * sine;
-    passed_out[0] = after * cosine - sine * t0;
-}
-#define PARTS_null_vector_68(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(null_vector_68, PLAIN)
-
-static INLINE void NAME(null_vector_70)(REAL sum, REAL x, REAL *sum_10)
-{
-    sum_10[0] = sum + SELECT(LESS((REAL)0, ABS(x)), (REAL)1, (REAL)0);
-}
-#define PARTS_null_vector_70(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_70, PLAIN)
-
-static INLINE void NAME(null_vector_71)(REAL sum, REAL *converged)
-{
-    converged[0] = LESS_EQUAL(sum, (REAL)0);
-}
-#define PARTS_null_vector_71(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_71, PLAIN)
-
-static INLINE void NAME(null_vector_73)(REAL *sum_11)
-{
-    sum_11[0] = (REAL)0;
-}
-#define PARTS_null_vector_73(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_73, PLAIN)
-
-static INLINE void NAME(null_vector_75)(REAL *a)
-{
-    a[0] = (REAL)0;
-}
-#define PARTS_null_vector_75(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_75, PLAIN)
-
-static INLINE void NAME(null_vector_72)(REAL common, REAL d, REAL *mapped_19)
-{
-    mapped_19[0] = common * ABS(d);
-}
-#define PARTS_null_vector_72(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_72, PLAIN)
-
-static INLINE void NAME(null_vector_74)(REAL sum, REAL a, REAL *sum_11)
-{
-    sum_11[0] = sum + ABS(a);
-}
-#define PARTS_null_vector_74(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_74, PLAIN)
-
-static INLINE void NAME(null_vector_76)(REAL a, REAL b, REAL *a_out)
+static INLINE void NAME(null_vector_a)(REAL a, REAL b, REAL *a_out)
 {
     a_out[0] = MAXIMUM(a, b);
 }
-#define PARTS_null_vector_76(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(null_vector_76, PLAIN)
+#define PARTS_null_vector_a(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(null_vector_a, PLAIN)
 
-static INLINE void NAME(null_vector_77)(REAL a, REAL *carry_2)
+static INLINE void NAME(null_vector_carry)(REAL a, REAL *carry_2)
 {
     carry_2[0] = (REAL)0;
     carry_2[1] = (REAL)-1;
@@ -3095,17 +1594,10 @@ static INLINE void NAME(null_vector_77)(REAL a, REAL *carry_2)
     carry_2[3] = (REAL)0;
     carry_2[4] = (REAL)0;
 }
-#define PARTS_null_vector_77(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 5)
-GAC_IN_LANES(null_vector_77, PLAIN)
+#define PARTS_null_vector_carry(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 5)
+GAC_IN_LANES(null_vector_carry, PLAIN)
 
-static INLINE void NAME(null_vector_79)(REAL *number_start_5)
-{
-    number_start_5[0] = (REAL)-1;
-}
-#define PARTS_null_vector_79(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_79, PLAIN)
-
-static INLINE void NAME(null_vector_78)(const REAL *carry_2, REAL x, REAL *carry_2_out)
+static INLINE void NAME(null_vector_carry_2)(const REAL *carry_2, REAL x, REAL *carry_2_out)
 {
     const REAL carry_2_0 = carry_2[0], carry_2_1 = carry_2[1], carry_2_2 = carry_2[2], carry_2_3 = carry_2[3],
         carry_2_4 = carry_2[4];
@@ -3120,33 +1612,19 @@ static INLINE void NAME(null_vector_78)(const REAL *carry_2, REAL x, REAL *carry
     carry_2_out[3] = MAXIMUM(carry_2_3, x);
     carry_2_out[4] = carry_2_4 + (REAL)1;
 }
-#define PARTS_null_vector_78(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND OUT(2, 5)
-GAC_IN_LANES(null_vector_78, PLAIN)
+#define PARTS_null_vector_carry_2(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND OUT(2, 5)
+GAC_IN_LANES(null_vector_carry_2, PLAIN)
 
-static INLINE void NAME(null_vector_80)(REAL number, REAL *number_5)
-{
-    number_5[0] = number + (REAL)1;
-}
-#define PARTS_null_vector_80(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(null_vector_80, PLAIN)
-
-static INLINE void NAME(null_vector_81)(REAL *sum_12)
-{
-    sum_12[0] = (REAL)0;
-}
-#define PARTS_null_vector_81(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(null_vector_81, PLAIN)
-
-static INLINE void NAME(null_vector_82)(const REAL *carry_1, REAL sum, REAL x, REAL i, REAL *sum_12)
+static INLINE void NAME(null_vector_sum)(const REAL *carry_1, REAL sum, REAL x, REAL i, REAL *sum_12)
 {
     const REAL carry_1_1 = carry_1[1];
     sum_12[0] = sum + SELECT(EQUAL(carry_1_1, i), x, (REAL)0);
 }
-#define PARTS_null_vector_82(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND OUT(4, 1)
-GAC_IN_LANES(null_vector_82, PLAIN)
+#define PARTS_null_vector_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND OUT(4, 1)
+GAC_IN_LANES(null_vector_sum, PLAIN)
 
-static INLINE void NAME(null_vector_83)(REAL converged, REAL sum, REAL a, const REAL *carry_2, REAL *out_1, REAL
+static INLINE void NAME(null_vector_result)(REAL converged, REAL sum, REAL a, const REAL *carry_2, REAL *out_1, REAL
     *out_2)
 {
     const REAL carry_2_0 = carry_2[0], carry_2_2 = carry_2[2];
@@ -3157,9 +1635,9 @@ static INLINE void NAME(null_vector_83)(REAL converged, REAL sum, REAL a, const 
     out_1[0] = SELECT(t2, t1, (REAL)0);
     out_2[0] = SELECT(t2, t3, (REAL)0);
 }
-#define PARTS_null_vector_83(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 5) \
-    AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(null_vector_83, PLAIN)
+#define PARTS_null_vector_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND IN(3, 5) AND OUT(4, 1) AND OUT(5, 1)
+GAC_IN_LANES(null_vector_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t matrices_null_vector_work(intptr_t n, intptr_t m)
@@ -3195,107 +1673,107 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
     *const own_5 = sine_2 + m, *const following_4 = own_5 + m, found_start, passed_start, found,
     *const passed = following_4 + m, *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11,
     a, carry_2[5], number_start_5, *const number_5 = mapped_19 + m, sum_12;
-    NAME(null_vector_1)(&m_2);
+    NAME(eigenvectors_m_start)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m_2, &m_3);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_2)(m_3, matrix[i * m + j], &m_3);
+            NAME(eigenvectors_m)(m_3, matrix[i * m + j], &m_3);
         COPY(1, &m_3, &m_2);
     }
-    NAME(null_vector_3)(m_2, &common);
-    NAME(null_vector_8)(&number_start_2);
+    NAME(eigenvectors_common)(m_2, &common);
+    NAME(eigenvectors_number_start)(&number_start_2);
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_4)(matrix[i * m + j], common, &mapped);
+            NAME(eigenvectors_mapped)(matrix[i * m + j], common, &mapped);
             COPY(1, &mapped, mapped_2 + (i * m + j));
         }
-        NAME(null_vector_9)(i > 0 ? number_2[i - 1] : number_start_2, number_2 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_2[i - 1] : number_start_2, number_2 + i);
         for (intptr_t j = 0; j < m; j++)
             COPY(1, mapped_2 + (i * m + j), state_0 + (i * m + j));
     }
-    NAME(null_vector_5)(&number_start);
+    NAME(eigenvectors_number_start)(&number_start);
     for (intptr_t i = 0; i < m; i++)
-        NAME(null_vector_6)(i > 0 ? number[i - 1] : number_start, number + i);
-    NAME(null_vector_10)(&number_start_3);
+        NAME(eigenvectors_number)(i > 0 ? number[i - 1] : number_start, number + i);
+    NAME(eigenvectors_number_start)(&number_start_3);
     for (intptr_t i = 0; i < m; i++) {
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_7)(number[i], number[j], &mapped_3);
+            NAME(eigenvectors_mapped_2)(number[i], number[j], &mapped_3);
             COPY(1, &mapped_3, mapped_4 + (i * m + j));
         }
-        NAME(null_vector_11)(i > 0 ? number_3[i - 1] : number_start_3, number_3 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_3[i - 1] : number_start_3, number_3 + i);
         for (intptr_t j = 0; j < m; j++)
             COPY(1, mapped_4 + (i * m + j), state_1 + (i * m + j));
     }
     CLEAR(m, zeros_3);
     CLEAR(m, zeros_4);
-    NAME(null_vector_48)(&number_start_4);
+    NAME(eigenvectors_number_start)(&number_start_4);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_12)(&sum);
-        NAME(null_vector_14)(&sum_2);
+        NAME(eigenvectors_m_start)(&sum);
+        NAME(eigenvectors_m_start)(&sum_2);
         for (intptr_t j = 0; j < n; j++) {
             COPY(1, state_0 + (j * m + i), mapped_5 + j);
-            NAME(null_vector_13)(number_3[i], sum, mapped_5[j], number_2[j], &sum);
-            NAME(null_vector_15)(number_3[i], sum_2, mapped_5[j], number_2[j], &sum_2);
+            NAME(singular_vectors_sum)(number_3[i], sum, mapped_5[j], number_2[j], &sum);
+            NAME(eigenvectors_sum_2)(number_3[i], sum_2, mapped_5[j], number_2[j], &sum_2);
         }
-        NAME(null_vector_16)(sum, sum_2, &common_2);
+        NAME(eigenvectors_common_2)(sum, sum_2, &common_2);
         CLEAR(m, zeros);
         CLEAR(m, zeros_2);
         for (intptr_t j = 0; j < m; j++) {
             COPY(1, zeros + j, sum_3 + j);
             COPY(1, zeros_2 + j, sum_4 + j);
         }
-        NAME(null_vector_18)(sum, sum_2, &common_4);
+        NAME(eigenvectors_common_3)(sum, sum_2, &common_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(null_vector_17)(number_3[i], mapped_5[j], number_2[j], common_2, mapped_6 + j);
-            NAME(null_vector_19)(mapped_6[j], common_4, &common_3);
+            NAME(eigenvectors_mapped_3)(number_3[i], mapped_5[j], number_2[j], common_2, mapped_6 + j);
+            NAME(eigenvectors_mapped_4)(mapped_6[j], common_4, &common_3);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_20)(state_0[j * m + k], common_3, &mapped_7);
-                NAME(null_vector_21)(sum_3[k], mapped_7, &by_element);
+                NAME(eigenvectors_mapped_4)(state_0[j * m + k], common_3, &mapped_7);
+                NAME(singular_vectors_by_element)(sum_3[k], mapped_7, &by_element);
                 COPY(1, &by_element, sum_3 + k);
             }
         }
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_22)(mapped_6[j], state_0[j * m + k], sum_3[k], &mapped_8);
+                NAME(singular_vectors_mapped)(mapped_6[j], state_0[j * m + k], sum_3[k], &mapped_8);
                 COPY(1, &mapped_8, mapped_9 + (j * m + k));
             }
-            NAME(null_vector_23)(number_3[i], number_2[j], &common_5);
+            NAME(singular_vectors_common)(number_3[i], number_2[j], &common_5);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_24)(mapped_9[j * m + k], common_5, &mapped_10);
-                NAME(null_vector_25)(sum_4[k], mapped_10, &by_element_2);
+                NAME(singular_vectors_mapped_2)(mapped_9[j * m + k], common_5, &mapped_10);
+                NAME(singular_vectors_by_element)(sum_4[k], mapped_10, &by_element_2);
                 COPY(1, &by_element_2, sum_4 + k);
             }
         }
-        NAME(null_vector_26)(&sum_5);
-        NAME(null_vector_27)(number_3[i], &common_6);
-        NAME(null_vector_29)(&sum_6);
+        NAME(eigenvectors_m_start)(&sum_5);
+        NAME(eigenvectors_number)(number_3[i], &common_6);
+        NAME(eigenvectors_m_start)(&sum_6);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_28)(sum_5, sum_4[j], number_3[j], common_6, &sum_5);
-            NAME(null_vector_30)(common_6, sum_6, sum_4[j], number_3[j], &sum_6);
+            NAME(eigenvectors_sum)(sum_5, sum_4[j], number_3[j], common_6, &sum_5);
+            NAME(eigenvectors_sum_2)(common_6, sum_6, sum_4[j], number_3[j], &sum_6);
         }
-        NAME(null_vector_31)(sum_5, sum_6, &common_7);
+        NAME(eigenvectors_common_2)(sum_5, sum_6, &common_7);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_32)(common_6, sum_4[j], number_3[j], common_7, mapped_11 + j);
-        NAME(null_vector_33)(sum_5, sum_6, &common_9);
+            NAME(eigenvectors_mapped_3)(common_6, sum_4[j], number_3[j], common_7, mapped_11 + j);
+        NAME(eigenvectors_common_3)(sum_5, sum_6, &common_9);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(null_vector_34)(&sum_7);
+            NAME(eigenvectors_m_start)(&sum_7);
             for (intptr_t k = 0; k < m; k++)
-                NAME(null_vector_35)(sum_7, mapped_9[j * m + k], mapped_11[k], &sum_7);
-            NAME(null_vector_36)(sum_7, common_9, &common_8);
+                NAME(eigenvectors_sum_3)(sum_7, mapped_9[j * m + k], mapped_11[k], &sum_7);
+            NAME(eigenvectors_mapped_4)(sum_7, common_9, &common_8);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_37)(mapped_9[j * m + k], mapped_11[k], common_8, &mapped_12);
+                NAME(eigenvectors_mapped_5)(mapped_9[j * m + k], mapped_11[k], common_8, &mapped_12);
                 COPY(1, &mapped_12, mapped_13 + (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
                 COPY(1, mapped_13 + (j * m + k), state_0 + (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_38)(&sum_8);
+            NAME(eigenvectors_m_start)(&sum_8);
             for (intptr_t k = 0; k < m; k++)
-                NAME(null_vector_39)(sum_8, state_1[j * m + k], mapped_11[k], &sum_8);
-            NAME(null_vector_40)(common_9, sum_8, &common_10);
+                NAME(eigenvectors_sum_3)(sum_8, state_1[j * m + k], mapped_11[k], &sum_8);
+            NAME(eigenvectors_mapped_4)(common_9, sum_8, &common_10);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_41)(state_1[j * m + k], mapped_11[k], common_10, &mapped_14);
+                NAME(eigenvectors_mapped_5)(state_1[j * m + k], mapped_11[k], common_10, &mapped_14);
                 COPY(1, &mapped_14, mapped_15 + (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
@@ -3303,22 +1781,22 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
         }
         COPY(1, zeros_3 + i, sum_0 + i);
         COPY(1, zeros_4 + i, sum_1 + i);
-        NAME(null_vector_49)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
-        NAME(null_vector_50)(number_4[i], mapped_18 + i);
+        NAME(eigenvectors_number)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
+        NAME(eigenvectors_mapped_7)(number_4[i], mapped_18 + i);
     }
     for (intptr_t i = 0; i < n; i++) {
-        NAME(null_vector_42)(number_2[i], &common_11);
-        NAME(null_vector_44)(number_2[i], &common_12);
+        NAME(eigenvectors_following)(number_2[i], &common_11);
+        NAME(eigenvectors_number)(number_2[i], &common_12);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_43)(state_0[i * m + j], number_3[j], common_11, &mapped_16);
-            NAME(null_vector_45)(state_0[i * m + j], number_3[j], common_12, &mapped_17);
-            NAME(null_vector_46)(sum_0[j], mapped_16, &by_element_3);
-            NAME(null_vector_47)(sum_1[j], mapped_17, &by_element_4);
+            NAME(singular_vectors_mapped_3)(state_0[i * m + j], number_3[j], common_11, &mapped_16);
+            NAME(singular_vectors_mapped_3)(state_0[i * m + j], number_3[j], common_12, &mapped_17);
+            NAME(singular_vectors_by_element)(sum_0[j], mapped_16, &by_element_3);
+            NAME(singular_vectors_by_element)(sum_1[j], mapped_17, &by_element_4);
             COPY(1, &by_element_3, sum_0 + j);
             COPY(1, &by_element_4, sum_1 + j);
         }
     }
-    NAME(null_vector_51)(&converged, &steps);
+    NAME(eigenvectors_converged_start)(&converged, &steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(1, sum_0 + i, diagonal + i);
         COPY(1, sum_1 + i, beside + i);
@@ -3326,76 +1804,76 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
             COPY(1, state_1 + (i * m + j), state_1_2 + (i * m + j));
     }
     for (int repeats = 0; repeats < 1000; repeats++) {
-        NAME(null_vector_52)(&sum_9);
+        NAME(eigenvectors_m_start)(&sum_9);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_53)(sum_9, diagonal[j], &sum_9);
-        NAME(null_vector_54)(&own_start, &following_start);
-        NAME(null_vector_58)(&own_start_2, &following_start_2);
-        NAME(null_vector_60)(&own_start_3, &following_start_3);
+            NAME(eigenvectors_sum_7)(sum_9, diagonal[j], &sum_9);
+        NAME(eigenvectors_converged_start)(&own_start, &following_start);
+        NAME(eigenvectors_converged_start)(&own_start_2, &following_start_2);
+        NAME(eigenvectors_converged_start)(&own_start_3, &following_start_3);
         for (intptr_t j = m; j-- > 0;) {
-            NAME(null_vector_55)(j + 1 < m ? own[j + 1] : own_start, following + j);
+            NAME(eigenvectors_following)(j + 1 < m ? own[j + 1] : own_start, following + j);
             COPY(1, beside + j, own + j);
-            NAME(null_vector_59)(j + 1 < m ? own_2[j + 1] : own_start_2, following_2 + j);
+            NAME(eigenvectors_following)(j + 1 < m ? own_2[j + 1] : own_start_2, following_2 + j);
             COPY(1, diagonal + j, own_2 + j);
-            NAME(null_vector_61)(j + 1 < m ? own_3[j + 1] : own_start_3, following_3 + j);
+            NAME(eigenvectors_following)(j + 1 < m ? own_3[j + 1] : own_start_3, following_3 + j);
             COPY(1, beside + j, own_3 + j);
         }
-        NAME(null_vector_56)(sum_9, carry);
+        NAME(singular_vectors_carry)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_57)(carry, diagonal[j], beside[j], following[j], carry);
-        NAME(null_vector_62)(&diagonal_start, &beside_start, &own_start_4, &across_start, &cosine_start,
-    &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
-        NAME(null_vector_63)(carry, &common_13);
+            NAME(singular_vectors_carry_2)(carry, diagonal[j], beside[j], following[j], carry);
+        NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
+    &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
+        NAME(singular_vectors_common_2)(carry, &common_13);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_64)(j > 0 ? diagonal_2[j - 1] : diagonal_start, j > 0 ? own_4[j - 1] : own_start_4,
-    j > 0 ? across[j - 1] : across_start, j > 0 ? cosine[j - 1] : cosine_start, j > 0 ? sine[j - 1] : sine_start,
-    j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j], following_3[j], mapped_18[j], common_13,
-    diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j, sine + j, is_gap + j, cosine_2 + j,
-    sine_2 + j);
-        NAME(null_vector_69)(&sum_10);
+            NAME(singular_vectors_diagonal)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
+    j > 0 ? own_4[j - 1] : own_start_4, j > 0 ? across[j - 1] : across_start, j > 0 ? cosine[j - 1] : cosine_start,
+    j > 0 ? sine[j - 1] : sine_start, j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j],
+    following_3[j], mapped_18[j], common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j,
+    sine + j, is_gap + j, cosine_2 + j, sine_2 + j);
+        NAME(eigenvectors_m_start)(&sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_65)(&own_start_5, &following_start_4);
+            NAME(eigenvectors_converged_start)(&own_start_5, &following_start_4);
             for (intptr_t k = m; k-- > 0;) {
-                NAME(null_vector_66)(k + 1 < m ? own_5[k + 1] : own_start_5, following_4 + k);
+                NAME(eigenvectors_following)(k + 1 < m ? own_5[k + 1] : own_start_5, following_4 + k);
                 COPY(1, state_1_2 + (j * m + k), own_5 + k);
             }
-            NAME(null_vector_67)(&found_start, &passed_start);
+            NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_68)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * m + k], following_4[k],
+                NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * m + k], following_4[k],
     cosine_2[k], sine_2[k], mapped_18[k], &found, passed + k);
                 COPY(1, &found, of_row + (j * m + k));
             }
-            NAME(null_vector_70)(sum_10, beside_2[j], &sum_10);
+            NAME(eigenvectors_sum_5)(sum_10, beside_2[j], &sum_10);
             COPY(1, diagonal_2 + j, diagonal + j);
             COPY(1, beside_2 + j, beside + j);
             for (intptr_t k = 0; k < m; k++)
                 COPY(1, of_row + (j * m + k), state_1_2 + (j * m + k));
         }
-        NAME(null_vector_71)(sum_10, &converged);
+        NAME(eigenvectors_converged)(sum_10, &converged);
         steps += 1;
         if (converged != 0)
             break;
     }
-    NAME(null_vector_73)(&sum_11);
-    NAME(null_vector_75)(&a);
+    NAME(eigenvectors_m_start)(&sum_11);
+    NAME(eigenvectors_m_start)(&a);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_72)(common, diagonal[i], mapped_19 + i);
-        NAME(null_vector_74)(sum_11, diagonal[i], &sum_11);
-        NAME(null_vector_76)(a, mapped_19[i], &a);
+        NAME(singular_vectors_mapped_4)(common, diagonal[i], mapped_19 + i);
+        NAME(eigenvectors_sum_7)(sum_11, diagonal[i], &sum_11);
+        NAME(null_vector_a)(a, mapped_19[i], &a);
     }
-    NAME(null_vector_77)(a, carry_2);
-    NAME(null_vector_79)(&number_start_5);
+    NAME(null_vector_carry)(a, carry_2);
+    NAME(eigenvectors_number_start)(&number_start_5);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_78)(carry_2, mapped_19[i], carry_2);
-        NAME(null_vector_80)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
+        NAME(null_vector_carry_2)(carry_2, mapped_19[i], carry_2);
+        NAME(eigenvectors_number)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_81)(&sum_12);
+        NAME(eigenvectors_m_start)(&sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_82)(carry_2, sum_12, state_1_2[i * m + j], number_5[j], &sum_12);
+            NAME(null_vector_sum)(carry_2, sum_12, state_1_2[i * m + j], number_5[j], &sum_12);
         COPY(1, &sum_12, out_0 + i);
     }
-    NAME(null_vector_83)(converged, sum_11, a, carry_2, out_1, out_2);
+    NAME(null_vector_result)(converged, sum_11, a, carry_2, out_1, out_2);
 }
 
 static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, REAL *out_1,
@@ -3423,100 +1901,103 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], own_start_5[NLANES],
     following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
     sum_11[NLANES], a[NLANES], carry_2[5 * NLANES], number_start_5[NLANES], sum_12[NLANES], gac_kept_3[NLANES];
-    NAME(null_vector_1_lanes)(m_2);
+    NAME(eigenvectors_m_start_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m_2, m_3);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_2_lanes)(m_3, matrix + NLANES * (i * m + j), m_3);
+            NAME(eigenvectors_m_lanes)(m_3, matrix + NLANES * (i * m + j), m_3);
         COPY(NLANES, m_3, m_2);
     }
-    NAME(null_vector_3_lanes)(m_2, common);
-    NAME(null_vector_8_lanes)(number_start_2);
+    NAME(eigenvectors_common_lanes)(m_2, common);
+    NAME(eigenvectors_number_start_lanes)(number_start_2);
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_4_lanes)(matrix + NLANES * (i * m + j), common, mapped);
+            NAME(eigenvectors_mapped_lanes)(matrix + NLANES * (i * m + j), common, mapped);
             COPY(NLANES, mapped, mapped_2 + NLANES * (i * m + j));
         }
-        NAME(null_vector_9_lanes)(i > 0 ? number_2 + NLANES * (i - 1) : number_start_2, number_2 + NLANES * i);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_2 + NLANES * (i - 1) : number_start_2,
+    number_2 + NLANES * i);
         for (intptr_t j = 0; j < m; j++)
             COPY(NLANES, mapped_2 + NLANES * (i * m + j), state_0 + NLANES * (i * m + j));
     }
-    NAME(null_vector_5_lanes)(number_start);
+    NAME(eigenvectors_number_start_lanes)(number_start);
     for (intptr_t i = 0; i < m; i++)
-        NAME(null_vector_6_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
-    NAME(null_vector_10_lanes)(number_start_3);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
+    NAME(eigenvectors_number_start_lanes)(number_start_3);
     for (intptr_t i = 0; i < m; i++) {
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_7_lanes)(number + NLANES * i, number + NLANES * j, mapped_3);
+            NAME(eigenvectors_mapped_2_lanes)(number + NLANES * i, number + NLANES * j, mapped_3);
             COPY(NLANES, mapped_3, mapped_4 + NLANES * (i * m + j));
         }
-        NAME(null_vector_11_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3, number_3 + NLANES * i);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3,
+    number_3 + NLANES * i);
         for (intptr_t j = 0; j < m; j++)
             COPY(NLANES, mapped_4 + NLANES * (i * m + j), state_1 + NLANES * (i * m + j));
     }
     CLEAR(NLANES * m, zeros_3);
     CLEAR(NLANES * m, zeros_4);
-    NAME(null_vector_48_lanes)(number_start_4);
+    NAME(eigenvectors_number_start_lanes)(number_start_4);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_12_lanes)(sum);
-        NAME(null_vector_14_lanes)(sum_2);
+        NAME(eigenvectors_m_start_lanes)(sum);
+        NAME(eigenvectors_m_start_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
             COPY(NLANES, state_0 + NLANES * (j * m + i), mapped_5 + NLANES * j);
-            NAME(null_vector_13_lanes)(number_3 + NLANES * i, sum, mapped_5 + NLANES * j, number_2 + NLANES * j,
-    sum);
-            NAME(null_vector_15_lanes)(number_3 + NLANES * i, sum_2, mapped_5 + NLANES * j, number_2 + NLANES * j,
-    sum_2);
+            NAME(singular_vectors_sum_lanes)(number_3 + NLANES * i, sum, mapped_5 + NLANES * j,
+    number_2 + NLANES * j, sum);
+            NAME(eigenvectors_sum_2_lanes)(number_3 + NLANES * i, sum_2, mapped_5 + NLANES * j,
+    number_2 + NLANES * j, sum_2);
         }
-        NAME(null_vector_16_lanes)(sum, sum_2, common_2);
+        NAME(eigenvectors_common_2_lanes)(sum, sum_2, common_2);
         CLEAR(NLANES * m, zeros);
         CLEAR(NLANES * m, zeros_2);
         for (intptr_t j = 0; j < m; j++) {
             COPY(NLANES, zeros + NLANES * j, sum_3 + NLANES * j);
             COPY(NLANES, zeros_2 + NLANES * j, sum_4 + NLANES * j);
         }
-        NAME(null_vector_18_lanes)(sum, sum_2, common_4);
+        NAME(eigenvectors_common_3_lanes)(sum, sum_2, common_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(null_vector_17_lanes)(number_3 + NLANES * i, mapped_5 + NLANES * j, number_2 + NLANES * j,
+            NAME(eigenvectors_mapped_3_lanes)(number_3 + NLANES * i, mapped_5 + NLANES * j, number_2 + NLANES * j,
     common_2, mapped_6 + NLANES * j);
-            NAME(null_vector_19_lanes)(mapped_6 + NLANES * j, common_4, common_3);
+            NAME(eigenvectors_mapped_4_lanes)(mapped_6 + NLANES * j, common_4, common_3);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_20_lanes)(state_0 + NLANES * (j * m + k), common_3, mapped_7);
-                NAME(null_vector_21_lanes)(sum_3 + NLANES * k, mapped_7, by_element);
+                NAME(eigenvectors_mapped_4_lanes)(state_0 + NLANES * (j * m + k), common_3, mapped_7);
+                NAME(singular_vectors_by_element_lanes)(sum_3 + NLANES * k, mapped_7, by_element);
                 COPY(NLANES, by_element, sum_3 + NLANES * k);
             }
         }
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_22_lanes)(mapped_6 + NLANES * j, state_0 + NLANES * (j * m + k),
+                NAME(singular_vectors_mapped_lanes)(mapped_6 + NLANES * j, state_0 + NLANES * (j * m + k),
     sum_3 + NLANES * k, mapped_8);
                 COPY(NLANES, mapped_8, mapped_9 + NLANES * (j * m + k));
             }
-            NAME(null_vector_23_lanes)(number_3 + NLANES * i, number_2 + NLANES * j, common_5);
+            NAME(singular_vectors_common_lanes)(number_3 + NLANES * i, number_2 + NLANES * j, common_5);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_24_lanes)(mapped_9 + NLANES * (j * m + k), common_5, mapped_10);
-                NAME(null_vector_25_lanes)(sum_4 + NLANES * k, mapped_10, by_element_2);
+                NAME(singular_vectors_mapped_2_lanes)(mapped_9 + NLANES * (j * m + k), common_5, mapped_10);
+                NAME(singular_vectors_by_element_lanes)(sum_4 + NLANES * k, mapped_10, by_element_2);
                 COPY(NLANES, by_element_2, sum_4 + NLANES * k);
             }
         }
-        NAME(null_vector_26_lanes)(sum_5);
-        NAME(null_vector_27_lanes)(number_3 + NLANES * i, common_6);
-        NAME(null_vector_29_lanes)(sum_6);
+        NAME(eigenvectors_m_start_lanes)(sum_5);
+        NAME(eigenvectors_number_lanes)(number_3 + NLANES * i, common_6);
+        NAME(eigenvectors_m_start_lanes)(sum_6);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_28_lanes)(sum_5, sum_4 + NLANES * j, number_3 + NLANES * j, common_6, sum_5);
-            NAME(null_vector_30_lanes)(common_6, sum_6, sum_4 + NLANES * j, number_3 + NLANES * j, sum_6);
+            NAME(eigenvectors_sum_lanes)(sum_5, sum_4 + NLANES * j, number_3 + NLANES * j, common_6, sum_5);
+            NAME(eigenvectors_sum_2_lanes)(common_6, sum_6, sum_4 + NLANES * j, number_3 + NLANES * j, sum_6);
         }
-        NAME(null_vector_31_lanes)(sum_5, sum_6, common_7);
+        NAME(eigenvectors_common_2_lanes)(sum_5, sum_6, common_7);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_32_lanes)(common_6, sum_4 + NLANES * j, number_3 + NLANES * j, common_7,
+            NAME(eigenvectors_mapped_3_lanes)(common_6, sum_4 + NLANES * j, number_3 + NLANES * j, common_7,
     mapped_11 + NLANES * j);
-        NAME(null_vector_33_lanes)(sum_5, sum_6, common_9);
+        NAME(eigenvectors_common_3_lanes)(sum_5, sum_6, common_9);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(null_vector_34_lanes)(sum_7);
+            NAME(eigenvectors_m_start_lanes)(sum_7);
             for (intptr_t k = 0; k < m; k++)
-                NAME(null_vector_35_lanes)(sum_7, mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k, sum_7);
-            NAME(null_vector_36_lanes)(sum_7, common_9, common_8);
+                NAME(eigenvectors_sum_3_lanes)(sum_7, mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k,
+    sum_7);
+            NAME(eigenvectors_mapped_4_lanes)(sum_7, common_9, common_8);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_37_lanes)(mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_8,
+                NAME(eigenvectors_mapped_5_lanes)(mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_8,
     mapped_12);
                 COPY(NLANES, mapped_12, mapped_13 + NLANES * (j * m + k));
             }
@@ -3524,12 +2005,13 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
                 COPY(NLANES, mapped_13 + NLANES * (j * m + k), state_0 + NLANES * (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_38_lanes)(sum_8);
+            NAME(eigenvectors_m_start_lanes)(sum_8);
             for (intptr_t k = 0; k < m; k++)
-                NAME(null_vector_39_lanes)(sum_8, state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k, sum_8);
-            NAME(null_vector_40_lanes)(common_9, sum_8, common_10);
+                NAME(eigenvectors_sum_3_lanes)(sum_8, state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k,
+    sum_8);
+            NAME(eigenvectors_mapped_4_lanes)(common_9, sum_8, common_10);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_41_lanes)(state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_10,
+                NAME(eigenvectors_mapped_5_lanes)(state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_10,
     mapped_14);
                 COPY(NLANES, mapped_14, mapped_15 + NLANES * (j * m + k));
             }
@@ -3538,22 +2020,25 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         }
         COPY(NLANES, zeros_3 + NLANES * i, sum_0 + NLANES * i);
         COPY(NLANES, zeros_4 + NLANES * i, sum_1 + NLANES * i);
-        NAME(null_vector_49_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4, number_4 + NLANES * i);
-        NAME(null_vector_50_lanes)(number_4 + NLANES * i, mapped_18 + NLANES * i);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
+    number_4 + NLANES * i);
+        NAME(eigenvectors_mapped_7_lanes)(number_4 + NLANES * i, mapped_18 + NLANES * i);
     }
     for (intptr_t i = 0; i < n; i++) {
-        NAME(null_vector_42_lanes)(number_2 + NLANES * i, common_11);
-        NAME(null_vector_44_lanes)(number_2 + NLANES * i, common_12);
+        NAME(eigenvectors_following_lanes)(number_2 + NLANES * i, common_11);
+        NAME(eigenvectors_number_lanes)(number_2 + NLANES * i, common_12);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_43_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_11, mapped_16);
-            NAME(null_vector_45_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_12, mapped_17);
-            NAME(null_vector_46_lanes)(sum_0 + NLANES * j, mapped_16, by_element_3);
-            NAME(null_vector_47_lanes)(sum_1 + NLANES * j, mapped_17, by_element_4);
+            NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_11,
+    mapped_16);
+            NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_12,
+    mapped_17);
+            NAME(singular_vectors_by_element_lanes)(sum_0 + NLANES * j, mapped_16, by_element_3);
+            NAME(singular_vectors_by_element_lanes)(sum_1 + NLANES * j, mapped_17, by_element_4);
             COPY(NLANES, by_element_3, sum_0 + NLANES * j);
             COPY(NLANES, by_element_4, sum_1 + NLANES * j);
         }
     }
-    NAME(null_vector_51_lanes)(converged, steps);
+    NAME(eigenvectors_converged_start_lanes)(converged, steps);
     for (intptr_t i = 0; i < m; i++) {
         COPY(NLANES, sum_0 + NLANES * i, diagonal + NLANES * i);
         COPY(NLANES, sum_1 + NLANES * i, beside + NLANES * i);
@@ -3576,59 +2061,60 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         KEEP(rounds, NLANES * m, is_gap, gac_kept_12);
         KEEP(rounds, NLANES * m, own_5, gac_kept_13);
         KEEP(rounds, NLANES * m, passed, gac_kept_14);
-        NAME(null_vector_52_lanes)(sum_9);
+        NAME(eigenvectors_m_start_lanes)(sum_9);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_53_lanes)(sum_9, diagonal + NLANES * j, sum_9);
-        NAME(null_vector_54_lanes)(own_start, following_start);
-        NAME(null_vector_58_lanes)(own_start_2, following_start_2);
-        NAME(null_vector_60_lanes)(own_start_3, following_start_3);
+            NAME(eigenvectors_sum_7_lanes)(sum_9, diagonal + NLANES * j, sum_9);
+        NAME(eigenvectors_converged_start_lanes)(own_start, following_start);
+        NAME(eigenvectors_converged_start_lanes)(own_start_2, following_start_2);
+        NAME(eigenvectors_converged_start_lanes)(own_start_3, following_start_3);
         for (intptr_t j = m; j-- > 0;) {
-            NAME(null_vector_55_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start, following + NLANES * j);
+            NAME(eigenvectors_following_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start,
+    following + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own + NLANES * j);
-            NAME(null_vector_59_lanes)(j + 1 < m ? own_2 + NLANES * (j + 1) : own_start_2,
+            NAME(eigenvectors_following_lanes)(j + 1 < m ? own_2 + NLANES * (j + 1) : own_start_2,
     following_2 + NLANES * j);
             COPY(NLANES, diagonal + NLANES * j, own_2 + NLANES * j);
-            NAME(null_vector_61_lanes)(j + 1 < m ? own_3 + NLANES * (j + 1) : own_start_3,
+            NAME(eigenvectors_following_lanes)(j + 1 < m ? own_3 + NLANES * (j + 1) : own_start_3,
     following_3 + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own_3 + NLANES * j);
         }
-        NAME(null_vector_56_lanes)(sum_9, carry);
+        NAME(singular_vectors_carry_lanes)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_57_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j, following + NLANES * j,
-    carry);
-        NAME(null_vector_62_lanes)(diagonal_start, beside_start, own_start_4, across_start, cosine_start,
-    sine_start, is_gap_start, cosine_start_2, sine_start_2);
-        NAME(null_vector_63_lanes)(carry, common_13);
+            NAME(singular_vectors_carry_2_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j,
+    following + NLANES * j, carry);
+        NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
+    cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
+        NAME(singular_vectors_common_2_lanes)(carry, common_13);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_64_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
+            NAME(singular_vectors_diagonal_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
     j > 0 ? own_4 + NLANES * (j - 1) : own_start_4, j > 0 ? across + NLANES * (j - 1) : across_start,
     j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
     j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following_2 + NLANES * j,
     following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
     own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
     cosine_2 + NLANES * j, sine_2 + NLANES * j);
-        NAME(null_vector_69_lanes)(sum_10);
+        NAME(eigenvectors_m_start_lanes)(sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(null_vector_65_lanes)(own_start_5, following_start_4);
+            NAME(eigenvectors_converged_start_lanes)(own_start_5, following_start_4);
             for (intptr_t k = m; k-- > 0;) {
-                NAME(null_vector_66_lanes)(k + 1 < m ? own_5 + NLANES * (k + 1) : own_start_5,
+                NAME(eigenvectors_following_lanes)(k + 1 < m ? own_5 + NLANES * (k + 1) : own_start_5,
     following_4 + NLANES * k);
                 COPY(NLANES, state_1_2 + NLANES * (j * m + k), own_5 + NLANES * k);
             }
-            NAME(null_vector_67_lanes)(found_start, passed_start);
+            NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(null_vector_68_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
+                NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
     state_1_2 + NLANES * (j * m + k), following_4 + NLANES * k, cosine_2 + NLANES * k, sine_2 + NLANES * k,
     mapped_18 + NLANES * k, found, passed + NLANES * k);
                 COPY(NLANES, found, of_row + NLANES * (j * m + k));
             }
-            NAME(null_vector_70_lanes)(sum_10, beside_2 + NLANES * j, sum_10);
+            NAME(eigenvectors_sum_5_lanes)(sum_10, beside_2 + NLANES * j, sum_10);
             COPY(NLANES, diagonal_2 + NLANES * j, diagonal + NLANES * j);
             COPY(NLANES, beside_2 + NLANES * j, beside + NLANES * j);
             for (intptr_t k = 0; k < m; k++)
                 COPY(NLANES, of_row + NLANES * (j * m + k), state_1_2 + NLANES * (j * m + k));
         }
-        NAME(null_vector_71_lanes)(sum_10, converged);
+        NAME(eigenvectors_converged_lanes)(sum_10, converged);
         RESTORE(rounds, NLANES * m, gac_kept_0, diagonal);
         RESTORE(rounds, NLANES * m, gac_kept_1, beside);
         RESTORE(rounds, NLANES * m * m, gac_kept_2, state_1_2);
@@ -3648,27 +2134,28 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(null_vector_73_lanes)(sum_11);
-    NAME(null_vector_75_lanes)(a);
+    NAME(eigenvectors_m_start_lanes)(sum_11);
+    NAME(eigenvectors_m_start_lanes)(a);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_72_lanes)(common, diagonal + NLANES * i, mapped_19 + NLANES * i);
-        NAME(null_vector_74_lanes)(sum_11, diagonal + NLANES * i, sum_11);
-        NAME(null_vector_76_lanes)(a, mapped_19 + NLANES * i, a);
+        NAME(singular_vectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_19 + NLANES * i);
+        NAME(eigenvectors_sum_7_lanes)(sum_11, diagonal + NLANES * i, sum_11);
+        NAME(null_vector_a_lanes)(a, mapped_19 + NLANES * i, a);
     }
-    NAME(null_vector_77_lanes)(a, carry_2);
-    NAME(null_vector_79_lanes)(number_start_5);
+    NAME(null_vector_carry_lanes)(a, carry_2);
+    NAME(eigenvectors_number_start_lanes)(number_start_5);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_78_lanes)(carry_2, mapped_19 + NLANES * i, carry_2);
-        NAME(null_vector_80_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5, number_5 + NLANES * i);
+        NAME(null_vector_carry_2_lanes)(carry_2, mapped_19 + NLANES * i, carry_2);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
+    number_5 + NLANES * i);
     }
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_81_lanes)(sum_12);
+        NAME(eigenvectors_m_start_lanes)(sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_82_lanes)(carry_2, sum_12, state_1_2 + NLANES * (i * m + j), number_5 + NLANES * j,
+            NAME(null_vector_sum_lanes)(carry_2, sum_12, state_1_2 + NLANES * (i * m + j), number_5 + NLANES * j,
     sum_12);
         COPY(NLANES, sum_12, out_0 + NLANES * i);
     }
-    NAME(null_vector_83_lanes)(converged, sum_11, a, carry_2, out_1, out_2);
+    NAME(null_vector_result_lanes)(converged, sum_11, a, carry_2, out_1, out_2);
     return 0;
 }
 
@@ -3681,43 +2168,15 @@ GAC_PROCEDURE(null_vector, LANES)
     WORK(7, imaginary_2, scalar, 1, n) WORK(8, real_6, scalar, 1, n) WORK(9, imaginary_6, scalar, 1, n) \
     WORK(10, gac_kept_0, scalar, 1, n) WORK(11, gac_kept_1, scalar, 1, n)
 
-static INLINE void NAME(polynomial_roots_1)(REAL *number_start)
-{
-    number_start[0] = (REAL)-1;
-}
-#define PARTS_polynomial_roots_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(polynomial_roots_1, PLAIN)
-
-static INLINE void NAME(polynomial_roots_3)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-}
-#define PARTS_polynomial_roots_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(polynomial_roots_3, PLAIN)
-
-static INLINE void NAME(polynomial_roots_5)(REAL *state_0, REAL *state_1)
+static INLINE void NAME(polynomial_roots_state_start)(REAL *state_0, REAL *state_1)
 {
     state_0[0] = (REAL)1;
     state_1[0] = (REAL)0;
 }
-#define PARTS_polynomial_roots_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(polynomial_roots_5, PLAIN)
+#define PARTS_polynomial_roots_state_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(polynomial_roots_state_start, PLAIN)
 
-static INLINE void NAME(polynomial_roots_2)(REAL number, REAL *number_out)
-{
-    number_out[0] = number + (REAL)1;
-}
-#define PARTS_polynomial_roots_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(polynomial_roots_2, PLAIN)
-
-static INLINE void NAME(polynomial_roots_4)(REAL sum, REAL *sum_out)
-{
-    sum_out[0] = sum + (REAL)1;
-}
-#define PARTS_polynomial_roots_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(polynomial_roots_4, PLAIN)
-
-static INLINE void NAME(polynomial_roots_6)(REAL state_0, REAL state_1, REAL c, REAL i, REAL *state_0_out, REAL
+static INLINE void NAME(polynomial_roots_state)(REAL state_0, REAL state_1, REAL c, REAL i, REAL *state_0_out, REAL
     *state_1_out)
 {
     const REAL t0 = EQUAL(c, (REAL)0);
@@ -3726,18 +2185,18 @@ static INLINE void NAME(polynomial_roots_6)(REAL state_0, REAL state_1, REAL c, 
     state_0_out[0] = SELECT(t0, state_0, t1);
     state_1_out[0] = SELECT(t0, state_1, t2);
 }
-#define PARTS_polynomial_roots_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_state(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(polynomial_roots_6, PLAIN)
+GAC_IN_LANES(polynomial_roots_state, PLAIN)
 
-static INLINE void NAME(polynomial_roots_7)(REAL state_0, REAL state_1, REAL *common)
+static INLINE void NAME(polynomial_roots_common)(REAL state_0, REAL state_1, REAL *common)
 {
     common[0] = EXP(LOG(state_0) / SELECT(EQUAL(state_1, (REAL)0), (REAL)1, state_1));
 }
-#define PARTS_polynomial_roots_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(polynomial_roots_7, PLAIN)
+#define PARTS_polynomial_roots_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(polynomial_roots_common, PLAIN)
 
-static INLINE void NAME(polynomial_roots_8)(REAL sum, REAL state_1, REAL i, REAL common, REAL *real, REAL
+static INLINE void NAME(polynomial_roots_real)(REAL sum, REAL state_1, REAL i, REAL common, REAL *real, REAL
     *imaginary, WORD *far)
 {
     const REAL t0 = (REAL)(7.0 / 10.0) + i * (REAL)(3141592653589793.0 / 500000000000000.0) / sum;
@@ -3745,34 +2204,19 @@ static INLINE void NAME(polynomial_roots_8)(REAL sum, REAL state_1, REAL i, REAL
     real[0] = t1 * COS(t0);
     imaginary[0] = t1 * SIN(t0);
 }
-#define PARTS_polynomial_roots_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_real(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(polynomial_roots_8, TURNS)
+GAC_IN_LANES(polynomial_roots_real, TURNS)
 
-static INLINE void NAME(polynomial_roots_9)(REAL *converged, REAL *steps)
-{
-    converged[0] = (REAL)0;
-    steps[0] = (REAL)0;
-}
-#define PARTS_polynomial_roots_9(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(polynomial_roots_9, PLAIN)
-
-static INLINE void NAME(polynomial_roots_10)(REAL sum, REAL *common_3)
+static INLINE void NAME(polynomial_roots_common_2)(REAL sum, REAL *common_3)
 {
     common_3[0] = sum * (REAL)4;
 }
-#define PARTS_polynomial_roots_10(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(polynomial_roots_10, PLAIN)
+#define PARTS_polynomial_roots_common_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(polynomial_roots_common_2, PLAIN)
 
-static INLINE void NAME(polynomial_roots_17)(REAL *sum_2)
-{
-    sum_2[0] = (REAL)0;
-}
-#define PARTS_polynomial_roots_17(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(polynomial_roots_17, PLAIN)
-
-static INLINE void NAME(polynomial_roots_11)(REAL *real_3, REAL *imaginary_3, REAL *real_4, REAL *imaginary_4, REAL
-    *state_2)
+static INLINE void NAME(polynomial_roots_real_start)(REAL *real_3, REAL *imaginary_3, REAL *real_4, REAL
+    *imaginary_4, REAL *state_2)
 {
     real_3[0] = (REAL)1;
     imaginary_3[0] = (REAL)0;
@@ -3780,28 +2224,20 @@ static INLINE void NAME(polynomial_roots_11)(REAL *real_3, REAL *imaginary_3, RE
     imaginary_4[0] = (REAL)0;
     state_2[0] = (REAL)1;
 }
-#define PARTS_polynomial_roots_11(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1)
-GAC_IN_LANES(polynomial_roots_11, PLAIN)
+#define PARTS_polynomial_roots_real_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1)
+GAC_IN_LANES(polynomial_roots_real_start, PLAIN)
 
-static INLINE void NAME(polynomial_roots_12)(REAL real, REAL imaginary, REAL *common_2)
+static INLINE void NAME(polynomial_roots_common_3)(REAL real, REAL imaginary, REAL *common_2)
 {
     common_2[0] = SQRT(real * real + imaginary * imaginary);
 }
-#define PARTS_polynomial_roots_12(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(polynomial_roots_12, PLAIN)
+#define PARTS_polynomial_roots_common_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(polynomial_roots_common_3, PLAIN)
 
-static INLINE void NAME(polynomial_roots_14)(REAL *real_5, REAL *imaginary_5)
-{
-    real_5[0] = (REAL)0;
-    imaginary_5[0] = (REAL)0;
-}
-#define PARTS_polynomial_roots_14(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(polynomial_roots_14, PLAIN)
-
-static INLINE void NAME(polynomial_roots_13)(REAL real, REAL imaginary, REAL real_2, REAL imaginary_2, REAL real_3,
-    REAL imaginary_3, REAL state_2, REAL c, REAL common, REAL *real_3_out, REAL *imaginary_3_out, REAL *real_4, REAL
-    *imaginary_4, REAL *state_2_out)
+static INLINE void NAME(polynomial_roots_real_2)(REAL real, REAL imaginary, REAL real_2, REAL imaginary_2, REAL
+    real_3, REAL imaginary_3, REAL state_2, REAL c, REAL common, REAL *real_3_out, REAL *imaginary_3_out, REAL
+    *real_4, REAL *imaginary_4, REAL *state_2_out)
 {
     real_3_out[0] = c + (real * real_2 - imaginary * imaginary_2);
     imaginary_3_out[0] = imaginary * real_2 + real * imaginary_2;
@@ -3809,13 +2245,13 @@ static INLINE void NAME(polynomial_roots_13)(REAL real, REAL imaginary, REAL rea
     imaginary_4[0] = imaginary_2 + (imaginary * real_3 + real * imaginary_3);
     state_2_out[0] = state_2 * common + ABS(c);
 }
-#define PARTS_polynomial_roots_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_real_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND OUT(9, 1) AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1)
-GAC_IN_LANES(polynomial_roots_13, PLAIN)
+GAC_IN_LANES(polynomial_roots_real_2, PLAIN)
 
-static INLINE void NAME(polynomial_roots_15)(REAL real, REAL imaginary, REAL i, REAL real_2, REAL imaginary_2, REAL
-    real_3, REAL imaginary_3, REAL j, REAL *real_5, REAL *imaginary_5)
+static INLINE void NAME(polynomial_roots_real_3)(REAL real, REAL imaginary, REAL i, REAL real_2, REAL imaginary_2,
+    REAL real_3, REAL imaginary_3, REAL j, REAL *real_5, REAL *imaginary_5)
 {
     const REAL t0 = real - real_3;
     const REAL t1 = imaginary - imaginary_3;
@@ -3827,13 +2263,13 @@ static INLINE void NAME(polynomial_roots_15)(REAL real, REAL imaginary, REAL i, 
     real_5[0] = real_2 + t4 * SELECT(t5, t0, (REAL)0);
     imaginary_5[0] = imaginary_2 + t4 * SELECT(t5, t6, (REAL)0);
 }
-#define PARTS_polynomial_roots_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_real_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(polynomial_roots_15, PLAIN)
+GAC_IN_LANES(polynomial_roots_real_3, PLAIN)
 
-static INLINE void NAME(polynomial_roots_16)(REAL real, REAL imaginary, REAL real_2, REAL imaginary_2, REAL real_3,
-    REAL imaginary_3, REAL state_2, REAL real_4, REAL imaginary_4, REAL common, REAL *real_6, REAL *imaginary_6,
-    REAL *moved_1)
+static INLINE void NAME(polynomial_roots_real_4)(REAL real, REAL imaginary, REAL real_2, REAL imaginary_2, REAL
+    real_3, REAL imaginary_3, REAL state_2, REAL real_4, REAL imaginary_4, REAL common, REAL *real_6, REAL
+    *imaginary_6, REAL *moved_1)
 {
     const REAL t0 = real_3 - (real_2 * real_4 - imaginary_2 * imaginary_4);
     const REAL t1 = imaginary_3 - (real_2 * imaginary_4 + imaginary_2 * real_4);
@@ -3846,47 +2282,19 @@ static INLINE void NAME(polynomial_roots_16)(REAL real, REAL imaginary, REAL rea
     imaginary_6[0] = SELECT(t5, imaginary, t6);
     moved_1[0] = SELECT(t5, (REAL)0, (REAL)1);
 }
-#define PARTS_polynomial_roots_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_real_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(polynomial_roots_16, PLAIN)
+GAC_IN_LANES(polynomial_roots_real_4, PLAIN)
 
-static INLINE void NAME(polynomial_roots_18)(REAL sum, REAL x, REAL *sum_2)
-{
-    sum_2[0] = sum + x;
-}
-#define PARTS_polynomial_roots_18(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(polynomial_roots_18, PLAIN)
-
-static INLINE void NAME(polynomial_roots_19)(REAL next_state_1, REAL *converged)
-{
-    converged[0] = LESS_EQUAL(next_state_1, (REAL)0);
-}
-#define PARTS_polynomial_roots_19(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(polynomial_roots_19, PLAIN)
-
-static INLINE void NAME(polynomial_roots_25)(REAL *out_2)
-{
-    out_2[0] = (REAL)0;
-}
-#define PARTS_polynomial_roots_25(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(polynomial_roots_25, PLAIN)
-
-static INLINE void NAME(polynomial_roots_20)(REAL *sum_3)
-{
-    sum_3[0] = (REAL)0;
-}
-#define PARTS_polynomial_roots_20(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(polynomial_roots_20, PLAIN)
-
-static INLINE void NAME(polynomial_roots_21)(REAL imaginary, REAL *common_4)
+static INLINE void NAME(polynomial_roots_common_4)(REAL imaginary, REAL *common_4)
 {
     common_4[0] = imaginary * (imaginary * (REAL)4);
 }
-#define PARTS_polynomial_roots_21(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(polynomial_roots_21, PLAIN)
+#define PARTS_polynomial_roots_common_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(polynomial_roots_common_4, PLAIN)
 
-static INLINE void NAME(polynomial_roots_22)(REAL real, REAL imaginary, REAL i, REAL sum, REAL real_2, REAL
+static INLINE void NAME(polynomial_roots_sum)(REAL real, REAL imaginary, REAL i, REAL sum, REAL real_2, REAL
     imaginary_2, REAL j, REAL common, REAL *sum_3)
 {
     const REAL t0 = real - real_2;
@@ -3894,30 +2302,16 @@ static INLINE void NAME(polynomial_roots_22)(REAL real, REAL imaginary, REAL i, 
     const REAL t2 = LESS(t0 * t0 + t1 * t1, common);
     sum_3[0] = sum + SELECT(EQUAL(i, j), (REAL)0, t2);
 }
-#define PARTS_polynomial_roots_22(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1)
-GAC_IN_LANES(polynomial_roots_22, PLAIN)
+GAC_IN_LANES(polynomial_roots_sum, PLAIN)
 
-static INLINE void NAME(polynomial_roots_23)(REAL sum, REAL *is_real)
-{
-    is_real[0] = SELECT(LESS((REAL)0, sum), (REAL)0, (REAL)1);
-}
-#define PARTS_polynomial_roots_23(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(polynomial_roots_23, PLAIN)
-
-static INLINE void NAME(polynomial_roots_24)(REAL imaginary, REAL real, REAL *out_1)
+static INLINE void NAME(polynomial_roots_result)(REAL imaginary, REAL real, REAL *out_1)
 {
     out_1[0] = SELECT(real, (REAL)0, imaginary);
 }
-#define PARTS_polynomial_roots_24(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(polynomial_roots_24, PLAIN)
-
-static INLINE void NAME(polynomial_roots_26)(REAL sum, REAL x, REAL *out_2)
-{
-    out_2[0] = sum + x;
-}
-#define PARTS_polynomial_roots_26(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(polynomial_roots_26, PLAIN)
+#define PARTS_polynomial_roots_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(polynomial_roots_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t matrices_polynomial_roots_work(intptr_t n)
@@ -3933,41 +2327,41 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
     *const real_2 = number + n, *const imaginary_2 = real_2 + n, state_1_2, converged, steps, next_state_1, real_3,
     imaginary_3, real_4, imaginary_4, state_2, common_2, real_5, imaginary_5, *const real_6 = imaginary_2 + n,
     *const imaginary_6 = real_6 + n, moved_1, common_3, sum_2, sum_3, common_4, is_real;
-    NAME(polynomial_roots_1)(&number_start);
-    NAME(polynomial_roots_3)(&sum);
-    NAME(polynomial_roots_5)(&state_0, &state_1);
+    NAME(eigenvectors_number_start)(&number_start);
+    NAME(eigenvectors_m_start)(&sum);
+    NAME(polynomial_roots_state_start)(&state_0, &state_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(polynomial_roots_2)(i > 0 ? number[i - 1] : number_start, number + i);
-        NAME(polynomial_roots_4)(sum, &sum);
-        NAME(polynomial_roots_6)(state_0, state_1, coefficients[i], number[i], &state_0, &state_1);
+        NAME(eigenvectors_number)(i > 0 ? number[i - 1] : number_start, number + i);
+        NAME(eigenvectors_number)(sum, &sum);
+        NAME(polynomial_roots_state)(state_0, state_1, coefficients[i], number[i], &state_0, &state_1);
     }
-    NAME(polynomial_roots_7)(state_0, state_1, &common);
+    NAME(polynomial_roots_common)(state_0, state_1, &common);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(polynomial_roots_8)(sum, state_1, number[i], common, &real, &imaginary, NULL);
+        NAME(polynomial_roots_real)(sum, state_1, number[i], common, &real, &imaginary, NULL);
         COPY(1, &real, real_2 + i);
         COPY(1, &imaginary, imaginary_2 + i);
     }
-    NAME(polynomial_roots_9)(&converged, &steps);
+    NAME(eigenvectors_converged_start)(&converged, &steps);
     COPY(1, &sum, &state_1_2);
-    NAME(polynomial_roots_10)(sum, &common_3);
+    NAME(polynomial_roots_common_2)(sum, &common_3);
     for (int repeats = 0; repeats < 1000; repeats++) {
-        NAME(polynomial_roots_17)(&sum_2);
+        NAME(eigenvectors_m_start)(&sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(polynomial_roots_11)(&real_3, &imaginary_3, &real_4, &imaginary_4, &state_2);
-            NAME(polynomial_roots_12)(real_2[j], imaginary_2[j], &common_2);
-            NAME(polynomial_roots_14)(&real_5, &imaginary_5);
+            NAME(polynomial_roots_real_start)(&real_3, &imaginary_3, &real_4, &imaginary_4, &state_2);
+            NAME(polynomial_roots_common_3)(real_2[j], imaginary_2[j], &common_2);
+            NAME(eigenvectors_converged_start)(&real_5, &imaginary_5);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(polynomial_roots_13)(real_2[j], imaginary_2[j], real_3, imaginary_3, real_4, imaginary_4,
+                NAME(polynomial_roots_real_2)(real_2[j], imaginary_2[j], real_3, imaginary_3, real_4, imaginary_4,
     state_2, coefficients[k], common_2, &real_3, &imaginary_3, &real_4, &imaginary_4, &state_2);
-                NAME(polynomial_roots_15)(real_2[j], imaginary_2[j], number[j], real_5, imaginary_5, real_2[k],
+                NAME(polynomial_roots_real_3)(real_2[j], imaginary_2[j], number[j], real_5, imaginary_5, real_2[k],
     imaginary_2[k], number[k], &real_5, &imaginary_5);
             }
-            NAME(polynomial_roots_16)(real_2[j], imaginary_2[j], real_3, imaginary_3, real_4, imaginary_4, state_2,
-    real_5, imaginary_5, common_3, real_6 + j, imaginary_6 + j, &moved_1);
-            NAME(polynomial_roots_18)(sum_2, moved_1, &sum_2);
+            NAME(polynomial_roots_real_4)(real_2[j], imaginary_2[j], real_3, imaginary_3, real_4, imaginary_4,
+    state_2, real_5, imaginary_5, common_3, real_6 + j, imaginary_6 + j, &moved_1);
+            NAME(singular_vectors_by_element)(sum_2, moved_1, &sum_2);
         }
         COPY(1, &sum_2, &next_state_1);
-        NAME(polynomial_roots_19)(next_state_1, &converged);
+        NAME(eigenvectors_converged)(next_state_1, &converged);
         for (intptr_t j = 0; j < n; j++) {
             COPY(1, real_6 + j, real_2 + j);
             COPY(1, imaginary_6 + j, imaginary_2 + j);
@@ -3977,17 +2371,17 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
         if (converged != 0)
             break;
     }
-    NAME(polynomial_roots_25)(out_2);
+    NAME(eigenvectors_m_start)(out_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(polynomial_roots_20)(&sum_3);
-        NAME(polynomial_roots_21)(imaginary_2[i], &common_4);
+        NAME(eigenvectors_m_start)(&sum_3);
+        NAME(polynomial_roots_common_4)(imaginary_2[i], &common_4);
         for (intptr_t j = 0; j < n; j++)
-            NAME(polynomial_roots_22)(real_2[i], imaginary_2[i], number[i], sum_3, real_2[j], imaginary_2[j],
+            NAME(polynomial_roots_sum)(real_2[i], imaginary_2[i], number[i], sum_3, real_2[j], imaginary_2[j],
     number[j], common_4, &sum_3);
-        NAME(polynomial_roots_23)(sum_3, &is_real);
-        NAME(polynomial_roots_24)(imaginary_2[i], is_real, out_1 + i);
+        NAME(eigenvectors_mapped_7)(sum_3, &is_real);
+        NAME(polynomial_roots_result)(imaginary_2[i], is_real, out_1 + i);
         COPY(1, real_2 + i, out_0 + i);
-        NAME(polynomial_roots_26)(out_2[0], is_real, out_2);
+        NAME(singular_vectors_by_element)(out_2[0], is_real, out_2);
     }
     COPY(1, &converged, out_3);
 }
@@ -4011,48 +2405,49 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
     real_5[NLANES], imaginary_5[NLANES], moved_1[NLANES], common_3[NLANES], sum_2[NLANES], sum_3[NLANES],
     common_4[NLANES], is_real[NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES];
     WORD far = 0;
-    NAME(polynomial_roots_1_lanes)(number_start);
-    NAME(polynomial_roots_3_lanes)(sum);
-    NAME(polynomial_roots_5_lanes)(state_0, state_1);
+    NAME(eigenvectors_number_start_lanes)(number_start);
+    NAME(eigenvectors_m_start_lanes)(sum);
+    NAME(polynomial_roots_state_start_lanes)(state_0, state_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(polynomial_roots_2_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
-        NAME(polynomial_roots_4_lanes)(sum, sum);
-        NAME(polynomial_roots_6_lanes)(state_0, state_1, coefficients + NLANES * i, number + NLANES * i, state_0,
-    state_1);
+        NAME(eigenvectors_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
+        NAME(eigenvectors_number_lanes)(sum, sum);
+        NAME(polynomial_roots_state_lanes)(state_0, state_1, coefficients + NLANES * i, number + NLANES * i,
+    state_0, state_1);
     }
-    NAME(polynomial_roots_7_lanes)(state_0, state_1, common);
+    NAME(polynomial_roots_common_lanes)(state_0, state_1, common);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(polynomial_roots_8_lanes)(sum, state_1, number + NLANES * i, common, real, imaginary);
+        far |= NAME(polynomial_roots_real_lanes)(sum, state_1, number + NLANES * i, common, real, imaginary);
         COPY(NLANES, real, real_2 + NLANES * i);
         COPY(NLANES, imaginary, imaginary_2 + NLANES * i);
     }
-    NAME(polynomial_roots_9_lanes)(converged, steps);
+    NAME(eigenvectors_converged_start_lanes)(converged, steps);
     COPY(NLANES, sum, state_1_2);
-    NAME(polynomial_roots_10_lanes)(sum, common_3);
+    NAME(polynomial_roots_common_2_lanes)(sum, common_3);
     ROUNDS(rounds, 1000) {
         KEEP(rounds, NLANES * n, real_2, gac_kept_0);
         KEEP(rounds, NLANES * n, imaginary_2, gac_kept_1);
         KEEP(rounds, NLANES, state_1_2, gac_kept_2);
         KEEP(rounds, NLANES, converged, gac_kept_3);
-        NAME(polynomial_roots_17_lanes)(sum_2);
+        NAME(eigenvectors_m_start_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(polynomial_roots_11_lanes)(real_3, imaginary_3, real_4, imaginary_4, state_2);
-            NAME(polynomial_roots_12_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, common_2);
-            NAME(polynomial_roots_14_lanes)(real_5, imaginary_5);
+            NAME(polynomial_roots_real_start_lanes)(real_3, imaginary_3, real_4, imaginary_4, state_2);
+            NAME(polynomial_roots_common_3_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, common_2);
+            NAME(eigenvectors_converged_start_lanes)(real_5, imaginary_5);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(polynomial_roots_13_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, real_3, imaginary_3,
-    real_4, imaginary_4, state_2, coefficients + NLANES * k, common_2, real_3, imaginary_3, real_4, imaginary_4,
-    state_2);
-                NAME(polynomial_roots_15_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, number + NLANES * j,
-    real_5, imaginary_5, real_2 + NLANES * k, imaginary_2 + NLANES * k, number + NLANES * k, real_5, imaginary_5);
+                NAME(polynomial_roots_real_2_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, real_3,
+    imaginary_3, real_4, imaginary_4, state_2, coefficients + NLANES * k, common_2, real_3, imaginary_3, real_4,
+    imaginary_4, state_2);
+                NAME(polynomial_roots_real_3_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j,
+    number + NLANES * j, real_5, imaginary_5, real_2 + NLANES * k, imaginary_2 + NLANES * k, number + NLANES * k,
+    real_5, imaginary_5);
             }
-            NAME(polynomial_roots_16_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, real_3, imaginary_3,
+            NAME(polynomial_roots_real_4_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, real_3, imaginary_3,
     real_4, imaginary_4, state_2, real_5, imaginary_5, common_3, real_6 + NLANES * j, imaginary_6 + NLANES * j,
     moved_1);
-            NAME(polynomial_roots_18_lanes)(sum_2, moved_1, sum_2);
+            NAME(singular_vectors_by_element_lanes)(sum_2, moved_1, sum_2);
         }
         COPY(NLANES, sum_2, next_state_1);
-        NAME(polynomial_roots_19_lanes)(next_state_1, converged);
+        NAME(eigenvectors_converged_lanes)(next_state_1, converged);
         for (intptr_t j = 0; j < n; j++) {
             COPY(NLANES, real_6 + NLANES * j, real_2 + NLANES * j);
             COPY(NLANES, imaginary_6 + NLANES * j, imaginary_2 + NLANES * j);
@@ -4066,17 +2461,17 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(polynomial_roots_25_lanes)(out_2);
+    NAME(eigenvectors_m_start_lanes)(out_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(polynomial_roots_20_lanes)(sum_3);
-        NAME(polynomial_roots_21_lanes)(imaginary_2 + NLANES * i, common_4);
+        NAME(eigenvectors_m_start_lanes)(sum_3);
+        NAME(polynomial_roots_common_4_lanes)(imaginary_2 + NLANES * i, common_4);
         for (intptr_t j = 0; j < n; j++)
-            NAME(polynomial_roots_22_lanes)(real_2 + NLANES * i, imaginary_2 + NLANES * i, number + NLANES * i,
+            NAME(polynomial_roots_sum_lanes)(real_2 + NLANES * i, imaginary_2 + NLANES * i, number + NLANES * i,
     sum_3, real_2 + NLANES * j, imaginary_2 + NLANES * j, number + NLANES * j, common_4, sum_3);
-        NAME(polynomial_roots_23_lanes)(sum_3, is_real);
-        NAME(polynomial_roots_24_lanes)(imaginary_2 + NLANES * i, is_real, out_1 + NLANES * i);
+        NAME(eigenvectors_mapped_7_lanes)(sum_3, is_real);
+        NAME(polynomial_roots_result_lanes)(imaginary_2 + NLANES * i, is_real, out_1 + NLANES * i);
         COPY(NLANES, real_2 + NLANES * i, out_0 + NLANES * i);
-        NAME(polynomial_roots_26_lanes)(out_2, is_real, out_2);
+        NAME(singular_vectors_by_element_lanes)(out_2, is_real, out_2);
     }
     COPY(NLANES, converged, out_3);
     return far;

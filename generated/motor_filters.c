@@ -2,7 +2,7 @@
 // command: gac generate --all motor_filters
 // spec: 3dfd76bdacff3b34
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 28d25d05d9a71d9ea547cbd0624b3f8f5a7731707915c3fb12dc2da9aeea0b90
+// body: baedab361b4c7a532c6897ebcdf11fda9420347fa9519a86b70011f05f338512
 
 #ifndef REAL
 #include "motor_filters.h"
@@ -1461,9 +1461,9 @@ GAC_KERNEL(predict_by_twist, TURNS, NO)
     AND OUT(8, out_1, 21, 21, 1) AND OUT(9, out_2, 5, 5, 1)
 #define WORK_update_by_lines(WORK)
 
-static INLINE void NAME(update_by_lines_1)(const REAL *covariance, const REAL *start, REAL *out_0, REAL *now_last,
-    REAL *now_covariance, REAL *now_predicted_square, REAL *now_square, REAL *now_used, REAL *now_first, REAL
-    *now_settled, REAL *converged, REAL *steps)
+static INLINE void NAME(update_by_lines_result)(const REAL *covariance, const REAL *start, REAL *out_0, REAL
+    *now_last, REAL *now_covariance, REAL *now_predicted_square, REAL *now_square, REAL *now_used, REAL *now_first,
+    REAL *now_settled, REAL *converged, REAL *steps)
 {
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
         covariance_3 = covariance[3], covariance_4 = covariance[4], covariance_5 = covariance[5],
@@ -1517,13 +1517,13 @@ static INLINE void NAME(update_by_lines_1)(const REAL *covariance, const REAL *s
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_update_by_lines_1(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 6) \
+#define PARTS_update_by_lines_result(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 6) \
     AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
     AND OUT(11, 1)
-GAC_IN_LANES(update_by_lines_1, PLAIN)
+GAC_IN_LANES(update_by_lines_result, PLAIN)
 
-static INLINE void NAME(update_by_lines_2)(const REAL *motor, const REAL *covariance, const REAL *now_motor, REAL
-    *f_error, REAL *f_covariance, REAL *f_square, REAL *f_used, WORD *far)
+static INLINE void NAME(update_by_lines_f_error)(const REAL *motor, const REAL *covariance, const REAL *now_motor,
+    REAL *f_error, REAL *f_covariance, REAL *f_square, REAL *f_used, WORD *far)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
         motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
@@ -1727,13 +1727,13 @@ static INLINE void NAME(update_by_lines_2)(const REAL *motor, const REAL *covari
     f_square[0] = (REAL)0;
     f_used[0] = (REAL)0;
 }
-#define PARTS_update_by_lines_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 8) AND OUT(3, 6) \
+#define PARTS_update_by_lines_f_error(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 8) AND OUT(3, 6) \
     AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(update_by_lines_2, TURNS)
+GAC_IN_LANES(update_by_lines_f_error, TURNS)
 
-static INLINE void NAME(update_by_lines_3)(const REAL *variances, REAL gate, const REAL *now_motor, const REAL
-    *f_error, const REAL *f_covariance, REAL f_square, REAL f_used, const REAL *a, const REAL *b, REAL *f_error_out,
-    REAL *f_covariance_out, REAL *f_square_out, REAL *f_used_out)
+static INLINE void NAME(update_by_lines_f_error_2)(const REAL *variances, REAL gate, const REAL *now_motor, const
+    REAL *f_error, const REAL *f_covariance, REAL f_square, REAL f_used, const REAL *a, const REAL *b, REAL
+    *f_error_out, REAL *f_covariance_out, REAL *f_square_out, REAL *f_used_out)
 {
     const REAL variances_0 = variances[0], variances_1 = variances[1];
     const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e13 = now_motor[2],
@@ -2014,14 +2014,15 @@ static INLINE void NAME(update_by_lines_3)(const REAL *variances, REAL gate, con
     f_square_out[0] = SELECT(t198, t232, f_square);
     f_used_out[0] = SELECT(t198, t233, f_used);
 }
-#define PARTS_update_by_lines_3(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 6) \
-    AND IN(4, 21) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 6) AND IN(8, 6) AND OUT(9, 6) AND OUT(10, 21) \
-    AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(update_by_lines_3, PLAIN)
+#define PARTS_update_by_lines_f_error_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND IN(2, 8) \
+    AND IN(3, 6) AND IN(4, 21) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 6) AND IN(8, 6) AND OUT(9, 6) \
+    AND OUT(10, 21) AND OUT(11, 1) AND OUT(12, 1)
+GAC_IN_LANES(update_by_lines_f_error_2, PLAIN)
 
-static INLINE void NAME(update_by_lines_4)(const REAL *now_motor, REAL now_predicted_square, REAL now_first, const
-    REAL *f_error, const REAL *f_covariance, REAL f_square, REAL *next_now_motor, REAL *next_now_last, REAL
-    *next_now_covariance, REAL *next_now_predicted_square, REAL *next_now_first, REAL *next_now_settled, WORD *far)
+static INLINE void NAME(update_by_lines_next_now_motor)(const REAL *now_motor, REAL now_predicted_square, REAL
+    now_first, const REAL *f_error, const REAL *f_covariance, REAL f_square, REAL *next_now_motor, REAL
+    *next_now_last, REAL *next_now_covariance, REAL *next_now_predicted_square, REAL *next_now_first, REAL
+    *next_now_settled, WORD *far)
 {
     const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e13 = now_motor[2],
         now_motor_e23 = now_motor[3], now_motor_e01 = now_motor[4], now_motor_e02 = now_motor[5],
@@ -2112,13 +2113,13 @@ static INLINE void NAME(update_by_lines_4)(const REAL *now_motor, REAL now_predi
     next_now_first[0] = (REAL)0;
     next_now_settled[0] = LESS(t0 * t0 * (REAL)100, f_covariance_11 + (f_covariance_0 + f_covariance_6));
 }
-#define PARTS_update_by_lines_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 6) \
-    AND IN(4, 21) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 6) AND OUT(8, 21) AND OUT(9, 1) AND OUT(10, 1) \
-    AND OUT(11, 1)
-GAC_IN_LANES(update_by_lines_4, TURNS)
+#define PARTS_update_by_lines_next_now_motor(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND IN(3, 6) AND IN(4, 21) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 6) AND OUT(8, 21) AND OUT(9, 1) \
+    AND OUT(10, 1) AND OUT(11, 1)
+GAC_IN_LANES(update_by_lines_next_now_motor, TURNS)
 
-static INLINE void NAME(update_by_lines_5)(const REAL *now_covariance, REAL now_predicted_square, REAL now_square,
-    REAL now_used, REAL converged, REAL steps, REAL *out_1, REAL *out_2)
+static INLINE void NAME(update_by_lines_result_2)(const REAL *now_covariance, REAL now_predicted_square, REAL
+    now_square, REAL now_used, REAL converged, REAL steps, REAL *out_1, REAL *out_2)
 {
     const REAL now_covariance_0 = now_covariance[0], now_covariance_1 = now_covariance[1],
         now_covariance_2 = now_covariance[2], now_covariance_3 = now_covariance[3],
@@ -2158,9 +2159,9 @@ static INLINE void NAME(update_by_lines_5)(const REAL *now_covariance, REAL now_
     out_2[3] = converged;
     out_2[4] = steps;
 }
-#define PARTS_update_by_lines_5(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_update_by_lines_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 21) AND OUT(7, 5)
-GAC_IN_LANES(update_by_lines_5, PLAIN)
+GAC_IN_LANES(update_by_lines_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t motor_filters_update_by_lines_work(intptr_t n)
@@ -2179,15 +2180,15 @@ static INLINE void NAME(update_by_lines_within)(intptr_t n, const REAL *motor, c
     converged, steps, next_now_motor[8], next_now_last[6], next_now_covariance[21], next_now_predicted_square,
     next_now_square, next_now_used, next_now_first, next_now_settled, f_error[6], f_covariance[21], f_square,
     f_used;
-    NAME(update_by_lines_1)(covariance, start, out_0, now_last, now_covariance, &now_predicted_square, &now_square,
-    &now_used, &now_first, &now_settled, &converged, &steps);
+    NAME(update_by_lines_result)(covariance, start, out_0, now_last, now_covariance, &now_predicted_square,
+    &now_square, &now_used, &now_first, &now_settled, &converged, &steps);
     for (int repeats = 0; repeats < 30; repeats++) {
-        NAME(update_by_lines_2)(motor, covariance, out_0, f_error, f_covariance, &f_square, &f_used, NULL);
+        NAME(update_by_lines_f_error)(motor, covariance, out_0, f_error, f_covariance, &f_square, &f_used, NULL);
         for (intptr_t j = 0; j < n; j++)
-            NAME(update_by_lines_3)(variances, gate, out_0, f_error, f_covariance, f_square, f_used, model + 6 * j,
-    seen + 6 * j, f_error, f_covariance, &f_square, &f_used);
-        NAME(update_by_lines_4)(out_0, now_predicted_square, now_first, f_error, f_covariance, f_square,
-    next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square, &next_now_first,
+            NAME(update_by_lines_f_error_2)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
+    model + 6 * j, seen + 6 * j, f_error, f_covariance, &f_square, &f_used);
+        NAME(update_by_lines_next_now_motor)(out_0, now_predicted_square, now_first, f_error, f_covariance,
+    f_square, next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square, &next_now_first,
     &next_now_settled, NULL);
         COPY(1, &f_square, &next_now_square);
         COPY(1, &f_used, &next_now_used);
@@ -2204,8 +2205,8 @@ static INLINE void NAME(update_by_lines_within)(intptr_t n, const REAL *motor, c
         if (converged != 0)
             break;
     }
-    NAME(update_by_lines_5)(now_covariance, now_predicted_square, now_square, now_used, converged, steps, out_1,
-    out_2);
+    NAME(update_by_lines_result_2)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
+    out_1, out_2);
 }
 
 FUSED(update_by_lines, (intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model, const REAL *seen,
@@ -2231,7 +2232,7 @@ static INLINE WORD NAME(update_by_lines_lanes)(intptr_t n, const REAL *motor, co
     gac_kept_0[8 * NLANES], gac_kept_1[6 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
     gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     WORD far = 0;
-    NAME(update_by_lines_1_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
+    NAME(update_by_lines_result_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
     now_square, now_used, now_first, now_settled, converged, steps);
     ROUNDS(rounds, 30) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
@@ -2243,13 +2244,14 @@ static INLINE WORD NAME(update_by_lines_lanes)(intptr_t n, const REAL *motor, co
         KEEP(rounds, NLANES, now_first, gac_kept_6);
         KEEP(rounds, NLANES, now_settled, gac_kept_7);
         KEEP(rounds, NLANES, converged, gac_kept_8);
-        far |= NAME(update_by_lines_2_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square, f_used);
+        far |= NAME(update_by_lines_f_error_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square,
+    f_used);
         for (intptr_t j = 0; j < n; j++)
-            NAME(update_by_lines_3_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
+            NAME(update_by_lines_f_error_2_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
     model + 6 * NLANES * j, seen + 6 * NLANES * j, f_error, f_covariance, f_square, f_used);
-        far |= NAME(update_by_lines_4_lanes)(out_0, now_predicted_square, now_first, f_error, f_covariance,
-    f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square, next_now_first,
-    next_now_settled);
+        far |= NAME(update_by_lines_next_now_motor_lanes)(out_0, now_predicted_square, now_first, f_error,
+    f_covariance, f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square,
+    next_now_first, next_now_settled);
         COPY(NLANES, f_square, next_now_square);
         COPY(NLANES, f_used, next_now_used);
         COPY(NLANES, next_now_settled, converged);
@@ -2274,8 +2276,8 @@ static INLINE WORD NAME(update_by_lines_lanes)(intptr_t n, const REAL *motor, co
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(update_by_lines_5_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
-    out_1, out_2);
+    NAME(update_by_lines_result_2_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged,
+    steps, out_1, out_2);
     return far;
 }
 
@@ -2287,279 +2289,9 @@ GAC_PROCEDURE(update_by_lines, BUSY)
     AND OUT(8, out_1, 21, 21, 1) AND OUT(9, out_2, 5, 5, 1)
 #define WORK_update_by_points(WORK)
 
-static INLINE void NAME(update_by_points_1)(const REAL *covariance, const REAL *start, REAL *out_0, REAL *now_last,
-    REAL *now_covariance, REAL *now_predicted_square, REAL *now_square, REAL *now_used, REAL *now_first, REAL
-    *now_settled, REAL *converged, REAL *steps)
-{
-    const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
-        covariance_3 = covariance[3], covariance_4 = covariance[4], covariance_5 = covariance[5],
-        covariance_6 = covariance[6], covariance_7 = covariance[7], covariance_8 = covariance[8],
-        covariance_9 = covariance[9], covariance_10 = covariance[10], covariance_11 = covariance[11],
-        covariance_12 = covariance[12], covariance_13 = covariance[13], covariance_14 = covariance[14],
-        covariance_15 = covariance[15], covariance_16 = covariance[16], covariance_17 = covariance[17],
-        covariance_18 = covariance[18], covariance_19 = covariance[19], covariance_20 = covariance[20];
-    const REAL start_1 = start[0], start_e12 = start[1], start_e13 = start[2], start_e23 = start[3],
-        start_e01 = start[4], start_e02 = start[5], start_e03 = start[6], start_e0123 = start[7];
-    out_0[0] = start_1;
-    out_0[1] = start_e12;
-    out_0[2] = start_e13;
-    out_0[3] = start_e23;
-    out_0[4] = start_e01;
-    out_0[5] = start_e02;
-    out_0[6] = start_e03;
-    out_0[7] = start_e0123;
-    now_last[0] = (REAL)0;
-    now_last[1] = (REAL)0;
-    now_last[2] = (REAL)0;
-    now_last[3] = (REAL)0;
-    now_last[4] = (REAL)0;
-    now_last[5] = (REAL)0;
-    now_covariance[0] = covariance_0;
-    now_covariance[1] = covariance_1;
-    now_covariance[2] = covariance_2;
-    now_covariance[3] = covariance_3;
-    now_covariance[4] = covariance_4;
-    now_covariance[5] = covariance_5;
-    now_covariance[6] = covariance_6;
-    now_covariance[7] = covariance_7;
-    now_covariance[8] = covariance_8;
-    now_covariance[9] = covariance_9;
-    now_covariance[10] = covariance_10;
-    now_covariance[11] = covariance_11;
-    now_covariance[12] = covariance_12;
-    now_covariance[13] = covariance_13;
-    now_covariance[14] = covariance_14;
-    now_covariance[15] = covariance_15;
-    now_covariance[16] = covariance_16;
-    now_covariance[17] = covariance_17;
-    now_covariance[18] = covariance_18;
-    now_covariance[19] = covariance_19;
-    now_covariance[20] = covariance_20;
-    now_predicted_square[0] = (REAL)0;
-    now_square[0] = (REAL)0;
-    now_used[0] = (REAL)0;
-    now_first[0] = (REAL)1;
-    now_settled[0] = (REAL)0;
-    converged[0] = (REAL)0;
-    steps[0] = (REAL)0;
-}
-#define PARTS_update_by_points_1(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 6) \
-    AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
-    AND OUT(11, 1)
-GAC_IN_LANES(update_by_points_1, PLAIN)
-
-static INLINE void NAME(update_by_points_2)(const REAL *motor, const REAL *covariance, const REAL *now_motor, REAL
-    *f_error, REAL *f_covariance, REAL *f_square, REAL *f_used, WORD *far)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
-        covariance_3 = covariance[3], covariance_4 = covariance[4], covariance_5 = covariance[5],
-        covariance_6 = covariance[6], covariance_7 = covariance[7], covariance_8 = covariance[8],
-        covariance_9 = covariance[9], covariance_10 = covariance[10], covariance_11 = covariance[11],
-        covariance_12 = covariance[12], covariance_13 = covariance[13], covariance_14 = covariance[14],
-        covariance_15 = covariance[15], covariance_16 = covariance[16], covariance_17 = covariance[17],
-        covariance_18 = covariance[18], covariance_19 = covariance[19], covariance_20 = covariance[20];
-    const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e13 = now_motor[2],
-        now_motor_e23 = now_motor[3], now_motor_e01 = now_motor[4], now_motor_e02 = now_motor[5],
-        now_motor_e03 = now_motor[6], now_motor_e0123 = now_motor[7];
-    const REAL t0 = motor_1 * now_motor_1 + motor_e12 * now_motor_e12 + motor_e13 * now_motor_e13;
-    const REAL t1 = t0 + motor_e23 * now_motor_e23;
-    const REAL t2 = (REAL)1 - t1 * t1;
-    const REAL t3 = LESS(t2, (REAL)1e-18);
-    const REAL t4 = SQRT(SELECT(t3, (REAL)1, t2));
-    const REAL t5 = ABS(t1);
-    const REAL t6 = (REAL)1 / t4;
-    const REAL t7 = ATAN2(t4, t5) * t6;
-    const REAL t8 = SELECT(t3, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = SELECT(LESS(t1, (REAL)0), t9, t8);
-    const REAL t11 = motor_1 * now_motor_e12 + motor_e23 * now_motor_e13 - motor_e12 * now_motor_1;
-    const REAL t12 = t11 - motor_e13 * now_motor_e23;
-    const REAL t13 = t10 * t12;
-    const REAL t14 = motor_1 * now_motor_e13 + motor_e12 * now_motor_e23 - motor_e13 * now_motor_1;
-    const REAL t15 = t14 - motor_e23 * now_motor_e12;
-    const REAL t16 = t10 * t15;
-    const REAL t17 = motor_1 * now_motor_e23 + motor_e13 * now_motor_e12 - motor_e12 * now_motor_e13;
-    const REAL t18 = t17 - motor_e23 * now_motor_1;
-    const REAL t19 = t10 * t18;
-    const REAL t20 = -(t6 * (t6 * ((REAL)1 - t5 * t8)));
-    const REAL t21 = motor_e12 * now_motor_e03 + motor_e23 * now_motor_e01 + motor_e01 * now_motor_e23;
-    const REAL t22 = t21 + motor_e03 * now_motor_e12 - motor_1 * now_motor_e0123 - motor_e13 * now_motor_e02;
-    const REAL t23 = t22 - motor_e02 * now_motor_e13 - motor_e0123 * now_motor_1;
-    const REAL t24 = SELECT(t3, (REAL)(-1.0 / 3.0), t20) * t23;
-    const REAL t25 = motor_e01 * now_motor_1 + motor_e02 * now_motor_e12 + motor_e03 * now_motor_e13;
-    const REAL t26 = t25 + motor_e0123 * now_motor_e23 - motor_1 * now_motor_e01 - motor_e12 * now_motor_e02;
-    const REAL t27 = t10 * (t26 - motor_e13 * now_motor_e03 - motor_e23 * now_motor_e0123) - t18 * t24;
-    const REAL t28 = motor_e12 * now_motor_e01 + motor_e13 * now_motor_e0123 + motor_e02 * now_motor_1;
-    const REAL t29 = t28 + motor_e03 * now_motor_e23 - motor_1 * now_motor_e02 - motor_e23 * now_motor_e03;
-    const REAL t30 = t10 * (t29 - motor_e01 * now_motor_e12 - motor_e0123 * now_motor_e13) + t15 * t24;
-    const REAL t31 = motor_e13 * now_motor_e01 + motor_e23 * now_motor_e02 + motor_e03 * now_motor_1;
-    const REAL t32 = t31 + motor_e0123 * now_motor_e12 - motor_1 * now_motor_e03 - motor_e12 * now_motor_e0123;
-    const REAL t33 = t10 * (t32 - motor_e01 * now_motor_e13 - motor_e02 * now_motor_e23) - t12 * t24;
-    const REAL t34 = (t13 * t13 + t16 * t16 + t19 * t19) * (REAL)0.25;
-    const REAL t35 = LESS(t34, (REAL)1e-18);
-    const REAL t36 = SQRT(SELECT(t35, (REAL)1, t34));
-    const REAL t37 = (REAL)1 / t36;
-    const REAL t38 = SIN(t36) * t37;
-    const REAL t39 = SELECT(t35, (REAL)1, t38);
-    const REAL t40 = t39 * (REAL)0.5;
-    const REAL t41 = t16 * t40;
-    const REAL t42 = t41 * t41;
-    const REAL t43 = t19 * t40;
-    const REAL t44 = t43 * t43;
-    const REAL t45 = t13 * t40;
-    const REAL t46 = t45 * t45;
-    const REAL t47 = COS(t36);
-    const REAL t48 = SELECT(t35, (REAL)1, t47);
-    const REAL t49 = t48 * t48;
-    const REAL t50 = t46 + t49 - (t42 + t44);
-    const REAL t51 = (REAL)2 * t45;
-    const REAL t52 = t41 * t51;
-    const REAL t53 = (REAL)2 * t48;
-    const REAL t54 = t43 * t53;
-    const REAL t55 = t52 + t54;
-    const REAL t56 = t43 * t51;
-    const REAL t57 = t41 * t53;
-    const REAL t58 = t57 - t56;
-    const REAL t59 = covariance_0 * t50 + covariance_1 * t55 - covariance_2 * t58;
-    const REAL t60 = covariance_1 * t50 + covariance_6 * t55 - covariance_7 * t58;
-    const REAL t61 = covariance_2 * t50 + covariance_7 * t55 - covariance_11 * t58;
-    const REAL t62 = t42 - t44;
-    const REAL t63 = t49 - t46;
-    const REAL t64 = t62 + t63;
-    const REAL t65 = t52 - t54;
-    const REAL t66 = (REAL)2 * t41;
-    const REAL t67 = t43 * t66;
-    const REAL t68 = t45 * t53;
-    const REAL t69 = t67 + t68;
-    const REAL t70 = t56 + t57;
-    const REAL t71 = t67 - t68;
-    const REAL t72 = t63 - t62;
-    const REAL t73 = -(t37 * (t37 * (t48 - t39)));
-    const REAL t74 = (REAL)0.5 * (t13 * t33 - t16 * t30 + t19 * t27);
-    const REAL t75 = (REAL)0.25 * (SELECT(t35, (REAL)(1.0 / 3.0), t73) * t74);
-    const REAL t76 = t27 * t40 - t19 * t75;
-    const REAL t77 = t33 * t40 - t13 * t75;
-    const REAL t78 = (REAL)2 * t43;
-    const REAL t79 = t51 * t76 + t77 * t78;
-    const REAL t80 = t16 * t75 + t30 * t40;
-    const REAL t81 = t40 * t74;
-    const REAL t82 = t53 * t80 + t66 * t81;
-    const REAL t83 = t79 - t82;
-    const REAL t84 = t66 * t76 - t78 * t80;
-    const REAL t85 = t51 * t81 - t53 * t77;
-    const REAL t86 = t84 + t85;
-    const REAL t87 = t76 * t78;
-    const REAL t88 = t66 * t80;
-    const REAL t89 = t53 * t81;
-    const REAL t90 = t51 * t77;
-    const REAL t91 = t87 + t88 - t89 - t90;
-    const REAL t92 = covariance_12 * t58;
-    const REAL t93 = covariance_3 * t50 + covariance_8 * t55 - t92;
-    const REAL t94 = covariance_9 * t55;
-    const REAL t95 = covariance_4 * t50 + t94 - covariance_13 * t58;
-    const REAL t96 = covariance_5 * t50;
-    const REAL t97 = t96 + covariance_10 * t55 - covariance_14 * t58;
-    const REAL t98 = t51 * t80 - t66 * t77;
-    const REAL t99 = t78 * t81 - t53 * t76;
-    const REAL t100 = t98 - t99;
-    const REAL t101 = t88 + t90;
-    const REAL t102 = t87 + t89;
-    const REAL t103 = t101 + t102;
-    const REAL t104 = t85 - t84;
-    const REAL t105 = t101 - t102;
-    const REAL t106 = t98 + t99;
-    const REAL t107 = t79 + t82;
-    const REAL t108 = covariance_6 * t64 + covariance_1 * t65 + covariance_7 * t69;
-    const REAL t109 = covariance_1 * t64 + covariance_0 * t65 + covariance_2 * t69;
-    const REAL t110 = covariance_7 * t64 + covariance_2 * t65 + covariance_11 * t69;
-    const REAL t111 = covariance_12 * t69;
-    const REAL t112 = covariance_8 * t64 + covariance_3 * t65 + t111;
-    const REAL t113 = covariance_9 * t64;
-    const REAL t114 = t113 + covariance_4 * t65 + covariance_13 * t69;
-    const REAL t115 = covariance_5 * t65;
-    const REAL t116 = covariance_10 * t64 + t115 + covariance_14 * t69;
-    const REAL t117 = covariance_0 * t70 + covariance_1 * t71 + covariance_2 * t72;
-    const REAL t118 = covariance_1 * t70 + covariance_6 * t71 + covariance_7 * t72;
-    const REAL t119 = covariance_2 * t70 + covariance_7 * t71 + covariance_11 * t72;
-    const REAL t120 = covariance_12 * t72;
-    const REAL t121 = covariance_3 * t70 + covariance_8 * t71 + t120;
-    const REAL t122 = covariance_9 * t71;
-    const REAL t123 = covariance_4 * t70 + t122 + covariance_13 * t72;
-    const REAL t124 = covariance_5 * t70;
-    const REAL t125 = t124 + covariance_10 * t71 + covariance_14 * t72;
-    const REAL t126 = covariance_0 * t83 + covariance_1 * t86 + covariance_2 * t91 - covariance_3 * t72;
-    const REAL t127 = t124 - (t126 + covariance_4 * t71);
-    const REAL t128 = covariance_1 * t83 + covariance_6 * t86 + covariance_7 * t91 - covariance_8 * t72;
-    const REAL t129 = covariance_10 * t70 - (t122 + t128);
-    const REAL t130 = covariance_2 * t83 + covariance_7 * t86 + covariance_11 * t91 - t120;
-    const REAL t131 = covariance_14 * t70 - (t130 + covariance_13 * t71);
-    const REAL t132 = covariance_3 * t83 + covariance_8 * t86 + covariance_12 * t91 - covariance_15 * t72;
-    const REAL t133 = covariance_17 * t70 - (t132 + covariance_16 * t71);
-    const REAL t134 = covariance_4 * t83 + covariance_9 * t86 + covariance_13 * t91 - covariance_16 * t72;
-    const REAL t135 = covariance_19 * t70 - (t134 + covariance_18 * t71);
-    const REAL t136 = covariance_5 * t83 + covariance_10 * t86 + covariance_14 * t91 - covariance_17 * t72;
-    const REAL t137 = covariance_20 * t70 - (t136 + covariance_19 * t71);
-    const REAL t138 = covariance_0 * t100 + covariance_1 * t103 + covariance_2 * t104 + covariance_3 * t69;
-    const REAL t139 = covariance_4 * t64 - t138 - t115;
-    const REAL t140 = covariance_1 * t100 + covariance_6 * t103 + covariance_7 * t104 + covariance_8 * t69;
-    const REAL t141 = t113 - t140 - covariance_10 * t65;
-    const REAL t142 = t111 + (covariance_2 * t100 + covariance_7 * t103 + covariance_11 * t104);
-    const REAL t143 = covariance_13 * t64 - t142 - covariance_14 * t65;
-    const REAL t144 = covariance_3 * t100 + covariance_8 * t103 + covariance_12 * t104 + covariance_15 * t69;
-    const REAL t145 = covariance_16 * t64 - t144 - covariance_17 * t65;
-    const REAL t146 = covariance_4 * t100 + covariance_9 * t103 + covariance_13 * t104 + covariance_16 * t69;
-    const REAL t147 = covariance_18 * t64 - t146 - covariance_19 * t65;
-    const REAL t148 = covariance_5 * t100 + covariance_10 * t103 + covariance_14 * t104 + covariance_17 * t69;
-    const REAL t149 = covariance_19 * t64 - t148 - covariance_20 * t65;
-    const REAL t150 = covariance_1 * t106 - covariance_0 * t105 - covariance_2 * t107 - covariance_3 * t58;
-    const REAL t151 = covariance_6 * t106 - covariance_1 * t105 - covariance_7 * t107 - covariance_8 * t58 - t94;
-    const REAL t152 = t106 * (t151 + covariance_10 * t50) - t105 * (t96 + (t150 - covariance_4 * t55));
-    const REAL t153 = covariance_7 * t106 - covariance_2 * t105 - covariance_11 * t107 - t92;
-    const REAL t154 = t152 - t107 * (t153 - covariance_13 * t55 + covariance_14 * t50);
-    const REAL t155 = covariance_8 * t106 - covariance_3 * t105 - covariance_12 * t107 - covariance_15 * t58;
-    const REAL t156 = t154 - t58 * (t155 - covariance_16 * t55 + covariance_17 * t50);
-    const REAL t157 = covariance_9 * t106 - covariance_4 * t105 - covariance_13 * t107 - covariance_16 * t58;
-    const REAL t158 = t156 - t55 * (t157 - covariance_18 * t55 + covariance_19 * t50);
-    const REAL t159 = covariance_10 * t106 - covariance_5 * t105 - covariance_14 * t107 - covariance_17 * t58;
-    f_error[0] = t13 * (REAL)2;
-    f_error[1] = (REAL)2 * t16;
-    f_error[2] = (REAL)2 * t19;
-    f_error[3] = -((REAL)2 * t27);
-    f_error[4] = -((REAL)2 * t30);
-    f_error[5] = -((REAL)2 * t33);
-    f_covariance[0] = t50 * t59 + t55 * t60 - t58 * t61;
-    f_covariance[1] = t60 * t64 + t59 * t65 + t61 * t69;
-    f_covariance[2] = t59 * t70 + t60 * t71 + t61 * t72;
-    f_covariance[3] = t70 * t97 - (t59 * t83 + t60 * t86 + t61 * t91 - t72 * t93 + t71 * t95);
-    f_covariance[4] = t64 * t95 - (t59 * t100 + t60 * t103 + t61 * t104 + t69 * t93) - t65 * t97;
-    f_covariance[5] = t60 * t106 - t59 * t105 - t61 * t107 - t58 * t93 - t55 * t95 + t50 * t97;
-    f_covariance[6] = t64 * t108 + t65 * t109 + t69 * t110;
-    f_covariance[7] = t70 * t109 + t71 * t108 + t72 * t110;
-    f_covariance[8] = t70 * t116 - (t83 * t109 + t86 * t108 + t91 * t110 - t72 * t112 + t71 * t114);
-    f_covariance[9] = t64 * t114 - (t100 * t109 + t103 * t108 + t104 * t110 + t69 * t112) - t65 * t116;
-    f_covariance[10] = t106 * t108 - t105 * t109 - t107 * t110 - t58 * t112 - t55 * t114 + t50 * t116;
-    f_covariance[11] = t70 * t117 + t71 * t118 + t72 * t119;
-    f_covariance[12] = t70 * t125 - (t83 * t117 + t86 * t118 + t91 * t119 - t72 * t121 + t71 * t123);
-    f_covariance[13] = t64 * t123 - (t100 * t117 + t103 * t118 + t104 * t119 + t69 * t121) - t65 * t125;
-    f_covariance[14] = t106 * t118 - t105 * t117 - t107 * t119 - t58 * t121 - t55 * t123 + t50 * t125;
-    f_covariance[15] = t70 * t137 - (t83 * t127 + t86 * t129 + t91 * t131 - t72 * t133 + t71 * t135);
-    f_covariance[16] = t64 * t135 - (t100 * t127 + t103 * t129 + t104 * t131 + t69 * t133) - t65 * t137;
-    f_covariance[17] = t106 * t129 - t105 * t127 - t107 * t131 - t58 * t133 - t55 * t135 + t50 * t137;
-    f_covariance[18] = t64 * t147 - (t100 * t139 + t103 * t141 + t104 * t143 + t69 * t145) - t65 * t149;
-    f_covariance[19] = t106 * t141 - t105 * t139 - t107 * t143 - t58 * t145 - t55 * t147 + t50 * t149;
-    f_covariance[20] = t158 + t50 * (t159 - covariance_19 * t55 + covariance_20 * t50);
-    f_square[0] = (REAL)0;
-    f_used[0] = (REAL)0;
-}
-#define PARTS_update_by_points_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 8) AND OUT(3, 6) \
-    AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(update_by_points_2, TURNS)
-
-static INLINE void NAME(update_by_points_3)(const REAL *variances_1, REAL gate, const REAL *now_motor, const REAL
-    *f_error, const REAL *f_covariance, REAL f_square, REAL f_used, const REAL *a, const REAL *b, REAL *f_error_out,
-    REAL *f_covariance_out, REAL *f_square_out, REAL *f_used_out)
+static INLINE void NAME(update_by_points_f_error)(const REAL *variances_1, REAL gate, const REAL *now_motor, const
+    REAL *f_error, const REAL *f_covariance, REAL f_square, REAL f_used, const REAL *a, const REAL *b, REAL
+    *f_error_out, REAL *f_covariance_out, REAL *f_square_out, REAL *f_used_out)
 {
     const REAL variances_1_1 = variances_1[1];
     const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e13 = now_motor[2],
@@ -2730,153 +2462,10 @@ static INLINE void NAME(update_by_points_3)(const REAL *variances_1, REAL gate, 
     f_square_out[0] = SELECT(t68, t122, f_square);
     f_used_out[0] = SELECT(t68, t123, f_used);
 }
-#define PARTS_update_by_points_3(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 6) \
-    AND IN(4, 21) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 3) AND IN(8, 3) AND OUT(9, 6) AND OUT(10, 21) \
-    AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(update_by_points_3, PLAIN)
-
-static INLINE void NAME(update_by_points_4)(const REAL *now_motor, REAL now_predicted_square, REAL now_first, const
-    REAL *f_error, const REAL *f_covariance, REAL f_square, REAL *next_now_motor, REAL *next_now_last, REAL
-    *next_now_covariance, REAL *next_now_predicted_square, REAL *next_now_first, REAL *next_now_settled, WORD *far)
-{
-    const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e13 = now_motor[2],
-        now_motor_e23 = now_motor[3], now_motor_e01 = now_motor[4], now_motor_e02 = now_motor[5],
-        now_motor_e03 = now_motor[6], now_motor_e0123 = now_motor[7];
-    const REAL f_error_0 = f_error[0], f_error_1 = f_error[1], f_error_2 = f_error[2], f_error_3 = f_error[3],
-        f_error_4 = f_error[4], f_error_5 = f_error[5];
-    const REAL f_covariance_0 = f_covariance[0], f_covariance_1 = f_covariance[1], f_covariance_2 = f_covariance[2],
-        f_covariance_3 = f_covariance[3], f_covariance_4 = f_covariance[4], f_covariance_5 = f_covariance[5],
-        f_covariance_6 = f_covariance[6], f_covariance_7 = f_covariance[7], f_covariance_8 = f_covariance[8],
-        f_covariance_9 = f_covariance[9], f_covariance_10 = f_covariance[10], f_covariance_11 = f_covariance[11],
-        f_covariance_12 = f_covariance[12], f_covariance_13 = f_covariance[13], f_covariance_14 = f_covariance[14],
-        f_covariance_15 = f_covariance[15], f_covariance_16 = f_covariance[16], f_covariance_17 = f_covariance[17],
-        f_covariance_18 = f_covariance[18], f_covariance_19 = f_covariance[19], f_covariance_20 = f_covariance[20];
-    const REAL t0 = f_error_0 * f_error_0 + f_error_1 * f_error_1 + f_error_2 * f_error_2;
-    const REAL t1 = t0 * (REAL)0.25;
-    const REAL t2 = LESS(t1, (REAL)1e-18);
-    const REAL t3 = SQRT(SELECT(t2, (REAL)1, t1));
-    const REAL t4 = (REAL)1 / t3;
-    const REAL t5 = SIN(t3) * t4;
-    const REAL t6 = SELECT(t2, (REAL)1, t5);
-    const REAL t7 = t6 * (REAL)0.5;
-    const REAL t8 = f_error_0 * t7;
-    const REAL t9 = COS(t3);
-    const REAL t10 = SELECT(t2, (REAL)1, t9);
-    const REAL t11 = f_error_1 * t7;
-    const REAL t12 = f_error_2 * t7;
-    const REAL t13 = now_motor_e12 * t8 + now_motor_1 * t10 + now_motor_e13 * t11 + now_motor_e23 * t12;
-    const REAL t14 = now_motor_e12 * t10 - now_motor_1 * t8 - now_motor_e13 * t12 + now_motor_e23 * t11;
-    const REAL t15 = now_motor_e13 * t10 - now_motor_1 * t11 - now_motor_e23 * t8 + now_motor_e12 * t12;
-    const REAL t16 = now_motor_e23 * t10 - now_motor_1 * t12 - now_motor_e12 * t11 + now_motor_e13 * t8;
-    const REAL t17 = (REAL)1 / SQRT(t13 * t13 + t14 * t14 + t15 * t15 + t16 * t16);
-    const REAL t18 = -(t4 * (t4 * (t10 - t6)));
-    const REAL t19 = (REAL)0.5 * (f_error_1 * f_error_4 - f_error_0 * f_error_5 - f_error_2 * f_error_3);
-    const REAL t20 = (REAL)0.25 * (SELECT(t2, (REAL)(1.0 / 3.0), t18) * t19);
-    const REAL t21 = f_error_0 * t20 + f_error_5 * t7;
-    const REAL t22 = t7 * t19;
-    const REAL t23 = f_error_2 * t20 + f_error_3 * t7;
-    const REAL t24 = now_motor_e12 * t21 + now_motor_1 * t22 + now_motor_e23 * t23 - now_motor_e02 * t11;
-    const REAL t25 = f_error_4 * t7 - f_error_1 * t20;
-    const REAL t26 = t24 - now_motor_e0123 * t10 - now_motor_e13 * t25 + now_motor_e01 * t12;
-    const REAL t27 = t26 + now_motor_e03 * t8;
-    const REAL t28 = now_motor_1 * t25 + now_motor_e12 * t23 + now_motor_e13 * t22 - now_motor_e01 * t8;
-    const REAL t29 = t28 - now_motor_e02 * t10 - now_motor_e23 * t21 + now_motor_e03 * t12;
-    const REAL t30 = t29 + now_motor_e0123 * t11;
-    const REAL t31 = now_motor_1 * t21 + now_motor_e13 * t23 + now_motor_e23 * t25 - now_motor_e01 * t11;
-    const REAL t32 = t31 - now_motor_e02 * t12 - now_motor_e0123 * t8 - now_motor_e03 * t10;
-    const REAL t33 = t32 - now_motor_e12 * t22;
-    const REAL t34 = now_motor_1 * t23 - now_motor_e0123 * t12 - now_motor_e01 * t10 - now_motor_e12 * t25;
-    const REAL t35 = t34 - now_motor_e13 * t21 - now_motor_e23 * t22 + now_motor_e02 * t8;
-    const REAL t36 = t35 + now_motor_e03 * t11;
-    const REAL t37 = t17 * (t17 * (t13 * t27 + t15 * t30 - t14 * t33 - t16 * t36));
-    next_now_motor[0] = t13 * t17;
-    next_now_motor[1] = t14 * t17;
-    next_now_motor[2] = t15 * t17;
-    next_now_motor[3] = t16 * t17;
-    next_now_motor[4] = -(t17 * (t36 + t16 * t37));
-    next_now_motor[5] = -(t17 * (t30 - t15 * t37));
-    next_now_motor[6] = -(t17 * (t33 + t14 * t37));
-    next_now_motor[7] = -(t17 * (t27 - t13 * t37));
-    next_now_last[0] = f_error_0;
-    next_now_last[1] = f_error_1;
-    next_now_last[2] = f_error_2;
-    next_now_last[3] = f_error_3;
-    next_now_last[4] = f_error_4;
-    next_now_last[5] = f_error_5;
-    next_now_covariance[0] = f_covariance_0;
-    next_now_covariance[1] = f_covariance_1;
-    next_now_covariance[2] = f_covariance_2;
-    next_now_covariance[3] = f_covariance_3;
-    next_now_covariance[4] = f_covariance_4;
-    next_now_covariance[5] = f_covariance_5;
-    next_now_covariance[6] = f_covariance_6;
-    next_now_covariance[7] = f_covariance_7;
-    next_now_covariance[8] = f_covariance_8;
-    next_now_covariance[9] = f_covariance_9;
-    next_now_covariance[10] = f_covariance_10;
-    next_now_covariance[11] = f_covariance_11;
-    next_now_covariance[12] = f_covariance_12;
-    next_now_covariance[13] = f_covariance_13;
-    next_now_covariance[14] = f_covariance_14;
-    next_now_covariance[15] = f_covariance_15;
-    next_now_covariance[16] = f_covariance_16;
-    next_now_covariance[17] = f_covariance_17;
-    next_now_covariance[18] = f_covariance_18;
-    next_now_covariance[19] = f_covariance_19;
-    next_now_covariance[20] = f_covariance_20;
-    next_now_predicted_square[0] = SELECT(now_first, f_square, now_predicted_square);
-    next_now_first[0] = (REAL)0;
-    next_now_settled[0] = LESS(t0 * t0 * (REAL)100, f_covariance_11 + (f_covariance_0 + f_covariance_6));
-}
-#define PARTS_update_by_points_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 6) \
-    AND IN(4, 21) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 6) AND OUT(8, 21) AND OUT(9, 1) AND OUT(10, 1) \
-    AND OUT(11, 1)
-GAC_IN_LANES(update_by_points_4, TURNS)
-
-static INLINE void NAME(update_by_points_5)(const REAL *now_covariance, REAL now_predicted_square, REAL now_square,
-    REAL now_used, REAL converged, REAL steps, REAL *out_1, REAL *out_2)
-{
-    const REAL now_covariance_0 = now_covariance[0], now_covariance_1 = now_covariance[1],
-        now_covariance_2 = now_covariance[2], now_covariance_3 = now_covariance[3],
-        now_covariance_4 = now_covariance[4], now_covariance_5 = now_covariance[5],
-        now_covariance_6 = now_covariance[6], now_covariance_7 = now_covariance[7],
-        now_covariance_8 = now_covariance[8], now_covariance_9 = now_covariance[9],
-        now_covariance_10 = now_covariance[10], now_covariance_11 = now_covariance[11],
-        now_covariance_12 = now_covariance[12], now_covariance_13 = now_covariance[13],
-        now_covariance_14 = now_covariance[14], now_covariance_15 = now_covariance[15],
-        now_covariance_16 = now_covariance[16], now_covariance_17 = now_covariance[17],
-        now_covariance_18 = now_covariance[18], now_covariance_19 = now_covariance[19],
-        now_covariance_20 = now_covariance[20];
-    out_1[0] = now_covariance_0;
-    out_1[1] = now_covariance_1;
-    out_1[2] = now_covariance_2;
-    out_1[3] = now_covariance_3;
-    out_1[4] = now_covariance_4;
-    out_1[5] = now_covariance_5;
-    out_1[6] = now_covariance_6;
-    out_1[7] = now_covariance_7;
-    out_1[8] = now_covariance_8;
-    out_1[9] = now_covariance_9;
-    out_1[10] = now_covariance_10;
-    out_1[11] = now_covariance_11;
-    out_1[12] = now_covariance_12;
-    out_1[13] = now_covariance_13;
-    out_1[14] = now_covariance_14;
-    out_1[15] = now_covariance_15;
-    out_1[16] = now_covariance_16;
-    out_1[17] = now_covariance_17;
-    out_1[18] = now_covariance_18;
-    out_1[19] = now_covariance_19;
-    out_1[20] = now_covariance_20;
-    out_2[0] = now_predicted_square;
-    out_2[1] = now_square;
-    out_2[2] = now_used;
-    out_2[3] = converged;
-    out_2[4] = steps;
-}
-#define PARTS_update_by_points_5(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 21) AND OUT(7, 5)
-GAC_IN_LANES(update_by_points_5, PLAIN)
+#define PARTS_update_by_points_f_error(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND IN(2, 8) \
+    AND IN(3, 6) AND IN(4, 21) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 3) AND IN(8, 3) AND OUT(9, 6) \
+    AND OUT(10, 21) AND OUT(11, 1) AND OUT(12, 1)
+GAC_IN_LANES(update_by_points_f_error, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t motor_filters_update_by_points_work(intptr_t n)
@@ -2895,15 +2484,15 @@ static INLINE void NAME(update_by_points_within)(intptr_t n, const REAL *motor, 
     converged, steps, next_now_motor[8], next_now_last[6], next_now_covariance[21], next_now_predicted_square,
     next_now_square, next_now_used, next_now_first, next_now_settled, f_error[6], f_covariance[21], f_square,
     f_used;
-    NAME(update_by_points_1)(covariance, start, out_0, now_last, now_covariance, &now_predicted_square, &now_square,
-    &now_used, &now_first, &now_settled, &converged, &steps);
+    NAME(update_by_lines_result)(covariance, start, out_0, now_last, now_covariance, &now_predicted_square,
+    &now_square, &now_used, &now_first, &now_settled, &converged, &steps);
     for (int repeats = 0; repeats < 30; repeats++) {
-        NAME(update_by_points_2)(motor, covariance, out_0, f_error, f_covariance, &f_square, &f_used, NULL);
+        NAME(update_by_lines_f_error)(motor, covariance, out_0, f_error, f_covariance, &f_square, &f_used, NULL);
         for (intptr_t j = 0; j < n; j++)
-            NAME(update_by_points_3)(variances, gate, out_0, f_error, f_covariance, f_square, f_used, model + 3 * j,
-    seen + 3 * j, f_error, f_covariance, &f_square, &f_used);
-        NAME(update_by_points_4)(out_0, now_predicted_square, now_first, f_error, f_covariance, f_square,
-    next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square, &next_now_first,
+            NAME(update_by_points_f_error)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
+    model + 3 * j, seen + 3 * j, f_error, f_covariance, &f_square, &f_used);
+        NAME(update_by_lines_next_now_motor)(out_0, now_predicted_square, now_first, f_error, f_covariance,
+    f_square, next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square, &next_now_first,
     &next_now_settled, NULL);
         COPY(1, &f_square, &next_now_square);
         COPY(1, &f_used, &next_now_used);
@@ -2920,8 +2509,8 @@ static INLINE void NAME(update_by_points_within)(intptr_t n, const REAL *motor, 
         if (converged != 0)
             break;
     }
-    NAME(update_by_points_5)(now_covariance, now_predicted_square, now_square, now_used, converged, steps, out_1,
-    out_2);
+    NAME(update_by_lines_result_2)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
+    out_1, out_2);
 }
 
 FUSED(update_by_points, (intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model, const REAL *seen,
@@ -2947,7 +2536,7 @@ static INLINE WORD NAME(update_by_points_lanes)(intptr_t n, const REAL *motor, c
     gac_kept_0[8 * NLANES], gac_kept_1[6 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
     gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     WORD far = 0;
-    NAME(update_by_points_1_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
+    NAME(update_by_lines_result_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
     now_square, now_used, now_first, now_settled, converged, steps);
     ROUNDS(rounds, 30) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
@@ -2959,13 +2548,14 @@ static INLINE WORD NAME(update_by_points_lanes)(intptr_t n, const REAL *motor, c
         KEEP(rounds, NLANES, now_first, gac_kept_6);
         KEEP(rounds, NLANES, now_settled, gac_kept_7);
         KEEP(rounds, NLANES, converged, gac_kept_8);
-        far |= NAME(update_by_points_2_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square, f_used);
+        far |= NAME(update_by_lines_f_error_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square,
+    f_used);
         for (intptr_t j = 0; j < n; j++)
-            NAME(update_by_points_3_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
+            NAME(update_by_points_f_error_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
     model + 3 * NLANES * j, seen + 3 * NLANES * j, f_error, f_covariance, f_square, f_used);
-        far |= NAME(update_by_points_4_lanes)(out_0, now_predicted_square, now_first, f_error, f_covariance,
-    f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square, next_now_first,
-    next_now_settled);
+        far |= NAME(update_by_lines_next_now_motor_lanes)(out_0, now_predicted_square, now_first, f_error,
+    f_covariance, f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square,
+    next_now_first, next_now_settled);
         COPY(NLANES, f_square, next_now_square);
         COPY(NLANES, f_used, next_now_used);
         COPY(NLANES, next_now_settled, converged);
@@ -2990,8 +2580,8 @@ static INLINE WORD NAME(update_by_points_lanes)(intptr_t n, const REAL *motor, c
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(update_by_points_5_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
-    out_1, out_2);
+    NAME(update_by_lines_result_2_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged,
+    steps, out_1, out_2);
     return far;
 }
 
@@ -3003,279 +2593,9 @@ GAC_PROCEDURE(update_by_points, BUSY)
     AND OUT(8, out_1, 21, 21, 1) AND OUT(9, out_2, 5, 5, 1)
 #define WORK_update_by_planes(WORK)
 
-static INLINE void NAME(update_by_planes_1)(const REAL *covariance, const REAL *start, REAL *out_0, REAL *now_last,
-    REAL *now_covariance, REAL *now_predicted_square, REAL *now_square, REAL *now_used, REAL *now_first, REAL
-    *now_settled, REAL *converged, REAL *steps)
-{
-    const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
-        covariance_3 = covariance[3], covariance_4 = covariance[4], covariance_5 = covariance[5],
-        covariance_6 = covariance[6], covariance_7 = covariance[7], covariance_8 = covariance[8],
-        covariance_9 = covariance[9], covariance_10 = covariance[10], covariance_11 = covariance[11],
-        covariance_12 = covariance[12], covariance_13 = covariance[13], covariance_14 = covariance[14],
-        covariance_15 = covariance[15], covariance_16 = covariance[16], covariance_17 = covariance[17],
-        covariance_18 = covariance[18], covariance_19 = covariance[19], covariance_20 = covariance[20];
-    const REAL start_1 = start[0], start_e12 = start[1], start_e13 = start[2], start_e23 = start[3],
-        start_e01 = start[4], start_e02 = start[5], start_e03 = start[6], start_e0123 = start[7];
-    out_0[0] = start_1;
-    out_0[1] = start_e12;
-    out_0[2] = start_e13;
-    out_0[3] = start_e23;
-    out_0[4] = start_e01;
-    out_0[5] = start_e02;
-    out_0[6] = start_e03;
-    out_0[7] = start_e0123;
-    now_last[0] = (REAL)0;
-    now_last[1] = (REAL)0;
-    now_last[2] = (REAL)0;
-    now_last[3] = (REAL)0;
-    now_last[4] = (REAL)0;
-    now_last[5] = (REAL)0;
-    now_covariance[0] = covariance_0;
-    now_covariance[1] = covariance_1;
-    now_covariance[2] = covariance_2;
-    now_covariance[3] = covariance_3;
-    now_covariance[4] = covariance_4;
-    now_covariance[5] = covariance_5;
-    now_covariance[6] = covariance_6;
-    now_covariance[7] = covariance_7;
-    now_covariance[8] = covariance_8;
-    now_covariance[9] = covariance_9;
-    now_covariance[10] = covariance_10;
-    now_covariance[11] = covariance_11;
-    now_covariance[12] = covariance_12;
-    now_covariance[13] = covariance_13;
-    now_covariance[14] = covariance_14;
-    now_covariance[15] = covariance_15;
-    now_covariance[16] = covariance_16;
-    now_covariance[17] = covariance_17;
-    now_covariance[18] = covariance_18;
-    now_covariance[19] = covariance_19;
-    now_covariance[20] = covariance_20;
-    now_predicted_square[0] = (REAL)0;
-    now_square[0] = (REAL)0;
-    now_used[0] = (REAL)0;
-    now_first[0] = (REAL)1;
-    now_settled[0] = (REAL)0;
-    converged[0] = (REAL)0;
-    steps[0] = (REAL)0;
-}
-#define PARTS_update_by_planes_1(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 8) AND OUT(2, 8) AND OUT(3, 6) \
-    AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
-    AND OUT(11, 1)
-GAC_IN_LANES(update_by_planes_1, PLAIN)
-
-static INLINE void NAME(update_by_planes_2)(const REAL *motor, const REAL *covariance, const REAL *now_motor, REAL
-    *f_error, REAL *f_covariance, REAL *f_square, REAL *f_used, WORD *far)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
-        covariance_3 = covariance[3], covariance_4 = covariance[4], covariance_5 = covariance[5],
-        covariance_6 = covariance[6], covariance_7 = covariance[7], covariance_8 = covariance[8],
-        covariance_9 = covariance[9], covariance_10 = covariance[10], covariance_11 = covariance[11],
-        covariance_12 = covariance[12], covariance_13 = covariance[13], covariance_14 = covariance[14],
-        covariance_15 = covariance[15], covariance_16 = covariance[16], covariance_17 = covariance[17],
-        covariance_18 = covariance[18], covariance_19 = covariance[19], covariance_20 = covariance[20];
-    const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e13 = now_motor[2],
-        now_motor_e23 = now_motor[3], now_motor_e01 = now_motor[4], now_motor_e02 = now_motor[5],
-        now_motor_e03 = now_motor[6], now_motor_e0123 = now_motor[7];
-    const REAL t0 = motor_1 * now_motor_1 + motor_e12 * now_motor_e12 + motor_e13 * now_motor_e13;
-    const REAL t1 = t0 + motor_e23 * now_motor_e23;
-    const REAL t2 = (REAL)1 - t1 * t1;
-    const REAL t3 = LESS(t2, (REAL)1e-18);
-    const REAL t4 = SQRT(SELECT(t3, (REAL)1, t2));
-    const REAL t5 = ABS(t1);
-    const REAL t6 = (REAL)1 / t4;
-    const REAL t7 = ATAN2(t4, t5) * t6;
-    const REAL t8 = SELECT(t3, (REAL)1, t7);
-    const REAL t9 = -t8;
-    const REAL t10 = SELECT(LESS(t1, (REAL)0), t9, t8);
-    const REAL t11 = motor_1 * now_motor_e12 + motor_e23 * now_motor_e13 - motor_e12 * now_motor_1;
-    const REAL t12 = t11 - motor_e13 * now_motor_e23;
-    const REAL t13 = t10 * t12;
-    const REAL t14 = motor_1 * now_motor_e13 + motor_e12 * now_motor_e23 - motor_e13 * now_motor_1;
-    const REAL t15 = t14 - motor_e23 * now_motor_e12;
-    const REAL t16 = t10 * t15;
-    const REAL t17 = motor_1 * now_motor_e23 + motor_e13 * now_motor_e12 - motor_e12 * now_motor_e13;
-    const REAL t18 = t17 - motor_e23 * now_motor_1;
-    const REAL t19 = t10 * t18;
-    const REAL t20 = -(t6 * (t6 * ((REAL)1 - t5 * t8)));
-    const REAL t21 = motor_e12 * now_motor_e03 + motor_e23 * now_motor_e01 + motor_e01 * now_motor_e23;
-    const REAL t22 = t21 + motor_e03 * now_motor_e12 - motor_1 * now_motor_e0123 - motor_e13 * now_motor_e02;
-    const REAL t23 = t22 - motor_e02 * now_motor_e13 - motor_e0123 * now_motor_1;
-    const REAL t24 = SELECT(t3, (REAL)(-1.0 / 3.0), t20) * t23;
-    const REAL t25 = motor_e01 * now_motor_1 + motor_e02 * now_motor_e12 + motor_e03 * now_motor_e13;
-    const REAL t26 = t25 + motor_e0123 * now_motor_e23 - motor_1 * now_motor_e01 - motor_e12 * now_motor_e02;
-    const REAL t27 = t10 * (t26 - motor_e13 * now_motor_e03 - motor_e23 * now_motor_e0123) - t18 * t24;
-    const REAL t28 = motor_e12 * now_motor_e01 + motor_e13 * now_motor_e0123 + motor_e02 * now_motor_1;
-    const REAL t29 = t28 + motor_e03 * now_motor_e23 - motor_1 * now_motor_e02 - motor_e23 * now_motor_e03;
-    const REAL t30 = t10 * (t29 - motor_e01 * now_motor_e12 - motor_e0123 * now_motor_e13) + t15 * t24;
-    const REAL t31 = motor_e13 * now_motor_e01 + motor_e23 * now_motor_e02 + motor_e03 * now_motor_1;
-    const REAL t32 = t31 + motor_e0123 * now_motor_e12 - motor_1 * now_motor_e03 - motor_e12 * now_motor_e0123;
-    const REAL t33 = t10 * (t32 - motor_e01 * now_motor_e13 - motor_e02 * now_motor_e23) - t12 * t24;
-    const REAL t34 = (t13 * t13 + t16 * t16 + t19 * t19) * (REAL)0.25;
-    const REAL t35 = LESS(t34, (REAL)1e-18);
-    const REAL t36 = SQRT(SELECT(t35, (REAL)1, t34));
-    const REAL t37 = (REAL)1 / t36;
-    const REAL t38 = SIN(t36) * t37;
-    const REAL t39 = SELECT(t35, (REAL)1, t38);
-    const REAL t40 = t39 * (REAL)0.5;
-    const REAL t41 = t16 * t40;
-    const REAL t42 = t41 * t41;
-    const REAL t43 = t19 * t40;
-    const REAL t44 = t43 * t43;
-    const REAL t45 = t13 * t40;
-    const REAL t46 = t45 * t45;
-    const REAL t47 = COS(t36);
-    const REAL t48 = SELECT(t35, (REAL)1, t47);
-    const REAL t49 = t48 * t48;
-    const REAL t50 = t46 + t49 - (t42 + t44);
-    const REAL t51 = (REAL)2 * t45;
-    const REAL t52 = t41 * t51;
-    const REAL t53 = (REAL)2 * t48;
-    const REAL t54 = t43 * t53;
-    const REAL t55 = t52 + t54;
-    const REAL t56 = t43 * t51;
-    const REAL t57 = t41 * t53;
-    const REAL t58 = t57 - t56;
-    const REAL t59 = covariance_0 * t50 + covariance_1 * t55 - covariance_2 * t58;
-    const REAL t60 = covariance_1 * t50 + covariance_6 * t55 - covariance_7 * t58;
-    const REAL t61 = covariance_2 * t50 + covariance_7 * t55 - covariance_11 * t58;
-    const REAL t62 = t42 - t44;
-    const REAL t63 = t49 - t46;
-    const REAL t64 = t62 + t63;
-    const REAL t65 = t52 - t54;
-    const REAL t66 = (REAL)2 * t41;
-    const REAL t67 = t43 * t66;
-    const REAL t68 = t45 * t53;
-    const REAL t69 = t67 + t68;
-    const REAL t70 = t56 + t57;
-    const REAL t71 = t67 - t68;
-    const REAL t72 = t63 - t62;
-    const REAL t73 = -(t37 * (t37 * (t48 - t39)));
-    const REAL t74 = (REAL)0.5 * (t13 * t33 - t16 * t30 + t19 * t27);
-    const REAL t75 = (REAL)0.25 * (SELECT(t35, (REAL)(1.0 / 3.0), t73) * t74);
-    const REAL t76 = t27 * t40 - t19 * t75;
-    const REAL t77 = t33 * t40 - t13 * t75;
-    const REAL t78 = (REAL)2 * t43;
-    const REAL t79 = t51 * t76 + t77 * t78;
-    const REAL t80 = t16 * t75 + t30 * t40;
-    const REAL t81 = t40 * t74;
-    const REAL t82 = t53 * t80 + t66 * t81;
-    const REAL t83 = t79 - t82;
-    const REAL t84 = t66 * t76 - t78 * t80;
-    const REAL t85 = t51 * t81 - t53 * t77;
-    const REAL t86 = t84 + t85;
-    const REAL t87 = t76 * t78;
-    const REAL t88 = t66 * t80;
-    const REAL t89 = t53 * t81;
-    const REAL t90 = t51 * t77;
-    const REAL t91 = t87 + t88 - t89 - t90;
-    const REAL t92 = covariance_12 * t58;
-    const REAL t93 = covariance_3 * t50 + covariance_8 * t55 - t92;
-    const REAL t94 = covariance_9 * t55;
-    const REAL t95 = covariance_4 * t50 + t94 - covariance_13 * t58;
-    const REAL t96 = covariance_5 * t50;
-    const REAL t97 = t96 + covariance_10 * t55 - covariance_14 * t58;
-    const REAL t98 = t51 * t80 - t66 * t77;
-    const REAL t99 = t78 * t81 - t53 * t76;
-    const REAL t100 = t98 - t99;
-    const REAL t101 = t88 + t90;
-    const REAL t102 = t87 + t89;
-    const REAL t103 = t101 + t102;
-    const REAL t104 = t85 - t84;
-    const REAL t105 = t101 - t102;
-    const REAL t106 = t98 + t99;
-    const REAL t107 = t79 + t82;
-    const REAL t108 = covariance_6 * t64 + covariance_1 * t65 + covariance_7 * t69;
-    const REAL t109 = covariance_1 * t64 + covariance_0 * t65 + covariance_2 * t69;
-    const REAL t110 = covariance_7 * t64 + covariance_2 * t65 + covariance_11 * t69;
-    const REAL t111 = covariance_12 * t69;
-    const REAL t112 = covariance_8 * t64 + covariance_3 * t65 + t111;
-    const REAL t113 = covariance_9 * t64;
-    const REAL t114 = t113 + covariance_4 * t65 + covariance_13 * t69;
-    const REAL t115 = covariance_5 * t65;
-    const REAL t116 = covariance_10 * t64 + t115 + covariance_14 * t69;
-    const REAL t117 = covariance_0 * t70 + covariance_1 * t71 + covariance_2 * t72;
-    const REAL t118 = covariance_1 * t70 + covariance_6 * t71 + covariance_7 * t72;
-    const REAL t119 = covariance_2 * t70 + covariance_7 * t71 + covariance_11 * t72;
-    const REAL t120 = covariance_12 * t72;
-    const REAL t121 = covariance_3 * t70 + covariance_8 * t71 + t120;
-    const REAL t122 = covariance_9 * t71;
-    const REAL t123 = covariance_4 * t70 + t122 + covariance_13 * t72;
-    const REAL t124 = covariance_5 * t70;
-    const REAL t125 = t124 + covariance_10 * t71 + covariance_14 * t72;
-    const REAL t126 = covariance_0 * t83 + covariance_1 * t86 + covariance_2 * t91 - covariance_3 * t72;
-    const REAL t127 = t124 - (t126 + covariance_4 * t71);
-    const REAL t128 = covariance_1 * t83 + covariance_6 * t86 + covariance_7 * t91 - covariance_8 * t72;
-    const REAL t129 = covariance_10 * t70 - (t122 + t128);
-    const REAL t130 = covariance_2 * t83 + covariance_7 * t86 + covariance_11 * t91 - t120;
-    const REAL t131 = covariance_14 * t70 - (t130 + covariance_13 * t71);
-    const REAL t132 = covariance_3 * t83 + covariance_8 * t86 + covariance_12 * t91 - covariance_15 * t72;
-    const REAL t133 = covariance_17 * t70 - (t132 + covariance_16 * t71);
-    const REAL t134 = covariance_4 * t83 + covariance_9 * t86 + covariance_13 * t91 - covariance_16 * t72;
-    const REAL t135 = covariance_19 * t70 - (t134 + covariance_18 * t71);
-    const REAL t136 = covariance_5 * t83 + covariance_10 * t86 + covariance_14 * t91 - covariance_17 * t72;
-    const REAL t137 = covariance_20 * t70 - (t136 + covariance_19 * t71);
-    const REAL t138 = covariance_0 * t100 + covariance_1 * t103 + covariance_2 * t104 + covariance_3 * t69;
-    const REAL t139 = covariance_4 * t64 - t138 - t115;
-    const REAL t140 = covariance_1 * t100 + covariance_6 * t103 + covariance_7 * t104 + covariance_8 * t69;
-    const REAL t141 = t113 - t140 - covariance_10 * t65;
-    const REAL t142 = t111 + (covariance_2 * t100 + covariance_7 * t103 + covariance_11 * t104);
-    const REAL t143 = covariance_13 * t64 - t142 - covariance_14 * t65;
-    const REAL t144 = covariance_3 * t100 + covariance_8 * t103 + covariance_12 * t104 + covariance_15 * t69;
-    const REAL t145 = covariance_16 * t64 - t144 - covariance_17 * t65;
-    const REAL t146 = covariance_4 * t100 + covariance_9 * t103 + covariance_13 * t104 + covariance_16 * t69;
-    const REAL t147 = covariance_18 * t64 - t146 - covariance_19 * t65;
-    const REAL t148 = covariance_5 * t100 + covariance_10 * t103 + covariance_14 * t104 + covariance_17 * t69;
-    const REAL t149 = covariance_19 * t64 - t148 - covariance_20 * t65;
-    const REAL t150 = covariance_1 * t106 - covariance_0 * t105 - covariance_2 * t107 - covariance_3 * t58;
-    const REAL t151 = covariance_6 * t106 - covariance_1 * t105 - covariance_7 * t107 - covariance_8 * t58 - t94;
-    const REAL t152 = t106 * (t151 + covariance_10 * t50) - t105 * (t96 + (t150 - covariance_4 * t55));
-    const REAL t153 = covariance_7 * t106 - covariance_2 * t105 - covariance_11 * t107 - t92;
-    const REAL t154 = t152 - t107 * (t153 - covariance_13 * t55 + covariance_14 * t50);
-    const REAL t155 = covariance_8 * t106 - covariance_3 * t105 - covariance_12 * t107 - covariance_15 * t58;
-    const REAL t156 = t154 - t58 * (t155 - covariance_16 * t55 + covariance_17 * t50);
-    const REAL t157 = covariance_9 * t106 - covariance_4 * t105 - covariance_13 * t107 - covariance_16 * t58;
-    const REAL t158 = t156 - t55 * (t157 - covariance_18 * t55 + covariance_19 * t50);
-    const REAL t159 = covariance_10 * t106 - covariance_5 * t105 - covariance_14 * t107 - covariance_17 * t58;
-    f_error[0] = t13 * (REAL)2;
-    f_error[1] = (REAL)2 * t16;
-    f_error[2] = (REAL)2 * t19;
-    f_error[3] = -((REAL)2 * t27);
-    f_error[4] = -((REAL)2 * t30);
-    f_error[5] = -((REAL)2 * t33);
-    f_covariance[0] = t50 * t59 + t55 * t60 - t58 * t61;
-    f_covariance[1] = t60 * t64 + t59 * t65 + t61 * t69;
-    f_covariance[2] = t59 * t70 + t60 * t71 + t61 * t72;
-    f_covariance[3] = t70 * t97 - (t59 * t83 + t60 * t86 + t61 * t91 - t72 * t93 + t71 * t95);
-    f_covariance[4] = t64 * t95 - (t59 * t100 + t60 * t103 + t61 * t104 + t69 * t93) - t65 * t97;
-    f_covariance[5] = t60 * t106 - t59 * t105 - t61 * t107 - t58 * t93 - t55 * t95 + t50 * t97;
-    f_covariance[6] = t64 * t108 + t65 * t109 + t69 * t110;
-    f_covariance[7] = t70 * t109 + t71 * t108 + t72 * t110;
-    f_covariance[8] = t70 * t116 - (t83 * t109 + t86 * t108 + t91 * t110 - t72 * t112 + t71 * t114);
-    f_covariance[9] = t64 * t114 - (t100 * t109 + t103 * t108 + t104 * t110 + t69 * t112) - t65 * t116;
-    f_covariance[10] = t106 * t108 - t105 * t109 - t107 * t110 - t58 * t112 - t55 * t114 + t50 * t116;
-    f_covariance[11] = t70 * t117 + t71 * t118 + t72 * t119;
-    f_covariance[12] = t70 * t125 - (t83 * t117 + t86 * t118 + t91 * t119 - t72 * t121 + t71 * t123);
-    f_covariance[13] = t64 * t123 - (t100 * t117 + t103 * t118 + t104 * t119 + t69 * t121) - t65 * t125;
-    f_covariance[14] = t106 * t118 - t105 * t117 - t107 * t119 - t58 * t121 - t55 * t123 + t50 * t125;
-    f_covariance[15] = t70 * t137 - (t83 * t127 + t86 * t129 + t91 * t131 - t72 * t133 + t71 * t135);
-    f_covariance[16] = t64 * t135 - (t100 * t127 + t103 * t129 + t104 * t131 + t69 * t133) - t65 * t137;
-    f_covariance[17] = t106 * t129 - t105 * t127 - t107 * t131 - t58 * t133 - t55 * t135 + t50 * t137;
-    f_covariance[18] = t64 * t147 - (t100 * t139 + t103 * t141 + t104 * t143 + t69 * t145) - t65 * t149;
-    f_covariance[19] = t106 * t141 - t105 * t139 - t107 * t143 - t58 * t145 - t55 * t147 + t50 * t149;
-    f_covariance[20] = t158 + t50 * (t159 - covariance_19 * t55 + covariance_20 * t50);
-    f_square[0] = (REAL)0;
-    f_used[0] = (REAL)0;
-}
-#define PARTS_update_by_planes_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 8) AND OUT(3, 6) \
-    AND OUT(4, 21) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(update_by_planes_2, TURNS)
-
-static INLINE void NAME(update_by_planes_3)(const REAL *variances, REAL gate, const REAL *now_motor, const REAL
-    *f_error, const REAL *f_covariance, REAL f_square, REAL f_used, const REAL *a, const REAL *b, REAL *f_error_out,
-    REAL *f_covariance_out, REAL *f_square_out, REAL *f_used_out)
+static INLINE void NAME(update_by_planes_f_error)(const REAL *variances, REAL gate, const REAL *now_motor, const
+    REAL *f_error, const REAL *f_covariance, REAL f_square, REAL f_used, const REAL *a, const REAL *b, REAL
+    *f_error_out, REAL *f_covariance_out, REAL *f_square_out, REAL *f_used_out)
 {
     const REAL variances_0 = variances[0], variances_1 = variances[1];
     const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e13 = now_motor[2],
@@ -3479,153 +2799,10 @@ static INLINE void NAME(update_by_planes_3)(const REAL *variances, REAL gate, co
     f_square_out[0] = SELECT(t106, t155, f_square);
     f_used_out[0] = SELECT(t106, t156, f_used);
 }
-#define PARTS_update_by_planes_3(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 6) \
-    AND IN(4, 21) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 4) AND IN(8, 4) AND OUT(9, 6) AND OUT(10, 21) \
-    AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(update_by_planes_3, PLAIN)
-
-static INLINE void NAME(update_by_planes_4)(const REAL *now_motor, REAL now_predicted_square, REAL now_first, const
-    REAL *f_error, const REAL *f_covariance, REAL f_square, REAL *next_now_motor, REAL *next_now_last, REAL
-    *next_now_covariance, REAL *next_now_predicted_square, REAL *next_now_first, REAL *next_now_settled, WORD *far)
-{
-    const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e13 = now_motor[2],
-        now_motor_e23 = now_motor[3], now_motor_e01 = now_motor[4], now_motor_e02 = now_motor[5],
-        now_motor_e03 = now_motor[6], now_motor_e0123 = now_motor[7];
-    const REAL f_error_0 = f_error[0], f_error_1 = f_error[1], f_error_2 = f_error[2], f_error_3 = f_error[3],
-        f_error_4 = f_error[4], f_error_5 = f_error[5];
-    const REAL f_covariance_0 = f_covariance[0], f_covariance_1 = f_covariance[1], f_covariance_2 = f_covariance[2],
-        f_covariance_3 = f_covariance[3], f_covariance_4 = f_covariance[4], f_covariance_5 = f_covariance[5],
-        f_covariance_6 = f_covariance[6], f_covariance_7 = f_covariance[7], f_covariance_8 = f_covariance[8],
-        f_covariance_9 = f_covariance[9], f_covariance_10 = f_covariance[10], f_covariance_11 = f_covariance[11],
-        f_covariance_12 = f_covariance[12], f_covariance_13 = f_covariance[13], f_covariance_14 = f_covariance[14],
-        f_covariance_15 = f_covariance[15], f_covariance_16 = f_covariance[16], f_covariance_17 = f_covariance[17],
-        f_covariance_18 = f_covariance[18], f_covariance_19 = f_covariance[19], f_covariance_20 = f_covariance[20];
-    const REAL t0 = f_error_0 * f_error_0 + f_error_1 * f_error_1 + f_error_2 * f_error_2;
-    const REAL t1 = t0 * (REAL)0.25;
-    const REAL t2 = LESS(t1, (REAL)1e-18);
-    const REAL t3 = SQRT(SELECT(t2, (REAL)1, t1));
-    const REAL t4 = (REAL)1 / t3;
-    const REAL t5 = SIN(t3) * t4;
-    const REAL t6 = SELECT(t2, (REAL)1, t5);
-    const REAL t7 = t6 * (REAL)0.5;
-    const REAL t8 = f_error_0 * t7;
-    const REAL t9 = COS(t3);
-    const REAL t10 = SELECT(t2, (REAL)1, t9);
-    const REAL t11 = f_error_1 * t7;
-    const REAL t12 = f_error_2 * t7;
-    const REAL t13 = now_motor_e12 * t8 + now_motor_1 * t10 + now_motor_e13 * t11 + now_motor_e23 * t12;
-    const REAL t14 = now_motor_e12 * t10 - now_motor_1 * t8 - now_motor_e13 * t12 + now_motor_e23 * t11;
-    const REAL t15 = now_motor_e13 * t10 - now_motor_1 * t11 - now_motor_e23 * t8 + now_motor_e12 * t12;
-    const REAL t16 = now_motor_e23 * t10 - now_motor_1 * t12 - now_motor_e12 * t11 + now_motor_e13 * t8;
-    const REAL t17 = (REAL)1 / SQRT(t13 * t13 + t14 * t14 + t15 * t15 + t16 * t16);
-    const REAL t18 = -(t4 * (t4 * (t10 - t6)));
-    const REAL t19 = (REAL)0.5 * (f_error_1 * f_error_4 - f_error_0 * f_error_5 - f_error_2 * f_error_3);
-    const REAL t20 = (REAL)0.25 * (SELECT(t2, (REAL)(1.0 / 3.0), t18) * t19);
-    const REAL t21 = f_error_0 * t20 + f_error_5 * t7;
-    const REAL t22 = t7 * t19;
-    const REAL t23 = f_error_2 * t20 + f_error_3 * t7;
-    const REAL t24 = now_motor_e12 * t21 + now_motor_1 * t22 + now_motor_e23 * t23 - now_motor_e02 * t11;
-    const REAL t25 = f_error_4 * t7 - f_error_1 * t20;
-    const REAL t26 = t24 - now_motor_e0123 * t10 - now_motor_e13 * t25 + now_motor_e01 * t12;
-    const REAL t27 = t26 + now_motor_e03 * t8;
-    const REAL t28 = now_motor_1 * t25 + now_motor_e12 * t23 + now_motor_e13 * t22 - now_motor_e01 * t8;
-    const REAL t29 = t28 - now_motor_e02 * t10 - now_motor_e23 * t21 + now_motor_e03 * t12;
-    const REAL t30 = t29 + now_motor_e0123 * t11;
-    const REAL t31 = now_motor_1 * t21 + now_motor_e13 * t23 + now_motor_e23 * t25 - now_motor_e01 * t11;
-    const REAL t32 = t31 - now_motor_e02 * t12 - now_motor_e0123 * t8 - now_motor_e03 * t10;
-    const REAL t33 = t32 - now_motor_e12 * t22;
-    const REAL t34 = now_motor_1 * t23 - now_motor_e0123 * t12 - now_motor_e01 * t10 - now_motor_e12 * t25;
-    const REAL t35 = t34 - now_motor_e13 * t21 - now_motor_e23 * t22 + now_motor_e02 * t8;
-    const REAL t36 = t35 + now_motor_e03 * t11;
-    const REAL t37 = t17 * (t17 * (t13 * t27 + t15 * t30 - t14 * t33 - t16 * t36));
-    next_now_motor[0] = t13 * t17;
-    next_now_motor[1] = t14 * t17;
-    next_now_motor[2] = t15 * t17;
-    next_now_motor[3] = t16 * t17;
-    next_now_motor[4] = -(t17 * (t36 + t16 * t37));
-    next_now_motor[5] = -(t17 * (t30 - t15 * t37));
-    next_now_motor[6] = -(t17 * (t33 + t14 * t37));
-    next_now_motor[7] = -(t17 * (t27 - t13 * t37));
-    next_now_last[0] = f_error_0;
-    next_now_last[1] = f_error_1;
-    next_now_last[2] = f_error_2;
-    next_now_last[3] = f_error_3;
-    next_now_last[4] = f_error_4;
-    next_now_last[5] = f_error_5;
-    next_now_covariance[0] = f_covariance_0;
-    next_now_covariance[1] = f_covariance_1;
-    next_now_covariance[2] = f_covariance_2;
-    next_now_covariance[3] = f_covariance_3;
-    next_now_covariance[4] = f_covariance_4;
-    next_now_covariance[5] = f_covariance_5;
-    next_now_covariance[6] = f_covariance_6;
-    next_now_covariance[7] = f_covariance_7;
-    next_now_covariance[8] = f_covariance_8;
-    next_now_covariance[9] = f_covariance_9;
-    next_now_covariance[10] = f_covariance_10;
-    next_now_covariance[11] = f_covariance_11;
-    next_now_covariance[12] = f_covariance_12;
-    next_now_covariance[13] = f_covariance_13;
-    next_now_covariance[14] = f_covariance_14;
-    next_now_covariance[15] = f_covariance_15;
-    next_now_covariance[16] = f_covariance_16;
-    next_now_covariance[17] = f_covariance_17;
-    next_now_covariance[18] = f_covariance_18;
-    next_now_covariance[19] = f_covariance_19;
-    next_now_covariance[20] = f_covariance_20;
-    next_now_predicted_square[0] = SELECT(now_first, f_square, now_predicted_square);
-    next_now_first[0] = (REAL)0;
-    next_now_settled[0] = LESS(t0 * t0 * (REAL)100, f_covariance_11 + (f_covariance_0 + f_covariance_6));
-}
-#define PARTS_update_by_planes_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 6) \
-    AND IN(4, 21) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 6) AND OUT(8, 21) AND OUT(9, 1) AND OUT(10, 1) \
-    AND OUT(11, 1)
-GAC_IN_LANES(update_by_planes_4, TURNS)
-
-static INLINE void NAME(update_by_planes_5)(const REAL *now_covariance, REAL now_predicted_square, REAL now_square,
-    REAL now_used, REAL converged, REAL steps, REAL *out_1, REAL *out_2)
-{
-    const REAL now_covariance_0 = now_covariance[0], now_covariance_1 = now_covariance[1],
-        now_covariance_2 = now_covariance[2], now_covariance_3 = now_covariance[3],
-        now_covariance_4 = now_covariance[4], now_covariance_5 = now_covariance[5],
-        now_covariance_6 = now_covariance[6], now_covariance_7 = now_covariance[7],
-        now_covariance_8 = now_covariance[8], now_covariance_9 = now_covariance[9],
-        now_covariance_10 = now_covariance[10], now_covariance_11 = now_covariance[11],
-        now_covariance_12 = now_covariance[12], now_covariance_13 = now_covariance[13],
-        now_covariance_14 = now_covariance[14], now_covariance_15 = now_covariance[15],
-        now_covariance_16 = now_covariance[16], now_covariance_17 = now_covariance[17],
-        now_covariance_18 = now_covariance[18], now_covariance_19 = now_covariance[19],
-        now_covariance_20 = now_covariance[20];
-    out_1[0] = now_covariance_0;
-    out_1[1] = now_covariance_1;
-    out_1[2] = now_covariance_2;
-    out_1[3] = now_covariance_3;
-    out_1[4] = now_covariance_4;
-    out_1[5] = now_covariance_5;
-    out_1[6] = now_covariance_6;
-    out_1[7] = now_covariance_7;
-    out_1[8] = now_covariance_8;
-    out_1[9] = now_covariance_9;
-    out_1[10] = now_covariance_10;
-    out_1[11] = now_covariance_11;
-    out_1[12] = now_covariance_12;
-    out_1[13] = now_covariance_13;
-    out_1[14] = now_covariance_14;
-    out_1[15] = now_covariance_15;
-    out_1[16] = now_covariance_16;
-    out_1[17] = now_covariance_17;
-    out_1[18] = now_covariance_18;
-    out_1[19] = now_covariance_19;
-    out_1[20] = now_covariance_20;
-    out_2[0] = now_predicted_square;
-    out_2[1] = now_square;
-    out_2[2] = now_used;
-    out_2[3] = converged;
-    out_2[4] = steps;
-}
-#define PARTS_update_by_planes_5(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 21) AND OUT(7, 5)
-GAC_IN_LANES(update_by_planes_5, PLAIN)
+#define PARTS_update_by_planes_f_error(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND IN(2, 8) \
+    AND IN(3, 6) AND IN(4, 21) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 4) AND IN(8, 4) AND OUT(9, 6) \
+    AND OUT(10, 21) AND OUT(11, 1) AND OUT(12, 1)
+GAC_IN_LANES(update_by_planes_f_error, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t motor_filters_update_by_planes_work(intptr_t n)
@@ -3644,15 +2821,15 @@ static INLINE void NAME(update_by_planes_within)(intptr_t n, const REAL *motor, 
     converged, steps, next_now_motor[8], next_now_last[6], next_now_covariance[21], next_now_predicted_square,
     next_now_square, next_now_used, next_now_first, next_now_settled, f_error[6], f_covariance[21], f_square,
     f_used;
-    NAME(update_by_planes_1)(covariance, start, out_0, now_last, now_covariance, &now_predicted_square, &now_square,
-    &now_used, &now_first, &now_settled, &converged, &steps);
+    NAME(update_by_lines_result)(covariance, start, out_0, now_last, now_covariance, &now_predicted_square,
+    &now_square, &now_used, &now_first, &now_settled, &converged, &steps);
     for (int repeats = 0; repeats < 30; repeats++) {
-        NAME(update_by_planes_2)(motor, covariance, out_0, f_error, f_covariance, &f_square, &f_used, NULL);
+        NAME(update_by_lines_f_error)(motor, covariance, out_0, f_error, f_covariance, &f_square, &f_used, NULL);
         for (intptr_t j = 0; j < n; j++)
-            NAME(update_by_planes_3)(variances, gate, out_0, f_error, f_covariance, f_square, f_used, model + 4 * j,
-    seen + 4 * j, f_error, f_covariance, &f_square, &f_used);
-        NAME(update_by_planes_4)(out_0, now_predicted_square, now_first, f_error, f_covariance, f_square,
-    next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square, &next_now_first,
+            NAME(update_by_planes_f_error)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
+    model + 4 * j, seen + 4 * j, f_error, f_covariance, &f_square, &f_used);
+        NAME(update_by_lines_next_now_motor)(out_0, now_predicted_square, now_first, f_error, f_covariance,
+    f_square, next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square, &next_now_first,
     &next_now_settled, NULL);
         COPY(1, &f_square, &next_now_square);
         COPY(1, &f_used, &next_now_used);
@@ -3669,8 +2846,8 @@ static INLINE void NAME(update_by_planes_within)(intptr_t n, const REAL *motor, 
         if (converged != 0)
             break;
     }
-    NAME(update_by_planes_5)(now_covariance, now_predicted_square, now_square, now_used, converged, steps, out_1,
-    out_2);
+    NAME(update_by_lines_result_2)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
+    out_1, out_2);
 }
 
 FUSED(update_by_planes, (intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model, const REAL *seen,
@@ -3696,7 +2873,7 @@ static INLINE WORD NAME(update_by_planes_lanes)(intptr_t n, const REAL *motor, c
     gac_kept_0[8 * NLANES], gac_kept_1[6 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
     gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     WORD far = 0;
-    NAME(update_by_planes_1_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
+    NAME(update_by_lines_result_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
     now_square, now_used, now_first, now_settled, converged, steps);
     ROUNDS(rounds, 30) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
@@ -3708,13 +2885,14 @@ static INLINE WORD NAME(update_by_planes_lanes)(intptr_t n, const REAL *motor, c
         KEEP(rounds, NLANES, now_first, gac_kept_6);
         KEEP(rounds, NLANES, now_settled, gac_kept_7);
         KEEP(rounds, NLANES, converged, gac_kept_8);
-        far |= NAME(update_by_planes_2_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square, f_used);
+        far |= NAME(update_by_lines_f_error_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square,
+    f_used);
         for (intptr_t j = 0; j < n; j++)
-            NAME(update_by_planes_3_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
+            NAME(update_by_planes_f_error_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
     model + 4 * NLANES * j, seen + 4 * NLANES * j, f_error, f_covariance, f_square, f_used);
-        far |= NAME(update_by_planes_4_lanes)(out_0, now_predicted_square, now_first, f_error, f_covariance,
-    f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square, next_now_first,
-    next_now_settled);
+        far |= NAME(update_by_lines_next_now_motor_lanes)(out_0, now_predicted_square, now_first, f_error,
+    f_covariance, f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square,
+    next_now_first, next_now_settled);
         COPY(NLANES, f_square, next_now_square);
         COPY(NLANES, f_used, next_now_used);
         COPY(NLANES, next_now_settled, converged);
@@ -3739,8 +2917,8 @@ static INLINE WORD NAME(update_by_planes_lanes)(intptr_t n, const REAL *motor, c
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(update_by_planes_5_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
-    out_1, out_2);
+    NAME(update_by_lines_result_2_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged,
+    steps, out_1, out_2);
     return far;
 }
 
@@ -3750,7 +2928,7 @@ GAC_PROCEDURE(update_by_planes, BUSY)
     AND IN(0, motor, 8, 8, 1) AND IN(1, model, 6, 6, n) AND IN(2, variances, 2, 2, 1) AND OUT(3, out, 21, 21, 1)
 #define WORK_information_of_lines(WORK)
 
-static INLINE void NAME(information_of_lines_1)(REAL *sum)
+static INLINE void NAME(information_of_lines_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -3774,19 +2952,19 @@ static INLINE void NAME(information_of_lines_1)(REAL *sum)
     sum[19] = (REAL)0;
     sum[20] = (REAL)0;
 }
-#define PARTS_information_of_lines_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
-GAC_IN_LANES(information_of_lines_1, PLAIN)
+#define PARTS_information_of_lines_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
+GAC_IN_LANES(information_of_lines_sum_start, PLAIN)
 
-static INLINE void NAME(information_of_lines_2)(const REAL *variances, REAL *common, REAL *common_2)
+static INLINE void NAME(information_of_lines_common)(const REAL *variances, REAL *common, REAL *common_2)
 {
     const REAL variances_0 = variances[0], variances_1 = variances[1];
     common[0] = (REAL)1 / variances_0;
     common_2[0] = (REAL)1 / variances_1;
 }
-#define PARTS_information_of_lines_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(information_of_lines_2, PLAIN)
+#define PARTS_information_of_lines_common(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(information_of_lines_common, PLAIN)
 
-static INLINE void NAME(information_of_lines_3)(const REAL *motor, const REAL *sum, const REAL *each_model, REAL
+static INLINE void NAME(information_of_lines_sum)(const REAL *motor, const REAL *sum, const REAL *each_model, REAL
     common, REAL common_2, REAL *sum_out)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
@@ -3884,11 +3062,11 @@ static INLINE void NAME(information_of_lines_3)(const REAL *motor, const REAL *s
     sum_out[19] = sum_19 + (t12 * t63 + t43 * t64);
     sum_out[20] = sum_20 + (t12 * (t12 * t40) + t43 * (t43 * t40));
 }
-#define PARTS_information_of_lines_3(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 6) \
+#define PARTS_information_of_lines_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 6) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 21)
-GAC_IN_LANES(information_of_lines_3, PLAIN)
+GAC_IN_LANES(information_of_lines_sum, PLAIN)
 
-static INLINE void NAME(information_of_lines_4)(const REAL *sum, REAL *out)
+static INLINE void NAME(information_of_lines_result)(const REAL *sum, REAL *out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
         sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8], sum_9 = sum[9], sum_10 = sum[10], sum_11 = sum[11],
@@ -3916,8 +3094,8 @@ static INLINE void NAME(information_of_lines_4)(const REAL *sum, REAL *out)
     out[19] = sum_19;
     out[20] = sum_20;
 }
-#define PARTS_information_of_lines_4(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND OUT(1, 21)
-GAC_IN_LANES(information_of_lines_4, PLAIN)
+#define PARTS_information_of_lines_result(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND OUT(1, 21)
+GAC_IN_LANES(information_of_lines_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t motor_filters_information_of_lines_work(intptr_t n)
@@ -3932,22 +3110,22 @@ void NAME(information_of_lines)(intptr_t n, const REAL *motor, const REAL *model
 {
     (void)work;
     REAL sum[21], common, common_2;
-    NAME(information_of_lines_1)(sum);
-    NAME(information_of_lines_2)(variances, &common, &common_2);
+    NAME(information_of_lines_sum_start)(sum);
+    NAME(information_of_lines_common)(variances, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(information_of_lines_3)(motor, sum, model + 6 * i, common, common_2, sum);
-    NAME(information_of_lines_4)(sum, out);
+        NAME(information_of_lines_sum)(motor, sum, model + 6 * i, common, common_2, sum);
+    NAME(information_of_lines_result)(sum, out);
 }
 
 static INLINE WORD NAME(information_of_lines_lanes)(intptr_t n, const REAL *motor, const REAL *model,
     const REAL *variances, REAL *out)
 {
     _Alignas(64) REAL sum[21 * NLANES], common[NLANES], common_2[NLANES];
-    NAME(information_of_lines_1_lanes)(sum);
-    NAME(information_of_lines_2_lanes)(variances, common, common_2);
+    NAME(information_of_lines_sum_start_lanes)(sum);
+    NAME(information_of_lines_common_lanes)(variances, common, common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(information_of_lines_3_lanes)(motor, sum, model + 6 * NLANES * i, common, common_2, sum);
-    NAME(information_of_lines_4_lanes)(sum, out);
+        NAME(information_of_lines_sum_lanes)(motor, sum, model + 6 * NLANES * i, common, common_2, sum);
+    NAME(information_of_lines_result_lanes)(sum, out);
     return 0;
 }
 
@@ -3957,42 +3135,15 @@ GAC_PROCEDURE(information_of_lines, LANES)
     AND IN(0, motor, 8, 8, 1) AND IN(1, model, 3, 3, n) AND IN(2, variances, 2, 2, 1) AND OUT(3, out, 21, 21, 1)
 #define WORK_information_of_points(WORK)
 
-static INLINE void NAME(information_of_points_1)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-    sum[1] = (REAL)0;
-    sum[2] = (REAL)0;
-    sum[3] = (REAL)0;
-    sum[4] = (REAL)0;
-    sum[5] = (REAL)0;
-    sum[6] = (REAL)0;
-    sum[7] = (REAL)0;
-    sum[8] = (REAL)0;
-    sum[9] = (REAL)0;
-    sum[10] = (REAL)0;
-    sum[11] = (REAL)0;
-    sum[12] = (REAL)0;
-    sum[13] = (REAL)0;
-    sum[14] = (REAL)0;
-    sum[15] = (REAL)0;
-    sum[16] = (REAL)0;
-    sum[17] = (REAL)0;
-    sum[18] = (REAL)0;
-    sum[19] = (REAL)0;
-    sum[20] = (REAL)0;
-}
-#define PARTS_information_of_points_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
-GAC_IN_LANES(information_of_points_1, PLAIN)
-
-static INLINE void NAME(information_of_points_2)(const REAL *variances_1, REAL *common)
+static INLINE void NAME(information_of_points_common)(const REAL *variances_1, REAL *common)
 {
     const REAL variances_1_1 = variances_1[1];
     common[0] = (REAL)1 / variances_1_1;
 }
-#define PARTS_information_of_points_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND OUT(1, 1)
-GAC_IN_LANES(information_of_points_2, PLAIN)
+#define PARTS_information_of_points_common(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND OUT(1, 1)
+GAC_IN_LANES(information_of_points_common, PLAIN)
 
-static INLINE void NAME(information_of_points_3)(const REAL *motor, const REAL *sum, const REAL *each_model, REAL
+static INLINE void NAME(information_of_points_sum)(const REAL *motor, const REAL *sum, const REAL *each_model, REAL
     common, REAL *sum_out)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
@@ -4041,40 +3192,9 @@ static INLINE void NAME(information_of_points_3)(const REAL *motor, const REAL *
     sum_out[19] = sum_19;
     sum_out[20] = sum_20 + t10;
 }
-#define PARTS_information_of_points_3(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 3) \
+#define PARTS_information_of_points_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 3) \
     AND NUMBER(3, 0) AND OUT(4, 21)
-GAC_IN_LANES(information_of_points_3, PLAIN)
-
-static INLINE void NAME(information_of_points_4)(const REAL *sum, REAL *out)
-{
-    const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
-        sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8], sum_9 = sum[9], sum_10 = sum[10], sum_11 = sum[11],
-        sum_12 = sum[12], sum_13 = sum[13], sum_14 = sum[14], sum_15 = sum[15], sum_16 = sum[16], sum_17 = sum[17],
-        sum_18 = sum[18], sum_19 = sum[19], sum_20 = sum[20];
-    out[0] = sum_0;
-    out[1] = sum_1;
-    out[2] = sum_2;
-    out[3] = sum_3;
-    out[4] = sum_4;
-    out[5] = sum_5;
-    out[6] = sum_6;
-    out[7] = sum_7;
-    out[8] = sum_8;
-    out[9] = sum_9;
-    out[10] = sum_10;
-    out[11] = sum_11;
-    out[12] = sum_12;
-    out[13] = sum_13;
-    out[14] = sum_14;
-    out[15] = sum_15;
-    out[16] = sum_16;
-    out[17] = sum_17;
-    out[18] = sum_18;
-    out[19] = sum_19;
-    out[20] = sum_20;
-}
-#define PARTS_information_of_points_4(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND OUT(1, 21)
-GAC_IN_LANES(information_of_points_4, PLAIN)
+GAC_IN_LANES(information_of_points_sum, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t motor_filters_information_of_points_work(intptr_t n)
@@ -4089,22 +3209,22 @@ void NAME(information_of_points)(intptr_t n, const REAL *motor, const REAL *mode
 {
     (void)work;
     REAL sum[21], common;
-    NAME(information_of_points_1)(sum);
-    NAME(information_of_points_2)(variances, &common);
+    NAME(information_of_lines_sum_start)(sum);
+    NAME(information_of_points_common)(variances, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(information_of_points_3)(motor, sum, model + 3 * i, common, sum);
-    NAME(information_of_points_4)(sum, out);
+        NAME(information_of_points_sum)(motor, sum, model + 3 * i, common, sum);
+    NAME(information_of_lines_result)(sum, out);
 }
 
 static INLINE WORD NAME(information_of_points_lanes)(intptr_t n, const REAL *motor, const REAL *model,
     const REAL *variances, REAL *out)
 {
     _Alignas(64) REAL sum[21 * NLANES], common[NLANES];
-    NAME(information_of_points_1_lanes)(sum);
-    NAME(information_of_points_2_lanes)(variances, common);
+    NAME(information_of_lines_sum_start_lanes)(sum);
+    NAME(information_of_points_common_lanes)(variances, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(information_of_points_3_lanes)(motor, sum, model + 3 * NLANES * i, common, sum);
-    NAME(information_of_points_4_lanes)(sum, out);
+        NAME(information_of_points_sum_lanes)(motor, sum, model + 3 * NLANES * i, common, sum);
+    NAME(information_of_lines_result_lanes)(sum, out);
     return 0;
 }
 
@@ -4114,43 +3234,7 @@ GAC_PROCEDURE(information_of_points, LANES)
     AND IN(0, motor, 8, 8, 1) AND IN(1, model, 4, 4, n) AND IN(2, variances, 2, 2, 1) AND OUT(3, out, 21, 21, 1)
 #define WORK_information_of_planes(WORK)
 
-static INLINE void NAME(information_of_planes_1)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-    sum[1] = (REAL)0;
-    sum[2] = (REAL)0;
-    sum[3] = (REAL)0;
-    sum[4] = (REAL)0;
-    sum[5] = (REAL)0;
-    sum[6] = (REAL)0;
-    sum[7] = (REAL)0;
-    sum[8] = (REAL)0;
-    sum[9] = (REAL)0;
-    sum[10] = (REAL)0;
-    sum[11] = (REAL)0;
-    sum[12] = (REAL)0;
-    sum[13] = (REAL)0;
-    sum[14] = (REAL)0;
-    sum[15] = (REAL)0;
-    sum[16] = (REAL)0;
-    sum[17] = (REAL)0;
-    sum[18] = (REAL)0;
-    sum[19] = (REAL)0;
-    sum[20] = (REAL)0;
-}
-#define PARTS_information_of_planes_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
-GAC_IN_LANES(information_of_planes_1, PLAIN)
-
-static INLINE void NAME(information_of_planes_2)(const REAL *variances, REAL *common, REAL *common_2)
-{
-    const REAL variances_0 = variances[0], variances_1 = variances[1];
-    common[0] = (REAL)1 / variances_0;
-    common_2[0] = (REAL)1 / variances_1;
-}
-#define PARTS_information_of_planes_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(information_of_planes_2, PLAIN)
-
-static INLINE void NAME(information_of_planes_3)(const REAL *motor, const REAL *sum, const REAL *each_model, REAL
+static INLINE void NAME(information_of_planes_sum)(const REAL *motor, const REAL *sum, const REAL *each_model, REAL
     common, REAL common_2, REAL *sum_out)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
@@ -4219,40 +3303,9 @@ static INLINE void NAME(information_of_planes_3)(const REAL *motor, const REAL *
     sum_out[19] = sum_19 + t13 * t35;
     sum_out[20] = sum_20 + t13 * (t13 * t33);
 }
-#define PARTS_information_of_planes_3(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 4) \
+#define PARTS_information_of_planes_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 4) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 21)
-GAC_IN_LANES(information_of_planes_3, PLAIN)
-
-static INLINE void NAME(information_of_planes_4)(const REAL *sum, REAL *out)
-{
-    const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
-        sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8], sum_9 = sum[9], sum_10 = sum[10], sum_11 = sum[11],
-        sum_12 = sum[12], sum_13 = sum[13], sum_14 = sum[14], sum_15 = sum[15], sum_16 = sum[16], sum_17 = sum[17],
-        sum_18 = sum[18], sum_19 = sum[19], sum_20 = sum[20];
-    out[0] = sum_0;
-    out[1] = sum_1;
-    out[2] = sum_2;
-    out[3] = sum_3;
-    out[4] = sum_4;
-    out[5] = sum_5;
-    out[6] = sum_6;
-    out[7] = sum_7;
-    out[8] = sum_8;
-    out[9] = sum_9;
-    out[10] = sum_10;
-    out[11] = sum_11;
-    out[12] = sum_12;
-    out[13] = sum_13;
-    out[14] = sum_14;
-    out[15] = sum_15;
-    out[16] = sum_16;
-    out[17] = sum_17;
-    out[18] = sum_18;
-    out[19] = sum_19;
-    out[20] = sum_20;
-}
-#define PARTS_information_of_planes_4(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND OUT(1, 21)
-GAC_IN_LANES(information_of_planes_4, PLAIN)
+GAC_IN_LANES(information_of_planes_sum, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t motor_filters_information_of_planes_work(intptr_t n)
@@ -4267,22 +3320,22 @@ void NAME(information_of_planes)(intptr_t n, const REAL *motor, const REAL *mode
 {
     (void)work;
     REAL sum[21], common, common_2;
-    NAME(information_of_planes_1)(sum);
-    NAME(information_of_planes_2)(variances, &common, &common_2);
+    NAME(information_of_lines_sum_start)(sum);
+    NAME(information_of_lines_common)(variances, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(information_of_planes_3)(motor, sum, model + 4 * i, common, common_2, sum);
-    NAME(information_of_planes_4)(sum, out);
+        NAME(information_of_planes_sum)(motor, sum, model + 4 * i, common, common_2, sum);
+    NAME(information_of_lines_result)(sum, out);
 }
 
 static INLINE WORD NAME(information_of_planes_lanes)(intptr_t n, const REAL *motor, const REAL *model,
     const REAL *variances, REAL *out)
 {
     _Alignas(64) REAL sum[21 * NLANES], common[NLANES], common_2[NLANES];
-    NAME(information_of_planes_1_lanes)(sum);
-    NAME(information_of_planes_2_lanes)(variances, common, common_2);
+    NAME(information_of_lines_sum_start_lanes)(sum);
+    NAME(information_of_lines_common_lanes)(variances, common, common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(information_of_planes_3_lanes)(motor, sum, model + 4 * NLANES * i, common, common_2, sum);
-    NAME(information_of_planes_4_lanes)(sum, out);
+        NAME(information_of_planes_sum_lanes)(motor, sum, model + 4 * NLANES * i, common, common_2, sum);
+    NAME(information_of_lines_result_lanes)(sum, out);
     return 0;
 }
 
@@ -4294,8 +3347,8 @@ GAC_PROCEDURE(information_of_planes, LANES)
     AND OUT(9, out_2, 2, 2, n)
 #define WORK_filter_lines(WORK)
 
-static INLINE void NAME(filter_lines_1)(const REAL *motor, const REAL *covariance, REAL *carry_0_start, REAL
-    *carry_start, REAL *carry_2_0_start, REAL *carry_2_1_start)
+static INLINE void NAME(filter_lines_carry_0_start)(const REAL *motor, const REAL *covariance, REAL *carry_0_start,
+    REAL *carry_start, REAL *carry_2_0_start, REAL *carry_2_1_start)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
         motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
@@ -4338,13 +3391,13 @@ static INLINE void NAME(filter_lines_1)(const REAL *motor, const REAL *covarianc
     carry_2_0_start[0] = (REAL)0;
     carry_2_1_start[0] = (REAL)0;
 }
-#define PARTS_filter_lines_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND OUT(2, 8) AND OUT(3, 21) \
-    AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(filter_lines_1, PLAIN)
+#define PARTS_filter_lines_carry_0_start(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND OUT(2, 8) \
+    AND OUT(3, 21) AND OUT(4, 1) AND OUT(5, 1)
+GAC_IN_LANES(filter_lines_carry_0_start, PLAIN)
 
-static INLINE void NAME(filter_lines_2)(const REAL *variances, REAL gate, const REAL *carry_0, const REAL *out_1,
-    const REAL *a, const REAL *b, const REAL *noise, REAL *out_0, REAL *out_1_out, REAL *carry_2_0, REAL *carry_2_1,
-    WORD *far)
+static INLINE void NAME(filter_lines_result)(const REAL *variances, REAL gate, const REAL *carry_0, const REAL
+    *out_1, const REAL *a, const REAL *b, const REAL *noise, REAL *out_0, REAL *out_1_out, REAL *carry_2_0, REAL
+    *carry_2_1, WORD *far)
 {
     const REAL variances_0 = variances[0], variances_1 = variances[1];
     const REAL carry_0_1 = carry_0[0], carry_0_e12 = carry_0[1], carry_0_e13 = carry_0[2], carry_0_e23 = carry_0[3],
@@ -4873,17 +3926,17 @@ static INLINE void NAME(filter_lines_2)(const REAL *variances, REAL gate, const 
     carry_2_0[0] = SELECT(t228, t227, (REAL)0);
     carry_2_1[0] = SELECT(t228, (REAL)1, (REAL)0);
 }
-#define PARTS_filter_lines_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 21) \
+#define PARTS_filter_lines_result(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 21) \
     AND IN(4, 6) AND IN(5, 6) AND IN(6, 21) AND OUT(7, 8) AND OUT(8, 21) AND OUT(9, 1) AND OUT(10, 1)
-GAC_IN_LANES(filter_lines_2, TURNS)
+GAC_IN_LANES(filter_lines_result, TURNS)
 
-static INLINE void NAME(filter_lines_3)(REAL value, REAL value_2, REAL *out_2)
+static INLINE void NAME(filter_lines_result_2)(REAL value, REAL value_2, REAL *out_2)
 {
     out_2[0] = value;
     out_2[1] = value_2;
 }
-#define PARTS_filter_lines_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
-GAC_IN_LANES(filter_lines_3, PLAIN)
+#define PARTS_filter_lines_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
+GAC_IN_LANES(filter_lines_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t motor_filters_filter_lines_work(intptr_t n)
@@ -4899,12 +3952,13 @@ static INLINE void NAME(filter_lines_within)(intptr_t n, const REAL *motor, cons
 {
     (void)work;
     REAL carry_0_start[8], carry_start[21], carry_2_0_start, carry_2_1_start, carry_2_0, carry_2_1;
-    NAME(filter_lines_1)(motor, covariance, carry_0_start, carry_start, &carry_2_0_start, &carry_2_1_start);
+    NAME(filter_lines_carry_0_start)(motor, covariance, carry_0_start, carry_start, &carry_2_0_start,
+    &carry_2_1_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(filter_lines_2)(variances, gate, i > 0 ? out_0 + 8 * (i - 1) : carry_0_start,
+        NAME(filter_lines_result)(variances, gate, i > 0 ? out_0 + 8 * (i - 1) : carry_0_start,
     i > 0 ? out_1 + 21 * (i - 1) : carry_start, model + 6 * i, seen + 6 * i, noise + 21 * i, out_0 + 8 * i,
     out_1 + 21 * i, &carry_2_0, &carry_2_1, NULL);
-        NAME(filter_lines_3)(carry_2_0, carry_2_1, out_2 + 2 * i);
+        NAME(filter_lines_result_2)(carry_2_0, carry_2_1, out_2 + 2 * i);
     }
 }
 
@@ -4925,12 +3979,14 @@ static INLINE WORD NAME(filter_lines_lanes)(intptr_t n, const REAL *motor, const
     _Alignas(64) REAL carry_0_start[8 * NLANES], carry_start[21 * NLANES], carry_2_0_start[NLANES],
     carry_2_1_start[NLANES], carry_2_0[NLANES], carry_2_1[NLANES];
     WORD far = 0;
-    NAME(filter_lines_1_lanes)(motor, covariance, carry_0_start, carry_start, carry_2_0_start, carry_2_1_start);
+    NAME(filter_lines_carry_0_start_lanes)(motor, covariance, carry_0_start, carry_start, carry_2_0_start,
+    carry_2_1_start);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(filter_lines_2_lanes)(variances, gate, i > 0 ? out_0 + 8 * NLANES * (i - 1) : carry_0_start,
-    i > 0 ? out_1 + 21 * NLANES * (i - 1) : carry_start, model + 6 * NLANES * i, seen + 6 * NLANES * i,
-    noise + 21 * NLANES * i, out_0 + 8 * NLANES * i, out_1 + 21 * NLANES * i, carry_2_0, carry_2_1);
-        NAME(filter_lines_3_lanes)(carry_2_0, carry_2_1, out_2 + 2 * NLANES * i);
+        far |= NAME(filter_lines_result_lanes)(variances, gate,
+    i > 0 ? out_0 + 8 * NLANES * (i - 1) : carry_0_start, i > 0 ? out_1 + 21 * NLANES * (i - 1) : carry_start,
+    model + 6 * NLANES * i, seen + 6 * NLANES * i, noise + 21 * NLANES * i, out_0 + 8 * NLANES * i,
+    out_1 + 21 * NLANES * i, carry_2_0, carry_2_1);
+        NAME(filter_lines_result_2_lanes)(carry_2_0, carry_2_1, out_2 + 2 * NLANES * i);
     }
     return far;
 }
@@ -4942,7 +3998,7 @@ GAC_PROCEDURE(filter_lines, BUSY)
     AND NUMBER(4, variance) AND OUT(5, motor_2, 8, 8, 1) AND OUT(6, covariance_2, 36, 36, 1)
 #define WORK_update_linear_by_lines(WORK)
 
-static INLINE void NAME(update_linear_by_lines_1)(const REAL *motor, const REAL *covariance, REAL *motor_2, REAL
+static INLINE void NAME(update_linear_by_lines_motor)(const REAL *motor, const REAL *covariance, REAL *motor_2, REAL
     *carry_covariance)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
@@ -5004,11 +4060,11 @@ static INLINE void NAME(update_linear_by_lines_1)(const REAL *motor, const REAL 
     carry_covariance[34] = covariance_34;
     carry_covariance[35] = covariance_35;
 }
-#define PARTS_update_linear_by_lines_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 36) AND OUT(2, 8) \
+#define PARTS_update_linear_by_lines_motor(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 36) AND OUT(2, 8) \
     AND OUT(3, 36)
-GAC_IN_LANES(update_linear_by_lines_1, PLAIN)
+GAC_IN_LANES(update_linear_by_lines_motor, PLAIN)
 
-static INLINE void NAME(update_linear_by_lines_2)(REAL variance, const REAL *carry_motor, const REAL
+static INLINE void NAME(update_linear_by_lines_motor_2)(REAL variance, const REAL *carry_motor, const REAL
     *carry_covariance, const REAL *x, const REAL *y, REAL *motor_2, REAL *carry_covariance_out)
 {
     const REAL carry_motor_1 = carry_motor[0], carry_motor_e12 = carry_motor[1], carry_motor_e13 = carry_motor[2],
@@ -5784,11 +4840,11 @@ static INLINE void NAME(update_linear_by_lines_2)(REAL variance, const REAL *car
     carry_covariance_out[34] = t690 - t481 * t684 + t478 * t687 + t476 * t689;
     carry_covariance_out[35] = t703 + t476 * (t704 + t476 * t646);
 }
-#define PARTS_update_linear_by_lines_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND IN(2, 36) \
+#define PARTS_update_linear_by_lines_motor_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND IN(2, 36) \
     AND IN(3, 6) AND IN(4, 6) AND OUT(5, 8) AND OUT(6, 36)
-GAC_IN_LANES(update_linear_by_lines_2, PLAIN)
+GAC_IN_LANES(update_linear_by_lines_motor_2, PLAIN)
 
-static INLINE void NAME(update_linear_by_lines_3)(const REAL *carry_covariance, REAL *covariance_2)
+static INLINE void NAME(update_linear_by_lines_covariance)(const REAL *carry_covariance, REAL *covariance_2)
 {
     const REAL carry_covariance_0 = carry_covariance[0], carry_covariance_1 = carry_covariance[1],
         carry_covariance_2 = carry_covariance[2], carry_covariance_3 = carry_covariance[3],
@@ -5845,8 +4901,8 @@ static INLINE void NAME(update_linear_by_lines_3)(const REAL *carry_covariance, 
     covariance_2[34] = carry_covariance_34;
     covariance_2[35] = carry_covariance_35;
 }
-#define PARTS_update_linear_by_lines_3(IN, SAME, NUMBER, OUT, AND) IN(0, 36) AND OUT(1, 36)
-GAC_IN_LANES(update_linear_by_lines_3, PLAIN)
+#define PARTS_update_linear_by_lines_covariance(IN, SAME, NUMBER, OUT, AND) IN(0, 36) AND OUT(1, 36)
+GAC_IN_LANES(update_linear_by_lines_covariance, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t motor_filters_update_linear_by_lines_work(intptr_t n)
@@ -5861,22 +4917,22 @@ void NAME(update_linear_by_lines)(intptr_t n, const REAL *motor, const REAL *cov
 {
     (void)work;
     REAL carry_covariance[36];
-    NAME(update_linear_by_lines_1)(motor, covariance, motor_2, carry_covariance);
+    NAME(update_linear_by_lines_motor)(motor, covariance, motor_2, carry_covariance);
     for (intptr_t i = 0; i < n; i++)
-        NAME(update_linear_by_lines_2)(variance, motor_2, carry_covariance, model + 6 * i, seen + 6 * i, motor_2,
-    carry_covariance);
-    NAME(update_linear_by_lines_3)(carry_covariance, covariance_2);
+        NAME(update_linear_by_lines_motor_2)(variance, motor_2, carry_covariance, model + 6 * i, seen + 6 * i,
+    motor_2, carry_covariance);
+    NAME(update_linear_by_lines_covariance)(carry_covariance, covariance_2);
 }
 
 static INLINE WORD NAME(update_linear_by_lines_lanes)(intptr_t n, const REAL *motor, const REAL *covariance,
     const REAL *model, const REAL *seen, const REAL *variance, REAL *motor_2, REAL *covariance_2)
 {
     _Alignas(64) REAL carry_covariance[36 * NLANES];
-    NAME(update_linear_by_lines_1_lanes)(motor, covariance, motor_2, carry_covariance);
+    NAME(update_linear_by_lines_motor_lanes)(motor, covariance, motor_2, carry_covariance);
     for (intptr_t i = 0; i < n; i++)
-        NAME(update_linear_by_lines_2_lanes)(variance, motor_2, carry_covariance, model + 6 * NLANES * i,
+        NAME(update_linear_by_lines_motor_2_lanes)(variance, motor_2, carry_covariance, model + 6 * NLANES * i,
     seen + 6 * NLANES * i, motor_2, carry_covariance);
-    NAME(update_linear_by_lines_3_lanes)(carry_covariance, covariance_2);
+    NAME(update_linear_by_lines_covariance_lanes)(carry_covariance, covariance_2);
     return 0;
 }
 

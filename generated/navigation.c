@@ -2,7 +2,7 @@
 // command: gac generate --all navigation
 // spec: 455e2a2e9005c19a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 43b5ddf21dfaf7cd17ffce49f324f5efac2ce48f79bb5ded06dd5eeb261473c5
+// body: 44c0ec969b518b19a816b15ff98937509c99eb35fdef32c18f670e21d03f95ff
 
 #ifndef REAL
 #include "navigation.h"
@@ -851,16 +851,16 @@ GAC_KERNEL_AND_FORMS(stereo_point, PLAIN, TILES, GAC_USE(stereo_point, image_pai
     AND OUT(4, out_0, scalar, 1, 1) AND OUT(5, out_1, scalar, 1, 1)
 #define WORK_cast_ray(WORK)
 
-static INLINE void NAME(cast_ray_1)(REAL *found)
+static INLINE void NAME(cast_ray_found_start)(REAL *found)
 {
     found[0] = (REAL)1e+30;
     found[1] = (REAL)-1;
     found[2] = (REAL)0;
 }
-#define PARTS_cast_ray_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(cast_ray_1, PLAIN)
+#define PARTS_cast_ray_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(cast_ray_found_start, PLAIN)
 
-static INLINE void NAME(cast_ray_2)(const REAL *origin, const REAL *direction, REAL *common)
+static INLINE void NAME(cast_ray_common)(const REAL *origin, const REAL *direction, REAL *common)
 {
     const REAL origin_e20 = origin[0], origin_e01 = origin[1];
     const REAL direction_e20 = direction[0], direction_e01 = direction[1];
@@ -868,11 +868,11 @@ static INLINE void NAME(cast_ray_2)(const REAL *origin, const REAL *direction, R
     common[1] = direction_e20;
     common[2] = origin_e20 * direction_e01 - origin_e01 * direction_e20;
 }
-#define PARTS_cast_ray_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 2) AND OUT(2, 3)
-GAC_IN_LANES(cast_ray_2, PLAIN)
+#define PARTS_cast_ray_common(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 2) AND OUT(2, 3)
+GAC_IN_LANES(cast_ray_common, PLAIN)
 
-static INLINE void NAME(cast_ray_3)(const REAL *origin, const REAL *found, const REAL *a, const REAL *b, const REAL
-    *common, REAL *found_out)
+static INLINE void NAME(cast_ray_found)(const REAL *origin, const REAL *found, const REAL *a, const REAL *b, const
+    REAL *common, REAL *found_out)
 {
     const REAL origin_e20 = origin[0], origin_e01 = origin[1];
     const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2];
@@ -892,18 +892,18 @@ static INLINE void NAME(cast_ray_3)(const REAL *origin, const REAL *found, const
     found_out[1] = SELECT(t8, found_2, found_1);
     found_out[2] = found_2 + (REAL)1;
 }
-#define PARTS_cast_ray_3(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND SAME(2, 2) AND SAME(3, 2) \
+#define PARTS_cast_ray_found(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND SAME(2, 2) AND SAME(3, 2) \
     AND IN(4, 3) AND OUT(5, 3)
-GAC_IN_LANES(cast_ray_3, PLAIN)
+GAC_IN_LANES(cast_ray_found, PLAIN)
 
-static INLINE void NAME(cast_ray_4)(const REAL *found, REAL *out_0, REAL *out_1)
+static INLINE void NAME(cast_ray_result)(const REAL *found, REAL *out_0, REAL *out_1)
 {
     const REAL found_0 = found[0], found_1 = found[1];
     out_0[0] = found_0;
     out_1[0] = found_1;
 }
-#define PARTS_cast_ray_4(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(cast_ray_4, PLAIN)
+#define PARTS_cast_ray_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(cast_ray_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t navigation_cast_ray_work(intptr_t n)
@@ -918,22 +918,22 @@ void NAME(cast_ray)(intptr_t n, const REAL *origin, const REAL *direction, const
 {
     (void)work;
     REAL found[3], common[3];
-    NAME(cast_ray_1)(found);
-    NAME(cast_ray_2)(origin, direction, common);
+    NAME(cast_ray_found_start)(found);
+    NAME(cast_ray_common)(origin, direction, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(cast_ray_3)(origin, found, starts + 2 * i, ends + 2 * i, common, found);
-    NAME(cast_ray_4)(found, out_0, out_1);
+        NAME(cast_ray_found)(origin, found, starts + 2 * i, ends + 2 * i, common, found);
+    NAME(cast_ray_result)(found, out_0, out_1);
 }
 
 static INLINE WORD NAME(cast_ray_lanes)(intptr_t n, const REAL *origin, const REAL *direction, const REAL *starts,
     const REAL *ends, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL found[3 * NLANES], common[3 * NLANES];
-    NAME(cast_ray_1_lanes)(found);
-    NAME(cast_ray_2_lanes)(origin, direction, common);
+    NAME(cast_ray_found_start_lanes)(found);
+    NAME(cast_ray_common_lanes)(origin, direction, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(cast_ray_3_lanes)(origin, found, starts + 2 * i, ends + 2 * i, common, found);
-    NAME(cast_ray_4_lanes)(found, out_0, out_1);
+        NAME(cast_ray_found_lanes)(origin, found, starts + 2 * i, ends + 2 * i, common, found);
+    NAME(cast_ray_result_lanes)(found, out_0, out_1);
     return 0;
 }
 
@@ -946,20 +946,20 @@ GAC_PROCEDURE(cast_ray, LANES)
     AND OUT(12, out_1, scalar, 1, 1) AND OUT(13, out_2, scalar, 1, 1)
 #define WORK_associate_line(WORK)
 
-static INLINE void NAME(associate_line_1)(REAL *found)
+static INLINE void NAME(associate_line_found_start)(REAL *found)
 {
     found[0] = (REAL)1e+30;
     found[1] = (REAL)1e+30;
     found[2] = (REAL)-1;
     found[3] = (REAL)0;
 }
-#define PARTS_associate_line_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
-GAC_IN_LANES(associate_line_1, PLAIN)
+#define PARTS_associate_line_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
+GAC_IN_LANES(associate_line_found_start, PLAIN)
 
-static INLINE void NAME(associate_line_2)(const REAL *motor, const REAL *covariance, const REAL *seen, const REAL
-    *first, const REAL *last, REAL one_sided, REAL *common, REAL *common_2, REAL *common_3, REAL *common_4, REAL
-    *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9, REAL *common_10, REAL *common_11,
-    REAL *common_12)
+static INLINE void NAME(associate_line_common)(const REAL *motor, const REAL *covariance, const REAL *seen, const
+    REAL *first, const REAL *last, REAL one_sided, REAL *common, REAL *common_2, REAL *common_3, REAL *common_4,
+    REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9, REAL *common_10, REAL
+    *common_11, REAL *common_12)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e20 = motor[2], motor_e01 = motor[3];
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2];
@@ -991,15 +991,15 @@ static INLINE void NAME(associate_line_2)(const REAL *motor, const REAL *covaria
     common_11[0] = -covariance_1;
     common_12[0] = -covariance_2;
 }
-#define PARTS_associate_line_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND IN(3, 2) \
+#define PARTS_associate_line_common(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND IN(3, 2) \
     AND IN(4, 2) AND NUMBER(5, 0) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 2) \
     AND OUT(11, 2) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1) AND OUT(17, 1)
-GAC_IN_LANES(associate_line_2, PLAIN)
+GAC_IN_LANES(associate_line_common, PLAIN)
 
-static INLINE void NAME(associate_line_3)(const REAL *motor, const REAL *covariance, const REAL *seen, const REAL
-    *noise, REAL margin, const REAL *found, const REAL *line, const REAL *spread, const REAL *extent, REAL common,
-    REAL common_2, REAL common_3, REAL common_4, const REAL *common_5, const REAL *common_6, REAL common_7, REAL
-    common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL *found_out)
+static INLINE void NAME(associate_line_found)(const REAL *motor, const REAL *covariance, const REAL *seen, const
+    REAL *noise, REAL margin, const REAL *found, const REAL *line, const REAL *spread, const REAL *extent, REAL
+    common, REAL common_2, REAL common_3, REAL common_4, const REAL *common_5, const REAL *common_6, REAL common_7,
+    REAL common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL *found_out)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e20 = motor[2], motor_e01 = motor[3];
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
@@ -1065,21 +1065,21 @@ static INLINE void NAME(associate_line_3)(const REAL *motor, const REAL *covaria
     found_out[2] = SELECT(t46, found_3, found_2);
     found_out[3] = found_3 + (REAL)1;
 }
-#define PARTS_associate_line_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND IN(3, 3) \
+#define PARTS_associate_line_found(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 3) AND IN(3, 3) \
     AND NUMBER(4, 0) AND IN(5, 4) AND SAME(6, 3) AND SAME(7, 3) AND SAME(8, 2) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND NUMBER(11, 0) AND NUMBER(12, 0) AND IN(13, 2) AND IN(14, 2) AND NUMBER(15, 0) AND NUMBER(16, 0) \
     AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) AND OUT(21, 4)
-GAC_IN_LANES(associate_line_3, PLAIN)
+GAC_IN_LANES(associate_line_found, PLAIN)
 
-static INLINE void NAME(associate_line_4)(const REAL *found, REAL *out_0, REAL *out_1, REAL *out_2)
+static INLINE void NAME(associate_line_result)(const REAL *found, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2];
     out_0[0] = found_2;
     out_1[0] = found_0;
     out_2[0] = found_1;
 }
-#define PARTS_associate_line_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(associate_line_4, PLAIN)
+#define PARTS_associate_line_result(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1)
+GAC_IN_LANES(associate_line_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t navigation_associate_line_work(intptr_t n)
@@ -1096,14 +1096,14 @@ static INLINE void NAME(associate_line_within)(intptr_t n, const REAL *motor, co
     (void)work;
     REAL found[4], common, common_2, common_3, common_4, common_5[2], common_6[2], common_7, common_8, common_9,
     common_10, common_11, common_12;
-    NAME(associate_line_1)(found);
-    NAME(associate_line_2)(motor, covariance, seen, first, last, one_sided, &common, &common_2, &common_3,
+    NAME(associate_line_found_start)(found);
+    NAME(associate_line_common)(motor, covariance, seen, first, last, one_sided, &common, &common_2, &common_3,
     &common_4, common_5, common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12);
     for (intptr_t i = 0; i < n; i++)
-        NAME(associate_line_3)(motor, covariance, seen, noise, margin, found, model + 3 * i, spread + 3 * i,
+        NAME(associate_line_found)(motor, covariance, seen, noise, margin, found, model + 3 * i, spread + 3 * i,
     extent + 2 * i, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
     common_10, common_11, common_12, found);
-    NAME(associate_line_4)(found, out_0, out_1, out_2);
+    NAME(associate_line_result)(found, out_0, out_1, out_2);
 }
 
 FUSED(associate_line, (intptr_t n, const REAL *motor, const REAL *covariance, const REAL *seen, const REAL *noise,
@@ -1126,14 +1126,14 @@ static INLINE WORD NAME(associate_line_lanes)(intptr_t n, const REAL *motor, con
     _Alignas(64) REAL found[4 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
     common_5[2 * NLANES], common_6[2 * NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES],
     common_10[NLANES], common_11[NLANES], common_12[NLANES];
-    NAME(associate_line_1_lanes)(found);
-    NAME(associate_line_2_lanes)(motor, covariance, seen, first, last, one_sided, common, common_2, common_3,
+    NAME(associate_line_found_start_lanes)(found);
+    NAME(associate_line_common_lanes)(motor, covariance, seen, first, last, one_sided, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12);
     for (intptr_t i = 0; i < n; i++)
-        NAME(associate_line_3_lanes)(motor, covariance, seen, noise, margin, found, model + 3 * i, spread + 3 * i,
-    extent + 2 * i, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12, found);
-    NAME(associate_line_4_lanes)(found, out_0, out_1, out_2);
+        NAME(associate_line_found_lanes)(motor, covariance, seen, noise, margin, found, model + 3 * i,
+    spread + 3 * i, extent + 2 * i, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
+    common_9, common_10, common_11, common_12, found);
+    NAME(associate_line_result_lanes)(found, out_0, out_1, out_2);
     return 0;
 }
 
@@ -1145,9 +1145,9 @@ GAC_PROCEDURE(associate_line, BUSY)
     AND OUT(9, out_2, 3, 3, 1)
 #define WORK_update_pose(WORK)
 
-static INLINE void NAME(update_pose_1)(const REAL *motor, const REAL *covariance, REAL *out_0, REAL *now_covariance,
-    REAL *now_predicted_square, REAL *now_used, REAL *now_first, REAL *now_turned, REAL *now_moved, REAL *converged,
-    REAL *steps)
+static INLINE void NAME(update_pose_result)(const REAL *motor, const REAL *covariance, REAL *out_0, REAL
+    *now_covariance, REAL *now_predicted_square, REAL *now_used, REAL *now_first, REAL *now_turned, REAL *now_moved,
+    REAL *converged, REAL *steps)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e20 = motor[2], motor_e01 = motor[3];
     const REAL covariance_0 = covariance[0], covariance_1 = covariance[1], covariance_2 = covariance[2],
@@ -1170,11 +1170,11 @@ static INLINE void NAME(update_pose_1)(const REAL *motor, const REAL *covariance
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_update_pose_1(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND OUT(2, 4) AND OUT(3, 6) \
+#define PARTS_update_pose_result(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND OUT(2, 4) AND OUT(3, 6) \
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1)
-GAC_IN_LANES(update_pose_1, PLAIN)
+GAC_IN_LANES(update_pose_result, PLAIN)
 
-static INLINE void NAME(update_pose_2)(const REAL *motor, const REAL *covariance, const REAL *now_motor, REAL
+static INLINE void NAME(update_pose_carry)(const REAL *motor, const REAL *covariance, const REAL *now_motor, REAL
     *carry, REAL *carry_2, REAL *carry_2_2, REAL *carry_3, WORD *far)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e20 = motor[2], motor_e01 = motor[3];
@@ -1235,23 +1235,23 @@ static INLINE void NAME(update_pose_2)(const REAL *motor, const REAL *covariance
     carry_2_2[0] = (REAL)0;
     carry_3[0] = (REAL)0;
 }
-#define PARTS_update_pose_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 4) AND OUT(3, 3) \
+#define PARTS_update_pose_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 6) AND IN(2, 4) AND OUT(3, 3) \
     AND OUT(4, 6) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(update_pose_2, TURNS)
+GAC_IN_LANES(update_pose_carry, TURNS)
 
-static INLINE void NAME(update_pose_3)(const REAL *now_motor, REAL *common)
+static INLINE void NAME(update_pose_common)(const REAL *now_motor, REAL *common)
 {
     const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e20 = now_motor[2],
         now_motor_e01 = now_motor[3];
     common[0] = (REAL)2 * (now_motor_e12 * now_motor_e20 - now_motor_1 * now_motor_e01);
     common[1] = (REAL)2 * (now_motor_1 * now_motor_e20 + now_motor_e12 * now_motor_e01);
 }
-#define PARTS_update_pose_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 2)
-GAC_IN_LANES(update_pose_3, PLAIN)
+#define PARTS_update_pose_common(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 2)
+GAC_IN_LANES(update_pose_common, PLAIN)
 
-static INLINE void NAME(update_pose_4)(REAL gate, const REAL *now_motor, const REAL *carry, const REAL *carry_2_2,
-    REAL carry_2_3, REAL carry_3, const REAL *line, const REAL *spread, const REAL *measured_line, const REAL
-    *noise, const REAL *common, REAL *carry_out, REAL *carry_2_out, REAL *carry_2_2_out, REAL *carry_3_out)
+static INLINE void NAME(update_pose_carry_2)(REAL gate, const REAL *now_motor, const REAL *carry, const REAL
+    *carry_2_2, REAL carry_2_3, REAL carry_3, const REAL *line, const REAL *spread, const REAL *measured_line, const
+    REAL *noise, const REAL *common, REAL *carry_out, REAL *carry_2_out, REAL *carry_2_2_out, REAL *carry_3_out)
 {
     const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e20 = now_motor[2],
         now_motor_e01 = now_motor[3];
@@ -1345,14 +1345,15 @@ static INLINE void NAME(update_pose_4)(REAL gate, const REAL *now_motor, const R
     carry_2_2_out[0] = SELECT(t54, t67, carry_2_3);
     carry_3_out[0] = SELECT(t54, t68, carry_3);
 }
-#define PARTS_update_pose_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND IN(2, 3) AND IN(3, 6) \
+#define PARTS_update_pose_carry_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND IN(2, 3) AND IN(3, 6) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 3) AND IN(7, 3) AND IN(8, 3) AND IN(9, 3) AND IN(10, 2) \
     AND OUT(11, 3) AND OUT(12, 6) AND OUT(13, 1) AND OUT(14, 1)
-GAC_IN_LANES(update_pose_4, PLAIN)
+GAC_IN_LANES(update_pose_carry_2, PLAIN)
 
-static INLINE void NAME(update_pose_5)(const REAL *now_motor, REAL now_predicted_square, REAL now_first, const REAL
-    *carry, const REAL *carry_2_2, REAL carry_2_3, REAL *next_now_motor, REAL *next_now_covariance, REAL
-    *next_now_predicted_square, REAL *next_now_first, REAL *next_now_turned, REAL *next_now_moved, WORD *far)
+static INLINE void NAME(update_pose_next_now_motor)(const REAL *now_motor, REAL now_predicted_square, REAL
+    now_first, const REAL *carry, const REAL *carry_2_2, REAL carry_2_3, REAL *next_now_motor, REAL
+    *next_now_covariance, REAL *next_now_predicted_square, REAL *next_now_first, REAL *next_now_turned, REAL
+    *next_now_moved, WORD *far)
 {
     const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e20 = now_motor[2],
         now_motor_e01 = now_motor[3];
@@ -1389,24 +1390,25 @@ static INLINE void NAME(update_pose_5)(const REAL *now_motor, REAL now_predicted
     next_now_turned[0] = t0;
     next_now_moved[0] = carry_1 * carry_1 + carry_2 * carry_2;
 }
-#define PARTS_update_pose_5(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 3) \
-    AND IN(4, 6) AND NUMBER(5, 0) AND OUT(6, 4) AND OUT(7, 6) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
-    AND OUT(11, 1)
-GAC_IN_LANES(update_pose_5, TURNS)
+#define PARTS_update_pose_next_now_motor(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND IN(3, 3) AND IN(4, 6) AND NUMBER(5, 0) AND OUT(6, 4) AND OUT(7, 6) AND OUT(8, 1) AND OUT(9, 1) \
+    AND OUT(10, 1) AND OUT(11, 1)
+GAC_IN_LANES(update_pose_next_now_motor, TURNS)
 
-static INLINE void NAME(update_pose_6)(const REAL *next_now_covariance, REAL next_now_turned, REAL next_now_moved,
-    REAL *converged)
+static INLINE void NAME(update_pose_converged)(const REAL *next_now_covariance, REAL next_now_turned, REAL
+    next_now_moved, REAL *converged)
 {
     const REAL next_now_covariance_0 = next_now_covariance[0], next_now_covariance_3 = next_now_covariance[3],
         next_now_covariance_5 = next_now_covariance[5];
     const REAL t0 = LESS_EQUAL(next_now_moved * (REAL)1000, next_now_covariance_3 + next_now_covariance_5);
     converged[0] = LESS_EQUAL(next_now_turned * (REAL)1000, next_now_covariance_0) * t0;
 }
-#define PARTS_update_pose_6(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
-GAC_IN_LANES(update_pose_6, PLAIN)
+#define PARTS_update_pose_converged(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 1)
+GAC_IN_LANES(update_pose_converged, PLAIN)
 
-static INLINE void NAME(update_pose_7)(const REAL *now_covariance, REAL now_predicted_square, REAL now_used, REAL
-    converged, REAL *out_1, REAL *out_2)
+static INLINE void NAME(update_pose_result_2)(const REAL *now_covariance, REAL now_predicted_square, REAL now_used,
+    REAL converged, REAL *out_1, REAL *out_2)
 {
     const REAL now_covariance_0 = now_covariance[0], now_covariance_1 = now_covariance[1],
         now_covariance_2 = now_covariance[2], now_covariance_3 = now_covariance[3],
@@ -1421,9 +1423,9 @@ static INLINE void NAME(update_pose_7)(const REAL *now_covariance, REAL now_pred
     out_2[1] = now_used;
     out_2[2] = converged;
 }
-#define PARTS_update_pose_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND OUT(4, 6) AND OUT(5, 3)
-GAC_IN_LANES(update_pose_7, PLAIN)
+#define PARTS_update_pose_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND OUT(4, 6) AND OUT(5, 3)
+GAC_IN_LANES(update_pose_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t navigation_update_pose_work(intptr_t n)
@@ -1441,18 +1443,19 @@ static INLINE void NAME(update_pose_within)(intptr_t n, const REAL *motor, const
     REAL now_covariance[6], now_predicted_square, now_used, now_first, now_turned, now_moved, converged, steps,
     next_now_motor[4], next_now_covariance[6], next_now_predicted_square, next_now_used, next_now_first,
     next_now_turned, next_now_moved, carry[3], carry_2[6], carry_2_2, carry_3, common[2];
-    NAME(update_pose_1)(motor, covariance, out_0, now_covariance, &now_predicted_square, &now_used, &now_first,
+    NAME(update_pose_result)(motor, covariance, out_0, now_covariance, &now_predicted_square, &now_used, &now_first,
     &now_turned, &now_moved, &converged, &steps);
     for (int repeats = 0; repeats < 20; repeats++) {
-        NAME(update_pose_2)(motor, covariance, out_0, carry, carry_2, &carry_2_2, &carry_3, NULL);
-        NAME(update_pose_3)(out_0, common);
+        NAME(update_pose_carry)(motor, covariance, out_0, carry, carry_2, &carry_2_2, &carry_3, NULL);
+        NAME(update_pose_common)(out_0, common);
         for (intptr_t j = 0; j < n; j++)
-            NAME(update_pose_4)(gate, out_0, carry, carry_2, carry_2_2, carry_3, model + 3 * j, spread + 3 * j,
-    seen + 3 * j, noise + 3 * j, common, carry, carry_2, &carry_2_2, &carry_3);
-        NAME(update_pose_5)(out_0, now_predicted_square, now_first, carry, carry_2, carry_2_2, next_now_motor,
-    next_now_covariance, &next_now_predicted_square, &next_now_first, &next_now_turned, &next_now_moved, NULL);
+            NAME(update_pose_carry_2)(gate, out_0, carry, carry_2, carry_2_2, carry_3, model + 3 * j,
+    spread + 3 * j, seen + 3 * j, noise + 3 * j, common, carry, carry_2, &carry_2_2, &carry_3);
+        NAME(update_pose_next_now_motor)(out_0, now_predicted_square, now_first, carry, carry_2, carry_2_2,
+    next_now_motor, next_now_covariance, &next_now_predicted_square, &next_now_first, &next_now_turned,
+    &next_now_moved, NULL);
         COPY(1, &carry_3, &next_now_used);
-        NAME(update_pose_6)(next_now_covariance, next_now_turned, next_now_moved, &converged);
+        NAME(update_pose_converged)(next_now_covariance, next_now_turned, next_now_moved, &converged);
         COPY(4, next_now_motor, out_0);
         COPY(6, next_now_covariance, now_covariance);
         COPY(1, &next_now_predicted_square, &now_predicted_square);
@@ -1464,7 +1467,7 @@ static INLINE void NAME(update_pose_within)(intptr_t n, const REAL *motor, const
         if (converged != 0)
             break;
     }
-    NAME(update_pose_7)(now_covariance, now_predicted_square, now_used, converged, out_1, out_2);
+    NAME(update_pose_result_2)(now_covariance, now_predicted_square, now_used, converged, out_1, out_2);
 }
 
 FUSED(update_pose, (intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model, const REAL *spread,
@@ -1489,8 +1492,8 @@ static INLINE WORD NAME(update_pose_lanes)(intptr_t n, const REAL *motor, const 
     gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
     gac_kept_7[NLANES];
     WORD far = 0;
-    NAME(update_pose_1_lanes)(motor, covariance, out_0, now_covariance, now_predicted_square, now_used, now_first,
-    now_turned, now_moved, converged, steps);
+    NAME(update_pose_result_lanes)(motor, covariance, out_0, now_covariance, now_predicted_square, now_used,
+    now_first, now_turned, now_moved, converged, steps);
     ROUNDS(rounds, 20) {
         KEEP(rounds, 4 * NLANES, out_0, gac_kept_0);
         KEEP(rounds, 6 * NLANES, now_covariance, gac_kept_1);
@@ -1500,17 +1503,17 @@ static INLINE WORD NAME(update_pose_lanes)(intptr_t n, const REAL *motor, const 
         KEEP(rounds, NLANES, now_turned, gac_kept_5);
         KEEP(rounds, NLANES, now_moved, gac_kept_6);
         KEEP(rounds, NLANES, converged, gac_kept_7);
-        far |= NAME(update_pose_2_lanes)(motor, covariance, out_0, carry, carry_2, carry_2_2, carry_3);
-        NAME(update_pose_3_lanes)(out_0, common);
+        far |= NAME(update_pose_carry_lanes)(motor, covariance, out_0, carry, carry_2, carry_2_2, carry_3);
+        NAME(update_pose_common_lanes)(out_0, common);
         for (intptr_t j = 0; j < n; j++)
-            NAME(update_pose_4_lanes)(gate, out_0, carry, carry_2, carry_2_2, carry_3, model + 3 * NLANES * j,
+            NAME(update_pose_carry_2_lanes)(gate, out_0, carry, carry_2, carry_2_2, carry_3, model + 3 * NLANES * j,
     spread + 3 * NLANES * j, seen + 3 * NLANES * j, noise + 3 * NLANES * j, common, carry, carry_2, carry_2_2,
     carry_3);
-        far |= NAME(update_pose_5_lanes)(out_0, now_predicted_square, now_first, carry, carry_2, carry_2_2,
-    next_now_motor, next_now_covariance, next_now_predicted_square, next_now_first, next_now_turned,
+        far |= NAME(update_pose_next_now_motor_lanes)(out_0, now_predicted_square, now_first, carry, carry_2,
+    carry_2_2, next_now_motor, next_now_covariance, next_now_predicted_square, next_now_first, next_now_turned,
     next_now_moved);
         COPY(NLANES, carry_3, next_now_used);
-        NAME(update_pose_6_lanes)(next_now_covariance, next_now_turned, next_now_moved, converged);
+        NAME(update_pose_converged_lanes)(next_now_covariance, next_now_turned, next_now_moved, converged);
         COPY(4 * NLANES, next_now_motor, out_0);
         COPY(6 * NLANES, next_now_covariance, now_covariance);
         COPY(NLANES, next_now_predicted_square, now_predicted_square);
@@ -1530,7 +1533,7 @@ static INLINE WORD NAME(update_pose_lanes)(intptr_t n, const REAL *motor, const 
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(update_pose_7_lanes)(now_covariance, now_predicted_square, now_used, converged, out_1, out_2);
+    NAME(update_pose_result_2_lanes)(now_covariance, now_predicted_square, now_used, converged, out_1, out_2);
     return far;
 }
 
@@ -1542,7 +1545,7 @@ GAC_PROCEDURE(update_pose, BUSY)
     AND OUT(8, out_2, scalar, 1, 1)
 #define WORK_nearest_on_path(WORK)
 
-static INLINE void NAME(nearest_on_path_1)(REAL *found)
+static INLINE void NAME(nearest_on_path_found_start)(REAL *found)
 {
     found[0] = (REAL)1e+60;
     found[1] = (REAL)1e+30;
@@ -1550,11 +1553,11 @@ static INLINE void NAME(nearest_on_path_1)(REAL *found)
     found[3] = (REAL)-1;
     found[4] = (REAL)0;
 }
-#define PARTS_nearest_on_path_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
-GAC_IN_LANES(nearest_on_path_1, PLAIN)
+#define PARTS_nearest_on_path_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 5)
+GAC_IN_LANES(nearest_on_path_found_start, PLAIN)
 
-static INLINE void NAME(nearest_on_path_2)(const REAL *p, REAL low, REAL high, const REAL *found, const REAL *piece,
-    const REAL *starts, const REAL *spans, REAL *found_out, WORD *far)
+static INLINE void NAME(nearest_on_path_found)(const REAL *p, REAL low, REAL high, const REAL *found, const REAL
+    *piece, const REAL *starts, const REAL *spans, REAL *found_out, WORD *far)
 {
     const REAL p_e1 = p[0], p_e2 = p[1];
     const REAL found_0 = found[0], found_1 = found[1], found_2 = found[2], found_3 = found[3], found_4 = found[4];
@@ -1597,19 +1600,19 @@ static INLINE void NAME(nearest_on_path_2)(const REAL *p, REAL low, REAL high, c
     found_out[3] = SELECT(t23, found_4, found_3);
     found_out[4] = found_4 + (REAL)1;
 }
-#define PARTS_nearest_on_path_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 5) \
-    AND SAME(4, 4) AND SAME(5, 4) AND SAME(6, 2) AND OUT(7, 5)
-GAC_IN_LANES(nearest_on_path_2, TURNS)
+#define PARTS_nearest_on_path_found(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND IN(3, 5) AND SAME(4, 4) AND SAME(5, 4) AND SAME(6, 2) AND OUT(7, 5)
+GAC_IN_LANES(nearest_on_path_found, TURNS)
 
-static INLINE void NAME(nearest_on_path_3)(const REAL *found, REAL *out_0, REAL *out_1, REAL *out_2)
+static INLINE void NAME(nearest_on_path_result)(const REAL *found, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL found_1 = found[1], found_2 = found[2], found_3 = found[3];
     out_0[0] = found_1;
     out_1[0] = found_2;
     out_2[0] = found_3;
 }
-#define PARTS_nearest_on_path_3(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(nearest_on_path_3, PLAIN)
+#define PARTS_nearest_on_path_result(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1)
+GAC_IN_LANES(nearest_on_path_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t navigation_nearest_on_path_work(intptr_t n)
@@ -1624,10 +1627,11 @@ static INLINE void NAME(nearest_on_path_within)(intptr_t n, const REAL *p, const
 {
     (void)work;
     REAL found[5];
-    NAME(nearest_on_path_1)(found);
+    NAME(nearest_on_path_found_start)(found);
     for (intptr_t i = 0; i < n; i++)
-        NAME(nearest_on_path_2)(p, low, high, found, pieces + 4 * i, starts + 4 * i, spans + 2 * i, found, NULL);
-    NAME(nearest_on_path_3)(found, out_0, out_1, out_2);
+        NAME(nearest_on_path_found)(p, low, high, found, pieces + 4 * i, starts + 4 * i, spans + 2 * i, found,
+    NULL);
+    NAME(nearest_on_path_result)(found, out_0, out_1, out_2);
 }
 
 FUSED(nearest_on_path, (intptr_t n, const REAL *p, const REAL *pieces, const REAL *starts, const REAL *spans,
@@ -1645,11 +1649,11 @@ static INLINE WORD NAME(nearest_on_path_lanes)(intptr_t n, const REAL *p, const 
 {
     _Alignas(64) REAL found[5 * NLANES];
     WORD far = 0;
-    NAME(nearest_on_path_1_lanes)(found);
+    NAME(nearest_on_path_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(nearest_on_path_2_lanes)(p, low, high, found, pieces + 4 * i, starts + 4 * i, spans + 2 * i,
+        far |= NAME(nearest_on_path_found_lanes)(p, low, high, found, pieces + 4 * i, starts + 4 * i, spans + 2 * i,
     found);
-    NAME(nearest_on_path_3_lanes)(found, out_0, out_1, out_2);
+    NAME(nearest_on_path_result_lanes)(found, out_0, out_1, out_2);
     return far;
 }
 
@@ -1660,16 +1664,7 @@ GAC_PROCEDURE(nearest_on_path, BUSY)
     AND OUT(4, out_1, scalar, 1, 1)
 #define WORK_distance_to_objects(WORK)
 
-static INLINE void NAME(distance_to_objects_1)(REAL *found)
-{
-    found[0] = (REAL)1e+30;
-    found[1] = (REAL)-1;
-    found[2] = (REAL)0;
-}
-#define PARTS_distance_to_objects_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(distance_to_objects_1, PLAIN)
-
-static INLINE void NAME(distance_to_objects_2)(const REAL *p, const REAL *found, const REAL *pose, const REAL
+static INLINE void NAME(distance_to_objects_found)(const REAL *p, const REAL *found, const REAL *pose, const REAL
     *sizes, REAL *found_out)
 {
     const REAL p_e20 = p[0], p_e01 = p[1];
@@ -1689,18 +1684,9 @@ static INLINE void NAME(distance_to_objects_2)(const REAL *p, const REAL *found,
     found_out[1] = SELECT(t8, found_2, found_1);
     found_out[2] = found_2 + (REAL)1;
 }
-#define PARTS_distance_to_objects_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND SAME(2, 4) AND SAME(3, 3) \
-    AND OUT(4, 3)
-GAC_IN_LANES(distance_to_objects_2, PLAIN)
-
-static INLINE void NAME(distance_to_objects_3)(const REAL *found, REAL *out_0, REAL *out_1)
-{
-    const REAL found_0 = found[0], found_1 = found[1];
-    out_0[0] = found_0;
-    out_1[0] = found_1;
-}
-#define PARTS_distance_to_objects_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(distance_to_objects_3, PLAIN)
+#define PARTS_distance_to_objects_found(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 3) AND SAME(2, 4) \
+    AND SAME(3, 3) AND OUT(4, 3)
+GAC_IN_LANES(distance_to_objects_found, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t navigation_distance_to_objects_work(intptr_t n)
@@ -1715,20 +1701,20 @@ void NAME(distance_to_objects)(intptr_t n, const REAL *p, const REAL *poses, con
 {
     (void)work;
     REAL found[3];
-    NAME(distance_to_objects_1)(found);
+    NAME(cast_ray_found_start)(found);
     for (intptr_t i = 0; i < n; i++)
-        NAME(distance_to_objects_2)(p, found, poses + 4 * i, sizes + 3 * i, found);
-    NAME(distance_to_objects_3)(found, out_0, out_1);
+        NAME(distance_to_objects_found)(p, found, poses + 4 * i, sizes + 3 * i, found);
+    NAME(cast_ray_result)(found, out_0, out_1);
 }
 
 static INLINE WORD NAME(distance_to_objects_lanes)(intptr_t n, const REAL *p, const REAL *poses, const REAL *sizes,
     REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL found[3 * NLANES];
-    NAME(distance_to_objects_1_lanes)(found);
+    NAME(cast_ray_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++)
-        NAME(distance_to_objects_2_lanes)(p, found, poses + 4 * i, sizes + 3 * i, found);
-    NAME(distance_to_objects_3_lanes)(found, out_0, out_1);
+        NAME(distance_to_objects_found_lanes)(p, found, poses + 4 * i, sizes + 3 * i, found);
+    NAME(cast_ray_result_lanes)(found, out_0, out_1);
     return 0;
 }
 
@@ -1739,7 +1725,7 @@ GAC_PROCEDURE(distance_to_objects, LANES)
     AND OUT(5, out_0, 4, 4, 1) AND OUT(6, out_1, scalar, 1, 1) AND OUT(7, out_2, scalar, 1, 1)
 #define WORK_circle_step(WORK)
 
-static INLINE void NAME(circle_step_1)(REAL *carry)
+static INLINE void NAME(circle_step_carry_start)(REAL *carry)
 {
     carry[0] = (REAL)0;
     carry[1] = (REAL)0;
@@ -1757,19 +1743,19 @@ static INLINE void NAME(circle_step_1)(REAL *carry)
     carry[13] = (REAL)0;
     carry[14] = (REAL)0;
 }
-#define PARTS_circle_step_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 15)
-GAC_IN_LANES(circle_step_1, PLAIN)
+#define PARTS_circle_step_carry_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 15)
+GAC_IN_LANES(circle_step_carry_start, PLAIN)
 
-static INLINE void NAME(circle_step_2)(const REAL *start, REAL *common)
+static INLINE void NAME(circle_step_common)(const REAL *start, REAL *common)
 {
     const REAL start_e0 = start[2];
     common[0] = start_e0 * (REAL)2;
 }
-#define PARTS_circle_step_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1)
-GAC_IN_LANES(circle_step_2, PLAIN)
+#define PARTS_circle_step_common(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1)
+GAC_IN_LANES(circle_step_common, PLAIN)
 
-static INLINE void NAME(circle_step_3)(const REAL *start, REAL curved, const REAL *carry, const REAL *point, const
-    REAL *spreads, REAL common, REAL *carry_out)
+static INLINE void NAME(circle_step_carry)(const REAL *start, REAL curved, const REAL *carry, const REAL *point,
+    const REAL *spreads, REAL common, REAL *carry_out)
 {
     const REAL start_e1 = start[0], start_e2 = start[1], start_e0 = start[2], start_einf = start[3];
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4],
@@ -1858,12 +1844,12 @@ static INLINE void NAME(circle_step_3)(const REAL *start, REAL curved, const REA
     carry_out[13] = carry_13 + t60 * t63;
     carry_out[14] = carry_14 + t60 * (t55 * t60);
 }
-#define PARTS_circle_step_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND IN(2, 15) AND IN(3, 2) \
+#define PARTS_circle_step_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND IN(2, 15) AND IN(3, 2) \
     AND IN(4, 3) AND NUMBER(5, 0) AND OUT(6, 15)
-GAC_IN_LANES(circle_step_3, PLAIN)
+GAC_IN_LANES(circle_step_carry, PLAIN)
 
-static INLINE void NAME(circle_step_4)(const REAL *start, REAL curved, REAL damping, const REAL *carry, REAL *out_0,
-    REAL *out_1, REAL *out_2)
+static INLINE void NAME(circle_step_result)(const REAL *start, REAL curved, REAL damping, const REAL *carry, REAL
+    *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL start_e1 = start[0], start_e2 = start[1], start_e0 = start[2], start_einf = start[3];
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4],
@@ -1915,9 +1901,9 @@ static INLINE void NAME(circle_step_4)(const REAL *start, REAL curved, REAL damp
     out_1[0] = carry_14;
     out_2[0] = carry_4 * t31 - carry_8 * t30 - carry_11 * t29 - carry_13 * t28;
 }
-#define PARTS_circle_step_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 15) \
-    AND OUT(4, 4) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(circle_step_4, PLAIN)
+#define PARTS_circle_step_result(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND IN(3, 15) AND OUT(4, 4) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(circle_step_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t navigation_circle_step_work(intptr_t n)
@@ -1932,23 +1918,23 @@ void NAME(circle_step)(intptr_t n, const REAL *points, const REAL *spreads, cons
 {
     (void)work;
     REAL carry[15], common;
-    NAME(circle_step_1)(carry);
-    NAME(circle_step_2)(start, &common);
+    NAME(circle_step_carry_start)(carry);
+    NAME(circle_step_common)(start, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(circle_step_3)(start, curved, carry, points + 2 * i, spreads + 3 * i, common, carry);
-    NAME(circle_step_4)(start, curved, damping, carry, out_0, out_1, out_2);
+        NAME(circle_step_carry)(start, curved, carry, points + 2 * i, spreads + 3 * i, common, carry);
+    NAME(circle_step_result)(start, curved, damping, carry, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(circle_step_lanes)(intptr_t n, const REAL *points, const REAL *spreads, const REAL *start,
     const REAL *curved, const REAL *damping, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL carry[15 * NLANES], common[NLANES];
-    NAME(circle_step_1_lanes)(carry);
-    NAME(circle_step_2_lanes)(start, common);
+    NAME(circle_step_carry_start_lanes)(carry);
+    NAME(circle_step_common_lanes)(start, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(circle_step_3_lanes)(start, curved, carry, points + 2 * NLANES * i, spreads + 3 * NLANES * i, common,
-    carry);
-    NAME(circle_step_4_lanes)(start, curved, damping, carry, out_0, out_1, out_2);
+        NAME(circle_step_carry_lanes)(start, curved, carry, points + 2 * NLANES * i, spreads + 3 * NLANES * i,
+    common, carry);
+    NAME(circle_step_result_lanes)(start, curved, damping, carry, out_0, out_1, out_2);
     return 0;
 }
 
@@ -1959,7 +1945,7 @@ GAC_PROCEDURE(circle_step, LANES)
     AND OUT(5, out_0, 5, 5, 1) AND OUT(6, out_1, scalar, 1, 1) AND OUT(7, out_2, scalar, 1, 1)
 #define WORK_sphere_step(WORK)
 
-static INLINE void NAME(sphere_step_1)(REAL *carry)
+static INLINE void NAME(sphere_step_carry_start)(REAL *carry)
 {
     carry[0] = (REAL)0;
     carry[1] = (REAL)0;
@@ -1983,19 +1969,19 @@ static INLINE void NAME(sphere_step_1)(REAL *carry)
     carry[19] = (REAL)0;
     carry[20] = (REAL)0;
 }
-#define PARTS_sphere_step_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
-GAC_IN_LANES(sphere_step_1, PLAIN)
+#define PARTS_sphere_step_carry_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
+GAC_IN_LANES(sphere_step_carry_start, PLAIN)
 
-static INLINE void NAME(sphere_step_2)(const REAL *start, REAL *common)
+static INLINE void NAME(sphere_step_common)(const REAL *start, REAL *common)
 {
     const REAL start_e0 = start[3];
     common[0] = start_e0 * (REAL)2;
 }
-#define PARTS_sphere_step_2(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND OUT(1, 1)
-GAC_IN_LANES(sphere_step_2, PLAIN)
+#define PARTS_sphere_step_common(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND OUT(1, 1)
+GAC_IN_LANES(sphere_step_common, PLAIN)
 
-static INLINE void NAME(sphere_step_3)(const REAL *start, REAL curved, const REAL *carry, const REAL *point, const
-    REAL *spreads, REAL common, REAL *carry_out)
+static INLINE void NAME(sphere_step_carry)(const REAL *start, REAL curved, const REAL *carry, const REAL *point,
+    const REAL *spreads, REAL common, REAL *carry_out)
 {
     const REAL start_e1 = start[0], start_e2 = start[1], start_e3 = start[2], start_e0 = start[3],
         start_einf = start[4];
@@ -2109,12 +2095,12 @@ static INLINE void NAME(sphere_step_3)(const REAL *start, REAL curved, const REA
     carry_out[19] = carry_19 + t75 * t79;
     carry_out[20] = carry_20 + t75 * (t63 * t75);
 }
-#define PARTS_sphere_step_3(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 3) \
+#define PARTS_sphere_step_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 3) \
     AND IN(4, 6) AND NUMBER(5, 0) AND OUT(6, 21)
-GAC_IN_LANES(sphere_step_3, PLAIN)
+GAC_IN_LANES(sphere_step_carry, PLAIN)
 
-static INLINE void NAME(sphere_step_4)(const REAL *start, REAL curved, REAL damping, const REAL *carry, REAL *out_0,
-    REAL *out_1, REAL *out_2)
+static INLINE void NAME(sphere_step_result)(const REAL *start, REAL curved, REAL damping, const REAL *carry, REAL
+    *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL start_e1 = start[0], start_e2 = start[1], start_e3 = start[2], start_e0 = start[3],
         start_einf = start[4];
@@ -2185,9 +2171,9 @@ static INLINE void NAME(sphere_step_4)(const REAL *start, REAL curved, REAL damp
     out_1[0] = carry_20;
     out_2[0] = carry_5 * t46 - carry_10 * t45 - carry_14 * t44 - carry_17 * t43 - carry_19 * t42;
 }
-#define PARTS_sphere_step_4(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 21) \
-    AND OUT(4, 5) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(sphere_step_4, PLAIN)
+#define PARTS_sphere_step_result(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND IN(3, 21) AND OUT(4, 5) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(sphere_step_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t navigation_sphere_step_work(intptr_t n)
@@ -2202,23 +2188,23 @@ void NAME(sphere_step)(intptr_t n, const REAL *points, const REAL *spreads, cons
 {
     (void)work;
     REAL carry[21], common;
-    NAME(sphere_step_1)(carry);
-    NAME(sphere_step_2)(start, &common);
+    NAME(sphere_step_carry_start)(carry);
+    NAME(sphere_step_common)(start, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(sphere_step_3)(start, curved, carry, points + 3 * i, spreads + 6 * i, common, carry);
-    NAME(sphere_step_4)(start, curved, damping, carry, out_0, out_1, out_2);
+        NAME(sphere_step_carry)(start, curved, carry, points + 3 * i, spreads + 6 * i, common, carry);
+    NAME(sphere_step_result)(start, curved, damping, carry, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(sphere_step_lanes)(intptr_t n, const REAL *points, const REAL *spreads, const REAL *start,
     const REAL *curved, const REAL *damping, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL carry[21 * NLANES], common[NLANES];
-    NAME(sphere_step_1_lanes)(carry);
-    NAME(sphere_step_2_lanes)(start, common);
+    NAME(sphere_step_carry_start_lanes)(carry);
+    NAME(sphere_step_common_lanes)(start, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(sphere_step_3_lanes)(start, curved, carry, points + 3 * NLANES * i, spreads + 6 * NLANES * i, common,
-    carry);
-    NAME(sphere_step_4_lanes)(start, curved, damping, carry, out_0, out_1, out_2);
+        NAME(sphere_step_carry_lanes)(start, curved, carry, points + 3 * NLANES * i, spreads + 6 * NLANES * i,
+    common, carry);
+    NAME(sphere_step_result_lanes)(start, curved, damping, carry, out_0, out_1, out_2);
     return 0;
 }
 

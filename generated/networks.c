@@ -2,7 +2,7 @@
 // command: gac generate --all networks
 // spec: ea6f0e99f9bacc33
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 5b76246d5389170cd9074c9125838fe1f2d64768de4a58391f630cda69184254
+// body: 088ff71c2b74b47a9ad379ecfc62706248785e23d2263bb22a96af77883b49fd
 
 #ifndef REAL
 #include "networks.h"
@@ -3384,13 +3384,13 @@ GAC_KERNEL_AND_FORMS(silu_pull, BUSY, NO, GAC_USE(silu_pull, x, NO, 1, 2, 1))
     AND OUT(9, out, scalar, 1, r)
 #define WORK_weighted_by_table(WORK)
 
-static INLINE void NAME(weighted_by_table_1)(REAL factor, REAL x, REAL y, REAL z, REAL *mapped)
+static INLINE void NAME(weighted_by_table_mapped)(REAL factor, REAL x, REAL y, REAL z, REAL *mapped)
 {
     mapped[0] = z * (y * (factor * x));
 }
-#define PARTS_weighted_by_table_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 1) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_weighted_by_table_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 1) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(weighted_by_table_1, PLAIN)
+GAC_IN_LANES(weighted_by_table_mapped, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t networks_weighted_by_table_work(intptr_t p, intptr_t q, intptr_t s, intptr_t t, intptr_t r)
@@ -3408,7 +3408,7 @@ void NAME(weighted_by_table)(intptr_t p, intptr_t q, intptr_t s, intptr_t t, int
     REAL mapped;
     CLEAR(r, out);
     for (intptr_t i = 0; i < t; i++) {
-        NAME(weighted_by_table_1)(sign[i], a[left[i]], b[right[i]], w[path[i]], &mapped);
+        NAME(weighted_by_table_mapped)(sign[i], a[left[i]], b[right[i]], w[path[i]], &mapped);
         if (target[i] >= 0)
             ADD(1, &mapped, out + target[i]);
     }
@@ -3422,8 +3422,8 @@ static INLINE WORD NAME(weighted_by_table_lanes)(intptr_t p, intptr_t q, intptr_
     _Alignas(64) REAL mapped[NLANES];
     CLEAR(NLANES * r, out);
     for (intptr_t i = 0; i < t; i++) {
-        NAME(weighted_by_table_1_lanes)(sign + i, a + NLANES * left[i], b + NLANES * right[i], w + NLANES * path[i],
-    mapped);
+        NAME(weighted_by_table_mapped_lanes)(sign + i, a + NLANES * left[i], b + NLANES * right[i],
+    w + NLANES * path[i], mapped);
         if (target[i] >= 0)
             ADD(NLANES, mapped, out + NLANES * target[i]);
     }
@@ -3436,33 +3436,34 @@ GAC_PROCEDURE(weighted_by_table, LANES)
     AND NUMBER(1, slope) AND NUMBER(2, bound) AND OUT(3, out, scalar, 1, n)
 #define WORK_bounded(WORK)
 
-static INLINE void NAME(bounded_1)(REAL *sum)
+static INLINE void NAME(bounded_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
 }
-#define PARTS_bounded_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(bounded_1, PLAIN)
+#define PARTS_bounded_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(bounded_sum_start, PLAIN)
 
-static INLINE void NAME(bounded_2)(REAL sum, REAL c, REAL *sum_out)
+static INLINE void NAME(bounded_sum)(REAL sum, REAL c, REAL *sum_out)
 {
     sum_out[0] = sum + c * c;
 }
-#define PARTS_bounded_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(bounded_2, PLAIN)
+#define PARTS_bounded_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(bounded_sum, PLAIN)
 
-static INLINE void NAME(bounded_3)(REAL slope, REAL bound, REAL sum, REAL *common)
+static INLINE void NAME(bounded_common)(REAL slope, REAL bound, REAL sum, REAL *common)
 {
     common[0] = (REAL)1 / (slope + SQRT(sum + (REAL)1e-30) / bound);
 }
-#define PARTS_bounded_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
-GAC_IN_LANES(bounded_3, PLAIN)
+#define PARTS_bounded_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 1)
+GAC_IN_LANES(bounded_common, PLAIN)
 
-static INLINE void NAME(bounded_4)(REAL c, REAL common, REAL *out)
+static INLINE void NAME(bounded_result)(REAL c, REAL common, REAL *out)
 {
     out[0] = c * common;
 }
-#define PARTS_bounded_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(bounded_4, PLAIN)
+#define PARTS_bounded_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(bounded_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t networks_bounded_work(intptr_t n)
@@ -3476,23 +3477,23 @@ void NAME(bounded)(intptr_t n, const REAL *x, REAL slope, REAL bound, REAL *out,
 {
     (void)work;
     REAL sum, common;
-    NAME(bounded_1)(&sum);
+    NAME(bounded_sum_start)(&sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(bounded_2)(sum, x[i], &sum);
-    NAME(bounded_3)(slope, bound, sum, &common);
+        NAME(bounded_sum)(sum, x[i], &sum);
+    NAME(bounded_common)(slope, bound, sum, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(bounded_4)(x[i], common, out + i);
+        NAME(bounded_result)(x[i], common, out + i);
 }
 
 static INLINE WORD NAME(bounded_lanes)(intptr_t n, const REAL *x, const REAL *slope, const REAL *bound, REAL *out)
 {
     _Alignas(64) REAL sum[NLANES], common[NLANES];
-    NAME(bounded_1_lanes)(sum);
+    NAME(bounded_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(bounded_2_lanes)(sum, x + NLANES * i, sum);
-    NAME(bounded_3_lanes)(slope, bound, sum, common);
+        NAME(bounded_sum_lanes)(sum, x + NLANES * i, sum);
+    NAME(bounded_common_lanes)(slope, bound, sum, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(bounded_4_lanes)(x + NLANES * i, common, out + NLANES * i);
+        NAME(bounded_result_lanes)(x + NLANES * i, common, out + NLANES * i);
     return 0;
 }
 
@@ -3503,80 +3504,37 @@ GAC_PROCEDURE(bounded, LANES)
     AND OUT(5, out_1, scalar, 1, n)
 #define WORK_bounded_vjp_x(WORK)
 
-static INLINE void NAME(bounded_vjp_x_1)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-}
-#define PARTS_bounded_vjp_x_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(bounded_vjp_x_1, PLAIN)
-
-static INLINE void NAME(bounded_vjp_x_2)(REAL sum, REAL c, REAL *sum_out)
-{
-    sum_out[0] = sum + c * c;
-}
-#define PARTS_bounded_vjp_x_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(bounded_vjp_x_2, PLAIN)
-
-static INLINE void NAME(bounded_vjp_x_3)(REAL slope, REAL bound, REAL sum_2, REAL *common)
-{
-    common[0] = (REAL)1 / (slope + SQRT(sum_2 + (REAL)1e-30) / bound);
-}
-#define PARTS_bounded_vjp_x_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(bounded_vjp_x_3, PLAIN)
-
-static INLINE void NAME(bounded_vjp_x_6)(REAL *common_adjoint)
-{
-    common_adjoint[0] = (REAL)0;
-}
-#define PARTS_bounded_vjp_x_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(bounded_vjp_x_6, PLAIN)
-
-static INLINE void NAME(bounded_vjp_x_4)(REAL c_2, REAL common, REAL *out_0)
-{
-    out_0[0] = c_2 * common;
-}
-#define PARTS_bounded_vjp_x_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(bounded_vjp_x_4, PLAIN)
-
-static INLINE void NAME(bounded_vjp_x_7)(REAL common, REAL c_2, REAL cotangent, REAL x_adjoint, REAL common_adjoint,
-    REAL *out_1, REAL *common_adjoint_out)
+static INLINE void NAME(bounded_vjp_x_result)(REAL common, REAL c_2, REAL cotangent, REAL x_adjoint, REAL
+    common_adjoint, REAL *out_1, REAL *common_adjoint_out)
 {
     out_1[0] = x_adjoint + common * cotangent;
     common_adjoint_out[0] = common_adjoint + c_2 * cotangent;
 }
-#define PARTS_bounded_vjp_x_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_bounded_vjp_x_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(bounded_vjp_x_7, PLAIN)
+GAC_IN_LANES(bounded_vjp_x_result, PLAIN)
 
-static INLINE void NAME(bounded_vjp_x_5)(REAL *sum_adjoint)
-{
-    sum_adjoint[0] = (REAL)0;
-}
-#define PARTS_bounded_vjp_x_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(bounded_vjp_x_5, PLAIN)
-
-static INLINE void NAME(bounded_vjp_x_8)(REAL slope, REAL bound, REAL sum_2, REAL common_adjoint, REAL sum_adjoint,
-    REAL *sum_adjoint_out)
+static INLINE void NAME(bounded_vjp_x_sum_adjoint)(REAL slope, REAL bound, REAL sum_2, REAL common_adjoint, REAL
+    sum_adjoint, REAL *sum_adjoint_out)
 {
     const REAL t0 = SQRT(sum_2 + (REAL)1e-30);
     const REAL t1 = (REAL)1 / bound;
     const REAL t2 = (REAL)1 / (slope + t1 * t0);
     sum_adjoint_out[0] = sum_adjoint - common_adjoint * (t2 * (t2 * (t1 * (REAL)0.5 / t0)));
 }
-#define PARTS_bounded_vjp_x_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_bounded_vjp_x_sum_adjoint(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(bounded_vjp_x_8, PLAIN)
+GAC_IN_LANES(bounded_vjp_x_sum_adjoint, PLAIN)
 
-static INLINE void NAME(bounded_vjp_x_9)(REAL c, REAL sum_adjoint, REAL x_adjoint, REAL *sum_adjoint_out, REAL
-    *out_1)
+static INLINE void NAME(bounded_vjp_x_sum_adjoint_2)(REAL c, REAL sum_adjoint, REAL x_adjoint, REAL
+    *sum_adjoint_out, REAL *out_1)
 {
     sum_adjoint_out[0] = sum_adjoint;
     out_1[0] = x_adjoint + sum_adjoint * (c + c);
 }
-#define PARTS_bounded_vjp_x_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_bounded_vjp_x_sum_adjoint_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(bounded_vjp_x_9, PLAIN)
+GAC_IN_LANES(bounded_vjp_x_sum_adjoint_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t networks_bounded_vjp_x_work(intptr_t n)
@@ -3591,41 +3549,42 @@ void NAME(bounded_vjp_x)(intptr_t n, const REAL *x, REAL slope, REAL bound, cons
 {
     (void)work;
     REAL sum, common, sum_adjoint, common_adjoint;
-    NAME(bounded_vjp_x_1)(&sum);
+    NAME(bounded_sum_start)(&sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(bounded_vjp_x_2)(sum, x[i], &sum);
-    NAME(bounded_vjp_x_3)(slope, bound, sum, &common);
+        NAME(bounded_sum)(sum, x[i], &sum);
+    NAME(bounded_common)(slope, bound, sum, &common);
     CLEAR(n, out_1);
-    NAME(bounded_vjp_x_6)(&common_adjoint);
+    NAME(bounded_sum_start)(&common_adjoint);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(bounded_vjp_x_4)(x[i], common, out_0 + i);
-        NAME(bounded_vjp_x_7)(common, x[i], cotangent[i], out_1[i], common_adjoint, out_1 + i, &common_adjoint);
+        NAME(bounded_result)(x[i], common, out_0 + i);
+        NAME(bounded_vjp_x_result)(common, x[i], cotangent[i], out_1[i], common_adjoint, out_1 + i,
+    &common_adjoint);
     }
-    NAME(bounded_vjp_x_5)(&sum_adjoint);
-    NAME(bounded_vjp_x_8)(slope, bound, sum, common_adjoint, sum_adjoint, &sum_adjoint);
+    NAME(bounded_sum_start)(&sum_adjoint);
+    NAME(bounded_vjp_x_sum_adjoint)(slope, bound, sum, common_adjoint, sum_adjoint, &sum_adjoint);
     for (intptr_t i = n; i-- > 0;)
-        NAME(bounded_vjp_x_9)(x[i], sum_adjoint, out_1[i], &sum_adjoint, out_1 + i);
+        NAME(bounded_vjp_x_sum_adjoint_2)(x[i], sum_adjoint, out_1[i], &sum_adjoint, out_1 + i);
 }
 
 static INLINE WORD NAME(bounded_vjp_x_lanes)(intptr_t n, const REAL *x, const REAL *slope, const REAL *bound,
     const REAL *cotangent, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL sum[NLANES], common[NLANES], sum_adjoint[NLANES], common_adjoint[NLANES];
-    NAME(bounded_vjp_x_1_lanes)(sum);
+    NAME(bounded_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(bounded_vjp_x_2_lanes)(sum, x + NLANES * i, sum);
-    NAME(bounded_vjp_x_3_lanes)(slope, bound, sum, common);
+        NAME(bounded_sum_lanes)(sum, x + NLANES * i, sum);
+    NAME(bounded_common_lanes)(slope, bound, sum, common);
     CLEAR(NLANES * n, out_1);
-    NAME(bounded_vjp_x_6_lanes)(common_adjoint);
+    NAME(bounded_sum_start_lanes)(common_adjoint);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(bounded_vjp_x_4_lanes)(x + NLANES * i, common, out_0 + NLANES * i);
-        NAME(bounded_vjp_x_7_lanes)(common, x + NLANES * i, cotangent + NLANES * i, out_1 + NLANES * i,
+        NAME(bounded_result_lanes)(x + NLANES * i, common, out_0 + NLANES * i);
+        NAME(bounded_vjp_x_result_lanes)(common, x + NLANES * i, cotangent + NLANES * i, out_1 + NLANES * i,
     common_adjoint, out_1 + NLANES * i, common_adjoint);
     }
-    NAME(bounded_vjp_x_5_lanes)(sum_adjoint);
-    NAME(bounded_vjp_x_8_lanes)(slope, bound, sum, common_adjoint, sum_adjoint, sum_adjoint);
+    NAME(bounded_sum_start_lanes)(sum_adjoint);
+    NAME(bounded_vjp_x_sum_adjoint_lanes)(slope, bound, sum, common_adjoint, sum_adjoint, sum_adjoint);
     for (intptr_t i = n; i-- > 0;)
-        NAME(bounded_vjp_x_9_lanes)(x + NLANES * i, sum_adjoint, out_1 + NLANES * i, sum_adjoint,
+        NAME(bounded_vjp_x_sum_adjoint_2_lanes)(x + NLANES * i, sum_adjoint, out_1 + NLANES * i, sum_adjoint,
     out_1 + NLANES * i);
     return 0;
 }
@@ -3637,26 +3596,20 @@ GAC_PROCEDURE(bounded_vjp_x, LANES)
     AND INDEX(3, grade, n, k) AND SAME(4, zero, scalar, 1, k) AND OUT(5, out, scalar, 1, n)
 #define WORK_gated(WORK) WORK(6, scattered, scalar, 1, k) WORK(7, mapped_2, scalar, 1, k)
 
-static INLINE void NAME(gated_1)(REAL c, REAL *mapped)
+static INLINE void NAME(gated_mapped)(REAL c, REAL *mapped)
 {
     mapped[0] = c * c;
 }
-#define PARTS_gated_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(gated_1, PLAIN)
+#define PARTS_gated_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(gated_mapped, PLAIN)
 
-static INLINE void NAME(gated_2)(REAL s, REAL a, REAL b, REAL *mapped_2)
+static INLINE void NAME(gated_mapped_2)(REAL s, REAL a, REAL b, REAL *mapped_2)
 {
     mapped_2[0] = (REAL)1 / ((REAL)1 + EXP(-(b + s * a)));
 }
-#define PARTS_gated_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
-GAC_IN_LANES(gated_2, PLAIN)
-
-static INLINE void NAME(gated_3)(REAL c, REAL g, REAL *out)
-{
-    out[0] = c * g;
-}
-#define PARTS_gated_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(gated_3, PLAIN)
+#define PARTS_gated_mapped_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 1)
+GAC_IN_LANES(gated_mapped_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t networks_gated_work(intptr_t n, intptr_t k)
@@ -3673,14 +3626,14 @@ static INLINE void NAME(gated_within)(intptr_t n, intptr_t k, const REAL *x, con
     REAL mapped, *const scattered = work, *const mapped_2 = scattered + k;
     CLEAR(k, scattered);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(gated_1)(x[i], &mapped);
+        NAME(gated_mapped)(x[i], &mapped);
         if (grade[i] >= 0)
             ADD(1, &mapped, scattered + grade[i]);
     }
     for (intptr_t i = 0; i < k; i++)
-        NAME(gated_2)(scattered[i], slope[i], offset[i], mapped_2 + i);
+        NAME(gated_mapped_2)(scattered[i], slope[i], offset[i], mapped_2 + i);
     for (intptr_t i = 0; i < n; i++)
-        NAME(gated_3)(x[i], mapped_2[grade[i]], out + i);
+        NAME(bounded_result)(x[i], mapped_2[grade[i]], out + i);
 }
 
 FUSED(gated, (intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset, const int64_t *grade,
@@ -3698,14 +3651,15 @@ static INLINE WORD NAME(gated_lanes)(intptr_t n, intptr_t k, const REAL *x, cons
     _Alignas(64) REAL mapped[NLANES];
     CLEAR(NLANES * k, scattered);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(gated_1_lanes)(x + NLANES * i, mapped);
+        NAME(gated_mapped_lanes)(x + NLANES * i, mapped);
         if (grade[i] >= 0)
             ADD(NLANES, mapped, scattered + NLANES * grade[i]);
     }
     for (intptr_t i = 0; i < k; i++)
-        NAME(gated_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i, mapped_2 + NLANES * i);
+        NAME(gated_mapped_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
+    mapped_2 + NLANES * i);
     for (intptr_t i = 0; i < n; i++)
-        NAME(gated_3_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out + NLANES * i);
+        NAME(bounded_result_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out + NLANES * i);
     return 0;
 }
 
@@ -3719,53 +3673,34 @@ GAC_PROCEDURE(gated, BUSY)
     WORK(10, mapped_adjoint, scalar, 1, n) WORK(11, scattered_adjoint, scalar, 1, k) \
     WORK(12, mapped_2_adjoint, scalar, 1, k)
 
-static INLINE void NAME(gated_vjp_x_1)(REAL c, REAL *mapped)
-{
-    mapped[0] = c * c;
-}
-#define PARTS_gated_vjp_x_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(gated_vjp_x_1, PLAIN)
-
-static INLINE void NAME(gated_vjp_x_2)(REAL s, REAL a, REAL b, REAL *mapped_2)
-{
-    mapped_2[0] = (REAL)1 / ((REAL)1 + EXP(-(b + s * a)));
-}
-#define PARTS_gated_vjp_x_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
-GAC_IN_LANES(gated_vjp_x_2, PLAIN)
-
-static INLINE void NAME(gated_vjp_x_3)(REAL c_2, REAL g, REAL *out_0)
-{
-    out_0[0] = c_2 * g;
-}
-#define PARTS_gated_vjp_x_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(gated_vjp_x_3, PLAIN)
-
-static INLINE void NAME(gated_vjp_x_4)(REAL c_2, REAL g, REAL cotangent, REAL x_adjoint, REAL *out_1, REAL
+static INLINE void NAME(gated_vjp_x_result)(REAL c_2, REAL g, REAL cotangent, REAL x_adjoint, REAL *out_1, REAL
     *mapped_2_part)
 {
     out_1[0] = x_adjoint + g * cotangent;
     mapped_2_part[0] = c_2 * cotangent;
 }
-#define PARTS_gated_vjp_x_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_gated_vjp_x_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(gated_vjp_x_4, PLAIN)
+GAC_IN_LANES(gated_vjp_x_result, PLAIN)
 
-static INLINE void NAME(gated_vjp_x_5)(REAL s, REAL a, REAL b, REAL mapped_2_adjoint, REAL *scattered_adjoint)
+static INLINE void NAME(gated_vjp_x_scattered_adjoint)(REAL s, REAL a, REAL b, REAL mapped_2_adjoint, REAL
+    *scattered_adjoint)
 {
     const REAL t0 = EXP(-(b + s * a));
     const REAL t1 = (REAL)1 / ((REAL)1 + t0);
     scattered_adjoint[0] = mapped_2_adjoint * (t1 * (t1 * (a * t0)));
 }
-#define PARTS_gated_vjp_x_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(gated_vjp_x_5, PLAIN)
+#define PARTS_gated_vjp_x_scattered_adjoint(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) \
+    AND NUMBER(2, 0) AND NUMBER(3, 0) AND OUT(4, 1)
+GAC_IN_LANES(gated_vjp_x_scattered_adjoint, PLAIN)
 
-static INLINE void NAME(gated_vjp_x_6)(REAL c, REAL mapped_adjoint, REAL x_adjoint, REAL *out_1)
+static INLINE void NAME(gated_vjp_x_result_2)(REAL c, REAL mapped_adjoint, REAL x_adjoint, REAL *out_1)
 {
     out_1[0] = x_adjoint + mapped_adjoint * (c + c);
 }
-#define PARTS_gated_vjp_x_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
-GAC_IN_LANES(gated_vjp_x_6, PLAIN)
+#define PARTS_gated_vjp_x_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 1)
+GAC_IN_LANES(gated_vjp_x_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t networks_gated_vjp_x_work(intptr_t n, intptr_t k)
@@ -3783,27 +3718,28 @@ static INLINE void NAME(gated_vjp_x_within)(intptr_t n, intptr_t k, const REAL *
     *const scattered_adjoint = mapped_adjoint + n, *const mapped_2_adjoint = scattered_adjoint + k, mapped_2_part;
     CLEAR(k, scattered);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(gated_vjp_x_1)(x[i], &mapped);
+        NAME(gated_mapped)(x[i], &mapped);
         if (grade[i] >= 0)
             ADD(1, &mapped, scattered + grade[i]);
     }
     for (intptr_t i = 0; i < k; i++)
-        NAME(gated_vjp_x_2)(scattered[i], slope[i], offset[i], mapped_2 + i);
+        NAME(gated_mapped_2)(scattered[i], slope[i], offset[i], mapped_2 + i);
     CLEAR(n, out_1);
     CLEAR(k, mapped_2_adjoint);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(gated_vjp_x_3)(x[i], mapped_2[grade[i]], out_0 + i);
-        NAME(gated_vjp_x_4)(x[i], mapped_2[grade[i]], cotangent[i], out_1[i], out_1 + i, &mapped_2_part);
+        NAME(bounded_result)(x[i], mapped_2[grade[i]], out_0 + i);
+        NAME(gated_vjp_x_result)(x[i], mapped_2[grade[i]], cotangent[i], out_1[i], out_1 + i, &mapped_2_part);
         if (grade[i] >= 0)
             ADD(1, &mapped_2_part, mapped_2_adjoint + grade[i]);
     }
     CLEAR(n, mapped_adjoint);
     for (intptr_t i = k; i-- > 0;)
-        NAME(gated_vjp_x_5)(scattered[i], slope[i], offset[i], mapped_2_adjoint[i], scattered_adjoint + i);
+        NAME(gated_vjp_x_scattered_adjoint)(scattered[i], slope[i], offset[i], mapped_2_adjoint[i],
+    scattered_adjoint + i);
     for (intptr_t i = n; i-- > 0;) {
         if (grade[i] >= 0)
             ADD(1, scattered_adjoint + grade[i], mapped_adjoint + i);
-        NAME(gated_vjp_x_6)(x[i], mapped_adjoint[i], out_1[i], out_1 + i);
+        NAME(gated_vjp_x_result_2)(x[i], mapped_adjoint[i], out_1[i], out_1 + i);
     }
 }
 
@@ -3825,30 +3761,30 @@ static INLINE WORD NAME(gated_vjp_x_lanes)(intptr_t n, intptr_t k, const REAL *x
     _Alignas(64) REAL mapped[NLANES], mapped_2_part[NLANES];
     CLEAR(NLANES * k, scattered);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(gated_vjp_x_1_lanes)(x + NLANES * i, mapped);
+        NAME(gated_mapped_lanes)(x + NLANES * i, mapped);
         if (grade[i] >= 0)
             ADD(NLANES, mapped, scattered + NLANES * grade[i]);
     }
     for (intptr_t i = 0; i < k; i++)
-        NAME(gated_vjp_x_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
+        NAME(gated_mapped_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
     mapped_2 + NLANES * i);
     CLEAR(NLANES * n, out_1);
     CLEAR(NLANES * k, mapped_2_adjoint);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(gated_vjp_x_3_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out_0 + NLANES * i);
-        NAME(gated_vjp_x_4_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], cotangent + NLANES * i,
+        NAME(bounded_result_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out_0 + NLANES * i);
+        NAME(gated_vjp_x_result_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], cotangent + NLANES * i,
     out_1 + NLANES * i, out_1 + NLANES * i, mapped_2_part);
         if (grade[i] >= 0)
             ADD(NLANES, mapped_2_part, mapped_2_adjoint + NLANES * grade[i]);
     }
     CLEAR(NLANES * n, mapped_adjoint);
     for (intptr_t i = k; i-- > 0;)
-        NAME(gated_vjp_x_5_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
+        NAME(gated_vjp_x_scattered_adjoint_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
     mapped_2_adjoint + NLANES * i, scattered_adjoint + NLANES * i);
     for (intptr_t i = n; i-- > 0;) {
         if (grade[i] >= 0)
             ADD(NLANES, scattered_adjoint + NLANES * grade[i], mapped_adjoint + NLANES * i);
-        NAME(gated_vjp_x_6_lanes)(x + NLANES * i, mapped_adjoint + NLANES * i, out_1 + NLANES * i,
+        NAME(gated_vjp_x_result_2_lanes)(x + NLANES * i, mapped_adjoint + NLANES * i, out_1 + NLANES * i,
     out_1 + NLANES * i);
     }
     return 0;
@@ -3863,44 +3799,15 @@ GAC_PROCEDURE(gated_vjp_x, BUSY)
 #define WORK_gated_vjp_slope(WORK) WORK(8, scattered, scalar, 1, k) WORK(9, mapped_2, scalar, 1, k) \
     WORK(10, mapped_2_adjoint, scalar, 1, k)
 
-static INLINE void NAME(gated_vjp_slope_1)(REAL c, REAL *mapped)
-{
-    mapped[0] = c * c;
-}
-#define PARTS_gated_vjp_slope_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(gated_vjp_slope_1, PLAIN)
-
-static INLINE void NAME(gated_vjp_slope_2)(REAL s, REAL a, REAL b, REAL *mapped_2)
-{
-    mapped_2[0] = (REAL)1 / ((REAL)1 + EXP(-(b + s * a)));
-}
-#define PARTS_gated_vjp_slope_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(gated_vjp_slope_2, PLAIN)
-
-static INLINE void NAME(gated_vjp_slope_3)(REAL c_2, REAL g, REAL *out_0)
-{
-    out_0[0] = c_2 * g;
-}
-#define PARTS_gated_vjp_slope_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(gated_vjp_slope_3, PLAIN)
-
-static INLINE void NAME(gated_vjp_slope_4)(REAL c_2, REAL cotangent, REAL *mapped_2_part)
-{
-    mapped_2_part[0] = c_2 * cotangent;
-}
-#define PARTS_gated_vjp_slope_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(gated_vjp_slope_4, PLAIN)
-
-static INLINE void NAME(gated_vjp_slope_5)(REAL s, REAL a, REAL b, REAL mapped_2_adjoint, REAL *out_1)
+static INLINE void NAME(gated_vjp_slope_result)(REAL s, REAL a, REAL b, REAL mapped_2_adjoint, REAL *out_1)
 {
     const REAL t0 = EXP(-(b + s * a));
     const REAL t1 = (REAL)1 / ((REAL)1 + t0);
     out_1[0] = mapped_2_adjoint * (t1 * (t1 * (s * t0)));
 }
-#define PARTS_gated_vjp_slope_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_gated_vjp_slope_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(gated_vjp_slope_5, PLAIN)
+GAC_IN_LANES(gated_vjp_slope_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t networks_gated_vjp_slope_work(intptr_t n, intptr_t k)
@@ -3919,21 +3826,21 @@ static INLINE void NAME(gated_vjp_slope_within)(intptr_t n, intptr_t k, const RE
     mapped_2_part;
     CLEAR(k, scattered);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(gated_vjp_slope_1)(x[i], &mapped);
+        NAME(gated_mapped)(x[i], &mapped);
         if (grade[i] >= 0)
             ADD(1, &mapped, scattered + grade[i]);
     }
     for (intptr_t i = 0; i < k; i++)
-        NAME(gated_vjp_slope_2)(scattered[i], slope[i], offset[i], mapped_2 + i);
+        NAME(gated_mapped_2)(scattered[i], slope[i], offset[i], mapped_2 + i);
     CLEAR(k, mapped_2_adjoint);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(gated_vjp_slope_3)(x[i], mapped_2[grade[i]], out_0 + i);
-        NAME(gated_vjp_slope_4)(x[i], cotangent[i], &mapped_2_part);
+        NAME(bounded_result)(x[i], mapped_2[grade[i]], out_0 + i);
+        NAME(bounded_result)(x[i], cotangent[i], &mapped_2_part);
         if (grade[i] >= 0)
             ADD(1, &mapped_2_part, mapped_2_adjoint + grade[i]);
     }
     for (intptr_t i = k; i-- > 0;)
-        NAME(gated_vjp_slope_5)(scattered[i], slope[i], offset[i], mapped_2_adjoint[i], out_1 + i);
+        NAME(gated_vjp_slope_result)(scattered[i], slope[i], offset[i], mapped_2_adjoint[i], out_1 + i);
 }
 
 FUSED(gated_vjp_slope, (intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset,
@@ -3954,22 +3861,22 @@ static INLINE WORD NAME(gated_vjp_slope_lanes)(intptr_t n, intptr_t k, const REA
     _Alignas(64) REAL mapped[NLANES], mapped_2_part[NLANES];
     CLEAR(NLANES * k, scattered);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(gated_vjp_slope_1_lanes)(x + NLANES * i, mapped);
+        NAME(gated_mapped_lanes)(x + NLANES * i, mapped);
         if (grade[i] >= 0)
             ADD(NLANES, mapped, scattered + NLANES * grade[i]);
     }
     for (intptr_t i = 0; i < k; i++)
-        NAME(gated_vjp_slope_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
+        NAME(gated_mapped_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
     mapped_2 + NLANES * i);
     CLEAR(NLANES * k, mapped_2_adjoint);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(gated_vjp_slope_3_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out_0 + NLANES * i);
-        NAME(gated_vjp_slope_4_lanes)(x + NLANES * i, cotangent + NLANES * i, mapped_2_part);
+        NAME(bounded_result_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out_0 + NLANES * i);
+        NAME(bounded_result_lanes)(x + NLANES * i, cotangent + NLANES * i, mapped_2_part);
         if (grade[i] >= 0)
             ADD(NLANES, mapped_2_part, mapped_2_adjoint + NLANES * grade[i]);
     }
     for (intptr_t i = k; i-- > 0;)
-        NAME(gated_vjp_slope_5_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
+        NAME(gated_vjp_slope_result_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
     mapped_2_adjoint + NLANES * i, out_1 + NLANES * i);
     return 0;
 }
@@ -3983,44 +3890,15 @@ GAC_PROCEDURE(gated_vjp_slope, BUSY)
 #define WORK_gated_vjp_offset(WORK) WORK(8, scattered, scalar, 1, k) WORK(9, mapped_2, scalar, 1, k) \
     WORK(10, mapped_2_adjoint, scalar, 1, k)
 
-static INLINE void NAME(gated_vjp_offset_1)(REAL c, REAL *mapped)
-{
-    mapped[0] = c * c;
-}
-#define PARTS_gated_vjp_offset_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(gated_vjp_offset_1, PLAIN)
-
-static INLINE void NAME(gated_vjp_offset_2)(REAL s, REAL a, REAL b, REAL *mapped_2)
-{
-    mapped_2[0] = (REAL)1 / ((REAL)1 + EXP(-(b + s * a)));
-}
-#define PARTS_gated_vjp_offset_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(gated_vjp_offset_2, PLAIN)
-
-static INLINE void NAME(gated_vjp_offset_3)(REAL c_2, REAL g, REAL *out_0)
-{
-    out_0[0] = c_2 * g;
-}
-#define PARTS_gated_vjp_offset_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(gated_vjp_offset_3, PLAIN)
-
-static INLINE void NAME(gated_vjp_offset_4)(REAL c_2, REAL cotangent, REAL *mapped_2_part)
-{
-    mapped_2_part[0] = c_2 * cotangent;
-}
-#define PARTS_gated_vjp_offset_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(gated_vjp_offset_4, PLAIN)
-
-static INLINE void NAME(gated_vjp_offset_5)(REAL s, REAL a, REAL b, REAL mapped_2_adjoint, REAL *out_1)
+static INLINE void NAME(gated_vjp_offset_result)(REAL s, REAL a, REAL b, REAL mapped_2_adjoint, REAL *out_1)
 {
     const REAL t0 = EXP(-(b + s * a));
     const REAL t1 = (REAL)1 / ((REAL)1 + t0);
     out_1[0] = mapped_2_adjoint * (t1 * (t0 * t1));
 }
-#define PARTS_gated_vjp_offset_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_gated_vjp_offset_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(gated_vjp_offset_5, PLAIN)
+GAC_IN_LANES(gated_vjp_offset_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t networks_gated_vjp_offset_work(intptr_t n, intptr_t k)
@@ -4039,21 +3917,21 @@ static INLINE void NAME(gated_vjp_offset_within)(intptr_t n, intptr_t k, const R
     mapped_2_part;
     CLEAR(k, scattered);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(gated_vjp_offset_1)(x[i], &mapped);
+        NAME(gated_mapped)(x[i], &mapped);
         if (grade[i] >= 0)
             ADD(1, &mapped, scattered + grade[i]);
     }
     for (intptr_t i = 0; i < k; i++)
-        NAME(gated_vjp_offset_2)(scattered[i], slope[i], offset[i], mapped_2 + i);
+        NAME(gated_mapped_2)(scattered[i], slope[i], offset[i], mapped_2 + i);
     CLEAR(k, mapped_2_adjoint);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(gated_vjp_offset_3)(x[i], mapped_2[grade[i]], out_0 + i);
-        NAME(gated_vjp_offset_4)(x[i], cotangent[i], &mapped_2_part);
+        NAME(bounded_result)(x[i], mapped_2[grade[i]], out_0 + i);
+        NAME(bounded_result)(x[i], cotangent[i], &mapped_2_part);
         if (grade[i] >= 0)
             ADD(1, &mapped_2_part, mapped_2_adjoint + grade[i]);
     }
     for (intptr_t i = k; i-- > 0;)
-        NAME(gated_vjp_offset_5)(scattered[i], slope[i], offset[i], mapped_2_adjoint[i], out_1 + i);
+        NAME(gated_vjp_offset_result)(scattered[i], slope[i], offset[i], mapped_2_adjoint[i], out_1 + i);
 }
 
 FUSED(gated_vjp_offset, (intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset,
@@ -4074,22 +3952,22 @@ static INLINE WORD NAME(gated_vjp_offset_lanes)(intptr_t n, intptr_t k, const RE
     _Alignas(64) REAL mapped[NLANES], mapped_2_part[NLANES];
     CLEAR(NLANES * k, scattered);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(gated_vjp_offset_1_lanes)(x + NLANES * i, mapped);
+        NAME(gated_mapped_lanes)(x + NLANES * i, mapped);
         if (grade[i] >= 0)
             ADD(NLANES, mapped, scattered + NLANES * grade[i]);
     }
     for (intptr_t i = 0; i < k; i++)
-        NAME(gated_vjp_offset_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
+        NAME(gated_mapped_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
     mapped_2 + NLANES * i);
     CLEAR(NLANES * k, mapped_2_adjoint);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(gated_vjp_offset_3_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out_0 + NLANES * i);
-        NAME(gated_vjp_offset_4_lanes)(x + NLANES * i, cotangent + NLANES * i, mapped_2_part);
+        NAME(bounded_result_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out_0 + NLANES * i);
+        NAME(bounded_result_lanes)(x + NLANES * i, cotangent + NLANES * i, mapped_2_part);
         if (grade[i] >= 0)
             ADD(NLANES, mapped_2_part, mapped_2_adjoint + NLANES * grade[i]);
     }
     for (intptr_t i = k; i-- > 0;)
-        NAME(gated_vjp_offset_5_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
+        NAME(gated_vjp_offset_result_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
     mapped_2_adjoint + NLANES * i, out_1 + NLANES * i);
     return 0;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all object_poses
 // spec: 6b59fa220fedfaa0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2d3aef0984e0d27fa674dcd1c44ffea23e4ec0b656dc003cb9ee39f21d4938d8
+// body: 8f4a2677700aff3bcd7e64885d016b3da5bc146920eae9e80322a71734af5a14
 
 #ifndef REAL
 #include "object_poses.h"
@@ -327,8 +327,8 @@ GAC_KERNEL_AND_FORMS(reverse_depth, PLAIN, TILES, GAC_USE(reverse_depth, m_centr
     AND OUT(29, out_0, 8, 8, 1) AND OUT(30, out_1, 21, 21, 1) AND OUT(31, out_2, 4, 4, 1)
 #define WORK_refine_pose(WORK) WORK(32, turned, 3x4, 12, cameras)
 
-static INLINE void NAME(refine_pose_1)(const REAL *m, REAL *now_motor, REAL *now_candidate, REAL *now_table, REAL
-    *now_slope, REAL *now_cost, REAL *now_gain, REAL *now_done, REAL *converged, REAL *steps)
+static INLINE void NAME(refine_pose_now_motor)(const REAL *m, REAL *now_motor, REAL *now_candidate, REAL *now_table,
+    REAL *now_slope, REAL *now_cost, REAL *now_gain, REAL *now_done, REAL *converged, REAL *steps)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
         m_e0123 = m[7];
@@ -381,11 +381,11 @@ static INLINE void NAME(refine_pose_1)(const REAL *m, REAL *now_motor, REAL *now
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_refine_pose_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8) AND OUT(2, 8) AND OUT(3, 21) \
+#define PARTS_refine_pose_now_motor(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8) AND OUT(2, 8) AND OUT(3, 21) \
     AND OUT(4, 6) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(refine_pose_1, PLAIN)
+GAC_IN_LANES(refine_pose_now_motor, PLAIN)
 
-static INLINE void NAME(refine_pose_2)(const REAL *now_candidate, const REAL *cameras, REAL *turned)
+static INLINE void NAME(refine_pose_turned)(const REAL *now_candidate, const REAL *cameras, REAL *turned)
 {
     const REAL now_candidate_1 = now_candidate[0], now_candidate_e12 = now_candidate[1],
         now_candidate_e13 = now_candidate[2], now_candidate_e23 = now_candidate[3],
@@ -441,10 +441,10 @@ static INLINE void NAME(refine_pose_2)(const REAL *now_candidate, const REAL *ca
     turned[10] = cameras_2_0 * t24 + cameras_2_2 * t23 - cameras_2_1 * t25;
     turned[11] = cameras_2_1 * t27 + cameras_2_2 * t29 + cameras_2_3 * t30 - cameras_2_0 * t32;
 }
-#define PARTS_refine_pose_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 12) AND OUT(2, 12)
-GAC_IN_LANES(refine_pose_2, PLAIN)
+#define PARTS_refine_pose_turned(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 12) AND OUT(2, 12)
+GAC_IN_LANES(refine_pose_turned, PLAIN)
 
-static INLINE void NAME(refine_pose_3)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
+static INLINE void NAME(refine_pose_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -475,18 +475,19 @@ static INLINE void NAME(refine_pose_3)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
     sum_2[5] = (REAL)0;
     sum_2_2[0] = (REAL)0;
 }
-#define PARTS_refine_pose_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
-GAC_IN_LANES(refine_pose_3, PLAIN)
+#define PARTS_refine_pose_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
+GAC_IN_LANES(refine_pose_sum_start, PLAIN)
 
-static INLINE void NAME(refine_pose_4)(REAL scale, REAL wide, REAL now_stage, REAL *common)
+static INLINE void NAME(refine_pose_common)(REAL scale, REAL wide, REAL now_stage, REAL *common)
 {
     const REAL t0 = SELECT(LESS(now_stage, (REAL)2), wide, scale);
     common[0] = t0 * t0;
 }
-#define PARTS_refine_pose_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
-GAC_IN_LANES(refine_pose_4, PLAIN)
+#define PARTS_refine_pose_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 1)
+GAC_IN_LANES(refine_pose_common, PLAIN)
 
-static INLINE void NAME(refine_pose_5)(REAL unit, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, const REAL
+static INLINE void NAME(refine_pose_sum)(REAL unit, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, const REAL
     *points, const REAL *points_pixels, REAL weight, const REAL *turned, REAL common, REAL *sum_out, REAL
     *sum_2_out, REAL *sum_2_2_out)
 {
@@ -561,46 +562,12 @@ static INLINE void NAME(refine_pose_5)(REAL unit, const REAL *sum, const REAL *s
     sum_2_out[5] = sum_2_2_5 + t15 * (t11 * t29 + t12 * t30);
     sum_2_2_out[0] = sum_2_3 + t14 * (weight * t13);
 }
-#define PARTS_refine_pose_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 21) AND IN(2, 6) AND NUMBER(3, 0) \
+#define PARTS_refine_pose_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 21) AND IN(2, 6) AND NUMBER(3, 0) \
     AND IN(4, 3) AND IN(5, 2) AND NUMBER(6, 0) AND IN(7, 12) AND NUMBER(8, 0) AND OUT(9, 21) AND OUT(10, 6) \
     AND OUT(11, 1)
-GAC_IN_LANES(refine_pose_5, PLAIN)
+GAC_IN_LANES(refine_pose_sum, PLAIN)
 
-static INLINE void NAME(refine_pose_6)(REAL *sum_3, REAL *sum_4, REAL *sum_2_3)
-{
-    sum_3[0] = (REAL)0;
-    sum_3[1] = (REAL)0;
-    sum_3[2] = (REAL)0;
-    sum_3[3] = (REAL)0;
-    sum_3[4] = (REAL)0;
-    sum_3[5] = (REAL)0;
-    sum_3[6] = (REAL)0;
-    sum_3[7] = (REAL)0;
-    sum_3[8] = (REAL)0;
-    sum_3[9] = (REAL)0;
-    sum_3[10] = (REAL)0;
-    sum_3[11] = (REAL)0;
-    sum_3[12] = (REAL)0;
-    sum_3[13] = (REAL)0;
-    sum_3[14] = (REAL)0;
-    sum_3[15] = (REAL)0;
-    sum_3[16] = (REAL)0;
-    sum_3[17] = (REAL)0;
-    sum_3[18] = (REAL)0;
-    sum_3[19] = (REAL)0;
-    sum_3[20] = (REAL)0;
-    sum_4[0] = (REAL)0;
-    sum_4[1] = (REAL)0;
-    sum_4[2] = (REAL)0;
-    sum_4[3] = (REAL)0;
-    sum_4[4] = (REAL)0;
-    sum_4[5] = (REAL)0;
-    sum_2_3[0] = (REAL)0;
-}
-#define PARTS_refine_pose_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
-GAC_IN_LANES(refine_pose_6, PLAIN)
-
-static INLINE void NAME(refine_pose_7)(REAL unit, REAL common, const REAL *sum_3, const REAL *sum_4, REAL sum_2,
+static INLINE void NAME(refine_pose_sum_2)(REAL unit, REAL common, const REAL *sum_3, const REAL *sum_4, REAL sum_2,
     const REAL *element, const REAL *edges_pixels, REAL weight, const REAL *turned, REAL *sum_3_out, REAL
     *sum_4_out, REAL *sum_2_3)
 {
@@ -687,55 +654,22 @@ static INLINE void NAME(refine_pose_7)(REAL unit, REAL common, const REAL *sum_3
     sum_4_out[5] = sum_4_5 + t31 * (t28 * t40);
     sum_2_3[0] = sum_2 + t30 * (weight * t29);
 }
-#define PARTS_refine_pose_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 6) \
+#define PARTS_refine_pose_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 6) \
     AND NUMBER(4, 0) AND IN(5, 6) AND IN(6, 2) AND NUMBER(7, 0) AND IN(8, 12) AND OUT(9, 21) AND OUT(10, 6) \
     AND OUT(11, 1)
-GAC_IN_LANES(refine_pose_7, PLAIN)
+GAC_IN_LANES(refine_pose_sum_2, PLAIN)
 
-static INLINE void NAME(refine_pose_8)(REAL *sum_5, REAL *sum_6, REAL *sum_2_4)
-{
-    sum_5[0] = (REAL)0;
-    sum_5[1] = (REAL)0;
-    sum_5[2] = (REAL)0;
-    sum_5[3] = (REAL)0;
-    sum_5[4] = (REAL)0;
-    sum_5[5] = (REAL)0;
-    sum_5[6] = (REAL)0;
-    sum_5[7] = (REAL)0;
-    sum_5[8] = (REAL)0;
-    sum_5[9] = (REAL)0;
-    sum_5[10] = (REAL)0;
-    sum_5[11] = (REAL)0;
-    sum_5[12] = (REAL)0;
-    sum_5[13] = (REAL)0;
-    sum_5[14] = (REAL)0;
-    sum_5[15] = (REAL)0;
-    sum_5[16] = (REAL)0;
-    sum_5[17] = (REAL)0;
-    sum_5[18] = (REAL)0;
-    sum_5[19] = (REAL)0;
-    sum_5[20] = (REAL)0;
-    sum_6[0] = (REAL)0;
-    sum_6[1] = (REAL)0;
-    sum_6[2] = (REAL)0;
-    sum_6[3] = (REAL)0;
-    sum_6[4] = (REAL)0;
-    sum_6[5] = (REAL)0;
-    sum_2_4[0] = (REAL)0;
-}
-#define PARTS_refine_pose_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
-GAC_IN_LANES(refine_pose_8, PLAIN)
-
-static INLINE void NAME(refine_pose_9)(REAL metric, REAL now_stage, REAL *common_2, REAL *common_3)
+static INLINE void NAME(refine_pose_common_2)(REAL metric, REAL now_stage, REAL *common_2, REAL *common_3)
 {
     const REAL t0 = SELECT(LESS(now_stage, (REAL)1), metric, (REAL)0);
     common_2[0] = LESS((REAL)0, t0);
     common_3[0] = (REAL)1 / (t0 + (REAL)1e-30);
 }
-#define PARTS_refine_pose_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(refine_pose_9, PLAIN)
+#define PARTS_refine_pose_common_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1) \
+    AND OUT(3, 1)
+GAC_IN_LANES(refine_pose_common_2, PLAIN)
 
-static INLINE void NAME(refine_pose_10)(REAL unit, REAL common, const REAL *sum_5, const REAL *sum_6, REAL sum_2,
+static INLINE void NAME(refine_pose_sum_3)(REAL unit, REAL common, const REAL *sum_5, const REAL *sum_6, REAL sum_2,
     const REAL *balls, const REAL *balls_pixels, REAL weight, const REAL *turned, REAL common_2, REAL common_3, REAL
     *sum_5_out, REAL *sum_6_out, REAL *sum_2_4)
 {
@@ -833,46 +767,12 @@ static INLINE void NAME(refine_pose_10)(REAL unit, REAL common, const REAL *sum_
     sum_6_out[5] = sum_6_5 + t37 * (t34 * t52);
     sum_2_4[0] = sum_2 + t36 * (weight * t35);
 }
-#define PARTS_refine_pose_10(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 6) \
+#define PARTS_refine_pose_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 21) AND IN(3, 6) \
     AND NUMBER(4, 0) AND IN(5, 4) AND IN(6, 2) AND NUMBER(7, 0) AND IN(8, 12) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND OUT(11, 21) AND OUT(12, 6) AND OUT(13, 1)
-GAC_IN_LANES(refine_pose_10, PLAIN)
+GAC_IN_LANES(refine_pose_sum_3, PLAIN)
 
-static INLINE void NAME(refine_pose_11)(REAL *sum_7, REAL *sum_8, REAL *sum_2_5)
-{
-    sum_7[0] = (REAL)0;
-    sum_7[1] = (REAL)0;
-    sum_7[2] = (REAL)0;
-    sum_7[3] = (REAL)0;
-    sum_7[4] = (REAL)0;
-    sum_7[5] = (REAL)0;
-    sum_7[6] = (REAL)0;
-    sum_7[7] = (REAL)0;
-    sum_7[8] = (REAL)0;
-    sum_7[9] = (REAL)0;
-    sum_7[10] = (REAL)0;
-    sum_7[11] = (REAL)0;
-    sum_7[12] = (REAL)0;
-    sum_7[13] = (REAL)0;
-    sum_7[14] = (REAL)0;
-    sum_7[15] = (REAL)0;
-    sum_7[16] = (REAL)0;
-    sum_7[17] = (REAL)0;
-    sum_7[18] = (REAL)0;
-    sum_7[19] = (REAL)0;
-    sum_7[20] = (REAL)0;
-    sum_8[0] = (REAL)0;
-    sum_8[1] = (REAL)0;
-    sum_8[2] = (REAL)0;
-    sum_8[3] = (REAL)0;
-    sum_8[4] = (REAL)0;
-    sum_8[5] = (REAL)0;
-    sum_2_5[0] = (REAL)0;
-}
-#define PARTS_refine_pose_11(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
-GAC_IN_LANES(refine_pose_11, PLAIN)
-
-static INLINE void NAME(refine_pose_12)(REAL unit, REAL common, REAL common_2, REAL common_3, const REAL *sum_7,
+static INLINE void NAME(refine_pose_sum_4)(REAL unit, REAL common, REAL common_2, REAL common_3, const REAL *sum_7,
     const REAL *sum_8, REAL sum_2, const REAL *tubes, const REAL *tubes_pixels, REAL weight, const REAL *turned,
     REAL *sum_7_out, REAL *sum_8_out, REAL *sum_2_5)
 {
@@ -998,46 +898,12 @@ static INLINE void NAME(refine_pose_12)(REAL unit, REAL common, REAL common_2, R
     sum_8_out[5] = sum_8_5 - t52 * (t49 * t79);
     sum_2_5[0] = sum_2 + t51 * (weight * t50);
 }
-#define PARTS_refine_pose_12(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_refine_pose_sum_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND IN(4, 21) AND IN(5, 6) AND NUMBER(6, 0) AND IN(7, 7) AND IN(8, 2) AND NUMBER(9, 0) \
     AND IN(10, 12) AND OUT(11, 21) AND OUT(12, 6) AND OUT(13, 1)
-GAC_IN_LANES(refine_pose_12, PLAIN)
+GAC_IN_LANES(refine_pose_sum_4, PLAIN)
 
-static INLINE void NAME(refine_pose_13)(REAL *sum_9, REAL *sum_10, REAL *sum_2_6)
-{
-    sum_9[0] = (REAL)0;
-    sum_9[1] = (REAL)0;
-    sum_9[2] = (REAL)0;
-    sum_9[3] = (REAL)0;
-    sum_9[4] = (REAL)0;
-    sum_9[5] = (REAL)0;
-    sum_9[6] = (REAL)0;
-    sum_9[7] = (REAL)0;
-    sum_9[8] = (REAL)0;
-    sum_9[9] = (REAL)0;
-    sum_9[10] = (REAL)0;
-    sum_9[11] = (REAL)0;
-    sum_9[12] = (REAL)0;
-    sum_9[13] = (REAL)0;
-    sum_9[14] = (REAL)0;
-    sum_9[15] = (REAL)0;
-    sum_9[16] = (REAL)0;
-    sum_9[17] = (REAL)0;
-    sum_9[18] = (REAL)0;
-    sum_9[19] = (REAL)0;
-    sum_9[20] = (REAL)0;
-    sum_10[0] = (REAL)0;
-    sum_10[1] = (REAL)0;
-    sum_10[2] = (REAL)0;
-    sum_10[3] = (REAL)0;
-    sum_10[4] = (REAL)0;
-    sum_10[5] = (REAL)0;
-    sum_2_6[0] = (REAL)0;
-}
-#define PARTS_refine_pose_13(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1)
-GAC_IN_LANES(refine_pose_13, PLAIN)
-
-static INLINE void NAME(refine_pose_14)(REAL unit, REAL common, REAL common_2, REAL common_3, const REAL *sum_9,
+static INLINE void NAME(refine_pose_sum_5)(REAL unit, REAL common, REAL common_2, REAL common_3, const REAL *sum_9,
     const REAL *sum_10, REAL sum_2, const REAL *rims, const REAL *rims_pixels, REAL weight, const REAL *turned, REAL
     *sum_9_out, REAL *sum_10_out, REAL *sum_2_6)
 {
@@ -1168,18 +1034,18 @@ static INLINE void NAME(refine_pose_14)(REAL unit, REAL common, REAL common_2, R
     sum_10_out[5] = sum_10_5 + t51 * (t48 * t84);
     sum_2_6[0] = sum_2 + t50 * (weight * t49);
 }
-#define PARTS_refine_pose_14(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_refine_pose_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND IN(4, 21) AND IN(5, 6) AND NUMBER(6, 0) AND IN(7, 7) AND IN(8, 2) AND NUMBER(9, 0) \
     AND IN(10, 12) AND OUT(11, 21) AND OUT(12, 6) AND OUT(13, 1)
-GAC_IN_LANES(refine_pose_14, PLAIN)
+GAC_IN_LANES(refine_pose_sum_5, PLAIN)
 
-static INLINE void NAME(refine_pose_15)(REAL unit, REAL tolerance, const REAL *now_motor, const REAL *now_candidate,
-    const REAL *now_table, const REAL *now_slope, REAL now_cost, REAL now_damping, REAL now_stage, const REAL *sum,
-    const REAL *sum_2_2, REAL sum_2_3, const REAL *sum_3_2, const REAL *sum_4_2, REAL sum_2_4, const REAL *sum_5_2,
-    const REAL *sum_6_2, REAL sum_2_5, const REAL *sum_7_2, const REAL *sum_8_2, REAL sum_2_6, const REAL *sum_9_2,
-    const REAL *sum_10_2, REAL sum_2_7, REAL *next_now_motor, REAL *next_now_candidate, REAL *next_now_table, REAL
-    *next_now_slope, REAL *next_now_cost, REAL *next_now_damping, REAL *next_now_gain, REAL *next_now_stage, REAL
-    *next_now_done, WORD *far)
+static INLINE void NAME(refine_pose_next_now_motor)(REAL unit, REAL tolerance, const REAL *now_motor, const REAL
+    *now_candidate, const REAL *now_table, const REAL *now_slope, REAL now_cost, REAL now_damping, REAL now_stage,
+    const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, const REAL *sum_3_2, const REAL *sum_4_2, REAL sum_2_4,
+    const REAL *sum_5_2, const REAL *sum_6_2, REAL sum_2_5, const REAL *sum_7_2, const REAL *sum_8_2, REAL sum_2_6,
+    const REAL *sum_9_2, const REAL *sum_10_2, REAL sum_2_7, REAL *next_now_motor, REAL *next_now_candidate, REAL
+    *next_now_table, REAL *next_now_slope, REAL *next_now_cost, REAL *next_now_damping, REAL *next_now_gain, REAL
+    *next_now_stage, REAL *next_now_done, WORD *far)
 {
     const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e13 = now_motor[2],
         now_motor_e23 = now_motor[3], now_motor_e01 = now_motor[4], now_motor_e02 = now_motor[5],
@@ -1450,24 +1316,24 @@ static INLINE void NAME(refine_pose_15)(REAL unit, REAL tolerance, const REAL *n
     next_now_stage[0] = now_stage + t130;
     next_now_done[0] = t129 - t130;
 }
-#define PARTS_refine_pose_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 8) AND IN(3, 8) \
-    AND IN(4, 21) AND IN(5, 6) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND IN(9, 21) AND IN(10, 6) \
-    AND NUMBER(11, 0) AND IN(12, 21) AND IN(13, 6) AND NUMBER(14, 0) AND IN(15, 21) AND IN(16, 6) AND NUMBER(17, 0) \
-    AND IN(18, 21) AND IN(19, 6) AND NUMBER(20, 0) AND IN(21, 21) AND IN(22, 6) AND NUMBER(23, 0) AND OUT(24, 8) \
-    AND OUT(25, 8) AND OUT(26, 21) AND OUT(27, 6) AND OUT(28, 1) AND OUT(29, 1) AND OUT(30, 1) AND OUT(31, 1) \
-    AND OUT(32, 1)
-GAC_IN_LANES(refine_pose_15, TURNS)
+#define PARTS_refine_pose_next_now_motor(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 8) \
+    AND IN(3, 8) AND IN(4, 21) AND IN(5, 6) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND IN(9, 21) \
+    AND IN(10, 6) AND NUMBER(11, 0) AND IN(12, 21) AND IN(13, 6) AND NUMBER(14, 0) AND IN(15, 21) AND IN(16, 6) \
+    AND NUMBER(17, 0) AND IN(18, 21) AND IN(19, 6) AND NUMBER(20, 0) AND IN(21, 21) AND IN(22, 6) AND NUMBER(23, 0) \
+    AND OUT(24, 8) AND OUT(25, 8) AND OUT(26, 21) AND OUT(27, 6) AND OUT(28, 1) AND OUT(29, 1) AND OUT(30, 1) \
+    AND OUT(31, 1) AND OUT(32, 1)
+GAC_IN_LANES(refine_pose_next_now_motor, TURNS)
 
-static INLINE void NAME(refine_pose_16)(REAL next_now_done, REAL *converged)
+static INLINE void NAME(refine_pose_converged)(REAL next_now_done, REAL *converged)
 {
     converged[0] = LESS((REAL)0, next_now_done);
 }
-#define PARTS_refine_pose_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(refine_pose_16, PLAIN)
+#define PARTS_refine_pose_converged(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(refine_pose_converged, PLAIN)
 
-static INLINE void NAME(refine_pose_17)(REAL tolerance, const REAL *now_motor, const REAL *now_candidate, const REAL
-    *now_table, REAL now_cost, REAL now_damping, REAL now_gain, REAL now_stage, REAL converged, REAL steps, REAL
-    *out_0, REAL *out_1, REAL *out_2)
+static INLINE void NAME(refine_pose_result)(REAL tolerance, const REAL *now_motor, const REAL *now_candidate, const
+    REAL *now_table, REAL now_cost, REAL now_damping, REAL now_gain, REAL now_stage, REAL converged, REAL steps,
+    REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL now_motor_1 = now_motor[0], now_motor_e12 = now_motor[1], now_motor_e13 = now_motor[2],
         now_motor_e23 = now_motor[3], now_motor_e01 = now_motor[4], now_motor_e02 = now_motor[5],
@@ -1518,10 +1384,10 @@ static INLINE void NAME(refine_pose_17)(REAL tolerance, const REAL *now_motor, c
     out_2[2] = now_damping * (REAL)10;
     out_2[3] = steps;
 }
-#define PARTS_refine_pose_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND IN(2, 8) AND IN(3, 21) \
+#define PARTS_refine_pose_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND IN(2, 8) AND IN(3, 21) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
     AND OUT(10, 8) AND OUT(11, 21) AND OUT(12, 4)
-GAC_IN_LANES(refine_pose_17, PLAIN)
+GAC_IN_LANES(refine_pose_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t object_poses_refine_pose_work(intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls, intptr_t
@@ -1547,40 +1413,40 @@ static INLINE void NAME(refine_pose_within)(intptr_t cameras, intptr_t points, i
     next_now_cost, next_now_damping, next_now_gain, next_now_stage, next_now_done, *const turned = work, sum[21],
     sum_2[6], sum_2_2, common, sum_3[21], sum_4[6], sum_2_3, sum_5[21], sum_6[6], sum_2_4, common_2, common_3,
     sum_7[21], sum_8[6], sum_2_5, sum_9[21], sum_10[6], sum_2_6;
-    NAME(refine_pose_1)(m, now_motor, now_candidate, now_table, now_slope, &now_cost, &now_gain, &now_done,
+    NAME(refine_pose_now_motor)(m, now_motor, now_candidate, now_table, now_slope, &now_cost, &now_gain, &now_done,
     &converged, &steps);
     COPY(1, &damping, &now_damping);
     COPY(1, &stage, &now_stage);
     for (int repeats = 0; repeats < 10; repeats++) {
         for (intptr_t j = 0; j < cameras; j++)
-            NAME(refine_pose_2)(now_candidate, cameras_ + 12 * j, turned + 12 * j);
-        NAME(refine_pose_3)(sum, sum_2, &sum_2_2);
-        NAME(refine_pose_4)(scale, wide, now_stage, &common);
+            NAME(refine_pose_turned)(now_candidate, cameras_ + 12 * j, turned + 12 * j);
+        NAME(refine_pose_sum_start)(sum, sum_2, &sum_2_2);
+        NAME(refine_pose_common)(scale, wide, now_stage, &common);
         for (intptr_t j = 0; j < points; j++)
-            NAME(refine_pose_5)(unit, sum, sum_2, sum_2_2, points_ + 3 * j, points_pixels + 2 * j,
+            NAME(refine_pose_sum)(unit, sum, sum_2, sum_2_2, points_ + 3 * j, points_pixels + 2 * j,
     points_weights[j], turned + 12 * points_cameras[j], common, sum, sum_2, &sum_2_2);
-        NAME(refine_pose_6)(sum_3, sum_4, &sum_2_3);
+        NAME(refine_pose_sum_start)(sum_3, sum_4, &sum_2_3);
         for (intptr_t j = 0; j < edges; j++)
-            NAME(refine_pose_7)(unit, common, sum_3, sum_4, sum_2_3, edges_ + 6 * j, edges_pixels + 2 * j,
+            NAME(refine_pose_sum_2)(unit, common, sum_3, sum_4, sum_2_3, edges_ + 6 * j, edges_pixels + 2 * j,
     edges_weights[j], turned + 12 * edges_cameras[j], sum_3, sum_4, &sum_2_3);
-        NAME(refine_pose_8)(sum_5, sum_6, &sum_2_4);
-        NAME(refine_pose_9)(metric, now_stage, &common_2, &common_3);
+        NAME(refine_pose_sum_start)(sum_5, sum_6, &sum_2_4);
+        NAME(refine_pose_common_2)(metric, now_stage, &common_2, &common_3);
         for (intptr_t j = 0; j < balls; j++)
-            NAME(refine_pose_10)(unit, common, sum_5, sum_6, sum_2_4, balls_ + 4 * j, balls_pixels + 2 * j,
+            NAME(refine_pose_sum_3)(unit, common, sum_5, sum_6, sum_2_4, balls_ + 4 * j, balls_pixels + 2 * j,
     balls_weights[j], turned + 12 * balls_cameras[j], common_2, common_3, sum_5, sum_6, &sum_2_4);
-        NAME(refine_pose_11)(sum_7, sum_8, &sum_2_5);
+        NAME(refine_pose_sum_start)(sum_7, sum_8, &sum_2_5);
         for (intptr_t j = 0; j < tubes; j++)
-            NAME(refine_pose_12)(unit, common, common_2, common_3, sum_7, sum_8, sum_2_5, tubes_ + 7 * j,
+            NAME(refine_pose_sum_4)(unit, common, common_2, common_3, sum_7, sum_8, sum_2_5, tubes_ + 7 * j,
     tubes_pixels + 2 * j, tubes_weights[j], turned + 12 * tubes_cameras[j], sum_7, sum_8, &sum_2_5);
-        NAME(refine_pose_13)(sum_9, sum_10, &sum_2_6);
+        NAME(refine_pose_sum_start)(sum_9, sum_10, &sum_2_6);
         for (intptr_t j = 0; j < rims; j++)
-            NAME(refine_pose_14)(unit, common, common_2, common_3, sum_9, sum_10, sum_2_6, rims_ + 7 * j,
+            NAME(refine_pose_sum_5)(unit, common, common_2, common_3, sum_9, sum_10, sum_2_6, rims_ + 7 * j,
     rims_pixels + 2 * j, rims_weights[j], turned + 12 * rims_cameras[j], sum_9, sum_10, &sum_2_6);
-        NAME(refine_pose_15)(unit, tolerance, now_motor, now_candidate, now_table, now_slope, now_cost, now_damping,
-    now_stage, sum, sum_2, sum_2_2, sum_3, sum_4, sum_2_3, sum_5, sum_6, sum_2_4, sum_7, sum_8, sum_2_5, sum_9,
-    sum_10, sum_2_6, next_now_motor, next_now_candidate, next_now_table, next_now_slope, &next_now_cost,
-    &next_now_damping, &next_now_gain, &next_now_stage, &next_now_done, NULL);
-        NAME(refine_pose_16)(next_now_done, &converged);
+        NAME(refine_pose_next_now_motor)(unit, tolerance, now_motor, now_candidate, now_table, now_slope, now_cost,
+    now_damping, now_stage, sum, sum_2, sum_2_2, sum_3, sum_4, sum_2_3, sum_5, sum_6, sum_2_4, sum_7, sum_8,
+    sum_2_5, sum_9, sum_10, sum_2_6, next_now_motor, next_now_candidate, next_now_table, next_now_slope,
+    &next_now_cost, &next_now_damping, &next_now_gain, &next_now_stage, &next_now_done, NULL);
+        NAME(refine_pose_converged)(next_now_done, &converged);
         COPY(8, next_now_motor, now_motor);
         COPY(8, next_now_candidate, now_candidate);
         COPY(21, next_now_table, now_table);
@@ -1594,8 +1460,8 @@ static INLINE void NAME(refine_pose_within)(intptr_t cameras, intptr_t points, i
         if (converged != 0)
             break;
     }
-    NAME(refine_pose_17)(tolerance, now_motor, now_candidate, now_table, now_cost, now_damping, now_gain, now_stage,
-    converged, steps, out_0, out_1, out_2);
+    NAME(refine_pose_result)(tolerance, now_motor, now_candidate, now_table, now_cost, now_damping, now_gain,
+    now_stage, converged, steps, out_0, out_1, out_2);
 }
 
 FUSED(refine_pose, (intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls, intptr_t tubes,
@@ -1650,8 +1516,8 @@ static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, in
     gac_kept_1[8 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES],
     gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES], gac_kept_9[NLANES];
     WORD far = 0;
-    NAME(refine_pose_1_lanes)(m, now_motor, now_candidate, now_table, now_slope, now_cost, now_gain, now_done,
-    converged, steps);
+    NAME(refine_pose_now_motor_lanes)(m, now_motor, now_candidate, now_table, now_slope, now_cost, now_gain,
+    now_done, converged, steps);
     COPY(NLANES, damping, now_damping);
     COPY(NLANES, stage, now_stage);
     ROUNDS(rounds, 10) {
@@ -1666,39 +1532,39 @@ static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, in
         KEEP(rounds, NLANES, now_done, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
         for (intptr_t j = 0; j < cameras; j++)
-            NAME(refine_pose_2_lanes)(now_candidate, cameras_ + 12 * NLANES * j, turned + 12 * NLANES * j);
-        NAME(refine_pose_3_lanes)(sum, sum_2, sum_2_2);
-        NAME(refine_pose_4_lanes)(scale, wide, now_stage, common);
+            NAME(refine_pose_turned_lanes)(now_candidate, cameras_ + 12 * NLANES * j, turned + 12 * NLANES * j);
+        NAME(refine_pose_sum_start_lanes)(sum, sum_2, sum_2_2);
+        NAME(refine_pose_common_lanes)(scale, wide, now_stage, common);
         for (intptr_t j = 0; j < points; j++)
-            NAME(refine_pose_5_lanes)(unit, sum, sum_2, sum_2_2, points_ + 3 * NLANES * j,
+            NAME(refine_pose_sum_lanes)(unit, sum, sum_2, sum_2_2, points_ + 3 * NLANES * j,
     points_pixels + 2 * NLANES * j, points_weights + NLANES * j, turned + 12 * NLANES * points_cameras[j], common,
     sum, sum_2, sum_2_2);
-        NAME(refine_pose_6_lanes)(sum_3, sum_4, sum_2_3);
+        NAME(refine_pose_sum_start_lanes)(sum_3, sum_4, sum_2_3);
         for (intptr_t j = 0; j < edges; j++)
-            NAME(refine_pose_7_lanes)(unit, common, sum_3, sum_4, sum_2_3, edges_ + 6 * NLANES * j,
+            NAME(refine_pose_sum_2_lanes)(unit, common, sum_3, sum_4, sum_2_3, edges_ + 6 * NLANES * j,
     edges_pixels + 2 * NLANES * j, edges_weights + NLANES * j, turned + 12 * NLANES * edges_cameras[j], sum_3,
     sum_4, sum_2_3);
-        NAME(refine_pose_8_lanes)(sum_5, sum_6, sum_2_4);
-        NAME(refine_pose_9_lanes)(metric, now_stage, common_2, common_3);
+        NAME(refine_pose_sum_start_lanes)(sum_5, sum_6, sum_2_4);
+        NAME(refine_pose_common_2_lanes)(metric, now_stage, common_2, common_3);
         for (intptr_t j = 0; j < balls; j++)
-            NAME(refine_pose_10_lanes)(unit, common, sum_5, sum_6, sum_2_4, balls_ + 4 * NLANES * j,
+            NAME(refine_pose_sum_3_lanes)(unit, common, sum_5, sum_6, sum_2_4, balls_ + 4 * NLANES * j,
     balls_pixels + 2 * NLANES * j, balls_weights + NLANES * j, turned + 12 * NLANES * balls_cameras[j], common_2,
     common_3, sum_5, sum_6, sum_2_4);
-        NAME(refine_pose_11_lanes)(sum_7, sum_8, sum_2_5);
+        NAME(refine_pose_sum_start_lanes)(sum_7, sum_8, sum_2_5);
         for (intptr_t j = 0; j < tubes; j++)
-            NAME(refine_pose_12_lanes)(unit, common, common_2, common_3, sum_7, sum_8, sum_2_5,
+            NAME(refine_pose_sum_4_lanes)(unit, common, common_2, common_3, sum_7, sum_8, sum_2_5,
     tubes_ + 7 * NLANES * j, tubes_pixels + 2 * NLANES * j, tubes_weights + NLANES * j,
     turned + 12 * NLANES * tubes_cameras[j], sum_7, sum_8, sum_2_5);
-        NAME(refine_pose_13_lanes)(sum_9, sum_10, sum_2_6);
+        NAME(refine_pose_sum_start_lanes)(sum_9, sum_10, sum_2_6);
         for (intptr_t j = 0; j < rims; j++)
-            NAME(refine_pose_14_lanes)(unit, common, common_2, common_3, sum_9, sum_10, sum_2_6,
+            NAME(refine_pose_sum_5_lanes)(unit, common, common_2, common_3, sum_9, sum_10, sum_2_6,
     rims_ + 7 * NLANES * j, rims_pixels + 2 * NLANES * j, rims_weights + NLANES * j,
     turned + 12 * NLANES * rims_cameras[j], sum_9, sum_10, sum_2_6);
-        far |= NAME(refine_pose_15_lanes)(unit, tolerance, now_motor, now_candidate, now_table, now_slope, now_cost,
-    now_damping, now_stage, sum, sum_2, sum_2_2, sum_3, sum_4, sum_2_3, sum_5, sum_6, sum_2_4, sum_7, sum_8,
-    sum_2_5, sum_9, sum_10, sum_2_6, next_now_motor, next_now_candidate, next_now_table, next_now_slope,
-    next_now_cost, next_now_damping, next_now_gain, next_now_stage, next_now_done);
-        NAME(refine_pose_16_lanes)(next_now_done, converged);
+        far |= NAME(refine_pose_next_now_motor_lanes)(unit, tolerance, now_motor, now_candidate, now_table,
+    now_slope, now_cost, now_damping, now_stage, sum, sum_2, sum_2_2, sum_3, sum_4, sum_2_3, sum_5, sum_6, sum_2_4,
+    sum_7, sum_8, sum_2_5, sum_9, sum_10, sum_2_6, next_now_motor, next_now_candidate, next_now_table,
+    next_now_slope, next_now_cost, next_now_damping, next_now_gain, next_now_stage, next_now_done);
+        NAME(refine_pose_converged_lanes)(next_now_done, converged);
         COPY(8 * NLANES, next_now_motor, now_motor);
         COPY(8 * NLANES, next_now_candidate, now_candidate);
         COPY(21 * NLANES, next_now_table, now_table);
@@ -1722,7 +1588,7 @@ static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, in
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(refine_pose_17_lanes)(tolerance, now_motor, now_candidate, now_table, now_cost, now_damping, now_gain,
+    NAME(refine_pose_result_lanes)(tolerance, now_motor, now_candidate, now_table, now_cost, now_damping, now_gain,
     now_stage, converged, steps, out_0, out_1, out_2);
     return far;
 }
@@ -1745,76 +1611,22 @@ GAC_PROCEDURE(refine_pose, BUSY)
     AND OUT(30, out_4, scalar, 1, rims) AND OUT(31, out_5, 6x6, 36, 1) AND OUT(32, out_6, 5, 5, 1)
 #define WORK_judge_pose(WORK) WORK(33, turned, 3x4, 12, cameras)
 
-static INLINE void NAME(judge_pose_1)(const REAL *m, const REAL *cameras, REAL *turned)
-{
-    const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
-        m_e0123 = m[7];
-    const REAL cameras_0_0 = cameras[0], cameras_0_1 = cameras[1], cameras_0_2 = cameras[2],
-        cameras_0_3 = cameras[3], cameras_1_0 = cameras[4], cameras_1_1 = cameras[5], cameras_1_2 = cameras[6],
-        cameras_1_3 = cameras[7], cameras_2_0 = cameras[8], cameras_2_1 = cameras[9], cameras_2_2 = cameras[10],
-        cameras_2_3 = cameras[11];
-    const REAL t0 = m_1 * m_1;
-    const REAL t1 = m_e12 * m_e12;
-    const REAL t2 = t0 - t1;
-    const REAL t3 = m_e13 * m_e13;
-    const REAL t4 = m_e23 * m_e23;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = t2 - t5;
-    const REAL t7 = m_1 * (REAL)2;
-    const REAL t8 = m_e12 * t7;
-    const REAL t9 = m_e13 * (REAL)2;
-    const REAL t10 = m_e23 * t9;
-    const REAL t11 = t8 + t10;
-    const REAL t12 = m_e13 * t7;
-    const REAL t13 = m_e12 * (REAL)2;
-    const REAL t14 = m_e23 * t13;
-    const REAL t15 = t12 - t14;
-    const REAL t16 = t2 + t5;
-    const REAL t17 = t8 - t10;
-    const REAL t18 = m_e13 * t13;
-    const REAL t19 = m_e23 * t7;
-    const REAL t20 = t18 + t19;
-    const REAL t21 = t0 + t1;
-    const REAL t22 = t3 + t4;
-    const REAL t23 = t21 - t22;
-    const REAL t24 = t12 + t14;
-    const REAL t25 = t18 - t19;
-    const REAL t26 = m_e01 * t13 - (REAL)2 * (m_e23 * m_e03) - (m_e02 * t7 - m_e0123 * t9);
-    const REAL t27 = (REAL)2 * (m_e23 * m_e02) + m_e01 * t9 - (m_e03 * t7 + m_e0123 * t13);
-    const REAL t28 = t21 + t22;
-    const REAL t29 = (REAL)2 * (m_e23 * m_e0123) + m_e01 * t7 + (m_e02 * t13 + m_e03 * t9);
-    turned[0] = cameras_0_0 * t6 - cameras_0_1 * t11 - cameras_0_2 * t15;
-    turned[1] = cameras_0_0 * t17 + cameras_0_1 * t16 - cameras_0_2 * t20;
-    turned[2] = cameras_0_0 * t24 + cameras_0_2 * t23 - cameras_0_1 * t25;
-    turned[3] = cameras_0_1 * t26 + cameras_0_2 * t27 + cameras_0_3 * t28 - cameras_0_0 * t29;
-    turned[4] = cameras_1_0 * t6 - cameras_1_1 * t11 - cameras_1_2 * t15;
-    turned[5] = cameras_1_0 * t17 + cameras_1_1 * t16 - cameras_1_2 * t20;
-    turned[6] = cameras_1_0 * t24 + cameras_1_2 * t23 - cameras_1_1 * t25;
-    turned[7] = cameras_1_1 * t26 + cameras_1_2 * t27 + cameras_1_3 * t28 - cameras_1_0 * t29;
-    turned[8] = cameras_2_0 * t6 - cameras_2_1 * t11 - cameras_2_2 * t15;
-    turned[9] = cameras_2_0 * t17 + cameras_2_1 * t16 - cameras_2_2 * t20;
-    turned[10] = cameras_2_0 * t24 + cameras_2_2 * t23 - cameras_2_1 * t25;
-    turned[11] = cameras_2_1 * t26 + cameras_2_2 * t27 + cameras_2_3 * t28 - cameras_2_0 * t29;
-}
-#define PARTS_judge_pose_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 12) AND OUT(2, 12)
-GAC_IN_LANES(judge_pose_1, PLAIN)
-
-static INLINE void NAME(judge_pose_3)(REAL *sum_0, REAL *sum_1)
+static INLINE void NAME(judge_pose_sum_start)(REAL *sum_0, REAL *sum_1)
 {
     sum_0[0] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_judge_pose_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(judge_pose_3, PLAIN)
+#define PARTS_judge_pose_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(judge_pose_sum_start, PLAIN)
 
-static INLINE void NAME(judge_pose_5)(REAL *sum)
+static INLINE void NAME(judge_pose_sum_start_2)(REAL *sum)
 {
     sum[0] = (REAL)0;
 }
-#define PARTS_judge_pose_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(judge_pose_5, PLAIN)
+#define PARTS_judge_pose_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(judge_pose_sum_start_2, PLAIN)
 
-static INLINE void NAME(judge_pose_2)(const REAL *points, const REAL *points_pixels, const REAL *turned, REAL
+static INLINE void NAME(judge_pose_result)(const REAL *points, const REAL *points_pixels, const REAL *turned, REAL
     *out_0)
 {
     const REAL points_0 = points[0], points_1 = points[1], points_2 = points[2];
@@ -1830,10 +1642,10 @@ static INLINE void NAME(judge_pose_2)(const REAL *points, const REAL *points_pix
     const REAL t5 = t4 - points_pixels_1;
     out_0[0] = SQRT(t3 * t3 + t5 * t5);
 }
-#define PARTS_judge_pose_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_2, PLAIN)
+#define PARTS_judge_pose_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_result, PLAIN)
 
-static INLINE void NAME(judge_pose_4)(REAL limit, REAL sum_0, REAL sum_1, REAL f, REAL w, REAL *sum_0_out, REAL
+static INLINE void NAME(judge_pose_sum)(REAL limit, REAL sum_0, REAL sum_1, REAL f, REAL w, REAL *sum_0_out, REAL
     *sum_1_out)
 {
     const REAL t0 = LESS_EQUAL(f, limit);
@@ -1841,36 +1653,21 @@ static INLINE void NAME(judge_pose_4)(REAL limit, REAL sum_0, REAL sum_1, REAL f
     sum_0_out[0] = sum_0 + SELECT(t0, w, (REAL)0);
     sum_1_out[0] = sum_1 + SELECT(t0, t1, (REAL)0);
 }
-#define PARTS_judge_pose_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_judge_pose_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(judge_pose_4, PLAIN)
+GAC_IN_LANES(judge_pose_sum, PLAIN)
 
-static INLINE void NAME(judge_pose_6)(REAL sum, const REAL *points, const REAL *turned, REAL *sum_out)
+static INLINE void NAME(judge_pose_sum_2)(REAL sum, const REAL *points, const REAL *turned, REAL *sum_out)
 {
     const REAL points_0 = points[0], points_1 = points[1], points_2 = points[2];
     const REAL turned_2_0 = turned[8], turned_2_1 = turned[9], turned_2_2 = turned[10], turned_2_3 = turned[11];
     const REAL t0 = turned_2_3 + points_2 * turned_2_2 + points_1 * turned_2_1 + points_0 * turned_2_0;
     sum_out[0] = sum + SELECT(LESS((REAL)0, t0), (REAL)0, (REAL)1);
 }
-#define PARTS_judge_pose_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_6, PLAIN)
+#define PARTS_judge_pose_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_sum_2, PLAIN)
 
-static INLINE void NAME(judge_pose_8)(REAL *sum_0_2, REAL *sum_1_2)
-{
-    sum_0_2[0] = (REAL)0;
-    sum_1_2[0] = (REAL)0;
-}
-#define PARTS_judge_pose_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(judge_pose_8, PLAIN)
-
-static INLINE void NAME(judge_pose_10)(REAL *sum_2)
-{
-    sum_2[0] = (REAL)0;
-}
-#define PARTS_judge_pose_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(judge_pose_10, PLAIN)
-
-static INLINE void NAME(judge_pose_7)(const REAL *element, const REAL *edges_pixels, const REAL *turned, REAL
+static INLINE void NAME(judge_pose_result_2)(const REAL *element, const REAL *edges_pixels, const REAL *turned, REAL
     *out_1)
 {
     const REAL element_e12 = element[0], element_e13 = element[1], element_e23 = element[2],
@@ -1906,22 +1703,10 @@ static INLINE void NAME(judge_pose_7)(const REAL *element, const REAL *edges_pix
     const REAL t24 = t23 / SQRT(t9 * t9 + t19 * t19 + (REAL)1e-30);
     out_1[0] = SQRT(t24 * t24);
 }
-#define PARTS_judge_pose_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_7, PLAIN)
+#define PARTS_judge_pose_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_result_2, PLAIN)
 
-static INLINE void NAME(judge_pose_9)(REAL limit, REAL sum_0, REAL sum_1, REAL f, REAL w, REAL *sum_0_2, REAL
-    *sum_1_2)
-{
-    const REAL t0 = LESS_EQUAL(f, limit);
-    const REAL t1 = f * (f * w);
-    sum_0_2[0] = sum_0 + SELECT(t0, w, (REAL)0);
-    sum_1_2[0] = sum_1 + SELECT(t0, t1, (REAL)0);
-}
-#define PARTS_judge_pose_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(judge_pose_9, PLAIN)
-
-static INLINE void NAME(judge_pose_11)(REAL sum, const REAL *element, const REAL *turned, REAL *sum_2)
+static INLINE void NAME(judge_pose_sum_3)(REAL sum, const REAL *element, const REAL *turned, REAL *sum_2)
 {
     const REAL element_e12 = element[0], element_e13 = element[1], element_e23 = element[2],
         element_e01 = element[3], element_e02 = element[4], element_e03 = element[5];
@@ -1932,25 +1717,11 @@ static INLINE void NAME(judge_pose_11)(REAL sum, const REAL *element, const REAL
     const REAL t3 = (turned_2_2 * (element_e13 * element_e01 + element_e23 * element_e02) - t1) / t2;
     sum_2[0] = sum + SELECT(LESS((REAL)0, turned_2_3 - t3), (REAL)0, (REAL)1);
 }
-#define PARTS_judge_pose_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_11, PLAIN)
+#define PARTS_judge_pose_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_sum_3, PLAIN)
 
-static INLINE void NAME(judge_pose_13)(REAL *sum_0_3, REAL *sum_1_3)
-{
-    sum_0_3[0] = (REAL)0;
-    sum_1_3[0] = (REAL)0;
-}
-#define PARTS_judge_pose_13(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(judge_pose_13, PLAIN)
-
-static INLINE void NAME(judge_pose_15)(REAL *sum_3)
-{
-    sum_3[0] = (REAL)0;
-}
-#define PARTS_judge_pose_15(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(judge_pose_15, PLAIN)
-
-static INLINE void NAME(judge_pose_12)(const REAL *balls, const REAL *balls_pixels, const REAL *turned, REAL *out_2)
+static INLINE void NAME(judge_pose_result_3)(const REAL *balls, const REAL *balls_pixels, const REAL *turned, REAL
+    *out_2)
 {
     const REAL balls_0 = balls[0], balls_1 = balls[1], balls_2 = balls[2], balls_3 = balls[3];
     const REAL balls_pixels_0 = balls_pixels[0], balls_pixels_1 = balls_pixels[1];
@@ -1992,47 +1763,21 @@ static INLINE void NAME(judge_pose_12)(const REAL *balls, const REAL *balls_pixe
     const REAL t32 = (balls_3 - t16) / SQRT(((REAL)1 + (t24 * t24 + t31 * t31) * (REAL)1e+30) * (REAL)1e-30);
     out_2[0] = SQRT(t32 * t32);
 }
-#define PARTS_judge_pose_12(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_12, PLAIN)
+#define PARTS_judge_pose_result_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_result_3, PLAIN)
 
-static INLINE void NAME(judge_pose_14)(REAL limit, REAL sum_0, REAL sum_1, REAL f, REAL w, REAL *sum_0_3, REAL
-    *sum_1_3)
-{
-    const REAL t0 = LESS_EQUAL(f, limit);
-    const REAL t1 = f * (f * w);
-    sum_0_3[0] = sum_0 + SELECT(t0, w, (REAL)0);
-    sum_1_3[0] = sum_1 + SELECT(t0, t1, (REAL)0);
-}
-#define PARTS_judge_pose_14(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(judge_pose_14, PLAIN)
-
-static INLINE void NAME(judge_pose_16)(REAL sum, const REAL *balls, const REAL *turned, REAL *sum_3)
+static INLINE void NAME(judge_pose_sum_4)(REAL sum, const REAL *balls, const REAL *turned, REAL *sum_3)
 {
     const REAL balls_0 = balls[0], balls_1 = balls[1], balls_2 = balls[2];
     const REAL turned_2_0 = turned[8], turned_2_1 = turned[9], turned_2_2 = turned[10], turned_2_3 = turned[11];
     const REAL t0 = turned_2_3 + balls_2 * turned_2_2 + balls_1 * turned_2_1 + balls_0 * turned_2_0;
     sum_3[0] = sum + SELECT(LESS((REAL)0, t0), (REAL)0, (REAL)1);
 }
-#define PARTS_judge_pose_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_16, PLAIN)
+#define PARTS_judge_pose_sum_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_sum_4, PLAIN)
 
-static INLINE void NAME(judge_pose_18)(REAL *sum_0_4, REAL *sum_1_4)
-{
-    sum_0_4[0] = (REAL)0;
-    sum_1_4[0] = (REAL)0;
-}
-#define PARTS_judge_pose_18(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(judge_pose_18, PLAIN)
-
-static INLINE void NAME(judge_pose_20)(REAL *sum_4)
-{
-    sum_4[0] = (REAL)0;
-}
-#define PARTS_judge_pose_20(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(judge_pose_20, PLAIN)
-
-static INLINE void NAME(judge_pose_17)(const REAL *tubes, const REAL *tubes_pixels, const REAL *turned, REAL *out_3)
+static INLINE void NAME(judge_pose_result_4)(const REAL *tubes, const REAL *tubes_pixels, const REAL *turned, REAL
+    *out_3)
 {
     const REAL tubes_0 = tubes[0], tubes_1 = tubes[1], tubes_2 = tubes[2], tubes_3 = tubes[3], tubes_4 = tubes[4],
         tubes_5 = tubes[5], tubes_6 = tubes[6];
@@ -2087,22 +1832,10 @@ static INLINE void NAME(judge_pose_17)(const REAL *tubes, const REAL *tubes_pixe
     const REAL t44 = (t26 * t31 - tubes_6) / SQRT((REAL)1e-30 + (t32 * t32 + t43 * t43));
     out_3[0] = SQRT(t44 * t44);
 }
-#define PARTS_judge_pose_17(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_17, PLAIN)
+#define PARTS_judge_pose_result_4(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_result_4, PLAIN)
 
-static INLINE void NAME(judge_pose_19)(REAL limit, REAL sum_0, REAL sum_1, REAL f, REAL w, REAL *sum_0_4, REAL
-    *sum_1_4)
-{
-    const REAL t0 = LESS_EQUAL(f, limit);
-    const REAL t1 = f * (f * w);
-    sum_0_4[0] = sum_0 + SELECT(t0, w, (REAL)0);
-    sum_1_4[0] = sum_1 + SELECT(t0, t1, (REAL)0);
-}
-#define PARTS_judge_pose_19(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(judge_pose_19, PLAIN)
-
-static INLINE void NAME(judge_pose_21)(REAL sum, const REAL *tubes, const REAL *turned, REAL *sum_4)
+static INLINE void NAME(judge_pose_sum_5)(REAL sum, const REAL *tubes, const REAL *turned, REAL *sum_4)
 {
     const REAL tubes_0 = tubes[0], tubes_1 = tubes[1], tubes_2 = tubes[2], tubes_3 = tubes[3], tubes_4 = tubes[4],
         tubes_5 = tubes[5];
@@ -2113,25 +1846,11 @@ static INLINE void NAME(judge_pose_21)(REAL sum, const REAL *tubes, const REAL *
     const REAL t3 = turned_2_3 - (turned_2_2 * (tubes_1 * tubes_3 + tubes_2 * tubes_4) - t1) / t2;
     sum_4[0] = sum + SELECT(LESS((REAL)0, t3), (REAL)0, (REAL)1);
 }
-#define PARTS_judge_pose_21(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 7) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_21, PLAIN)
+#define PARTS_judge_pose_sum_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 7) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_sum_5, PLAIN)
 
-static INLINE void NAME(judge_pose_23)(REAL *sum_0_5, REAL *sum_1_5)
-{
-    sum_0_5[0] = (REAL)0;
-    sum_1_5[0] = (REAL)0;
-}
-#define PARTS_judge_pose_23(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(judge_pose_23, PLAIN)
-
-static INLINE void NAME(judge_pose_25)(REAL *sum_5)
-{
-    sum_5[0] = (REAL)0;
-}
-#define PARTS_judge_pose_25(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(judge_pose_25, PLAIN)
-
-static INLINE void NAME(judge_pose_22)(const REAL *rims, const REAL *rims_pixels, const REAL *turned, REAL *out_4)
+static INLINE void NAME(judge_pose_result_5)(const REAL *rims, const REAL *rims_pixels, const REAL *turned, REAL
+    *out_4)
 {
     const REAL rims_0 = rims[0], rims_1 = rims[1], rims_2 = rims[2], rims_3 = rims[3], rims_4 = rims[4],
         rims_5 = rims[5], rims_6 = rims[6];
@@ -2188,34 +1907,22 @@ static INLINE void NAME(judge_pose_22)(const REAL *rims, const REAL *rims_pixels
     const REAL t46 = (t32 - rims_6) / SQRT(t34 * t34 + t45 * t45 + (REAL)1e-30);
     out_4[0] = SQRT(t46 * t46);
 }
-#define PARTS_judge_pose_22(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_22, PLAIN)
+#define PARTS_judge_pose_result_5(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND IN(1, 2) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_result_5, PLAIN)
 
-static INLINE void NAME(judge_pose_24)(REAL limit, REAL sum_0, REAL sum_1, REAL f, REAL w, REAL *sum_0_5, REAL
-    *sum_1_5)
-{
-    const REAL t0 = LESS_EQUAL(f, limit);
-    const REAL t1 = f * (f * w);
-    sum_0_5[0] = sum_0 + SELECT(t0, w, (REAL)0);
-    sum_1_5[0] = sum_1 + SELECT(t0, t1, (REAL)0);
-}
-#define PARTS_judge_pose_24(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(judge_pose_24, PLAIN)
-
-static INLINE void NAME(judge_pose_26)(REAL sum, const REAL *rims, const REAL *turned, REAL *sum_5)
+static INLINE void NAME(judge_pose_sum_6)(REAL sum, const REAL *rims, const REAL *turned, REAL *sum_5)
 {
     const REAL rims_0 = rims[0], rims_1 = rims[1], rims_2 = rims[2];
     const REAL turned_2_0 = turned[8], turned_2_1 = turned[9], turned_2_2 = turned[10], turned_2_3 = turned[11];
     const REAL t0 = LESS((REAL)0, turned_2_3 + rims_2 * turned_2_2 + rims_1 * turned_2_1 + rims_0 * turned_2_0);
     sum_5[0] = sum + SELECT(t0, (REAL)0, (REAL)1);
 }
-#define PARTS_judge_pose_26(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 7) AND IN(2, 12) AND OUT(3, 1)
-GAC_IN_LANES(judge_pose_26, PLAIN)
+#define PARTS_judge_pose_sum_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 7) AND IN(2, 12) AND OUT(3, 1)
+GAC_IN_LANES(judge_pose_sum_6, PLAIN)
 
-static INLINE void NAME(judge_pose_27)(const REAL *triangle, REAL unit, const REAL *centre, REAL sum_0, REAL sum_1,
-    REAL sum, REAL sum_0_2, REAL sum_1_2, REAL sum_2, REAL sum_0_3, REAL sum_1_3, REAL sum_3, REAL sum_0_4, REAL
-    sum_1_4, REAL sum_4, REAL sum_0_5, REAL sum_1_5, REAL sum_5, REAL *out_5, REAL *out_6)
+static INLINE void NAME(judge_pose_result_6)(const REAL *triangle, REAL unit, const REAL *centre, REAL sum_0, REAL
+    sum_1, REAL sum, REAL sum_0_2, REAL sum_1_2, REAL sum_2, REAL sum_0_3, REAL sum_1_3, REAL sum_3, REAL sum_0_4,
+    REAL sum_1_4, REAL sum_4, REAL sum_0_5, REAL sum_1_5, REAL sum_5, REAL *out_5, REAL *out_6)
 {
     const REAL triangle_0 = triangle[0], triangle_1 = triangle[1], triangle_2 = triangle[2],
         triangle_3 = triangle[3], triangle_4 = triangle[4], triangle_5 = triangle[5], triangle_6 = triangle[6],
@@ -2380,11 +2087,11 @@ static INLINE void NAME(judge_pose_27)(const REAL *triangle, REAL unit, const RE
     out_6[3] = sum_5 + (sum_4 + (sum_3 + (sum + sum_2)));
     out_6[4] = SELECT(t112, t111, (REAL)1e+30);
 }
-#define PARTS_judge_pose_27(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) AND IN(2, 3) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
-    AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND NUMBER(15, 0) \
-    AND NUMBER(16, 0) AND NUMBER(17, 0) AND OUT(18, 36) AND OUT(19, 5)
-GAC_IN_LANES(judge_pose_27, PLAIN)
+#define PARTS_judge_pose_result_6(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) AND IN(2, 3) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
+    AND NUMBER(9, 0) AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) \
+    AND NUMBER(15, 0) AND NUMBER(16, 0) AND NUMBER(17, 0) AND OUT(18, 36) AND OUT(19, 5)
+GAC_IN_LANES(judge_pose_result_6, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t object_poses_judge_pose_work(intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls, intptr_t
@@ -2408,44 +2115,44 @@ void NAME(judge_pose)(intptr_t cameras, intptr_t points, intptr_t edges, intptr_
     REAL *const turned = work, sum_0, sum_1, sum, sum_0_2, sum_1_2, sum_2, sum_0_3, sum_1_3, sum_3, sum_0_4,
     sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5;
     for (intptr_t i = 0; i < cameras; i++)
-        NAME(judge_pose_1)(m, cameras_ + 12 * i, turned + 12 * i);
-    NAME(judge_pose_3)(&sum_0, &sum_1);
-    NAME(judge_pose_5)(&sum);
+        NAME(refine_pose_turned)(m, cameras_ + 12 * i, turned + 12 * i);
+    NAME(judge_pose_sum_start)(&sum_0, &sum_1);
+    NAME(judge_pose_sum_start_2)(&sum);
     for (intptr_t i = 0; i < points; i++) {
-        NAME(judge_pose_2)(points_ + 3 * i, points_pixels + 2 * i, turned + 12 * points_cameras[i], out_0 + i);
-        NAME(judge_pose_4)(limit, sum_0, sum_1, out_0[i], points_weights[i], &sum_0, &sum_1);
-        NAME(judge_pose_6)(sum, points_ + 3 * i, turned + 12 * points_cameras[i], &sum);
+        NAME(judge_pose_result)(points_ + 3 * i, points_pixels + 2 * i, turned + 12 * points_cameras[i], out_0 + i);
+        NAME(judge_pose_sum)(limit, sum_0, sum_1, out_0[i], points_weights[i], &sum_0, &sum_1);
+        NAME(judge_pose_sum_2)(sum, points_ + 3 * i, turned + 12 * points_cameras[i], &sum);
     }
-    NAME(judge_pose_8)(&sum_0_2, &sum_1_2);
-    NAME(judge_pose_10)(&sum_2);
+    NAME(judge_pose_sum_start)(&sum_0_2, &sum_1_2);
+    NAME(judge_pose_sum_start_2)(&sum_2);
     for (intptr_t i = 0; i < edges; i++) {
-        NAME(judge_pose_7)(edges_ + 6 * i, edges_pixels + 2 * i, turned + 12 * edges_cameras[i], out_1 + i);
-        NAME(judge_pose_9)(limit, sum_0_2, sum_1_2, out_1[i], edges_weights[i], &sum_0_2, &sum_1_2);
-        NAME(judge_pose_11)(sum_2, edges_ + 6 * i, turned + 12 * edges_cameras[i], &sum_2);
+        NAME(judge_pose_result_2)(edges_ + 6 * i, edges_pixels + 2 * i, turned + 12 * edges_cameras[i], out_1 + i);
+        NAME(judge_pose_sum)(limit, sum_0_2, sum_1_2, out_1[i], edges_weights[i], &sum_0_2, &sum_1_2);
+        NAME(judge_pose_sum_3)(sum_2, edges_ + 6 * i, turned + 12 * edges_cameras[i], &sum_2);
     }
-    NAME(judge_pose_13)(&sum_0_3, &sum_1_3);
-    NAME(judge_pose_15)(&sum_3);
+    NAME(judge_pose_sum_start)(&sum_0_3, &sum_1_3);
+    NAME(judge_pose_sum_start_2)(&sum_3);
     for (intptr_t i = 0; i < balls; i++) {
-        NAME(judge_pose_12)(balls_ + 4 * i, balls_pixels + 2 * i, turned + 12 * balls_cameras[i], out_2 + i);
-        NAME(judge_pose_14)(limit, sum_0_3, sum_1_3, out_2[i], balls_weights[i], &sum_0_3, &sum_1_3);
-        NAME(judge_pose_16)(sum_3, balls_ + 4 * i, turned + 12 * balls_cameras[i], &sum_3);
+        NAME(judge_pose_result_3)(balls_ + 4 * i, balls_pixels + 2 * i, turned + 12 * balls_cameras[i], out_2 + i);
+        NAME(judge_pose_sum)(limit, sum_0_3, sum_1_3, out_2[i], balls_weights[i], &sum_0_3, &sum_1_3);
+        NAME(judge_pose_sum_4)(sum_3, balls_ + 4 * i, turned + 12 * balls_cameras[i], &sum_3);
     }
-    NAME(judge_pose_18)(&sum_0_4, &sum_1_4);
-    NAME(judge_pose_20)(&sum_4);
+    NAME(judge_pose_sum_start)(&sum_0_4, &sum_1_4);
+    NAME(judge_pose_sum_start_2)(&sum_4);
     for (intptr_t i = 0; i < tubes; i++) {
-        NAME(judge_pose_17)(tubes_ + 7 * i, tubes_pixels + 2 * i, turned + 12 * tubes_cameras[i], out_3 + i);
-        NAME(judge_pose_19)(limit, sum_0_4, sum_1_4, out_3[i], tubes_weights[i], &sum_0_4, &sum_1_4);
-        NAME(judge_pose_21)(sum_4, tubes_ + 7 * i, turned + 12 * tubes_cameras[i], &sum_4);
+        NAME(judge_pose_result_4)(tubes_ + 7 * i, tubes_pixels + 2 * i, turned + 12 * tubes_cameras[i], out_3 + i);
+        NAME(judge_pose_sum)(limit, sum_0_4, sum_1_4, out_3[i], tubes_weights[i], &sum_0_4, &sum_1_4);
+        NAME(judge_pose_sum_5)(sum_4, tubes_ + 7 * i, turned + 12 * tubes_cameras[i], &sum_4);
     }
-    NAME(judge_pose_23)(&sum_0_5, &sum_1_5);
-    NAME(judge_pose_25)(&sum_5);
+    NAME(judge_pose_sum_start)(&sum_0_5, &sum_1_5);
+    NAME(judge_pose_sum_start_2)(&sum_5);
     for (intptr_t i = 0; i < rims; i++) {
-        NAME(judge_pose_22)(rims_ + 7 * i, rims_pixels + 2 * i, turned + 12 * rims_cameras[i], out_4 + i);
-        NAME(judge_pose_24)(limit, sum_0_5, sum_1_5, out_4[i], rims_weights[i], &sum_0_5, &sum_1_5);
-        NAME(judge_pose_26)(sum_5, rims_ + 7 * i, turned + 12 * rims_cameras[i], &sum_5);
+        NAME(judge_pose_result_5)(rims_ + 7 * i, rims_pixels + 2 * i, turned + 12 * rims_cameras[i], out_4 + i);
+        NAME(judge_pose_sum)(limit, sum_0_5, sum_1_5, out_4[i], rims_weights[i], &sum_0_5, &sum_1_5);
+        NAME(judge_pose_sum_6)(sum_5, rims_ + 7 * i, turned + 12 * rims_cameras[i], &sum_5);
     }
-    NAME(judge_pose_27)(triangle, unit, centre, sum_0, sum_1, sum, sum_0_2, sum_1_2, sum_2, sum_0_3, sum_1_3, sum_3,
-    sum_0_4, sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5, out_5, out_6);
+    NAME(judge_pose_result_6)(triangle, unit, centre, sum_0, sum_1, sum, sum_0_2, sum_1_2, sum_2, sum_0_3, sum_1_3,
+    sum_3, sum_0_4, sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5, out_5, out_6);
 }
 
 static INLINE WORD NAME(judge_pose_lanes)(intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls,
@@ -2462,54 +2169,57 @@ static INLINE WORD NAME(judge_pose_lanes)(intptr_t cameras, intptr_t points, int
     sum_0_3[NLANES], sum_1_3[NLANES], sum_3[NLANES], sum_0_4[NLANES], sum_1_4[NLANES], sum_4[NLANES],
     sum_0_5[NLANES], sum_1_5[NLANES], sum_5[NLANES];
     for (intptr_t i = 0; i < cameras; i++)
-        NAME(judge_pose_1_lanes)(m, cameras_ + 12 * NLANES * i, turned + 12 * NLANES * i);
-    NAME(judge_pose_3_lanes)(sum_0, sum_1);
-    NAME(judge_pose_5_lanes)(sum);
+        NAME(refine_pose_turned_lanes)(m, cameras_ + 12 * NLANES * i, turned + 12 * NLANES * i);
+    NAME(judge_pose_sum_start_lanes)(sum_0, sum_1);
+    NAME(judge_pose_sum_start_2_lanes)(sum);
     for (intptr_t i = 0; i < points; i++) {
-        NAME(judge_pose_2_lanes)(points_ + 3 * NLANES * i, points_pixels + 2 * NLANES * i,
+        NAME(judge_pose_result_lanes)(points_ + 3 * NLANES * i, points_pixels + 2 * NLANES * i,
     turned + 12 * NLANES * points_cameras[i], out_0 + NLANES * i);
-        NAME(judge_pose_4_lanes)(limit, sum_0, sum_1, out_0 + NLANES * i, points_weights + NLANES * i, sum_0,
+        NAME(judge_pose_sum_lanes)(limit, sum_0, sum_1, out_0 + NLANES * i, points_weights + NLANES * i, sum_0,
     sum_1);
-        NAME(judge_pose_6_lanes)(sum, points_ + 3 * NLANES * i, turned + 12 * NLANES * points_cameras[i], sum);
+        NAME(judge_pose_sum_2_lanes)(sum, points_ + 3 * NLANES * i, turned + 12 * NLANES * points_cameras[i], sum);
     }
-    NAME(judge_pose_8_lanes)(sum_0_2, sum_1_2);
-    NAME(judge_pose_10_lanes)(sum_2);
+    NAME(judge_pose_sum_start_lanes)(sum_0_2, sum_1_2);
+    NAME(judge_pose_sum_start_2_lanes)(sum_2);
     for (intptr_t i = 0; i < edges; i++) {
-        NAME(judge_pose_7_lanes)(edges_ + 6 * NLANES * i, edges_pixels + 2 * NLANES * i,
+        NAME(judge_pose_result_2_lanes)(edges_ + 6 * NLANES * i, edges_pixels + 2 * NLANES * i,
     turned + 12 * NLANES * edges_cameras[i], out_1 + NLANES * i);
-        NAME(judge_pose_9_lanes)(limit, sum_0_2, sum_1_2, out_1 + NLANES * i, edges_weights + NLANES * i, sum_0_2,
+        NAME(judge_pose_sum_lanes)(limit, sum_0_2, sum_1_2, out_1 + NLANES * i, edges_weights + NLANES * i, sum_0_2,
     sum_1_2);
-        NAME(judge_pose_11_lanes)(sum_2, edges_ + 6 * NLANES * i, turned + 12 * NLANES * edges_cameras[i], sum_2);
+        NAME(judge_pose_sum_3_lanes)(sum_2, edges_ + 6 * NLANES * i, turned + 12 * NLANES * edges_cameras[i],
+    sum_2);
     }
-    NAME(judge_pose_13_lanes)(sum_0_3, sum_1_3);
-    NAME(judge_pose_15_lanes)(sum_3);
+    NAME(judge_pose_sum_start_lanes)(sum_0_3, sum_1_3);
+    NAME(judge_pose_sum_start_2_lanes)(sum_3);
     for (intptr_t i = 0; i < balls; i++) {
-        NAME(judge_pose_12_lanes)(balls_ + 4 * NLANES * i, balls_pixels + 2 * NLANES * i,
+        NAME(judge_pose_result_3_lanes)(balls_ + 4 * NLANES * i, balls_pixels + 2 * NLANES * i,
     turned + 12 * NLANES * balls_cameras[i], out_2 + NLANES * i);
-        NAME(judge_pose_14_lanes)(limit, sum_0_3, sum_1_3, out_2 + NLANES * i, balls_weights + NLANES * i, sum_0_3,
+        NAME(judge_pose_sum_lanes)(limit, sum_0_3, sum_1_3, out_2 + NLANES * i, balls_weights + NLANES * i, sum_0_3,
     sum_1_3);
-        NAME(judge_pose_16_lanes)(sum_3, balls_ + 4 * NLANES * i, turned + 12 * NLANES * balls_cameras[i], sum_3);
+        NAME(judge_pose_sum_4_lanes)(sum_3, balls_ + 4 * NLANES * i, turned + 12 * NLANES * balls_cameras[i],
+    sum_3);
     }
-    NAME(judge_pose_18_lanes)(sum_0_4, sum_1_4);
-    NAME(judge_pose_20_lanes)(sum_4);
+    NAME(judge_pose_sum_start_lanes)(sum_0_4, sum_1_4);
+    NAME(judge_pose_sum_start_2_lanes)(sum_4);
     for (intptr_t i = 0; i < tubes; i++) {
-        NAME(judge_pose_17_lanes)(tubes_ + 7 * NLANES * i, tubes_pixels + 2 * NLANES * i,
+        NAME(judge_pose_result_4_lanes)(tubes_ + 7 * NLANES * i, tubes_pixels + 2 * NLANES * i,
     turned + 12 * NLANES * tubes_cameras[i], out_3 + NLANES * i);
-        NAME(judge_pose_19_lanes)(limit, sum_0_4, sum_1_4, out_3 + NLANES * i, tubes_weights + NLANES * i, sum_0_4,
+        NAME(judge_pose_sum_lanes)(limit, sum_0_4, sum_1_4, out_3 + NLANES * i, tubes_weights + NLANES * i, sum_0_4,
     sum_1_4);
-        NAME(judge_pose_21_lanes)(sum_4, tubes_ + 7 * NLANES * i, turned + 12 * NLANES * tubes_cameras[i], sum_4);
+        NAME(judge_pose_sum_5_lanes)(sum_4, tubes_ + 7 * NLANES * i, turned + 12 * NLANES * tubes_cameras[i],
+    sum_4);
     }
-    NAME(judge_pose_23_lanes)(sum_0_5, sum_1_5);
-    NAME(judge_pose_25_lanes)(sum_5);
+    NAME(judge_pose_sum_start_lanes)(sum_0_5, sum_1_5);
+    NAME(judge_pose_sum_start_2_lanes)(sum_5);
     for (intptr_t i = 0; i < rims; i++) {
-        NAME(judge_pose_22_lanes)(rims_ + 7 * NLANES * i, rims_pixels + 2 * NLANES * i,
+        NAME(judge_pose_result_5_lanes)(rims_ + 7 * NLANES * i, rims_pixels + 2 * NLANES * i,
     turned + 12 * NLANES * rims_cameras[i], out_4 + NLANES * i);
-        NAME(judge_pose_24_lanes)(limit, sum_0_5, sum_1_5, out_4 + NLANES * i, rims_weights + NLANES * i, sum_0_5,
+        NAME(judge_pose_sum_lanes)(limit, sum_0_5, sum_1_5, out_4 + NLANES * i, rims_weights + NLANES * i, sum_0_5,
     sum_1_5);
-        NAME(judge_pose_26_lanes)(sum_5, rims_ + 7 * NLANES * i, turned + 12 * NLANES * rims_cameras[i], sum_5);
+        NAME(judge_pose_sum_6_lanes)(sum_5, rims_ + 7 * NLANES * i, turned + 12 * NLANES * rims_cameras[i], sum_5);
     }
-    NAME(judge_pose_27_lanes)(triangle, unit, centre, sum_0, sum_1, sum, sum_0_2, sum_1_2, sum_2, sum_0_3, sum_1_3,
-    sum_3, sum_0_4, sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5, out_5, out_6);
+    NAME(judge_pose_result_6_lanes)(triangle, unit, centre, sum_0, sum_1, sum, sum_0_2, sum_1_2, sum_2, sum_0_3,
+    sum_1_3, sum_3, sum_0_4, sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5, out_5, out_6);
     return 0;
 }
 
@@ -2519,15 +2229,7 @@ GAC_PROCEDURE(judge_pose, LANES)
     AND IN(1, b, 8, 8, 1) AND IN(2, samples_, 3, 3, samples) AND OUT(3, out, scalar, 1, 1)
 #define WORK_distance_of_poses(WORK)
 
-static INLINE void NAME(distance_of_poses_1)(REAL *sum_0, REAL *sum_1)
-{
-    sum_0[0] = (REAL)0;
-    sum_1[0] = (REAL)0;
-}
-#define PARTS_distance_of_poses_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(distance_of_poses_1, PLAIN)
-
-static INLINE void NAME(distance_of_poses_2)(const REAL *a, const REAL *b, REAL sum_0, REAL sum_1, const REAL
+static INLINE void NAME(distance_of_poses_sum)(const REAL *a, const REAL *b, REAL sum_0, REAL sum_1, const REAL
     *samples, REAL *sum_0_out, REAL *sum_1_out)
 {
     const REAL a_1 = a[0], a_e12 = a[1], a_e13 = a[2], a_e23 = a[3], a_e01 = a[4], a_e02 = a[5], a_e03 = a[6],
@@ -2550,16 +2252,16 @@ static INLINE void NAME(distance_of_poses_2)(const REAL *a, const REAL *b, REAL 
     sum_0_out[0] = sum_0 + (t7 * t7 + t9 * t9 + t11 * t11);
     sum_1_out[0] = sum_1 + (REAL)1;
 }
-#define PARTS_distance_of_poses_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) \
+#define PARTS_distance_of_poses_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 8) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND IN(4, 3) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(distance_of_poses_2, PLAIN)
+GAC_IN_LANES(distance_of_poses_sum, PLAIN)
 
-static INLINE void NAME(distance_of_poses_3)(REAL sum_0, REAL sum_1, REAL *out)
+static INLINE void NAME(distance_of_poses_result)(REAL sum_0, REAL sum_1, REAL *out)
 {
     out[0] = sum_0 / sum_1;
 }
-#define PARTS_distance_of_poses_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(distance_of_poses_3, PLAIN)
+#define PARTS_distance_of_poses_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(distance_of_poses_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t object_poses_distance_of_poses_work(intptr_t samples)
@@ -2574,20 +2276,20 @@ void NAME(distance_of_poses)(intptr_t samples, const REAL *a, const REAL *b, con
 {
     (void)work;
     REAL sum_0, sum_1;
-    NAME(distance_of_poses_1)(&sum_0, &sum_1);
+    NAME(judge_pose_sum_start)(&sum_0, &sum_1);
     for (intptr_t i = 0; i < samples; i++)
-        NAME(distance_of_poses_2)(a, b, sum_0, sum_1, samples_ + 3 * i, &sum_0, &sum_1);
-    NAME(distance_of_poses_3)(sum_0, sum_1, out);
+        NAME(distance_of_poses_sum)(a, b, sum_0, sum_1, samples_ + 3 * i, &sum_0, &sum_1);
+    NAME(distance_of_poses_result)(sum_0, sum_1, out);
 }
 
 static INLINE WORD NAME(distance_of_poses_lanes)(intptr_t samples, const REAL *a, const REAL *b,
     const REAL *samples_, REAL *out)
 {
     _Alignas(64) REAL sum_0[NLANES], sum_1[NLANES];
-    NAME(distance_of_poses_1_lanes)(sum_0, sum_1);
+    NAME(judge_pose_sum_start_lanes)(sum_0, sum_1);
     for (intptr_t i = 0; i < samples; i++)
-        NAME(distance_of_poses_2_lanes)(a, b, sum_0, sum_1, samples_ + 3 * NLANES * i, sum_0, sum_1);
-    NAME(distance_of_poses_3_lanes)(sum_0, sum_1, out);
+        NAME(distance_of_poses_sum_lanes)(a, b, sum_0, sum_1, samples_ + 3 * NLANES * i, sum_0, sum_1);
+    NAME(distance_of_poses_result_lanes)(sum_0, sum_1, out);
     return 0;
 }
 
@@ -2598,8 +2300,8 @@ GAC_PROCEDURE(distance_of_poses, LANES)
     AND OUT(3, out_0, 8, 8, 1) AND OUT(4, out_1, 8, 8, 1)
 #define WORK_parallel_poses(WORK) WORK(5, mapped_0, scalar, 1, points) WORK(6, mapped_1, scalar, 1, points)
 
-static INLINE void NAME(parallel_poses_1)(const REAL *camera, REAL *common, REAL *common_2, REAL *common_3, REAL
-    *common_4, REAL *common_5)
+static INLINE void NAME(parallel_poses_common)(const REAL *camera, REAL *common, REAL *common_2, REAL *common_3,
+    REAL *common_4, REAL *common_5)
 {
     const REAL camera_0_0 = camera[0], camera_0_1 = camera[1], camera_0_2 = camera[2], camera_1_0 = camera[4],
         camera_1_1 = camera[5], camera_1_2 = camera[6], camera_2_0 = camera[8], camera_2_1 = camera[9],
@@ -2621,11 +2323,11 @@ static INLINE void NAME(parallel_poses_1)(const REAL *camera, REAL *common, REAL
     common_4[0] = t0;
     common_5[0] = camera_0_0 * t9 + camera_0_1 * t6 + camera_0_2 * t7;
 }
-#define PARTS_parallel_poses_1(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
+#define PARTS_parallel_poses_common(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(parallel_poses_1, PLAIN)
+GAC_IN_LANES(parallel_poses_common, PLAIN)
 
-static INLINE void NAME(parallel_poses_3)(REAL *sum, REAL *sum_1)
+static INLINE void NAME(parallel_poses_sum_start)(REAL *sum, REAL *sum_1)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -2634,10 +2336,10 @@ static INLINE void NAME(parallel_poses_3)(REAL *sum, REAL *sum_1)
     sum[4] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_parallel_poses_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 5) AND OUT(1, 1)
-GAC_IN_LANES(parallel_poses_3, PLAIN)
+#define PARTS_parallel_poses_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 5) AND OUT(1, 1)
+GAC_IN_LANES(parallel_poses_sum_start, PLAIN)
 
-static INLINE void NAME(parallel_poses_2)(const REAL *pixels, REAL common, REAL common_2, REAL common_3, REAL
+static INLINE void NAME(parallel_poses_mapped)(const REAL *pixels, REAL common, REAL common_2, REAL common_3, REAL
     common_4, REAL common_5, REAL *mapped_0, REAL *mapped_1)
 {
     const REAL pixels_0 = pixels[0], pixels_1 = pixels[1];
@@ -2645,11 +2347,11 @@ static INLINE void NAME(parallel_poses_2)(const REAL *pixels, REAL common, REAL 
     mapped_0[0] = (pixels_0 - common_3 - common_5 * t0) / common;
     mapped_1[0] = t0;
 }
-#define PARTS_parallel_poses_2(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_parallel_poses_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(parallel_poses_2, PLAIN)
+GAC_IN_LANES(parallel_poses_mapped, PLAIN)
 
-static INLINE void NAME(parallel_poses_4)(const REAL *sum, REAL sum_1_2, const REAL *points, REAL s_0, REAL s_1,
+static INLINE void NAME(parallel_poses_sum)(const REAL *sum, REAL sum_1_2, const REAL *points, REAL s_0, REAL s_1,
     REAL *sum_out, REAL *sum_1_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4];
@@ -2661,11 +2363,11 @@ static INLINE void NAME(parallel_poses_4)(const REAL *sum, REAL sum_1_2, const R
     sum_out[4] = sum_4 + s_1;
     sum_1_out[0] = sum_1_2 + (REAL)1;
 }
-#define PARTS_parallel_poses_4(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND IN(2, 3) AND NUMBER(3, 0) \
+#define PARTS_parallel_poses_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND IN(2, 3) AND NUMBER(3, 0) \
     AND NUMBER(4, 0) AND OUT(5, 5) AND OUT(6, 1)
-GAC_IN_LANES(parallel_poses_4, PLAIN)
+GAC_IN_LANES(parallel_poses_sum, PLAIN)
 
-static INLINE void NAME(parallel_poses_5)(REAL *sum_2)
+static INLINE void NAME(parallel_poses_sum_start_2)(REAL *sum_2)
 {
     sum_2[0] = (REAL)0;
     sum_2[1] = (REAL)0;
@@ -2680,10 +2382,10 @@ static INLINE void NAME(parallel_poses_5)(REAL *sum_2)
     sum_2[10] = (REAL)0;
     sum_2[11] = (REAL)0;
 }
-#define PARTS_parallel_poses_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 12)
-GAC_IN_LANES(parallel_poses_5, PLAIN)
+#define PARTS_parallel_poses_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 12)
+GAC_IN_LANES(parallel_poses_sum_start_2, PLAIN)
 
-static INLINE void NAME(parallel_poses_6)(const REAL *sum, REAL sum_1_2, REAL *common_6, REAL *common_7, REAL
+static INLINE void NAME(parallel_poses_common_2)(const REAL *sum, REAL sum_1_2, REAL *common_6, REAL *common_7, REAL
     *common_8, REAL *common_9, REAL *common_10)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4];
@@ -2694,12 +2396,12 @@ static INLINE void NAME(parallel_poses_6)(const REAL *sum, REAL sum_1_2, REAL *c
     common_9[0] = sum_3 * t0;
     common_10[0] = sum_4 * t0;
 }
-#define PARTS_parallel_poses_6(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(parallel_poses_6, PLAIN)
+#define PARTS_parallel_poses_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 5) AND NUMBER(1, 0) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(parallel_poses_common_2, PLAIN)
 
-static INLINE void NAME(parallel_poses_7)(const REAL *sum_2, const REAL *points, REAL s_0, REAL s_1, REAL common,
-    REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL *sum_2_out)
+static INLINE void NAME(parallel_poses_sum_2)(const REAL *sum_2, const REAL *points, REAL s_0, REAL s_1, REAL
+    common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL *sum_2_out)
 {
     const REAL sum_2_0_0 = sum_2[0], sum_2_0_1 = sum_2[1], sum_2_0_2 = sum_2[2], sum_2_0_3 = sum_2[3],
         sum_2_0_4 = sum_2[4], sum_2_0_5 = sum_2[5], sum_2_1_0 = sum_2[6], sum_2_1_1 = sum_2[7],
@@ -2723,12 +2425,13 @@ static INLINE void NAME(parallel_poses_7)(const REAL *sum_2, const REAL *points,
     sum_2_out[10] = sum_2_1_4 + t1 * t4;
     sum_2_out[11] = sum_2_1_5 + t2 * t4;
 }
-#define PARTS_parallel_poses_7(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 3) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND OUT(9, 12)
-GAC_IN_LANES(parallel_poses_7, PLAIN)
+#define PARTS_parallel_poses_sum_2(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 3) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
+    AND OUT(9, 12)
+GAC_IN_LANES(parallel_poses_sum_2, PLAIN)
 
-static INLINE void NAME(parallel_poses_8)(const REAL *camera, const REAL *sum, REAL sum_1_2, const REAL *sum_2_2,
-    REAL *out_0, REAL *out_1)
+static INLINE void NAME(parallel_poses_result)(const REAL *camera, const REAL *sum, REAL sum_1_2, const REAL
+    *sum_2_2, REAL *out_0, REAL *out_1)
 {
     const REAL camera_0_0 = camera[0], camera_0_1 = camera[1], camera_0_2 = camera[2], camera_0_3 = camera[3],
         camera_1_0 = camera[4], camera_1_1 = camera[5], camera_1_2 = camera[6], camera_1_3 = camera[7],
@@ -3071,9 +2774,9 @@ static INLINE void NAME(parallel_poses_8)(const REAL *camera, const REAL *sum, R
     out_1[6] = t312 * t315 - t309 * t313 - t311 * t314;
     out_1[7] = t312 * t314 + t311 * t315 + t310 * t313;
 }
-#define PARTS_parallel_poses_8(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 5) AND NUMBER(2, 0) AND IN(3, 12) \
-    AND OUT(4, 8) AND OUT(5, 8)
-GAC_IN_LANES(parallel_poses_8, PLAIN)
+#define PARTS_parallel_poses_result(IN, SAME, NUMBER, OUT, AND) IN(0, 12) AND IN(1, 5) AND NUMBER(2, 0) \
+    AND IN(3, 12) AND OUT(4, 8) AND OUT(5, 8)
+GAC_IN_LANES(parallel_poses_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t object_poses_parallel_poses_work(intptr_t points)
@@ -3087,19 +2790,19 @@ void NAME(parallel_poses)(intptr_t points, const REAL *camera, const REAL *point
 {
     REAL *const mapped_0 = work, *const mapped_1 = mapped_0 + points, common, common_2, common_3, common_4,
     common_5, sum[5], sum_1, sum_2[2 * 6], common_6, common_7, common_8, common_9, common_10;
-    NAME(parallel_poses_1)(camera, &common, &common_2, &common_3, &common_4, &common_5);
-    NAME(parallel_poses_3)(sum, &sum_1);
+    NAME(parallel_poses_common)(camera, &common, &common_2, &common_3, &common_4, &common_5);
+    NAME(parallel_poses_sum_start)(sum, &sum_1);
     for (intptr_t i = 0; i < points; i++) {
-        NAME(parallel_poses_2)(pixels + 2 * i, common, common_2, common_3, common_4, common_5, mapped_0 + i,
+        NAME(parallel_poses_mapped)(pixels + 2 * i, common, common_2, common_3, common_4, common_5, mapped_0 + i,
     mapped_1 + i);
-        NAME(parallel_poses_4)(sum, sum_1, points_ + 3 * i, mapped_0[i], mapped_1[i], sum, &sum_1);
+        NAME(parallel_poses_sum)(sum, sum_1, points_ + 3 * i, mapped_0[i], mapped_1[i], sum, &sum_1);
     }
-    NAME(parallel_poses_5)(sum_2);
-    NAME(parallel_poses_6)(sum, sum_1, &common_6, &common_7, &common_8, &common_9, &common_10);
+    NAME(parallel_poses_sum_start_2)(sum_2);
+    NAME(parallel_poses_common_2)(sum, sum_1, &common_6, &common_7, &common_8, &common_9, &common_10);
     for (intptr_t i = 0; i < points; i++)
-        NAME(parallel_poses_7)(sum_2, points_ + 3 * i, mapped_0[i], mapped_1[i], common_6, common_7, common_8,
+        NAME(parallel_poses_sum_2)(sum_2, points_ + 3 * i, mapped_0[i], mapped_1[i], common_6, common_7, common_8,
     common_9, common_10, sum_2);
-    NAME(parallel_poses_8)(camera, sum, sum_1, sum_2, out_0, out_1);
+    NAME(parallel_poses_result)(camera, sum, sum_1, sum_2, out_0, out_1);
 }
 
 static INLINE WORD NAME(parallel_poses_lanes)(intptr_t points, const REAL *camera, const REAL *points_,
@@ -3108,20 +2811,20 @@ static INLINE WORD NAME(parallel_poses_lanes)(intptr_t points, const REAL *camer
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES],
     sum[5 * NLANES], sum_1[NLANES], sum_2[12 * NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
     common_9[NLANES], common_10[NLANES];
-    NAME(parallel_poses_1_lanes)(camera, common, common_2, common_3, common_4, common_5);
-    NAME(parallel_poses_3_lanes)(sum, sum_1);
+    NAME(parallel_poses_common_lanes)(camera, common, common_2, common_3, common_4, common_5);
+    NAME(parallel_poses_sum_start_lanes)(sum, sum_1);
     for (intptr_t i = 0; i < points; i++) {
-        NAME(parallel_poses_2_lanes)(pixels + 2 * NLANES * i, common, common_2, common_3, common_4, common_5,
+        NAME(parallel_poses_mapped_lanes)(pixels + 2 * NLANES * i, common, common_2, common_3, common_4, common_5,
     mapped_0 + NLANES * i, mapped_1 + NLANES * i);
-        NAME(parallel_poses_4_lanes)(sum, sum_1, points_ + 3 * NLANES * i, mapped_0 + NLANES * i,
+        NAME(parallel_poses_sum_lanes)(sum, sum_1, points_ + 3 * NLANES * i, mapped_0 + NLANES * i,
     mapped_1 + NLANES * i, sum, sum_1);
     }
-    NAME(parallel_poses_5_lanes)(sum_2);
-    NAME(parallel_poses_6_lanes)(sum, sum_1, common_6, common_7, common_8, common_9, common_10);
+    NAME(parallel_poses_sum_start_2_lanes)(sum_2);
+    NAME(parallel_poses_common_2_lanes)(sum, sum_1, common_6, common_7, common_8, common_9, common_10);
     for (intptr_t i = 0; i < points; i++)
-        NAME(parallel_poses_7_lanes)(sum_2, points_ + 3 * NLANES * i, mapped_0 + NLANES * i, mapped_1 + NLANES * i,
-    common_6, common_7, common_8, common_9, common_10, sum_2);
-    NAME(parallel_poses_8_lanes)(camera, sum, sum_1, sum_2, out_0, out_1);
+        NAME(parallel_poses_sum_2_lanes)(sum_2, points_ + 3 * NLANES * i, mapped_0 + NLANES * i,
+    mapped_1 + NLANES * i, common_6, common_7, common_8, common_9, common_10, sum_2);
+    NAME(parallel_poses_result_lanes)(camera, sum, sum_1, sum_2, out_0, out_1);
     return 0;
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all particles
 // spec: 8641073fc3df2af1
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 884af264043cdc66fdf75ec84335f3c915179f8413686d920dae67da0b5e3fc3
+// body: 56f5b6187e4b752a29dd74a1d3cee9b26f92d00969c2d5c505a1c07d45b0c9f1
 
 #ifndef REAL
 #include "particles.h"
@@ -40,7 +40,7 @@ GAC_AXIS(6, 8)
     AND INDEX(3, second, pairs, n) AND NUMBER(4, span) AND OUT(5, out, 6, 6, n)
 #define WORK_charged_step(WORK) WORK(6, scattered, 3, 3, n) WORK(7, negative, 3, 3, pairs)
 
-static INLINE void NAME(charged_step_1)(const REAL *state, const REAL *state_6, REAL p, REAL q, REAL *force)
+static INLINE void NAME(charged_step_force)(const REAL *state, const REAL *state_6, REAL p, REAL q, REAL *force)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2];
     const REAL state_6_0 = state_6[0], state_6_1 = state_6[1], state_6_2 = state_6[2];
@@ -53,21 +53,21 @@ static INLINE void NAME(charged_step_1)(const REAL *state, const REAL *state_6, 
     force[1] = t1 * t4;
     force[2] = t2 * t4;
 }
-#define PARTS_charged_step_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) AND NUMBER(3, 0) \
+#define PARTS_charged_step_force(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) AND NUMBER(3, 0) \
     AND OUT(4, 3)
-GAC_IN_LANES(charged_step_1, PLAIN)
+GAC_IN_LANES(charged_step_force, PLAIN)
 
-static INLINE void NAME(charged_step_2)(const REAL *force, REAL *negative)
+static INLINE void NAME(charged_step_negative)(const REAL *force, REAL *negative)
 {
     const REAL force_0 = force[0], force_1 = force[1], force_2 = force[2];
     negative[0] = -force_0;
     negative[1] = -force_1;
     negative[2] = -force_2;
 }
-#define PARTS_charged_step_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 3)
-GAC_IN_LANES(charged_step_2, PLAIN)
+#define PARTS_charged_step_negative(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 3)
+GAC_IN_LANES(charged_step_negative, PLAIN)
 
-static INLINE void NAME(charged_step_3)(REAL span, const REAL *state, const REAL *scattered, REAL *out)
+static INLINE void NAME(charged_step_result)(REAL span, const REAL *state, const REAL *scattered, REAL *out)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
         state_5 = state[5];
@@ -85,8 +85,8 @@ static INLINE void NAME(charged_step_3)(REAL span, const REAL *state, const REAL
     out[4] = t3;
     out[5] = t5;
 }
-#define PARTS_charged_step_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND IN(2, 3) AND OUT(3, 6)
-GAC_IN_LANES(charged_step_3, PLAIN)
+#define PARTS_charged_step_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND IN(2, 3) AND OUT(3, 6)
+GAC_IN_LANES(charged_step_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t particles_charged_step_work(intptr_t n, intptr_t pairs)
@@ -101,18 +101,18 @@ void NAME(charged_step)(intptr_t n, intptr_t pairs, const REAL *state, const REA
     REAL force[3], *const scattered = work, *const negative = scattered + 3 * n;
     CLEAR(3 * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(charged_step_1)(state + 6 * first[i], state + 6 * second[i], charge[first[i]], charge[second[i]],
+        NAME(charged_step_force)(state + 6 * first[i], state + 6 * second[i], charge[first[i]], charge[second[i]],
     force);
         if (first[i] >= 0)
             ADD(3, force, scattered + 3 * first[i]);
-        NAME(charged_step_2)(force, negative + 3 * i);
+        NAME(charged_step_negative)(force, negative + 3 * i);
     }
     for (intptr_t i = 0; i < pairs; i++) {
         if (second[i] >= 0)
             ADD(3, negative + 3 * i, scattered + 3 * second[i]);
     }
     for (intptr_t i = 0; i < n; i++)
-        NAME(charged_step_3)(span, state + 6 * i, scattered + 3 * i, out + 6 * i);
+        NAME(charged_step_result)(span, state + 6 * i, scattered + 3 * i, out + 6 * i);
 }
 
 static INLINE WORD NAME(charged_step_lanes)(intptr_t n, intptr_t pairs, const REAL *state, const REAL *charge,
@@ -121,18 +121,19 @@ static INLINE WORD NAME(charged_step_lanes)(intptr_t n, intptr_t pairs, const RE
     _Alignas(64) REAL force[3 * NLANES];
     CLEAR(3 * NLANES * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(charged_step_1_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
+        NAME(charged_step_force_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
     charge + NLANES * first[i], charge + NLANES * second[i], force);
         if (first[i] >= 0)
             ADD(3 * NLANES, force, scattered + 3 * NLANES * first[i]);
-        NAME(charged_step_2_lanes)(force, negative + 3 * NLANES * i);
+        NAME(charged_step_negative_lanes)(force, negative + 3 * NLANES * i);
     }
     for (intptr_t i = 0; i < pairs; i++) {
         if (second[i] >= 0)
             ADD(3 * NLANES, negative + 3 * NLANES * i, scattered + 3 * NLANES * second[i]);
     }
     for (intptr_t i = 0; i < n; i++)
-        NAME(charged_step_3_lanes)(span, state + 6 * NLANES * i, scattered + 3 * NLANES * i, out + 6 * NLANES * i);
+        NAME(charged_step_result_lanes)(span, state + 6 * NLANES * i, scattered + 3 * NLANES * i,
+    out + 6 * NLANES * i);
     return 0;
 }
 
@@ -143,7 +144,7 @@ GAC_PROCEDURE(charged_step, LANES)
     AND INDEX(3, second, pairs, n) AND OUT(4, out, 4, 4, pairs)
 #define WORK_pair_invariants(WORK)
 
-static INLINE void NAME(pair_invariants_1)(const REAL *state, const REAL *state_6, REAL p, REAL q, REAL *out)
+static INLINE void NAME(pair_invariants_result)(const REAL *state, const REAL *state_6, REAL p, REAL q, REAL *out)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
         state_5 = state[5];
@@ -162,9 +163,9 @@ static INLINE void NAME(pair_invariants_1)(const REAL *state, const REAL *state_
     out[2] = (t0 * t4 + t1 * t5 + t2 * t6) / SQRT(t3 * t7);
     out[3] = p * q;
 }
-#define PARTS_pair_invariants_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND OUT(4, 4)
-GAC_IN_LANES(pair_invariants_1, PLAIN)
+#define PARTS_pair_invariants_result(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND OUT(4, 4)
+GAC_IN_LANES(pair_invariants_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t particles_pair_invariants_work(intptr_t n, intptr_t pairs)
@@ -179,8 +180,8 @@ static INLINE void NAME(pair_invariants_within)(intptr_t n, intptr_t pairs, cons
 {
     (void)n, (void)work;
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(pair_invariants_1)(state + 6 * first[i], state + 6 * second[i], charge[first[i]], charge[second[i]],
-    out + 4 * i);
+        NAME(pair_invariants_result)(state + 6 * first[i], state + 6 * second[i], charge[first[i]],
+    charge[second[i]], out + 4 * i);
 }
 
 FUSED(pair_invariants, (intptr_t n, intptr_t pairs, const REAL *state, const REAL *charge, const int64_t *first,
@@ -197,7 +198,7 @@ static INLINE WORD NAME(pair_invariants_lanes)(intptr_t n, intptr_t pairs, const
 {
     (void)n;
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(pair_invariants_1_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
+        NAME(pair_invariants_result_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
     charge + NLANES * first[i], charge + NLANES * second[i], out + 4 * NLANES * i);
     return 0;
 }
@@ -209,7 +210,8 @@ GAC_PROCEDURE(pair_invariants, BUSY)
     AND INDEX(3, second, pairs, n) AND NUMBER(4, span) AND OUT(5, out, 6, 6, n)
 #define WORK_pair_step(WORK) WORK(6, scattered, 6, 6, n) WORK(7, negative, 6, 6, pairs)
 
-static INLINE void NAME(pair_step_1)(const REAL *state, const REAL *state_6, const REAL *weights, REAL *message)
+static INLINE void NAME(pair_step_message)(const REAL *state, const REAL *state_6, const REAL *weights, REAL
+    *message)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
         state_5 = state[5];
@@ -239,10 +241,10 @@ static INLINE void NAME(pair_step_1)(const REAL *state, const REAL *state_6, con
     message[4] = t15 * (weights_2 * t11 + weights_3 * t12);
     message[5] = t15 * (weights_2 * t13 + weights_3 * t14);
 }
-#define PARTS_pair_step_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 4) AND OUT(3, 6)
-GAC_IN_LANES(pair_step_1, PLAIN)
+#define PARTS_pair_step_message(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 4) AND OUT(3, 6)
+GAC_IN_LANES(pair_step_message, PLAIN)
 
-static INLINE void NAME(pair_step_2)(const REAL *message, REAL *negative)
+static INLINE void NAME(pair_step_negative)(const REAL *message, REAL *negative)
 {
     const REAL message_0 = message[0], message_1 = message[1], message_2 = message[2], message_3 = message[3],
         message_4 = message[4], message_5 = message[5];
@@ -253,10 +255,10 @@ static INLINE void NAME(pair_step_2)(const REAL *message, REAL *negative)
     negative[4] = -message_4;
     negative[5] = -message_5;
 }
-#define PARTS_pair_step_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 6)
-GAC_IN_LANES(pair_step_2, PLAIN)
+#define PARTS_pair_step_negative(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 6)
+GAC_IN_LANES(pair_step_negative, PLAIN)
 
-static INLINE void NAME(pair_step_3)(REAL span, const REAL *state, const REAL *scattered, REAL *out)
+static INLINE void NAME(pair_step_result)(REAL span, const REAL *state, const REAL *scattered, REAL *out)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
         state_5 = state[5];
@@ -272,8 +274,8 @@ static INLINE void NAME(pair_step_3)(REAL span, const REAL *state, const REAL *s
     out[4] = t1;
     out[5] = t2;
 }
-#define PARTS_pair_step_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 6)
-GAC_IN_LANES(pair_step_3, PLAIN)
+#define PARTS_pair_step_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 6)
+GAC_IN_LANES(pair_step_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t particles_pair_step_work(intptr_t n, intptr_t pairs)
@@ -288,17 +290,17 @@ void NAME(pair_step)(intptr_t n, intptr_t pairs, const REAL *state, const REAL *
     REAL message[6], *const scattered = work, *const negative = scattered + 6 * n;
     CLEAR(6 * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(pair_step_1)(state + 6 * first[i], state + 6 * second[i], weights + 4 * i, message);
+        NAME(pair_step_message)(state + 6 * first[i], state + 6 * second[i], weights + 4 * i, message);
         if (first[i] >= 0)
             ADD(6, message, scattered + 6 * first[i]);
-        NAME(pair_step_2)(message, negative + 6 * i);
+        NAME(pair_step_negative)(message, negative + 6 * i);
     }
     for (intptr_t i = 0; i < pairs; i++) {
         if (second[i] >= 0)
             ADD(6, negative + 6 * i, scattered + 6 * second[i]);
     }
     for (intptr_t i = 0; i < n; i++)
-        NAME(pair_step_3)(span, state + 6 * i, scattered + 6 * i, out + 6 * i);
+        NAME(pair_step_result)(span, state + 6 * i, scattered + 6 * i, out + 6 * i);
 }
 
 static INLINE WORD NAME(pair_step_lanes)(intptr_t n, intptr_t pairs, const REAL *state, const REAL *weights,
@@ -307,18 +309,19 @@ static INLINE WORD NAME(pair_step_lanes)(intptr_t n, intptr_t pairs, const REAL 
     _Alignas(64) REAL message[6 * NLANES];
     CLEAR(6 * NLANES * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(pair_step_1_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
+        NAME(pair_step_message_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
     weights + 4 * NLANES * i, message);
         if (first[i] >= 0)
             ADD(6 * NLANES, message, scattered + 6 * NLANES * first[i]);
-        NAME(pair_step_2_lanes)(message, negative + 6 * NLANES * i);
+        NAME(pair_step_negative_lanes)(message, negative + 6 * NLANES * i);
     }
     for (intptr_t i = 0; i < pairs; i++) {
         if (second[i] >= 0)
             ADD(6 * NLANES, negative + 6 * NLANES * i, scattered + 6 * NLANES * second[i]);
     }
     for (intptr_t i = 0; i < n; i++)
-        NAME(pair_step_3_lanes)(span, state + 6 * NLANES * i, scattered + 6 * NLANES * i, out + 6 * NLANES * i);
+        NAME(pair_step_result_lanes)(span, state + 6 * NLANES * i, scattered + 6 * NLANES * i,
+    out + 6 * NLANES * i);
     return 0;
 }
 
@@ -330,32 +333,8 @@ GAC_PROCEDURE(pair_step, LANES)
     AND OUT(6, out_1, 6, 6, n)
 #define WORK_pair_invariants_vjp_state(WORK)
 
-static INLINE void NAME(pair_invariants_vjp_state_1)(const REAL *state, const REAL *state_6, REAL p, REAL q, REAL
-    *out_0)
-{
-    const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
-        state_5 = state[5];
-    const REAL state_6_0 = state_6[0], state_6_1 = state_6[1], state_6_2 = state_6[2], state_6_3 = state_6[3],
-        state_6_4 = state_6[4], state_6_5 = state_6[5];
-    const REAL t0 = state_0 - state_6_0;
-    const REAL t1 = state_1 - state_6_1;
-    const REAL t2 = state_2 - state_6_2;
-    const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2 + (REAL)(1.0 / 1000.0);
-    const REAL t4 = state_3 - state_6_3;
-    const REAL t5 = state_4 - state_6_4;
-    const REAL t6 = state_5 - state_6_5;
-    const REAL t7 = (REAL)(1.0 / 1000.0) + (t4 * t4 + t5 * t5 + t6 * t6);
-    out_0[0] = LOG(t3) * (REAL)(1.0 / 3.0);
-    out_0[1] = (REAL)(1.0 / 3.0) * LOG(t7);
-    out_0[2] = (t0 * t4 + t1 * t5 + t2 * t6) / SQRT(t3 * t7);
-    out_0[3] = p * q;
-}
-#define PARTS_pair_invariants_vjp_state_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 4)
-GAC_IN_LANES(pair_invariants_vjp_state_1, PLAIN)
-
-static INLINE void NAME(pair_invariants_vjp_state_2)(const REAL *state, const REAL *state_6, const REAL *cotangent,
-    REAL *state_part, REAL *state_part_2)
+static INLINE void NAME(pair_invariants_vjp_state_state_part)(const REAL *state, const REAL *state_6, const REAL
+    *cotangent, REAL *state_part, REAL *state_part_2)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
         state_5 = state[5];
@@ -402,9 +381,9 @@ static INLINE void NAME(pair_invariants_vjp_state_2)(const REAL *state, const RE
     state_part_2[4] = -t24;
     state_part_2[5] = -t26;
 }
-#define PARTS_pair_invariants_vjp_state_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 4) \
+#define PARTS_pair_invariants_vjp_state_state_part(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 4) \
     AND OUT(3, 6) AND OUT(4, 6)
-GAC_IN_LANES(pair_invariants_vjp_state_2, PLAIN)
+GAC_IN_LANES(pair_invariants_vjp_state_state_part, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t particles_pair_invariants_vjp_state_work(intptr_t n, intptr_t pairs)
@@ -421,11 +400,11 @@ static INLINE void NAME(pair_invariants_vjp_state_within)(intptr_t n, intptr_t p
     (void)work;
     REAL state_part[6], state_part_2[6];
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(pair_invariants_vjp_state_1)(state + 6 * first[i], state + 6 * second[i], charge[first[i]],
+        NAME(pair_invariants_result)(state + 6 * first[i], state + 6 * second[i], charge[first[i]],
     charge[second[i]], out_0 + 4 * i);
     CLEAR(6 * n, out_1);
     for (intptr_t i = pairs; i-- > 0;) {
-        NAME(pair_invariants_vjp_state_2)(state + 6 * first[i], state + 6 * second[i], cotangent + 4 * i,
+        NAME(pair_invariants_vjp_state_state_part)(state + 6 * first[i], state + 6 * second[i], cotangent + 4 * i,
     state_part, state_part_2);
         if (first[i] >= 0)
             ADD(6, state_part, out_1 + 6 * first[i]);
@@ -450,12 +429,12 @@ static INLINE WORD NAME(pair_invariants_vjp_state_lanes)(intptr_t n, intptr_t pa
 {
     _Alignas(64) REAL state_part[6 * NLANES], state_part_2[6 * NLANES];
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(pair_invariants_vjp_state_1_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
+        NAME(pair_invariants_result_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
     charge + NLANES * first[i], charge + NLANES * second[i], out_0 + 4 * NLANES * i);
     CLEAR(6 * NLANES * n, out_1);
     for (intptr_t i = pairs; i-- > 0;) {
-        NAME(pair_invariants_vjp_state_2_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
-    cotangent + 4 * NLANES * i, state_part, state_part_2);
+        NAME(pair_invariants_vjp_state_state_part_lanes)(state + 6 * NLANES * first[i],
+    state + 6 * NLANES * second[i], cotangent + 4 * NLANES * i, state_part, state_part_2);
         if (first[i] >= 0)
             ADD(6 * NLANES, state_part, out_1 + 6 * NLANES * first[i]);
         if (second[i] >= 0)
@@ -472,40 +451,16 @@ GAC_PROCEDURE(pair_invariants_vjp_state, BUSY)
     AND OUT(6, out_1, scalar, 1, n)
 #define WORK_pair_invariants_vjp_charge(WORK)
 
-static INLINE void NAME(pair_invariants_vjp_charge_1)(const REAL *state, const REAL *state_6, REAL p, REAL q, REAL
-    *out_0)
-{
-    const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
-        state_5 = state[5];
-    const REAL state_6_0 = state_6[0], state_6_1 = state_6[1], state_6_2 = state_6[2], state_6_3 = state_6[3],
-        state_6_4 = state_6[4], state_6_5 = state_6[5];
-    const REAL t0 = state_0 - state_6_0;
-    const REAL t1 = state_1 - state_6_1;
-    const REAL t2 = state_2 - state_6_2;
-    const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2 + (REAL)(1.0 / 1000.0);
-    const REAL t4 = state_3 - state_6_3;
-    const REAL t5 = state_4 - state_6_4;
-    const REAL t6 = state_5 - state_6_5;
-    const REAL t7 = (REAL)(1.0 / 1000.0) + (t4 * t4 + t5 * t5 + t6 * t6);
-    out_0[0] = LOG(t3) * (REAL)(1.0 / 3.0);
-    out_0[1] = (REAL)(1.0 / 3.0) * LOG(t7);
-    out_0[2] = (t0 * t4 + t1 * t5 + t2 * t6) / SQRT(t3 * t7);
-    out_0[3] = p * q;
-}
-#define PARTS_pair_invariants_vjp_charge_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 4)
-GAC_IN_LANES(pair_invariants_vjp_charge_1, PLAIN)
-
-static INLINE void NAME(pair_invariants_vjp_charge_2)(REAL p, REAL q, const REAL *cotangent, REAL *charge_part, REAL
-    *charge_part_2)
+static INLINE void NAME(pair_invariants_vjp_charge_charge_part)(REAL p, REAL q, const REAL *cotangent, REAL
+    *charge_part, REAL *charge_part_2)
 {
     const REAL cotangent_3 = cotangent[3];
     charge_part[0] = q * cotangent_3;
     charge_part_2[0] = p * cotangent_3;
 }
-#define PARTS_pair_invariants_vjp_charge_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
-    AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(pair_invariants_vjp_charge_2, PLAIN)
+#define PARTS_pair_invariants_vjp_charge_charge_part(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) \
+    AND IN(2, 4) AND OUT(3, 1) AND OUT(4, 1)
+GAC_IN_LANES(pair_invariants_vjp_charge_charge_part, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t particles_pair_invariants_vjp_charge_work(intptr_t n, intptr_t pairs)
@@ -522,12 +477,12 @@ static INLINE void NAME(pair_invariants_vjp_charge_within)(intptr_t n, intptr_t 
     (void)work;
     REAL charge_part, charge_part_2;
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(pair_invariants_vjp_charge_1)(state + 6 * first[i], state + 6 * second[i], charge[first[i]],
+        NAME(pair_invariants_result)(state + 6 * first[i], state + 6 * second[i], charge[first[i]],
     charge[second[i]], out_0 + 4 * i);
     CLEAR(n, out_1);
     for (intptr_t i = pairs; i-- > 0;) {
-        NAME(pair_invariants_vjp_charge_2)(charge[first[i]], charge[second[i]], cotangent + 4 * i, &charge_part,
-    &charge_part_2);
+        NAME(pair_invariants_vjp_charge_charge_part)(charge[first[i]], charge[second[i]], cotangent + 4 * i,
+    &charge_part, &charge_part_2);
         if (first[i] >= 0)
             ADD(1, &charge_part, out_1 + first[i]);
         if (second[i] >= 0)
@@ -551,11 +506,11 @@ static INLINE WORD NAME(pair_invariants_vjp_charge_lanes)(intptr_t n, intptr_t p
 {
     _Alignas(64) REAL charge_part[NLANES], charge_part_2[NLANES];
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(pair_invariants_vjp_charge_1_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
+        NAME(pair_invariants_result_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
     charge + NLANES * first[i], charge + NLANES * second[i], out_0 + 4 * NLANES * i);
     CLEAR(NLANES * n, out_1);
     for (intptr_t i = pairs; i-- > 0;) {
-        NAME(pair_invariants_vjp_charge_2_lanes)(charge + NLANES * first[i], charge + NLANES * second[i],
+        NAME(pair_invariants_vjp_charge_charge_part_lanes)(charge + NLANES * first[i], charge + NLANES * second[i],
     cotangent + 4 * NLANES * i, charge_part, charge_part_2);
         if (first[i] >= 0)
             ADD(NLANES, charge_part, out_1 + NLANES * first[i]);
@@ -575,82 +530,15 @@ GAC_PROCEDURE(pair_invariants_vjp_charge, BUSY)
     WORK(10, message_adjoint, 6, 6, pairs) WORK(11, scattered_adjoint, 6, 6, n) \
     WORK(12, negative_adjoint, 6, 6, pairs)
 
-static INLINE void NAME(pair_step_vjp_state_1)(const REAL *state, const REAL *state_6, const REAL *weights, REAL
-    *message)
-{
-    const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
-        state_5 = state[5];
-    const REAL state_6_0 = state_6[0], state_6_1 = state_6[1], state_6_2 = state_6[2], state_6_3 = state_6[3],
-        state_6_4 = state_6[4], state_6_5 = state_6[5];
-    const REAL weights_0 = weights[0], weights_1 = weights[1], weights_2 = weights[2], weights_3 = weights[3];
-    const REAL t0 = state_0 - state_6_0;
-    const REAL t1 = state_1 - state_6_1;
-    const REAL t2 = state_2 - state_6_2;
-    const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
-    const REAL t4 = (REAL)1 / SQRT(t3 + (REAL)(1.0 / 1000.0));
-    const REAL t5 = t0 * t4;
-    const REAL t6 = state_3 - state_6_3;
-    const REAL t7 = state_4 - state_6_4;
-    const REAL t8 = state_5 - state_6_5;
-    const REAL t9 = (REAL)1 / SQRT((REAL)(1.0 / 1000.0) + (t6 * t6 + t7 * t7 + t8 * t8));
-    const REAL t10 = t6 * t9;
-    const REAL t11 = t1 * t4;
-    const REAL t12 = t7 * t9;
-    const REAL t13 = t2 * t4;
-    const REAL t14 = t8 * t9;
-    const REAL t15 = (REAL)(3.0 / 10.0) / SQRT(t3 + (REAL)(1.0 / 100.0));
-    message[0] = weights_0 * t5 + weights_1 * t10;
-    message[1] = weights_0 * t11 + weights_1 * t12;
-    message[2] = weights_0 * t13 + weights_1 * t14;
-    message[3] = (weights_2 * t5 + weights_3 * t10) * t15;
-    message[4] = t15 * (weights_2 * t11 + weights_3 * t12);
-    message[5] = t15 * (weights_2 * t13 + weights_3 * t14);
-}
-#define PARTS_pair_step_vjp_state_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 4) AND OUT(3, 6)
-GAC_IN_LANES(pair_step_vjp_state_1, PLAIN)
-
-static INLINE void NAME(pair_step_vjp_state_2)(const REAL *message, REAL *negative)
-{
-    const REAL message_0 = message[0], message_1 = message[1], message_2 = message[2], message_3 = message[3],
-        message_4 = message[4], message_5 = message[5];
-    negative[0] = -message_0;
-    negative[1] = -message_1;
-    negative[2] = -message_2;
-    negative[3] = -message_3;
-    negative[4] = -message_4;
-    negative[5] = -message_5;
-}
-#define PARTS_pair_step_vjp_state_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 6)
-GAC_IN_LANES(pair_step_vjp_state_2, PLAIN)
-
-static INLINE void NAME(pair_step_vjp_state_4)(REAL span, REAL *common)
+static INLINE void NAME(pair_step_vjp_state_common)(REAL span, REAL *common)
 {
     common[0] = span * span;
 }
-#define PARTS_pair_step_vjp_state_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(pair_step_vjp_state_4, PLAIN)
+#define PARTS_pair_step_vjp_state_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(pair_step_vjp_state_common, PLAIN)
 
-static INLINE void NAME(pair_step_vjp_state_3)(REAL span, const REAL *state, const REAL *scattered, REAL *out_0)
-{
-    const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
-        state_5 = state[5];
-    const REAL scattered_0 = scattered[0], scattered_1 = scattered[1], scattered_2 = scattered[2],
-        scattered_3 = scattered[3], scattered_4 = scattered[4], scattered_5 = scattered[5];
-    const REAL t0 = state_3 + span * scattered_3;
-    const REAL t1 = state_4 + span * scattered_4;
-    const REAL t2 = state_5 + span * scattered_5;
-    out_0[0] = state_0 + span * (scattered_0 + t0);
-    out_0[1] = state_1 + span * (scattered_1 + t1);
-    out_0[2] = state_2 + span * (scattered_2 + t2);
-    out_0[3] = t0;
-    out_0[4] = t1;
-    out_0[5] = t2;
-}
-#define PARTS_pair_step_vjp_state_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 6)
-GAC_IN_LANES(pair_step_vjp_state_3, PLAIN)
-
-static INLINE void NAME(pair_step_vjp_state_5)(REAL span, const REAL *cotangent, REAL common, REAL *state_part, REAL
-    *scattered_adjoint)
+static INLINE void NAME(pair_step_vjp_state_state_part)(REAL span, const REAL *cotangent, REAL common, REAL
+    *state_part, REAL *scattered_adjoint)
 {
     const REAL cotangent_0 = cotangent[0], cotangent_1 = cotangent[1], cotangent_2 = cotangent[2],
         cotangent_3 = cotangent[3], cotangent_4 = cotangent[4], cotangent_5 = cotangent[5];
@@ -670,12 +558,12 @@ static INLINE void NAME(pair_step_vjp_state_5)(REAL span, const REAL *cotangent,
     scattered_adjoint[4] = cotangent_1 * common + span * cotangent_4;
     scattered_adjoint[5] = cotangent_2 * common + span * cotangent_5;
 }
-#define PARTS_pair_step_vjp_state_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND NUMBER(2, 0) \
+#define PARTS_pair_step_vjp_state_state_part(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND NUMBER(2, 0) \
     AND OUT(3, 6) AND OUT(4, 6)
-GAC_IN_LANES(pair_step_vjp_state_5, PLAIN)
+GAC_IN_LANES(pair_step_vjp_state_state_part, PLAIN)
 
-static INLINE void NAME(pair_step_vjp_state_6)(const REAL *negative_adjoint, const REAL *message_adjoint, REAL
-    *message_adjoint_out)
+static INLINE void NAME(pair_step_vjp_state_message_adjoint)(const REAL *negative_adjoint, const REAL
+    *message_adjoint, REAL *message_adjoint_out)
 {
     const REAL negative_adjoint_0 = negative_adjoint[0], negative_adjoint_1 = negative_adjoint[1],
         negative_adjoint_2 = negative_adjoint[2], negative_adjoint_3 = negative_adjoint[3],
@@ -690,11 +578,11 @@ static INLINE void NAME(pair_step_vjp_state_6)(const REAL *negative_adjoint, con
     message_adjoint_out[4] = message_adjoint_4 - negative_adjoint_4;
     message_adjoint_out[5] = message_adjoint_5 - negative_adjoint_5;
 }
-#define PARTS_pair_step_vjp_state_6(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(pair_step_vjp_state_6, PLAIN)
+#define PARTS_pair_step_vjp_state_message_adjoint(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND OUT(2, 6)
+GAC_IN_LANES(pair_step_vjp_state_message_adjoint, PLAIN)
 
-static INLINE void NAME(pair_step_vjp_state_7)(const REAL *state, const REAL *state_6, const REAL *weights, const
-    REAL *message_adjoint, REAL *state_part_2, REAL *state_part_3)
+static INLINE void NAME(pair_step_vjp_state_state_part_2)(const REAL *state, const REAL *state_6, const REAL
+    *weights, const REAL *message_adjoint, REAL *state_part_2, REAL *state_part_3)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
         state_5 = state[5];
@@ -800,9 +688,9 @@ static INLINE void NAME(pair_step_vjp_state_7)(const REAL *state, const REAL *st
     state_part_3[4] = -t73;
     state_part_3[5] = -t82;
 }
-#define PARTS_pair_step_vjp_state_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 4) AND IN(3, 6) \
-    AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(pair_step_vjp_state_7, PLAIN)
+#define PARTS_pair_step_vjp_state_state_part_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 4) \
+    AND IN(3, 6) AND OUT(4, 6) AND OUT(5, 6)
+GAC_IN_LANES(pair_step_vjp_state_state_part_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t particles_pair_step_vjp_state_work(intptr_t n, intptr_t pairs)
@@ -820,20 +708,21 @@ void NAME(pair_step_vjp_state)(intptr_t n, intptr_t pairs, const REAL *state, co
     *const negative_adjoint = scattered_adjoint + 6 * n, state_part[6], common, state_part_2[6], state_part_3[6];
     CLEAR(6 * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(pair_step_vjp_state_1)(state + 6 * first[i], state + 6 * second[i], weights + 4 * i, message);
+        NAME(pair_step_message)(state + 6 * first[i], state + 6 * second[i], weights + 4 * i, message);
         if (first[i] >= 0)
             ADD(6, message, scattered + 6 * first[i]);
-        NAME(pair_step_vjp_state_2)(message, negative + 6 * i);
+        NAME(pair_step_negative)(message, negative + 6 * i);
     }
     for (intptr_t i = 0; i < pairs; i++) {
         if (second[i] >= 0)
             ADD(6, negative + 6 * i, scattered + 6 * second[i]);
     }
     CLEAR(6 * n, out_1);
-    NAME(pair_step_vjp_state_4)(span, &common);
+    NAME(pair_step_vjp_state_common)(span, &common);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(pair_step_vjp_state_3)(span, state + 6 * i, scattered + 6 * i, out_0 + 6 * i);
-        NAME(pair_step_vjp_state_5)(span, cotangent + 6 * i, common, state_part, scattered_adjoint + 6 * i);
+        NAME(pair_step_result)(span, state + 6 * i, scattered + 6 * i, out_0 + 6 * i);
+        NAME(pair_step_vjp_state_state_part)(span, cotangent + 6 * i, common, state_part,
+    scattered_adjoint + 6 * i);
         ADD(6, state_part, out_1 + 6 * i);
     }
     CLEAR(6 * pairs, message_adjoint);
@@ -841,10 +730,11 @@ void NAME(pair_step_vjp_state)(intptr_t n, intptr_t pairs, const REAL *state, co
     for (intptr_t i = pairs; i-- > 0;) {
         if (second[i] >= 0)
             ADD(6, scattered_adjoint + 6 * second[i], negative_adjoint + 6 * i);
-        NAME(pair_step_vjp_state_6)(negative_adjoint + 6 * i, message_adjoint + 6 * i, message_adjoint + 6 * i);
+        NAME(pair_step_vjp_state_message_adjoint)(negative_adjoint + 6 * i, message_adjoint + 6 * i,
+    message_adjoint + 6 * i);
         if (first[i] >= 0)
             ADD(6, scattered_adjoint + 6 * first[i], message_adjoint + 6 * i);
-        NAME(pair_step_vjp_state_7)(state + 6 * first[i], state + 6 * second[i], weights + 4 * i,
+        NAME(pair_step_vjp_state_state_part_2)(state + 6 * first[i], state + 6 * second[i], weights + 4 * i,
     message_adjoint + 6 * i, state_part_2, state_part_3);
         if (first[i] >= 0)
             ADD(6, state_part_2, out_1 + 6 * first[i]);
@@ -862,22 +752,22 @@ static INLINE WORD NAME(pair_step_vjp_state_lanes)(intptr_t n, intptr_t pairs, c
     state_part_3[6 * NLANES];
     CLEAR(6 * NLANES * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(pair_step_vjp_state_1_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
+        NAME(pair_step_message_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
     weights + 4 * NLANES * i, message);
         if (first[i] >= 0)
             ADD(6 * NLANES, message, scattered + 6 * NLANES * first[i]);
-        NAME(pair_step_vjp_state_2_lanes)(message, negative + 6 * NLANES * i);
+        NAME(pair_step_negative_lanes)(message, negative + 6 * NLANES * i);
     }
     for (intptr_t i = 0; i < pairs; i++) {
         if (second[i] >= 0)
             ADD(6 * NLANES, negative + 6 * NLANES * i, scattered + 6 * NLANES * second[i]);
     }
     CLEAR(6 * NLANES * n, out_1);
-    NAME(pair_step_vjp_state_4_lanes)(span, common);
+    NAME(pair_step_vjp_state_common_lanes)(span, common);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(pair_step_vjp_state_3_lanes)(span, state + 6 * NLANES * i, scattered + 6 * NLANES * i,
+        NAME(pair_step_result_lanes)(span, state + 6 * NLANES * i, scattered + 6 * NLANES * i,
     out_0 + 6 * NLANES * i);
-        NAME(pair_step_vjp_state_5_lanes)(span, cotangent + 6 * NLANES * i, common, state_part,
+        NAME(pair_step_vjp_state_state_part_lanes)(span, cotangent + 6 * NLANES * i, common, state_part,
     scattered_adjoint + 6 * NLANES * i);
         ADD(6 * NLANES, state_part, out_1 + 6 * NLANES * i);
     }
@@ -886,11 +776,11 @@ static INLINE WORD NAME(pair_step_vjp_state_lanes)(intptr_t n, intptr_t pairs, c
     for (intptr_t i = pairs; i-- > 0;) {
         if (second[i] >= 0)
             ADD(6 * NLANES, scattered_adjoint + 6 * NLANES * second[i], negative_adjoint + 6 * NLANES * i);
-        NAME(pair_step_vjp_state_6_lanes)(negative_adjoint + 6 * NLANES * i, message_adjoint + 6 * NLANES * i,
-    message_adjoint + 6 * NLANES * i);
+        NAME(pair_step_vjp_state_message_adjoint_lanes)(negative_adjoint + 6 * NLANES * i,
+    message_adjoint + 6 * NLANES * i, message_adjoint + 6 * NLANES * i);
         if (first[i] >= 0)
             ADD(6 * NLANES, scattered_adjoint + 6 * NLANES * first[i], message_adjoint + 6 * NLANES * i);
-        NAME(pair_step_vjp_state_7_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
+        NAME(pair_step_vjp_state_state_part_2_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
     weights + 4 * NLANES * i, message_adjoint + 6 * NLANES * i, state_part_2, state_part_3);
         if (first[i] >= 0)
             ADD(6 * NLANES, state_part_2, out_1 + 6 * NLANES * first[i]);
@@ -910,82 +800,7 @@ GAC_PROCEDURE(pair_step_vjp_state, LANES)
     WORK(10, message_adjoint, 6, 6, pairs) WORK(11, scattered_adjoint, 6, 6, n) \
     WORK(12, negative_adjoint, 6, 6, pairs)
 
-static INLINE void NAME(pair_step_vjp_weights_1)(const REAL *state, const REAL *state_6, const REAL *weights, REAL
-    *message)
-{
-    const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
-        state_5 = state[5];
-    const REAL state_6_0 = state_6[0], state_6_1 = state_6[1], state_6_2 = state_6[2], state_6_3 = state_6[3],
-        state_6_4 = state_6[4], state_6_5 = state_6[5];
-    const REAL weights_0 = weights[0], weights_1 = weights[1], weights_2 = weights[2], weights_3 = weights[3];
-    const REAL t0 = state_0 - state_6_0;
-    const REAL t1 = state_1 - state_6_1;
-    const REAL t2 = state_2 - state_6_2;
-    const REAL t3 = t0 * t0 + t1 * t1 + t2 * t2;
-    const REAL t4 = (REAL)1 / SQRT(t3 + (REAL)(1.0 / 1000.0));
-    const REAL t5 = t0 * t4;
-    const REAL t6 = state_3 - state_6_3;
-    const REAL t7 = state_4 - state_6_4;
-    const REAL t8 = state_5 - state_6_5;
-    const REAL t9 = (REAL)1 / SQRT((REAL)(1.0 / 1000.0) + (t6 * t6 + t7 * t7 + t8 * t8));
-    const REAL t10 = t6 * t9;
-    const REAL t11 = t1 * t4;
-    const REAL t12 = t7 * t9;
-    const REAL t13 = t2 * t4;
-    const REAL t14 = t8 * t9;
-    const REAL t15 = (REAL)(3.0 / 10.0) / SQRT(t3 + (REAL)(1.0 / 100.0));
-    message[0] = weights_0 * t5 + weights_1 * t10;
-    message[1] = weights_0 * t11 + weights_1 * t12;
-    message[2] = weights_0 * t13 + weights_1 * t14;
-    message[3] = (weights_2 * t5 + weights_3 * t10) * t15;
-    message[4] = t15 * (weights_2 * t11 + weights_3 * t12);
-    message[5] = t15 * (weights_2 * t13 + weights_3 * t14);
-}
-#define PARTS_pair_step_vjp_weights_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 4) AND OUT(3, 6)
-GAC_IN_LANES(pair_step_vjp_weights_1, PLAIN)
-
-static INLINE void NAME(pair_step_vjp_weights_2)(const REAL *message, REAL *negative)
-{
-    const REAL message_0 = message[0], message_1 = message[1], message_2 = message[2], message_3 = message[3],
-        message_4 = message[4], message_5 = message[5];
-    negative[0] = -message_0;
-    negative[1] = -message_1;
-    negative[2] = -message_2;
-    negative[3] = -message_3;
-    negative[4] = -message_4;
-    negative[5] = -message_5;
-}
-#define PARTS_pair_step_vjp_weights_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 6)
-GAC_IN_LANES(pair_step_vjp_weights_2, PLAIN)
-
-static INLINE void NAME(pair_step_vjp_weights_4)(REAL span, REAL *common)
-{
-    common[0] = span * span;
-}
-#define PARTS_pair_step_vjp_weights_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(pair_step_vjp_weights_4, PLAIN)
-
-static INLINE void NAME(pair_step_vjp_weights_3)(REAL span, const REAL *state, const REAL *scattered, REAL *out_0)
-{
-    const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
-        state_5 = state[5];
-    const REAL scattered_0 = scattered[0], scattered_1 = scattered[1], scattered_2 = scattered[2],
-        scattered_3 = scattered[3], scattered_4 = scattered[4], scattered_5 = scattered[5];
-    const REAL t0 = state_3 + span * scattered_3;
-    const REAL t1 = state_4 + span * scattered_4;
-    const REAL t2 = state_5 + span * scattered_5;
-    out_0[0] = state_0 + span * (scattered_0 + t0);
-    out_0[1] = state_1 + span * (scattered_1 + t1);
-    out_0[2] = state_2 + span * (scattered_2 + t2);
-    out_0[3] = t0;
-    out_0[4] = t1;
-    out_0[5] = t2;
-}
-#define PARTS_pair_step_vjp_weights_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND IN(2, 6) \
-    AND OUT(3, 6)
-GAC_IN_LANES(pair_step_vjp_weights_3, PLAIN)
-
-static INLINE void NAME(pair_step_vjp_weights_5)(REAL span, const REAL *cotangent, REAL common, REAL
+static INLINE void NAME(pair_step_vjp_weights_scattered_adjoint)(REAL span, const REAL *cotangent, REAL common, REAL
     *scattered_adjoint)
 {
     const REAL cotangent_0 = cotangent[0], cotangent_1 = cotangent[1], cotangent_2 = cotangent[2],
@@ -997,30 +812,11 @@ static INLINE void NAME(pair_step_vjp_weights_5)(REAL span, const REAL *cotangen
     scattered_adjoint[4] = cotangent_1 * common + span * cotangent_4;
     scattered_adjoint[5] = cotangent_2 * common + span * cotangent_5;
 }
-#define PARTS_pair_step_vjp_weights_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND NUMBER(2, 0) \
-    AND OUT(3, 6)
-GAC_IN_LANES(pair_step_vjp_weights_5, PLAIN)
+#define PARTS_pair_step_vjp_weights_scattered_adjoint(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) \
+    AND NUMBER(2, 0) AND OUT(3, 6)
+GAC_IN_LANES(pair_step_vjp_weights_scattered_adjoint, PLAIN)
 
-static INLINE void NAME(pair_step_vjp_weights_6)(const REAL *negative_adjoint, const REAL *message_adjoint, REAL
-    *message_adjoint_out)
-{
-    const REAL negative_adjoint_0 = negative_adjoint[0], negative_adjoint_1 = negative_adjoint[1],
-        negative_adjoint_2 = negative_adjoint[2], negative_adjoint_3 = negative_adjoint[3],
-        negative_adjoint_4 = negative_adjoint[4], negative_adjoint_5 = negative_adjoint[5];
-    const REAL message_adjoint_0 = message_adjoint[0], message_adjoint_1 = message_adjoint[1],
-        message_adjoint_2 = message_adjoint[2], message_adjoint_3 = message_adjoint[3],
-        message_adjoint_4 = message_adjoint[4], message_adjoint_5 = message_adjoint[5];
-    message_adjoint_out[0] = message_adjoint_0 - negative_adjoint_0;
-    message_adjoint_out[1] = message_adjoint_1 - negative_adjoint_1;
-    message_adjoint_out[2] = message_adjoint_2 - negative_adjoint_2;
-    message_adjoint_out[3] = message_adjoint_3 - negative_adjoint_3;
-    message_adjoint_out[4] = message_adjoint_4 - negative_adjoint_4;
-    message_adjoint_out[5] = message_adjoint_5 - negative_adjoint_5;
-}
-#define PARTS_pair_step_vjp_weights_6(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(pair_step_vjp_weights_6, PLAIN)
-
-static INLINE void NAME(pair_step_vjp_weights_7)(const REAL *state, const REAL *state_6, const REAL
+static INLINE void NAME(pair_step_vjp_weights_result)(const REAL *state, const REAL *state_6, const REAL
     *message_adjoint, REAL *out_1)
 {
     const REAL state_0 = state[0], state_1 = state[1], state_2 = state[2], state_3 = state[3], state_4 = state[4],
@@ -1053,8 +849,9 @@ static INLINE void NAME(pair_step_vjp_weights_7)(const REAL *state, const REAL *
     out_1[2] = t16 + message_adjoint_5 * (t7 * t15);
     out_1[3] = t17 + message_adjoint_5 * (t14 * t15);
 }
-#define PARTS_pair_step_vjp_weights_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 4)
-GAC_IN_LANES(pair_step_vjp_weights_7, PLAIN)
+#define PARTS_pair_step_vjp_weights_result(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) \
+    AND OUT(3, 4)
+GAC_IN_LANES(pair_step_vjp_weights_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t particles_pair_step_vjp_weights_work(intptr_t n, intptr_t pairs)
@@ -1072,29 +869,30 @@ void NAME(pair_step_vjp_weights)(intptr_t n, intptr_t pairs, const REAL *state, 
     *const negative_adjoint = scattered_adjoint + 6 * n, common;
     CLEAR(6 * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(pair_step_vjp_weights_1)(state + 6 * first[i], state + 6 * second[i], weights + 4 * i, message);
+        NAME(pair_step_message)(state + 6 * first[i], state + 6 * second[i], weights + 4 * i, message);
         if (first[i] >= 0)
             ADD(6, message, scattered + 6 * first[i]);
-        NAME(pair_step_vjp_weights_2)(message, negative + 6 * i);
+        NAME(pair_step_negative)(message, negative + 6 * i);
     }
     for (intptr_t i = 0; i < pairs; i++) {
         if (second[i] >= 0)
             ADD(6, negative + 6 * i, scattered + 6 * second[i]);
     }
-    NAME(pair_step_vjp_weights_4)(span, &common);
+    NAME(pair_step_vjp_state_common)(span, &common);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(pair_step_vjp_weights_3)(span, state + 6 * i, scattered + 6 * i, out_0 + 6 * i);
-        NAME(pair_step_vjp_weights_5)(span, cotangent + 6 * i, common, scattered_adjoint + 6 * i);
+        NAME(pair_step_result)(span, state + 6 * i, scattered + 6 * i, out_0 + 6 * i);
+        NAME(pair_step_vjp_weights_scattered_adjoint)(span, cotangent + 6 * i, common, scattered_adjoint + 6 * i);
     }
     CLEAR(6 * pairs, message_adjoint);
     CLEAR(6 * pairs, negative_adjoint);
     for (intptr_t i = pairs; i-- > 0;) {
         if (second[i] >= 0)
             ADD(6, scattered_adjoint + 6 * second[i], negative_adjoint + 6 * i);
-        NAME(pair_step_vjp_weights_6)(negative_adjoint + 6 * i, message_adjoint + 6 * i, message_adjoint + 6 * i);
+        NAME(pair_step_vjp_state_message_adjoint)(negative_adjoint + 6 * i, message_adjoint + 6 * i,
+    message_adjoint + 6 * i);
         if (first[i] >= 0)
             ADD(6, scattered_adjoint + 6 * first[i], message_adjoint + 6 * i);
-        NAME(pair_step_vjp_weights_7)(state + 6 * first[i], state + 6 * second[i], message_adjoint + 6 * i,
+        NAME(pair_step_vjp_weights_result)(state + 6 * first[i], state + 6 * second[i], message_adjoint + 6 * i,
     out_1 + 4 * i);
     }
 }
@@ -1107,21 +905,21 @@ static INLINE WORD NAME(pair_step_vjp_weights_lanes)(intptr_t n, intptr_t pairs,
     _Alignas(64) REAL message[6 * NLANES], common[NLANES];
     CLEAR(6 * NLANES * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(pair_step_vjp_weights_1_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
+        NAME(pair_step_message_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
     weights + 4 * NLANES * i, message);
         if (first[i] >= 0)
             ADD(6 * NLANES, message, scattered + 6 * NLANES * first[i]);
-        NAME(pair_step_vjp_weights_2_lanes)(message, negative + 6 * NLANES * i);
+        NAME(pair_step_negative_lanes)(message, negative + 6 * NLANES * i);
     }
     for (intptr_t i = 0; i < pairs; i++) {
         if (second[i] >= 0)
             ADD(6 * NLANES, negative + 6 * NLANES * i, scattered + 6 * NLANES * second[i]);
     }
-    NAME(pair_step_vjp_weights_4_lanes)(span, common);
+    NAME(pair_step_vjp_state_common_lanes)(span, common);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(pair_step_vjp_weights_3_lanes)(span, state + 6 * NLANES * i, scattered + 6 * NLANES * i,
+        NAME(pair_step_result_lanes)(span, state + 6 * NLANES * i, scattered + 6 * NLANES * i,
     out_0 + 6 * NLANES * i);
-        NAME(pair_step_vjp_weights_5_lanes)(span, cotangent + 6 * NLANES * i, common,
+        NAME(pair_step_vjp_weights_scattered_adjoint_lanes)(span, cotangent + 6 * NLANES * i, common,
     scattered_adjoint + 6 * NLANES * i);
     }
     CLEAR(6 * NLANES * pairs, message_adjoint);
@@ -1129,11 +927,11 @@ static INLINE WORD NAME(pair_step_vjp_weights_lanes)(intptr_t n, intptr_t pairs,
     for (intptr_t i = pairs; i-- > 0;) {
         if (second[i] >= 0)
             ADD(6 * NLANES, scattered_adjoint + 6 * NLANES * second[i], negative_adjoint + 6 * NLANES * i);
-        NAME(pair_step_vjp_weights_6_lanes)(negative_adjoint + 6 * NLANES * i, message_adjoint + 6 * NLANES * i,
-    message_adjoint + 6 * NLANES * i);
+        NAME(pair_step_vjp_state_message_adjoint_lanes)(negative_adjoint + 6 * NLANES * i,
+    message_adjoint + 6 * NLANES * i, message_adjoint + 6 * NLANES * i);
         if (first[i] >= 0)
             ADD(6 * NLANES, scattered_adjoint + 6 * NLANES * first[i], message_adjoint + 6 * NLANES * i);
-        NAME(pair_step_vjp_weights_7_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
+        NAME(pair_step_vjp_weights_result_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
     message_adjoint + 6 * NLANES * i, out_1 + 4 * NLANES * i);
     }
     return 0;

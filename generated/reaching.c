@@ -2,7 +2,7 @@
 // command: gac generate --all reaching
 // spec: 39b13cdf0e3386e8
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: cf28108f2f73cbae9aa12207e235d647a2263f7842d633f84d054970b765bc71
+// body: c5d25f18a8e8c53254dd56d41c92092ad5def824432b19febc4c8f57eb68d447
 
 #ifndef REAL
 #include "reaching.h"
@@ -42,7 +42,7 @@ GAC_AXIS(12, 16)
     AND SAME(1, axes, 6, 6, n) AND SAME(2, turns, scalar, 1, n) AND OUT(3, out, 8, 8, 1)
 #define WORK_motion_of_joints(WORK)
 
-static INLINE void NAME(motion_of_joints_1)(REAL *out)
+static INLINE void NAME(motion_of_joints_result_start)(REAL *out)
 {
     out[0] = (REAL)1;
     out[1] = (REAL)0;
@@ -53,11 +53,11 @@ static INLINE void NAME(motion_of_joints_1)(REAL *out)
     out[6] = (REAL)0;
     out[7] = (REAL)0;
 }
-#define PARTS_motion_of_joints_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(motion_of_joints_1, PLAIN)
+#define PARTS_motion_of_joints_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
+GAC_IN_LANES(motion_of_joints_result_start, PLAIN)
 
-static INLINE void NAME(motion_of_joints_2)(const REAL *motion, REAL row, const REAL *row_2, REAL row_3, REAL *out,
-    WORD *far)
+static INLINE void NAME(motion_of_joints_result)(const REAL *motion, REAL row, const REAL *row_2, REAL row_3, REAL
+    *out, WORD *far)
 {
     const REAL motion_1 = motion[0], motion_e12 = motion[1], motion_e13 = motion[2], motion_e23 = motion[3],
         motion_e01 = motion[4], motion_e02 = motion[5], motion_e03 = motion[6], motion_e0123 = motion[7];
@@ -88,9 +88,9 @@ static INLINE void NAME(motion_of_joints_2)(const REAL *motion, REAL row, const 
     out[6] = motion_e0123 * t4 - (t14 - motion_e03 * t6);
     out[7] = motion_e0123 * t6 - (t15 + motion_e03 * t4);
 }
-#define PARTS_motion_of_joints_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
+#define PARTS_motion_of_joints_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
     AND NUMBER(3, 1) AND OUT(4, 8)
-GAC_IN_LANES(motion_of_joints_2, TURNS)
+GAC_IN_LANES(motion_of_joints_result, TURNS)
 
 #if PRECISION(1, 0)
 intptr_t reaching_motion_of_joints_work(intptr_t n)
@@ -104,9 +104,9 @@ static INLINE void NAME(motion_of_joints_within)(intptr_t n, const REAL *q, cons
     REAL *out, REAL *work)
 {
     (void)work;
-    NAME(motion_of_joints_1)(out);
+    NAME(motion_of_joints_result_start)(out);
     for (intptr_t i = 0; i < n; i++)
-        NAME(motion_of_joints_2)(out, q[i], axes + 6 * i, turns[i], out, NULL);
+        NAME(motion_of_joints_result)(out, q[i], axes + 6 * i, turns[i], out, NULL);
 }
 
 FUSED(motion_of_joints, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, REAL *out, REAL *work), (n,
@@ -120,9 +120,9 @@ static INLINE WORD NAME(motion_of_joints_lanes)(intptr_t n, const REAL *q, const
     REAL *out)
 {
     WORD far = 0;
-    NAME(motion_of_joints_1_lanes)(out);
+    NAME(motion_of_joints_result_start_lanes)(out);
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(motion_of_joints_2_lanes)(out, q + NLANES * i, axes + 6 * i, turns + i, out);
+        far |= NAME(motion_of_joints_result_lanes)(out, q + NLANES * i, axes + 6 * i, turns + i, out);
     return far;
 }
 
@@ -133,57 +133,7 @@ GAC_PROCEDURE(motion_of_joints, BUSY)
     AND OUT(5, out, scalar, 1, 1)
 #define WORK_distance_to_goal(WORK)
 
-static INLINE void NAME(distance_to_goal_1)(REAL *motion)
-{
-    motion[0] = (REAL)1;
-    motion[1] = (REAL)0;
-    motion[2] = (REAL)0;
-    motion[3] = (REAL)0;
-    motion[4] = (REAL)0;
-    motion[5] = (REAL)0;
-    motion[6] = (REAL)0;
-    motion[7] = (REAL)0;
-}
-#define PARTS_distance_to_goal_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(distance_to_goal_1, PLAIN)
-
-static INLINE void NAME(distance_to_goal_2)(const REAL *motion, REAL row, const REAL *row_2, REAL row_3, REAL
-    *motion_out, WORD *far)
-{
-    const REAL motion_1 = motion[0], motion_e12 = motion[1], motion_e13 = motion[2], motion_e23 = motion[3],
-        motion_e01 = motion[4], motion_e02 = motion[5], motion_e03 = motion[6], motion_e0123 = motion[7];
-    const REAL row_2_e12 = row_2[0], row_2_e13 = row_2[1], row_2_e23 = row_2[2], row_2_e01 = row_2[3],
-        row_2_e02 = row_2[4], row_2_e03 = row_2[5];
-    const REAL t0 = row * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = LESS((REAL)0, row_3);
-    const REAL t3 = SELECT(t2, t1, t0);
-    const REAL t4 = row_2_e12 * t3;
-    const REAL t5 = COS(t0);
-    const REAL t6 = SELECT(t2, t5, (REAL)1);
-    const REAL t7 = row_2_e13 * t3;
-    const REAL t8 = row_2_e23 * t3;
-    const REAL t9 = row_2_e01 * t3;
-    const REAL t10 = row_2_e02 * t3;
-    const REAL t11 = row_2_e03 * t3;
-    const REAL t12 = motion_1 * t9 + motion_e12 * t10 + motion_e13 * t11 - motion_e01 * t6 - motion_e02 * t4;
-    const REAL t13 = motion_1 * t10 - motion_e12 * t9 + motion_e23 * t11 + motion_e01 * t4 - motion_e02 * t6;
-    const REAL t14 = motion_1 * t11 - motion_e13 * t9 - motion_e23 * t10 + motion_e01 * t7 + motion_e02 * t8;
-    const REAL t15 = motion_e12 * t11 - motion_e13 * t10 + motion_e23 * t9 + motion_e01 * t8 - motion_e02 * t7;
-    motion_out[0] = motion_1 * t6 + motion_e12 * t4 + motion_e13 * t7 + motion_e23 * t8;
-    motion_out[1] = motion_e12 * t6 - motion_1 * t4 + motion_e13 * t8 - motion_e23 * t7;
-    motion_out[2] = motion_e13 * t6 - (motion_1 * t7 + motion_e12 * t8) + motion_e23 * t4;
-    motion_out[3] = motion_e12 * t7 - motion_1 * t8 - motion_e13 * t4 + motion_e23 * t6;
-    motion_out[4] = motion_e0123 * t8 - (t12 - motion_e03 * t7);
-    motion_out[5] = -(t13 - motion_e03 * t8 + motion_e0123 * t7);
-    motion_out[6] = motion_e0123 * t4 - (t14 - motion_e03 * t6);
-    motion_out[7] = motion_e0123 * t6 - (t15 + motion_e03 * t4);
-}
-#define PARTS_distance_to_goal_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
-    AND NUMBER(3, 1) AND OUT(4, 8)
-GAC_IN_LANES(distance_to_goal_2, TURNS)
-
-static INLINE void NAME(distance_to_goal_3)(const REAL *goal, REAL size, const REAL *motion, REAL *out)
+static INLINE void NAME(distance_to_goal_result)(const REAL *goal, REAL size, const REAL *motion, REAL *out)
 {
     const REAL goal_1 = goal[0], goal_e12 = goal[1], goal_e13 = goal[2], goal_e23 = goal[3], goal_e01 = goal[4],
         goal_e02 = goal[5], goal_e03 = goal[6], goal_e0123 = goal[7];
@@ -222,8 +172,9 @@ static INLINE void NAME(distance_to_goal_3)(const REAL *goal, REAL size, const R
     const REAL t30 = MAXIMUM(t28, t29);
     out[0] = MINIMUM(t15, t30);
 }
-#define PARTS_distance_to_goal_3(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND IN(2, 8) AND OUT(3, 1)
-GAC_IN_LANES(distance_to_goal_3, PLAIN)
+#define PARTS_distance_to_goal_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND IN(2, 8) \
+    AND OUT(3, 1)
+GAC_IN_LANES(distance_to_goal_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t reaching_distance_to_goal_work(intptr_t n)
@@ -238,10 +189,10 @@ static INLINE void NAME(distance_to_goal_within)(intptr_t n, const REAL *q, cons
 {
     (void)work;
     REAL motion[8];
-    NAME(distance_to_goal_1)(motion);
+    NAME(motion_of_joints_result_start)(motion);
     for (intptr_t i = 0; i < n; i++)
-        NAME(distance_to_goal_2)(motion, q[i], axes + 6 * i, turns[i], motion, NULL);
-    NAME(distance_to_goal_3)(goal, size, motion, out);
+        NAME(motion_of_joints_result)(motion, q[i], axes + 6 * i, turns[i], motion, NULL);
+    NAME(distance_to_goal_result)(goal, size, motion, out);
 }
 
 FUSED(distance_to_goal, (intptr_t n, const REAL *q, const REAL *goal, const REAL *axes, const REAL *turns,
@@ -257,10 +208,10 @@ static INLINE WORD NAME(distance_to_goal_lanes)(intptr_t n, const REAL *q, const
 {
     _Alignas(64) REAL motion[8 * NLANES];
     WORD far = 0;
-    NAME(distance_to_goal_1_lanes)(motion);
+    NAME(motion_of_joints_result_start_lanes)(motion);
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(distance_to_goal_2_lanes)(motion, q + NLANES * i, axes + 6 * i, turns + i, motion);
-    NAME(distance_to_goal_3_lanes)(goal, size, motion, out);
+        far |= NAME(motion_of_joints_result_lanes)(motion, q + NLANES * i, axes + 6 * i, turns + i, motion);
+    NAME(distance_to_goal_result_lanes)(goal, size, motion, out);
     return far;
 }
 
@@ -270,7 +221,7 @@ GAC_PROCEDURE(distance_to_goal, BUSY)
     AND SAME(1, axes, 6, 6, n) AND SAME(2, turns, scalar, 1, n) AND NUMBER(3, size) AND OUT(4, out, 6, 6, n)
 #define WORK_rates_of_joints(WORK) WORK(5, carry_0, 8, 8, n)
 
-static INLINE void NAME(rates_of_joints_1)(REAL *carry_0_start, REAL *carry_start)
+static INLINE void NAME(rates_of_joints_carry_0_start)(REAL *carry_0_start, REAL *carry_start)
 {
     carry_0_start[0] = (REAL)1;
     carry_0_start[1] = (REAL)0;
@@ -287,11 +238,11 @@ static INLINE void NAME(rates_of_joints_1)(REAL *carry_0_start, REAL *carry_star
     carry_start[4] = (REAL)0;
     carry_start[5] = (REAL)0;
 }
-#define PARTS_rates_of_joints_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8) AND OUT(1, 6)
-GAC_IN_LANES(rates_of_joints_1, PLAIN)
+#define PARTS_rates_of_joints_carry_0_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 8) AND OUT(1, 6)
+GAC_IN_LANES(rates_of_joints_carry_0_start, PLAIN)
 
-static INLINE void NAME(rates_of_joints_2)(REAL size, const REAL *carry_0, REAL angle, const REAL *axis, REAL turn,
-    REAL *carry_0_out, REAL *out, WORD *far)
+static INLINE void NAME(rates_of_joints_carry)(REAL size, const REAL *carry_0, REAL angle, const REAL *axis, REAL
+    turn, REAL *carry_0_out, REAL *out, WORD *far)
 {
     const REAL carry_0_1 = carry_0[0], carry_0_e12 = carry_0[1], carry_0_e13 = carry_0[2], carry_0_e23 = carry_0[3],
         carry_0_e01 = carry_0[4], carry_0_e02 = carry_0[5], carry_0_e03 = carry_0[6], carry_0_e0123 = carry_0[7];
@@ -357,9 +308,9 @@ static INLINE void NAME(rates_of_joints_2)(REAL size, const REAL *carry_0, REAL 
     out[4] = axis_e02 * t37 - t43;
     out[5] = axis_e03 * t39 - (REAL)2 * (t44 - carry_0_e23 * t22 - carry_0_e03 * t5);
 }
-#define PARTS_rates_of_joints_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND NUMBER(2, 0) \
+#define PARTS_rates_of_joints_carry(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND NUMBER(2, 0) \
     AND SAME(3, 6) AND NUMBER(4, 1) AND OUT(5, 8) AND OUT(6, 6)
-GAC_IN_LANES(rates_of_joints_2, TURNS)
+GAC_IN_LANES(rates_of_joints_carry, TURNS)
 
 #if PRECISION(1, 0)
 intptr_t reaching_rates_of_joints_work(intptr_t n)
@@ -372,9 +323,9 @@ static INLINE void NAME(rates_of_joints_within)(intptr_t n, const REAL *q, const
     REAL size, REAL *out, REAL *work)
 {
     REAL carry_0_start[8], carry_start[6], *const carry_0 = work;
-    NAME(rates_of_joints_1)(carry_0_start, carry_start);
+    NAME(rates_of_joints_carry_0_start)(carry_0_start, carry_start);
     for (intptr_t i = n; i-- > 0;)
-        NAME(rates_of_joints_2)(size, i + 1 < n ? carry_0 + 8 * (i + 1) : carry_0_start, q[i], axes + 6 * i,
+        NAME(rates_of_joints_carry)(size, i + 1 < n ? carry_0 + 8 * (i + 1) : carry_0_start, q[i], axes + 6 * i,
     turns[i], carry_0 + 8 * i, out + 6 * i, NULL);
 }
 
@@ -391,9 +342,9 @@ static INLINE WORD NAME(rates_of_joints_lanes)(intptr_t n, const REAL *q, const 
 {
     _Alignas(64) REAL carry_0_start[8 * NLANES], carry_start[6 * NLANES];
     WORD far = 0;
-    NAME(rates_of_joints_1_lanes)(carry_0_start, carry_start);
+    NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start, carry_start);
     for (intptr_t i = n; i-- > 0;)
-        far |= NAME(rates_of_joints_2_lanes)(size, i + 1 < n ? carry_0 + 8 * NLANES * (i + 1) : carry_0_start,
+        far |= NAME(rates_of_joints_carry_lanes)(size, i + 1 < n ? carry_0 + 8 * NLANES * (i + 1) : carry_0_start,
     q + NLANES * i, axes + 6 * i, turns + i, carry_0 + 8 * NLANES * i, out + 6 * NLANES * i);
     return far;
 }
@@ -419,112 +370,7 @@ GAC_PROCEDURE(rates_of_joints, BUSY)
     WORK(43, gac_kept_24, 3, 3, n) WORK(44, gac_kept_25, scalar, 1, n) WORK(45, gac_kept_26, scalar, 1, n) \
     WORK(46, gac_kept_27, scalar, 1, n) WORK(47, gac_kept_28, 6, 6, n) WORK(48, gac_kept_29, 8, 8, n)
 
-static INLINE void NAME(descend_1)(REAL *carry_0_start, REAL *carry_start)
-{
-    carry_0_start[0] = (REAL)1;
-    carry_0_start[1] = (REAL)0;
-    carry_0_start[2] = (REAL)0;
-    carry_0_start[3] = (REAL)0;
-    carry_0_start[4] = (REAL)0;
-    carry_0_start[5] = (REAL)0;
-    carry_0_start[6] = (REAL)0;
-    carry_0_start[7] = (REAL)0;
-    carry_start[0] = (REAL)0;
-    carry_start[1] = (REAL)0;
-    carry_start[2] = (REAL)0;
-    carry_start[3] = (REAL)0;
-    carry_start[4] = (REAL)0;
-    carry_start[5] = (REAL)0;
-}
-#define PARTS_descend_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8) AND OUT(1, 6)
-GAC_IN_LANES(descend_1, PLAIN)
-
-static INLINE void NAME(descend_3)(REAL *value)
-{
-    value[0] = (REAL)1;
-    value[1] = (REAL)0;
-    value[2] = (REAL)0;
-    value[3] = (REAL)0;
-    value[4] = (REAL)0;
-    value[5] = (REAL)0;
-    value[6] = (REAL)0;
-    value[7] = (REAL)0;
-}
-#define PARTS_descend_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(descend_3, PLAIN)
-
-static INLINE void NAME(descend_2)(REAL size, const REAL *carry_0, REAL angle, const REAL *axis, REAL turn, REAL
-    *carry_0_out, REAL *carry, WORD *far)
-{
-    const REAL carry_0_1 = carry_0[0], carry_0_e12 = carry_0[1], carry_0_e13 = carry_0[2], carry_0_e23 = carry_0[3],
-        carry_0_e01 = carry_0[4], carry_0_e02 = carry_0[5], carry_0_e03 = carry_0[6], carry_0_e0123 = carry_0[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = angle * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = LESS((REAL)0, turn);
-    const REAL t3 = SELECT(t2, t1, t0);
-    const REAL t4 = carry_0_e12 * axis_e12 + carry_0_e13 * axis_e13;
-    const REAL t5 = carry_0_e23 * axis_e23 + t4;
-    const REAL t6 = COS(t0);
-    const REAL t7 = SELECT(t2, t6, (REAL)1);
-    const REAL t8 = carry_0_1 * axis_e12 + carry_0_e13 * axis_e23;
-    const REAL t9 = t8 - carry_0_e23 * axis_e13;
-    const REAL t10 = carry_0_1 * axis_e13 - carry_0_e12 * axis_e23;
-    const REAL t11 = carry_0_e23 * axis_e12 + t10;
-    const REAL t12 = carry_0_1 * axis_e23 + carry_0_e12 * axis_e13;
-    const REAL t13 = carry_0_e13 * axis_e12;
-    const REAL t14 = t12 - t13;
-    const REAL t15 = axis_e23 * t3;
-    const REAL t16 = carry_0_1 * axis_e01 - carry_0_e12 * axis_e02;
-    const REAL t17 = carry_0_e13 * axis_e03;
-    const REAL t18 = axis_e12 * t3;
-    const REAL t19 = carry_0_e01 * t7 + carry_0_e0123 * t15 - t3 * (t16 - t17) - carry_0_e02 * t18;
-    const REAL t20 = axis_e13 * t3;
-    const REAL t21 = carry_0_e23 * t3;
-    const REAL t22 = carry_0_1 * axis_e02 + carry_0_e12 * axis_e01;
-    const REAL t23 = carry_0_e02 * t7 + carry_0_e01 * t18 + axis_e03 * t21 - t3 * t22 - carry_0_e03 * t15;
-    const REAL t24 = carry_0_e03 * t7 + carry_0_e01 * t20 + carry_0_e02 * t15 + carry_0_e0123 * t18;
-    const REAL t25 = carry_0_1 * axis_e03 + carry_0_e13 * axis_e01;
-    const REAL t26 = carry_0_e12 * axis_e03 - carry_0_e13 * axis_e02;
-    const REAL t27 = carry_0_e0123 * t7 + carry_0_e02 * t20 - t3 * t26 - carry_0_e01 * t15;
-    const REAL t28 = carry_0_1 * carry_0_e12;
-    const REAL t29 = carry_0_1 * carry_0_1;
-    const REAL t30 = carry_0_e12 * carry_0_e12;
-    const REAL t31 = t29 - t30;
-    const REAL t32 = carry_0_e13 * carry_0_e13;
-    const REAL t33 = carry_0_e23 * carry_0_e23;
-    const REAL t34 = t32 - t33;
-    const REAL t35 = t31 - t34;
-    const REAL t36 = axis_e23 * t35 + (carry_0_e23 * t4 + axis_e13 * t28 - carry_0_1 * t13) * (REAL)2;
-    const REAL t37 = t31 + t34;
-    const REAL t38 = axis_e13 * t37 + (REAL)2 * (carry_0_e12 * t13 + carry_0_e23 * t8 - axis_e23 * t28);
-    const REAL t39 = t29 + t30 - (t32 + t33);
-    const REAL t40 = carry_0_1 * t17 + carry_0_e0123 * t14 + axis_e02 * t28 - carry_0_e23 * t26;
-    const REAL t41 = (REAL)2 * (t40 - carry_0_e01 * t5 - carry_0_e02 * t9 - carry_0_e03 * t11);
-    const REAL t42 = carry_0_e12 * t17 + carry_0_e23 * t25 + carry_0_e01 * t9 - carry_0_e02 * t5;
-    const REAL t43 = (REAL)2 * (t42 - carry_0_e03 * t14 - carry_0_e0123 * t11 - axis_e01 * t28);
-    const REAL t44 = carry_0_e01 * t11 + carry_0_e02 * t14 + carry_0_e0123 * t9 - carry_0_e13 * t16;
-    carry_0_out[0] = t3 * t5 + carry_0_1 * t7;
-    carry_0_out[1] = carry_0_e12 * t7 - t3 * t9;
-    carry_0_out[2] = carry_0_e13 * t7 - t3 * t11;
-    carry_0_out[3] = carry_0_e23 * t7 - t3 * t14;
-    carry_0_out[4] = t19 - carry_0_e03 * t20;
-    carry_0_out[5] = t23 - carry_0_e0123 * t20;
-    carry_0_out[6] = t24 - t3 * t25 - axis_e02 * t21;
-    carry_0_out[7] = t27 - carry_0_e03 * t18 - axis_e01 * t21;
-    carry[0] = size * t36;
-    carry[1] = -(size * t38);
-    carry[2] = size * (axis_e12 * t39 + (REAL)2 * (carry_0_e13 * t12 - carry_0_e23 * t10));
-    carry[3] = axis_e01 * t35 - t41;
-    carry[4] = axis_e02 * t37 - t43;
-    carry[5] = axis_e03 * t39 - (REAL)2 * (t44 - carry_0_e23 * t22 - carry_0_e03 * t5);
-}
-#define PARTS_descend_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND NUMBER(2, 0) AND SAME(3, 6) \
-    AND NUMBER(4, 1) AND OUT(5, 8) AND OUT(6, 6)
-GAC_IN_LANES(descend_2, TURNS)
-
-static INLINE void NAME(descend_4)(const REAL *tail, REAL *value)
+static INLINE void NAME(descend_value)(const REAL *tail, REAL *value)
 {
     const REAL tail_1 = tail[0], tail_e12 = tail[1], tail_e13 = tail[2], tail_e23 = tail[3], tail_e01 = tail[4],
         tail_e02 = tail[5], tail_e03 = tail[6], tail_e0123 = tail[7];
@@ -537,11 +383,12 @@ static INLINE void NAME(descend_4)(const REAL *tail, REAL *value)
     value[6] = tail_e03;
     value[7] = tail_e0123;
 }
-#define PARTS_descend_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(descend_4, PLAIN)
+#define PARTS_descend_value(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
+GAC_IN_LANES(descend_value, PLAIN)
 
-static INLINE void NAME(descend_6)(const REAL *carry, REAL *old_carry_rates_0, REAL *old_carry_rates_1, REAL
-    *old_carry_rates_2, REAL *old_carry_rates_3, REAL *old_carry_rates_4, REAL *old_carry_rates_5)
+static INLINE void NAME(descend_old_carry_rates)(const REAL *carry, REAL *old_carry_rates_0, REAL
+    *old_carry_rates_1, REAL *old_carry_rates_2, REAL *old_carry_rates_3, REAL *old_carry_rates_4, REAL
+    *old_carry_rates_5)
 {
     const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4],
         carry_5 = carry[5];
@@ -552,12 +399,12 @@ static INLINE void NAME(descend_6)(const REAL *carry, REAL *old_carry_rates_0, R
     old_carry_rates_4[0] = carry_4;
     old_carry_rates_5[0] = carry_5;
 }
-#define PARTS_descend_6(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) AND OUT(4, 1) \
-    AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(descend_6, PLAIN)
+#define PARTS_descend_old_carry_rates(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
+    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
+GAC_IN_LANES(descend_old_carry_rates, PLAIN)
 
-static INLINE void NAME(descend_5)(const REAL *goal, REAL size, const REAL *v_, REAL *old_carry_left_0, REAL
-    *old_carry_left_1, REAL *old_carry_left_2, REAL *old_carry_left_3, REAL *old_carry_left_4, REAL
+static INLINE void NAME(descend_old_carry_left)(const REAL *goal, REAL size, const REAL *v_, REAL *old_carry_left_0,
+    REAL *old_carry_left_1, REAL *old_carry_left_2, REAL *old_carry_left_3, REAL *old_carry_left_4, REAL
     *old_carry_left_5, REAL *old_carry_error, REAL *old_carry_damping, REAL *old_carry_done, REAL *old_carry_least,
     REAL *old_steps, REAL *old_converged, REAL *converged, REAL *steps)
 {
@@ -612,36 +459,36 @@ static INLINE void NAME(descend_5)(const REAL *goal, REAL size, const REAL *v_, 
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_descend_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND IN(2, 8) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
+#define PARTS_descend_old_carry_left(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND IN(2, 8) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
     AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(descend_5, PLAIN)
+GAC_IN_LANES(descend_old_carry_left, PLAIN)
 
-static INLINE void NAME(descend_7)(REAL size, REAL *common)
+static INLINE void NAME(descend_common)(REAL size, REAL *common)
 {
     common[0] = size * (size * (REAL)1e-22);
 }
-#define PARTS_descend_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(descend_7, PLAIN)
+#define PARTS_descend_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(descend_common, PLAIN)
 
-static INLINE void NAME(descend_8)(REAL size, REAL *common_3)
+static INLINE void NAME(descend_common_2)(REAL size, REAL *common_3)
 {
     common_3[0] = size * (REAL)1.4901161193847656e-08;
 }
-#define PARTS_descend_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(descend_8, PLAIN)
+#define PARTS_descend_common_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(descend_common_2, PLAIN)
 
-static INLINE void NAME(descend_9)(REAL size, REAL *common_5, REAL *common_6)
+static INLINE void NAME(descend_common_3)(REAL size, REAL *common_5, REAL *common_6)
 {
     common_5[0] = size * (REAL)1.4210854715202004e-14;
     common_6[0] = size * (size * (REAL)1000000);
 }
-#define PARTS_descend_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(descend_9, PLAIN)
+#define PARTS_descend_common_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(descend_common_3, PLAIN)
 
-static INLINE void NAME(descend_10)(REAL old_carry_error, REAL old_carry_damping, REAL common, REAL *carry_start_2,
-    REAL *carry_start_3, REAL *carry_start_4, REAL *carry_start_5, REAL *carry_0_4_0_start, REAL *carry_0_4_1_start,
-    REAL *carry_0_5_0_start, REAL *carry_start_6)
+static INLINE void NAME(descend_carry_start)(REAL old_carry_error, REAL old_carry_damping, REAL common, REAL
+    *carry_start_2, REAL *carry_start_3, REAL *carry_start_4, REAL *carry_start_5, REAL *carry_0_4_0_start, REAL
+    *carry_0_4_1_start, REAL *carry_0_5_0_start, REAL *carry_start_6)
 {
     const REAL t0 = old_carry_error * (old_carry_error * old_carry_damping);
     const REAL t1 = SQRT(MAXIMUM(common, t0));
@@ -679,12 +526,13 @@ static INLINE void NAME(descend_10)(REAL old_carry_error, REAL old_carry_damping
     carry_start_6[10] = (REAL)1;
     carry_start_6[11] = (REAL)0;
 }
-#define PARTS_descend_10(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 6) \
-    AND OUT(4, 5) AND OUT(5, 4) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 12)
-GAC_IN_LANES(descend_10, PLAIN)
+#define PARTS_descend_carry_start(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 6) AND OUT(4, 5) AND OUT(5, 4) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) \
+    AND OUT(10, 12)
+GAC_IN_LANES(descend_carry_start, PLAIN)
 
-static INLINE void NAME(descend_12)(REAL old_carry_error, REAL old_carry_damping, REAL common, REAL *value_2, REAL
-    *value_3, REAL *value_4, REAL *value_5, REAL *v4_0, REAL *v4_1, REAL *v5_0)
+static INLINE void NAME(descend_value_2)(REAL old_carry_error, REAL old_carry_damping, REAL common, REAL *value_2,
+    REAL *value_3, REAL *value_4, REAL *value_5, REAL *v4_0, REAL *v4_1, REAL *v5_0)
 {
     const REAL t0 = old_carry_error * (old_carry_error * old_carry_damping);
     const REAL t1 = SQRT(MAXIMUM(common, t0));
@@ -710,11 +558,11 @@ static INLINE void NAME(descend_12)(REAL old_carry_error, REAL old_carry_damping
     v4_1[0] = (REAL)0;
     v5_0[0] = t1;
 }
-#define PARTS_descend_12(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 6) \
-    AND OUT(4, 5) AND OUT(5, 4) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(descend_12, PLAIN)
+#define PARTS_descend_value_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 6) AND OUT(4, 5) AND OUT(5, 4) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
+GAC_IN_LANES(descend_value_2, PLAIN)
 
-static INLINE void NAME(descend_11)(const REAL *carry_2, const REAL *carry_3, const REAL *carry_4, const REAL
+static INLINE void NAME(descend_carry)(const REAL *carry_2, const REAL *carry_3, const REAL *carry_4, const REAL
     *carry_5, REAL carry_0_4_0, REAL carry_0_4_1, REAL carry_0_5_0, REAL row_0, REAL row_1, REAL row_2, REAL row_3,
     REAL row_4, REAL row_5, REAL *carry_2_out, REAL *carry_3_out, REAL *carry_4_out, REAL *carry_5_out, REAL
     *carry_0_4_0_out, REAL *carry_0_4_1_out, REAL *carry_0_5_0_out, REAL *carry_6)
@@ -796,13 +644,13 @@ static INLINE void NAME(descend_11)(const REAL *carry_2, const REAL *carry_3, co
     carry_6[10] = carry_0_5_0 * t36;
     carry_6[11] = t34 * t36;
 }
-#define PARTS_descend_11(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 5) AND IN(2, 4) AND IN(3, 3) \
+#define PARTS_descend_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 5) AND IN(2, 4) AND IN(3, 3) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
     AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND OUT(13, 6) AND OUT(14, 5) AND OUT(15, 4) \
     AND OUT(16, 3) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 12)
-GAC_IN_LANES(descend_11, PLAIN)
+GAC_IN_LANES(descend_carry, PLAIN)
 
-static INLINE void NAME(descend_13)(const REAL *carry_2, const REAL *carry_3, const REAL *carry_4, const REAL
+static INLINE void NAME(descend_value_3)(const REAL *carry_2, const REAL *carry_3, const REAL *carry_4, const REAL
     *carry_5, REAL *value_2, REAL *value_3, REAL *value_4, REAL *value_5)
 {
     const REAL carry_2_0 = carry_2[0], carry_2_1 = carry_2[1], carry_2_2 = carry_2[2], carry_2_3 = carry_2[3],
@@ -830,13 +678,13 @@ static INLINE void NAME(descend_13)(const REAL *carry_2, const REAL *carry_3, co
     value_5[1] = carry_5_1;
     value_5[2] = carry_5_2;
 }
-#define PARTS_descend_13(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 5) AND IN(2, 4) AND IN(3, 3) AND OUT(4, 6) \
-    AND OUT(5, 5) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(descend_13, PLAIN)
+#define PARTS_descend_value_3(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 5) AND IN(2, 4) AND IN(3, 3) \
+    AND OUT(4, 6) AND OUT(5, 5) AND OUT(6, 4) AND OUT(7, 3)
+GAC_IN_LANES(descend_value_3, PLAIN)
 
-static INLINE void NAME(descend_14)(REAL old_carry_left_0, REAL old_carry_left_1, REAL old_carry_left_2, REAL
-    old_carry_left_3, REAL old_carry_left_4, REAL old_carry_left_5, const REAL *value_2, const REAL *value_3, const
-    REAL *value_4, const REAL *value_5, REAL v__4_0, REAL v__4_1, REAL v__5_0, REAL *carry_start_7, REAL
+static INLINE void NAME(descend_carry_start_2)(REAL old_carry_left_0, REAL old_carry_left_1, REAL old_carry_left_2,
+    REAL old_carry_left_3, REAL old_carry_left_4, REAL old_carry_left_5, const REAL *value_2, const REAL *value_3,
+    const REAL *value_4, const REAL *value_5, REAL v__4_0, REAL v__4_1, REAL v__5_0, REAL *carry_start_7, REAL
     *carry_1_start)
 {
     const REAL value_2_0 = value_2[0], value_2_1 = value_2[1], value_2_2 = value_2[2], value_2_3 = value_2[3],
@@ -860,46 +708,12 @@ static INLINE void NAME(descend_14)(REAL old_carry_left_0, REAL old_carry_left_1
     carry_start_7[5] = (old_carry_left_5 - t6) / v__5_0;
     carry_1_start[0] = (REAL)0;
 }
-#define PARTS_descend_14(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 6) AND IN(7, 5) AND IN(8, 4) AND IN(9, 3) AND NUMBER(10, 0) \
-    AND NUMBER(11, 0) AND NUMBER(12, 0) AND OUT(13, 6) AND OUT(14, 1)
-GAC_IN_LANES(descend_14, PLAIN)
+#define PARTS_descend_carry_start_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 6) AND IN(7, 5) AND IN(8, 4) AND IN(9, 3) \
+    AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND OUT(13, 6) AND OUT(14, 1)
+GAC_IN_LANES(descend_carry_start_2, PLAIN)
 
-static INLINE void NAME(descend_17)(REAL *carry_0_start_2, REAL *carry_start_8)
-{
-    carry_0_start_2[0] = (REAL)1;
-    carry_0_start_2[1] = (REAL)0;
-    carry_0_start_2[2] = (REAL)0;
-    carry_0_start_2[3] = (REAL)0;
-    carry_0_start_2[4] = (REAL)0;
-    carry_0_start_2[5] = (REAL)0;
-    carry_0_start_2[6] = (REAL)0;
-    carry_0_start_2[7] = (REAL)0;
-    carry_start_8[0] = (REAL)0;
-    carry_start_8[1] = (REAL)0;
-    carry_start_8[2] = (REAL)0;
-    carry_start_8[3] = (REAL)0;
-    carry_start_8[4] = (REAL)0;
-    carry_start_8[5] = (REAL)0;
-}
-#define PARTS_descend_17(IN, SAME, NUMBER, OUT, AND) OUT(0, 8) AND OUT(1, 6)
-GAC_IN_LANES(descend_17, PLAIN)
-
-static INLINE void NAME(descend_19)(REAL *value_6)
-{
-    value_6[0] = (REAL)1;
-    value_6[1] = (REAL)0;
-    value_6[2] = (REAL)0;
-    value_6[3] = (REAL)0;
-    value_6[4] = (REAL)0;
-    value_6[5] = (REAL)0;
-    value_6[6] = (REAL)0;
-    value_6[7] = (REAL)0;
-}
-#define PARTS_descend_19(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(descend_19, PLAIN)
-
-static INLINE void NAME(descend_15)(const REAL *carry_7, const REAL *carry_6, REAL *carry_7_out, REAL *carry_1)
+static INLINE void NAME(descend_carry_2)(const REAL *carry_7, const REAL *carry_6, REAL *carry_7_out, REAL *carry_1)
 {
     const REAL carry_7_0 = carry_7[0], carry_7_1 = carry_7[1], carry_7_2 = carry_7[2], carry_7_3 = carry_7[3],
         carry_7_4 = carry_7[4], carry_7_5 = carry_7[5];
@@ -920,105 +734,18 @@ static INLINE void NAME(descend_15)(const REAL *carry_7, const REAL *carry_6, RE
     carry_7_out[5] = carry_7_5 * carry_6_5_0;
     carry_1[0] = carry_7_0 * carry_6_0_1 + carry_6_0_0 * t4;
 }
-#define PARTS_descend_15(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 12) AND OUT(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_15, PLAIN)
+#define PARTS_descend_carry_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 12) AND OUT(2, 6) AND OUT(3, 1)
+GAC_IN_LANES(descend_carry_2, PLAIN)
 
-static INLINE void NAME(descend_16)(REAL x, REAL dx, REAL *mapped)
+static INLINE void NAME(descend_mapped)(REAL x, REAL dx, REAL *mapped)
 {
     mapped[0] = x + dx;
 }
-#define PARTS_descend_16(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(descend_16, PLAIN)
+#define PARTS_descend_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(descend_mapped, PLAIN)
 
-static INLINE void NAME(descend_18)(REAL size, const REAL *carry_0, REAL angle, const REAL *axis, REAL turn, REAL
-    *carry_0_2, REAL *carry_8, WORD *far)
-{
-    const REAL carry_0_1 = carry_0[0], carry_0_e12 = carry_0[1], carry_0_e13 = carry_0[2], carry_0_e23 = carry_0[3],
-        carry_0_e01 = carry_0[4], carry_0_e02 = carry_0[5], carry_0_e03 = carry_0[6], carry_0_e0123 = carry_0[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = angle * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = LESS((REAL)0, turn);
-    const REAL t3 = SELECT(t2, t1, t0);
-    const REAL t4 = carry_0_e12 * axis_e12 + carry_0_e13 * axis_e13;
-    const REAL t5 = carry_0_e23 * axis_e23 + t4;
-    const REAL t6 = COS(t0);
-    const REAL t7 = SELECT(t2, t6, (REAL)1);
-    const REAL t8 = carry_0_1 * axis_e12 + carry_0_e13 * axis_e23;
-    const REAL t9 = t8 - carry_0_e23 * axis_e13;
-    const REAL t10 = carry_0_1 * axis_e13 - carry_0_e12 * axis_e23;
-    const REAL t11 = carry_0_e23 * axis_e12 + t10;
-    const REAL t12 = carry_0_1 * axis_e23 + carry_0_e12 * axis_e13;
-    const REAL t13 = carry_0_e13 * axis_e12;
-    const REAL t14 = t12 - t13;
-    const REAL t15 = axis_e23 * t3;
-    const REAL t16 = carry_0_1 * axis_e01 - carry_0_e12 * axis_e02;
-    const REAL t17 = carry_0_e13 * axis_e03;
-    const REAL t18 = axis_e12 * t3;
-    const REAL t19 = carry_0_e01 * t7 + carry_0_e0123 * t15 - t3 * (t16 - t17) - carry_0_e02 * t18;
-    const REAL t20 = axis_e13 * t3;
-    const REAL t21 = carry_0_e23 * t3;
-    const REAL t22 = carry_0_1 * axis_e02 + carry_0_e12 * axis_e01;
-    const REAL t23 = carry_0_e02 * t7 + carry_0_e01 * t18 + axis_e03 * t21 - t3 * t22 - carry_0_e03 * t15;
-    const REAL t24 = carry_0_e03 * t7 + carry_0_e01 * t20 + carry_0_e02 * t15 + carry_0_e0123 * t18;
-    const REAL t25 = carry_0_1 * axis_e03 + carry_0_e13 * axis_e01;
-    const REAL t26 = carry_0_e12 * axis_e03 - carry_0_e13 * axis_e02;
-    const REAL t27 = carry_0_e0123 * t7 + carry_0_e02 * t20 - t3 * t26 - carry_0_e01 * t15;
-    const REAL t28 = carry_0_1 * carry_0_e12;
-    const REAL t29 = carry_0_1 * carry_0_1;
-    const REAL t30 = carry_0_e12 * carry_0_e12;
-    const REAL t31 = t29 - t30;
-    const REAL t32 = carry_0_e13 * carry_0_e13;
-    const REAL t33 = carry_0_e23 * carry_0_e23;
-    const REAL t34 = t32 - t33;
-    const REAL t35 = t31 - t34;
-    const REAL t36 = axis_e23 * t35 + (carry_0_e23 * t4 + axis_e13 * t28 - carry_0_1 * t13) * (REAL)2;
-    const REAL t37 = t31 + t34;
-    const REAL t38 = axis_e13 * t37 + (REAL)2 * (carry_0_e12 * t13 + carry_0_e23 * t8 - axis_e23 * t28);
-    const REAL t39 = t29 + t30 - (t32 + t33);
-    const REAL t40 = carry_0_1 * t17 + carry_0_e0123 * t14 + axis_e02 * t28 - carry_0_e23 * t26;
-    const REAL t41 = (REAL)2 * (t40 - carry_0_e01 * t5 - carry_0_e02 * t9 - carry_0_e03 * t11);
-    const REAL t42 = carry_0_e12 * t17 + carry_0_e23 * t25 + carry_0_e01 * t9 - carry_0_e02 * t5;
-    const REAL t43 = (REAL)2 * (t42 - carry_0_e03 * t14 - carry_0_e0123 * t11 - axis_e01 * t28);
-    const REAL t44 = carry_0_e01 * t11 + carry_0_e02 * t14 + carry_0_e0123 * t9 - carry_0_e13 * t16;
-    carry_0_2[0] = t3 * t5 + carry_0_1 * t7;
-    carry_0_2[1] = carry_0_e12 * t7 - t3 * t9;
-    carry_0_2[2] = carry_0_e13 * t7 - t3 * t11;
-    carry_0_2[3] = carry_0_e23 * t7 - t3 * t14;
-    carry_0_2[4] = t19 - carry_0_e03 * t20;
-    carry_0_2[5] = t23 - carry_0_e0123 * t20;
-    carry_0_2[6] = t24 - t3 * t25 - axis_e02 * t21;
-    carry_0_2[7] = t27 - carry_0_e03 * t18 - axis_e01 * t21;
-    carry_8[0] = size * t36;
-    carry_8[1] = -(size * t38);
-    carry_8[2] = size * (axis_e12 * t39 + (REAL)2 * (carry_0_e13 * t12 - carry_0_e23 * t10));
-    carry_8[3] = axis_e01 * t35 - t41;
-    carry_8[4] = axis_e02 * t37 - t43;
-    carry_8[5] = axis_e03 * t39 - (REAL)2 * (t44 - carry_0_e23 * t22 - carry_0_e03 * t5);
-}
-#define PARTS_descend_18(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND NUMBER(2, 0) AND SAME(3, 6) \
-    AND NUMBER(4, 1) AND OUT(5, 8) AND OUT(6, 6)
-GAC_IN_LANES(descend_18, TURNS)
-
-static INLINE void NAME(descend_20)(const REAL *tail, REAL *value_6)
-{
-    const REAL tail_1 = tail[0], tail_e12 = tail[1], tail_e13 = tail[2], tail_e23 = tail[3], tail_e01 = tail[4],
-        tail_e02 = tail[5], tail_e03 = tail[6], tail_e0123 = tail[7];
-    value_6[0] = tail_1;
-    value_6[1] = tail_e12;
-    value_6[2] = tail_e13;
-    value_6[3] = tail_e23;
-    value_6[4] = tail_e01;
-    value_6[5] = tail_e02;
-    value_6[6] = tail_e03;
-    value_6[7] = tail_e0123;
-}
-#define PARTS_descend_20(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(descend_20, PLAIN)
-
-static INLINE void NAME(descend_21)(const REAL *goal, REAL size, REAL old_carry_error, const REAL *v_, REAL common,
-    REAL *common_2)
+static INLINE void NAME(descend_common_4)(const REAL *goal, REAL size, REAL old_carry_error, const REAL *v_, REAL
+    common, REAL *common_2)
 {
     const REAL goal_1 = goal[0], goal_e12 = goal[1], goal_e13 = goal[2], goal_e23 = goal[3], goal_e01 = goal[4],
         goal_e02 = goal[5], goal_e03 = goal[6], goal_e0123 = goal[7];
@@ -1058,11 +785,11 @@ static INLINE void NAME(descend_21)(const REAL *goal, REAL size, REAL old_carry_
     const REAL t31 = t15 * t15 + t16 * t16 + t17 * t17 + t24 * t24 + t27 * t27 + t30 * t30;
     common_2[0] = LESS(SQRT(t31 * (REAL)4), MAXIMUM(old_carry_error, common));
 }
-#define PARTS_descend_21(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 8) \
+#define PARTS_descend_common_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 8) \
     AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(descend_21, PLAIN)
+GAC_IN_LANES(descend_common_4, PLAIN)
 
-static INLINE void NAME(descend_24)(const REAL *goal, REAL size, REAL old_carry_least, const REAL *v_, REAL
+static INLINE void NAME(descend_common_5)(const REAL *goal, REAL size, REAL old_carry_least, const REAL *v_, REAL
     *common_4)
 {
     const REAL goal_1 = goal[0], goal_e12 = goal[1], goal_e13 = goal[2], goal_e23 = goal[3], goal_e01 = goal[4],
@@ -1103,19 +830,20 @@ static INLINE void NAME(descend_24)(const REAL *goal, REAL size, REAL old_carry_
     const REAL t31 = t15 * t15 + t16 * t16 + t17 * t17 + t24 * t24 + t27 * t27 + t30 * t30;
     common_4[0] = LESS(SQRT(t31 * (REAL)4), old_carry_least);
 }
-#define PARTS_descend_24(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 8) \
+#define PARTS_descend_common_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 8) \
     AND OUT(4, 1)
-GAC_IN_LANES(descend_24, PLAIN)
+GAC_IN_LANES(descend_common_5, PLAIN)
 
-static INLINE void NAME(descend_22)(REAL a, REAL b, REAL common, REAL *mapped_2)
+static INLINE void NAME(descend_mapped_2)(REAL a, REAL b, REAL common, REAL *mapped_2)
 {
     mapped_2[0] = SELECT(common, a, b);
 }
-#define PARTS_descend_22(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
-GAC_IN_LANES(descend_22, PLAIN)
+#define PARTS_descend_mapped_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 1)
+GAC_IN_LANES(descend_mapped_2, PLAIN)
 
-static INLINE void NAME(descend_23)(REAL common, const REAL *carry_8, REAL b_0, REAL b_1, REAL b_2, REAL b_3, REAL
-    b_4, REAL b_5, REAL *mapped_3)
+static INLINE void NAME(descend_mapped_3)(REAL common, const REAL *carry_8, REAL b_0, REAL b_1, REAL b_2, REAL b_3,
+    REAL b_4, REAL b_5, REAL *mapped_3)
 {
     const REAL carry_8_0 = carry_8[0], carry_8_1 = carry_8[1], carry_8_2 = carry_8[2], carry_8_3 = carry_8[3],
         carry_8_4 = carry_8[4], carry_8_5 = carry_8[5];
@@ -1126,40 +854,17 @@ static INLINE void NAME(descend_23)(REAL common, const REAL *carry_8, REAL b_0, 
     mapped_3[4] = SELECT(common, carry_8_4, b_4);
     mapped_3[5] = SELECT(common, carry_8_5, b_5);
 }
-#define PARTS_descend_23(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 6)
-GAC_IN_LANES(descend_23, PLAIN)
+#define PARTS_descend_mapped_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 6)
+GAC_IN_LANES(descend_mapped_3, PLAIN)
 
-static INLINE void NAME(descend_25)(REAL a, REAL b, REAL common, REAL *mapped_4)
-{
-    mapped_4[0] = SELECT(common, a, b);
-}
-#define PARTS_descend_25(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
-GAC_IN_LANES(descend_25, PLAIN)
-
-static INLINE void NAME(descend_28)(const REAL *mapped_3, REAL *old_carry_rates_0, REAL *old_carry_rates_1, REAL
-    *old_carry_rates_2, REAL *old_carry_rates_3, REAL *old_carry_rates_4, REAL *old_carry_rates_5)
-{
-    const REAL mapped_3_0 = mapped_3[0], mapped_3_1 = mapped_3[1], mapped_3_2 = mapped_3[2],
-        mapped_3_3 = mapped_3[3], mapped_3_4 = mapped_3[4], mapped_3_5 = mapped_3[5];
-    old_carry_rates_0[0] = mapped_3_0;
-    old_carry_rates_1[0] = mapped_3_1;
-    old_carry_rates_2[0] = mapped_3_2;
-    old_carry_rates_3[0] = mapped_3_3;
-    old_carry_rates_4[0] = mapped_3_4;
-    old_carry_rates_5[0] = mapped_3_5;
-}
-#define PARTS_descend_28(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(descend_28, PLAIN)
-
-static INLINE void NAME(descend_26)(const REAL *goal, REAL size, REAL enough, REAL old_carry_left_0, REAL
-    old_carry_left_1, REAL old_carry_left_2, REAL old_carry_left_3, REAL old_carry_left_4, REAL old_carry_left_5,
-    REAL old_carry_error, REAL old_carry_damping, REAL old_carry_least, REAL old_steps, REAL common, const REAL *v_,
-    REAL common_2, REAL common_3, REAL common_4, REAL *next_old_carry_left_0, REAL *next_old_carry_left_1, REAL
-    *next_old_carry_left_2, REAL *next_old_carry_left_3, REAL *next_old_carry_left_4, REAL *next_old_carry_left_5,
-    REAL *next_old_carry_error, REAL *next_old_carry_damping, REAL *next_old_carry_done, REAL *next_old_carry_least,
-    REAL *next_old_steps, REAL *next_old_converged)
+static INLINE void NAME(descend_next_old_carry_left)(const REAL *goal, REAL size, REAL enough, REAL
+    old_carry_left_0, REAL old_carry_left_1, REAL old_carry_left_2, REAL old_carry_left_3, REAL old_carry_left_4,
+    REAL old_carry_left_5, REAL old_carry_error, REAL old_carry_damping, REAL old_carry_least, REAL old_steps, REAL
+    common, const REAL *v_, REAL common_2, REAL common_3, REAL common_4, REAL *next_old_carry_left_0, REAL
+    *next_old_carry_left_1, REAL *next_old_carry_left_2, REAL *next_old_carry_left_3, REAL *next_old_carry_left_4,
+    REAL *next_old_carry_left_5, REAL *next_old_carry_error, REAL *next_old_carry_damping, REAL
+    *next_old_carry_done, REAL *next_old_carry_least, REAL *next_old_steps, REAL *next_old_converged)
 {
     const REAL goal_1 = goal[0], goal_e12 = goal[1], goal_e13 = goal[2], goal_e23 = goal[3], goal_e01 = goal[4],
         goal_e02 = goal[5], goal_e03 = goal[6], goal_e0123 = goal[7];
@@ -1222,142 +927,95 @@ static INLINE void NAME(descend_26)(const REAL *goal, REAL size, REAL enough, RE
     next_old_steps[0] = old_steps + (REAL)1;
     next_old_converged[0] = LESS((REAL)0, t42);
 }
-#define PARTS_descend_26(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
-    AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND IN(14, 8) AND NUMBER(15, 0) \
-    AND NUMBER(16, 0) AND NUMBER(17, 0) AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1) AND OUT(21, 1) AND OUT(22, 1) \
-    AND OUT(23, 1) AND OUT(24, 1) AND OUT(25, 1) AND OUT(26, 1) AND OUT(27, 1) AND OUT(28, 1) AND OUT(29, 1)
-GAC_IN_LANES(descend_26, PLAIN)
+#define PARTS_descend_next_old_carry_left(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
+    AND NUMBER(9, 0) AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND IN(14, 8) \
+    AND NUMBER(15, 0) AND NUMBER(16, 0) AND NUMBER(17, 0) AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1) \
+    AND OUT(21, 1) AND OUT(22, 1) AND OUT(23, 1) AND OUT(24, 1) AND OUT(25, 1) AND OUT(26, 1) AND OUT(27, 1) \
+    AND OUT(28, 1) AND OUT(29, 1)
+GAC_IN_LANES(descend_next_old_carry_left, PLAIN)
 
-static INLINE void NAME(descend_27)(REAL at_most, REAL next_old_steps, REAL next_old_converged, REAL *converged)
+static INLINE void NAME(descend_converged)(REAL at_most, REAL next_old_steps, REAL next_old_converged, REAL
+    *converged)
 {
     const REAL t0 = SELECT(LESS(next_old_steps, at_most), (REAL)0, (REAL)1);
     converged[0] = SELECT(next_old_converged, (REAL)1, t0);
 }
-#define PARTS_descend_27(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
-GAC_IN_LANES(descend_27, PLAIN)
+#define PARTS_descend_converged(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 1)
+GAC_IN_LANES(descend_converged, PLAIN)
 
-static INLINE void NAME(descend_29)(REAL at_most, REAL *common_7)
+static INLINE void NAME(descend_common_6)(REAL at_most, REAL *common_7)
 {
     common_7[0] = LESS_EQUAL((REAL)1, at_most);
 }
-#define PARTS_descend_29(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(descend_29, PLAIN)
+#define PARTS_descend_common_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(descend_common_6, PLAIN)
 
-static INLINE void NAME(descend_38)(REAL *motion)
-{
-    motion[0] = (REAL)1;
-    motion[1] = (REAL)0;
-    motion[2] = (REAL)0;
-    motion[3] = (REAL)0;
-    motion[4] = (REAL)0;
-    motion[5] = (REAL)0;
-    motion[6] = (REAL)0;
-    motion[7] = (REAL)0;
-}
-#define PARTS_descend_38(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(descend_38, PLAIN)
-
-static INLINE void NAME(descend_30)(REAL a, REAL b, REAL common, REAL *by_element)
-{
-    by_element[0] = SELECT(common, a, b);
-}
-#define PARTS_descend_30(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
-GAC_IN_LANES(descend_30, PLAIN)
-
-static INLINE void NAME(descend_31)(REAL common, REAL a, const REAL *b, REAL *by_element_2)
+static INLINE void NAME(descend_by_element)(REAL common, REAL a, const REAL *b, REAL *by_element_2)
 {
     const REAL b_0 = b[0];
     by_element_2[0] = SELECT(common, a, b_0);
 }
-#define PARTS_descend_31(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_31, PLAIN)
+#define PARTS_descend_by_element(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
+    AND OUT(3, 1)
+GAC_IN_LANES(descend_by_element, PLAIN)
 
-static INLINE void NAME(descend_32)(REAL common, REAL a, const REAL *b, REAL *by_element_3)
+static INLINE void NAME(descend_by_element_2)(REAL common, REAL a, const REAL *b, REAL *by_element_3)
 {
     const REAL b_1 = b[1];
     by_element_3[0] = SELECT(common, a, b_1);
 }
-#define PARTS_descend_32(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_32, PLAIN)
+#define PARTS_descend_by_element_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
+    AND OUT(3, 1)
+GAC_IN_LANES(descend_by_element_2, PLAIN)
 
-static INLINE void NAME(descend_33)(REAL common, REAL a, const REAL *b, REAL *by_element_4)
+static INLINE void NAME(descend_by_element_3)(REAL common, REAL a, const REAL *b, REAL *by_element_4)
 {
     const REAL b_2 = b[2];
     by_element_4[0] = SELECT(common, a, b_2);
 }
-#define PARTS_descend_33(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_33, PLAIN)
+#define PARTS_descend_by_element_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
+    AND OUT(3, 1)
+GAC_IN_LANES(descend_by_element_3, PLAIN)
 
-static INLINE void NAME(descend_34)(REAL common, REAL a, const REAL *b, REAL *by_element_5)
+static INLINE void NAME(descend_by_element_4)(REAL common, REAL a, const REAL *b, REAL *by_element_5)
 {
     const REAL b_3 = b[3];
     by_element_5[0] = SELECT(common, a, b_3);
 }
-#define PARTS_descend_34(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_34, PLAIN)
+#define PARTS_descend_by_element_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
+    AND OUT(3, 1)
+GAC_IN_LANES(descend_by_element_4, PLAIN)
 
-static INLINE void NAME(descend_35)(REAL common, REAL a, const REAL *b, REAL *by_element_6)
+static INLINE void NAME(descend_by_element_5)(REAL common, REAL a, const REAL *b, REAL *by_element_6)
 {
     const REAL b_4 = b[4];
     by_element_6[0] = SELECT(common, a, b_4);
 }
-#define PARTS_descend_35(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_35, PLAIN)
+#define PARTS_descend_by_element_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
+    AND OUT(3, 1)
+GAC_IN_LANES(descend_by_element_5, PLAIN)
 
-static INLINE void NAME(descend_36)(REAL common, REAL a, const REAL *b, REAL *by_element_7)
+static INLINE void NAME(descend_by_element_6)(REAL common, REAL a, const REAL *b, REAL *by_element_7)
 {
     const REAL b_5 = b[5];
     by_element_7[0] = SELECT(common, a, b_5);
 }
-#define PARTS_descend_36(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_36, PLAIN)
+#define PARTS_descend_by_element_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) \
+    AND OUT(3, 1)
+GAC_IN_LANES(descend_by_element_6, PLAIN)
 
-static INLINE void NAME(descend_37)(REAL common, REAL a, REAL b, REAL *out_0)
+static INLINE void NAME(descend_result)(REAL common, REAL a, REAL b, REAL *out_0)
 {
     out_0[0] = SELECT(common, a, b);
 }
-#define PARTS_descend_37(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) AND OUT(3, 1)
-GAC_IN_LANES(descend_37, PLAIN)
+#define PARTS_descend_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 1)
+GAC_IN_LANES(descend_result, PLAIN)
 
-static INLINE void NAME(descend_39)(const REAL *motion, REAL row, const REAL *row_2, REAL row_3, REAL *motion_out,
-    WORD *far)
-{
-    const REAL motion_1 = motion[0], motion_e12 = motion[1], motion_e13 = motion[2], motion_e23 = motion[3],
-        motion_e01 = motion[4], motion_e02 = motion[5], motion_e03 = motion[6], motion_e0123 = motion[7];
-    const REAL row_2_e12 = row_2[0], row_2_e13 = row_2[1], row_2_e23 = row_2[2], row_2_e01 = row_2[3],
-        row_2_e02 = row_2[4], row_2_e03 = row_2[5];
-    const REAL t0 = row * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = LESS((REAL)0, row_3);
-    const REAL t3 = SELECT(t2, t1, t0);
-    const REAL t4 = row_2_e12 * t3;
-    const REAL t5 = COS(t0);
-    const REAL t6 = SELECT(t2, t5, (REAL)1);
-    const REAL t7 = row_2_e13 * t3;
-    const REAL t8 = row_2_e23 * t3;
-    const REAL t9 = row_2_e01 * t3;
-    const REAL t10 = row_2_e02 * t3;
-    const REAL t11 = row_2_e03 * t3;
-    const REAL t12 = motion_1 * t9 + motion_e12 * t10 + motion_e13 * t11 - motion_e01 * t6 - motion_e02 * t4;
-    const REAL t13 = motion_1 * t10 - motion_e12 * t9 + motion_e23 * t11 + motion_e01 * t4 - motion_e02 * t6;
-    const REAL t14 = motion_1 * t11 - motion_e13 * t9 - motion_e23 * t10 + motion_e01 * t7 + motion_e02 * t8;
-    const REAL t15 = motion_e12 * t11 - motion_e13 * t10 + motion_e23 * t9 + motion_e01 * t8 - motion_e02 * t7;
-    motion_out[0] = motion_1 * t6 + motion_e12 * t4 + motion_e13 * t7 + motion_e23 * t8;
-    motion_out[1] = motion_e12 * t6 - motion_1 * t4 + motion_e13 * t8 - motion_e23 * t7;
-    motion_out[2] = motion_e13 * t6 - (motion_1 * t7 + motion_e12 * t8) + motion_e23 * t4;
-    motion_out[3] = motion_e12 * t7 - motion_1 * t8 - motion_e13 * t4 + motion_e23 * t6;
-    motion_out[4] = motion_e0123 * t8 - (t12 - motion_e03 * t7);
-    motion_out[5] = -(t13 - motion_e03 * t8 + motion_e0123 * t7);
-    motion_out[6] = motion_e0123 * t4 - (t14 - motion_e03 * t6);
-    motion_out[7] = motion_e0123 * t6 - (t15 + motion_e03 * t4);
-}
-#define PARTS_descend_39(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) AND NUMBER(3, 1) \
-    AND OUT(4, 8)
-GAC_IN_LANES(descend_39, TURNS)
-
-static INLINE void NAME(descend_40)(const REAL *goal, REAL size, REAL at_most, const REAL *v_, REAL old_carry_least,
-    const REAL *motion, REAL *out_1, REAL *out_2)
+static INLINE void NAME(descend_result_2)(const REAL *goal, REAL size, REAL at_most, const REAL *v_, REAL
+    old_carry_least, const REAL *motion, REAL *out_1, REAL *out_2)
 {
     const REAL goal_1 = goal[0], goal_e12 = goal[1], goal_e13 = goal[2], goal_e23 = goal[3], goal_e01 = goal[4],
         goal_e02 = goal[5], goal_e03 = goal[6], goal_e0123 = goal[7];
@@ -1433,9 +1091,9 @@ static INLINE void NAME(descend_40)(const REAL *goal, REAL size, REAL at_most, c
     out_1[0] = SELECT(LESS_EQUAL((REAL)1, at_most), old_carry_least, t33);
     out_2[0] = MINIMUM(t49, t64);
 }
-#define PARTS_descend_40(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 8) \
+#define PARTS_descend_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 8) \
     AND NUMBER(4, 0) AND IN(5, 8) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(descend_40, PLAIN)
+GAC_IN_LANES(descend_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t reaching_descend_work(intptr_t n)
@@ -1467,72 +1125,74 @@ static INLINE void NAME(descend_within)(intptr_t n, const REAL *q, const REAL *g
     *const carry_8 = carry_0_2 + 8 * n, value_6[8], mapped_2, common_2, common_3, mapped_3[6], mapped_4, common_4,
     common_5, common_6, by_element, common_7, by_element_2, by_element_3, by_element_4, by_element_5, by_element_6,
     by_element_7, motion[8];
-    NAME(descend_1)(carry_0_start, carry_start);
-    NAME(descend_3)(value);
+    NAME(rates_of_joints_carry_0_start)(carry_0_start, carry_start);
+    NAME(motion_of_joints_result_start)(value);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(descend_2)(size, i + 1 < n ? carry_0 + 8 * (i + 1) : carry_0_start, q[i], axes + 6 * i, turns[i],
-    carry_0 + 8 * i, carry + 6 * i, NULL);
-        NAME(descend_4)(carry_0 + 8 * i, value);
-        NAME(descend_6)(carry + 6 * i, old_carry_rates_0 + i, old_carry_rates_1 + i, old_carry_rates_2 + i,
-    old_carry_rates_3 + i, old_carry_rates_4 + i, old_carry_rates_5 + i);
+        NAME(rates_of_joints_carry)(size, i + 1 < n ? carry_0 + 8 * (i + 1) : carry_0_start, q[i], axes + 6 * i,
+    turns[i], carry_0 + 8 * i, carry + 6 * i, NULL);
+        NAME(descend_value)(carry_0 + 8 * i, value);
+        NAME(descend_old_carry_rates)(carry + 6 * i, old_carry_rates_0 + i, old_carry_rates_1 + i,
+    old_carry_rates_2 + i, old_carry_rates_3 + i, old_carry_rates_4 + i, old_carry_rates_5 + i);
         COPY(1, q + i, old_carry_q + i);
         COPY(1, q + i, old_carry_best + i);
     }
-    NAME(descend_5)(goal, size, value, &old_carry_left_0, &old_carry_left_1, &old_carry_left_2, &old_carry_left_3,
-    &old_carry_left_4, &old_carry_left_5, &old_carry_error, &old_carry_damping, &old_carry_done, &old_carry_least,
-    &old_steps, &old_converged, &converged, &steps);
-    NAME(descend_7)(size, &common);
-    NAME(descend_8)(size, &common_3);
-    NAME(descend_9)(size, &common_5, &common_6);
+    NAME(descend_old_carry_left)(goal, size, value, &old_carry_left_0, &old_carry_left_1, &old_carry_left_2,
+    &old_carry_left_3, &old_carry_left_4, &old_carry_left_5, &old_carry_error, &old_carry_damping, &old_carry_done,
+    &old_carry_least, &old_steps, &old_converged, &converged, &steps);
+    NAME(descend_common)(size, &common);
+    NAME(descend_common_2)(size, &common_3);
+    NAME(descend_common_3)(size, &common_5, &common_6);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_10)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3, carry_start_4,
-    carry_start_5, &carry_0_4_0_start, &carry_0_4_1_start, &carry_0_5_0_start, carry_start_6);
-        NAME(descend_12)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5, &v4_0,
+        NAME(descend_carry_start)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
+    carry_start_4, carry_start_5, &carry_0_4_0_start, &carry_0_4_1_start, &carry_0_5_0_start, carry_start_6);
+        NAME(descend_value_2)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5, &v4_0,
     &v4_1, &v5_0);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_11)(j > 0 ? carry_2 + 6 * (j - 1) : carry_start_2,
+            NAME(descend_carry)(j > 0 ? carry_2 + 6 * (j - 1) : carry_start_2,
     j > 0 ? carry_3 + 5 * (j - 1) : carry_start_3, j > 0 ? carry_4 + 4 * (j - 1) : carry_start_4,
     j > 0 ? carry_5 + 3 * (j - 1) : carry_start_5, j > 0 ? carry_0_4_0[j - 1] : carry_0_4_0_start,
     j > 0 ? carry_0_4_1[j - 1] : carry_0_4_1_start, j > 0 ? carry_0_5_0[j - 1] : carry_0_5_0_start,
     old_carry_rates_0[j], old_carry_rates_1[j], old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j],
     old_carry_rates_5[j], carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j, carry_5 + 3 * j, carry_0_4_0 + j,
     carry_0_4_1 + j, carry_0_5_0 + j, carry_6 + 12 * j);
-            NAME(descend_13)(carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j, carry_5 + 3 * j, value_2, value_3,
-    value_4, value_5);
+            NAME(descend_value_3)(carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j, carry_5 + 3 * j, value_2,
+    value_3, value_4, value_5);
             COPY(1, carry_0_4_0 + j, &v4_0);
             COPY(1, carry_0_4_1 + j, &v4_1);
             COPY(1, carry_0_5_0 + j, &v5_0);
         }
-        NAME(descend_14)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3, old_carry_left_4,
-    old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7, &carry_1_start);
-        NAME(descend_17)(carry_0_start_2, carry_start_8);
-        NAME(descend_19)(value_6);
+        NAME(descend_carry_start_2)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
+    old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
+    &carry_1_start);
+        NAME(rates_of_joints_carry_0_start)(carry_0_start_2, carry_start_8);
+        NAME(motion_of_joints_result_start)(value_6);
         for (intptr_t j = n; j-- > 0;) {
-            NAME(descend_15)(j + 1 < n ? carry_7 + 6 * (j + 1) : carry_start_7, carry_6 + 12 * j, carry_7 + 6 * j,
-    &carry_1);
-            NAME(descend_16)(old_carry_q[j], carry_1, mapped + j);
-            NAME(descend_18)(size, j + 1 < n ? carry_0_2 + 8 * (j + 1) : carry_0_start_2, mapped[j], axes + 6 * j,
-    turns[j], carry_0_2 + 8 * j, carry_8 + 6 * j, NULL);
-            NAME(descend_20)(carry_0_2 + 8 * j, value_6);
+            NAME(descend_carry_2)(j + 1 < n ? carry_7 + 6 * (j + 1) : carry_start_7, carry_6 + 12 * j,
+    carry_7 + 6 * j, &carry_1);
+            NAME(descend_mapped)(old_carry_q[j], carry_1, mapped + j);
+            NAME(rates_of_joints_carry)(size, j + 1 < n ? carry_0_2 + 8 * (j + 1) : carry_0_start_2, mapped[j],
+    axes + 6 * j, turns[j], carry_0_2 + 8 * j, carry_8 + 6 * j, NULL);
+            NAME(descend_value)(carry_0_2 + 8 * j, value_6);
         }
-        NAME(descend_21)(goal, size, old_carry_error, value_6, common_3, &common_2);
-        NAME(descend_24)(goal, size, old_carry_least, value_6, &common_4);
+        NAME(descend_common_4)(goal, size, old_carry_error, value_6, common_3, &common_2);
+        NAME(descend_common_5)(goal, size, old_carry_least, value_6, &common_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_22)(mapped[j], old_carry_q[j], common_2, &mapped_2);
-            NAME(descend_23)(common_2, carry_8 + 6 * j, old_carry_rates_0[j], old_carry_rates_1[j],
+            NAME(descend_mapped_2)(mapped[j], old_carry_q[j], common_2, &mapped_2);
+            NAME(descend_mapped_3)(common_2, carry_8 + 6 * j, old_carry_rates_0[j], old_carry_rates_1[j],
     old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], mapped_3);
-            NAME(descend_25)(mapped[j], old_carry_best[j], common_4, &mapped_4);
-            NAME(descend_28)(mapped_3, old_carry_rates_0 + j, old_carry_rates_1 + j, old_carry_rates_2 + j,
-    old_carry_rates_3 + j, old_carry_rates_4 + j, old_carry_rates_5 + j);
+            NAME(descend_mapped_2)(mapped[j], old_carry_best[j], common_4, &mapped_4);
+            NAME(descend_old_carry_rates)(mapped_3, old_carry_rates_0 + j, old_carry_rates_1 + j,
+    old_carry_rates_2 + j, old_carry_rates_3 + j, old_carry_rates_4 + j, old_carry_rates_5 + j);
             COPY(1, &mapped_2, old_carry_q + j);
             COPY(1, &mapped_4, old_carry_best + j);
         }
-        NAME(descend_26)(goal, size, enough, old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
-    old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_least, old_steps, common,
-    value_6, common_3, common_5, common_6, &next_old_carry_left_0, &next_old_carry_left_1, &next_old_carry_left_2,
-    &next_old_carry_left_3, &next_old_carry_left_4, &next_old_carry_left_5, &next_old_carry_error,
-    &next_old_carry_damping, &next_old_carry_done, &next_old_carry_least, &next_old_steps, &next_old_converged);
-        NAME(descend_27)(at_most, next_old_steps, next_old_converged, &converged);
+        NAME(descend_next_old_carry_left)(goal, size, enough, old_carry_left_0, old_carry_left_1, old_carry_left_2,
+    old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_least,
+    old_steps, common, value_6, common_3, common_5, common_6, &next_old_carry_left_0, &next_old_carry_left_1,
+    &next_old_carry_left_2, &next_old_carry_left_3, &next_old_carry_left_4, &next_old_carry_left_5,
+    &next_old_carry_error, &next_old_carry_damping, &next_old_carry_done, &next_old_carry_least, &next_old_steps,
+    &next_old_converged);
+        NAME(descend_converged)(at_most, next_old_steps, next_old_converged, &converged);
         COPY(1, &next_old_carry_left_0, &old_carry_left_0);
         COPY(1, &next_old_carry_left_1, &old_carry_left_1);
         COPY(1, &next_old_carry_left_2, &old_carry_left_2);
@@ -1549,20 +1209,20 @@ static INLINE void NAME(descend_within)(intptr_t n, const REAL *q, const REAL *g
         if (converged != 0)
             break;
     }
-    NAME(descend_29)(at_most, &common_7);
-    NAME(descend_38)(motion);
+    NAME(descend_common_6)(at_most, &common_7);
+    NAME(motion_of_joints_result_start)(motion);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(descend_30)(old_carry_q[i], q[i], common_7, &by_element);
-        NAME(descend_31)(common_7, old_carry_rates_0[i], carry + 6 * i, &by_element_2);
-        NAME(descend_32)(common_7, old_carry_rates_1[i], carry + 6 * i, &by_element_3);
-        NAME(descend_33)(common_7, old_carry_rates_2[i], carry + 6 * i, &by_element_4);
-        NAME(descend_34)(common_7, old_carry_rates_3[i], carry + 6 * i, &by_element_5);
-        NAME(descend_35)(common_7, old_carry_rates_4[i], carry + 6 * i, &by_element_6);
-        NAME(descend_36)(common_7, old_carry_rates_5[i], carry + 6 * i, &by_element_7);
-        NAME(descend_37)(common_7, old_carry_best[i], q[i], out_0 + i);
-        NAME(descend_39)(motion, out_0[i], axes + 6 * i, turns[i], motion, NULL);
+        NAME(descend_mapped_2)(old_carry_q[i], q[i], common_7, &by_element);
+        NAME(descend_by_element)(common_7, old_carry_rates_0[i], carry + 6 * i, &by_element_2);
+        NAME(descend_by_element_2)(common_7, old_carry_rates_1[i], carry + 6 * i, &by_element_3);
+        NAME(descend_by_element_3)(common_7, old_carry_rates_2[i], carry + 6 * i, &by_element_4);
+        NAME(descend_by_element_4)(common_7, old_carry_rates_3[i], carry + 6 * i, &by_element_5);
+        NAME(descend_by_element_5)(common_7, old_carry_rates_4[i], carry + 6 * i, &by_element_6);
+        NAME(descend_by_element_6)(common_7, old_carry_rates_5[i], carry + 6 * i, &by_element_7);
+        NAME(descend_result)(common_7, old_carry_best[i], q[i], out_0 + i);
+        NAME(motion_of_joints_result)(motion, out_0[i], axes + 6 * i, turns[i], motion, NULL);
     }
-    NAME(descend_40)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
+    NAME(descend_result_2)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
 }
 
 FUSED(descend, (intptr_t n, const REAL *q, const REAL *goal, const REAL *axes, const REAL *turns, REAL size,
@@ -1606,24 +1266,24 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
     gac_kept_13[NLANES], gac_kept_14[NLANES], gac_kept_15[NLANES], gac_kept_17[NLANES], gac_kept_18[NLANES],
     gac_kept_19[NLANES], gac_kept_20[NLANES];
     WORD far = 0;
-    NAME(descend_1_lanes)(carry_0_start, carry_start);
-    NAME(descend_3_lanes)(value);
+    NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start, carry_start);
+    NAME(motion_of_joints_result_start_lanes)(value);
     for (intptr_t i = n; i-- > 0;) {
-        far |= NAME(descend_2_lanes)(size, i + 1 < n ? carry_0 + 8 * NLANES * (i + 1) : carry_0_start,
+        far |= NAME(rates_of_joints_carry_lanes)(size, i + 1 < n ? carry_0 + 8 * NLANES * (i + 1) : carry_0_start,
     q + NLANES * i, axes + 6 * i, turns + i, carry_0 + 8 * NLANES * i, carry + 6 * NLANES * i);
-        NAME(descend_4_lanes)(carry_0 + 8 * NLANES * i, value);
-        NAME(descend_6_lanes)(carry + 6 * NLANES * i, old_carry_rates_0 + NLANES * i,
+        NAME(descend_value_lanes)(carry_0 + 8 * NLANES * i, value);
+        NAME(descend_old_carry_rates_lanes)(carry + 6 * NLANES * i, old_carry_rates_0 + NLANES * i,
     old_carry_rates_1 + NLANES * i, old_carry_rates_2 + NLANES * i, old_carry_rates_3 + NLANES * i,
     old_carry_rates_4 + NLANES * i, old_carry_rates_5 + NLANES * i);
         COPY(NLANES, q + NLANES * i, old_carry_q + NLANES * i);
         COPY(NLANES, q + NLANES * i, old_carry_best + NLANES * i);
     }
-    NAME(descend_5_lanes)(goal, size, value, old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
-    old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_done, old_carry_least,
-    old_steps, old_converged, converged, steps);
-    NAME(descend_7_lanes)(size, common);
-    NAME(descend_8_lanes)(size, common_3);
-    NAME(descend_9_lanes)(size, common_5, common_6);
+    NAME(descend_old_carry_left_lanes)(goal, size, value, old_carry_left_0, old_carry_left_1, old_carry_left_2,
+    old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_done,
+    old_carry_least, old_steps, old_converged, converged, steps);
+    NAME(descend_common_lanes)(size, common);
+    NAME(descend_common_2_lanes)(size, common_3);
+    NAME(descend_common_3_lanes)(size, common_5, common_6);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, NLANES * n, old_carry_q, gac_kept_0);
         KEEP(rounds, NLANES, old_carry_left_0, gac_kept_1);
@@ -1655,12 +1315,12 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
         KEEP(rounds, NLANES * n, carry_0_5_0, gac_kept_27);
         KEEP(rounds, 6 * NLANES * n, carry_7, gac_kept_28);
         KEEP(rounds, 8 * NLANES * n, carry_0_2, gac_kept_29);
-        NAME(descend_10_lanes)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
+        NAME(descend_carry_start_lanes)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
     carry_start_4, carry_start_5, carry_0_4_0_start, carry_0_4_1_start, carry_0_5_0_start, carry_start_6);
-        NAME(descend_12_lanes)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5, v4_0,
-    v4_1, v5_0);
+        NAME(descend_value_2_lanes)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5,
+    v4_0, v4_1, v5_0);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_11_lanes)(j > 0 ? carry_2 + 6 * NLANES * (j - 1) : carry_start_2,
+            NAME(descend_carry_lanes)(j > 0 ? carry_2 + 6 * NLANES * (j - 1) : carry_start_2,
     j > 0 ? carry_3 + 5 * NLANES * (j - 1) : carry_start_3, j > 0 ? carry_4 + 4 * NLANES * (j - 1) : carry_start_4,
     j > 0 ? carry_5 + 3 * NLANES * (j - 1) : carry_start_5,
     j > 0 ? carry_0_4_0 + NLANES * (j - 1) : carry_0_4_0_start,
@@ -1670,46 +1330,47 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
     old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, carry_2 + 6 * NLANES * j,
     carry_3 + 5 * NLANES * j, carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j, carry_0_4_0 + NLANES * j,
     carry_0_4_1 + NLANES * j, carry_0_5_0 + NLANES * j, carry_6 + 12 * NLANES * j);
-            NAME(descend_13_lanes)(carry_2 + 6 * NLANES * j, carry_3 + 5 * NLANES * j, carry_4 + 4 * NLANES * j,
-    carry_5 + 3 * NLANES * j, value_2, value_3, value_4, value_5);
+            NAME(descend_value_3_lanes)(carry_2 + 6 * NLANES * j, carry_3 + 5 * NLANES * j,
+    carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j, value_2, value_3, value_4, value_5);
             COPY(NLANES, carry_0_4_0 + NLANES * j, v4_0);
             COPY(NLANES, carry_0_4_1 + NLANES * j, v4_1);
             COPY(NLANES, carry_0_5_0 + NLANES * j, v5_0);
         }
-        NAME(descend_14_lanes)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
+        NAME(descend_carry_start_2_lanes)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
     old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
     carry_1_start);
-        NAME(descend_17_lanes)(carry_0_start_2, carry_start_8);
-        NAME(descend_19_lanes)(value_6);
+        NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start_2, carry_start_8);
+        NAME(motion_of_joints_result_start_lanes)(value_6);
         for (intptr_t j = n; j-- > 0;) {
-            NAME(descend_15_lanes)(j + 1 < n ? carry_7 + 6 * NLANES * (j + 1) : carry_start_7,
+            NAME(descend_carry_2_lanes)(j + 1 < n ? carry_7 + 6 * NLANES * (j + 1) : carry_start_7,
     carry_6 + 12 * NLANES * j, carry_7 + 6 * NLANES * j, carry_1);
-            NAME(descend_16_lanes)(old_carry_q + NLANES * j, carry_1, mapped + NLANES * j);
-            far |= NAME(descend_18_lanes)(size, j + 1 < n ? carry_0_2 + 8 * NLANES * (j + 1) : carry_0_start_2,
-    mapped + NLANES * j, axes + 6 * j, turns + j, carry_0_2 + 8 * NLANES * j, carry_8 + 6 * NLANES * j);
-            NAME(descend_20_lanes)(carry_0_2 + 8 * NLANES * j, value_6);
+            NAME(descend_mapped_lanes)(old_carry_q + NLANES * j, carry_1, mapped + NLANES * j);
+            far |= NAME(rates_of_joints_carry_lanes)(size,
+    j + 1 < n ? carry_0_2 + 8 * NLANES * (j + 1) : carry_0_start_2, mapped + NLANES * j, axes + 6 * j, turns + j,
+    carry_0_2 + 8 * NLANES * j, carry_8 + 6 * NLANES * j);
+            NAME(descend_value_lanes)(carry_0_2 + 8 * NLANES * j, value_6);
         }
-        NAME(descend_21_lanes)(goal, size, old_carry_error, value_6, common_3, common_2);
-        NAME(descend_24_lanes)(goal, size, old_carry_least, value_6, common_4);
+        NAME(descend_common_4_lanes)(goal, size, old_carry_error, value_6, common_3, common_2);
+        NAME(descend_common_5_lanes)(goal, size, old_carry_least, value_6, common_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_22_lanes)(mapped + NLANES * j, old_carry_q + NLANES * j, common_2, mapped_2);
-            NAME(descend_23_lanes)(common_2, carry_8 + 6 * NLANES * j, old_carry_rates_0 + NLANES * j,
+            NAME(descend_mapped_2_lanes)(mapped + NLANES * j, old_carry_q + NLANES * j, common_2, mapped_2);
+            NAME(descend_mapped_3_lanes)(common_2, carry_8 + 6 * NLANES * j, old_carry_rates_0 + NLANES * j,
     old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
     old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, mapped_3);
-            NAME(descend_25_lanes)(mapped + NLANES * j, old_carry_best + NLANES * j, common_4, mapped_4);
-            NAME(descend_28_lanes)(mapped_3, old_carry_rates_0 + NLANES * j, old_carry_rates_1 + NLANES * j,
-    old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j, old_carry_rates_4 + NLANES * j,
-    old_carry_rates_5 + NLANES * j);
+            NAME(descend_mapped_2_lanes)(mapped + NLANES * j, old_carry_best + NLANES * j, common_4, mapped_4);
+            NAME(descend_old_carry_rates_lanes)(mapped_3, old_carry_rates_0 + NLANES * j,
+    old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
+    old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j);
             COPY(NLANES, mapped_2, old_carry_q + NLANES * j);
             COPY(NLANES, mapped_4, old_carry_best + NLANES * j);
         }
-        NAME(descend_26_lanes)(goal, size, enough, old_carry_left_0, old_carry_left_1, old_carry_left_2,
-    old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_least,
-    old_steps, common, value_6, common_3, common_5, common_6, next_old_carry_left_0, next_old_carry_left_1,
-    next_old_carry_left_2, next_old_carry_left_3, next_old_carry_left_4, next_old_carry_left_5,
-    next_old_carry_error, next_old_carry_damping, next_old_carry_done, next_old_carry_least, next_old_steps,
-    next_old_converged);
-        NAME(descend_27_lanes)(at_most, next_old_steps, next_old_converged, converged);
+        NAME(descend_next_old_carry_left_lanes)(goal, size, enough, old_carry_left_0, old_carry_left_1,
+    old_carry_left_2, old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping,
+    old_carry_least, old_steps, common, value_6, common_3, common_5, common_6, next_old_carry_left_0,
+    next_old_carry_left_1, next_old_carry_left_2, next_old_carry_left_3, next_old_carry_left_4,
+    next_old_carry_left_5, next_old_carry_error, next_old_carry_damping, next_old_carry_done, next_old_carry_least,
+    next_old_steps, next_old_converged);
+        NAME(descend_converged_lanes)(at_most, next_old_steps, next_old_converged, converged);
         COPY(NLANES, next_old_carry_left_0, old_carry_left_0);
         COPY(NLANES, next_old_carry_left_1, old_carry_left_1);
         COPY(NLANES, next_old_carry_left_2, old_carry_left_2);
@@ -1756,20 +1417,26 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(descend_29_lanes)(at_most, common_7);
-    NAME(descend_38_lanes)(motion);
+    NAME(descend_common_6_lanes)(at_most, common_7);
+    NAME(motion_of_joints_result_start_lanes)(motion);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(descend_30_lanes)(old_carry_q + NLANES * i, q + NLANES * i, common_7, by_element);
-        NAME(descend_31_lanes)(common_7, old_carry_rates_0 + NLANES * i, carry + 6 * NLANES * i, by_element_2);
-        NAME(descend_32_lanes)(common_7, old_carry_rates_1 + NLANES * i, carry + 6 * NLANES * i, by_element_3);
-        NAME(descend_33_lanes)(common_7, old_carry_rates_2 + NLANES * i, carry + 6 * NLANES * i, by_element_4);
-        NAME(descend_34_lanes)(common_7, old_carry_rates_3 + NLANES * i, carry + 6 * NLANES * i, by_element_5);
-        NAME(descend_35_lanes)(common_7, old_carry_rates_4 + NLANES * i, carry + 6 * NLANES * i, by_element_6);
-        NAME(descend_36_lanes)(common_7, old_carry_rates_5 + NLANES * i, carry + 6 * NLANES * i, by_element_7);
-        NAME(descend_37_lanes)(common_7, old_carry_best + NLANES * i, q + NLANES * i, out_0 + NLANES * i);
-        far |= NAME(descend_39_lanes)(motion, out_0 + NLANES * i, axes + 6 * i, turns + i, motion);
+        NAME(descend_mapped_2_lanes)(old_carry_q + NLANES * i, q + NLANES * i, common_7, by_element);
+        NAME(descend_by_element_lanes)(common_7, old_carry_rates_0 + NLANES * i, carry + 6 * NLANES * i,
+    by_element_2);
+        NAME(descend_by_element_2_lanes)(common_7, old_carry_rates_1 + NLANES * i, carry + 6 * NLANES * i,
+    by_element_3);
+        NAME(descend_by_element_3_lanes)(common_7, old_carry_rates_2 + NLANES * i, carry + 6 * NLANES * i,
+    by_element_4);
+        NAME(descend_by_element_4_lanes)(common_7, old_carry_rates_3 + NLANES * i, carry + 6 * NLANES * i,
+    by_element_5);
+        NAME(descend_by_element_5_lanes)(common_7, old_carry_rates_4 + NLANES * i, carry + 6 * NLANES * i,
+    by_element_6);
+        NAME(descend_by_element_6_lanes)(common_7, old_carry_rates_5 + NLANES * i, carry + 6 * NLANES * i,
+    by_element_7);
+        NAME(descend_result_lanes)(common_7, old_carry_best + NLANES * i, q + NLANES * i, out_0 + NLANES * i);
+        far |= NAME(motion_of_joints_result_lanes)(motion, out_0 + NLANES * i, axes + 6 * i, turns + i, motion);
     }
-    NAME(descend_40_lanes)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
+    NAME(descend_result_2_lanes)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
     return far;
 }
 
@@ -1803,519 +1470,31 @@ GAC_PROCEDURE(descend, BUSY)
     WORK(68, gac_kept_34, scalar, 1, n) WORK(69, gac_kept_35, scalar, 1, n) WORK(70, gac_kept_36, 6, 6, n) \
     WORK(71, gac_kept_37, 8, 8, n)
 
-static INLINE void NAME(descend_inside_2)(REAL *carry_0_start, REAL *carry_start)
-{
-    carry_0_start[0] = (REAL)1;
-    carry_0_start[1] = (REAL)0;
-    carry_0_start[2] = (REAL)0;
-    carry_0_start[3] = (REAL)0;
-    carry_0_start[4] = (REAL)0;
-    carry_0_start[5] = (REAL)0;
-    carry_0_start[6] = (REAL)0;
-    carry_0_start[7] = (REAL)0;
-    carry_start[0] = (REAL)0;
-    carry_start[1] = (REAL)0;
-    carry_start[2] = (REAL)0;
-    carry_start[3] = (REAL)0;
-    carry_start[4] = (REAL)0;
-    carry_start[5] = (REAL)0;
-}
-#define PARTS_descend_inside_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 8) AND OUT(1, 6)
-GAC_IN_LANES(descend_inside_2, PLAIN)
-
-static INLINE void NAME(descend_inside_4)(REAL *value)
-{
-    value[0] = (REAL)1;
-    value[1] = (REAL)0;
-    value[2] = (REAL)0;
-    value[3] = (REAL)0;
-    value[4] = (REAL)0;
-    value[5] = (REAL)0;
-    value[6] = (REAL)0;
-    value[7] = (REAL)0;
-}
-#define PARTS_descend_inside_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(descend_inside_4, PLAIN)
-
-static INLINE void NAME(descend_inside_1)(REAL x, REAL least, REAL most, REAL *inside)
+static INLINE void NAME(descend_inside_inside)(REAL x, REAL least, REAL most, REAL *inside)
 {
     const REAL t0 = MAXIMUM(x, least);
     inside[0] = MINIMUM(most, t0);
 }
-#define PARTS_descend_inside_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
+#define PARTS_descend_inside_inside(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
     AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_1, PLAIN)
+GAC_IN_LANES(descend_inside_inside, PLAIN)
 
-static INLINE void NAME(descend_inside_3)(REAL size, const REAL *carry_0, REAL angle, const REAL *axis, REAL turn,
-    REAL *carry_0_out, REAL *carry, WORD *far)
-{
-    const REAL carry_0_1 = carry_0[0], carry_0_e12 = carry_0[1], carry_0_e13 = carry_0[2], carry_0_e23 = carry_0[3],
-        carry_0_e01 = carry_0[4], carry_0_e02 = carry_0[5], carry_0_e03 = carry_0[6], carry_0_e0123 = carry_0[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = angle * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = LESS((REAL)0, turn);
-    const REAL t3 = SELECT(t2, t1, t0);
-    const REAL t4 = carry_0_e12 * axis_e12 + carry_0_e13 * axis_e13;
-    const REAL t5 = carry_0_e23 * axis_e23 + t4;
-    const REAL t6 = COS(t0);
-    const REAL t7 = SELECT(t2, t6, (REAL)1);
-    const REAL t8 = carry_0_1 * axis_e12 + carry_0_e13 * axis_e23;
-    const REAL t9 = t8 - carry_0_e23 * axis_e13;
-    const REAL t10 = carry_0_1 * axis_e13 - carry_0_e12 * axis_e23;
-    const REAL t11 = carry_0_e23 * axis_e12 + t10;
-    const REAL t12 = carry_0_1 * axis_e23 + carry_0_e12 * axis_e13;
-    const REAL t13 = carry_0_e13 * axis_e12;
-    const REAL t14 = t12 - t13;
-    const REAL t15 = axis_e23 * t3;
-    const REAL t16 = carry_0_1 * axis_e01 - carry_0_e12 * axis_e02;
-    const REAL t17 = carry_0_e13 * axis_e03;
-    const REAL t18 = axis_e12 * t3;
-    const REAL t19 = carry_0_e01 * t7 + carry_0_e0123 * t15 - t3 * (t16 - t17) - carry_0_e02 * t18;
-    const REAL t20 = axis_e13 * t3;
-    const REAL t21 = carry_0_e23 * t3;
-    const REAL t22 = carry_0_1 * axis_e02 + carry_0_e12 * axis_e01;
-    const REAL t23 = carry_0_e02 * t7 + carry_0_e01 * t18 + axis_e03 * t21 - t3 * t22 - carry_0_e03 * t15;
-    const REAL t24 = carry_0_e03 * t7 + carry_0_e01 * t20 + carry_0_e02 * t15 + carry_0_e0123 * t18;
-    const REAL t25 = carry_0_1 * axis_e03 + carry_0_e13 * axis_e01;
-    const REAL t26 = carry_0_e12 * axis_e03 - carry_0_e13 * axis_e02;
-    const REAL t27 = carry_0_e0123 * t7 + carry_0_e02 * t20 - t3 * t26 - carry_0_e01 * t15;
-    const REAL t28 = carry_0_1 * carry_0_e12;
-    const REAL t29 = carry_0_1 * carry_0_1;
-    const REAL t30 = carry_0_e12 * carry_0_e12;
-    const REAL t31 = t29 - t30;
-    const REAL t32 = carry_0_e13 * carry_0_e13;
-    const REAL t33 = carry_0_e23 * carry_0_e23;
-    const REAL t34 = t32 - t33;
-    const REAL t35 = t31 - t34;
-    const REAL t36 = axis_e23 * t35 + (carry_0_e23 * t4 + axis_e13 * t28 - carry_0_1 * t13) * (REAL)2;
-    const REAL t37 = t31 + t34;
-    const REAL t38 = axis_e13 * t37 + (REAL)2 * (carry_0_e12 * t13 + carry_0_e23 * t8 - axis_e23 * t28);
-    const REAL t39 = t29 + t30 - (t32 + t33);
-    const REAL t40 = carry_0_1 * t17 + carry_0_e0123 * t14 + axis_e02 * t28 - carry_0_e23 * t26;
-    const REAL t41 = (REAL)2 * (t40 - carry_0_e01 * t5 - carry_0_e02 * t9 - carry_0_e03 * t11);
-    const REAL t42 = carry_0_e12 * t17 + carry_0_e23 * t25 + carry_0_e01 * t9 - carry_0_e02 * t5;
-    const REAL t43 = (REAL)2 * (t42 - carry_0_e03 * t14 - carry_0_e0123 * t11 - axis_e01 * t28);
-    const REAL t44 = carry_0_e01 * t11 + carry_0_e02 * t14 + carry_0_e0123 * t9 - carry_0_e13 * t16;
-    carry_0_out[0] = t3 * t5 + carry_0_1 * t7;
-    carry_0_out[1] = carry_0_e12 * t7 - t3 * t9;
-    carry_0_out[2] = carry_0_e13 * t7 - t3 * t11;
-    carry_0_out[3] = carry_0_e23 * t7 - t3 * t14;
-    carry_0_out[4] = t19 - carry_0_e03 * t20;
-    carry_0_out[5] = t23 - carry_0_e0123 * t20;
-    carry_0_out[6] = t24 - t3 * t25 - axis_e02 * t21;
-    carry_0_out[7] = t27 - carry_0_e03 * t18 - axis_e01 * t21;
-    carry[0] = size * t36;
-    carry[1] = -(size * t38);
-    carry[2] = size * (axis_e12 * t39 + (REAL)2 * (carry_0_e13 * t12 - carry_0_e23 * t10));
-    carry[3] = axis_e01 * t35 - t41;
-    carry[4] = axis_e02 * t37 - t43;
-    carry[5] = axis_e03 * t39 - (REAL)2 * (t44 - carry_0_e23 * t22 - carry_0_e03 * t5);
-}
-#define PARTS_descend_inside_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND NUMBER(2, 0) AND SAME(3, 6) \
-    AND NUMBER(4, 1) AND OUT(5, 8) AND OUT(6, 6)
-GAC_IN_LANES(descend_inside_3, TURNS)
-
-static INLINE void NAME(descend_inside_5)(const REAL *tail, REAL *value)
-{
-    const REAL tail_1 = tail[0], tail_e12 = tail[1], tail_e13 = tail[2], tail_e23 = tail[3], tail_e01 = tail[4],
-        tail_e02 = tail[5], tail_e03 = tail[6], tail_e0123 = tail[7];
-    value[0] = tail_1;
-    value[1] = tail_e12;
-    value[2] = tail_e13;
-    value[3] = tail_e23;
-    value[4] = tail_e01;
-    value[5] = tail_e02;
-    value[6] = tail_e03;
-    value[7] = tail_e0123;
-}
-#define PARTS_descend_inside_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(descend_inside_5, PLAIN)
-
-static INLINE void NAME(descend_inside_7)(const REAL *carry, REAL *old_carry_rates_0, REAL *old_carry_rates_1, REAL
-    *old_carry_rates_2, REAL *old_carry_rates_3, REAL *old_carry_rates_4, REAL *old_carry_rates_5)
-{
-    const REAL carry_0 = carry[0], carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4],
-        carry_5 = carry[5];
-    old_carry_rates_0[0] = carry_0;
-    old_carry_rates_1[0] = carry_1;
-    old_carry_rates_2[0] = carry_2;
-    old_carry_rates_3[0] = carry_3;
-    old_carry_rates_4[0] = carry_4;
-    old_carry_rates_5[0] = carry_5;
-}
-#define PARTS_descend_inside_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(descend_inside_7, PLAIN)
-
-static INLINE void NAME(descend_inside_6)(const REAL *goal, REAL size, const REAL *v_, REAL *old_carry_left_0, REAL
-    *old_carry_left_1, REAL *old_carry_left_2, REAL *old_carry_left_3, REAL *old_carry_left_4, REAL
-    *old_carry_left_5, REAL *old_carry_error, REAL *old_carry_damping, REAL *old_carry_done, REAL *old_carry_least,
-    REAL *old_steps, REAL *old_converged, REAL *converged, REAL *steps)
-{
-    const REAL goal_1 = goal[0], goal_e12 = goal[1], goal_e13 = goal[2], goal_e23 = goal[3], goal_e01 = goal[4],
-        goal_e02 = goal[5], goal_e03 = goal[6], goal_e0123 = goal[7];
-    const REAL v__1 = v_[0], v__e12 = v_[1], v__e13 = v_[2], v__e23 = v_[3], v__e01 = v_[4], v__e02 = v_[5],
-        v__e03 = v_[6], v__e0123 = v_[7];
-    const REAL t0 = goal_1 * v__1 + goal_e12 * v__e12 + goal_e13 * v__e13 + goal_e23 * v__e23;
-    const REAL t1 = SELECT(LESS(t0, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t2 = t1 * (goal_e12 * v__1 - goal_1 * v__e12 + goal_e23 * v__e13 - goal_e13 * v__e23);
-    const REAL t3 = t1 * (goal_e13 * v__1 - goal_e23 * v__e12 - goal_1 * v__e13 + goal_e12 * v__e23);
-    const REAL t4 = t1 * (goal_e23 * v__1 + goal_e13 * v__e12 - goal_e12 * v__e13 - goal_1 * v__e23);
-    const REAL t5 = t2 * t2 + t3 * t3 + t4 * t4;
-    const REAL t6 = LESS(t5, (REAL)1e-18);
-    const REAL t7 = SQRT(SELECT(t6, (REAL)1, t5));
-    const REAL t8 = t0 * t1;
-    const REAL t9 = ABS(t8);
-    const REAL t10 = (REAL)1 / t7;
-    const REAL t11 = ATAN2(t7, t9) * t10;
-    const REAL t12 = SELECT(t6, (REAL)1, t11);
-    const REAL t13 = -t12;
-    const REAL t14 = SELECT(LESS(t8, (REAL)0), t13, t12);
-    const REAL t15 = size * (t4 * t14 * (REAL)2);
-    const REAL t16 = size * ((REAL)2 * (t3 * t14));
-    const REAL t17 = size * ((REAL)2 * (t2 * t14));
-    const REAL t18 = t10 * (t10 * (t9 * t12 - (REAL)1));
-    const REAL t19 = goal_e03 * v__e12 - goal_e0123 * v__1 - goal_e02 * v__e13 + goal_e01 * v__e23;
-    const REAL t20 = t19 + goal_e23 * v__e01 - goal_e13 * v__e02 + goal_e12 * v__e03 - goal_1 * v__e0123;
-    const REAL t21 = SELECT(t6, (REAL)(-1.0 / 3.0), t18) * (t1 * t20);
-    const REAL t22 = goal_e02 * v__e12 - goal_e01 * v__1 + goal_e03 * v__e13 - goal_e0123 * v__e23;
-    const REAL t23 = t22 + goal_1 * v__e01 - goal_e12 * v__e02 - goal_e13 * v__e03 + goal_e23 * v__e0123;
-    const REAL t24 = (REAL)2 * (t14 * (t1 * t23) - t4 * t21);
-    const REAL t25 = goal_e0123 * v__e13 - (goal_e02 * v__1 + goal_e01 * v__e12) + goal_e03 * v__e23;
-    const REAL t26 = t25 + goal_e12 * v__e01 + goal_1 * v__e02 - goal_e23 * v__e03 - goal_e13 * v__e0123;
-    const REAL t27 = (REAL)2 * (t14 * (t1 * t26) + t3 * t21);
-    const REAL t28 = goal_e03 * v__1 + goal_e0123 * v__e12 + goal_e01 * v__e13 + goal_e02 * v__e23;
-    const REAL t29 = goal_e13 * v__e01 - t28 + goal_e23 * v__e02 + goal_1 * v__e03 + goal_e12 * v__e0123;
-    const REAL t30 = (REAL)2 * (t14 * (t1 * t29) - t2 * t21);
-    const REAL t31 = SQRT(t15 * t15 + t16 * t16 + t17 * t17 + t24 * t24 + t27 * t27 + t30 * t30);
-    old_carry_left_0[0] = -t15;
-    old_carry_left_1[0] = t16;
-    old_carry_left_2[0] = -t17;
-    old_carry_left_3[0] = t24;
-    old_carry_left_4[0] = t27;
-    old_carry_left_5[0] = t30;
-    old_carry_error[0] = t31;
-    old_carry_damping[0] = (REAL)(1.0 / 100.0);
-    old_carry_done[0] = (REAL)0;
-    old_carry_least[0] = t31;
-    old_steps[0] = (REAL)0;
-    old_converged[0] = (REAL)0;
-    converged[0] = (REAL)0;
-    steps[0] = (REAL)0;
-}
-#define PARTS_descend_inside_6(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND IN(2, 8) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
-    AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(descend_inside_6, PLAIN)
-
-static INLINE void NAME(descend_inside_8)(REAL size, REAL *common)
-{
-    common[0] = size * (size * (REAL)1e-22);
-}
-#define PARTS_descend_inside_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(descend_inside_8, PLAIN)
-
-static INLINE void NAME(descend_inside_9)(REAL size, REAL *common_3)
-{
-    common_3[0] = size * (REAL)1.4901161193847656e-08;
-}
-#define PARTS_descend_inside_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(descend_inside_9, PLAIN)
-
-static INLINE void NAME(descend_inside_10)(REAL size, REAL *common_5, REAL *common_6)
-{
-    common_5[0] = size * (REAL)1.4210854715202004e-14;
-    common_6[0] = size * (size * (REAL)1000000);
-}
-#define PARTS_descend_inside_10(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(descend_inside_10, PLAIN)
-
-static INLINE void NAME(descend_inside_11)(REAL old_carry_error, REAL old_carry_damping, REAL common, REAL
-    *carry_start_2, REAL *carry_start_3, REAL *carry_start_4, REAL *carry_start_5, REAL *carry_0_4_0_start, REAL
-    *carry_0_4_1_start, REAL *carry_0_5_0_start, REAL *carry_start_6)
-{
-    const REAL t0 = old_carry_error * (old_carry_error * old_carry_damping);
-    const REAL t1 = SQRT(MAXIMUM(common, t0));
-    carry_start_2[0] = t1;
-    carry_start_2[1] = (REAL)0;
-    carry_start_2[2] = (REAL)0;
-    carry_start_2[3] = (REAL)0;
-    carry_start_2[4] = (REAL)0;
-    carry_start_2[5] = (REAL)0;
-    carry_start_3[0] = t1;
-    carry_start_3[1] = (REAL)0;
-    carry_start_3[2] = (REAL)0;
-    carry_start_3[3] = (REAL)0;
-    carry_start_3[4] = (REAL)0;
-    carry_start_4[0] = t1;
-    carry_start_4[1] = (REAL)0;
-    carry_start_4[2] = (REAL)0;
-    carry_start_4[3] = (REAL)0;
-    carry_start_5[0] = t1;
-    carry_start_5[1] = (REAL)0;
-    carry_start_5[2] = (REAL)0;
-    carry_0_4_0_start[0] = t1;
-    carry_0_4_1_start[0] = (REAL)0;
-    carry_0_5_0_start[0] = t1;
-    carry_start_6[0] = (REAL)1;
-    carry_start_6[1] = (REAL)0;
-    carry_start_6[2] = (REAL)1;
-    carry_start_6[3] = (REAL)0;
-    carry_start_6[4] = (REAL)1;
-    carry_start_6[5] = (REAL)0;
-    carry_start_6[6] = (REAL)1;
-    carry_start_6[7] = (REAL)0;
-    carry_start_6[8] = (REAL)1;
-    carry_start_6[9] = (REAL)0;
-    carry_start_6[10] = (REAL)1;
-    carry_start_6[11] = (REAL)0;
-}
-#define PARTS_descend_inside_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 6) AND OUT(4, 5) AND OUT(5, 4) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) \
-    AND OUT(10, 12)
-GAC_IN_LANES(descend_inside_11, PLAIN)
-
-static INLINE void NAME(descend_inside_13)(REAL old_carry_error, REAL old_carry_damping, REAL common, REAL *value_2,
-    REAL *value_3, REAL *value_4, REAL *value_5, REAL *v4_0, REAL *v4_1, REAL *v5_0)
-{
-    const REAL t0 = old_carry_error * (old_carry_error * old_carry_damping);
-    const REAL t1 = SQRT(MAXIMUM(common, t0));
-    value_2[0] = t1;
-    value_2[1] = (REAL)0;
-    value_2[2] = (REAL)0;
-    value_2[3] = (REAL)0;
-    value_2[4] = (REAL)0;
-    value_2[5] = (REAL)0;
-    value_3[0] = t1;
-    value_3[1] = (REAL)0;
-    value_3[2] = (REAL)0;
-    value_3[3] = (REAL)0;
-    value_3[4] = (REAL)0;
-    value_4[0] = t1;
-    value_4[1] = (REAL)0;
-    value_4[2] = (REAL)0;
-    value_4[3] = (REAL)0;
-    value_5[0] = t1;
-    value_5[1] = (REAL)0;
-    value_5[2] = (REAL)0;
-    v4_0[0] = t1;
-    v4_1[0] = (REAL)0;
-    v5_0[0] = t1;
-}
-#define PARTS_descend_inside_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 6) AND OUT(4, 5) AND OUT(5, 4) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(descend_inside_13, PLAIN)
-
-static INLINE void NAME(descend_inside_12)(const REAL *carry_2, const REAL *carry_3, const REAL *carry_4, const REAL
-    *carry_5, REAL carry_0_4_0, REAL carry_0_4_1, REAL carry_0_5_0, REAL row_0, REAL row_1, REAL row_2, REAL row_3,
-    REAL row_4, REAL row_5, REAL *carry_2_out, REAL *carry_3_out, REAL *carry_4_out, REAL *carry_5_out, REAL
-    *carry_0_4_0_out, REAL *carry_0_4_1_out, REAL *carry_0_5_0_out, REAL *carry_6)
-{
-    const REAL carry_2_0 = carry_2[0], carry_2_1 = carry_2[1], carry_2_2 = carry_2[2], carry_2_3 = carry_2[3],
-        carry_2_4 = carry_2[4], carry_2_5 = carry_2[5];
-    const REAL carry_3_0 = carry_3[0], carry_3_1 = carry_3[1], carry_3_2 = carry_3[2], carry_3_3 = carry_3[3],
-        carry_3_4 = carry_3[4];
-    const REAL carry_4_0 = carry_4[0], carry_4_1 = carry_4[1], carry_4_2 = carry_4[2], carry_4_3 = carry_4[3];
-    const REAL carry_5_0 = carry_5[0], carry_5_1 = carry_5[1], carry_5_2 = carry_5[2];
-    const REAL t0 = SQRT(carry_2_0 * carry_2_0 + row_0 * row_0);
-    const REAL t1 = (REAL)1 / t0;
-    const REAL t2 = carry_2_0 * t1;
-    const REAL t3 = row_0 * t1;
-    const REAL t4 = row_1 * t2 - carry_2_1 * t3;
-    const REAL t5 = SQRT(carry_3_0 * carry_3_0 + t4 * t4);
-    const REAL t6 = (REAL)1 / t5;
-    const REAL t7 = t4 * t6;
-    const REAL t8 = row_2 * t2 - carry_2_2 * t3;
-    const REAL t9 = carry_3_0 * t6;
-    const REAL t10 = row_3 * t2 - carry_2_3 * t3;
-    const REAL t11 = row_4 * t2 - carry_2_4 * t3;
-    const REAL t12 = row_5 * t2 - carry_2_5 * t3;
-    const REAL t13 = t9 * t8 - carry_3_1 * t7;
-    const REAL t14 = SQRT(carry_4_0 * carry_4_0 + t13 * t13);
-    const REAL t15 = (REAL)1 / t14;
-    const REAL t16 = t13 * t15;
-    const REAL t17 = t9 * t10 - carry_3_2 * t7;
-    const REAL t18 = carry_4_0 * t15;
-    const REAL t19 = t9 * t11 - carry_3_3 * t7;
-    const REAL t20 = t9 * t12 - carry_3_4 * t7;
-    const REAL t21 = t18 * t17 - carry_4_1 * t16;
-    const REAL t22 = SQRT(carry_5_0 * carry_5_0 + t21 * t21);
-    const REAL t23 = (REAL)1 / t22;
-    const REAL t24 = t21 * t23;
-    const REAL t25 = t18 * t19 - carry_4_2 * t16;
-    const REAL t26 = carry_5_0 * t23;
-    const REAL t27 = t18 * t20 - carry_4_3 * t16;
-    const REAL t28 = t26 * t25 - carry_5_1 * t24;
-    const REAL t29 = SQRT(carry_0_4_0 * carry_0_4_0 + t28 * t28);
-    const REAL t30 = (REAL)1 / t29;
-    const REAL t31 = t28 * t30;
-    const REAL t32 = t26 * t27 - carry_5_2 * t24;
-    const REAL t33 = carry_0_4_0 * t30;
-    const REAL t34 = t33 * t32 - carry_0_4_1 * t31;
-    const REAL t35 = SQRT(carry_0_5_0 * carry_0_5_0 + t34 * t34);
-    const REAL t36 = (REAL)1 / t35;
-    carry_2_out[0] = t0;
-    carry_2_out[1] = carry_2_1 * t2 + row_1 * t3;
-    carry_2_out[2] = carry_2_2 * t2 + row_2 * t3;
-    carry_2_out[3] = carry_2_3 * t2 + row_3 * t3;
-    carry_2_out[4] = carry_2_4 * t2 + row_4 * t3;
-    carry_2_out[5] = carry_2_5 * t2 + row_5 * t3;
-    carry_3_out[0] = t5;
-    carry_3_out[1] = carry_3_1 * t9 + t7 * t8;
-    carry_3_out[2] = carry_3_2 * t9 + t7 * t10;
-    carry_3_out[3] = carry_3_3 * t9 + t7 * t11;
-    carry_3_out[4] = carry_3_4 * t9 + t7 * t12;
-    carry_4_out[0] = t14;
-    carry_4_out[1] = carry_4_1 * t18 + t16 * t17;
-    carry_4_out[2] = carry_4_2 * t18 + t16 * t19;
-    carry_4_out[3] = carry_4_3 * t18 + t16 * t20;
-    carry_5_out[0] = t22;
-    carry_5_out[1] = carry_5_1 * t26 + t24 * t25;
-    carry_5_out[2] = carry_5_2 * t26 + t24 * t27;
-    carry_0_4_0_out[0] = t29;
-    carry_0_4_1_out[0] = carry_0_4_1 * t33 + t31 * t32;
-    carry_0_5_0_out[0] = t35;
-    carry_6[0] = t2;
-    carry_6[1] = t3;
-    carry_6[2] = t9;
-    carry_6[3] = t7;
-    carry_6[4] = t18;
-    carry_6[5] = t16;
-    carry_6[6] = t26;
-    carry_6[7] = t24;
-    carry_6[8] = t33;
-    carry_6[9] = t31;
-    carry_6[10] = carry_0_5_0 * t36;
-    carry_6[11] = t34 * t36;
-}
-#define PARTS_descend_inside_12(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 5) AND IN(2, 4) AND IN(3, 3) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
-    AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND OUT(13, 6) AND OUT(14, 5) AND OUT(15, 4) \
-    AND OUT(16, 3) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 12)
-GAC_IN_LANES(descend_inside_12, PLAIN)
-
-static INLINE void NAME(descend_inside_14)(const REAL *carry_2, const REAL *carry_3, const REAL *carry_4, const REAL
-    *carry_5, REAL *value_2, REAL *value_3, REAL *value_4, REAL *value_5)
-{
-    const REAL carry_2_0 = carry_2[0], carry_2_1 = carry_2[1], carry_2_2 = carry_2[2], carry_2_3 = carry_2[3],
-        carry_2_4 = carry_2[4], carry_2_5 = carry_2[5];
-    const REAL carry_3_0 = carry_3[0], carry_3_1 = carry_3[1], carry_3_2 = carry_3[2], carry_3_3 = carry_3[3],
-        carry_3_4 = carry_3[4];
-    const REAL carry_4_0 = carry_4[0], carry_4_1 = carry_4[1], carry_4_2 = carry_4[2], carry_4_3 = carry_4[3];
-    const REAL carry_5_0 = carry_5[0], carry_5_1 = carry_5[1], carry_5_2 = carry_5[2];
-    value_2[0] = carry_2_0;
-    value_2[1] = carry_2_1;
-    value_2[2] = carry_2_2;
-    value_2[3] = carry_2_3;
-    value_2[4] = carry_2_4;
-    value_2[5] = carry_2_5;
-    value_3[0] = carry_3_0;
-    value_3[1] = carry_3_1;
-    value_3[2] = carry_3_2;
-    value_3[3] = carry_3_3;
-    value_3[4] = carry_3_4;
-    value_4[0] = carry_4_0;
-    value_4[1] = carry_4_1;
-    value_4[2] = carry_4_2;
-    value_4[3] = carry_4_3;
-    value_5[0] = carry_5_0;
-    value_5[1] = carry_5_1;
-    value_5[2] = carry_5_2;
-}
-#define PARTS_descend_inside_14(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 5) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 6) AND OUT(5, 5) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(descend_inside_14, PLAIN)
-
-static INLINE void NAME(descend_inside_15)(REAL old_carry_left_0, REAL old_carry_left_1, REAL old_carry_left_2, REAL
-    old_carry_left_3, REAL old_carry_left_4, REAL old_carry_left_5, const REAL *value_2, const REAL *value_3, const
-    REAL *value_4, const REAL *value_5, REAL v__4_0, REAL v__4_1, REAL v__5_0, REAL *carry_start_7, REAL
-    *carry_1_start)
-{
-    const REAL value_2_0 = value_2[0], value_2_1 = value_2[1], value_2_2 = value_2[2], value_2_3 = value_2[3],
-        value_2_4 = value_2[4], value_2_5 = value_2[5];
-    const REAL value_3_0 = value_3[0], value_3_1 = value_3[1], value_3_2 = value_3[2], value_3_3 = value_3[3],
-        value_3_4 = value_3[4];
-    const REAL value_4_0 = value_4[0], value_4_1 = value_4[1], value_4_2 = value_4[2], value_4_3 = value_4[3];
-    const REAL value_5_0 = value_5[0], value_5_1 = value_5[1], value_5_2 = value_5[2];
-    const REAL t0 = old_carry_left_0 / value_2_0;
-    const REAL t1 = (old_carry_left_1 - value_2_1 * t0) / value_3_0;
-    const REAL t2 = (old_carry_left_2 - (value_2_2 * t0 + value_3_1 * t1)) / value_4_0;
-    const REAL t3 = (old_carry_left_3 - (value_2_3 * t0 + value_3_2 * t1 + value_4_1 * t2)) / value_5_0;
-    const REAL t4 = old_carry_left_4 - (value_2_4 * t0 + value_3_3 * t1 + value_4_2 * t2 + value_5_1 * t3);
-    const REAL t5 = t4 / v__4_0;
-    const REAL t6 = value_2_5 * t0 + value_3_4 * t1 + value_4_3 * t2 + value_5_2 * t3 + v__4_1 * t5;
-    carry_start_7[0] = t0;
-    carry_start_7[1] = t1;
-    carry_start_7[2] = t2;
-    carry_start_7[3] = t3;
-    carry_start_7[4] = t5;
-    carry_start_7[5] = (old_carry_left_5 - t6) / v__5_0;
-    carry_1_start[0] = (REAL)0;
-}
-#define PARTS_descend_inside_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 6) AND IN(7, 5) AND IN(8, 4) AND IN(9, 3) \
-    AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND OUT(13, 6) AND OUT(14, 1)
-GAC_IN_LANES(descend_inside_15, PLAIN)
-
-static INLINE void NAME(descend_inside_16)(const REAL *carry_7, const REAL *carry_6, REAL *carry_7_out, REAL
-    *carry_1)
-{
-    const REAL carry_7_0 = carry_7[0], carry_7_1 = carry_7[1], carry_7_2 = carry_7[2], carry_7_3 = carry_7[3],
-        carry_7_4 = carry_7[4], carry_7_5 = carry_7[5];
-    const REAL carry_6_0_0 = carry_6[0], carry_6_0_1 = carry_6[1], carry_6_1_0 = carry_6[2],
-        carry_6_1_1 = carry_6[3], carry_6_2_0 = carry_6[4], carry_6_2_1 = carry_6[5], carry_6_3_0 = carry_6[6],
-        carry_6_3_1 = carry_6[7], carry_6_4_0 = carry_6[8], carry_6_4_1 = carry_6[9], carry_6_5_0 = carry_6[10],
-        carry_6_5_1 = carry_6[11];
-    const REAL t0 = carry_7_5 * carry_6_5_1;
-    const REAL t1 = carry_7_4 * carry_6_4_1 + carry_6_4_0 * t0;
-    const REAL t2 = carry_7_3 * carry_6_3_1 + carry_6_3_0 * t1;
-    const REAL t3 = carry_7_2 * carry_6_2_1 + carry_6_2_0 * t2;
-    const REAL t4 = carry_7_1 * carry_6_1_1 + carry_6_1_0 * t3;
-    carry_7_out[0] = carry_7_0 * carry_6_0_0 - carry_6_0_1 * t4;
-    carry_7_out[1] = carry_7_1 * carry_6_1_0 - carry_6_1_1 * t3;
-    carry_7_out[2] = carry_7_2 * carry_6_2_0 - carry_6_2_1 * t2;
-    carry_7_out[3] = carry_7_3 * carry_6_3_0 - carry_6_3_1 * t1;
-    carry_7_out[4] = carry_7_4 * carry_6_4_0 - carry_6_4_1 * t0;
-    carry_7_out[5] = carry_7_5 * carry_6_5_0;
-    carry_1[0] = carry_7_0 * carry_6_0_1 + carry_6_0_0 * t4;
-}
-#define PARTS_descend_inside_16(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 12) AND OUT(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_16, PLAIN)
-
-static INLINE void NAME(descend_inside_17)(REAL x, REAL dx, REAL *mapped)
-{
-    mapped[0] = x + dx;
-}
-#define PARTS_descend_inside_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(descend_inside_17, PLAIN)
-
-static INLINE void NAME(descend_inside_18)(REAL x, REAL least, REAL most, REAL *inside_2)
-{
-    const REAL t0 = MAXIMUM(x, least);
-    inside_2[0] = MINIMUM(most, t0);
-}
-#define PARTS_descend_inside_18(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_18, PLAIN)
-
-static INLINE void NAME(descend_inside_19)(REAL x, REAL b, REAL *mapped_2)
+static INLINE void NAME(descend_inside_mapped)(REAL x, REAL b, REAL *mapped_2)
 {
     mapped_2[0] = SELECT(EQUAL(x, b), (REAL)0, (REAL)1);
 }
-#define PARTS_descend_inside_19(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(descend_inside_19, PLAIN)
+#define PARTS_descend_inside_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(descend_inside_mapped, PLAIN)
 
-static INLINE void NAME(descend_inside_20)(REAL b, REAL x, REAL h, REAL *mapped_3)
+static INLINE void NAME(descend_inside_mapped_2)(REAL b, REAL x, REAL h, REAL *mapped_3)
 {
     mapped_3[0] = h * (b - x);
 }
-#define PARTS_descend_inside_20(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_inside_mapped_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_20, PLAIN)
+GAC_IN_LANES(descend_inside_mapped_2, PLAIN)
 
-static INLINE void NAME(descend_inside_21)(REAL *sums)
+static INLINE void NAME(descend_inside_sums_start)(REAL *sums)
 {
     sums[0] = (REAL)0;
     sums[1] = (REAL)0;
@@ -2324,86 +1503,10 @@ static INLINE void NAME(descend_inside_21)(REAL *sums)
     sums[4] = (REAL)0;
     sums[5] = (REAL)0;
 }
-#define PARTS_descend_inside_21(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(descend_inside_21, PLAIN)
+#define PARTS_descend_inside_sums_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(descend_inside_sums_start, PLAIN)
 
-static INLINE void NAME(descend_inside_24)(REAL old_carry_error, REAL old_carry_damping, REAL common, REAL
-    *carry_start_8, REAL *carry_start_9, REAL *carry_start_10, REAL *carry_start_11, REAL *carry_0_4_0_start_2, REAL
-    *carry_0_4_1_start_2, REAL *carry_0_5_0_start_2, REAL *carry_start_12)
-{
-    const REAL t0 = old_carry_error * (old_carry_error * old_carry_damping);
-    const REAL t1 = SQRT(MAXIMUM(common, t0));
-    carry_start_8[0] = t1;
-    carry_start_8[1] = (REAL)0;
-    carry_start_8[2] = (REAL)0;
-    carry_start_8[3] = (REAL)0;
-    carry_start_8[4] = (REAL)0;
-    carry_start_8[5] = (REAL)0;
-    carry_start_9[0] = t1;
-    carry_start_9[1] = (REAL)0;
-    carry_start_9[2] = (REAL)0;
-    carry_start_9[3] = (REAL)0;
-    carry_start_9[4] = (REAL)0;
-    carry_start_10[0] = t1;
-    carry_start_10[1] = (REAL)0;
-    carry_start_10[2] = (REAL)0;
-    carry_start_10[3] = (REAL)0;
-    carry_start_11[0] = t1;
-    carry_start_11[1] = (REAL)0;
-    carry_start_11[2] = (REAL)0;
-    carry_0_4_0_start_2[0] = t1;
-    carry_0_4_1_start_2[0] = (REAL)0;
-    carry_0_5_0_start_2[0] = t1;
-    carry_start_12[0] = (REAL)1;
-    carry_start_12[1] = (REAL)0;
-    carry_start_12[2] = (REAL)1;
-    carry_start_12[3] = (REAL)0;
-    carry_start_12[4] = (REAL)1;
-    carry_start_12[5] = (REAL)0;
-    carry_start_12[6] = (REAL)1;
-    carry_start_12[7] = (REAL)0;
-    carry_start_12[8] = (REAL)1;
-    carry_start_12[9] = (REAL)0;
-    carry_start_12[10] = (REAL)1;
-    carry_start_12[11] = (REAL)0;
-}
-#define PARTS_descend_inside_24(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 6) AND OUT(4, 5) AND OUT(5, 4) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) \
-    AND OUT(10, 12)
-GAC_IN_LANES(descend_inside_24, PLAIN)
-
-static INLINE void NAME(descend_inside_26)(REAL old_carry_error, REAL old_carry_damping, REAL common, REAL *value_6,
-    REAL *value_7, REAL *value_8, REAL *value_9, REAL *v4_0_2, REAL *v4_1_2, REAL *v5_0_2)
-{
-    const REAL t0 = old_carry_error * (old_carry_error * old_carry_damping);
-    const REAL t1 = SQRT(MAXIMUM(common, t0));
-    value_6[0] = t1;
-    value_6[1] = (REAL)0;
-    value_6[2] = (REAL)0;
-    value_6[3] = (REAL)0;
-    value_6[4] = (REAL)0;
-    value_6[5] = (REAL)0;
-    value_7[0] = t1;
-    value_7[1] = (REAL)0;
-    value_7[2] = (REAL)0;
-    value_7[3] = (REAL)0;
-    value_7[4] = (REAL)0;
-    value_8[0] = t1;
-    value_8[1] = (REAL)0;
-    value_8[2] = (REAL)0;
-    value_8[3] = (REAL)0;
-    value_9[0] = t1;
-    value_9[1] = (REAL)0;
-    value_9[2] = (REAL)0;
-    v4_0_2[0] = t1;
-    v4_1_2[0] = (REAL)0;
-    v5_0_2[0] = t1;
-}
-#define PARTS_descend_inside_26(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 6) AND OUT(4, 5) AND OUT(5, 4) AND OUT(6, 3) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(descend_inside_26, PLAIN)
-
-static INLINE void NAME(descend_inside_22)(const REAL *sums, REAL dx, REAL rate_0, REAL rate_1, REAL rate_2, REAL
+static INLINE void NAME(descend_inside_sums)(const REAL *sums, REAL dx, REAL rate_0, REAL rate_1, REAL rate_2, REAL
     rate_3, REAL rate_4, REAL rate_5, REAL *sums_out)
 {
     const REAL sums_0 = sums[0], sums_1 = sums[1], sums_2 = sums[2], sums_3 = sums[3], sums_4 = sums[4],
@@ -2415,12 +1518,12 @@ static INLINE void NAME(descend_inside_22)(const REAL *sums, REAL dx, REAL rate_
     sums_out[4] = sums_4 + dx * rate_4;
     sums_out[5] = sums_5 + dx * rate_5;
 }
-#define PARTS_descend_inside_22(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_inside_sums(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 6)
-GAC_IN_LANES(descend_inside_22, PLAIN)
+GAC_IN_LANES(descend_inside_sums, PLAIN)
 
-static INLINE void NAME(descend_inside_23)(REAL rate_0, REAL rate_1, REAL rate_2, REAL rate_3, REAL rate_4, REAL
-    rate_5, REAL h, REAL *mapped_4)
+static INLINE void NAME(descend_inside_mapped_3)(REAL rate_0, REAL rate_1, REAL rate_2, REAL rate_3, REAL rate_4,
+    REAL rate_5, REAL h, REAL *mapped_4)
 {
     const REAL t0 = (REAL)1 - h;
     mapped_4[0] = rate_0 * t0;
@@ -2430,11 +1533,11 @@ static INLINE void NAME(descend_inside_23)(REAL rate_0, REAL rate_1, REAL rate_2
     mapped_4[4] = rate_4 * t0;
     mapped_4[5] = rate_5 * t0;
 }
-#define PARTS_descend_inside_23(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_inside_mapped_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 6)
-GAC_IN_LANES(descend_inside_23, PLAIN)
+GAC_IN_LANES(descend_inside_mapped_3, PLAIN)
 
-static INLINE void NAME(descend_inside_25)(const REAL *carry_8, const REAL *carry_9, const REAL *carry_10, const
+static INLINE void NAME(descend_inside_carry)(const REAL *carry_8, const REAL *carry_9, const REAL *carry_10, const
     REAL *carry_11, REAL carry_0_4_0, REAL carry_0_4_1, REAL carry_0_5_0, const REAL *mapped_4, REAL *carry_8_out,
     REAL *carry_9_out, REAL *carry_10_out, REAL *carry_11_out, REAL *carry_0_4_0_2, REAL *carry_0_4_1_2, REAL
     *carry_0_5_0_2, REAL *carry_12)
@@ -2519,48 +1622,15 @@ static INLINE void NAME(descend_inside_25)(const REAL *carry_8, const REAL *carr
     carry_12[10] = carry_0_5_0 * t36;
     carry_12[11] = t34 * t36;
 }
-#define PARTS_descend_inside_25(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 5) AND IN(2, 4) AND IN(3, 3) \
+#define PARTS_descend_inside_carry(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 5) AND IN(2, 4) AND IN(3, 3) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 6) AND OUT(8, 6) AND OUT(9, 5) AND OUT(10, 4) \
     AND OUT(11, 3) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 12)
-GAC_IN_LANES(descend_inside_25, PLAIN)
+GAC_IN_LANES(descend_inside_carry, PLAIN)
 
-static INLINE void NAME(descend_inside_27)(const REAL *carry_8, const REAL *carry_9, const REAL *carry_10, const
-    REAL *carry_11, REAL *value_6, REAL *value_7, REAL *value_8, REAL *value_9)
-{
-    const REAL carry_8_0 = carry_8[0], carry_8_1 = carry_8[1], carry_8_2 = carry_8[2], carry_8_3 = carry_8[3],
-        carry_8_4 = carry_8[4], carry_8_5 = carry_8[5];
-    const REAL carry_9_0 = carry_9[0], carry_9_1 = carry_9[1], carry_9_2 = carry_9[2], carry_9_3 = carry_9[3],
-        carry_9_4 = carry_9[4];
-    const REAL carry_10_0 = carry_10[0], carry_10_1 = carry_10[1], carry_10_2 = carry_10[2],
-        carry_10_3 = carry_10[3];
-    const REAL carry_11_0 = carry_11[0], carry_11_1 = carry_11[1], carry_11_2 = carry_11[2];
-    value_6[0] = carry_8_0;
-    value_6[1] = carry_8_1;
-    value_6[2] = carry_8_2;
-    value_6[3] = carry_8_3;
-    value_6[4] = carry_8_4;
-    value_6[5] = carry_8_5;
-    value_7[0] = carry_9_0;
-    value_7[1] = carry_9_1;
-    value_7[2] = carry_9_2;
-    value_7[3] = carry_9_3;
-    value_7[4] = carry_9_4;
-    value_8[0] = carry_10_0;
-    value_8[1] = carry_10_1;
-    value_8[2] = carry_10_2;
-    value_8[3] = carry_10_3;
-    value_9[0] = carry_11_0;
-    value_9[1] = carry_11_1;
-    value_9[2] = carry_11_2;
-}
-#define PARTS_descend_inside_27(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 5) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 6) AND OUT(5, 5) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(descend_inside_27, PLAIN)
-
-static INLINE void NAME(descend_inside_28)(REAL old_carry_left_0, REAL old_carry_left_1, REAL old_carry_left_2, REAL
-    old_carry_left_3, REAL old_carry_left_4, REAL old_carry_left_5, const REAL *sums, const REAL *value_6, const
-    REAL *value_7, const REAL *value_8, const REAL *value_9, REAL v__4_0, REAL v__4_1, REAL v__5_0, REAL
-    *carry_start_13, REAL *carry_1_start_2)
+static INLINE void NAME(descend_inside_carry_start)(REAL old_carry_left_0, REAL old_carry_left_1, REAL
+    old_carry_left_2, REAL old_carry_left_3, REAL old_carry_left_4, REAL old_carry_left_5, const REAL *sums, const
+    REAL *value_6, const REAL *value_7, const REAL *value_8, const REAL *value_9, REAL v__4_0, REAL v__4_1, REAL
+    v__5_0, REAL *carry_start_13, REAL *carry_1_start_2)
 {
     const REAL sums_0 = sums[0], sums_1 = sums[1], sums_2 = sums[2], sums_3 = sums[3], sums_4 = sums[4],
         sums_5 = sums[5];
@@ -2586,594 +1656,22 @@ static INLINE void NAME(descend_inside_28)(REAL old_carry_left_0, REAL old_carry
     carry_start_13[5] = (old_carry_left_5 - sums_5 - t7) / v__5_0;
     carry_1_start_2[0] = (REAL)0;
 }
-#define PARTS_descend_inside_28(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_inside_carry_start(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 6) AND IN(7, 6) AND IN(8, 5) AND IN(9, 4) \
     AND IN(10, 3) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND OUT(14, 6) AND OUT(15, 1)
-GAC_IN_LANES(descend_inside_28, PLAIN)
+GAC_IN_LANES(descend_inside_carry_start, PLAIN)
 
-static INLINE void NAME(descend_inside_31)(REAL *carry_0_start_2, REAL *carry_start_14)
-{
-    carry_0_start_2[0] = (REAL)1;
-    carry_0_start_2[1] = (REAL)0;
-    carry_0_start_2[2] = (REAL)0;
-    carry_0_start_2[3] = (REAL)0;
-    carry_0_start_2[4] = (REAL)0;
-    carry_0_start_2[5] = (REAL)0;
-    carry_0_start_2[6] = (REAL)0;
-    carry_0_start_2[7] = (REAL)0;
-    carry_start_14[0] = (REAL)0;
-    carry_start_14[1] = (REAL)0;
-    carry_start_14[2] = (REAL)0;
-    carry_start_14[3] = (REAL)0;
-    carry_start_14[4] = (REAL)0;
-    carry_start_14[5] = (REAL)0;
-}
-#define PARTS_descend_inside_31(IN, SAME, NUMBER, OUT, AND) OUT(0, 8) AND OUT(1, 6)
-GAC_IN_LANES(descend_inside_31, PLAIN)
-
-static INLINE void NAME(descend_inside_33)(REAL *value_10)
-{
-    value_10[0] = (REAL)1;
-    value_10[1] = (REAL)0;
-    value_10[2] = (REAL)0;
-    value_10[3] = (REAL)0;
-    value_10[4] = (REAL)0;
-    value_10[5] = (REAL)0;
-    value_10[6] = (REAL)0;
-    value_10[7] = (REAL)0;
-}
-#define PARTS_descend_inside_33(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(descend_inside_33, PLAIN)
-
-static INLINE void NAME(descend_inside_29)(const REAL *carry_13, const REAL *carry_12, REAL *carry_13_out, REAL
-    *carry_1_2)
-{
-    const REAL carry_13_0 = carry_13[0], carry_13_1 = carry_13[1], carry_13_2 = carry_13[2],
-        carry_13_3 = carry_13[3], carry_13_4 = carry_13[4], carry_13_5 = carry_13[5];
-    const REAL carry_12_0_0 = carry_12[0], carry_12_0_1 = carry_12[1], carry_12_1_0 = carry_12[2],
-        carry_12_1_1 = carry_12[3], carry_12_2_0 = carry_12[4], carry_12_2_1 = carry_12[5],
-        carry_12_3_0 = carry_12[6], carry_12_3_1 = carry_12[7], carry_12_4_0 = carry_12[8],
-        carry_12_4_1 = carry_12[9], carry_12_5_0 = carry_12[10], carry_12_5_1 = carry_12[11];
-    const REAL t0 = carry_13_5 * carry_12_5_1;
-    const REAL t1 = carry_13_4 * carry_12_4_1 + carry_12_4_0 * t0;
-    const REAL t2 = carry_13_3 * carry_12_3_1 + carry_12_3_0 * t1;
-    const REAL t3 = carry_13_2 * carry_12_2_1 + carry_12_2_0 * t2;
-    const REAL t4 = carry_13_1 * carry_12_1_1 + carry_12_1_0 * t3;
-    carry_13_out[0] = carry_13_0 * carry_12_0_0 - carry_12_0_1 * t4;
-    carry_13_out[1] = carry_13_1 * carry_12_1_0 - carry_12_1_1 * t3;
-    carry_13_out[2] = carry_13_2 * carry_12_2_0 - carry_12_2_1 * t2;
-    carry_13_out[3] = carry_13_3 * carry_12_3_0 - carry_12_3_1 * t1;
-    carry_13_out[4] = carry_13_4 * carry_12_4_0 - carry_12_4_1 * t0;
-    carry_13_out[5] = carry_13_5 * carry_12_5_0;
-    carry_1_2[0] = carry_13_0 * carry_12_0_1 + carry_12_0_0 * t4;
-}
-#define PARTS_descend_inside_29(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 12) AND OUT(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_29, PLAIN)
-
-static INLINE void NAME(descend_inside_30)(REAL b, REAL x, REAL dx, REAL h, REAL least, REAL most, REAL *mapped_5)
+static INLINE void NAME(descend_inside_mapped_4)(REAL b, REAL x, REAL dx, REAL h, REAL least, REAL most, REAL
+    *mapped_5)
 {
     const REAL t0 = x + dx;
     const REAL t1 = MAXIMUM(least, t0);
     const REAL t2 = MINIMUM(most, t1);
     mapped_5[0] = SELECT(LESS((REAL)0, h), b, t2);
 }
-#define PARTS_descend_inside_30(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_inside_mapped_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 1) AND NUMBER(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(descend_inside_30, PLAIN)
-
-static INLINE void NAME(descend_inside_32)(REAL size, const REAL *carry_0, REAL angle, const REAL *axis, REAL turn,
-    REAL *carry_0_2, REAL *carry_14, WORD *far)
-{
-    const REAL carry_0_1 = carry_0[0], carry_0_e12 = carry_0[1], carry_0_e13 = carry_0[2], carry_0_e23 = carry_0[3],
-        carry_0_e01 = carry_0[4], carry_0_e02 = carry_0[5], carry_0_e03 = carry_0[6], carry_0_e0123 = carry_0[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = angle * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = LESS((REAL)0, turn);
-    const REAL t3 = SELECT(t2, t1, t0);
-    const REAL t4 = carry_0_e12 * axis_e12 + carry_0_e13 * axis_e13;
-    const REAL t5 = carry_0_e23 * axis_e23 + t4;
-    const REAL t6 = COS(t0);
-    const REAL t7 = SELECT(t2, t6, (REAL)1);
-    const REAL t8 = carry_0_1 * axis_e12 + carry_0_e13 * axis_e23;
-    const REAL t9 = t8 - carry_0_e23 * axis_e13;
-    const REAL t10 = carry_0_1 * axis_e13 - carry_0_e12 * axis_e23;
-    const REAL t11 = carry_0_e23 * axis_e12 + t10;
-    const REAL t12 = carry_0_1 * axis_e23 + carry_0_e12 * axis_e13;
-    const REAL t13 = carry_0_e13 * axis_e12;
-    const REAL t14 = t12 - t13;
-    const REAL t15 = axis_e23 * t3;
-    const REAL t16 = carry_0_1 * axis_e01 - carry_0_e12 * axis_e02;
-    const REAL t17 = carry_0_e13 * axis_e03;
-    const REAL t18 = axis_e12 * t3;
-    const REAL t19 = carry_0_e01 * t7 + carry_0_e0123 * t15 - t3 * (t16 - t17) - carry_0_e02 * t18;
-    const REAL t20 = axis_e13 * t3;
-    const REAL t21 = carry_0_e23 * t3;
-    const REAL t22 = carry_0_1 * axis_e02 + carry_0_e12 * axis_e01;
-    const REAL t23 = carry_0_e02 * t7 + carry_0_e01 * t18 + axis_e03 * t21 - t3 * t22 - carry_0_e03 * t15;
-    const REAL t24 = carry_0_e03 * t7 + carry_0_e01 * t20 + carry_0_e02 * t15 + carry_0_e0123 * t18;
-    const REAL t25 = carry_0_1 * axis_e03 + carry_0_e13 * axis_e01;
-    const REAL t26 = carry_0_e12 * axis_e03 - carry_0_e13 * axis_e02;
-    const REAL t27 = carry_0_e0123 * t7 + carry_0_e02 * t20 - t3 * t26 - carry_0_e01 * t15;
-    const REAL t28 = carry_0_1 * carry_0_e12;
-    const REAL t29 = carry_0_1 * carry_0_1;
-    const REAL t30 = carry_0_e12 * carry_0_e12;
-    const REAL t31 = t29 - t30;
-    const REAL t32 = carry_0_e13 * carry_0_e13;
-    const REAL t33 = carry_0_e23 * carry_0_e23;
-    const REAL t34 = t32 - t33;
-    const REAL t35 = t31 - t34;
-    const REAL t36 = axis_e23 * t35 + (carry_0_e23 * t4 + axis_e13 * t28 - carry_0_1 * t13) * (REAL)2;
-    const REAL t37 = t31 + t34;
-    const REAL t38 = axis_e13 * t37 + (REAL)2 * (carry_0_e12 * t13 + carry_0_e23 * t8 - axis_e23 * t28);
-    const REAL t39 = t29 + t30 - (t32 + t33);
-    const REAL t40 = carry_0_1 * t17 + carry_0_e0123 * t14 + axis_e02 * t28 - carry_0_e23 * t26;
-    const REAL t41 = (REAL)2 * (t40 - carry_0_e01 * t5 - carry_0_e02 * t9 - carry_0_e03 * t11);
-    const REAL t42 = carry_0_e12 * t17 + carry_0_e23 * t25 + carry_0_e01 * t9 - carry_0_e02 * t5;
-    const REAL t43 = (REAL)2 * (t42 - carry_0_e03 * t14 - carry_0_e0123 * t11 - axis_e01 * t28);
-    const REAL t44 = carry_0_e01 * t11 + carry_0_e02 * t14 + carry_0_e0123 * t9 - carry_0_e13 * t16;
-    carry_0_2[0] = t3 * t5 + carry_0_1 * t7;
-    carry_0_2[1] = carry_0_e12 * t7 - t3 * t9;
-    carry_0_2[2] = carry_0_e13 * t7 - t3 * t11;
-    carry_0_2[3] = carry_0_e23 * t7 - t3 * t14;
-    carry_0_2[4] = t19 - carry_0_e03 * t20;
-    carry_0_2[5] = t23 - carry_0_e0123 * t20;
-    carry_0_2[6] = t24 - t3 * t25 - axis_e02 * t21;
-    carry_0_2[7] = t27 - carry_0_e03 * t18 - axis_e01 * t21;
-    carry_14[0] = size * t36;
-    carry_14[1] = -(size * t38);
-    carry_14[2] = size * (axis_e12 * t39 + (REAL)2 * (carry_0_e13 * t12 - carry_0_e23 * t10));
-    carry_14[3] = axis_e01 * t35 - t41;
-    carry_14[4] = axis_e02 * t37 - t43;
-    carry_14[5] = axis_e03 * t39 - (REAL)2 * (t44 - carry_0_e23 * t22 - carry_0_e03 * t5);
-}
-#define PARTS_descend_inside_32(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 8) AND NUMBER(2, 0) \
-    AND SAME(3, 6) AND NUMBER(4, 1) AND OUT(5, 8) AND OUT(6, 6)
-GAC_IN_LANES(descend_inside_32, TURNS)
-
-static INLINE void NAME(descend_inside_34)(const REAL *tail, REAL *value_10)
-{
-    const REAL tail_1 = tail[0], tail_e12 = tail[1], tail_e13 = tail[2], tail_e23 = tail[3], tail_e01 = tail[4],
-        tail_e02 = tail[5], tail_e03 = tail[6], tail_e0123 = tail[7];
-    value_10[0] = tail_1;
-    value_10[1] = tail_e12;
-    value_10[2] = tail_e13;
-    value_10[3] = tail_e23;
-    value_10[4] = tail_e01;
-    value_10[5] = tail_e02;
-    value_10[6] = tail_e03;
-    value_10[7] = tail_e0123;
-}
-#define PARTS_descend_inside_34(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(descend_inside_34, PLAIN)
-
-static INLINE void NAME(descend_inside_35)(const REAL *goal, REAL size, REAL old_carry_error, const REAL *v_, REAL
-    common, REAL *common_2)
-{
-    const REAL goal_1 = goal[0], goal_e12 = goal[1], goal_e13 = goal[2], goal_e23 = goal[3], goal_e01 = goal[4],
-        goal_e02 = goal[5], goal_e03 = goal[6], goal_e0123 = goal[7];
-    const REAL v__1 = v_[0], v__e12 = v_[1], v__e13 = v_[2], v__e23 = v_[3], v__e01 = v_[4], v__e02 = v_[5],
-        v__e03 = v_[6], v__e0123 = v_[7];
-    const REAL t0 = goal_1 * v__1 + goal_e12 * v__e12 + goal_e13 * v__e13 + goal_e23 * v__e23;
-    const REAL t1 = SELECT(LESS(t0, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t2 = t1 * (goal_1 * v__e12 + goal_e13 * v__e23 - goal_e12 * v__1 - goal_e23 * v__e13);
-    const REAL t3 = t1 * (goal_1 * v__e13 + goal_e23 * v__e12 - goal_e12 * v__e23 - goal_e13 * v__1);
-    const REAL t4 = t1 * (goal_1 * v__e23 + goal_e12 * v__e13 - goal_e13 * v__e12 - goal_e23 * v__1);
-    const REAL t5 = t2 * t2 + t3 * t3 + t4 * t4;
-    const REAL t6 = LESS(t5, (REAL)1e-18);
-    const REAL t7 = SQRT(SELECT(t6, (REAL)1, t5));
-    const REAL t8 = t0 * t1;
-    const REAL t9 = ABS(t8);
-    const REAL t10 = (REAL)1 / t7;
-    const REAL t11 = ATAN2(t7, t9) * t10;
-    const REAL t12 = SELECT(t6, (REAL)1, t11);
-    const REAL t13 = -t12;
-    const REAL t14 = SELECT(LESS(t8, (REAL)0), t13, t12);
-    const REAL t15 = size * (t4 * t14);
-    const REAL t16 = size * (t3 * t14);
-    const REAL t17 = size * (t2 * t14);
-    const REAL t18 = t10 * (t10 * (t9 * t12 - (REAL)1));
-    const REAL t19 = goal_1 * v__e0123 + goal_e13 * v__e02 + goal_e02 * v__e13 + goal_e0123 * v__1;
-    const REAL t20 = t19 - goal_e12 * v__e03 - goal_e23 * v__e01 - goal_e01 * v__e23 - goal_e03 * v__e12;
-    const REAL t21 = SELECT(t6, (REAL)(-1.0 / 3.0), t18) * (t1 * t20);
-    const REAL t22 = goal_1 * v__e01 + goal_e23 * v__e0123 + goal_e02 * v__e12 + goal_e03 * v__e13;
-    const REAL t23 = t22 - goal_e12 * v__e02 - goal_e13 * v__e03 - goal_e01 * v__1 - goal_e0123 * v__e23;
-    const REAL t24 = t14 * (t1 * t23) - t4 * t21;
-    const REAL t25 = goal_1 * v__e02 + goal_e12 * v__e01 + goal_e03 * v__e23 + goal_e0123 * v__e13;
-    const REAL t26 = t25 - goal_e13 * v__e0123 - goal_e23 * v__e03 - goal_e01 * v__e12 - goal_e02 * v__1;
-    const REAL t27 = t14 * (t1 * t26) + t3 * t21;
-    const REAL t28 = goal_1 * v__e03 + goal_e12 * v__e0123 + goal_e13 * v__e01 + goal_e23 * v__e02;
-    const REAL t29 = t28 - goal_e01 * v__e13 - goal_e02 * v__e23 - goal_e03 * v__1 - goal_e0123 * v__e12;
-    const REAL t30 = t14 * (t1 * t29) - t2 * t21;
-    const REAL t31 = t15 * t15 + t16 * t16 + t17 * t17 + t24 * t24 + t27 * t27 + t30 * t30;
-    common_2[0] = LESS(SQRT(t31 * (REAL)4), MAXIMUM(old_carry_error, common));
-}
-#define PARTS_descend_inside_35(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 8) \
-    AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(descend_inside_35, PLAIN)
-
-static INLINE void NAME(descend_inside_38)(const REAL *goal, REAL size, REAL old_carry_least, const REAL *v_, REAL
-    *common_4)
-{
-    const REAL goal_1 = goal[0], goal_e12 = goal[1], goal_e13 = goal[2], goal_e23 = goal[3], goal_e01 = goal[4],
-        goal_e02 = goal[5], goal_e03 = goal[6], goal_e0123 = goal[7];
-    const REAL v__1 = v_[0], v__e12 = v_[1], v__e13 = v_[2], v__e23 = v_[3], v__e01 = v_[4], v__e02 = v_[5],
-        v__e03 = v_[6], v__e0123 = v_[7];
-    const REAL t0 = goal_1 * v__1 + goal_e12 * v__e12 + goal_e13 * v__e13 + goal_e23 * v__e23;
-    const REAL t1 = SELECT(LESS(t0, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t2 = t1 * (goal_1 * v__e12 + goal_e13 * v__e23 - goal_e12 * v__1 - goal_e23 * v__e13);
-    const REAL t3 = t1 * (goal_1 * v__e13 + goal_e23 * v__e12 - goal_e12 * v__e23 - goal_e13 * v__1);
-    const REAL t4 = t1 * (goal_1 * v__e23 + goal_e12 * v__e13 - goal_e13 * v__e12 - goal_e23 * v__1);
-    const REAL t5 = t2 * t2 + t3 * t3 + t4 * t4;
-    const REAL t6 = LESS(t5, (REAL)1e-18);
-    const REAL t7 = SQRT(SELECT(t6, (REAL)1, t5));
-    const REAL t8 = t0 * t1;
-    const REAL t9 = ABS(t8);
-    const REAL t10 = (REAL)1 / t7;
-    const REAL t11 = ATAN2(t7, t9) * t10;
-    const REAL t12 = SELECT(t6, (REAL)1, t11);
-    const REAL t13 = -t12;
-    const REAL t14 = SELECT(LESS(t8, (REAL)0), t13, t12);
-    const REAL t15 = size * (t4 * t14);
-    const REAL t16 = size * (t3 * t14);
-    const REAL t17 = size * (t2 * t14);
-    const REAL t18 = t10 * (t10 * (t9 * t12 - (REAL)1));
-    const REAL t19 = goal_1 * v__e0123 + goal_e13 * v__e02 + goal_e02 * v__e13 + goal_e0123 * v__1;
-    const REAL t20 = t19 - goal_e12 * v__e03 - goal_e23 * v__e01 - goal_e01 * v__e23 - goal_e03 * v__e12;
-    const REAL t21 = SELECT(t6, (REAL)(-1.0 / 3.0), t18) * (t1 * t20);
-    const REAL t22 = goal_1 * v__e01 + goal_e23 * v__e0123 + goal_e02 * v__e12 + goal_e03 * v__e13;
-    const REAL t23 = t22 - goal_e12 * v__e02 - goal_e13 * v__e03 - goal_e01 * v__1 - goal_e0123 * v__e23;
-    const REAL t24 = t14 * (t1 * t23) - t4 * t21;
-    const REAL t25 = goal_1 * v__e02 + goal_e12 * v__e01 + goal_e03 * v__e23 + goal_e0123 * v__e13;
-    const REAL t26 = t25 - goal_e13 * v__e0123 - goal_e23 * v__e03 - goal_e01 * v__e12 - goal_e02 * v__1;
-    const REAL t27 = t14 * (t1 * t26) + t3 * t21;
-    const REAL t28 = goal_1 * v__e03 + goal_e12 * v__e0123 + goal_e13 * v__e01 + goal_e23 * v__e02;
-    const REAL t29 = t28 - goal_e01 * v__e13 - goal_e02 * v__e23 - goal_e03 * v__1 - goal_e0123 * v__e12;
-    const REAL t30 = t14 * (t1 * t29) - t2 * t21;
-    const REAL t31 = t15 * t15 + t16 * t16 + t17 * t17 + t24 * t24 + t27 * t27 + t30 * t30;
-    common_4[0] = LESS(SQRT(t31 * (REAL)4), old_carry_least);
-}
-#define PARTS_descend_inside_38(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 8) \
-    AND OUT(4, 1)
-GAC_IN_LANES(descend_inside_38, PLAIN)
-
-static INLINE void NAME(descend_inside_36)(REAL a, REAL b, REAL common, REAL *mapped_6)
-{
-    mapped_6[0] = SELECT(common, a, b);
-}
-#define PARTS_descend_inside_36(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_36, PLAIN)
-
-static INLINE void NAME(descend_inside_37)(REAL common, const REAL *carry_14, REAL b_0, REAL b_1, REAL b_2, REAL
-    b_3, REAL b_4, REAL b_5, REAL *mapped_7)
-{
-    const REAL carry_14_0 = carry_14[0], carry_14_1 = carry_14[1], carry_14_2 = carry_14[2],
-        carry_14_3 = carry_14[3], carry_14_4 = carry_14[4], carry_14_5 = carry_14[5];
-    mapped_7[0] = SELECT(common, carry_14_0, b_0);
-    mapped_7[1] = SELECT(common, carry_14_1, b_1);
-    mapped_7[2] = SELECT(common, carry_14_2, b_2);
-    mapped_7[3] = SELECT(common, carry_14_3, b_3);
-    mapped_7[4] = SELECT(common, carry_14_4, b_4);
-    mapped_7[5] = SELECT(common, carry_14_5, b_5);
-}
-#define PARTS_descend_inside_37(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 6)
-GAC_IN_LANES(descend_inside_37, PLAIN)
-
-static INLINE void NAME(descend_inside_39)(REAL a, REAL b, REAL common, REAL *mapped_8)
-{
-    mapped_8[0] = SELECT(common, a, b);
-}
-#define PARTS_descend_inside_39(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_39, PLAIN)
-
-static INLINE void NAME(descend_inside_42)(const REAL *mapped_7, REAL *old_carry_rates_0, REAL *old_carry_rates_1,
-    REAL *old_carry_rates_2, REAL *old_carry_rates_3, REAL *old_carry_rates_4, REAL *old_carry_rates_5)
-{
-    const REAL mapped_7_0 = mapped_7[0], mapped_7_1 = mapped_7[1], mapped_7_2 = mapped_7[2],
-        mapped_7_3 = mapped_7[3], mapped_7_4 = mapped_7[4], mapped_7_5 = mapped_7[5];
-    old_carry_rates_0[0] = mapped_7_0;
-    old_carry_rates_1[0] = mapped_7_1;
-    old_carry_rates_2[0] = mapped_7_2;
-    old_carry_rates_3[0] = mapped_7_3;
-    old_carry_rates_4[0] = mapped_7_4;
-    old_carry_rates_5[0] = mapped_7_5;
-}
-#define PARTS_descend_inside_42(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(descend_inside_42, PLAIN)
-
-static INLINE void NAME(descend_inside_40)(const REAL *goal, REAL size, REAL enough, REAL old_carry_left_0, REAL
-    old_carry_left_1, REAL old_carry_left_2, REAL old_carry_left_3, REAL old_carry_left_4, REAL old_carry_left_5,
-    REAL old_carry_error, REAL old_carry_damping, REAL old_carry_least, REAL old_steps, REAL common, const REAL *v_,
-    REAL common_2, REAL common_3, REAL common_4, REAL *next_old_carry_left_0, REAL *next_old_carry_left_1, REAL
-    *next_old_carry_left_2, REAL *next_old_carry_left_3, REAL *next_old_carry_left_4, REAL *next_old_carry_left_5,
-    REAL *next_old_carry_error, REAL *next_old_carry_damping, REAL *next_old_carry_done, REAL *next_old_carry_least,
-    REAL *next_old_steps, REAL *next_old_converged)
-{
-    const REAL goal_1 = goal[0], goal_e12 = goal[1], goal_e13 = goal[2], goal_e23 = goal[3], goal_e01 = goal[4],
-        goal_e02 = goal[5], goal_e03 = goal[6], goal_e0123 = goal[7];
-    const REAL v__1 = v_[0], v__e12 = v_[1], v__e13 = v_[2], v__e23 = v_[3], v__e01 = v_[4], v__e02 = v_[5],
-        v__e03 = v_[6], v__e0123 = v_[7];
-    const REAL t0 = goal_1 * v__1 + goal_e12 * v__e12 + goal_e13 * v__e13 + goal_e23 * v__e23;
-    const REAL t1 = SELECT(LESS(t0, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t2 = t1 * (goal_e12 * v__1 - goal_1 * v__e12 + goal_e23 * v__e13 - goal_e13 * v__e23);
-    const REAL t3 = t1 * (goal_e13 * v__1 - goal_e23 * v__e12 - goal_1 * v__e13 + goal_e12 * v__e23);
-    const REAL t4 = t1 * (goal_e23 * v__1 + goal_e13 * v__e12 - goal_e12 * v__e13 - goal_1 * v__e23);
-    const REAL t5 = t2 * t2 + t3 * t3 + t4 * t4;
-    const REAL t6 = LESS(t5, (REAL)1e-18);
-    const REAL t7 = SQRT(SELECT(t6, (REAL)1, t5));
-    const REAL t8 = t0 * t1;
-    const REAL t9 = ABS(t8);
-    const REAL t10 = (REAL)1 / t7;
-    const REAL t11 = ATAN2(t7, t9) * t10;
-    const REAL t12 = SELECT(t6, (REAL)1, t11);
-    const REAL t13 = -t12;
-    const REAL t14 = SELECT(LESS(t8, (REAL)0), t13, t12);
-    const REAL t15 = size * (t4 * t14 * (REAL)2);
-    const REAL t16 = size * ((REAL)2 * (t3 * t14));
-    const REAL t17 = size * ((REAL)2 * (t2 * t14));
-    const REAL t18 = t10 * (t10 * (t9 * t12 - (REAL)1));
-    const REAL t19 = goal_e03 * v__e12 - goal_e0123 * v__1 - goal_e02 * v__e13 + goal_e01 * v__e23;
-    const REAL t20 = t19 + goal_e23 * v__e01 - goal_e13 * v__e02 + goal_e12 * v__e03 - goal_1 * v__e0123;
-    const REAL t21 = SELECT(t6, (REAL)(-1.0 / 3.0), t18) * (t1 * t20);
-    const REAL t22 = goal_e02 * v__e12 - goal_e01 * v__1 + goal_e03 * v__e13 - goal_e0123 * v__e23;
-    const REAL t23 = t22 + goal_1 * v__e01 - goal_e12 * v__e02 - goal_e13 * v__e03 + goal_e23 * v__e0123;
-    const REAL t24 = (REAL)2 * (t14 * (t1 * t23) - t4 * t21);
-    const REAL t25 = goal_e0123 * v__e13 - (goal_e02 * v__1 + goal_e01 * v__e12) + goal_e03 * v__e23;
-    const REAL t26 = t25 + goal_e12 * v__e01 + goal_1 * v__e02 - goal_e23 * v__e03 - goal_e13 * v__e0123;
-    const REAL t27 = (REAL)2 * (t14 * (t1 * t26) + t3 * t21);
-    const REAL t28 = goal_e03 * v__1 + goal_e0123 * v__e12 + goal_e01 * v__e13 + goal_e02 * v__e23;
-    const REAL t29 = goal_e13 * v__e01 - t28 + goal_e23 * v__e02 + goal_1 * v__e03 + goal_e12 * v__e0123;
-    const REAL t30 = (REAL)2 * (t14 * (t1 * t29) - t2 * t21);
-    const REAL t31 = SQRT(t15 * t15 + t16 * t16 + t17 * t17 + t24 * t24 + t27 * t27 + t30 * t30);
-    const REAL t32 = MAXIMUM(old_carry_error, common_2);
-    const REAL t33 = LESS(t31, t32);
-    const REAL t34 = -t15;
-    const REAL t35 = -t17;
-    const REAL t36 = LESS(t32 * (REAL)(9999999.0 / 10000000.0), t31);
-    const REAL t37 = old_carry_error * (old_carry_error * old_carry_damping);
-    const REAL t38 = LESS(common_4, MAXIMUM(common, t37));
-    const REAL t39 = SELECT(t33, t36, t38);
-    const REAL t40 = LESS(old_carry_error, (REAL)2 * t31);
-    const REAL t41 = SELECT(LESS(common_3, old_carry_error), t39, t40);
-    const REAL t42 = SELECT(LESS_EQUAL(MINIMUM(old_carry_error, t31), enough), (REAL)1, t41);
-    next_old_carry_left_0[0] = SELECT(t33, t34, old_carry_left_0);
-    next_old_carry_left_1[0] = SELECT(t33, t16, old_carry_left_1);
-    next_old_carry_left_2[0] = SELECT(t33, t35, old_carry_left_2);
-    next_old_carry_left_3[0] = SELECT(t33, t24, old_carry_left_3);
-    next_old_carry_left_4[0] = SELECT(t33, t27, old_carry_left_4);
-    next_old_carry_left_5[0] = SELECT(t33, t30, old_carry_left_5);
-    next_old_carry_error[0] = SELECT(t33, t31, old_carry_error);
-    next_old_carry_damping[0] = old_carry_damping * SELECT(LESS(t31, old_carry_error), (REAL)(1.0 / 10.0),
-        (REAL)10);
-    next_old_carry_done[0] = t42;
-    next_old_carry_least[0] = MINIMUM(old_carry_least, t31);
-    next_old_steps[0] = old_steps + (REAL)1;
-    next_old_converged[0] = LESS((REAL)0, t42);
-}
-#define PARTS_descend_inside_40(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
-    AND NUMBER(9, 0) AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND IN(14, 8) \
-    AND NUMBER(15, 0) AND NUMBER(16, 0) AND NUMBER(17, 0) AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1) \
-    AND OUT(21, 1) AND OUT(22, 1) AND OUT(23, 1) AND OUT(24, 1) AND OUT(25, 1) AND OUT(26, 1) AND OUT(27, 1) \
-    AND OUT(28, 1) AND OUT(29, 1)
-GAC_IN_LANES(descend_inside_40, PLAIN)
-
-static INLINE void NAME(descend_inside_41)(REAL at_most, REAL next_old_steps, REAL next_old_converged, REAL
-    *converged)
-{
-    const REAL t0 = SELECT(LESS(next_old_steps, at_most), (REAL)0, (REAL)1);
-    converged[0] = SELECT(next_old_converged, (REAL)1, t0);
-}
-#define PARTS_descend_inside_41(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_41, PLAIN)
-
-static INLINE void NAME(descend_inside_43)(REAL at_most, REAL *common_7)
-{
-    common_7[0] = LESS_EQUAL((REAL)1, at_most);
-}
-#define PARTS_descend_inside_43(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(descend_inside_43, PLAIN)
-
-static INLINE void NAME(descend_inside_52)(REAL *motion)
-{
-    motion[0] = (REAL)1;
-    motion[1] = (REAL)0;
-    motion[2] = (REAL)0;
-    motion[3] = (REAL)0;
-    motion[4] = (REAL)0;
-    motion[5] = (REAL)0;
-    motion[6] = (REAL)0;
-    motion[7] = (REAL)0;
-}
-#define PARTS_descend_inside_52(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(descend_inside_52, PLAIN)
-
-static INLINE void NAME(descend_inside_44)(REAL a, REAL b, REAL common, REAL *by_element)
-{
-    by_element[0] = SELECT(common, a, b);
-}
-#define PARTS_descend_inside_44(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_44, PLAIN)
-
-static INLINE void NAME(descend_inside_45)(REAL common, REAL a, const REAL *b, REAL *by_element_2)
-{
-    const REAL b_0 = b[0];
-    by_element_2[0] = SELECT(common, a, b_0);
-}
-#define PARTS_descend_inside_45(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_45, PLAIN)
-
-static INLINE void NAME(descend_inside_46)(REAL common, REAL a, const REAL *b, REAL *by_element_3)
-{
-    const REAL b_1 = b[1];
-    by_element_3[0] = SELECT(common, a, b_1);
-}
-#define PARTS_descend_inside_46(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_46, PLAIN)
-
-static INLINE void NAME(descend_inside_47)(REAL common, REAL a, const REAL *b, REAL *by_element_4)
-{
-    const REAL b_2 = b[2];
-    by_element_4[0] = SELECT(common, a, b_2);
-}
-#define PARTS_descend_inside_47(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_47, PLAIN)
-
-static INLINE void NAME(descend_inside_48)(REAL common, REAL a, const REAL *b, REAL *by_element_5)
-{
-    const REAL b_3 = b[3];
-    by_element_5[0] = SELECT(common, a, b_3);
-}
-#define PARTS_descend_inside_48(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_48, PLAIN)
-
-static INLINE void NAME(descend_inside_49)(REAL common, REAL a, const REAL *b, REAL *by_element_6)
-{
-    const REAL b_4 = b[4];
-    by_element_6[0] = SELECT(common, a, b_4);
-}
-#define PARTS_descend_inside_49(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_49, PLAIN)
-
-static INLINE void NAME(descend_inside_50)(REAL common, REAL a, const REAL *b, REAL *by_element_7)
-{
-    const REAL b_5 = b[5];
-    by_element_7[0] = SELECT(common, a, b_5);
-}
-#define PARTS_descend_inside_50(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 6) AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_50, PLAIN)
-
-static INLINE void NAME(descend_inside_51)(REAL common, REAL a, REAL b, REAL *out_0)
-{
-    out_0[0] = SELECT(common, a, b);
-}
-#define PARTS_descend_inside_51(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(descend_inside_51, PLAIN)
-
-static INLINE void NAME(descend_inside_53)(const REAL *motion, REAL row, const REAL *row_2, REAL row_3, REAL
-    *motion_out, WORD *far)
-{
-    const REAL motion_1 = motion[0], motion_e12 = motion[1], motion_e13 = motion[2], motion_e23 = motion[3],
-        motion_e01 = motion[4], motion_e02 = motion[5], motion_e03 = motion[6], motion_e0123 = motion[7];
-    const REAL row_2_e12 = row_2[0], row_2_e13 = row_2[1], row_2_e23 = row_2[2], row_2_e01 = row_2[3],
-        row_2_e02 = row_2[4], row_2_e03 = row_2[5];
-    const REAL t0 = row * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = LESS((REAL)0, row_3);
-    const REAL t3 = SELECT(t2, t1, t0);
-    const REAL t4 = row_2_e12 * t3;
-    const REAL t5 = COS(t0);
-    const REAL t6 = SELECT(t2, t5, (REAL)1);
-    const REAL t7 = row_2_e13 * t3;
-    const REAL t8 = row_2_e23 * t3;
-    const REAL t9 = row_2_e01 * t3;
-    const REAL t10 = row_2_e02 * t3;
-    const REAL t11 = row_2_e03 * t3;
-    const REAL t12 = motion_1 * t9 + motion_e12 * t10 + motion_e13 * t11 - motion_e01 * t6 - motion_e02 * t4;
-    const REAL t13 = motion_1 * t10 - motion_e12 * t9 + motion_e23 * t11 + motion_e01 * t4 - motion_e02 * t6;
-    const REAL t14 = motion_1 * t11 - motion_e13 * t9 - motion_e23 * t10 + motion_e01 * t7 + motion_e02 * t8;
-    const REAL t15 = motion_e12 * t11 - motion_e13 * t10 + motion_e23 * t9 + motion_e01 * t8 - motion_e02 * t7;
-    motion_out[0] = motion_1 * t6 + motion_e12 * t4 + motion_e13 * t7 + motion_e23 * t8;
-    motion_out[1] = motion_e12 * t6 - motion_1 * t4 + motion_e13 * t8 - motion_e23 * t7;
-    motion_out[2] = motion_e13 * t6 - (motion_1 * t7 + motion_e12 * t8) + motion_e23 * t4;
-    motion_out[3] = motion_e12 * t7 - motion_1 * t8 - motion_e13 * t4 + motion_e23 * t6;
-    motion_out[4] = motion_e0123 * t8 - (t12 - motion_e03 * t7);
-    motion_out[5] = -(t13 - motion_e03 * t8 + motion_e0123 * t7);
-    motion_out[6] = motion_e0123 * t4 - (t14 - motion_e03 * t6);
-    motion_out[7] = motion_e0123 * t6 - (t15 + motion_e03 * t4);
-}
-#define PARTS_descend_inside_53(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
-    AND NUMBER(3, 1) AND OUT(4, 8)
-GAC_IN_LANES(descend_inside_53, TURNS)
-
-static INLINE void NAME(descend_inside_54)(const REAL *goal, REAL size, REAL at_most, const REAL *v_, REAL
-    old_carry_least, const REAL *motion, REAL *out_1, REAL *out_2)
-{
-    const REAL goal_1 = goal[0], goal_e12 = goal[1], goal_e13 = goal[2], goal_e23 = goal[3], goal_e01 = goal[4],
-        goal_e02 = goal[5], goal_e03 = goal[6], goal_e0123 = goal[7];
-    const REAL v__1 = v_[0], v__e12 = v_[1], v__e13 = v_[2], v__e23 = v_[3], v__e01 = v_[4], v__e02 = v_[5],
-        v__e03 = v_[6], v__e0123 = v_[7];
-    const REAL motion_1 = motion[0], motion_e12 = motion[1], motion_e13 = motion[2], motion_e23 = motion[3],
-        motion_e01 = motion[4], motion_e02 = motion[5], motion_e03 = motion[6], motion_e0123 = motion[7];
-    const REAL t0 = goal_1 * v__1 + goal_e12 * v__e12 + goal_e13 * v__e13 + goal_e23 * v__e23;
-    const REAL t1 = SELECT(LESS(t0, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t2 = t1 * (goal_e12 * v__1 + goal_e23 * v__e13 - goal_1 * v__e12 - goal_e13 * v__e23);
-    const REAL t3 = t1 * (goal_e12 * v__e23 + goal_e13 * v__1 - goal_1 * v__e13 - goal_e23 * v__e12);
-    const REAL t4 = t1 * (goal_e13 * v__e12 + goal_e23 * v__1 - goal_1 * v__e23 - goal_e12 * v__e13);
-    const REAL t5 = t2 * t2 + t3 * t3 + t4 * t4;
-    const REAL t6 = LESS(t5, (REAL)1e-18);
-    const REAL t7 = SQRT(SELECT(t6, (REAL)1, t5));
-    const REAL t8 = t0 * t1;
-    const REAL t9 = ABS(t8);
-    const REAL t10 = (REAL)1 / t7;
-    const REAL t11 = ATAN2(t7, t9) * t10;
-    const REAL t12 = SELECT(t6, (REAL)1, t11);
-    const REAL t13 = -t12;
-    const REAL t14 = SELECT(LESS(t8, (REAL)0), t13, t12);
-    const REAL t15 = size * (REAL)2;
-    const REAL t16 = t4 * t14 * t15;
-    const REAL t17 = t15 * (t3 * t14);
-    const REAL t18 = t15 * (t2 * t14);
-    const REAL t19 = -(t10 * (t10 * ((REAL)1 - t9 * t12)));
-    const REAL t20 = goal_e12 * v__e03 + goal_e23 * v__e01 + goal_e01 * v__e23 + goal_e03 * v__e12;
-    const REAL t21 = t20 - goal_1 * v__e0123 - goal_e13 * v__e02 - goal_e02 * v__e13 - goal_e0123 * v__1;
-    const REAL t22 = SELECT(t6, (REAL)(-1.0 / 3.0), t19) * (t1 * t21);
-    const REAL t23 = goal_1 * v__e01 + goal_e23 * v__e0123 + goal_e02 * v__e12 + goal_e03 * v__e13;
-    const REAL t24 = t23 - goal_e12 * v__e02 - goal_e13 * v__e03 - goal_e01 * v__1 - goal_e0123 * v__e23;
-    const REAL t25 = t14 * (t1 * t24) - t4 * t22;
-    const REAL t26 = goal_1 * v__e02 + goal_e12 * v__e01 + goal_e03 * v__e23 + goal_e0123 * v__e13;
-    const REAL t27 = t26 - goal_e13 * v__e0123 - goal_e23 * v__e03 - goal_e01 * v__e12 - goal_e02 * v__1;
-    const REAL t28 = t14 * (t1 * t27) + t3 * t22;
-    const REAL t29 = t16 * t16 + t17 * t17 + t18 * t18 + t25 * t25 * (REAL)4 + (REAL)4 * (t28 * t28);
-    const REAL t30 = goal_1 * v__e03 + goal_e12 * v__e0123 + goal_e13 * v__e01 + goal_e23 * v__e02;
-    const REAL t31 = t30 - goal_e01 * v__e13 - goal_e02 * v__e23 - goal_e03 * v__1 - goal_e0123 * v__e12;
-    const REAL t32 = t14 * (t1 * t31) - t2 * t22;
-    const REAL t33 = SQRT(t29 + (REAL)4 * (t32 * t32));
-    const REAL t34 = ABS(motion_1 - goal_1);
-    const REAL t35 = ABS(motion_e12 - goal_e12);
-    const REAL t36 = MAXIMUM(t34, t35);
-    const REAL t37 = ABS(motion_e13 - goal_e13);
-    const REAL t38 = MAXIMUM(t36, t37);
-    const REAL t39 = ABS(motion_e23 - goal_e23);
-    const REAL t40 = MAXIMUM(t38, t39);
-    const REAL t41 = (REAL)2 / size;
-    const REAL t42 = ABS(motion_e01 - goal_e01) * t41;
-    const REAL t43 = MAXIMUM(t40, t42);
-    const REAL t44 = t41 * ABS(motion_e02 - goal_e02);
-    const REAL t45 = MAXIMUM(t43, t44);
-    const REAL t46 = t41 * ABS(motion_e03 - goal_e03);
-    const REAL t47 = MAXIMUM(t45, t46);
-    const REAL t48 = t41 * ABS(motion_e0123 - goal_e0123);
-    const REAL t49 = MAXIMUM(t47, t48);
-    const REAL t50 = ABS(goal_1 + motion_1);
-    const REAL t51 = ABS(goal_e12 + motion_e12);
-    const REAL t52 = MAXIMUM(t50, t51);
-    const REAL t53 = ABS(goal_e13 + motion_e13);
-    const REAL t54 = MAXIMUM(t52, t53);
-    const REAL t55 = ABS(goal_e23 + motion_e23);
-    const REAL t56 = MAXIMUM(t54, t55);
-    const REAL t57 = t41 * ABS(goal_e01 + motion_e01);
-    const REAL t58 = MAXIMUM(t56, t57);
-    const REAL t59 = t41 * ABS(goal_e02 + motion_e02);
-    const REAL t60 = MAXIMUM(t58, t59);
-    const REAL t61 = t41 * ABS(goal_e03 + motion_e03);
-    const REAL t62 = MAXIMUM(t60, t61);
-    const REAL t63 = t41 * ABS(goal_e0123 + motion_e0123);
-    const REAL t64 = MAXIMUM(t62, t63);
-    out_1[0] = SELECT(LESS_EQUAL((REAL)1, at_most), old_carry_least, t33);
-    out_2[0] = MINIMUM(t49, t64);
-}
-#define PARTS_descend_inside_54(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND NUMBER(2, 0) AND IN(3, 8) \
-    AND NUMBER(4, 0) AND IN(5, 8) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(descend_inside_54, PLAIN)
+GAC_IN_LANES(descend_inside_mapped_4, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t reaching_descend_inside_work(intptr_t n)
@@ -3215,110 +1713,110 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
     *const carry_14 = carry_0_2 + 8 * n, value_10[8], mapped_6, common_2, common_3, mapped_7[6], mapped_8, common_4,
     common_5, common_6, by_element, common_7, by_element_2, by_element_3, by_element_4, by_element_5, by_element_6,
     by_element_7, motion[8];
-    NAME(descend_inside_2)(carry_0_start, carry_start);
-    NAME(descend_inside_4)(value);
+    NAME(rates_of_joints_carry_0_start)(carry_0_start, carry_start);
+    NAME(motion_of_joints_result_start)(value);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(descend_inside_1)(q[i], low[i], high[i], inside + i);
-        NAME(descend_inside_3)(size, i + 1 < n ? carry_0 + 8 * (i + 1) : carry_0_start, inside[i], axes + 6 * i,
-    turns[i], carry_0 + 8 * i, carry + 6 * i, NULL);
-        NAME(descend_inside_5)(carry_0 + 8 * i, value);
-        NAME(descend_inside_7)(carry + 6 * i, old_carry_rates_0 + i, old_carry_rates_1 + i, old_carry_rates_2 + i,
-    old_carry_rates_3 + i, old_carry_rates_4 + i, old_carry_rates_5 + i);
+        NAME(descend_inside_inside)(q[i], low[i], high[i], inside + i);
+        NAME(rates_of_joints_carry)(size, i + 1 < n ? carry_0 + 8 * (i + 1) : carry_0_start, inside[i],
+    axes + 6 * i, turns[i], carry_0 + 8 * i, carry + 6 * i, NULL);
+        NAME(descend_value)(carry_0 + 8 * i, value);
+        NAME(descend_old_carry_rates)(carry + 6 * i, old_carry_rates_0 + i, old_carry_rates_1 + i,
+    old_carry_rates_2 + i, old_carry_rates_3 + i, old_carry_rates_4 + i, old_carry_rates_5 + i);
         COPY(1, inside + i, old_carry_q + i);
         COPY(1, inside + i, old_carry_best + i);
     }
-    NAME(descend_inside_6)(goal, size, value, &old_carry_left_0, &old_carry_left_1, &old_carry_left_2,
+    NAME(descend_old_carry_left)(goal, size, value, &old_carry_left_0, &old_carry_left_1, &old_carry_left_2,
     &old_carry_left_3, &old_carry_left_4, &old_carry_left_5, &old_carry_error, &old_carry_damping, &old_carry_done,
     &old_carry_least, &old_steps, &old_converged, &converged, &steps);
-    NAME(descend_inside_8)(size, &common);
-    NAME(descend_inside_9)(size, &common_3);
-    NAME(descend_inside_10)(size, &common_5, &common_6);
+    NAME(descend_common)(size, &common);
+    NAME(descend_common_2)(size, &common_3);
+    NAME(descend_common_3)(size, &common_5, &common_6);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_inside_11)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
+        NAME(descend_carry_start)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
     carry_start_4, carry_start_5, &carry_0_4_0_start, &carry_0_4_1_start, &carry_0_5_0_start, carry_start_6);
-        NAME(descend_inside_13)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5,
-    &v4_0, &v4_1, &v5_0);
+        NAME(descend_value_2)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5, &v4_0,
+    &v4_1, &v5_0);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_inside_12)(j > 0 ? carry_2 + 6 * (j - 1) : carry_start_2,
+            NAME(descend_carry)(j > 0 ? carry_2 + 6 * (j - 1) : carry_start_2,
     j > 0 ? carry_3 + 5 * (j - 1) : carry_start_3, j > 0 ? carry_4 + 4 * (j - 1) : carry_start_4,
     j > 0 ? carry_5 + 3 * (j - 1) : carry_start_5, j > 0 ? carry_0_4_0[j - 1] : carry_0_4_0_start,
     j > 0 ? carry_0_4_1[j - 1] : carry_0_4_1_start, j > 0 ? carry_0_5_0[j - 1] : carry_0_5_0_start,
     old_carry_rates_0[j], old_carry_rates_1[j], old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j],
     old_carry_rates_5[j], carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j, carry_5 + 3 * j, carry_0_4_0 + j,
     carry_0_4_1 + j, carry_0_5_0 + j, carry_6 + 12 * j);
-            NAME(descend_inside_14)(carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j, carry_5 + 3 * j, value_2,
+            NAME(descend_value_3)(carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j, carry_5 + 3 * j, value_2,
     value_3, value_4, value_5);
             COPY(1, carry_0_4_0 + j, &v4_0);
             COPY(1, carry_0_4_1 + j, &v4_1);
             COPY(1, carry_0_5_0 + j, &v5_0);
         }
-        NAME(descend_inside_15)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
+        NAME(descend_carry_start_2)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
     old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
     &carry_1_start);
         for (intptr_t j = n; j-- > 0;) {
-            NAME(descend_inside_16)(j + 1 < n ? carry_7 + 6 * (j + 1) : carry_start_7, carry_6 + 12 * j,
+            NAME(descend_carry_2)(j + 1 < n ? carry_7 + 6 * (j + 1) : carry_start_7, carry_6 + 12 * j,
     carry_7 + 6 * j, &carry_1);
-            NAME(descend_inside_17)(old_carry_q[j], carry_1, &mapped);
-            NAME(descend_inside_18)(mapped, low[j], high[j], inside_2 + j);
-            NAME(descend_inside_19)(mapped, inside_2[j], mapped_2 + j);
-            NAME(descend_inside_20)(inside_2[j], old_carry_q[j], mapped_2[j], mapped_3 + j);
+            NAME(descend_mapped)(old_carry_q[j], carry_1, &mapped);
+            NAME(descend_inside_inside)(mapped, low[j], high[j], inside_2 + j);
+            NAME(descend_inside_mapped)(mapped, inside_2[j], mapped_2 + j);
+            NAME(descend_inside_mapped_2)(inside_2[j], old_carry_q[j], mapped_2[j], mapped_3 + j);
         }
-        NAME(descend_inside_21)(sums);
-        NAME(descend_inside_24)(old_carry_error, old_carry_damping, common, carry_start_8, carry_start_9,
+        NAME(descend_inside_sums_start)(sums);
+        NAME(descend_carry_start)(old_carry_error, old_carry_damping, common, carry_start_8, carry_start_9,
     carry_start_10, carry_start_11, &carry_0_4_0_start_2, &carry_0_4_1_start_2, &carry_0_5_0_start_2,
     carry_start_12);
-        NAME(descend_inside_26)(old_carry_error, old_carry_damping, common, value_6, value_7, value_8, value_9,
+        NAME(descend_value_2)(old_carry_error, old_carry_damping, common, value_6, value_7, value_8, value_9,
     &v4_0_2, &v4_1_2, &v5_0_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_inside_22)(sums, mapped_3[j], old_carry_rates_0[j], old_carry_rates_1[j],
+            NAME(descend_inside_sums)(sums, mapped_3[j], old_carry_rates_0[j], old_carry_rates_1[j],
     old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], sums);
-            NAME(descend_inside_23)(old_carry_rates_0[j], old_carry_rates_1[j], old_carry_rates_2[j],
+            NAME(descend_inside_mapped_3)(old_carry_rates_0[j], old_carry_rates_1[j], old_carry_rates_2[j],
     old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], mapped_2[j], mapped_4);
-            NAME(descend_inside_25)(j > 0 ? carry_8 + 6 * (j - 1) : carry_start_8,
+            NAME(descend_inside_carry)(j > 0 ? carry_8 + 6 * (j - 1) : carry_start_8,
     j > 0 ? carry_9 + 5 * (j - 1) : carry_start_9, j > 0 ? carry_10 + 4 * (j - 1) : carry_start_10,
     j > 0 ? carry_11 + 3 * (j - 1) : carry_start_11, j > 0 ? carry_0_4_0_2[j - 1] : carry_0_4_0_start_2,
     j > 0 ? carry_0_4_1_2[j - 1] : carry_0_4_1_start_2, j > 0 ? carry_0_5_0_2[j - 1] : carry_0_5_0_start_2,
     mapped_4, carry_8 + 6 * j, carry_9 + 5 * j, carry_10 + 4 * j, carry_11 + 3 * j, carry_0_4_0_2 + j,
     carry_0_4_1_2 + j, carry_0_5_0_2 + j, carry_12 + 12 * j);
-            NAME(descend_inside_27)(carry_8 + 6 * j, carry_9 + 5 * j, carry_10 + 4 * j, carry_11 + 3 * j, value_6,
+            NAME(descend_value_3)(carry_8 + 6 * j, carry_9 + 5 * j, carry_10 + 4 * j, carry_11 + 3 * j, value_6,
     value_7, value_8, value_9);
             COPY(1, carry_0_4_0_2 + j, &v4_0_2);
             COPY(1, carry_0_4_1_2 + j, &v4_1_2);
             COPY(1, carry_0_5_0_2 + j, &v5_0_2);
         }
-        NAME(descend_inside_28)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
+        NAME(descend_inside_carry_start)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
     old_carry_left_4, old_carry_left_5, sums, value_6, value_7, value_8, value_9, v4_0_2, v4_1_2, v5_0_2,
     carry_start_13, &carry_1_start_2);
-        NAME(descend_inside_31)(carry_0_start_2, carry_start_14);
-        NAME(descend_inside_33)(value_10);
+        NAME(rates_of_joints_carry_0_start)(carry_0_start_2, carry_start_14);
+        NAME(motion_of_joints_result_start)(value_10);
         for (intptr_t j = n; j-- > 0;) {
-            NAME(descend_inside_29)(j + 1 < n ? carry_13 + 6 * (j + 1) : carry_start_13, carry_12 + 12 * j,
+            NAME(descend_carry_2)(j + 1 < n ? carry_13 + 6 * (j + 1) : carry_start_13, carry_12 + 12 * j,
     carry_13 + 6 * j, &carry_1_2);
-            NAME(descend_inside_30)(inside_2[j], old_carry_q[j], carry_1_2, mapped_2[j], low[j], high[j],
+            NAME(descend_inside_mapped_4)(inside_2[j], old_carry_q[j], carry_1_2, mapped_2[j], low[j], high[j],
     mapped_5 + j);
-            NAME(descend_inside_32)(size, j + 1 < n ? carry_0_2 + 8 * (j + 1) : carry_0_start_2, mapped_5[j],
+            NAME(rates_of_joints_carry)(size, j + 1 < n ? carry_0_2 + 8 * (j + 1) : carry_0_start_2, mapped_5[j],
     axes + 6 * j, turns[j], carry_0_2 + 8 * j, carry_14 + 6 * j, NULL);
-            NAME(descend_inside_34)(carry_0_2 + 8 * j, value_10);
+            NAME(descend_value)(carry_0_2 + 8 * j, value_10);
         }
-        NAME(descend_inside_35)(goal, size, old_carry_error, value_10, common_3, &common_2);
-        NAME(descend_inside_38)(goal, size, old_carry_least, value_10, &common_4);
+        NAME(descend_common_4)(goal, size, old_carry_error, value_10, common_3, &common_2);
+        NAME(descend_common_5)(goal, size, old_carry_least, value_10, &common_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_inside_36)(mapped_5[j], old_carry_q[j], common_2, &mapped_6);
-            NAME(descend_inside_37)(common_2, carry_14 + 6 * j, old_carry_rates_0[j], old_carry_rates_1[j],
+            NAME(descend_mapped_2)(mapped_5[j], old_carry_q[j], common_2, &mapped_6);
+            NAME(descend_mapped_3)(common_2, carry_14 + 6 * j, old_carry_rates_0[j], old_carry_rates_1[j],
     old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], mapped_7);
-            NAME(descend_inside_39)(mapped_5[j], old_carry_best[j], common_4, &mapped_8);
-            NAME(descend_inside_42)(mapped_7, old_carry_rates_0 + j, old_carry_rates_1 + j, old_carry_rates_2 + j,
-    old_carry_rates_3 + j, old_carry_rates_4 + j, old_carry_rates_5 + j);
+            NAME(descend_mapped_2)(mapped_5[j], old_carry_best[j], common_4, &mapped_8);
+            NAME(descend_old_carry_rates)(mapped_7, old_carry_rates_0 + j, old_carry_rates_1 + j,
+    old_carry_rates_2 + j, old_carry_rates_3 + j, old_carry_rates_4 + j, old_carry_rates_5 + j);
             COPY(1, &mapped_6, old_carry_q + j);
             COPY(1, &mapped_8, old_carry_best + j);
         }
-        NAME(descend_inside_40)(goal, size, enough, old_carry_left_0, old_carry_left_1, old_carry_left_2,
+        NAME(descend_next_old_carry_left)(goal, size, enough, old_carry_left_0, old_carry_left_1, old_carry_left_2,
     old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_least,
     old_steps, common, value_10, common_3, common_5, common_6, &next_old_carry_left_0, &next_old_carry_left_1,
     &next_old_carry_left_2, &next_old_carry_left_3, &next_old_carry_left_4, &next_old_carry_left_5,
     &next_old_carry_error, &next_old_carry_damping, &next_old_carry_done, &next_old_carry_least, &next_old_steps,
     &next_old_converged);
-        NAME(descend_inside_41)(at_most, next_old_steps, next_old_converged, &converged);
+        NAME(descend_converged)(at_most, next_old_steps, next_old_converged, &converged);
         COPY(1, &next_old_carry_left_0, &old_carry_left_0);
         COPY(1, &next_old_carry_left_1, &old_carry_left_1);
         COPY(1, &next_old_carry_left_2, &old_carry_left_2);
@@ -3335,20 +1833,20 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
         if (converged != 0)
             break;
     }
-    NAME(descend_inside_43)(at_most, &common_7);
-    NAME(descend_inside_52)(motion);
+    NAME(descend_common_6)(at_most, &common_7);
+    NAME(motion_of_joints_result_start)(motion);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(descend_inside_44)(old_carry_q[i], inside[i], common_7, &by_element);
-        NAME(descend_inside_45)(common_7, old_carry_rates_0[i], carry + 6 * i, &by_element_2);
-        NAME(descend_inside_46)(common_7, old_carry_rates_1[i], carry + 6 * i, &by_element_3);
-        NAME(descend_inside_47)(common_7, old_carry_rates_2[i], carry + 6 * i, &by_element_4);
-        NAME(descend_inside_48)(common_7, old_carry_rates_3[i], carry + 6 * i, &by_element_5);
-        NAME(descend_inside_49)(common_7, old_carry_rates_4[i], carry + 6 * i, &by_element_6);
-        NAME(descend_inside_50)(common_7, old_carry_rates_5[i], carry + 6 * i, &by_element_7);
-        NAME(descend_inside_51)(common_7, old_carry_best[i], inside[i], out_0 + i);
-        NAME(descend_inside_53)(motion, out_0[i], axes + 6 * i, turns[i], motion, NULL);
+        NAME(descend_mapped_2)(old_carry_q[i], inside[i], common_7, &by_element);
+        NAME(descend_by_element)(common_7, old_carry_rates_0[i], carry + 6 * i, &by_element_2);
+        NAME(descend_by_element_2)(common_7, old_carry_rates_1[i], carry + 6 * i, &by_element_3);
+        NAME(descend_by_element_3)(common_7, old_carry_rates_2[i], carry + 6 * i, &by_element_4);
+        NAME(descend_by_element_4)(common_7, old_carry_rates_3[i], carry + 6 * i, &by_element_5);
+        NAME(descend_by_element_5)(common_7, old_carry_rates_4[i], carry + 6 * i, &by_element_6);
+        NAME(descend_by_element_6)(common_7, old_carry_rates_5[i], carry + 6 * i, &by_element_7);
+        NAME(descend_result)(common_7, old_carry_best[i], inside[i], out_0 + i);
+        NAME(motion_of_joints_result)(motion, out_0[i], axes + 6 * i, turns[i], motion, NULL);
     }
-    NAME(descend_inside_54)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
+    NAME(descend_result_2)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
 }
 
 FUSED(descend_inside, (intptr_t n, const REAL *q, const REAL *goal, const REAL *low, const REAL *high,
@@ -3403,25 +1901,25 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
     gac_kept_13[NLANES], gac_kept_14[NLANES], gac_kept_15[NLANES], gac_kept_17[NLANES], gac_kept_18[NLANES],
     gac_kept_19[NLANES], gac_kept_20[NLANES];
     WORD far = 0;
-    NAME(descend_inside_2_lanes)(carry_0_start, carry_start);
-    NAME(descend_inside_4_lanes)(value);
+    NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start, carry_start);
+    NAME(motion_of_joints_result_start_lanes)(value);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(descend_inside_1_lanes)(q + NLANES * i, low + i, high + i, inside + NLANES * i);
-        far |= NAME(descend_inside_3_lanes)(size, i + 1 < n ? carry_0 + 8 * NLANES * (i + 1) : carry_0_start,
+        NAME(descend_inside_inside_lanes)(q + NLANES * i, low + i, high + i, inside + NLANES * i);
+        far |= NAME(rates_of_joints_carry_lanes)(size, i + 1 < n ? carry_0 + 8 * NLANES * (i + 1) : carry_0_start,
     inside + NLANES * i, axes + 6 * i, turns + i, carry_0 + 8 * NLANES * i, carry + 6 * NLANES * i);
-        NAME(descend_inside_5_lanes)(carry_0 + 8 * NLANES * i, value);
-        NAME(descend_inside_7_lanes)(carry + 6 * NLANES * i, old_carry_rates_0 + NLANES * i,
+        NAME(descend_value_lanes)(carry_0 + 8 * NLANES * i, value);
+        NAME(descend_old_carry_rates_lanes)(carry + 6 * NLANES * i, old_carry_rates_0 + NLANES * i,
     old_carry_rates_1 + NLANES * i, old_carry_rates_2 + NLANES * i, old_carry_rates_3 + NLANES * i,
     old_carry_rates_4 + NLANES * i, old_carry_rates_5 + NLANES * i);
         COPY(NLANES, inside + NLANES * i, old_carry_q + NLANES * i);
         COPY(NLANES, inside + NLANES * i, old_carry_best + NLANES * i);
     }
-    NAME(descend_inside_6_lanes)(goal, size, value, old_carry_left_0, old_carry_left_1, old_carry_left_2,
+    NAME(descend_old_carry_left_lanes)(goal, size, value, old_carry_left_0, old_carry_left_1, old_carry_left_2,
     old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_done,
     old_carry_least, old_steps, old_converged, converged, steps);
-    NAME(descend_inside_8_lanes)(size, common);
-    NAME(descend_inside_9_lanes)(size, common_3);
-    NAME(descend_inside_10_lanes)(size, common_5, common_6);
+    NAME(descend_common_lanes)(size, common);
+    NAME(descend_common_2_lanes)(size, common_3);
+    NAME(descend_common_3_lanes)(size, common_5, common_6);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, NLANES * n, old_carry_q, gac_kept_0);
         KEEP(rounds, NLANES, old_carry_left_0, gac_kept_1);
@@ -3461,12 +1959,12 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
         KEEP(rounds, NLANES * n, carry_0_5_0_2, gac_kept_35);
         KEEP(rounds, 6 * NLANES * n, carry_13, gac_kept_36);
         KEEP(rounds, 8 * NLANES * n, carry_0_2, gac_kept_37);
-        NAME(descend_inside_11_lanes)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
+        NAME(descend_carry_start_lanes)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
     carry_start_4, carry_start_5, carry_0_4_0_start, carry_0_4_1_start, carry_0_5_0_start, carry_start_6);
-        NAME(descend_inside_13_lanes)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4,
-    value_5, v4_0, v4_1, v5_0);
+        NAME(descend_value_2_lanes)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5,
+    v4_0, v4_1, v5_0);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_inside_12_lanes)(j > 0 ? carry_2 + 6 * NLANES * (j - 1) : carry_start_2,
+            NAME(descend_carry_lanes)(j > 0 ? carry_2 + 6 * NLANES * (j - 1) : carry_start_2,
     j > 0 ? carry_3 + 5 * NLANES * (j - 1) : carry_start_3, j > 0 ? carry_4 + 4 * NLANES * (j - 1) : carry_start_4,
     j > 0 ? carry_5 + 3 * NLANES * (j - 1) : carry_start_5,
     j > 0 ? carry_0_4_0 + NLANES * (j - 1) : carry_0_4_0_start,
@@ -3476,37 +1974,37 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
     old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, carry_2 + 6 * NLANES * j,
     carry_3 + 5 * NLANES * j, carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j, carry_0_4_0 + NLANES * j,
     carry_0_4_1 + NLANES * j, carry_0_5_0 + NLANES * j, carry_6 + 12 * NLANES * j);
-            NAME(descend_inside_14_lanes)(carry_2 + 6 * NLANES * j, carry_3 + 5 * NLANES * j,
+            NAME(descend_value_3_lanes)(carry_2 + 6 * NLANES * j, carry_3 + 5 * NLANES * j,
     carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j, value_2, value_3, value_4, value_5);
             COPY(NLANES, carry_0_4_0 + NLANES * j, v4_0);
             COPY(NLANES, carry_0_4_1 + NLANES * j, v4_1);
             COPY(NLANES, carry_0_5_0 + NLANES * j, v5_0);
         }
-        NAME(descend_inside_15_lanes)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
+        NAME(descend_carry_start_2_lanes)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
     old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
     carry_1_start);
         for (intptr_t j = n; j-- > 0;) {
-            NAME(descend_inside_16_lanes)(j + 1 < n ? carry_7 + 6 * NLANES * (j + 1) : carry_start_7,
+            NAME(descend_carry_2_lanes)(j + 1 < n ? carry_7 + 6 * NLANES * (j + 1) : carry_start_7,
     carry_6 + 12 * NLANES * j, carry_7 + 6 * NLANES * j, carry_1);
-            NAME(descend_inside_17_lanes)(old_carry_q + NLANES * j, carry_1, mapped);
-            NAME(descend_inside_18_lanes)(mapped, low + j, high + j, inside_2 + NLANES * j);
-            NAME(descend_inside_19_lanes)(mapped, inside_2 + NLANES * j, mapped_2 + NLANES * j);
-            NAME(descend_inside_20_lanes)(inside_2 + NLANES * j, old_carry_q + NLANES * j, mapped_2 + NLANES * j,
-    mapped_3 + NLANES * j);
+            NAME(descend_mapped_lanes)(old_carry_q + NLANES * j, carry_1, mapped);
+            NAME(descend_inside_inside_lanes)(mapped, low + j, high + j, inside_2 + NLANES * j);
+            NAME(descend_inside_mapped_lanes)(mapped, inside_2 + NLANES * j, mapped_2 + NLANES * j);
+            NAME(descend_inside_mapped_2_lanes)(inside_2 + NLANES * j, old_carry_q + NLANES * j,
+    mapped_2 + NLANES * j, mapped_3 + NLANES * j);
         }
-        NAME(descend_inside_21_lanes)(sums);
-        NAME(descend_inside_24_lanes)(old_carry_error, old_carry_damping, common, carry_start_8, carry_start_9,
+        NAME(descend_inside_sums_start_lanes)(sums);
+        NAME(descend_carry_start_lanes)(old_carry_error, old_carry_damping, common, carry_start_8, carry_start_9,
     carry_start_10, carry_start_11, carry_0_4_0_start_2, carry_0_4_1_start_2, carry_0_5_0_start_2, carry_start_12);
-        NAME(descend_inside_26_lanes)(old_carry_error, old_carry_damping, common, value_6, value_7, value_8,
-    value_9, v4_0_2, v4_1_2, v5_0_2);
+        NAME(descend_value_2_lanes)(old_carry_error, old_carry_damping, common, value_6, value_7, value_8, value_9,
+    v4_0_2, v4_1_2, v5_0_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_inside_22_lanes)(sums, mapped_3 + NLANES * j, old_carry_rates_0 + NLANES * j,
+            NAME(descend_inside_sums_lanes)(sums, mapped_3 + NLANES * j, old_carry_rates_0 + NLANES * j,
     old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
     old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, sums);
-            NAME(descend_inside_23_lanes)(old_carry_rates_0 + NLANES * j, old_carry_rates_1 + NLANES * j,
+            NAME(descend_inside_mapped_3_lanes)(old_carry_rates_0 + NLANES * j, old_carry_rates_1 + NLANES * j,
     old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j, old_carry_rates_4 + NLANES * j,
     old_carry_rates_5 + NLANES * j, mapped_2 + NLANES * j, mapped_4);
-            NAME(descend_inside_25_lanes)(j > 0 ? carry_8 + 6 * NLANES * (j - 1) : carry_start_8,
+            NAME(descend_inside_carry_lanes)(j > 0 ? carry_8 + 6 * NLANES * (j - 1) : carry_start_8,
     j > 0 ? carry_9 + 5 * NLANES * (j - 1) : carry_start_9,
     j > 0 ? carry_10 + 4 * NLANES * (j - 1) : carry_start_10,
     j > 0 ? carry_11 + 3 * NLANES * (j - 1) : carry_start_11,
@@ -3515,48 +2013,48 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
     j > 0 ? carry_0_5_0_2 + NLANES * (j - 1) : carry_0_5_0_start_2, mapped_4, carry_8 + 6 * NLANES * j,
     carry_9 + 5 * NLANES * j, carry_10 + 4 * NLANES * j, carry_11 + 3 * NLANES * j, carry_0_4_0_2 + NLANES * j,
     carry_0_4_1_2 + NLANES * j, carry_0_5_0_2 + NLANES * j, carry_12 + 12 * NLANES * j);
-            NAME(descend_inside_27_lanes)(carry_8 + 6 * NLANES * j, carry_9 + 5 * NLANES * j,
+            NAME(descend_value_3_lanes)(carry_8 + 6 * NLANES * j, carry_9 + 5 * NLANES * j,
     carry_10 + 4 * NLANES * j, carry_11 + 3 * NLANES * j, value_6, value_7, value_8, value_9);
             COPY(NLANES, carry_0_4_0_2 + NLANES * j, v4_0_2);
             COPY(NLANES, carry_0_4_1_2 + NLANES * j, v4_1_2);
             COPY(NLANES, carry_0_5_0_2 + NLANES * j, v5_0_2);
         }
-        NAME(descend_inside_28_lanes)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
-    old_carry_left_4, old_carry_left_5, sums, value_6, value_7, value_8, value_9, v4_0_2, v4_1_2, v5_0_2,
-    carry_start_13, carry_1_start_2);
-        NAME(descend_inside_31_lanes)(carry_0_start_2, carry_start_14);
-        NAME(descend_inside_33_lanes)(value_10);
+        NAME(descend_inside_carry_start_lanes)(old_carry_left_0, old_carry_left_1, old_carry_left_2,
+    old_carry_left_3, old_carry_left_4, old_carry_left_5, sums, value_6, value_7, value_8, value_9, v4_0_2, v4_1_2,
+    v5_0_2, carry_start_13, carry_1_start_2);
+        NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start_2, carry_start_14);
+        NAME(motion_of_joints_result_start_lanes)(value_10);
         for (intptr_t j = n; j-- > 0;) {
-            NAME(descend_inside_29_lanes)(j + 1 < n ? carry_13 + 6 * NLANES * (j + 1) : carry_start_13,
+            NAME(descend_carry_2_lanes)(j + 1 < n ? carry_13 + 6 * NLANES * (j + 1) : carry_start_13,
     carry_12 + 12 * NLANES * j, carry_13 + 6 * NLANES * j, carry_1_2);
-            NAME(descend_inside_30_lanes)(inside_2 + NLANES * j, old_carry_q + NLANES * j, carry_1_2,
+            NAME(descend_inside_mapped_4_lanes)(inside_2 + NLANES * j, old_carry_q + NLANES * j, carry_1_2,
     mapped_2 + NLANES * j, low + j, high + j, mapped_5 + NLANES * j);
-            far |= NAME(descend_inside_32_lanes)(size,
+            far |= NAME(rates_of_joints_carry_lanes)(size,
     j + 1 < n ? carry_0_2 + 8 * NLANES * (j + 1) : carry_0_start_2, mapped_5 + NLANES * j, axes + 6 * j, turns + j,
     carry_0_2 + 8 * NLANES * j, carry_14 + 6 * NLANES * j);
-            NAME(descend_inside_34_lanes)(carry_0_2 + 8 * NLANES * j, value_10);
+            NAME(descend_value_lanes)(carry_0_2 + 8 * NLANES * j, value_10);
         }
-        NAME(descend_inside_35_lanes)(goal, size, old_carry_error, value_10, common_3, common_2);
-        NAME(descend_inside_38_lanes)(goal, size, old_carry_least, value_10, common_4);
+        NAME(descend_common_4_lanes)(goal, size, old_carry_error, value_10, common_3, common_2);
+        NAME(descend_common_5_lanes)(goal, size, old_carry_least, value_10, common_4);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(descend_inside_36_lanes)(mapped_5 + NLANES * j, old_carry_q + NLANES * j, common_2, mapped_6);
-            NAME(descend_inside_37_lanes)(common_2, carry_14 + 6 * NLANES * j, old_carry_rates_0 + NLANES * j,
+            NAME(descend_mapped_2_lanes)(mapped_5 + NLANES * j, old_carry_q + NLANES * j, common_2, mapped_6);
+            NAME(descend_mapped_3_lanes)(common_2, carry_14 + 6 * NLANES * j, old_carry_rates_0 + NLANES * j,
     old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
     old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, mapped_7);
-            NAME(descend_inside_39_lanes)(mapped_5 + NLANES * j, old_carry_best + NLANES * j, common_4, mapped_8);
-            NAME(descend_inside_42_lanes)(mapped_7, old_carry_rates_0 + NLANES * j, old_carry_rates_1 + NLANES * j,
-    old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j, old_carry_rates_4 + NLANES * j,
-    old_carry_rates_5 + NLANES * j);
+            NAME(descend_mapped_2_lanes)(mapped_5 + NLANES * j, old_carry_best + NLANES * j, common_4, mapped_8);
+            NAME(descend_old_carry_rates_lanes)(mapped_7, old_carry_rates_0 + NLANES * j,
+    old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
+    old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j);
             COPY(NLANES, mapped_6, old_carry_q + NLANES * j);
             COPY(NLANES, mapped_8, old_carry_best + NLANES * j);
         }
-        NAME(descend_inside_40_lanes)(goal, size, enough, old_carry_left_0, old_carry_left_1, old_carry_left_2,
-    old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_least,
-    old_steps, common, value_10, common_3, common_5, common_6, next_old_carry_left_0, next_old_carry_left_1,
-    next_old_carry_left_2, next_old_carry_left_3, next_old_carry_left_4, next_old_carry_left_5,
-    next_old_carry_error, next_old_carry_damping, next_old_carry_done, next_old_carry_least, next_old_steps,
-    next_old_converged);
-        NAME(descend_inside_41_lanes)(at_most, next_old_steps, next_old_converged, converged);
+        NAME(descend_next_old_carry_left_lanes)(goal, size, enough, old_carry_left_0, old_carry_left_1,
+    old_carry_left_2, old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping,
+    old_carry_least, old_steps, common, value_10, common_3, common_5, common_6, next_old_carry_left_0,
+    next_old_carry_left_1, next_old_carry_left_2, next_old_carry_left_3, next_old_carry_left_4,
+    next_old_carry_left_5, next_old_carry_error, next_old_carry_damping, next_old_carry_done, next_old_carry_least,
+    next_old_steps, next_old_converged);
+        NAME(descend_converged_lanes)(at_most, next_old_steps, next_old_converged, converged);
         COPY(NLANES, next_old_carry_left_0, old_carry_left_0);
         COPY(NLANES, next_old_carry_left_1, old_carry_left_1);
         COPY(NLANES, next_old_carry_left_2, old_carry_left_2);
@@ -3611,27 +2109,26 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(descend_inside_43_lanes)(at_most, common_7);
-    NAME(descend_inside_52_lanes)(motion);
+    NAME(descend_common_6_lanes)(at_most, common_7);
+    NAME(motion_of_joints_result_start_lanes)(motion);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(descend_inside_44_lanes)(old_carry_q + NLANES * i, inside + NLANES * i, common_7, by_element);
-        NAME(descend_inside_45_lanes)(common_7, old_carry_rates_0 + NLANES * i, carry + 6 * NLANES * i,
+        NAME(descend_mapped_2_lanes)(old_carry_q + NLANES * i, inside + NLANES * i, common_7, by_element);
+        NAME(descend_by_element_lanes)(common_7, old_carry_rates_0 + NLANES * i, carry + 6 * NLANES * i,
     by_element_2);
-        NAME(descend_inside_46_lanes)(common_7, old_carry_rates_1 + NLANES * i, carry + 6 * NLANES * i,
+        NAME(descend_by_element_2_lanes)(common_7, old_carry_rates_1 + NLANES * i, carry + 6 * NLANES * i,
     by_element_3);
-        NAME(descend_inside_47_lanes)(common_7, old_carry_rates_2 + NLANES * i, carry + 6 * NLANES * i,
+        NAME(descend_by_element_3_lanes)(common_7, old_carry_rates_2 + NLANES * i, carry + 6 * NLANES * i,
     by_element_4);
-        NAME(descend_inside_48_lanes)(common_7, old_carry_rates_3 + NLANES * i, carry + 6 * NLANES * i,
+        NAME(descend_by_element_4_lanes)(common_7, old_carry_rates_3 + NLANES * i, carry + 6 * NLANES * i,
     by_element_5);
-        NAME(descend_inside_49_lanes)(common_7, old_carry_rates_4 + NLANES * i, carry + 6 * NLANES * i,
+        NAME(descend_by_element_5_lanes)(common_7, old_carry_rates_4 + NLANES * i, carry + 6 * NLANES * i,
     by_element_6);
-        NAME(descend_inside_50_lanes)(common_7, old_carry_rates_5 + NLANES * i, carry + 6 * NLANES * i,
+        NAME(descend_by_element_6_lanes)(common_7, old_carry_rates_5 + NLANES * i, carry + 6 * NLANES * i,
     by_element_7);
-        NAME(descend_inside_51_lanes)(common_7, old_carry_best + NLANES * i, inside + NLANES * i,
-    out_0 + NLANES * i);
-        far |= NAME(descend_inside_53_lanes)(motion, out_0 + NLANES * i, axes + 6 * i, turns + i, motion);
+        NAME(descend_result_lanes)(common_7, old_carry_best + NLANES * i, inside + NLANES * i, out_0 + NLANES * i);
+        far |= NAME(motion_of_joints_result_lanes)(motion, out_0 + NLANES * i, axes + 6 * i, turns + i, motion);
     }
-    NAME(descend_inside_54_lanes)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
+    NAME(descend_result_2_lanes)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
     return far;
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all registration
 // spec: 9f26853a497e97b5
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: df58cd7744f4b682eae58772ef495a4868379be5f9e962b87b089ca71d7c37fe
+// body: 448fb1050f8291631bf8cd9a843e116f244419c987857b54fdf042201c2cc69b
 
 #ifndef REAL
 #include "registration.h"
@@ -352,8 +352,8 @@ GAC_KERNEL(turn_about_line, PLAIN, TILES)
     AND OUT(5, out_1, scalar, 1, n)
 #define WORK_lengths_of_pairs(WORK)
 
-static INLINE void NAME(lengths_of_pairs_1)(const REAL *p, const REAL *q, const REAL *points, const REAL *targets,
-    REAL *out_0, REAL *out_1)
+static INLINE void NAME(lengths_of_pairs_result)(const REAL *p, const REAL *q, const REAL *points, const REAL
+    *targets, REAL *out_0, REAL *out_1)
 {
     const REAL p_0 = p[0], p_1 = p[1], p_2 = p[2];
     const REAL q_0 = q[0], q_1 = q[1], q_2 = q[2];
@@ -368,9 +368,9 @@ static INLINE void NAME(lengths_of_pairs_1)(const REAL *p, const REAL *q, const 
     out_0[0] = SQRT(t0 * t0 + t1 * t1 + t2 * t2);
     out_1[0] = SQRT(t3 * t3 + t4 * t4 + t5 * t5);
 }
-#define PARTS_lengths_of_pairs_1(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 3) AND IN(3, 3) \
+#define PARTS_lengths_of_pairs_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 3) AND IN(3, 3) \
     AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(lengths_of_pairs_1, PLAIN)
+GAC_IN_LANES(lengths_of_pairs_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t registration_lengths_of_pairs_work(intptr_t n)
@@ -385,15 +385,15 @@ void NAME(lengths_of_pairs)(intptr_t n, const REAL *p, const REAL *q, const REAL
 {
     (void)work;
     for (intptr_t i = 0; i < n; i++)
-        NAME(lengths_of_pairs_1)(p, q, points + 3 * i, targets + 3 * i, out_0 + i, out_1 + i);
+        NAME(lengths_of_pairs_result)(p, q, points + 3 * i, targets + 3 * i, out_0 + i, out_1 + i);
 }
 
 static INLINE WORD NAME(lengths_of_pairs_lanes)(intptr_t n, const REAL *p, const REAL *q, const REAL *points,
     const REAL *targets, REAL *out_0, REAL *out_1)
 {
     for (intptr_t i = 0; i < n; i++)
-        NAME(lengths_of_pairs_1_lanes)(p, q, points + 3 * NLANES * i, targets + 3 * NLANES * i, out_0 + NLANES * i,
-    out_1 + NLANES * i);
+        NAME(lengths_of_pairs_result_lanes)(p, q, points + 3 * NLANES * i, targets + 3 * NLANES * i,
+    out_0 + NLANES * i, out_1 + NLANES * i);
     return 0;
 }
 
@@ -404,7 +404,7 @@ GAC_PROCEDURE(lengths_of_pairs, LANES)
     AND OUT(4, out_1, 3, 3, 1)
 #define WORK_means_of_matches(WORK)
 
-static INLINE void NAME(means_of_matches_1)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
+static INLINE void NAME(means_of_matches_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -414,11 +414,11 @@ static INLINE void NAME(means_of_matches_1)(REAL *sum, REAL *sum_2, REAL *sum_2_
     sum_2[2] = (REAL)0;
     sum_2_2[0] = (REAL)0;
 }
-#define PARTS_means_of_matches_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 3) AND OUT(1, 3) AND OUT(2, 1)
-GAC_IN_LANES(means_of_matches_1, PLAIN)
+#define PARTS_means_of_matches_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3) AND OUT(1, 3) AND OUT(2, 1)
+GAC_IN_LANES(means_of_matches_sum_start, PLAIN)
 
-static INLINE void NAME(means_of_matches_2)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, const REAL *points,
-    const REAL *targets, REAL w, REAL *sum_out, REAL *sum_2_out, REAL *sum_2_2_out)
+static INLINE void NAME(means_of_matches_sum)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, const REAL
+    *points, const REAL *targets, REAL w, REAL *sum_out, REAL *sum_2_out, REAL *sum_2_2_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL sum_2_2_0 = sum_2_2[0], sum_2_2_1 = sum_2_2[1], sum_2_2_2 = sum_2_2[2];
@@ -432,12 +432,12 @@ static INLINE void NAME(means_of_matches_2)(const REAL *sum, const REAL *sum_2_2
     sum_2_out[2] = sum_2_2_2 + targets_2 * w;
     sum_2_2_out[0] = sum_2_3 + w;
 }
-#define PARTS_means_of_matches_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 3) \
+#define PARTS_means_of_matches_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 3) \
     AND IN(4, 3) AND NUMBER(5, 0) AND OUT(6, 3) AND OUT(7, 3) AND OUT(8, 1)
-GAC_IN_LANES(means_of_matches_2, PLAIN)
+GAC_IN_LANES(means_of_matches_sum, PLAIN)
 
-static INLINE void NAME(means_of_matches_3)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL *out_0, REAL
-    *out_1)
+static INLINE void NAME(means_of_matches_result)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL *out_0,
+    REAL *out_1)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL sum_2_2_0 = sum_2_2[0], sum_2_2_1 = sum_2_2[1], sum_2_2_2 = sum_2_2[2];
@@ -449,9 +449,9 @@ static INLINE void NAME(means_of_matches_3)(const REAL *sum, const REAL *sum_2_2
     out_1[1] = sum_2_2_1 * t0;
     out_1[2] = sum_2_2_2 * t0;
 }
-#define PARTS_means_of_matches_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND NUMBER(2, 0) AND OUT(3, 3) \
-    AND OUT(4, 3)
-GAC_IN_LANES(means_of_matches_3, PLAIN)
+#define PARTS_means_of_matches_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND NUMBER(2, 0) \
+    AND OUT(3, 3) AND OUT(4, 3)
+GAC_IN_LANES(means_of_matches_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t registration_means_of_matches_work(intptr_t n)
@@ -466,22 +466,22 @@ void NAME(means_of_matches)(intptr_t n, const REAL *points, const REAL *targets,
 {
     (void)work;
     REAL sum[3], sum_2[3], sum_2_2;
-    NAME(means_of_matches_1)(sum, sum_2, &sum_2_2);
+    NAME(means_of_matches_sum_start)(sum, sum_2, &sum_2_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(means_of_matches_2)(sum, sum_2, sum_2_2, points + 3 * i, targets + 3 * i, weights[i], sum, sum_2,
+        NAME(means_of_matches_sum)(sum, sum_2, sum_2_2, points + 3 * i, targets + 3 * i, weights[i], sum, sum_2,
     &sum_2_2);
-    NAME(means_of_matches_3)(sum, sum_2, sum_2_2, out_0, out_1);
+    NAME(means_of_matches_result)(sum, sum_2, sum_2_2, out_0, out_1);
 }
 
 static INLINE WORD NAME(means_of_matches_lanes)(intptr_t n, const REAL *points, const REAL *targets,
     const REAL *weights, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL sum[3 * NLANES], sum_2[3 * NLANES], sum_2_2[NLANES];
-    NAME(means_of_matches_1_lanes)(sum, sum_2, sum_2_2);
+    NAME(means_of_matches_sum_start_lanes)(sum, sum_2, sum_2_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(means_of_matches_2_lanes)(sum, sum_2, sum_2_2, points + 3 * NLANES * i, targets + 3 * NLANES * i,
+        NAME(means_of_matches_sum_lanes)(sum, sum_2, sum_2_2, points + 3 * NLANES * i, targets + 3 * NLANES * i,
     weights + NLANES * i, sum, sum_2, sum_2_2);
-    NAME(means_of_matches_3_lanes)(sum, sum_2, sum_2_2, out_0, out_1);
+    NAME(means_of_matches_result_lanes)(sum, sum_2, sum_2_2, out_0, out_1);
     return 0;
 }
 
@@ -492,7 +492,7 @@ GAC_PROCEDURE(means_of_matches, LANES)
     AND OUT(5, out, 4x4, 16, 1)
 #define WORK_form_of_matches(WORK)
 
-static INLINE void NAME(form_of_matches_1)(REAL *sum)
+static INLINE void NAME(form_of_matches_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -505,11 +505,11 @@ static INLINE void NAME(form_of_matches_1)(REAL *sum)
     sum[8] = (REAL)0;
     sum[9] = (REAL)0;
 }
-#define PARTS_form_of_matches_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 10)
-GAC_IN_LANES(form_of_matches_1, PLAIN)
+#define PARTS_form_of_matches_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 10)
+GAC_IN_LANES(form_of_matches_sum_start, PLAIN)
 
-static INLINE void NAME(form_of_matches_2)(const REAL *x, const REAL *y, const REAL *sum, const REAL *points, const
-    REAL *targets, REAL w, REAL *sum_out)
+static INLINE void NAME(form_of_matches_sum)(const REAL *x, const REAL *y, const REAL *sum, const REAL *points,
+    const REAL *targets, REAL w, REAL *sum_out)
 {
     const REAL x_0 = x[0], x_1 = x[1], x_2 = x[2];
     const REAL y_0 = y[0], y_1 = y[1], y_2 = y[2];
@@ -546,11 +546,11 @@ static INLINE void NAME(form_of_matches_2)(const REAL *x, const REAL *y, const R
     sum_out[8] = sum_8 + w * (t13 * t12 - t2 * t6);
     sum_out[9] = sum_9 + w * (t3 + (t16 + t17));
 }
-#define PARTS_form_of_matches_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 10) AND IN(3, 3) \
+#define PARTS_form_of_matches_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 10) AND IN(3, 3) \
     AND IN(4, 3) AND NUMBER(5, 0) AND OUT(6, 10)
-GAC_IN_LANES(form_of_matches_2, PLAIN)
+GAC_IN_LANES(form_of_matches_sum, PLAIN)
 
-static INLINE void NAME(form_of_matches_3)(const REAL *sum, REAL *out)
+static INLINE void NAME(form_of_matches_result)(const REAL *sum, REAL *out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
         sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8], sum_9 = sum[9];
@@ -571,8 +571,8 @@ static INLINE void NAME(form_of_matches_3)(const REAL *sum, REAL *out)
     out[14] = sum_8;
     out[15] = sum_9;
 }
-#define PARTS_form_of_matches_3(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND OUT(1, 16)
-GAC_IN_LANES(form_of_matches_3, PLAIN)
+#define PARTS_form_of_matches_result(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND OUT(1, 16)
+GAC_IN_LANES(form_of_matches_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t registration_form_of_matches_work(intptr_t n)
@@ -587,21 +587,21 @@ void NAME(form_of_matches)(intptr_t n, const REAL *points, const REAL *targets, 
 {
     (void)work;
     REAL sum[10];
-    NAME(form_of_matches_1)(sum);
+    NAME(form_of_matches_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(form_of_matches_2)(x, y, sum, points + 3 * i, targets + 3 * i, weights[i], sum);
-    NAME(form_of_matches_3)(sum, out);
+        NAME(form_of_matches_sum)(x, y, sum, points + 3 * i, targets + 3 * i, weights[i], sum);
+    NAME(form_of_matches_result)(sum, out);
 }
 
 static INLINE WORD NAME(form_of_matches_lanes)(intptr_t n, const REAL *points, const REAL *targets,
     const REAL *weights, const REAL *x, const REAL *y, REAL *out)
 {
     _Alignas(64) REAL sum[10 * NLANES];
-    NAME(form_of_matches_1_lanes)(sum);
+    NAME(form_of_matches_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
-        NAME(form_of_matches_2_lanes)(x, y, sum, points + 3 * NLANES * i, targets + 3 * NLANES * i,
+        NAME(form_of_matches_sum_lanes)(x, y, sum, points + 3 * NLANES * i, targets + 3 * NLANES * i,
     weights + NLANES * i, sum);
-    NAME(form_of_matches_3_lanes)(sum, out);
+    NAME(form_of_matches_result_lanes)(sum, out);
     return 0;
 }
 
@@ -614,7 +614,7 @@ GAC_PROCEDURE(form_of_matches, LANES)
     AND OUT(10, out_1, 6, 6, 1) AND OUT(11, out_2, 2, 2, 1)
 #define WORK_alignment_sums(WORK)
 
-static INLINE void NAME(alignment_sums_1)(REAL *sum, REAL *sum_2, REAL *sum_2_2, REAL *sum_3)
+static INLINE void NAME(alignment_sums_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_2, REAL *sum_3)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -646,17 +646,18 @@ static INLINE void NAME(alignment_sums_1)(REAL *sum, REAL *sum_2, REAL *sum_2_2,
     sum_2_2[0] = (REAL)0;
     sum_3[0] = (REAL)0;
 }
-#define PARTS_alignment_sums_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(alignment_sums_1, PLAIN)
+#define PARTS_alignment_sums_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6) AND OUT(2, 1) \
+    AND OUT(3, 1)
+GAC_IN_LANES(alignment_sums_sum_start, PLAIN)
 
-static INLINE void NAME(alignment_sums_2)(REAL scale, REAL *common)
+static INLINE void NAME(alignment_sums_common)(REAL scale, REAL *common)
 {
     common[0] = scale * scale;
 }
-#define PARTS_alignment_sums_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(alignment_sums_2, PLAIN)
+#define PARTS_alignment_sums_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(alignment_sums_common, PLAIN)
 
-static INLINE void NAME(alignment_sums_3)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3,
+static INLINE void NAME(alignment_sums_sum)(const REAL *motor, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3,
     REAL sum_3_2, const REAL *points, REAL w, const REAL *targets, const REAL *directions, REAL a, REAL b, REAL
     common, REAL *sum_out, REAL *sum_2_out, REAL *sum_2_2_out, REAL *sum_3_out)
 {
@@ -742,13 +743,13 @@ static INLINE void NAME(alignment_sums_3)(const REAL *motor, const REAL *sum, co
     sum_2_2_out[0] = sum_2_3 + t15;
     sum_3_out[0] = sum_3_2 + t13 * t15;
 }
-#define PARTS_alignment_sums_3(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 6) AND NUMBER(3, 0) \
+#define PARTS_alignment_sums_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 21) AND IN(2, 6) AND NUMBER(3, 0) \
     AND NUMBER(4, 0) AND SAME(5, 3) AND NUMBER(6, 0) AND SAME(7, 3) AND SAME(8, 3) AND NUMBER(9, 1) \
     AND NUMBER(10, 1) AND NUMBER(11, 0) AND OUT(12, 21) AND OUT(13, 6) AND OUT(14, 1) AND OUT(15, 1)
-GAC_IN_LANES(alignment_sums_3, PLAIN)
+GAC_IN_LANES(alignment_sums_sum, PLAIN)
 
-static INLINE void NAME(alignment_sums_4)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL sum_3_2, REAL
-    *out_0, REAL *out_1, REAL *out_2)
+static INLINE void NAME(alignment_sums_result)(const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL sum_3_2,
+    REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
         sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8], sum_9 = sum[9], sum_10 = sum[10], sum_11 = sum[11],
@@ -786,9 +787,9 @@ static INLINE void NAME(alignment_sums_4)(const REAL *sum, const REAL *sum_2_2, 
     out_2[0] = sum_2_3;
     out_2[1] = sum_3_2;
 }
-#define PARTS_alignment_sums_4(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 6) AND NUMBER(2, 0) AND NUMBER(3, 0) \
-    AND OUT(4, 21) AND OUT(5, 6) AND OUT(6, 2)
-GAC_IN_LANES(alignment_sums_4, PLAIN)
+#define PARTS_alignment_sums_result(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 6) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND OUT(4, 21) AND OUT(5, 6) AND OUT(6, 2)
+GAC_IN_LANES(alignment_sums_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t registration_alignment_sums_work(intptr_t n, intptr_t m)
@@ -804,13 +805,13 @@ void NAME(alignment_sums)(intptr_t n, intptr_t m, const REAL *motor, const REAL 
 {
     (void)m, (void)work;
     REAL sum[21], sum_2[6], sum_2_2, sum_3, common;
-    NAME(alignment_sums_1)(sum, sum_2, &sum_2_2, &sum_3);
-    NAME(alignment_sums_2)(scale, &common);
+    NAME(alignment_sums_sum_start)(sum, sum_2, &sum_2_2, &sum_3);
+    NAME(alignment_sums_common)(scale, &common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(alignment_sums_3)(motor, sum, sum_2, sum_2_2, sum_3, points + 3 * i, weights[i],
+        NAME(alignment_sums_sum)(motor, sum, sum_2, sum_2_2, sum_3, points + 3 * i, weights[i],
     targets + 3 * nearest[i], directions + 3 * nearest[i], across[nearest[i]], along[nearest[i]], common, sum,
     sum_2, &sum_2_2, &sum_3);
-    NAME(alignment_sums_4)(sum, sum_2, sum_2_2, sum_3, out_0, out_1, out_2);
+    NAME(alignment_sums_result)(sum, sum_2, sum_2_2, sum_3, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(alignment_sums_lanes)(intptr_t n, intptr_t m, const REAL *motor, const REAL *points,
@@ -819,13 +820,13 @@ static INLINE WORD NAME(alignment_sums_lanes)(intptr_t n, intptr_t m, const REAL
 {
     (void)m;
     _Alignas(64) REAL sum[21 * NLANES], sum_2[6 * NLANES], sum_2_2[NLANES], sum_3[NLANES], common[NLANES];
-    NAME(alignment_sums_1_lanes)(sum, sum_2, sum_2_2, sum_3);
-    NAME(alignment_sums_2_lanes)(scale, common);
+    NAME(alignment_sums_sum_start_lanes)(sum, sum_2, sum_2_2, sum_3);
+    NAME(alignment_sums_common_lanes)(scale, common);
     for (intptr_t i = 0; i < n; i++)
-        NAME(alignment_sums_3_lanes)(motor, sum, sum_2, sum_2_2, sum_3, points + 3 * i, weights + NLANES * i,
+        NAME(alignment_sums_sum_lanes)(motor, sum, sum_2, sum_2_2, sum_3, points + 3 * i, weights + NLANES * i,
     targets + 3 * nearest[i], directions + 3 * nearest[i], across + nearest[i], along + nearest[i], common, sum,
     sum_2, sum_2_2, sum_3);
-    NAME(alignment_sums_4_lanes)(sum, sum_2, sum_2_2, sum_3, out_0, out_1, out_2);
+    NAME(alignment_sums_result_lanes)(sum, sum_2, sum_2_2, sum_3, out_0, out_1, out_2);
     return 0;
 }
 

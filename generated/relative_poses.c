@@ -2,7 +2,7 @@
 // command: gac generate --all relative_poses
 // spec: 152318b85d135fb4
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1655fd658bf56db124fa210604c526cbd16947c3e3eabd01869aebba4f4a5111
+// body: d92dcd28fa40c57ab085122a6df03f8b77636a9696adea8406db357d950342ac
 
 #ifndef REAL
 #include "relative_poses.h"
@@ -2799,15 +2799,15 @@ GAC_KERNEL(tangents_of_direction, PLAIN, DIRECT)
     AND OUT(4, out, scalar, 1, 1)
 #define WORK_truncated_squares(WORK)
 
-static INLINE void NAME(truncated_squares_1)(REAL *out)
+static INLINE void NAME(truncated_squares_result_start)(REAL *out)
 {
     out[0] = (REAL)0;
 }
-#define PARTS_truncated_squares_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(truncated_squares_1, PLAIN)
+#define PARTS_truncated_squares_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(truncated_squares_result_start, PLAIN)
 
-static INLINE void NAME(truncated_squares_2)(const REAL *fundamental, REAL *common, REAL *common_2, REAL *common_3,
-    REAL *common_4, REAL *common_5)
+static INLINE void NAME(truncated_squares_common)(const REAL *fundamental, REAL *common, REAL *common_2, REAL
+    *common_3, REAL *common_4, REAL *common_5)
 {
     const REAL fundamental_0_2 = fundamental[2], fundamental_1_2 = fundamental[5], fundamental_2_0 = fundamental[6],
         fundamental_2_1 = fundamental[7], fundamental_2_2 = fundamental[8];
@@ -2817,12 +2817,12 @@ static INLINE void NAME(truncated_squares_2)(const REAL *fundamental, REAL *comm
     common_4[0] = fundamental_2_0;
     common_5[0] = fundamental_2_1;
 }
-#define PARTS_truncated_squares_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(truncated_squares_2, PLAIN)
+#define PARTS_truncated_squares_common(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1)
+GAC_IN_LANES(truncated_squares_common, PLAIN)
 
-static INLINE void NAME(truncated_squares_3)(const REAL *fundamental, REAL limit, REAL sum, const REAL *first, const
-    REAL *second, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL *out)
+static INLINE void NAME(truncated_squares_result)(const REAL *fundamental, REAL limit, REAL sum, const REAL *first,
+    const REAL *second, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL *out)
 {
     const REAL fundamental_0_0 = fundamental[0], fundamental_0_1 = fundamental[1], fundamental_1_0 = fundamental[3],
         fundamental_1_1 = fundamental[4], fundamental_2_0 = fundamental[6], fundamental_2_1 = fundamental[7];
@@ -2838,10 +2838,10 @@ static INLINE void NAME(truncated_squares_3)(const REAL *fundamental, REAL limit
     const REAL t7 = t6 * t6 / MAXIMUM(t4, (REAL)1e-40);
     out[0] = sum + MINIMUM(limit, t7);
 }
-#define PARTS_truncated_squares_3(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_truncated_squares_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND SAME(3, 2) AND SAME(4, 2) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND OUT(10, 1)
-GAC_IN_LANES(truncated_squares_3, PLAIN)
+GAC_IN_LANES(truncated_squares_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t relative_poses_truncated_squares_work(intptr_t n)
@@ -2856,10 +2856,10 @@ void NAME(truncated_squares)(intptr_t n, const REAL *fundamental, const REAL *fi
 {
     (void)work;
     REAL common, common_2, common_3, common_4, common_5;
-    NAME(truncated_squares_1)(out);
-    NAME(truncated_squares_2)(fundamental, &common, &common_2, &common_3, &common_4, &common_5);
+    NAME(truncated_squares_result_start)(out);
+    NAME(truncated_squares_common)(fundamental, &common, &common_2, &common_3, &common_4, &common_5);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_squares_3)(fundamental, limit, out[0], first + 2 * i, second + 2 * i, common, common_2,
+        NAME(truncated_squares_result)(fundamental, limit, out[0], first + 2 * i, second + 2 * i, common, common_2,
     common_3, common_4, common_5, out);
 }
 
@@ -2867,11 +2867,11 @@ static INLINE WORD NAME(truncated_squares_lanes)(intptr_t n, const REAL *fundame
     const REAL *second, const REAL *limit, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES];
-    NAME(truncated_squares_1_lanes)(out);
-    NAME(truncated_squares_2_lanes)(fundamental, common, common_2, common_3, common_4, common_5);
+    NAME(truncated_squares_result_start_lanes)(out);
+    NAME(truncated_squares_common_lanes)(fundamental, common, common_2, common_3, common_4, common_5);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_squares_3_lanes)(fundamental, limit, out, first + 2 * i, second + 2 * i, common, common_2,
-    common_3, common_4, common_5, out);
+        NAME(truncated_squares_result_lanes)(fundamental, limit, out, first + 2 * i, second + 2 * i, common,
+    common_2, common_3, common_4, common_5, out);
     return 0;
 }
 
@@ -2882,23 +2882,8 @@ GAC_PROCEDURE(truncated_squares, LANES)
     AND OUT(3, out, scalar, 1, n)
 #define WORK_squared_distances(WORK)
 
-static INLINE void NAME(squared_distances_1)(const REAL *fundamental, REAL *common, REAL *common_2, REAL *common_3,
-    REAL *common_4, REAL *common_5)
-{
-    const REAL fundamental_0_2 = fundamental[2], fundamental_1_2 = fundamental[5], fundamental_2_0 = fundamental[6],
-        fundamental_2_1 = fundamental[7], fundamental_2_2 = fundamental[8];
-    common[0] = fundamental_0_2;
-    common_2[0] = fundamental_1_2;
-    common_3[0] = fundamental_2_2;
-    common_4[0] = fundamental_2_0;
-    common_5[0] = fundamental_2_1;
-}
-#define PARTS_squared_distances_1(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(squared_distances_1, PLAIN)
-
-static INLINE void NAME(squared_distances_2)(const REAL *fundamental, const REAL *first, const REAL *second, REAL
-    common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL *out)
+static INLINE void NAME(squared_distances_result)(const REAL *fundamental, const REAL *first, const REAL *second,
+    REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL *out)
 {
     const REAL fundamental_0_0 = fundamental[0], fundamental_0_1 = fundamental[1], fundamental_1_0 = fundamental[3],
         fundamental_1_1 = fundamental[4], fundamental_2_0 = fundamental[6], fundamental_2_1 = fundamental[7];
@@ -2913,9 +2898,9 @@ static INLINE void NAME(squared_distances_2)(const REAL *fundamental, const REAL
     const REAL t6 = second_0 * t0 + second_1 * t1 + t5;
     out[0] = t6 * t6 / MAXIMUM(t4, (REAL)1e-40);
 }
-#define PARTS_squared_distances_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND SAME(1, 2) AND SAME(2, 2) \
+#define PARTS_squared_distances_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND SAME(1, 2) AND SAME(2, 2) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1)
-GAC_IN_LANES(squared_distances_2, PLAIN)
+GAC_IN_LANES(squared_distances_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t relative_poses_squared_distances_work(intptr_t n)
@@ -2930,19 +2915,19 @@ void NAME(squared_distances)(intptr_t n, const REAL *fundamental, const REAL *fi
 {
     (void)work;
     REAL common, common_2, common_3, common_4, common_5;
-    NAME(squared_distances_1)(fundamental, &common, &common_2, &common_3, &common_4, &common_5);
+    NAME(truncated_squares_common)(fundamental, &common, &common_2, &common_3, &common_4, &common_5);
     for (intptr_t i = 0; i < n; i++)
-        NAME(squared_distances_2)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3, common_4,
-    common_5, out + i);
+        NAME(squared_distances_result)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3,
+    common_4, common_5, out + i);
 }
 
 static INLINE WORD NAME(squared_distances_lanes)(intptr_t n, const REAL *fundamental, const REAL *first,
     const REAL *second, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES];
-    NAME(squared_distances_1_lanes)(fundamental, common, common_2, common_3, common_4, common_5);
+    NAME(truncated_squares_common_lanes)(fundamental, common, common_2, common_3, common_4, common_5);
     for (intptr_t i = 0; i < n; i++)
-        NAME(squared_distances_2_lanes)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3,
+        NAME(squared_distances_result_lanes)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3,
     common_4, common_5, out + NLANES * i);
     return 0;
 }
@@ -2954,8 +2939,8 @@ GAC_PROCEDURE(squared_distances, LANES)
     AND OUT(3, out, 4, 4, n)
 #define WORK_epipolar_normals(WORK)
 
-static INLINE void NAME(epipolar_normals_1)(const REAL *fundamental, REAL *common, REAL *common_2, REAL *common_3,
-    REAL *common_4)
+static INLINE void NAME(epipolar_normals_common)(const REAL *fundamental, REAL *common, REAL *common_2, REAL
+    *common_3, REAL *common_4)
 {
     const REAL fundamental_0_2 = fundamental[2], fundamental_1_2 = fundamental[5], fundamental_2_0 = fundamental[6],
         fundamental_2_1 = fundamental[7];
@@ -2964,12 +2949,12 @@ static INLINE void NAME(epipolar_normals_1)(const REAL *fundamental, REAL *commo
     common_3[0] = fundamental_2_0;
     common_4[0] = fundamental_2_1;
 }
-#define PARTS_epipolar_normals_1(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
+#define PARTS_epipolar_normals_common(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
     AND OUT(4, 1)
-GAC_IN_LANES(epipolar_normals_1, PLAIN)
+GAC_IN_LANES(epipolar_normals_common, PLAIN)
 
-static INLINE void NAME(epipolar_normals_2)(const REAL *fundamental, const REAL *first, const REAL *second, REAL
-    common, REAL common_2, REAL common_3, REAL common_4, REAL *out)
+static INLINE void NAME(epipolar_normals_result)(const REAL *fundamental, const REAL *first, const REAL *second,
+    REAL common, REAL common_2, REAL common_3, REAL common_4, REAL *out)
 {
     const REAL fundamental_0_0 = fundamental[0], fundamental_0_1 = fundamental[1], fundamental_1_0 = fundamental[3],
         fundamental_1_1 = fundamental[4];
@@ -2986,9 +2971,9 @@ static INLINE void NAME(epipolar_normals_2)(const REAL *fundamental, const REAL 
     out[2] = t0 * t5;
     out[3] = t1 * t5;
 }
-#define PARTS_epipolar_normals_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND SAME(1, 2) AND SAME(2, 2) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 4)
-GAC_IN_LANES(epipolar_normals_2, PLAIN)
+#define PARTS_epipolar_normals_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND SAME(1, 2) AND SAME(2, 2) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 4)
+GAC_IN_LANES(epipolar_normals_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t relative_poses_epipolar_normals_work(intptr_t n)
@@ -3003,19 +2988,19 @@ void NAME(epipolar_normals)(intptr_t n, const REAL *fundamental, const REAL *fir
 {
     (void)work;
     REAL common, common_2, common_3, common_4;
-    NAME(epipolar_normals_1)(fundamental, &common, &common_2, &common_3, &common_4);
+    NAME(epipolar_normals_common)(fundamental, &common, &common_2, &common_3, &common_4);
     for (intptr_t i = 0; i < n; i++)
-        NAME(epipolar_normals_2)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3, common_4,
-    out + 4 * i);
+        NAME(epipolar_normals_result)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3,
+    common_4, out + 4 * i);
 }
 
 static INLINE WORD NAME(epipolar_normals_lanes)(intptr_t n, const REAL *fundamental, const REAL *first,
     const REAL *second, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES];
-    NAME(epipolar_normals_1_lanes)(fundamental, common, common_2, common_3, common_4);
+    NAME(epipolar_normals_common_lanes)(fundamental, common, common_2, common_3, common_4);
     for (intptr_t i = 0; i < n; i++)
-        NAME(epipolar_normals_2_lanes)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3,
+        NAME(epipolar_normals_result_lanes)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3,
     common_4, out + 4 * NLANES * i);
     return 0;
 }
@@ -3028,9 +3013,9 @@ GAC_PROCEDURE(epipolar_normals, LANES)
     AND OUT(9, out_2, 3, 3, 1)
 #define WORK_descend_motion(WORK)
 
-static INLINE void NAME(descend_motion_1)(const REAL *m, REAL *now_carry_best, REAL *now_carry_following, REAL
-    *now_carry_table, REAL *now_carry_slope, REAL *now_carry_cost, REAL *now_carry_damping, REAL *now_carry_done,
-    REAL *now_steps, REAL *now_converged, REAL *converged, REAL *steps)
+static INLINE void NAME(descend_motion_now_carry_best)(const REAL *m, REAL *now_carry_best, REAL
+    *now_carry_following, REAL *now_carry_table, REAL *now_carry_slope, REAL *now_carry_cost, REAL
+    *now_carry_damping, REAL *now_carry_done, REAL *now_steps, REAL *now_converged, REAL *converged, REAL *steps)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
         m_e0123 = m[7];
@@ -3081,12 +3066,12 @@ static INLINE void NAME(descend_motion_1)(const REAL *m, REAL *now_carry_best, R
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_descend_motion_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 7) AND OUT(2, 7) AND OUT(3, 15) \
-    AND OUT(4, 5) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
-    AND OUT(11, 1)
-GAC_IN_LANES(descend_motion_1, PLAIN)
+#define PARTS_descend_motion_now_carry_best(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 7) AND OUT(2, 7) \
+    AND OUT(3, 15) AND OUT(4, 5) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) \
+    AND OUT(10, 1) AND OUT(11, 1)
+GAC_IN_LANES(descend_motion_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_motion_2)(REAL *sum)
+static INLINE void NAME(descend_motion_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -3110,19 +3095,20 @@ static INLINE void NAME(descend_motion_2)(REAL *sum)
     sum[19] = (REAL)0;
     sum[20] = (REAL)0;
 }
-#define PARTS_descend_motion_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
-GAC_IN_LANES(descend_motion_2, PLAIN)
+#define PARTS_descend_motion_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
+GAC_IN_LANES(descend_motion_sum_start, PLAIN)
 
-static INLINE void NAME(descend_motion_3)(const REAL *left, const REAL *right, const REAL *now_carry_following, REAL
-    *common, REAL *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL
-    *common_8, REAL *common_9, REAL *common_10, REAL *common_11, REAL *common_12, REAL *common_13, REAL *common_14,
-    REAL *common_15, REAL *common_16, REAL *common_17, REAL *common_18, REAL *common_19, REAL *common_20, REAL
-    *common_21, REAL *common_22, REAL *common_23, REAL *common_24, REAL *common_25, REAL *common_26, REAL
-    *common_27, REAL *common_28, REAL *common_29, REAL *common_30, REAL *common_31, REAL *common_32, REAL
-    *common_33, REAL *common_34, REAL *common_35, REAL *common_36, REAL *common_37, REAL *common_38, REAL
-    *common_39, REAL *common_40, REAL *common_41, REAL *common_42, REAL *common_43, REAL *common_44, REAL
-    *common_45, REAL *common_46, REAL *common_47, REAL *common_48, REAL *common_49, REAL *common_50, REAL
-    *common_51, REAL *common_52, REAL *common_53, REAL *common_54, REAL *common_55, REAL *common_56)
+static INLINE void NAME(descend_motion_common)(const REAL *left, const REAL *right, const REAL *now_carry_following,
+    REAL *common, REAL *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7,
+    REAL *common_8, REAL *common_9, REAL *common_10, REAL *common_11, REAL *common_12, REAL *common_13, REAL
+    *common_14, REAL *common_15, REAL *common_16, REAL *common_17, REAL *common_18, REAL *common_19, REAL
+    *common_20, REAL *common_21, REAL *common_22, REAL *common_23, REAL *common_24, REAL *common_25, REAL
+    *common_26, REAL *common_27, REAL *common_28, REAL *common_29, REAL *common_30, REAL *common_31, REAL
+    *common_32, REAL *common_33, REAL *common_34, REAL *common_35, REAL *common_36, REAL *common_37, REAL
+    *common_38, REAL *common_39, REAL *common_40, REAL *common_41, REAL *common_42, REAL *common_43, REAL
+    *common_44, REAL *common_45, REAL *common_46, REAL *common_47, REAL *common_48, REAL *common_49, REAL
+    *common_50, REAL *common_51, REAL *common_52, REAL *common_53, REAL *common_54, REAL *common_55, REAL
+    *common_56)
 {
     const REAL left_0_0 = left[0], left_0_1 = left[1], left_0_2 = left[2], left_1_0 = left[3], left_1_1 = left[4],
         left_1_2 = left[5], left_2_0 = left[6], left_2_1 = left[7], left_2_2 = left[8];
@@ -3334,7 +3320,7 @@ static INLINE void NAME(descend_motion_3)(const REAL *left, const REAL *right, c
     common_55[0] = left_0_1 * t141 + left_1_1 * t142 + left_2_1 * t143;
     common_56[0] = left_0_2 * t141 + left_1_2 * t142 + left_2_2 * t143;
 }
-#define PARTS_descend_motion_3(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 7) AND OUT(3, 1) \
+#define PARTS_descend_motion_common(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 7) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
     AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1) AND OUT(17, 1) \
     AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1) AND OUT(21, 1) AND OUT(22, 1) AND OUT(23, 1) AND OUT(24, 1) \
@@ -3343,9 +3329,9 @@ static INLINE void NAME(descend_motion_3)(const REAL *left, const REAL *right, c
     AND OUT(39, 1) AND OUT(40, 1) AND OUT(41, 1) AND OUT(42, 1) AND OUT(43, 1) AND OUT(44, 1) AND OUT(45, 1) \
     AND OUT(46, 1) AND OUT(47, 1) AND OUT(48, 1) AND OUT(49, 1) AND OUT(50, 1) AND OUT(51, 1) AND OUT(52, 1) \
     AND OUT(53, 1) AND OUT(54, 1) AND OUT(55, 1) AND OUT(56, 1) AND OUT(57, 1) AND OUT(58, 1)
-GAC_IN_LANES(descend_motion_3, PLAIN)
+GAC_IN_LANES(descend_motion_common, PLAIN)
 
-static INLINE void NAME(descend_motion_4)(REAL limit, const REAL *sum, const REAL *first, const REAL *second, REAL
+static INLINE void NAME(descend_motion_sum)(REAL limit, const REAL *sum, const REAL *first, const REAL *second, REAL
     common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL common_7, REAL common_8,
     REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL common_13, REAL common_14, REAL common_15,
     REAL common_16, REAL common_17, REAL common_18, REAL common_19, REAL common_20, REAL common_21, REAL common_22,
@@ -3420,24 +3406,24 @@ static INLINE void NAME(descend_motion_4)(REAL limit, const REAL *sum, const REA
     sum_out[19] = sum_19 + t7 * t36;
     sum_out[20] = sum_20 + MINIMUM(limit, t22);
 }
-#define PARTS_descend_motion_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 21) AND SAME(2, 2) AND SAME(3, 2) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
-    AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND NUMBER(15, 0) \
-    AND NUMBER(16, 0) AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) AND NUMBER(21, 0) \
-    AND NUMBER(22, 0) AND NUMBER(23, 0) AND NUMBER(24, 0) AND NUMBER(25, 0) AND NUMBER(26, 0) AND NUMBER(27, 0) \
-    AND NUMBER(28, 0) AND NUMBER(29, 0) AND NUMBER(30, 0) AND NUMBER(31, 0) AND NUMBER(32, 0) AND NUMBER(33, 0) \
-    AND NUMBER(34, 0) AND NUMBER(35, 0) AND NUMBER(36, 0) AND NUMBER(37, 0) AND NUMBER(38, 0) AND NUMBER(39, 0) \
-    AND NUMBER(40, 0) AND NUMBER(41, 0) AND NUMBER(42, 0) AND NUMBER(43, 0) AND NUMBER(44, 0) AND NUMBER(45, 0) \
-    AND NUMBER(46, 0) AND NUMBER(47, 0) AND NUMBER(48, 0) AND NUMBER(49, 0) AND NUMBER(50, 0) AND NUMBER(51, 0) \
-    AND NUMBER(52, 0) AND NUMBER(53, 0) AND NUMBER(54, 0) AND NUMBER(55, 0) AND NUMBER(56, 0) AND NUMBER(57, 0) \
-    AND NUMBER(58, 0) AND NUMBER(59, 0) AND OUT(60, 21)
-GAC_IN_LANES(descend_motion_4, PLAIN)
+#define PARTS_descend_motion_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 21) AND SAME(2, 2) \
+    AND SAME(3, 2) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
+    AND NUMBER(9, 0) AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) \
+    AND NUMBER(15, 0) AND NUMBER(16, 0) AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) \
+    AND NUMBER(21, 0) AND NUMBER(22, 0) AND NUMBER(23, 0) AND NUMBER(24, 0) AND NUMBER(25, 0) AND NUMBER(26, 0) \
+    AND NUMBER(27, 0) AND NUMBER(28, 0) AND NUMBER(29, 0) AND NUMBER(30, 0) AND NUMBER(31, 0) AND NUMBER(32, 0) \
+    AND NUMBER(33, 0) AND NUMBER(34, 0) AND NUMBER(35, 0) AND NUMBER(36, 0) AND NUMBER(37, 0) AND NUMBER(38, 0) \
+    AND NUMBER(39, 0) AND NUMBER(40, 0) AND NUMBER(41, 0) AND NUMBER(42, 0) AND NUMBER(43, 0) AND NUMBER(44, 0) \
+    AND NUMBER(45, 0) AND NUMBER(46, 0) AND NUMBER(47, 0) AND NUMBER(48, 0) AND NUMBER(49, 0) AND NUMBER(50, 0) \
+    AND NUMBER(51, 0) AND NUMBER(52, 0) AND NUMBER(53, 0) AND NUMBER(54, 0) AND NUMBER(55, 0) AND NUMBER(56, 0) \
+    AND NUMBER(57, 0) AND NUMBER(58, 0) AND NUMBER(59, 0) AND OUT(60, 21)
+GAC_IN_LANES(descend_motion_sum, PLAIN)
 
-static INLINE void NAME(descend_motion_5)(const REAL *now_carry_best, const REAL *now_carry_following, const REAL
-    *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL now_carry_damping, REAL now_steps,
-    const REAL *sum, REAL *next_now_carry_best, REAL *next_now_carry_following, REAL *next_now_carry_table, REAL
-    *next_now_carry_slope, REAL *next_now_carry_cost, REAL *next_now_carry_damping, REAL *next_now_carry_done, REAL
-    *next_now_steps, REAL *next_now_converged)
+static INLINE void NAME(descend_motion_next_now_carry_best)(const REAL *now_carry_best, const REAL
+    *now_carry_following, const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL
+    now_carry_damping, REAL now_steps, const REAL *sum, REAL *next_now_carry_best, REAL *next_now_carry_following,
+    REAL *next_now_carry_table, REAL *next_now_carry_slope, REAL *next_now_carry_cost, REAL *next_now_carry_damping,
+    REAL *next_now_carry_done, REAL *next_now_steps, REAL *next_now_converged)
 {
     const REAL now_carry_best_0 = now_carry_best[0], now_carry_best_1 = now_carry_best[1],
         now_carry_best_2 = now_carry_best[2], now_carry_best_3 = now_carry_best[3],
@@ -3590,22 +3576,22 @@ static INLINE void NAME(descend_motion_5)(const REAL *now_carry_best, const REAL
     next_now_steps[0] = now_steps + (REAL)1;
     next_now_converged[0] = LESS((REAL)0, t87);
 }
-#define PARTS_descend_motion_5(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND IN(1, 7) AND IN(2, 15) AND IN(3, 5) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 21) AND OUT(8, 7) AND OUT(9, 7) AND OUT(10, 15) \
-    AND OUT(11, 5) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(descend_motion_5, PLAIN)
+#define PARTS_descend_motion_next_now_carry_best(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND IN(1, 7) AND IN(2, 15) \
+    AND IN(3, 5) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 21) AND OUT(8, 7) AND OUT(9, 7) \
+    AND OUT(10, 15) AND OUT(11, 5) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
+GAC_IN_LANES(descend_motion_next_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_motion_6)(REAL at_most, REAL next_now_steps, REAL next_now_converged, REAL
+static INLINE void NAME(descend_motion_converged)(REAL at_most, REAL next_now_steps, REAL next_now_converged, REAL
     *converged)
 {
     const REAL t0 = SELECT(LESS(next_now_steps, at_most), (REAL)0, (REAL)1);
     converged[0] = SELECT(next_now_converged, (REAL)1, t0);
 }
-#define PARTS_descend_motion_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_motion_converged(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(descend_motion_6, PLAIN)
+GAC_IN_LANES(descend_motion_converged, PLAIN)
 
-static INLINE void NAME(descend_motion_7)(const REAL *m, REAL at_most, const REAL *now_carry_best, const REAL
+static INLINE void NAME(descend_motion_result)(const REAL *m, REAL at_most, const REAL *now_carry_best, const REAL
     *now_carry_table, REAL now_carry_cost, REAL now_steps, REAL now_converged, REAL *out_0, REAL *out_1, REAL
     *out_2)
 {
@@ -3663,9 +3649,9 @@ static INLINE void NAME(descend_motion_7)(const REAL *m, REAL at_most, const REA
     out_2[1] = SELECT(t0, now_converged, (REAL)0);
     out_2[2] = SELECT(t0, now_steps, (REAL)0);
 }
-#define PARTS_descend_motion_7(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND IN(2, 7) AND IN(3, 15) \
+#define PARTS_descend_motion_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND IN(2, 7) AND IN(3, 15) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 8) AND OUT(8, 15) AND OUT(9, 3)
-GAC_IN_LANES(descend_motion_7, PLAIN)
+GAC_IN_LANES(descend_motion_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t relative_poses_descend_motion_work(intptr_t n)
@@ -3689,11 +3675,11 @@ void NAME(descend_motion)(intptr_t n, const REAL *m, const REAL *left, const REA
     common_33, common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42,
     common_43, common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52,
     common_53, common_54, common_55, common_56;
-    NAME(descend_motion_1)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
+    NAME(descend_motion_now_carry_best)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
     &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_motion_2)(sum);
-        NAME(descend_motion_3)(left, right, now_carry_following, &common, &common_2, &common_3, &common_4,
+        NAME(descend_motion_sum_start)(sum);
+        NAME(descend_motion_common)(left, right, now_carry_following, &common, &common_2, &common_3, &common_4,
     &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13,
     &common_14, &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22,
     &common_23, &common_24, &common_25, &common_26, &common_27, &common_28, &common_29, &common_30, &common_31,
@@ -3701,18 +3687,18 @@ void NAME(descend_motion)(intptr_t n, const REAL *m, const REAL *left, const REA
     &common_41, &common_42, &common_43, &common_44, &common_45, &common_46, &common_47, &common_48, &common_49,
     &common_50, &common_51, &common_52, &common_53, &common_54, &common_55, &common_56);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_motion_4)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3, common_4,
-    common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
-    common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
-    common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34,
-    common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42, common_43, common_44,
-    common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52, common_53, common_54,
-    common_55, common_56, sum);
-        NAME(descend_motion_5)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best, next_now_carry_following,
-    next_now_carry_table, next_now_carry_slope, &next_now_carry_cost, &next_now_carry_damping, &next_now_carry_done,
-    &next_now_steps, &next_now_converged);
-        NAME(descend_motion_6)(at_most, next_now_steps, next_now_converged, &converged);
+            NAME(descend_motion_sum)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
+    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
+    common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
+    common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
+    common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42, common_43,
+    common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52, common_53,
+    common_54, common_55, common_56, sum);
+        NAME(descend_motion_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+        NAME(descend_motion_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(7, next_now_carry_best, now_carry_best);
         COPY(7, next_now_carry_following, now_carry_following);
         COPY(15, next_now_carry_table, now_carry_table);
@@ -3726,8 +3712,8 @@ void NAME(descend_motion)(intptr_t n, const REAL *m, const REAL *left, const REA
         if (converged != 0)
             break;
     }
-    NAME(descend_motion_7)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps, now_converged,
-    out_0, out_1, out_2);
+    NAME(descend_motion_result)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps,
+    now_converged, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const REAL *left, const REAL *right,
@@ -3753,8 +3739,8 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
     common_55[NLANES], common_56[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[15 * NLANES],
     gac_kept_3[5 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
     gac_kept_8[NLANES], gac_kept_9[NLANES];
-    NAME(descend_motion_1_lanes)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+    NAME(descend_motion_now_carry_best_lanes)(m, now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 7 * NLANES, now_carry_best, gac_kept_0);
         KEEP(rounds, 7 * NLANES, now_carry_following, gac_kept_1);
@@ -3766,8 +3752,8 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_motion_2_lanes)(sum);
-        NAME(descend_motion_3_lanes)(left, right, now_carry_following, common, common_2, common_3, common_4,
+        NAME(descend_motion_sum_start_lanes)(sum);
+        NAME(descend_motion_common_lanes)(left, right, now_carry_following, common, common_2, common_3, common_4,
     common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
     common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
     common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34,
@@ -3775,18 +3761,18 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
     common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52, common_53, common_54,
     common_55, common_56);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_motion_4_lanes)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
+            NAME(descend_motion_sum_lanes)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
     common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
     common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
     common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42, common_43,
     common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52, common_53,
     common_54, common_55, common_56, sum);
-        NAME(descend_motion_5_lanes)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best, next_now_carry_following,
-    next_now_carry_table, next_now_carry_slope, next_now_carry_cost, next_now_carry_damping, next_now_carry_done,
-    next_now_steps, next_now_converged);
-        NAME(descend_motion_6_lanes)(at_most, next_now_steps, next_now_converged, converged);
+        NAME(descend_motion_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+        NAME(descend_motion_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(7 * NLANES, next_now_carry_best, now_carry_best);
         COPY(7 * NLANES, next_now_carry_following, now_carry_following);
         COPY(15 * NLANES, next_now_carry_table, now_carry_table);
@@ -3810,7 +3796,7 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(descend_motion_7_lanes)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps,
+    NAME(descend_motion_result_lanes)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps,
     now_converged, out_0, out_1, out_2);
     return 0;
 }
@@ -3823,65 +3809,7 @@ GAC_PROCEDURE(descend_motion, LANES)
     AND OUT(9, out_1, 15, 15, 1) AND OUT(10, out_2, 3, 3, 1)
 #define WORK_descend_motion_in_front(WORK)
 
-static INLINE void NAME(descend_motion_in_front_1)(const REAL *m, REAL *now_carry_best, REAL *now_carry_following,
-    REAL *now_carry_table, REAL *now_carry_slope, REAL *now_carry_cost, REAL *now_carry_damping, REAL
-    *now_carry_done, REAL *now_steps, REAL *now_converged, REAL *converged, REAL *steps)
-{
-    const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
-        m_e0123 = m[7];
-    const REAL t0 = -m_e23;
-    const REAL t1 = -m_e12;
-    const REAL t2 = -((REAL)2 * (m_e23 * m_e0123 + m_e13 * m_e03 + m_e12 * m_e02 + m_1 * m_e01));
-    const REAL t3 = (REAL)2 * (m_e13 * m_e0123 - m_e23 * m_e03 - m_1 * m_e02 + m_e12 * m_e01);
-    const REAL t4 = -((REAL)2 * (m_e12 * m_e0123 + m_1 * m_e03 - m_e23 * m_e02 - m_e13 * m_e01));
-    now_carry_best[0] = m_1;
-    now_carry_best[1] = t0;
-    now_carry_best[2] = m_e13;
-    now_carry_best[3] = t1;
-    now_carry_best[4] = t2;
-    now_carry_best[5] = t3;
-    now_carry_best[6] = t4;
-    now_carry_following[0] = m_1;
-    now_carry_following[1] = t0;
-    now_carry_following[2] = m_e13;
-    now_carry_following[3] = t1;
-    now_carry_following[4] = t2;
-    now_carry_following[5] = t3;
-    now_carry_following[6] = t4;
-    now_carry_table[0] = (REAL)0;
-    now_carry_table[1] = (REAL)0;
-    now_carry_table[2] = (REAL)0;
-    now_carry_table[3] = (REAL)0;
-    now_carry_table[4] = (REAL)0;
-    now_carry_table[5] = (REAL)0;
-    now_carry_table[6] = (REAL)0;
-    now_carry_table[7] = (REAL)0;
-    now_carry_table[8] = (REAL)0;
-    now_carry_table[9] = (REAL)0;
-    now_carry_table[10] = (REAL)0;
-    now_carry_table[11] = (REAL)0;
-    now_carry_table[12] = (REAL)0;
-    now_carry_table[13] = (REAL)0;
-    now_carry_table[14] = (REAL)0;
-    now_carry_slope[0] = (REAL)0;
-    now_carry_slope[1] = (REAL)0;
-    now_carry_slope[2] = (REAL)0;
-    now_carry_slope[3] = (REAL)0;
-    now_carry_slope[4] = (REAL)0;
-    now_carry_cost[0] = (REAL)1e+30;
-    now_carry_damping[0] = (REAL)(1.0 / 1000.0);
-    now_carry_done[0] = (REAL)0;
-    now_steps[0] = (REAL)0;
-    now_converged[0] = (REAL)0;
-    converged[0] = (REAL)0;
-    steps[0] = (REAL)0;
-}
-#define PARTS_descend_motion_in_front_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 7) AND OUT(2, 7) \
-    AND OUT(3, 15) AND OUT(4, 5) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) \
-    AND OUT(10, 1) AND OUT(11, 1)
-GAC_IN_LANES(descend_motion_in_front_1, PLAIN)
-
-static INLINE void NAME(descend_motion_in_front_2)(const REAL *left, const REAL *right, const REAL *onto, REAL
+static INLINE void NAME(descend_motion_in_front_common)(const REAL *left, const REAL *right, const REAL *onto, REAL
     limit, REAL *common_72, REAL *common_73, REAL *common_74, REAL *common_75, REAL *common_76, REAL *common_77,
     REAL *common_78, REAL *common_79, REAL *common_80)
 {
@@ -3898,39 +3826,12 @@ static INLINE void NAME(descend_motion_in_front_2)(const REAL *left, const REAL 
     common_79[0] = onto_1_2;
     common_80[0] = limit * (REAL)2;
 }
-#define PARTS_descend_motion_in_front_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 9) \
+#define PARTS_descend_motion_in_front_common(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 9) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) \
     AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(descend_motion_in_front_2, PLAIN)
+GAC_IN_LANES(descend_motion_in_front_common, PLAIN)
 
-static INLINE void NAME(descend_motion_in_front_3)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-    sum[1] = (REAL)0;
-    sum[2] = (REAL)0;
-    sum[3] = (REAL)0;
-    sum[4] = (REAL)0;
-    sum[5] = (REAL)0;
-    sum[6] = (REAL)0;
-    sum[7] = (REAL)0;
-    sum[8] = (REAL)0;
-    sum[9] = (REAL)0;
-    sum[10] = (REAL)0;
-    sum[11] = (REAL)0;
-    sum[12] = (REAL)0;
-    sum[13] = (REAL)0;
-    sum[14] = (REAL)0;
-    sum[15] = (REAL)0;
-    sum[16] = (REAL)0;
-    sum[17] = (REAL)0;
-    sum[18] = (REAL)0;
-    sum[19] = (REAL)0;
-    sum[20] = (REAL)0;
-}
-#define PARTS_descend_motion_in_front_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 21)
-GAC_IN_LANES(descend_motion_in_front_3, PLAIN)
-
-static INLINE void NAME(descend_motion_in_front_4)(const REAL *left, const REAL *right, const REAL
+static INLINE void NAME(descend_motion_in_front_common_2)(const REAL *left, const REAL *right, const REAL
     *now_carry_following, REAL *common, REAL *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL
     *common_6, REAL *common_7, REAL *common_8, REAL *common_9, REAL *common_10, REAL *common_11, REAL *common_12,
     REAL *common_13, REAL *common_14, REAL *common_15, REAL *common_16, REAL *common_17, REAL *common_18, REAL
@@ -4169,8 +4070,8 @@ static INLINE void NAME(descend_motion_in_front_4)(const REAL *left, const REAL 
     common_70[0] = left_0_1 * t141 + left_1_1 * t142 + left_2_1 * t143;
     common_71[0] = left_0_2 * t141 + left_1_2 * t142 + left_2_2 * t143;
 }
-#define PARTS_descend_motion_in_front_4(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 7) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
+#define PARTS_descend_motion_in_front_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 7) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
     AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1) AND OUT(17, 1) \
     AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1) AND OUT(21, 1) AND OUT(22, 1) AND OUT(23, 1) AND OUT(24, 1) \
     AND OUT(25, 1) AND OUT(26, 1) AND OUT(27, 1) AND OUT(28, 1) AND OUT(29, 1) AND OUT(30, 1) AND OUT(31, 1) \
@@ -4180,9 +4081,9 @@ static INLINE void NAME(descend_motion_in_front_4)(const REAL *left, const REAL 
     AND OUT(53, 1) AND OUT(54, 1) AND OUT(55, 1) AND OUT(56, 1) AND OUT(57, 1) AND OUT(58, 1) AND OUT(59, 1) \
     AND OUT(60, 1) AND OUT(61, 1) AND OUT(62, 1) AND OUT(63, 1) AND OUT(64, 1) AND OUT(65, 1) AND OUT(66, 1) \
     AND OUT(67, 1) AND OUT(68, 1) AND OUT(69, 1) AND OUT(70, 1) AND OUT(71, 1) AND OUT(72, 1) AND OUT(73, 1)
-GAC_IN_LANES(descend_motion_in_front_4, PLAIN)
+GAC_IN_LANES(descend_motion_in_front_common_2, PLAIN)
 
-static INLINE void NAME(descend_motion_in_front_5)(const REAL *left, const REAL *right, const REAL *onto, REAL
+static INLINE void NAME(descend_motion_in_front_sum)(const REAL *left, const REAL *right, const REAL *onto, REAL
     limit, const REAL *now_carry_following, const REAL *sum, const REAL *first, const REAL *second, REAL common,
     REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL common_7, REAL common_8, REAL
     common_9, REAL common_10, REAL common_11, REAL common_12, REAL common_13, REAL common_14, REAL common_15, REAL
@@ -4372,7 +4273,7 @@ static INLINE void NAME(descend_motion_in_front_5)(const REAL *left, const REAL 
     sum_out[19] = sum_19 + SELECT(t33, t137, (REAL)0);
     sum_out[20] = sum_20 + SELECT(t33, t139, t138);
 }
-#define PARTS_descend_motion_in_front_5(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 9) \
+#define PARTS_descend_motion_in_front_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 9) \
     AND NUMBER(3, 0) AND IN(4, 7) AND IN(5, 21) AND SAME(6, 2) AND SAME(7, 2) AND NUMBER(8, 0) AND NUMBER(9, 0) \
     AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND NUMBER(15, 0) \
     AND NUMBER(16, 0) AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) AND NUMBER(21, 0) \
@@ -4388,241 +4289,7 @@ static INLINE void NAME(descend_motion_in_front_5)(const REAL *left, const REAL 
     AND NUMBER(76, 0) AND NUMBER(77, 0) AND NUMBER(78, 0) AND NUMBER(79, 0) AND NUMBER(80, 0) AND NUMBER(81, 0) \
     AND NUMBER(82, 0) AND NUMBER(83, 0) AND NUMBER(84, 0) AND NUMBER(85, 0) AND NUMBER(86, 0) AND NUMBER(87, 0) \
     AND OUT(88, 21)
-GAC_IN_LANES(descend_motion_in_front_5, PLAIN)
-
-static INLINE void NAME(descend_motion_in_front_6)(const REAL *now_carry_best, const REAL *now_carry_following,
-    const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL now_carry_damping, REAL
-    now_steps, const REAL *sum, REAL *next_now_carry_best, REAL *next_now_carry_following, REAL
-    *next_now_carry_table, REAL *next_now_carry_slope, REAL *next_now_carry_cost, REAL *next_now_carry_damping, REAL
-    *next_now_carry_done, REAL *next_now_steps, REAL *next_now_converged)
-{
-    const REAL now_carry_best_0 = now_carry_best[0], now_carry_best_1 = now_carry_best[1],
-        now_carry_best_2 = now_carry_best[2], now_carry_best_3 = now_carry_best[3],
-        now_carry_best_4 = now_carry_best[4], now_carry_best_5 = now_carry_best[5],
-        now_carry_best_6 = now_carry_best[6];
-    const REAL now_carry_following_0 = now_carry_following[0], now_carry_following_1 = now_carry_following[1],
-        now_carry_following_2 = now_carry_following[2], now_carry_following_3 = now_carry_following[3],
-        now_carry_following_4 = now_carry_following[4], now_carry_following_5 = now_carry_following[5],
-        now_carry_following_6 = now_carry_following[6];
-    const REAL now_carry_table_0 = now_carry_table[0], now_carry_table_1 = now_carry_table[1],
-        now_carry_table_2 = now_carry_table[2], now_carry_table_3 = now_carry_table[3],
-        now_carry_table_4 = now_carry_table[4], now_carry_table_5 = now_carry_table[5],
-        now_carry_table_6 = now_carry_table[6], now_carry_table_7 = now_carry_table[7],
-        now_carry_table_8 = now_carry_table[8], now_carry_table_9 = now_carry_table[9],
-        now_carry_table_10 = now_carry_table[10], now_carry_table_11 = now_carry_table[11],
-        now_carry_table_12 = now_carry_table[12], now_carry_table_13 = now_carry_table[13],
-        now_carry_table_14 = now_carry_table[14];
-    const REAL now_carry_slope_0 = now_carry_slope[0], now_carry_slope_1 = now_carry_slope[1],
-        now_carry_slope_2 = now_carry_slope[2], now_carry_slope_3 = now_carry_slope[3],
-        now_carry_slope_4 = now_carry_slope[4];
-    const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
-        sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8], sum_9 = sum[9], sum_10 = sum[10], sum_11 = sum[11],
-        sum_12 = sum[12], sum_13 = sum[13], sum_14 = sum[14], sum_15 = sum[15], sum_16 = sum[16], sum_17 = sum[17],
-        sum_18 = sum[18], sum_19 = sum[19], sum_20 = sum[20];
-    const REAL t0 = LESS(sum_20, now_carry_cost);
-    const REAL t1 = SELECT(t0, now_carry_following_0, now_carry_best_0);
-    const REAL t2 = SELECT(t0, now_carry_following_1, now_carry_best_1);
-    const REAL t3 = SELECT(t0, now_carry_following_2, now_carry_best_2);
-    const REAL t4 = SELECT(t0, now_carry_following_3, now_carry_best_3);
-    const REAL t5 = SELECT(t0, now_carry_following_4, now_carry_best_4);
-    const REAL t6 = SELECT(t0, now_carry_following_5, now_carry_best_5);
-    const REAL t7 = SELECT(t0, now_carry_following_6, now_carry_best_6);
-    const REAL t8 = now_carry_damping * (REAL)(1.0 / 10.0);
-    const REAL t9 = MAXIMUM(t8, (REAL)(1.0 / 1000000000000.0));
-    const REAL t10 = now_carry_damping * (REAL)10;
-    const REAL t11 = SELECT(t0, t9, t10);
-    const REAL t12 = (REAL)1 + t11;
-    const REAL t13 = SELECT(t0, sum_0, now_carry_table_0);
-    const REAL t14 = t13 * t12 + (REAL)1e-40;
-    const REAL t15 = (REAL)1 / SELECT(EQUAL(t14, (REAL)0), (REAL)1, t14);
-    const REAL t16 = SELECT(t0, sum_1, now_carry_table_1);
-    const REAL t17 = t15 * t16;
-    const REAL t18 = SELECT(t0, sum_5, now_carry_table_5);
-    const REAL t19 = (REAL)1e-40 + t12 * t18 - t16 * t17;
-    const REAL t20 = (REAL)1 / SELECT(EQUAL((REAL)0, t19), (REAL)1, t19);
-    const REAL t21 = SELECT(t0, sum_2, now_carry_table_2);
-    const REAL t22 = SELECT(t0, sum_6, now_carry_table_6);
-    const REAL t23 = t22 - t17 * t21;
-    const REAL t24 = t20 * t23;
-    const REAL t25 = t15 * t21;
-    const REAL t26 = SELECT(t0, sum_9, now_carry_table_9);
-    const REAL t27 = (REAL)1e-40 + t12 * t26 - (t21 * t25 + t23 * t24);
-    const REAL t28 = (REAL)1 / SELECT(EQUAL((REAL)0, t27), (REAL)1, t27);
-    const REAL t29 = SELECT(t0, sum_3, now_carry_table_3);
-    const REAL t30 = SELECT(t0, sum_7, now_carry_table_7);
-    const REAL t31 = t30 - t17 * t29;
-    const REAL t32 = SELECT(t0, sum_10, now_carry_table_10);
-    const REAL t33 = t32 - (t25 * t29 + t24 * t31);
-    const REAL t34 = t28 * t33;
-    const REAL t35 = t20 * t31;
-    const REAL t36 = t15 * t29;
-    const REAL t37 = SELECT(t0, sum_12, now_carry_table_12);
-    const REAL t38 = (REAL)1e-40 + t12 * t37 - (t29 * t36 + t31 * t35 + t33 * t34);
-    const REAL t39 = (REAL)1 / SELECT(EQUAL((REAL)0, t38), (REAL)1, t38);
-    const REAL t40 = SELECT(t0, sum_4, now_carry_table_4);
-    const REAL t41 = SELECT(t0, sum_8, now_carry_table_8);
-    const REAL t42 = t41 - t17 * t40;
-    const REAL t43 = SELECT(t0, sum_11, now_carry_table_11);
-    const REAL t44 = t43 - (t25 * t40 + t24 * t42);
-    const REAL t45 = SELECT(t0, sum_13, now_carry_table_13);
-    const REAL t46 = t45 - (t36 * t40 + t35 * t42 + t34 * t44);
-    const REAL t47 = t39 * t46;
-    const REAL t48 = t28 * t44;
-    const REAL t49 = t20 * t42;
-    const REAL t50 = t15 * t40;
-    const REAL t51 = SELECT(t0, sum_14, now_carry_table_14);
-    const REAL t52 = (REAL)1e-40 + t12 * t51 - (t40 * t50 + t42 * t49 + t44 * t48 + t46 * t47);
-    const REAL t53 = SELECT(t0, sum_15, now_carry_slope_0);
-    const REAL t54 = SELECT(t0, sum_16, now_carry_slope_1);
-    const REAL t55 = t54 - t53 * t17;
-    const REAL t56 = SELECT(t0, sum_17, now_carry_slope_2);
-    const REAL t57 = t56 - t53 * t25 - t55 * t24;
-    const REAL t58 = SELECT(t0, sum_18, now_carry_slope_3);
-    const REAL t59 = t58 - t53 * t36 - t55 * t35 - t57 * t34;
-    const REAL t60 = SELECT(t0, sum_19, now_carry_slope_4);
-    const REAL t61 = t60 - t53 * t50 - t55 * t49 - t57 * t48 - t59 * t47;
-    const REAL t62 = t61 / SELECT(EQUAL((REAL)0, t52), (REAL)1, t52);
-    const REAL t63 = t39 * t59 - t47 * t62;
-    const REAL t64 = t28 * t57 - t34 * t63 - t48 * t62;
-    const REAL t65 = t20 * t55 - t24 * t64 - t35 * t63 - t49 * t62;
-    const REAL t66 = t53 * t15 - t17 * t65 - t25 * t64 - t36 * t63 - t50 * t62;
-    const REAL t67 = t66 * (REAL)0.5;
-    const REAL t68 = t65 * (REAL)0.5;
-    const REAL t69 = t64 * (REAL)0.5;
-    const REAL t70 = t1 + t2 * t67 + t3 * t68 + t4 * t69;
-    const REAL t71 = t2 - t1 * t67 - t4 * t68 + t3 * t69;
-    const REAL t72 = t3 - t1 * t68 - t2 * t69 + t4 * t67;
-    const REAL t73 = t4 - t1 * t69 - t3 * t67 + t2 * t68;
-    const REAL t74 = (REAL)1 / SQRT(t70 * t70 + t71 * t71 + t72 * t72 + t73 * t73);
-    const REAL t75 = SELECT(LESS(t7, (REAL)0), (REAL)-1, (REAL)1);
-    const REAL t76 = (REAL)1 / (t7 + t75);
-    const REAL t77 = t76 * (t5 * t6);
-    const REAL t78 = t6 + t63 * (t75 * t77) - t62 * (t75 - t76 * (t6 * t6));
-    const REAL t79 = t5 * t75;
-    const REAL t80 = t5 - t63 * ((REAL)1 - t76 * (t5 * t79)) + t62 * t77;
-    const REAL t81 = t7 + t63 * t79 + t6 * t62;
-    const REAL t82 = (REAL)1 / SQRT(t80 * t80 + t78 * t78 + t81 * t81);
-    const REAL t83 = SELECT(t0, sum_20, now_carry_cost);
-    const REAL t84 = t53 * t66 + t54 * t65 + t56 * t64 + t58 * t63 + t60 * t62;
-    const REAL t85 = LESS_EQUAL(t84, t83 * (REAL)(1.0 / 100000000000000.0) + (REAL)1e-22);
-    const REAL t86 = SELECT(LESS((REAL)100000000, t11), (REAL)1, (REAL)0);
-    const REAL t87 = SELECT(t85, (REAL)1, t86);
-    next_now_carry_best[0] = t1;
-    next_now_carry_best[1] = t2;
-    next_now_carry_best[2] = t3;
-    next_now_carry_best[3] = t4;
-    next_now_carry_best[4] = t5;
-    next_now_carry_best[5] = t6;
-    next_now_carry_best[6] = t7;
-    next_now_carry_following[0] = t70 * t74;
-    next_now_carry_following[1] = t71 * t74;
-    next_now_carry_following[2] = t72 * t74;
-    next_now_carry_following[3] = t73 * t74;
-    next_now_carry_following[4] = t80 * t82;
-    next_now_carry_following[5] = t78 * t82;
-    next_now_carry_following[6] = t81 * t82;
-    next_now_carry_table[0] = t13;
-    next_now_carry_table[1] = t16;
-    next_now_carry_table[2] = t21;
-    next_now_carry_table[3] = t29;
-    next_now_carry_table[4] = t40;
-    next_now_carry_table[5] = t18;
-    next_now_carry_table[6] = t22;
-    next_now_carry_table[7] = t30;
-    next_now_carry_table[8] = t41;
-    next_now_carry_table[9] = t26;
-    next_now_carry_table[10] = t32;
-    next_now_carry_table[11] = t43;
-    next_now_carry_table[12] = t37;
-    next_now_carry_table[13] = t45;
-    next_now_carry_table[14] = t51;
-    next_now_carry_slope[0] = t53;
-    next_now_carry_slope[1] = t54;
-    next_now_carry_slope[2] = t56;
-    next_now_carry_slope[3] = t58;
-    next_now_carry_slope[4] = t60;
-    next_now_carry_cost[0] = t83;
-    next_now_carry_damping[0] = t11;
-    next_now_carry_done[0] = t87;
-    next_now_steps[0] = now_steps + (REAL)1;
-    next_now_converged[0] = LESS((REAL)0, t87);
-}
-#define PARTS_descend_motion_in_front_6(IN, SAME, NUMBER, OUT, AND) IN(0, 7) AND IN(1, 7) AND IN(2, 15) AND IN(3, 5) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 21) AND OUT(8, 7) AND OUT(9, 7) AND OUT(10, 15) \
-    AND OUT(11, 5) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(descend_motion_in_front_6, PLAIN)
-
-static INLINE void NAME(descend_motion_in_front_7)(REAL at_most, REAL next_now_steps, REAL next_now_converged, REAL
-    *converged)
-{
-    const REAL t0 = SELECT(LESS(next_now_steps, at_most), (REAL)0, (REAL)1);
-    converged[0] = SELECT(next_now_converged, (REAL)1, t0);
-}
-#define PARTS_descend_motion_in_front_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(descend_motion_in_front_7, PLAIN)
-
-static INLINE void NAME(descend_motion_in_front_8)(const REAL *m, REAL at_most, const REAL *now_carry_best, const
-    REAL *now_carry_table, REAL now_carry_cost, REAL now_steps, REAL now_converged, REAL *out_0, REAL *out_1, REAL
-    *out_2)
-{
-    const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
-        m_e0123 = m[7];
-    const REAL now_carry_best_0 = now_carry_best[0], now_carry_best_1 = now_carry_best[1],
-        now_carry_best_2 = now_carry_best[2], now_carry_best_3 = now_carry_best[3],
-        now_carry_best_4 = now_carry_best[4], now_carry_best_5 = now_carry_best[5],
-        now_carry_best_6 = now_carry_best[6];
-    const REAL now_carry_table_0 = now_carry_table[0], now_carry_table_1 = now_carry_table[1],
-        now_carry_table_2 = now_carry_table[2], now_carry_table_3 = now_carry_table[3],
-        now_carry_table_4 = now_carry_table[4], now_carry_table_5 = now_carry_table[5],
-        now_carry_table_6 = now_carry_table[6], now_carry_table_7 = now_carry_table[7],
-        now_carry_table_8 = now_carry_table[8], now_carry_table_9 = now_carry_table[9],
-        now_carry_table_10 = now_carry_table[10], now_carry_table_11 = now_carry_table[11],
-        now_carry_table_12 = now_carry_table[12], now_carry_table_13 = now_carry_table[13],
-        now_carry_table_14 = now_carry_table[14];
-    const REAL t0 = LESS_EQUAL((REAL)1, at_most);
-    const REAL t1 = SELECT(t0, now_carry_best_0, m_1);
-    const REAL t2 = -m_e12;
-    const REAL t3 = SELECT(t0, now_carry_best_3, t2);
-    const REAL t4 = SELECT(t0, now_carry_best_2, m_e13);
-    const REAL t5 = -m_e23;
-    const REAL t6 = SELECT(t0, now_carry_best_1, t5);
-    const REAL t7 = -((REAL)2 * (m_e23 * m_e0123 + m_e13 * m_e03 + m_e12 * m_e02 + m_1 * m_e01));
-    const REAL t8 = SELECT(t0, now_carry_best_4, t7) * (REAL)0.5;
-    const REAL t9 = (REAL)2 * (m_e13 * m_e0123 - m_e23 * m_e03 - m_1 * m_e02 + m_e12 * m_e01);
-    const REAL t10 = SELECT(t0, now_carry_best_5, t9) * (REAL)0.5;
-    const REAL t11 = -((REAL)2 * (m_e12 * m_e0123 + m_1 * m_e03 - m_e23 * m_e02 - m_e13 * m_e01));
-    const REAL t12 = SELECT(t0, now_carry_best_6, t11) * (REAL)0.5;
-    out_0[0] = t1;
-    out_0[1] = -t3;
-    out_0[2] = t4;
-    out_0[3] = -t6;
-    out_0[4] = t12 * t4 - (t8 * t1 + t10 * t3);
-    out_0[5] = -(t10 * t1 - t8 * t3 + t12 * t6);
-    out_0[6] = -(t8 * t4 - t10 * t6 + t12 * t1);
-    out_0[7] = t8 * t6 + t10 * t4 + t12 * t3;
-    out_1[0] = SELECT(t0, now_carry_table_0, (REAL)0);
-    out_1[1] = SELECT(t0, now_carry_table_1, (REAL)0);
-    out_1[2] = SELECT(t0, now_carry_table_2, (REAL)0);
-    out_1[3] = SELECT(t0, now_carry_table_3, (REAL)0);
-    out_1[4] = SELECT(t0, now_carry_table_4, (REAL)0);
-    out_1[5] = SELECT(t0, now_carry_table_5, (REAL)0);
-    out_1[6] = SELECT(t0, now_carry_table_6, (REAL)0);
-    out_1[7] = SELECT(t0, now_carry_table_7, (REAL)0);
-    out_1[8] = SELECT(t0, now_carry_table_8, (REAL)0);
-    out_1[9] = SELECT(t0, now_carry_table_9, (REAL)0);
-    out_1[10] = SELECT(t0, now_carry_table_10, (REAL)0);
-    out_1[11] = SELECT(t0, now_carry_table_11, (REAL)0);
-    out_1[12] = SELECT(t0, now_carry_table_12, (REAL)0);
-    out_1[13] = SELECT(t0, now_carry_table_13, (REAL)0);
-    out_1[14] = SELECT(t0, now_carry_table_14, (REAL)0);
-    out_2[0] = SELECT(t0, now_carry_cost, (REAL)1e+30);
-    out_2[1] = SELECT(t0, now_converged, (REAL)0);
-    out_2[2] = SELECT(t0, now_steps, (REAL)0);
-}
-#define PARTS_descend_motion_in_front_8(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND IN(2, 7) \
-    AND IN(3, 15) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 8) AND OUT(8, 15) AND OUT(9, 3)
-GAC_IN_LANES(descend_motion_in_front_8, PLAIN)
+GAC_IN_LANES(descend_motion_in_front_sum, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t relative_poses_descend_motion_in_front_work(intptr_t n)
@@ -4649,23 +4316,23 @@ void NAME(descend_motion_in_front)(intptr_t n, const REAL *m, const REAL *left, 
     common_53, common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62,
     common_63, common_64, common_65, common_66, common_67, common_68, common_69, common_70, common_71, common_72,
     common_73, common_74, common_75, common_76, common_77, common_78, common_79, common_80;
-    NAME(descend_motion_in_front_1)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
+    NAME(descend_motion_now_carry_best)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
     &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
-    NAME(descend_motion_in_front_2)(left, right, onto, limit, &common_72, &common_73, &common_74, &common_75,
+    NAME(descend_motion_in_front_common)(left, right, onto, limit, &common_72, &common_73, &common_74, &common_75,
     &common_76, &common_77, &common_78, &common_79, &common_80);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_motion_in_front_3)(sum);
-        NAME(descend_motion_in_front_4)(left, right, now_carry_following, &common, &common_2, &common_3, &common_4,
-    &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13,
-    &common_14, &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22,
-    &common_23, &common_24, &common_25, &common_26, &common_27, &common_28, &common_29, &common_30, &common_31,
-    &common_32, &common_33, &common_34, &common_35, &common_36, &common_37, &common_38, &common_39, &common_40,
-    &common_41, &common_42, &common_43, &common_44, &common_45, &common_46, &common_47, &common_48, &common_49,
-    &common_50, &common_51, &common_52, &common_53, &common_54, &common_55, &common_56, &common_57, &common_58,
-    &common_59, &common_60, &common_61, &common_62, &common_63, &common_64, &common_65, &common_66, &common_67,
-    &common_68, &common_69, &common_70, &common_71);
+        NAME(descend_motion_sum_start)(sum);
+        NAME(descend_motion_in_front_common_2)(left, right, now_carry_following, &common, &common_2, &common_3,
+    &common_4, &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12,
+    &common_13, &common_14, &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21,
+    &common_22, &common_23, &common_24, &common_25, &common_26, &common_27, &common_28, &common_29, &common_30,
+    &common_31, &common_32, &common_33, &common_34, &common_35, &common_36, &common_37, &common_38, &common_39,
+    &common_40, &common_41, &common_42, &common_43, &common_44, &common_45, &common_46, &common_47, &common_48,
+    &common_49, &common_50, &common_51, &common_52, &common_53, &common_54, &common_55, &common_56, &common_57,
+    &common_58, &common_59, &common_60, &common_61, &common_62, &common_63, &common_64, &common_65, &common_66,
+    &common_67, &common_68, &common_69, &common_70, &common_71);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_motion_in_front_5)(left, right, onto, limit, now_carry_following, sum, first + 2 * j,
+            NAME(descend_motion_in_front_sum)(left, right, onto, limit, now_carry_following, sum, first + 2 * j,
     second + 2 * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
     common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
     common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29,
@@ -4675,11 +4342,11 @@ void NAME(descend_motion_in_front)(intptr_t n, const REAL *m, const REAL *left, 
     common_60, common_61, common_62, common_63, common_64, common_65, common_66, common_67, common_68, common_69,
     common_70, common_71, common_72, common_73, common_74, common_75, common_76, common_77, common_78, common_79,
     common_80, sum);
-        NAME(descend_motion_in_front_6)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best, next_now_carry_following,
-    next_now_carry_table, next_now_carry_slope, &next_now_carry_cost, &next_now_carry_damping, &next_now_carry_done,
-    &next_now_steps, &next_now_converged);
-        NAME(descend_motion_in_front_7)(at_most, next_now_steps, next_now_converged, &converged);
+        NAME(descend_motion_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+        NAME(descend_motion_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(7, next_now_carry_best, now_carry_best);
         COPY(7, next_now_carry_following, now_carry_following);
         COPY(15, next_now_carry_table, now_carry_table);
@@ -4693,7 +4360,7 @@ void NAME(descend_motion_in_front)(intptr_t n, const REAL *m, const REAL *left, 
         if (converged != 0)
             break;
     }
-    NAME(descend_motion_in_front_8)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps,
+    NAME(descend_motion_result)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps,
     now_converged, out_0, out_1, out_2);
 }
 
@@ -4725,9 +4392,9 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
     common_80[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[15 * NLANES],
     gac_kept_3[5 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
     gac_kept_8[NLANES], gac_kept_9[NLANES];
-    NAME(descend_motion_in_front_1_lanes)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
-    NAME(descend_motion_in_front_2_lanes)(left, right, onto, limit, common_72, common_73, common_74, common_75,
+    NAME(descend_motion_now_carry_best_lanes)(m, now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+    NAME(descend_motion_in_front_common_lanes)(left, right, onto, limit, common_72, common_73, common_74, common_75,
     common_76, common_77, common_78, common_79, common_80);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 7 * NLANES, now_carry_best, gac_kept_0);
@@ -4740,8 +4407,8 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_motion_in_front_3_lanes)(sum);
-        NAME(descend_motion_in_front_4_lanes)(left, right, now_carry_following, common, common_2, common_3,
+        NAME(descend_motion_sum_start_lanes)(sum);
+        NAME(descend_motion_in_front_common_2_lanes)(left, right, now_carry_following, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
     common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
     common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
@@ -4750,21 +4417,21 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
     common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62, common_63,
     common_64, common_65, common_66, common_67, common_68, common_69, common_70, common_71);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_motion_in_front_5_lanes)(left, right, onto, limit, now_carry_following, sum, first + 2 * j,
-    second + 2 * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
-    common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29,
-    common_30, common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38, common_39,
-    common_40, common_41, common_42, common_43, common_44, common_45, common_46, common_47, common_48, common_49,
-    common_50, common_51, common_52, common_53, common_54, common_55, common_56, common_57, common_58, common_59,
-    common_60, common_61, common_62, common_63, common_64, common_65, common_66, common_67, common_68, common_69,
-    common_70, common_71, common_72, common_73, common_74, common_75, common_76, common_77, common_78, common_79,
-    common_80, sum);
-        NAME(descend_motion_in_front_6_lanes)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best, next_now_carry_following,
-    next_now_carry_table, next_now_carry_slope, next_now_carry_cost, next_now_carry_damping, next_now_carry_done,
-    next_now_steps, next_now_converged);
-        NAME(descend_motion_in_front_7_lanes)(at_most, next_now_steps, next_now_converged, converged);
+            NAME(descend_motion_in_front_sum_lanes)(left, right, onto, limit, now_carry_following, sum,
+    first + 2 * j, second + 2 * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
+    common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18,
+    common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28,
+    common_29, common_30, common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38,
+    common_39, common_40, common_41, common_42, common_43, common_44, common_45, common_46, common_47, common_48,
+    common_49, common_50, common_51, common_52, common_53, common_54, common_55, common_56, common_57, common_58,
+    common_59, common_60, common_61, common_62, common_63, common_64, common_65, common_66, common_67, common_68,
+    common_69, common_70, common_71, common_72, common_73, common_74, common_75, common_76, common_77, common_78,
+    common_79, common_80, sum);
+        NAME(descend_motion_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+        NAME(descend_motion_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(7 * NLANES, next_now_carry_best, now_carry_best);
         COPY(7 * NLANES, next_now_carry_following, now_carry_following);
         COPY(15 * NLANES, next_now_carry_table, now_carry_table);
@@ -4788,7 +4455,7 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(descend_motion_in_front_8_lanes)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps,
+    NAME(descend_motion_result_lanes)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps,
     now_converged, out_0, out_1, out_2);
     return 0;
 }
@@ -4801,9 +4468,9 @@ GAC_PROCEDURE(descend_motion_in_front, LANES)
     AND OUT(9, out_2, 2, 2, 1)
 #define WORK_descend_rotation(WORK)
 
-static INLINE void NAME(descend_rotation_1)(const REAL *m, REAL *now_carry_best, REAL *now_carry_following, REAL
-    *now_carry_table, REAL *now_carry_slope, REAL *now_carry_cost, REAL *now_carry_damping, REAL *now_carry_done,
-    REAL *now_steps, REAL *now_converged, REAL *converged, REAL *steps)
+static INLINE void NAME(descend_rotation_now_carry_best)(const REAL *m, REAL *now_carry_best, REAL
+    *now_carry_following, REAL *now_carry_table, REAL *now_carry_slope, REAL *now_carry_cost, REAL
+    *now_carry_damping, REAL *now_carry_done, REAL *now_steps, REAL *now_converged, REAL *converged, REAL *steps)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3];
     const REAL t0 = -m_e23;
@@ -4833,13 +4500,13 @@ static INLINE void NAME(descend_rotation_1)(const REAL *m, REAL *now_carry_best,
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_descend_rotation_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 4) AND OUT(2, 4) AND OUT(3, 6) \
-    AND OUT(4, 3) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
+#define PARTS_descend_rotation_now_carry_best(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 4) AND OUT(2, 4) \
+    AND OUT(3, 6) AND OUT(4, 3) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
     AND OUT(11, 1)
-GAC_IN_LANES(descend_rotation_1, PLAIN)
+GAC_IN_LANES(descend_rotation_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_rotation_2)(const REAL *left, const REAL *onto, REAL limit, REAL *common_16, REAL
-    *common_17, REAL *common_18, REAL *common_19, REAL *common_20, REAL *common_21)
+static INLINE void NAME(descend_rotation_common)(const REAL *left, const REAL *onto, REAL limit, REAL *common_16,
+    REAL *common_17, REAL *common_18, REAL *common_19, REAL *common_20, REAL *common_21)
 {
     const REAL left_0_2 = left[2], left_1_2 = left[5], left_2_2 = left[8];
     const REAL onto_0_2 = onto[2], onto_1_2 = onto[5];
@@ -4850,11 +4517,11 @@ static INLINE void NAME(descend_rotation_2)(const REAL *left, const REAL *onto, 
     common_20[0] = onto_1_2;
     common_21[0] = limit * (REAL)2;
 }
-#define PARTS_descend_rotation_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND NUMBER(2, 0) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(descend_rotation_2, PLAIN)
+#define PARTS_descend_rotation_common(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND NUMBER(2, 0) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
+GAC_IN_LANES(descend_rotation_common, PLAIN)
 
-static INLINE void NAME(descend_rotation_3)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
+static INLINE void NAME(descend_rotation_sum_start)(REAL *sum, REAL *sum_2, REAL *sum_2_2)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -4867,12 +4534,13 @@ static INLINE void NAME(descend_rotation_3)(REAL *sum, REAL *sum_2, REAL *sum_2_
     sum_2[2] = (REAL)0;
     sum_2_2[0] = (REAL)0;
 }
-#define PARTS_descend_rotation_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1)
-GAC_IN_LANES(descend_rotation_3, PLAIN)
+#define PARTS_descend_rotation_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 3) AND OUT(2, 1)
+GAC_IN_LANES(descend_rotation_sum_start, PLAIN)
 
-static INLINE void NAME(descend_rotation_4)(const REAL *left, const REAL *now_carry_following, REAL *common, REAL
-    *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL
-    *common_9, REAL *common_10, REAL *common_11, REAL *common_12, REAL *common_13, REAL *common_14, REAL *common_15)
+static INLINE void NAME(descend_rotation_common_2)(const REAL *left, const REAL *now_carry_following, REAL *common,
+    REAL *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8,
+    REAL *common_9, REAL *common_10, REAL *common_11, REAL *common_12, REAL *common_13, REAL *common_14, REAL
+    *common_15)
 {
     const REAL left_0_0 = left[0], left_0_1 = left[1], left_1_0 = left[3], left_1_1 = left[4], left_2_0 = left[6],
         left_2_1 = left[7];
@@ -4912,12 +4580,12 @@ static INLINE void NAME(descend_rotation_4)(const REAL *left, const REAL *now_ca
     common_14[0] = left_0_1 * t10 + left_1_1 * t13 + left_2_1 * t14;
     common_15[0] = left_0_1 * t15 + left_1_1 * t16 + left_2_1 * t17;
 }
-#define PARTS_descend_rotation_4(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 4) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
+#define PARTS_descend_rotation_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 4) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
     AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(descend_rotation_4, PLAIN)
+GAC_IN_LANES(descend_rotation_common_2, PLAIN)
 
-static INLINE void NAME(descend_rotation_5)(const REAL *left, const REAL *onto, REAL limit, const REAL *sum, const
+static INLINE void NAME(descend_rotation_sum)(const REAL *left, const REAL *onto, REAL limit, const REAL *sum, const
     REAL *sum_2_2, REAL sum_2_3, const REAL *first, const REAL *second, REAL common, REAL common_2, REAL common_3,
     REAL common_4, REAL common_5, REAL common_6, REAL common_7, REAL common_8, REAL common_9, REAL common_10, REAL
     common_11, REAL common_12, REAL common_13, REAL common_14, REAL common_15, REAL common_16, REAL common_17, REAL
@@ -4988,19 +4656,20 @@ static INLINE void NAME(descend_rotation_5)(const REAL *left, const REAL *onto, 
     sum_2_out[2] = sum_2_2_2 + t35 * (t30 * t45 - t20 * (t31 * t40 + t30 * t39) + t31 * t46);
     sum_2_2_out[0] = sum_2_3 + MINIMUM(limit, t34);
 }
-#define PARTS_descend_rotation_5(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND NUMBER(2, 0) AND IN(3, 6) \
+#define PARTS_descend_rotation_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND NUMBER(2, 0) AND IN(3, 6) \
     AND IN(4, 3) AND NUMBER(5, 0) AND SAME(6, 2) AND SAME(7, 2) AND NUMBER(8, 0) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND NUMBER(15, 0) AND NUMBER(16, 0) \
     AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) AND NUMBER(21, 0) AND NUMBER(22, 0) \
     AND NUMBER(23, 0) AND NUMBER(24, 0) AND NUMBER(25, 0) AND NUMBER(26, 0) AND NUMBER(27, 0) AND NUMBER(28, 0) \
     AND OUT(29, 6) AND OUT(30, 3) AND OUT(31, 1)
-GAC_IN_LANES(descend_rotation_5, PLAIN)
+GAC_IN_LANES(descend_rotation_sum, PLAIN)
 
-static INLINE void NAME(descend_rotation_6)(const REAL *now_carry_best, const REAL *now_carry_following, const REAL
-    *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL now_carry_damping, REAL now_steps,
-    const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL *next_now_carry_best, REAL *next_now_carry_following,
-    REAL *next_now_carry_table, REAL *next_now_carry_slope, REAL *next_now_carry_cost, REAL *next_now_carry_damping,
-    REAL *next_now_carry_done, REAL *next_now_steps, REAL *next_now_converged)
+static INLINE void NAME(descend_rotation_next_now_carry_best)(const REAL *now_carry_best, const REAL
+    *now_carry_following, const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL
+    now_carry_damping, REAL now_steps, const REAL *sum, const REAL *sum_2_2, REAL sum_2_3, REAL
+    *next_now_carry_best, REAL *next_now_carry_following, REAL *next_now_carry_table, REAL *next_now_carry_slope,
+    REAL *next_now_carry_cost, REAL *next_now_carry_damping, REAL *next_now_carry_done, REAL *next_now_steps, REAL
+    *next_now_converged)
 {
     const REAL now_carry_best_0 = now_carry_best[0], now_carry_best_1 = now_carry_best[1],
         now_carry_best_2 = now_carry_best[2], now_carry_best_3 = now_carry_best[3];
@@ -5080,23 +4749,13 @@ static INLINE void NAME(descend_rotation_6)(const REAL *now_carry_best, const RE
     next_now_steps[0] = now_steps + (REAL)1;
     next_now_converged[0] = LESS((REAL)0, t43);
 }
-#define PARTS_descend_rotation_6(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 4) AND IN(2, 6) AND IN(3, 3) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 6) AND IN(8, 3) AND NUMBER(9, 0) AND OUT(10, 4) \
-    AND OUT(11, 4) AND OUT(12, 6) AND OUT(13, 3) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1) AND OUT(17, 1) \
-    AND OUT(18, 1)
-GAC_IN_LANES(descend_rotation_6, PLAIN)
+#define PARTS_descend_rotation_next_now_carry_best(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 4) AND IN(2, 6) \
+    AND IN(3, 3) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 6) AND IN(8, 3) AND NUMBER(9, 0) \
+    AND OUT(10, 4) AND OUT(11, 4) AND OUT(12, 6) AND OUT(13, 3) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1) \
+    AND OUT(17, 1) AND OUT(18, 1)
+GAC_IN_LANES(descend_rotation_next_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_rotation_7)(REAL at_most, REAL next_now_steps, REAL next_now_converged, REAL
-    *converged)
-{
-    const REAL t0 = SELECT(LESS(next_now_steps, at_most), (REAL)0, (REAL)1);
-    converged[0] = SELECT(next_now_converged, (REAL)1, t0);
-}
-#define PARTS_descend_rotation_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(descend_rotation_7, PLAIN)
-
-static INLINE void NAME(descend_rotation_8)(const REAL *m, REAL at_most, const REAL *now_carry_best, const REAL
+static INLINE void NAME(descend_rotation_result)(const REAL *m, REAL at_most, const REAL *now_carry_best, const REAL
     *now_carry_table, REAL now_carry_cost, REAL now_converged, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3];
@@ -5125,9 +4784,9 @@ static INLINE void NAME(descend_rotation_8)(const REAL *m, REAL at_most, const R
     out_2[0] = SELECT(t0, now_carry_cost, (REAL)1e+30);
     out_2[1] = SELECT(t0, now_converged, (REAL)0);
 }
-#define PARTS_descend_rotation_8(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND IN(2, 4) AND IN(3, 6) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 6) AND OUT(8, 2)
-GAC_IN_LANES(descend_rotation_8, PLAIN)
+#define PARTS_descend_rotation_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND IN(2, 4) \
+    AND IN(3, 6) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 8) AND OUT(7, 6) AND OUT(8, 2)
+GAC_IN_LANES(descend_rotation_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t relative_poses_descend_rotation_work(intptr_t n)
@@ -5147,25 +4806,25 @@ void NAME(descend_rotation)(intptr_t n, const REAL *m, const REAL *left, const R
     next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[6], sum_2[3], sum_2_2,
     common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
     common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21;
-    NAME(descend_rotation_1)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
+    NAME(descend_rotation_now_carry_best)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
     &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
-    NAME(descend_rotation_2)(left, onto, limit, &common_16, &common_17, &common_18, &common_19, &common_20,
+    NAME(descend_rotation_common)(left, onto, limit, &common_16, &common_17, &common_18, &common_19, &common_20,
     &common_21);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_rotation_3)(sum, sum_2, &sum_2_2);
-        NAME(descend_rotation_4)(left, now_carry_following, &common, &common_2, &common_3, &common_4, &common_5,
-    &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14,
-    &common_15);
+        NAME(descend_rotation_sum_start)(sum, sum_2, &sum_2_2);
+        NAME(descend_rotation_common_2)(left, now_carry_following, &common, &common_2, &common_3, &common_4,
+    &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13,
+    &common_14, &common_15);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_rotation_5)(left, onto, limit, sum, sum_2, sum_2_2, first + 2 * j, second + 2 * j, common,
-    common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, sum, sum_2,
-    &sum_2_2);
-        NAME(descend_rotation_6)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_steps, sum, sum_2, sum_2_2, next_now_carry_best,
+            NAME(descend_rotation_sum)(left, onto, limit, sum, sum_2, sum_2_2, first + 2 * j, second + 2 * j,
+    common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
+    common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
+    sum, sum_2, &sum_2_2);
+        NAME(descend_rotation_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, sum_2, sum_2_2, next_now_carry_best,
     next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
     &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
-        NAME(descend_rotation_7)(at_most, next_now_steps, next_now_converged, &converged);
+        NAME(descend_motion_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(4, next_now_carry_best, now_carry_best);
         COPY(4, next_now_carry_following, now_carry_following);
         COPY(6, next_now_carry_table, now_carry_table);
@@ -5179,7 +4838,7 @@ void NAME(descend_rotation)(intptr_t n, const REAL *m, const REAL *left, const R
         if (converged != 0)
             break;
     }
-    NAME(descend_rotation_8)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_converged, out_0,
+    NAME(descend_rotation_result)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_converged, out_0,
     out_1, out_2);
 }
 
@@ -5199,9 +4858,9 @@ static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const
     common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES], gac_kept_0[4 * NLANES],
     gac_kept_1[4 * NLANES], gac_kept_2[6 * NLANES], gac_kept_3[3 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES],
     gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES], gac_kept_9[NLANES];
-    NAME(descend_rotation_1_lanes)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
-    NAME(descend_rotation_2_lanes)(left, onto, limit, common_16, common_17, common_18, common_19, common_20,
+    NAME(descend_rotation_now_carry_best_lanes)(m, now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+    NAME(descend_rotation_common_lanes)(left, onto, limit, common_16, common_17, common_18, common_19, common_20,
     common_21);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 4 * NLANES, now_carry_best, gac_kept_0);
@@ -5214,19 +4873,20 @@ static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_rotation_3_lanes)(sum, sum_2, sum_2_2);
-        NAME(descend_rotation_4_lanes)(left, now_carry_following, common, common_2, common_3, common_4, common_5,
-    common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15);
+        NAME(descend_rotation_sum_start_lanes)(sum, sum_2, sum_2_2);
+        NAME(descend_rotation_common_2_lanes)(left, now_carry_following, common, common_2, common_3, common_4,
+    common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
+    common_15);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_rotation_5_lanes)(left, onto, limit, sum, sum_2, sum_2_2, first + 2 * j, second + 2 * j,
+            NAME(descend_rotation_sum_lanes)(left, onto, limit, sum, sum_2, sum_2_2, first + 2 * j, second + 2 * j,
     common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
     common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
     sum, sum_2, sum_2_2);
-        NAME(descend_rotation_6_lanes)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_steps, sum, sum_2, sum_2_2, next_now_carry_best,
+        NAME(descend_rotation_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, sum_2, sum_2_2, next_now_carry_best,
     next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
     next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
-        NAME(descend_rotation_7_lanes)(at_most, next_now_steps, next_now_converged, converged);
+        NAME(descend_motion_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(4 * NLANES, next_now_carry_best, now_carry_best);
         COPY(4 * NLANES, next_now_carry_following, now_carry_following);
         COPY(6 * NLANES, next_now_carry_table, now_carry_table);
@@ -5250,7 +4910,7 @@ static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(descend_rotation_8_lanes)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_converged,
+    NAME(descend_rotation_result_lanes)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_converged,
     out_0, out_1, out_2);
     return 0;
 }
@@ -5263,13 +4923,13 @@ GAC_PROCEDURE(descend_rotation, LANES)
     AND OUT(8, out_2, 3, 3, n) AND OUT(9, out_3, scalar, 1, n)
 #define WORK_explain_pairs(WORK)
 
-static INLINE void NAME(explain_pairs_1)(const REAL *m, const REAL *left, const REAL *right, const REAL *onto, REAL
-    *common, REAL *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL
-    *common_8, REAL *common_9, REAL *common_10, REAL *common_11, REAL *common_12, REAL *common_13, REAL *common_14,
-    REAL *common_15, REAL *common_16, REAL *common_17, REAL *common_18, REAL *common_19, REAL *common_20, REAL
-    *common_21, REAL *common_22, REAL *common_23, REAL *common_24, REAL *common_25, REAL *common_26, REAL
-    *common_27, REAL *common_28, REAL *common_29, REAL *common_30, REAL *common_31, REAL *common_32, REAL
-    *common_33, REAL *common_34, REAL *common_35)
+static INLINE void NAME(explain_pairs_common)(const REAL *m, const REAL *left, const REAL *right, const REAL *onto,
+    REAL *common, REAL *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7,
+    REAL *common_8, REAL *common_9, REAL *common_10, REAL *common_11, REAL *common_12, REAL *common_13, REAL
+    *common_14, REAL *common_15, REAL *common_16, REAL *common_17, REAL *common_18, REAL *common_19, REAL
+    *common_20, REAL *common_21, REAL *common_22, REAL *common_23, REAL *common_24, REAL *common_25, REAL
+    *common_26, REAL *common_27, REAL *common_28, REAL *common_29, REAL *common_30, REAL *common_31, REAL
+    *common_32, REAL *common_33, REAL *common_34, REAL *common_35)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
         m_e0123 = m[7];
@@ -5358,21 +5018,21 @@ static INLINE void NAME(explain_pairs_1)(const REAL *m, const REAL *left, const 
     common_35[1] = t9;
     common_35[2] = -t0;
 }
-#define PARTS_explain_pairs_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 9) AND IN(2, 9) AND IN(3, 9) \
+#define PARTS_explain_pairs_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 9) AND IN(2, 9) AND IN(3, 9) \
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
     AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1) AND OUT(17, 1) \
     AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1) AND OUT(21, 1) AND OUT(22, 1) AND OUT(23, 1) AND OUT(24, 1) \
     AND OUT(25, 1) AND OUT(26, 1) AND OUT(27, 1) AND OUT(28, 1) AND OUT(29, 1) AND OUT(30, 1) AND OUT(31, 1) \
     AND OUT(32, 1) AND OUT(33, 1) AND OUT(34, 1) AND OUT(35, 1) AND OUT(36, 1) AND OUT(37, 1) AND OUT(38, 3)
-GAC_IN_LANES(explain_pairs_1, PLAIN)
+GAC_IN_LANES(explain_pairs_common, PLAIN)
 
-static INLINE void NAME(explain_pairs_2)(const REAL *left, const REAL *right, const REAL *onto, const REAL *first,
-    const REAL *second, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL
-    common_7, REAL common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL common_13, REAL
-    common_14, REAL common_15, REAL common_16, REAL common_17, REAL common_18, REAL common_19, REAL common_20, REAL
-    common_21, REAL common_22, REAL common_23, REAL common_24, REAL common_25, REAL common_26, REAL common_27, REAL
-    common_28, REAL common_29, REAL common_30, REAL common_31, REAL common_32, REAL common_33, REAL common_34, const
-    REAL *common_35, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3)
+static INLINE void NAME(explain_pairs_result)(const REAL *left, const REAL *right, const REAL *onto, const REAL
+    *first, const REAL *second, REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL
+    common_6, REAL common_7, REAL common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL
+    common_13, REAL common_14, REAL common_15, REAL common_16, REAL common_17, REAL common_18, REAL common_19, REAL
+    common_20, REAL common_21, REAL common_22, REAL common_23, REAL common_24, REAL common_25, REAL common_26, REAL
+    common_27, REAL common_28, REAL common_29, REAL common_30, REAL common_31, REAL common_32, REAL common_33, REAL
+    common_34, const REAL *common_35, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3)
 {
     const REAL left_0_0 = left[0], left_0_1 = left[1], left_1_0 = left[3], left_1_1 = left[4], left_2_0 = left[6],
         left_2_1 = left[7];
@@ -5444,7 +5104,7 @@ static INLINE void NAME(explain_pairs_2)(const REAL *left, const REAL *right, co
     out_2[2] = t35 * t52;
     out_3[0] = SELECT(LESS((REAL)0, t52), t54, (REAL)0);
 }
-#define PARTS_explain_pairs_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 9) AND SAME(3, 2) \
+#define PARTS_explain_pairs_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 9) AND SAME(3, 2) \
     AND SAME(4, 2) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
     AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND NUMBER(15, 0) \
     AND NUMBER(16, 0) AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) AND NUMBER(21, 0) \
@@ -5452,7 +5112,7 @@ static INLINE void NAME(explain_pairs_2)(const REAL *left, const REAL *right, co
     AND NUMBER(28, 0) AND NUMBER(29, 0) AND NUMBER(30, 0) AND NUMBER(31, 0) AND NUMBER(32, 0) AND NUMBER(33, 0) \
     AND NUMBER(34, 0) AND NUMBER(35, 0) AND NUMBER(36, 0) AND NUMBER(37, 0) AND NUMBER(38, 0) AND IN(39, 3) \
     AND OUT(40, 1) AND OUT(41, 1) AND OUT(42, 3) AND OUT(43, 1)
-GAC_IN_LANES(explain_pairs_2, PLAIN)
+GAC_IN_LANES(explain_pairs_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t relative_poses_explain_pairs_work(intptr_t n)
@@ -5470,13 +5130,13 @@ void NAME(explain_pairs)(intptr_t n, const REAL *m, const REAL *left, const REAL
     common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20,
     common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30,
     common_31, common_32, common_33, common_34, common_35[3];
-    NAME(explain_pairs_1)(m, left, right, onto, &common, &common_2, &common_3, &common_4, &common_5, &common_6,
+    NAME(explain_pairs_common)(m, left, right, onto, &common, &common_2, &common_3, &common_4, &common_5, &common_6,
     &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14, &common_15,
     &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22, &common_23, &common_24,
     &common_25, &common_26, &common_27, &common_28, &common_29, &common_30, &common_31, &common_32, &common_33,
     &common_34, common_35);
     for (intptr_t i = 0; i < n; i++)
-        NAME(explain_pairs_2)(left, right, onto, first + 2 * i, second + 2 * i, common, common_2, common_3,
+        NAME(explain_pairs_result)(left, right, onto, first + 2 * i, second + 2 * i, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
     common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
     common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
@@ -5493,16 +5153,17 @@ static INLINE WORD NAME(explain_pairs_lanes)(intptr_t n, const REAL *m, const RE
     common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES],
     common_27[NLANES], common_28[NLANES], common_29[NLANES], common_30[NLANES], common_31[NLANES],
     common_32[NLANES], common_33[NLANES], common_34[NLANES], common_35[3 * NLANES];
-    NAME(explain_pairs_1_lanes)(m, left, right, onto, common, common_2, common_3, common_4, common_5, common_6,
+    NAME(explain_pairs_common_lanes)(m, left, right, onto, common, common_2, common_3, common_4, common_5, common_6,
     common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16,
     common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26,
     common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34, common_35);
     for (intptr_t i = 0; i < n; i++)
-        NAME(explain_pairs_2_lanes)(left, right, onto, first + 2 * i, second + 2 * i, common, common_2, common_3,
-    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
-    common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
-    common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
-    common_34, common_35, out_0 + NLANES * i, out_1 + NLANES * i, out_2 + 3 * NLANES * i, out_3 + NLANES * i);
+        NAME(explain_pairs_result_lanes)(left, right, onto, first + 2 * i, second + 2 * i, common, common_2,
+    common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
+    common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
+    common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
+    common_33, common_34, common_35, out_0 + NLANES * i, out_1 + NLANES * i, out_2 + 3 * NLANES * i,
+    out_3 + NLANES * i);
     return 0;
 }
 
@@ -5512,7 +5173,7 @@ GAC_PROCEDURE(explain_pairs, LANES)
     AND IN(1, left, 3x3, 9, 1) AND IN(2, onto, 3x3, 9, 1) AND SAME(3, first, 2, 2, n) AND OUT(4, out, 2, 2, n)
 #define WORK_turned_pixels(WORK)
 
-static INLINE void NAME(turned_pixels_1)(const REAL *m, const REAL *left, REAL *common, REAL *common_2, REAL
+static INLINE void NAME(turned_pixels_common)(const REAL *m, const REAL *left, REAL *common, REAL *common_2, REAL
     *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9, REAL
     *common_10, REAL *common_11, REAL *common_12)
 {
@@ -5543,12 +5204,12 @@ static INLINE void NAME(turned_pixels_1)(const REAL *m, const REAL *left, REAL *
     common_11[0] = -(t10 + t11);
     common_12[0] = (REAL)1 - t3 - t9;
 }
-#define PARTS_turned_pixels_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 9) AND OUT(2, 1) AND OUT(3, 1) \
+#define PARTS_turned_pixels_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 9) AND OUT(2, 1) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
     AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1)
-GAC_IN_LANES(turned_pixels_1, PLAIN)
+GAC_IN_LANES(turned_pixels_common, PLAIN)
 
-static INLINE void NAME(turned_pixels_2)(const REAL *left, const REAL *onto, const REAL *first, REAL common, REAL
+static INLINE void NAME(turned_pixels_of)(const REAL *left, const REAL *onto, const REAL *first, REAL common, REAL
     common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL common_7, REAL common_8, REAL
     common_9, REAL common_10, REAL common_11, REAL common_12, REAL *of_0, REAL *of_1)
 {
@@ -5567,19 +5228,19 @@ static INLINE void NAME(turned_pixels_2)(const REAL *left, const REAL *onto, con
     of_0[0] = t6 * (onto_0_0 * t3 + onto_0_1 * t4 + onto_0_2 * t5);
     of_1[0] = t6 * (onto_1_0 * t3 + onto_1_1 * t4 + onto_1_2 * t5);
 }
-#define PARTS_turned_pixels_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND SAME(2, 2) AND NUMBER(3, 0) \
+#define PARTS_turned_pixels_of(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND SAME(2, 2) AND NUMBER(3, 0) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
     AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND OUT(15, 1) \
     AND OUT(16, 1)
-GAC_IN_LANES(turned_pixels_2, PLAIN)
+GAC_IN_LANES(turned_pixels_of, PLAIN)
 
-static INLINE void NAME(turned_pixels_3)(REAL value, REAL value_2, REAL *out)
+static INLINE void NAME(turned_pixels_result)(REAL value, REAL value_2, REAL *out)
 {
     out[0] = value;
     out[1] = value_2;
 }
-#define PARTS_turned_pixels_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
-GAC_IN_LANES(turned_pixels_3, PLAIN)
+#define PARTS_turned_pixels_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
+GAC_IN_LANES(turned_pixels_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t relative_poses_turned_pixels_work(intptr_t n)
@@ -5595,12 +5256,12 @@ void NAME(turned_pixels)(intptr_t n, const REAL *m, const REAL *left, const REAL
     (void)work;
     REAL of_0, of_1, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
     common_10, common_11, common_12;
-    NAME(turned_pixels_1)(m, left, &common, &common_2, &common_3, &common_4, &common_5, &common_6, &common_7,
+    NAME(turned_pixels_common)(m, left, &common, &common_2, &common_3, &common_4, &common_5, &common_6, &common_7,
     &common_8, &common_9, &common_10, &common_11, &common_12);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(turned_pixels_2)(left, onto, first + 2 * i, common, common_2, common_3, common_4, common_5, common_6,
+        NAME(turned_pixels_of)(left, onto, first + 2 * i, common, common_2, common_3, common_4, common_5, common_6,
     common_7, common_8, common_9, common_10, common_11, common_12, &of_0, &of_1);
-        NAME(turned_pixels_3)(of_0, of_1, out + 2 * i);
+        NAME(turned_pixels_result)(of_0, of_1, out + 2 * i);
     }
 }
 
@@ -5610,12 +5271,12 @@ static INLINE WORD NAME(turned_pixels_lanes)(intptr_t n, const REAL *m, const RE
     _Alignas(64) REAL of_0[NLANES], of_1[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES],
     common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES],
     common_10[NLANES], common_11[NLANES], common_12[NLANES];
-    NAME(turned_pixels_1_lanes)(m, left, common, common_2, common_3, common_4, common_5, common_6, common_7,
+    NAME(turned_pixels_common_lanes)(m, left, common, common_2, common_3, common_4, common_5, common_6, common_7,
     common_8, common_9, common_10, common_11, common_12);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(turned_pixels_2_lanes)(left, onto, first + 2 * i, common, common_2, common_3, common_4, common_5,
+        NAME(turned_pixels_of_lanes)(left, onto, first + 2 * i, common, common_2, common_3, common_4, common_5,
     common_6, common_7, common_8, common_9, common_10, common_11, common_12, of_0, of_1);
-        NAME(turned_pixels_3_lanes)(of_0, of_1, out + 2 * NLANES * i);
+        NAME(turned_pixels_result_lanes)(of_0, of_1, out + 2 * NLANES * i);
     }
     return 0;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all robots
 // spec: 2ea3684a268dc8dd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: bd20e14dcb10d6e82eec0adf13511658a2b211cf3a24cdb07e565320205b0c41
+// body: 896b4938fb1d48e813a3ae5c07217d2ab513e66a5cdd675ce00c50dcf8bb35f3
 
 #ifndef REAL
 #include "robots.h"
@@ -47,8 +47,8 @@ GAC_AXIS(21, 32)
 #define WORK_forward_all(WORK) WORK(11, pose_rotor, 4, 4, n) WORK(12, pose_place, 3, 3, n) \
     WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n)
 
-static INLINE void NAME(forward_all_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw, REAL
-    turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
+static INLINE void NAME(forward_all_pose_rotor)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL
+    *screw, REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
 {
     const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
     const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
@@ -64,11 +64,11 @@ static INLINE void NAME(forward_all_1)(REAL q, REAL ratio, REAL offset, const RE
     pose_place[1] = places_1 + screw_e02 * t0;
     pose_place[2] = places_2 + screw_e03 * t0;
 }
-#define PARTS_forward_all_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
+#define PARTS_forward_all_pose_rotor(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
     AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(forward_all_1, TURNS)
+GAC_IN_LANES(forward_all_pose_rotor, TURNS)
 
-static INLINE void NAME(forward_all_2)(REAL *pose_rotor_start, REAL *pose_place_start)
+static INLINE void NAME(forward_all_pose_rotor_start)(REAL *pose_rotor_start, REAL *pose_place_start)
 {
     pose_rotor_start[0] = (REAL)1;
     pose_rotor_start[1] = (REAL)0;
@@ -78,11 +78,11 @@ static INLINE void NAME(forward_all_2)(REAL *pose_rotor_start, REAL *pose_place_
     pose_place_start[1] = (REAL)0;
     pose_place_start[2] = (REAL)0;
 }
-#define PARTS_forward_all_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(forward_all_2, PLAIN)
+#define PARTS_forward_all_pose_rotor_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
+GAC_IN_LANES(forward_all_pose_rotor_start, PLAIN)
 
-static INLINE void NAME(forward_all_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
-    const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
+static INLINE void NAME(forward_all_pose_rotor_2)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL
+    *own_rotor, const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
 {
     const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
         pose_rotor_e23 = pose_rotor[3];
@@ -110,12 +110,12 @@ static INLINE void NAME(forward_all_3)(const REAL *pose_rotor, const REAL *pose_
     pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
     pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
 }
-#define PARTS_forward_all_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
+#define PARTS_forward_all_pose_rotor_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
     AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(forward_all_3, PLAIN)
+GAC_IN_LANES(forward_all_pose_rotor_2, PLAIN)
 
-static INLINE void NAME(forward_all_4)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *rotor, const
-    REAL *home_places, REAL *mapped)
+static INLINE void NAME(forward_all_mapped)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *rotor,
+    const REAL *home_places, REAL *mapped)
 {
     const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
         pose_rotor_e23 = pose_rotor[3];
@@ -150,11 +150,11 @@ static INLINE void NAME(forward_all_4)(const REAL *pose_rotor, const REAL *pose_
     mapped[6] = -(t1 * t16 + t5 * t18 + t7 * t14);
     mapped[7] = t5 * t14 - t3 * t16 - t7 * t18;
 }
-#define PARTS_forward_all_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 4) AND SAME(3, 3) \
+#define PARTS_forward_all_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 4) AND SAME(3, 3) \
     AND OUT(4, 8)
-GAC_IN_LANES(forward_all_4, PLAIN)
+GAC_IN_LANES(forward_all_mapped, PLAIN)
 
-static INLINE void NAME(forward_all_5)(const REAL *value, REAL *out)
+static INLINE void NAME(forward_all_result)(const REAL *value, REAL *out)
 {
     const REAL value_1 = value[0], value_e12 = value[1], value_e13 = value[2], value_e23 = value[3],
         value_e01 = value[4], value_e02 = value[5], value_e03 = value[6], value_e0123 = value[7];
@@ -167,8 +167,8 @@ static INLINE void NAME(forward_all_5)(const REAL *value, REAL *out)
     out[6] = value_e03;
     out[7] = value_e0123;
 }
-#define PARTS_forward_all_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(forward_all_5, PLAIN)
+#define PARTS_forward_all_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
+GAC_IN_LANES(forward_all_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_forward_all_work(intptr_t m, intptr_t n)
@@ -186,16 +186,16 @@ static INLINE void NAME(forward_all_within)(intptr_t m, intptr_t n, const REAL *
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
     *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n, mapped[8];
     for (intptr_t i = 0; i < n; i++)
-        NAME(forward_all_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(forward_all_2)(pose_rotor_start, pose_place_start);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(forward_all_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, home_rotors + 4 * i, home_places + 3 * i,
-    mapped);
-        NAME(forward_all_5)(mapped, out + 8 * i);
+        NAME(forward_all_mapped)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, home_rotors + 4 * i,
+    home_places + 3 * i, mapped);
+        NAME(forward_all_result)(mapped, out + 8 * i);
     }
 }
 
@@ -221,16 +221,16 @@ static INLINE WORD NAME(forward_all_lanes)(intptr_t m, intptr_t n, const REAL *q
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], mapped[8 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(forward_all_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(forward_all_2_lanes)(pose_rotor_start, pose_place_start);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(forward_all_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, home_rotors + 4 * i,
-    home_places + 3 * i, mapped);
-        NAME(forward_all_5_lanes)(mapped, out + 8 * NLANES * i);
+        NAME(forward_all_mapped_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
+    home_rotors + 4 * i, home_places + 3 * i, mapped);
+        NAME(forward_all_result_lanes)(mapped, out + 8 * NLANES * i);
     }
     return far;
 }
@@ -243,21 +243,9 @@ GAC_PROCEDURE(forward_all, BUSY)
     AND SAME(6, turns, scalar, 1, n) AND IN(7, tool, 8, 8, 1) AND OUT(8, out, 8, 8, 1)
 #define WORK_forward(WORK)
 
-static INLINE void NAME(forward_1)(REAL *pose_rotor, REAL *pose_place)
-{
-    pose_rotor[0] = (REAL)1;
-    pose_rotor[1] = (REAL)0;
-    pose_rotor[2] = (REAL)0;
-    pose_rotor[3] = (REAL)0;
-    pose_place[0] = (REAL)0;
-    pose_place[1] = (REAL)0;
-    pose_place[2] = (REAL)0;
-}
-#define PARTS_forward_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(forward_1, PLAIN)
-
-static INLINE void NAME(forward_2)(const REAL *pose_rotor, const REAL *pose_place, REAL row, REAL row_2, REAL row_3,
-    const REAL *places, const REAL *row_4, REAL row_5, REAL *pose_rotor_out, REAL *pose_place_out, WORD *far)
+static INLINE void NAME(forward_pose_rotor)(const REAL *pose_rotor, const REAL *pose_place, REAL row, REAL row_2,
+    REAL row_3, const REAL *places, const REAL *row_4, REAL row_5, REAL *pose_rotor_out, REAL *pose_place_out, WORD
+    *far)
 {
     const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
         pose_rotor_e23 = pose_rotor[3];
@@ -291,11 +279,11 @@ static INLINE void NAME(forward_2)(const REAL *pose_rotor, const REAL *pose_plac
     pose_place_out[1] = pose_place_1 - t16;
     pose_place_out[2] = pose_place_2 + t17;
 }
-#define PARTS_forward_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND NUMBER(2, 0) AND NUMBER(3, 1) \
+#define PARTS_forward_pose_rotor(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND NUMBER(2, 0) AND NUMBER(3, 1) \
     AND NUMBER(4, 1) AND SAME(5, 3) AND SAME(6, 6) AND NUMBER(7, 1) AND OUT(8, 4) AND OUT(9, 3)
-GAC_IN_LANES(forward_2, TURNS)
+GAC_IN_LANES(forward_pose_rotor, TURNS)
 
-static INLINE void NAME(forward_3)(const REAL *tool, const REAL *pose_rotor, const REAL *pose_place, REAL *out)
+static INLINE void NAME(forward_result)(const REAL *tool, const REAL *pose_rotor, const REAL *pose_place, REAL *out)
 {
     const REAL tool_1 = tool[0], tool_e12 = tool[1], tool_e13 = tool[2], tool_e23 = tool[3], tool_e01 = tool[4],
         tool_e02 = tool[5], tool_e03 = tool[6], tool_e0123 = tool[7];
@@ -326,8 +314,8 @@ static INLINE void NAME(forward_3)(const REAL *tool, const REAL *pose_rotor, con
     out[6] = -(t13 + tool_e02 * pose_rotor_e23 + t8 * t5 + t10 * t7 + t11 * t1);
     out[7] = -(t14 - tool_e01 * pose_rotor_e23 + t8 * t7 - t10 * t5 + t11 * t3);
 }
-#define PARTS_forward_3(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 3) AND OUT(3, 8)
-GAC_IN_LANES(forward_3, PLAIN)
+#define PARTS_forward_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 3) AND OUT(3, 8)
+GAC_IN_LANES(forward_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_forward_work(intptr_t m, intptr_t n)
@@ -343,11 +331,11 @@ static INLINE void NAME(forward_within)(intptr_t m, intptr_t n, const REAL *q, c
 {
     (void)m, (void)work;
     REAL pose_rotor[4], pose_place[3];
-    NAME(forward_1)(pose_rotor, pose_place);
+    NAME(forward_all_pose_rotor_start)(pose_rotor, pose_place);
     for (intptr_t i = 0; i < n; i++)
-        NAME(forward_2)(pose_rotor, pose_place, q[variables[i]], ratios[i], offsets[i], places + 3 * i,
+        NAME(forward_pose_rotor)(pose_rotor, pose_place, q[variables[i]], ratios[i], offsets[i], places + 3 * i,
     screws + 6 * i, turns[i], pose_rotor, pose_place, NULL);
-    NAME(forward_3)(tool, pose_rotor, pose_place, out);
+    NAME(forward_result)(tool, pose_rotor, pose_place, out);
 }
 
 FUSED(forward, (intptr_t m, intptr_t n, const REAL *q, const int64_t *variables, const REAL *ratios,
@@ -368,11 +356,11 @@ static INLINE WORD NAME(forward_lanes)(intptr_t m, intptr_t n, const REAL *q, co
     (void)m;
     _Alignas(64) REAL pose_rotor[4 * NLANES], pose_place[3 * NLANES];
     WORD far = 0;
-    NAME(forward_1_lanes)(pose_rotor, pose_place);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor, pose_place);
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(forward_2_lanes)(pose_rotor, pose_place, q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor, pose_place);
-    NAME(forward_3_lanes)(tool, pose_rotor, pose_place, out);
+        far |= NAME(forward_pose_rotor_lanes)(pose_rotor, pose_place, q + NLANES * variables[i], ratios + i,
+    offsets + i, places + 3 * i, screws + 6 * i, turns + i, pose_rotor, pose_place);
+    NAME(forward_result_lanes)(tool, pose_rotor, pose_place, out);
     return far;
 }
 
@@ -385,87 +373,7 @@ GAC_PROCEDURE(forward, BUSY)
 #define WORK_jacobian(WORK) WORK(9, pose_rotor, 4, 4, n) WORK(10, pose_place, 3, 3, n) \
     WORK(11, pose_rotor_2, 4, 4, n) WORK(12, pose_place_2, 3, 3, n)
 
-static INLINE void NAME(jacobian_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw, REAL
-    turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_jacobian_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) AND SAME(3, 3) \
-    AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(jacobian_1, TURNS)
-
-static INLINE void NAME(jacobian_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_jacobian_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(jacobian_2, PLAIN)
-
-static INLINE void NAME(jacobian_4)(REAL *rotor, REAL *place)
-{
-    rotor[0] = (REAL)1;
-    rotor[1] = (REAL)0;
-    rotor[2] = (REAL)0;
-    rotor[3] = (REAL)0;
-    place[0] = (REAL)0;
-    place[1] = (REAL)0;
-    place[2] = (REAL)0;
-}
-#define PARTS_jacobian_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(jacobian_4, PLAIN)
-
-static INLINE void NAME(jacobian_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor, const
-    REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_jacobian_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) AND OUT(4, 4) \
-    AND OUT(5, 3)
-GAC_IN_LANES(jacobian_3, PLAIN)
-
-static INLINE void NAME(jacobian_5)(const REAL *pose_rotor, const REAL *pose_place_2, REAL *rotor, REAL *place)
+static INLINE void NAME(jacobian_rotor)(const REAL *pose_rotor, const REAL *pose_place_2, REAL *rotor, REAL *place)
 {
     const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
         pose_rotor_e23 = pose_rotor[3];
@@ -478,11 +386,11 @@ static INLINE void NAME(jacobian_5)(const REAL *pose_rotor, const REAL *pose_pla
     place[1] = pose_place_2_1;
     place[2] = pose_place_2_2;
 }
-#define PARTS_jacobian_5(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND OUT(2, 4) AND OUT(3, 3)
-GAC_IN_LANES(jacobian_5, PLAIN)
+#define PARTS_jacobian_rotor(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND OUT(2, 4) AND OUT(3, 3)
+GAC_IN_LANES(jacobian_rotor, PLAIN)
 
-static INLINE void NAME(jacobian_6)(const REAL *tip, const REAL *v__rotor, const REAL *place, REAL *common, REAL
-    *common_2, REAL *common_3)
+static INLINE void NAME(jacobian_common)(const REAL *tip, const REAL *v__rotor, const REAL *place, REAL *common,
+    REAL *common_2, REAL *common_3)
 {
     const REAL tip_0 = tip[0], tip_1 = tip[1], tip_2 = tip[2];
     const REAL v__rotor_1 = v__rotor[0], v__rotor_e12 = v__rotor[1], v__rotor_e13 = v__rotor[2],
@@ -500,12 +408,12 @@ static INLINE void NAME(jacobian_6)(const REAL *tip, const REAL *v__rotor, const
     common_2[0] = place_1 - t6;
     common_3[0] = place_0 + t7;
 }
-#define PARTS_jacobian_6(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 4) AND IN(2, 3) AND OUT(3, 1) AND OUT(4, 1) \
-    AND OUT(5, 1)
-GAC_IN_LANES(jacobian_6, PLAIN)
+#define PARTS_jacobian_common(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 4) AND IN(2, 3) AND OUT(3, 1) \
+    AND OUT(4, 1) AND OUT(5, 1)
+GAC_IN_LANES(jacobian_common, PLAIN)
 
-static INLINE void NAME(jacobian_7)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *screw, REAL ratio,
-    REAL common, REAL common_2, REAL common_3, REAL *column)
+static INLINE void NAME(jacobian_column)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *screw, REAL
+    ratio, REAL common, REAL common_2, REAL common_3, REAL *column)
 {
     const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
         pose_rotor_e23 = pose_rotor[3];
@@ -548,9 +456,9 @@ static INLINE void NAME(jacobian_7)(const REAL *pose_rotor, const REAL *pose_pla
     column[4] = ratio * (t15 * t26 - t25 * t28 - (screw_e01 * t20 + screw_e03 * t19 - screw_e02 * t16));
     column[5] = -(ratio * (t15 * t27 + t21 * t28 + (screw_e01 * t24 + screw_e02 * t23 - screw_e03 * t22)));
 }
-#define PARTS_jacobian_7(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 6) AND NUMBER(3, 1) \
+#define PARTS_jacobian_column(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 6) AND NUMBER(3, 1) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND OUT(7, 6)
-GAC_IN_LANES(jacobian_7, PLAIN)
+GAC_IN_LANES(jacobian_column, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_jacobian_work(intptr_t m, intptr_t n)
@@ -568,21 +476,21 @@ static INLINE void NAME(jacobian_within)(intptr_t m, intptr_t n, const REAL *q, 
     *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n, rotor[4], place[3],
     column[6], common, common_2, common_3;
     for (intptr_t i = 0; i < n; i++)
-        NAME(jacobian_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(jacobian_2)(pose_rotor_start, pose_place_start);
-    NAME(jacobian_4)(rotor, place);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
+    NAME(forward_all_pose_rotor_start)(rotor, place);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(jacobian_3)(i > 0 ? pose_rotor_2 + 4 * (i - 1) : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(i > 0 ? pose_rotor_2 + 4 * (i - 1) : pose_rotor_start,
     i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(jacobian_5)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, rotor, place);
+        NAME(jacobian_rotor)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, rotor, place);
     }
-    NAME(jacobian_6)(tip, rotor, place, &common, &common_2, &common_3);
+    NAME(jacobian_common)(tip, rotor, place, &common, &common_2, &common_3);
     CLEAR(6 * m, out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(jacobian_7)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, ratios[i], common, common_2,
-    common_3, column);
+        NAME(jacobian_column)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, ratios[i], common,
+    common_2, common_3, column);
         if (variables[i] >= 0)
             ADD(6, column, out + 6 * variables[i]);
     }
@@ -607,20 +515,20 @@ static INLINE WORD NAME(jacobian_lanes)(intptr_t m, intptr_t n, const REAL *q, c
     place[3 * NLANES], column[6 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(jacobian_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(jacobian_2_lanes)(pose_rotor_start, pose_place_start);
-    NAME(jacobian_4_lanes)(rotor, place);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
+    NAME(forward_all_pose_rotor_start_lanes)(rotor, place);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(jacobian_3_lanes)(i > 0 ? pose_rotor_2 + 4 * NLANES * (i - 1) : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(i > 0 ? pose_rotor_2 + 4 * NLANES * (i - 1) : pose_rotor_start,
     i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(jacobian_5_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, rotor, place);
+        NAME(jacobian_rotor_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, rotor, place);
     }
-    NAME(jacobian_6_lanes)(tip, rotor, place, common, common_2, common_3);
+    NAME(jacobian_common_lanes)(tip, rotor, place, common, common_2, common_3);
     CLEAR(6 * NLANES * m, out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(jacobian_7_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
+        NAME(jacobian_column_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
     ratios + i, common, common_2, common_3, column);
         if (variables[i] >= 0)
             ADD(6 * NLANES, column, out + 6 * NLANES * variables[i]);
@@ -638,54 +546,7 @@ GAC_PROCEDURE(jacobian, BUSY)
     WORK(12, pose_rotor_2, 4, 4, n) WORK(13, pose_place_2, 3, 3, n) WORK(14, to_parent, 6, 6, n) \
     WORK(15, carrier_0, 6, 6, n) WORK(16, carrier_1, 6, 6, n)
 
-static INLINE void NAME(jacobian_rate_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_jacobian_rate_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(jacobian_rate_1, TURNS)
-
-static INLINE void NAME(jacobian_rate_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_jacobian_rate_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(jacobian_rate_2, PLAIN)
-
-static INLINE void NAME(jacobian_rate_4)(REAL *rotor, REAL *place)
-{
-    rotor[0] = (REAL)1;
-    rotor[1] = (REAL)0;
-    rotor[2] = (REAL)0;
-    rotor[3] = (REAL)0;
-    place[0] = (REAL)0;
-    place[1] = (REAL)0;
-    place[2] = (REAL)0;
-}
-#define PARTS_jacobian_rate_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(jacobian_rate_4, PLAIN)
-
-static INLINE void NAME(jacobian_rate_7)(REAL *carrier_0_start, REAL *carrier_1_start)
+static INLINE void NAME(jacobian_rate_carrier_0_start)(REAL *carrier_0_start, REAL *carrier_1_start)
 {
     carrier_0_start[0] = (REAL)0;
     carrier_0_start[1] = (REAL)0;
@@ -700,10 +561,10 @@ static INLINE void NAME(jacobian_rate_7)(REAL *carrier_0_start, REAL *carrier_1_
     carrier_1_start[4] = (REAL)0;
     carrier_1_start[5] = (REAL)0;
 }
-#define PARTS_jacobian_rate_7(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 6)
-GAC_IN_LANES(jacobian_rate_7, PLAIN)
+#define PARTS_jacobian_rate_carrier_0_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 6)
+GAC_IN_LANES(jacobian_rate_carrier_0_start, PLAIN)
 
-static INLINE void NAME(jacobian_rate_9)(REAL *value)
+static INLINE void NAME(jacobian_rate_value_start)(REAL *value)
 {
     value[0] = (REAL)0;
     value[1] = (REAL)0;
@@ -712,60 +573,11 @@ static INLINE void NAME(jacobian_rate_9)(REAL *value)
     value[4] = (REAL)0;
     value[5] = (REAL)0;
 }
-#define PARTS_jacobian_rate_9(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(jacobian_rate_9, PLAIN)
+#define PARTS_jacobian_rate_value_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(jacobian_rate_value_start, PLAIN)
 
-static INLINE void NAME(jacobian_rate_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
-    const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_jacobian_rate_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(jacobian_rate_3, PLAIN)
-
-static INLINE void NAME(jacobian_rate_5)(const REAL *pose_rotor, const REAL *pose_place_2, REAL *rotor, REAL *place)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    rotor[0] = pose_rotor_1;
-    rotor[1] = pose_rotor_e12;
-    rotor[2] = pose_rotor_e13;
-    rotor[3] = pose_rotor_e23;
-    place[0] = pose_place_2_0;
-    place[1] = pose_place_2_1;
-    place[2] = pose_place_2_2;
-}
-#define PARTS_jacobian_rate_5(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND OUT(2, 4) AND OUT(3, 3)
-GAC_IN_LANES(jacobian_rate_5, PLAIN)
-
-static INLINE void NAME(jacobian_rate_6)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *line, REAL
-    *to_parent)
+static INLINE void NAME(jacobian_rate_to_parent)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *line,
+    REAL *to_parent)
 {
     const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
         pose_rotor_e23 = pose_rotor[3];
@@ -808,10 +620,10 @@ static INLINE void NAME(jacobian_rate_6)(const REAL *pose_rotor, const REAL *pos
     to_parent[4] = pose_place_2_2 * t25 - pose_place_2_0 * t13 - t27;
     to_parent[5] = -(pose_place_2_0 * t21 + pose_place_2_1 * t25 + t28);
 }
-#define PARTS_jacobian_rate_6(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 6) AND OUT(3, 6)
-GAC_IN_LANES(jacobian_rate_6, PLAIN)
+#define PARTS_jacobian_rate_to_parent(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 6) AND OUT(3, 6)
+GAC_IN_LANES(jacobian_rate_to_parent, PLAIN)
 
-static INLINE void NAME(jacobian_rate_8)(const REAL *carrier_0, const REAL *axis, REAL speed, REAL ratio, REAL
+static INLINE void NAME(jacobian_rate_carrier)(const REAL *carrier_0, const REAL *axis, REAL speed, REAL ratio, REAL
     *carrier_0_out, REAL *carrier_1)
 {
     const REAL carrier_0_e12 = carrier_0[0], carrier_0_e13 = carrier_0[1], carrier_0_e23 = carrier_0[2],
@@ -835,11 +647,11 @@ static INLINE void NAME(jacobian_rate_8)(const REAL *carrier_0, const REAL *axis
     carrier_1[4] = -(t2 + carrier_0_e23 * axis_e03);
     carrier_1[5] = carrier_0_e23 * axis_e02 - t3;
 }
-#define PARTS_jacobian_rate_8(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) AND NUMBER(3, 1) \
-    AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(jacobian_rate_8, PLAIN)
+#define PARTS_jacobian_rate_carrier(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) \
+    AND NUMBER(3, 1) AND OUT(4, 6) AND OUT(5, 6)
+GAC_IN_LANES(jacobian_rate_carrier, PLAIN)
 
-static INLINE void NAME(jacobian_rate_10)(const REAL *twist, REAL *value)
+static INLINE void NAME(jacobian_rate_value)(const REAL *twist, REAL *value)
 {
     const REAL twist_e12 = twist[0], twist_e13 = twist[1], twist_e23 = twist[2], twist_e01 = twist[3],
         twist_e02 = twist[4], twist_e03 = twist[5];
@@ -850,11 +662,11 @@ static INLINE void NAME(jacobian_rate_10)(const REAL *twist, REAL *value)
     value[4] = twist_e02;
     value[5] = twist_e03;
 }
-#define PARTS_jacobian_rate_10(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 6)
-GAC_IN_LANES(jacobian_rate_10, PLAIN)
+#define PARTS_jacobian_rate_value(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 6)
+GAC_IN_LANES(jacobian_rate_value, PLAIN)
 
-static INLINE void NAME(jacobian_rate_11)(const REAL *tip, const REAL *v__rotor, const REAL *place, const REAL *v_,
-    REAL *common, REAL *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6)
+static INLINE void NAME(jacobian_rate_common)(const REAL *tip, const REAL *v__rotor, const REAL *place, const REAL
+    *v_, REAL *common, REAL *common_2, REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6)
 {
     const REAL tip_0 = tip[0], tip_1 = tip[1], tip_2 = tip[2];
     const REAL v__rotor_1 = v__rotor[0], v__rotor_e12 = v__rotor[1], v__rotor_e13 = v__rotor[2],
@@ -879,11 +691,11 @@ static INLINE void NAME(jacobian_rate_11)(const REAL *tip, const REAL *v__rotor,
     common_5[0] = t10;
     common_6[0] = v__e01 - (v__e13 * t6 + v__e12 * t8);
 }
-#define PARTS_jacobian_rate_11(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 4) AND IN(2, 3) AND IN(3, 6) \
+#define PARTS_jacobian_rate_common(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 4) AND IN(2, 3) AND IN(3, 6) \
     AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(jacobian_rate_11, PLAIN)
+GAC_IN_LANES(jacobian_rate_common, PLAIN)
 
-static INLINE void NAME(jacobian_rate_12)(const REAL *axis, const REAL *axis_rate, REAL ratio, REAL common, REAL
+static INLINE void NAME(jacobian_rate_column)(const REAL *axis, const REAL *axis_rate, REAL ratio, REAL common, REAL
     common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL *column)
 {
     const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2];
@@ -899,9 +711,10 @@ static INLINE void NAME(jacobian_rate_12)(const REAL *axis, const REAL *axis_rat
     column[4] = ratio * (axis_rate_e02 + (t1 + (axis_e12 * common_6 - axis_e23 * common_3)));
     column[5] = ratio * (axis_rate_e03 + (t2 + (axis_e23 * common_4 + axis_e13 * common_6)));
 }
-#define PARTS_jacobian_rate_12(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 1) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND OUT(9, 6)
-GAC_IN_LANES(jacobian_rate_12, PLAIN)
+#define PARTS_jacobian_rate_column(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 1) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
+    AND OUT(9, 6)
+GAC_IN_LANES(jacobian_rate_column, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_jacobian_rate_work(intptr_t m, intptr_t n)
@@ -921,27 +734,28 @@ static INLINE void NAME(jacobian_rate_within)(intptr_t m, intptr_t n, const REAL
     *const carrier_0 = to_parent + 6 * n, *const carrier_1 = carrier_0 + 6 * n, value[6], column[6], common,
     common_2, common_3, common_4, common_5, common_6;
     for (intptr_t i = 0; i < n; i++)
-        NAME(jacobian_rate_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(jacobian_rate_2)(pose_rotor_start, pose_place_start);
-    NAME(jacobian_rate_4)(rotor, place);
-    NAME(jacobian_rate_7)(carrier_0_start, carrier_1_start);
-    NAME(jacobian_rate_9)(value);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
+    NAME(forward_all_pose_rotor_start)(rotor, place);
+    NAME(jacobian_rate_carrier_0_start)(carrier_0_start, carrier_1_start);
+    NAME(jacobian_rate_value_start)(value);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(jacobian_rate_3)(i > 0 ? pose_rotor_2 + 4 * (i - 1) : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(i > 0 ? pose_rotor_2 + 4 * (i - 1) : pose_rotor_start,
     i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(jacobian_rate_5)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, rotor, place);
-        NAME(jacobian_rate_6)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
-        NAME(jacobian_rate_8)(i > 0 ? carrier_0 + 6 * (i - 1) : carrier_0_start, to_parent + 6 * i,
+        NAME(jacobian_rotor)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, rotor, place);
+        NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
+    to_parent + 6 * i);
+        NAME(jacobian_rate_carrier)(i > 0 ? carrier_0 + 6 * (i - 1) : carrier_0_start, to_parent + 6 * i,
     qd[variables[i]], ratios[i], carrier_0 + 6 * i, carrier_1 + 6 * i);
-        NAME(jacobian_rate_10)(carrier_0 + 6 * i, value);
+        NAME(jacobian_rate_value)(carrier_0 + 6 * i, value);
     }
-    NAME(jacobian_rate_11)(tip, rotor, place, value, &common, &common_2, &common_3, &common_4, &common_5,
+    NAME(jacobian_rate_common)(tip, rotor, place, value, &common, &common_2, &common_3, &common_4, &common_5,
     &common_6);
     CLEAR(6 * m, out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(jacobian_rate_12)(to_parent + 6 * i, carrier_1 + 6 * i, ratios[i], common, common_2, common_3,
+        NAME(jacobian_rate_column)(to_parent + 6 * i, carrier_1 + 6 * i, ratios[i], common, common_2, common_3,
     common_4, common_5, common_6, column);
         if (variables[i] >= 0)
             ADD(6, column, out + 6 * variables[i]);
@@ -970,29 +784,29 @@ static INLINE WORD NAME(jacobian_rate_lanes)(intptr_t m, intptr_t n, const REAL 
     common_6[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(jacobian_rate_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(jacobian_rate_2_lanes)(pose_rotor_start, pose_place_start);
-    NAME(jacobian_rate_4_lanes)(rotor, place);
-    NAME(jacobian_rate_7_lanes)(carrier_0_start, carrier_1_start);
-    NAME(jacobian_rate_9_lanes)(value);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
+    NAME(forward_all_pose_rotor_start_lanes)(rotor, place);
+    NAME(jacobian_rate_carrier_0_start_lanes)(carrier_0_start, carrier_1_start);
+    NAME(jacobian_rate_value_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(jacobian_rate_3_lanes)(i > 0 ? pose_rotor_2 + 4 * NLANES * (i - 1) : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(i > 0 ? pose_rotor_2 + 4 * NLANES * (i - 1) : pose_rotor_start,
     i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(jacobian_rate_5_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, rotor, place);
-        NAME(jacobian_rate_6_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
-    to_parent + 6 * NLANES * i);
-        NAME(jacobian_rate_8_lanes)(i > 0 ? carrier_0 + 6 * NLANES * (i - 1) : carrier_0_start,
+        NAME(jacobian_rotor_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, rotor, place);
+        NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
+    screws + 6 * i, to_parent + 6 * NLANES * i);
+        NAME(jacobian_rate_carrier_lanes)(i > 0 ? carrier_0 + 6 * NLANES * (i - 1) : carrier_0_start,
     to_parent + 6 * NLANES * i, qd + NLANES * variables[i], ratios + i, carrier_0 + 6 * NLANES * i,
     carrier_1 + 6 * NLANES * i);
-        NAME(jacobian_rate_10_lanes)(carrier_0 + 6 * NLANES * i, value);
+        NAME(jacobian_rate_value_lanes)(carrier_0 + 6 * NLANES * i, value);
     }
-    NAME(jacobian_rate_11_lanes)(tip, rotor, place, value, common, common_2, common_3, common_4, common_5,
+    NAME(jacobian_rate_common_lanes)(tip, rotor, place, value, common, common_2, common_3, common_4, common_5,
     common_6);
     CLEAR(6 * NLANES * m, out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(jacobian_rate_12_lanes)(to_parent + 6 * NLANES * i, carrier_1 + 6 * NLANES * i, ratios + i, common,
+        NAME(jacobian_rate_column_lanes)(to_parent + 6 * NLANES * i, carrier_1 + 6 * NLANES * i, ratios + i, common,
     common_2, common_3, common_4, common_5, common_6, column);
         if (variables[i] >= 0)
             ADD(6 * NLANES, column, out + 6 * NLANES * variables[i]);
@@ -1008,120 +822,6 @@ GAC_PROCEDURE(jacobian_rate, BUSY)
     AND SAME(6, screws, 6, 6, n) AND SAME(7, turns, scalar, 1, n) AND OUT(8, out, 6, 6, n)
 #define WORK_twists_of_joints(WORK) WORK(9, pose_rotor, 4, 4, n) WORK(10, pose_place, 3, 3, n) \
     WORK(11, pose_rotor_2, 4, 4, n) WORK(12, pose_place_2, 3, 3, n)
-
-static INLINE void NAME(twists_of_joints_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_twists_of_joints_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(twists_of_joints_1, TURNS)
-
-static INLINE void NAME(twists_of_joints_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_twists_of_joints_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(twists_of_joints_2, PLAIN)
-
-static INLINE void NAME(twists_of_joints_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
-    const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_twists_of_joints_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(twists_of_joints_3, PLAIN)
-
-static INLINE void NAME(twists_of_joints_4)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *line, REAL
-    *out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = pose_rotor_1 * pose_rotor_1;
-    const REAL t1 = pose_rotor_e12 * pose_rotor_e12;
-    const REAL t2 = pose_rotor_e13 * pose_rotor_e13;
-    const REAL t3 = pose_rotor_e23 * pose_rotor_e23;
-    const REAL t4 = t0 + t1 - (t2 + t3);
-    const REAL t5 = pose_rotor_e12 * (REAL)2;
-    const REAL t6 = pose_rotor_e13 * t5;
-    const REAL t7 = pose_rotor_1 * (REAL)2;
-    const REAL t8 = pose_rotor_e23 * t7;
-    const REAL t9 = t6 + t8;
-    const REAL t10 = pose_rotor_e13 * t7;
-    const REAL t11 = pose_rotor_e23 * t5;
-    const REAL t12 = t10 - t11;
-    const REAL t13 = line_e12 * t4 + line_e13 * t9 - line_e23 * t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t2 - t3;
-    const REAL t16 = t14 + t15;
-    const REAL t17 = t6 - t8;
-    const REAL t18 = (REAL)2 * (pose_rotor_e13 * pose_rotor_e23);
-    const REAL t19 = pose_rotor_e12 * t7;
-    const REAL t20 = t18 + t19;
-    const REAL t21 = line_e12 * t17 + line_e13 * t16 + line_e23 * t20;
-    const REAL t22 = t14 - t15;
-    const REAL t23 = t10 + t11;
-    const REAL t24 = t19 - t18;
-    const REAL t25 = line_e12 * t23 + line_e23 * t22 - line_e13 * t24;
-    const REAL t26 = line_e01 * t22 + line_e02 * t24 + line_e03 * t23;
-    const REAL t27 = line_e01 * t20 + line_e03 * t17 - line_e02 * t16;
-    const REAL t28 = line_e01 * t12 + line_e02 * t9 - line_e03 * t4;
-    out[0] = t13;
-    out[1] = t21;
-    out[2] = t25;
-    out[3] = pose_place_2_1 * t13 + pose_place_2_2 * t21 + t26;
-    out[4] = pose_place_2_2 * t25 - pose_place_2_0 * t13 - t27;
-    out[5] = -(pose_place_2_0 * t21 + pose_place_2_1 * t25 + t28);
-}
-#define PARTS_twists_of_joints_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 6) AND OUT(3, 6)
-GAC_IN_LANES(twists_of_joints_4, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_twists_of_joints_work(intptr_t m, intptr_t n)
@@ -1139,14 +839,14 @@ static INLINE void NAME(twists_of_joints_within)(intptr_t m, intptr_t n, const R
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
     *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
     for (intptr_t i = 0; i < n; i++)
-        NAME(twists_of_joints_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(twists_of_joints_2)(pose_rotor_start, pose_place_start);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(twists_of_joints_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(twists_of_joints_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, out + 6 * i);
+        NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, out + 6 * i);
     }
 }
 
@@ -1169,15 +869,15 @@ static INLINE WORD NAME(twists_of_joints_lanes)(intptr_t m, intptr_t n, const RE
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(twists_of_joints_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(twists_of_joints_2_lanes)(pose_rotor_start, pose_place_start);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(twists_of_joints_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(twists_of_joints_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
-    out + 6 * NLANES * i);
+        NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
+    screws + 6 * i, out + 6 * NLANES * i);
     }
     return far;
 }
@@ -1196,122 +896,8 @@ GAC_PROCEDURE(twists_of_joints, BUSY)
     WORK(22, placed, 10, 10, n) WORK(23, carried, 10, 10, n) WORK(24, momentum_of, 6, 6, n) \
     WORK(25, mapped, scalar, 1, p)
 
-static INLINE void NAME(mass_matrix_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw, REAL
-    turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_mass_matrix_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(mass_matrix_1, TURNS)
-
-static INLINE void NAME(mass_matrix_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_mass_matrix_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(mass_matrix_2, PLAIN)
-
-static INLINE void NAME(mass_matrix_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
-    const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_mass_matrix_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(mass_matrix_3, PLAIN)
-
-static INLINE void NAME(mass_matrix_4)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *line, REAL
-    *to_parent)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = pose_rotor_1 * pose_rotor_1;
-    const REAL t1 = pose_rotor_e12 * pose_rotor_e12;
-    const REAL t2 = pose_rotor_e13 * pose_rotor_e13;
-    const REAL t3 = pose_rotor_e23 * pose_rotor_e23;
-    const REAL t4 = t0 + t1 - (t2 + t3);
-    const REAL t5 = pose_rotor_e12 * (REAL)2;
-    const REAL t6 = pose_rotor_e13 * t5;
-    const REAL t7 = pose_rotor_1 * (REAL)2;
-    const REAL t8 = pose_rotor_e23 * t7;
-    const REAL t9 = t6 + t8;
-    const REAL t10 = pose_rotor_e13 * t7;
-    const REAL t11 = pose_rotor_e23 * t5;
-    const REAL t12 = t10 - t11;
-    const REAL t13 = line_e12 * t4 + line_e13 * t9 - line_e23 * t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t2 - t3;
-    const REAL t16 = t14 + t15;
-    const REAL t17 = t6 - t8;
-    const REAL t18 = (REAL)2 * (pose_rotor_e13 * pose_rotor_e23);
-    const REAL t19 = pose_rotor_e12 * t7;
-    const REAL t20 = t18 + t19;
-    const REAL t21 = line_e12 * t17 + line_e13 * t16 + line_e23 * t20;
-    const REAL t22 = t14 - t15;
-    const REAL t23 = t10 + t11;
-    const REAL t24 = t19 - t18;
-    const REAL t25 = line_e12 * t23 + line_e23 * t22 - line_e13 * t24;
-    const REAL t26 = line_e01 * t22 + line_e02 * t24 + line_e03 * t23;
-    const REAL t27 = line_e01 * t20 + line_e03 * t17 - line_e02 * t16;
-    const REAL t28 = line_e01 * t12 + line_e02 * t9 - line_e03 * t4;
-    to_parent[0] = t13;
-    to_parent[1] = t21;
-    to_parent[2] = t25;
-    to_parent[3] = pose_place_2_1 * t13 + pose_place_2_2 * t21 + t26;
-    to_parent[4] = pose_place_2_2 * t25 - pose_place_2_0 * t13 - t27;
-    to_parent[5] = -(pose_place_2_0 * t21 + pose_place_2_1 * t25 + t28);
-}
-#define PARTS_mass_matrix_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 6) AND OUT(3, 6)
-GAC_IN_LANES(mass_matrix_4, PLAIN)
-
-static INLINE void NAME(mass_matrix_5)(const REAL *inertias, const REAL *pose_rotor, const REAL *pose_place_2, REAL
-    *placed)
+static INLINE void NAME(mass_matrix_placed)(const REAL *inertias, const REAL *pose_rotor, const REAL *pose_place_2,
+    REAL *placed)
 {
     const REAL inertias_0 = inertias[0], inertias_1 = inertias[1], inertias_2 = inertias[2],
         inertias_3 = inertias[3], inertias_4 = inertias[4], inertias_5 = inertias[5], inertias_6 = inertias[6],
@@ -1379,10 +965,10 @@ static INLINE void NAME(mass_matrix_5)(const REAL *inertias, const REAL *pose_ro
     placed[8] = -(t48 + t21 * t45);
     placed[9] = t32 + (t47 + (t26 * t44 + t24 * (t39 + t26 * t29) - t25 * ((REAL)2 * t41 - t42)));
 }
-#define PARTS_mass_matrix_5(IN, SAME, NUMBER, OUT, AND) SAME(0, 10) AND IN(1, 4) AND IN(2, 3) AND OUT(3, 10)
-GAC_IN_LANES(mass_matrix_5, PLAIN)
+#define PARTS_mass_matrix_placed(IN, SAME, NUMBER, OUT, AND) SAME(0, 10) AND IN(1, 4) AND IN(2, 3) AND OUT(3, 10)
+GAC_IN_LANES(mass_matrix_placed, PLAIN)
 
-static INLINE void NAME(mass_matrix_6)(const REAL *carried, const REAL *placed, REAL *value)
+static INLINE void NAME(mass_matrix_value)(const REAL *carried, const REAL *placed, REAL *value)
 {
     const REAL carried_0 = carried[0], carried_1 = carried[1], carried_2 = carried[2], carried_3 = carried[3],
         carried_4 = carried[4], carried_5 = carried[5], carried_6 = carried[6], carried_7 = carried[7],
@@ -1401,10 +987,10 @@ static INLINE void NAME(mass_matrix_6)(const REAL *carried, const REAL *placed, 
     value[8] = carried_8 + placed_8;
     value[9] = carried_9 + placed_9;
 }
-#define PARTS_mass_matrix_6(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 10) AND OUT(2, 10)
-GAC_IN_LANES(mass_matrix_6, PLAIN)
+#define PARTS_mass_matrix_value(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 10) AND OUT(2, 10)
+GAC_IN_LANES(mass_matrix_value, PLAIN)
 
-static INLINE void NAME(mass_matrix_7)(const REAL *value, const REAL *twist, REAL *momentum_of)
+static INLINE void NAME(mass_matrix_momentum_of)(const REAL *value, const REAL *twist, REAL *momentum_of)
 {
     const REAL value_0 = value[0], value_1 = value[1], value_2 = value[2], value_3 = value[3], value_4 = value[4],
         value_5 = value[5], value_6 = value[6], value_7 = value[7], value_8 = value[8], value_9 = value[9];
@@ -1420,10 +1006,10 @@ static INLINE void NAME(mass_matrix_7)(const REAL *value, const REAL *twist, REA
     momentum_of[4] = t1 + (value_3 * twist_e01 - value_1 * twist_e03);
     momentum_of[5] = t2 + (value_1 * twist_e02 - value_2 * twist_e01);
 }
-#define PARTS_mass_matrix_7(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(mass_matrix_7, PLAIN)
+#define PARTS_mass_matrix_momentum_of(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 6) AND OUT(2, 6)
+GAC_IN_LANES(mass_matrix_momentum_of, PLAIN)
 
-static INLINE void NAME(mass_matrix_8)(const REAL *momentum, const REAL *axis, REAL factor, REAL rotor, REAL
+static INLINE void NAME(mass_matrix_mapped)(const REAL *momentum, const REAL *axis, REAL factor, REAL rotor, REAL
     *mapped)
 {
     const REAL momentum_e12 = momentum[0], momentum_e13 = momentum[1], momentum_e23 = momentum[2],
@@ -1434,9 +1020,9 @@ static INLINE void NAME(mass_matrix_8)(const REAL *momentum, const REAL *axis, R
     const REAL t1 = momentum_e03 * axis_e12 - (t0 - momentum_e01 * axis_e23 + momentum_e02 * axis_e13);
     mapped[0] = factor * (rotor + t1);
 }
-#define PARTS_mass_matrix_8(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 1) AND NUMBER(3, 1) \
+#define PARTS_mass_matrix_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 1) AND NUMBER(3, 1) \
     AND OUT(4, 1)
-GAC_IN_LANES(mass_matrix_8, PLAIN)
+GAC_IN_LANES(mass_matrix_mapped, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_mass_matrix_work(intptr_t m, intptr_t n, intptr_t p)
@@ -1457,26 +1043,27 @@ static INLINE void NAME(mass_matrix_within)(intptr_t m, intptr_t n, intptr_t p, 
     *const to_parent = pose_place_2 + 3 * n, *const placed = to_parent + 6 * n, *const carried = placed + 10 * n,
     value[10], *const momentum_of = carried + 10 * n, *const mapped = momentum_of + 6 * n;
     for (intptr_t i = 0; i < n; i++)
-        NAME(mass_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(mass_matrix_2)(pose_rotor_start, pose_place_start);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(mass_matrix_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(mass_matrix_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
-        NAME(mass_matrix_5)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, placed + 10 * i);
+        NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
+    to_parent + 6 * i);
+        NAME(mass_matrix_placed)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, placed + 10 * i);
     }
     CLEAR(10 * n, carried);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(mass_matrix_6)(carried + 10 * i, placed + 10 * i, value);
+        NAME(mass_matrix_value)(carried + 10 * i, placed + 10 * i, value);
         if (parents[i] >= 0)
             ADD(10, value, carried + 10 * parents[i]);
-        NAME(mass_matrix_7)(value, to_parent + 6 * i, momentum_of + 6 * i);
+        NAME(mass_matrix_momentum_of)(value, to_parent + 6 * i, momentum_of + 6 * i);
     }
     CLEAR(m * m, out);
     for (intptr_t i = 0; i < p; i++) {
-        NAME(mass_matrix_8)(momentum_of + 6 * lower[i], to_parent + 6 * upper[i], factors[i], armature[i],
+        NAME(mass_matrix_mapped)(momentum_of + 6 * lower[i], to_parent + 6 * upper[i], factors[i], armature[i],
     mapped + i);
         if (rows[i] >= 0 && columns[i] >= 0)
             ADD(1, mapped + i, out + (rows[i] * m + columns[i]));
@@ -1514,28 +1101,28 @@ static INLINE WORD NAME(mass_matrix_lanes)(intptr_t m, intptr_t n, intptr_t p, c
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value[10 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(mass_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(mass_matrix_2_lanes)(pose_rotor_start, pose_place_start);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(mass_matrix_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(mass_matrix_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
-    to_parent + 6 * NLANES * i);
-        NAME(mass_matrix_5_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    placed + 10 * NLANES * i);
+        NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
+    screws + 6 * i, to_parent + 6 * NLANES * i);
+        NAME(mass_matrix_placed_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
+    pose_place_2 + 3 * NLANES * i, placed + 10 * NLANES * i);
     }
     CLEAR(10 * NLANES * n, carried);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(mass_matrix_6_lanes)(carried + 10 * NLANES * i, placed + 10 * NLANES * i, value);
+        NAME(mass_matrix_value_lanes)(carried + 10 * NLANES * i, placed + 10 * NLANES * i, value);
         if (parents[i] >= 0)
             ADD(10 * NLANES, value, carried + 10 * NLANES * parents[i]);
-        NAME(mass_matrix_7_lanes)(value, to_parent + 6 * NLANES * i, momentum_of + 6 * NLANES * i);
+        NAME(mass_matrix_momentum_of_lanes)(value, to_parent + 6 * NLANES * i, momentum_of + 6 * NLANES * i);
     }
     CLEAR(NLANES * m * m, out);
     for (intptr_t i = 0; i < p; i++) {
-        NAME(mass_matrix_8_lanes)(momentum_of + 6 * NLANES * lower[i], to_parent + 6 * NLANES * upper[i],
+        NAME(mass_matrix_mapped_lanes)(momentum_of + 6 * NLANES * lower[i], to_parent + 6 * NLANES * upper[i],
     factors + i, armature + i, mapped + NLANES * i);
         if (rows[i] >= 0 && columns[i] >= 0)
             ADD(NLANES, mapped + NLANES * i, out + NLANES * (rows[i] * m + columns[i]));
@@ -1562,140 +1149,15 @@ GAC_PROCEDURE(mass_matrix, BUSY)
     WORK(25, inward_0, 6, 6, n) WORK(26, inward_1, scalar, 1, n) WORK(27, inward_2, scalar, 1, n) \
     WORK(28, inward_3, 6, 6, n) WORK(29, carrier_0, 6, 6, n)
 
-static INLINE void NAME(forward_dynamics_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_forward_dynamics_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(forward_dynamics_1, TURNS)
-
-static INLINE void NAME(forward_dynamics_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_forward_dynamics_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(forward_dynamics_2, PLAIN)
-
-static INLINE void NAME(forward_dynamics_6)(REAL *carrier_start)
-{
-    carrier_start[0] = (REAL)0;
-    carrier_start[1] = (REAL)0;
-    carrier_start[2] = (REAL)0;
-    carrier_start[3] = (REAL)0;
-    carrier_start[4] = (REAL)0;
-    carrier_start[5] = (REAL)0;
-}
-#define PARTS_forward_dynamics_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(forward_dynamics_6, PLAIN)
-
-static INLINE void NAME(forward_dynamics_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
-    const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_forward_dynamics_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(forward_dynamics_3, PLAIN)
-
-static INLINE void NAME(forward_dynamics_4)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *line, REAL
-    *to_parent)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = pose_rotor_1 * pose_rotor_1;
-    const REAL t1 = pose_rotor_e12 * pose_rotor_e12;
-    const REAL t2 = pose_rotor_e13 * pose_rotor_e13;
-    const REAL t3 = pose_rotor_e23 * pose_rotor_e23;
-    const REAL t4 = t0 + t1 - (t2 + t3);
-    const REAL t5 = pose_rotor_e12 * (REAL)2;
-    const REAL t6 = pose_rotor_e13 * t5;
-    const REAL t7 = pose_rotor_1 * (REAL)2;
-    const REAL t8 = pose_rotor_e23 * t7;
-    const REAL t9 = t6 + t8;
-    const REAL t10 = pose_rotor_e13 * t7;
-    const REAL t11 = pose_rotor_e23 * t5;
-    const REAL t12 = t10 - t11;
-    const REAL t13 = line_e12 * t4 + line_e13 * t9 - line_e23 * t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t2 - t3;
-    const REAL t16 = t14 + t15;
-    const REAL t17 = t6 - t8;
-    const REAL t18 = (REAL)2 * (pose_rotor_e13 * pose_rotor_e23);
-    const REAL t19 = pose_rotor_e12 * t7;
-    const REAL t20 = t18 + t19;
-    const REAL t21 = line_e12 * t17 + line_e13 * t16 + line_e23 * t20;
-    const REAL t22 = t14 - t15;
-    const REAL t23 = t10 + t11;
-    const REAL t24 = t19 - t18;
-    const REAL t25 = line_e12 * t23 + line_e23 * t22 - line_e13 * t24;
-    const REAL t26 = line_e01 * t22 + line_e02 * t24 + line_e03 * t23;
-    const REAL t27 = line_e01 * t20 + line_e03 * t17 - line_e02 * t16;
-    const REAL t28 = line_e01 * t12 + line_e02 * t9 - line_e03 * t4;
-    to_parent[0] = t13;
-    to_parent[1] = t21;
-    to_parent[2] = t25;
-    to_parent[3] = pose_place_2_1 * t13 + pose_place_2_2 * t21 + t26;
-    to_parent[4] = pose_place_2_2 * t25 - pose_place_2_0 * t13 - t27;
-    to_parent[5] = -(pose_place_2_0 * t21 + pose_place_2_1 * t25 + t28);
-}
-#define PARTS_forward_dynamics_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 6) AND OUT(3, 6)
-GAC_IN_LANES(forward_dynamics_4, PLAIN)
-
-static INLINE void NAME(forward_dynamics_5)(REAL speed, REAL ratio, REAL *mapped)
+static INLINE void NAME(forward_dynamics_mapped)(REAL speed, REAL ratio, REAL *mapped)
 {
     mapped[0] = speed * ratio;
 }
-#define PARTS_forward_dynamics_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(forward_dynamics_5, PLAIN)
+#define PARTS_forward_dynamics_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(forward_dynamics_mapped, PLAIN)
 
-static INLINE void NAME(forward_dynamics_7)(const REAL *carrier, const REAL *axis, REAL speed, REAL *carrier_out)
+static INLINE void NAME(forward_dynamics_carrier)(const REAL *carrier, const REAL *axis, REAL speed, REAL
+    *carrier_out)
 {
     const REAL carrier_e12 = carrier[0], carrier_e13 = carrier[1], carrier_e23 = carrier[2],
         carrier_e01 = carrier[3], carrier_e02 = carrier[4], carrier_e03 = carrier[5];
@@ -1708,10 +1170,11 @@ static INLINE void NAME(forward_dynamics_7)(const REAL *carrier, const REAL *axi
     carrier_out[4] = carrier_e02 + axis_e02 * speed;
     carrier_out[5] = carrier_e03 + axis_e03 * speed;
 }
-#define PARTS_forward_dynamics_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) AND OUT(3, 6)
-GAC_IN_LANES(forward_dynamics_7, PLAIN)
+#define PARTS_forward_dynamics_carrier(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) \
+    AND OUT(3, 6)
+GAC_IN_LANES(forward_dynamics_carrier, PLAIN)
 
-static INLINE void NAME(forward_dynamics_8)(const REAL *carried_0_inertia, REAL carried_0_mass, REAL
+static INLINE void NAME(forward_dynamics_value_0_inertia)(const REAL *carried_0_inertia, REAL carried_0_mass, REAL
     carried_0_spread, const REAL *carried_1, const REAL *pose_rotor, const REAL *pose_place_2, const REAL *inertias,
     const REAL *axis, const REAL *twist, REAL speed, REAL force, REAL ratio, REAL rotor, REAL *value_0_inertia, REAL
     *value_0_mass, REAL *value_0_spread, REAL *value_1, REAL *inward_0, REAL *inward_1, REAL *inward_2, REAL
@@ -1932,13 +1395,14 @@ static INLINE void NAME(forward_dynamics_8)(const REAL *carried_0_inertia, REAL 
     inward_3[4] = -t121;
     inward_3[5] = -t123;
 }
-#define PARTS_forward_dynamics_8(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND IN(3, 6) AND IN(4, 4) AND IN(5, 3) AND SAME(6, 10) AND IN(7, 6) AND IN(8, 6) AND NUMBER(9, 0) \
-    AND NUMBER(10, 0) AND NUMBER(11, 1) AND NUMBER(12, 1) AND OUT(13, 21) AND OUT(14, 1) AND OUT(15, 1) \
-    AND OUT(16, 6) AND OUT(17, 6) AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 6)
-GAC_IN_LANES(forward_dynamics_8, PLAIN)
+#define PARTS_forward_dynamics_value_0_inertia(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) \
+    AND NUMBER(2, 0) AND IN(3, 6) AND IN(4, 4) AND IN(5, 3) AND SAME(6, 10) AND IN(7, 6) AND IN(8, 6) \
+    AND NUMBER(9, 0) AND NUMBER(10, 0) AND NUMBER(11, 1) AND NUMBER(12, 1) AND OUT(13, 21) AND OUT(14, 1) \
+    AND OUT(15, 1) AND OUT(16, 6) AND OUT(17, 6) AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 6)
+GAC_IN_LANES(forward_dynamics_value_0_inertia, PLAIN)
 
-static INLINE void NAME(forward_dynamics_9)(const REAL *gravity, REAL *carrier_0_start, REAL *carrier_1_start)
+static INLINE void NAME(forward_dynamics_carrier_0_start)(const REAL *gravity, REAL *carrier_0_start, REAL
+    *carrier_1_start)
 {
     const REAL gravity_0 = gravity[0], gravity_1 = gravity[1], gravity_2 = gravity[2];
     carrier_0_start[0] = (REAL)0;
@@ -1949,11 +1413,11 @@ static INLINE void NAME(forward_dynamics_9)(const REAL *gravity, REAL *carrier_0
     carrier_0_start[5] = -gravity_2;
     carrier_1_start[0] = (REAL)0;
 }
-#define PARTS_forward_dynamics_9(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 6) AND OUT(2, 1)
-GAC_IN_LANES(forward_dynamics_9, PLAIN)
+#define PARTS_forward_dynamics_carrier_0_start(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 6) AND OUT(2, 1)
+GAC_IN_LANES(forward_dynamics_carrier_0_start, PLAIN)
 
-static INLINE void NAME(forward_dynamics_10)(const REAL *carrier_0, const REAL *momentum, REAL size, REAL rest,
-    const REAL *drag, const REAL *axis, REAL *carrier_0_out, REAL *carrier_1)
+static INLINE void NAME(forward_dynamics_carrier_2)(const REAL *carrier_0, const REAL *momentum, REAL size, REAL
+    rest, const REAL *drag, const REAL *axis, REAL *carrier_0_out, REAL *carrier_1)
 {
     const REAL carrier_0_e12 = carrier_0[0], carrier_0_e13 = carrier_0[1], carrier_0_e23 = carrier_0[2],
         carrier_0_e01 = carrier_0[3], carrier_0_e02 = carrier_0[4], carrier_0_e03 = carrier_0[5];
@@ -1979,16 +1443,16 @@ static INLINE void NAME(forward_dynamics_10)(const REAL *carrier_0, const REAL *
     carrier_0_out[5] = t0 + axis_e03 * t7;
     carrier_1[0] = t7;
 }
-#define PARTS_forward_dynamics_10(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) \
+#define PARTS_forward_dynamics_carrier_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND IN(4, 6) AND IN(5, 6) AND OUT(6, 6) AND OUT(7, 1)
-GAC_IN_LANES(forward_dynamics_10, PLAIN)
+GAC_IN_LANES(forward_dynamics_carrier_2, PLAIN)
 
-static INLINE void NAME(forward_dynamics_11)(REAL rate, REAL ratio, REAL *mapped_2)
+static INLINE void NAME(forward_dynamics_mapped_2)(REAL rate, REAL ratio, REAL *mapped_2)
 {
     mapped_2[0] = rate / ratio;
 }
-#define PARTS_forward_dynamics_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(forward_dynamics_11, PLAIN)
+#define PARTS_forward_dynamics_mapped_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(forward_dynamics_mapped_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_forward_dynamics_work(intptr_t m, intptr_t n)
@@ -2014,25 +1478,26 @@ static INLINE void NAME(forward_dynamics_within)(intptr_t m, intptr_t n, const R
     *const inward_3 = inward_2 + n, carrier_0_start[6], carrier_1_start, *const carrier_0 = inward_3 + 6 * n,
     carrier_1, mapped_2;
     for (intptr_t i = 0; i < n; i++)
-        NAME(forward_dynamics_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(forward_dynamics_2)(pose_rotor_start, pose_place_start);
-    NAME(forward_dynamics_6)(carrier_start);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
+    NAME(jacobian_rate_value_start)(carrier_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_dynamics_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(forward_dynamics_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
-        NAME(forward_dynamics_5)(qd[variables[i]], ratios[i], mapped + i);
-        NAME(forward_dynamics_7)(parents[i] >= 0 ? carrier + 6 * parents[i] : carrier_start, to_parent + 6 * i,
-    mapped[i], carrier + 6 * i);
+        NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
+    to_parent + 6 * i);
+        NAME(forward_dynamics_mapped)(qd[variables[i]], ratios[i], mapped + i);
+        NAME(forward_dynamics_carrier)(parents[i] >= 0 ? carrier + 6 * parents[i] : carrier_start,
+    to_parent + 6 * i, mapped[i], carrier + 6 * i);
     }
     CLEAR(21 * n, carried_0_inertia);
     CLEAR(n, carried_0_mass);
     CLEAR(n, carried_0_spread);
     CLEAR(6 * n, carried_1);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(forward_dynamics_8)(carried_0_inertia + 21 * i, carried_0_mass[i], carried_0_spread[i],
+        NAME(forward_dynamics_value_0_inertia)(carried_0_inertia + 21 * i, carried_0_mass[i], carried_0_spread[i],
     carried_1 + 6 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, inertias + 10 * i, to_parent + 6 * i,
     carrier + 6 * i, mapped[i], tau[variables[i]], ratios[i], armature[i], value_0_inertia, &value_0_mass,
     &value_0_spread, value_1, inward_0 + 6 * i, inward_1 + i, inward_2 + i, inward_3 + 6 * i);
@@ -2045,12 +1510,12 @@ static INLINE void NAME(forward_dynamics_within)(intptr_t m, intptr_t n, const R
         if (parents[i] >= 0)
             ADD(6, value_1, carried_1 + 6 * parents[i]);
     }
-    NAME(forward_dynamics_9)(gravity, carrier_0_start, &carrier_1_start);
+    NAME(forward_dynamics_carrier_0_start)(gravity, carrier_0_start, &carrier_1_start);
     CLEAR(m, out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_dynamics_10)(parents[i] >= 0 ? carrier_0 + 6 * parents[i] : carrier_0_start, inward_0 + 6 * i,
-    inward_1[i], inward_2[i], inward_3 + 6 * i, to_parent + 6 * i, carrier_0 + 6 * i, &carrier_1);
-        NAME(forward_dynamics_11)(carrier_1, ratios[i], &mapped_2);
+        NAME(forward_dynamics_carrier_2)(parents[i] >= 0 ? carrier_0 + 6 * parents[i] : carrier_0_start,
+    inward_0 + 6 * i, inward_1[i], inward_2[i], inward_3 + 6 * i, to_parent + 6 * i, carrier_0 + 6 * i, &carrier_1);
+        NAME(forward_dynamics_mapped_2)(carrier_1, ratios[i], &mapped_2);
         if (variables[i] >= 0)
             ADD(1, &mapped_2, out + variables[i]);
     }
@@ -2084,18 +1549,18 @@ static INLINE WORD NAME(forward_dynamics_lanes)(intptr_t m, intptr_t n, const RE
     carrier_0_start[6 * NLANES], carrier_1_start[NLANES], carrier_1[NLANES], mapped_2[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(forward_dynamics_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(forward_dynamics_2_lanes)(pose_rotor_start, pose_place_start);
-    NAME(forward_dynamics_6_lanes)(carrier_start);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
+    NAME(jacobian_rate_value_start_lanes)(carrier_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_dynamics_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(forward_dynamics_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
-    to_parent + 6 * NLANES * i);
-        NAME(forward_dynamics_5_lanes)(qd + NLANES * variables[i], ratios + i, mapped + NLANES * i);
-        NAME(forward_dynamics_7_lanes)(parents[i] >= 0 ? carrier + 6 * NLANES * parents[i] : carrier_start,
+        NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
+    screws + 6 * i, to_parent + 6 * NLANES * i);
+        NAME(forward_dynamics_mapped_lanes)(qd + NLANES * variables[i], ratios + i, mapped + NLANES * i);
+        NAME(forward_dynamics_carrier_lanes)(parents[i] >= 0 ? carrier + 6 * NLANES * parents[i] : carrier_start,
     to_parent + 6 * NLANES * i, mapped + NLANES * i, carrier + 6 * NLANES * i);
     }
     CLEAR(21 * NLANES * n, carried_0_inertia);
@@ -2103,12 +1568,12 @@ static INLINE WORD NAME(forward_dynamics_lanes)(intptr_t m, intptr_t n, const RE
     CLEAR(NLANES * n, carried_0_spread);
     CLEAR(6 * NLANES * n, carried_1);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(forward_dynamics_8_lanes)(carried_0_inertia + 21 * NLANES * i, carried_0_mass + NLANES * i,
-    carried_0_spread + NLANES * i, carried_1 + 6 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
-    pose_place_2 + 3 * NLANES * i, inertias + 10 * i, to_parent + 6 * NLANES * i, carrier + 6 * NLANES * i,
-    mapped + NLANES * i, tau + NLANES * variables[i], ratios + i, armature + i, value_0_inertia, value_0_mass,
-    value_0_spread, value_1, inward_0 + 6 * NLANES * i, inward_1 + NLANES * i, inward_2 + NLANES * i,
-    inward_3 + 6 * NLANES * i);
+        NAME(forward_dynamics_value_0_inertia_lanes)(carried_0_inertia + 21 * NLANES * i,
+    carried_0_mass + NLANES * i, carried_0_spread + NLANES * i, carried_1 + 6 * NLANES * i,
+    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, inertias + 10 * i, to_parent + 6 * NLANES * i,
+    carrier + 6 * NLANES * i, mapped + NLANES * i, tau + NLANES * variables[i], ratios + i, armature + i,
+    value_0_inertia, value_0_mass, value_0_spread, value_1, inward_0 + 6 * NLANES * i, inward_1 + NLANES * i,
+    inward_2 + NLANES * i, inward_3 + 6 * NLANES * i);
         if (parents[i] >= 0)
             ADD(21 * NLANES, value_0_inertia, carried_0_inertia + 21 * NLANES * parents[i]);
         if (parents[i] >= 0)
@@ -2118,13 +1583,13 @@ static INLINE WORD NAME(forward_dynamics_lanes)(intptr_t m, intptr_t n, const RE
         if (parents[i] >= 0)
             ADD(6 * NLANES, value_1, carried_1 + 6 * NLANES * parents[i]);
     }
-    NAME(forward_dynamics_9_lanes)(gravity, carrier_0_start, carrier_1_start);
+    NAME(forward_dynamics_carrier_0_start_lanes)(gravity, carrier_0_start, carrier_1_start);
     CLEAR(NLANES * m, out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_dynamics_10_lanes)(parents[i] >= 0 ? carrier_0 + 6 * NLANES * parents[i] : carrier_0_start,
+        NAME(forward_dynamics_carrier_2_lanes)(parents[i] >= 0 ? carrier_0 + 6 * NLANES * parents[i] : carrier_0_start,
     inward_0 + 6 * NLANES * i, inward_1 + NLANES * i, inward_2 + NLANES * i, inward_3 + 6 * NLANES * i,
     to_parent + 6 * NLANES * i, carrier_0 + 6 * NLANES * i, carrier_1);
-        NAME(forward_dynamics_11_lanes)(carrier_1, ratios + i, mapped_2);
+        NAME(forward_dynamics_mapped_2_lanes)(carrier_1, ratios + i, mapped_2);
         if (variables[i] >= 0)
             ADD(NLANES, mapped_2, out + NLANES * variables[i]);
     }
@@ -2148,123 +1613,9 @@ GAC_PROCEDURE(forward_dynamics, BUSY)
     WORK(30, inward_0, 6, 6, n) WORK(31, inward_1, scalar, 1, n) WORK(32, carried_0, 6, 6, p) \
     WORK(33, carried_1, scalar, 1, p) WORK(34, carrier_0, 6, 6, r) WORK(35, mapped, scalar, 1, r)
 
-static INLINE void NAME(inverse_mass_matrix_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL
-    *screw, REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_inverse_mass_matrix_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(inverse_mass_matrix_1, TURNS)
-
-static INLINE void NAME(inverse_mass_matrix_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_inverse_mass_matrix_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(inverse_mass_matrix_2, PLAIN)
-
-static INLINE void NAME(inverse_mass_matrix_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL
-    *own_rotor, const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_inverse_mass_matrix_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(inverse_mass_matrix_3, PLAIN)
-
-static INLINE void NAME(inverse_mass_matrix_4)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *line,
-    REAL *to_parent)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = pose_rotor_1 * pose_rotor_1;
-    const REAL t1 = pose_rotor_e12 * pose_rotor_e12;
-    const REAL t2 = pose_rotor_e13 * pose_rotor_e13;
-    const REAL t3 = pose_rotor_e23 * pose_rotor_e23;
-    const REAL t4 = t0 + t1 - (t2 + t3);
-    const REAL t5 = pose_rotor_e12 * (REAL)2;
-    const REAL t6 = pose_rotor_e13 * t5;
-    const REAL t7 = pose_rotor_1 * (REAL)2;
-    const REAL t8 = pose_rotor_e23 * t7;
-    const REAL t9 = t6 + t8;
-    const REAL t10 = pose_rotor_e13 * t7;
-    const REAL t11 = pose_rotor_e23 * t5;
-    const REAL t12 = t10 - t11;
-    const REAL t13 = line_e12 * t4 + line_e13 * t9 - line_e23 * t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t2 - t3;
-    const REAL t16 = t14 + t15;
-    const REAL t17 = t6 - t8;
-    const REAL t18 = (REAL)2 * (pose_rotor_e13 * pose_rotor_e23);
-    const REAL t19 = pose_rotor_e12 * t7;
-    const REAL t20 = t18 + t19;
-    const REAL t21 = line_e12 * t17 + line_e13 * t16 + line_e23 * t20;
-    const REAL t22 = t14 - t15;
-    const REAL t23 = t10 + t11;
-    const REAL t24 = t19 - t18;
-    const REAL t25 = line_e12 * t23 + line_e23 * t22 - line_e13 * t24;
-    const REAL t26 = line_e01 * t22 + line_e02 * t24 + line_e03 * t23;
-    const REAL t27 = line_e01 * t20 + line_e03 * t17 - line_e02 * t16;
-    const REAL t28 = line_e01 * t12 + line_e02 * t9 - line_e03 * t4;
-    to_parent[0] = t13;
-    to_parent[1] = t21;
-    to_parent[2] = t25;
-    to_parent[3] = pose_place_2_1 * t13 + pose_place_2_2 * t21 + t26;
-    to_parent[4] = pose_place_2_2 * t25 - pose_place_2_0 * t13 - t27;
-    to_parent[5] = -(pose_place_2_0 * t21 + pose_place_2_1 * t25 + t28);
-}
-#define PARTS_inverse_mass_matrix_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 6) AND OUT(3, 6)
-GAC_IN_LANES(inverse_mass_matrix_4, PLAIN)
-
-static INLINE void NAME(inverse_mass_matrix_5)(const REAL *carried_inertia, REAL carried_mass, REAL carried_spread,
-    const REAL *pose_rotor, const REAL *pose_place_2, const REAL *inertias, const REAL *axis, REAL rotor, REAL
-    *value_inertia, REAL *value_mass, REAL *value_spread, REAL *inward_0, REAL *inward_1)
+static INLINE void NAME(inverse_mass_matrix_value_inertia)(const REAL *carried_inertia, REAL carried_mass, REAL
+    carried_spread, const REAL *pose_rotor, const REAL *pose_place_2, const REAL *inertias, const REAL *axis, REAL
+    rotor, REAL *value_inertia, REAL *value_mass, REAL *value_spread, REAL *inward_0, REAL *inward_1)
 {
     const REAL carried_inertia_0 = carried_inertia[0], carried_inertia_1 = carried_inertia[1],
         carried_inertia_2 = carried_inertia[2], carried_inertia_3 = carried_inertia[3],
@@ -2407,12 +1758,12 @@ static INLINE void NAME(inverse_mass_matrix_5)(const REAL *carried_inertia, REAL
     inward_0[5] = t49;
     inward_1[0] = t85;
 }
-#define PARTS_inverse_mass_matrix_5(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND IN(3, 4) AND IN(4, 3) AND SAME(5, 10) AND IN(6, 6) AND NUMBER(7, 1) AND OUT(8, 21) AND OUT(9, 1) \
-    AND OUT(10, 1) AND OUT(11, 6) AND OUT(12, 1)
-GAC_IN_LANES(inverse_mass_matrix_5, PLAIN)
+#define PARTS_inverse_mass_matrix_value_inertia(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND NUMBER(1, 0) \
+    AND NUMBER(2, 0) AND IN(3, 4) AND IN(4, 3) AND SAME(5, 10) AND IN(6, 6) AND NUMBER(7, 1) AND OUT(8, 21) \
+    AND OUT(9, 1) AND OUT(10, 1) AND OUT(11, 6) AND OUT(12, 1)
+GAC_IN_LANES(inverse_mass_matrix_value_inertia, PLAIN)
 
-static INLINE void NAME(inverse_mass_matrix_6)(REAL *carried_0_start, REAL *carried_1_start)
+static INLINE void NAME(inverse_mass_matrix_carried_0_start)(REAL *carried_0_start, REAL *carried_1_start)
 {
     carried_0_start[0] = (REAL)0;
     carried_0_start[1] = (REAL)0;
@@ -2422,11 +1773,11 @@ static INLINE void NAME(inverse_mass_matrix_6)(REAL *carried_0_start, REAL *carr
     carried_0_start[5] = (REAL)0;
     carried_1_start[0] = (REAL)0;
 }
-#define PARTS_inverse_mass_matrix_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 1)
-GAC_IN_LANES(inverse_mass_matrix_6, PLAIN)
+#define PARTS_inverse_mass_matrix_carried_0_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 1)
+GAC_IN_LANES(inverse_mass_matrix_carried_0_start, PLAIN)
 
-static INLINE void NAME(inverse_mass_matrix_7)(const REAL *carried_0, const REAL *axis, const REAL *momentum, REAL
-    size, REAL is_pushed, REAL *carried_0_out, REAL *carried_1)
+static INLINE void NAME(inverse_mass_matrix_carried)(const REAL *carried_0, const REAL *axis, const REAL *momentum,
+    REAL size, REAL is_pushed, REAL *carried_0_out, REAL *carried_1)
 {
     const REAL carried_0_e12 = carried_0[0], carried_0_e13 = carried_0[1], carried_0_e23 = carried_0[2],
         carried_0_e01 = carried_0[3], carried_0_e02 = carried_0[4], carried_0_e03 = carried_0[5];
@@ -2445,25 +1796,12 @@ static INLINE void NAME(inverse_mass_matrix_7)(const REAL *carried_0, const REAL
     carried_0_out[5] = carried_0_e03 + momentum_e03 * t2;
     carried_1[0] = t2;
 }
-#define PARTS_inverse_mass_matrix_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND NUMBER(3, 0) \
-    AND NUMBER(4, 1) AND OUT(5, 6) AND OUT(6, 1)
-GAC_IN_LANES(inverse_mass_matrix_7, PLAIN)
+#define PARTS_inverse_mass_matrix_carried(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) \
+    AND NUMBER(3, 0) AND NUMBER(4, 1) AND OUT(5, 6) AND OUT(6, 1)
+GAC_IN_LANES(inverse_mass_matrix_carried, PLAIN)
 
-static INLINE void NAME(inverse_mass_matrix_8)(REAL *carrier_0_start, REAL *carrier_1_start)
-{
-    carrier_0_start[0] = (REAL)0;
-    carrier_0_start[1] = (REAL)0;
-    carrier_0_start[2] = (REAL)0;
-    carrier_0_start[3] = (REAL)0;
-    carrier_0_start[4] = (REAL)0;
-    carrier_0_start[5] = (REAL)0;
-    carrier_1_start[0] = (REAL)0;
-}
-#define PARTS_inverse_mass_matrix_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 1)
-GAC_IN_LANES(inverse_mass_matrix_8, PLAIN)
-
-static INLINE void NAME(inverse_mass_matrix_9)(const REAL *carrier_0, const REAL *axis, const REAL *momentum, REAL
-    size, REAL own_rate, REAL is_pushed, REAL *carrier_0_out, REAL *carrier_1)
+static INLINE void NAME(inverse_mass_matrix_carrier)(const REAL *carrier_0, const REAL *axis, const REAL *momentum,
+    REAL size, REAL own_rate, REAL is_pushed, REAL *carrier_0_out, REAL *carrier_1)
 {
     const REAL carrier_0_e12 = carrier_0[0], carrier_0_e13 = carrier_0[1], carrier_0_e23 = carrier_0[2],
         carrier_0_e01 = carrier_0[3], carrier_0_e02 = carrier_0[4], carrier_0_e03 = carrier_0[5];
@@ -2482,16 +1820,9 @@ static INLINE void NAME(inverse_mass_matrix_9)(const REAL *carrier_0, const REAL
     carrier_0_out[5] = carrier_0_e03 + axis_e03 * t2;
     carrier_1[0] = t2;
 }
-#define PARTS_inverse_mass_matrix_9(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 1) AND OUT(6, 6) AND OUT(7, 1)
-GAC_IN_LANES(inverse_mass_matrix_9, PLAIN)
-
-static INLINE void NAME(inverse_mass_matrix_10)(REAL rate, REAL factor, REAL *mapped)
-{
-    mapped[0] = rate * factor;
-}
-#define PARTS_inverse_mass_matrix_10(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(inverse_mass_matrix_10, PLAIN)
+#define PARTS_inverse_mass_matrix_carrier(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 1) AND OUT(6, 6) AND OUT(7, 1)
+GAC_IN_LANES(inverse_mass_matrix_carrier, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_inverse_mass_matrix_work(intptr_t m, intptr_t n, intptr_t p, intptr_t r)
@@ -2517,20 +1848,21 @@ static INLINE void NAME(inverse_mass_matrix_within)(intptr_t m, intptr_t n, intp
     carrier_0_start[6], carrier_1_start, *const carrier_0 = carried_1 + p, carrier_1,
     *const mapped = carrier_0 + 6 * r;
     for (intptr_t i = 0; i < n; i++)
-        NAME(inverse_mass_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
     turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(inverse_mass_matrix_2)(pose_rotor_start, pose_place_start);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(inverse_mass_matrix_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(inverse_mass_matrix_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
+        NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
+    to_parent + 6 * i);
     }
     CLEAR(21 * n, carried_inertia);
     CLEAR(n, carried_mass);
     CLEAR(n, carried_spread);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(inverse_mass_matrix_5)(carried_inertia + 21 * i, carried_mass[i], carried_spread[i],
+        NAME(inverse_mass_matrix_value_inertia)(carried_inertia + 21 * i, carried_mass[i], carried_spread[i],
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, inertias + 10 * i, to_parent + 6 * i, armature[i], value_inertia,
     &value_mass, &value_spread, inward_0 + 6 * i, inward_1 + i);
         if (parents[i] >= 0)
@@ -2540,18 +1872,18 @@ static INLINE void NAME(inverse_mass_matrix_within)(intptr_t m, intptr_t n, intp
         if (parents[i] >= 0)
             ADD(1, &value_spread, carried_spread + parents[i]);
     }
-    NAME(inverse_mass_matrix_6)(carried_0_start, &carried_1_start);
+    NAME(inverse_mass_matrix_carried_0_start)(carried_0_start, &carried_1_start);
     for (intptr_t i = 0; i < p; i++)
-        NAME(inverse_mass_matrix_7)(below[i] >= 0 ? carried_0 + 6 * below[i] : carried_0_start,
+        NAME(inverse_mass_matrix_carried)(below[i] >= 0 ? carried_0 + 6 * below[i] : carried_0_start,
     to_parent + 6 * carriers[i], inward_0 + 6 * carriers[i], inward_1[carriers[i]], is_own[i], carried_0 + 6 * i,
     carried_1 + i);
-    NAME(inverse_mass_matrix_8)(carrier_0_start, &carrier_1_start);
+    NAME(inverse_mass_matrix_carried_0_start)(carrier_0_start, &carrier_1_start);
     CLEAR(m * m, out);
     for (intptr_t i = 0; i < r; i++) {
-        NAME(inverse_mass_matrix_9)(before[i] >= 0 ? carrier_0 + 6 * before[i] : carrier_0_start,
+        NAME(inverse_mass_matrix_carrier)(before[i] >= 0 ? carrier_0 + 6 * before[i] : carrier_0_start,
     to_parent + 6 * joints[i], inward_0 + 6 * joints[i], inward_1[joints[i]], carried_1[pairs[i]], is_carrier[i],
     carrier_0 + 6 * i, &carrier_1);
-        NAME(inverse_mass_matrix_10)(carrier_1, factors[i], mapped + i);
+        NAME(forward_dynamics_mapped)(carrier_1, factors[i], mapped + i);
         if (mirrored[i] >= 0 && rows[i] >= 0)
             ADD(1, mapped + i, out + (mirrored[i] * m + rows[i]));
     }
@@ -2595,21 +1927,21 @@ static INLINE WORD NAME(inverse_mass_matrix_lanes)(intptr_t m, intptr_t n, intpt
     carrier_0_start[6 * NLANES], carrier_1_start[NLANES], carrier_1[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(inverse_mass_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(inverse_mass_matrix_2_lanes)(pose_rotor_start, pose_place_start);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(inverse_mass_matrix_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(inverse_mass_matrix_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
+        NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
     screws + 6 * i, to_parent + 6 * NLANES * i);
     }
     CLEAR(21 * NLANES * n, carried_inertia);
     CLEAR(NLANES * n, carried_mass);
     CLEAR(NLANES * n, carried_spread);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(inverse_mass_matrix_5_lanes)(carried_inertia + 21 * NLANES * i, carried_mass + NLANES * i,
+        NAME(inverse_mass_matrix_value_inertia_lanes)(carried_inertia + 21 * NLANES * i, carried_mass + NLANES * i,
     carried_spread + NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, inertias + 10 * i,
     to_parent + 6 * NLANES * i, armature + i, value_inertia, value_mass, value_spread, inward_0 + 6 * NLANES * i,
     inward_1 + NLANES * i);
@@ -2620,18 +1952,18 @@ static INLINE WORD NAME(inverse_mass_matrix_lanes)(intptr_t m, intptr_t n, intpt
         if (parents[i] >= 0)
             ADD(NLANES, value_spread, carried_spread + NLANES * parents[i]);
     }
-    NAME(inverse_mass_matrix_6_lanes)(carried_0_start, carried_1_start);
+    NAME(inverse_mass_matrix_carried_0_start_lanes)(carried_0_start, carried_1_start);
     for (intptr_t i = 0; i < p; i++)
-        NAME(inverse_mass_matrix_7_lanes)(below[i] >= 0 ? carried_0 + 6 * NLANES * below[i] : carried_0_start,
+        NAME(inverse_mass_matrix_carried_lanes)(below[i] >= 0 ? carried_0 + 6 * NLANES * below[i] : carried_0_start,
     to_parent + 6 * NLANES * carriers[i], inward_0 + 6 * NLANES * carriers[i], inward_1 + NLANES * carriers[i],
     is_own + i, carried_0 + 6 * NLANES * i, carried_1 + NLANES * i);
-    NAME(inverse_mass_matrix_8_lanes)(carrier_0_start, carrier_1_start);
+    NAME(inverse_mass_matrix_carried_0_start_lanes)(carrier_0_start, carrier_1_start);
     CLEAR(NLANES * m * m, out);
     for (intptr_t i = 0; i < r; i++) {
-        NAME(inverse_mass_matrix_9_lanes)(before[i] >= 0 ? carrier_0 + 6 * NLANES * before[i] : carrier_0_start,
+        NAME(inverse_mass_matrix_carrier_lanes)(before[i] >= 0 ? carrier_0 + 6 * NLANES * before[i] : carrier_0_start,
     to_parent + 6 * NLANES * joints[i], inward_0 + 6 * NLANES * joints[i], inward_1 + NLANES * joints[i],
     carried_1 + NLANES * pairs[i], is_carrier + i, carrier_0 + 6 * NLANES * i, carrier_1);
-        NAME(inverse_mass_matrix_10_lanes)(carrier_1, factors + i, mapped + NLANES * i);
+        NAME(forward_dynamics_mapped_lanes)(carrier_1, factors + i, mapped + NLANES * i);
         if (mirrored[i] >= 0 && rows[i] >= 0)
             ADD(NLANES, mapped + NLANES * i, out + NLANES * (mirrored[i] * m + rows[i]));
     }
@@ -2653,28 +1985,7 @@ GAC_PROCEDURE(inverse_mass_matrix, BUSY)
 #define WORK_inverse_dynamics(WORK) WORK(14, pose_rotor, 4, 4, n) WORK(15, pose_place, 3, 3, n) \
     WORK(16, twist, 6, 6, n) WORK(17, rate, 6, 6, n) WORK(18, carried, 6, 6, n) WORK(19, mapped, scalar, 1, n)
 
-static INLINE void NAME(inverse_dynamics_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_inverse_dynamics_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(inverse_dynamics_1, TURNS)
-
-static INLINE void NAME(inverse_dynamics_2)(const REAL *gravity, REAL *twist_start, REAL *rate_start)
+static INLINE void NAME(inverse_dynamics_twist_start)(const REAL *gravity, REAL *twist_start, REAL *rate_start)
 {
     const REAL gravity_0 = gravity[0], gravity_1 = gravity[1], gravity_2 = gravity[2];
     twist_start[0] = (REAL)0;
@@ -2690,11 +2001,11 @@ static INLINE void NAME(inverse_dynamics_2)(const REAL *gravity, REAL *twist_sta
     rate_start[4] = -gravity_1;
     rate_start[5] = -gravity_2;
 }
-#define PARTS_inverse_dynamics_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(inverse_dynamics_2, PLAIN)
+#define PARTS_inverse_dynamics_twist_start(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 6) AND OUT(2, 6)
+GAC_IN_LANES(inverse_dynamics_twist_start, PLAIN)
 
-static INLINE void NAME(inverse_dynamics_3)(const REAL *twist, const REAL *rate, const REAL *pose_rotor, const REAL
-    *pose_place, const REAL *axis, REAL speed, REAL rate_2, REAL ratio, REAL *twist_out, REAL *rate_out)
+static INLINE void NAME(inverse_dynamics_twist)(const REAL *twist, const REAL *rate, const REAL *pose_rotor, const
+    REAL *pose_place, const REAL *axis, REAL speed, REAL rate_2, REAL ratio, REAL *twist_out, REAL *rate_out)
 {
     const REAL twist_e12 = twist[0], twist_e13 = twist[1], twist_e23 = twist[2], twist_e01 = twist[3],
         twist_e02 = twist[4], twist_e03 = twist[5];
@@ -2766,11 +2077,11 @@ static INLINE void NAME(inverse_dynamics_3)(const REAL *twist, const REAL *rate,
     rate_out[4] = -(t46 + (t28 * t36 - (t27 * t37 + t14 * t32 + t13 * t33)));
     rate_out[5] = t47 + (t23 * t32 + t28 * t34 + t22 * t33 + t27 * t35);
 }
-#define PARTS_inverse_dynamics_3(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 4) AND IN(3, 3) \
+#define PARTS_inverse_dynamics_twist(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 4) AND IN(3, 3) \
     AND SAME(4, 6) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 1) AND OUT(8, 6) AND OUT(9, 6)
-GAC_IN_LANES(inverse_dynamics_3, PLAIN)
+GAC_IN_LANES(inverse_dynamics_twist, PLAIN)
 
-static INLINE void NAME(inverse_dynamics_4)(const REAL *carried, const REAL *twist, const REAL *rate, const REAL
+static INLINE void NAME(inverse_dynamics_value)(const REAL *carried, const REAL *twist, const REAL *rate, const REAL
     *pose_rotor, const REAL *pose_place, const REAL *inertias, const REAL *axis, REAL *value, REAL *inward)
 {
     const REAL carried_e12 = carried[0], carried_e13 = carried[1], carried_e23 = carried[2],
@@ -2846,17 +2157,17 @@ static INLINE void NAME(inverse_dynamics_4)(const REAL *carried, const REAL *twi
     value[5] = -(pose_place_0 * t33 + pose_place_1 * t37 + (t9 * t49 - t24 * t42 - t18 * t46));
     inward[0] = t50 - axis_e02 * t13;
 }
-#define PARTS_inverse_dynamics_4(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND IN(3, 4) \
+#define PARTS_inverse_dynamics_value(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND IN(3, 4) \
     AND IN(4, 3) AND SAME(5, 10) AND SAME(6, 6) AND OUT(7, 6) AND OUT(8, 1)
-GAC_IN_LANES(inverse_dynamics_4, PLAIN)
+GAC_IN_LANES(inverse_dynamics_value, PLAIN)
 
-static INLINE void NAME(inverse_dynamics_5)(REAL force, REAL inertia, REAL rate, REAL ratio, REAL *mapped)
+static INLINE void NAME(inverse_dynamics_mapped)(REAL force, REAL inertia, REAL rate, REAL ratio, REAL *mapped)
 {
     mapped[0] = ratio * (force + rate * (inertia * ratio));
 }
-#define PARTS_inverse_dynamics_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 0) \
+#define PARTS_inverse_dynamics_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 0) \
     AND NUMBER(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(inverse_dynamics_5, PLAIN)
+GAC_IN_LANES(inverse_dynamics_mapped, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_inverse_dynamics_work(intptr_t m, intptr_t n)
@@ -2875,20 +2186,20 @@ static INLINE void NAME(inverse_dynamics_within)(intptr_t m, intptr_t n, const R
     *const twist = pose_place + 3 * n, *const rate = twist + 6 * n, *const carried = rate + 6 * n, value[6], inward,
     *const mapped = carried + 6 * n;
     for (intptr_t i = 0; i < n; i++)
-        NAME(inverse_dynamics_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(inverse_dynamics_2)(gravity, twist_start, rate_start);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(inverse_dynamics_twist_start)(gravity, twist_start, rate_start);
     for (intptr_t i = 0; i < n; i++)
-        NAME(inverse_dynamics_3)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
+        NAME(inverse_dynamics_twist)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
     parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, pose_rotor + 4 * i, pose_place + 3 * i, screws + 6 * i,
     qd[variables[i]], qdd[variables[i]], ratios[i], twist + 6 * i, rate + 6 * i);
     CLEAR(6 * n, carried);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(inverse_dynamics_4)(carried + 6 * i, twist + 6 * i, rate + 6 * i, pose_rotor + 4 * i,
+        NAME(inverse_dynamics_value)(carried + 6 * i, twist + 6 * i, rate + 6 * i, pose_rotor + 4 * i,
     pose_place + 3 * i, inertias + 10 * i, screws + 6 * i, value, &inward);
         if (parents[i] >= 0)
             ADD(6, value, carried + 6 * parents[i]);
-        NAME(inverse_dynamics_5)(inward, armature[i], qdd[variables[i]], ratios[i], mapped + i);
+        NAME(inverse_dynamics_mapped)(inward, armature[i], qdd[variables[i]], ratios[i], mapped + i);
     }
     CLEAR(m, out);
     for (intptr_t i = 0; i < n; i++) {
@@ -2921,21 +2232,21 @@ static INLINE WORD NAME(inverse_dynamics_lanes)(intptr_t m, intptr_t n, const RE
     _Alignas(64) REAL twist_start[6 * NLANES], rate_start[6 * NLANES], value[6 * NLANES], inward[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(inverse_dynamics_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(inverse_dynamics_2_lanes)(gravity, twist_start, rate_start);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(inverse_dynamics_twist_start_lanes)(gravity, twist_start, rate_start);
     for (intptr_t i = 0; i < n; i++)
-        NAME(inverse_dynamics_3_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
+        NAME(inverse_dynamics_twist_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
     parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * variables[i], qdd + NLANES * variables[i],
     ratios + i, twist + 6 * NLANES * i, rate + 6 * NLANES * i);
     CLEAR(6 * NLANES * n, carried);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(inverse_dynamics_4_lanes)(carried + 6 * NLANES * i, twist + 6 * NLANES * i, rate + 6 * NLANES * i,
+        NAME(inverse_dynamics_value_lanes)(carried + 6 * NLANES * i, twist + 6 * NLANES * i, rate + 6 * NLANES * i,
     pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, inertias + 10 * i, screws + 6 * i, value, inward);
         if (parents[i] >= 0)
             ADD(6 * NLANES, value, carried + 6 * NLANES * parents[i]);
-        NAME(inverse_dynamics_5_lanes)(inward, armature + i, qdd + NLANES * variables[i], ratios + i,
+        NAME(inverse_dynamics_mapped_lanes)(inward, armature + i, qdd + NLANES * variables[i], ratios + i,
     mapped + NLANES * i);
     }
     CLEAR(NLANES * m, out);
@@ -2957,75 +2268,8 @@ GAC_PROCEDURE(inverse_dynamics, BUSY)
     WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n) WORK(15, carried, 6, 6, n) \
     WORK(16, inward, scalar, 1, n)
 
-static INLINE void NAME(gravity_forces_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_gravity_forces_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(gravity_forces_1, TURNS)
-
-static INLINE void NAME(gravity_forces_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_gravity_forces_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(gravity_forces_2, PLAIN)
-
-static INLINE void NAME(gravity_forces_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
-    const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_gravity_forces_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(gravity_forces_3, PLAIN)
-
-static INLINE void NAME(gravity_forces_4)(const REAL *gravity, const REAL *carried, const REAL *pose_rotor, const
-    REAL *pose_place_2, const REAL *inertias, const REAL *screw, REAL ratio, REAL *value, REAL *inward)
+static INLINE void NAME(gravity_forces_value)(const REAL *gravity, const REAL *carried, const REAL *pose_rotor,
+    const REAL *pose_place_2, const REAL *inertias, const REAL *screw, REAL ratio, REAL *value, REAL *inward)
 {
     const REAL gravity_0 = gravity[0], gravity_1 = gravity[1], gravity_2 = gravity[2];
     const REAL carried_e12 = carried[0], carried_e13 = carried[1], carried_e23 = carried[2],
@@ -3086,9 +2330,9 @@ static INLINE void NAME(gravity_forces_4)(const REAL *gravity, const REAL *carri
     value[5] = -t31;
     inward[0] = ratio * (t40 - t31 * t35);
 }
-#define PARTS_gravity_forces_4(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 4) AND IN(3, 3) \
+#define PARTS_gravity_forces_value(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 6) AND IN(2, 4) AND IN(3, 3) \
     AND SAME(4, 10) AND SAME(5, 6) AND NUMBER(6, 1) AND OUT(7, 6) AND OUT(8, 1)
-GAC_IN_LANES(gravity_forces_4, PLAIN)
+GAC_IN_LANES(gravity_forces_value, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_gravity_forces_work(intptr_t m, intptr_t n)
@@ -3106,16 +2350,16 @@ static INLINE void NAME(gravity_forces_within)(intptr_t m, intptr_t n, const REA
     *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
     *const carried = pose_place_2 + 3 * n, value[6], *const inward = carried + 6 * n;
     for (intptr_t i = 0; i < n; i++)
-        NAME(gravity_forces_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(gravity_forces_2)(pose_rotor_start, pose_place_start);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++)
-        NAME(gravity_forces_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
     CLEAR(6 * n, carried);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(gravity_forces_4)(gravity, carried + 6 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
+        NAME(gravity_forces_value)(gravity, carried + 6 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
     inertias + 10 * i, screws + 6 * i, ratios[i], value, inward + i);
         if (parents[i] >= 0)
             ADD(6, value, carried + 6 * parents[i]);
@@ -3148,16 +2392,16 @@ static INLINE WORD NAME(gravity_forces_lanes)(intptr_t m, intptr_t n, const REAL
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value[6 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(gravity_forces_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(gravity_forces_2_lanes)(pose_rotor_start, pose_place_start);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++)
-        NAME(gravity_forces_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
     CLEAR(6 * NLANES * n, carried);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(gravity_forces_4_lanes)(gravity, carried + 6 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+        NAME(gravity_forces_value_lanes)(gravity, carried + 6 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, inertias + 10 * i, screws + 6 * i, ratios + i, value, inward + NLANES * i);
         if (parents[i] >= 0)
             ADD(6 * NLANES, value, carried + 6 * NLANES * parents[i]);
@@ -3180,48 +2424,15 @@ GAC_PROCEDURE(gravity_forces, BUSY)
 #define WORK_kinetic_energy(WORK) WORK(12, pose_rotor, 4, 4, n) WORK(13, pose_place, 3, 3, n) \
     WORK(14, carrier, 6, 6, n)
 
-static INLINE void NAME(kinetic_energy_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_kinetic_energy_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(kinetic_energy_1, TURNS)
-
-static INLINE void NAME(kinetic_energy_2)(REAL *carrier_start)
-{
-    carrier_start[0] = (REAL)0;
-    carrier_start[1] = (REAL)0;
-    carrier_start[2] = (REAL)0;
-    carrier_start[3] = (REAL)0;
-    carrier_start[4] = (REAL)0;
-    carrier_start[5] = (REAL)0;
-}
-#define PARTS_kinetic_energy_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(kinetic_energy_2, PLAIN)
-
-static INLINE void NAME(kinetic_energy_4)(REAL *out)
+static INLINE void NAME(kinetic_energy_result_start)(REAL *out)
 {
     out[0] = (REAL)0;
 }
-#define PARTS_kinetic_energy_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(kinetic_energy_4, PLAIN)
+#define PARTS_kinetic_energy_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(kinetic_energy_result_start, PLAIN)
 
-static INLINE void NAME(kinetic_energy_3)(const REAL *carrier, const REAL *pose_rotor, const REAL *pose_place, const
-    REAL *axis, REAL speed, REAL ratio, REAL *carrier_out)
+static INLINE void NAME(kinetic_energy_carrier)(const REAL *carrier, const REAL *pose_rotor, const REAL *pose_place,
+    const REAL *axis, REAL speed, REAL ratio, REAL *carrier_out)
 {
     const REAL carrier_e12 = carrier[0], carrier_e13 = carrier[1], carrier_e23 = carrier[2],
         carrier_e01 = carrier[3], carrier_e02 = carrier[4], carrier_e03 = carrier[5];
@@ -3264,12 +2475,12 @@ static INLINE void NAME(kinetic_energy_3)(const REAL *carrier, const REAL *pose_
     carrier_out[4] = axis_e02 * t13 - (t17 * t25 - t20 * t26 - t16 * t24);
     carrier_out[5] = axis_e03 * t13 - (t9 * t24 - t12 * t26 - t4 * t25);
 }
-#define PARTS_kinetic_energy_3(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 4) AND IN(2, 3) AND SAME(3, 6) \
+#define PARTS_kinetic_energy_carrier(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 4) AND IN(2, 3) AND SAME(3, 6) \
     AND NUMBER(4, 0) AND NUMBER(5, 1) AND OUT(6, 6)
-GAC_IN_LANES(kinetic_energy_3, PLAIN)
+GAC_IN_LANES(kinetic_energy_carrier, PLAIN)
 
-static INLINE void NAME(kinetic_energy_5)(REAL sum, const REAL *twist, const REAL *inertias, REAL rotor, REAL speed,
-    REAL ratio, REAL *out)
+static INLINE void NAME(kinetic_energy_result)(REAL sum, const REAL *twist, const REAL *inertias, REAL rotor, REAL
+    speed, REAL ratio, REAL *out)
 {
     const REAL twist_e12 = twist[0], twist_e13 = twist[1], twist_e23 = twist[2], twist_e01 = twist[3],
         twist_e02 = twist[4], twist_e03 = twist[5];
@@ -3286,9 +2497,9 @@ static INLINE void NAME(kinetic_energy_5)(REAL sum, const REAL *twist, const REA
     const REAL t7 = (t6 * (rotor * t6) + (t4 + inertias_4 * (twist_e23 * twist_e23) + t5 + t3)) * (REAL)0.5;
     out[0] = sum + t7;
 }
-#define PARTS_kinetic_energy_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND SAME(2, 10) \
+#define PARTS_kinetic_energy_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 6) AND SAME(2, 10) \
     AND NUMBER(3, 1) AND NUMBER(4, 0) AND NUMBER(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(kinetic_energy_5, PLAIN)
+GAC_IN_LANES(kinetic_energy_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_kinetic_energy_work(intptr_t m, intptr_t n)
@@ -3306,15 +2517,15 @@ static INLINE void NAME(kinetic_energy_within)(intptr_t m, intptr_t n, const REA
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, carrier_start[6],
     *const carrier = pose_place + 3 * n;
     for (intptr_t i = 0; i < n; i++)
-        NAME(kinetic_energy_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(kinetic_energy_2)(carrier_start);
-    NAME(kinetic_energy_4)(out);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(jacobian_rate_value_start)(carrier_start);
+    NAME(kinetic_energy_result_start)(out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(kinetic_energy_3)(parents[i] >= 0 ? carrier + 6 * parents[i] : carrier_start, pose_rotor + 4 * i,
+        NAME(kinetic_energy_carrier)(parents[i] >= 0 ? carrier + 6 * parents[i] : carrier_start, pose_rotor + 4 * i,
     pose_place + 3 * i, screws + 6 * i, qd[variables[i]], ratios[i], carrier + 6 * i);
-        NAME(kinetic_energy_5)(out[0], carrier + 6 * i, inertias + 10 * i, armature[i], qd[variables[i]], ratios[i],
-    out);
+        NAME(kinetic_energy_result)(out[0], carrier + 6 * i, inertias + 10 * i, armature[i], qd[variables[i]],
+    ratios[i], out);
     }
 }
 
@@ -3340,15 +2551,15 @@ static INLINE WORD NAME(kinetic_energy_lanes)(intptr_t m, intptr_t n, const REAL
     _Alignas(64) REAL carrier_start[6 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(kinetic_energy_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(kinetic_energy_2_lanes)(carrier_start);
-    NAME(kinetic_energy_4_lanes)(out);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(jacobian_rate_value_start_lanes)(carrier_start);
+    NAME(kinetic_energy_result_start_lanes)(out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(kinetic_energy_3_lanes)(parents[i] >= 0 ? carrier + 6 * NLANES * parents[i] : carrier_start,
+        NAME(kinetic_energy_carrier_lanes)(parents[i] >= 0 ? carrier + 6 * NLANES * parents[i] : carrier_start,
     pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * variables[i],
     ratios + i, carrier + 6 * NLANES * i);
-        NAME(kinetic_energy_5_lanes)(out, carrier + 6 * NLANES * i, inertias + 10 * i, armature + i,
+        NAME(kinetic_energy_result_lanes)(out, carrier + 6 * NLANES * i, inertias + 10 * i, armature + i,
     qd + NLANES * variables[i], ratios + i, out);
     }
     return far;
@@ -3364,81 +2575,7 @@ GAC_PROCEDURE(kinetic_energy, BUSY)
 #define WORK_potential_energy(WORK) WORK(11, pose_rotor, 4, 4, n) WORK(12, pose_place, 3, 3, n) \
     WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n)
 
-static INLINE void NAME(potential_energy_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_potential_energy_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(potential_energy_1, TURNS)
-
-static INLINE void NAME(potential_energy_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_potential_energy_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(potential_energy_2, PLAIN)
-
-static INLINE void NAME(potential_energy_4)(REAL *out)
-{
-    out[0] = (REAL)0;
-}
-#define PARTS_potential_energy_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(potential_energy_4, PLAIN)
-
-static INLINE void NAME(potential_energy_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
-    const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_potential_energy_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(potential_energy_3, PLAIN)
-
-static INLINE void NAME(potential_energy_5)(const REAL *gravity, REAL sum, const REAL *inertias, const REAL
+static INLINE void NAME(potential_energy_result)(const REAL *gravity, REAL sum, const REAL *inertias, const REAL
     *pose_rotor, const REAL *pose_place_2, REAL *out)
 {
     const REAL gravity_0 = gravity[0], gravity_1 = gravity[1], gravity_2 = gravity[2];
@@ -3459,9 +2596,9 @@ static INLINE void NAME(potential_energy_5)(const REAL *gravity, REAL sum, const
     const REAL t9 = (REAL)2 * (pose_rotor_e23 * t2 - pose_rotor_1 * t1 - pose_rotor_e13 * t0);
     out[0] = sum - (t8 + gravity_2 * (t9 + inertias_3 * t5 + inertias_0 * pose_place_2_2));
 }
-#define PARTS_potential_energy_5(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND SAME(2, 10) AND IN(3, 4) \
-    AND IN(4, 3) AND OUT(5, 1)
-GAC_IN_LANES(potential_energy_5, PLAIN)
+#define PARTS_potential_energy_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND SAME(2, 10) \
+    AND IN(3, 4) AND IN(4, 3) AND OUT(5, 1)
+GAC_IN_LANES(potential_energy_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_potential_energy_work(intptr_t m, intptr_t n)
@@ -3479,16 +2616,16 @@ static INLINE void NAME(potential_energy_within)(intptr_t m, intptr_t n, const R
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
     *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
     for (intptr_t i = 0; i < n; i++)
-        NAME(potential_energy_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(potential_energy_2)(pose_rotor_start, pose_place_start);
-    NAME(potential_energy_4)(out);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
+    NAME(kinetic_energy_result_start)(out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(potential_energy_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(potential_energy_5)(gravity, out[0], inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
-    out);
+        NAME(potential_energy_result)(gravity, out[0], inertias + 10 * i, pose_rotor_2 + 4 * i,
+    pose_place_2 + 3 * i, out);
     }
 }
 
@@ -3514,15 +2651,15 @@ static INLINE WORD NAME(potential_energy_lanes)(intptr_t m, intptr_t n, const RE
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(potential_energy_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(potential_energy_2_lanes)(pose_rotor_start, pose_place_start);
-    NAME(potential_energy_4_lanes)(out);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
+    NAME(kinetic_energy_result_start_lanes)(out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(potential_energy_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(potential_energy_5_lanes)(gravity, out, inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
+        NAME(potential_energy_result_lanes)(gravity, out, inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, out);
     }
     return far;
@@ -3538,84 +2675,17 @@ GAC_PROCEDURE(potential_energy, BUSY)
 #define WORK_centre_of_mass(WORK) WORK(11, pose_rotor, 4, 4, n) WORK(12, pose_place, 3, 3, n) \
     WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n)
 
-static INLINE void NAME(centre_of_mass_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_centre_of_mass_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(centre_of_mass_1, TURNS)
-
-static INLINE void NAME(centre_of_mass_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_centre_of_mass_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(centre_of_mass_2, PLAIN)
-
-static INLINE void NAME(centre_of_mass_4)(REAL *out_0, REAL *sum)
+static INLINE void NAME(centre_of_mass_result_start)(REAL *out_0, REAL *sum)
 {
     out_0[0] = (REAL)0;
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
     sum[2] = (REAL)0;
 }
-#define PARTS_centre_of_mass_4(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 3)
-GAC_IN_LANES(centre_of_mass_4, PLAIN)
+#define PARTS_centre_of_mass_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 3)
+GAC_IN_LANES(centre_of_mass_result_start, PLAIN)
 
-static INLINE void NAME(centre_of_mass_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
-    const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_centre_of_mass_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(centre_of_mass_3, PLAIN)
-
-static INLINE void NAME(centre_of_mass_5)(REAL sum_0, const REAL *sum_2, const REAL *inertias, const REAL
+static INLINE void NAME(centre_of_mass_result)(REAL sum_0, const REAL *sum_2, const REAL *inertias, const REAL
     *pose_rotor, const REAL *pose_place_2, REAL *out_0, REAL *sum)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2];
@@ -3637,11 +2707,11 @@ static INLINE void NAME(centre_of_mass_5)(REAL sum_0, const REAL *sum_2, const R
     sum[1] = sum_2_1 + (inertias_0 * pose_place_2_1 - (t6 - inertias_2 * t5));
     sum[2] = sum_2_2 + (t7 + inertias_3 * t5 + inertias_0 * pose_place_2_2);
 }
-#define PARTS_centre_of_mass_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND SAME(2, 10) AND IN(3, 4) \
-    AND IN(4, 3) AND OUT(5, 1) AND OUT(6, 3)
-GAC_IN_LANES(centre_of_mass_5, PLAIN)
+#define PARTS_centre_of_mass_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND SAME(2, 10) \
+    AND IN(3, 4) AND IN(4, 3) AND OUT(5, 1) AND OUT(6, 3)
+GAC_IN_LANES(centre_of_mass_result, PLAIN)
 
-static INLINE void NAME(centre_of_mass_6)(REAL sum_0, const REAL *sum_2, REAL *out_1)
+static INLINE void NAME(centre_of_mass_result_2)(REAL sum_0, const REAL *sum_2, REAL *out_1)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2];
     const REAL t0 = (REAL)1 / sum_0;
@@ -3649,8 +2719,8 @@ static INLINE void NAME(centre_of_mass_6)(REAL sum_0, const REAL *sum_2, REAL *o
     out_1[1] = sum_2_1 * t0;
     out_1[2] = sum_2_2 * t0;
 }
-#define PARTS_centre_of_mass_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND OUT(2, 3)
-GAC_IN_LANES(centre_of_mass_6, PLAIN)
+#define PARTS_centre_of_mass_result_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND OUT(2, 3)
+GAC_IN_LANES(centre_of_mass_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_centre_of_mass_work(intptr_t m, intptr_t n)
@@ -3668,18 +2738,18 @@ static INLINE void NAME(centre_of_mass_within)(intptr_t m, intptr_t n, const REA
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
     *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n, sum[3];
     for (intptr_t i = 0; i < n; i++)
-        NAME(centre_of_mass_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(centre_of_mass_2)(pose_rotor_start, pose_place_start);
-    NAME(centre_of_mass_4)(out_0, sum);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
+    NAME(centre_of_mass_result_start)(out_0, sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(centre_of_mass_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(centre_of_mass_5)(out_0[0], sum, inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, out_0,
-    sum);
+        NAME(centre_of_mass_result)(out_0[0], sum, inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
+    out_0, sum);
     }
-    NAME(centre_of_mass_6)(out_0[0], sum, out_1);
+    NAME(centre_of_mass_result_2)(out_0[0], sum, out_1);
 }
 
 FUSED(centre_of_mass, (intptr_t m, intptr_t n, const REAL *q, const int64_t *parents, const int64_t *variables,
@@ -3704,18 +2774,18 @@ static INLINE WORD NAME(centre_of_mass_lanes)(intptr_t m, intptr_t n, const REAL
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], sum[3 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(centre_of_mass_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(centre_of_mass_2_lanes)(pose_rotor_start, pose_place_start);
-    NAME(centre_of_mass_4_lanes)(out_0, sum);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
+    NAME(centre_of_mass_result_start_lanes)(out_0, sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(centre_of_mass_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(centre_of_mass_5_lanes)(out_0, sum, inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
+        NAME(centre_of_mass_result_lanes)(out_0, sum, inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, out_0, sum);
     }
-    NAME(centre_of_mass_6_lanes)(out_0, sum, out_1);
+    NAME(centre_of_mass_result_2_lanes)(out_0, sum, out_1);
     return far;
 }
 
@@ -3730,157 +2800,17 @@ GAC_PROCEDURE(centre_of_mass, BUSY)
     WORK(13, pose_rotor_2, 4, 4, n) WORK(14, pose_place_2, 3, 3, n) WORK(15, placed, 10, 10, n) \
     WORK(16, a, 10, 10, n) WORK(17, column, 6, 6, n)
 
-static INLINE void NAME(centroidal_momentum_matrix_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const
-    REAL *screw, REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_centroidal_momentum_matrix_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) \
-    AND NUMBER(2, 1) AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(centroidal_momentum_matrix_1, TURNS)
-
-static INLINE void NAME(centroidal_momentum_matrix_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_centroidal_momentum_matrix_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(centroidal_momentum_matrix_2, PLAIN)
-
-static INLINE void NAME(centroidal_momentum_matrix_6)(REAL *sum)
+static INLINE void NAME(centroidal_momentum_matrix_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
     sum[2] = (REAL)0;
     sum[3] = (REAL)0;
 }
-#define PARTS_centroidal_momentum_matrix_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
-GAC_IN_LANES(centroidal_momentum_matrix_6, PLAIN)
+#define PARTS_centroidal_momentum_matrix_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 4)
+GAC_IN_LANES(centroidal_momentum_matrix_sum_start, PLAIN)
 
-static INLINE void NAME(centroidal_momentum_matrix_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL
-    *own_rotor, const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_centroidal_momentum_matrix_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) \
-    AND IN(3, 3) AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(centroidal_momentum_matrix_3, PLAIN)
-
-static INLINE void NAME(centroidal_momentum_matrix_4)(const REAL *inertias, const REAL *pose_rotor, const REAL
-    *pose_place_2, REAL *placed)
-{
-    const REAL inertias_0 = inertias[0], inertias_1 = inertias[1], inertias_2 = inertias[2],
-        inertias_3 = inertias[3], inertias_4 = inertias[4], inertias_5 = inertias[5], inertias_6 = inertias[6],
-        inertias_7 = inertias[7], inertias_8 = inertias[8], inertias_9 = inertias[9];
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL t0 = pose_rotor_1 * pose_rotor_1;
-    const REAL t1 = pose_rotor_e12 * pose_rotor_e12;
-    const REAL t2 = t0 - t1;
-    const REAL t3 = pose_rotor_e13 * pose_rotor_e13;
-    const REAL t4 = pose_rotor_e23 * pose_rotor_e23;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = t2 - t5;
-    const REAL t7 = pose_rotor_1 * (REAL)2;
-    const REAL t8 = pose_rotor_e12 * t7;
-    const REAL t9 = (REAL)2 * (pose_rotor_e13 * pose_rotor_e23);
-    const REAL t10 = t8 - t9;
-    const REAL t11 = pose_rotor_e13 * t7;
-    const REAL t12 = pose_rotor_e12 * (REAL)2;
-    const REAL t13 = pose_rotor_e23 * t12;
-    const REAL t14 = t11 + t13;
-    const REAL t15 = inertias_3 * t14 + (inertias_1 * t6 + inertias_2 * t10);
-    const REAL t16 = inertias_0 * pose_place_2_0 + t15;
-    const REAL t17 = t2 + t5;
-    const REAL t18 = t8 + t9;
-    const REAL t19 = pose_rotor_e13 * t12;
-    const REAL t20 = pose_rotor_e23 * t7;
-    const REAL t21 = t19 - t20;
-    const REAL t22 = inertias_3 * t21 + (inertias_1 * t18 - inertias_2 * t17);
-    const REAL t23 = inertias_0 * pose_place_2_1 - t22;
-    const REAL t24 = t13 - t11;
-    const REAL t25 = t19 + t20;
-    const REAL t26 = t0 + t1 - t3 - t4;
-    const REAL t27 = inertias_3 * t26 + (inertias_1 * t24 - inertias_2 * t25);
-    const REAL t28 = inertias_0 * pose_place_2_2 + t27;
-    const REAL t29 = inertias_6 * (REAL)2;
-    const REAL t30 = t14 * (inertias_9 * t14) + t6 * (inertias_4 * t6 + t14 * t29);
-    const REAL t31 = inertias_5 * t6 + inertias_8 * t14;
-    const REAL t32 = pose_place_2_1 * (t23 - t22);
-    const REAL t33 = pose_place_2_2 * (t27 + t28);
-    const REAL t34 = inertias_4 * t18;
-    const REAL t35 = pose_place_2_0 * t22 - pose_place_2_1 * t16 - t6 * (t34 + inertias_6 * t21);
-    const REAL t36 = inertias_5 * t18 + inertias_8 * t21;
-    const REAL t37 = inertias_7 * t17;
-    const REAL t38 = inertias_9 * t21;
-    const REAL t39 = inertias_4 * t24;
-    const REAL t40 = t39 + inertias_6 * t26;
-    const REAL t41 = inertias_5 * t24 + inertias_8 * t26;
-    const REAL t42 = inertias_7 * t25;
-    const REAL t43 = t41 - t42;
-    const REAL t44 = inertias_9 * t26;
-    const REAL t45 = inertias_6 * t24 + t44;
-    const REAL t46 = t6 * t40 - t25 * t31 + t10 * t43 + t14 * t45 - pose_place_2_0 * t27;
-    const REAL t47 = pose_place_2_0 * (t15 + t16);
-    const REAL t48 = pose_place_2_1 * t27 + pose_place_2_2 * t23 + t18 * t40 - t25 * t36 - t17 * t43;
-    placed[0] = inertias_0;
-    placed[1] = t16;
-    placed[2] = t23;
-    placed[3] = t28;
-    placed[4] = t30 + t10 * (inertias_7 * t10 + (REAL)2 * t31) + t32 + t33;
-    placed[5] = t35 + t17 * t31 - t10 * (t36 - t37) - t14 * (inertias_6 * t18 + t38);
-    placed[6] = t46 - pose_place_2_2 * t16;
-    placed[7] = t33 + (t21 * t38 + t18 * (t34 + t21 * t29) - t17 * ((REAL)2 * t36 - t37) + t47);
-    placed[8] = -(t48 + t21 * t45);
-    placed[9] = t32 + (t47 + (t26 * t44 + t24 * (t39 + t26 * t29) - t25 * ((REAL)2 * t41 - t42)));
-}
-#define PARTS_centroidal_momentum_matrix_4(IN, SAME, NUMBER, OUT, AND) SAME(0, 10) AND IN(1, 4) AND IN(2, 3) \
-    AND OUT(3, 10)
-GAC_IN_LANES(centroidal_momentum_matrix_4, PLAIN)
-
-static INLINE void NAME(centroidal_momentum_matrix_7)(const REAL *sum, const REAL *placed, REAL *sum_out)
+static INLINE void NAME(centroidal_momentum_matrix_sum)(const REAL *sum, const REAL *placed, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3];
     const REAL placed_0 = placed[0], placed_1 = placed[1], placed_2 = placed[2], placed_3 = placed[3];
@@ -3889,10 +2819,11 @@ static INLINE void NAME(centroidal_momentum_matrix_7)(const REAL *sum, const REA
     sum_out[2] = sum_2 + placed_2;
     sum_out[3] = sum_3 + placed_3;
 }
-#define PARTS_centroidal_momentum_matrix_7(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4)
-GAC_IN_LANES(centroidal_momentum_matrix_7, PLAIN)
+#define PARTS_centroidal_momentum_matrix_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND OUT(2, 4)
+GAC_IN_LANES(centroidal_momentum_matrix_sum, PLAIN)
 
-static INLINE void NAME(centroidal_momentum_matrix_8)(const REAL *sum, REAL *common, REAL *common_2, REAL *common_3)
+static INLINE void NAME(centroidal_momentum_matrix_common)(const REAL *sum, REAL *common, REAL *common_2, REAL
+    *common_3)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3];
     const REAL t0 = (REAL)1 / sum_0;
@@ -3900,32 +2831,11 @@ static INLINE void NAME(centroidal_momentum_matrix_8)(const REAL *sum, REAL *com
     common_2[0] = sum_3 * t0;
     common_3[0] = sum_1 * t0;
 }
-#define PARTS_centroidal_momentum_matrix_8(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1) AND OUT(2, 1) \
+#define PARTS_centroidal_momentum_matrix_common(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1) AND OUT(2, 1) \
     AND OUT(3, 1)
-GAC_IN_LANES(centroidal_momentum_matrix_8, PLAIN)
+GAC_IN_LANES(centroidal_momentum_matrix_common, PLAIN)
 
-static INLINE void NAME(centroidal_momentum_matrix_5)(const REAL *a, const REAL *placed, REAL *value)
-{
-    const REAL a_0 = a[0], a_1 = a[1], a_2 = a[2], a_3 = a[3], a_4 = a[4], a_5 = a[5], a_6 = a[6], a_7 = a[7],
-        a_8 = a[8], a_9 = a[9];
-    const REAL placed_0 = placed[0], placed_1 = placed[1], placed_2 = placed[2], placed_3 = placed[3],
-        placed_4 = placed[4], placed_5 = placed[5], placed_6 = placed[6], placed_7 = placed[7],
-        placed_8 = placed[8], placed_9 = placed[9];
-    value[0] = a_0 + placed_0;
-    value[1] = a_1 + placed_1;
-    value[2] = a_2 + placed_2;
-    value[3] = a_3 + placed_3;
-    value[4] = a_4 + placed_4;
-    value[5] = a_5 + placed_5;
-    value[6] = a_6 + placed_6;
-    value[7] = a_7 + placed_7;
-    value[8] = a_8 + placed_8;
-    value[9] = a_9 + placed_9;
-}
-#define PARTS_centroidal_momentum_matrix_5(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 10) AND OUT(2, 10)
-GAC_IN_LANES(centroidal_momentum_matrix_5, PLAIN)
-
-static INLINE void NAME(centroidal_momentum_matrix_9)(const REAL *value, const REAL *pose_rotor, const REAL
+static INLINE void NAME(centroidal_momentum_matrix_column)(const REAL *value, const REAL *pose_rotor, const REAL
     *pose_place_2, const REAL *screw, REAL ratio, REAL common, REAL common_2, REAL common_3, REAL *column)
 {
     const REAL value_0 = value[0], value_1 = value[1], value_2 = value[2], value_3 = value[3], value_4 = value[4],
@@ -3980,11 +2890,11 @@ static INLINE void NAME(centroidal_momentum_matrix_9)(const REAL *value, const R
     column[4] = t31;
     column[5] = t27;
 }
-#define PARTS_centroidal_momentum_matrix_9(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 4) AND IN(2, 3) \
+#define PARTS_centroidal_momentum_matrix_column(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 4) AND IN(2, 3) \
     AND SAME(3, 6) AND NUMBER(4, 1) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 6)
-GAC_IN_LANES(centroidal_momentum_matrix_9, PLAIN)
+GAC_IN_LANES(centroidal_momentum_matrix_column, PLAIN)
 
-static INLINE void NAME(centroidal_momentum_matrix_10)(const REAL *sum, REAL *out_1)
+static INLINE void NAME(centroidal_momentum_matrix_result)(const REAL *sum, REAL *out_1)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3];
     const REAL t0 = (REAL)1 / sum_0;
@@ -3992,8 +2902,8 @@ static INLINE void NAME(centroidal_momentum_matrix_10)(const REAL *sum, REAL *ou
     out_1[1] = sum_2 * t0;
     out_1[2] = sum_3 * t0;
 }
-#define PARTS_centroidal_momentum_matrix_10(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(centroidal_momentum_matrix_10, PLAIN)
+#define PARTS_centroidal_momentum_matrix_result(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 3)
+GAC_IN_LANES(centroidal_momentum_matrix_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_centroidal_momentum_matrix_work(intptr_t m, intptr_t n)
@@ -4012,25 +2922,24 @@ static INLINE void NAME(centroidal_momentum_matrix_within)(intptr_t m, intptr_t 
     *const placed = pose_place_2 + 3 * n, *const a = placed + 10 * n, value[10], sum[4], *const column = a + 10 * n,
     common, common_2, common_3;
     for (intptr_t i = 0; i < n; i++)
-        NAME(centroidal_momentum_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
     turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(centroidal_momentum_matrix_2)(pose_rotor_start, pose_place_start);
-    NAME(centroidal_momentum_matrix_6)(sum);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
+    NAME(centroidal_momentum_matrix_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(centroidal_momentum_matrix_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(centroidal_momentum_matrix_4)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
-    placed + 10 * i);
-        NAME(centroidal_momentum_matrix_7)(sum, placed + 10 * i, sum);
+        NAME(mass_matrix_placed)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, placed + 10 * i);
+        NAME(centroidal_momentum_matrix_sum)(sum, placed + 10 * i, sum);
     }
     CLEAR(10 * n, a);
-    NAME(centroidal_momentum_matrix_8)(sum, &common, &common_2, &common_3);
+    NAME(centroidal_momentum_matrix_common)(sum, &common, &common_2, &common_3);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(centroidal_momentum_matrix_5)(a + 10 * i, placed + 10 * i, value);
+        NAME(mass_matrix_value)(a + 10 * i, placed + 10 * i, value);
         if (parents[i] >= 0)
             ADD(10, value, a + 10 * parents[i]);
-        NAME(centroidal_momentum_matrix_9)(value, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
+        NAME(centroidal_momentum_matrix_column)(value, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
     ratios[i], common, common_2, common_3, column + 6 * i);
     }
     CLEAR(6 * m, out_0);
@@ -4038,7 +2947,7 @@ static INLINE void NAME(centroidal_momentum_matrix_within)(intptr_t m, intptr_t 
         if (variables[i] >= 0)
             ADD(6, column + 6 * i, out_0 + 6 * variables[i]);
     }
-    NAME(centroidal_momentum_matrix_10)(sum, out_1);
+    NAME(centroidal_momentum_matrix_result)(sum, out_1);
 }
 
 FUSED(centroidal_momentum_matrix, (intptr_t m, intptr_t n, const REAL *q, const int64_t *parents,
@@ -4063,25 +2972,25 @@ static INLINE WORD NAME(centroidal_momentum_matrix_lanes)(intptr_t m, intptr_t n
     sum[4 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(centroidal_momentum_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
     places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(centroidal_momentum_matrix_2_lanes)(pose_rotor_start, pose_place_start);
-    NAME(centroidal_momentum_matrix_6_lanes)(sum);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
+    NAME(centroidal_momentum_matrix_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(centroidal_momentum_matrix_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(centroidal_momentum_matrix_4_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
+        NAME(mass_matrix_placed_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, placed + 10 * NLANES * i);
-        NAME(centroidal_momentum_matrix_7_lanes)(sum, placed + 10 * NLANES * i, sum);
+        NAME(centroidal_momentum_matrix_sum_lanes)(sum, placed + 10 * NLANES * i, sum);
     }
     CLEAR(10 * NLANES * n, a);
-    NAME(centroidal_momentum_matrix_8_lanes)(sum, common, common_2, common_3);
+    NAME(centroidal_momentum_matrix_common_lanes)(sum, common, common_2, common_3);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(centroidal_momentum_matrix_5_lanes)(a + 10 * NLANES * i, placed + 10 * NLANES * i, value);
+        NAME(mass_matrix_value_lanes)(a + 10 * NLANES * i, placed + 10 * NLANES * i, value);
         if (parents[i] >= 0)
             ADD(10 * NLANES, value, a + 10 * NLANES * parents[i]);
-        NAME(centroidal_momentum_matrix_9_lanes)(value, pose_rotor_2 + 4 * NLANES * i,
+        NAME(centroidal_momentum_matrix_column_lanes)(value, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, screws + 6 * i, ratios + i, common, common_2, common_3, column + 6 * NLANES * i);
     }
     CLEAR(6 * NLANES * m, out_0);
@@ -4089,7 +2998,7 @@ static INLINE WORD NAME(centroidal_momentum_matrix_lanes)(intptr_t m, intptr_t n
         if (variables[i] >= 0)
             ADD(6 * NLANES, column + 6 * NLANES * i, out_0 + 6 * NLANES * variables[i]);
     }
-    NAME(centroidal_momentum_matrix_10_lanes)(sum, out_1);
+    NAME(centroidal_momentum_matrix_result_lanes)(sum, out_1);
     return far;
 }
 
@@ -4113,42 +3022,8 @@ GAC_PROCEDURE(centroidal_momentum_matrix, BUSY)
     WORK(38, of_joint_coriolis, 3, 3, n) WORK(39, of_joint_by_speed, 6, 6, n) WORK(40, below_by_q, scalar, 1, p) \
     WORK(41, above_by_qd, scalar, 1, p) WORK(42, below_by_qd, scalar, 1, p)
 
-static INLINE void NAME(inverse_dynamics_derivatives_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const
-    REAL *screw, REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_inverse_dynamics_derivatives_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) \
-    AND NUMBER(2, 1) AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(inverse_dynamics_derivatives_1, TURNS)
-
-static INLINE void NAME(inverse_dynamics_derivatives_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_inverse_dynamics_derivatives_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(inverse_dynamics_derivatives_2, PLAIN)
-
-static INLINE void NAME(inverse_dynamics_derivatives_7)(const REAL *gravity, REAL *twist_start, REAL *rate_start,
-    REAL *axis_rate_start, REAL *axis_acceleration_start)
+static INLINE void NAME(inverse_dynamics_derivatives_twist_start)(const REAL *gravity, REAL *twist_start, REAL
+    *rate_start, REAL *axis_rate_start, REAL *axis_acceleration_start)
 {
     const REAL gravity_0 = gravity[0], gravity_1 = gravity[1], gravity_2 = gravity[2];
     twist_start[0] = (REAL)0;
@@ -4176,107 +3051,12 @@ static INLINE void NAME(inverse_dynamics_derivatives_7)(const REAL *gravity, REA
     axis_acceleration_start[4] = (REAL)0;
     axis_acceleration_start[5] = (REAL)0;
 }
-#define PARTS_inverse_dynamics_derivatives_7(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 6) AND OUT(2, 6) \
-    AND OUT(3, 6) AND OUT(4, 6)
-GAC_IN_LANES(inverse_dynamics_derivatives_7, PLAIN)
+#define PARTS_inverse_dynamics_derivatives_twist_start(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 6) \
+    AND OUT(2, 6) AND OUT(3, 6) AND OUT(4, 6)
+GAC_IN_LANES(inverse_dynamics_derivatives_twist_start, PLAIN)
 
-static INLINE void NAME(inverse_dynamics_derivatives_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL
-    *own_rotor, const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_inverse_dynamics_derivatives_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) \
-    AND IN(3, 3) AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(inverse_dynamics_derivatives_3, PLAIN)
-
-static INLINE void NAME(inverse_dynamics_derivatives_4)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL
-    *line, REAL *to_parent)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = pose_rotor_1 * pose_rotor_1;
-    const REAL t1 = pose_rotor_e12 * pose_rotor_e12;
-    const REAL t2 = pose_rotor_e13 * pose_rotor_e13;
-    const REAL t3 = pose_rotor_e23 * pose_rotor_e23;
-    const REAL t4 = t0 + t1 - (t2 + t3);
-    const REAL t5 = pose_rotor_e12 * (REAL)2;
-    const REAL t6 = pose_rotor_e13 * t5;
-    const REAL t7 = pose_rotor_1 * (REAL)2;
-    const REAL t8 = pose_rotor_e23 * t7;
-    const REAL t9 = t6 + t8;
-    const REAL t10 = pose_rotor_e13 * t7;
-    const REAL t11 = pose_rotor_e23 * t5;
-    const REAL t12 = t10 - t11;
-    const REAL t13 = line_e12 * t4 + line_e13 * t9 - line_e23 * t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t2 - t3;
-    const REAL t16 = t14 + t15;
-    const REAL t17 = t6 - t8;
-    const REAL t18 = (REAL)2 * (pose_rotor_e13 * pose_rotor_e23);
-    const REAL t19 = pose_rotor_e12 * t7;
-    const REAL t20 = t18 + t19;
-    const REAL t21 = line_e12 * t17 + line_e13 * t16 + line_e23 * t20;
-    const REAL t22 = t14 - t15;
-    const REAL t23 = t10 + t11;
-    const REAL t24 = t19 - t18;
-    const REAL t25 = line_e12 * t23 + line_e23 * t22 - line_e13 * t24;
-    const REAL t26 = line_e01 * t22 + line_e02 * t24 + line_e03 * t23;
-    const REAL t27 = line_e01 * t20 + line_e03 * t17 - line_e02 * t16;
-    const REAL t28 = line_e01 * t12 + line_e02 * t9 - line_e03 * t4;
-    to_parent[0] = t13;
-    to_parent[1] = t21;
-    to_parent[2] = t25;
-    to_parent[3] = pose_place_2_1 * t13 + pose_place_2_2 * t21 + t26;
-    to_parent[4] = pose_place_2_2 * t25 - pose_place_2_0 * t13 - t27;
-    to_parent[5] = -(pose_place_2_0 * t21 + pose_place_2_1 * t25 + t28);
-}
-#define PARTS_inverse_dynamics_derivatives_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 6) \
-    AND OUT(3, 6)
-GAC_IN_LANES(inverse_dynamics_derivatives_4, PLAIN)
-
-static INLINE void NAME(inverse_dynamics_derivatives_5)(REAL speed, REAL ratio, REAL *mapped)
-{
-    mapped[0] = speed * ratio;
-}
-#define PARTS_inverse_dynamics_derivatives_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(inverse_dynamics_derivatives_5, PLAIN)
-
-static INLINE void NAME(inverse_dynamics_derivatives_6)(REAL rate, REAL ratio, REAL *mapped_2)
-{
-    mapped_2[0] = rate * ratio;
-}
-#define PARTS_inverse_dynamics_derivatives_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(inverse_dynamics_derivatives_6, PLAIN)
-
-static INLINE void NAME(inverse_dynamics_derivatives_8)(const REAL *twist, const REAL *rate, const REAL *axis, REAL
-    speed, REAL rate_2, REAL *twist_out, REAL *rate_out, REAL *axis_rate, REAL *axis_acceleration)
+static INLINE void NAME(inverse_dynamics_derivatives_twist)(const REAL *twist, const REAL *rate, const REAL *axis,
+    REAL speed, REAL rate_2, REAL *twist_out, REAL *rate_out, REAL *axis_rate, REAL *axis_acceleration)
 {
     const REAL twist_e12 = twist[0], twist_e13 = twist[1], twist_e23 = twist[2], twist_e01 = twist[3],
         twist_e02 = twist[4], twist_e03 = twist[5];
@@ -4318,13 +3098,13 @@ static INLINE void NAME(inverse_dynamics_derivatives_8)(const REAL *twist, const
     axis_acceleration[4] = -(t7 + (twist_e01 * t0 - twist_e03 * t2 + twist_e12 * t3 - twist_e23 * t5));
     axis_acceleration[5] = -(t8 + (twist_e01 * t1 + twist_e02 * t2 + twist_e13 * t3 + twist_e23 * t4));
 }
-#define PARTS_inverse_dynamics_derivatives_8(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) \
+#define PARTS_inverse_dynamics_derivatives_twist(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 6) AND OUT(6, 6) AND OUT(7, 6) AND OUT(8, 6)
-GAC_IN_LANES(inverse_dynamics_derivatives_8, PLAIN)
+GAC_IN_LANES(inverse_dynamics_derivatives_twist, PLAIN)
 
-static INLINE void NAME(inverse_dynamics_derivatives_9)(const REAL *inertias, const REAL *pose_rotor, const REAL
-    *pose_place_2, const REAL *twist, const REAL *rate, REAL *of_body_inertia, REAL *of_body_turning, REAL
-    *of_body_momentum, REAL *of_body_wrench)
+static INLINE void NAME(inverse_dynamics_derivatives_of_body_inertia)(const REAL *inertias, const REAL *pose_rotor,
+    const REAL *pose_place_2, const REAL *twist, const REAL *rate, REAL *of_body_inertia, REAL *of_body_turning,
+    REAL *of_body_momentum, REAL *of_body_wrench)
 {
     const REAL inertias_0 = inertias[0], inertias_1 = inertias[1], inertias_2 = inertias[2],
         inertias_3 = inertias[3], inertias_4 = inertias[4], inertias_5 = inertias[5], inertias_6 = inertias[6],
@@ -4453,13 +3233,13 @@ static INLINE void NAME(inverse_dynamics_derivatives_9)(const REAL *inertias, co
     of_body_wrench[4] = t86 - (twist_e23 * t83 + twist_e01 * t78 - twist_e12 * t85 - twist_e03 * t76);
     of_body_wrench[5] = t87 - (twist_e02 * t76 - twist_e13 * t85 - twist_e23 * t82 - twist_e01 * t77);
 }
-#define PARTS_inverse_dynamics_derivatives_9(IN, SAME, NUMBER, OUT, AND) SAME(0, 10) AND IN(1, 4) AND IN(2, 3) \
-    AND IN(3, 6) AND IN(4, 6) AND OUT(5, 10) AND OUT(6, 9) AND OUT(7, 3) AND OUT(8, 6)
-GAC_IN_LANES(inverse_dynamics_derivatives_9, PLAIN)
+#define PARTS_inverse_dynamics_derivatives_of_body_inertia(IN, SAME, NUMBER, OUT, AND) SAME(0, 10) AND IN(1, 4) \
+    AND IN(2, 3) AND IN(3, 6) AND IN(4, 6) AND OUT(5, 10) AND OUT(6, 9) AND OUT(7, 3) AND OUT(8, 6)
+GAC_IN_LANES(inverse_dynamics_derivatives_of_body_inertia, PLAIN)
 
-static INLINE void NAME(inverse_dynamics_derivatives_10)(const REAL *carried_inertia, const REAL *carried_turning,
-    const REAL *carried_momentum, const REAL *carried_wrench, const REAL *of_body_inertia, const REAL
-    *of_body_turning, const REAL *of_body_momentum, const REAL *own_sums_wrench, REAL *value_inertia, REAL
+static INLINE void NAME(inverse_dynamics_derivatives_value_inertia)(const REAL *carried_inertia, const REAL
+    *carried_turning, const REAL *carried_momentum, const REAL *carried_wrench, const REAL *of_body_inertia, const
+    REAL *of_body_turning, const REAL *of_body_momentum, const REAL *own_sums_wrench, REAL *value_inertia, REAL
     *value_turning, REAL *value_momentum, REAL *value_wrench)
 {
     const REAL carried_inertia_0 = carried_inertia[0], carried_inertia_1 = carried_inertia[1],
@@ -4521,15 +3301,15 @@ static INLINE void NAME(inverse_dynamics_derivatives_10)(const REAL *carried_ine
     value_wrench[4] = carried_wrench_e02 + own_sums_wrench_e02;
     value_wrench[5] = carried_wrench_e03 + own_sums_wrench_e03;
 }
-#define PARTS_inverse_dynamics_derivatives_10(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 9) AND IN(2, 3) \
-    AND IN(3, 6) AND IN(4, 10) AND IN(5, 9) AND IN(6, 3) AND IN(7, 6) AND OUT(8, 10) AND OUT(9, 9) AND OUT(10, 3) \
-    AND OUT(11, 6)
-GAC_IN_LANES(inverse_dynamics_derivatives_10, PLAIN)
+#define PARTS_inverse_dynamics_derivatives_value_inertia(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 9) \
+    AND IN(2, 3) AND IN(3, 6) AND IN(4, 10) AND IN(5, 9) AND IN(6, 3) AND IN(7, 6) AND OUT(8, 10) AND OUT(9, 9) \
+    AND OUT(10, 3) AND OUT(11, 6)
+GAC_IN_LANES(inverse_dynamics_derivatives_value_inertia, PLAIN)
 
-static INLINE void NAME(inverse_dynamics_derivatives_11)(const REAL *value_inertia, const REAL *value_turning, const
-    REAL *value_momentum, const REAL *sums_wrench, const REAL *axis, const REAL *axis_rate, const REAL
-    *axis_acceleration, REAL *of_joint_of_carriers, REAL *of_joint_momentum, REAL *of_joint_coriolis, REAL
-    *of_joint_by_speed)
+static INLINE void NAME(inverse_dynamics_derivatives_of_joint_of_carriers)(const REAL *value_inertia, const REAL
+    *value_turning, const REAL *value_momentum, const REAL *sums_wrench, const REAL *axis, const REAL *axis_rate,
+    const REAL *axis_acceleration, REAL *of_joint_of_carriers, REAL *of_joint_momentum, REAL *of_joint_coriolis,
+    REAL *of_joint_by_speed)
 {
     const REAL value_inertia_0 = value_inertia[0], value_inertia_1 = value_inertia[1],
         value_inertia_2 = value_inertia[2], value_inertia_3 = value_inertia[3], value_inertia_4 = value_inertia[4],
@@ -4617,14 +3397,15 @@ static INLINE void NAME(inverse_dynamics_derivatives_11)(const REAL *value_inert
     of_joint_by_speed[4] = t41 - (REAL)2 * (t40 - value_inertia_8 * axis_rate_e12) - t30;
     of_joint_by_speed[5] = t44 - value_turning_7 * axis_e13;
 }
-#define PARTS_inverse_dynamics_derivatives_11(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 9) AND IN(2, 3) \
-    AND IN(3, 6) AND IN(4, 6) AND IN(5, 6) AND IN(6, 6) AND OUT(7, 6) AND OUT(8, 6) AND OUT(9, 3) AND OUT(10, 6)
-GAC_IN_LANES(inverse_dynamics_derivatives_11, PLAIN)
+#define PARTS_inverse_dynamics_derivatives_of_joint_of_carriers(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 9) \
+    AND IN(2, 3) AND IN(3, 6) AND IN(4, 6) AND IN(5, 6) AND IN(6, 6) AND OUT(7, 6) AND OUT(8, 6) AND OUT(9, 3) \
+    AND OUT(10, 6)
+GAC_IN_LANES(inverse_dynamics_derivatives_of_joint_of_carriers, PLAIN)
 
-static INLINE void NAME(inverse_dynamics_derivatives_12)(const REAL *below_of_carriers, const REAL *below_momentum,
-    const REAL *of_joint_coriolis, const REAL *below_by_speed, REAL ratio, const REAL *axis, const REAL *axis_rate,
-    const REAL *axis_acceleration, REAL is_lower, REAL other, REAL *above_by_q, REAL *below_by_q, REAL *above_by_qd,
-    REAL *below_by_qd)
+static INLINE void NAME(inverse_dynamics_derivatives_above_by_q)(const REAL *below_of_carriers, const REAL
+    *below_momentum, const REAL *of_joint_coriolis, const REAL *below_by_speed, REAL ratio, const REAL *axis, const
+    REAL *axis_rate, const REAL *axis_acceleration, REAL is_lower, REAL other, REAL *above_by_q, REAL *below_by_q,
+    REAL *above_by_qd, REAL *below_by_qd)
 {
     const REAL below_of_carriers_e12 = below_of_carriers[0], below_of_carriers_e13 = below_of_carriers[1],
         below_of_carriers_e23 = below_of_carriers[2], below_of_carriers_e01 = below_of_carriers[3],
@@ -4665,10 +3446,10 @@ static INLINE void NAME(inverse_dynamics_derivatives_12)(const REAL *below_of_ca
     above_by_qd[0] = t2 * (below_by_speed_e03 * axis_e12 - (t11 + below_by_speed_e02 * axis_e13));
     below_by_qd[0] = t9 * (t15 + of_joint_coriolis_2 * axis_e12 + t14);
 }
-#define PARTS_inverse_dynamics_derivatives_12(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 3) \
+#define PARTS_inverse_dynamics_derivatives_above_by_q(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 3) \
     AND IN(3, 6) AND NUMBER(4, 1) AND IN(5, 6) AND IN(6, 6) AND IN(7, 6) AND NUMBER(8, 1) AND NUMBER(9, 1) \
     AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1)
-GAC_IN_LANES(inverse_dynamics_derivatives_12, PLAIN)
+GAC_IN_LANES(inverse_dynamics_derivatives_above_by_q, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_inverse_dynamics_derivatives_work(intptr_t m, intptr_t n, intptr_t p)
@@ -4700,32 +3481,32 @@ static INLINE void NAME(inverse_dynamics_derivatives_within)(intptr_t m, intptr_
     above_by_q, *const below_by_q = of_joint_by_speed + 6 * n, *const above_by_qd = below_by_q + p,
     *const below_by_qd = above_by_qd + p;
     for (intptr_t i = 0; i < n; i++)
-        NAME(inverse_dynamics_derivatives_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
     turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(inverse_dynamics_derivatives_2)(pose_rotor_start, pose_place_start);
-    NAME(inverse_dynamics_derivatives_7)(gravity, twist_start, rate_start, axis_rate_start,
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
+    NAME(inverse_dynamics_derivatives_twist_start)(gravity, twist_start, rate_start, axis_rate_start,
     axis_acceleration_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(inverse_dynamics_derivatives_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(inverse_dynamics_derivatives_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
+        NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
     to_parent + 6 * i);
-        NAME(inverse_dynamics_derivatives_5)(qd[variables[i]], ratios[i], &mapped);
-        NAME(inverse_dynamics_derivatives_6)(qdd[variables[i]], ratios[i], &mapped_2);
-        NAME(inverse_dynamics_derivatives_8)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
+        NAME(forward_dynamics_mapped)(qd[variables[i]], ratios[i], &mapped);
+        NAME(forward_dynamics_mapped)(qdd[variables[i]], ratios[i], &mapped_2);
+        NAME(inverse_dynamics_derivatives_twist)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
     parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, to_parent + 6 * i, mapped, mapped_2, twist + 6 * i,
     rate + 6 * i, axis_rate + 6 * i, axis_acceleration + 6 * i);
-        NAME(inverse_dynamics_derivatives_9)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
-    twist + 6 * i, rate + 6 * i, of_body_inertia + 10 * i, of_body_turning + 9 * i, of_body_momentum + 3 * i,
-    of_body_wrench + 6 * i);
+        NAME(inverse_dynamics_derivatives_of_body_inertia)(inertias + 10 * i, pose_rotor_2 + 4 * i,
+    pose_place_2 + 3 * i, twist + 6 * i, rate + 6 * i, of_body_inertia + 10 * i, of_body_turning + 9 * i,
+    of_body_momentum + 3 * i, of_body_wrench + 6 * i);
     }
     CLEAR(10 * n, carried_inertia);
     CLEAR(9 * n, carried_turning);
     CLEAR(3 * n, carried_momentum);
     CLEAR(6 * n, carried_wrench);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(inverse_dynamics_derivatives_10)(carried_inertia + 10 * i, carried_turning + 9 * i,
+        NAME(inverse_dynamics_derivatives_value_inertia)(carried_inertia + 10 * i, carried_turning + 9 * i,
     carried_momentum + 3 * i, carried_wrench + 6 * i, of_body_inertia + 10 * i, of_body_turning + 9 * i,
     of_body_momentum + 3 * i, of_body_wrench + 6 * i, value_inertia, value_turning, value_momentum, value_wrench);
         if (parents[i] >= 0)
@@ -4736,16 +3517,16 @@ static INLINE void NAME(inverse_dynamics_derivatives_within)(intptr_t m, intptr_
             ADD(3, value_momentum, carried_momentum + 3 * parents[i]);
         if (parents[i] >= 0)
             ADD(6, value_wrench, carried_wrench + 6 * parents[i]);
-        NAME(inverse_dynamics_derivatives_11)(value_inertia, value_turning, value_momentum, value_wrench,
-    to_parent + 6 * i, axis_rate + 6 * i, axis_acceleration + 6 * i, of_joint_of_carriers + 6 * i,
+        NAME(inverse_dynamics_derivatives_of_joint_of_carriers)(value_inertia, value_turning, value_momentum,
+    value_wrench, to_parent + 6 * i, axis_rate + 6 * i, axis_acceleration + 6 * i, of_joint_of_carriers + 6 * i,
     of_joint_momentum + 6 * i, of_joint_coriolis + 3 * i, of_joint_by_speed + 6 * i);
     }
     CLEAR(m * m, out_0);
     for (intptr_t i = 0; i < p; i++) {
-        NAME(inverse_dynamics_derivatives_12)(of_joint_of_carriers + 6 * lower[i], of_joint_momentum + 6 * lower[i],
-    of_joint_coriolis + 3 * lower[i], of_joint_by_speed + 6 * lower[i], ratios[lower[i]], to_parent + 6 * upper[i],
-    axis_rate + 6 * upper[i], axis_acceleration + 6 * upper[i], is_strict[i], ratios[upper[i]], &above_by_q,
-    below_by_q + i, above_by_qd + i, below_by_qd + i);
+        NAME(inverse_dynamics_derivatives_above_by_q)(of_joint_of_carriers + 6 * lower[i],
+    of_joint_momentum + 6 * lower[i], of_joint_coriolis + 3 * lower[i], of_joint_by_speed + 6 * lower[i],
+    ratios[lower[i]], to_parent + 6 * upper[i], axis_rate + 6 * upper[i], axis_acceleration + 6 * upper[i],
+    is_strict[i], ratios[upper[i]], &above_by_q, below_by_q + i, above_by_qd + i, below_by_qd + i);
         if (upper_variables[i] >= 0 && lower_variables[i] >= 0)
             ADD(1, &above_by_q, out_0 + (upper_variables[i] * m + lower_variables[i]));
     }
@@ -4798,23 +3579,23 @@ static INLINE WORD NAME(inverse_dynamics_derivatives_lanes)(intptr_t m, intptr_t
     value_momentum[3 * NLANES], value_wrench[6 * NLANES], above_by_q[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(inverse_dynamics_derivatives_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
     places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(inverse_dynamics_derivatives_2_lanes)(pose_rotor_start, pose_place_start);
-    NAME(inverse_dynamics_derivatives_7_lanes)(gravity, twist_start, rate_start, axis_rate_start,
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
+    NAME(inverse_dynamics_derivatives_twist_start_lanes)(gravity, twist_start, rate_start, axis_rate_start,
     axis_acceleration_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(inverse_dynamics_derivatives_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(inverse_dynamics_derivatives_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
+        NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
     screws + 6 * i, to_parent + 6 * NLANES * i);
-        NAME(inverse_dynamics_derivatives_5_lanes)(qd + NLANES * variables[i], ratios + i, mapped);
-        NAME(inverse_dynamics_derivatives_6_lanes)(qdd + NLANES * variables[i], ratios + i, mapped_2);
-        NAME(inverse_dynamics_derivatives_8_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
+        NAME(forward_dynamics_mapped_lanes)(qd + NLANES * variables[i], ratios + i, mapped);
+        NAME(forward_dynamics_mapped_lanes)(qdd + NLANES * variables[i], ratios + i, mapped_2);
+        NAME(inverse_dynamics_derivatives_twist_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
     parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, to_parent + 6 * NLANES * i, mapped, mapped_2,
     twist + 6 * NLANES * i, rate + 6 * NLANES * i, axis_rate + 6 * NLANES * i, axis_acceleration + 6 * NLANES * i);
-        NAME(inverse_dynamics_derivatives_9_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
+        NAME(inverse_dynamics_derivatives_of_body_inertia_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, twist + 6 * NLANES * i, rate + 6 * NLANES * i, of_body_inertia + 10 * NLANES * i,
     of_body_turning + 9 * NLANES * i, of_body_momentum + 3 * NLANES * i, of_body_wrench + 6 * NLANES * i);
     }
@@ -4823,7 +3604,7 @@ static INLINE WORD NAME(inverse_dynamics_derivatives_lanes)(intptr_t m, intptr_t
     CLEAR(3 * NLANES * n, carried_momentum);
     CLEAR(6 * NLANES * n, carried_wrench);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(inverse_dynamics_derivatives_10_lanes)(carried_inertia + 10 * NLANES * i,
+        NAME(inverse_dynamics_derivatives_value_inertia_lanes)(carried_inertia + 10 * NLANES * i,
     carried_turning + 9 * NLANES * i, carried_momentum + 3 * NLANES * i, carried_wrench + 6 * NLANES * i,
     of_body_inertia + 10 * NLANES * i, of_body_turning + 9 * NLANES * i, of_body_momentum + 3 * NLANES * i,
     of_body_wrench + 6 * NLANES * i, value_inertia, value_turning, value_momentum, value_wrench);
@@ -4835,14 +3616,14 @@ static INLINE WORD NAME(inverse_dynamics_derivatives_lanes)(intptr_t m, intptr_t
             ADD(3 * NLANES, value_momentum, carried_momentum + 3 * NLANES * parents[i]);
         if (parents[i] >= 0)
             ADD(6 * NLANES, value_wrench, carried_wrench + 6 * NLANES * parents[i]);
-        NAME(inverse_dynamics_derivatives_11_lanes)(value_inertia, value_turning, value_momentum, value_wrench,
-    to_parent + 6 * NLANES * i, axis_rate + 6 * NLANES * i, axis_acceleration + 6 * NLANES * i,
+        NAME(inverse_dynamics_derivatives_of_joint_of_carriers_lanes)(value_inertia, value_turning, value_momentum,
+    value_wrench, to_parent + 6 * NLANES * i, axis_rate + 6 * NLANES * i, axis_acceleration + 6 * NLANES * i,
     of_joint_of_carriers + 6 * NLANES * i, of_joint_momentum + 6 * NLANES * i, of_joint_coriolis + 3 * NLANES * i,
     of_joint_by_speed + 6 * NLANES * i);
     }
     CLEAR(NLANES * m * m, out_0);
     for (intptr_t i = 0; i < p; i++) {
-        NAME(inverse_dynamics_derivatives_12_lanes)(of_joint_of_carriers + 6 * NLANES * lower[i],
+        NAME(inverse_dynamics_derivatives_above_by_q_lanes)(of_joint_of_carriers + 6 * NLANES * lower[i],
     of_joint_momentum + 6 * NLANES * lower[i], of_joint_coriolis + 3 * NLANES * lower[i],
     of_joint_by_speed + 6 * NLANES * lower[i], ratios + lower[i], to_parent + 6 * NLANES * upper[i],
     axis_rate + 6 * NLANES * upper[i], axis_acceleration + 6 * NLANES * upper[i], is_strict + i, ratios + upper[i],
@@ -4880,168 +3661,8 @@ GAC_PROCEDURE(inverse_dynamics_derivatives, BUSY)
     WORK(27, carried_2, 9, 9, n) WORK(28, carried_3, 3, 3, n) WORK(29, of_joint_0, 6, 6, n) \
     WORK(30, of_joint, 3, 3, n) WORK(31, of_joint_2, 6, 6, n) WORK(32, of_pair_1, scalar, 1, p)
 
-static INLINE void NAME(coriolis_matrix_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_coriolis_matrix_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(coriolis_matrix_1, TURNS)
-
-static INLINE void NAME(coriolis_matrix_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_coriolis_matrix_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(coriolis_matrix_2, PLAIN)
-
-static INLINE void NAME(coriolis_matrix_5)(REAL *carrier_0_start, REAL *carrier_1_start)
-{
-    carrier_0_start[0] = (REAL)0;
-    carrier_0_start[1] = (REAL)0;
-    carrier_0_start[2] = (REAL)0;
-    carrier_0_start[3] = (REAL)0;
-    carrier_0_start[4] = (REAL)0;
-    carrier_0_start[5] = (REAL)0;
-    carrier_1_start[0] = (REAL)0;
-    carrier_1_start[1] = (REAL)0;
-    carrier_1_start[2] = (REAL)0;
-    carrier_1_start[3] = (REAL)0;
-    carrier_1_start[4] = (REAL)0;
-    carrier_1_start[5] = (REAL)0;
-}
-#define PARTS_coriolis_matrix_5(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 6)
-GAC_IN_LANES(coriolis_matrix_5, PLAIN)
-
-static INLINE void NAME(coriolis_matrix_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
-    const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_coriolis_matrix_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(coriolis_matrix_3, PLAIN)
-
-static INLINE void NAME(coriolis_matrix_4)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *line, REAL
-    *to_parent)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = pose_rotor_1 * pose_rotor_1;
-    const REAL t1 = pose_rotor_e12 * pose_rotor_e12;
-    const REAL t2 = pose_rotor_e13 * pose_rotor_e13;
-    const REAL t3 = pose_rotor_e23 * pose_rotor_e23;
-    const REAL t4 = t0 + t1 - (t2 + t3);
-    const REAL t5 = pose_rotor_e12 * (REAL)2;
-    const REAL t6 = pose_rotor_e13 * t5;
-    const REAL t7 = pose_rotor_1 * (REAL)2;
-    const REAL t8 = pose_rotor_e23 * t7;
-    const REAL t9 = t6 + t8;
-    const REAL t10 = pose_rotor_e13 * t7;
-    const REAL t11 = pose_rotor_e23 * t5;
-    const REAL t12 = t10 - t11;
-    const REAL t13 = line_e12 * t4 + line_e13 * t9 - line_e23 * t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t2 - t3;
-    const REAL t16 = t14 + t15;
-    const REAL t17 = t6 - t8;
-    const REAL t18 = (REAL)2 * (pose_rotor_e13 * pose_rotor_e23);
-    const REAL t19 = pose_rotor_e12 * t7;
-    const REAL t20 = t18 + t19;
-    const REAL t21 = line_e12 * t17 + line_e13 * t16 + line_e23 * t20;
-    const REAL t22 = t14 - t15;
-    const REAL t23 = t10 + t11;
-    const REAL t24 = t19 - t18;
-    const REAL t25 = line_e12 * t23 + line_e23 * t22 - line_e13 * t24;
-    const REAL t26 = line_e01 * t22 + line_e02 * t24 + line_e03 * t23;
-    const REAL t27 = line_e01 * t20 + line_e03 * t17 - line_e02 * t16;
-    const REAL t28 = line_e01 * t12 + line_e02 * t9 - line_e03 * t4;
-    to_parent[0] = t13;
-    to_parent[1] = t21;
-    to_parent[2] = t25;
-    to_parent[3] = pose_place_2_1 * t13 + pose_place_2_2 * t21 + t26;
-    to_parent[4] = pose_place_2_2 * t25 - pose_place_2_0 * t13 - t27;
-    to_parent[5] = -(pose_place_2_0 * t21 + pose_place_2_1 * t25 + t28);
-}
-#define PARTS_coriolis_matrix_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 6) AND OUT(3, 6)
-GAC_IN_LANES(coriolis_matrix_4, PLAIN)
-
-static INLINE void NAME(coriolis_matrix_6)(const REAL *carrier_0, const REAL *axis, REAL speed, REAL ratio, REAL
-    *carrier_0_out, REAL *carrier_1)
-{
-    const REAL carrier_0_e12 = carrier_0[0], carrier_0_e13 = carrier_0[1], carrier_0_e23 = carrier_0[2],
-        carrier_0_e01 = carrier_0[3], carrier_0_e02 = carrier_0[4], carrier_0_e03 = carrier_0[5];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = speed * ratio;
-    const REAL t1 = carrier_0_e12 * axis_e02 - (carrier_0_e02 * axis_e12 + carrier_0_e03 * axis_e13);
-    const REAL t2 = carrier_0_e01 * axis_e12 - carrier_0_e03 * axis_e23 - carrier_0_e12 * axis_e01;
-    const REAL t3 = carrier_0_e01 * axis_e13 + carrier_0_e02 * axis_e23 - carrier_0_e13 * axis_e01;
-    carrier_0_out[0] = carrier_0_e12 + axis_e12 * t0;
-    carrier_0_out[1] = carrier_0_e13 + axis_e13 * t0;
-    carrier_0_out[2] = carrier_0_e23 + axis_e23 * t0;
-    carrier_0_out[3] = carrier_0_e01 + axis_e01 * t0;
-    carrier_0_out[4] = carrier_0_e02 + axis_e02 * t0;
-    carrier_0_out[5] = carrier_0_e03 + axis_e03 * t0;
-    carrier_1[0] = carrier_0_e13 * axis_e23 - carrier_0_e23 * axis_e13;
-    carrier_1[1] = carrier_0_e23 * axis_e12 - carrier_0_e12 * axis_e23;
-    carrier_1[2] = carrier_0_e12 * axis_e13 - carrier_0_e13 * axis_e12;
-    carrier_1[3] = -(t1 + carrier_0_e13 * axis_e03);
-    carrier_1[4] = -(t2 + carrier_0_e23 * axis_e03);
-    carrier_1[5] = carrier_0_e23 * axis_e02 - t3;
-}
-#define PARTS_coriolis_matrix_6(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) AND NUMBER(3, 1) \
-    AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(coriolis_matrix_6, PLAIN)
-
-static INLINE void NAME(coriolis_matrix_7)(const REAL *inertias, const REAL *pose_rotor, const REAL *pose_place_2,
-    const REAL *twist, REAL *of_body, REAL *of_body_2, REAL *of_body_3)
+static INLINE void NAME(coriolis_matrix_of_body)(const REAL *inertias, const REAL *pose_rotor, const REAL
+    *pose_place_2, const REAL *twist, REAL *of_body, REAL *of_body_2, REAL *of_body_3)
 {
     const REAL inertias_0 = inertias[0], inertias_1 = inertias[1], inertias_2 = inertias[2],
         inertias_3 = inertias[3], inertias_4 = inertias[4], inertias_5 = inertias[5], inertias_6 = inertias[6],
@@ -5138,13 +3759,13 @@ static INLINE void NAME(coriolis_matrix_7)(const REAL *inertias, const REAL *pos
     of_body_3[1] = inertias_0 * twist_e02 + (twist_e12 * t16 - twist_e23 * t28);
     of_body_3[2] = inertias_0 * twist_e03 + (twist_e23 * t23 + twist_e13 * t16);
 }
-#define PARTS_coriolis_matrix_7(IN, SAME, NUMBER, OUT, AND) SAME(0, 10) AND IN(1, 4) AND IN(2, 3) AND IN(3, 6) \
+#define PARTS_coriolis_matrix_of_body(IN, SAME, NUMBER, OUT, AND) SAME(0, 10) AND IN(1, 4) AND IN(2, 3) AND IN(3, 6) \
     AND OUT(4, 10) AND OUT(5, 9) AND OUT(6, 3)
-GAC_IN_LANES(coriolis_matrix_7, PLAIN)
+GAC_IN_LANES(coriolis_matrix_of_body, PLAIN)
 
-static INLINE void NAME(coriolis_matrix_8)(const REAL *carried, const REAL *carried_2_2, const REAL *carried_3_2,
-    const REAL *of_body, const REAL *of_body_2_2, const REAL *of_body_3_2, REAL *value, REAL *value_2, REAL
-    *value_3)
+static INLINE void NAME(coriolis_matrix_value)(const REAL *carried, const REAL *carried_2_2, const REAL
+    *carried_3_2, const REAL *of_body, const REAL *of_body_2_2, const REAL *of_body_3_2, REAL *value, REAL *value_2,
+    REAL *value_3)
 {
     const REAL carried_0 = carried[0], carried_1 = carried[1], carried_2 = carried[2], carried_3 = carried[3],
         carried_4 = carried[4], carried_5 = carried[5], carried_6 = carried[6], carried_7 = carried[7],
@@ -5183,12 +3804,12 @@ static INLINE void NAME(coriolis_matrix_8)(const REAL *carried, const REAL *carr
     value_3[1] = carried_3_2_1 + of_body_3_2_1;
     value_3[2] = carried_3_2_2 + of_body_3_2_2;
 }
-#define PARTS_coriolis_matrix_8(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 9) AND IN(2, 3) AND IN(3, 10) \
+#define PARTS_coriolis_matrix_value(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 9) AND IN(2, 3) AND IN(3, 10) \
     AND IN(4, 9) AND IN(5, 3) AND OUT(6, 10) AND OUT(7, 9) AND OUT(8, 3)
-GAC_IN_LANES(coriolis_matrix_8, PLAIN)
+GAC_IN_LANES(coriolis_matrix_value, PLAIN)
 
-static INLINE void NAME(coriolis_matrix_9)(const REAL *value, const REAL *value_2_2, const REAL *value_3_2, const
-    REAL *axis, const REAL *axis_rate, REAL *of_joint_0, REAL *of_joint, REAL *of_joint_2)
+static INLINE void NAME(coriolis_matrix_of_joint)(const REAL *value, const REAL *value_2_2, const REAL *value_3_2,
+    const REAL *axis, const REAL *axis_rate, REAL *of_joint_0, REAL *of_joint, REAL *of_joint_2)
 {
     const REAL value_0 = value[0], value_1 = value[1], value_2 = value[2], value_3 = value[3], value_4 = value[4],
         value_5 = value[5], value_6 = value[6], value_7 = value[7], value_8 = value[8], value_9 = value[9];
@@ -5237,12 +3858,13 @@ static INLINE void NAME(coriolis_matrix_9)(const REAL *value, const REAL *value_
     of_joint_2[4] = t18 - (t9 - value_2_2_3 * t4 - value_2_2_5 * t3);
     of_joint_2[5] = t20 - (value_2_2_7 * t6 - value_2_2_6 * t4 - t10);
 }
-#define PARTS_coriolis_matrix_9(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 9) AND IN(2, 3) AND IN(3, 6) \
+#define PARTS_coriolis_matrix_of_joint(IN, SAME, NUMBER, OUT, AND) IN(0, 10) AND IN(1, 9) AND IN(2, 3) AND IN(3, 6) \
     AND IN(4, 6) AND OUT(5, 6) AND OUT(6, 3) AND OUT(7, 6)
-GAC_IN_LANES(coriolis_matrix_9, PLAIN)
+GAC_IN_LANES(coriolis_matrix_of_joint, PLAIN)
 
-static INLINE void NAME(coriolis_matrix_10)(const REAL *below_0, const REAL *of_joint, const REAL *below_2, REAL
-    ratio, const REAL *axis, const REAL *axis_rate, REAL is_lower, REAL other, REAL *of_pair_0, REAL *of_pair_1)
+static INLINE void NAME(coriolis_matrix_of_pair)(const REAL *below_0, const REAL *of_joint, const REAL *below_2,
+    REAL ratio, const REAL *axis, const REAL *axis_rate, REAL is_lower, REAL other, REAL *of_pair_0, REAL
+    *of_pair_1)
 {
     const REAL below_0_e12 = below_0[0], below_0_e13 = below_0[1], below_0_e23 = below_0[2],
         below_0_e01 = below_0[3], below_0_e02 = below_0[4], below_0_e03 = below_0[5];
@@ -5261,9 +3883,9 @@ static INLINE void NAME(coriolis_matrix_10)(const REAL *below_0, const REAL *of_
     of_pair_0[0] = (t0 + below_2_e03 * axis_e12 - below_2_e13 * axis_e02 - below_2_e02 * axis_e13) * t1;
     of_pair_1[0] = is_lower * t1 * (of_joint_0 * axis_e23 - of_joint_1 * axis_e13 + t4);
 }
-#define PARTS_coriolis_matrix_10(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 3) AND IN(2, 6) AND NUMBER(3, 1) \
-    AND IN(4, 6) AND IN(5, 6) AND NUMBER(6, 1) AND NUMBER(7, 1) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(coriolis_matrix_10, PLAIN)
+#define PARTS_coriolis_matrix_of_pair(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 3) AND IN(2, 6) \
+    AND NUMBER(3, 1) AND IN(4, 6) AND IN(5, 6) AND NUMBER(6, 1) AND NUMBER(7, 1) AND OUT(8, 1) AND OUT(9, 1)
+GAC_IN_LANES(coriolis_matrix_of_pair, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_coriolis_matrix_work(intptr_t m, intptr_t n, intptr_t p)
@@ -5289,25 +3911,26 @@ static INLINE void NAME(coriolis_matrix_within)(intptr_t m, intptr_t n, intptr_t
     *const of_joint_0 = carried_3 + 3 * n, *const of_joint = of_joint_0 + 6 * n,
     *const of_joint_2 = of_joint + 3 * n, of_pair_0, *const of_pair_1 = of_joint_2 + 6 * n;
     for (intptr_t i = 0; i < n; i++)
-        NAME(coriolis_matrix_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(coriolis_matrix_2)(pose_rotor_start, pose_place_start);
-    NAME(coriolis_matrix_5)(carrier_0_start, carrier_1_start);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
+    NAME(jacobian_rate_carrier_0_start)(carrier_0_start, carrier_1_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(coriolis_matrix_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(coriolis_matrix_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
-        NAME(coriolis_matrix_6)(parents[i] >= 0 ? carrier_0 + 6 * parents[i] : carrier_0_start, to_parent + 6 * i,
-    qd[variables[i]], ratios[i], carrier_0 + 6 * i, carrier_1 + 6 * i);
-        NAME(coriolis_matrix_7)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, carrier_0 + 6 * i,
-    of_body + 10 * i, of_body_2 + 9 * i, of_body_3 + 3 * i);
+        NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
+    to_parent + 6 * i);
+        NAME(jacobian_rate_carrier)(parents[i] >= 0 ? carrier_0 + 6 * parents[i] : carrier_0_start,
+    to_parent + 6 * i, qd[variables[i]], ratios[i], carrier_0 + 6 * i, carrier_1 + 6 * i);
+        NAME(coriolis_matrix_of_body)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
+    carrier_0 + 6 * i, of_body + 10 * i, of_body_2 + 9 * i, of_body_3 + 3 * i);
     }
     CLEAR(10 * n, carried);
     CLEAR(9 * n, carried_2);
     CLEAR(3 * n, carried_3);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(coriolis_matrix_8)(carried + 10 * i, carried_2 + 9 * i, carried_3 + 3 * i, of_body + 10 * i,
+        NAME(coriolis_matrix_value)(carried + 10 * i, carried_2 + 9 * i, carried_3 + 3 * i, of_body + 10 * i,
     of_body_2 + 9 * i, of_body_3 + 3 * i, value, value_2, value_3);
         if (parents[i] >= 0)
             ADD(10, value, carried + 10 * parents[i]);
@@ -5315,12 +3938,12 @@ static INLINE void NAME(coriolis_matrix_within)(intptr_t m, intptr_t n, intptr_t
             ADD(9, value_2, carried_2 + 9 * parents[i]);
         if (parents[i] >= 0)
             ADD(3, value_3, carried_3 + 3 * parents[i]);
-        NAME(coriolis_matrix_9)(value, value_2, value_3, to_parent + 6 * i, carrier_1 + 6 * i, of_joint_0 + 6 * i,
-    of_joint + 3 * i, of_joint_2 + 6 * i);
+        NAME(coriolis_matrix_of_joint)(value, value_2, value_3, to_parent + 6 * i, carrier_1 + 6 * i,
+    of_joint_0 + 6 * i, of_joint + 3 * i, of_joint_2 + 6 * i);
     }
     CLEAR(m * m, out);
     for (intptr_t i = 0; i < p; i++) {
-        NAME(coriolis_matrix_10)(of_joint_0 + 6 * lower[i], of_joint + 3 * lower[i], of_joint_2 + 6 * lower[i],
+        NAME(coriolis_matrix_of_pair)(of_joint_0 + 6 * lower[i], of_joint + 3 * lower[i], of_joint_2 + 6 * lower[i],
     ratios[lower[i]], to_parent + 6 * upper[i], carrier_1 + 6 * upper[i], is_strict[i], ratios[upper[i]],
     &of_pair_0, of_pair_1 + i);
         if (upper_variables[i] >= 0 && lower_variables[i] >= 0)
@@ -5361,20 +3984,20 @@ static INLINE WORD NAME(coriolis_matrix_lanes)(intptr_t m, intptr_t n, intptr_t 
     carrier_1_start[6 * NLANES], value[10 * NLANES], value_2[9 * NLANES], value_3[3 * NLANES], of_pair_0[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(coriolis_matrix_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(coriolis_matrix_2_lanes)(pose_rotor_start, pose_place_start);
-    NAME(coriolis_matrix_5_lanes)(carrier_0_start, carrier_1_start);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
+    NAME(jacobian_rate_carrier_0_start_lanes)(carrier_0_start, carrier_1_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(coriolis_matrix_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(coriolis_matrix_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
-    to_parent + 6 * NLANES * i);
-        NAME(coriolis_matrix_6_lanes)(parents[i] >= 0 ? carrier_0 + 6 * NLANES * parents[i] : carrier_0_start,
+        NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
+    screws + 6 * i, to_parent + 6 * NLANES * i);
+        NAME(jacobian_rate_carrier_lanes)(parents[i] >= 0 ? carrier_0 + 6 * NLANES * parents[i] : carrier_0_start,
     to_parent + 6 * NLANES * i, qd + NLANES * variables[i], ratios + i, carrier_0 + 6 * NLANES * i,
     carrier_1 + 6 * NLANES * i);
-        NAME(coriolis_matrix_7_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
+        NAME(coriolis_matrix_of_body_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
     pose_place_2 + 3 * NLANES * i, carrier_0 + 6 * NLANES * i, of_body + 10 * NLANES * i,
     of_body_2 + 9 * NLANES * i, of_body_3 + 3 * NLANES * i);
     }
@@ -5382,7 +4005,7 @@ static INLINE WORD NAME(coriolis_matrix_lanes)(intptr_t m, intptr_t n, intptr_t 
     CLEAR(9 * NLANES * n, carried_2);
     CLEAR(3 * NLANES * n, carried_3);
     for (intptr_t i = n; i-- > 0;) {
-        NAME(coriolis_matrix_8_lanes)(carried + 10 * NLANES * i, carried_2 + 9 * NLANES * i,
+        NAME(coriolis_matrix_value_lanes)(carried + 10 * NLANES * i, carried_2 + 9 * NLANES * i,
     carried_3 + 3 * NLANES * i, of_body + 10 * NLANES * i, of_body_2 + 9 * NLANES * i, of_body_3 + 3 * NLANES * i,
     value, value_2, value_3);
         if (parents[i] >= 0)
@@ -5391,13 +4014,13 @@ static INLINE WORD NAME(coriolis_matrix_lanes)(intptr_t m, intptr_t n, intptr_t 
             ADD(9 * NLANES, value_2, carried_2 + 9 * NLANES * parents[i]);
         if (parents[i] >= 0)
             ADD(3 * NLANES, value_3, carried_3 + 3 * NLANES * parents[i]);
-        NAME(coriolis_matrix_9_lanes)(value, value_2, value_3, to_parent + 6 * NLANES * i,
+        NAME(coriolis_matrix_of_joint_lanes)(value, value_2, value_3, to_parent + 6 * NLANES * i,
     carrier_1 + 6 * NLANES * i, of_joint_0 + 6 * NLANES * i, of_joint + 3 * NLANES * i,
     of_joint_2 + 6 * NLANES * i);
     }
     CLEAR(NLANES * m * m, out);
     for (intptr_t i = 0; i < p; i++) {
-        NAME(coriolis_matrix_10_lanes)(of_joint_0 + 6 * NLANES * lower[i], of_joint + 3 * NLANES * lower[i],
+        NAME(coriolis_matrix_of_pair_lanes)(of_joint_0 + 6 * NLANES * lower[i], of_joint + 3 * NLANES * lower[i],
     of_joint_2 + 6 * NLANES * lower[i], ratios + lower[i], to_parent + 6 * NLANES * upper[i],
     carrier_1 + 6 * NLANES * upper[i], is_strict + i, ratios + upper[i], of_pair_0, of_pair_1 + NLANES * i);
         if (upper_variables[i] >= 0 && lower_variables[i] >= 0)
@@ -5422,217 +4045,7 @@ GAC_PROCEDURE(coriolis_matrix, BUSY)
     WORK(17, pose_rotor_2, 4, 4, n) WORK(18, pose_place_2, 3, 3, n) WORK(19, to_parent, 6, 6, n) \
     WORK(20, twist, 6, 6, n) WORK(21, rate, 6, 6, n)
 
-static INLINE void NAME(torque_regressor_1)(REAL q, REAL ratio, REAL offset, const REAL *places, const REAL *screw,
-    REAL turn, REAL *pose_rotor, REAL *pose_place, WORD *far)
-{
-    const REAL places_0 = places[0], places_1 = places[1], places_2 = places[2];
-    const REAL screw_e12 = screw[0], screw_e13 = screw[1], screw_e23 = screw[2], screw_e01 = screw[3],
-        screw_e02 = screw[4], screw_e03 = screw[5];
-    const REAL t0 = offset + q * ratio;
-    const REAL t1 = turn * t0 * (REAL)0.5;
-    const REAL t2 = SIN(t1);
-    pose_rotor[0] = COS(t1);
-    pose_rotor[1] = -(screw_e12 * t2);
-    pose_rotor[2] = -(screw_e13 * t2);
-    pose_rotor[3] = -(screw_e23 * t2);
-    pose_place[0] = places_0 + screw_e01 * t0;
-    pose_place[1] = places_1 + screw_e02 * t0;
-    pose_place[2] = places_2 + screw_e03 * t0;
-}
-#define PARTS_torque_regressor_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 1) AND NUMBER(2, 1) \
-    AND SAME(3, 3) AND SAME(4, 6) AND NUMBER(5, 1) AND OUT(6, 4) AND OUT(7, 3)
-GAC_IN_LANES(torque_regressor_1, TURNS)
-
-static INLINE void NAME(torque_regressor_2)(REAL *pose_rotor_start, REAL *pose_place_start)
-{
-    pose_rotor_start[0] = (REAL)1;
-    pose_rotor_start[1] = (REAL)0;
-    pose_rotor_start[2] = (REAL)0;
-    pose_rotor_start[3] = (REAL)0;
-    pose_place_start[0] = (REAL)0;
-    pose_place_start[1] = (REAL)0;
-    pose_place_start[2] = (REAL)0;
-}
-#define PARTS_torque_regressor_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 4) AND OUT(1, 3)
-GAC_IN_LANES(torque_regressor_2, PLAIN)
-
-static INLINE void NAME(torque_regressor_5)(const REAL *gravity, REAL *twist_start, REAL *rate_start)
-{
-    const REAL gravity_0 = gravity[0], gravity_1 = gravity[1], gravity_2 = gravity[2];
-    twist_start[0] = (REAL)0;
-    twist_start[1] = (REAL)0;
-    twist_start[2] = (REAL)0;
-    twist_start[3] = (REAL)0;
-    twist_start[4] = (REAL)0;
-    twist_start[5] = (REAL)0;
-    rate_start[0] = (REAL)0;
-    rate_start[1] = (REAL)0;
-    rate_start[2] = (REAL)0;
-    rate_start[3] = -gravity_0;
-    rate_start[4] = -gravity_1;
-    rate_start[5] = -gravity_2;
-}
-#define PARTS_torque_regressor_5(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(torque_regressor_5, PLAIN)
-
-static INLINE void NAME(torque_regressor_3)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *own_rotor,
-    const REAL *pose_place_3, REAL *pose_rotor_2, REAL *pose_place_2_out)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL own_rotor_1 = own_rotor[0], own_rotor_e12 = own_rotor[1], own_rotor_e13 = own_rotor[2],
-        own_rotor_e23 = own_rotor[3];
-    const REAL pose_place_3_0 = pose_place_3[0], pose_place_3_1 = pose_place_3[1], pose_place_3_2 = pose_place_3[2];
-    const REAL t0 = pose_rotor_1 * own_rotor_1 - pose_rotor_e12 * own_rotor_e12 - pose_rotor_e13 * own_rotor_e13;
-    const REAL t1 = pose_rotor_1 * own_rotor_e12 + pose_rotor_e12 * own_rotor_1 + pose_rotor_e23 * own_rotor_e13;
-    const REAL t2 = pose_rotor_1 * own_rotor_e13 + pose_rotor_e12 * own_rotor_e23 + pose_rotor_e13 * own_rotor_1;
-    const REAL t3 = pose_rotor_1 * own_rotor_e23 + pose_rotor_e13 * own_rotor_e12 + pose_rotor_e23 * own_rotor_1;
-    const REAL t4 = pose_rotor_e12 * pose_place_3_1 + pose_rotor_e13 * pose_place_3_2;
-    const REAL t5 = pose_rotor_e13 * pose_place_3_0 + pose_rotor_e23 * pose_place_3_1;
-    const REAL t6 = pose_rotor_e12 * pose_place_3_0 - pose_rotor_e23 * pose_place_3_2;
-    const REAL t7 = (pose_rotor_1 * t4 - pose_rotor_e13 * t5 - pose_rotor_e12 * t6) * (REAL)2;
-    const REAL t8 = pose_rotor_1 * pose_rotor_1 + pose_rotor_e12 * pose_rotor_e12;
-    const REAL t9 = t8 + pose_rotor_e13 * pose_rotor_e13 + pose_rotor_e23 * pose_rotor_e23;
-    const REAL t10 = (REAL)2 * (pose_rotor_1 * t6 + pose_rotor_e12 * t4 + pose_rotor_e23 * t5);
-    const REAL t11 = (REAL)2 * (pose_rotor_e23 * t6 - pose_rotor_1 * t5 - pose_rotor_e13 * t4);
-    pose_rotor_2[0] = t0 - pose_rotor_e23 * own_rotor_e23;
-    pose_rotor_2[1] = t1 - pose_rotor_e13 * own_rotor_e23;
-    pose_rotor_2[2] = t2 - pose_rotor_e23 * own_rotor_e12;
-    pose_rotor_2[3] = t3 - pose_rotor_e12 * own_rotor_e13;
-    pose_place_2_out[0] = pose_place_2_0 + (pose_place_3_0 * t9 + t7);
-    pose_place_2_out[1] = pose_place_2_1 - (t10 - pose_place_3_1 * t9);
-    pose_place_2_out[2] = pose_place_2_2 + (pose_place_3_2 * t9 + t11);
-}
-#define PARTS_torque_regressor_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND IN(2, 4) AND IN(3, 3) \
-    AND OUT(4, 4) AND OUT(5, 3)
-GAC_IN_LANES(torque_regressor_3, PLAIN)
-
-static INLINE void NAME(torque_regressor_4)(const REAL *pose_rotor, const REAL *pose_place_2, const REAL *line, REAL
-    *to_parent)
-{
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_2_0 = pose_place_2[0], pose_place_2_1 = pose_place_2[1], pose_place_2_2 = pose_place_2[2];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = pose_rotor_1 * pose_rotor_1;
-    const REAL t1 = pose_rotor_e12 * pose_rotor_e12;
-    const REAL t2 = pose_rotor_e13 * pose_rotor_e13;
-    const REAL t3 = pose_rotor_e23 * pose_rotor_e23;
-    const REAL t4 = t0 + t1 - (t2 + t3);
-    const REAL t5 = pose_rotor_e12 * (REAL)2;
-    const REAL t6 = pose_rotor_e13 * t5;
-    const REAL t7 = pose_rotor_1 * (REAL)2;
-    const REAL t8 = pose_rotor_e23 * t7;
-    const REAL t9 = t6 + t8;
-    const REAL t10 = pose_rotor_e13 * t7;
-    const REAL t11 = pose_rotor_e23 * t5;
-    const REAL t12 = t10 - t11;
-    const REAL t13 = line_e12 * t4 + line_e13 * t9 - line_e23 * t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t2 - t3;
-    const REAL t16 = t14 + t15;
-    const REAL t17 = t6 - t8;
-    const REAL t18 = (REAL)2 * (pose_rotor_e13 * pose_rotor_e23);
-    const REAL t19 = pose_rotor_e12 * t7;
-    const REAL t20 = t18 + t19;
-    const REAL t21 = line_e12 * t17 + line_e13 * t16 + line_e23 * t20;
-    const REAL t22 = t14 - t15;
-    const REAL t23 = t10 + t11;
-    const REAL t24 = t19 - t18;
-    const REAL t25 = line_e12 * t23 + line_e23 * t22 - line_e13 * t24;
-    const REAL t26 = line_e01 * t22 + line_e02 * t24 + line_e03 * t23;
-    const REAL t27 = line_e01 * t20 + line_e03 * t17 - line_e02 * t16;
-    const REAL t28 = line_e01 * t12 + line_e02 * t9 - line_e03 * t4;
-    to_parent[0] = t13;
-    to_parent[1] = t21;
-    to_parent[2] = t25;
-    to_parent[3] = pose_place_2_1 * t13 + pose_place_2_2 * t21 + t26;
-    to_parent[4] = pose_place_2_2 * t25 - pose_place_2_0 * t13 - t27;
-    to_parent[5] = -(pose_place_2_0 * t21 + pose_place_2_1 * t25 + t28);
-}
-#define PARTS_torque_regressor_4(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 3) AND SAME(2, 6) AND OUT(3, 6)
-GAC_IN_LANES(torque_regressor_4, PLAIN)
-
-static INLINE void NAME(torque_regressor_6)(const REAL *twist, const REAL *rate, const REAL *pose_rotor, const REAL
-    *pose_place, const REAL *axis, REAL speed, REAL rate_2, REAL ratio, REAL *twist_out, REAL *rate_out)
-{
-    const REAL twist_e12 = twist[0], twist_e13 = twist[1], twist_e23 = twist[2], twist_e01 = twist[3],
-        twist_e02 = twist[4], twist_e03 = twist[5];
-    const REAL rate_e12 = rate[0], rate_e13 = rate[1], rate_e23 = rate[2], rate_e01 = rate[3], rate_e02 = rate[4],
-        rate_e03 = rate[5];
-    const REAL pose_rotor_1 = pose_rotor[0], pose_rotor_e12 = pose_rotor[1], pose_rotor_e13 = pose_rotor[2],
-        pose_rotor_e23 = pose_rotor[3];
-    const REAL pose_place_0 = pose_place[0], pose_place_1 = pose_place[1], pose_place_2 = pose_place[2];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = pose_rotor_1 * pose_rotor_1;
-    const REAL t1 = pose_rotor_e12 * pose_rotor_e12;
-    const REAL t2 = pose_rotor_e13 * pose_rotor_e13;
-    const REAL t3 = pose_rotor_e23 * pose_rotor_e23;
-    const REAL t4 = t0 + t1 - (t2 + t3);
-    const REAL t5 = pose_rotor_e12 * pose_rotor_e23 * (REAL)2;
-    const REAL t6 = pose_rotor_1 * (REAL)2;
-    const REAL t7 = pose_rotor_e13 * t6;
-    const REAL t8 = t5 + t7;
-    const REAL t9 = pose_rotor_e23 * t6;
-    const REAL t10 = (REAL)2 * (pose_rotor_e12 * pose_rotor_e13);
-    const REAL t11 = t9 - t10;
-    const REAL t12 = speed * ratio;
-    const REAL t13 = axis_e12 * t12;
-    const REAL t14 = twist_e12 * t4 + twist_e23 * t8 - twist_e13 * t11 + t13;
-    const REAL t15 = t0 - t1;
-    const REAL t16 = t2 - t3;
-    const REAL t17 = t15 + t16;
-    const REAL t18 = t9 + t10;
-    const REAL t19 = pose_rotor_e12 * t6;
-    const REAL t20 = (REAL)2 * (pose_rotor_e13 * pose_rotor_e23);
-    const REAL t21 = t19 - t20;
-    const REAL t22 = axis_e13 * t12;
-    const REAL t23 = twist_e12 * t18 + twist_e13 * t17 - twist_e23 * t21 + t22;
-    const REAL t24 = t15 - t16;
-    const REAL t25 = t19 + t20;
-    const REAL t26 = t7 - t5;
-    const REAL t27 = axis_e23 * t12;
-    const REAL t28 = twist_e13 * t25 + twist_e23 * t24 - twist_e12 * t26 + t27;
-    const REAL t29 = twist_e02 - (twist_e23 * pose_place_2 - twist_e12 * pose_place_0);
-    const REAL t30 = twist_e03 + (twist_e13 * pose_place_0 + twist_e23 * pose_place_1);
-    const REAL t31 = twist_e01 - (twist_e12 * pose_place_1 + twist_e13 * pose_place_2);
-    const REAL t32 = axis_e01 * t12;
-    const REAL t33 = t25 * t29 + t26 * t30 - t24 * t31 - t32;
-    const REAL t34 = axis_e02 * t12;
-    const REAL t35 = t18 * t30 - t21 * t31 - t17 * t29 - t34;
-    const REAL t36 = axis_e03 * t12;
-    const REAL t37 = t8 * t31 + t11 * t29 + t4 * t30 + t36;
-    const REAL t38 = rate_2 * ratio;
-    const REAL t39 = rate_e12 * t4 + rate_e23 * t8 - rate_e13 * t11 + axis_e12 * t38;
-    const REAL t40 = rate_e12 * t18 + rate_e13 * t17 - rate_e23 * t21 + axis_e13 * t38;
-    const REAL t41 = rate_e13 * t25 + rate_e23 * t24 - rate_e12 * t26 + axis_e23 * t38;
-    const REAL t42 = rate_e02 - (rate_e23 * pose_place_2 - rate_e12 * pose_place_0);
-    const REAL t43 = rate_e03 + (rate_e13 * pose_place_0 + rate_e23 * pose_place_1);
-    const REAL t44 = rate_e01 - (rate_e12 * pose_place_1 + rate_e13 * pose_place_2);
-    const REAL t45 = t25 * t42 + t26 * t43 - t24 * t44 - axis_e01 * t38;
-    const REAL t46 = t18 * t43 - t21 * t44 - t17 * t42 - axis_e02 * t38;
-    const REAL t47 = t8 * t44 + t11 * t42 + t4 * t43 + axis_e03 * t38;
-    twist_out[0] = t14;
-    twist_out[1] = t23;
-    twist_out[2] = t28;
-    twist_out[3] = -t33;
-    twist_out[4] = -t35;
-    twist_out[5] = t37;
-    rate_out[0] = t39 + (t23 * t27 - t22 * t28);
-    rate_out[1] = t40 + (t13 * t28 - t14 * t27);
-    rate_out[2] = t41 + (t14 * t22 - t13 * t23);
-    rate_out[3] = -(t45 + (t13 * t35 - t22 * t37 + t14 * t34 + t23 * t36));
-    rate_out[4] = -(t46 + (t28 * t36 - (t27 * t37 + t14 * t32 + t13 * t33)));
-    rate_out[5] = t47 + (t23 * t32 + t28 * t34 + t22 * t33 + t27 * t35);
-}
-#define PARTS_torque_regressor_6(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 4) AND IN(3, 3) \
-    AND SAME(4, 6) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 1) AND OUT(8, 6) AND OUT(9, 6)
-GAC_IN_LANES(torque_regressor_6, PLAIN)
-
-static INLINE void NAME(torque_regressor_7)(const REAL *axis, const REAL *pose_rotor, const REAL *pose_place_2,
+static INLINE void NAME(torque_regressor_entry)(const REAL *axis, const REAL *pose_rotor, const REAL *pose_place_2,
     const REAL *twist, const REAL *rate, REAL ratio, REAL *entry)
 {
     const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
@@ -5705,9 +4118,9 @@ static INLINE void NAME(torque_regressor_7)(const REAL *axis, const REAL *pose_r
     entry[8] = -(ratio * (t41 * (t36 - t37) + (t34 * t42 - t35 * t46)));
     entry[9] = ratio * (t47 + rate_e12 * t35 - t49);
 }
-#define PARTS_torque_regressor_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 4) AND IN(2, 3) AND IN(3, 6) \
+#define PARTS_torque_regressor_entry(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 4) AND IN(2, 3) AND IN(3, 6) \
     AND IN(4, 6) AND NUMBER(5, 1) AND OUT(6, 10)
-GAC_IN_LANES(torque_regressor_7, PLAIN)
+GAC_IN_LANES(torque_regressor_entry, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robots_torque_regressor_work(intptr_t m, intptr_t n, intptr_t p)
@@ -5727,23 +4140,24 @@ static INLINE void NAME(torque_regressor_within)(intptr_t m, intptr_t n, intptr_
     *const to_parent = pose_place_2 + 3 * n, twist_start[6], rate_start[6], *const twist = to_parent + 6 * n,
     *const rate = twist + 6 * n, entry[10];
     for (intptr_t i = 0; i < n; i++)
-        NAME(torque_regressor_1)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i, turns[i],
-    pose_rotor + 4 * i, pose_place + 3 * i, NULL);
-    NAME(torque_regressor_2)(pose_rotor_start, pose_place_start);
-    NAME(torque_regressor_5)(gravity, twist_start, rate_start);
+        NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
+    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+    NAME(forward_all_pose_rotor_start)(pose_rotor_start, pose_place_start);
+    NAME(inverse_dynamics_twist_start)(gravity, twist_start, rate_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(torque_regressor_3)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
     pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
-        NAME(torque_regressor_4)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
-        NAME(torque_regressor_6)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
+        NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
+    to_parent + 6 * i);
+        NAME(inverse_dynamics_twist)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
     parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, pose_rotor + 4 * i, pose_place + 3 * i, screws + 6 * i,
     qd[variables[i]], qdd[variables[i]], ratios[i], twist + 6 * i, rate + 6 * i);
     }
     CLEAR(10 * m * n, out);
     for (intptr_t i = 0; i < p; i++) {
-        NAME(torque_regressor_7)(to_parent + 6 * upper[i], pose_rotor_2 + 4 * lower[i], pose_place_2 + 3 * lower[i],
-    twist + 6 * lower[i], rate + 6 * lower[i], ratios[upper[i]], entry);
+        NAME(torque_regressor_entry)(to_parent + 6 * upper[i], pose_rotor_2 + 4 * lower[i],
+    pose_place_2 + 3 * lower[i], twist + 6 * lower[i], rate + 6 * lower[i], ratios[upper[i]], entry);
         if (upper_variables[i] >= 0 && lower[i] >= 0)
             ADD(10, entry, out + 10 * (upper_variables[i] * n + lower[i]));
     }
@@ -5774,24 +4188,24 @@ static INLINE WORD NAME(torque_regressor_lanes)(intptr_t m, intptr_t n, intptr_t
     rate_start[6 * NLANES], entry[10 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
-        far |= NAME(torque_regressor_1_lanes)(q + NLANES * variables[i], ratios + i, offsets + i, places + 3 * i,
-    screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
-    NAME(torque_regressor_2_lanes)(pose_rotor_start, pose_place_start);
-    NAME(torque_regressor_5_lanes)(gravity, twist_start, rate_start);
+        far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
+    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+    NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
+    NAME(inverse_dynamics_twist_start_lanes)(gravity, twist_start, rate_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(torque_regressor_3_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
     parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
-        NAME(torque_regressor_4_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
-    to_parent + 6 * NLANES * i);
-        NAME(torque_regressor_6_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
+        NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
+    screws + 6 * i, to_parent + 6 * NLANES * i);
+        NAME(inverse_dynamics_twist_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
     parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, pose_rotor + 4 * NLANES * i,
     pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * variables[i], qdd + NLANES * variables[i],
     ratios + i, twist + 6 * NLANES * i, rate + 6 * NLANES * i);
     }
     CLEAR(10 * NLANES * m * n, out);
     for (intptr_t i = 0; i < p; i++) {
-        NAME(torque_regressor_7_lanes)(to_parent + 6 * NLANES * upper[i], pose_rotor_2 + 4 * NLANES * lower[i],
+        NAME(torque_regressor_entry_lanes)(to_parent + 6 * NLANES * upper[i], pose_rotor_2 + 4 * NLANES * lower[i],
     pose_place_2 + 3 * NLANES * lower[i], twist + 6 * NLANES * lower[i], rate + 6 * NLANES * lower[i],
     ratios + upper[i], entry);
         if (upper_variables[i] >= 0 && lower[i] >= 0)

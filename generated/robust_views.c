@@ -2,7 +2,7 @@
 // command: gac generate --all robust_views
 // spec: 6ad656a38924f068
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 015fc9dfb29d63cb79699e91e2319c59fc0d0eb759507e53f270eec39668a934
+// body: 151df79fd3132d860ab470aacc44a2fb4ae206c05c072e80b8bb2855d24207da
 
 #ifndef REAL
 #include "robust_views.h"
@@ -1013,18 +1013,18 @@ GAC_KERNEL(fundamentals_of_seven, BUSY, NO)
     AND SAME(1, first, 2, 2, n) AND SAME(2, second, 2, 2, n) AND OUT(3, out, scalar, 1, n)
 #define WORK_transfer_squares(WORK)
 
-static INLINE void NAME(transfer_squares_1)(const REAL *matrix, REAL *common, REAL *common_2, REAL *common_3)
+static INLINE void NAME(transfer_squares_common)(const REAL *matrix, REAL *common, REAL *common_2, REAL *common_3)
 {
     const REAL matrix_0_2 = matrix[2], matrix_1_2 = matrix[5], matrix_2_2 = matrix[8];
     common[0] = matrix_0_2;
     common_2[0] = matrix_2_2;
     common_3[0] = matrix_1_2;
 }
-#define PARTS_transfer_squares_1(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(transfer_squares_1, PLAIN)
+#define PARTS_transfer_squares_common(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1)
+GAC_IN_LANES(transfer_squares_common, PLAIN)
 
-static INLINE void NAME(transfer_squares_2)(const REAL *matrix, const REAL *first, const REAL *second, REAL common,
-    REAL common_2, REAL common_3, REAL *out)
+static INLINE void NAME(transfer_squares_result)(const REAL *matrix, const REAL *first, const REAL *second, REAL
+    common, REAL common_2, REAL common_3, REAL *out)
 {
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_1_0 = matrix[3], matrix_1_1 = matrix[4],
         matrix_2_0 = matrix[6], matrix_2_1 = matrix[7];
@@ -1036,9 +1036,9 @@ static INLINE void NAME(transfer_squares_2)(const REAL *matrix, const REAL *firs
     const REAL t3 = t1 * (common_3 + (matrix_1_0 * first_0 + matrix_1_1 * first_1)) - second_1;
     out[0] = t2 * t2 + t3 * t3;
 }
-#define PARTS_transfer_squares_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND SAME(1, 2) AND SAME(2, 2) AND NUMBER(3, 0) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1)
-GAC_IN_LANES(transfer_squares_2, PLAIN)
+#define PARTS_transfer_squares_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND SAME(1, 2) AND SAME(2, 2) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1)
+GAC_IN_LANES(transfer_squares_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robust_views_transfer_squares_work(intptr_t n)
@@ -1053,18 +1053,18 @@ void NAME(transfer_squares)(intptr_t n, const REAL *matrix, const REAL *first, c
 {
     (void)work;
     REAL common, common_2, common_3;
-    NAME(transfer_squares_1)(matrix, &common, &common_2, &common_3);
+    NAME(transfer_squares_common)(matrix, &common, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(transfer_squares_2)(matrix, first + 2 * i, second + 2 * i, common, common_2, common_3, out + i);
+        NAME(transfer_squares_result)(matrix, first + 2 * i, second + 2 * i, common, common_2, common_3, out + i);
 }
 
 static INLINE WORD NAME(transfer_squares_lanes)(intptr_t n, const REAL *matrix, const REAL *first,
     const REAL *second, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES];
-    NAME(transfer_squares_1_lanes)(matrix, common, common_2, common_3);
+    NAME(transfer_squares_common_lanes)(matrix, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(transfer_squares_2_lanes)(matrix, first + 2 * i, second + 2 * i, common, common_2, common_3,
+        NAME(transfer_squares_result_lanes)(matrix, first + 2 * i, second + 2 * i, common, common_2, common_3,
     out + NLANES * i);
     return 0;
 }
@@ -1076,27 +1076,15 @@ GAC_PROCEDURE(transfer_squares, LANES)
     AND OUT(4, out, scalar, 1, 1)
 #define WORK_truncated_transfer_squares(WORK)
 
-static INLINE void NAME(truncated_transfer_squares_1)(REAL *out)
+static INLINE void NAME(truncated_transfer_squares_result_start)(REAL *out)
 {
     out[0] = (REAL)0;
 }
-#define PARTS_truncated_transfer_squares_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(truncated_transfer_squares_1, PLAIN)
+#define PARTS_truncated_transfer_squares_result_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(truncated_transfer_squares_result_start, PLAIN)
 
-static INLINE void NAME(truncated_transfer_squares_2)(const REAL *matrix, REAL *common, REAL *common_2, REAL
-    *common_3)
-{
-    const REAL matrix_0_2 = matrix[2], matrix_1_2 = matrix[5], matrix_2_2 = matrix[8];
-    common[0] = matrix_0_2;
-    common_2[0] = matrix_2_2;
-    common_3[0] = matrix_1_2;
-}
-#define PARTS_truncated_transfer_squares_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) \
-    AND OUT(3, 1)
-GAC_IN_LANES(truncated_transfer_squares_2, PLAIN)
-
-static INLINE void NAME(truncated_transfer_squares_3)(const REAL *matrix, REAL limit, REAL sum, const REAL *first,
-    const REAL *second, REAL common, REAL common_2, REAL common_3, REAL *out)
+static INLINE void NAME(truncated_transfer_squares_result)(const REAL *matrix, REAL limit, REAL sum, const REAL
+    *first, const REAL *second, REAL common, REAL common_2, REAL common_3, REAL *out)
 {
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_1_0 = matrix[3], matrix_1_1 = matrix[4],
         matrix_2_0 = matrix[6], matrix_2_1 = matrix[7];
@@ -1109,9 +1097,9 @@ static INLINE void NAME(truncated_transfer_squares_3)(const REAL *matrix, REAL l
     const REAL t4 = t2 * t2 + t3 * t3;
     out[0] = sum + MINIMUM(limit, t4);
 }
-#define PARTS_truncated_transfer_squares_3(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND SAME(3, 2) AND SAME(4, 2) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1)
-GAC_IN_LANES(truncated_transfer_squares_3, PLAIN)
+#define PARTS_truncated_transfer_squares_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) \
+    AND NUMBER(2, 0) AND SAME(3, 2) AND SAME(4, 2) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1)
+GAC_IN_LANES(truncated_transfer_squares_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robust_views_truncated_transfer_squares_work(intptr_t n)
@@ -1126,21 +1114,21 @@ void NAME(truncated_transfer_squares)(intptr_t n, const REAL *matrix, const REAL
 {
     (void)work;
     REAL common, common_2, common_3;
-    NAME(truncated_transfer_squares_1)(out);
-    NAME(truncated_transfer_squares_2)(matrix, &common, &common_2, &common_3);
+    NAME(truncated_transfer_squares_result_start)(out);
+    NAME(transfer_squares_common)(matrix, &common, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_transfer_squares_3)(matrix, limit, out[0], first + 2 * i, second + 2 * i, common, common_2,
-    common_3, out);
+        NAME(truncated_transfer_squares_result)(matrix, limit, out[0], first + 2 * i, second + 2 * i, common,
+    common_2, common_3, out);
 }
 
 static INLINE WORD NAME(truncated_transfer_squares_lanes)(intptr_t n, const REAL *matrix, const REAL *first,
     const REAL *second, const REAL *limit, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES];
-    NAME(truncated_transfer_squares_1_lanes)(out);
-    NAME(truncated_transfer_squares_2_lanes)(matrix, common, common_2, common_3);
+    NAME(truncated_transfer_squares_result_start_lanes)(out);
+    NAME(transfer_squares_common_lanes)(matrix, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_transfer_squares_3_lanes)(matrix, limit, out, first + 2 * i, second + 2 * i, common,
+        NAME(truncated_transfer_squares_result_lanes)(matrix, limit, out, first + 2 * i, second + 2 * i, common,
     common_2, common_3, out);
     return 0;
 }
@@ -1151,18 +1139,18 @@ GAC_PROCEDURE(truncated_transfer_squares, LANES)
     AND IN(1, first, 2, 2, n) AND IN(2, second, 2, 2, n) AND OUT(3, out, scalar, 1, n)
 #define WORK_plane_squares(WORK)
 
-static INLINE void NAME(plane_squares_1)(const REAL *matrix, REAL *common, REAL *common_2, REAL *common_3)
+static INLINE void NAME(plane_squares_common)(const REAL *matrix, REAL *common, REAL *common_2, REAL *common_3)
 {
     const REAL matrix_0_2 = matrix[2], matrix_1_2 = matrix[5], matrix_2_2 = matrix[8];
     common[0] = matrix_1_2;
     common_2[0] = matrix_2_2;
     common_3[0] = matrix_0_2;
 }
-#define PARTS_plane_squares_1(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(plane_squares_1, PLAIN)
+#define PARTS_plane_squares_common(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1)
+GAC_IN_LANES(plane_squares_common, PLAIN)
 
-static INLINE void NAME(plane_squares_2)(const REAL *matrix, const REAL *first, const REAL *second, REAL common,
-    REAL common_2, REAL common_3, REAL *out)
+static INLINE void NAME(plane_squares_result)(const REAL *matrix, const REAL *first, const REAL *second, REAL
+    common, REAL common_2, REAL common_3, REAL *out)
 {
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_1_0 = matrix[3], matrix_1_1 = matrix[4],
         matrix_2_0 = matrix[6], matrix_2_1 = matrix[7];
@@ -1185,9 +1173,9 @@ static INLINE void NAME(plane_squares_2)(const REAL *matrix, const REAL *first, 
     const REAL t14 = t13 / (t5 * t9 - t10 * t10);
     out[0] = MAXIMUM((REAL)0, t14);
 }
-#define PARTS_plane_squares_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 2) AND IN(2, 2) AND NUMBER(3, 0) \
+#define PARTS_plane_squares_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 2) AND IN(2, 2) AND NUMBER(3, 0) \
     AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1)
-GAC_IN_LANES(plane_squares_2, PLAIN)
+GAC_IN_LANES(plane_squares_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robust_views_plane_squares_work(intptr_t n)
@@ -1202,18 +1190,18 @@ void NAME(plane_squares)(intptr_t n, const REAL *matrix, const REAL *first, cons
 {
     (void)work;
     REAL common, common_2, common_3;
-    NAME(plane_squares_1)(matrix, &common, &common_2, &common_3);
+    NAME(plane_squares_common)(matrix, &common, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(plane_squares_2)(matrix, first + 2 * i, second + 2 * i, common, common_2, common_3, out + i);
+        NAME(plane_squares_result)(matrix, first + 2 * i, second + 2 * i, common, common_2, common_3, out + i);
 }
 
 static INLINE WORD NAME(plane_squares_lanes)(intptr_t n, const REAL *matrix, const REAL *first, const REAL *second,
     REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES];
-    NAME(plane_squares_1_lanes)(matrix, common, common_2, common_3);
+    NAME(plane_squares_common_lanes)(matrix, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(plane_squares_2_lanes)(matrix, first + 2 * NLANES * i, second + 2 * NLANES * i, common, common_2,
+        NAME(plane_squares_result_lanes)(matrix, first + 2 * NLANES * i, second + 2 * NLANES * i, common, common_2,
     common_3, out + NLANES * i);
     return 0;
 }
@@ -1225,25 +1213,7 @@ GAC_PROCEDURE(plane_squares, LANES)
     AND OUT(4, out, scalar, 1, 1)
 #define WORK_truncated_plane_squares(WORK)
 
-static INLINE void NAME(truncated_plane_squares_1)(REAL *out)
-{
-    out[0] = (REAL)0;
-}
-#define PARTS_truncated_plane_squares_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(truncated_plane_squares_1, PLAIN)
-
-static INLINE void NAME(truncated_plane_squares_2)(const REAL *matrix, REAL *common, REAL *common_2, REAL *common_3)
-{
-    const REAL matrix_0_2 = matrix[2], matrix_1_2 = matrix[5], matrix_2_2 = matrix[8];
-    common[0] = matrix_1_2;
-    common_2[0] = matrix_2_2;
-    common_3[0] = matrix_0_2;
-}
-#define PARTS_truncated_plane_squares_2(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) \
-    AND OUT(3, 1)
-GAC_IN_LANES(truncated_plane_squares_2, PLAIN)
-
-static INLINE void NAME(truncated_plane_squares_3)(const REAL *matrix, REAL limit, REAL sum, const REAL *first,
+static INLINE void NAME(truncated_plane_squares_result)(const REAL *matrix, REAL limit, REAL sum, const REAL *first,
     const REAL *second, REAL common, REAL common_2, REAL common_3, REAL *out)
 {
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_1_0 = matrix[3], matrix_1_1 = matrix[4],
@@ -1268,9 +1238,9 @@ static INLINE void NAME(truncated_plane_squares_3)(const REAL *matrix, REAL limi
     const REAL t15 = MAXIMUM((REAL)0, t14);
     out[0] = sum + MINIMUM(limit, t15);
 }
-#define PARTS_truncated_plane_squares_3(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_truncated_plane_squares_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND SAME(3, 2) AND SAME(4, 2) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1)
-GAC_IN_LANES(truncated_plane_squares_3, PLAIN)
+GAC_IN_LANES(truncated_plane_squares_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robust_views_truncated_plane_squares_work(intptr_t n)
@@ -1285,10 +1255,10 @@ void NAME(truncated_plane_squares)(intptr_t n, const REAL *matrix, const REAL *f
 {
     (void)work;
     REAL common, common_2, common_3;
-    NAME(truncated_plane_squares_1)(out);
-    NAME(truncated_plane_squares_2)(matrix, &common, &common_2, &common_3);
+    NAME(truncated_transfer_squares_result_start)(out);
+    NAME(plane_squares_common)(matrix, &common, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_plane_squares_3)(matrix, limit, out[0], first + 2 * i, second + 2 * i, common, common_2,
+        NAME(truncated_plane_squares_result)(matrix, limit, out[0], first + 2 * i, second + 2 * i, common, common_2,
     common_3, out);
 }
 
@@ -1296,11 +1266,11 @@ static INLINE WORD NAME(truncated_plane_squares_lanes)(intptr_t n, const REAL *m
     const REAL *second, const REAL *limit, REAL *out)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES];
-    NAME(truncated_plane_squares_1_lanes)(out);
-    NAME(truncated_plane_squares_2_lanes)(matrix, common, common_2, common_3);
+    NAME(truncated_transfer_squares_result_start_lanes)(out);
+    NAME(plane_squares_common_lanes)(matrix, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(truncated_plane_squares_3_lanes)(matrix, limit, out, first + 2 * i, second + 2 * i, common, common_2,
-    common_3, out);
+        NAME(truncated_plane_squares_result_lanes)(matrix, limit, out, first + 2 * i, second + 2 * i, common,
+    common_2, common_3, out);
     return 0;
 }
 
@@ -1311,16 +1281,16 @@ GAC_PROCEDURE(truncated_plane_squares, LANES)
     AND NUMBER(4, at_most) AND OUT(5, out_0, 3x3, 9, 1) AND OUT(6, out_1, 3, 3, 1)
 #define WORK_descend_homography(WORK)
 
-static INLINE void NAME(descend_homography_1)(REAL *sum_0_0, REAL *sum_0_1, REAL *sum_1)
+static INLINE void NAME(descend_homography_sum_start)(REAL *sum_0_0, REAL *sum_0_1, REAL *sum_1)
 {
     sum_0_0[0] = (REAL)0;
     sum_0_1[0] = (REAL)0;
     sum_1[0] = (REAL)0;
 }
-#define PARTS_descend_homography_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
-GAC_IN_LANES(descend_homography_1, PLAIN)
+#define PARTS_descend_homography_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1)
+GAC_IN_LANES(descend_homography_sum_start, PLAIN)
 
-static INLINE void NAME(descend_homography_2)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *first, REAL
+static INLINE void NAME(descend_homography_sum)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, const REAL *first, REAL
     *sum_0_0_out, REAL *sum_0_1_out, REAL *sum_1_out)
 {
     const REAL first_0 = first[0], first_1 = first[1];
@@ -1328,28 +1298,22 @@ static INLINE void NAME(descend_homography_2)(REAL sum_0_0, REAL sum_0_1, REAL s
     sum_0_1_out[0] = sum_0_1 + first_1;
     sum_1_out[0] = sum_1 + (REAL)1;
 }
-#define PARTS_descend_homography_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_homography_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND SAME(3, 2) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1)
-GAC_IN_LANES(descend_homography_2, PLAIN)
+GAC_IN_LANES(descend_homography_sum, PLAIN)
 
-static INLINE void NAME(descend_homography_3)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-}
-#define PARTS_descend_homography_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(descend_homography_3, PLAIN)
-
-static INLINE void NAME(descend_homography_4)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL *common, REAL *common_2)
+static INLINE void NAME(descend_homography_common)(REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL *common, REAL
+    *common_2)
 {
     const REAL t0 = (REAL)1 / sum_1;
     common[0] = sum_0_0 * t0;
     common_2[0] = sum_0_1 * t0;
 }
-#define PARTS_descend_homography_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_homography_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1) AND OUT(4, 1)
-GAC_IN_LANES(descend_homography_4, PLAIN)
+GAC_IN_LANES(descend_homography_common, PLAIN)
 
-static INLINE void NAME(descend_homography_5)(REAL sum, const REAL *first, REAL common, REAL common_2, REAL
+static INLINE void NAME(descend_homography_sum_2)(REAL sum, const REAL *first, REAL common, REAL common_2, REAL
     *sum_out)
 {
     const REAL first_0 = first[0], first_1 = first[1];
@@ -1357,13 +1321,13 @@ static INLINE void NAME(descend_homography_5)(REAL sum, const REAL *first, REAL 
     const REAL t1 = first_1 - common_2;
     sum_out[0] = sum + (t0 * t0 + t1 * t1);
 }
-#define PARTS_descend_homography_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND SAME(1, 2) AND NUMBER(2, 0) \
+#define PARTS_descend_homography_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND SAME(1, 2) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1)
-GAC_IN_LANES(descend_homography_5, PLAIN)
+GAC_IN_LANES(descend_homography_sum_2, PLAIN)
 
-static INLINE void NAME(descend_homography_6)(const REAL *matrix, REAL sum_0_0, REAL sum_0_1, REAL sum_1, REAL sum,
-    REAL *now_carry_best, REAL *now_carry_following, REAL *now_carry_table, REAL *now_carry_slope, REAL
-    *now_carry_cost, REAL *now_carry_damping, REAL *now_carry_done, REAL *now_steps, REAL *now_converged, REAL
+static INLINE void NAME(descend_homography_now_carry_best)(const REAL *matrix, REAL sum_0_0, REAL sum_0_1, REAL
+    sum_1, REAL sum, REAL *now_carry_best, REAL *now_carry_following, REAL *now_carry_table, REAL *now_carry_slope,
+    REAL *now_carry_cost, REAL *now_carry_damping, REAL *now_carry_done, REAL *now_steps, REAL *now_converged, REAL
     *converged, REAL *steps)
 {
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_0_2 = matrix[2], matrix_1_0 = matrix[3],
@@ -1464,20 +1428,20 @@ static INLINE void NAME(descend_homography_6)(const REAL *matrix, REAL sum_0_0, 
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_descend_homography_6(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 9) AND OUT(6, 9) AND OUT(7, 36) AND OUT(8, 8) AND OUT(9, 1) \
-    AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1)
-GAC_IN_LANES(descend_homography_6, PLAIN)
+#define PARTS_descend_homography_now_carry_best(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) \
+    AND NUMBER(2, 0) AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 9) AND OUT(6, 9) AND OUT(7, 36) AND OUT(8, 8) \
+    AND OUT(9, 1) AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1)
+GAC_IN_LANES(descend_homography_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_homography_7)(REAL sum_1, REAL sum, REAL *common_6)
+static INLINE void NAME(descend_homography_common_2)(REAL sum_1, REAL sum, REAL *common_6)
 {
     const REAL t0 = sum / sum_1;
     common_6[0] = (REAL)1 / SQRT(SELECT(LESS((REAL)0, sum), t0, (REAL)1));
 }
-#define PARTS_descend_homography_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(descend_homography_7, PLAIN)
+#define PARTS_descend_homography_common_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(descend_homography_common_2, PLAIN)
 
-static INLINE void NAME(descend_homography_8)(REAL *sum_2)
+static INLINE void NAME(descend_homography_sum_start_2)(REAL *sum_2)
 {
     sum_2[0] = (REAL)0;
     sum_2[1] = (REAL)0;
@@ -1525,11 +1489,11 @@ static INLINE void NAME(descend_homography_8)(REAL *sum_2)
     sum_2[43] = (REAL)0;
     sum_2[44] = (REAL)0;
 }
-#define PARTS_descend_homography_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 45)
-GAC_IN_LANES(descend_homography_8, PLAIN)
+#define PARTS_descend_homography_sum_start_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 45)
+GAC_IN_LANES(descend_homography_sum_start_2, PLAIN)
 
-static INLINE void NAME(descend_homography_9)(const REAL *now_carry_following, REAL *common_3, REAL *common_4, REAL
-    *common_5)
+static INLINE void NAME(descend_homography_common_3)(const REAL *now_carry_following, REAL *common_3, REAL
+    *common_4, REAL *common_5)
 {
     const REAL now_carry_following_2 = now_carry_following[2], now_carry_following_5 = now_carry_following[5],
         now_carry_following_8 = now_carry_following[8];
@@ -1537,10 +1501,11 @@ static INLINE void NAME(descend_homography_9)(const REAL *now_carry_following, R
     common_4[0] = now_carry_following_8;
     common_5[0] = now_carry_following_5;
 }
-#define PARTS_descend_homography_9(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1)
-GAC_IN_LANES(descend_homography_9, PLAIN)
+#define PARTS_descend_homography_common_3(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1)
+GAC_IN_LANES(descend_homography_common_3, PLAIN)
 
-static INLINE void NAME(descend_homography_10)(REAL limit, REAL common, REAL common_2, const REAL
+static INLINE void NAME(descend_homography_sum_3)(REAL limit, REAL common, REAL common_2, const REAL
     *now_carry_following, const REAL *sum_2, const REAL *first, const REAL *second, REAL common_3, REAL common_4,
     REAL common_5, REAL common_6, REAL *sum_2_out)
 {
@@ -1636,16 +1601,16 @@ static INLINE void NAME(descend_homography_10)(REAL limit, REAL common, REAL com
     sum_2_out[43] = sum_2_43 - t13 * (t10 * t26 + t11 * t27);
     sum_2_out[44] = sum_2_44 + MINIMUM(limit, t12);
 }
-#define PARTS_descend_homography_10(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_homography_sum_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND IN(3, 9) AND IN(4, 45) AND SAME(5, 2) AND SAME(6, 2) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
     AND NUMBER(10, 0) AND OUT(11, 45)
-GAC_IN_LANES(descend_homography_10, PLAIN)
+GAC_IN_LANES(descend_homography_sum_3, PLAIN)
 
-static INLINE void NAME(descend_homography_11)(const REAL *now_carry_best, const REAL *now_carry_following, const
-    REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL now_carry_damping, REAL now_steps,
-    const REAL *sum_2, REAL *next_now_carry_best, REAL *next_now_carry_following, REAL *next_now_carry_table, REAL
-    *next_now_carry_slope, REAL *next_now_carry_cost, REAL *next_now_carry_damping, REAL *next_now_carry_done, REAL
-    *next_now_steps, REAL *next_now_converged)
+static INLINE void NAME(descend_homography_next_now_carry_best)(const REAL *now_carry_best, const REAL
+    *now_carry_following, const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL
+    now_carry_damping, REAL now_steps, const REAL *sum_2, REAL *next_now_carry_best, REAL *next_now_carry_following,
+    REAL *next_now_carry_table, REAL *next_now_carry_slope, REAL *next_now_carry_cost, REAL *next_now_carry_damping,
+    REAL *next_now_carry_done, REAL *next_now_steps, REAL *next_now_converged)
 {
     const REAL now_carry_best_0 = now_carry_best[0], now_carry_best_1 = now_carry_best[1],
         now_carry_best_2 = now_carry_best[2], now_carry_best_3 = now_carry_best[3],
@@ -1917,23 +1882,23 @@ static INLINE void NAME(descend_homography_11)(const REAL *now_carry_best, const
     next_now_steps[0] = now_steps + (REAL)1;
     next_now_converged[0] = LESS((REAL)0, t158);
 }
-#define PARTS_descend_homography_11(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 36) AND IN(3, 8) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 45) AND OUT(8, 9) AND OUT(9, 9) AND OUT(10, 36) \
-    AND OUT(11, 8) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(descend_homography_11, PLAIN)
+#define PARTS_descend_homography_next_now_carry_best(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 36) \
+    AND IN(3, 8) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 45) AND OUT(8, 9) AND OUT(9, 9) \
+    AND OUT(10, 36) AND OUT(11, 8) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
+GAC_IN_LANES(descend_homography_next_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_homography_12)(REAL at_most, REAL next_now_steps, REAL next_now_converged, REAL
-    *converged)
+static INLINE void NAME(descend_homography_converged)(REAL at_most, REAL next_now_steps, REAL next_now_converged,
+    REAL *converged)
 {
     const REAL t0 = SELECT(LESS(next_now_steps, at_most), (REAL)0, (REAL)1);
     converged[0] = SELECT(next_now_converged, (REAL)1, t0);
 }
-#define PARTS_descend_homography_12(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(descend_homography_12, PLAIN)
+#define PARTS_descend_homography_converged(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) \
+    AND NUMBER(2, 0) AND OUT(3, 1)
+GAC_IN_LANES(descend_homography_converged, PLAIN)
 
-static INLINE void NAME(descend_homography_13)(const REAL *matrix, REAL at_most, REAL sum_0_0, REAL sum_0_1, REAL
-    sum_1, REAL sum, const REAL *now_carry_best, REAL now_carry_cost, REAL now_steps, REAL now_converged, REAL
+static INLINE void NAME(descend_homography_result)(const REAL *matrix, REAL at_most, REAL sum_0_0, REAL sum_0_1,
+    REAL sum_1, REAL sum, const REAL *now_carry_best, REAL now_carry_cost, REAL now_steps, REAL now_converged, REAL
     *out_0, REAL *out_1)
 {
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_0_2 = matrix[2], matrix_1_0 = matrix[3],
@@ -2001,10 +1966,10 @@ static INLINE void NAME(descend_homography_13)(const REAL *matrix, REAL at_most,
     out_1[1] = SELECT(t18, now_converged, (REAL)0);
     out_1[2] = SELECT(t18, now_steps, (REAL)0);
 }
-#define PARTS_descend_homography_13(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_descend_homography_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 9) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND OUT(10, 9) AND OUT(11, 3)
-GAC_IN_LANES(descend_homography_13, PLAIN)
+GAC_IN_LANES(descend_homography_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robust_views_descend_homography_work(intptr_t n)
@@ -2023,28 +1988,28 @@ void NAME(descend_homography)(intptr_t n, const REAL *matrix, const REAL *first,
     now_converged, converged, steps, next_now_carry_best[9], next_now_carry_following[9], next_now_carry_table[36],
     next_now_carry_slope[8], next_now_carry_cost, next_now_carry_damping, next_now_carry_done, next_now_steps,
     next_now_converged, sum_2[45], common_3, common_4, common_5, common_6;
-    NAME(descend_homography_1)(&sum_0_0, &sum_0_1, &sum_1);
+    NAME(descend_homography_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(descend_homography_2)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
-    NAME(descend_homography_3)(&sum);
-    NAME(descend_homography_4)(sum_0_0, sum_0_1, sum_1, &common, &common_2);
+        NAME(descend_homography_sum)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
+    NAME(truncated_transfer_squares_result_start)(&sum);
+    NAME(descend_homography_common)(sum_0_0, sum_0_1, sum_1, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(descend_homography_5)(sum, first + 2 * i, common, common_2, &sum);
-    NAME(descend_homography_6)(matrix, sum_0_0, sum_0_1, sum_1, sum, now_carry_best, now_carry_following,
-    now_carry_table, now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps,
-    &now_converged, &converged, &steps);
-    NAME(descend_homography_7)(sum_1, sum, &common_6);
+        NAME(descend_homography_sum_2)(sum, first + 2 * i, common, common_2, &sum);
+    NAME(descend_homography_now_carry_best)(matrix, sum_0_0, sum_0_1, sum_1, sum, now_carry_best,
+    now_carry_following, now_carry_table, now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done,
+    &now_steps, &now_converged, &converged, &steps);
+    NAME(descend_homography_common_2)(sum_1, sum, &common_6);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_homography_8)(sum_2);
-        NAME(descend_homography_9)(now_carry_following, &common_3, &common_4, &common_5);
+        NAME(descend_homography_sum_start_2)(sum_2);
+        NAME(descend_homography_common_3)(now_carry_following, &common_3, &common_4, &common_5);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_homography_10)(limit, common, common_2, now_carry_following, sum_2, first + 2 * j,
+            NAME(descend_homography_sum_3)(limit, common, common_2, now_carry_following, sum_2, first + 2 * j,
     second + 2 * j, common_3, common_4, common_5, common_6, sum_2);
-        NAME(descend_homography_11)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_steps, sum_2, next_now_carry_best, next_now_carry_following,
-    next_now_carry_table, next_now_carry_slope, &next_now_carry_cost, &next_now_carry_damping, &next_now_carry_done,
-    &next_now_steps, &next_now_converged);
-        NAME(descend_homography_12)(at_most, next_now_steps, next_now_converged, &converged);
+        NAME(descend_homography_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_2, next_now_carry_best,
+    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+        NAME(descend_homography_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(9, next_now_carry_best, now_carry_best);
         COPY(9, next_now_carry_following, now_carry_following);
         COPY(36, next_now_carry_table, now_carry_table);
@@ -2058,7 +2023,7 @@ void NAME(descend_homography)(intptr_t n, const REAL *matrix, const REAL *first,
         if (converged != 0)
             break;
     }
-    NAME(descend_homography_13)(matrix, at_most, sum_0_0, sum_0_1, sum_1, sum, now_carry_best, now_carry_cost,
+    NAME(descend_homography_result)(matrix, at_most, sum_0_0, sum_0_1, sum_1, sum, now_carry_best, now_carry_cost,
     now_steps, now_converged, out_0, out_1);
 }
 
@@ -2075,17 +2040,17 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
     common_5[NLANES], common_6[NLANES], gac_kept_0[9 * NLANES], gac_kept_1[9 * NLANES], gac_kept_2[36 * NLANES],
     gac_kept_3[8 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
     gac_kept_8[NLANES], gac_kept_9[NLANES];
-    NAME(descend_homography_1_lanes)(sum_0_0, sum_0_1, sum_1);
+    NAME(descend_homography_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
-        NAME(descend_homography_2_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * i, sum_0_0, sum_0_1, sum_1);
-    NAME(descend_homography_3_lanes)(sum);
-    NAME(descend_homography_4_lanes)(sum_0_0, sum_0_1, sum_1, common, common_2);
+        NAME(descend_homography_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * i, sum_0_0, sum_0_1, sum_1);
+    NAME(truncated_transfer_squares_result_start_lanes)(sum);
+    NAME(descend_homography_common_lanes)(sum_0_0, sum_0_1, sum_1, common, common_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(descend_homography_5_lanes)(sum, first + 2 * i, common, common_2, sum);
-    NAME(descend_homography_6_lanes)(matrix, sum_0_0, sum_0_1, sum_1, sum, now_carry_best, now_carry_following,
-    now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged,
-    converged, steps);
-    NAME(descend_homography_7_lanes)(sum_1, sum, common_6);
+        NAME(descend_homography_sum_2_lanes)(sum, first + 2 * i, common, common_2, sum);
+    NAME(descend_homography_now_carry_best_lanes)(matrix, sum_0_0, sum_0_1, sum_1, sum, now_carry_best,
+    now_carry_following, now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done,
+    now_steps, now_converged, converged, steps);
+    NAME(descend_homography_common_2_lanes)(sum_1, sum, common_6);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 9 * NLANES, now_carry_best, gac_kept_0);
         KEEP(rounds, 9 * NLANES, now_carry_following, gac_kept_1);
@@ -2097,16 +2062,16 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_homography_8_lanes)(sum_2);
-        NAME(descend_homography_9_lanes)(now_carry_following, common_3, common_4, common_5);
+        NAME(descend_homography_sum_start_2_lanes)(sum_2);
+        NAME(descend_homography_common_3_lanes)(now_carry_following, common_3, common_4, common_5);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_homography_10_lanes)(limit, common, common_2, now_carry_following, sum_2, first + 2 * j,
+            NAME(descend_homography_sum_3_lanes)(limit, common, common_2, now_carry_following, sum_2, first + 2 * j,
     second + 2 * j, common_3, common_4, common_5, common_6, sum_2);
-        NAME(descend_homography_11_lanes)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_steps, sum_2, next_now_carry_best, next_now_carry_following,
-    next_now_carry_table, next_now_carry_slope, next_now_carry_cost, next_now_carry_damping, next_now_carry_done,
-    next_now_steps, next_now_converged);
-        NAME(descend_homography_12_lanes)(at_most, next_now_steps, next_now_converged, converged);
+        NAME(descend_homography_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_2, next_now_carry_best,
+    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+        NAME(descend_homography_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(9 * NLANES, next_now_carry_best, now_carry_best);
         COPY(9 * NLANES, next_now_carry_following, now_carry_following);
         COPY(36 * NLANES, next_now_carry_table, now_carry_table);
@@ -2130,8 +2095,8 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(descend_homography_13_lanes)(matrix, at_most, sum_0_0, sum_0_1, sum_1, sum, now_carry_best, now_carry_cost,
-    now_steps, now_converged, out_0, out_1);
+    NAME(descend_homography_result_lanes)(matrix, at_most, sum_0_0, sum_0_1, sum_1, sum, now_carry_best,
+    now_carry_cost, now_steps, now_converged, out_0, out_1);
     return 0;
 }
 
@@ -2142,9 +2107,9 @@ GAC_PROCEDURE(descend_homography, LANES)
     AND NUMBER(4, at_most) AND OUT(5, out_0, 3x3, 9, 1) AND OUT(6, out_1, 4, 4, 1)
 #define WORK_descend_fundamental(WORK)
 
-static INLINE void NAME(descend_fundamental_1)(const REAL *matrix, REAL *now_carry_best, REAL *now_carry_following,
-    REAL *now_carry_table, REAL *now_carry_slope, REAL *now_carry_cost, REAL *now_carry_damping, REAL
-    *now_carry_done, REAL *now_steps, REAL *now_converged, REAL *converged, REAL *steps)
+static INLINE void NAME(descend_fundamental_now_carry_best)(const REAL *matrix, REAL *now_carry_best, REAL
+    *now_carry_following, REAL *now_carry_table, REAL *now_carry_slope, REAL *now_carry_cost, REAL
+    *now_carry_damping, REAL *now_carry_done, REAL *now_steps, REAL *now_converged, REAL *converged, REAL *steps)
 {
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_0_2 = matrix[2], matrix_1_0 = matrix[3],
         matrix_1_1 = matrix[4], matrix_1_2 = matrix[5], matrix_2_0 = matrix[6], matrix_2_1 = matrix[7],
@@ -2610,12 +2575,12 @@ static INLINE void NAME(descend_fundamental_1)(const REAL *matrix, REAL *now_car
     converged[0] = (REAL)0;
     steps[0] = (REAL)0;
 }
-#define PARTS_descend_fundamental_1(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 9) AND OUT(2, 9) AND OUT(3, 28) \
-    AND OUT(4, 7) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
-    AND OUT(11, 1)
-GAC_IN_LANES(descend_fundamental_1, PLAIN)
+#define PARTS_descend_fundamental_now_carry_best(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 9) AND OUT(2, 9) \
+    AND OUT(3, 28) AND OUT(4, 7) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) \
+    AND OUT(10, 1) AND OUT(11, 1)
+GAC_IN_LANES(descend_fundamental_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_fundamental_2)(REAL *sum)
+static INLINE void NAME(descend_fundamental_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -2654,12 +2619,12 @@ static INLINE void NAME(descend_fundamental_2)(REAL *sum)
     sum[34] = (REAL)0;
     sum[35] = (REAL)0;
 }
-#define PARTS_descend_fundamental_2(IN, SAME, NUMBER, OUT, AND) OUT(0, 36)
-GAC_IN_LANES(descend_fundamental_2, PLAIN)
+#define PARTS_descend_fundamental_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 36)
+GAC_IN_LANES(descend_fundamental_sum_start, PLAIN)
 
-static INLINE void NAME(descend_fundamental_3)(const REAL *now_carry_following, REAL *common, REAL *common_2, REAL
-    *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9, REAL
-    *common_10, REAL *common_11, REAL *common_12, REAL *common_13, REAL *common_14, REAL *common_15, REAL
+static INLINE void NAME(descend_fundamental_common)(const REAL *now_carry_following, REAL *common, REAL *common_2,
+    REAL *common_3, REAL *common_4, REAL *common_5, REAL *common_6, REAL *common_7, REAL *common_8, REAL *common_9,
+    REAL *common_10, REAL *common_11, REAL *common_12, REAL *common_13, REAL *common_14, REAL *common_15, REAL
     *common_16, REAL *common_17, REAL *common_18, REAL *common_19, REAL *common_20, REAL *common_21, REAL
     *common_22, REAL *common_23, REAL *common_24, REAL *common_25, REAL *common_26, REAL *common_27, REAL
     *common_28, REAL *common_29, REAL *common_30, REAL *common_31, REAL *common_32, REAL *common_33, REAL
@@ -2794,8 +2759,8 @@ static INLINE void NAME(descend_fundamental_3)(const REAL *now_carry_following, 
     common_73[0] = t12 * t29;
     common_74[0] = t18 * t29;
 }
-#define PARTS_descend_fundamental_3(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
+#define PARTS_descend_fundamental_common(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1) AND OUT(9, 1) AND OUT(10, 1) \
     AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1) AND OUT(17, 1) \
     AND OUT(18, 1) AND OUT(19, 1) AND OUT(20, 1) AND OUT(21, 1) AND OUT(22, 1) AND OUT(23, 1) AND OUT(24, 1) \
     AND OUT(25, 1) AND OUT(26, 1) AND OUT(27, 1) AND OUT(28, 1) AND OUT(29, 1) AND OUT(30, 1) AND OUT(31, 1) \
@@ -2806,9 +2771,9 @@ static INLINE void NAME(descend_fundamental_3)(const REAL *now_carry_following, 
     AND OUT(60, 1) AND OUT(61, 1) AND OUT(62, 1) AND OUT(63, 1) AND OUT(64, 1) AND OUT(65, 1) AND OUT(66, 1) \
     AND OUT(67, 1) AND OUT(68, 1) AND OUT(69, 1) AND OUT(70, 1) AND OUT(71, 1) AND OUT(72, 1) AND OUT(73, 1) \
     AND OUT(74, 1)
-GAC_IN_LANES(descend_fundamental_3, PLAIN)
+GAC_IN_LANES(descend_fundamental_common, PLAIN)
 
-static INLINE void NAME(descend_fundamental_4)(REAL limit, const REAL *sum, const REAL *first, const REAL *second,
+static INLINE void NAME(descend_fundamental_sum)(REAL limit, const REAL *sum, const REAL *first, const REAL *second,
     REAL common, REAL common_2, REAL common_3, REAL common_4, REAL common_5, REAL common_6, REAL common_7, REAL
     common_8, REAL common_9, REAL common_10, REAL common_11, REAL common_12, REAL common_13, REAL common_14, REAL
     common_15, REAL common_16, REAL common_17, REAL common_18, REAL common_19, REAL common_20, REAL common_21, REAL
@@ -2909,27 +2874,27 @@ static INLINE void NAME(descend_fundamental_4)(REAL limit, const REAL *sum, cons
     sum_out[34] = sum_34 + t7 * t42;
     sum_out[35] = sum_35 + MINIMUM(limit, t22);
 }
-#define PARTS_descend_fundamental_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 36) AND IN(2, 2) AND IN(3, 2) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
-    AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) AND NUMBER(15, 0) \
-    AND NUMBER(16, 0) AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) AND NUMBER(21, 0) \
-    AND NUMBER(22, 0) AND NUMBER(23, 0) AND NUMBER(24, 0) AND NUMBER(25, 0) AND NUMBER(26, 0) AND NUMBER(27, 0) \
-    AND NUMBER(28, 0) AND NUMBER(29, 0) AND NUMBER(30, 0) AND NUMBER(31, 0) AND NUMBER(32, 0) AND NUMBER(33, 0) \
-    AND NUMBER(34, 0) AND NUMBER(35, 0) AND NUMBER(36, 0) AND NUMBER(37, 0) AND NUMBER(38, 0) AND NUMBER(39, 0) \
-    AND NUMBER(40, 0) AND NUMBER(41, 0) AND NUMBER(42, 0) AND NUMBER(43, 0) AND NUMBER(44, 0) AND NUMBER(45, 0) \
-    AND NUMBER(46, 0) AND NUMBER(47, 0) AND NUMBER(48, 0) AND NUMBER(49, 0) AND NUMBER(50, 0) AND NUMBER(51, 0) \
-    AND NUMBER(52, 0) AND NUMBER(53, 0) AND NUMBER(54, 0) AND NUMBER(55, 0) AND NUMBER(56, 0) AND NUMBER(57, 0) \
-    AND NUMBER(58, 0) AND NUMBER(59, 0) AND NUMBER(60, 0) AND NUMBER(61, 0) AND NUMBER(62, 0) AND NUMBER(63, 0) \
-    AND NUMBER(64, 0) AND NUMBER(65, 0) AND NUMBER(66, 0) AND NUMBER(67, 0) AND NUMBER(68, 0) AND NUMBER(69, 0) \
-    AND NUMBER(70, 0) AND NUMBER(71, 0) AND NUMBER(72, 0) AND NUMBER(73, 0) AND NUMBER(74, 0) AND NUMBER(75, 0) \
-    AND NUMBER(76, 0) AND NUMBER(77, 0) AND OUT(78, 36)
-GAC_IN_LANES(descend_fundamental_4, PLAIN)
+#define PARTS_descend_fundamental_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 36) AND IN(2, 2) \
+    AND IN(3, 2) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
+    AND NUMBER(9, 0) AND NUMBER(10, 0) AND NUMBER(11, 0) AND NUMBER(12, 0) AND NUMBER(13, 0) AND NUMBER(14, 0) \
+    AND NUMBER(15, 0) AND NUMBER(16, 0) AND NUMBER(17, 0) AND NUMBER(18, 0) AND NUMBER(19, 0) AND NUMBER(20, 0) \
+    AND NUMBER(21, 0) AND NUMBER(22, 0) AND NUMBER(23, 0) AND NUMBER(24, 0) AND NUMBER(25, 0) AND NUMBER(26, 0) \
+    AND NUMBER(27, 0) AND NUMBER(28, 0) AND NUMBER(29, 0) AND NUMBER(30, 0) AND NUMBER(31, 0) AND NUMBER(32, 0) \
+    AND NUMBER(33, 0) AND NUMBER(34, 0) AND NUMBER(35, 0) AND NUMBER(36, 0) AND NUMBER(37, 0) AND NUMBER(38, 0) \
+    AND NUMBER(39, 0) AND NUMBER(40, 0) AND NUMBER(41, 0) AND NUMBER(42, 0) AND NUMBER(43, 0) AND NUMBER(44, 0) \
+    AND NUMBER(45, 0) AND NUMBER(46, 0) AND NUMBER(47, 0) AND NUMBER(48, 0) AND NUMBER(49, 0) AND NUMBER(50, 0) \
+    AND NUMBER(51, 0) AND NUMBER(52, 0) AND NUMBER(53, 0) AND NUMBER(54, 0) AND NUMBER(55, 0) AND NUMBER(56, 0) \
+    AND NUMBER(57, 0) AND NUMBER(58, 0) AND NUMBER(59, 0) AND NUMBER(60, 0) AND NUMBER(61, 0) AND NUMBER(62, 0) \
+    AND NUMBER(63, 0) AND NUMBER(64, 0) AND NUMBER(65, 0) AND NUMBER(66, 0) AND NUMBER(67, 0) AND NUMBER(68, 0) \
+    AND NUMBER(69, 0) AND NUMBER(70, 0) AND NUMBER(71, 0) AND NUMBER(72, 0) AND NUMBER(73, 0) AND NUMBER(74, 0) \
+    AND NUMBER(75, 0) AND NUMBER(76, 0) AND NUMBER(77, 0) AND OUT(78, 36)
+GAC_IN_LANES(descend_fundamental_sum, PLAIN)
 
-static INLINE void NAME(descend_fundamental_5)(const REAL *now_carry_best, const REAL *now_carry_following, const
-    REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL now_carry_damping, REAL now_steps,
-    const REAL *sum, REAL *next_now_carry_best, REAL *next_now_carry_following, REAL *next_now_carry_table, REAL
-    *next_now_carry_slope, REAL *next_now_carry_cost, REAL *next_now_carry_damping, REAL *next_now_carry_done, REAL
-    *next_now_steps, REAL *next_now_converged)
+static INLINE void NAME(descend_fundamental_next_now_carry_best)(const REAL *now_carry_best, const REAL
+    *now_carry_following, const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL
+    now_carry_damping, REAL now_steps, const REAL *sum, REAL *next_now_carry_best, REAL *next_now_carry_following,
+    REAL *next_now_carry_table, REAL *next_now_carry_slope, REAL *next_now_carry_cost, REAL *next_now_carry_damping,
+    REAL *next_now_carry_done, REAL *next_now_steps, REAL *next_now_converged)
 {
     const REAL now_carry_best_0 = now_carry_best[0], now_carry_best_1 = now_carry_best[1],
         now_carry_best_2 = now_carry_best[2], now_carry_best_3 = now_carry_best[3],
@@ -3160,24 +3125,15 @@ static INLINE void NAME(descend_fundamental_5)(const REAL *now_carry_best, const
     next_now_steps[0] = now_steps + (REAL)1;
     next_now_converged[0] = LESS((REAL)0, t135);
 }
-#define PARTS_descend_fundamental_5(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) AND IN(2, 28) AND IN(3, 7) \
-    AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 36) AND OUT(8, 9) AND OUT(9, 9) AND OUT(10, 28) \
-    AND OUT(11, 7) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(descend_fundamental_5, PLAIN)
+#define PARTS_descend_fundamental_next_now_carry_best(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND IN(1, 9) \
+    AND IN(2, 28) AND IN(3, 7) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND IN(7, 36) AND OUT(8, 9) \
+    AND OUT(9, 9) AND OUT(10, 28) AND OUT(11, 7) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) \
+    AND OUT(16, 1)
+GAC_IN_LANES(descend_fundamental_next_now_carry_best, PLAIN)
 
-static INLINE void NAME(descend_fundamental_6)(REAL at_most, REAL next_now_steps, REAL next_now_converged, REAL
-    *converged)
-{
-    const REAL t0 = SELECT(LESS(next_now_steps, at_most), (REAL)0, (REAL)1);
-    converged[0] = SELECT(next_now_converged, (REAL)1, t0);
-}
-#define PARTS_descend_fundamental_6(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(descend_fundamental_6, PLAIN)
-
-static INLINE void NAME(descend_fundamental_7)(const REAL *matrix, REAL at_most, const REAL *now_carry_best, const
-    REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL now_steps, REAL now_converged,
-    REAL *out_0, REAL *out_1)
+static INLINE void NAME(descend_fundamental_result)(const REAL *matrix, REAL at_most, const REAL *now_carry_best,
+    const REAL *now_carry_table, const REAL *now_carry_slope, REAL now_carry_cost, REAL now_steps, REAL
+    now_converged, REAL *out_0, REAL *out_1)
 {
     const REAL matrix_0_0 = matrix[0], matrix_0_1 = matrix[1], matrix_0_2 = matrix[2], matrix_1_0 = matrix[3],
         matrix_1_1 = matrix[4], matrix_1_2 = matrix[5], matrix_2_0 = matrix[6], matrix_2_1 = matrix[7],
@@ -3751,9 +3707,9 @@ static INLINE void NAME(descend_fundamental_7)(const REAL *matrix, REAL at_most,
     out_1[2] = SELECT(t351, now_steps, (REAL)0);
     out_1[3] = MAXIMUM((REAL)0, t531);
 }
-#define PARTS_descend_fundamental_7(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND IN(2, 9) AND IN(3, 28) \
-    AND IN(4, 7) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 9) AND OUT(9, 4)
-GAC_IN_LANES(descend_fundamental_7, PLAIN)
+#define PARTS_descend_fundamental_result(IN, SAME, NUMBER, OUT, AND) IN(0, 9) AND NUMBER(1, 0) AND IN(2, 9) \
+    AND IN(3, 28) AND IN(4, 7) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 9) AND OUT(9, 4)
+GAC_IN_LANES(descend_fundamental_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t robust_views_descend_fundamental_work(intptr_t n)
@@ -3779,11 +3735,12 @@ void NAME(descend_fundamental)(intptr_t n, const REAL *matrix, const REAL *first
     common_53, common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62,
     common_63, common_64, common_65, common_66, common_67, common_68, common_69, common_70, common_71, common_72,
     common_73, common_74;
-    NAME(descend_fundamental_1)(matrix, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
+    NAME(descend_fundamental_now_carry_best)(matrix, now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged,
+    &steps);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
-        NAME(descend_fundamental_2)(sum);
-        NAME(descend_fundamental_3)(now_carry_following, &common, &common_2, &common_3, &common_4, &common_5,
+        NAME(descend_fundamental_sum_start)(sum);
+        NAME(descend_fundamental_common)(now_carry_following, &common, &common_2, &common_3, &common_4, &common_5,
     &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14,
     &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22, &common_23,
     &common_24, &common_25, &common_26, &common_27, &common_28, &common_29, &common_30, &common_31, &common_32,
@@ -3793,7 +3750,7 @@ void NAME(descend_fundamental)(intptr_t n, const REAL *matrix, const REAL *first
     &common_60, &common_61, &common_62, &common_63, &common_64, &common_65, &common_66, &common_67, &common_68,
     &common_69, &common_70, &common_71, &common_72, &common_73, &common_74);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_fundamental_4)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
+            NAME(descend_fundamental_sum)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
     common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
     common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
@@ -3802,11 +3759,11 @@ void NAME(descend_fundamental)(intptr_t n, const REAL *matrix, const REAL *first
     common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62, common_63,
     common_64, common_65, common_66, common_67, common_68, common_69, common_70, common_71, common_72, common_73,
     common_74, sum);
-        NAME(descend_fundamental_5)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best, next_now_carry_following,
-    next_now_carry_table, next_now_carry_slope, &next_now_carry_cost, &next_now_carry_damping, &next_now_carry_done,
-    &next_now_steps, &next_now_converged);
-        NAME(descend_fundamental_6)(at_most, next_now_steps, next_now_converged, &converged);
+        NAME(descend_fundamental_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+        NAME(descend_homography_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(9, next_now_carry_best, now_carry_best);
         COPY(9, next_now_carry_following, now_carry_following);
         COPY(28, next_now_carry_table, now_carry_table);
@@ -3820,8 +3777,8 @@ void NAME(descend_fundamental)(intptr_t n, const REAL *matrix, const REAL *first
         if (converged != 0)
             break;
     }
-    NAME(descend_fundamental_7)(matrix, at_most, now_carry_best, now_carry_table, now_carry_slope, now_carry_cost,
-    now_steps, now_converged, out_0, out_1);
+    NAME(descend_fundamental_result)(matrix, at_most, now_carry_best, now_carry_table, now_carry_slope,
+    now_carry_cost, now_steps, now_converged, out_0, out_1);
 }
 
 static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matrix, const REAL *first,
@@ -3850,8 +3807,8 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
     gac_kept_0[9 * NLANES], gac_kept_1[9 * NLANES], gac_kept_2[28 * NLANES], gac_kept_3[7 * NLANES],
     gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES],
     gac_kept_9[NLANES];
-    NAME(descend_fundamental_1_lanes)(matrix, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+    NAME(descend_fundamental_now_carry_best_lanes)(matrix, now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 9 * NLANES, now_carry_best, gac_kept_0);
         KEEP(rounds, 9 * NLANES, now_carry_following, gac_kept_1);
@@ -3863,8 +3820,8 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
         KEEP(rounds, NLANES, now_steps, gac_kept_7);
         KEEP(rounds, NLANES, now_converged, gac_kept_8);
         KEEP(rounds, NLANES, converged, gac_kept_9);
-        NAME(descend_fundamental_2_lanes)(sum);
-        NAME(descend_fundamental_3_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
+        NAME(descend_fundamental_sum_start_lanes)(sum);
+        NAME(descend_fundamental_common_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
     common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15,
     common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25,
     common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34, common_35,
@@ -3873,7 +3830,7 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
     common_56, common_57, common_58, common_59, common_60, common_61, common_62, common_63, common_64, common_65,
     common_66, common_67, common_68, common_69, common_70, common_71, common_72, common_73, common_74);
         for (intptr_t j = 0; j < n; j++)
-            NAME(descend_fundamental_4_lanes)(limit, sum, first + 2 * NLANES * j, second + 2 * NLANES * j, common,
+            NAME(descend_fundamental_sum_lanes)(limit, sum, first + 2 * NLANES * j, second + 2 * NLANES * j, common,
     common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
     common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
     common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
@@ -3882,11 +3839,11 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
     common_53, common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62,
     common_63, common_64, common_65, common_66, common_67, common_68, common_69, common_70, common_71, common_72,
     common_73, common_74, sum);
-        NAME(descend_fundamental_5_lanes)(now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best, next_now_carry_following,
-    next_now_carry_table, next_now_carry_slope, next_now_carry_cost, next_now_carry_damping, next_now_carry_done,
-    next_now_steps, next_now_converged);
-        NAME(descend_fundamental_6_lanes)(at_most, next_now_steps, next_now_converged, converged);
+        NAME(descend_fundamental_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
+    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+        NAME(descend_homography_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(9 * NLANES, next_now_carry_best, now_carry_best);
         COPY(9 * NLANES, next_now_carry_following, now_carry_following);
         COPY(28 * NLANES, next_now_carry_table, now_carry_table);
@@ -3910,7 +3867,7 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
         if (ALL_ENDED(rounds, converged))
             break;
     }
-    NAME(descend_fundamental_7_lanes)(matrix, at_most, now_carry_best, now_carry_table, now_carry_slope,
+    NAME(descend_fundamental_result_lanes)(matrix, at_most, now_carry_best, now_carry_table, now_carry_slope,
     now_carry_cost, now_steps, now_converged, out_0, out_1);
     return 0;
 }

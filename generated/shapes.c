@@ -2,7 +2,7 @@
 // command: gac generate --all shapes
 // spec: e06ff8c423d72bbe
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8a0c421e3a67f19eb8e7f3c7ba2c484151b0b59c64128ea990e4ceb0c66f6ada
+// body: b61d2b8e6d149e8a7ba3b29f6d58d1fa1a6a72df6428ed0b0e2f0a3bc88f1aa4
 
 #ifndef REAL
 #include "shapes.h"
@@ -42,7 +42,7 @@ GAC_AXIS(8, 8)
     AND OUT(6, out_2, scalar, 1, n)
 #define WORK_sums_of_cells(WORK)
 
-static INLINE void NAME(sums_of_cells_1)(const REAL *samples, REAL weight, const REAL *nodes, REAL *of, REAL *of_2)
+static INLINE void NAME(sums_of_cells_of)(const REAL *samples, REAL weight, const REAL *nodes, REAL *of, REAL *of_2)
 {
     const REAL samples_0 = samples[0], samples_1 = samples[1], samples_2 = samples[2];
     const REAL nodes_0 = nodes[0], nodes_1 = nodes[1], nodes_2 = nodes[2];
@@ -57,9 +57,9 @@ static INLINE void NAME(sums_of_cells_1)(const REAL *samples, REAL weight, const
     of[2] = t5;
     of_2[0] = t0 * t1 + t2 * t3 + t4 * t5;
 }
-#define PARTS_sums_of_cells_1(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND OUT(3, 3) \
+#define PARTS_sums_of_cells_of(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND IN(2, 3) AND OUT(3, 3) \
     AND OUT(4, 1)
-GAC_IN_LANES(sums_of_cells_1, PLAIN)
+GAC_IN_LANES(sums_of_cells_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t shapes_sums_of_cells_work(intptr_t s, intptr_t n)
@@ -78,7 +78,7 @@ void NAME(sums_of_cells)(intptr_t s, intptr_t n, const REAL *samples, const REAL
     CLEAR(n, out_1);
     CLEAR(n, out_2);
     for (intptr_t i = 0; i < s; i++) {
-        NAME(sums_of_cells_1)(samples + 3 * i, weights[i], nodes + 3 * winner[i], of, &of_2);
+        NAME(sums_of_cells_of)(samples + 3 * i, weights[i], nodes + 3 * winner[i], of, &of_2);
         COPY(1, weights + i, &of_1);
         if (winner[i] >= 0)
             ADD(3, of, out_0 + 3 * winner[i]);
@@ -97,7 +97,7 @@ static INLINE WORD NAME(sums_of_cells_lanes)(intptr_t s, intptr_t n, const REAL 
     CLEAR(NLANES * n, out_1);
     CLEAR(NLANES * n, out_2);
     for (intptr_t i = 0; i < s; i++) {
-        NAME(sums_of_cells_1_lanes)(samples + 3 * NLANES * i, weights + NLANES * i, nodes + 3 * NLANES * winner[i],
+        NAME(sums_of_cells_of_lanes)(samples + 3 * NLANES * i, weights + NLANES * i, nodes + 3 * NLANES * winner[i],
     of, of_2);
         COPY(NLANES, weights + NLANES * i, of_1);
         if (winner[i] >= 0)
@@ -116,7 +116,8 @@ GAC_PROCEDURE(sums_of_cells, LANES)
     AND IN(0, motors, 8, 8, n) AND IN(1, places, 3, 3, n) AND IN(2, normals, 3, 3, n) AND OUT(3, out, 8, 8, n)
 #define WORK_moved_surface_nodes(WORK)
 
-static INLINE void NAME(moved_surface_nodes_1)(const REAL *m, const REAL *places, const REAL *normals, REAL *out)
+static INLINE void NAME(moved_surface_nodes_result)(const REAL *m, const REAL *places, const REAL *normals, REAL
+    *out)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e13 = m[2], m_e23 = m[3], m_e01 = m[4], m_e02 = m[5], m_e03 = m[6],
         m_e0123 = m[7];
@@ -228,8 +229,9 @@ static INLINE void NAME(moved_surface_nodes_1)(const REAL *m, const REAL *places
     out[6] = t95 - m_e13 * t93 - m_e23 * t84;
     out[7] = t96 - m_e12 * t87 - m_e23 * t93;
 }
-#define PARTS_moved_surface_nodes_1(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND IN(2, 3) AND OUT(3, 8)
-GAC_IN_LANES(moved_surface_nodes_1, PLAIN)
+#define PARTS_moved_surface_nodes_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND IN(2, 3) \
+    AND OUT(3, 8)
+GAC_IN_LANES(moved_surface_nodes_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t shapes_moved_surface_nodes_work(intptr_t n)
@@ -244,14 +246,14 @@ void NAME(moved_surface_nodes)(intptr_t n, const REAL *motors, const REAL *place
 {
     (void)work;
     for (intptr_t i = 0; i < n; i++)
-        NAME(moved_surface_nodes_1)(motors + 8 * i, places + 3 * i, normals + 3 * i, out + 8 * i);
+        NAME(moved_surface_nodes_result)(motors + 8 * i, places + 3 * i, normals + 3 * i, out + 8 * i);
 }
 
 static INLINE WORD NAME(moved_surface_nodes_lanes)(intptr_t n, const REAL *motors, const REAL *places,
     const REAL *normals, REAL *out)
 {
     for (intptr_t i = 0; i < n; i++)
-        NAME(moved_surface_nodes_1_lanes)(motors + 8 * NLANES * i, places + 3 * NLANES * i,
+        NAME(moved_surface_nodes_result_lanes)(motors + 8 * NLANES * i, places + 3 * NLANES * i,
     normals + 3 * NLANES * i, out + 8 * NLANES * i);
     return 0;
 }
@@ -262,7 +264,8 @@ GAC_PROCEDURE(moved_surface_nodes, LANES)
     AND IN(0, motors, 4, 4, n) AND IN(1, places, 2, 2, n) AND IN(2, normals, 2, 2, n) AND OUT(3, out, 4, 4, n)
 #define WORK_moved_contour_nodes(WORK)
 
-static INLINE void NAME(moved_contour_nodes_1)(const REAL *m, const REAL *places, const REAL *normals, REAL *out)
+static INLINE void NAME(moved_contour_nodes_result)(const REAL *m, const REAL *places, const REAL *normals, REAL
+    *out)
 {
     const REAL m_1 = m[0], m_e12 = m[1], m_e20 = m[2], m_e01 = m[3];
     const REAL places_0 = places[0], places_1 = places[1];
@@ -315,8 +318,9 @@ static INLINE void NAME(moved_contour_nodes_1)(const REAL *m, const REAL *places
     out[2] = m_e01 * t23 + m_e20 * t20 + m_1 * t38 + m_e12 * t42;
     out[3] = m_e01 * t20 + m_e12 * t38 - m_e20 * t23 - m_1 * t42;
 }
-#define PARTS_moved_contour_nodes_1(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 2) AND IN(2, 2) AND OUT(3, 4)
-GAC_IN_LANES(moved_contour_nodes_1, PLAIN)
+#define PARTS_moved_contour_nodes_result(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 2) AND IN(2, 2) \
+    AND OUT(3, 4)
+GAC_IN_LANES(moved_contour_nodes_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t shapes_moved_contour_nodes_work(intptr_t n)
@@ -331,14 +335,14 @@ void NAME(moved_contour_nodes)(intptr_t n, const REAL *motors, const REAL *place
 {
     (void)work;
     for (intptr_t i = 0; i < n; i++)
-        NAME(moved_contour_nodes_1)(motors + 4 * i, places + 2 * i, normals + 2 * i, out + 4 * i);
+        NAME(moved_contour_nodes_result)(motors + 4 * i, places + 2 * i, normals + 2 * i, out + 4 * i);
 }
 
 static INLINE WORD NAME(moved_contour_nodes_lanes)(intptr_t n, const REAL *motors, const REAL *places,
     const REAL *normals, REAL *out)
 {
     for (intptr_t i = 0; i < n; i++)
-        NAME(moved_contour_nodes_1_lanes)(motors + 4 * NLANES * i, places + 2 * NLANES * i,
+        NAME(moved_contour_nodes_result_lanes)(motors + 4 * NLANES * i, places + 2 * NLANES * i,
     normals + 2 * NLANES * i, out + 4 * NLANES * i);
     return 0;
 }
@@ -350,7 +354,7 @@ GAC_PROCEDURE(moved_contour_nodes, LANES)
     AND OUT(4, out_1, scalar, 1, n)
 #define WORK_circles_of_neighbours(WORK)
 
-static INLINE void NAME(circles_of_neighbours_1)(const REAL *points, const REAL *points_2, const REAL *points_3,
+static INLINE void NAME(circles_of_neighbours_of)(const REAL *points, const REAL *points_2, const REAL *points_3,
     REAL *of_0_0, REAL *of_0_1, REAL *out_1)
 {
     const REAL points_0 = points[0], points_1 = points[1];
@@ -370,17 +374,17 @@ static INLINE void NAME(circles_of_neighbours_1)(const REAL *points, const REAL 
     of_0_1[0] = t7 * t9;
     out_1[0] = t9 * (t0 * t3 - t1 * t4);
 }
-#define PARTS_circles_of_neighbours_1(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 2) AND IN(2, 2) AND OUT(3, 1) \
+#define PARTS_circles_of_neighbours_of(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 2) AND IN(2, 2) AND OUT(3, 1) \
     AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(circles_of_neighbours_1, PLAIN)
+GAC_IN_LANES(circles_of_neighbours_of, PLAIN)
 
-static INLINE void NAME(circles_of_neighbours_2)(REAL value, REAL value_2, REAL *out_0)
+static INLINE void NAME(circles_of_neighbours_result)(REAL value, REAL value_2, REAL *out_0)
 {
     out_0[0] = value;
     out_0[1] = value_2;
 }
-#define PARTS_circles_of_neighbours_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
-GAC_IN_LANES(circles_of_neighbours_2, PLAIN)
+#define PARTS_circles_of_neighbours_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
+GAC_IN_LANES(circles_of_neighbours_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t shapes_circles_of_neighbours_work(intptr_t n)
@@ -396,9 +400,9 @@ void NAME(circles_of_neighbours)(intptr_t n, const REAL *points, const int64_t *
     (void)work;
     REAL of_0_0, of_0_1;
     for (intptr_t i = 0; i < n; i++) {
-        NAME(circles_of_neighbours_1)(points + 2 * before[i], points + 2 * i, points + 2 * after[i], &of_0_0,
+        NAME(circles_of_neighbours_of)(points + 2 * before[i], points + 2 * i, points + 2 * after[i], &of_0_0,
     &of_0_1, out_1 + i);
-        NAME(circles_of_neighbours_2)(of_0_0, of_0_1, out_0 + 2 * i);
+        NAME(circles_of_neighbours_result)(of_0_0, of_0_1, out_0 + 2 * i);
     }
 }
 
@@ -407,9 +411,9 @@ static INLINE WORD NAME(circles_of_neighbours_lanes)(intptr_t n, const REAL *poi
 {
     _Alignas(64) REAL of_0_0[NLANES], of_0_1[NLANES];
     for (intptr_t i = 0; i < n; i++) {
-        NAME(circles_of_neighbours_1_lanes)(points + 2 * NLANES * before[i], points + 2 * NLANES * i,
+        NAME(circles_of_neighbours_of_lanes)(points + 2 * NLANES * before[i], points + 2 * NLANES * i,
     points + 2 * NLANES * after[i], of_0_0, of_0_1, out_1 + NLANES * i);
-        NAME(circles_of_neighbours_2_lanes)(of_0_0, of_0_1, out_0 + 2 * NLANES * i);
+        NAME(circles_of_neighbours_result_lanes)(of_0_0, of_0_1, out_0 + 2 * NLANES * i);
     }
     return 0;
 }
@@ -421,8 +425,8 @@ GAC_PROCEDURE(circles_of_neighbours, LANES)
     AND OUT(4, out_0, scalar, 1, s) AND OUT(5, out_1, scalar, 1, s)
 #define WORK_distances_from_chords(WORK)
 
-static INLINE void NAME(distances_from_chords_1)(const REAL *samples, const REAL *nodes, const REAL *nodes_2, REAL
-    *out_0, REAL *out_1)
+static INLINE void NAME(distances_from_chords_result)(const REAL *samples, const REAL *nodes, const REAL *nodes_2,
+    REAL *out_0, REAL *out_1)
 {
     const REAL samples_0 = samples[0], samples_1 = samples[1];
     const REAL nodes_0 = nodes[0], nodes_1 = nodes[1];
@@ -440,9 +444,9 @@ static INLINE void NAME(distances_from_chords_1)(const REAL *samples, const REAL
     out_0[0] = t8 * t8 + t9 * t9;
     out_1[0] = t7;
 }
-#define PARTS_distances_from_chords_1(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 2) AND IN(2, 2) AND OUT(3, 1) \
-    AND OUT(4, 1)
-GAC_IN_LANES(distances_from_chords_1, PLAIN)
+#define PARTS_distances_from_chords_result(IN, SAME, NUMBER, OUT, AND) IN(0, 2) AND IN(1, 2) AND IN(2, 2) \
+    AND OUT(3, 1) AND OUT(4, 1)
+GAC_IN_LANES(distances_from_chords_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t shapes_distances_from_chords_work(intptr_t s, intptr_t n)
@@ -457,7 +461,7 @@ void NAME(distances_from_chords)(intptr_t s, intptr_t n, const REAL *samples, co
 {
     (void)n, (void)work;
     for (intptr_t i = 0; i < s; i++)
-        NAME(distances_from_chords_1)(samples + 2 * i, nodes + 2 * first[i], nodes + 2 * second[i], out_0 + i,
+        NAME(distances_from_chords_result)(samples + 2 * i, nodes + 2 * first[i], nodes + 2 * second[i], out_0 + i,
     out_1 + i);
 }
 
@@ -466,7 +470,7 @@ static INLINE WORD NAME(distances_from_chords_lanes)(intptr_t s, intptr_t n, con
 {
     (void)n;
     for (intptr_t i = 0; i < s; i++)
-        NAME(distances_from_chords_1_lanes)(samples + 2 * NLANES * i, nodes + 2 * NLANES * first[i],
+        NAME(distances_from_chords_result_lanes)(samples + 2 * NLANES * i, nodes + 2 * NLANES * first[i],
     nodes + 2 * NLANES * second[i], out_0 + NLANES * i, out_1 + NLANES * i);
     return 0;
 }
@@ -478,8 +482,8 @@ GAC_PROCEDURE(distances_from_chords, LANES)
     AND OUT(4, out, 3, 3, n)
 #define WORK_normals_of_triangles(WORK) WORK(5, of, 3, 3, t)
 
-static INLINE void NAME(normals_of_triangles_1)(const REAL *points, const REAL *points_3, const REAL *points_4, REAL
-    *of)
+static INLINE void NAME(normals_of_triangles_of)(const REAL *points, const REAL *points_3, const REAL *points_4,
+    REAL *of)
 {
     const REAL points_0 = points[0], points_1 = points[1], points_2 = points[2];
     const REAL points_3_0 = points_3[0], points_3_1 = points_3[1], points_3_2 = points_3[2];
@@ -494,8 +498,8 @@ static INLINE void NAME(normals_of_triangles_1)(const REAL *points, const REAL *
     of[1] = t3 * t4 - t1 * t5;
     of[2] = t2 * t5 - t0 * t4;
 }
-#define PARTS_normals_of_triangles_1(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 3) AND OUT(3, 3)
-GAC_IN_LANES(normals_of_triangles_1, PLAIN)
+#define PARTS_normals_of_triangles_of(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 3) AND OUT(3, 3)
+GAC_IN_LANES(normals_of_triangles_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t shapes_normals_of_triangles_work(intptr_t n, intptr_t t)
@@ -511,7 +515,7 @@ void NAME(normals_of_triangles)(intptr_t n, intptr_t t, const REAL *points, cons
     REAL *const of = work;
     CLEAR(3 * n, out);
     for (intptr_t i = 0; i < t; i++) {
-        NAME(normals_of_triangles_1)(points + 3 * a[i], points + 3 * b[i], points + 3 * c[i], of + 3 * i);
+        NAME(normals_of_triangles_of)(points + 3 * a[i], points + 3 * b[i], points + 3 * c[i], of + 3 * i);
         if (a[i] >= 0)
             ADD(3, of + 3 * i, out + 3 * a[i]);
     }
@@ -530,7 +534,7 @@ static INLINE WORD NAME(normals_of_triangles_lanes)(intptr_t n, intptr_t t, cons
 {
     CLEAR(3 * NLANES * n, out);
     for (intptr_t i = 0; i < t; i++) {
-        NAME(normals_of_triangles_1_lanes)(points + 3 * NLANES * a[i], points + 3 * NLANES * b[i],
+        NAME(normals_of_triangles_of_lanes)(points + 3 * NLANES * a[i], points + 3 * NLANES * b[i],
     points + 3 * NLANES * c[i], of + 3 * NLANES * i);
         if (a[i] >= 0)
             ADD(3 * NLANES, of + 3 * NLANES * i, out + 3 * NLANES * a[i]);
@@ -553,7 +557,7 @@ GAC_PROCEDURE(normals_of_triangles, LANES)
     AND OUT(4, out_0, scalar, 1, n) AND OUT(5, out_1, scalar, 1, n)
 #define WORK_curvatures_of_edges(WORK)
 
-static INLINE void NAME(curvatures_of_edges_1)(const REAL *points, const REAL *points_3, const REAL *normals, REAL
+static INLINE void NAME(curvatures_of_edges_of)(const REAL *points, const REAL *points_3, const REAL *normals, REAL
     *of_0, REAL *of_1)
 {
     const REAL points_0 = points[0], points_1 = points[1], points_2 = points[2];
@@ -567,9 +571,9 @@ static INLINE void NAME(curvatures_of_edges_1)(const REAL *points, const REAL *p
     of_0[0] = -(t4 / SELECT(LESS((REAL)1e-200, t3), t3, (REAL)1));
     of_1[0] = (REAL)1;
 }
-#define PARTS_curvatures_of_edges_1(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 3) AND OUT(3, 1) \
+#define PARTS_curvatures_of_edges_of(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND IN(1, 3) AND IN(2, 3) AND OUT(3, 1) \
     AND OUT(4, 1)
-GAC_IN_LANES(curvatures_of_edges_1, PLAIN)
+GAC_IN_LANES(curvatures_of_edges_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t shapes_curvatures_of_edges_work(intptr_t n, intptr_t e)
@@ -587,7 +591,7 @@ void NAME(curvatures_of_edges)(intptr_t n, intptr_t e, const REAL *points, const
     CLEAR(n, out_0);
     CLEAR(n, out_1);
     for (intptr_t i = 0; i < e; i++) {
-        NAME(curvatures_of_edges_1)(points + 3 * a[i], points + 3 * b[i], normals + 3 * a[i], &of_0, &of_1);
+        NAME(curvatures_of_edges_of)(points + 3 * a[i], points + 3 * b[i], normals + 3 * a[i], &of_0, &of_1);
         if (a[i] >= 0)
             ADD(1, &of_0, out_0 + a[i]);
         if (a[i] >= 0)
@@ -602,7 +606,7 @@ static INLINE WORD NAME(curvatures_of_edges_lanes)(intptr_t n, intptr_t e, const
     CLEAR(NLANES * n, out_0);
     CLEAR(NLANES * n, out_1);
     for (intptr_t i = 0; i < e; i++) {
-        NAME(curvatures_of_edges_1_lanes)(points + 3 * NLANES * a[i], points + 3 * NLANES * b[i],
+        NAME(curvatures_of_edges_of_lanes)(points + 3 * NLANES * a[i], points + 3 * NLANES * b[i],
     normals + 3 * NLANES * a[i], of_0, of_1);
         if (a[i] >= 0)
             ADD(NLANES, of_0, out_0 + NLANES * a[i]);
@@ -619,39 +623,39 @@ GAC_PROCEDURE(curvatures_of_edges, LANES)
     AND IN(3, right, scalar, 1, n) AND OUT(4, out, scalar, 1, n)
 #define WORK_solve_tridiagonal(WORK) WORK(5, carry_0, scalar, 1, n) WORK(6, carry_1, scalar, 1, n)
 
-static INLINE void NAME(solve_tridiagonal_1)(REAL *carry_0_start, REAL *carry_1_start)
+static INLINE void NAME(solve_tridiagonal_carry_0_start)(REAL *carry_0_start, REAL *carry_1_start)
 {
     carry_0_start[0] = (REAL)0;
     carry_1_start[0] = (REAL)0;
 }
-#define PARTS_solve_tridiagonal_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(solve_tridiagonal_1, PLAIN)
+#define PARTS_solve_tridiagonal_carry_0_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(solve_tridiagonal_carry_0_start, PLAIN)
 
-static INLINE void NAME(solve_tridiagonal_2)(REAL carry_0, REAL carry_1, REAL a, REAL b, REAL c, REAL d, REAL
+static INLINE void NAME(solve_tridiagonal_carry)(REAL carry_0, REAL carry_1, REAL a, REAL b, REAL c, REAL d, REAL
     *carry_0_out, REAL *carry_1_out)
 {
     const REAL t0 = (REAL)1 / (b - carry_0 * a);
     carry_0_out[0] = c * t0;
     carry_1_out[0] = t0 * (d - carry_1 * a);
 }
-#define PARTS_solve_tridiagonal_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_solve_tridiagonal_carry(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1) AND OUT(7, 1)
-GAC_IN_LANES(solve_tridiagonal_2, PLAIN)
+GAC_IN_LANES(solve_tridiagonal_carry, PLAIN)
 
-static INLINE void NAME(solve_tridiagonal_3)(REAL *x_start)
+static INLINE void NAME(solve_tridiagonal_x_start)(REAL *x_start)
 {
     x_start[0] = (REAL)0;
 }
-#define PARTS_solve_tridiagonal_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
-GAC_IN_LANES(solve_tridiagonal_3, PLAIN)
+#define PARTS_solve_tridiagonal_x_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1)
+GAC_IN_LANES(solve_tridiagonal_x_start, PLAIN)
 
-static INLINE void NAME(solve_tridiagonal_4)(REAL x, REAL ratio, REAL value, REAL *out)
+static INLINE void NAME(solve_tridiagonal_result)(REAL x, REAL ratio, REAL value, REAL *out)
 {
     out[0] = value - x * ratio;
 }
-#define PARTS_solve_tridiagonal_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_solve_tridiagonal_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(solve_tridiagonal_4, PLAIN)
+GAC_IN_LANES(solve_tridiagonal_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t shapes_solve_tridiagonal_work(intptr_t n)
@@ -664,27 +668,27 @@ void NAME(solve_tridiagonal)(intptr_t n, const REAL *lower, const REAL *middle, 
     const REAL *right, REAL *out, REAL *work)
 {
     REAL carry_0_start, carry_1_start, *const carry_0 = work, *const carry_1 = carry_0 + n, x_start;
-    NAME(solve_tridiagonal_1)(&carry_0_start, &carry_1_start);
+    NAME(solve_tridiagonal_carry_0_start)(&carry_0_start, &carry_1_start);
     for (intptr_t i = 0; i < n; i++)
-        NAME(solve_tridiagonal_2)(i > 0 ? carry_0[i - 1] : carry_0_start, i > 0 ? carry_1[i - 1] : carry_1_start,
-    lower[i], middle[i], upper[i], right[i], carry_0 + i, carry_1 + i);
-    NAME(solve_tridiagonal_3)(&x_start);
+        NAME(solve_tridiagonal_carry)(i > 0 ? carry_0[i - 1] : carry_0_start,
+    i > 0 ? carry_1[i - 1] : carry_1_start, lower[i], middle[i], upper[i], right[i], carry_0 + i, carry_1 + i);
+    NAME(solve_tridiagonal_x_start)(&x_start);
     for (intptr_t i = n; i-- > 0;)
-        NAME(solve_tridiagonal_4)(i + 1 < n ? out[i + 1] : x_start, carry_0[i], carry_1[i], out + i);
+        NAME(solve_tridiagonal_result)(i + 1 < n ? out[i + 1] : x_start, carry_0[i], carry_1[i], out + i);
 }
 
 static INLINE WORD NAME(solve_tridiagonal_lanes)(intptr_t n, const REAL *lower, const REAL *middle,
     const REAL *upper, const REAL *right, REAL *out, REAL *carry_0, REAL *carry_1)
 {
     _Alignas(64) REAL carry_0_start[NLANES], carry_1_start[NLANES], x_start[NLANES];
-    NAME(solve_tridiagonal_1_lanes)(carry_0_start, carry_1_start);
+    NAME(solve_tridiagonal_carry_0_start_lanes)(carry_0_start, carry_1_start);
     for (intptr_t i = 0; i < n; i++)
-        NAME(solve_tridiagonal_2_lanes)(i > 0 ? carry_0 + NLANES * (i - 1) : carry_0_start,
+        NAME(solve_tridiagonal_carry_lanes)(i > 0 ? carry_0 + NLANES * (i - 1) : carry_0_start,
     i > 0 ? carry_1 + NLANES * (i - 1) : carry_1_start, lower + NLANES * i, middle + NLANES * i, upper + NLANES * i,
     right + NLANES * i, carry_0 + NLANES * i, carry_1 + NLANES * i);
-    NAME(solve_tridiagonal_3_lanes)(x_start);
+    NAME(solve_tridiagonal_x_start_lanes)(x_start);
     for (intptr_t i = n; i-- > 0;)
-        NAME(solve_tridiagonal_4_lanes)(i + 1 < n ? out + NLANES * (i + 1) : x_start, carry_0 + NLANES * i,
+        NAME(solve_tridiagonal_result_lanes)(i + 1 < n ? out + NLANES * (i + 1) : x_start, carry_0 + NLANES * i,
     carry_1 + NLANES * i, out + NLANES * i);
     return 0;
 }

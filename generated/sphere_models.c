@@ -2,7 +2,7 @@
 // command: gac generate --all sphere_models
 // spec: dc15e119115825d4
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: a5a72d87d9711b29728bbad55f5763cf944b0841be280228a3e54719c6c4f1f7
+// body: f1d90f7c51103cf13134681ba8eddcce018e2ccba2d4ebb252dded0f1ad59592
 
 #ifndef REAL
 #include "sphere_models.h"
@@ -281,7 +281,7 @@ GAC_KERNEL_AND_FORMS(circumsphere, PLAIN, DIRECT, GAC_USE(circumsphere, a_b_d, N
     AND IN(1, points, 3, 3, n) AND OUT(2, out, 4, 4, 1)
 #define WORK_ball_of_points(WORK)
 
-static INLINE void NAME(ball_of_points_1)(REAL *sum, REAL *sum_2)
+static INLINE void NAME(ball_of_points_sum_start)(REAL *sum, REAL *sum_2)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -298,10 +298,10 @@ static INLINE void NAME(ball_of_points_1)(REAL *sum, REAL *sum_2)
     sum_2[2] = (REAL)0;
     sum_2[3] = (REAL)0;
 }
-#define PARTS_ball_of_points_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 10) AND OUT(1, 4)
-GAC_IN_LANES(ball_of_points_1, PLAIN)
+#define PARTS_ball_of_points_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 10) AND OUT(1, 4)
+GAC_IN_LANES(ball_of_points_sum_start, PLAIN)
 
-static INLINE void NAME(ball_of_points_2)(const REAL *ball, const REAL *sum, const REAL *sum_2_2, const REAL
+static INLINE void NAME(ball_of_points_sum)(const REAL *ball, const REAL *sum, const REAL *sum_2_2, const REAL
     *points, REAL *sum_out, REAL *sum_2_out)
 {
     const REAL ball_0 = ball[0], ball_1 = ball[1], ball_2 = ball[2], ball_3 = ball[3];
@@ -332,11 +332,11 @@ static INLINE void NAME(ball_of_points_2)(const REAL *ball, const REAL *sum, con
     sum_2_out[2] = sum_2_2_2 - t4 * t7;
     sum_2_out[3] = sum_2_2_3 - t7;
 }
-#define PARTS_ball_of_points_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND IN(2, 4) AND IN(3, 3) \
+#define PARTS_ball_of_points_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND IN(2, 4) AND IN(3, 3) \
     AND OUT(4, 10) AND OUT(5, 4)
-GAC_IN_LANES(ball_of_points_2, PLAIN)
+GAC_IN_LANES(ball_of_points_sum, PLAIN)
 
-static INLINE void NAME(ball_of_points_3)(const REAL *ball, const REAL *sum, const REAL *sum_2_2, REAL *out)
+static INLINE void NAME(ball_of_points_result)(const REAL *ball, const REAL *sum, const REAL *sum_2_2, REAL *out)
 {
     const REAL ball_0 = ball[0], ball_1 = ball[1], ball_2 = ball[2], ball_3 = ball[3];
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
@@ -371,8 +371,8 @@ static INLINE void NAME(ball_of_points_3)(const REAL *ball, const REAL *sum, con
     out[2] = ball_2 + ball_3 * t20;
     out[3] = ball_3 * SQRT(MAXIMUM((REAL)0, t23));
 }
-#define PARTS_ball_of_points_3(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND IN(2, 4) AND OUT(3, 4)
-GAC_IN_LANES(ball_of_points_3, PLAIN)
+#define PARTS_ball_of_points_result(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND IN(1, 10) AND IN(2, 4) AND OUT(3, 4)
+GAC_IN_LANES(ball_of_points_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t sphere_models_ball_of_points_work(intptr_t n)
@@ -386,19 +386,19 @@ void NAME(ball_of_points)(intptr_t n, const REAL *ball, const REAL *points, REAL
 {
     (void)work;
     REAL sum[10], sum_2[4];
-    NAME(ball_of_points_1)(sum, sum_2);
+    NAME(ball_of_points_sum_start)(sum, sum_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(ball_of_points_2)(ball, sum, sum_2, points + 3 * i, sum, sum_2);
-    NAME(ball_of_points_3)(ball, sum, sum_2, out);
+        NAME(ball_of_points_sum)(ball, sum, sum_2, points + 3 * i, sum, sum_2);
+    NAME(ball_of_points_result)(ball, sum, sum_2, out);
 }
 
 static INLINE WORD NAME(ball_of_points_lanes)(intptr_t n, const REAL *ball, const REAL *points, REAL *out)
 {
     _Alignas(64) REAL sum[10 * NLANES], sum_2[4 * NLANES];
-    NAME(ball_of_points_1_lanes)(sum, sum_2);
+    NAME(ball_of_points_sum_start_lanes)(sum, sum_2);
     for (intptr_t i = 0; i < n; i++)
-        NAME(ball_of_points_2_lanes)(ball, sum, sum_2, points + 3 * NLANES * i, sum, sum_2);
-    NAME(ball_of_points_3_lanes)(ball, sum, sum_2, out);
+        NAME(ball_of_points_sum_lanes)(ball, sum, sum_2, points + 3 * NLANES * i, sum, sum_2);
+    NAME(ball_of_points_result_lanes)(ball, sum, sum_2, out);
     return 0;
 }
 
@@ -408,7 +408,7 @@ GAC_PROCEDURE(ball_of_points, LANES)
     AND SAME(1, others, 4, 4, m) AND NUMBER(2, scale) AND NUMBER(3, weight) AND OUT(4, out, scalar, 1, m)
 #define WORK_affinities(WORK)
 
-static INLINE void NAME(affinities_1)(const REAL *ball, REAL *common)
+static INLINE void NAME(affinities_common)(const REAL *ball, REAL *common)
 {
     const REAL ball_0 = ball[0], ball_1 = ball[1], ball_2 = ball[2], ball_3 = ball[3];
     common[0] = ball_0;
@@ -416,11 +416,11 @@ static INLINE void NAME(affinities_1)(const REAL *ball, REAL *common)
     common[2] = ball_2;
     common[3] = (ball_0 * ball_0 + ball_1 * ball_1 + ball_2 * ball_2 - ball_3 * ball_3) * (REAL)0.5;
 }
-#define PARTS_affinities_1(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 4)
-GAC_IN_LANES(affinities_1, PLAIN)
+#define PARTS_affinities_common(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 4)
+GAC_IN_LANES(affinities_common, PLAIN)
 
-static INLINE void NAME(affinities_2)(const REAL *ball_3, REAL scale, REAL weight, const REAL *others, const REAL
-    *common, REAL *out)
+static INLINE void NAME(affinities_result)(const REAL *ball_3, REAL scale, REAL weight, const REAL *others, const
+    REAL *common, REAL *out)
 {
     const REAL ball_3_3 = ball_3[3];
     const REAL others_0 = others[0], others_1 = others[1], others_2 = others[2], others_3 = others[3];
@@ -431,9 +431,9 @@ static INLINE void NAME(affinities_2)(const REAL *ball_3, REAL scale, REAL weigh
     const REAL t3 = ball_3_3 - others_3;
     out[0] = EXP(-((t0 * t0 + t1 * t1 + t2 * t2 + t3 * (weight * t3)) / scale));
 }
-#define PARTS_affinities_2(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) AND SAME(3, 4) \
-    AND IN(4, 4) AND OUT(5, 1)
-GAC_IN_LANES(affinities_2, PLAIN)
+#define PARTS_affinities_result(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND SAME(3, 4) AND IN(4, 4) AND OUT(5, 1)
+GAC_IN_LANES(affinities_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t sphere_models_affinities_work(intptr_t m)
@@ -448,9 +448,9 @@ static INLINE void NAME(affinities_within)(intptr_t m, const REAL *ball, const R
 {
     (void)work;
     REAL common[4];
-    NAME(affinities_1)(ball, common);
+    NAME(affinities_common)(ball, common);
     for (intptr_t i = 0; i < m; i++)
-        NAME(affinities_2)(ball, scale, weight, others + 4 * i, common, out + i);
+        NAME(affinities_result)(ball, scale, weight, others + 4 * i, common, out + i);
 }
 
 FUSED(affinities, (intptr_t m, const REAL *ball, const REAL *others, REAL scale, REAL weight, REAL *out,
@@ -465,9 +465,9 @@ static INLINE WORD NAME(affinities_lanes)(intptr_t m, const REAL *ball, const RE
     const REAL *weight, REAL *out)
 {
     _Alignas(64) REAL common[4 * NLANES];
-    NAME(affinities_1_lanes)(ball, common);
+    NAME(affinities_common_lanes)(ball, common);
     for (intptr_t i = 0; i < m; i++)
-        NAME(affinities_2_lanes)(ball, scale, weight, others + 4 * i, common, out + NLANES * i);
+        NAME(affinities_result_lanes)(ball, scale, weight, others + 4 * i, common, out + NLANES * i);
     return 0;
 }
 
@@ -478,7 +478,7 @@ GAC_PROCEDURE(affinities, BUSY)
     AND OUT(4, out_0, scalar, 1, 1) AND OUT(5, out_1, scalar, 1, 1) AND OUT(6, out_2, 4, 4, 1)
 #define WORK_balanced_row(WORK)
 
-static INLINE void NAME(balanced_row_1)(REAL *sum_0, REAL *sum)
+static INLINE void NAME(balanced_row_sum_start)(REAL *sum_0, REAL *sum)
 {
     sum_0[0] = (REAL)0;
     sum[0] = (REAL)0;
@@ -486,11 +486,11 @@ static INLINE void NAME(balanced_row_1)(REAL *sum_0, REAL *sum)
     sum[2] = (REAL)0;
     sum[3] = (REAL)0;
 }
-#define PARTS_balanced_row_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 4)
-GAC_IN_LANES(balanced_row_1, PLAIN)
+#define PARTS_balanced_row_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 4)
+GAC_IN_LANES(balanced_row_sum_start, PLAIN)
 
-static INLINE void NAME(balanced_row_2)(REAL sum_0, const REAL *sum_2, REAL value, REAL column, const REAL *others,
-    REAL *sum_0_out, REAL *sum)
+static INLINE void NAME(balanced_row_sum)(REAL sum_0, const REAL *sum_2, REAL value, REAL column, const REAL
+    *others, REAL *sum_0_out, REAL *sum)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2], sum_2_3 = sum_2[3];
     const REAL others_0 = others[0], others_1 = others[1], others_2 = others[2], others_3 = others[3];
@@ -501,12 +501,12 @@ static INLINE void NAME(balanced_row_2)(REAL sum_0, const REAL *sum_2, REAL valu
     sum[2] = sum_2_2 + others_2 * t0;
     sum[3] = sum_2_3 + others_3 * t0;
 }
-#define PARTS_balanced_row_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND NUMBER(2, 0) AND NUMBER(3, 1) \
-    AND SAME(4, 4) AND OUT(5, 1) AND OUT(6, 4)
-GAC_IN_LANES(balanced_row_2, PLAIN)
+#define PARTS_balanced_row_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 4) AND NUMBER(2, 0) \
+    AND NUMBER(3, 1) AND SAME(4, 4) AND OUT(5, 1) AND OUT(6, 4)
+GAC_IN_LANES(balanced_row_sum, PLAIN)
 
-static INLINE void NAME(balanced_row_3)(REAL outlier, REAL sum_0, const REAL *sum_2, REAL *out_0, REAL *out_1, REAL
-    *out_2)
+static INLINE void NAME(balanced_row_result)(REAL outlier, REAL sum_0, const REAL *sum_2, REAL *out_0, REAL *out_1,
+    REAL *out_2)
 {
     const REAL sum_2_0 = sum_2[0], sum_2_1 = sum_2[1], sum_2_2 = sum_2[2], sum_2_3 = sum_2[3];
     const REAL t0 = (REAL)1 / (outlier + sum_0);
@@ -518,9 +518,9 @@ static INLINE void NAME(balanced_row_3)(REAL outlier, REAL sum_0, const REAL *su
     out_2[2] = sum_2_2 * t1;
     out_2[3] = sum_2_3 * t1;
 }
-#define PARTS_balanced_row_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) AND OUT(3, 1) \
-    AND OUT(4, 1) AND OUT(5, 4)
-GAC_IN_LANES(balanced_row_3, PLAIN)
+#define PARTS_balanced_row_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND IN(2, 4) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 4)
+GAC_IN_LANES(balanced_row_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t sphere_models_balanced_row_work(intptr_t m)
@@ -535,20 +535,20 @@ void NAME(balanced_row)(intptr_t m, const REAL *row, const REAL *columns, const 
 {
     (void)work;
     REAL sum_0, sum[4];
-    NAME(balanced_row_1)(&sum_0, sum);
+    NAME(balanced_row_sum_start)(&sum_0, sum);
     for (intptr_t i = 0; i < m; i++)
-        NAME(balanced_row_2)(sum_0, sum, row[i], columns[i], others + 4 * i, &sum_0, sum);
-    NAME(balanced_row_3)(outlier, sum_0, sum, out_0, out_1, out_2);
+        NAME(balanced_row_sum)(sum_0, sum, row[i], columns[i], others + 4 * i, &sum_0, sum);
+    NAME(balanced_row_result)(outlier, sum_0, sum, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(balanced_row_lanes)(intptr_t m, const REAL *row, const REAL *columns, const REAL *others,
     const REAL *outlier, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL sum_0[NLANES], sum[4 * NLANES];
-    NAME(balanced_row_1_lanes)(sum_0, sum);
+    NAME(balanced_row_sum_start_lanes)(sum_0, sum);
     for (intptr_t i = 0; i < m; i++)
-        NAME(balanced_row_2_lanes)(sum_0, sum, row + NLANES * i, columns + i, others + 4 * i, sum_0, sum);
-    NAME(balanced_row_3_lanes)(outlier, sum_0, sum, out_0, out_1, out_2);
+        NAME(balanced_row_sum_lanes)(sum_0, sum, row + NLANES * i, columns + i, others + 4 * i, sum_0, sum);
+    NAME(balanced_row_result_lanes)(outlier, sum_0, sum, out_0, out_1, out_2);
     return 0;
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all tables
 // spec: 86ea2e16d8f4697b
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 84eeaebbdd9ea2c3beeac532c9279743ca2822cb052c33143023240e9a67cc07
+// body: 95a0b51643719079b8e6e38cc45f531a309fb03bfb9851c55b72f1354fce761f
 
 #ifndef REAL
 #include "tables.h"
@@ -38,13 +38,13 @@ GAC_AXIS(1, 1)
     AND SAME(6, zero, scalar, 1, r) AND OUT(7, out, scalar, 1, r)
 #define WORK_product_by_table(WORK)
 
-static INLINE void NAME(product_by_table_1)(REAL factor, REAL x, REAL y, REAL *mapped)
+static INLINE void NAME(product_by_table_mapped)(REAL factor, REAL x, REAL y, REAL *mapped)
 {
     mapped[0] = y * (factor * x);
 }
-#define PARTS_product_by_table_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 1) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_product_by_table_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 1) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(product_by_table_1, PLAIN)
+GAC_IN_LANES(product_by_table_mapped, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tables_product_by_table_work(intptr_t p, intptr_t q, intptr_t t, intptr_t r)
@@ -62,7 +62,7 @@ void NAME(product_by_table)(intptr_t p, intptr_t q, intptr_t t, intptr_t r, cons
     REAL mapped;
     CLEAR(r, out);
     for (intptr_t i = 0; i < t; i++) {
-        NAME(product_by_table_1)(sign[i], a[left[i]], b[right[i]], &mapped);
+        NAME(product_by_table_mapped)(sign[i], a[left[i]], b[right[i]], &mapped);
         if (target[i] >= 0)
             ADD(1, &mapped, out + target[i]);
     }
@@ -76,7 +76,7 @@ static INLINE WORD NAME(product_by_table_lanes)(intptr_t p, intptr_t q, intptr_t
     _Alignas(64) REAL mapped[NLANES];
     CLEAR(NLANES * r, out);
     for (intptr_t i = 0; i < t; i++) {
-        NAME(product_by_table_1_lanes)(sign + i, a + NLANES * left[i], b + NLANES * right[i], mapped);
+        NAME(product_by_table_mapped_lanes)(sign + i, a + NLANES * left[i], b + NLANES * right[i], mapped);
         if (target[i] >= 0)
             ADD(NLANES, mapped, out + NLANES * target[i]);
     }

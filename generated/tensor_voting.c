@@ -2,7 +2,7 @@
 // command: gac generate --all tensor_voting
 // spec: 381b744ab534e604
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 383a0ba6832934a3ef632644fdf4e5c55210c5d27ac1e1f7dc4d6195a0cd2d09
+// body: 07065a3694b847b82283945a62933abc7cc0dc2a710d927aafc16bbb77b38bdb
 
 #ifndef REAL
 #include "tensor_voting.h"
@@ -542,14 +542,14 @@ GAC_KERNEL(spectrum_in_plane, PLAIN, TILES)
     AND NUMBER(7, curvature) AND IN(8, zero, scalar, 1, m) AND OUT(9, out, 6, 6, m)
 #define WORK_stick_votes(WORK) WORK(10, of, 6, 6, pairs)
 
-static INLINE void NAME(stick_votes_1)(REAL curvature, REAL *common)
+static INLINE void NAME(stick_votes_common)(REAL curvature, REAL *common)
 {
     common[0] = curvature * (REAL)4;
 }
-#define PARTS_stick_votes_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(stick_votes_1, PLAIN)
+#define PARTS_stick_votes_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(stick_votes_common, PLAIN)
 
-static INLINE void NAME(stick_votes_2)(REAL scale, const REAL *place, const REAL *normal, REAL weight, const REAL
+static INLINE void NAME(stick_votes_of)(REAL scale, const REAL *place, const REAL *normal, REAL weight, const REAL
     *other, REAL common, REAL *of)
 {
     const REAL place_e1 = place[0], place_e2 = place[1], place_e3 = place[2];
@@ -587,9 +587,9 @@ static INLINE void NAME(stick_votes_2)(REAL scale, const REAL *place, const REAL
     of[4] = t23 * t24;
     of[5] = t23 * (t16 * t23);
 }
-#define PARTS_stick_votes_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 3) AND NUMBER(3, 0) \
+#define PARTS_stick_votes_of(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 3) AND NUMBER(3, 0) \
     AND IN(4, 3) AND NUMBER(5, 0) AND OUT(6, 6)
-GAC_IN_LANES(stick_votes_2, PLAIN)
+GAC_IN_LANES(stick_votes_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tensor_voting_stick_votes_work(intptr_t n, intptr_t m, intptr_t pairs)
@@ -605,9 +605,9 @@ static INLINE void NAME(stick_votes_within)(intptr_t n, intptr_t m, intptr_t pai
 {
     (void)n, (void)zero;
     REAL *const of = work, common;
-    NAME(stick_votes_1)(curvature, &common);
+    NAME(stick_votes_common)(curvature, &common);
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(stick_votes_2)(scale, points + 3 * voter[i], normals + 3 * voter[i], weights[voter[i]],
+        NAME(stick_votes_of)(scale, points + 3 * voter[i], normals + 3 * voter[i], weights[voter[i]],
     at + 3 * receiver[i], common, of + 6 * i);
     CLEAR(6 * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
@@ -634,9 +634,9 @@ static INLINE WORD NAME(stick_votes_lanes)(intptr_t n, intptr_t m, intptr_t pair
 {
     (void)n, (void)zero;
     _Alignas(64) REAL common[NLANES];
-    NAME(stick_votes_1_lanes)(curvature, common);
+    NAME(stick_votes_common_lanes)(curvature, common);
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(stick_votes_2_lanes)(scale, points + 3 * NLANES * voter[i], normals + 3 * NLANES * voter[i],
+        NAME(stick_votes_of_lanes)(scale, points + 3 * NLANES * voter[i], normals + 3 * NLANES * voter[i],
     weights + NLANES * voter[i], at + 3 * NLANES * receiver[i], common, of + 6 * NLANES * i);
     CLEAR(6 * NLANES * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
@@ -654,14 +654,7 @@ GAC_PROCEDURE(stick_votes, BUSY)
     AND NUMBER(7, curvature) AND IN(8, zero, scalar, 1, m) AND OUT(9, out, 3, 3, m)
 #define WORK_stick_votes_in_plane(WORK) WORK(10, of, 3, 3, pairs)
 
-static INLINE void NAME(stick_votes_in_plane_1)(REAL curvature, REAL *common)
-{
-    common[0] = curvature * (REAL)4;
-}
-#define PARTS_stick_votes_in_plane_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(stick_votes_in_plane_1, PLAIN)
-
-static INLINE void NAME(stick_votes_in_plane_2)(REAL scale, const REAL *place, const REAL *normal, REAL weight,
+static INLINE void NAME(stick_votes_in_plane_of)(REAL scale, const REAL *place, const REAL *normal, REAL weight,
     const REAL *other, REAL common, REAL *of)
 {
     const REAL place_e1 = place[0], place_e2 = place[1];
@@ -692,9 +685,9 @@ static INLINE void NAME(stick_votes_in_plane_2)(REAL scale, const REAL *place, c
     of[1] = t18 * t20;
     of[2] = t20 * (t15 * t20);
 }
-#define PARTS_stick_votes_in_plane_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND IN(2, 2) \
+#define PARTS_stick_votes_in_plane_of(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND IN(2, 2) \
     AND NUMBER(3, 0) AND IN(4, 2) AND NUMBER(5, 0) AND OUT(6, 3)
-GAC_IN_LANES(stick_votes_in_plane_2, PLAIN)
+GAC_IN_LANES(stick_votes_in_plane_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tensor_voting_stick_votes_in_plane_work(intptr_t n, intptr_t m, intptr_t pairs)
@@ -710,9 +703,9 @@ static INLINE void NAME(stick_votes_in_plane_within)(intptr_t n, intptr_t m, int
 {
     (void)n, (void)zero;
     REAL *const of = work, common;
-    NAME(stick_votes_in_plane_1)(curvature, &common);
+    NAME(stick_votes_common)(curvature, &common);
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(stick_votes_in_plane_2)(scale, points + 2 * voter[i], normals + 2 * voter[i], weights[voter[i]],
+        NAME(stick_votes_in_plane_of)(scale, points + 2 * voter[i], normals + 2 * voter[i], weights[voter[i]],
     at + 2 * receiver[i], common, of + 3 * i);
     CLEAR(3 * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
@@ -739,9 +732,9 @@ static INLINE WORD NAME(stick_votes_in_plane_lanes)(intptr_t n, intptr_t m, intp
 {
     (void)n, (void)zero;
     _Alignas(64) REAL common[NLANES];
-    NAME(stick_votes_in_plane_1_lanes)(curvature, common);
+    NAME(stick_votes_common_lanes)(curvature, common);
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(stick_votes_in_plane_2_lanes)(scale, points + 2 * NLANES * voter[i], normals + 2 * NLANES * voter[i],
+        NAME(stick_votes_in_plane_of_lanes)(scale, points + 2 * NLANES * voter[i], normals + 2 * NLANES * voter[i],
     weights + NLANES * voter[i], at + 2 * NLANES * receiver[i], common, of + 3 * NLANES * i);
     CLEAR(3 * NLANES * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
@@ -760,7 +753,7 @@ GAC_PROCEDURE(stick_votes_in_plane, BUSY)
     AND IN(9, zero, scalar, 1, m) AND OUT(10, out, 6, 6, m)
 #define WORK_ball_votes(WORK)
 
-static INLINE void NAME(ball_votes_1)(REAL scale, const REAL *place, REAL weight, const REAL *other, REAL x, const
+static INLINE void NAME(ball_votes_of)(REAL scale, const REAL *place, REAL weight, const REAL *other, REAL x, const
     REAL *cubics, REAL *of)
 {
     const REAL place_e1 = place[0], place_e2 = place[1], place_e3 = place[2];
@@ -787,9 +780,9 @@ static INLINE void NAME(ball_votes_1)(REAL scale, const REAL *place, REAL weight
     of[4] = t10 * (t2 * t4);
     of[5] = t12 + t5 * t10;
 }
-#define PARTS_ball_votes_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 3) \
+#define PARTS_ball_votes_of(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 3) \
     AND NUMBER(4, 0) AND SAME(5, 8) AND OUT(6, 6)
-GAC_IN_LANES(ball_votes_1, PLAIN)
+GAC_IN_LANES(ball_votes_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tensor_voting_ball_votes_work(intptr_t n, intptr_t m, intptr_t pairs, intptr_t cells)
@@ -807,7 +800,7 @@ void NAME(ball_votes)(intptr_t n, intptr_t m, intptr_t pairs, intptr_t cells, co
     REAL of[6];
     CLEAR(6 * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(ball_votes_1)(scale, points + 3 * voter[i], weights[voter[i]], at + 3 * receiver[i], x[i],
+        NAME(ball_votes_of)(scale, points + 3 * voter[i], weights[voter[i]], at + 3 * receiver[i], x[i],
     cubics + 8 * cell[i], of);
         if (receiver[i] >= 0)
             ADD(6, of, out + 6 * receiver[i]);
@@ -822,7 +815,7 @@ static INLINE WORD NAME(ball_votes_lanes)(intptr_t n, intptr_t m, intptr_t pairs
     _Alignas(64) REAL of[6 * NLANES];
     CLEAR(6 * NLANES * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(ball_votes_1_lanes)(scale, points + 3 * NLANES * voter[i], weights + NLANES * voter[i],
+        NAME(ball_votes_of_lanes)(scale, points + 3 * NLANES * voter[i], weights + NLANES * voter[i],
     at + 3 * NLANES * receiver[i], x + NLANES * i, cubics + 8 * cell[i], of);
         if (receiver[i] >= 0)
             ADD(6 * NLANES, of, out + 6 * NLANES * receiver[i]);
@@ -839,7 +832,7 @@ GAC_PROCEDURE(ball_votes, LANES)
     AND OUT(9, out_1, 6, 6, n)
 #define WORK_mutual_ball_votes(WORK)
 
-static INLINE void NAME(mutual_ball_votes_1)(REAL scale, const REAL *place, const REAL *other, REAL x, const REAL
+static INLINE void NAME(mutual_ball_votes_of)(REAL scale, const REAL *place, const REAL *other, REAL x, const REAL
     *cubics, REAL *of)
 {
     const REAL place_e1 = place[0], place_e2 = place[1], place_e3 = place[2];
@@ -866,9 +859,9 @@ static INLINE void NAME(mutual_ball_votes_1)(REAL scale, const REAL *place, cons
     of[4] = t10 * (t2 * t4);
     of[5] = t12 + t5 * t10;
 }
-#define PARTS_mutual_ball_votes_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 3) \
+#define PARTS_mutual_ball_votes_of(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 3) \
     AND NUMBER(3, 0) AND SAME(4, 8) AND OUT(5, 6)
-GAC_IN_LANES(mutual_ball_votes_1, PLAIN)
+GAC_IN_LANES(mutual_ball_votes_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tensor_voting_mutual_ball_votes_work(intptr_t n, intptr_t pairs, intptr_t cells)
@@ -887,7 +880,7 @@ void NAME(mutual_ball_votes)(intptr_t n, intptr_t pairs, intptr_t cells, const R
     CLEAR(6 * n, out_0);
     CLEAR(6 * n, out_1);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(mutual_ball_votes_1)(scale, points + 3 * first[i], points + 3 * second[i], x[i], cubics + 8 * cell[i],
+        NAME(mutual_ball_votes_of)(scale, points + 3 * first[i], points + 3 * second[i], x[i], cubics + 8 * cell[i],
     of);
         if (first[i] >= 0)
             ADD(6, of, out_0 + 6 * first[i]);
@@ -905,7 +898,7 @@ static INLINE WORD NAME(mutual_ball_votes_lanes)(intptr_t n, intptr_t pairs, int
     CLEAR(6 * NLANES * n, out_0);
     CLEAR(6 * NLANES * n, out_1);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(mutual_ball_votes_1_lanes)(scale, points + 3 * NLANES * first[i], points + 3 * NLANES * second[i],
+        NAME(mutual_ball_votes_of_lanes)(scale, points + 3 * NLANES * first[i], points + 3 * NLANES * second[i],
     x + NLANES * i, cubics + 8 * cell[i], of);
         if (first[i] >= 0)
             ADD(6 * NLANES, of, out_0 + 6 * NLANES * first[i]);
@@ -924,7 +917,7 @@ GAC_PROCEDURE(mutual_ball_votes, LANES)
     AND IN(9, zero, scalar, 1, m) AND OUT(10, out, 3, 3, m)
 #define WORK_ball_votes_in_plane(WORK)
 
-static INLINE void NAME(ball_votes_in_plane_1)(REAL scale, const REAL *place, REAL weight, const REAL *other, REAL
+static INLINE void NAME(ball_votes_in_plane_of)(REAL scale, const REAL *place, REAL weight, const REAL *other, REAL
     x, const REAL *cubics, REAL *of)
 {
     const REAL place_e1 = place[0], place_e2 = place[1];
@@ -946,9 +939,9 @@ static INLINE void NAME(ball_votes_in_plane_1)(REAL scale, const REAL *place, RE
     of[1] = t9 * (t1 * t3);
     of[2] = t10 + t4 * t9;
 }
-#define PARTS_ball_votes_in_plane_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND NUMBER(2, 0) \
+#define PARTS_ball_votes_in_plane_of(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 2) AND NUMBER(2, 0) \
     AND IN(3, 2) AND NUMBER(4, 0) AND SAME(5, 8) AND OUT(6, 3)
-GAC_IN_LANES(ball_votes_in_plane_1, PLAIN)
+GAC_IN_LANES(ball_votes_in_plane_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tensor_voting_ball_votes_in_plane_work(intptr_t n, intptr_t m, intptr_t pairs, intptr_t cells)
@@ -966,7 +959,7 @@ void NAME(ball_votes_in_plane)(intptr_t n, intptr_t m, intptr_t pairs, intptr_t 
     REAL of[3];
     CLEAR(3 * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(ball_votes_in_plane_1)(scale, points + 2 * voter[i], weights[voter[i]], at + 2 * receiver[i], x[i],
+        NAME(ball_votes_in_plane_of)(scale, points + 2 * voter[i], weights[voter[i]], at + 2 * receiver[i], x[i],
     cubics + 8 * cell[i], of);
         if (receiver[i] >= 0)
             ADD(3, of, out + 3 * receiver[i]);
@@ -981,7 +974,7 @@ static INLINE WORD NAME(ball_votes_in_plane_lanes)(intptr_t n, intptr_t m, intpt
     _Alignas(64) REAL of[3 * NLANES];
     CLEAR(3 * NLANES * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(ball_votes_in_plane_1_lanes)(scale, points + 2 * NLANES * voter[i], weights + NLANES * voter[i],
+        NAME(ball_votes_in_plane_of_lanes)(scale, points + 2 * NLANES * voter[i], weights + NLANES * voter[i],
     at + 2 * NLANES * receiver[i], x + NLANES * i, cubics + 8 * cell[i], of);
         if (receiver[i] >= 0)
             ADD(3 * NLANES, of, out + 3 * NLANES * receiver[i]);
@@ -996,7 +989,7 @@ GAC_PROCEDURE(ball_votes_in_plane, LANES)
     AND INDEX(3, receiver, pairs, m) AND NUMBER(4, scale) AND OUT(5, out, scalar, 1, pairs)
 #define WORK_pair_distances(WORK)
 
-static INLINE void NAME(pair_distances_1)(REAL scale, const REAL *place, const REAL *other, REAL *out)
+static INLINE void NAME(pair_distances_result)(REAL scale, const REAL *place, const REAL *other, REAL *out)
 {
     const REAL place_e1 = place[0], place_e2 = place[1], place_e3 = place[2];
     const REAL other_e1 = other[0], other_e2 = other[1], other_e3 = other[2];
@@ -1006,8 +999,8 @@ static INLINE void NAME(pair_distances_1)(REAL scale, const REAL *place, const R
     const REAL t3 = (REAL)1 / scale;
     out[0] = SQRT(t3 * t3 * (t2 * t2 + (t0 * t0 + t1 * t1)));
 }
-#define PARTS_pair_distances_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 3) AND OUT(3, 1)
-GAC_IN_LANES(pair_distances_1, PLAIN)
+#define PARTS_pair_distances_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 3) AND OUT(3, 1)
+GAC_IN_LANES(pair_distances_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tensor_voting_pair_distances_work(intptr_t n, intptr_t m, intptr_t pairs)
@@ -1022,7 +1015,7 @@ void NAME(pair_distances)(intptr_t n, intptr_t m, intptr_t pairs, const REAL *po
 {
     (void)n, (void)m, (void)work;
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(pair_distances_1)(scale, points + 3 * voter[i], at + 3 * receiver[i], out + i);
+        NAME(pair_distances_result)(scale, points + 3 * voter[i], at + 3 * receiver[i], out + i);
 }
 
 static INLINE WORD NAME(pair_distances_lanes)(intptr_t n, intptr_t m, intptr_t pairs, const REAL *points,
@@ -1030,7 +1023,7 @@ static INLINE WORD NAME(pair_distances_lanes)(intptr_t n, intptr_t m, intptr_t p
 {
     (void)n, (void)m;
     for (intptr_t i = 0; i < pairs; i++)
-        NAME(pair_distances_1_lanes)(scale, points + 3 * NLANES * voter[i], at + 3 * NLANES * receiver[i],
+        NAME(pair_distances_result_lanes)(scale, points + 3 * NLANES * voter[i], at + 3 * NLANES * receiver[i],
     out + NLANES * i);
     return 0;
 }
@@ -1043,7 +1036,7 @@ GAC_PROCEDURE(pair_distances, LANES)
     AND OUT(7, out_0, scalar, 1, pairs) AND OUT(8, out_1, scalar, 1, pairs) AND OUT(9, out_2, scalar, 1, pairs)
 #define WORK_pair_invariants(WORK)
 
-static INLINE void NAME(pair_invariants_1)(REAL scale, const REAL *place, const REAL *normal, const REAL *tangent,
+static INLINE void NAME(pair_invariants_of)(REAL scale, const REAL *place, const REAL *normal, const REAL *tangent,
     const REAL *other, REAL *of)
 {
     const REAL place_e1 = place[0], place_e2 = place[1], place_e3 = place[2];
@@ -1064,33 +1057,33 @@ static INLINE void NAME(pair_invariants_1)(REAL scale, const REAL *place, const 
     of[1] = MINIMUM((REAL)1, t7);
     of[2] = MAXIMUM(t9, (REAL)0);
 }
-#define PARTS_pair_invariants_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 3) AND IN(3, 3) \
+#define PARTS_pair_invariants_of(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 3) AND IN(3, 3) \
     AND IN(4, 3) AND OUT(5, 3)
-GAC_IN_LANES(pair_invariants_1, PLAIN)
+GAC_IN_LANES(pair_invariants_of, PLAIN)
 
-static INLINE void NAME(pair_invariants_2)(const REAL *value, REAL *out_0)
+static INLINE void NAME(pair_invariants_result)(const REAL *value, REAL *out_0)
 {
     const REAL value_0 = value[0];
     out_0[0] = value_0;
 }
-#define PARTS_pair_invariants_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
-GAC_IN_LANES(pair_invariants_2, PLAIN)
+#define PARTS_pair_invariants_result(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
+GAC_IN_LANES(pair_invariants_result, PLAIN)
 
-static INLINE void NAME(pair_invariants_3)(const REAL *value, REAL *out_1)
+static INLINE void NAME(pair_invariants_result_2)(const REAL *value, REAL *out_1)
 {
     const REAL value_1 = value[1];
     out_1[0] = value_1;
 }
-#define PARTS_pair_invariants_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
-GAC_IN_LANES(pair_invariants_3, PLAIN)
+#define PARTS_pair_invariants_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
+GAC_IN_LANES(pair_invariants_result_2, PLAIN)
 
-static INLINE void NAME(pair_invariants_4)(const REAL *value, REAL *out_2)
+static INLINE void NAME(pair_invariants_result_3)(const REAL *value, REAL *out_2)
 {
     const REAL value_2 = value[2];
     out_2[0] = value_2;
 }
-#define PARTS_pair_invariants_4(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
-GAC_IN_LANES(pair_invariants_4, PLAIN)
+#define PARTS_pair_invariants_result_3(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND OUT(1, 1)
+GAC_IN_LANES(pair_invariants_result_3, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tensor_voting_pair_invariants_work(intptr_t n, intptr_t m, intptr_t pairs)
@@ -1107,11 +1100,11 @@ void NAME(pair_invariants)(intptr_t n, intptr_t m, intptr_t pairs, const REAL *p
     (void)n, (void)m, (void)work;
     REAL of[3];
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(pair_invariants_1)(scale, points + 3 * voter[i], normals + 3 * voter[i], tangents + 3 * voter[i],
+        NAME(pair_invariants_of)(scale, points + 3 * voter[i], normals + 3 * voter[i], tangents + 3 * voter[i],
     at + 3 * receiver[i], of);
-        NAME(pair_invariants_2)(of, out_0 + i);
-        NAME(pair_invariants_3)(of, out_1 + i);
-        NAME(pair_invariants_4)(of, out_2 + i);
+        NAME(pair_invariants_result)(of, out_0 + i);
+        NAME(pair_invariants_result_2)(of, out_1 + i);
+        NAME(pair_invariants_result_3)(of, out_2 + i);
     }
 }
 
@@ -1122,11 +1115,11 @@ static INLINE WORD NAME(pair_invariants_lanes)(intptr_t n, intptr_t m, intptr_t 
     (void)n, (void)m;
     _Alignas(64) REAL of[3 * NLANES];
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(pair_invariants_1_lanes)(scale, points + 3 * NLANES * voter[i], normals + 3 * NLANES * voter[i],
+        NAME(pair_invariants_of_lanes)(scale, points + 3 * NLANES * voter[i], normals + 3 * NLANES * voter[i],
     tangents + 3 * NLANES * voter[i], at + 3 * NLANES * receiver[i], of);
-        NAME(pair_invariants_2_lanes)(of, out_0 + NLANES * i);
-        NAME(pair_invariants_3_lanes)(of, out_1 + NLANES * i);
-        NAME(pair_invariants_4_lanes)(of, out_2 + NLANES * i);
+        NAME(pair_invariants_result_lanes)(of, out_0 + NLANES * i);
+        NAME(pair_invariants_result_2_lanes)(of, out_1 + NLANES * i);
+        NAME(pair_invariants_result_3_lanes)(of, out_2 + NLANES * i);
     }
     return 0;
 }
@@ -1142,7 +1135,7 @@ GAC_PROCEDURE(pair_invariants, LANES)
     AND OUT(15, out, 6, 6, m)
 #define WORK_stick_and_plate_votes(WORK)
 
-static INLINE void NAME(stick_and_plate_votes_1)(REAL scale, const REAL *place, const REAL *normal, const REAL
+static INLINE void NAME(stick_and_plate_votes_of)(REAL scale, const REAL *place, const REAL *normal, const REAL
     *tangent, REAL stick, REAL plate, const REAL *other, REAL decay, REAL x, REAL y, const REAL *cubics, REAL *of)
 {
     const REAL place_e1 = place[0], place_e2 = place[1], place_e3 = place[2];
@@ -1210,10 +1203,10 @@ static INLINE void NAME(stick_and_plate_votes_1)(REAL scale, const REAL *place, 
     of[4] = t42 * t45 - t41 * t44 + t40 * t43;
     of[5] = t42 * (t33 * t42) + (t29 - t41 * (t29 * t41)) + t40 * (t20 * t40);
 }
-#define PARTS_stick_and_plate_votes_1(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 3) \
+#define PARTS_stick_and_plate_votes_of(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND IN(1, 3) AND IN(2, 3) \
     AND IN(3, 3) AND NUMBER(4, 0) AND NUMBER(5, 0) AND IN(6, 3) AND NUMBER(7, 0) AND NUMBER(8, 0) AND NUMBER(9, 0) \
     AND SAME(10, 32) AND OUT(11, 6)
-GAC_IN_LANES(stick_and_plate_votes_1, PLAIN)
+GAC_IN_LANES(stick_and_plate_votes_of, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tensor_voting_stick_and_plate_votes_work(intptr_t n, intptr_t m, intptr_t pairs, intptr_t cells)
@@ -1232,8 +1225,9 @@ void NAME(stick_and_plate_votes)(intptr_t n, intptr_t m, intptr_t pairs, intptr_
     REAL of[6];
     CLEAR(6 * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(stick_and_plate_votes_1)(scale, points + 3 * voter[i], normals + 3 * voter[i], tangents + 3 * voter[i],
-    sticks[voter[i]], plates[voter[i]], at + 3 * receiver[i], decay[i], x[i], y[i], cubics + 32 * cell[i], of);
+        NAME(stick_and_plate_votes_of)(scale, points + 3 * voter[i], normals + 3 * voter[i],
+    tangents + 3 * voter[i], sticks[voter[i]], plates[voter[i]], at + 3 * receiver[i], decay[i], x[i], y[i],
+    cubics + 32 * cell[i], of);
         if (receiver[i] >= 0)
             ADD(6, of, out + 6 * receiver[i]);
     }
@@ -1248,7 +1242,7 @@ static INLINE WORD NAME(stick_and_plate_votes_lanes)(intptr_t n, intptr_t m, int
     _Alignas(64) REAL of[6 * NLANES];
     CLEAR(6 * NLANES * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
-        NAME(stick_and_plate_votes_1_lanes)(scale, points + 3 * NLANES * voter[i], normals + 3 * NLANES * voter[i],
+        NAME(stick_and_plate_votes_of_lanes)(scale, points + 3 * NLANES * voter[i], normals + 3 * NLANES * voter[i],
     tangents + 3 * NLANES * voter[i], sticks + NLANES * voter[i], plates + NLANES * voter[i],
     at + 3 * NLANES * receiver[i], decay + NLANES * i, x + NLANES * i, y + NLANES * i, cubics + 32 * cell[i], of);
         if (receiver[i] >= 0)

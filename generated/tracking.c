@@ -2,7 +2,7 @@
 // command: gac generate --all tracking
 // spec: c4ee23d8ce19272d
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2838e3f380e95938f38f12e303efbb1536e413cab7a7a018c677d4b04578ebb0
+// body: 2509c62ceefca015d8f143489d870890b55bf0788b748b5afe95d41edc9ba19a
 
 #ifndef REAL
 #include "tracking.h"
@@ -42,7 +42,7 @@ GAC_AXIS(8, 8)
     AND NUMBER(5, mirror) AND OUT(6, out_0, 2, 2, 1) AND OUT(7, out_1, 2, 2, n) AND OUT(8, out_2, scalar, 1, 1)
 #define WORK_image_of_point(WORK) WORK(9, motor, 8, 8, n) WORK(10, moved_line, 6, 6, n)
 
-static INLINE void NAME(image_of_point_1)(REAL *motor_start)
+static INLINE void NAME(image_of_point_motor_start)(REAL *motor_start)
 {
     motor_start[0] = (REAL)1;
     motor_start[1] = (REAL)0;
@@ -53,25 +53,11 @@ static INLINE void NAME(image_of_point_1)(REAL *motor_start)
     motor_start[6] = (REAL)0;
     motor_start[7] = (REAL)0;
 }
-#define PARTS_image_of_point_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(image_of_point_1, PLAIN)
+#define PARTS_image_of_point_motor_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
+GAC_IN_LANES(image_of_point_motor_start, PLAIN)
 
-static INLINE void NAME(image_of_point_3)(REAL *value)
-{
-    value[0] = (REAL)1;
-    value[1] = (REAL)0;
-    value[2] = (REAL)0;
-    value[3] = (REAL)0;
-    value[4] = (REAL)0;
-    value[5] = (REAL)0;
-    value[6] = (REAL)0;
-    value[7] = (REAL)0;
-}
-#define PARTS_image_of_point_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(image_of_point_3, PLAIN)
-
-static INLINE void NAME(image_of_point_2)(const REAL *motor, REAL x, const REAL *axis, REAL turn, REAL *motor_out,
-    WORD *far)
+static INLINE void NAME(image_of_point_motor)(const REAL *motor, REAL x, const REAL *axis, REAL turn, REAL
+    *motor_out, WORD *far)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
         motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
@@ -101,11 +87,11 @@ static INLINE void NAME(image_of_point_2)(const REAL *motor, REAL x, const REAL 
     motor_out[6] = motor_e0123 * t3 - (t13 - motor_e03 * t5);
     motor_out[7] = motor_e0123 * t5 - (t14 + motor_e03 * t3);
 }
-#define PARTS_image_of_point_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) AND NUMBER(3, 1) \
-    AND OUT(4, 8)
-GAC_IN_LANES(image_of_point_2, TURNS)
+#define PARTS_image_of_point_motor(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
+    AND NUMBER(3, 1) AND OUT(4, 8)
+GAC_IN_LANES(image_of_point_motor, TURNS)
 
-static INLINE void NAME(image_of_point_4)(const REAL *motor, REAL *value)
+static INLINE void NAME(image_of_point_value)(const REAL *motor, REAL *value)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
         motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
@@ -118,10 +104,10 @@ static INLINE void NAME(image_of_point_4)(const REAL *motor, REAL *value)
     value[6] = motor_e03;
     value[7] = motor_e0123;
 }
-#define PARTS_image_of_point_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(image_of_point_4, PLAIN)
+#define PARTS_image_of_point_value(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
+GAC_IN_LANES(image_of_point_value, PLAIN)
 
-static INLINE void NAME(image_of_point_5)(const REAL *motor, const REAL *line, REAL *moved_line)
+static INLINE void NAME(image_of_point_moved_line)(const REAL *motor, const REAL *line, REAL *moved_line)
 {
     const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
         motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
@@ -162,11 +148,11 @@ static INLINE void NAME(image_of_point_5)(const REAL *motor, const REAL *line, R
     moved_line[4] = line_e02 * t17 + (REAL)2 * (t26 - motor_e03 * t25 - line_e01 * t13);
     moved_line[5] = line_e03 * t10 + (REAL)2 * (t27 - line_e01 * t5 - line_e02 * t2);
 }
-#define PARTS_image_of_point_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(image_of_point_5, PLAIN)
+#define PARTS_image_of_point_moved_line(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND OUT(2, 6)
+GAC_IN_LANES(image_of_point_moved_line, PLAIN)
 
-static INLINE void NAME(image_of_point_6)(const REAL *camera, const REAL *point, REAL mirror, const REAL *v_, REAL
-    *common, REAL *common_2)
+static INLINE void NAME(image_of_point_common)(const REAL *camera, const REAL *point, REAL mirror, const REAL *v_,
+    REAL *common, REAL *common_2)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -288,11 +274,11 @@ static INLINE void NAME(image_of_point_6)(const REAL *camera, const REAL *point,
     common_2[4] = t100 - t41 * t96;
     common_2[5] = t101 - t50 * t97;
 }
-#define PARTS_image_of_point_6(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 8) \
+#define PARTS_image_of_point_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 8) \
     AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(image_of_point_6, PLAIN)
+GAC_IN_LANES(image_of_point_common, PLAIN)
 
-static INLINE void NAME(image_of_point_7)(const REAL *line, const REAL *common, const REAL *common_2, REAL
+static INLINE void NAME(image_of_point_mapped)(const REAL *line, const REAL *common, const REAL *common_2, REAL
     *mapped_0, REAL *mapped_1)
 {
     const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
@@ -306,20 +292,20 @@ static INLINE void NAME(image_of_point_7)(const REAL *line, const REAL *common, 
     mapped_0[0] = t0 - line_e23 * common_e01 + line_e13 * common_e02 - line_e12 * common_e03;
     mapped_1[0] = t1 - line_e23 * common_2_e01 + line_e13 * common_2_e02 - line_e12 * common_2_e03;
 }
-#define PARTS_image_of_point_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
+#define PARTS_image_of_point_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
     AND OUT(4, 1)
-GAC_IN_LANES(image_of_point_7, PLAIN)
+GAC_IN_LANES(image_of_point_mapped, PLAIN)
 
-static INLINE void NAME(image_of_point_8)(REAL value, REAL value_2, REAL *out_1)
+static INLINE void NAME(image_of_point_result)(REAL value, REAL value_2, REAL *out_1)
 {
     out_1[0] = value;
     out_1[1] = value_2;
 }
-#define PARTS_image_of_point_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
-GAC_IN_LANES(image_of_point_8, PLAIN)
+#define PARTS_image_of_point_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
+GAC_IN_LANES(image_of_point_result, PLAIN)
 
-static INLINE void NAME(image_of_point_9)(const REAL *camera, const REAL *point, REAL mirror, const REAL *v_, REAL
-    *out_0, REAL *out_2)
+static INLINE void NAME(image_of_point_result_2)(const REAL *camera, const REAL *point, REAL mirror, const REAL *v_,
+    REAL *out_0, REAL *out_2)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -354,9 +340,9 @@ static INLINE void NAME(image_of_point_9)(const REAL *camera, const REAL *point,
     out_0[1] = t17 * t23;
     out_2[0] = t22;
 }
-#define PARTS_image_of_point_9(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 8) \
-    AND OUT(4, 2) AND OUT(5, 1)
-GAC_IN_LANES(image_of_point_9, PLAIN)
+#define PARTS_image_of_point_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) \
+    AND IN(3, 8) AND OUT(4, 2) AND OUT(5, 1)
+GAC_IN_LANES(image_of_point_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tracking_image_of_point_work(intptr_t n)
@@ -370,20 +356,20 @@ static INLINE void NAME(image_of_point_within)(intptr_t n, const REAL *q, const 
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, mapped_0, mapped_1,
     common[6], common_2[6];
-    NAME(image_of_point_1)(motor_start);
-    NAME(image_of_point_3)(value);
+    NAME(image_of_point_motor_start)(motor_start);
+    NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(image_of_point_2)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
+        NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
-        NAME(image_of_point_4)(motor + 8 * i, value);
-        NAME(image_of_point_5)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
+        NAME(image_of_point_value)(motor + 8 * i, value);
+        NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
-    NAME(image_of_point_6)(camera, point, mirror, value, common, common_2);
+    NAME(image_of_point_common)(camera, point, mirror, value, common, common_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(image_of_point_7)(moved_line + 6 * i, common, common_2, &mapped_0, &mapped_1);
-        NAME(image_of_point_8)(mapped_0, mapped_1, out_1 + 2 * i);
+        NAME(image_of_point_mapped)(moved_line + 6 * i, common, common_2, &mapped_0, &mapped_1);
+        NAME(image_of_point_result)(mapped_0, mapped_1, out_1 + 2 * i);
     }
-    NAME(image_of_point_9)(camera, point, mirror, value, out_0, out_2);
+    NAME(image_of_point_result_2)(camera, point, mirror, value, out_0, out_2);
 }
 
 FUSED(image_of_point, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
@@ -403,20 +389,20 @@ static INLINE WORD NAME(image_of_point_lanes)(intptr_t n, const REAL *q, const R
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], mapped_0[NLANES], mapped_1[NLANES],
     common[6 * NLANES], common_2[6 * NLANES];
     WORD far = 0;
-    NAME(image_of_point_1_lanes)(motor_start);
-    NAME(image_of_point_3_lanes)(value);
+    NAME(image_of_point_motor_start_lanes)(motor_start);
+    NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(image_of_point_2_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
+        far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
     axes + 6 * i, turns + i, motor + 8 * NLANES * i);
-        NAME(image_of_point_4_lanes)(motor + 8 * NLANES * i, value);
-        NAME(image_of_point_5_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
+        NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
+        NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
-    NAME(image_of_point_6_lanes)(camera, point, mirror, value, common, common_2);
+    NAME(image_of_point_common_lanes)(camera, point, mirror, value, common, common_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(image_of_point_7_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0, mapped_1);
-        NAME(image_of_point_8_lanes)(mapped_0, mapped_1, out_1 + 2 * NLANES * i);
+        NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0, mapped_1);
+        NAME(image_of_point_result_lanes)(mapped_0, mapped_1, out_1 + 2 * NLANES * i);
     }
-    NAME(image_of_point_9_lanes)(camera, point, mirror, value, out_0, out_2);
+    NAME(image_of_point_result_2_lanes)(camera, point, mirror, value, out_0, out_2);
     return far;
 }
 
@@ -427,131 +413,8 @@ GAC_PROCEDURE(image_of_point, BUSY)
     AND OUT(5, out_0, 2, 2, 1) AND OUT(6, out_1, 2, 2, n) AND OUT(7, out_2, scalar, 1, 1)
 #define WORK_image_of_line(WORK) WORK(8, motor, 8, 8, n) WORK(9, moved_line, 6, 6, n)
 
-static INLINE void NAME(image_of_line_1)(REAL *motor_start)
-{
-    motor_start[0] = (REAL)1;
-    motor_start[1] = (REAL)0;
-    motor_start[2] = (REAL)0;
-    motor_start[3] = (REAL)0;
-    motor_start[4] = (REAL)0;
-    motor_start[5] = (REAL)0;
-    motor_start[6] = (REAL)0;
-    motor_start[7] = (REAL)0;
-}
-#define PARTS_image_of_line_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(image_of_line_1, PLAIN)
-
-static INLINE void NAME(image_of_line_3)(REAL *value)
-{
-    value[0] = (REAL)1;
-    value[1] = (REAL)0;
-    value[2] = (REAL)0;
-    value[3] = (REAL)0;
-    value[4] = (REAL)0;
-    value[5] = (REAL)0;
-    value[6] = (REAL)0;
-    value[7] = (REAL)0;
-}
-#define PARTS_image_of_line_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(image_of_line_3, PLAIN)
-
-static INLINE void NAME(image_of_line_2)(const REAL *motor, REAL x, const REAL *axis, REAL turn, REAL *motor_out,
-    WORD *far)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = x * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = SELECT(turn, t1, t0);
-    const REAL t3 = axis_e12 * t2;
-    const REAL t4 = COS(t0);
-    const REAL t5 = SELECT(turn, t4, (REAL)1);
-    const REAL t6 = axis_e13 * t2;
-    const REAL t7 = axis_e23 * t2;
-    const REAL t8 = axis_e01 * t2;
-    const REAL t9 = axis_e02 * t2;
-    const REAL t10 = axis_e03 * t2;
-    const REAL t11 = motor_1 * t8 + motor_e12 * t9 + motor_e13 * t10 - motor_e01 * t5 - motor_e02 * t3;
-    const REAL t12 = motor_1 * t9 - motor_e12 * t8 + motor_e23 * t10 + motor_e01 * t3 - motor_e02 * t5;
-    const REAL t13 = motor_1 * t10 - motor_e13 * t8 - motor_e23 * t9 + motor_e01 * t6 + motor_e02 * t7;
-    const REAL t14 = motor_e12 * t10 - motor_e13 * t9 + motor_e23 * t8 + motor_e01 * t7 - motor_e02 * t6;
-    motor_out[0] = motor_1 * t5 + motor_e12 * t3 + motor_e13 * t6 + motor_e23 * t7;
-    motor_out[1] = motor_e12 * t5 - motor_1 * t3 + motor_e13 * t7 - motor_e23 * t6;
-    motor_out[2] = motor_e13 * t5 - (motor_1 * t6 + motor_e12 * t7) + motor_e23 * t3;
-    motor_out[3] = motor_e12 * t6 - motor_1 * t7 - motor_e13 * t3 + motor_e23 * t5;
-    motor_out[4] = motor_e0123 * t7 - (t11 - motor_e03 * t6);
-    motor_out[5] = -(t12 - motor_e03 * t7 + motor_e0123 * t6);
-    motor_out[6] = motor_e0123 * t3 - (t13 - motor_e03 * t5);
-    motor_out[7] = motor_e0123 * t5 - (t14 + motor_e03 * t3);
-}
-#define PARTS_image_of_line_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) AND NUMBER(3, 1) \
-    AND OUT(4, 8)
-GAC_IN_LANES(image_of_line_2, TURNS)
-
-static INLINE void NAME(image_of_line_4)(const REAL *motor, REAL *value)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    value[0] = motor_1;
-    value[1] = motor_e12;
-    value[2] = motor_e13;
-    value[3] = motor_e23;
-    value[4] = motor_e01;
-    value[5] = motor_e02;
-    value[6] = motor_e03;
-    value[7] = motor_e0123;
-}
-#define PARTS_image_of_line_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(image_of_line_4, PLAIN)
-
-static INLINE void NAME(image_of_line_5)(const REAL *motor, const REAL *line, REAL *moved_line)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = motor_1 * motor_e23;
-    const REAL t1 = motor_e12 * motor_e13;
-    const REAL t2 = t0 + t1;
-    const REAL t3 = motor_1 * motor_e13;
-    const REAL t4 = motor_e12 * motor_e23;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = motor_1 * motor_1;
-    const REAL t7 = motor_e12 * motor_e12;
-    const REAL t8 = motor_e13 * motor_e13;
-    const REAL t9 = motor_e23 * motor_e23;
-    const REAL t10 = t6 + t7 - t8 - t9;
-    const REAL t11 = motor_1 * motor_e12;
-    const REAL t12 = motor_e13 * motor_e23;
-    const REAL t13 = t11 + t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t6 - t7;
-    const REAL t16 = t8 - t9;
-    const REAL t17 = t15 + t16;
-    const REAL t18 = t3 + t4;
-    const REAL t19 = t11 - t12;
-    const REAL t20 = t15 - t16;
-    const REAL t21 = motor_e12 * line_e12 + motor_e13 * line_e13 + motor_e23 * line_e23;
-    const REAL t22 = motor_1 * line_e12 + motor_e23 * line_e13 - motor_e13 * line_e23;
-    const REAL t23 = motor_1 * line_e13 + motor_e12 * line_e23 - motor_e23 * line_e12;
-    const REAL t24 = motor_e01 * t21 + line_e02 * t19 + line_e03 * t18 - motor_e02 * t22 - motor_e03 * t23;
-    const REAL t25 = motor_1 * line_e23 + motor_e13 * line_e12 - motor_e12 * line_e13;
-    const REAL t26 = motor_e01 * t22 + motor_e02 * t21 + motor_e0123 * t23 + line_e03 * t14;
-    const REAL t27 = motor_e01 * t23 + motor_e02 * t25 + motor_e03 * t21 - motor_e0123 * t22;
-    moved_line[0] = line_e12 * t10 + (line_e13 * t2 - line_e23 * t5) * (REAL)2;
-    moved_line[1] = line_e13 * t17 + (REAL)2 * (line_e23 * t13 - line_e12 * t14);
-    moved_line[2] = line_e23 * t20 + (REAL)2 * (line_e12 * t18 - line_e13 * t19);
-    moved_line[3] = line_e01 * t20 + (REAL)2 * (t24 - motor_e0123 * t25);
-    moved_line[4] = line_e02 * t17 + (REAL)2 * (t26 - motor_e03 * t25 - line_e01 * t13);
-    moved_line[5] = line_e03 * t10 + (REAL)2 * (t27 - line_e01 * t5 - line_e02 * t2);
-}
-#define PARTS_image_of_line_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(image_of_line_5, PLAIN)
-
-static INLINE void NAME(image_of_line_6)(const REAL *camera, const REAL *line, const REAL *v_, REAL *common, REAL
-    *common_2)
+static INLINE void NAME(image_of_line_common)(const REAL *camera, const REAL *line, const REAL *v_, REAL *common,
+    REAL *common_2)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -663,38 +526,12 @@ static INLINE void NAME(image_of_line_6)(const REAL *camera, const REAL *line, c
     common_2[4] = t89 - t51 * t85;
     common_2[5] = t90 + t60 * t86;
 }
-#define PARTS_image_of_line_6(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 8) AND OUT(3, 6) \
+#define PARTS_image_of_line_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 8) AND OUT(3, 6) \
     AND OUT(4, 6)
-GAC_IN_LANES(image_of_line_6, PLAIN)
+GAC_IN_LANES(image_of_line_common, PLAIN)
 
-static INLINE void NAME(image_of_line_7)(const REAL *line, const REAL *common, const REAL *common_2, REAL *mapped_0,
-    REAL *mapped_1)
-{
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL common_e12 = common[0], common_e13 = common[1], common_e23 = common[2], common_e01 = common[3],
-        common_e02 = common[4], common_e03 = common[5];
-    const REAL common_2_e12 = common_2[0], common_2_e13 = common_2[1], common_2_e23 = common_2[2],
-        common_2_e01 = common_2[3], common_2_e02 = common_2[4], common_2_e03 = common_2[5];
-    const REAL t0 = line_e02 * common_e13 - line_e03 * common_e12 - line_e01 * common_e23;
-    const REAL t1 = line_e02 * common_2_e13 - line_e03 * common_2_e12 - line_e01 * common_2_e23;
-    mapped_0[0] = t0 - line_e23 * common_e01 + line_e13 * common_e02 - line_e12 * common_e03;
-    mapped_1[0] = t1 - line_e23 * common_2_e01 + line_e13 * common_2_e02 - line_e12 * common_2_e03;
-}
-#define PARTS_image_of_line_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
-    AND OUT(4, 1)
-GAC_IN_LANES(image_of_line_7, PLAIN)
-
-static INLINE void NAME(image_of_line_8)(REAL value, REAL value_2, REAL *out_1)
-{
-    out_1[0] = value;
-    out_1[1] = value_2;
-}
-#define PARTS_image_of_line_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 2)
-GAC_IN_LANES(image_of_line_8, PLAIN)
-
-static INLINE void NAME(image_of_line_9)(const REAL *camera, const REAL *line, const REAL *v_, REAL *out_0, REAL
-    *out_2)
+static INLINE void NAME(image_of_line_result)(const REAL *camera, const REAL *line, const REAL *v_, REAL *out_0,
+    REAL *out_2)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -744,9 +581,9 @@ static INLINE void NAME(image_of_line_9)(const REAL *camera, const REAL *line, c
     out_0[1] = -(t36 / SQRT(SELECT(t37, t34, (REAL)1)));
     out_2[0] = t37;
 }
-#define PARTS_image_of_line_9(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 8) AND OUT(3, 2) \
+#define PARTS_image_of_line_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 8) AND OUT(3, 2) \
     AND OUT(4, 1)
-GAC_IN_LANES(image_of_line_9, PLAIN)
+GAC_IN_LANES(image_of_line_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tracking_image_of_line_work(intptr_t n)
@@ -760,20 +597,20 @@ static INLINE void NAME(image_of_line_within)(intptr_t n, const REAL *q, const R
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, mapped_0, mapped_1,
     common[6], common_2[6];
-    NAME(image_of_line_1)(motor_start);
-    NAME(image_of_line_3)(value);
+    NAME(image_of_point_motor_start)(motor_start);
+    NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(image_of_line_2)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
+        NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
-        NAME(image_of_line_4)(motor + 8 * i, value);
-        NAME(image_of_line_5)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
+        NAME(image_of_point_value)(motor + 8 * i, value);
+        NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
-    NAME(image_of_line_6)(camera, line, value, common, common_2);
+    NAME(image_of_line_common)(camera, line, value, common, common_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(image_of_line_7)(moved_line + 6 * i, common, common_2, &mapped_0, &mapped_1);
-        NAME(image_of_line_8)(mapped_0, mapped_1, out_1 + 2 * i);
+        NAME(image_of_point_mapped)(moved_line + 6 * i, common, common_2, &mapped_0, &mapped_1);
+        NAME(image_of_point_result)(mapped_0, mapped_1, out_1 + 2 * i);
     }
-    NAME(image_of_line_9)(camera, line, value, out_0, out_2);
+    NAME(image_of_line_result)(camera, line, value, out_0, out_2);
 }
 
 FUSED(image_of_line, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
@@ -792,20 +629,20 @@ static INLINE WORD NAME(image_of_line_lanes)(intptr_t n, const REAL *q, const RE
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], mapped_0[NLANES], mapped_1[NLANES],
     common[6 * NLANES], common_2[6 * NLANES];
     WORD far = 0;
-    NAME(image_of_line_1_lanes)(motor_start);
-    NAME(image_of_line_3_lanes)(value);
+    NAME(image_of_point_motor_start_lanes)(motor_start);
+    NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(image_of_line_2_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
+        far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
     axes + 6 * i, turns + i, motor + 8 * NLANES * i);
-        NAME(image_of_line_4_lanes)(motor + 8 * NLANES * i, value);
-        NAME(image_of_line_5_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
+        NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
+        NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
-    NAME(image_of_line_6_lanes)(camera, line, value, common, common_2);
+    NAME(image_of_line_common_lanes)(camera, line, value, common, common_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(image_of_line_7_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0, mapped_1);
-        NAME(image_of_line_8_lanes)(mapped_0, mapped_1, out_1 + 2 * NLANES * i);
+        NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0, mapped_1);
+        NAME(image_of_point_result_lanes)(mapped_0, mapped_1, out_1 + 2 * NLANES * i);
     }
-    NAME(image_of_line_9_lanes)(camera, line, value, out_0, out_2);
+    NAME(image_of_line_result_lanes)(camera, line, value, out_0, out_2);
     return far;
 }
 
@@ -816,131 +653,8 @@ GAC_PROCEDURE(image_of_line, BUSY)
     AND OUT(5, out_0, 3, 3, 1) AND OUT(6, out_1, 3, 3, n) AND OUT(7, out_2, scalar, 1, 1)
 #define WORK_image_of_plane(WORK) WORK(8, motor, 8, 8, n) WORK(9, moved_line, 6, 6, n)
 
-static INLINE void NAME(image_of_plane_1)(REAL *motor_start)
-{
-    motor_start[0] = (REAL)1;
-    motor_start[1] = (REAL)0;
-    motor_start[2] = (REAL)0;
-    motor_start[3] = (REAL)0;
-    motor_start[4] = (REAL)0;
-    motor_start[5] = (REAL)0;
-    motor_start[6] = (REAL)0;
-    motor_start[7] = (REAL)0;
-}
-#define PARTS_image_of_plane_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(image_of_plane_1, PLAIN)
-
-static INLINE void NAME(image_of_plane_3)(REAL *value)
-{
-    value[0] = (REAL)1;
-    value[1] = (REAL)0;
-    value[2] = (REAL)0;
-    value[3] = (REAL)0;
-    value[4] = (REAL)0;
-    value[5] = (REAL)0;
-    value[6] = (REAL)0;
-    value[7] = (REAL)0;
-}
-#define PARTS_image_of_plane_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(image_of_plane_3, PLAIN)
-
-static INLINE void NAME(image_of_plane_2)(const REAL *motor, REAL x, const REAL *axis, REAL turn, REAL *motor_out,
-    WORD *far)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = x * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = SELECT(turn, t1, t0);
-    const REAL t3 = axis_e12 * t2;
-    const REAL t4 = COS(t0);
-    const REAL t5 = SELECT(turn, t4, (REAL)1);
-    const REAL t6 = axis_e13 * t2;
-    const REAL t7 = axis_e23 * t2;
-    const REAL t8 = axis_e01 * t2;
-    const REAL t9 = axis_e02 * t2;
-    const REAL t10 = axis_e03 * t2;
-    const REAL t11 = motor_1 * t8 + motor_e12 * t9 + motor_e13 * t10 - motor_e01 * t5 - motor_e02 * t3;
-    const REAL t12 = motor_1 * t9 - motor_e12 * t8 + motor_e23 * t10 + motor_e01 * t3 - motor_e02 * t5;
-    const REAL t13 = motor_1 * t10 - motor_e13 * t8 - motor_e23 * t9 + motor_e01 * t6 + motor_e02 * t7;
-    const REAL t14 = motor_e12 * t10 - motor_e13 * t9 + motor_e23 * t8 + motor_e01 * t7 - motor_e02 * t6;
-    motor_out[0] = motor_1 * t5 + motor_e12 * t3 + motor_e13 * t6 + motor_e23 * t7;
-    motor_out[1] = motor_e12 * t5 - motor_1 * t3 + motor_e13 * t7 - motor_e23 * t6;
-    motor_out[2] = motor_e13 * t5 - (motor_1 * t6 + motor_e12 * t7) + motor_e23 * t3;
-    motor_out[3] = motor_e12 * t6 - motor_1 * t7 - motor_e13 * t3 + motor_e23 * t5;
-    motor_out[4] = motor_e0123 * t7 - (t11 - motor_e03 * t6);
-    motor_out[5] = -(t12 - motor_e03 * t7 + motor_e0123 * t6);
-    motor_out[6] = motor_e0123 * t3 - (t13 - motor_e03 * t5);
-    motor_out[7] = motor_e0123 * t5 - (t14 + motor_e03 * t3);
-}
-#define PARTS_image_of_plane_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) AND NUMBER(3, 1) \
-    AND OUT(4, 8)
-GAC_IN_LANES(image_of_plane_2, TURNS)
-
-static INLINE void NAME(image_of_plane_4)(const REAL *motor, REAL *value)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    value[0] = motor_1;
-    value[1] = motor_e12;
-    value[2] = motor_e13;
-    value[3] = motor_e23;
-    value[4] = motor_e01;
-    value[5] = motor_e02;
-    value[6] = motor_e03;
-    value[7] = motor_e0123;
-}
-#define PARTS_image_of_plane_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(image_of_plane_4, PLAIN)
-
-static INLINE void NAME(image_of_plane_5)(const REAL *motor, const REAL *line, REAL *moved_line)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = motor_1 * motor_e23;
-    const REAL t1 = motor_e12 * motor_e13;
-    const REAL t2 = t0 + t1;
-    const REAL t3 = motor_1 * motor_e13;
-    const REAL t4 = motor_e12 * motor_e23;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = motor_1 * motor_1;
-    const REAL t7 = motor_e12 * motor_e12;
-    const REAL t8 = motor_e13 * motor_e13;
-    const REAL t9 = motor_e23 * motor_e23;
-    const REAL t10 = t6 + t7 - t8 - t9;
-    const REAL t11 = motor_1 * motor_e12;
-    const REAL t12 = motor_e13 * motor_e23;
-    const REAL t13 = t11 + t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t6 - t7;
-    const REAL t16 = t8 - t9;
-    const REAL t17 = t15 + t16;
-    const REAL t18 = t3 + t4;
-    const REAL t19 = t11 - t12;
-    const REAL t20 = t15 - t16;
-    const REAL t21 = motor_e12 * line_e12 + motor_e13 * line_e13 + motor_e23 * line_e23;
-    const REAL t22 = motor_1 * line_e12 + motor_e23 * line_e13 - motor_e13 * line_e23;
-    const REAL t23 = motor_1 * line_e13 + motor_e12 * line_e23 - motor_e23 * line_e12;
-    const REAL t24 = motor_e01 * t21 + line_e02 * t19 + line_e03 * t18 - motor_e02 * t22 - motor_e03 * t23;
-    const REAL t25 = motor_1 * line_e23 + motor_e13 * line_e12 - motor_e12 * line_e13;
-    const REAL t26 = motor_e01 * t22 + motor_e02 * t21 + motor_e0123 * t23 + line_e03 * t14;
-    const REAL t27 = motor_e01 * t23 + motor_e02 * t25 + motor_e03 * t21 - motor_e0123 * t22;
-    moved_line[0] = line_e12 * t10 + (line_e13 * t2 - line_e23 * t5) * (REAL)2;
-    moved_line[1] = line_e13 * t17 + (REAL)2 * (line_e23 * t13 - line_e12 * t14);
-    moved_line[2] = line_e23 * t20 + (REAL)2 * (line_e12 * t18 - line_e13 * t19);
-    moved_line[3] = line_e01 * t20 + (REAL)2 * (t24 - motor_e0123 * t25);
-    moved_line[4] = line_e02 * t17 + (REAL)2 * (t26 - motor_e03 * t25 - line_e01 * t13);
-    moved_line[5] = line_e03 * t10 + (REAL)2 * (t27 - line_e01 * t5 - line_e02 * t2);
-}
-#define PARTS_image_of_plane_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(image_of_plane_5, PLAIN)
-
-static INLINE void NAME(image_of_plane_6)(const REAL *camera, const REAL *plane, const REAL *v_, REAL *common, REAL
-    *common_2, REAL *common_3)
+static INLINE void NAME(image_of_plane_common)(const REAL *camera, const REAL *plane, const REAL *v_, REAL *common,
+    REAL *common_2, REAL *common_3)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -1052,12 +766,12 @@ static INLINE void NAME(image_of_plane_6)(const REAL *camera, const REAL *plane,
     common_3[4] = (REAL)2 * (t74 * t85 - (t70 * t83 + t71 * t84 + t6 * t69)) - t22 * t50;
     common_3[5] = (REAL)2 * (t21 * t50 - t75 * t85 - t76 * t83 - t9 * t69 + t77 * t84);
 }
-#define PARTS_image_of_plane_6(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 8) AND OUT(3, 6) \
+#define PARTS_image_of_plane_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 8) AND OUT(3, 6) \
     AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(image_of_plane_6, PLAIN)
+GAC_IN_LANES(image_of_plane_common, PLAIN)
 
-static INLINE void NAME(image_of_plane_7)(const REAL *line, const REAL *common, const REAL *common_2, const REAL
-    *common_3, REAL *out_1)
+static INLINE void NAME(image_of_plane_result)(const REAL *line, const REAL *common, const REAL *common_2, const
+    REAL *common_3, REAL *out_1)
 {
     const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
         line_e03 = line[5];
@@ -1074,12 +788,12 @@ static INLINE void NAME(image_of_plane_7)(const REAL *line, const REAL *common, 
     out_1[1] = t1 - line_e23 * common_2_e01 + line_e13 * common_2_e02 - line_e12 * common_2_e03;
     out_1[2] = t2 - line_e23 * common_3_e01 + line_e13 * common_3_e02 - line_e12 * common_3_e03;
 }
-#define PARTS_image_of_plane_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND IN(3, 6) \
+#define PARTS_image_of_plane_result(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND IN(3, 6) \
     AND OUT(4, 3)
-GAC_IN_LANES(image_of_plane_7, PLAIN)
+GAC_IN_LANES(image_of_plane_result, PLAIN)
 
-static INLINE void NAME(image_of_plane_8)(const REAL *camera, const REAL *plane, const REAL *v_, REAL *out_0, REAL
-    *out_2)
+static INLINE void NAME(image_of_plane_result_2)(const REAL *camera, const REAL *plane, const REAL *v_, REAL *out_0,
+    REAL *out_2)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -1127,9 +841,9 @@ static INLINE void NAME(image_of_plane_8)(const REAL *camera, const REAL *plane,
     out_0[2] = t21 * t35;
     out_2[0] = t33;
 }
-#define PARTS_image_of_plane_8(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 8) AND OUT(3, 3) \
+#define PARTS_image_of_plane_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 8) AND OUT(3, 3) \
     AND OUT(4, 1)
-GAC_IN_LANES(image_of_plane_8, PLAIN)
+GAC_IN_LANES(image_of_plane_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tracking_image_of_plane_work(intptr_t n)
@@ -1143,18 +857,18 @@ static INLINE void NAME(image_of_plane_within)(intptr_t n, const REAL *q, const 
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, common[6], common_2[6],
     common_3[6];
-    NAME(image_of_plane_1)(motor_start);
-    NAME(image_of_plane_3)(value);
+    NAME(image_of_point_motor_start)(motor_start);
+    NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(image_of_plane_2)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
+        NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
-        NAME(image_of_plane_4)(motor + 8 * i, value);
-        NAME(image_of_plane_5)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
+        NAME(image_of_point_value)(motor + 8 * i, value);
+        NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
-    NAME(image_of_plane_6)(camera, plane, value, common, common_2, common_3);
+    NAME(image_of_plane_common)(camera, plane, value, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(image_of_plane_7)(moved_line + 6 * i, common, common_2, common_3, out_1 + 3 * i);
-    NAME(image_of_plane_8)(camera, plane, value, out_0, out_2);
+        NAME(image_of_plane_result)(moved_line + 6 * i, common, common_2, common_3, out_1 + 3 * i);
+    NAME(image_of_plane_result_2)(camera, plane, value, out_0, out_2);
 }
 
 FUSED(image_of_plane, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
@@ -1173,19 +887,19 @@ static INLINE WORD NAME(image_of_plane_lanes)(intptr_t n, const REAL *q, const R
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], common[6 * NLANES], common_2[6 * NLANES],
     common_3[6 * NLANES];
     WORD far = 0;
-    NAME(image_of_plane_1_lanes)(motor_start);
-    NAME(image_of_plane_3_lanes)(value);
+    NAME(image_of_point_motor_start_lanes)(motor_start);
+    NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(image_of_plane_2_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
+        far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
     axes + 6 * i, turns + i, motor + 8 * NLANES * i);
-        NAME(image_of_plane_4_lanes)(motor + 8 * NLANES * i, value);
-        NAME(image_of_plane_5_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
+        NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
+        NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
-    NAME(image_of_plane_6_lanes)(camera, plane, value, common, common_2, common_3);
+    NAME(image_of_plane_common_lanes)(camera, plane, value, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
-        NAME(image_of_plane_7_lanes)(moved_line + 6 * NLANES * i, common, common_2, common_3,
+        NAME(image_of_plane_result_lanes)(moved_line + 6 * NLANES * i, common, common_2, common_3,
     out_1 + 3 * NLANES * i);
-    NAME(image_of_plane_8_lanes)(camera, plane, value, out_0, out_2);
+    NAME(image_of_plane_result_2_lanes)(camera, plane, value, out_0, out_2);
     return far;
 }
 
@@ -1200,284 +914,16 @@ GAC_PROCEDURE(image_of_plane, BUSY)
 #define WORK_rates_for_point(WORK) WORK(18, motor, 8, 8, n) WORK(19, moved_line, 6, 6, n) \
     WORK(20, mapped_0, scalar, 1, n) WORK(21, mapped_1, scalar, 1, n) WORK(22, mapped, scalar, 1, n)
 
-static INLINE void NAME(rates_for_point_1)(REAL *motor_start)
-{
-    motor_start[0] = (REAL)1;
-    motor_start[1] = (REAL)0;
-    motor_start[2] = (REAL)0;
-    motor_start[3] = (REAL)0;
-    motor_start[4] = (REAL)0;
-    motor_start[5] = (REAL)0;
-    motor_start[6] = (REAL)0;
-    motor_start[7] = (REAL)0;
-}
-#define PARTS_rates_for_point_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(rates_for_point_1, PLAIN)
-
-static INLINE void NAME(rates_for_point_3)(REAL *value)
-{
-    value[0] = (REAL)1;
-    value[1] = (REAL)0;
-    value[2] = (REAL)0;
-    value[3] = (REAL)0;
-    value[4] = (REAL)0;
-    value[5] = (REAL)0;
-    value[6] = (REAL)0;
-    value[7] = (REAL)0;
-}
-#define PARTS_rates_for_point_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(rates_for_point_3, PLAIN)
-
-static INLINE void NAME(rates_for_point_2)(const REAL *motor, REAL x, const REAL *axis, REAL turn, REAL *motor_out,
-    WORD *far)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = x * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = SELECT(turn, t1, t0);
-    const REAL t3 = axis_e12 * t2;
-    const REAL t4 = COS(t0);
-    const REAL t5 = SELECT(turn, t4, (REAL)1);
-    const REAL t6 = axis_e13 * t2;
-    const REAL t7 = axis_e23 * t2;
-    const REAL t8 = axis_e01 * t2;
-    const REAL t9 = axis_e02 * t2;
-    const REAL t10 = axis_e03 * t2;
-    const REAL t11 = motor_1 * t8 + motor_e12 * t9 + motor_e13 * t10 - motor_e01 * t5 - motor_e02 * t3;
-    const REAL t12 = motor_1 * t9 - motor_e12 * t8 + motor_e23 * t10 + motor_e01 * t3 - motor_e02 * t5;
-    const REAL t13 = motor_1 * t10 - motor_e13 * t8 - motor_e23 * t9 + motor_e01 * t6 + motor_e02 * t7;
-    const REAL t14 = motor_e12 * t10 - motor_e13 * t9 + motor_e23 * t8 + motor_e01 * t7 - motor_e02 * t6;
-    motor_out[0] = motor_1 * t5 + motor_e12 * t3 + motor_e13 * t6 + motor_e23 * t7;
-    motor_out[1] = motor_e12 * t5 - motor_1 * t3 + motor_e13 * t7 - motor_e23 * t6;
-    motor_out[2] = motor_e13 * t5 - (motor_1 * t6 + motor_e12 * t7) + motor_e23 * t3;
-    motor_out[3] = motor_e12 * t6 - motor_1 * t7 - motor_e13 * t3 + motor_e23 * t5;
-    motor_out[4] = motor_e0123 * t7 - (t11 - motor_e03 * t6);
-    motor_out[5] = -(t12 - motor_e03 * t7 + motor_e0123 * t6);
-    motor_out[6] = motor_e0123 * t3 - (t13 - motor_e03 * t5);
-    motor_out[7] = motor_e0123 * t5 - (t14 + motor_e03 * t3);
-}
-#define PARTS_rates_for_point_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
-    AND NUMBER(3, 1) AND OUT(4, 8)
-GAC_IN_LANES(rates_for_point_2, TURNS)
-
-static INLINE void NAME(rates_for_point_4)(const REAL *motor, REAL *value)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    value[0] = motor_1;
-    value[1] = motor_e12;
-    value[2] = motor_e13;
-    value[3] = motor_e23;
-    value[4] = motor_e01;
-    value[5] = motor_e02;
-    value[6] = motor_e03;
-    value[7] = motor_e0123;
-}
-#define PARTS_rates_for_point_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(rates_for_point_4, PLAIN)
-
-static INLINE void NAME(rates_for_point_5)(const REAL *motor, const REAL *line, REAL *moved_line)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = motor_1 * motor_e23;
-    const REAL t1 = motor_e12 * motor_e13;
-    const REAL t2 = t0 + t1;
-    const REAL t3 = motor_1 * motor_e13;
-    const REAL t4 = motor_e12 * motor_e23;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = motor_1 * motor_1;
-    const REAL t7 = motor_e12 * motor_e12;
-    const REAL t8 = motor_e13 * motor_e13;
-    const REAL t9 = motor_e23 * motor_e23;
-    const REAL t10 = t6 + t7 - t8 - t9;
-    const REAL t11 = motor_1 * motor_e12;
-    const REAL t12 = motor_e13 * motor_e23;
-    const REAL t13 = t11 + t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t6 - t7;
-    const REAL t16 = t8 - t9;
-    const REAL t17 = t15 + t16;
-    const REAL t18 = t3 + t4;
-    const REAL t19 = t11 - t12;
-    const REAL t20 = t15 - t16;
-    const REAL t21 = motor_e12 * line_e12 + motor_e13 * line_e13 + motor_e23 * line_e23;
-    const REAL t22 = motor_1 * line_e12 + motor_e23 * line_e13 - motor_e13 * line_e23;
-    const REAL t23 = motor_1 * line_e13 + motor_e12 * line_e23 - motor_e23 * line_e12;
-    const REAL t24 = motor_e01 * t21 + line_e02 * t19 + line_e03 * t18 - motor_e02 * t22 - motor_e03 * t23;
-    const REAL t25 = motor_1 * line_e23 + motor_e13 * line_e12 - motor_e12 * line_e13;
-    const REAL t26 = motor_e01 * t22 + motor_e02 * t21 + motor_e0123 * t23 + line_e03 * t14;
-    const REAL t27 = motor_e01 * t23 + motor_e02 * t25 + motor_e03 * t21 - motor_e0123 * t22;
-    moved_line[0] = line_e12 * t10 + (line_e13 * t2 - line_e23 * t5) * (REAL)2;
-    moved_line[1] = line_e13 * t17 + (REAL)2 * (line_e23 * t13 - line_e12 * t14);
-    moved_line[2] = line_e23 * t20 + (REAL)2 * (line_e12 * t18 - line_e13 * t19);
-    moved_line[3] = line_e01 * t20 + (REAL)2 * (t24 - motor_e0123 * t25);
-    moved_line[4] = line_e02 * t17 + (REAL)2 * (t26 - motor_e03 * t25 - line_e01 * t13);
-    moved_line[5] = line_e03 * t10 + (REAL)2 * (t27 - line_e01 * t5 - line_e02 * t2);
-}
-#define PARTS_rates_for_point_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(rates_for_point_5, PLAIN)
-
-static INLINE void NAME(rates_for_point_6)(const REAL *camera, const REAL *point, REAL mirror, const REAL *v_, REAL
-    *common, REAL *common_2)
-{
-    const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
-        camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
-    const REAL point_e032 = point[0], point_e013 = point[1], point_e021 = point[2];
-    const REAL v__1 = v_[0], v__e12 = v_[1], v__e13 = v_[2], v__e23 = v_[3], v__e01 = v_[4], v__e02 = v_[5],
-        v__e03 = v_[6], v__e0123 = v_[7];
-    const REAL t0 = camera_1 * v__1 - camera_e12 * v__e12 - camera_e13 * v__e13 - camera_e23 * v__e23;
-    const REAL t1 = camera_1 * v__e12 + camera_e12 * v__1 + camera_e13 * v__e23 - camera_e23 * v__e13;
-    const REAL t2 = t0 * t1;
-    const REAL t3 = camera_1 * v__e13 + camera_e13 * v__1 + camera_e23 * v__e12 - camera_e12 * v__e23;
-    const REAL t4 = camera_1 * v__e23 + camera_e12 * v__e13 + camera_e23 * v__1 - camera_e13 * v__e12;
-    const REAL t5 = t3 * t4;
-    const REAL t6 = t2 + t5;
-    const REAL t7 = t0 * t3;
-    const REAL t8 = t1 * t4;
-    const REAL t9 = t7 - t8;
-    const REAL t10 = camera_e12 * v__e02 + camera_e13 * v__e03 + camera_e23 * v__e0123 + camera_e0123 * v__e23;
-    const REAL t11 = t10 - camera_1 * v__e01 - camera_e01 * v__1 - camera_e02 * v__e12 - camera_e03 * v__e13;
-    const REAL t12 = t0 * t11;
-    const REAL t13 = camera_e13 * v__e02 + camera_e02 * v__e13 - camera_1 * v__e0123 - camera_e12 * v__e03;
-    const REAL t14 = t13 - camera_e23 * v__e01 - camera_e01 * v__e23 - camera_e03 * v__e12 - camera_e0123 * v__1;
-    const REAL t15 = t4 * t14;
-    const REAL t16 = camera_e23 * v__e03 + camera_e01 * v__e12 - camera_1 * v__e02 - camera_e12 * v__e01;
-    const REAL t17 = t16 - camera_e13 * v__e0123 - camera_e02 * v__1 - camera_e03 * v__e23;
-    const REAL t18 = t17 - camera_e0123 * v__e13;
-    const REAL t19 = t1 * t18;
-    const REAL t20 = camera_e12 * v__e0123 + camera_e01 * v__e13 + camera_e02 * v__e23 + camera_e0123 * v__e12;
-    const REAL t21 = t20 - camera_1 * v__e03 - camera_e13 * v__e01 - camera_e23 * v__e02 - camera_e03 * v__1;
-    const REAL t22 = t3 * t21;
-    const REAL t23 = (point_e013 * t6 + point_e021 * t9 + t12 + t15 - t19 - t22) * (REAL)2;
-    const REAL t24 = t0 * t0;
-    const REAL t25 = t1 * t1;
-    const REAL t26 = t24 - t25;
-    const REAL t27 = t3 * t3;
-    const REAL t28 = t4 * t4;
-    const REAL t29 = t27 - t28;
-    const REAL t30 = t26 - t29;
-    const REAL t31 = t23 - point_e032 * t30;
-    const REAL t32 = t2 - t5;
-    const REAL t33 = t3 * t14;
-    const REAL t34 = t4 * t21;
-    const REAL t35 = t0 * t4;
-    const REAL t36 = t1 * t3;
-    const REAL t37 = t35 + t36;
-    const REAL t38 = t0 * t18;
-    const REAL t39 = t1 * t11;
-    const REAL t40 = (REAL)2 * (point_e032 * t32 + t33 + t34 - point_e021 * t37 - t38 - t39);
-    const REAL t41 = t26 + t29;
-    const REAL t42 = point_e013 * t41 + t40;
-    const REAL t43 = t0 * t21;
-    const REAL t44 = t1 * t14;
-    const REAL t45 = t3 * t11;
-    const REAL t46 = t4 * t18;
-    const REAL t47 = t7 + t8;
-    const REAL t48 = t35 - t36;
-    const REAL t49 = (REAL)2 * (t43 + t44 + t45 + t46 - point_e032 * t47 - point_e013 * t48);
-    const REAL t50 = t24 + t25 - (t27 + t28);
-    const REAL t51 = t49 - point_e021 * t50;
-    const REAL t52 = t31 * t31 + t42 * t42 + t51 * t51;
-    const REAL t53 = SQRT(t52 + (REAL)1e-300);
-    const REAL t54 = mirror * t53 - t51;
-    const REAL t55 = SELECT(LESS((REAL)0, t52) * LESS(t53 * (REAL)(1.0 / 1000000.0), t54), t54, (REAL)1);
-    const REAL t56 = (REAL)1 / t55;
-    const REAL t57 = t31 * t56;
-    const REAL t58 = (REAL)1 / t53;
-    const REAL t59 = t58 * (mirror * t31);
-    const REAL t60 = t56 * ((REAL)1 - t57 * t59);
-    const REAL t61 = t58 * (mirror * t42);
-    const REAL t62 = t56 * (t57 * t61);
-    const REAL t63 = (REAL)1 - t58 * (mirror * t51);
-    const REAL t64 = t56 * (t57 * t63);
-    const REAL t65 = t31 * t64 - t51 * t60;
-    const REAL t66 = t33 + t38;
-    const REAL t67 = t34 + t39;
-    const REAL t68 = t66 - t67;
-    const REAL t69 = t0 * t14;
-    const REAL t70 = t1 * t21;
-    const REAL t71 = t69 + t70;
-    const REAL t72 = t3 * t18;
-    const REAL t73 = t4 * t11;
-    const REAL t74 = t72 + t73;
-    const REAL t75 = t71 - t74;
-    const REAL t76 = t31 * t62 + t42 * t60;
-    const REAL t77 = t43 - t44;
-    const REAL t78 = t45 - t46;
-    const REAL t79 = t77 - t78;
-    const REAL t80 = (REAL)2 * (t64 * t68 + t60 * t75 + t32 * t65 - t47 * t76 - t62 * t79);
-    const REAL t81 = t42 * t64 + t51 * t62;
-    const REAL t82 = t77 + t78;
-    const REAL t83 = t71 + t74;
-    const REAL t84 = t12 - t15;
-    const REAL t85 = t19 - t22;
-    const REAL t86 = t84 + t85;
-    const REAL t87 = (REAL)2 * (t62 * t83 + t60 * t82 - t48 * t76 - t64 * t86 - t6 * t81);
-    const REAL t88 = t69 - t70 - (t72 - t73);
-    const REAL t89 = t84 - t85;
-    const REAL t90 = t66 + t67;
-    const REAL t91 = (REAL)2 * (t64 * t88 + t62 * t89 - t60 * t90 - t9 * t81 - t37 * t65);
-    const REAL t92 = t42 * t56;
-    const REAL t93 = t56 * ((REAL)1 - t61 * t92);
-    const REAL t94 = t56 * (t59 * t92);
-    const REAL t95 = t56 * (t63 * t92);
-    const REAL t96 = t51 * t94 + t31 * t95;
-    const REAL t97 = t31 * t93 + t42 * t94;
-    const REAL t98 = (REAL)2 * (t75 * t94 - t68 * t95 - t32 * t96 - t47 * t97 - t79 * t93);
-    const REAL t99 = t51 * t93 - t42 * t95;
-    const REAL t100 = (REAL)2 * (t83 * t93 + t82 * t94 - t48 * t97 + t86 * t95 - t6 * t99);
-    const REAL t101 = (REAL)2 * (t89 * t93 - t88 * t95 - t90 * t94 - t9 * t99 + t37 * t96);
-    common[0] = t50 * t64 - (REAL)2 * (t37 * t62 + t9 * t60);
-    common[1] = (REAL)2 * (t6 * t60 - t48 * t64) - t41 * t62;
-    common[2] = t30 * t60 + (REAL)2 * (t47 * t64 + t32 * t62);
-    common[3] = t30 * t81 + t80;
-    common[4] = t41 * t65 + t87;
-    common[5] = t91 - t50 * t76;
-    common_2[0] = -(t50 * t95 + (REAL)2 * (t37 * t93 + t9 * t94));
-    common_2[1] = (REAL)2 * (t6 * t94 + t48 * t95) - t41 * t93;
-    common_2[2] = t30 * t94 + (REAL)2 * (t32 * t93 - t47 * t95);
-    common_2[3] = t30 * t99 + t98;
-    common_2[4] = t100 - t41 * t96;
-    common_2[5] = t101 - t50 * t97;
-}
-#define PARTS_rates_for_point_6(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 8) \
-    AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(rates_for_point_6, PLAIN)
-
-static INLINE void NAME(rates_for_point_8)(REAL *sum)
+static INLINE void NAME(rates_for_point_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
     sum[2] = (REAL)0;
 }
-#define PARTS_rates_for_point_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(rates_for_point_8, PLAIN)
+#define PARTS_rates_for_point_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
+GAC_IN_LANES(rates_for_point_sum_start, PLAIN)
 
-static INLINE void NAME(rates_for_point_7)(const REAL *line, const REAL *common, const REAL *common_2, REAL
-    *mapped_0, REAL *mapped_1)
-{
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL common_e12 = common[0], common_e13 = common[1], common_e23 = common[2], common_e01 = common[3],
-        common_e02 = common[4], common_e03 = common[5];
-    const REAL common_2_e12 = common_2[0], common_2_e13 = common_2[1], common_2_e23 = common_2[2],
-        common_2_e01 = common_2[3], common_2_e02 = common_2[4], common_2_e03 = common_2[5];
-    const REAL t0 = line_e02 * common_e13 - line_e03 * common_e12 - line_e01 * common_e23;
-    const REAL t1 = line_e02 * common_2_e13 - line_e03 * common_2_e12 - line_e01 * common_2_e23;
-    mapped_0[0] = t0 - line_e23 * common_e01 + line_e13 * common_e02 - line_e12 * common_e03;
-    mapped_1[0] = t1 - line_e23 * common_2_e01 + line_e13 * common_2_e02 - line_e12 * common_2_e03;
-}
-#define PARTS_rates_for_point_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
-    AND OUT(4, 1)
-GAC_IN_LANES(rates_for_point_7, PLAIN)
-
-static INLINE void NAME(rates_for_point_9)(const REAL *sum, REAL row_0, REAL row_1, REAL weight, REAL *sum_out)
+static INLINE void NAME(rates_for_point_sum)(const REAL *sum, REAL row_0, REAL row_1, REAL weight, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
     const REAL t0 = row_1 * weight;
@@ -1485,13 +931,13 @@ static INLINE void NAME(rates_for_point_9)(const REAL *sum, REAL row_0, REAL row
     sum_out[1] = sum_1 + row_0 * t0;
     sum_out[2] = sum_2 + row_1 * t0;
 }
-#define PARTS_rates_for_point_9(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_rates_for_point_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 3)
-GAC_IN_LANES(rates_for_point_9, PLAIN)
+GAC_IN_LANES(rates_for_point_sum, PLAIN)
 
-static INLINE void NAME(rates_for_point_10)(const REAL *camera, const REAL *point, REAL mirror, const REAL *twist,
-    const REAL *goal, const REAL *goal_rate, const REAL *gain, REAL threshold, REAL damping, const REAL *v_, const
-    REAL *sum, REAL *common_3, REAL *common_4)
+static INLINE void NAME(rates_for_point_common)(const REAL *camera, const REAL *point, REAL mirror, const REAL
+    *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain, REAL threshold, REAL damping, const REAL *v_,
+    const REAL *sum, REAL *common_3, REAL *common_4)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -1637,29 +1083,29 @@ static INLINE void NAME(rates_for_point_10)(const REAL *camera, const REAL *poin
     common_3[0] = t111 * t96 - t112 * t129;
     common_4[0] = t129;
 }
-#define PARTS_rates_for_point_10(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 6) \
+#define PARTS_rates_for_point_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 6) \
     AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND NUMBER(7, 0) AND NUMBER(8, 0) AND IN(9, 8) AND IN(10, 3) \
     AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(rates_for_point_10, PLAIN)
+GAC_IN_LANES(rates_for_point_common, PLAIN)
 
-static INLINE void NAME(rates_for_point_12)(REAL *found_0, REAL *found_1)
+static INLINE void NAME(rates_for_point_found_start)(REAL *found_0, REAL *found_1)
 {
     found_0[0] = (REAL)0;
     found_1[0] = (REAL)0;
 }
-#define PARTS_rates_for_point_12(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(rates_for_point_12, PLAIN)
+#define PARTS_rates_for_point_found_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
+GAC_IN_LANES(rates_for_point_found_start, PLAIN)
 
-static INLINE void NAME(rates_for_point_11)(REAL row_0, REAL row_1, REAL weight, REAL common, REAL common_2, REAL
-    *mapped)
+static INLINE void NAME(rates_for_point_mapped)(REAL row_0, REAL row_1, REAL weight, REAL common, REAL common_2,
+    REAL *mapped)
 {
     mapped[0] = weight * (row_0 * common + row_1 * common_2);
 }
-#define PARTS_rates_for_point_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_rates_for_point_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(rates_for_point_11, PLAIN)
+GAC_IN_LANES(rates_for_point_mapped, PLAIN)
 
-static INLINE void NAME(rates_for_point_13)(REAL found_0, REAL found_1, REAL rate, REAL limit, REAL *found_0_out,
+static INLINE void NAME(rates_for_point_found)(REAL found_0, REAL found_1, REAL rate, REAL limit, REAL *found_0_out,
     REAL *found_1_out)
 {
     const REAL t0 = ABS(rate);
@@ -1667,13 +1113,13 @@ static INLINE void NAME(rates_for_point_13)(REAL found_0, REAL found_1, REAL rat
     found_0_out[0] = found_0 + (REAL)9.332636185032189e-302 * t0;
     found_1_out[0] = MAXIMUM(found_1, t1);
 }
-#define PARTS_rates_for_point_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_rates_for_point_found(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(rates_for_point_13, PLAIN)
+GAC_IN_LANES(rates_for_point_found, PLAIN)
 
-static INLINE void NAME(rates_for_point_14)(const REAL *camera, const REAL *point, REAL mirror, const REAL *twist,
-    const REAL *goal, const REAL *goal_rate, const REAL *gain, const REAL *v_, const REAL *sum, REAL found_0, REAL
-    found_1, REAL *common_5, REAL *common_6)
+static INLINE void NAME(rates_for_point_common_2)(const REAL *camera, const REAL *point, REAL mirror, const REAL
+    *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain, const REAL *v_, const REAL *sum, REAL
+    found_0, REAL found_1, REAL *common_5, REAL *common_6)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -1815,23 +1261,23 @@ static INLINE void NAME(rates_for_point_14)(const REAL *camera, const REAL *poin
     common_5[0] = t55 * (t124 * LESS_EQUAL(found_0, (REAL)1.152921504606847e+18));
     common_6[0] = SELECT(LESS((REAL)1, found_1), t125, (REAL)1);
 }
-#define PARTS_rates_for_point_14(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 6) \
-    AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND IN(7, 8) AND IN(8, 3) AND NUMBER(9, 0) AND NUMBER(10, 0) \
+#define PARTS_rates_for_point_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) \
+    AND IN(3, 6) AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND IN(7, 8) AND IN(8, 3) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(rates_for_point_14, PLAIN)
+GAC_IN_LANES(rates_for_point_common_2, PLAIN)
 
-static INLINE void NAME(rates_for_point_15)(REAL rate, REAL common, REAL common_2, REAL *out_0)
+static INLINE void NAME(rates_for_point_result)(REAL rate, REAL common, REAL common_2, REAL *out_0)
 {
     const REAL t0 = rate * common_2;
     out_0[0] = SELECT(common, t0, (REAL)0);
 }
-#define PARTS_rates_for_point_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_rates_for_point_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(rates_for_point_15, PLAIN)
+GAC_IN_LANES(rates_for_point_result, PLAIN)
 
-static INLINE void NAME(rates_for_point_16)(const REAL *camera, const REAL *point, REAL mirror, const REAL *twist,
-    const REAL *goal, const REAL *goal_rate, const REAL *gain, REAL threshold, const REAL *v_, const REAL *sum, REAL
-    found_0, REAL found_1, REAL *out_1, REAL *out_2, REAL *out_3)
+static INLINE void NAME(rates_for_point_result_2)(const REAL *camera, const REAL *point, REAL mirror, const REAL
+    *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain, REAL threshold, const REAL *v_, const REAL
+    *sum, REAL found_0, REAL found_1, REAL *out_1, REAL *out_2, REAL *out_3)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -1979,10 +1425,10 @@ static INLINE void NAME(rates_for_point_16)(const REAL *camera, const REAL *poin
     out_2[0] = t71;
     out_3[0] = SELECT(LESS_EQUAL(t125, (REAL)1.152921504606847e+18) * t126, t129, (REAL)4);
 }
-#define PARTS_rates_for_point_16(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) AND IN(3, 6) \
-    AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND NUMBER(7, 0) AND IN(8, 8) AND IN(9, 3) AND NUMBER(10, 0) \
+#define PARTS_rates_for_point_result_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) \
+    AND IN(3, 6) AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND NUMBER(7, 0) AND IN(8, 8) AND IN(9, 3) AND NUMBER(10, 0) \
     AND NUMBER(11, 0) AND OUT(12, 2) AND OUT(13, 1) AND OUT(14, 1)
-GAC_IN_LANES(rates_for_point_16, PLAIN)
+GAC_IN_LANES(rates_for_point_result_2, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tracking_rates_for_point_work(intptr_t n)
@@ -1999,33 +1445,33 @@ static INLINE void NAME(rates_for_point_within)(intptr_t n, const REAL *q, const
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n,
     *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6], sum[3],
     *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
-    NAME(rates_for_point_1)(motor_start);
-    NAME(rates_for_point_3)(value);
+    NAME(image_of_point_motor_start)(motor_start);
+    NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_point_2)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
+        NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
-        NAME(rates_for_point_4)(motor + 8 * i, value);
-        NAME(rates_for_point_5)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
+        NAME(image_of_point_value)(motor + 8 * i, value);
+        NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
-    NAME(rates_for_point_6)(camera, point, mirror, value, common, common_2);
-    NAME(rates_for_point_8)(sum);
+    NAME(image_of_point_common)(camera, point, mirror, value, common, common_2);
+    NAME(rates_for_point_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_point_7)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
-        NAME(rates_for_point_9)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
+        NAME(image_of_point_mapped)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
+        NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
-    NAME(rates_for_point_10)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, damping, value, sum,
-    &common_3, &common_4);
-    NAME(rates_for_point_12)(&found_0, &found_1);
+    NAME(rates_for_point_common)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, damping, value,
+    sum, &common_3, &common_4);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_point_11)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
-        NAME(rates_for_point_13)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
+        NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
-    NAME(rates_for_point_14)(camera, point, mirror, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
-    &common_5, &common_6);
+    NAME(rates_for_point_common_2)(camera, point, mirror, twist, goal, goal_rate, gain, value, sum, found_0,
+    found_1, &common_5, &common_6);
     for (intptr_t i = 0; i < n; i++)
-        NAME(rates_for_point_15)(mapped[i], common_5, common_6, out_0 + i);
-    NAME(rates_for_point_16)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, value, sum, found_0,
-    found_1, out_1, out_2, out_3);
+        NAME(rates_for_point_result)(mapped[i], common_5, common_6, out_0 + i);
+    NAME(rates_for_point_result_2)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, value, sum,
+    found_0, found_1, out_1, out_2, out_3);
 }
 
 FUSED(rates_for_point, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
@@ -2053,35 +1499,36 @@ static INLINE WORD NAME(rates_for_point_lanes)(intptr_t n, const REAL *q, const 
     sum[3 * NLANES], common_3[NLANES], common_4[NLANES], found_0[NLANES], found_1[NLANES], common_5[NLANES],
     common_6[NLANES];
     WORD far = 0;
-    NAME(rates_for_point_1_lanes)(motor_start);
-    NAME(rates_for_point_3_lanes)(value);
+    NAME(image_of_point_motor_start_lanes)(motor_start);
+    NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(rates_for_point_2_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
+        far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
     axes + 6 * i, turns + i, motor + 8 * NLANES * i);
-        NAME(rates_for_point_4_lanes)(motor + 8 * NLANES * i, value);
-        NAME(rates_for_point_5_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
+        NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
+        NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
-    NAME(rates_for_point_6_lanes)(camera, point, mirror, value, common, common_2);
-    NAME(rates_for_point_8_lanes)(sum);
+    NAME(image_of_point_common_lanes)(camera, point, mirror, value, common, common_2);
+    NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_point_7_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
+        NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
     mapped_1 + NLANES * i);
-        NAME(rates_for_point_9_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i, sum);
+        NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+    sum);
     }
-    NAME(rates_for_point_10_lanes)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, damping, value,
-    sum, common_3, common_4);
-    NAME(rates_for_point_12_lanes)(found_0, found_1);
+    NAME(rates_for_point_common_lanes)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, damping,
+    value, sum, common_3, common_4);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_point_11_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i, common_3,
-    common_4, mapped + NLANES * i);
-        NAME(rates_for_point_13_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
+        NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+    common_3, common_4, mapped + NLANES * i);
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
     found_1);
     }
-    NAME(rates_for_point_14_lanes)(camera, point, mirror, twist, goal, goal_rate, gain, value, sum, found_0,
+    NAME(rates_for_point_common_2_lanes)(camera, point, mirror, twist, goal, goal_rate, gain, value, sum, found_0,
     found_1, common_5, common_6);
     for (intptr_t i = 0; i < n; i++)
-        NAME(rates_for_point_15_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
-    NAME(rates_for_point_16_lanes)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, value, sum,
+        NAME(rates_for_point_result_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
+    NAME(rates_for_point_result_2_lanes)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, value, sum,
     found_0, found_1, out_1, out_2, out_3);
     return far;
 }
@@ -2097,286 +1544,7 @@ GAC_PROCEDURE(rates_for_point, BUSY)
 #define WORK_rates_for_line(WORK) WORK(17, motor, 8, 8, n) WORK(18, moved_line, 6, 6, n) \
     WORK(19, mapped_0, scalar, 1, n) WORK(20, mapped_1, scalar, 1, n) WORK(21, mapped, scalar, 1, n)
 
-static INLINE void NAME(rates_for_line_1)(REAL *motor_start)
-{
-    motor_start[0] = (REAL)1;
-    motor_start[1] = (REAL)0;
-    motor_start[2] = (REAL)0;
-    motor_start[3] = (REAL)0;
-    motor_start[4] = (REAL)0;
-    motor_start[5] = (REAL)0;
-    motor_start[6] = (REAL)0;
-    motor_start[7] = (REAL)0;
-}
-#define PARTS_rates_for_line_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(rates_for_line_1, PLAIN)
-
-static INLINE void NAME(rates_for_line_3)(REAL *value)
-{
-    value[0] = (REAL)1;
-    value[1] = (REAL)0;
-    value[2] = (REAL)0;
-    value[3] = (REAL)0;
-    value[4] = (REAL)0;
-    value[5] = (REAL)0;
-    value[6] = (REAL)0;
-    value[7] = (REAL)0;
-}
-#define PARTS_rates_for_line_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(rates_for_line_3, PLAIN)
-
-static INLINE void NAME(rates_for_line_2)(const REAL *motor, REAL x, const REAL *axis, REAL turn, REAL *motor_out,
-    WORD *far)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = x * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = SELECT(turn, t1, t0);
-    const REAL t3 = axis_e12 * t2;
-    const REAL t4 = COS(t0);
-    const REAL t5 = SELECT(turn, t4, (REAL)1);
-    const REAL t6 = axis_e13 * t2;
-    const REAL t7 = axis_e23 * t2;
-    const REAL t8 = axis_e01 * t2;
-    const REAL t9 = axis_e02 * t2;
-    const REAL t10 = axis_e03 * t2;
-    const REAL t11 = motor_1 * t8 + motor_e12 * t9 + motor_e13 * t10 - motor_e01 * t5 - motor_e02 * t3;
-    const REAL t12 = motor_1 * t9 - motor_e12 * t8 + motor_e23 * t10 + motor_e01 * t3 - motor_e02 * t5;
-    const REAL t13 = motor_1 * t10 - motor_e13 * t8 - motor_e23 * t9 + motor_e01 * t6 + motor_e02 * t7;
-    const REAL t14 = motor_e12 * t10 - motor_e13 * t9 + motor_e23 * t8 + motor_e01 * t7 - motor_e02 * t6;
-    motor_out[0] = motor_1 * t5 + motor_e12 * t3 + motor_e13 * t6 + motor_e23 * t7;
-    motor_out[1] = motor_e12 * t5 - motor_1 * t3 + motor_e13 * t7 - motor_e23 * t6;
-    motor_out[2] = motor_e13 * t5 - (motor_1 * t6 + motor_e12 * t7) + motor_e23 * t3;
-    motor_out[3] = motor_e12 * t6 - motor_1 * t7 - motor_e13 * t3 + motor_e23 * t5;
-    motor_out[4] = motor_e0123 * t7 - (t11 - motor_e03 * t6);
-    motor_out[5] = -(t12 - motor_e03 * t7 + motor_e0123 * t6);
-    motor_out[6] = motor_e0123 * t3 - (t13 - motor_e03 * t5);
-    motor_out[7] = motor_e0123 * t5 - (t14 + motor_e03 * t3);
-}
-#define PARTS_rates_for_line_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) AND NUMBER(3, 1) \
-    AND OUT(4, 8)
-GAC_IN_LANES(rates_for_line_2, TURNS)
-
-static INLINE void NAME(rates_for_line_4)(const REAL *motor, REAL *value)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    value[0] = motor_1;
-    value[1] = motor_e12;
-    value[2] = motor_e13;
-    value[3] = motor_e23;
-    value[4] = motor_e01;
-    value[5] = motor_e02;
-    value[6] = motor_e03;
-    value[7] = motor_e0123;
-}
-#define PARTS_rates_for_line_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(rates_for_line_4, PLAIN)
-
-static INLINE void NAME(rates_for_line_5)(const REAL *motor, const REAL *line, REAL *moved_line)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = motor_1 * motor_e23;
-    const REAL t1 = motor_e12 * motor_e13;
-    const REAL t2 = t0 + t1;
-    const REAL t3 = motor_1 * motor_e13;
-    const REAL t4 = motor_e12 * motor_e23;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = motor_1 * motor_1;
-    const REAL t7 = motor_e12 * motor_e12;
-    const REAL t8 = motor_e13 * motor_e13;
-    const REAL t9 = motor_e23 * motor_e23;
-    const REAL t10 = t6 + t7 - t8 - t9;
-    const REAL t11 = motor_1 * motor_e12;
-    const REAL t12 = motor_e13 * motor_e23;
-    const REAL t13 = t11 + t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t6 - t7;
-    const REAL t16 = t8 - t9;
-    const REAL t17 = t15 + t16;
-    const REAL t18 = t3 + t4;
-    const REAL t19 = t11 - t12;
-    const REAL t20 = t15 - t16;
-    const REAL t21 = motor_e12 * line_e12 + motor_e13 * line_e13 + motor_e23 * line_e23;
-    const REAL t22 = motor_1 * line_e12 + motor_e23 * line_e13 - motor_e13 * line_e23;
-    const REAL t23 = motor_1 * line_e13 + motor_e12 * line_e23 - motor_e23 * line_e12;
-    const REAL t24 = motor_e01 * t21 + line_e02 * t19 + line_e03 * t18 - motor_e02 * t22 - motor_e03 * t23;
-    const REAL t25 = motor_1 * line_e23 + motor_e13 * line_e12 - motor_e12 * line_e13;
-    const REAL t26 = motor_e01 * t22 + motor_e02 * t21 + motor_e0123 * t23 + line_e03 * t14;
-    const REAL t27 = motor_e01 * t23 + motor_e02 * t25 + motor_e03 * t21 - motor_e0123 * t22;
-    moved_line[0] = line_e12 * t10 + (line_e13 * t2 - line_e23 * t5) * (REAL)2;
-    moved_line[1] = line_e13 * t17 + (REAL)2 * (line_e23 * t13 - line_e12 * t14);
-    moved_line[2] = line_e23 * t20 + (REAL)2 * (line_e12 * t18 - line_e13 * t19);
-    moved_line[3] = line_e01 * t20 + (REAL)2 * (t24 - motor_e0123 * t25);
-    moved_line[4] = line_e02 * t17 + (REAL)2 * (t26 - motor_e03 * t25 - line_e01 * t13);
-    moved_line[5] = line_e03 * t10 + (REAL)2 * (t27 - line_e01 * t5 - line_e02 * t2);
-}
-#define PARTS_rates_for_line_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(rates_for_line_5, PLAIN)
-
-static INLINE void NAME(rates_for_line_6)(const REAL *camera, const REAL *line, const REAL *v_, REAL *common, REAL
-    *common_2)
-{
-    const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
-        camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL v__1 = v_[0], v__e12 = v_[1], v__e13 = v_[2], v__e23 = v_[3], v__e01 = v_[4], v__e02 = v_[5],
-        v__e03 = v_[6], v__e0123 = v_[7];
-    const REAL t0 = camera_e23 * v__e03 + camera_e01 * v__e12 - camera_1 * v__e02 - camera_e12 * v__e01;
-    const REAL t1 = t0 - camera_e13 * v__e0123 - camera_e02 * v__1 - camera_e03 * v__e23;
-    const REAL t2 = t1 - camera_e0123 * v__e13;
-    const REAL t3 = camera_1 * v__1 - camera_e12 * v__e12 - camera_e13 * v__e13 - camera_e23 * v__e23;
-    const REAL t4 = camera_e13 * v__e02 + camera_e02 * v__e13 - camera_1 * v__e0123 - camera_e12 * v__e03;
-    const REAL t5 = t4 - camera_e23 * v__e01 - camera_e01 * v__e23 - camera_e03 * v__e12 - camera_e0123 * v__1;
-    const REAL t6 = camera_1 * v__e13 + camera_e13 * v__1 + camera_e23 * v__e12 - camera_e12 * v__e23;
-    const REAL t7 = t2 * t3 + t5 * t6;
-    const REAL t8 = camera_e12 * v__e02 + camera_e13 * v__e03 + camera_e23 * v__e0123 + camera_e0123 * v__e23;
-    const REAL t9 = t8 - camera_1 * v__e01 - camera_e01 * v__1 - camera_e02 * v__e12 - camera_e03 * v__e13;
-    const REAL t10 = camera_1 * v__e12 + camera_e12 * v__1 + camera_e13 * v__e23 - camera_e23 * v__e13;
-    const REAL t11 = camera_e12 * v__e0123 + camera_e01 * v__e13 + camera_e02 * v__e23 + camera_e0123 * v__e12;
-    const REAL t12 = t11 - camera_1 * v__e03 - camera_e13 * v__e01 - camera_e23 * v__e02 - camera_e03 * v__1;
-    const REAL t13 = camera_1 * v__e23 + camera_e12 * v__e13 + camera_e23 * v__1 - camera_e13 * v__e12;
-    const REAL t14 = t9 * t10 + t12 * t13;
-    const REAL t15 = t7 + t14;
-    const REAL t16 = t3 * t12 - t5 * t10;
-    const REAL t17 = t6 * t9 - t2 * t13;
-    const REAL t18 = t16 + t17;
-    const REAL t19 = t3 * t10;
-    const REAL t20 = t6 * t13;
-    const REAL t21 = t19 + t20;
-    const REAL t22 = t3 * t6;
-    const REAL t23 = t10 * t13;
-    const REAL t24 = t22 - t23;
-    const REAL t25 = t3 * t5;
-    const REAL t26 = t10 * t12;
-    const REAL t27 = t25 + t26;
-    const REAL t28 = t2 * t6;
-    const REAL t29 = t9 * t13;
-    const REAL t30 = t28 + t29;
-    const REAL t31 = t27 - t30;
-    const REAL t32 = line_e12 * t15 + line_e13 * t18 + line_e02 * t21 + line_e03 * t24 - line_e23 * t31;
-    const REAL t33 = t3 * t3;
-    const REAL t34 = t10 * t10;
-    const REAL t35 = t33 - t34;
-    const REAL t36 = t6 * t6;
-    const REAL t37 = t13 * t13;
-    const REAL t38 = t36 - t37;
-    const REAL t39 = t35 - t38;
-    const REAL t40 = t32 * (REAL)2 - line_e01 * t39;
-    const REAL t41 = t27 + t30;
-    const REAL t42 = t16 - t17;
-    const REAL t43 = t3 * t13;
-    const REAL t44 = t6 * t10;
-    const REAL t45 = t43 + t44;
-    const REAL t46 = t3 * t9 - t5 * t13;
-    const REAL t47 = t2 * t10 - t6 * t12;
-    const REAL t48 = t46 - t47;
-    const REAL t49 = t19 - t20;
-    const REAL t50 = line_e13 * t41 + line_e23 * t42 + line_e03 * t45 - line_e12 * t48 - line_e01 * t49;
-    const REAL t51 = t35 + t38;
-    const REAL t52 = (REAL)2 * t50 - line_e02 * t51;
-    const REAL t53 = t40 * t40 + t52 * t52;
-    const REAL t54 = t25 - t26 - (t28 - t29);
-    const REAL t55 = t46 + t47;
-    const REAL t56 = t7 - t14;
-    const REAL t57 = t22 + t23;
-    const REAL t58 = t43 - t44;
-    const REAL t59 = line_e12 * t54 + line_e13 * t55 + line_e23 * t56 + line_e01 * t57 + line_e02 * t58;
-    const REAL t60 = t33 + t34 - (t36 + t37);
-    const REAL t61 = (REAL)2 * t59 + line_e03 * t60;
-    const REAL t62 = SELECT(LESS((t53 + t61 * t61) * (REAL)(1.0 / 1000000000000.0), t53), t53, (REAL)1);
-    const REAL t63 = (REAL)1 / SQRT(t62);
-    const REAL t64 = t63 * t63;
-    const REAL t65 = t40 * t64;
-    const REAL t66 = (REAL)2 * (line_e23 * t57 - line_e13 * t58) + line_e12 * t60;
-    const REAL t67 = t65 * t66;
-    const REAL t68 = t52 * t64;
-    const REAL t69 = t66 * t68;
-    const REAL t70 = (REAL)2 * (line_e13 * t21 - line_e12 * t24) + line_e23 * t39;
-    const REAL t71 = (REAL)2 * (line_e12 * t45 - line_e23 * t49) + line_e13 * t51;
-    const REAL t72 = t68 * t71 - t65 * t70;
-    const REAL t73 = t61 * t68;
-    const REAL t74 = t40 * t65 + t52 * t68;
-    const REAL t75 = (REAL)2 * (t56 * t72 + t49 * t73 + t57 * t74 - t42 * t69 + t31 * t67);
-    const REAL t76 = t61 * t65;
-    const REAL t77 = (REAL)2 * (t58 * t74 + (t41 * t69 - t21 * t76) - t55 * t72 + t18 * t67);
-    const REAL t78 = (REAL)2 * (t54 * t72 + t48 * t69 - t15 * t67 - t24 * t76 - t45 * t73);
-    const REAL t79 = t61 * t63;
-    const REAL t80 = t64 * (t40 * t79);
-    const REAL t81 = t63 * t70 - t66 * t80;
-    const REAL t82 = t64 * (t52 * t79);
-    const REAL t83 = t66 * t82 + t63 * t71;
-    const REAL t84 = t70 * t82 + t71 * t80;
-    const REAL t85 = t61 * t80 + t40 * t63;
-    const REAL t86 = t40 * t82 - t52 * t80;
-    const REAL t87 = (REAL)2 * (t31 * t83 - t56 * t84 - t49 * t85 + t57 * t86 - t42 * t81);
-    const REAL t88 = t61 * t82 + t52 * t63;
-    const REAL t89 = (REAL)2 * (t41 * t81 + t18 * t83 + t58 * t86 + t55 * t84 - t21 * t88);
-    const REAL t90 = (REAL)2 * (t48 * t81 - t54 * t84 - t15 * t83 - t24 * t88 + t45 * t85);
-    common[0] = t60 * t72 - (REAL)2 * (t24 * t67 + t45 * t69);
-    common[1] = (REAL)2 * (t21 * t67 - t58 * t72) - t51 * t69;
-    common[2] = (REAL)2 * (t57 * t72 + t49 * t69) + t39 * t67;
-    common[3] = t75 + t39 * t76;
-    common[4] = t77 + t51 * t73;
-    common[5] = t78 + t60 * t74;
-    common_2[0] = -((REAL)2 * (t45 * t81 + t24 * t83) + t60 * t84);
-    common_2[1] = (REAL)2 * (t58 * t84 + t21 * t83) - t51 * t81;
-    common_2[2] = (REAL)2 * (t49 * t81 - t57 * t84) + t39 * t83;
-    common_2[3] = t87 + t39 * t88;
-    common_2[4] = t89 - t51 * t85;
-    common_2[5] = t90 + t60 * t86;
-}
-#define PARTS_rates_for_line_6(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 8) AND OUT(3, 6) \
-    AND OUT(4, 6)
-GAC_IN_LANES(rates_for_line_6, PLAIN)
-
-static INLINE void NAME(rates_for_line_8)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-    sum[1] = (REAL)0;
-    sum[2] = (REAL)0;
-}
-#define PARTS_rates_for_line_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(rates_for_line_8, PLAIN)
-
-static INLINE void NAME(rates_for_line_7)(const REAL *line, const REAL *common, const REAL *common_2, REAL
-    *mapped_0, REAL *mapped_1)
-{
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL common_e12 = common[0], common_e13 = common[1], common_e23 = common[2], common_e01 = common[3],
-        common_e02 = common[4], common_e03 = common[5];
-    const REAL common_2_e12 = common_2[0], common_2_e13 = common_2[1], common_2_e23 = common_2[2],
-        common_2_e01 = common_2[3], common_2_e02 = common_2[4], common_2_e03 = common_2[5];
-    const REAL t0 = line_e02 * common_e13 - line_e03 * common_e12 - line_e01 * common_e23;
-    const REAL t1 = line_e02 * common_2_e13 - line_e03 * common_2_e12 - line_e01 * common_2_e23;
-    mapped_0[0] = t0 - line_e23 * common_e01 + line_e13 * common_e02 - line_e12 * common_e03;
-    mapped_1[0] = t1 - line_e23 * common_2_e01 + line_e13 * common_2_e02 - line_e12 * common_2_e03;
-}
-#define PARTS_rates_for_line_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
-    AND OUT(4, 1)
-GAC_IN_LANES(rates_for_line_7, PLAIN)
-
-static INLINE void NAME(rates_for_line_9)(const REAL *sum, REAL row_0, REAL row_1, REAL weight, REAL *sum_out)
-{
-    const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
-    const REAL t0 = row_1 * weight;
-    sum_out[0] = sum_0 + row_0 * (row_0 * weight);
-    sum_out[1] = sum_1 + row_0 * t0;
-    sum_out[2] = sum_2 + row_1 * t0;
-}
-#define PARTS_rates_for_line_9(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 3)
-GAC_IN_LANES(rates_for_line_9, PLAIN)
-
-static INLINE void NAME(rates_for_line_10)(const REAL *camera, const REAL *line, const REAL *twist, const REAL
+static INLINE void NAME(rates_for_line_common)(const REAL *camera, const REAL *line, const REAL *twist, const REAL
     *goal, const REAL *goal_rate, const REAL *gain, REAL threshold, REAL damping, const REAL *v_, const REAL *sum,
     REAL *common_3, REAL *common_4, WORD *far)
 {
@@ -2516,41 +1684,12 @@ static INLINE void NAME(rates_for_line_10)(const REAL *camera, const REAL *line,
     common_3[0] = t117 * t102 - t118 * t120;
     common_4[0] = t120;
 }
-#define PARTS_rates_for_line_10(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) AND IN(3, 2) \
+#define PARTS_rates_for_line_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) AND IN(3, 2) \
     AND IN(4, 2) AND IN(5, 2) AND NUMBER(6, 0) AND NUMBER(7, 0) AND IN(8, 8) AND IN(9, 3) AND OUT(10, 1) \
     AND OUT(11, 1)
-GAC_IN_LANES(rates_for_line_10, TURNS)
+GAC_IN_LANES(rates_for_line_common, TURNS)
 
-static INLINE void NAME(rates_for_line_12)(REAL *found_0, REAL *found_1)
-{
-    found_0[0] = (REAL)0;
-    found_1[0] = (REAL)0;
-}
-#define PARTS_rates_for_line_12(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(rates_for_line_12, PLAIN)
-
-static INLINE void NAME(rates_for_line_11)(REAL row_0, REAL row_1, REAL weight, REAL common, REAL common_2, REAL
-    *mapped)
-{
-    mapped[0] = weight * (row_0 * common + row_1 * common_2);
-}
-#define PARTS_rates_for_line_11(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(rates_for_line_11, PLAIN)
-
-static INLINE void NAME(rates_for_line_13)(REAL found_0, REAL found_1, REAL rate, REAL limit, REAL *found_0_out,
-    REAL *found_1_out)
-{
-    const REAL t0 = ABS(rate);
-    const REAL t1 = t0 / MAXIMUM(limit, (REAL)1e-300);
-    found_0_out[0] = found_0 + (REAL)9.332636185032189e-302 * t0;
-    found_1_out[0] = MAXIMUM(found_1, t1);
-}
-#define PARTS_rates_for_line_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(rates_for_line_13, PLAIN)
-
-static INLINE void NAME(rates_for_line_14)(const REAL *camera, const REAL *line, const REAL *twist, const REAL
+static INLINE void NAME(rates_for_line_common_2)(const REAL *camera, const REAL *line, const REAL *twist, const REAL
     *goal, const REAL *goal_rate, const REAL *gain, const REAL *v_, const REAL *sum, REAL found_0, REAL found_1,
     REAL *common_5, REAL *common_6, WORD *far)
 {
@@ -2685,21 +1824,12 @@ static INLINE void NAME(rates_for_line_14)(const REAL *camera, const REAL *line,
     common_5[0] = t62 * (LESS_EQUAL(found_0, (REAL)1.152921504606847e+18) * t114);
     common_6[0] = SELECT(LESS((REAL)1, found_1), t115, (REAL)1);
 }
-#define PARTS_rates_for_line_14(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) AND IN(3, 2) \
+#define PARTS_rates_for_line_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) AND IN(3, 2) \
     AND IN(4, 2) AND IN(5, 2) AND IN(6, 8) AND IN(7, 3) AND NUMBER(8, 0) AND NUMBER(9, 0) AND OUT(10, 1) \
     AND OUT(11, 1)
-GAC_IN_LANES(rates_for_line_14, TURNS)
+GAC_IN_LANES(rates_for_line_common_2, TURNS)
 
-static INLINE void NAME(rates_for_line_15)(REAL rate, REAL common, REAL common_2, REAL *out_0)
-{
-    const REAL t0 = rate * common_2;
-    out_0[0] = SELECT(common, t0, (REAL)0);
-}
-#define PARTS_rates_for_line_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(rates_for_line_15, PLAIN)
-
-static INLINE void NAME(rates_for_line_16)(const REAL *camera, const REAL *line, const REAL *twist, const REAL
+static INLINE void NAME(rates_for_line_result)(const REAL *camera, const REAL *line, const REAL *twist, const REAL
     *goal, const REAL *goal_rate, const REAL *gain, REAL threshold, const REAL *v_, const REAL *sum, REAL found_0,
     REAL found_1, REAL *out_1, REAL *out_2, REAL *out_3, WORD *far)
 {
@@ -2840,10 +1970,10 @@ static INLINE void NAME(rates_for_line_16)(const REAL *camera, const REAL *line,
     out_2[0] = t78;
     out_3[0] = SELECT(t116 * LESS_EQUAL(t115, (REAL)1.152921504606847e+18), t119, (REAL)4);
 }
-#define PARTS_rates_for_line_16(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) AND IN(3, 2) \
+#define PARTS_rates_for_line_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) AND IN(3, 2) \
     AND IN(4, 2) AND IN(5, 2) AND NUMBER(6, 0) AND IN(7, 8) AND IN(8, 3) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND OUT(11, 2) AND OUT(12, 1) AND OUT(13, 1)
-GAC_IN_LANES(rates_for_line_16, TURNS)
+GAC_IN_LANES(rates_for_line_result, TURNS)
 
 #if PRECISION(1, 0)
 intptr_t tracking_rates_for_line_work(intptr_t n)
@@ -2860,32 +1990,32 @@ static INLINE void NAME(rates_for_line_within)(intptr_t n, const REAL *q, const 
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n,
     *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6], sum[3],
     *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
-    NAME(rates_for_line_1)(motor_start);
-    NAME(rates_for_line_3)(value);
+    NAME(image_of_point_motor_start)(motor_start);
+    NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_line_2)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
+        NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
-        NAME(rates_for_line_4)(motor + 8 * i, value);
-        NAME(rates_for_line_5)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
+        NAME(image_of_point_value)(motor + 8 * i, value);
+        NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
-    NAME(rates_for_line_6)(camera, line, value, common, common_2);
-    NAME(rates_for_line_8)(sum);
+    NAME(image_of_line_common)(camera, line, value, common, common_2);
+    NAME(rates_for_point_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_line_7)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
-        NAME(rates_for_line_9)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
+        NAME(image_of_point_mapped)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
+        NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
-    NAME(rates_for_line_10)(camera, line, twist, goal, goal_rate, gain, threshold, damping, value, sum, &common_3,
-    &common_4, NULL);
-    NAME(rates_for_line_12)(&found_0, &found_1);
+    NAME(rates_for_line_common)(camera, line, twist, goal, goal_rate, gain, threshold, damping, value, sum,
+    &common_3, &common_4, NULL);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_line_11)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
-        NAME(rates_for_line_13)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
+        NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
-    NAME(rates_for_line_14)(camera, line, twist, goal, goal_rate, gain, value, sum, found_0, found_1, &common_5,
-    &common_6, NULL);
+    NAME(rates_for_line_common_2)(camera, line, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
+    &common_5, &common_6, NULL);
     for (intptr_t i = 0; i < n; i++)
-        NAME(rates_for_line_15)(mapped[i], common_5, common_6, out_0 + i);
-    NAME(rates_for_line_16)(camera, line, twist, goal, goal_rate, gain, threshold, value, sum, found_0, found_1,
+        NAME(rates_for_point_result)(mapped[i], common_5, common_6, out_0 + i);
+    NAME(rates_for_line_result)(camera, line, twist, goal, goal_rate, gain, threshold, value, sum, found_0, found_1,
     out_1, out_2, out_3, NULL);
 }
 
@@ -2914,35 +2044,37 @@ static INLINE WORD NAME(rates_for_line_lanes)(intptr_t n, const REAL *q, const R
     sum[3 * NLANES], common_3[NLANES], common_4[NLANES], found_0[NLANES], found_1[NLANES], common_5[NLANES],
     common_6[NLANES];
     WORD far = 0;
-    NAME(rates_for_line_1_lanes)(motor_start);
-    NAME(rates_for_line_3_lanes)(value);
+    NAME(image_of_point_motor_start_lanes)(motor_start);
+    NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(rates_for_line_2_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
+        far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
     axes + 6 * i, turns + i, motor + 8 * NLANES * i);
-        NAME(rates_for_line_4_lanes)(motor + 8 * NLANES * i, value);
-        NAME(rates_for_line_5_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
+        NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
+        NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
-    NAME(rates_for_line_6_lanes)(camera, line, value, common, common_2);
-    NAME(rates_for_line_8_lanes)(sum);
+    NAME(image_of_line_common_lanes)(camera, line, value, common, common_2);
+    NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_line_7_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
+        NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
     mapped_1 + NLANES * i);
-        NAME(rates_for_line_9_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i, sum);
+        NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+    sum);
     }
-    far |= NAME(rates_for_line_10_lanes)(camera, line, twist, goal, goal_rate, gain, threshold, damping, value, sum,
-    common_3, common_4);
-    NAME(rates_for_line_12_lanes)(found_0, found_1);
+    far |= NAME(rates_for_line_common_lanes)(camera, line, twist, goal, goal_rate, gain, threshold, damping, value,
+    sum, common_3, common_4);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_line_11_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i, common_3,
-    common_4, mapped + NLANES * i);
-        NAME(rates_for_line_13_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0, found_1);
+        NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+    common_3, common_4, mapped + NLANES * i);
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
+    found_1);
     }
-    far |= NAME(rates_for_line_14_lanes)(camera, line, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
-    common_5, common_6);
+    far |= NAME(rates_for_line_common_2_lanes)(camera, line, twist, goal, goal_rate, gain, value, sum, found_0,
+    found_1, common_5, common_6);
     for (intptr_t i = 0; i < n; i++)
-        NAME(rates_for_line_15_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
-    far |= NAME(rates_for_line_16_lanes)(camera, line, twist, goal, goal_rate, gain, threshold, value, sum, found_0,
-    found_1, out_1, out_2, out_3);
+        NAME(rates_for_point_result_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
+    far |= NAME(rates_for_line_result_lanes)(camera, line, twist, goal, goal_rate, gain, threshold, value, sum,
+    found_0, found_1, out_1, out_2, out_3);
     return far;
 }
 
@@ -2957,247 +2089,7 @@ GAC_PROCEDURE(rates_for_line, BUSY)
 #define WORK_rates_for_plane(WORK) WORK(17, motor, 8, 8, n) WORK(18, moved_line, 6, 6, n) WORK(19, mapped, 3, 3, n) \
     WORK(20, mapped_2, scalar, 1, n)
 
-static INLINE void NAME(rates_for_plane_1)(REAL *motor_start)
-{
-    motor_start[0] = (REAL)1;
-    motor_start[1] = (REAL)0;
-    motor_start[2] = (REAL)0;
-    motor_start[3] = (REAL)0;
-    motor_start[4] = (REAL)0;
-    motor_start[5] = (REAL)0;
-    motor_start[6] = (REAL)0;
-    motor_start[7] = (REAL)0;
-}
-#define PARTS_rates_for_plane_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(rates_for_plane_1, PLAIN)
-
-static INLINE void NAME(rates_for_plane_3)(REAL *value)
-{
-    value[0] = (REAL)1;
-    value[1] = (REAL)0;
-    value[2] = (REAL)0;
-    value[3] = (REAL)0;
-    value[4] = (REAL)0;
-    value[5] = (REAL)0;
-    value[6] = (REAL)0;
-    value[7] = (REAL)0;
-}
-#define PARTS_rates_for_plane_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(rates_for_plane_3, PLAIN)
-
-static INLINE void NAME(rates_for_plane_2)(const REAL *motor, REAL x, const REAL *axis, REAL turn, REAL *motor_out,
-    WORD *far)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = x * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = SELECT(turn, t1, t0);
-    const REAL t3 = axis_e12 * t2;
-    const REAL t4 = COS(t0);
-    const REAL t5 = SELECT(turn, t4, (REAL)1);
-    const REAL t6 = axis_e13 * t2;
-    const REAL t7 = axis_e23 * t2;
-    const REAL t8 = axis_e01 * t2;
-    const REAL t9 = axis_e02 * t2;
-    const REAL t10 = axis_e03 * t2;
-    const REAL t11 = motor_1 * t8 + motor_e12 * t9 + motor_e13 * t10 - motor_e01 * t5 - motor_e02 * t3;
-    const REAL t12 = motor_1 * t9 - motor_e12 * t8 + motor_e23 * t10 + motor_e01 * t3 - motor_e02 * t5;
-    const REAL t13 = motor_1 * t10 - motor_e13 * t8 - motor_e23 * t9 + motor_e01 * t6 + motor_e02 * t7;
-    const REAL t14 = motor_e12 * t10 - motor_e13 * t9 + motor_e23 * t8 + motor_e01 * t7 - motor_e02 * t6;
-    motor_out[0] = motor_1 * t5 + motor_e12 * t3 + motor_e13 * t6 + motor_e23 * t7;
-    motor_out[1] = motor_e12 * t5 - motor_1 * t3 + motor_e13 * t7 - motor_e23 * t6;
-    motor_out[2] = motor_e13 * t5 - (motor_1 * t6 + motor_e12 * t7) + motor_e23 * t3;
-    motor_out[3] = motor_e12 * t6 - motor_1 * t7 - motor_e13 * t3 + motor_e23 * t5;
-    motor_out[4] = motor_e0123 * t7 - (t11 - motor_e03 * t6);
-    motor_out[5] = -(t12 - motor_e03 * t7 + motor_e0123 * t6);
-    motor_out[6] = motor_e0123 * t3 - (t13 - motor_e03 * t5);
-    motor_out[7] = motor_e0123 * t5 - (t14 + motor_e03 * t3);
-}
-#define PARTS_rates_for_plane_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
-    AND NUMBER(3, 1) AND OUT(4, 8)
-GAC_IN_LANES(rates_for_plane_2, TURNS)
-
-static INLINE void NAME(rates_for_plane_4)(const REAL *motor, REAL *value)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    value[0] = motor_1;
-    value[1] = motor_e12;
-    value[2] = motor_e13;
-    value[3] = motor_e23;
-    value[4] = motor_e01;
-    value[5] = motor_e02;
-    value[6] = motor_e03;
-    value[7] = motor_e0123;
-}
-#define PARTS_rates_for_plane_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(rates_for_plane_4, PLAIN)
-
-static INLINE void NAME(rates_for_plane_5)(const REAL *motor, const REAL *line, REAL *moved_line)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = motor_1 * motor_e23;
-    const REAL t1 = motor_e12 * motor_e13;
-    const REAL t2 = t0 + t1;
-    const REAL t3 = motor_1 * motor_e13;
-    const REAL t4 = motor_e12 * motor_e23;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = motor_1 * motor_1;
-    const REAL t7 = motor_e12 * motor_e12;
-    const REAL t8 = motor_e13 * motor_e13;
-    const REAL t9 = motor_e23 * motor_e23;
-    const REAL t10 = t6 + t7 - t8 - t9;
-    const REAL t11 = motor_1 * motor_e12;
-    const REAL t12 = motor_e13 * motor_e23;
-    const REAL t13 = t11 + t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t6 - t7;
-    const REAL t16 = t8 - t9;
-    const REAL t17 = t15 + t16;
-    const REAL t18 = t3 + t4;
-    const REAL t19 = t11 - t12;
-    const REAL t20 = t15 - t16;
-    const REAL t21 = motor_e12 * line_e12 + motor_e13 * line_e13 + motor_e23 * line_e23;
-    const REAL t22 = motor_1 * line_e12 + motor_e23 * line_e13 - motor_e13 * line_e23;
-    const REAL t23 = motor_1 * line_e13 + motor_e12 * line_e23 - motor_e23 * line_e12;
-    const REAL t24 = motor_e01 * t21 + line_e02 * t19 + line_e03 * t18 - motor_e02 * t22 - motor_e03 * t23;
-    const REAL t25 = motor_1 * line_e23 + motor_e13 * line_e12 - motor_e12 * line_e13;
-    const REAL t26 = motor_e01 * t22 + motor_e02 * t21 + motor_e0123 * t23 + line_e03 * t14;
-    const REAL t27 = motor_e01 * t23 + motor_e02 * t25 + motor_e03 * t21 - motor_e0123 * t22;
-    moved_line[0] = line_e12 * t10 + (line_e13 * t2 - line_e23 * t5) * (REAL)2;
-    moved_line[1] = line_e13 * t17 + (REAL)2 * (line_e23 * t13 - line_e12 * t14);
-    moved_line[2] = line_e23 * t20 + (REAL)2 * (line_e12 * t18 - line_e13 * t19);
-    moved_line[3] = line_e01 * t20 + (REAL)2 * (t24 - motor_e0123 * t25);
-    moved_line[4] = line_e02 * t17 + (REAL)2 * (t26 - motor_e03 * t25 - line_e01 * t13);
-    moved_line[5] = line_e03 * t10 + (REAL)2 * (t27 - line_e01 * t5 - line_e02 * t2);
-}
-#define PARTS_rates_for_plane_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(rates_for_plane_5, PLAIN)
-
-static INLINE void NAME(rates_for_plane_6)(const REAL *camera, const REAL *plane, const REAL *v_, REAL *common, REAL
-    *common_2, REAL *common_3)
-{
-    const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
-        camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
-    const REAL plane_e1 = plane[0], plane_e2 = plane[1], plane_e3 = plane[2], plane_e0 = plane[3];
-    const REAL v__1 = v_[0], v__e12 = v_[1], v__e13 = v_[2], v__e23 = v_[3], v__e01 = v_[4], v__e02 = v_[5],
-        v__e03 = v_[6], v__e0123 = v_[7];
-    const REAL t0 = camera_1 * v__1 - camera_e12 * v__e12 - camera_e13 * v__e13 - camera_e23 * v__e23;
-    const REAL t1 = camera_1 * v__e12 + camera_e12 * v__1 + camera_e13 * v__e23 - camera_e23 * v__e13;
-    const REAL t2 = t0 * t1;
-    const REAL t3 = camera_1 * v__e13 + camera_e13 * v__1 + camera_e23 * v__e12 - camera_e12 * v__e23;
-    const REAL t4 = camera_1 * v__e23 + camera_e12 * v__e13 + camera_e23 * v__1 - camera_e13 * v__e12;
-    const REAL t5 = t3 * t4;
-    const REAL t6 = t2 + t5;
-    const REAL t7 = t0 * t3;
-    const REAL t8 = t1 * t4;
-    const REAL t9 = t7 - t8;
-    const REAL t10 = t0 * t0;
-    const REAL t11 = t1 * t1;
-    const REAL t12 = t10 - t11;
-    const REAL t13 = t3 * t3;
-    const REAL t14 = t4 * t4;
-    const REAL t15 = t13 - t14;
-    const REAL t16 = t12 - t15;
-    const REAL t17 = plane_e1 * t16 - (REAL)2 * (plane_e2 * t6 + plane_e3 * t9);
-    const REAL t18 = t2 - t5;
-    const REAL t19 = t0 * t4;
-    const REAL t20 = t1 * t3;
-    const REAL t21 = t19 + t20;
-    const REAL t22 = t12 + t15;
-    const REAL t23 = plane_e2 * t22 + (REAL)2 * (plane_e1 * t18 - plane_e3 * t21);
-    const REAL t24 = t7 + t8;
-    const REAL t25 = t19 - t20;
-    const REAL t26 = t10 + t11;
-    const REAL t27 = t13 + t14;
-    const REAL t28 = t26 - t27;
-    const REAL t29 = plane_e3 * t28 + (plane_e1 * t24 + plane_e2 * t25) * (REAL)2;
-    const REAL t30 = camera_e12 * v__e0123 + camera_e01 * v__e13 + camera_e02 * v__e23 + camera_e0123 * v__e12;
-    const REAL t31 = t30 - camera_1 * v__e03 - camera_e13 * v__e01 - camera_e23 * v__e02 - camera_e03 * v__1;
-    const REAL t32 = t0 * t31;
-    const REAL t33 = camera_e13 * v__e02 + camera_e02 * v__e13 - camera_1 * v__e0123 - camera_e12 * v__e03;
-    const REAL t34 = t33 - camera_e23 * v__e01 - camera_e01 * v__e23 - camera_e03 * v__e12 - camera_e0123 * v__1;
-    const REAL t35 = t1 * t34;
-    const REAL t36 = camera_e12 * v__e02 + camera_e13 * v__e03 + camera_e23 * v__e0123 + camera_e0123 * v__e23;
-    const REAL t37 = t36 - camera_1 * v__e01 - camera_e01 * v__1 - camera_e02 * v__e12 - camera_e03 * v__e13;
-    const REAL t38 = t3 * t37;
-    const REAL t39 = camera_e23 * v__e03 + camera_e01 * v__e12 - camera_1 * v__e02 - camera_e12 * v__e01;
-    const REAL t40 = t39 - camera_e13 * v__e0123 - camera_e02 * v__1 - camera_e03 * v__e23;
-    const REAL t41 = t40 - camera_e0123 * v__e13;
-    const REAL t42 = t4 * t41;
-    const REAL t43 = plane_e3 * (t32 + t35 - (t38 + t42)) + t37 * (plane_e1 * t0 - plane_e2 * t1);
-    const REAL t44 = t43 + t41 * (plane_e1 * t1 + plane_e2 * t0);
-    const REAL t45 = t44 + t31 * (plane_e1 * t3 + plane_e2 * t4);
-    const REAL t46 = plane_e0 * (t26 + t27) + (REAL)2 * (t45 + t34 * (plane_e1 * t4 - plane_e2 * t3));
-    const REAL t47 = LESS((t17 * t17 + t23 * t23 + t29 * t29) * (REAL)1e-24, t46 * t46);
-    const REAL t48 = -t46;
-    const REAL t49 = (REAL)1 / SELECT(t47, t48, (REAL)1);
-    const REAL t50 = t17 * t49;
-    const REAL t51 = t49 * t50;
-    const REAL t52 = t23 * t51;
-    const REAL t53 = t17 * t51;
-    const REAL t54 = t29 * t51;
-    const REAL t55 = t0 * t41 + t3 * t34;
-    const REAL t56 = t1 * t37 + t4 * t31;
-    const REAL t57 = t55 - t56;
-    const REAL t58 = t0 * t34;
-    const REAL t59 = t1 * t31;
-    const REAL t60 = t58 + t59;
-    const REAL t61 = t3 * t41;
-    const REAL t62 = t4 * t37;
-    const REAL t63 = t61 + t62;
-    const REAL t64 = t60 - t63;
-    const REAL t65 = t29 * t49;
-    const REAL t66 = t32 - t35;
-    const REAL t67 = t38 - t42;
-    const REAL t68 = t66 - t67;
-    const REAL t69 = t23 * t49;
-    const REAL t70 = t60 + t63;
-    const REAL t71 = t66 + t67;
-    const REAL t72 = t0 * t37 - t4 * t34;
-    const REAL t73 = t1 * t41 - t3 * t31;
-    const REAL t74 = t72 + t73;
-    const REAL t75 = t58 - t59 - (t61 - t62);
-    const REAL t76 = t72 - t73;
-    const REAL t77 = t55 + t56;
-    const REAL t78 = t49 * t69;
-    const REAL t79 = t23 * t78;
-    const REAL t80 = t17 * t78;
-    const REAL t81 = t29 * t78;
-    const REAL t82 = t49 * t65;
-    const REAL t83 = t23 * t82;
-    const REAL t84 = t17 * t82;
-    const REAL t85 = t29 * t82;
-    common[0] = (REAL)2 * (t21 * t52 + t9 * t53) - t28 * t54;
-    common[1] = (REAL)2 * (t25 * t54 - t6 * t53) + t22 * t52;
-    common[2] = -(t16 * t53 + (REAL)2 * (t24 * t54 + t18 * t52));
-    common[3] = (REAL)2 * (t18 * t65 - (t54 * t57 + t53 * t64) + t52 * t68 - t24 * t69);
-    common[4] = t22 * t65 + (REAL)2 * (t54 * t74 - (t52 * t70 + t53 * t71) - t25 * t69);
-    common[5] = (REAL)2 * (t53 * t77 - (t54 * t75 + t52 * t76) - t21 * t65) - t28 * t69;
-    common_2[0] = (REAL)2 * (t21 * t79 + t9 * t80) - t28 * t81;
-    common_2[1] = (REAL)2 * (t25 * t81 - t6 * t80) + t22 * t79;
-    common_2[2] = -(t16 * t80 + (REAL)2 * (t24 * t81 + t18 * t79));
-    common_2[3] = (REAL)2 * (t24 * t50 - (t57 * t81 + t64 * t80) + t68 * t79) - t16 * t65;
-    common_2[4] = (REAL)2 * (t6 * t65 - t70 * t79 - t71 * t80 + t25 * t50 + t74 * t81);
-    common_2[5] = t28 * t50 + (REAL)2 * (t9 * t65 - t75 * t81 - t76 * t79 + t77 * t80);
-    common_3[0] = (REAL)2 * (t21 * t83 + t9 * t84) - t28 * t85;
-    common_3[1] = (REAL)2 * (t25 * t85 - t6 * t84) + t22 * t83;
-    common_3[2] = -(t16 * t84 + (REAL)2 * (t24 * t85 + t18 * t83));
-    common_3[3] = t16 * t69 + (REAL)2 * (t68 * t83 - (t57 * t85 + t64 * t84 + t18 * t50));
-    common_3[4] = (REAL)2 * (t74 * t85 - (t70 * t83 + t71 * t84 + t6 * t69)) - t22 * t50;
-    common_3[5] = (REAL)2 * (t21 * t50 - t75 * t85 - t76 * t83 - t9 * t69 + t77 * t84);
-}
-#define PARTS_rates_for_plane_6(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 8) AND OUT(3, 6) \
-    AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(rates_for_plane_6, PLAIN)
-
-static INLINE void NAME(rates_for_plane_8)(REAL *sum)
+static INLINE void NAME(rates_for_plane_sum_start)(REAL *sum)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -3206,32 +2098,10 @@ static INLINE void NAME(rates_for_plane_8)(REAL *sum)
     sum[4] = (REAL)0;
     sum[5] = (REAL)0;
 }
-#define PARTS_rates_for_plane_8(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(rates_for_plane_8, PLAIN)
+#define PARTS_rates_for_plane_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
+GAC_IN_LANES(rates_for_plane_sum_start, PLAIN)
 
-static INLINE void NAME(rates_for_plane_7)(const REAL *line, const REAL *common, const REAL *common_2, const REAL
-    *common_3, REAL *mapped)
-{
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL common_e12 = common[0], common_e13 = common[1], common_e23 = common[2], common_e01 = common[3],
-        common_e02 = common[4], common_e03 = common[5];
-    const REAL common_2_e12 = common_2[0], common_2_e13 = common_2[1], common_2_e23 = common_2[2],
-        common_2_e01 = common_2[3], common_2_e02 = common_2[4], common_2_e03 = common_2[5];
-    const REAL common_3_e12 = common_3[0], common_3_e13 = common_3[1], common_3_e23 = common_3[2],
-        common_3_e01 = common_3[3], common_3_e02 = common_3[4], common_3_e03 = common_3[5];
-    const REAL t0 = line_e02 * common_e13 - line_e03 * common_e12 - line_e01 * common_e23;
-    const REAL t1 = line_e02 * common_2_e13 - line_e03 * common_2_e12 - line_e01 * common_2_e23;
-    const REAL t2 = line_e02 * common_3_e13 - line_e03 * common_3_e12 - line_e01 * common_3_e23;
-    mapped[0] = t0 - line_e23 * common_e01 + line_e13 * common_e02 - line_e12 * common_e03;
-    mapped[1] = t1 - line_e23 * common_2_e01 + line_e13 * common_2_e02 - line_e12 * common_2_e03;
-    mapped[2] = t2 - line_e23 * common_3_e01 + line_e13 * common_3_e02 - line_e12 * common_3_e03;
-}
-#define PARTS_rates_for_plane_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND IN(3, 6) \
-    AND OUT(4, 3)
-GAC_IN_LANES(rates_for_plane_7, PLAIN)
-
-static INLINE void NAME(rates_for_plane_9)(const REAL *sum, const REAL *mapped, REAL weight, REAL *sum_out)
+static INLINE void NAME(rates_for_plane_sum)(const REAL *sum, const REAL *mapped, REAL weight, REAL *sum_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
     const REAL mapped_0 = mapped[0], mapped_1 = mapped[1], mapped_2 = mapped[2];
@@ -3244,10 +2114,10 @@ static INLINE void NAME(rates_for_plane_9)(const REAL *sum, const REAL *mapped, 
     sum_out[4] = sum_4 + mapped_1 * t1;
     sum_out[5] = sum_5 + mapped_2 * t1;
 }
-#define PARTS_rates_for_plane_9(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 3) AND NUMBER(2, 0) AND OUT(3, 6)
-GAC_IN_LANES(rates_for_plane_9, PLAIN)
+#define PARTS_rates_for_plane_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 3) AND NUMBER(2, 0) AND OUT(3, 6)
+GAC_IN_LANES(rates_for_plane_sum, PLAIN)
 
-static INLINE void NAME(rates_for_plane_10)(const REAL *camera, const REAL *plane, const REAL *twist, const REAL
+static INLINE void NAME(rates_for_plane_common)(const REAL *camera, const REAL *plane, const REAL *twist, const REAL
     *goal, const REAL *goal_rate, const REAL *gain, REAL threshold, REAL damping, const REAL *v_, const REAL *sum,
     REAL *common_4, REAL *common_5, REAL *common_6)
 {
@@ -3457,44 +2327,24 @@ static INLINE void NAME(rates_for_plane_10)(const REAL *camera, const REAL *plan
     common_5[0] = t190;
     common_6[0] = t189;
 }
-#define PARTS_rates_for_plane_10(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) AND IN(3, 3) \
+#define PARTS_rates_for_plane_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) AND IN(3, 3) \
     AND IN(4, 3) AND IN(5, 3) AND NUMBER(6, 0) AND NUMBER(7, 0) AND IN(8, 8) AND IN(9, 6) AND OUT(10, 1) \
     AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(rates_for_plane_10, PLAIN)
+GAC_IN_LANES(rates_for_plane_common, PLAIN)
 
-static INLINE void NAME(rates_for_plane_12)(REAL *found_0, REAL *found_1)
-{
-    found_0[0] = (REAL)0;
-    found_1[0] = (REAL)0;
-}
-#define PARTS_rates_for_plane_12(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(rates_for_plane_12, PLAIN)
-
-static INLINE void NAME(rates_for_plane_11)(const REAL *mapped, REAL weight, REAL common, REAL common_2, REAL
+static INLINE void NAME(rates_for_plane_mapped)(const REAL *mapped, REAL weight, REAL common, REAL common_2, REAL
     common_3, REAL *mapped_2_out)
 {
     const REAL mapped_0 = mapped[0], mapped_1 = mapped[1], mapped_2 = mapped[2];
     mapped_2_out[0] = weight * (mapped_0 * common + mapped_1 * common_2 + mapped_2 * common_3);
 }
-#define PARTS_rates_for_plane_11(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_rates_for_plane_mapped(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(rates_for_plane_11, PLAIN)
+GAC_IN_LANES(rates_for_plane_mapped, PLAIN)
 
-static INLINE void NAME(rates_for_plane_13)(REAL found_0, REAL found_1, REAL rate, REAL limit, REAL *found_0_out,
-    REAL *found_1_out)
-{
-    const REAL t0 = ABS(rate);
-    const REAL t1 = t0 / MAXIMUM(limit, (REAL)1e-300);
-    found_0_out[0] = found_0 + (REAL)9.332636185032189e-302 * t0;
-    found_1_out[0] = MAXIMUM(found_1, t1);
-}
-#define PARTS_rates_for_plane_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(rates_for_plane_13, PLAIN)
-
-static INLINE void NAME(rates_for_plane_14)(const REAL *camera, const REAL *plane, const REAL *twist, const REAL
-    *goal, const REAL *goal_rate, const REAL *gain, const REAL *v_, const REAL *sum, REAL found_0, REAL found_1,
-    REAL *common_7, REAL *common_8)
+static INLINE void NAME(rates_for_plane_common_2)(const REAL *camera, const REAL *plane, const REAL *twist, const
+    REAL *goal, const REAL *goal_rate, const REAL *gain, const REAL *v_, const REAL *sum, REAL found_0, REAL
+    found_1, REAL *common_7, REAL *common_8)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -3691,21 +2541,12 @@ static INLINE void NAME(rates_for_plane_14)(const REAL *camera, const REAL *plan
     common_7[0] = t116 * (t179 * LESS_EQUAL(t178, (REAL)1.152921504606847e+18));
     common_8[0] = SELECT(LESS((REAL)1, found_1), t180, (REAL)1);
 }
-#define PARTS_rates_for_plane_14(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) AND IN(3, 3) \
+#define PARTS_rates_for_plane_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) AND IN(3, 3) \
     AND IN(4, 3) AND IN(5, 3) AND IN(6, 8) AND IN(7, 6) AND NUMBER(8, 0) AND NUMBER(9, 0) AND OUT(10, 1) \
     AND OUT(11, 1)
-GAC_IN_LANES(rates_for_plane_14, PLAIN)
+GAC_IN_LANES(rates_for_plane_common_2, PLAIN)
 
-static INLINE void NAME(rates_for_plane_15)(REAL rate, REAL common, REAL common_2, REAL *out_0)
-{
-    const REAL t0 = rate * common_2;
-    out_0[0] = SELECT(common, t0, (REAL)0);
-}
-#define PARTS_rates_for_plane_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(rates_for_plane_15, PLAIN)
-
-static INLINE void NAME(rates_for_plane_16)(const REAL *camera, const REAL *plane, const REAL *twist, const REAL
+static INLINE void NAME(rates_for_plane_result)(const REAL *camera, const REAL *plane, const REAL *twist, const REAL
     *goal, const REAL *goal_rate, const REAL *gain, REAL threshold, const REAL *v_, const REAL *sum, REAL found_0,
     REAL found_1, REAL *out_1, REAL *out_2, REAL *out_3)
 {
@@ -3909,10 +2750,10 @@ static INLINE void NAME(rates_for_plane_16)(const REAL *camera, const REAL *plan
     out_2[0] = t125;
     out_3[0] = SELECT(LESS_EQUAL(found_0, (REAL)1.152921504606847e+18) * t179, t182, (REAL)4);
 }
-#define PARTS_rates_for_plane_16(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) AND IN(3, 3) \
+#define PARTS_rates_for_plane_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) AND IN(3, 3) \
     AND IN(4, 3) AND IN(5, 3) AND NUMBER(6, 0) AND IN(7, 8) AND IN(8, 6) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND OUT(11, 3) AND OUT(12, 1) AND OUT(13, 1)
-GAC_IN_LANES(rates_for_plane_16, PLAIN)
+GAC_IN_LANES(rates_for_plane_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tracking_rates_for_plane_work(intptr_t n)
@@ -3929,33 +2770,33 @@ static INLINE void NAME(rates_for_plane_within)(intptr_t n, const REAL *q, const
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n,
     *const mapped = moved_line + 6 * n, common[6], common_2[6], common_3[6], sum[6],
     *const mapped_2 = mapped + 3 * n, common_4, common_5, common_6, found_0, found_1, common_7, common_8;
-    NAME(rates_for_plane_1)(motor_start);
-    NAME(rates_for_plane_3)(value);
+    NAME(image_of_point_motor_start)(motor_start);
+    NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_plane_2)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
+        NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
-        NAME(rates_for_plane_4)(motor + 8 * i, value);
-        NAME(rates_for_plane_5)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
+        NAME(image_of_point_value)(motor + 8 * i, value);
+        NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
-    NAME(rates_for_plane_6)(camera, plane, value, common, common_2, common_3);
-    NAME(rates_for_plane_8)(sum);
+    NAME(image_of_plane_common)(camera, plane, value, common, common_2, common_3);
+    NAME(rates_for_plane_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_plane_7)(moved_line + 6 * i, common, common_2, common_3, mapped + 3 * i);
-        NAME(rates_for_plane_9)(sum, mapped + 3 * i, weights[i], sum);
+        NAME(image_of_plane_result)(moved_line + 6 * i, common, common_2, common_3, mapped + 3 * i);
+        NAME(rates_for_plane_sum)(sum, mapped + 3 * i, weights[i], sum);
     }
-    NAME(rates_for_plane_10)(camera, plane, twist, goal, goal_rate, gain, threshold, damping, value, sum, &common_4,
-    &common_5, &common_6);
-    NAME(rates_for_plane_12)(&found_0, &found_1);
+    NAME(rates_for_plane_common)(camera, plane, twist, goal, goal_rate, gain, threshold, damping, value, sum,
+    &common_4, &common_5, &common_6);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_plane_11)(mapped + 3 * i, weights[i], common_4, common_5, common_6, mapped_2 + i);
-        NAME(rates_for_plane_13)(found_0, found_1, mapped_2[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_plane_mapped)(mapped + 3 * i, weights[i], common_4, common_5, common_6, mapped_2 + i);
+        NAME(rates_for_point_found)(found_0, found_1, mapped_2[i], limits[i], &found_0, &found_1);
     }
-    NAME(rates_for_plane_14)(camera, plane, twist, goal, goal_rate, gain, value, sum, found_0, found_1, &common_7,
-    &common_8);
+    NAME(rates_for_plane_common_2)(camera, plane, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
+    &common_7, &common_8);
     for (intptr_t i = 0; i < n; i++)
-        NAME(rates_for_plane_15)(mapped_2[i], common_7, common_8, out_0 + i);
-    NAME(rates_for_plane_16)(camera, plane, twist, goal, goal_rate, gain, threshold, value, sum, found_0, found_1,
-    out_1, out_2, out_3);
+        NAME(rates_for_point_result)(mapped_2[i], common_7, common_8, out_0 + i);
+    NAME(rates_for_plane_result)(camera, plane, twist, goal, goal_rate, gain, threshold, value, sum, found_0,
+    found_1, out_1, out_2, out_3);
 }
 
 FUSED(rates_for_plane, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
@@ -3982,35 +2823,35 @@ static INLINE WORD NAME(rates_for_plane_lanes)(intptr_t n, const REAL *q, const 
     common_3[6 * NLANES], sum[6 * NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], found_0[NLANES],
     found_1[NLANES], common_7[NLANES], common_8[NLANES];
     WORD far = 0;
-    NAME(rates_for_plane_1_lanes)(motor_start);
-    NAME(rates_for_plane_3_lanes)(value);
+    NAME(image_of_point_motor_start_lanes)(motor_start);
+    NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(rates_for_plane_2_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
+        far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
     axes + 6 * i, turns + i, motor + 8 * NLANES * i);
-        NAME(rates_for_plane_4_lanes)(motor + 8 * NLANES * i, value);
-        NAME(rates_for_plane_5_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
+        NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
+        NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
-    NAME(rates_for_plane_6_lanes)(camera, plane, value, common, common_2, common_3);
-    NAME(rates_for_plane_8_lanes)(sum);
+    NAME(image_of_plane_common_lanes)(camera, plane, value, common, common_2, common_3);
+    NAME(rates_for_plane_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_plane_7_lanes)(moved_line + 6 * NLANES * i, common, common_2, common_3,
+        NAME(image_of_plane_result_lanes)(moved_line + 6 * NLANES * i, common, common_2, common_3,
     mapped + 3 * NLANES * i);
-        NAME(rates_for_plane_9_lanes)(sum, mapped + 3 * NLANES * i, weights + NLANES * i, sum);
+        NAME(rates_for_plane_sum_lanes)(sum, mapped + 3 * NLANES * i, weights + NLANES * i, sum);
     }
-    NAME(rates_for_plane_10_lanes)(camera, plane, twist, goal, goal_rate, gain, threshold, damping, value, sum,
+    NAME(rates_for_plane_common_lanes)(camera, plane, twist, goal, goal_rate, gain, threshold, damping, value, sum,
     common_4, common_5, common_6);
-    NAME(rates_for_plane_12_lanes)(found_0, found_1);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(rates_for_plane_11_lanes)(mapped + 3 * NLANES * i, weights + NLANES * i, common_4, common_5, common_6,
-    mapped_2 + NLANES * i);
-        NAME(rates_for_plane_13_lanes)(found_0, found_1, mapped_2 + NLANES * i, limits + NLANES * i, found_0,
+        NAME(rates_for_plane_mapped_lanes)(mapped + 3 * NLANES * i, weights + NLANES * i, common_4, common_5,
+    common_6, mapped_2 + NLANES * i);
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped_2 + NLANES * i, limits + NLANES * i, found_0,
     found_1);
     }
-    NAME(rates_for_plane_14_lanes)(camera, plane, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
+    NAME(rates_for_plane_common_2_lanes)(camera, plane, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
     common_7, common_8);
     for (intptr_t i = 0; i < n; i++)
-        NAME(rates_for_plane_15_lanes)(mapped_2 + NLANES * i, common_7, common_8, out_0 + NLANES * i);
-    NAME(rates_for_plane_16_lanes)(camera, plane, twist, goal, goal_rate, gain, threshold, value, sum, found_0,
+        NAME(rates_for_point_result_lanes)(mapped_2 + NLANES * i, common_7, common_8, out_0 + NLANES * i);
+    NAME(rates_for_plane_result_lanes)(camera, plane, twist, goal, goal_rate, gain, threshold, value, sum, found_0,
     found_1, out_1, out_2, out_3);
     return far;
 }
@@ -4028,35 +2869,7 @@ GAC_PROCEDURE(rates_for_plane, BUSY)
 #define WORK_accelerations_for_point(WORK) WORK(22, motor, 8, 8, n) WORK(23, moved_line, 6, 6, n) \
     WORK(24, mapped_0, scalar, 1, n) WORK(25, mapped_1, scalar, 1, n) WORK(26, mapped, scalar, 1, n)
 
-static INLINE void NAME(accelerations_for_point_1)(REAL *motor_start)
-{
-    motor_start[0] = (REAL)1;
-    motor_start[1] = (REAL)0;
-    motor_start[2] = (REAL)0;
-    motor_start[3] = (REAL)0;
-    motor_start[4] = (REAL)0;
-    motor_start[5] = (REAL)0;
-    motor_start[6] = (REAL)0;
-    motor_start[7] = (REAL)0;
-}
-#define PARTS_accelerations_for_point_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(accelerations_for_point_1, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_3)(REAL *value)
-{
-    value[0] = (REAL)1;
-    value[1] = (REAL)0;
-    value[2] = (REAL)0;
-    value[3] = (REAL)0;
-    value[4] = (REAL)0;
-    value[5] = (REAL)0;
-    value[6] = (REAL)0;
-    value[7] = (REAL)0;
-}
-#define PARTS_accelerations_for_point_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(accelerations_for_point_3, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_6)(REAL *carrier_0, REAL *carrier_1)
+static INLINE void NAME(accelerations_for_point_carrier_start)(REAL *carrier_0, REAL *carrier_1)
 {
     carrier_0[0] = (REAL)0;
     carrier_0[1] = (REAL)0;
@@ -4071,106 +2884,11 @@ static INLINE void NAME(accelerations_for_point_6)(REAL *carrier_0, REAL *carrie
     carrier_1[4] = (REAL)0;
     carrier_1[5] = (REAL)0;
 }
-#define PARTS_accelerations_for_point_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 6)
-GAC_IN_LANES(accelerations_for_point_6, PLAIN)
+#define PARTS_accelerations_for_point_carrier_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 6)
+GAC_IN_LANES(accelerations_for_point_carrier_start, PLAIN)
 
-static INLINE void NAME(accelerations_for_point_2)(const REAL *motor, REAL x, const REAL *axis, REAL turn, REAL
-    *motor_out, WORD *far)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = x * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = SELECT(turn, t1, t0);
-    const REAL t3 = axis_e12 * t2;
-    const REAL t4 = COS(t0);
-    const REAL t5 = SELECT(turn, t4, (REAL)1);
-    const REAL t6 = axis_e13 * t2;
-    const REAL t7 = axis_e23 * t2;
-    const REAL t8 = axis_e01 * t2;
-    const REAL t9 = axis_e02 * t2;
-    const REAL t10 = axis_e03 * t2;
-    const REAL t11 = motor_1 * t8 + motor_e12 * t9 + motor_e13 * t10 - motor_e01 * t5 - motor_e02 * t3;
-    const REAL t12 = motor_1 * t9 - motor_e12 * t8 + motor_e23 * t10 + motor_e01 * t3 - motor_e02 * t5;
-    const REAL t13 = motor_1 * t10 - motor_e13 * t8 - motor_e23 * t9 + motor_e01 * t6 + motor_e02 * t7;
-    const REAL t14 = motor_e12 * t10 - motor_e13 * t9 + motor_e23 * t8 + motor_e01 * t7 - motor_e02 * t6;
-    motor_out[0] = motor_1 * t5 + motor_e12 * t3 + motor_e13 * t6 + motor_e23 * t7;
-    motor_out[1] = motor_e12 * t5 - motor_1 * t3 + motor_e13 * t7 - motor_e23 * t6;
-    motor_out[2] = motor_e13 * t5 - (motor_1 * t6 + motor_e12 * t7) + motor_e23 * t3;
-    motor_out[3] = motor_e12 * t6 - motor_1 * t7 - motor_e13 * t3 + motor_e23 * t5;
-    motor_out[4] = motor_e0123 * t7 - (t11 - motor_e03 * t6);
-    motor_out[5] = -(t12 - motor_e03 * t7 + motor_e0123 * t6);
-    motor_out[6] = motor_e0123 * t3 - (t13 - motor_e03 * t5);
-    motor_out[7] = motor_e0123 * t5 - (t14 + motor_e03 * t3);
-}
-#define PARTS_accelerations_for_point_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
-    AND NUMBER(3, 1) AND OUT(4, 8)
-GAC_IN_LANES(accelerations_for_point_2, TURNS)
-
-static INLINE void NAME(accelerations_for_point_4)(const REAL *motor, REAL *value)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    value[0] = motor_1;
-    value[1] = motor_e12;
-    value[2] = motor_e13;
-    value[3] = motor_e23;
-    value[4] = motor_e01;
-    value[5] = motor_e02;
-    value[6] = motor_e03;
-    value[7] = motor_e0123;
-}
-#define PARTS_accelerations_for_point_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(accelerations_for_point_4, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_5)(const REAL *motor, const REAL *line, REAL *moved_line)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = motor_1 * motor_e23;
-    const REAL t1 = motor_e12 * motor_e13;
-    const REAL t2 = t0 + t1;
-    const REAL t3 = motor_1 * motor_e13;
-    const REAL t4 = motor_e12 * motor_e23;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = motor_1 * motor_1;
-    const REAL t7 = motor_e12 * motor_e12;
-    const REAL t8 = motor_e13 * motor_e13;
-    const REAL t9 = motor_e23 * motor_e23;
-    const REAL t10 = t6 + t7 - t8 - t9;
-    const REAL t11 = motor_1 * motor_e12;
-    const REAL t12 = motor_e13 * motor_e23;
-    const REAL t13 = t11 + t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t6 - t7;
-    const REAL t16 = t8 - t9;
-    const REAL t17 = t15 + t16;
-    const REAL t18 = t3 + t4;
-    const REAL t19 = t11 - t12;
-    const REAL t20 = t15 - t16;
-    const REAL t21 = motor_e12 * line_e12 + motor_e13 * line_e13 + motor_e23 * line_e23;
-    const REAL t22 = motor_1 * line_e12 + motor_e23 * line_e13 - motor_e13 * line_e23;
-    const REAL t23 = motor_1 * line_e13 + motor_e12 * line_e23 - motor_e23 * line_e12;
-    const REAL t24 = motor_e01 * t21 + line_e02 * t19 + line_e03 * t18 - motor_e02 * t22 - motor_e03 * t23;
-    const REAL t25 = motor_1 * line_e23 + motor_e13 * line_e12 - motor_e12 * line_e13;
-    const REAL t26 = motor_e01 * t22 + motor_e02 * t21 + motor_e0123 * t23 + line_e03 * t14;
-    const REAL t27 = motor_e01 * t23 + motor_e02 * t25 + motor_e03 * t21 - motor_e0123 * t22;
-    moved_line[0] = line_e12 * t10 + (line_e13 * t2 - line_e23 * t5) * (REAL)2;
-    moved_line[1] = line_e13 * t17 + (REAL)2 * (line_e23 * t13 - line_e12 * t14);
-    moved_line[2] = line_e23 * t20 + (REAL)2 * (line_e12 * t18 - line_e13 * t19);
-    moved_line[3] = line_e01 * t20 + (REAL)2 * (t24 - motor_e0123 * t25);
-    moved_line[4] = line_e02 * t17 + (REAL)2 * (t26 - motor_e03 * t25 - line_e01 * t13);
-    moved_line[5] = line_e03 * t10 + (REAL)2 * (t27 - line_e01 * t5 - line_e02 * t2);
-}
-#define PARTS_accelerations_for_point_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(accelerations_for_point_5, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_7)(const REAL *carrier_0, const REAL *carrier_1, const REAL *line,
-    REAL speed, REAL *carrier_0_out, REAL *carrier_1_out)
+static INLINE void NAME(accelerations_for_point_carrier)(const REAL *carrier_0, const REAL *carrier_1, const REAL
+    *line, REAL speed, REAL *carrier_0_out, REAL *carrier_1_out)
 {
     const REAL carrier_0_e12 = carrier_0[0], carrier_0_e13 = carrier_0[1], carrier_0_e23 = carrier_0[2],
         carrier_0_e01 = carrier_0[3], carrier_0_e02 = carrier_0[4], carrier_0_e03 = carrier_0[5];
@@ -4200,179 +2918,12 @@ static INLINE void NAME(accelerations_for_point_7)(const REAL *carrier_0, const 
     carrier_1_out[4] = carrier_1_e02 - t7;
     carrier_1_out[5] = carrier_1_e03 - t8;
 }
-#define PARTS_accelerations_for_point_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) \
+#define PARTS_accelerations_for_point_carrier(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) \
     AND NUMBER(3, 0) AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(accelerations_for_point_7, PLAIN)
+GAC_IN_LANES(accelerations_for_point_carrier, PLAIN)
 
-static INLINE void NAME(accelerations_for_point_8)(const REAL *camera, const REAL *point, REAL mirror, const REAL
-    *v_, REAL *common, REAL *common_2)
-{
-    const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
-        camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
-    const REAL point_e032 = point[0], point_e013 = point[1], point_e021 = point[2];
-    const REAL v__1 = v_[0], v__e12 = v_[1], v__e13 = v_[2], v__e23 = v_[3], v__e01 = v_[4], v__e02 = v_[5],
-        v__e03 = v_[6], v__e0123 = v_[7];
-    const REAL t0 = camera_1 * v__1 - camera_e12 * v__e12 - camera_e13 * v__e13 - camera_e23 * v__e23;
-    const REAL t1 = camera_1 * v__e12 + camera_e12 * v__1 + camera_e13 * v__e23 - camera_e23 * v__e13;
-    const REAL t2 = t0 * t1;
-    const REAL t3 = camera_1 * v__e13 + camera_e13 * v__1 + camera_e23 * v__e12 - camera_e12 * v__e23;
-    const REAL t4 = camera_1 * v__e23 + camera_e12 * v__e13 + camera_e23 * v__1 - camera_e13 * v__e12;
-    const REAL t5 = t3 * t4;
-    const REAL t6 = t2 + t5;
-    const REAL t7 = t0 * t3;
-    const REAL t8 = t1 * t4;
-    const REAL t9 = t7 - t8;
-    const REAL t10 = camera_e12 * v__e02 + camera_e13 * v__e03 + camera_e23 * v__e0123 + camera_e0123 * v__e23;
-    const REAL t11 = t10 - camera_1 * v__e01 - camera_e01 * v__1 - camera_e02 * v__e12 - camera_e03 * v__e13;
-    const REAL t12 = t0 * t11;
-    const REAL t13 = camera_e13 * v__e02 + camera_e02 * v__e13 - camera_1 * v__e0123 - camera_e12 * v__e03;
-    const REAL t14 = t13 - camera_e23 * v__e01 - camera_e01 * v__e23 - camera_e03 * v__e12 - camera_e0123 * v__1;
-    const REAL t15 = t4 * t14;
-    const REAL t16 = camera_e23 * v__e03 + camera_e01 * v__e12 - camera_1 * v__e02 - camera_e12 * v__e01;
-    const REAL t17 = t16 - camera_e13 * v__e0123 - camera_e02 * v__1 - camera_e03 * v__e23;
-    const REAL t18 = t17 - camera_e0123 * v__e13;
-    const REAL t19 = t1 * t18;
-    const REAL t20 = camera_e12 * v__e0123 + camera_e01 * v__e13 + camera_e02 * v__e23 + camera_e0123 * v__e12;
-    const REAL t21 = t20 - camera_1 * v__e03 - camera_e13 * v__e01 - camera_e23 * v__e02 - camera_e03 * v__1;
-    const REAL t22 = t3 * t21;
-    const REAL t23 = (point_e013 * t6 + point_e021 * t9 + t12 + t15 - t19 - t22) * (REAL)2;
-    const REAL t24 = t0 * t0;
-    const REAL t25 = t1 * t1;
-    const REAL t26 = t24 - t25;
-    const REAL t27 = t3 * t3;
-    const REAL t28 = t4 * t4;
-    const REAL t29 = t27 - t28;
-    const REAL t30 = t26 - t29;
-    const REAL t31 = t23 - point_e032 * t30;
-    const REAL t32 = t2 - t5;
-    const REAL t33 = t3 * t14;
-    const REAL t34 = t4 * t21;
-    const REAL t35 = t0 * t4;
-    const REAL t36 = t1 * t3;
-    const REAL t37 = t35 + t36;
-    const REAL t38 = t0 * t18;
-    const REAL t39 = t1 * t11;
-    const REAL t40 = (REAL)2 * (point_e032 * t32 + t33 + t34 - point_e021 * t37 - t38 - t39);
-    const REAL t41 = t26 + t29;
-    const REAL t42 = point_e013 * t41 + t40;
-    const REAL t43 = t0 * t21;
-    const REAL t44 = t1 * t14;
-    const REAL t45 = t3 * t11;
-    const REAL t46 = t4 * t18;
-    const REAL t47 = t7 + t8;
-    const REAL t48 = t35 - t36;
-    const REAL t49 = (REAL)2 * (t43 + t44 + t45 + t46 - point_e032 * t47 - point_e013 * t48);
-    const REAL t50 = t24 + t25 - (t27 + t28);
-    const REAL t51 = t49 - point_e021 * t50;
-    const REAL t52 = t31 * t31 + t42 * t42 + t51 * t51;
-    const REAL t53 = SQRT(t52 + (REAL)1e-300);
-    const REAL t54 = mirror * t53 - t51;
-    const REAL t55 = SELECT(LESS((REAL)0, t52) * LESS(t53 * (REAL)(1.0 / 1000000.0), t54), t54, (REAL)1);
-    const REAL t56 = (REAL)1 / t55;
-    const REAL t57 = t31 * t56;
-    const REAL t58 = (REAL)1 / t53;
-    const REAL t59 = t58 * (mirror * t31);
-    const REAL t60 = t56 * ((REAL)1 - t57 * t59);
-    const REAL t61 = t58 * (mirror * t42);
-    const REAL t62 = t56 * (t57 * t61);
-    const REAL t63 = (REAL)1 - t58 * (mirror * t51);
-    const REAL t64 = t56 * (t57 * t63);
-    const REAL t65 = t31 * t64 - t51 * t60;
-    const REAL t66 = t33 + t38;
-    const REAL t67 = t34 + t39;
-    const REAL t68 = t66 - t67;
-    const REAL t69 = t0 * t14;
-    const REAL t70 = t1 * t21;
-    const REAL t71 = t69 + t70;
-    const REAL t72 = t3 * t18;
-    const REAL t73 = t4 * t11;
-    const REAL t74 = t72 + t73;
-    const REAL t75 = t71 - t74;
-    const REAL t76 = t31 * t62 + t42 * t60;
-    const REAL t77 = t43 - t44;
-    const REAL t78 = t45 - t46;
-    const REAL t79 = t77 - t78;
-    const REAL t80 = (REAL)2 * (t64 * t68 + t60 * t75 + t32 * t65 - t47 * t76 - t62 * t79);
-    const REAL t81 = t42 * t64 + t51 * t62;
-    const REAL t82 = t77 + t78;
-    const REAL t83 = t71 + t74;
-    const REAL t84 = t12 - t15;
-    const REAL t85 = t19 - t22;
-    const REAL t86 = t84 + t85;
-    const REAL t87 = (REAL)2 * (t62 * t83 + t60 * t82 - t48 * t76 - t64 * t86 - t6 * t81);
-    const REAL t88 = t69 - t70 - (t72 - t73);
-    const REAL t89 = t84 - t85;
-    const REAL t90 = t66 + t67;
-    const REAL t91 = (REAL)2 * (t64 * t88 + t62 * t89 - t60 * t90 - t9 * t81 - t37 * t65);
-    const REAL t92 = t42 * t56;
-    const REAL t93 = t56 * ((REAL)1 - t61 * t92);
-    const REAL t94 = t56 * (t59 * t92);
-    const REAL t95 = t56 * (t63 * t92);
-    const REAL t96 = t51 * t94 + t31 * t95;
-    const REAL t97 = t31 * t93 + t42 * t94;
-    const REAL t98 = (REAL)2 * (t75 * t94 - t68 * t95 - t32 * t96 - t47 * t97 - t79 * t93);
-    const REAL t99 = t51 * t93 - t42 * t95;
-    const REAL t100 = (REAL)2 * (t83 * t93 + t82 * t94 - t48 * t97 + t86 * t95 - t6 * t99);
-    const REAL t101 = (REAL)2 * (t89 * t93 - t88 * t95 - t90 * t94 - t9 * t99 + t37 * t96);
-    common[0] = t50 * t64 - (REAL)2 * (t37 * t62 + t9 * t60);
-    common[1] = (REAL)2 * (t6 * t60 - t48 * t64) - t41 * t62;
-    common[2] = t30 * t60 + (REAL)2 * (t47 * t64 + t32 * t62);
-    common[3] = t30 * t81 + t80;
-    common[4] = t41 * t65 + t87;
-    common[5] = t91 - t50 * t76;
-    common_2[0] = -(t50 * t95 + (REAL)2 * (t37 * t93 + t9 * t94));
-    common_2[1] = (REAL)2 * (t6 * t94 + t48 * t95) - t41 * t93;
-    common_2[2] = t30 * t94 + (REAL)2 * (t32 * t93 - t47 * t95);
-    common_2[3] = t30 * t99 + t98;
-    common_2[4] = t100 - t41 * t96;
-    common_2[5] = t101 - t50 * t97;
-}
-#define PARTS_accelerations_for_point_8(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) \
-    AND IN(3, 8) AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(accelerations_for_point_8, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_10)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-    sum[1] = (REAL)0;
-    sum[2] = (REAL)0;
-}
-#define PARTS_accelerations_for_point_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(accelerations_for_point_10, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_9)(const REAL *line, const REAL *common, const REAL *common_2, REAL
-    *mapped_0, REAL *mapped_1)
-{
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL common_e12 = common[0], common_e13 = common[1], common_e23 = common[2], common_e01 = common[3],
-        common_e02 = common[4], common_e03 = common[5];
-    const REAL common_2_e12 = common_2[0], common_2_e13 = common_2[1], common_2_e23 = common_2[2],
-        common_2_e01 = common_2[3], common_2_e02 = common_2[4], common_2_e03 = common_2[5];
-    const REAL t0 = line_e02 * common_e13 - line_e03 * common_e12 - line_e01 * common_e23;
-    const REAL t1 = line_e02 * common_2_e13 - line_e03 * common_2_e12 - line_e01 * common_2_e23;
-    mapped_0[0] = t0 - line_e23 * common_e01 + line_e13 * common_e02 - line_e12 * common_e03;
-    mapped_1[0] = t1 - line_e23 * common_2_e01 + line_e13 * common_2_e02 - line_e12 * common_2_e03;
-}
-#define PARTS_accelerations_for_point_9(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
-    AND OUT(4, 1)
-GAC_IN_LANES(accelerations_for_point_9, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_11)(const REAL *sum, REAL row_0, REAL row_1, REAL weight, REAL
-    *sum_out)
-{
-    const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
-    const REAL t0 = row_1 * weight;
-    sum_out[0] = sum_0 + row_0 * (row_0 * weight);
-    sum_out[1] = sum_1 + row_0 * t0;
-    sum_out[2] = sum_2 + row_1 * t0;
-}
-#define PARTS_accelerations_for_point_11(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 3)
-GAC_IN_LANES(accelerations_for_point_11, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_12)(const REAL *camera, const REAL *point, REAL mirror, const REAL
-    *twist, const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL
+static INLINE void NAME(accelerations_for_point_common)(const REAL *camera, const REAL *point, REAL mirror, const
+    REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL
     *damping_gain, REAL threshold, REAL damping, const REAL *v_, const REAL *carrier_0, const REAL *carrier_1, const
     REAL *sum, REAL *common_3, REAL *common_4)
 {
@@ -4547,42 +3098,13 @@ static INLINE void NAME(accelerations_for_point_12)(const REAL *camera, const RE
     common_3[0] = t143 * t128 - t144 * t150;
     common_4[0] = t150;
 }
-#define PARTS_accelerations_for_point_12(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) \
+#define PARTS_accelerations_for_point_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) \
     AND IN(3, 6) AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND IN(8, 2) AND NUMBER(9, 0) AND NUMBER(10, 0) \
     AND IN(11, 8) AND IN(12, 6) AND IN(13, 6) AND IN(14, 3) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(accelerations_for_point_12, PLAIN)
+GAC_IN_LANES(accelerations_for_point_common, PLAIN)
 
-static INLINE void NAME(accelerations_for_point_14)(REAL *found_0, REAL *found_1)
-{
-    found_0[0] = (REAL)0;
-    found_1[0] = (REAL)0;
-}
-#define PARTS_accelerations_for_point_14(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(accelerations_for_point_14, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_13)(REAL row_0, REAL row_1, REAL weight, REAL common, REAL common_2,
-    REAL *mapped)
-{
-    mapped[0] = weight * (row_0 * common + row_1 * common_2);
-}
-#define PARTS_accelerations_for_point_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(accelerations_for_point_13, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_15)(REAL found_0, REAL found_1, REAL rate, REAL limit, REAL
-    *found_0_out, REAL *found_1_out)
-{
-    const REAL t0 = ABS(rate);
-    const REAL t1 = t0 / MAXIMUM(limit, (REAL)1e-300);
-    found_0_out[0] = found_0 + (REAL)9.332636185032189e-302 * t0;
-    found_1_out[0] = MAXIMUM(found_1, t1);
-}
-#define PARTS_accelerations_for_point_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(accelerations_for_point_15, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_16)(const REAL *camera, const REAL *point, REAL mirror, const REAL
-    *twist, const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL
+static INLINE void NAME(accelerations_for_point_common_2)(const REAL *camera, const REAL *point, REAL mirror, const
+    REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL
     *damping_gain, const REAL *v_, const REAL *carrier_0, const REAL *carrier_1, const REAL *sum, REAL found_0, REAL
     found_1, REAL *common_5, REAL *common_6)
 {
@@ -4755,22 +3277,13 @@ static INLINE void NAME(accelerations_for_point_16)(const REAL *camera, const RE
     common_5[0] = LESS_EQUAL(t146, (REAL)1.152921504606847e+18) * t147 * (t123 * LESS((REAL)0, t116));
     common_6[0] = SELECT(LESS((REAL)1, found_1), t148, (REAL)1);
 }
-#define PARTS_accelerations_for_point_16(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) \
+#define PARTS_accelerations_for_point_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) \
     AND IN(3, 6) AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND IN(8, 2) AND IN(9, 8) AND IN(10, 6) \
     AND IN(11, 6) AND IN(12, 3) AND NUMBER(13, 0) AND NUMBER(14, 0) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(accelerations_for_point_16, PLAIN)
+GAC_IN_LANES(accelerations_for_point_common_2, PLAIN)
 
-static INLINE void NAME(accelerations_for_point_17)(REAL rate, REAL common, REAL common_2, REAL *out_0)
-{
-    const REAL t0 = rate * common_2;
-    out_0[0] = SELECT(common, t0, (REAL)0);
-}
-#define PARTS_accelerations_for_point_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(accelerations_for_point_17, PLAIN)
-
-static INLINE void NAME(accelerations_for_point_18)(const REAL *camera, const REAL *point, REAL mirror, const REAL
-    *twist, const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL
+static INLINE void NAME(accelerations_for_point_result)(const REAL *camera, const REAL *point, REAL mirror, const
+    REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL
     *damping_gain, REAL threshold, const REAL *v_, const REAL *carrier_0, const REAL *carrier_1, const REAL *sum,
     REAL found_0, REAL found_1, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4)
 {
@@ -4952,11 +3465,11 @@ static INLINE void NAME(accelerations_for_point_18)(const REAL *camera, const RE
     out_3[0] = t120;
     out_4[0] = SELECT(t150 * LESS_EQUAL(found_0, (REAL)1.152921504606847e+18), t153, (REAL)4);
 }
-#define PARTS_accelerations_for_point_18(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) \
+#define PARTS_accelerations_for_point_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 3) AND NUMBER(2, 0) \
     AND IN(3, 6) AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND IN(8, 2) AND NUMBER(9, 0) AND IN(10, 8) \
     AND IN(11, 6) AND IN(12, 6) AND IN(13, 3) AND NUMBER(14, 0) AND NUMBER(15, 0) AND OUT(16, 2) AND OUT(17, 2) \
     AND OUT(18, 1) AND OUT(19, 1)
-GAC_IN_LANES(accelerations_for_point_18, PLAIN)
+GAC_IN_LANES(accelerations_for_point_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tracking_accelerations_for_point_work(intptr_t n)
@@ -4974,35 +3487,36 @@ static INLINE void NAME(accelerations_for_point_within)(intptr_t n, const REAL *
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, carrier_0[6],
     carrier_1[6], *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6],
     sum[3], *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
-    NAME(accelerations_for_point_1)(motor_start);
-    NAME(accelerations_for_point_3)(value);
-    NAME(accelerations_for_point_6)(carrier_0, carrier_1);
+    NAME(image_of_point_motor_start)(motor_start);
+    NAME(image_of_point_motor_start)(value);
+    NAME(accelerations_for_point_carrier_start)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_point_2)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
+        NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
-        NAME(accelerations_for_point_4)(motor + 8 * i, value);
-        NAME(accelerations_for_point_5)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
-        NAME(accelerations_for_point_7)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0, carrier_1);
+        NAME(image_of_point_value)(motor + 8 * i, value);
+        NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
+        NAME(accelerations_for_point_carrier)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
+    carrier_1);
     }
-    NAME(accelerations_for_point_8)(camera, point, mirror, value, common, common_2);
-    NAME(accelerations_for_point_10)(sum);
+    NAME(image_of_point_common)(camera, point, mirror, value, common, common_2);
+    NAME(rates_for_point_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_point_9)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
-        NAME(accelerations_for_point_11)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
+        NAME(image_of_point_mapped)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
+        NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
-    NAME(accelerations_for_point_12)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    threshold, damping, value, carrier_0, carrier_1, sum, &common_3, &common_4);
-    NAME(accelerations_for_point_14)(&found_0, &found_1);
+    NAME(accelerations_for_point_common)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
+    damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, &common_3, &common_4);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_point_13)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
-        NAME(accelerations_for_point_15)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
+        NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
-    NAME(accelerations_for_point_16)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    value, carrier_0, carrier_1, sum, found_0, found_1, &common_5, &common_6);
+    NAME(accelerations_for_point_common_2)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
+    damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, &common_5, &common_6);
     for (intptr_t i = 0; i < n; i++)
-        NAME(accelerations_for_point_17)(mapped[i], common_5, common_6, out_0 + i);
-    NAME(accelerations_for_point_18)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
+        NAME(rates_for_point_result)(mapped[i], common_5, common_6, out_0 + i);
+    NAME(accelerations_for_point_result)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
+    damping_gain, threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
 }
 
 FUSED(accelerations_for_point, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
@@ -5034,39 +3548,39 @@ static INLINE WORD NAME(accelerations_for_point_lanes)(intptr_t n, const REAL *q
     common[6 * NLANES], common_2[6 * NLANES], sum[3 * NLANES], common_3[NLANES], common_4[NLANES], found_0[NLANES],
     found_1[NLANES], common_5[NLANES], common_6[NLANES];
     WORD far = 0;
-    NAME(accelerations_for_point_1_lanes)(motor_start);
-    NAME(accelerations_for_point_3_lanes)(value);
-    NAME(accelerations_for_point_6_lanes)(carrier_0, carrier_1);
+    NAME(image_of_point_motor_start_lanes)(motor_start);
+    NAME(image_of_point_motor_start_lanes)(value);
+    NAME(accelerations_for_point_carrier_start_lanes)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(accelerations_for_point_2_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start,
-    q + NLANES * i, axes + 6 * i, turns + i, motor + 8 * NLANES * i);
-        NAME(accelerations_for_point_4_lanes)(motor + 8 * NLANES * i, value);
-        NAME(accelerations_for_point_5_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
-        NAME(accelerations_for_point_7_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i, qd + NLANES * i,
-    carrier_0, carrier_1);
+        far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
+    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+        NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
+        NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
+        NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
+    qd + NLANES * i, carrier_0, carrier_1);
     }
-    NAME(accelerations_for_point_8_lanes)(camera, point, mirror, value, common, common_2);
-    NAME(accelerations_for_point_10_lanes)(sum);
+    NAME(image_of_point_common_lanes)(camera, point, mirror, value, common, common_2);
+    NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_point_9_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
+        NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
     mapped_1 + NLANES * i);
-        NAME(accelerations_for_point_11_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i,
-    weights + NLANES * i, sum);
+        NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+    sum);
     }
-    NAME(accelerations_for_point_12_lanes)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
+    NAME(accelerations_for_point_common_lanes)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
     damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, common_3, common_4);
-    NAME(accelerations_for_point_14_lanes)(found_0, found_1);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_point_13_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+        NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
     common_3, common_4, mapped + NLANES * i);
-        NAME(accelerations_for_point_15_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
     found_1);
     }
-    NAME(accelerations_for_point_16_lanes)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
+    NAME(accelerations_for_point_common_2_lanes)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
     damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, common_5, common_6);
     for (intptr_t i = 0; i < n; i++)
-        NAME(accelerations_for_point_17_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
-    NAME(accelerations_for_point_18_lanes)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
+        NAME(rates_for_point_result_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
+    NAME(accelerations_for_point_result_lanes)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
     damping_gain, threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
     return far;
 }
@@ -5083,341 +3597,8 @@ GAC_PROCEDURE(accelerations_for_point, BUSY)
 #define WORK_accelerations_for_line(WORK) WORK(21, motor, 8, 8, n) WORK(22, moved_line, 6, 6, n) \
     WORK(23, mapped_0, scalar, 1, n) WORK(24, mapped_1, scalar, 1, n) WORK(25, mapped, scalar, 1, n)
 
-static INLINE void NAME(accelerations_for_line_1)(REAL *motor_start)
-{
-    motor_start[0] = (REAL)1;
-    motor_start[1] = (REAL)0;
-    motor_start[2] = (REAL)0;
-    motor_start[3] = (REAL)0;
-    motor_start[4] = (REAL)0;
-    motor_start[5] = (REAL)0;
-    motor_start[6] = (REAL)0;
-    motor_start[7] = (REAL)0;
-}
-#define PARTS_accelerations_for_line_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(accelerations_for_line_1, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_3)(REAL *value)
-{
-    value[0] = (REAL)1;
-    value[1] = (REAL)0;
-    value[2] = (REAL)0;
-    value[3] = (REAL)0;
-    value[4] = (REAL)0;
-    value[5] = (REAL)0;
-    value[6] = (REAL)0;
-    value[7] = (REAL)0;
-}
-#define PARTS_accelerations_for_line_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(accelerations_for_line_3, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_6)(REAL *carrier_0, REAL *carrier_1)
-{
-    carrier_0[0] = (REAL)0;
-    carrier_0[1] = (REAL)0;
-    carrier_0[2] = (REAL)0;
-    carrier_0[3] = (REAL)0;
-    carrier_0[4] = (REAL)0;
-    carrier_0[5] = (REAL)0;
-    carrier_1[0] = (REAL)0;
-    carrier_1[1] = (REAL)0;
-    carrier_1[2] = (REAL)0;
-    carrier_1[3] = (REAL)0;
-    carrier_1[4] = (REAL)0;
-    carrier_1[5] = (REAL)0;
-}
-#define PARTS_accelerations_for_line_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 6)
-GAC_IN_LANES(accelerations_for_line_6, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_2)(const REAL *motor, REAL x, const REAL *axis, REAL turn, REAL
-    *motor_out, WORD *far)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = x * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = SELECT(turn, t1, t0);
-    const REAL t3 = axis_e12 * t2;
-    const REAL t4 = COS(t0);
-    const REAL t5 = SELECT(turn, t4, (REAL)1);
-    const REAL t6 = axis_e13 * t2;
-    const REAL t7 = axis_e23 * t2;
-    const REAL t8 = axis_e01 * t2;
-    const REAL t9 = axis_e02 * t2;
-    const REAL t10 = axis_e03 * t2;
-    const REAL t11 = motor_1 * t8 + motor_e12 * t9 + motor_e13 * t10 - motor_e01 * t5 - motor_e02 * t3;
-    const REAL t12 = motor_1 * t9 - motor_e12 * t8 + motor_e23 * t10 + motor_e01 * t3 - motor_e02 * t5;
-    const REAL t13 = motor_1 * t10 - motor_e13 * t8 - motor_e23 * t9 + motor_e01 * t6 + motor_e02 * t7;
-    const REAL t14 = motor_e12 * t10 - motor_e13 * t9 + motor_e23 * t8 + motor_e01 * t7 - motor_e02 * t6;
-    motor_out[0] = motor_1 * t5 + motor_e12 * t3 + motor_e13 * t6 + motor_e23 * t7;
-    motor_out[1] = motor_e12 * t5 - motor_1 * t3 + motor_e13 * t7 - motor_e23 * t6;
-    motor_out[2] = motor_e13 * t5 - (motor_1 * t6 + motor_e12 * t7) + motor_e23 * t3;
-    motor_out[3] = motor_e12 * t6 - motor_1 * t7 - motor_e13 * t3 + motor_e23 * t5;
-    motor_out[4] = motor_e0123 * t7 - (t11 - motor_e03 * t6);
-    motor_out[5] = -(t12 - motor_e03 * t7 + motor_e0123 * t6);
-    motor_out[6] = motor_e0123 * t3 - (t13 - motor_e03 * t5);
-    motor_out[7] = motor_e0123 * t5 - (t14 + motor_e03 * t3);
-}
-#define PARTS_accelerations_for_line_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
-    AND NUMBER(3, 1) AND OUT(4, 8)
-GAC_IN_LANES(accelerations_for_line_2, TURNS)
-
-static INLINE void NAME(accelerations_for_line_4)(const REAL *motor, REAL *value)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    value[0] = motor_1;
-    value[1] = motor_e12;
-    value[2] = motor_e13;
-    value[3] = motor_e23;
-    value[4] = motor_e01;
-    value[5] = motor_e02;
-    value[6] = motor_e03;
-    value[7] = motor_e0123;
-}
-#define PARTS_accelerations_for_line_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(accelerations_for_line_4, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_5)(const REAL *motor, const REAL *line, REAL *moved_line)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = motor_1 * motor_e23;
-    const REAL t1 = motor_e12 * motor_e13;
-    const REAL t2 = t0 + t1;
-    const REAL t3 = motor_1 * motor_e13;
-    const REAL t4 = motor_e12 * motor_e23;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = motor_1 * motor_1;
-    const REAL t7 = motor_e12 * motor_e12;
-    const REAL t8 = motor_e13 * motor_e13;
-    const REAL t9 = motor_e23 * motor_e23;
-    const REAL t10 = t6 + t7 - t8 - t9;
-    const REAL t11 = motor_1 * motor_e12;
-    const REAL t12 = motor_e13 * motor_e23;
-    const REAL t13 = t11 + t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t6 - t7;
-    const REAL t16 = t8 - t9;
-    const REAL t17 = t15 + t16;
-    const REAL t18 = t3 + t4;
-    const REAL t19 = t11 - t12;
-    const REAL t20 = t15 - t16;
-    const REAL t21 = motor_e12 * line_e12 + motor_e13 * line_e13 + motor_e23 * line_e23;
-    const REAL t22 = motor_1 * line_e12 + motor_e23 * line_e13 - motor_e13 * line_e23;
-    const REAL t23 = motor_1 * line_e13 + motor_e12 * line_e23 - motor_e23 * line_e12;
-    const REAL t24 = motor_e01 * t21 + line_e02 * t19 + line_e03 * t18 - motor_e02 * t22 - motor_e03 * t23;
-    const REAL t25 = motor_1 * line_e23 + motor_e13 * line_e12 - motor_e12 * line_e13;
-    const REAL t26 = motor_e01 * t22 + motor_e02 * t21 + motor_e0123 * t23 + line_e03 * t14;
-    const REAL t27 = motor_e01 * t23 + motor_e02 * t25 + motor_e03 * t21 - motor_e0123 * t22;
-    moved_line[0] = line_e12 * t10 + (line_e13 * t2 - line_e23 * t5) * (REAL)2;
-    moved_line[1] = line_e13 * t17 + (REAL)2 * (line_e23 * t13 - line_e12 * t14);
-    moved_line[2] = line_e23 * t20 + (REAL)2 * (line_e12 * t18 - line_e13 * t19);
-    moved_line[3] = line_e01 * t20 + (REAL)2 * (t24 - motor_e0123 * t25);
-    moved_line[4] = line_e02 * t17 + (REAL)2 * (t26 - motor_e03 * t25 - line_e01 * t13);
-    moved_line[5] = line_e03 * t10 + (REAL)2 * (t27 - line_e01 * t5 - line_e02 * t2);
-}
-#define PARTS_accelerations_for_line_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(accelerations_for_line_5, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_7)(const REAL *carrier_0, const REAL *carrier_1, const REAL *line,
-    REAL speed, REAL *carrier_0_out, REAL *carrier_1_out)
-{
-    const REAL carrier_0_e12 = carrier_0[0], carrier_0_e13 = carrier_0[1], carrier_0_e23 = carrier_0[2],
-        carrier_0_e01 = carrier_0[3], carrier_0_e02 = carrier_0[4], carrier_0_e03 = carrier_0[5];
-    const REAL carrier_1_e12 = carrier_1[0], carrier_1_e13 = carrier_1[1], carrier_1_e23 = carrier_1[2],
-        carrier_1_e01 = carrier_1[3], carrier_1_e02 = carrier_1[4], carrier_1_e03 = carrier_1[5];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = line_e12 * speed;
-    const REAL t1 = line_e13 * speed;
-    const REAL t2 = line_e23 * speed;
-    const REAL t3 = line_e01 * speed;
-    const REAL t4 = line_e02 * speed;
-    const REAL t5 = line_e03 * speed;
-    const REAL t6 = carrier_0_e12 * t4 + carrier_0_e13 * t5 - carrier_0_e02 * t0 - carrier_0_e03 * t1;
-    const REAL t7 = carrier_0_e23 * t5 + carrier_0_e01 * t0 - carrier_0_e12 * t3 - carrier_0_e03 * t2;
-    const REAL t8 = carrier_0_e01 * t1 + carrier_0_e02 * t2 - carrier_0_e13 * t3 - carrier_0_e23 * t4;
-    carrier_0_out[0] = carrier_0_e12 + t0;
-    carrier_0_out[1] = carrier_0_e13 + t1;
-    carrier_0_out[2] = carrier_0_e23 + t2;
-    carrier_0_out[3] = carrier_0_e01 + t3;
-    carrier_0_out[4] = carrier_0_e02 + t4;
-    carrier_0_out[5] = carrier_0_e03 + t5;
-    carrier_1_out[0] = carrier_1_e12 + (carrier_0_e13 * t2 - carrier_0_e23 * t1);
-    carrier_1_out[1] = carrier_1_e13 + (carrier_0_e23 * t0 - carrier_0_e12 * t2);
-    carrier_1_out[2] = carrier_1_e23 + (carrier_0_e12 * t1 - carrier_0_e13 * t0);
-    carrier_1_out[3] = carrier_1_e01 - t6;
-    carrier_1_out[4] = carrier_1_e02 - t7;
-    carrier_1_out[5] = carrier_1_e03 - t8;
-}
-#define PARTS_accelerations_for_line_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) \
-    AND NUMBER(3, 0) AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(accelerations_for_line_7, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_8)(const REAL *camera, const REAL *line, const REAL *v_, REAL
-    *common, REAL *common_2)
-{
-    const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
-        camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL v__1 = v_[0], v__e12 = v_[1], v__e13 = v_[2], v__e23 = v_[3], v__e01 = v_[4], v__e02 = v_[5],
-        v__e03 = v_[6], v__e0123 = v_[7];
-    const REAL t0 = camera_e23 * v__e03 + camera_e01 * v__e12 - camera_1 * v__e02 - camera_e12 * v__e01;
-    const REAL t1 = t0 - camera_e13 * v__e0123 - camera_e02 * v__1 - camera_e03 * v__e23;
-    const REAL t2 = t1 - camera_e0123 * v__e13;
-    const REAL t3 = camera_1 * v__1 - camera_e12 * v__e12 - camera_e13 * v__e13 - camera_e23 * v__e23;
-    const REAL t4 = camera_e13 * v__e02 + camera_e02 * v__e13 - camera_1 * v__e0123 - camera_e12 * v__e03;
-    const REAL t5 = t4 - camera_e23 * v__e01 - camera_e01 * v__e23 - camera_e03 * v__e12 - camera_e0123 * v__1;
-    const REAL t6 = camera_1 * v__e13 + camera_e13 * v__1 + camera_e23 * v__e12 - camera_e12 * v__e23;
-    const REAL t7 = t2 * t3 + t5 * t6;
-    const REAL t8 = camera_e12 * v__e02 + camera_e13 * v__e03 + camera_e23 * v__e0123 + camera_e0123 * v__e23;
-    const REAL t9 = t8 - camera_1 * v__e01 - camera_e01 * v__1 - camera_e02 * v__e12 - camera_e03 * v__e13;
-    const REAL t10 = camera_1 * v__e12 + camera_e12 * v__1 + camera_e13 * v__e23 - camera_e23 * v__e13;
-    const REAL t11 = camera_e12 * v__e0123 + camera_e01 * v__e13 + camera_e02 * v__e23 + camera_e0123 * v__e12;
-    const REAL t12 = t11 - camera_1 * v__e03 - camera_e13 * v__e01 - camera_e23 * v__e02 - camera_e03 * v__1;
-    const REAL t13 = camera_1 * v__e23 + camera_e12 * v__e13 + camera_e23 * v__1 - camera_e13 * v__e12;
-    const REAL t14 = t9 * t10 + t12 * t13;
-    const REAL t15 = t7 + t14;
-    const REAL t16 = t3 * t12 - t5 * t10;
-    const REAL t17 = t6 * t9 - t2 * t13;
-    const REAL t18 = t16 + t17;
-    const REAL t19 = t3 * t10;
-    const REAL t20 = t6 * t13;
-    const REAL t21 = t19 + t20;
-    const REAL t22 = t3 * t6;
-    const REAL t23 = t10 * t13;
-    const REAL t24 = t22 - t23;
-    const REAL t25 = t3 * t5;
-    const REAL t26 = t10 * t12;
-    const REAL t27 = t25 + t26;
-    const REAL t28 = t2 * t6;
-    const REAL t29 = t9 * t13;
-    const REAL t30 = t28 + t29;
-    const REAL t31 = t27 - t30;
-    const REAL t32 = line_e12 * t15 + line_e13 * t18 + line_e02 * t21 + line_e03 * t24 - line_e23 * t31;
-    const REAL t33 = t3 * t3;
-    const REAL t34 = t10 * t10;
-    const REAL t35 = t33 - t34;
-    const REAL t36 = t6 * t6;
-    const REAL t37 = t13 * t13;
-    const REAL t38 = t36 - t37;
-    const REAL t39 = t35 - t38;
-    const REAL t40 = t32 * (REAL)2 - line_e01 * t39;
-    const REAL t41 = t27 + t30;
-    const REAL t42 = t16 - t17;
-    const REAL t43 = t3 * t13;
-    const REAL t44 = t6 * t10;
-    const REAL t45 = t43 + t44;
-    const REAL t46 = t3 * t9 - t5 * t13;
-    const REAL t47 = t2 * t10 - t6 * t12;
-    const REAL t48 = t46 - t47;
-    const REAL t49 = t19 - t20;
-    const REAL t50 = line_e13 * t41 + line_e23 * t42 + line_e03 * t45 - line_e12 * t48 - line_e01 * t49;
-    const REAL t51 = t35 + t38;
-    const REAL t52 = (REAL)2 * t50 - line_e02 * t51;
-    const REAL t53 = t40 * t40 + t52 * t52;
-    const REAL t54 = t25 - t26 - (t28 - t29);
-    const REAL t55 = t46 + t47;
-    const REAL t56 = t7 - t14;
-    const REAL t57 = t22 + t23;
-    const REAL t58 = t43 - t44;
-    const REAL t59 = line_e12 * t54 + line_e13 * t55 + line_e23 * t56 + line_e01 * t57 + line_e02 * t58;
-    const REAL t60 = t33 + t34 - (t36 + t37);
-    const REAL t61 = (REAL)2 * t59 + line_e03 * t60;
-    const REAL t62 = SELECT(LESS((t53 + t61 * t61) * (REAL)(1.0 / 1000000000000.0), t53), t53, (REAL)1);
-    const REAL t63 = (REAL)1 / SQRT(t62);
-    const REAL t64 = t63 * t63;
-    const REAL t65 = t40 * t64;
-    const REAL t66 = (REAL)2 * (line_e23 * t57 - line_e13 * t58) + line_e12 * t60;
-    const REAL t67 = t65 * t66;
-    const REAL t68 = t52 * t64;
-    const REAL t69 = t66 * t68;
-    const REAL t70 = (REAL)2 * (line_e13 * t21 - line_e12 * t24) + line_e23 * t39;
-    const REAL t71 = (REAL)2 * (line_e12 * t45 - line_e23 * t49) + line_e13 * t51;
-    const REAL t72 = t68 * t71 - t65 * t70;
-    const REAL t73 = t61 * t68;
-    const REAL t74 = t40 * t65 + t52 * t68;
-    const REAL t75 = (REAL)2 * (t56 * t72 + t49 * t73 + t57 * t74 - t42 * t69 + t31 * t67);
-    const REAL t76 = t61 * t65;
-    const REAL t77 = (REAL)2 * (t58 * t74 + (t41 * t69 - t21 * t76) - t55 * t72 + t18 * t67);
-    const REAL t78 = (REAL)2 * (t54 * t72 + t48 * t69 - t15 * t67 - t24 * t76 - t45 * t73);
-    const REAL t79 = t61 * t63;
-    const REAL t80 = t64 * (t40 * t79);
-    const REAL t81 = t63 * t70 - t66 * t80;
-    const REAL t82 = t64 * (t52 * t79);
-    const REAL t83 = t66 * t82 + t63 * t71;
-    const REAL t84 = t70 * t82 + t71 * t80;
-    const REAL t85 = t61 * t80 + t40 * t63;
-    const REAL t86 = t40 * t82 - t52 * t80;
-    const REAL t87 = (REAL)2 * (t31 * t83 - t56 * t84 - t49 * t85 + t57 * t86 - t42 * t81);
-    const REAL t88 = t61 * t82 + t52 * t63;
-    const REAL t89 = (REAL)2 * (t41 * t81 + t18 * t83 + t58 * t86 + t55 * t84 - t21 * t88);
-    const REAL t90 = (REAL)2 * (t48 * t81 - t54 * t84 - t15 * t83 - t24 * t88 + t45 * t85);
-    common[0] = t60 * t72 - (REAL)2 * (t24 * t67 + t45 * t69);
-    common[1] = (REAL)2 * (t21 * t67 - t58 * t72) - t51 * t69;
-    common[2] = (REAL)2 * (t57 * t72 + t49 * t69) + t39 * t67;
-    common[3] = t75 + t39 * t76;
-    common[4] = t77 + t51 * t73;
-    common[5] = t78 + t60 * t74;
-    common_2[0] = -((REAL)2 * (t45 * t81 + t24 * t83) + t60 * t84);
-    common_2[1] = (REAL)2 * (t58 * t84 + t21 * t83) - t51 * t81;
-    common_2[2] = (REAL)2 * (t49 * t81 - t57 * t84) + t39 * t83;
-    common_2[3] = t87 + t39 * t88;
-    common_2[4] = t89 - t51 * t85;
-    common_2[5] = t90 + t60 * t86;
-}
-#define PARTS_accelerations_for_line_8(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 8) AND OUT(3, 6) \
-    AND OUT(4, 6)
-GAC_IN_LANES(accelerations_for_line_8, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_10)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-    sum[1] = (REAL)0;
-    sum[2] = (REAL)0;
-}
-#define PARTS_accelerations_for_line_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 3)
-GAC_IN_LANES(accelerations_for_line_10, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_9)(const REAL *line, const REAL *common, const REAL *common_2, REAL
-    *mapped_0, REAL *mapped_1)
-{
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL common_e12 = common[0], common_e13 = common[1], common_e23 = common[2], common_e01 = common[3],
-        common_e02 = common[4], common_e03 = common[5];
-    const REAL common_2_e12 = common_2[0], common_2_e13 = common_2[1], common_2_e23 = common_2[2],
-        common_2_e01 = common_2[3], common_2_e02 = common_2[4], common_2_e03 = common_2[5];
-    const REAL t0 = line_e02 * common_e13 - line_e03 * common_e12 - line_e01 * common_e23;
-    const REAL t1 = line_e02 * common_2_e13 - line_e03 * common_2_e12 - line_e01 * common_2_e23;
-    mapped_0[0] = t0 - line_e23 * common_e01 + line_e13 * common_e02 - line_e12 * common_e03;
-    mapped_1[0] = t1 - line_e23 * common_2_e01 + line_e13 * common_2_e02 - line_e12 * common_2_e03;
-}
-#define PARTS_accelerations_for_line_9(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND OUT(3, 1) \
-    AND OUT(4, 1)
-GAC_IN_LANES(accelerations_for_line_9, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_11)(const REAL *sum, REAL row_0, REAL row_1, REAL weight, REAL
-    *sum_out)
-{
-    const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2];
-    const REAL t0 = row_1 * weight;
-    sum_out[0] = sum_0 + row_0 * (row_0 * weight);
-    sum_out[1] = sum_1 + row_0 * t0;
-    sum_out[2] = sum_2 + row_1 * t0;
-}
-#define PARTS_accelerations_for_line_11(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 3)
-GAC_IN_LANES(accelerations_for_line_11, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_12)(const REAL *camera, const REAL *line, const REAL *twist, const
-    REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, REAL
+static INLINE void NAME(accelerations_for_line_common)(const REAL *camera, const REAL *line, const REAL *twist,
+    const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, REAL
     threshold, REAL damping, const REAL *v_, const REAL *carrier_0, const REAL *carrier_1, const REAL *sum, REAL
     *common_3, REAL *common_4, WORD *far)
 {
@@ -5590,44 +3771,15 @@ static INLINE void NAME(accelerations_for_line_12)(const REAL *camera, const REA
     common_3[0] = t143 * t128 - t144 * t147;
     common_4[0] = t147;
 }
-#define PARTS_accelerations_for_line_12(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) AND IN(3, 2) \
-    AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND NUMBER(8, 0) AND NUMBER(9, 0) AND IN(10, 8) \
+#define PARTS_accelerations_for_line_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) \
+    AND IN(3, 2) AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND NUMBER(8, 0) AND NUMBER(9, 0) AND IN(10, 8) \
     AND IN(11, 6) AND IN(12, 6) AND IN(13, 3) AND OUT(14, 1) AND OUT(15, 1)
-GAC_IN_LANES(accelerations_for_line_12, TURNS)
+GAC_IN_LANES(accelerations_for_line_common, TURNS)
 
-static INLINE void NAME(accelerations_for_line_14)(REAL *found_0, REAL *found_1)
-{
-    found_0[0] = (REAL)0;
-    found_1[0] = (REAL)0;
-}
-#define PARTS_accelerations_for_line_14(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(accelerations_for_line_14, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_13)(REAL row_0, REAL row_1, REAL weight, REAL common, REAL common_2,
-    REAL *mapped)
-{
-    mapped[0] = weight * (row_0 * common + row_1 * common_2);
-}
-#define PARTS_accelerations_for_line_13(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(accelerations_for_line_13, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_15)(REAL found_0, REAL found_1, REAL rate, REAL limit, REAL
-    *found_0_out, REAL *found_1_out)
-{
-    const REAL t0 = ABS(rate);
-    const REAL t1 = t0 / MAXIMUM(limit, (REAL)1e-300);
-    found_0_out[0] = found_0 + (REAL)9.332636185032189e-302 * t0;
-    found_1_out[0] = MAXIMUM(found_1, t1);
-}
-#define PARTS_accelerations_for_line_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(accelerations_for_line_15, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_16)(const REAL *camera, const REAL *line, const REAL *twist, const
-    REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, const REAL
-    *v_, const REAL *carrier_0, const REAL *carrier_1, const REAL *sum, REAL found_0, REAL found_1, REAL *common_5,
-    REAL *common_6, WORD *far)
+static INLINE void NAME(accelerations_for_line_common_2)(const REAL *camera, const REAL *line, const REAL *twist,
+    const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain,
+    const REAL *v_, const REAL *carrier_0, const REAL *carrier_1, const REAL *sum, REAL found_0, REAL found_1, REAL
+    *common_5, REAL *common_6, WORD *far)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -5794,22 +3946,13 @@ static INLINE void NAME(accelerations_for_line_16)(const REAL *camera, const REA
     common_5[0] = t114 * (LESS_EQUAL(found_0, (REAL)1.152921504606847e+18) * t142);
     common_6[0] = SELECT(LESS((REAL)1, found_1), t143, (REAL)1);
 }
-#define PARTS_accelerations_for_line_16(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) AND IN(3, 2) \
-    AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND IN(8, 8) AND IN(9, 6) AND IN(10, 6) AND IN(11, 3) \
-    AND NUMBER(12, 0) AND NUMBER(13, 0) AND OUT(14, 1) AND OUT(15, 1)
-GAC_IN_LANES(accelerations_for_line_16, TURNS)
+#define PARTS_accelerations_for_line_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) \
+    AND IN(3, 2) AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND IN(8, 8) AND IN(9, 6) AND IN(10, 6) \
+    AND IN(11, 3) AND NUMBER(12, 0) AND NUMBER(13, 0) AND OUT(14, 1) AND OUT(15, 1)
+GAC_IN_LANES(accelerations_for_line_common_2, TURNS)
 
-static INLINE void NAME(accelerations_for_line_17)(REAL rate, REAL common, REAL common_2, REAL *out_0)
-{
-    const REAL t0 = rate * common_2;
-    out_0[0] = SELECT(common, t0, (REAL)0);
-}
-#define PARTS_accelerations_for_line_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(accelerations_for_line_17, PLAIN)
-
-static INLINE void NAME(accelerations_for_line_18)(const REAL *camera, const REAL *line, const REAL *twist, const
-    REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, REAL
+static INLINE void NAME(accelerations_for_line_result)(const REAL *camera, const REAL *line, const REAL *twist,
+    const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, REAL
     threshold, const REAL *v_, const REAL *carrier_0, const REAL *carrier_1, const REAL *sum, REAL found_0, REAL
     found_1, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, WORD *far)
 {
@@ -5987,10 +4130,11 @@ static INLINE void NAME(accelerations_for_line_18)(const REAL *camera, const REA
     out_3[0] = t110;
     out_4[0] = SELECT(LESS_EQUAL(found_0, (REAL)1.152921504606847e+18) * t145, t148, (REAL)4);
 }
-#define PARTS_accelerations_for_line_18(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) AND IN(3, 2) \
-    AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND NUMBER(8, 0) AND IN(9, 8) AND IN(10, 6) AND IN(11, 6) \
-    AND IN(12, 3) AND NUMBER(13, 0) AND NUMBER(14, 0) AND OUT(15, 2) AND OUT(16, 2) AND OUT(17, 1) AND OUT(18, 1)
-GAC_IN_LANES(accelerations_for_line_18, TURNS)
+#define PARTS_accelerations_for_line_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 6) AND IN(2, 6) \
+    AND IN(3, 2) AND IN(4, 2) AND IN(5, 2) AND IN(6, 2) AND IN(7, 2) AND NUMBER(8, 0) AND IN(9, 8) AND IN(10, 6) \
+    AND IN(11, 6) AND IN(12, 3) AND NUMBER(13, 0) AND NUMBER(14, 0) AND OUT(15, 2) AND OUT(16, 2) AND OUT(17, 1) \
+    AND OUT(18, 1)
+GAC_IN_LANES(accelerations_for_line_result, TURNS)
 
 #if PRECISION(1, 0)
 intptr_t tracking_accelerations_for_line_work(intptr_t n)
@@ -6008,35 +4152,36 @@ static INLINE void NAME(accelerations_for_line_within)(intptr_t n, const REAL *q
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, carrier_0[6],
     carrier_1[6], *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6],
     sum[3], *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
-    NAME(accelerations_for_line_1)(motor_start);
-    NAME(accelerations_for_line_3)(value);
-    NAME(accelerations_for_line_6)(carrier_0, carrier_1);
+    NAME(image_of_point_motor_start)(motor_start);
+    NAME(image_of_point_motor_start)(value);
+    NAME(accelerations_for_point_carrier_start)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_line_2)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
+        NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
-        NAME(accelerations_for_line_4)(motor + 8 * i, value);
-        NAME(accelerations_for_line_5)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
-        NAME(accelerations_for_line_7)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0, carrier_1);
+        NAME(image_of_point_value)(motor + 8 * i, value);
+        NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
+        NAME(accelerations_for_point_carrier)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
+    carrier_1);
     }
-    NAME(accelerations_for_line_8)(camera, line, value, common, common_2);
-    NAME(accelerations_for_line_10)(sum);
+    NAME(image_of_line_common)(camera, line, value, common, common_2);
+    NAME(rates_for_point_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_line_9)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
-        NAME(accelerations_for_line_11)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
+        NAME(image_of_point_mapped)(moved_line + 6 * i, common, common_2, mapped_0 + i, mapped_1 + i);
+        NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
-    NAME(accelerations_for_line_12)(camera, line, twist, goal, goal_rate, goal_bend, gain, damping_gain, threshold,
-    damping, value, carrier_0, carrier_1, sum, &common_3, &common_4, NULL);
-    NAME(accelerations_for_line_14)(&found_0, &found_1);
+    NAME(accelerations_for_line_common)(camera, line, twist, goal, goal_rate, goal_bend, gain, damping_gain,
+    threshold, damping, value, carrier_0, carrier_1, sum, &common_3, &common_4, NULL);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_line_13)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
-        NAME(accelerations_for_line_15)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
+        NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
-    NAME(accelerations_for_line_16)(camera, line, twist, goal, goal_rate, goal_bend, gain, damping_gain, value,
-    carrier_0, carrier_1, sum, found_0, found_1, &common_5, &common_6, NULL);
+    NAME(accelerations_for_line_common_2)(camera, line, twist, goal, goal_rate, goal_bend, gain, damping_gain,
+    value, carrier_0, carrier_1, sum, found_0, found_1, &common_5, &common_6, NULL);
     for (intptr_t i = 0; i < n; i++)
-        NAME(accelerations_for_line_17)(mapped[i], common_5, common_6, out_0 + i);
-    NAME(accelerations_for_line_18)(camera, line, twist, goal, goal_rate, goal_bend, gain, damping_gain, threshold,
-    value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4, NULL);
+        NAME(rates_for_point_result)(mapped[i], common_5, common_6, out_0 + i);
+    NAME(accelerations_for_line_result)(camera, line, twist, goal, goal_rate, goal_bend, gain, damping_gain,
+    threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4, NULL);
 }
 
 FUSED(accelerations_for_line, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
@@ -6067,39 +4212,39 @@ static INLINE WORD NAME(accelerations_for_line_lanes)(intptr_t n, const REAL *q,
     common[6 * NLANES], common_2[6 * NLANES], sum[3 * NLANES], common_3[NLANES], common_4[NLANES], found_0[NLANES],
     found_1[NLANES], common_5[NLANES], common_6[NLANES];
     WORD far = 0;
-    NAME(accelerations_for_line_1_lanes)(motor_start);
-    NAME(accelerations_for_line_3_lanes)(value);
-    NAME(accelerations_for_line_6_lanes)(carrier_0, carrier_1);
+    NAME(image_of_point_motor_start_lanes)(motor_start);
+    NAME(image_of_point_motor_start_lanes)(value);
+    NAME(accelerations_for_point_carrier_start_lanes)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(accelerations_for_line_2_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start,
-    q + NLANES * i, axes + 6 * i, turns + i, motor + 8 * NLANES * i);
-        NAME(accelerations_for_line_4_lanes)(motor + 8 * NLANES * i, value);
-        NAME(accelerations_for_line_5_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
-        NAME(accelerations_for_line_7_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i, qd + NLANES * i,
-    carrier_0, carrier_1);
+        far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
+    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+        NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
+        NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
+        NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
+    qd + NLANES * i, carrier_0, carrier_1);
     }
-    NAME(accelerations_for_line_8_lanes)(camera, line, value, common, common_2);
-    NAME(accelerations_for_line_10_lanes)(sum);
+    NAME(image_of_line_common_lanes)(camera, line, value, common, common_2);
+    NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_line_9_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
+        NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
     mapped_1 + NLANES * i);
-        NAME(accelerations_for_line_11_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i,
-    weights + NLANES * i, sum);
+        NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+    sum);
     }
-    far |= NAME(accelerations_for_line_12_lanes)(camera, line, twist, goal, goal_rate, goal_bend, gain,
+    far |= NAME(accelerations_for_line_common_lanes)(camera, line, twist, goal, goal_rate, goal_bend, gain,
     damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, common_3, common_4);
-    NAME(accelerations_for_line_14_lanes)(found_0, found_1);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_line_13_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
+        NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
     common_3, common_4, mapped + NLANES * i);
-        NAME(accelerations_for_line_15_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
     found_1);
     }
-    far |= NAME(accelerations_for_line_16_lanes)(camera, line, twist, goal, goal_rate, goal_bend, gain,
+    far |= NAME(accelerations_for_line_common_2_lanes)(camera, line, twist, goal, goal_rate, goal_bend, gain,
     damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, common_5, common_6);
     for (intptr_t i = 0; i < n; i++)
-        NAME(accelerations_for_line_17_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
-    far |= NAME(accelerations_for_line_18_lanes)(camera, line, twist, goal, goal_rate, goal_bend, gain,
+        NAME(rates_for_point_result_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
+    far |= NAME(accelerations_for_line_result_lanes)(camera, line, twist, goal, goal_rate, goal_bend, gain,
     damping_gain, threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
     return far;
 }
@@ -6116,352 +4261,8 @@ GAC_PROCEDURE(accelerations_for_line, BUSY)
 #define WORK_accelerations_for_plane(WORK) WORK(21, motor, 8, 8, n) WORK(22, moved_line, 6, 6, n) \
     WORK(23, mapped, 3, 3, n) WORK(24, mapped_2, scalar, 1, n)
 
-static INLINE void NAME(accelerations_for_plane_1)(REAL *motor_start)
-{
-    motor_start[0] = (REAL)1;
-    motor_start[1] = (REAL)0;
-    motor_start[2] = (REAL)0;
-    motor_start[3] = (REAL)0;
-    motor_start[4] = (REAL)0;
-    motor_start[5] = (REAL)0;
-    motor_start[6] = (REAL)0;
-    motor_start[7] = (REAL)0;
-}
-#define PARTS_accelerations_for_plane_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(accelerations_for_plane_1, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_3)(REAL *value)
-{
-    value[0] = (REAL)1;
-    value[1] = (REAL)0;
-    value[2] = (REAL)0;
-    value[3] = (REAL)0;
-    value[4] = (REAL)0;
-    value[5] = (REAL)0;
-    value[6] = (REAL)0;
-    value[7] = (REAL)0;
-}
-#define PARTS_accelerations_for_plane_3(IN, SAME, NUMBER, OUT, AND) OUT(0, 8)
-GAC_IN_LANES(accelerations_for_plane_3, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_6)(REAL *carrier_0, REAL *carrier_1)
-{
-    carrier_0[0] = (REAL)0;
-    carrier_0[1] = (REAL)0;
-    carrier_0[2] = (REAL)0;
-    carrier_0[3] = (REAL)0;
-    carrier_0[4] = (REAL)0;
-    carrier_0[5] = (REAL)0;
-    carrier_1[0] = (REAL)0;
-    carrier_1[1] = (REAL)0;
-    carrier_1[2] = (REAL)0;
-    carrier_1[3] = (REAL)0;
-    carrier_1[4] = (REAL)0;
-    carrier_1[5] = (REAL)0;
-}
-#define PARTS_accelerations_for_plane_6(IN, SAME, NUMBER, OUT, AND) OUT(0, 6) AND OUT(1, 6)
-GAC_IN_LANES(accelerations_for_plane_6, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_2)(const REAL *motor, REAL x, const REAL *axis, REAL turn, REAL
-    *motor_out, WORD *far)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL axis_e12 = axis[0], axis_e13 = axis[1], axis_e23 = axis[2], axis_e01 = axis[3], axis_e02 = axis[4],
-        axis_e03 = axis[5];
-    const REAL t0 = x * (REAL)0.5;
-    const REAL t1 = SIN(t0);
-    const REAL t2 = SELECT(turn, t1, t0);
-    const REAL t3 = axis_e12 * t2;
-    const REAL t4 = COS(t0);
-    const REAL t5 = SELECT(turn, t4, (REAL)1);
-    const REAL t6 = axis_e13 * t2;
-    const REAL t7 = axis_e23 * t2;
-    const REAL t8 = axis_e01 * t2;
-    const REAL t9 = axis_e02 * t2;
-    const REAL t10 = axis_e03 * t2;
-    const REAL t11 = motor_1 * t8 + motor_e12 * t9 + motor_e13 * t10 - motor_e01 * t5 - motor_e02 * t3;
-    const REAL t12 = motor_1 * t9 - motor_e12 * t8 + motor_e23 * t10 + motor_e01 * t3 - motor_e02 * t5;
-    const REAL t13 = motor_1 * t10 - motor_e13 * t8 - motor_e23 * t9 + motor_e01 * t6 + motor_e02 * t7;
-    const REAL t14 = motor_e12 * t10 - motor_e13 * t9 + motor_e23 * t8 + motor_e01 * t7 - motor_e02 * t6;
-    motor_out[0] = motor_1 * t5 + motor_e12 * t3 + motor_e13 * t6 + motor_e23 * t7;
-    motor_out[1] = motor_e12 * t5 - motor_1 * t3 + motor_e13 * t7 - motor_e23 * t6;
-    motor_out[2] = motor_e13 * t5 - (motor_1 * t6 + motor_e12 * t7) + motor_e23 * t3;
-    motor_out[3] = motor_e12 * t6 - motor_1 * t7 - motor_e13 * t3 + motor_e23 * t5;
-    motor_out[4] = motor_e0123 * t7 - (t11 - motor_e03 * t6);
-    motor_out[5] = -(t12 - motor_e03 * t7 + motor_e0123 * t6);
-    motor_out[6] = motor_e0123 * t3 - (t13 - motor_e03 * t5);
-    motor_out[7] = motor_e0123 * t5 - (t14 + motor_e03 * t3);
-}
-#define PARTS_accelerations_for_plane_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND NUMBER(1, 0) AND SAME(2, 6) \
-    AND NUMBER(3, 1) AND OUT(4, 8)
-GAC_IN_LANES(accelerations_for_plane_2, TURNS)
-
-static INLINE void NAME(accelerations_for_plane_4)(const REAL *motor, REAL *value)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    value[0] = motor_1;
-    value[1] = motor_e12;
-    value[2] = motor_e13;
-    value[3] = motor_e23;
-    value[4] = motor_e01;
-    value[5] = motor_e02;
-    value[6] = motor_e03;
-    value[7] = motor_e0123;
-}
-#define PARTS_accelerations_for_plane_4(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND OUT(1, 8)
-GAC_IN_LANES(accelerations_for_plane_4, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_5)(const REAL *motor, const REAL *line, REAL *moved_line)
-{
-    const REAL motor_1 = motor[0], motor_e12 = motor[1], motor_e13 = motor[2], motor_e23 = motor[3],
-        motor_e01 = motor[4], motor_e02 = motor[5], motor_e03 = motor[6], motor_e0123 = motor[7];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = motor_1 * motor_e23;
-    const REAL t1 = motor_e12 * motor_e13;
-    const REAL t2 = t0 + t1;
-    const REAL t3 = motor_1 * motor_e13;
-    const REAL t4 = motor_e12 * motor_e23;
-    const REAL t5 = t3 - t4;
-    const REAL t6 = motor_1 * motor_1;
-    const REAL t7 = motor_e12 * motor_e12;
-    const REAL t8 = motor_e13 * motor_e13;
-    const REAL t9 = motor_e23 * motor_e23;
-    const REAL t10 = t6 + t7 - t8 - t9;
-    const REAL t11 = motor_1 * motor_e12;
-    const REAL t12 = motor_e13 * motor_e23;
-    const REAL t13 = t11 + t12;
-    const REAL t14 = t0 - t1;
-    const REAL t15 = t6 - t7;
-    const REAL t16 = t8 - t9;
-    const REAL t17 = t15 + t16;
-    const REAL t18 = t3 + t4;
-    const REAL t19 = t11 - t12;
-    const REAL t20 = t15 - t16;
-    const REAL t21 = motor_e12 * line_e12 + motor_e13 * line_e13 + motor_e23 * line_e23;
-    const REAL t22 = motor_1 * line_e12 + motor_e23 * line_e13 - motor_e13 * line_e23;
-    const REAL t23 = motor_1 * line_e13 + motor_e12 * line_e23 - motor_e23 * line_e12;
-    const REAL t24 = motor_e01 * t21 + line_e02 * t19 + line_e03 * t18 - motor_e02 * t22 - motor_e03 * t23;
-    const REAL t25 = motor_1 * line_e23 + motor_e13 * line_e12 - motor_e12 * line_e13;
-    const REAL t26 = motor_e01 * t22 + motor_e02 * t21 + motor_e0123 * t23 + line_e03 * t14;
-    const REAL t27 = motor_e01 * t23 + motor_e02 * t25 + motor_e03 * t21 - motor_e0123 * t22;
-    moved_line[0] = line_e12 * t10 + (line_e13 * t2 - line_e23 * t5) * (REAL)2;
-    moved_line[1] = line_e13 * t17 + (REAL)2 * (line_e23 * t13 - line_e12 * t14);
-    moved_line[2] = line_e23 * t20 + (REAL)2 * (line_e12 * t18 - line_e13 * t19);
-    moved_line[3] = line_e01 * t20 + (REAL)2 * (t24 - motor_e0123 * t25);
-    moved_line[4] = line_e02 * t17 + (REAL)2 * (t26 - motor_e03 * t25 - line_e01 * t13);
-    moved_line[5] = line_e03 * t10 + (REAL)2 * (t27 - line_e01 * t5 - line_e02 * t2);
-}
-#define PARTS_accelerations_for_plane_5(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND SAME(1, 6) AND OUT(2, 6)
-GAC_IN_LANES(accelerations_for_plane_5, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_7)(const REAL *carrier_0, const REAL *carrier_1, const REAL *line,
-    REAL speed, REAL *carrier_0_out, REAL *carrier_1_out)
-{
-    const REAL carrier_0_e12 = carrier_0[0], carrier_0_e13 = carrier_0[1], carrier_0_e23 = carrier_0[2],
-        carrier_0_e01 = carrier_0[3], carrier_0_e02 = carrier_0[4], carrier_0_e03 = carrier_0[5];
-    const REAL carrier_1_e12 = carrier_1[0], carrier_1_e13 = carrier_1[1], carrier_1_e23 = carrier_1[2],
-        carrier_1_e01 = carrier_1[3], carrier_1_e02 = carrier_1[4], carrier_1_e03 = carrier_1[5];
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL t0 = line_e12 * speed;
-    const REAL t1 = line_e13 * speed;
-    const REAL t2 = line_e23 * speed;
-    const REAL t3 = line_e01 * speed;
-    const REAL t4 = line_e02 * speed;
-    const REAL t5 = line_e03 * speed;
-    const REAL t6 = carrier_0_e12 * t4 + carrier_0_e13 * t5 - carrier_0_e02 * t0 - carrier_0_e03 * t1;
-    const REAL t7 = carrier_0_e23 * t5 + carrier_0_e01 * t0 - carrier_0_e12 * t3 - carrier_0_e03 * t2;
-    const REAL t8 = carrier_0_e01 * t1 + carrier_0_e02 * t2 - carrier_0_e13 * t3 - carrier_0_e23 * t4;
-    carrier_0_out[0] = carrier_0_e12 + t0;
-    carrier_0_out[1] = carrier_0_e13 + t1;
-    carrier_0_out[2] = carrier_0_e23 + t2;
-    carrier_0_out[3] = carrier_0_e01 + t3;
-    carrier_0_out[4] = carrier_0_e02 + t4;
-    carrier_0_out[5] = carrier_0_e03 + t5;
-    carrier_1_out[0] = carrier_1_e12 + (carrier_0_e13 * t2 - carrier_0_e23 * t1);
-    carrier_1_out[1] = carrier_1_e13 + (carrier_0_e23 * t0 - carrier_0_e12 * t2);
-    carrier_1_out[2] = carrier_1_e23 + (carrier_0_e12 * t1 - carrier_0_e13 * t0);
-    carrier_1_out[3] = carrier_1_e01 - t6;
-    carrier_1_out[4] = carrier_1_e02 - t7;
-    carrier_1_out[5] = carrier_1_e03 - t8;
-}
-#define PARTS_accelerations_for_plane_7(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) \
-    AND NUMBER(3, 0) AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(accelerations_for_plane_7, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_8)(const REAL *camera, const REAL *plane, const REAL *v_, REAL
-    *common, REAL *common_2, REAL *common_3)
-{
-    const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
-        camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
-    const REAL plane_e1 = plane[0], plane_e2 = plane[1], plane_e3 = plane[2], plane_e0 = plane[3];
-    const REAL v__1 = v_[0], v__e12 = v_[1], v__e13 = v_[2], v__e23 = v_[3], v__e01 = v_[4], v__e02 = v_[5],
-        v__e03 = v_[6], v__e0123 = v_[7];
-    const REAL t0 = camera_1 * v__1 - camera_e12 * v__e12 - camera_e13 * v__e13 - camera_e23 * v__e23;
-    const REAL t1 = camera_1 * v__e12 + camera_e12 * v__1 + camera_e13 * v__e23 - camera_e23 * v__e13;
-    const REAL t2 = t0 * t1;
-    const REAL t3 = camera_1 * v__e13 + camera_e13 * v__1 + camera_e23 * v__e12 - camera_e12 * v__e23;
-    const REAL t4 = camera_1 * v__e23 + camera_e12 * v__e13 + camera_e23 * v__1 - camera_e13 * v__e12;
-    const REAL t5 = t3 * t4;
-    const REAL t6 = t2 + t5;
-    const REAL t7 = t0 * t3;
-    const REAL t8 = t1 * t4;
-    const REAL t9 = t7 - t8;
-    const REAL t10 = t0 * t0;
-    const REAL t11 = t1 * t1;
-    const REAL t12 = t10 - t11;
-    const REAL t13 = t3 * t3;
-    const REAL t14 = t4 * t4;
-    const REAL t15 = t13 - t14;
-    const REAL t16 = t12 - t15;
-    const REAL t17 = plane_e1 * t16 - (REAL)2 * (plane_e2 * t6 + plane_e3 * t9);
-    const REAL t18 = t2 - t5;
-    const REAL t19 = t0 * t4;
-    const REAL t20 = t1 * t3;
-    const REAL t21 = t19 + t20;
-    const REAL t22 = t12 + t15;
-    const REAL t23 = plane_e2 * t22 + (REAL)2 * (plane_e1 * t18 - plane_e3 * t21);
-    const REAL t24 = t7 + t8;
-    const REAL t25 = t19 - t20;
-    const REAL t26 = t10 + t11;
-    const REAL t27 = t13 + t14;
-    const REAL t28 = t26 - t27;
-    const REAL t29 = plane_e3 * t28 + (plane_e1 * t24 + plane_e2 * t25) * (REAL)2;
-    const REAL t30 = camera_e12 * v__e0123 + camera_e01 * v__e13 + camera_e02 * v__e23 + camera_e0123 * v__e12;
-    const REAL t31 = t30 - camera_1 * v__e03 - camera_e13 * v__e01 - camera_e23 * v__e02 - camera_e03 * v__1;
-    const REAL t32 = t0 * t31;
-    const REAL t33 = camera_e13 * v__e02 + camera_e02 * v__e13 - camera_1 * v__e0123 - camera_e12 * v__e03;
-    const REAL t34 = t33 - camera_e23 * v__e01 - camera_e01 * v__e23 - camera_e03 * v__e12 - camera_e0123 * v__1;
-    const REAL t35 = t1 * t34;
-    const REAL t36 = camera_e12 * v__e02 + camera_e13 * v__e03 + camera_e23 * v__e0123 + camera_e0123 * v__e23;
-    const REAL t37 = t36 - camera_1 * v__e01 - camera_e01 * v__1 - camera_e02 * v__e12 - camera_e03 * v__e13;
-    const REAL t38 = t3 * t37;
-    const REAL t39 = camera_e23 * v__e03 + camera_e01 * v__e12 - camera_1 * v__e02 - camera_e12 * v__e01;
-    const REAL t40 = t39 - camera_e13 * v__e0123 - camera_e02 * v__1 - camera_e03 * v__e23;
-    const REAL t41 = t40 - camera_e0123 * v__e13;
-    const REAL t42 = t4 * t41;
-    const REAL t43 = plane_e3 * (t32 + t35 - (t38 + t42)) + t37 * (plane_e1 * t0 - plane_e2 * t1);
-    const REAL t44 = t43 + t41 * (plane_e1 * t1 + plane_e2 * t0);
-    const REAL t45 = t44 + t31 * (plane_e1 * t3 + plane_e2 * t4);
-    const REAL t46 = plane_e0 * (t26 + t27) + (REAL)2 * (t45 + t34 * (plane_e1 * t4 - plane_e2 * t3));
-    const REAL t47 = LESS((t17 * t17 + t23 * t23 + t29 * t29) * (REAL)1e-24, t46 * t46);
-    const REAL t48 = -t46;
-    const REAL t49 = (REAL)1 / SELECT(t47, t48, (REAL)1);
-    const REAL t50 = t17 * t49;
-    const REAL t51 = t49 * t50;
-    const REAL t52 = t23 * t51;
-    const REAL t53 = t17 * t51;
-    const REAL t54 = t29 * t51;
-    const REAL t55 = t0 * t41 + t3 * t34;
-    const REAL t56 = t1 * t37 + t4 * t31;
-    const REAL t57 = t55 - t56;
-    const REAL t58 = t0 * t34;
-    const REAL t59 = t1 * t31;
-    const REAL t60 = t58 + t59;
-    const REAL t61 = t3 * t41;
-    const REAL t62 = t4 * t37;
-    const REAL t63 = t61 + t62;
-    const REAL t64 = t60 - t63;
-    const REAL t65 = t29 * t49;
-    const REAL t66 = t32 - t35;
-    const REAL t67 = t38 - t42;
-    const REAL t68 = t66 - t67;
-    const REAL t69 = t23 * t49;
-    const REAL t70 = t60 + t63;
-    const REAL t71 = t66 + t67;
-    const REAL t72 = t0 * t37 - t4 * t34;
-    const REAL t73 = t1 * t41 - t3 * t31;
-    const REAL t74 = t72 + t73;
-    const REAL t75 = t58 - t59 - (t61 - t62);
-    const REAL t76 = t72 - t73;
-    const REAL t77 = t55 + t56;
-    const REAL t78 = t49 * t69;
-    const REAL t79 = t23 * t78;
-    const REAL t80 = t17 * t78;
-    const REAL t81 = t29 * t78;
-    const REAL t82 = t49 * t65;
-    const REAL t83 = t23 * t82;
-    const REAL t84 = t17 * t82;
-    const REAL t85 = t29 * t82;
-    common[0] = (REAL)2 * (t21 * t52 + t9 * t53) - t28 * t54;
-    common[1] = (REAL)2 * (t25 * t54 - t6 * t53) + t22 * t52;
-    common[2] = -(t16 * t53 + (REAL)2 * (t24 * t54 + t18 * t52));
-    common[3] = (REAL)2 * (t18 * t65 - (t54 * t57 + t53 * t64) + t52 * t68 - t24 * t69);
-    common[4] = t22 * t65 + (REAL)2 * (t54 * t74 - (t52 * t70 + t53 * t71) - t25 * t69);
-    common[5] = (REAL)2 * (t53 * t77 - (t54 * t75 + t52 * t76) - t21 * t65) - t28 * t69;
-    common_2[0] = (REAL)2 * (t21 * t79 + t9 * t80) - t28 * t81;
-    common_2[1] = (REAL)2 * (t25 * t81 - t6 * t80) + t22 * t79;
-    common_2[2] = -(t16 * t80 + (REAL)2 * (t24 * t81 + t18 * t79));
-    common_2[3] = (REAL)2 * (t24 * t50 - (t57 * t81 + t64 * t80) + t68 * t79) - t16 * t65;
-    common_2[4] = (REAL)2 * (t6 * t65 - t70 * t79 - t71 * t80 + t25 * t50 + t74 * t81);
-    common_2[5] = t28 * t50 + (REAL)2 * (t9 * t65 - t75 * t81 - t76 * t79 + t77 * t80);
-    common_3[0] = (REAL)2 * (t21 * t83 + t9 * t84) - t28 * t85;
-    common_3[1] = (REAL)2 * (t25 * t85 - t6 * t84) + t22 * t83;
-    common_3[2] = -(t16 * t84 + (REAL)2 * (t24 * t85 + t18 * t83));
-    common_3[3] = t16 * t69 + (REAL)2 * (t68 * t83 - (t57 * t85 + t64 * t84 + t18 * t50));
-    common_3[4] = (REAL)2 * (t74 * t85 - (t70 * t83 + t71 * t84 + t6 * t69)) - t22 * t50;
-    common_3[5] = (REAL)2 * (t21 * t50 - t75 * t85 - t76 * t83 - t9 * t69 + t77 * t84);
-}
-#define PARTS_accelerations_for_plane_8(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 8) AND OUT(3, 6) \
-    AND OUT(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(accelerations_for_plane_8, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_10)(REAL *sum)
-{
-    sum[0] = (REAL)0;
-    sum[1] = (REAL)0;
-    sum[2] = (REAL)0;
-    sum[3] = (REAL)0;
-    sum[4] = (REAL)0;
-    sum[5] = (REAL)0;
-}
-#define PARTS_accelerations_for_plane_10(IN, SAME, NUMBER, OUT, AND) OUT(0, 6)
-GAC_IN_LANES(accelerations_for_plane_10, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_9)(const REAL *line, const REAL *common, const REAL *common_2, const
-    REAL *common_3, REAL *mapped)
-{
-    const REAL line_e12 = line[0], line_e13 = line[1], line_e23 = line[2], line_e01 = line[3], line_e02 = line[4],
-        line_e03 = line[5];
-    const REAL common_e12 = common[0], common_e13 = common[1], common_e23 = common[2], common_e01 = common[3],
-        common_e02 = common[4], common_e03 = common[5];
-    const REAL common_2_e12 = common_2[0], common_2_e13 = common_2[1], common_2_e23 = common_2[2],
-        common_2_e01 = common_2[3], common_2_e02 = common_2[4], common_2_e03 = common_2[5];
-    const REAL common_3_e12 = common_3[0], common_3_e13 = common_3[1], common_3_e23 = common_3[2],
-        common_3_e01 = common_3[3], common_3_e02 = common_3[4], common_3_e03 = common_3[5];
-    const REAL t0 = line_e02 * common_e13 - line_e03 * common_e12 - line_e01 * common_e23;
-    const REAL t1 = line_e02 * common_2_e13 - line_e03 * common_2_e12 - line_e01 * common_2_e23;
-    const REAL t2 = line_e02 * common_3_e13 - line_e03 * common_3_e12 - line_e01 * common_3_e23;
-    mapped[0] = t0 - line_e23 * common_e01 + line_e13 * common_e02 - line_e12 * common_e03;
-    mapped[1] = t1 - line_e23 * common_2_e01 + line_e13 * common_2_e02 - line_e12 * common_2_e03;
-    mapped[2] = t2 - line_e23 * common_3_e01 + line_e13 * common_3_e02 - line_e12 * common_3_e03;
-}
-#define PARTS_accelerations_for_plane_9(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND IN(2, 6) AND IN(3, 6) \
-    AND OUT(4, 3)
-GAC_IN_LANES(accelerations_for_plane_9, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_11)(const REAL *sum, const REAL *mapped, REAL weight, REAL *sum_out)
-{
-    const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5];
-    const REAL mapped_0 = mapped[0], mapped_1 = mapped[1], mapped_2 = mapped[2];
-    const REAL t0 = mapped_1 * weight;
-    const REAL t1 = mapped_2 * weight;
-    sum_out[0] = sum_0 + mapped_0 * (mapped_0 * weight);
-    sum_out[1] = sum_1 + mapped_0 * t0;
-    sum_out[2] = sum_2 + mapped_1 * t0;
-    sum_out[3] = sum_3 + mapped_0 * t1;
-    sum_out[4] = sum_4 + mapped_1 * t1;
-    sum_out[5] = sum_5 + mapped_2 * t1;
-}
-#define PARTS_accelerations_for_plane_11(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 3) AND NUMBER(2, 0) \
-    AND OUT(3, 6)
-GAC_IN_LANES(accelerations_for_plane_11, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_12)(const REAL *camera, const REAL *plane, const REAL *twist, const
-    REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, REAL
+static INLINE void NAME(accelerations_for_plane_common)(const REAL *camera, const REAL *plane, const REAL *twist,
+    const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, REAL
     threshold, REAL damping, const REAL *v_, const REAL *carrier_0, const REAL *carrier_1, const REAL *sum, REAL
     *common_4, REAL *common_5, REAL *common_6)
 {
@@ -6691,45 +4492,15 @@ static INLINE void NAME(accelerations_for_plane_12)(const REAL *camera, const RE
     common_5[0] = t204;
     common_6[0] = t203;
 }
-#define PARTS_accelerations_for_plane_12(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) AND IN(3, 3) \
-    AND IN(4, 3) AND IN(5, 3) AND IN(6, 3) AND IN(7, 3) AND NUMBER(8, 0) AND NUMBER(9, 0) AND IN(10, 8) \
+#define PARTS_accelerations_for_plane_common(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) \
+    AND IN(3, 3) AND IN(4, 3) AND IN(5, 3) AND IN(6, 3) AND IN(7, 3) AND NUMBER(8, 0) AND NUMBER(9, 0) AND IN(10, 8) \
     AND IN(11, 6) AND IN(12, 6) AND IN(13, 6) AND OUT(14, 1) AND OUT(15, 1) AND OUT(16, 1)
-GAC_IN_LANES(accelerations_for_plane_12, PLAIN)
+GAC_IN_LANES(accelerations_for_plane_common, PLAIN)
 
-static INLINE void NAME(accelerations_for_plane_14)(REAL *found_0, REAL *found_1)
-{
-    found_0[0] = (REAL)0;
-    found_1[0] = (REAL)0;
-}
-#define PARTS_accelerations_for_plane_14(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1)
-GAC_IN_LANES(accelerations_for_plane_14, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_13)(const REAL *mapped, REAL weight, REAL common, REAL common_2,
-    REAL common_3, REAL *mapped_2_out)
-{
-    const REAL mapped_0 = mapped[0], mapped_1 = mapped[1], mapped_2 = mapped[2];
-    mapped_2_out[0] = weight * (mapped_0 * common + mapped_1 * common_2 + mapped_2 * common_3);
-}
-#define PARTS_accelerations_for_plane_13(IN, SAME, NUMBER, OUT, AND) IN(0, 3) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
-GAC_IN_LANES(accelerations_for_plane_13, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_15)(REAL found_0, REAL found_1, REAL rate, REAL limit, REAL
-    *found_0_out, REAL *found_1_out)
-{
-    const REAL t0 = ABS(rate);
-    const REAL t1 = t0 / MAXIMUM(limit, (REAL)1e-300);
-    found_0_out[0] = found_0 + (REAL)9.332636185032189e-302 * t0;
-    found_1_out[0] = MAXIMUM(found_1, t1);
-}
-#define PARTS_accelerations_for_plane_15(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(accelerations_for_plane_15, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_16)(const REAL *camera, const REAL *plane, const REAL *twist, const
-    REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, const REAL
-    *v_, const REAL *carrier_0, const REAL *carrier_1, const REAL *sum, REAL found_0, REAL found_1, REAL *common_7,
-    REAL *common_8)
+static INLINE void NAME(accelerations_for_plane_common_2)(const REAL *camera, const REAL *plane, const REAL *twist,
+    const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain,
+    const REAL *v_, const REAL *carrier_0, const REAL *carrier_1, const REAL *sum, REAL found_0, REAL found_1, REAL
+    *common_7, REAL *common_8)
 {
     const REAL camera_1 = camera[0], camera_e12 = camera[1], camera_e13 = camera[2], camera_e23 = camera[3],
         camera_e01 = camera[4], camera_e02 = camera[5], camera_e03 = camera[6], camera_e0123 = camera[7];
@@ -6947,22 +4718,13 @@ static INLINE void NAME(accelerations_for_plane_16)(const REAL *camera, const RE
     common_7[0] = t116 * (t194 * LESS_EQUAL(t193, (REAL)1.152921504606847e+18));
     common_8[0] = SELECT(LESS((REAL)1, found_1), t195, (REAL)1);
 }
-#define PARTS_accelerations_for_plane_16(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) AND IN(3, 3) \
-    AND IN(4, 3) AND IN(5, 3) AND IN(6, 3) AND IN(7, 3) AND IN(8, 8) AND IN(9, 6) AND IN(10, 6) AND IN(11, 6) \
-    AND NUMBER(12, 0) AND NUMBER(13, 0) AND OUT(14, 1) AND OUT(15, 1)
-GAC_IN_LANES(accelerations_for_plane_16, PLAIN)
+#define PARTS_accelerations_for_plane_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) \
+    AND IN(3, 3) AND IN(4, 3) AND IN(5, 3) AND IN(6, 3) AND IN(7, 3) AND IN(8, 8) AND IN(9, 6) AND IN(10, 6) \
+    AND IN(11, 6) AND NUMBER(12, 0) AND NUMBER(13, 0) AND OUT(14, 1) AND OUT(15, 1)
+GAC_IN_LANES(accelerations_for_plane_common_2, PLAIN)
 
-static INLINE void NAME(accelerations_for_plane_17)(REAL rate, REAL common, REAL common_2, REAL *out_0)
-{
-    const REAL t0 = rate * common_2;
-    out_0[0] = SELECT(common, t0, (REAL)0);
-}
-#define PARTS_accelerations_for_plane_17(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(accelerations_for_plane_17, PLAIN)
-
-static INLINE void NAME(accelerations_for_plane_18)(const REAL *camera, const REAL *plane, const REAL *twist, const
-    REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, REAL
+static INLINE void NAME(accelerations_for_plane_result)(const REAL *camera, const REAL *plane, const REAL *twist,
+    const REAL *goal, const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, REAL
     threshold, const REAL *v_, const REAL *carrier_0, const REAL *carrier_1, const REAL *sum, REAL found_0, REAL
     found_1, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4)
 {
@@ -7193,10 +4955,11 @@ static INLINE void NAME(accelerations_for_plane_18)(const REAL *camera, const RE
     out_3[0] = t171;
     out_4[0] = SELECT(LESS_EQUAL(found_0, (REAL)1.152921504606847e+18) * t197, t200, (REAL)4);
 }
-#define PARTS_accelerations_for_plane_18(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) AND IN(3, 3) \
-    AND IN(4, 3) AND IN(5, 3) AND IN(6, 3) AND IN(7, 3) AND NUMBER(8, 0) AND IN(9, 8) AND IN(10, 6) AND IN(11, 6) \
-    AND IN(12, 6) AND NUMBER(13, 0) AND NUMBER(14, 0) AND OUT(15, 3) AND OUT(16, 3) AND OUT(17, 1) AND OUT(18, 1)
-GAC_IN_LANES(accelerations_for_plane_18, PLAIN)
+#define PARTS_accelerations_for_plane_result(IN, SAME, NUMBER, OUT, AND) IN(0, 8) AND IN(1, 4) AND IN(2, 6) \
+    AND IN(3, 3) AND IN(4, 3) AND IN(5, 3) AND IN(6, 3) AND IN(7, 3) AND NUMBER(8, 0) AND IN(9, 8) AND IN(10, 6) \
+    AND IN(11, 6) AND IN(12, 6) AND NUMBER(13, 0) AND NUMBER(14, 0) AND OUT(15, 3) AND OUT(16, 3) AND OUT(17, 1) \
+    AND OUT(18, 1)
+GAC_IN_LANES(accelerations_for_plane_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t tracking_accelerations_for_plane_work(intptr_t n)
@@ -7214,34 +4977,35 @@ static INLINE void NAME(accelerations_for_plane_within)(intptr_t n, const REAL *
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, carrier_0[6],
     carrier_1[6], *const mapped = moved_line + 6 * n, common[6], common_2[6], common_3[6], sum[6],
     *const mapped_2 = mapped + 3 * n, common_4, common_5, common_6, found_0, found_1, common_7, common_8;
-    NAME(accelerations_for_plane_1)(motor_start);
-    NAME(accelerations_for_plane_3)(value);
-    NAME(accelerations_for_plane_6)(carrier_0, carrier_1);
+    NAME(image_of_point_motor_start)(motor_start);
+    NAME(image_of_point_motor_start)(value);
+    NAME(accelerations_for_point_carrier_start)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_plane_2)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
+        NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
     motor + 8 * i, NULL);
-        NAME(accelerations_for_plane_4)(motor + 8 * i, value);
-        NAME(accelerations_for_plane_5)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
-        NAME(accelerations_for_plane_7)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0, carrier_1);
+        NAME(image_of_point_value)(motor + 8 * i, value);
+        NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
+        NAME(accelerations_for_point_carrier)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
+    carrier_1);
     }
-    NAME(accelerations_for_plane_8)(camera, plane, value, common, common_2, common_3);
-    NAME(accelerations_for_plane_10)(sum);
+    NAME(image_of_plane_common)(camera, plane, value, common, common_2, common_3);
+    NAME(rates_for_plane_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_plane_9)(moved_line + 6 * i, common, common_2, common_3, mapped + 3 * i);
-        NAME(accelerations_for_plane_11)(sum, mapped + 3 * i, weights[i], sum);
+        NAME(image_of_plane_result)(moved_line + 6 * i, common, common_2, common_3, mapped + 3 * i);
+        NAME(rates_for_plane_sum)(sum, mapped + 3 * i, weights[i], sum);
     }
-    NAME(accelerations_for_plane_12)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
+    NAME(accelerations_for_plane_common)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
     threshold, damping, value, carrier_0, carrier_1, sum, &common_4, &common_5, &common_6);
-    NAME(accelerations_for_plane_14)(&found_0, &found_1);
+    NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_plane_13)(mapped + 3 * i, weights[i], common_4, common_5, common_6, mapped_2 + i);
-        NAME(accelerations_for_plane_15)(found_0, found_1, mapped_2[i], limits[i], &found_0, &found_1);
+        NAME(rates_for_plane_mapped)(mapped + 3 * i, weights[i], common_4, common_5, common_6, mapped_2 + i);
+        NAME(rates_for_point_found)(found_0, found_1, mapped_2[i], limits[i], &found_0, &found_1);
     }
-    NAME(accelerations_for_plane_16)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain, value,
-    carrier_0, carrier_1, sum, found_0, found_1, &common_7, &common_8);
+    NAME(accelerations_for_plane_common_2)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
+    value, carrier_0, carrier_1, sum, found_0, found_1, &common_7, &common_8);
     for (intptr_t i = 0; i < n; i++)
-        NAME(accelerations_for_plane_17)(mapped_2[i], common_7, common_8, out_0 + i);
-    NAME(accelerations_for_plane_18)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
+        NAME(rates_for_point_result)(mapped_2[i], common_7, common_8, out_0 + i);
+    NAME(accelerations_for_plane_result)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
     threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
 }
 
@@ -7273,38 +5037,38 @@ static INLINE WORD NAME(accelerations_for_plane_lanes)(intptr_t n, const REAL *q
     common[6 * NLANES], common_2[6 * NLANES], common_3[6 * NLANES], sum[6 * NLANES], common_4[NLANES],
     common_5[NLANES], common_6[NLANES], found_0[NLANES], found_1[NLANES], common_7[NLANES], common_8[NLANES];
     WORD far = 0;
-    NAME(accelerations_for_plane_1_lanes)(motor_start);
-    NAME(accelerations_for_plane_3_lanes)(value);
-    NAME(accelerations_for_plane_6_lanes)(carrier_0, carrier_1);
+    NAME(image_of_point_motor_start_lanes)(motor_start);
+    NAME(image_of_point_motor_start_lanes)(value);
+    NAME(accelerations_for_point_carrier_start_lanes)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(accelerations_for_plane_2_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start,
-    q + NLANES * i, axes + 6 * i, turns + i, motor + 8 * NLANES * i);
-        NAME(accelerations_for_plane_4_lanes)(motor + 8 * NLANES * i, value);
-        NAME(accelerations_for_plane_5_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
-        NAME(accelerations_for_plane_7_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i, qd + NLANES * i,
-    carrier_0, carrier_1);
+        far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
+    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+        NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
+        NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
+        NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
+    qd + NLANES * i, carrier_0, carrier_1);
     }
-    NAME(accelerations_for_plane_8_lanes)(camera, plane, value, common, common_2, common_3);
-    NAME(accelerations_for_plane_10_lanes)(sum);
+    NAME(image_of_plane_common_lanes)(camera, plane, value, common, common_2, common_3);
+    NAME(rates_for_plane_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_plane_9_lanes)(moved_line + 6 * NLANES * i, common, common_2, common_3,
+        NAME(image_of_plane_result_lanes)(moved_line + 6 * NLANES * i, common, common_2, common_3,
     mapped + 3 * NLANES * i);
-        NAME(accelerations_for_plane_11_lanes)(sum, mapped + 3 * NLANES * i, weights + NLANES * i, sum);
+        NAME(rates_for_plane_sum_lanes)(sum, mapped + 3 * NLANES * i, weights + NLANES * i, sum);
     }
-    NAME(accelerations_for_plane_12_lanes)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
+    NAME(accelerations_for_plane_common_lanes)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
     threshold, damping, value, carrier_0, carrier_1, sum, common_4, common_5, common_6);
-    NAME(accelerations_for_plane_14_lanes)(found_0, found_1);
+    NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(accelerations_for_plane_13_lanes)(mapped + 3 * NLANES * i, weights + NLANES * i, common_4, common_5,
+        NAME(rates_for_plane_mapped_lanes)(mapped + 3 * NLANES * i, weights + NLANES * i, common_4, common_5,
     common_6, mapped_2 + NLANES * i);
-        NAME(accelerations_for_plane_15_lanes)(found_0, found_1, mapped_2 + NLANES * i, limits + NLANES * i,
-    found_0, found_1);
+        NAME(rates_for_point_found_lanes)(found_0, found_1, mapped_2 + NLANES * i, limits + NLANES * i, found_0,
+    found_1);
     }
-    NAME(accelerations_for_plane_16_lanes)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    value, carrier_0, carrier_1, sum, found_0, found_1, common_7, common_8);
+    NAME(accelerations_for_plane_common_2_lanes)(camera, plane, twist, goal, goal_rate, goal_bend, gain,
+    damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, common_7, common_8);
     for (intptr_t i = 0; i < n; i++)
-        NAME(accelerations_for_plane_17_lanes)(mapped_2 + NLANES * i, common_7, common_8, out_0 + NLANES * i);
-    NAME(accelerations_for_plane_18_lanes)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
+        NAME(rates_for_point_result_lanes)(mapped_2 + NLANES * i, common_7, common_8, out_0 + NLANES * i);
+    NAME(accelerations_for_plane_result_lanes)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
     threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
     return far;
 }

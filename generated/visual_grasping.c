@@ -2,7 +2,7 @@
 // command: gac generate --all visual_grasping
 // spec: ca14337d2949bdd3
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e4dc33705f1f3dbc11e5d783a38fe1fccf6522aef3428aca56ad5c6340b03a92
+// body: 8738421892c1c9a22e7a9524997eb840bac5af823541d89fac409913c6b97d75
 
 #ifndef REAL
 #include "visual_grasping.h"
@@ -569,7 +569,7 @@ GAC_KERNEL(errors_of_image, PLAIN, NO)
     AND NUMBER(3, damping) AND NUMBER(4, gain) AND NUMBER(5, limit) AND OUT(6, out, 6, 6, 1)
 #define WORK_step_of_hand(WORK)
 
-static INLINE void NAME(step_of_hand_1)(REAL *sum, REAL *sum_2)
+static INLINE void NAME(step_of_hand_sum_start)(REAL *sum, REAL *sum_2)
 {
     sum[0] = (REAL)0;
     sum[1] = (REAL)0;
@@ -599,11 +599,11 @@ static INLINE void NAME(step_of_hand_1)(REAL *sum, REAL *sum_2)
     sum_2[4] = (REAL)0;
     sum_2[5] = (REAL)0;
 }
-#define PARTS_step_of_hand_1(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6)
-GAC_IN_LANES(step_of_hand_1, PLAIN)
+#define PARTS_step_of_hand_sum_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 21) AND OUT(1, 6)
+GAC_IN_LANES(step_of_hand_sum_start, PLAIN)
 
-static INLINE void NAME(step_of_hand_2)(const REAL *sum, const REAL *sum_2_2, REAL error, const REAL *jacobian, REAL
-    weight, REAL *sum_out, REAL *sum_2_out)
+static INLINE void NAME(step_of_hand_sum)(const REAL *sum, const REAL *sum_2_2, REAL error, const REAL *jacobian,
+    REAL weight, REAL *sum_out, REAL *sum_2_out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
         sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8], sum_9 = sum[9], sum_10 = sum[10], sum_11 = sum[11],
@@ -647,12 +647,12 @@ static INLINE void NAME(step_of_hand_2)(const REAL *sum, const REAL *sum_2_2, RE
     sum_2_out[4] = sum_2_2_4 + error * t4;
     sum_2_out[5] = sum_2_2_5 + error * t5;
 }
-#define PARTS_step_of_hand_2(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 6) AND NUMBER(2, 0) AND IN(3, 6) \
+#define PARTS_step_of_hand_sum(IN, SAME, NUMBER, OUT, AND) IN(0, 21) AND IN(1, 6) AND NUMBER(2, 0) AND IN(3, 6) \
     AND NUMBER(4, 0) AND OUT(5, 21) AND OUT(6, 6)
-GAC_IN_LANES(step_of_hand_2, PLAIN)
+GAC_IN_LANES(step_of_hand_sum, PLAIN)
 
-static INLINE void NAME(step_of_hand_3)(REAL damping, REAL gain, REAL limit, const REAL *sum, const REAL *sum_2_2,
-    REAL *out)
+static INLINE void NAME(step_of_hand_result)(REAL damping, REAL gain, REAL limit, const REAL *sum, const REAL
+    *sum_2_2, REAL *out)
 {
     const REAL sum_0 = sum[0], sum_1 = sum[1], sum_2 = sum[2], sum_3 = sum[3], sum_4 = sum[4], sum_5 = sum[5],
         sum_6 = sum[6], sum_7 = sum[7], sum_8 = sum[8], sum_9 = sum[9], sum_10 = sum[10], sum_11 = sum[11],
@@ -718,9 +718,9 @@ static INLINE void NAME(step_of_hand_3)(REAL damping, REAL gain, REAL limit, con
     out[4] = -(t43 * t50);
     out[5] = -(t42 * t50);
 }
-#define PARTS_step_of_hand_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_step_of_hand_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND IN(3, 21) AND IN(4, 6) AND OUT(5, 6)
-GAC_IN_LANES(step_of_hand_3, PLAIN)
+GAC_IN_LANES(step_of_hand_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t visual_grasping_step_of_hand_work(intptr_t rows)
@@ -735,21 +735,21 @@ void NAME(step_of_hand)(intptr_t rows, const REAL *errors, const REAL *jacobian,
 {
     (void)work;
     REAL sum[21], sum_2[6];
-    NAME(step_of_hand_1)(sum, sum_2);
+    NAME(step_of_hand_sum_start)(sum, sum_2);
     for (intptr_t i = 0; i < rows; i++)
-        NAME(step_of_hand_2)(sum, sum_2, errors[i], jacobian + 6 * i, weights[i], sum, sum_2);
-    NAME(step_of_hand_3)(damping, gain, limit, sum, sum_2, out);
+        NAME(step_of_hand_sum)(sum, sum_2, errors[i], jacobian + 6 * i, weights[i], sum, sum_2);
+    NAME(step_of_hand_result)(damping, gain, limit, sum, sum_2, out);
 }
 
 static INLINE WORD NAME(step_of_hand_lanes)(intptr_t rows, const REAL *errors, const REAL *jacobian,
     const REAL *weights, const REAL *damping, const REAL *gain, const REAL *limit, REAL *out)
 {
     _Alignas(64) REAL sum[21 * NLANES], sum_2[6 * NLANES];
-    NAME(step_of_hand_1_lanes)(sum, sum_2);
+    NAME(step_of_hand_sum_start_lanes)(sum, sum_2);
     for (intptr_t i = 0; i < rows; i++)
-        NAME(step_of_hand_2_lanes)(sum, sum_2, errors + NLANES * i, jacobian + 6 * NLANES * i, weights + NLANES * i,
-    sum, sum_2);
-    NAME(step_of_hand_3_lanes)(damping, gain, limit, sum, sum_2, out);
+        NAME(step_of_hand_sum_lanes)(sum, sum_2, errors + NLANES * i, jacobian + 6 * NLANES * i,
+    weights + NLANES * i, sum, sum_2);
+    NAME(step_of_hand_result_lanes)(damping, gain, limit, sum, sum_2, out);
     return 0;
 }
 
@@ -760,18 +760,18 @@ GAC_PROCEDURE(step_of_hand, LANES)
     AND NUMBER(3, floor) AND OUT(4, out, 6, 6, rows)
 #define WORK_improved_jacobian(WORK)
 
-static INLINE void NAME(improved_jacobian_1)(const REAL *motion, REAL floor, REAL *common)
+static INLINE void NAME(improved_jacobian_common)(const REAL *motion, REAL floor, REAL *common)
 {
     const REAL motion_0 = motion[0], motion_1 = motion[1], motion_2 = motion[2], motion_3 = motion[3],
         motion_4 = motion[4], motion_5 = motion[5];
     const REAL t0 = motion_0 * motion_0 + motion_1 * motion_1 + motion_2 * motion_2 + motion_3 * motion_3;
     common[0] = floor + (t0 + motion_4 * motion_4 + motion_5 * motion_5);
 }
-#define PARTS_improved_jacobian_1(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(improved_jacobian_1, PLAIN)
+#define PARTS_improved_jacobian_common(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(improved_jacobian_common, PLAIN)
 
-static INLINE void NAME(improved_jacobian_2)(const REAL *motion, const REAL *jacobian, REAL seen, REAL common, REAL
-    *out)
+static INLINE void NAME(improved_jacobian_result)(const REAL *motion, const REAL *jacobian, REAL seen, REAL common,
+    REAL *out)
 {
     const REAL motion_0 = motion[0], motion_1 = motion[1], motion_2 = motion[2], motion_3 = motion[3],
         motion_4 = motion[4], motion_5 = motion[5];
@@ -787,9 +787,9 @@ static INLINE void NAME(improved_jacobian_2)(const REAL *motion, const REAL *jac
     out[4] = jacobian_4 + motion_4 * t2;
     out[5] = jacobian_5 + motion_5 * t2;
 }
-#define PARTS_improved_jacobian_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) \
+#define PARTS_improved_jacobian_result(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND IN(1, 6) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 6)
-GAC_IN_LANES(improved_jacobian_2, PLAIN)
+GAC_IN_LANES(improved_jacobian_result, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t visual_grasping_improved_jacobian_work(intptr_t rows)
@@ -804,18 +804,18 @@ void NAME(improved_jacobian)(intptr_t rows, const REAL *jacobian, const REAL *ch
 {
     (void)work;
     REAL common;
-    NAME(improved_jacobian_1)(motion, floor, &common);
+    NAME(improved_jacobian_common)(motion, floor, &common);
     for (intptr_t i = 0; i < rows; i++)
-        NAME(improved_jacobian_2)(motion, jacobian + 6 * i, change[i], common, out + 6 * i);
+        NAME(improved_jacobian_result)(motion, jacobian + 6 * i, change[i], common, out + 6 * i);
 }
 
 static INLINE WORD NAME(improved_jacobian_lanes)(intptr_t rows, const REAL *jacobian, const REAL *change,
     const REAL *motion, const REAL *floor, REAL *out)
 {
     _Alignas(64) REAL common[NLANES];
-    NAME(improved_jacobian_1_lanes)(motion, floor, common);
+    NAME(improved_jacobian_common_lanes)(motion, floor, common);
     for (intptr_t i = 0; i < rows; i++)
-        NAME(improved_jacobian_2_lanes)(motion, jacobian + 6 * NLANES * i, change + NLANES * i, common,
+        NAME(improved_jacobian_result_lanes)(motion, jacobian + 6 * NLANES * i, change + NLANES * i, common,
     out + 6 * NLANES * i);
     return 0;
 }

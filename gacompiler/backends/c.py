@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import jinja2
 
+from ..errors import BackendError
 from ..gac_runtime.definition import INTERFACE
 from ..ir.procedure import Procedure
 from ..ir.program import Program
@@ -38,6 +39,7 @@ from .documentation import c_comment, c_loop_comment, stamp
 from .module import KernelSource, ModuleSource
 from .nesting import Nested, expression, nested
 from .printers import C
+from .shared_parts import with_shared_parts
 from .transcendental import has_trigonometric, is_transcendental
 
 POLICY = "contraction: -ffp-contract=off (every operation is rounded once)"
@@ -78,6 +80,7 @@ def c_source(module: ModuleSource) -> str:
     str
         C17 text that needs only ``<math.h>``, the runtime, and the header of `c_header` in the same folder.
     """
+    module = with_shared_parts(module)
     kernels = [(kernel.program, kernel.uniform) for kernel in module.kernels]
     body = c_body(module.name, kernels, [loop.procedure for loop in module.loops])
     return stamp(body, module, "//", (POLICY,))
@@ -100,6 +103,7 @@ def standalone_c_source(module: ModuleSource) -> str:
     """Print the ``.c`` file of a module that includes the runtime and needs only the header of `c_header`."""
     shared = _runtime_parts("gac_runtime.h", "#define GAC_RUNTIME_H")
     driver = _runtime_parts("gac_runtime.c", "#include")
+    module = with_shared_parts(module)
     kernels = [(kernel.program, kernel.uniform) for kernel in module.kernels]
     template = environment().get_template("standalone.c.jinja")
     rendered = _rendered(module.name, kernels, [loop.procedure for loop in module.loops])
@@ -137,20 +141,41 @@ def _rendered(
     names = [*(program.name for program in programs), *(procedure.name for procedure in procedures)]
     row_sizes = set().union(*map(lane_sizes, procedures))
     forms = [(program, form) for program, uniform in kernels for form in usable_forms(program, uniform)]
+    parts, lanes = _parts_of(procedures)
     return {
         # A kernel may have the name of a macro of C headers that the runtime does not use, such as FLT_MAX.
         "hidden": [name for name in names if LIKE_A_MACRO.fullmatch(name)],
         "helpers": [*needed_by(procedures, HELPERS), *helper_lines(programs, forms, row_sizes)],
         "kernels": ["\n".join(_kernel_and_loops(program, uniform)) for program, uniform in kernels]
-        + ["\n".join(_procedure_lines(module, procedure)) for procedure in procedures],
+        + ["\n".join(_procedure_lines(module, procedure, own, lanes)) for procedure, own in parts],
     }
 
 
-def _procedure_lines(module: str, procedure: Procedure) -> list[str]:
+def _parts_of(
+    procedures: Sequence[Procedure],
+) -> tuple[list[tuple[Procedure, list[Program]]], dict[str, list[str]]]:
+    """Return the parts that are printed before each kernel with loops, the first that calls them, and their lanes."""
+    printed: dict[str, Program] = {}
+    lanes: dict[str, list[str]] = {}
+    found = []
+    for procedure in procedures:
+        own = [part for part in loop_parts(procedure) if part.name not in printed]
+        found.append((procedure, own))
+        printed |= {part.name: part for part in own}
+        loops = part_lines(procedure)
+        for part in loop_parts(procedure):
+            lines = loops.get(part.name)
+            if printed[part.name] != part or (lines and lanes.setdefault(part.name, lines) != lines):
+                raise BackendError(f"C text of {procedure.name}", f"another part {part.name}", "the same part")
+    return found, lanes
+
+
+def _procedure_lines(
+    module: str, procedure: Procedure, parts: Sequence[Program], lanes: Mapping[str, list[str]]
+) -> list[str]:
     """Print a kernel with loops: its tables, straight-line parts, loops over lanes, and its batch function."""
     lines = [piece for line in list_lines(procedure) for piece in _list(line)]
-    lanes = part_lines(procedure)
-    for part in loop_parts(procedure):
+    for part in parts:
         lines += ["", *_wrapped(kernel_text(part, "static INLINE"))]
         lines += [piece for line in lanes.get(part.name, []) for piece in _list(line)]
     lines += ["", "#if PRECISION(1, 0)", *_wrapped(work_lines(module, procedure)), "#endif"]

@@ -19,7 +19,8 @@ from .documentation import stamp
 from .module import KernelSource, LayoutText, LoopSource, ModuleSource
 from .printers import C_MACRO_NAMES, Names
 from .python_loops import costs_text, kernel_names, loop_text
-from .python_text import function_text
+from .python_text import form_functions, function_text
+from .shared_parts import with_shared_parts
 from .stubs import Stub
 from .values import class_text, combined_types, operator_lines, value_types
 
@@ -68,10 +69,12 @@ def standalone_python_source(module: ModuleSource) -> str:
 def _python_source(module: ModuleSource, imports: str, label: str) -> str:
     """Print a module with the given import statements and the label of its library."""
     check_names(module)
+    module = with_shared_parts(module)
     names = _names_of_kernels(module)
     types = value_types(module, {*taken_names(), *names})
     layouts = _layout_names(module, types)
     declared = [_layout(name, layout) for layout, name in layouts.items() if not layout.is_scalar]
+    printed: set[str] = set()
     body = (
         environment()
         .get_template("module.py.jinja")
@@ -85,7 +88,7 @@ def _python_source(module: ModuleSource, imports: str, label: str) -> str:
                 "\n".join(lines)
                 for lines in (
                     *(_kernel(kernel, layouts) for kernel in module.kernels),
-                    *(_loops(kernel, layouts) for kernel in module.loops),
+                    *(_loops(kernel, layouts, printed) for kernel in module.loops),
                 )
             ],
             types=["\n".join(class_text(name, layouts[layout])) for name, layout in types.values()],
@@ -195,23 +198,27 @@ def _equations(pairs: Iterable[tuple[str, str]]) -> str:
 def _kernel(kernel: KernelSource, layouts: Mapping[LayoutText, str]) -> list[str]:
     """Print a kernel, the decorated function of one element, and its uniform variants."""
     program, name = kernel.program, kernel.program.name
-    texts = function_text(program, kernel.uniform)
+    text = function_text(program)
     known = dict(kernel.layouts)
     parts: list[Argument | Result] = [*program.arguments, *program.results]
     found = [known.get(part.name) for part in parts]
-    lines = [*declaration(kernel, [layouts[layout] if layout else "None" for layout in found]), texts[0][0]]
-    lines += [*_documentation(kernel.summary), *texts[0][1:]]
-    for form, prepare, apply in zip(kernel.uniform, texts[1::2], texts[2::2], strict=True):
-        lines += ["", "", *prepare, "", "", *apply, "", "", *form_text(program, form)]
+    lines = [*declaration(kernel, [layouts[layout] if layout else "None" for layout in found]), text[0]]
+    lines += [*_documentation(kernel.summary), *text[1:]]
+    forms = []
+    for form in kernel.uniform:
+        lines += [line for function in form_functions(program, form) for line in ("", "", *function)]
+        forms += form_text(program, form)
+    lines += ["", "", *forms] if forms else []
     if kernel.result_names:
         lines += ["", "", *_call(f"{name} = _module.named", [name, _string(" ".join(kernel.result_names))])]
     return lines
 
 
-def _loops(kernel: LoopSource, layouts: Mapping[LayoutText, str]) -> list[str]:
-    """Print a kernel with loops: its parts, and the decorated function of one element."""
+def _loops(kernel: LoopSource, layouts: Mapping[LayoutText, str], printed: set[str]) -> list[str]:
+    """Print a kernel with loops: its parts that are not printed yet, and the decorated function of one element."""
     text, known = loop_text(kernel.procedure), dict(kernel.layouts)
-    lines = [line for part in text.parts for line in (*part, "", "")]
+    lines = [line for name, part in text.parts.items() if name not in printed for line in (*part, "", "")]
+    printed.update(text.parts)
     tables = (*kernel.procedure.parameters, *kernel.procedure.results)
     found = [known.get(table.name) for table in tables]
     parts = [_string(kernel.procedure.signature), *(layouts[layout] if layout else "None" for layout in found)]
@@ -227,14 +234,12 @@ def form_text(program: Program, form: Uniform, names: Sequence[str] = ()) -> lis
     A reader, which only knows the arguments by the names of the parameters, passes the declared names as `names`.
     """
     declared = dict(zip((argument.name for argument in program.arguments), names, strict=False))
-    functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply")]
     once, each = form.costs
-    options = {
-        "least": str(form.least(program)),
-        "n_prepared": str(form.apply.arguments[0].shape[0]),
-        "once": _string(str(once)),
-        "each": _string(str(each)),
-    }
+    options = {"least": str(form.least(program)), "once": _string(str(once)), "each": _string(str(each))}
+    functions = []
+    if form_functions(program, form):
+        functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply")]
+        options = {"least": options.pop("least"), "n_prepared": str(form.apply.arguments[0].shape[0]), **options}
     same = " ".join(declared.get(name, name) for name in form.same)
     parts = [program.name, _string(same), *functions]
     return _call("_module.form", [*parts, *(f"{option}={value}" for option, value in options.items())])

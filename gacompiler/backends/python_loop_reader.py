@@ -36,6 +36,7 @@ from .nesting import Shape
 from .python_loop_rows import RowReader
 from .python_loops import ADD_TO, SUM, costs_text, loop_text
 from .readers import PythonFunction, python_function, python_program, python_statements
+from .shared_parts import with_applies
 
 
 def python_procedures(text: str) -> dict[str, Procedure]:
@@ -72,17 +73,8 @@ def python_procedures(text: str) -> dict[str, Procedure]:
 def outline(procedure: Procedure) -> Procedure:
     """Return a procedure with empty programs, to compare only the tables and statements of procedures."""
 
-    def bare(body: Sequence[Statement]) -> tuple[Statement, ...]:
-        found: list[Statement] = []
-        for statement in body:
-            if isinstance(statement, Apply):
-                statement = replace(statement, program=Program(statement.program.name, (), (), ()))
-            elif isinstance(statement, (Loop, Repeat)):
-                statement = replace(statement, body=bare(statement.body))
-            found.append(statement)
-        return tuple(found)
-
-    return replace(procedure, body=bare(procedure.body))
+    empty = Program("", (), (), ())
+    return replace(procedure, body=with_applies(procedure.body, lambda apply: replace(apply, program=empty)))
 
 
 class _Part(NamedTuple):
@@ -108,8 +100,8 @@ def _check(
 ) -> None:
     """Raise `BackendError` if the text differs from the one printed for the procedure that was read."""
     text = loop_text(procedure)
-    for program, lines in zip(procedure.programs, text.parts, strict=True):
-        _compare(f"Python text of _{program.name}", lines, parts[f"_{program.name}"].lines)
+    for name, lines in text.parts.items():
+        _compare(f"Python text of _{name}", lines, parts[f"_{name}"].lines)
     _compare(where, [text.head, *text.body], function.lines)
     expected = ast.parse(f"f({', '.join(text.options)})").body[0]
     assert isinstance(expected, ast.Expr) and isinstance(expected.value, ast.Call)

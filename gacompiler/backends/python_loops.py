@@ -59,8 +59,8 @@ class LoopText:
 
     Attributes
     ----------
-    parts : tuple of list of str
-        The lines of the functions of its straight-line programs, with their decorators.
+    parts : dict of str to list of str
+        The lines of the functions of its straight-line programs, with their decorators, by the names of the programs.
     options : list of str
         The arguments of the decorator that follow the signature and the layouts.
     head : str
@@ -69,7 +69,7 @@ class LoopText:
         The statements.
     """
 
-    parts: tuple[list[str], ...]
+    parts: dict[str, list[str]]
     options: list[str]
     head: str
     body: list[str]
@@ -89,13 +89,13 @@ def loop_text(procedure: Procedure) -> LoopText:
         If it contains a statement that tracing does not produce.
     """
     printer = _Printer(procedure)
-    parts = []
+    parts = {}
     for program in procedure.programs:
-        lines = function_text(program)[0]
+        lines = function_text(program)
         head = lines[0].replace(f"def {program.name}(", f"def {part_name(program)}(", 1)
-        parts.append([f'@_module.part("{program.signature}")', head, *lines[1:]])
+        parts[program.name] = [f'@_module.part("{program.signature}")', head, *lines[1:]]
     body = list(printer.lines(procedure.body, _INDENT))
-    return LoopText(tuple(parts), printer.options(), printer.head, body)
+    return LoopText(parts, printer.options(), printer.head, body)
 
 
 def costs_text(costs: Sequence[tuple[str, Cost]]) -> str:
@@ -157,10 +157,9 @@ def _summed(loop: Loop) -> set[str]:
 
 
 def kernel_names(source: LoopSource) -> tuple[str, ...]:
-    """Return the names that belong to a kernel with loops in the emitted files."""
-    procedure = source.procedure
-    parts = [name for program in procedure.programs for name in (program.name, part_name(program))]
-    return (procedure.name, f"{procedure.name}_rows", f"{procedure.name}_work", *parts)
+    """Return the names that belong to a kernel with loops in the emitted files, except for those of its parts."""
+    name = source.procedure.name
+    return (name, f"{name}_rows", f"{name}_work")
 
 
 class _Printer:

@@ -11,35 +11,59 @@ from collections.abc import Iterator, Sequence
 from math import prod
 
 from ..ir.program import Program
-from ..ir.uniform import Uniform
+from ..ir.uniform import Uniform, split
 from .c_batch import named_parts
 from .nesting import Nested, Shape, Tree, expression, nested
 from .printers import PYTHON
 
 _WIDTH = 120
 _SHORT = 40
-"""Entries longer than this are written on separate lines if their tuple does not fit on one line."""
+"""Longer statements have lines of their own, as have longer entries of a tuple that does not fit on one line."""
 
 Items = str | list["Items"]
 """Texts in nested tuples."""
 
 
-def function_text(program: Program, forms: Sequence[Uniform] = ()) -> list[list[str]]:
-    """Return the lines of a kernel, followed by the lines of the two functions of each uniform variant."""
-    parts = [part for form in forms for part in named_parts(program, form)]
-    return [_one_function(program, program.name), *(_one_function(part, f"_{part.name}") for part in parts)]
+def function_text(program: Program) -> list[str]:
+    """Return the lines of the function of a program."""
+    return _one_function(program, program.name)
+
+
+def form_functions(program: Program, form: Uniform) -> list[list[str]]:
+    """Return the lines of the two functions of a uniform variant.
+
+    There are none if the variant performs the operations of the program, because the runtime separates them itself.
+    """
+    if form == split(program, form.same):
+        return []
+    return [_one_function(part, f"_{part.name}") for part in named_parts(program, form)]
 
 
 def _one_function(program: Program, name: str) -> list[str]:
     """Return the lines of one function: components, statements and results."""
     text = nested(program)
-    lines = [f"def {name}({', '.join(text.parameters)}):"]
+    statements = []
     for argument, parameter, components in zip(program.arguments, text.parameters, text.components, strict=True):
         if argument.shape and any(components):
             items = _shaped(["_" if name is None else name for name in components], argument.shape)
-            lines += _tuple_lines(items, "    ", "", f" = {parameter}", bare=len(items) > 1)
-    lines += [f"    {name} = {_written(tree)}" for name, tree in text.statements]
-    return lines + _returned(program, text)
+            statements.append(_tuple_lines(items, "    ", "", f" = {parameter}", bare=len(items) > 1))
+    statements += [[f"    {name} = {_written(tree)}"] for name, tree in text.statements]
+    head = f"def {name}({', '.join(text.parameters)}):"
+    return [head, *_statement_lines(statements), *_returned(program, text)]
+
+
+def _statement_lines(statements: Sequence[list[str]]) -> list[str]:
+    """Return the lines of statements; short neighbouring statements share a line as far as they fit."""
+    lines: list[str] = []
+    is_short = False
+    for statement in statements:
+        text = statement[0].strip()
+        was_short, is_short = is_short, len(statement) == 1 and len(text) <= _SHORT
+        if was_short and is_short and len(f"{lines[-1]}; {text}") <= _WIDTH:
+            lines[-1] += f"; {text}"
+        else:
+            lines += statement
+    return lines
 
 
 def _written(tree: Tree) -> str:

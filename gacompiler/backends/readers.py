@@ -24,14 +24,14 @@ from ..ir.interpret import interpret
 from ..ir.procedure import Procedure
 from ..ir.program import Program
 from ..ir.scalar import ARITY, Op
-from ..ir.uniform import Uniform
+from ..ir.uniform import Uniform, split
 from .c import c_body
 from .c_loop_reader import START as LOOPS_START
 from .c_loop_reader import read_procedures
 from .nesting import Nested, Node, Shape, Tree, flattened
 from .printers import MACROS, PYTHON, C
 from .python import cost_text, form_text
-from .python_text import function_text
+from .python_text import form_functions, function_text
 
 OF_LOOPS = ("_module.part", "_module.loops")
 """Decorators of kernels with loops and their parts, which `python_loop_reader` reads."""
@@ -337,23 +337,38 @@ def _python_read(
     options = {keyword.arg: keyword.value for keyword in decorator.keywords}
     _compare(where, cost_text(cost(program)), ast.literal_eval(options["cost"]))
     declared = ast.literal_eval(options["names"]).split() if "names" in options else []
-    found, read = [functions[name]], []
-    for form in forms:
-        names = [ast.unparse(argument) for argument in form.args[2:4]]
+    _compare(where, "\n".join(function_text(program)), "\n".join(functions[name].lines))
+    read = []
+    for call in forms:
+        names = [ast.unparse(argument) for argument in call.args[2:4]]
         if not functions.keys() >= set(names):
             raise BackendError(where, f"no functions {' and '.join(names)}", "both")
-        prepare, apply = (functions[name] for name in names)
-        match prepare.statements:
-            case [*_, ast.Return(ast.Tuple(prepared))]:
-                read.append(_form(program, prepare, apply, len(prepared), python_program))
-            case _:
-                raise BackendError(f"Python text of {prepare.name}", "no tuple of coefficients", "a tuple at its end")
-        found += [prepare, apply]
-        expected = form_text(program, read[-1], declared)
-        _compare(where, "\n".join(expected), "\n".join(lines[form.lineno - 1 : form.end_lineno]))
-    for text, function in zip(function_text(program, read), found, strict=True):
-        _compare(f"Python text of {function.name}", "\n".join(text), "\n".join(function.lines))
+        own = [functions[name] for name in names]
+        read.append(form := _python_form(where, program, call, own, declared))
+        expected = form_text(program, form, declared)
+        _compare(where, "\n".join(expected), "\n".join(lines[call.lineno - 1 : call.end_lineno]))
+        for text, function in zip(form_functions(program, form), own, strict=True):
+            _compare(f"Python text of {function.name}", "\n".join(text), "\n".join(function.lines))
     return Read(program, tuple(read))
+
+
+def _python_form(
+    where: str, program: Program, call: ast.Call, functions: Sequence[PythonFunction], declared: Sequence[str]
+) -> Uniform:
+    """Read a uniform variant from its functions; without functions, it performs the operations of the program."""
+    if not functions:
+        own = [argument.name for argument in program.arguments]
+        names = dict(zip(declared or own, own, strict=True))
+        same = [names.get(name, name) for name in ast.literal_eval(call.args[1]).split()]
+        form = split(program, same)
+        if form is None:
+            raise BackendError(where, f"a variant for the same {' '.join(same)}", "a variant of it")
+        return form
+    prepare, apply = functions
+    match prepare.statements:
+        case [*_, ast.Return(ast.Tuple(prepared))]:
+            return _form(program, prepare, apply, len(prepared), python_program)
+    raise BackendError(f"Python text of {prepare.name}", "no tuple of coefficients", "a tuple at its end")
 
 
 def python_program(function: PythonFunction, shapes: Sequence[Shape], out_shapes: Sequence[Shape]) -> Program:

@@ -248,6 +248,7 @@ def _script(
         tuple(layouts) if any(layouts) else None,
         f"The script `{name}` in {algebra.name}: {', '.join(fields)}.",
         tuple(fields),
+        False,
         names,
         tuple(fields),
         algebra,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import inspect
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from keyword import iskeyword
@@ -17,6 +16,7 @@ from ..algebra.operations import Operation
 from ..errors import GacError, KernelError
 from .calls import Call, record_call, recorded_calls
 from .expression import IN_FUNCTION, Expression, lift
+from .names import found_in
 from .operands import EXPECTED, is_operand
 from .parameters import ArrayOf as ArrayOf
 from .parameters import Parameter as Parameter
@@ -44,6 +44,8 @@ class Kernel(Immutable):
     summary: str
     result_names: tuple[str, ...] = ()
     """Names of the results. If given, the results are a named tuple that holds every coefficient except zeros."""
+    keeps_loops: bool = False
+    """Whether iterations are loops in emitted text although no array has a length that is known only at run time."""
 
     def __repr__(self) -> str:
         return f"<kernel {self.name}({', '.join(map(str, self.parameters))})>"
@@ -83,22 +85,22 @@ class Kernel(Immutable):
             return type(self), tuple(getattr(self, name) for name in self.__dataclass_fields__)
         module, name = self.function.__module__, self.function.__qualname__
         if self.has_loops:
-            if _found(module, name) is not self:
+            if found_in(module, name) is not self:
                 raise KernelError(
                     self.where,
                     "a kernel with loops that is not an attribute of its module under the name of its function",
                     "a kernel that is defined in a module, outside of functions",
                 )  # fmt: skip
             return _restored, (module, name, None)
-        if _found(module, name) is not self:
+        if found_in(module, name) is not self:
             traced = self.traced()
             return type(traced), tuple(getattr(traced, name) for name in traced.__dataclass_fields__)
         return _restored, (module, name, self.traced() if module == "__main__" else None)
 
     @property
     def has_loops(self) -> bool:
-        """Whether the kernel takes arrays whose lengths are known only when it runs."""
-        return any(parameter.has_rows for parameter in self.parameters)
+        """Whether the kernel takes arrays whose lengths are known only when it runs, or keeps iterations as loops."""
+        return self.keeps_loops or any(parameter.has_rows for parameter in self.parameters)
 
     @property
     def where(self) -> str:
@@ -118,19 +120,11 @@ class Kernel(Immutable):
         return f"{code.co_filename}:{line}: kernel {self.name}"
 
 
-def _found(module: str, name: str) -> Any:
-    """Return the object of this name in a module of this process, or None."""
-    value: Any = sys.modules.get(module)
-    for part in name.split("."):
-        value = getattr(value, part, None)
-    return value
-
-
 def _restored(module: str, name: str, traced: Kernel | None) -> Kernel:
     """Return the kernel of that name, or `traced` if this process runs another program, without such a kernel."""
     if traced is None:
         importlib.import_module(module)
-    found = _found(module, name)
+    found = found_in(module, name)
     if isinstance(found, Kernel) and (traced is None or found.traced() == traced):
         return found
     if traced is None:
@@ -175,7 +169,8 @@ def kernel(*wrong: Any, returns: Any = None, **parameters: Any) -> Callable[[Cal
     returns : Layout, ArrayOf or tuple of these, optional
         The layout of the result; inferred by default. A result that does not fit raises an error at compilation.
     **parameters : Layout, ArrayOf or tuple of equal layouts
-        The type of each parameter of the function, by name.
+        The type of each parameter of the function, by name. In addition, ``loops=True`` keeps iterations as loops; by
+        default, `iterate` is unrolled in kernels without arrays whose lengths are known only when they run.
 
     Raises
     ------
@@ -195,6 +190,9 @@ def kernel(*wrong: Any, returns: Any = None, **parameters: Any) -> Callable[[Cal
         where = _where(wrong[0], getattr(wrong[0], "__name__", ""))
         remedy = "write one layout for each parameter of the function, as in @kernel(m=PGA3.MOTOR, p=PGA3.POINT)"
         raise KernelError(where, "@kernel without the types of the parameters by name", remedy=remedy)
+
+    if keeps_loops := parameters.get("loops") is True:
+        del parameters["loops"]
 
     def declare(function: Callable[..., Any]) -> Kernel:
         where = _where(function, getattr(function, "__name__", "kernel"))
@@ -221,7 +219,7 @@ def kernel(*wrong: Any, returns: Any = None, **parameters: Any) -> Callable[[Cal
             pinned = tuple(_type(where, "returns", each) for each in returns)
         elif returns is not None:
             pinned = _type(where, "returns", returns)
-        return Kernel(_name_of(function), function, declared, pinned, inspect.getdoc(function) or "")
+        return Kernel(_name_of(function), function, declared, pinned, inspect.getdoc(function) or "", (), keeps_loops)
 
     return declare
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -85,3 +86,11 @@ def leaf_names(stem: str, structure: Any) -> list[str]:
 def stem_of(name: str) -> str:
     """Return a name without the indices of an entry of a matrix."""
     return re.sub(r"(_\d+)+(?=(_start)?$)", "", name)
+
+
+def found_in(module: str, name: str) -> Any:
+    """Return the object of this name in a module of this process, or None."""
+    value: Any = sys.modules.get(module)
+    for part in name.split("."):
+        value = getattr(value, part, None)
+    return value

@@ -251,7 +251,7 @@ def _fingertip(finger, q, axes, ratios, tips):
     return _coordinates(tip), _coordinates(by_spread), _coordinates(ga.sandwich(base, by_bend))
 
 
-@kernel(q=Q, axes=AXES, ratios=RATIOS, tips=TRIPLE, sides=VECTOR, limits=LIMITS, returns=(Q, SCALAR))
+@kernel(q=Q, axes=AXES, ratios=RATIOS, tips=TRIPLE, sides=VECTOR, limits=LIMITS, returns=(Q, SCALAR), loops=True)
 def preshape(q, axes, ratios, tips, sides, limits):
     """Compute variables of the hand for which the fingertips form a triangle with given sides.
 

@@ -146,7 +146,7 @@ def _inverse(radius, k, target, most):
     return found[2]
 
 
-@kernel(target=PIXEL, k=BROWN, limit=SCALAR, returns=(PIXEL, SCALAR))
+@kernel(target=PIXEL, k=BROWN, limit=SCALAR, returns=(PIXEL, SCALAR), loops=True)
 def undistort_brown(target, k, limit):
     """Compute the normalised coordinates that a lens of Brown's rational model shows at a place.
 
@@ -192,7 +192,7 @@ def undistort_brown(target, k, limit):
     return (select(is_found > 0, x, 0), select(is_found > 0, y, 0)), is_found
 
 
-@kernel(target=PIXEL, k=FISHEYE, limit=SCALAR, returns=(PLACE, SCALAR))
+@kernel(target=PIXEL, k=FISHEYE, limit=SCALAR, returns=(PLACE, SCALAR), loops=True)
 def undistort_fisheye(target, k, limit):
     """Compute the direction that a fisheye lens shows at a place, by Newton's method for its angle from the axis.
 

@@ -20,16 +20,19 @@ COUNTS = ("mul", "add", "div", "sqrt", "call", "choice", "fma")
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """A kernel in two steps, for batches in which some arguments are the same for every element."""
+    """A kernel in two steps, for batches in which some arguments are the same for every element.
+
+    Without functions, the first step computes what depends on these arguments only, by the operations of the kernel.
+    """
 
     same: tuple[str, ...]
     """The arguments that are the same."""
     least: int
     """The smallest number of elements for which the form takes fewer operations."""
     n_prepared: int
-    """The number of values that the first step prepares for the second."""
-    prepare: Callable[..., Any]
-    apply: Callable[..., Any]
+    """The number of values that the first step prepares for the second; 0 without functions."""
+    prepare: Callable[..., Any] | None
+    apply: Callable[..., Any] | None
     once: str
     each: str
     """The operation counts of both steps, as text for documentation."""

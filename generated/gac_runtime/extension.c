@@ -1798,7 +1798,7 @@ static int read_table(PyObject *object, Table *table, int n_lengths)
     if (!PyArg_ParseTuple(
             object, "O!iiii", &PyTuple_Type, &axes, &table->is_index, &table->into, &table->least, &table->earlier
         ) ||
-        PyTuple_GET_SIZE(axes) > MAX_TABLE_AXES || table->into >= n_lengths)
+        PyTuple_GET_SIZE(axes) > MAX_TABLE_AXES || (table->is_index && table->into >= n_lengths))
         return 0;
     table->n_axes = (int)PyTuple_GET_SIZE(axes);
     for (int k = 0; k < table->n_axes; k++) {

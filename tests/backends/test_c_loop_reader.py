@@ -15,6 +15,7 @@ from gacompiler.backends import c_procedures, c_programs, c_source
 from gacompiler.backends.c_loop_names import named_in_c
 from gacompiler.backends.c_loops import lane_lines
 from gacompiler.backends.module import LoopSource, ModuleSource
+from gacompiler.backends.shared_parts import with_shared_parts
 from gacompiler.errors import BackendError, GacError
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.ir.procedure import (
@@ -37,12 +38,12 @@ SEED = 2026
 
 
 def _shape(program: Program) -> Program:
-    """A program reduced to its name and the shapes of its arguments and results."""
+    """A program reduced to the shapes of its arguments and results."""
     arguments = tuple(
         replace(argument, name="", components=("",) * len(argument.components)) for argument in program.arguments
     )
     results = tuple(replace(result, name="", operands=("",) * len(result.operands)) for result in program.results)
-    return Program(program.name, arguments, (), results)
+    return Program("", arguments, (), results)
 
 
 def _shapes(body: tuple[Statement, ...]) -> tuple[Statement, ...]:
@@ -158,10 +159,10 @@ def _difference(a: str, b: str) -> list[tuple[str, str]]:
 
 def test_lanes_must_agree() -> None:
     """A text whose lanes run over different rows is rejected for that reason, before the comparison of texts."""
-    procedure = loop_source(tree).procedure
-    text = c_source(_module(procedure))
-    lines = "\n".join(lane_lines(procedure))
-    call = next(line for line in lines.splitlines() if "tree_4_lanes" in line)
+    module = with_shared_parts(_module(loop_source(tree).procedure))
+    text = c_source(module)
+    lines = "\n".join(lane_lines(module.loops[0].procedure))
+    call = next(line for line in lines.splitlines() if "tree_result_2_lanes" in line)
     with pytest.raises(BackendError, match="tree_lanes"):
         c_procedures(text.replace(call, call.replace("out_0", "out_1", 1)))
 

@@ -22,12 +22,13 @@ import numba
 import numpy as np
 
 from ..arrays import address_of
-from ..definition import Definition
+from ..definition import Definition, Form
 from ..foreign import LOCK, StridedLoop, foreign
 from ..functions import OF_ANGLES, SCALAR_FUNCTIONS, bound
 from . import batches, llvm
 from .batches import DONE, FORM, N_FLAGS, lay_rows, move_block, move_part, move_rows, run_batch
 from .elements import call_on_one
+from .hoisting import hoisted
 from .llvm import Element
 from .loops import Loop, loop_over
 from .movers import movers_of
@@ -189,6 +190,15 @@ class _Steps(NamedTuple):
     prepare: Callable[..., Any] | None
     apply: Callable[..., Any]
 
+    @classmethod
+    def of(cls, definition: Definition, form: Form) -> _Steps:
+        """Return a form with its functions."""
+        prepare, apply, n_prepared = form.prepare, form.apply, form.n_prepared
+        if apply is None:
+            inputs, outputs = tuple(definition.inputs), tuple(definition.out_shapes)
+            prepare, apply, n_prepared = hoisted(definition.function, inputs, outputs, frozenset(form.same))
+        return cls(form.same, form.least, n_prepared, prepare, apply)
+
 
 class Loops(StridedLoop):
     """The loops of a kernel over batches of one dtype, which are compiled on first use.
@@ -209,7 +219,7 @@ class Loops(StridedLoop):
         self._dtype, self._first_form = dtype, len(table)
         flagged = names[:N_FLAGS]
         forms = [form for form in definition.forms if all(name in flagged for name in form.same)]
-        self._steps = [_Steps(form.same, form.least, form.n_prepared, form.prepare, form.apply) for form in forms]
+        self._steps = [_Steps.of(definition, form) for form in forms]
         self._steps.append(_Steps((), 0, 0, None, definition.function))
         for step in self._steps:
             table += [sum(1 << names.index(name) for name in step.same), step.least, step.n_prepared, 0, 0]
