@@ -90,7 +90,6 @@ NEGATIVE = {"rp", "dual", "polarity", "unpolarity"}
 
 def _e12(a: Any) -> Any:
     """Twice the coefficient of the first two vectors of kingdon, which are ours too."""
-    one, two = a.algebra.vectors[:2]
     names = {name: (sign, blade) for name in a.layout.blades for sign, blade in [a.algebra.blade(name)]}
     return 2 * next(sign * a[name] for name, (sign, blade) in names.items() if blade == 3)
 

@@ -31,7 +31,7 @@ def operands(name: str) -> dict[str, Any]:
     def vectors() -> Any:
         """Vectors whose squares are far from 0, so that their inverses have few rounding errors."""
         found = some(1)
-        while np.any(np.abs((found * found)) < 0.3):
+        while np.any(np.abs(found * found) < 0.3):
             found = some(1)
         return found
 
