@@ -1,4 +1,4 @@
-"""Every public operation of clifford's multivectors and arrays that has a counterpart here, on the same numbers.
+"""Operations of clifford's multivectors and arrays, beside ours, on the same numbers.
 
 clifford runs in a process of its own, without numba. Results that differ by convention are listed in `OTHER` with the
 reason, and on the page about switching from other libraries.

@@ -1,4 +1,4 @@
-"""Every public operation of galgebra's multivectors that has a counterpart here, on the same rational numbers.
+"""Operations of galgebra's multivectors, beside ours, on the same rational numbers.
 
 Symbols, derivatives and curved spaces are compared in `test_symbolic_peers.py`. Results that differ by convention are
 listed in `OTHER` with the reason, and on the page about switching from other libraries.

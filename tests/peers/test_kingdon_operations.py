@@ -1,4 +1,4 @@
-"""Every public operation of kingdon's multivectors that has a counterpart here, on the same numbers.
+"""Operations of kingdon's multivectors, beside ours, on the same numbers.
 
 Results that differ by convention are listed in `OTHER` with the reason, and on the page about switching from other
 libraries.
