@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from generated.gac_runtime.arrays import element_of
+
 Reals = NDArray[Any]
 """An array of float32 or float64."""
 
@@ -43,11 +45,7 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     ValueError
         If the shape differs, or elements are masked.
     """
-    stored = getattr(value, "stored", None)
-    if stored is not None:
-        value, own = stored
-        if own.name not in _COORDINATES or not shape or shape[-1] not in (-1, len(own.blades)):
-            raise TypeError(f"{name} is {own.name}; expected {_shape_text(shape, meaning)}")
+    value = coordinates(value, name, shape, meaning)
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         count = int(np.count_nonzero(np.ma.getmaskarray(value)))
         raise ValueError(
@@ -64,6 +62,26 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     if len(found) != len(shape) or any(want not in (-1, have) for want, have in zip(shape, found, strict=True)):
         raise ValueError(f"{name}: shape {array.shape}; expected {_shape_text(shape, meaning)}")
     return array.astype(_FLOAT32 if array.dtype.kind == "f" and array.dtype.itemsize == 4 else _FLOAT64, copy=False)
+
+
+def coordinates(value: Any, name: str, shape: tuple[int, ...] = (), meaning: str = "") -> Any:
+    """Return points and vectors as their coordinates, also in lists, and all else unchanged.
+
+    Raises
+    ------
+    TypeError
+        If the value is or has another element: its coefficients depend on the layout. The other arguments are those of
+        `real_array`.
+    """
+    if isinstance(value, (list, tuple)) and element_of(value) is not None:
+        return [coordinates(each, f"{name}[{k}]", shape, meaning) for k, each in enumerate(value)]
+    stored = getattr(value, "stored", None)
+    if stored is None:
+        return value
+    values, own = stored
+    if own.name not in _COORDINATES or not shape or shape[-1] not in (-1, len(own.blades)):
+        raise TypeError(f"{name} is {own.name}; expected {_shape_text(shape, meaning)}")
+    return values
 
 
 def finite(array: Reals, name: str) -> Reals:

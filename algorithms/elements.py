@@ -15,6 +15,7 @@ from typing import Any, ParamSpec, TypeAlias, TypeVar, cast
 import numpy as np
 
 from generated.gac_runtime.annotations import Stored
+from generated.gac_runtime.arrays import element_of
 from generated.gac_runtime.arrays import plain as without_element
 from generated.gac_runtime.layout import Layout, layout
 
@@ -74,7 +75,7 @@ def elements(
         @functools.wraps(function)
         def run(*args: P.args, **kwargs: P.kwargs) -> R:
             given = {name: args[k] if (k := places[name]) < len(args) else kwargs.get(name) for name in parameters}
-            found = {name: element for name, value in given.items() if (element := _element_of(value)) is not None}
+            found = {name: element for name, value in given.items() if (element := element_of(value)) is not None}
             if not found:
                 return function(*args, **kwargs)
             positional, named = list[Any](args), dict[str, Any](kwargs)
@@ -97,13 +98,6 @@ def elements(
     return decorated
 
 
-def _element_of(value: Any) -> Any:
-    """Return an element, or the first of a list of elements; None for all else."""
-    if isinstance(value, (list, tuple)) and value:
-        value = value[0]
-    return value if hasattr(value, "stored") else None
-
-
 def plain(value: Any, name: str, layouts: Layouts) -> Any:
     """Return the coefficients of an element or of a list of elements, in the layout of their algebra.
 
@@ -114,7 +108,7 @@ def plain(value: Any, name: str, layouts: Layouts) -> Any:
     TypeError
         If an element has another layout.
     """
-    if isinstance(value, (list, tuple)) and _element_of(value) is not None:
+    if isinstance(value, (list, tuple)) and element_of(value) is not None:
         return np.stack([plain(each, f"{name}[{k}]", layouts) for k, each in enumerate(value)])
     stored = getattr(value, "stored", None)
     return value if stored is None else without_element(name, value, _of_algebra(layouts, stored[1].algebra))
@@ -122,7 +116,7 @@ def plain(value: Any, name: str, layouts: Layouts) -> Any:
 
 def restorer(given: Any, layouts: Layouts) -> Callable[[Any], Any]:
     """Return the function that returns coefficients as elements of the kind of `given`, or as they are for arrays."""
-    element = _element_of(given)
+    element = element_of(given)
     if element is None:
         return np.asarray
     like, found = element.like, _of_algebra(layouts, element.stored[1].algebra)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import spacetime
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, coordinates, finite_number, real_array
 
 _NODES = 0.5 + np.array([-1.0, 1.0]) * np.sqrt(3) / 6
 """Times within a step at which the field is evaluated: the nodes of the two-point Gauss quadrature."""
@@ -87,7 +87,7 @@ def dirac_columns(psi: ArrayLike) -> NDArray[np.complex128]:
 
 def dirac_spinors(columns: ArrayLike) -> Reals:
     """Return Dirac spinors, ``(..., 8)``, from columns ``(..., 4)`` of complex numbers."""
-    array = np.asarray(columns, np.complex128)
+    array = np.asarray(coordinates(columns, "columns"), np.complex128)
     if array.ndim == 0 or array.shape[-1] != 4:
         raise ValueError(f"columns: shape {array.shape}; expected (..., 4), columns of Dirac spinors")
     pairs = np.stack([array.real, array.imag], -1)

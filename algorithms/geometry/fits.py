@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import cga3
+from generated.gac_runtime.arrays import element_of
 
 from ..arguments import Reals, finite, real_array
 from .kinds import named
@@ -48,7 +49,7 @@ def _of_points(kind: str) -> Callable[[Callable[[ArrayLike], Fit]], Callable[[Ar
     def decorated(fit: Callable[[ArrayLike], Fit]) -> Callable[[ArrayLike], Fit]:
         @functools.wraps(fit)
         def run(points: ArrayLike) -> Fit:
-            if not hasattr(points, "stored"):
+            if element_of(points) is None:
                 return fit(points)
             given = named("point", points, "points")
             found = fit(given.values)

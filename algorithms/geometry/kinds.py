@@ -12,6 +12,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from generated import cga2, cga3, pga2, pga3
+from generated.gac_runtime.arrays import element_of
 from generated.gac_runtime.layout import Layout, converted
 
 from ..arguments import Reals, real_array
@@ -170,15 +171,25 @@ def named(kind: Any, value: Any, name: str) -> Given:
     """Return an argument of a known kind: an element or an array of coefficients."""
     if not isinstance(kind, str) or kind not in KINDS:
         raise ValueError(f"{name}: kind {kind!r}; expected {listed(list(KINDS))}")
-    if hasattr(value, "stored"):
+    element = element_of(value)
+    if element is not None:
         found = _element(name, value)
         if found.kind != kind:
-            raise TypeError(f"{name} is a {found.kind}, {value.stored[1].name}; expected a {kind}")
+            raise TypeError(f"{name} is a {found.kind}, {element.stored[1].name}; expected a {kind}")
         return found
     return Given(kind, real_array(value, name, (KINDS[kind],), f"a {kind}"))
 
 
 def _element(name: str, value: Any) -> Given:
+    """Return an element, or a list of elements of one kind as an array of them."""
+    if isinstance(value, (list, tuple)) and element_of(value) is not None:
+        parts = [_element(f"{name}[{k}]", each) for k, each in enumerate(value)]
+        kinds = list(dict.fromkeys(part.kind for part in parts))
+        if len(kinds) > 1:
+            raise TypeError(f"{name} is a list of {' and '.join(kinds)}; expected one kind")
+        if len({part.values.shape for part in parts}) > 1:
+            raise ValueError(f"{name} is a list of elements of different shapes; expected one shape")
+        return Given(kinds[0], np.stack([part.values for part in parts]), parts[0].element)
     stored = getattr(value, "stored", None)
     if stored is None:
         raise TypeError(

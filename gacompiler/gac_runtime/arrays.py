@@ -36,15 +36,34 @@ def as_array(definition: Definition, name: str, value: Any) -> np.ndarray[Any, A
     return array
 
 
+def element_of(value: Any) -> Any:
+    """Return an element, or the first one in a list or tuple, which may be nested; None for all else."""
+    if not isinstance(value, (list, tuple)):
+        return value if hasattr(value, "stored") else None
+    if any(hasattr(kind, "stored") for kind in set(map(type, value))):
+        return next(each for each in value if hasattr(each, "stored"))
+    return element_of(value[0]) if value and isinstance(value[0], (list, tuple)) else None
+
+
 def plain(where: str, value: Any, layout: Layout | None) -> Any:
     """Return an argument without what an array cannot keep: an element in the layout of a kernel, numbers as they are.
+
+    A list of elements is an array of them, and each is converted.
 
     Raises
     ------
     TypeError
         If an element cannot be converted to the layout, or is not of unit norm where it has to be, or an array has
         masked entries.
+    ValueError
+        If the elements of a list have different shapes.
     """
+    if isinstance(value, (list, tuple)) and element_of(value) is not None:
+        parts = [np.asarray(plain(f"{where}[{k}]", each, layout)) for k, each in enumerate(value)]
+        if len({part.shape for part in parts}) > 1:
+            shapes = ", ".join(str(part.shape) for part in parts)
+            raise ValueError(f"{where} is a list of elements of shapes {shapes}; expected one shape")
+        return np.stack(parts)
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         count = int(np.count_nonzero(np.ma.getmaskarray(value)))
         raise TypeError(

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from . import checked
 from .arrays import (
     FLOAT64,
     as_array,
@@ -110,7 +111,7 @@ class _Documentation:
         return self._text if kernel is None else kernel.describe()
 
 
-class Kernel(Call):
+class Kernel(checked.Switched, Call):
     """A generated function of arrays. Leading axes broadcast; the last axes are those of `signature`.
 
     Arguments are passed by position or by name, ``kernel(m=motors, p=points)``; passing by position is faster for one
@@ -241,6 +242,8 @@ class Kernel(Call):
                 raise TypeError(f"{self.name}: arrays of {namespace.__name__}; expected numpy arrays")
             return self._call_namespace(namespace, arrays, out)
         operands, dtype = self._checked(arrays)
+        if checked.active:
+            checked.check(self.name, zip((name for name, _ in definition.inputs), operands, strict=True), self.layouts)
         is_run = dtype.kind != "c" and settings.backend != "arrays"
         if (
             is_run
@@ -361,7 +364,9 @@ class Kernel(Call):
                 limits = (LEAST_WORK - 1) // self._work, _PATIENCE // self._work
                 space = self._settings.namespace
                 layouts = self._identities, self._units
-                self._bind(shapes, out_shapes, function, tuple(self._addresses), *limits, space, *layouts)
+                self._binding = shapes, out_shapes, function, tuple(self._addresses), *limits, space, *layouts
+                if not checked.active:
+                    self.rebind()
             self._loops[dtype] = loop
         return loop
 

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from . import checked as checking
 from .arrays import FLOAT32, FLOAT64, address_of, as_returned, coalesced, in_order, outer_offsets, steps_of
 from .documentation import Facts
 from .elements import as_elements, element_among, without_elements
@@ -207,7 +208,7 @@ class LoopKernel(LoopCall):
         """
         backend = self._settings.namespace.get("backend")
         rows = self._rows.get((str(backend), FLOAT64))
-        if extension is None or rows is None or known is backend:
+        if extension is None or rows is None or known is backend or checking.active:
             return known
         definition = self.definition
         tables = (*definition.parameters, *definition.results, *rows.work)
@@ -242,6 +243,15 @@ class LoopKernel(LoopCall):
             called._bind(rows.address, *sizes, tuple(arrays), operations, *chosen, *settings)
         return backend
 
+    def unbind(self) -> None:
+        """Let Python handle all calls, also those that the extension could run."""
+        if extension is not None:
+            self._bind(0, (), (), 0, 0, (), (), -1, False, 0, self._settings.namespace)
+
+    def rebind(self) -> None:
+        """Let the extension run calls again, from the one after the next."""
+        self._quick_backend = None
+
     def run(
         self,
         arrays: Sequence[Any],
@@ -255,6 +265,10 @@ class LoopKernel(LoopCall):
         threads = self._settings.num_threads if num_threads is None else num_threads
         n_threads = checked_threads(self.name, threads)
         operands, dtype = checked(self.definition, arrays, fixed)
+        if checking.active:
+            tables = definition.parameters
+            pairs = ((table.name, operand) for table, operand in zip(tables, operands, strict=True))
+            checking.check(self.name, pairs, definition.layouts, [table.name for table in tables if table.is_index])
         lengths, leading = resolved(self.definition, operands, known_lengths)
         for table, operand, known in zip(definition.parameters, operands, fixed, strict=True):
             if table.is_index:

@@ -79,6 +79,12 @@ class Program:
         """Whether only ring operations occur, so that complex arguments are meaningful."""
         return all(line.op in (Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.NEGATE) for line in self.lines)
 
+    @property
+    def is_rational(self) -> bool:
+        """Whether only ring operations and divisions occur, which are the same for complex arguments."""
+        ring = (Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.NEGATE, Op.DIVIDE)
+        return all(line.op in ring for line in self.lines)
+
     def __str__(self) -> str:
         def shaped(parts: tuple[Argument, ...] | tuple[Result, ...]) -> str:
             return ", ".join(f"{part.name}({','.join(map(str, part.shape))})" for part in parts)

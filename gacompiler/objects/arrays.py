@@ -853,10 +853,11 @@ def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
 
 
 def from_exact(element: Multivector) -> MultivectorArray:
-    """Convert a multivector of the algebra layer, with its coefficients as doubles."""
+    """Convert a multivector of the algebra layer, with its coefficients as doubles or complex doubles."""
     layout = layout_of(element.algebra, element.terms or {0})
+    kind: Any = complex if any(isinstance(value, complex) for value in element.terms.values()) else float
     try:
-        values = np.array([float(element.terms.get(slot.blade, 0)) * slot.sign for slot in layout.stored])
+        values = np.array([kind(element.terms.get(slot.blade, 0)) * slot.sign for slot in layout.stored])
     except TypeError as error:
         raise AlgebraError(
             "operand of an object",

@@ -17,6 +17,7 @@ def check_relations(where: str, layout: Layout, values: np.ndarray[Any, Any], to
     """Raise `LayoutError` if coefficients do not satisfy the relations of a layout."""
     element = layout.element([values[..., k] for k in range(layout.size)])
     size = np.maximum(1.0, np.max(np.abs(values), axis=-1, initial=0.0)) ** 2
+    tolerance = max(tolerance, rounding_of(values))
     for relation in layout.relations(element):
         worst = np.max(np.abs(np.asarray(relation)) / size, initial=0.0)
         if not worst <= tolerance:
@@ -25,6 +26,14 @@ def check_relations(where: str, layout: Layout, values: np.ndarray[Any, Any], to
                 where, f"{what} = {worst:.3g}", f"0, as {layout} is declared",
                 "call normalize() on it first, or use a layout without relations",
             )  # fmt: skip
+
+
+def rounding_of(values: np.ndarray[Any, Any]) -> float:
+    """Return the error of a relation of 16 rounded terms, relative to the square of the largest coefficient.
+
+    It is above the tolerances of doubles, 1e-9, in single precision only.
+    """
+    return 64 * float(np.finfo(values.dtype).eps) if values.dtype.kind in "fc" else 0.0
 
 
 def require_blade(where: str, x: Any) -> None:
@@ -45,9 +54,7 @@ def require_blade(where: str, x: Any) -> None:
         raise AlgebraError(where, f"grade {k} in {n} dimensions", f"grade 1, 2, {n - 2} or {n - 1}")
     square = x.outer_product(x) if k == 2 else x.regressive_product(x)
     worst, size = largest(getattr(square, "values", square)), largest(x.values)
-    # Single precision has the larger error of the two.
-    rounding = 1e-9 if x.values.dtype == np.float64 else max(1e-9, 64 * float(np.finfo(x.values.dtype).eps))
-    if worst > rounding * max(size, 1e-300) ** 2:
+    if worst > max(1e-9, rounding_of(x.values)) * max(size, 1e-300) ** 2:
         product = "^" if k == 2 else "&"
         found_text = f"a {x.layout} that is not a blade: x {product} x = {worst:.3g}"
         raise AlgebraError(where, found_text, "an outer product of vectors")

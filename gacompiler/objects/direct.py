@@ -40,6 +40,10 @@ def _has_axis(numbers: Numbers) -> bool:
     return 1e-100 < abs(x) + abs(y) + abs(z) < 1e100
 
 
+def _is_moderate(numbers: Numbers) -> bool:
+    return sum(map(abs, numbers)) < 1e100
+
+
 def _is_line(numbers: Numbers) -> bool:
     """Whether the first six numbers are a line of PGA3 that is not at infinity."""
     e12, e13, e23, e01, e02, e03, *_ = numbers
@@ -59,10 +63,11 @@ def _has_radius(numbers: Numbers) -> bool:
 
 _SCREW = "ga.exp(-angle / 2 * AXIS) * (1 + distance / 2 * (AXIS * {A}.multivector({'e0123': 1})))"
 _THROUGH_ORIGIN = "ga.normalize({A}.multivector({'e123': 1}) & axis)"
-_MOVED = (
-    "(1 - (t['e032'] * {A}.multivector({'e01': 1}) + t['e013'] * {A}.multivector({'e02': 1})"
-    " + t['e021'] * {A}.multivector({'e03': 1})) / 2) * "
+_TRANSLATED = (
+    "1 - (t['e032'] * {A}.multivector({'e01': 1}) + t['e013'] * {A}.multivector({'e02': 1})"
+    " + t['e021'] * {A}.multivector({'e03': 1})) / 2"
 )
+_PLANE = " + ".join(f"{each[0]} * {{A}}.multivector({{'{each[1:]}': 1}})" for each in ("ae1", "be2", "ce3", "de0"))
 _DIRECTION, _LINE = PGA3.DIRECTION, PGA3.LINE
 _ABOUT_LINE, _ABOUT_AXIS = (_SCREW.replace("AXIS", axis) for axis in ("ga.normalize(axis)", _THROUGH_ORIGIN))
 
@@ -75,11 +80,16 @@ _FORMS: dict[tuple[Algebra, str], list[Direct]] = {
     (PGA3, "motor"): [
         _motor((_LINE, SCALAR, SCALAR), "axis angle distance", _ABOUT_LINE),
         _motor((_DIRECTION, SCALAR, SCALAR), "axis angle distance", _ABOUT_AXIS),
-        _motor((_DIRECTION, SCALAR, _DIRECTION), "axis angle t", f"{_MOVED}ga.exp(-angle / 2 * {_THROUGH_ORIGIN})"),
+        _motor(
+            (_DIRECTION, SCALAR, _DIRECTION), "axis angle t",
+            f"({_TRANSLATED}) * ga.exp(-angle / 2 * {_THROUGH_ORIGIN})",
+        ),
     ],
     (PGA3, "rotor"): [
         _motor((_LINE, SCALAR), "axis angle", "ga.exp(-angle / 2 * ga.normalize(axis))"),
     ],
+    (PGA3, "translator"): [Direct(define("translator", "t", _TRANSLATED, unit=True), (_DIRECTION,), _is_moderate)],
+    (PGA3, "plane"): [Direct(define("plane", "a b c d", _PLANE), 4 * (SCALAR,), _has_axis)],
     (PGA3, "line"): [Direct(define("line", "p q", "p & q"), (PGA3.POINT, PGA3.POINT), _are_apart)],
     (CGA3, "sphere"): [
         Direct(

@@ -123,6 +123,7 @@ class Quaternions(Poses[M], Space[M]):
 
 
 _EXP_HALF = define("boost", "generator", "ga.exp(generator / 2)", unit=True)
+_SPACE = _STA.layout("SPACE", "g10 g20 g30")
 _SPATIAL_ROTOR = define(
     "rotor", "axis angle", 'ga.exp(-angle / 2 * axis * {A}.multivector({"g123": 1}))', unit=True,
 )  # fmt: skip
@@ -143,7 +144,7 @@ class Spacetime(Space[M]):
             raise LayoutError("boost", f"a speed of {np.max(speed):.6g}", "less than 1, the speed of light")
         rapidity = np.arctanh(speed)
         scale = np.divide(rapidity, speed, out=np.ones_like(speed), where=speed > 0)
-        generator = self.of(_STA.layout("SPACE", "g10 g20 g30"), v * scale[..., None])
+        generator = self.of(_SPACE, v * scale[..., None])
         return self._make(_EXP_HALF, generator)
 
 

@@ -39,15 +39,15 @@ def inverted(x: Elements, run: Callable[[Any], Any], wrap: Callable[[Layout, Any
         If `x` is a single element without an inverse, up to rounding errors.
     """
     layout, values = x.layout, x.values
-    if layout.unit or values.dtype.kind == "c":
+    if layout.unit:
         return run(x)
-    is_simple = _has_scalar_square(layout)
+    is_simple = _has_scalar_square(layout) and values.dtype.kind != "c"
     found = None if is_simple else inverse_by_equations(x, wrap)
     if found is None and not x.shape and values.dtype == np.float64:
         found = _of_single(x, run, is_simple)
     if found is not None:
         return found
-    exponents = range_exponents(layout, values)
+    exponents = range_exponents(layout, values) if values.dtype.kind != "c" else None
     scaled = x if exponents is None else wrap(layout, np.ldexp(values, -exponents[..., None]))
     try:
         found = run(scaled)

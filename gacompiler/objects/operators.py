@@ -210,10 +210,10 @@ class Operator:
             names: dict[str, Any] = dict(LIBRARY if few else NUMPY)
             exec("\n".join(function_text(self.program)[0]), names)
             self._python[few] = names[self.program.name]
-        if dtype.kind == "c" and not self.program.is_polynomial:
+        if dtype.kind == "c" and not self.program.is_rational:
             raise TypeError(
-                f"{self.definition.name}: complex coefficients; expected real ones, since the operation is not "
-                "polynomial"
+                f"{self.definition.name}: complex coefficients; expected real ones, since the operation has roots, "
+                "absolute values or transcendental functions"
             )
         parts = [
             np.moveaxis(a.astype(dtype, copy=False), -1, 0) if shape else a.astype(dtype, copy=False)

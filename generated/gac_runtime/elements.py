@@ -9,18 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-from .arrays import plain
+from .arrays import element_of, plain
 from .layout import Layout
 
 
 def element_among(arguments: Sequence[Any], layouts: Sequence[Layout | None]) -> Any:
-    """Return an element if all arguments with coefficients are elements, else None; numbers are not looked at."""
+    """Return an element if all arguments with coefficients are elements, or lists of them; else None."""
     found = None
     for argument, layout in zip(arguments, layouts, strict=True):
         if layout is not None and layout.blades:
-            if not hasattr(argument, "stored"):
+            found = element_of(argument)
+            if found is None:
                 return None
-            found = argument
     return found
 
 

@@ -153,3 +153,25 @@ def test_coordinates_of_other_elements_are_no_coordinates() -> None:
             PGA3.of(PGA3.POINT, other)
     with pytest.raises(TypeError, match=r"PGA3\.POINT is PGA3\.DIRECTION"):
         PGA3.of(PGA3.POINT, pga3.Direction(1, 2, 3))
+
+
+def test_lists_of_elements_are_arrays_of_them() -> None:
+    """Their coefficients would lose the blades, as those of any list that numpy converts."""
+    points = [PGA3.point(1, 2, 3), PGA3.point(4, 5, 6)]
+    moved = pga3.move_point(MOTOR, points)
+    assert moved.layout == PGA3.POINT and moved.isclose(MOTOR >> np.stack(points)).all()
+    assert pga3.move_point([MOTOR, ~MOTOR], tuple(points))[1].isclose(~MOTOR >> points[1])
+    np.testing.assert_allclose(
+        pga3.move_point(MOTOR, [pga3.Point(1, 2, 3)]), [[*(TURN @ [1, 2, 3])]], atol=1e-15
+    )
+    np.testing.assert_allclose(pga3.move_point(np.asarray(MOTOR), points)[0], TURN @ [1, 2, 3], atol=1e-15)
+    weighted = 1 * PGA3.point(1, 2, 3) + 0 * PGA3.direction(1, 0, 0)
+    assert pga3.move_point(MOTOR, [points[0], weighted])[1].isclose(MOTOR >> points[0])
+    for wrong in (PGA3.direction(1, 0, 0), pga3.Direction(1, 0, 0), VGA3.vector(1, 2, 3), CGA3.point(1, 2, 3)):
+        for listed, place in (([wrong], 0), ((points[0], wrong), 1), ([[1.0, 2.0, 3.0], wrong], 1), ([[wrong]], 0)):
+            with pytest.raises(TypeError, match=rf"argument p\[{place}\].* is .*; expected PGA3.POINT"):
+                pga3.move_point(MOTOR, listed)
+    with pytest.raises(ValueError, match=r"argument p is a list of elements of shapes \(3,\), \(2, 3\)"):
+        pga3.move_point(MOTOR, [points[0], PGA3.point(np.ones((2, 3)))])
+    with pytest.raises(TypeError, match=r"argument normal\[0\] is VGA3\.BIVECTOR"):
+        cga3.plane_from_normal([VGA3.bivector(1, 2, 3)], 1.0)

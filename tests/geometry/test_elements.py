@@ -134,6 +134,16 @@ def test_other_elements_are_refused_by_the_name_of_the_parameter(x: Any) -> None
             nearest_on_circles(*arguments)
 
 
+def test_lists_of_elements_are_arrays_of_them() -> None:
+    points, plane = [PGA3.point(1, 2, 3), CGA3.point(0, 0, 7)], PGA3.plane(0, 0, 1, -1)
+    np.testing.assert_allclose(distance(points, plane), [2, 6])
+    np.testing.assert_allclose(distance("point", points, "plane", plane), [2, 6])
+    with pytest.raises(TypeError, match=r"^one is a list of point and plane; expected one kind"):
+        distance([points[0], plane], plane)
+    with pytest.raises(TypeError, match=r"^one\[1\] is VGA3"):
+        distance([points[0], VGA3.bivector(1, 2, 3)], plane)
+
+
 def test_names_of_kinds_are_compared_with_elements() -> None:
     point = PGA3.point(1, 2, 3)
     assert distance("point", point, "plane", cga3.plane_from_normal([0, 0, 1.0], 1.0)) == pytest.approx(2)

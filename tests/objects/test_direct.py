@@ -23,6 +23,8 @@ CASES: dict[str, Callable[[], tuple[Callable[..., Any], tuple[Any, ...]]]] = {
     "motor about an axis": lambda: (PGA3.motor, (three(), 0.7, 2)),
     "motor with a translation": lambda: (PGA3.motor, (tuple(three()), *three(), 0.25)),
     "rotor about a line": lambda: (PGA3.rotor, (PGA3.line(three(), three()), 2.5)),
+    "translator": lambda: (PGA3.translator, tuple(three())),
+    "plane": lambda: (PGA3.plane, (*three(), 2)),
     "line through coordinates": lambda: (PGA3.line, (three(), three())),
     "line through points": lambda: (PGA3.line, (PGA3.point(*three()), PGA3.point(*three()))),
     "sphere": lambda: (CGA3.sphere, (three(), abs(three()[0]))),

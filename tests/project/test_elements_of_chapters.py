@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from algorithms import estimation, geometry, kinematics, motors, registration, vision
+from algorithms import calculus, estimation, geometry, kinematics, motors, registration, shapes, vision
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA2, VGA3
+from generated import pga3
 
 RANDOM = np.random.default_rng(41)
 MOTOR = PGA3.motor([1, 2, 2], 0.7, 0.5)
@@ -144,3 +145,24 @@ def test_points_of_other_layouts_are_refused(x: Any) -> None:
             continue
         with pytest.raises(TypeError, match=rf"^{name} is "):
             run(many)
+
+
+def test_lists_of_elements_keep_their_meaning() -> None:
+    """Lists are arrays of elements in every chapter, and so refused where other elements are."""
+    plane = geometry.fit_plane(
+        [PGA3.point(0, 0, 2), PGA3.point(1, 0, 2), PGA3.point(0, 1, 2), PGA3.point(3, 4, 2)]
+    ).object
+    assert plane.layout == PGA3.PLANE and geometry.distance(plane, PGA3.point(7, 7, 5)) == pytest.approx(3)
+    others = [VGA3.bivector(1, 2, 3), PGA3.plane(1, 2, 2, 3), pga3.Direction(1, 2, 3)]
+    calls: dict[str, Callable[[Any], Any]] = {
+        r"points\[0\]": lambda x: registration.estimate_normals([x] * 40),
+        r"source\[0\]": lambda x: registration.separate_motions([x] * 5, SCATTER[:5]),
+        "volume": lambda x: shapes.segment([x] * 4),
+        "columns": lambda x: calculus.dirac_spinors([x] * 4),
+    }
+    for name, run in calls.items():
+        for x in others:
+            with pytest.raises(TypeError, match=rf"^{name}.* is "):
+                run(x)
+    with pytest.raises(TypeError, match=r"^motors\[1\] is VGA3"):
+        motors.average_motors([np.asarray(MOTOR.values), VGA3.rotor([0, 0, 1], 1)])
