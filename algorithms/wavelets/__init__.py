@@ -18,8 +18,9 @@ from .conformal_wavelet import ConformalInverse, conformal_wavelet, iconformal_w
 from .continuous import ContinuousWavelet, admissibility, continuous_wavelet
 from .convolution import clifford_convolve, clifford_correlate
 from .denoise import denoise, estimated_noise
-from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
+from .discrete import WaveletPyramid, discrete_wavelet
 from .dual_tree import DualTree, dual_tree
+from .families import wavelet_filters, wavelet_names
 from .flow import Flow, optical_flow
 from .geometric_fourier import geometric_fft, igeometric_fft
 from .lie_filters import lie_filter, lie_responses
@@ -128,4 +129,5 @@ __all__ = [
     "total_analytic_signal",
     "volume_time_fft",
     "wavelet_filters",
+    "wavelet_names",
 ]

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..arguments import Reals, real_array
 from .colours import refuse_channels
-from .filters import ANALYSIS, ORTHOGONAL, SYNTHESIS
+from .families import Filters, wavelet_filters
 from .polyphase import MODES, beyond, merge, split
 from .sharing import Progress, n_threads, steps
 
@@ -19,48 +18,6 @@ _TERMS = 4
 """Bound of the sums in transforms and filters, as a multiple of the sum of the absolute values of all numbers."""
 _NAMES = {"da": "H", "ad": "V", "dd": "D"}
 """Names of the details of images: horizontal, vertical and diagonal structures."""
-
-
-@dataclass(frozen=True)
-class Filters:
-    """Low- and high-pass filters for analysis and synthesis, of the same even length."""
-
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    low_back: NDArray[np.float64]
-    high_back: NDArray[np.float64]
-
-
-@lru_cache
-def wavelet_filters(name: str) -> Filters:
-    """Return the filters of a wavelet.
-
-    The names are "haar", "db1" to "db20", "sym2" to "sym20", "coif1" to "coif5" and "bior1.1" to "bior6.8".
-
-    Raises
-    ------
-    ValueError
-        If the name is unknown.
-    """
-    if name == "haar":
-        name = "db1"
-    if name in ORTHOGONAL:
-        return orthogonal_filters(np.array(ORTHOGONAL[name])[::-1])
-    if name in ANALYSIS:
-        low, low_back = np.array(ANALYSIS[name]), np.array(SYNTHESIS[name])
-        signs = (-1.0) ** np.arange(len(low))
-        return Filters(low, -signs * low_back, low_back, signs * low)
-    raise ValueError(
-        f"wavelet: {name!r}; expected 'haar', 'db1' to 'db20', 'sym2' to 'sym20', 'coif1' to 'coif5' or one of "
-        + ", ".join(ANALYSIS)
-    )
-
-
-def orthogonal_filters(low: NDArray[np.float64]) -> Filters:
-    """Return the four filters determined by an orthogonal low-pass analysis filter."""
-    back = low[::-1]
-    high_back = (-1.0) ** np.arange(len(low)) * low
-    return Filters(low, high_back[::-1], back, high_back)
 
 
 @dataclass(frozen=True)

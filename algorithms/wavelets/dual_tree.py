@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..arguments import Reals
 from . import polyphase
 from .checks import image_stack
-from .discrete import Filters, checked_levels, orthogonal_filters
+from .discrete import checked_levels
+from .families import Filters, orthogonal_filters
 from .filters import LEVEL_ONE_ANALYSIS, LEVEL_ONE_SYNTHESIS, QSHIFT
 from .polyphase import Lines, beyond
 from .sharing import Progress, in_threads, n_threads, steps

@@ -98,6 +98,7 @@ OTHERS = {
     "similarity_versor": "takes versors, as kernels do",
     "sphere_versor": "takes versors, as kernels do",
     "wavelet_filters": "takes a name",
+    "wavelet_names": "takes nothing",
 }
 
 ALONE = {
