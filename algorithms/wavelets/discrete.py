@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -10,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from ..arguments import Reals, real_array
 from .colours import refuse_channels
-from .families import Filters, wavelet_filters
-from .polyphase import MODES, beyond, merge, split
+from .families import wavelet_filters
+from .filter_bank import MODES, extended, merge, merge_taps, split, split_taps, stack
 from .sharing import Progress, n_threads, steps
 
 _TERMS = 4
@@ -59,7 +60,7 @@ class WaveletPyramid:
         -------
         array, of the shape of the signals
         """
-        filters, step_done = wavelet_filters(self.wavelet), steps(progress, len(self.detail))
+        step_done = steps(progress, len(self.detail))
         n_threads(workers)
         array = self.approx
         for detail, shape in zip(self.detail[::-1], self.shapes[::-1], strict=True):
@@ -70,7 +71,7 @@ class WaveletPyramid:
             for k in range(len(self.axes) - 1, -1, -1):
                 bands = {
                     word: synthesis(
-                        bands[word + "a"], bands[word + "d"], filters, self.mode, self.axes[k], shape[k], workers
+                        bands[word + "a"], bands[word + "d"], self.wavelet, self.mode, self.axes[k], shape[k], workers
                     )
                     for word in map("".join, product("ad", repeat=k))
                 }
@@ -125,21 +126,21 @@ def discrete_wavelet(
     Coefficients agree with PyWavelets to 1e-10 of the largest number; `inverse` recovers the signal to 1e-12 of it.
     """
     array = real_array(signal, "signal", (-1,))
-    filters = wavelet_filters(wavelet)
+    length = len(wavelet_filters(wavelet).low)
     if mode not in MODES:
         raise ValueError(f"mode: {mode!r}; expected {', '.join(map(repr, MODES))}")
     chosen = _axes(axes, array.ndim)
     if axes is None:
         refuse_channels(array.shape, "signal", "axes=(0, 1) takes all channels, axes=(-2, -1) images of so few columns")
     check_finite(array, "signal")
-    count = _levels(levels, [array.shape[axis] for axis in chosen], len(filters.low))
+    count = _levels(levels, [array.shape[axis] for axis in chosen], length)
     detail, shapes, step_done = [], [], steps(progress, count)
     n_threads(workers)
     for _ in range(count):
         shapes.append(tuple(array.shape[axis] for axis in chosen))
         bands = {"": array}
         for axis in chosen:
-            split = {word: analysis(band, filters, mode, axis, workers) for word, band in bands.items()}
+            split = {word: analysis(band, wavelet, mode, axis, workers) for word, band in bands.items()}
             bands = {word + letter: split[word][k] for word in bands for k, letter in enumerate("ad")}
         array = bands.pop("a" * len(chosen))
         detail.append({_name(word): band for word, band in bands.items()})
@@ -147,30 +148,43 @@ def discrete_wavelet(
     return WaveletPyramid(array, tuple(detail), wavelet, mode, chosen, tuple(shapes))
 
 
-def analysis(array: Reals, filters: Filters, mode: str, axis: int, workers: int | None = None) -> tuple[Reals, Reals]:
+def analysis(array: Reals, wavelet: str, mode: str, axis: int, workers: int | None = None) -> tuple[Reals, Reals]:
     """Return the smoothed and the differenced half of one level along one axis."""
-    length, size = len(filters.low), array.shape[axis]
-    count, start = (size + length - 1) // 2, 2 - length
+    taps = _taps(wavelet, array.dtype)[0]
+    size, length = array.shape[axis], taps.shape[1]
     if mode == "periodization":
-        count, start = (size + 1) // 2, 1 - length // 2
-    everywhere = np.arange(count)
-    taps = np.stack([filters.low[::-1], filters.high[::-1]])
-    lines = beyond(mode, size, start, 2 * count - 2 + length)
-    return split(array, axis, 2, taps, lines, (everywhere, everywhere), workers=workers)
+        count, before = (size + 1) // 2, length // 2 - 1
+    else:
+        count, before = (size + length - 1) // 2, length - 2
+    y = extended(stack(array, axis), mode, before, 2 * count + length - 2 - size - before)
+    low, high = split(y, 2, taps, count, workers)
+    shape = array.shape
+    halved = shape[:axis] + (count,) + (shape[axis + 1 :] if axis != -1 else ())
+    return low.reshape(halved), high.reshape(halved)
 
 
 def synthesis(
-    smooth: Reals, rough: Reals, filters: Filters, mode: str, axis: int, size: int, workers: int | None = None
+    smooth: Reals, rough: Reals, wavelet: str, mode: str, axis: int, size: int, workers: int | None = None
 ) -> Reals:
     """Return the signal of `size` numbers along an axis from the results of `analysis`."""
-    half, count = len(filters.low) // 2, smooth.shape[axis]
+    taps = _taps(wavelet, smooth.dtype)[1]
+    half, shape = taps.shape[2], smooth.shape
+    low, high = stack(smooth, axis), stack(np.asarray(rough, smooth.dtype), axis)
     # With results numbered from 0, those before the first wanted one end with earlier numbers of the bands.
-    first = half - 1 if mode == "periodization" else 2 * half - 2
-    places = np.arange(first // 2 - half + 1, (first + size - 1) // 2 + 1)
+    first = 0
     if mode == "periodization":
-        places %= count
-    taps = np.stack([filters.low_back, filters.high_back])
-    return merge((smooth, rough), axis, taps, (places, places), first % 2, np.arange(size), workers)
+        first = (half - 1) % 2
+        after = (half + size) // 2 - low.shape[1]
+        low, high = (extended(band, "periodic", half // 2, after) for band in (low, high))
+    result = merge(low, high, taps, low.shape[1] - half + 1, workers)[:, first : first + size]
+    return result.reshape(shape[:axis] + (size,) + (shape[axis + 1 :] if axis != -1 else ()))
+
+
+@lru_cache(256)
+def _taps(wavelet: str, dtype: np.dtype[np.floating]) -> tuple[Reals, Reals]:
+    """Return the taps of analysis and of synthesis."""
+    filters = wavelet_filters(wavelet)
+    return split_taps(filters.low, filters.high, dtype), merge_taps(filters.low_back, filters.high_back, dtype)
 
 
 def check_finite(array: Reals, name: str) -> None:

@@ -17,7 +17,7 @@ def test_all_families_are_supported() -> None:
 
 @pytest.mark.parametrize("name", wavelet_names())
 def test_filters_equal_those_of_pywavelets(name: str) -> None:
-    """Equal to the last digit for db and splines, to the rounding of a product for coif; the others to the peer's error."""
+    """Equal to the last digit for db and splines, to a rounding for coif; the others to the peer's error."""
     filters, peer = wavelet_filters(name), pywt.Wavelet(name).filter_bank
     own = (filters.low, filters.high, filters.low_back, filters.high_back)
     bound = {"sym": 2e-11, "coi": 2e-16, "bio": 7e-13, "rbi": 7e-13, "dme": 9e-4}.get(name[:3], 0)
