@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -64,18 +65,12 @@ class WaveletPyramid:
         n_threads(workers)
         array = self.approx
         for detail, shape in zip(self.detail[::-1], self.shapes[::-1], strict=True):
-            bands = {
-                "a" * len(self.axes): array,
-                **{_letters(key, len(self.axes)): band for key, band in detail.items()},
-            }
-            for k in range(len(self.axes) - 1, -1, -1):
-                bands = {
-                    word: synthesis(
-                        bands[word + "a"], bands[word + "d"], self.wavelet, self.mode, self.axes[k], shape[k], workers
-                    )
-                    for word in map("".join, product("ad", repeat=k))
-                }
-            array = bands[""]
+            sizes = dict(zip(self.axes, shape, strict=True))
+
+            def join(low: Reals, high: Reals, axis: int, sizes: dict[int, int] = sizes) -> Reals:
+                return synthesis(low, high, self.wavelet, self.mode, axis, sizes[axis], workers)
+
+            array = joined(array, detail, self.axes, join)
             step_done()
         return array
 
@@ -125,27 +120,127 @@ def discrete_wavelet(
     -----
     Coefficients agree with PyWavelets to 1e-10 of the largest number; `inverse` recovers the signal to 1e-12 of it.
     """
-    array = real_array(signal, "signal", (-1,))
-    length = len(wavelet_filters(wavelet).low)
-    if mode not in MODES:
-        raise ValueError(f"mode: {mode!r}; expected {', '.join(map(repr, MODES))}")
-    chosen = _axes(axes, array.ndim)
-    if axes is None:
-        refuse_channels(array.shape, "signal", "axes=(0, 1) takes all channels, axes=(-2, -1) images of so few columns")
-    check_finite(array, "signal")
-    count = _levels(levels, [array.shape[axis] for axis in chosen], length)
+    array, chosen, count = checked_signal(signal, wavelet, levels, mode, axes)
     detail, shapes, step_done = [], [], steps(progress, count)
     n_threads(workers)
     for _ in range(count):
         shapes.append(tuple(array.shape[axis] for axis in chosen))
-        bands = {"": array}
-        for axis in chosen:
-            split = {word: analysis(band, wavelet, mode, axis, workers) for word, band in bands.items()}
-            bands = {word + letter: split[word][k] for word in bands for k, letter in enumerate("ad")}
-        array = bands.pop("a" * len(chosen))
-        detail.append({_name(word): band for word, band in bands.items()})
+        array, bands = divided(array, chosen, lambda band, axis: analysis(band, wavelet, mode, axis, workers))
+        detail.append(bands)
         step_done()
     return WaveletPyramid(array, tuple(detail), wavelet, mode, chosen, tuple(shapes))
+
+
+def divided(
+    array: Reals, axes: tuple[int, ...], halves: Callable[[Reals, int], tuple[Reals, Reals]]
+) -> tuple[Reals, dict[str, Reals]]:
+    """Return the approximation and the named details of one level, which `halves` splits along each axis."""
+    bands = {"": array}
+    for axis in axes:
+        bands = {
+            word + letter: half for word in bands for letter, half in zip("ad", halves(bands[word], axis), strict=True)
+        }
+    return bands.pop("a" * len(axes)), {_name(word): band for word, band in bands.items()}
+
+
+def joined(
+    approx: Reals, detail: dict[str, Reals], axes: tuple[int, ...], join: Callable[[Reals, Reals, int], Reals]
+) -> Reals:
+    """Return the array that `divided` has split; `join` joins the halves along an axis."""
+    bands = {"a" * len(axes): approx, **{_letters(key, len(axes)): band for key, band in detail.items()}}
+    for k in range(len(axes) - 1, -1, -1):
+        words = map("".join, product("ad", repeat=k))
+        bands = {word: join(bands[word + "a"], bands[word + "d"], axes[k]) for word in words}
+    return bands[""]
+
+
+def dwt(
+    signal: ArrayLike, wavelet: str = "db4", mode: str = "symmetric", axis: int = -1, workers: int | None = None
+) -> tuple[Reals, Reals]:
+    """Compute one level of the discrete wavelet transform along one axis, for signals of any size.
+
+    Parameters
+    ----------
+    signal, wavelet, mode, workers
+        As in `discrete_wavelet`.
+    axis : int
+
+    Returns
+    -------
+    smooth, rough : array
+        The approximation and the details, of ``(n + taps - 1) // 2`` numbers, or half of n rounded up with the mode
+        "periodization".
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `discrete_wavelet`.
+    """
+    array = real_array(signal, "signal", (-1,))
+    if mode not in MODES:
+        raise ValueError(f"mode: {mode!r}; expected {', '.join(map(repr, MODES))}")
+    check_finite(array, "signal")
+    if not -array.ndim <= axis < array.ndim:
+        raise ValueError(f"axis: {axis}; expected an axis of an array of {array.ndim}")
+    if workers is not None:
+        n_threads(workers)
+    return analysis(array, wavelet, mode, axis, workers)
+
+
+def idwt(
+    smooth: ArrayLike,
+    rough: ArrayLike,
+    wavelet: str = "db4",
+    mode: str = "symmetric",
+    axis: int = -1,
+    size: int | None = None,
+    workers: int | None = None,
+) -> Reals:
+    """Return the signals whose `dwt` is given.
+
+    Parameters
+    ----------
+    smooth, rough : array_like
+        The approximation and the details, of the same shape.
+    wavelet, mode, axis, workers
+        As in `dwt`.
+    size : int, optional
+        The length of the signals, of the two that are possible; the default is the even one.
+
+    Returns
+    -------
+    array
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the bands are not arrays of finite real numbers of the same shape, if names or the axis are unknown, or if
+        the size differs from both possible sizes.
+    """
+    low, high = real_array(smooth, "smooth", (-1,)), real_array(rough, "rough", (-1,))
+    if low.shape != high.shape:
+        raise ValueError(f"rough: shape {high.shape}; expected that of smooth, {low.shape}")
+    if mode not in MODES:
+        raise ValueError(f"mode: {mode!r}; expected {', '.join(map(repr, MODES))}")
+    check_finite(low, "smooth")
+    check_finite(high, "rough")
+    if not -low.ndim <= axis < low.ndim:
+        raise ValueError(f"axis: {axis}; expected an axis of an array of {low.ndim}")
+    if workers is not None:
+        n_threads(workers)
+    length = len(wavelet_filters(wavelet).low)
+    most = 2 * low.shape[axis] - (0 if mode == "periodization" else length - 2)
+    if most < 1:
+        raise ValueError(
+            f"smooth: {low.shape[axis]} numbers along the axis; expected at least {length // 2}, for filters of "
+            f"{length} taps"
+        )
+    count = most if size is None else size
+    if not most - 1 <= count <= most or count < 1:
+        raise ValueError(
+            f"size: {count}; expected {most} or {most - 1}, of which {low.shape[axis]} numbers are the transform"
+        )
+    return synthesis(low, high, wavelet, mode, axis, count, workers)
 
 
 def analysis(array: Reals, wavelet: str, mode: str, axis: int, workers: int | None = None) -> tuple[Reals, Reals]:
@@ -187,6 +282,22 @@ def _taps(wavelet: str, dtype: np.dtype[np.floating]) -> tuple[Reals, Reals]:
     return split_taps(filters.low, filters.high, dtype), merge_taps(filters.low_back, filters.high_back, dtype)
 
 
+def checked_signal(
+    signal: ArrayLike, wavelet: str, levels: int | None, mode: str, axes: tuple[int, ...] | None
+) -> tuple[Reals, tuple[int, ...], int]:
+    """Return the array, the axes and the number of levels after validation."""
+    array = real_array(signal, "signal", (-1,))
+    length = len(wavelet_filters(wavelet).low)
+    if mode not in MODES:
+        raise ValueError(f"mode: {mode!r}; expected {', '.join(map(repr, MODES))}")
+    chosen = checked_axes(axes, array.ndim)
+    if axes is None:
+        refuse_channels(array.shape, "signal", "axes=(0, 1) takes all channels, axes=(-2, -1) images of so few columns")
+    check_finite(array, "signal")
+    count = _levels(levels, [array.shape[axis] for axis in chosen], length)
+    return array, chosen, count
+
+
 def check_finite(array: Reals, name: str) -> None:
     """Raise an error for empty arrays and for numbers that are not finite or whose sum would overflow."""
     if array.size == 0:
@@ -218,15 +329,21 @@ def _levels(levels: int | None, sizes: list[int], length: int) -> int:
     return checked_levels(levels, most, f"as {smallest} numbers have with a filter of {length} taps")
 
 
-def _axes(axes: tuple[int, ...] | None, dimension: int) -> tuple[int, ...]:
+def checked_axes(axes: tuple[int, ...] | None, dimension: int) -> tuple[int, ...]:
+    """Return axes counted from the end, so that they remain valid if leading axes are added."""
     chosen = tuple(range(-min(dimension, 2), 0)) if axes is None else tuple(axes)
     if not chosen or any(not -dimension <= axis < dimension for axis in chosen):
         raise ValueError(f"axes: {axes}; expected axes of an array of {dimension}")
-    # Axes are counted from the end, so that they remain valid if leading axes are added.
     chosen = tuple(axis % dimension - dimension for axis in chosen)
     if len(set(chosen)) < len(chosen):
         raise ValueError(f"axes: {axes}; expected each axis once")
     return chosen
+
+
+def band_names(axes: int) -> dict[str, str]:
+    """Return the names of the details of one level, for words with one letter per axis."""
+    words = map("".join, product("ad", repeat=axes))
+    return {word: _name(word) for word in words if "d" in word}
 
 
 def _name(word: str) -> str:
