@@ -6,14 +6,28 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
+from math import isfinite
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, real_array
 from .colours import refuse_channels
 from .families import wavelet_filters
-from .filter_bank import MODES, extended, merge, merge_taps, split, split_taps, stack
+from .filter_bank import (
+    MODES,
+    SHORT,
+    Taps,
+    extended,
+    halved,
+    merge,
+    merge_lines,
+    merge_taps,
+    places_of,
+    split_lines,
+    split_taps,
+    stack,
+)
 from .sharing import Progress, n_threads, steps
 
 _TERMS = 4
@@ -245,17 +259,14 @@ def idwt(
 
 def analysis(array: Reals, wavelet: str, mode: str, axis: int, workers: int | None = None) -> tuple[Reals, Reals]:
     """Return the smoothed and the differenced half of one level along one axis."""
-    taps = _taps(wavelet, array.dtype)[0]
-    size, length = array.shape[axis], taps.shape[1]
-    if mode == "periodization":
-        count, before = (size + 1) // 2, length // 2 - 1
-    else:
-        count, before = (size + length - 1) // 2, length - 2
-    y = extended(stack(array, axis), mode, before, 2 * count + length - 2 - size - before)
-    low, high = split(y, 2, taps, count, workers)
     shape = array.shape
-    halved = shape[:axis] + (count,) + (shape[axis + 1 :] if axis != -1 else ())
-    return low.reshape(halved), high.reshape(halved)
+    taps, count, before, places = _plan(wavelet, mode, shape[axis], array.dtype)
+    is_last = axis in (-1, len(shape) - 1)
+    if is_last and places is not None and array.size < SHORT:
+        return split_lines(array.take(places, -1), taps, count)
+    low, high = halved(stack(array, axis), mode, before, taps, count, workers)
+    half = shape[:axis] + (count,) + (() if is_last else shape[axis + 1 :])
+    return low.reshape(half), high.reshape(half)
 
 
 def synthesis(
@@ -263,23 +274,48 @@ def synthesis(
 ) -> Reals:
     """Return the signal of `size` numbers along an axis from the results of `analysis`."""
     taps = _taps(wavelet, smooth.dtype)[1]
-    half, shape = taps.shape[2], smooth.shape
-    low, high = stack(smooth, axis), stack(np.asarray(rough, smooth.dtype), axis)
+    half, shape = taps.every.shape[2], smooth.shape
+    rough, count = np.asarray(rough, smooth.dtype), shape[axis]
+    is_last = axis in (-1, len(shape) - 1)
     # With results numbered from 0, those before the first wanted one end with earlier numbers of the bands.
-    first = 0
+    first = before = after = 0
     if mode == "periodization":
-        first = (half - 1) % 2
-        after = (half + size) // 2 - low.shape[1]
-        low, high = (extended(band, "periodic", half // 2, after) for band in (low, high))
-    result = merge(low, high, taps, low.shape[1] - half + 1, workers)[:, first : first + size]
-    return result.reshape(shape[:axis] + (size,) + (shape[axis + 1 :] if axis != -1 else ()))
+        first, before, after = (half - 1) % 2, half // 2, (half + size) // 2 - count
+    pairs = before + count + after - half + 1
+    if is_last and smooth.size < SHORT:
+        if before or after:
+            places = np.arange(-before, count + after) % count
+            smooth, rough = smooth.take(places, -1), rough.take(places, -1)
+        sums = merge_lines(smooth, rough, taps, pairs)
+        return sums.reshape((*shape[:-1], 2 * pairs))[..., first : first + size]
+    low, high = (extended(stack(band, axis), "periodic", before, after) for band in (smooth, rough))
+    result = merge(low, high, taps, pairs, workers)[:, first : first + size]
+    return result.reshape(shape[:axis] + (size,) + (() if is_last else shape[axis + 1 :]))
 
 
 @lru_cache(256)
-def _taps(wavelet: str, dtype: np.dtype[np.floating]) -> tuple[Reals, Reals]:
+def _taps(wavelet: str, dtype: np.dtype[np.floating]) -> tuple[Taps, Taps]:
     """Return the taps of analysis and of synthesis."""
     filters = wavelet_filters(wavelet)
     return split_taps(filters.low, filters.high, dtype), merge_taps(filters.low_back, filters.high_back, dtype)
+
+
+@lru_cache(256)
+def _plan(
+    wavelet: str, mode: str, size: int, dtype: np.dtype[np.floating]
+) -> tuple[Taps, int, int, NDArray[np.intp] | None]:
+    """Return the taps of analysis, the number of results and of numbers before the signal, and places if it is short.
+
+    The places are those of the numbers of the extended signal, see `places_of`.
+    """
+    taps = _taps(wavelet, dtype)[0]
+    length = taps.every.shape[1]
+    if mode == "periodization":
+        count, before = (size + 1) // 2, length // 2 - 1
+    else:
+        count, before = (size + length - 1) // 2, length - 2
+    after = 2 * count + length - 2 - size - before
+    return taps, count, before, places_of(mode, size, before, after) if size < SHORT else None
 
 
 def checked_signal(
@@ -302,6 +338,13 @@ def check_finite(array: Reals, name: str) -> None:
     """Raise an error for empty arrays and for numbers that are not finite or whose sum would overflow."""
     if array.size == 0:
         raise ValueError(f"{name}: shape {array.shape}; expected no empty axis")
+    if array.dtype.kind == "f" and array.flags.c_contiguous:
+        numbers = array.reshape(-1)
+        with np.errstate(over="ignore", invalid="ignore", under="ignore"):
+            energy = numbers.dot(numbers)
+        if isfinite(energy):
+            # No number exceeds the square root of the largest, and sums of so many numbers do not overflow.
+            return
     largest = max(float(array.max()), -float(array.min()))
     if not np.isfinite(largest):
         raise ValueError(f"{name}: a number is not finite; expected finite numbers")

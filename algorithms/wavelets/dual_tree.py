@@ -13,7 +13,7 @@ from ..arguments import Reals
 from .checks import image_stack
 from .discrete import checked_levels
 from .families import orthogonal_filters
-from .filter_bank import extended, merge, merge_taps, split_taps, stack
+from .filter_bank import Taps, as_taps, extended, merge, merge_taps, split_taps, stack
 from .filter_bank import split as filtered
 from .filters import LEVEL_ONE_ANALYSIS, LEVEL_ONE_SYNTHESIS, QSHIFT
 from .sharing import Progress, in_threads, n_threads, steps
@@ -188,13 +188,13 @@ def _both(
     size = x.shape[1]
     if level == 0:
         taps = _level_one_taps(first, x.dtype)
-        reach = taps.shape[1] // 2
+        reach = taps.every.shape[1] // 2
         out = None if work is None else work.pop().reshape(2, *x.shape, copy=False)
         low, high = filtered(extended(x, "symmetric", reach - 1, reach), 1, taps, size, workers, out)
         return low.reshape(shape), high.reshape(shape)
     # The transform is periodic over the samples of one tree forward, followed by those of the other backward.
     taps = _later_taps(later, x.dtype)[0]
-    before = taps.shape[1] // 2 - 1
+    before = taps.every.shape[1] // 2 - 1
     y = extended(x.take(_there_and_back(size, 0), 1), "periodic", before, before)
     low, high = filtered(y, 2, taps, size // 2, workers)
     halved = list(shape)
@@ -211,7 +211,7 @@ def _back(low: Reals, high: Reals, level: int, first: str, later: str, axis: int
         return parts[0] + parts[1]
     shape, size = list(low.shape), low.shape[axis]
     taps = _later_taps(later, low.dtype)[1]
-    half = taps.shape[2]
+    half = taps.every.shape[2]
     bands = [
         extended(stack(band, axis).take(_there_and_back(size, start), 1), "periodic", half // 2, half // 2)
         for start, band in enumerate((low, high))
@@ -230,16 +230,16 @@ def _level_one(name: str) -> tuple[NDArray[np.float64], ...]:
 
 
 @lru_cache
-def _level_one_taps(name: str, dtype: np.dtype[np.floating]) -> Reals:
+def _level_one_taps(name: str, dtype: np.dtype[np.floating]) -> Taps:
     """Return both analysis filters with the same even length: zeros before the shorter one, and one after both."""
     filters = _level_one(name)[:2]
     reach = max(map(len, filters)) // 2
     padded = [np.pad(taps, (reach - len(taps) // 2, reach - len(taps) // 2 + 1)) for taps in filters]
-    return np.stack(padded).astype(dtype)
+    return as_taps(np.stack(padded), dtype)
 
 
 @lru_cache
-def _later_taps(name: str, dtype: np.dtype[np.floating]) -> tuple[Reals, Reals]:
+def _later_taps(name: str, dtype: np.dtype[np.floating]) -> tuple[Taps, Taps]:
     """Return the taps of analysis and of synthesis."""
     filters = orthogonal_filters(np.array(QSHIFT[name])[::-1])
     return split_taps(filters.low, filters.high, dtype), merge_taps(filters.low_back, filters.high_back, dtype)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 from math import prod
 
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 from numpy.typing import DTypeLike, NDArray
 
 from generated import filters
 
 from ..arguments import Reals
-from .sharing import in_threads, n_threads, shares
+from .sharing import blocks, in_threads, n_threads, shares
 
 Places = NDArray[np.intp]
 
@@ -31,10 +33,14 @@ MODES = (
 
 _SHARED = 2**14
 """Number of elements from which threads share the work, since starting one takes as long as filtering this many."""
-_GATHERED = 2**11
+SHORT = 2**12
 """Number of elements below which one indexed copy is faster than three slices."""
 _BLOCK = 2**15
 """Number of results that remain in a cache."""
+_PIECE = 2**13
+"""Number of results of lines in arrays of 64 kB, for which no memory is requested from the system."""
+_LINE = 8
+"""Taps of the kernels for lines; the last ones are 0 for other lengths."""
 _SPLIT = {2: filters.split_2, 4: filters.split_4, 6: filters.split_6, 8: filters.split_8}
 _MERGE = {1: filters.merge_1, 2: filters.merge_2, 3: filters.merge_3, 4: filters.merge_4}
 
@@ -46,38 +52,72 @@ def stack(array: Reals, axis: int) -> Reals:
     return np.ascontiguousarray(array).reshape(prod(shape[:axis]), shape[axis], prod(shape[axis + 1 :]))
 
 
+@dataclass(frozen=True)
+class Taps:
+    """Taps of two filters: all of them, and those of the kernels for lines, eight or two times four at a time."""
+
+    every: Reals
+    lines: tuple[Reals, ...]
+
+
 def extended(x: Reals, mode: str, before: int, after: int) -> Reals:
     """Return signals (outer, n, inner) with numbers of the mode before and after them."""
     if before == after == 0:
         return x
     size = x.shape[1]
-    if x.size < _GATHERED:
-        places = _places(mode, size, before, after)
+    if x.size < SHORT:
+        places = places_of(mode, size, before, after)
         if places is not None:
             return x.take(places, 1)
-    y = np.empty((len(x), before + size + after, x.shape[2]), x.dtype)
-    y[:, before : before + size] = x
-    for start, stop in ((-before, 0), (size, size + after)):
-        sources, factors = _outside(mode, size, start, stop)
-        numbers = x.take(sources, 1)
-        if factors is not None:  # "zero", "smooth", "antisymmetric" and "antireflect".
-            s, u, v = factors.astype(x.dtype)[:, :, None]
-            numbers = s * numbers
-            if u.any() or v.any():
-                numbers += u * x[:, :1] + v * x[:, -1:]
-        y[:, before + start : before + stop] = numbers
-    return y
+    return np.concatenate([_beyond(x, mode, -before, 0), x, _beyond(x, mode, size, size + after)], 1)
 
 
-def split(y: Reals, step: int, taps: Reals, count: int, workers: int | None = None, out: Reals | None = None) -> Reals:
+def _beyond(x: Reals, mode: str, start: int, stop: int) -> Reals:
+    """Return the numbers of extended signals from `start` to `stop`, all before or all after the signals."""
+    sources, factors = _outside(mode, x.shape[1], start, stop)
+    numbers = x.take(sources, 1)
+    if factors is not None:  # "zero", "smooth", "antisymmetric" and "antireflect".
+        s, u, v = factors.astype(x.dtype)[:, :, None]
+        numbers = s * numbers
+        if u.any() or v.any():
+            numbers += u * x[:, :1] + v * x[:, -1:]
+    return numbers
+
+
+def halved(x: Reals, mode: str, before: int, taps: Taps, count: int, workers: int | None = None) -> tuple[Reals, Reals]:
+    """Return the results of `split` with a step of 2 for extended signals.
+
+    Long signals are not copied if the kernels write to parts of an array.
+    """
+    size, length = x.shape[1], taps.every.shape[1]
+    # The results from `first` to `last` need no numbers beyond the ends.
+    first, last = (before + 1) // 2, (before + size - length) // 2 + 1
+    if x.size < _SHARED or first >= last:
+        return split(extended(x, mode, before, 2 * count + length - 2 - size - before), 2, taps, count, workers)
+    both = np.empty((2, len(x), count, x.shape[2]), x.dtype)
+    split(x[:, 2 * first - before :], 2, taps, last - first, workers, both[:, :, first:last])
+    if first > 0:
+        stop = 2 * first - 2 + length - before
+        start = np.concatenate([_beyond(x, mode, -before, 0), x[:, :stop]], 1)
+        split(start, 2, taps, first, 1, both[:, :, :first])
+    if last < count:
+        stop = 2 * count - 2 + length - before
+        end = np.concatenate([x[:, 2 * last - before :], _beyond(x, mode, size, stop)], 1)
+        split(end, 2, taps, count - last, 1, both[:, :, last:])
+    return both[0], both[1]
+
+
+def split(
+    y: Reals, step: int, taps: Taps, count: int, workers: int | None = None, out: Reals | None = None
+) -> tuple[Reals, Reals]:
     """Apply two filters along the middle axis: ``sum_j taps[t, j] y[step i + j]`` for the results i.
 
     Parameters
     ----------
     y : array, (outer, n, inner)
     step : int
-    taps : array, (2, K)
-        Contiguous and of the type of `y`; K must be even.
+    taps : Taps
+        (2, K), of the type of `y`; K must be even.
     count : int
         Number of results.
     workers : int, optional
@@ -86,34 +126,52 @@ def split(y: Reals, step: int, taps: Reals, count: int, workers: int | None = No
 
     Returns
     -------
-    array, (2, outer, count, inner)
+    (array, array), (outer, count, inner)
     """
-    length, (outer, _, inner) = taps.shape[1], y.shape
-    both = np.empty((2, outer, count, inner), y.dtype) if out is None else out
+    outer, _, inner = y.shape
+    are_lines = inner == 1 and step == 2
+    if are_lines and out is None and y.size < _SHARED:
+        low, high = split_lines(y[..., 0], taps, count)
+        return low[..., None], high[..., None]
+    length, both = taps.every.shape[1], np.empty((2, outer, count, inner), y.dtype) if out is None else out
     a, b, c = y.strides
-    windows = np.ndarray((outer, count, inner, length), y.dtype, y, 0, (a, step * b, c, b))
+    windows = as_strided(y, (outer, count, inner, length), (a, step * b, c, b), writeable=False)
     results = both.transpose(1, 2, 3, 0)
     head = length % 8 or 8
+
+    def work_on_lines(part: tuple[slice, slice]) -> None:
+        for some, start, stop in _pieces(part, outer, count):
+            lines = np.ascontiguousarray(y[some, 2 * start : 2 * stop - 2 + length, 0])
+            both[0, some, start:stop, 0], both[1, some, start:stop, 0] = split_lines(lines, taps, stop - start)
 
     def work(part: tuple[slice, slice]) -> None:
         for lines in _blocks(results[part], length > head):
             seen, some = windows[part][lines], results[part][lines]
-            _SPLIT[head](seen[..., :head], taps[:, :head], out=some)
+            _SPLIT[head](seen[..., :head], taps.every[:, :head], out=some)
             for k in range(head, length, 8):
-                filters.split_8_more(some, seen[..., k : k + 8], taps[:, k : k + 8], out=some)
+                filters.split_8_more(some, seen[..., k : k + 8], taps.every[:, k : k + 8], out=some)
 
-    _shared(work, y, count, workers)
-    return both
+    _shared(work_on_lines if are_lines else work, y, count, workers)
+    return both[0], both[1]
 
 
-def merge(low: Reals, high: Reals, taps: Reals, pairs: int, workers: int | None = None) -> Reals:
+def split_lines(y: Reals, taps: Taps, count: int) -> tuple[Reals, Reals]:
+    """Return the results of `split` with a step of 2 for lines, the last axis of `y`, in one thread."""
+    low, high = filters.split_line(y, taps.lines[0], np.empty(count, y.dtype))
+    for k, more in enumerate(taps.lines[1:], 1):
+        # A contiguous copy costs a tenth of what the kernel takes to read other arrays.
+        low, high = filters.split_line_more(low, high, np.ascontiguousarray(y[..., _LINE * k :]), more)
+    return low, high
+
+
+def merge(low: Reals, high: Reals, taps: Taps, pairs: int, workers: int | None = None) -> Reals:
     """Upsample two bands by inserting zeros, filter each, and return the sum of the results.
 
     Parameters
     ----------
     low, high : array, (outer, n, inner)
-    taps : array, (2, 2, K)
-        For even and for odd results, and for each band, the taps in the order of its numbers.
+    taps : Taps
+        (2, 2, K): for even and for odd results, and for each band, the taps in the order of its numbers.
     pairs : int
         Number of pairs of results; pair i has the numbers i to i + K - 1 of each band.
     workers : int, optional
@@ -123,39 +181,70 @@ def merge(low: Reals, high: Reals, taps: Reals, pairs: int, workers: int | None 
     -------
     array, (outer, 2 * pairs, inner)
     """
-    half, (outer, _, inner) = taps.shape[2], low.shape
+    half, (outer, _, inner) = taps.every.shape[2], low.shape
+    if inner == 1 and low.size < _SHARED:
+        return merge_lines(low[..., 0], high[..., 0], taps, pairs).reshape(outer, 2 * pairs, 1)
     result = np.empty((outer, 2 * pairs, inner), low.dtype)
     windows = [
-        np.ndarray((outer, pairs, inner, half), band.dtype, band, 0, (*band.strides, band.strides[1]))
+        as_strided(band, (outer, pairs, inner, half), (*band.strides, band.strides[1]), writeable=False)
         for band in (low, high)
     ]
     results = result.reshape(outer, pairs, 2, inner).transpose(0, 1, 3, 2)
     head = half % 4 or 4
 
+    def work_on_lines(part: tuple[slice, slice]) -> None:
+        for some, start, stop in _pieces(part, outer, pairs):
+            a, b = (np.ascontiguousarray(band[some, start : stop - 1 + half, 0]) for band in (low, high))
+            results[some, start:stop, 0] = merge_lines(a, b, taps, stop - start)
+
     def work(part: tuple[slice, slice]) -> None:
         for lines in _blocks(results[part], half > head):
             (a, b), some = (each[part][lines] for each in windows), results[part][lines]
-            _MERGE[head](a[..., :head], b[..., :head], taps[..., :head], out=some)
+            _MERGE[head](a[..., :head], b[..., :head], taps.every[..., :head], out=some)
             for k in range(head, half, 4):
                 more = slice(k, k + 4)
-                filters.merge_4_more(some, a[..., more], b[..., more], taps[..., more], out=some)
+                filters.merge_4_more(some, a[..., more], b[..., more], taps.every[..., more], out=some)
 
-    _shared(work, result, pairs, workers)
+    _shared(work_on_lines if inner == 1 else work, result, pairs, workers)
     return result
 
 
-def split_taps(low: NDArray[np.float64], high: NDArray[np.float64], dtype: DTypeLike) -> Reals:
+def merge_lines(low: Reals, high: Reals, taps: Taps, pairs: int) -> Reals:
+    """Return the results of `merge` for lines, the last axes of the bands, as pairs, in one thread."""
+    sums: Reals = filters.merge_line(low, high, taps.lines[0], np.empty(pairs, low.dtype))
+    for k, more in enumerate(taps.lines[1:], 1):
+        rest = slice(_LINE // 2 * k, None)
+        bands = np.ascontiguousarray(low[..., rest]), np.ascontiguousarray(high[..., rest])
+        sums = filters.merge_line_more(sums, *bands, more)
+    return sums
+
+
+def split_taps(low: NDArray[np.float64], high: NDArray[np.float64], dtype: DTypeLike) -> Taps:
     """Return the taps of `split` for filters that are given as for convolutions."""
-    return np.ascontiguousarray(np.stack([low[::-1], high[::-1]]), dtype)
+    return as_taps(np.stack([low[::-1], high[::-1]]), dtype)
 
 
-def merge_taps(low: NDArray[np.float64], high: NDArray[np.float64], dtype: DTypeLike) -> Reals:
+def merge_taps(low: NDArray[np.float64], high: NDArray[np.float64], dtype: DTypeLike) -> Taps:
     """Return the taps of `merge` for filters that are given as for convolutions."""
-    return np.ascontiguousarray(np.stack([low, high]).reshape(2, -1, 2)[:, ::-1].transpose(2, 0, 1), dtype)
+    every = np.ascontiguousarray(np.stack([low, high]).reshape(2, -1, 2)[:, ::-1].transpose(2, 0, 1), dtype)
+    return Taps(every, _parts(every, _LINE // 2))
+
+
+def as_taps(every: Reals, dtype: DTypeLike) -> Taps:
+    """Return the taps of `split` for sums of products."""
+    contiguous = np.ascontiguousarray(every, dtype)
+    return Taps(contiguous, _parts(contiguous, _LINE))
+
+
+def _parts(taps: Reals, size: int) -> tuple[Reals, ...]:
+    count = -(-taps.shape[-1] // size)
+    padded = np.zeros((*taps.shape[:-1], count * size), taps.dtype)
+    padded[..., : taps.shape[-1]] = taps
+    return tuple(np.ascontiguousarray(padded[..., k * size : (k + 1) * size]) for k in range(count))
 
 
 @lru_cache(256)
-def _places(mode: str, size: int, before: int, after: int) -> Places | None:
+def places_of(mode: str, size: int, before: int, after: int) -> Places | None:
     """Return the places of all numbers of an extended signal, or None if some are not numbers of the signal."""
     first, last = _outside(mode, size, -before, 0), _outside(mode, size, size, size + after)
     if first[1] is not None or last[1] is not None:
@@ -208,6 +297,14 @@ def _shared(work: Callable[[tuple[slice, slice]], None], whole: Reals, count: in
         in_threads(work, [(some, every) for some in shares(len(whole), workers)], workers)
     else:
         in_threads(work, [(every, some) for some in shares(count, workers)], workers)
+
+
+def _pieces(part: tuple[slice, slice], outer: int, count: int) -> Iterator[tuple[slice, int, int]]:
+    """Return blocks of a part of lines whose results remain in a cache, before they are copied."""
+    first, last, _ = part[0].indices(outer)
+    start, stop, _ = part[1].indices(count)
+    for some, place in blocks(last - first, stop - start, 1, _PIECE):
+        yield slice(first + some.start, first + some.stop), start + place.start, start + place.stop
 
 
 def _blocks(out: Reals, is_repeated: bool) -> Iterator[tuple[slice, slice]]:

@@ -13,7 +13,7 @@ from ..arguments import Reals, real_array
 from .colours import refuse_channels
 from .discrete import check_finite, checked_axes, checked_levels, divided, joined
 from .families import wavelet_filters
-from .filter_bank import extended, split, split_taps, stack
+from .filter_bank import Taps, as_taps, extended, split, split_taps, stack
 from .sharing import Progress, n_threads, steps
 
 
@@ -147,7 +147,7 @@ def _halves(
     """Return both filtered signals of one level, with filters whose taps are `gap` samples apart."""
     taps = _taps(wavelet, is_tight, array.dtype)[0]
     x, places = _cosets(stack(array, axis), gap)
-    half = taps.shape[1] // 2
+    half = taps.every.shape[1] // 2
     results = split(extended(x, "periodic", half - 1, half), 1, taps, x.shape[1], workers)
     return _whole(results[0], places, array.shape), _whole(results[1], places, array.shape)
 
@@ -159,21 +159,21 @@ def _join(low: Reals, high: Reals, wavelet: str, is_tight: bool, axis: int, gap:
     # Numbers of both bands alternate. A window of both contains those of two adjacent results.
     outer, count, inner = a.shape
     both = np.stack([a, d], 2).reshape(outer, 2 * count, inner)
-    reach = (taps.shape[1] - 2) // 2
+    reach = (taps.every.shape[1] - 2) // 2
     pairs = (count + 1) // 2
     results = split(extended(both, "periodic", reach, reach), 4, taps, pairs, workers)
-    x = results.transpose(1, 2, 0, 3).reshape(outer, 2 * pairs, inner)[:, :count]
+    x = np.stack(results, 2).reshape(outer, 2 * pairs, inner)[:, :count]
     return _whole(x, places, low.shape)
 
 
 @lru_cache(256)
-def _taps(wavelet: str, is_tight: bool, dtype: np.dtype[np.floating]) -> tuple[Reals, Reals]:
+def _taps(wavelet: str, is_tight: bool, dtype: np.dtype[np.floating]) -> tuple[Taps, Taps]:
     """Return the taps of the analysis, and those of the synthesis for two adjacent results from alternating bands."""
     filters, root = wavelet_filters(wavelet), np.sqrt(2)
     forth, back = (1 / root, 1 / root) if is_tight else (1.0, 0.5)
     joint = back * np.stack([filters.low_back[::-1], filters.high_back[::-1]], 1).ravel()
     taps = np.stack([np.pad(joint, (0, 2)), np.pad(joint, (2, 0))])
-    return split_taps(forth * filters.low, forth * filters.high, dtype), np.ascontiguousarray(taps, dtype)
+    return split_taps(forth * filters.low, forth * filters.high, dtype), as_taps(taps, dtype)
 
 
 def _cosets(x: Reals, gap: int) -> tuple[Reals, NDArray[np.intp] | None]:
