@@ -338,12 +338,12 @@ def check_finite(array: Reals, name: str) -> None:
     """Raise an error for empty arrays and for numbers that are not finite or whose sum would overflow."""
     if array.size == 0:
         raise ValueError(f"{name}: shape {array.shape}; expected no empty axis")
-    if array.dtype.kind == "f" and array.flags.c_contiguous:
+    if array.dtype.kind == "f" and array.size < SHORT and array.flags.c_contiguous:
+        # One product is faster than two searches, for arrays so short that no library of matrices starts threads.
         numbers = array.reshape(-1)
         with np.errstate(over="ignore", invalid="ignore", under="ignore"):
             energy = numbers.dot(numbers)
         if isfinite(energy):
-            # No number exceeds the square root of the largest, and sums of so many numbers do not overflow.
             return
     largest = max(float(array.max()), -float(array.min()))
     if not np.isfinite(largest):
