@@ -18,8 +18,9 @@ from .conformal_wavelet import ConformalInverse, conformal_wavelet, iconformal_w
 from .continuous import ContinuousWavelet, admissibility, continuous_wavelet
 from .convolution import clifford_convolve, clifford_correlate
 from .denoise import denoise, estimated_noise
-from .discrete import WaveletPyramid, discrete_wavelet, wavelet_filters
+from .discrete import WaveletPyramid, discrete_wavelet, dwt, idwt
 from .dual_tree import DualTree, dual_tree
+from .families import wavelet_filters, wavelet_names
 from .flow import Flow, optical_flow
 from .geometric_fourier import geometric_fft, igeometric_fft
 from .lie_filters import lie_filter, lie_responses
@@ -30,7 +31,9 @@ from .local_phase import (
     local_phase,
     quaternion_local_phase,
 )
+from .mother_wavelets import MotherWavelet, mother_wavelet
 from .orbits import KeyPoints, key_points, orbit_energies, orbit_energy
+from .packets import WaveletPackets, wavelet_packets
 from .phase import Phase, gabor_bank, quaternion_phase
 from .pseudoscalar_fourier import (
     iproduct_fft,
@@ -44,8 +47,17 @@ from .pseudoscalar_fourier import (
 from .pyramid import QuaternionPyramid
 from .quaternion_fourier import Side, iqft, irqft, qft, rqft
 from .scalar_convolution import convolve, correlate
+from .shrinkage import (
+    bayes_threshold,
+    denoise_wavelet,
+    noise_deviation,
+    shrink,
+    sure_threshold,
+    universal_threshold,
+)
 from .similarity import Disparity, disparity, similarity_distance
 from .spherical_wavelet import sphere_versor, sphere_wavelet
+from .stationary import StationaryWavelet, stationary_wavelet
 from .texture import texture_features
 from .vector_fields import Match, derivative_mask, divergence_and_curl, match_template
 
@@ -62,13 +74,17 @@ __all__ = [
     "LocalPhase",
     "Match",
     "Monogenic",
+    "MotherWavelet",
     "Phase",
     "QuaternionLocalPhase",
     "QuaternionPyramid",
     "Side",
+    "StationaryWavelet",
+    "WaveletPackets",
     "WaveletPyramid",
     "admissibility",
     "analytic_signal",
+    "bayes_threshold",
     "clifford_convolve",
     "clifford_correlate",
     "clifford_fft",
@@ -81,17 +97,20 @@ __all__ = [
     "convolve",
     "correlate",
     "denoise",
+    "denoise_wavelet",
     "derivative_mask",
     "discrete_wavelet",
     "disparity",
     "divergence_and_curl",
     "dual_tree",
+    "dwt",
     "estimated_noise",
     "from_rgb",
     "gabor_bank",
     "geometric_fft",
     "iclifford_fft",
     "iconformal_wavelet",
+    "idwt",
     "igeometric_fft",
     "iproduct_fft",
     "ipseudoscalar_fft",
@@ -105,6 +124,8 @@ __all__ = [
     "local_phase",
     "match_template",
     "monogenic_signal",
+    "mother_wavelet",
+    "noise_deviation",
     "optical_flow",
     "orbit_energies",
     "orbit_energy",
@@ -117,15 +138,21 @@ __all__ = [
     "quaternionic_analytic_signal",
     "real_product_fft",
     "rqft",
+    "shrink",
     "similarity_distance",
     "similarity_versor",
     "single_orthant_signal",
     "spacetime_fft",
     "sphere_versor",
     "sphere_wavelet",
+    "stationary_wavelet",
+    "sure_threshold",
     "texture_features",
     "to_rgb",
     "total_analytic_signal",
+    "universal_threshold",
     "volume_time_fft",
     "wavelet_filters",
+    "wavelet_names",
+    "wavelet_packets",
 ]

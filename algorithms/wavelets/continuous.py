@@ -1,8 +1,8 @@
-"""The continuous wavelet transform of signals with real wavelets and with the analytic Morlet wavelet."""
+"""The continuous wavelet transform of signals with real and with complex wavelets."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,34 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number, real_array
 from .discrete import check_finite
+from .mother_wavelets import mother_wavelet
 
-_MORLET = 5.0
-"""Frequency of the Morlet wavelet, in radians per unit of time."""
-_REACH = 8.0
-"""Time, in units of the scale, beyond which wavelets are below 1e-13."""
 _COVERED = 1e-6
 """Frequencies are covered where the sum of squared filters exceeds this fraction of its maximum."""
-
-
-def _mexican_hat(w: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(np.sqrt(8 / 3) * np.pi**0.25 * w**2 * np.exp(-(w**2) / 2))
-
-
-def _morlet(w: NDArray[np.float64]) -> NDArray[np.float64]:
-    both = np.exp(-((w - _MORLET) ** 2) / 2) + np.exp(-((w + _MORLET) ** 2) / 2)
-    return np.asarray(np.sqrt(np.pi / 2) * both)
-
-
-def _analytic_morlet(w: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.where(w > 0, np.sqrt(2 * np.pi) * np.exp(-((w - _MORLET) ** 2) / 2), 0)
-
-
-WAVELETS: dict[str, Callable[[NDArray[np.float64]], NDArray[np.float64]]] = {
-    "mexican_hat": _mexican_hat,
-    "morlet": _morlet,
-    "analytic_morlet": _analytic_morlet,
-}
-"""Fourier transforms of the wavelets, all of which are real."""
 
 
 @dataclass(frozen=True)
@@ -51,13 +27,13 @@ class ContinuousWavelet:
     padded : array, (..., A, P)
         Coefficients at A scales: for the N samples of the signal and, with mode "zero", for positions beyond its end.
     filters : array, (A, P)
-        The factors of the spectrum.
+        The factors of the spectrum, complex where a wavelet is not symmetric.
     size : int
         N.
     """
 
     padded: NDArray[Any]
-    filters: NDArray[np.float64]
+    filters: NDArray[Any]
     size: int
 
     @property
@@ -85,7 +61,7 @@ class ContinuousWavelet:
         -------
         array, (..., N)
         """
-        spectrum = (scipy.fft.fft(self.padded, axis=-1, workers=workers) * self.filters).sum(-2)
+        spectrum = (scipy.fft.fft(self.padded, axis=-1, workers=workers) * self.filters.conj()).sum(-2)
         opposite = np.roll(spectrum[..., ::-1], 1, -1)
         weight = self._weight()
         share = np.where(self.covered, 1 / np.where(self.covered, weight, 1), 0)
@@ -94,7 +70,7 @@ class ContinuousWavelet:
         return np.asarray(result[..., : self.size], self.padded.real.dtype)
 
     def _weight(self) -> NDArray[np.float64]:
-        weight = (self.filters**2).sum(0)
+        weight = (np.abs(self.filters) ** 2).sum(0)
         return np.asarray(weight + np.roll(weight[::-1], 1))
 
 
@@ -105,7 +81,7 @@ def continuous_wavelet(
     mode: str = "zero",
     workers: int | None = None,
 ) -> ContinuousWavelet:
-    """Compute the continuous wavelet transform ``W(a, b) = sum f(x) psi((x - b) / a) / sqrt(a)``.
+    """Compute the continuous wavelet transform ``W(a, b) = sum f(x) psi*((x - b) / a) / sqrt(a)``; `cwt` of PyWavelets.
 
     Parameters
     ----------
@@ -114,8 +90,8 @@ def continuous_wavelet(
     scales : sequence of float
         A positive scales a, in samples.
     wavelet : str
-        "mexican_hat", of norm 1: ``2 / (sqrt(3) pi**(1/4)) (1 - t**2) exp(-t**2 / 2)``; "morlet":
-        ``cos(5 t) exp(-t**2 / 2)``; "analytic_morlet": the same with ``exp(5 i t)``, without negative frequencies.
+        A name of `mother_wavelet`: "mexican_hat", "morlet", "analytic_morlet", "gaus1" to "gaus8", "cgau1" to "cgau8",
+        "cmorB-C", "shanB-C" or "fbspM-B-C" with numbers for the letters, as in "cmor1.5-1.0".
     mode : str
         "zero", with zeros outside the signal, or "periodic".
     workers : int, optional
@@ -124,7 +100,7 @@ def continuous_wavelet(
     Returns
     -------
     ContinuousWavelet
-        Complex for "analytic_morlet" and real for the others.
+        Real for "mexican_hat", "morlet" and "gaus", and complex for the others.
 
     Raises
     ------
@@ -133,15 +109,14 @@ def continuous_wavelet(
 
     Notes
     -----
-    "mexican_hat" and "morlet" are "mexh" and "morl" of PyWavelets, which averages the wavelets over a sample and shifts
+    "mexican_hat" and "morlet" are "mexh" and "morl" of PyWavelets, which averages all wavelets over a sample and shifts
     them by half a sample; with the signal averaged and shifted accordingly, results agree to 2e-3. The filters are the
     Fourier transforms of the wavelets up to half a cycle per sample; higher frequencies of wavelets of small scale are
-    cut off.
+    cut off. Only "shan" and "fbsp", which decay slowly, are sampled in time if the mode is "zero".
     """
     array = real_array(signal, "signal", (-1,), "signals N")
     check_finite(array, "signal")
-    if wavelet not in WAVELETS:
-        raise ValueError(f"wavelet: {wavelet!r}; expected {', '.join(map(repr, WAVELETS))}")
+    mother = mother_wavelet(wavelet)
     if mode not in ("zero", "periodic"):
         raise ValueError(f"mode: {mode!r}; expected 'zero' or 'periodic'")
     sizes = np.array([finite_number(a, "scales") for a in scales])
@@ -150,16 +125,23 @@ def continuous_wavelet(
     count = array.shape[-1]
     length = count
     if mode == "zero":
-        length = int(scipy.fft.next_fast_len(count + int(np.ceil(2 * _REACH * sizes.max()))))
-    w = 2 * np.pi * np.fft.fftfreq(length)
-    # The conjugate and mirrored wavelet has the same real transform.
-    filters = np.sqrt(sizes)[:, None] * WAVELETS[wavelet](sizes[:, None] * w)
+        beyond = count - 1 if mother.values else int(np.ceil(2 * mother.reach * sizes.max()))
+        length = int(scipy.fft.next_fast_len(count + beyond))
+    roots = np.sqrt(sizes)[:, None]
+    if mode == "zero" and mother.values:
+        lags = np.fft.fftfreq(length, 1 / length)
+        filters = scipy.fft.fft(mother.values(-lags / sizes[:, None]).conj() / roots, workers=workers)
+    else:
+        # The conjugate and mirrored wavelet has the conjugate transform.
+        filters = roots * mother.spectrum(sizes[:, None] * (2 * np.pi * np.fft.fftfreq(length))).conj()
+    if not mother.is_complex and length % 2 == 0:
+        filters[:, length // 2] = filters[:, length // 2].real
+    factors = filters.astype(np.result_type(array.dtype, np.complex64) if filters.dtype.kind == "c" else array.dtype)
     spectrum = scipy.fft.fft(array, length, workers=workers)[..., None, :]
-    if wavelet == "analytic_morlet":
-        product = spectrum * filters.astype(array.dtype)
-        return ContinuousWavelet(scipy.fft.ifft(product, overwrite_x=True, workers=workers), filters, count)
+    if mother.is_complex:
+        return ContinuousWavelet(scipy.fft.ifft(spectrum * factors, overwrite_x=True, workers=workers), filters, count)
     half = length // 2 + 1
-    product = spectrum[..., :half] * filters[:, :half].astype(array.dtype)
+    product = spectrum[..., :half] * factors[:, :half]
     return ContinuousWavelet(scipy.fft.irfft(product, length, overwrite_x=True, workers=workers), filters, count)
 
 
@@ -172,11 +154,15 @@ def admissibility(wavelet: str) -> float:
     Raises
     ------
     ValueError
-        If the name is unknown.
+        If the name is unknown, or if the wavelet has frequencies of both signs around 0, for which C is infinite.
     """
-    if wavelet not in WAVELETS:
-        raise ValueError(f"wavelet: {wavelet!r}; expected {', '.join(map(repr, WAVELETS))}")
+    mother = mother_wavelet(wavelet)
+    if mother.band:
+        low, high = mother.band
+        if low <= 0:
+            raise ValueError(f"wavelet: {wavelet!r}, whose constant is infinite; expected 2 C > B")
+        return float(scipy.integrate.quad(lambda w: np.abs(mother.spectrum(np.array(w))) ** 2 / w, low, high)[0])
     # The integrand is smooth in log w and decays at both ends, so the trapezoidal rule is as accurate as any other.
-    steps = np.linspace(-40, 4, 40001)
-    values = WAVELETS[wavelet](np.exp(steps)) ** 2 + WAVELETS[wavelet](-np.exp(steps)) ** 2
+    steps = np.linspace(-40, np.log(mother.highest), 40001)
+    values = np.abs(mother.spectrum(np.exp(steps))) ** 2 + np.abs(mother.spectrum(-np.exp(steps))) ** 2
     return float(values.sum() * (steps[1] - steps[0]))

@@ -2,65 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, real_array
 from .colours import refuse_channels
-from .filters import ANALYSIS, ORTHOGONAL, SYNTHESIS
-from .polyphase import MODES, beyond, merge, split
+from .families import wavelet_filters
+from .filter_bank import (
+    MODES,
+    SHORT,
+    Taps,
+    extended,
+    halved,
+    merge,
+    merge_lines,
+    merge_taps,
+    places_of,
+    split_lines,
+    split_taps,
+    stack,
+)
 from .sharing import Progress, n_threads, steps
 
 _TERMS = 4
 """Bound of the sums in transforms and filters, as a multiple of the sum of the absolute values of all numbers."""
 _NAMES = {"da": "H", "ad": "V", "dd": "D"}
 """Names of the details of images: horizontal, vertical and diagonal structures."""
-
-
-@dataclass(frozen=True)
-class Filters:
-    """Low- and high-pass filters for analysis and synthesis, of the same even length."""
-
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    low_back: NDArray[np.float64]
-    high_back: NDArray[np.float64]
-
-
-@lru_cache
-def wavelet_filters(name: str) -> Filters:
-    """Return the filters of a wavelet.
-
-    The names are "haar", "db1" to "db20", "sym2" to "sym20", "coif1" to "coif5" and "bior1.1" to "bior6.8".
-
-    Raises
-    ------
-    ValueError
-        If the name is unknown.
-    """
-    if name == "haar":
-        name = "db1"
-    if name in ORTHOGONAL:
-        return orthogonal_filters(np.array(ORTHOGONAL[name])[::-1])
-    if name in ANALYSIS:
-        low, low_back = np.array(ANALYSIS[name]), np.array(SYNTHESIS[name])
-        signs = (-1.0) ** np.arange(len(low))
-        return Filters(low, -signs * low_back, low_back, signs * low)
-    raise ValueError(
-        f"wavelet: {name!r}; expected 'haar', 'db1' to 'db20', 'sym2' to 'sym20', 'coif1' to 'coif5' or one of "
-        + ", ".join(ANALYSIS)
-    )
-
-
-def orthogonal_filters(low: NDArray[np.float64]) -> Filters:
-    """Return the four filters determined by an orthogonal low-pass analysis filter."""
-    back = low[::-1]
-    high_back = (-1.0) ** np.arange(len(low)) * low
-    return Filters(low, high_back[::-1], back, high_back)
 
 
 @dataclass(frozen=True)
@@ -102,22 +75,16 @@ class WaveletPyramid:
         -------
         array, of the shape of the signals
         """
-        filters, step_done = wavelet_filters(self.wavelet), steps(progress, len(self.detail))
+        step_done = steps(progress, len(self.detail))
         n_threads(workers)
         array = self.approx
         for detail, shape in zip(self.detail[::-1], self.shapes[::-1], strict=True):
-            bands = {
-                "a" * len(self.axes): array,
-                **{_letters(key, len(self.axes)): band for key, band in detail.items()},
-            }
-            for k in range(len(self.axes) - 1, -1, -1):
-                bands = {
-                    word: synthesis(
-                        bands[word + "a"], bands[word + "d"], filters, self.mode, self.axes[k], shape[k], workers
-                    )
-                    for word in map("".join, product("ad", repeat=k))
-                }
-            array = bands[""]
+            sizes = dict(zip(self.axes, shape, strict=True))
+
+            def join(low: Reals, high: Reals, axis: int, sizes: dict[int, int] = sizes) -> Reals:
+                return synthesis(low, high, self.wavelet, self.mode, axis, sizes[axis], workers)
+
+            array = joined(array, detail, self.axes, join)
             step_done()
         return array
 
@@ -167,59 +134,217 @@ def discrete_wavelet(
     -----
     Coefficients agree with PyWavelets to 1e-10 of the largest number; `inverse` recovers the signal to 1e-12 of it.
     """
-    array = real_array(signal, "signal", (-1,))
-    filters = wavelet_filters(wavelet)
-    if mode not in MODES:
-        raise ValueError(f"mode: {mode!r}; expected {', '.join(map(repr, MODES))}")
-    chosen = _axes(axes, array.ndim)
-    if axes is None:
-        refuse_channels(array.shape, "signal", "axes=(0, 1) takes all channels, axes=(-2, -1) images of so few columns")
-    check_finite(array, "signal")
-    count = _levels(levels, [array.shape[axis] for axis in chosen], len(filters.low))
+    array, chosen, count = checked_signal(signal, wavelet, levels, mode, axes)
     detail, shapes, step_done = [], [], steps(progress, count)
     n_threads(workers)
     for _ in range(count):
         shapes.append(tuple(array.shape[axis] for axis in chosen))
-        bands = {"": array}
-        for axis in chosen:
-            split = {word: analysis(band, filters, mode, axis, workers) for word, band in bands.items()}
-            bands = {word + letter: split[word][k] for word in bands for k, letter in enumerate("ad")}
-        array = bands.pop("a" * len(chosen))
-        detail.append({_name(word): band for word, band in bands.items()})
+        array, bands = divided(array, chosen, lambda band, axis: analysis(band, wavelet, mode, axis, workers))
+        detail.append(bands)
         step_done()
     return WaveletPyramid(array, tuple(detail), wavelet, mode, chosen, tuple(shapes))
 
 
-def analysis(array: Reals, filters: Filters, mode: str, axis: int, workers: int | None = None) -> tuple[Reals, Reals]:
+def divided(
+    array: Reals, axes: tuple[int, ...], halves: Callable[[Reals, int], tuple[Reals, Reals]]
+) -> tuple[Reals, dict[str, Reals]]:
+    """Return the approximation and the named details of one level, which `halves` splits along each axis."""
+    bands = {"": array}
+    for axis in axes:
+        bands = {
+            word + letter: half for word in bands for letter, half in zip("ad", halves(bands[word], axis), strict=True)
+        }
+    return bands.pop("a" * len(axes)), {_name(word): band for word, band in bands.items()}
+
+
+def joined(
+    approx: Reals, detail: dict[str, Reals], axes: tuple[int, ...], join: Callable[[Reals, Reals, int], Reals]
+) -> Reals:
+    """Return the array that `divided` has split; `join` joins the halves along an axis."""
+    bands = {"a" * len(axes): approx, **{_letters(key, len(axes)): band for key, band in detail.items()}}
+    for k in range(len(axes) - 1, -1, -1):
+        words = map("".join, product("ad", repeat=k))
+        bands = {word: join(bands[word + "a"], bands[word + "d"], axes[k]) for word in words}
+    return bands[""]
+
+
+def dwt(
+    signal: ArrayLike, wavelet: str = "db4", mode: str = "symmetric", axis: int = -1, workers: int | None = None
+) -> tuple[Reals, Reals]:
+    """Compute one level of the discrete wavelet transform along one axis, for signals of any size.
+
+    Parameters
+    ----------
+    signal, wavelet, mode, workers
+        As in `discrete_wavelet`.
+    axis : int
+
+    Returns
+    -------
+    smooth, rough : array
+        The approximation and the details, of ``(n + taps - 1) // 2`` numbers, or half of n rounded up with the mode
+        "periodization".
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `discrete_wavelet`.
+    """
+    array = real_array(signal, "signal", (-1,))
+    if mode not in MODES:
+        raise ValueError(f"mode: {mode!r}; expected {', '.join(map(repr, MODES))}")
+    check_finite(array, "signal")
+    if not -array.ndim <= axis < array.ndim:
+        raise ValueError(f"axis: {axis}; expected an axis of an array of {array.ndim}")
+    if workers is not None:
+        n_threads(workers)
+    return analysis(array, wavelet, mode, axis, workers)
+
+
+def idwt(
+    smooth: ArrayLike,
+    rough: ArrayLike,
+    wavelet: str = "db4",
+    mode: str = "symmetric",
+    axis: int = -1,
+    size: int | None = None,
+    workers: int | None = None,
+) -> Reals:
+    """Return the signals whose `dwt` is given.
+
+    Parameters
+    ----------
+    smooth, rough : array_like
+        The approximation and the details, of the same shape.
+    wavelet, mode, axis, workers
+        As in `dwt`.
+    size : int, optional
+        The length of the signals, of the two that are possible; the default is the even one.
+
+    Returns
+    -------
+    array
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the bands are not arrays of finite real numbers of the same shape, if names or the axis are unknown, or if
+        the size differs from both possible sizes.
+    """
+    low, high = real_array(smooth, "smooth", (-1,)), real_array(rough, "rough", (-1,))
+    if low.shape != high.shape:
+        raise ValueError(f"rough: shape {high.shape}; expected that of smooth, {low.shape}")
+    if mode not in MODES:
+        raise ValueError(f"mode: {mode!r}; expected {', '.join(map(repr, MODES))}")
+    check_finite(low, "smooth")
+    check_finite(high, "rough")
+    if not -low.ndim <= axis < low.ndim:
+        raise ValueError(f"axis: {axis}; expected an axis of an array of {low.ndim}")
+    if workers is not None:
+        n_threads(workers)
+    length = len(wavelet_filters(wavelet).low)
+    most = 2 * low.shape[axis] - (0 if mode == "periodization" else length - 2)
+    if most < 1:
+        raise ValueError(
+            f"smooth: {low.shape[axis]} numbers along the axis; expected at least {length // 2}, for filters of "
+            f"{length} taps"
+        )
+    count = most if size is None else size
+    if not most - 1 <= count <= most or count < 1:
+        raise ValueError(
+            f"size: {count}; expected {most} or {most - 1}, of which {low.shape[axis]} numbers are the transform"
+        )
+    return synthesis(low, high, wavelet, mode, axis, count, workers)
+
+
+def analysis(array: Reals, wavelet: str, mode: str, axis: int, workers: int | None = None) -> tuple[Reals, Reals]:
     """Return the smoothed and the differenced half of one level along one axis."""
-    length, size = len(filters.low), array.shape[axis]
-    count, start = (size + length - 1) // 2, 2 - length
-    if mode == "periodization":
-        count, start = (size + 1) // 2, 1 - length // 2
-    everywhere = np.arange(count)
-    taps = np.stack([filters.low[::-1], filters.high[::-1]])
-    lines = beyond(mode, size, start, 2 * count - 2 + length)
-    return split(array, axis, 2, taps, lines, (everywhere, everywhere), workers=workers)
+    shape = array.shape
+    taps, count, before, places = _plan(wavelet, mode, shape[axis], array.dtype)
+    is_last = axis in (-1, len(shape) - 1)
+    if is_last and places is not None and array.size < SHORT:
+        return split_lines(array.take(places, -1), taps, count)
+    low, high = halved(stack(array, axis), mode, before, taps, count, workers)
+    half = shape[:axis] + (count,) + (() if is_last else shape[axis + 1 :])
+    return low.reshape(half), high.reshape(half)
 
 
 def synthesis(
-    smooth: Reals, rough: Reals, filters: Filters, mode: str, axis: int, size: int, workers: int | None = None
+    smooth: Reals, rough: Reals, wavelet: str, mode: str, axis: int, size: int, workers: int | None = None
 ) -> Reals:
     """Return the signal of `size` numbers along an axis from the results of `analysis`."""
-    half, count = len(filters.low) // 2, smooth.shape[axis]
+    taps = _taps(wavelet, smooth.dtype)[1]
+    half, shape = taps.every.shape[2], smooth.shape
+    rough, count = np.asarray(rough, smooth.dtype), shape[axis]
+    is_last = axis in (-1, len(shape) - 1)
     # With results numbered from 0, those before the first wanted one end with earlier numbers of the bands.
-    first = half - 1 if mode == "periodization" else 2 * half - 2
-    places = np.arange(first // 2 - half + 1, (first + size - 1) // 2 + 1)
+    first = before = after = 0
     if mode == "periodization":
-        places %= count
-    taps = np.stack([filters.low_back, filters.high_back])
-    return merge((smooth, rough), axis, taps, (places, places), first % 2, np.arange(size), workers)
+        first, before, after = (half - 1) % 2, half // 2, (half + size) // 2 - count
+    pairs = before + count + after - half + 1
+    if is_last and smooth.size < SHORT:
+        if before or after:
+            places = np.arange(-before, count + after) % count
+            smooth, rough = smooth.take(places, -1), rough.take(places, -1)
+        sums = merge_lines(smooth, rough, taps, pairs)
+        return sums.reshape((*shape[:-1], 2 * pairs))[..., first : first + size]
+    low, high = (extended(stack(band, axis), "periodic", before, after) for band in (smooth, rough))
+    result = merge(low, high, taps, pairs, workers)[:, first : first + size]
+    return result.reshape(shape[:axis] + (size,) + (() if is_last else shape[axis + 1 :]))
+
+
+@lru_cache(256)
+def _taps(wavelet: str, dtype: np.dtype[np.floating]) -> tuple[Taps, Taps]:
+    """Return the taps of analysis and of synthesis."""
+    filters = wavelet_filters(wavelet)
+    return split_taps(filters.low, filters.high, dtype), merge_taps(filters.low_back, filters.high_back, dtype)
+
+
+@lru_cache(256)
+def _plan(
+    wavelet: str, mode: str, size: int, dtype: np.dtype[np.floating]
+) -> tuple[Taps, int, int, NDArray[np.intp] | None]:
+    """Return the taps of analysis, the number of results and of numbers before the signal, and places if it is short.
+
+    The places are those of the numbers of the extended signal, see `places_of`.
+    """
+    taps = _taps(wavelet, dtype)[0]
+    length = taps.every.shape[1]
+    if mode == "periodization":
+        count, before = (size + 1) // 2, length // 2 - 1
+    else:
+        count, before = (size + length - 1) // 2, length - 2
+    after = 2 * count + length - 2 - size - before
+    return taps, count, before, places_of(mode, size, before, after) if size < SHORT else None
+
+
+def checked_signal(
+    signal: ArrayLike, wavelet: str, levels: int | None, mode: str, axes: tuple[int, ...] | None
+) -> tuple[Reals, tuple[int, ...], int]:
+    """Return the array, the axes and the number of levels after validation."""
+    array = real_array(signal, "signal", (-1,))
+    length = len(wavelet_filters(wavelet).low)
+    if mode not in MODES:
+        raise ValueError(f"mode: {mode!r}; expected {', '.join(map(repr, MODES))}")
+    chosen = checked_axes(axes, array.ndim)
+    if axes is None:
+        refuse_channels(array.shape, "signal", "axes=(0, 1) takes all channels, axes=(-2, -1) images of so few columns")
+    check_finite(array, "signal")
+    count = _levels(levels, [array.shape[axis] for axis in chosen], length)
+    return array, chosen, count
 
 
 def check_finite(array: Reals, name: str) -> None:
     """Raise an error for empty arrays and for numbers that are not finite or whose sum would overflow."""
     if array.size == 0:
         raise ValueError(f"{name}: shape {array.shape}; expected no empty axis")
+    if array.dtype.kind == "f" and array.size < SHORT and array.flags.c_contiguous:
+        # One product is faster than two searches, for arrays so short that no library of matrices starts threads.
+        numbers = array.reshape(-1)
+        with np.errstate(over="ignore", invalid="ignore", under="ignore"):
+            energy = numbers.dot(numbers)
+        if isfinite(energy):
+            return
     largest = max(float(array.max()), -float(array.min()))
     if not np.isfinite(largest):
         raise ValueError(f"{name}: a number is not finite; expected finite numbers")
@@ -247,15 +372,21 @@ def _levels(levels: int | None, sizes: list[int], length: int) -> int:
     return checked_levels(levels, most, f"as {smallest} numbers have with a filter of {length} taps")
 
 
-def _axes(axes: tuple[int, ...] | None, dimension: int) -> tuple[int, ...]:
+def checked_axes(axes: tuple[int, ...] | None, dimension: int) -> tuple[int, ...]:
+    """Return axes counted from the end, so that they remain valid if leading axes are added."""
     chosen = tuple(range(-min(dimension, 2), 0)) if axes is None else tuple(axes)
     if not chosen or any(not -dimension <= axis < dimension for axis in chosen):
         raise ValueError(f"axes: {axes}; expected axes of an array of {dimension}")
-    # Axes are counted from the end, so that they remain valid if leading axes are added.
     chosen = tuple(axis % dimension - dimension for axis in chosen)
     if len(set(chosen)) < len(chosen):
         raise ValueError(f"axes: {axes}; expected each axis once")
     return chosen
+
+
+def band_names(axes: int) -> dict[str, str]:
+    """Return the names of the details of one level, for words with one letter per axis."""
+    words = map("".join, product("ad", repeat=axes))
+    return {word: _name(word) for word in words if "d" in word}
 
 
 def _name(word: str) -> str:

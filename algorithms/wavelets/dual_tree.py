@@ -10,11 +10,12 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals
-from . import polyphase
 from .checks import image_stack
-from .discrete import Filters, checked_levels, orthogonal_filters
+from .discrete import checked_levels
+from .families import orthogonal_filters
+from .filter_bank import Taps, as_taps, extended, merge, merge_taps, split_taps, stack
+from .filter_bank import split as filtered
 from .filters import LEVEL_ONE_ANALYSIS, LEVEL_ONE_SYNTHESIS, QSHIFT
-from .polyphase import Lines, beyond
 from .sharing import Progress, in_threads, n_threads, steps
 
 Complexes = NDArray[np.complexfloating]
@@ -183,20 +184,23 @@ def _both(
     array: Reals, level: int, first: str, later: str, axis: int, work: list[Reals] | None, workers: int | None
 ) -> tuple[Reals, Reals]:
     """Split one level along one axis. The first level keeps all samples: its trees take the even and the odd ones."""
-    size = array.shape[axis]
+    shape, x = array.shape, stack(array, axis)
+    size = x.shape[1]
     if level == 0:
-        out = None if work is None else work.pop()
-        taps = _level_one_taps(first)
-        places = np.arange(size)
-        lines = beyond("symmetric", size, 1 - taps.shape[1] // 2, size + taps.shape[1])
-        return polyphase.split(array, axis, 1, taps, lines, (places, places), out, workers)
-    filters = _later(later)
-    length = len(filters.low)
+        taps = _level_one_taps(first, x.dtype)
+        reach = taps.every.shape[1] // 2
+        out = None if work is None else work.pop().reshape(2, *x.shape, copy=False)
+        low, high = filtered(extended(x, "symmetric", reach - 1, reach), 1, taps, size, workers, out)
+        return low.reshape(shape), high.reshape(shape)
     # The transform is periodic over the samples of one tree forward, followed by those of the other backward.
-    places = _there_and_back(size, 0)[np.arange(1 - length // 2, size - 1 + length // 2) % size]
-    to = _there_and_back(size // 2, 0), _there_and_back(size // 2, 1)
-    taps = np.stack([filters.low[::-1], filters.high[::-1]])
-    return polyphase.split(array, axis, 2, taps, Lines(places, np.empty((0, 4))), to, workers=workers)
+    taps = _later_taps(later, x.dtype)[0]
+    before = taps.every.shape[1] // 2 - 1
+    y = extended(x.take(_there_and_back(size, 0), 1), "periodic", before, before)
+    low, high = filtered(y, 2, taps, size // 2, workers)
+    halved = list(shape)
+    halved[axis] //= 2
+    parts = low.take(_and_back(size // 2, 0), 1), high.take(_and_back(size // 2, 1), 1)
+    return parts[0].reshape(halved), parts[1].reshape(halved)
 
 
 def _back(low: Reals, high: Reals, level: int, first: str, later: str, axis: int, workers: int | None) -> Reals:
@@ -205,12 +209,16 @@ def _back(low: Reals, high: Reals, level: int, first: str, later: str, axis: int
         work = list(zip((low, high), _level_one(first)[2:], parts, strict=True))
         in_threads(lambda each: scipy.ndimage.convolve1d(each[0], each[1], axis, each[2], "reflect"), work, workers)
         return parts[0] + parts[1]
-    half, filters = low.shape[axis], _later(later)
-    start = len(filters.low) // 2 - 1
-    around = np.arange(start // 2 - start, (start + 2 * half - 1) // 2 + 1) % half
-    places = _there_and_back(half, 0)[around], _there_and_back(half, 1)[around]
-    taps = np.stack([filters.low_back, filters.high_back])
-    return polyphase.merge((low, high), axis, taps, places, start % 2, _there_and_back(2 * half, 0), workers)
+    shape, size = list(low.shape), low.shape[axis]
+    taps = _later_taps(later, low.dtype)[1]
+    half = taps.every.shape[2]
+    bands = [
+        extended(stack(band, axis).take(_there_and_back(size, start), 1), "periodic", half // 2, half // 2)
+        for start, band in enumerate((low, high))
+    ]
+    around = merge(bands[0], bands[1], taps, size + 1 - half % 2, workers)
+    shape[axis] *= 2
+    return around[:, (half - 1) % 2 :].take(_and_back(2 * size, 0), 1).reshape(shape)
 
 
 @lru_cache
@@ -222,16 +230,19 @@ def _level_one(name: str) -> tuple[NDArray[np.float64], ...]:
 
 
 @lru_cache
-def _level_one_taps(name: str) -> NDArray[np.float64]:
+def _level_one_taps(name: str, dtype: np.dtype[np.floating]) -> Taps:
     """Return both analysis filters with the same even length: zeros before the shorter one, and one after both."""
     filters = _level_one(name)[:2]
     reach = max(map(len, filters)) // 2
-    return np.stack([np.pad(taps, (reach - len(taps) // 2, reach - len(taps) // 2 + 1)) for taps in filters])
+    padded = [np.pad(taps, (reach - len(taps) // 2, reach - len(taps) // 2 + 1)) for taps in filters]
+    return as_taps(np.stack(padded), dtype)
 
 
 @lru_cache
-def _later(name: str) -> Filters:
-    return orthogonal_filters(np.array(QSHIFT[name])[::-1])
+def _later_taps(name: str, dtype: np.dtype[np.floating]) -> tuple[Taps, Taps]:
+    """Return the taps of analysis and of synthesis."""
+    filters = orthogonal_filters(np.array(QSHIFT[name])[::-1])
+    return split_taps(filters.low, filters.high, dtype), merge_taps(filters.low_back, filters.high_back, dtype)
 
 
 @lru_cache
@@ -239,6 +250,12 @@ def _there_and_back(size: int, start: int) -> NDArray[np.intp]:
     """Return the samples of one tree forward, then those of the other one backward."""
     forward = np.arange(start, size, 2)
     return np.concatenate([forward, np.arange(1 - start, size, 2)[::-1]])
+
+
+@lru_cache
+def _and_back(size: int, start: int) -> NDArray[np.intp]:
+    """Return the inverse of the permutation `_there_and_back`."""
+    return np.argsort(_there_and_back(size, start))
 
 
 def _check_filters(first: str, later: str) -> None:

@@ -128,3 +128,58 @@ def merge_4_more(sums, low, high, taps):
     """Add four more numbers of each band to the sums."""
     first, second = _merged(low, high, taps)
     return sums[0] + first, sums[1] + second
+
+
+LINE = array(SCALAR, "n")
+RESULTS = array(SCALAR, "m")
+
+
+def _at_every_second(signal, taps, results):
+    """Return a pair of filtered numbers for each of `results`, from eight numbers at every second place."""
+    neighbours = window(signal, range(8), boundary="constant", stride=2, onto=results)
+    return each(lambda *numbers: _split(numbers, taps), *neighbours)
+
+
+def _between(low, high, taps, results):
+    """Return a pair of samples for each of `results`, from four numbers of either band."""
+    neighbours = (*window(low, range(4), boundary="constant", onto=results),)
+    neighbours += (*window(high, range(4), boundary="constant", onto=results),)
+    return each(lambda *numbers: _merged(numbers[:4], numbers[4:], taps), *neighbours)
+
+
+@kernel(signal=LINE, taps=array(SCALAR, 2, 8), results=RESULTS)
+def split_line(signal, taps, results):
+    """Apply two filters of 8 taps at every second number; of `results`, only the length matters.
+
+    Numbers beyond the end are 0.
+    """
+    return _at_every_second(signal, taps, results)
+
+
+@kernel(low=RESULTS, high=RESULTS, signal=LINE, taps=array(SCALAR, 2, 8))
+def split_line_more(low, high, signal, taps):
+    """Add eight more taps of two filters to their results."""
+    first, second = _at_every_second(signal, taps, low)
+    return each(lambda a, b: a + b, low, first), each(lambda a, b: a + b, high, second)
+
+
+@kernel(low=LINE, high=LINE, taps=array(SCALAR, 2, 2, 4), results=RESULTS, returns=array(SCALAR, "m", 2))
+def merge_line(low, high, taps, results):
+    """Compute pairs of adjacent samples from two bands, each filtered by every other one of 8 taps.
+
+    Of `results`, only the length matters. Numbers beyond the end are 0.
+    """
+    return _between(low, high, taps, results)
+
+
+@kernel(
+    sums=array(SCALAR, "m", 2),
+    low=LINE,
+    high=LINE,
+    taps=array(SCALAR, 2, 2, 4),
+    returns=array(SCALAR, "m", 2),
+)
+def merge_line_more(sums, low, high, taps):
+    """Add four more numbers of each band to the samples."""
+    first, second = _between(low, high, taps, each(lambda pair: pair[0], sums))
+    return each(lambda pair, a, b: (pair[0] + a, pair[1] + b), sums, first, second)
