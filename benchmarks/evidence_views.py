@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.vision import Camera, Distortion, RelativePose, bundle_adjust, calibrate_from_planes, relative_pose
+from algorithms.vision import (
+    Camera,
+    Distortion,
+    RelativePose,
+    bundle_adjust,
+    calibrate_from_planes,
+    calibrate_stereo,
+    localize_rig,
+    relative_pose,
+)
 from generated import pga3
 
 from .evidence_scenes import BOUND, Trial, rotation, row
@@ -145,3 +154,66 @@ def _shape(scene: tuple[list[Camera], np.ndarray]) -> np.ndarray:
     own = np.asarray(pga3.move_point_back(cameras[0].pose, points))
     last = pga3.move_point_back(cameras[0].pose, pga3.motor_to_matrix(cameras[-1].pose)[:3, 3])
     return own / np.linalg.norm(last)
+
+
+@row(
+    "`calibrate_stereo`",
+    "2 to 8 views of 70 points, up to a quarter wrong, noise of 0.1 to 0.5 pixels; wrong: beyond the covariance",
+    good=True, slow=True,
+)  # fmt: skip
+def stereo_boards(rng: np.random.Generator) -> Trial:
+    board = np.stack(np.meshgrid(np.arange(10.0) - 4.5, np.arange(7.0) - 3), -1).reshape(-1, 2) / 4
+    eyes = Camera(_K, np.eye(8)[0], Distortion("brown", (-0.2, 0.03))), Camera(_K, np.eye(8)[0])
+    motion = pga3.motor_from_rotation_vector_translation(
+        rng.normal(0, 0.1, 3), np.array([-0.5, *rng.normal(0, 0.1, 2)])
+    )
+    first, second, deviation = [], [], rng.uniform(0.1, 0.5)
+    for _ in range(int(rng.integers(2, 9))):
+        place = np.array([*rng.uniform(-0.4, 0.4, 2), rng.uniform(4, 6)])
+        pose = pga3.motor_from_rotation_vector_translation(rng.uniform(-0.5, 0.5, 3), place)
+        points = pga3.move_point(pose, np.insert(board, 2, 0, axis=1))
+        first.append(eyes[0].project(points) + rng.normal(0, deviation, (70, 2)))
+        second.append(eyes[1].project(pga3.move_point(motion, points)) + rng.normal(0, deviation, (70, 2)))
+    for k in range(len(first) // 4):
+        second[k] = second[k][::-1] if rng.random() < 0.5 else second[k] + rng.uniform(8, 60, 2)
+    found = calibrate_stereo(board, first, second, *eyes)
+    if found.status != 0:
+        return Trial(False, False)
+    own, true = (pga3.motor_to_matrix(each) for each in (found.motor, motion))
+    turn = pga3.rotor_to_rotation_vector(pga3.rotor_from_matrix(own[:3, :3] @ true[:3, :3].T))
+    off = np.concatenate([turn, own[:3, 3] - true[:3, 3]])
+    # Chi-square of six numbers exceeds 38 with a probability of a millionth.
+    return Trial(True, bool(off @ np.linalg.solve(found.covariance, off) < 38))
+
+
+@row("`localize_rig`", "three cameras, 60 points, a third of the pixels wrong; wrong: beyond 5 deviations", good=True)
+def rig_of_three(rng: np.random.Generator) -> Trial:
+    return _rig(rng, 60, 1 / 3)
+
+
+@row("`localize_rig`", "the same with random pixels")
+def rig_random(rng: np.random.Generator) -> Trial:
+    return _rig(rng, int(rng.integers(10, 61)), 1.0)
+
+
+def _rig(rng: np.random.Generator, n: int, share: float) -> Trial:
+    cameras = [
+        Camera(_K, np.asarray(pga3.motor_from_rotation_vector_translation(np.array([0, a, 0]), rng.normal(0, 0.3, 3))))
+        for a in (-0.8, 0.0, 0.8)
+    ]
+    pose = pga3.motor_from_rotation_vector_translation(rng.normal(size=3), rng.normal(size=3))
+    which, pixels = np.arange(n) % 3, rng.uniform(0, 1, (n, 2)) * _SIZE
+    sights = np.array([cameras[k].directions(p) for k, p in zip(which, pixels, strict=True)])
+    inside = [
+        pga3.move_point(cameras[k].pose, rng.uniform(3, 9) * sight) for k, sight in zip(which, sights, strict=True)
+    ]
+    pixels += rng.normal(0, 0.5, pixels.shape)
+    wrong = rng.random(n) < share
+    pixels[wrong] = rng.uniform(0, 1, (int(wrong.sum()), 2)) * _SIZE
+    found = localize_rig(pga3.move_point(pose, np.array(inside)), pixels, cameras, which, threshold=1.5)
+    if found.status != 0:
+        return Trial(False, False)
+    own, true = (pga3.motor_to_matrix(each) for each in (found.pose, pose))
+    angle = np.arccos(np.clip((np.trace(own[:3, :3].T @ true[:3, :3]) - 1) / 2, -1, 1))
+    apart = np.linalg.norm(own[:3, 3] - true[:3, 3])
+    return Trial(True, bool(angle < 5 * found.deviation[0] and apart < 5 * found.deviation[1]))

@@ -26,11 +26,14 @@ from .navigation import LandmarkPose, localize_by_landmarks
 from .omnidirectional import OmnidirectionalCamera, conic_value
 from .plane_motions import PlaneMotions, motions_of_plane
 from .planes import homography, robust_homography
+from .rectification import Rectification, rectify
 from .relative_pose import RelativePose, relative_pose
+from .rigs import localize_rig
 from .robust import RobustEstimate
 from .robust_fundamental import robust_fundamental_matrix
 from .status import DegenerateError, VisionStatus
 from .stereo import RectifiedPair
+from .stereo_calibration import StereoCalibration, calibrate_stereo
 from .tensors import (
     epipoles_of_tensor,
     quadrifocal_tensor,
@@ -75,15 +78,18 @@ __all__ = [
     "PlaneCalibration",
     "PlaneMotions",
     "Recognition",
+    "Rectification",
     "RectifiedPair",
     "RelativePose",
     "RobustEstimate",
+    "StereoCalibration",
     "Triangulation",
     "VisionStatus",
     "bundle_adjust",
     "calibrate_by_pascal",
     "calibrate_endoscope",
     "calibrate_from_planes",
+    "calibrate_stereo",
     "camera_centre",
     "complete_points",
     "conic_through_points",
@@ -105,6 +111,7 @@ __all__ = [
     "localizations",
     "localize",
     "localize_by_landmarks",
+    "localize_rig",
     "motions_of_plane",
     "p2_invariants",
     "permutation_invariant",
@@ -114,6 +121,7 @@ __all__ = [
     "read_bal",
     "read_camera",
     "read_colmap",
+    "rectify",
     "relative_pose",
     "robust_fundamental_matrix",
     "robust_homography",

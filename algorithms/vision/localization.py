@@ -128,7 +128,7 @@ def localize(
         raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
     status = check_points({"points": places, "pixels": image}, 4, "points")
     if status != VisionStatus.OK:
-        return _nothing(status, len(places))
+        return no_localization(status, len(places))
     places, image = places.astype(np.float64), image.astype(np.float64)
     centroid = places.mean(0)
     known = pixel_noise(k, noise)
@@ -138,7 +138,7 @@ def localize(
     if threshold is not None:
         estimate = robust_estimate(_problem(scene), threshold, seed, confidence, max_samples)
         if estimate.status != VisionStatus.OK:
-            return _nothing(estimate.status, len(places))
+            return no_localization(estimate.status, len(places))
         inliers = estimate.inliers
     found = scene.minima(inliers)
     states, likely = scene.status(found, inliers)
@@ -147,12 +147,12 @@ def localize(
         agreed = _without_wrong_pixels(scene)
         if agreed is None:
             reason = VisionStatus.NO_CONSENSUS if states[0] == VisionStatus.OK else VisionStatus(int(states[0]))
-            return _nothing(reason, len(places))
+            return no_localization(reason, len(places))
         inliers, found = agreed, scene.minima(agreed)
         states, likely = scene.status(found, inliers)
     status = VisionStatus(int(states[0]))
     if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
-        return _nothing(status, len(places))
+        return no_localization(status, len(places))
     rows = found.matrix[0, likely[0]]
     poses = camera_motors(rows, np.broadcast_to(centroid, (len(rows), 3)))
     pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
@@ -161,7 +161,8 @@ def localize(
     return Localization(pose, status, residual, inliers, poses, deviations(best, n_used, known))
 
 
-def _nothing(status: VisionStatus, n_points: int) -> Localization:
+def no_localization(status: VisionStatus, n_points: int) -> Localization:
+    """Return a result without a pose."""
     return Localization(
         np.full(8, np.nan), status, np.nan, np.zeros(n_points, bool), np.empty((0, 8)), np.full(2, np.inf)
     )

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import lru_cache
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from .distortion import NAMES, Model
 N_INTRINSICS = 5
 """Of the kernels: ``fx fy cx cy skew``."""
 N_POSE = 6
+State = TypeVar("State")
 _STEPS = 1000
 """A limit on work: the number of iterations from a start. Ten are usual; correlated rational terms need hundreds."""
 _FIRST, _LEAST, _MOST = 1e-4, 1e-12, 1e8
@@ -102,41 +105,88 @@ def adjusted(start: Lens, views: Views, used: Reals) -> Adjustment:
     -------
     Adjustment
     """
-    lens, sums = start, _sums(start, views)
-    cost, damping, converged = _cost(sums), _FIRST, False
     exact = _ROUNDING * float((views.pixels**2).sum())
+    found = descended(start, lambda lens: sums_of(lens, views), _moved, used, exact)
+    return Adjustment(found.state, found.sums[:, -1, -1], found.information, found.converged)
+
+
+class Descended(NamedTuple, Generic[State]):
+    """The end of a descent."""
+
+    state: State
+    sums: Reals
+    """(v, q, q) Of the equations of each view."""
+    information: Reals
+    """(p, p) Of the used parameters, after elimination of the poses; 0 if there is none."""
+    converged: bool
+
+
+def descended(
+    start: State,
+    sums_of: Callable[[State], Reals],
+    moved: Callable[[State, Reals, Reals, Reals], State],
+    used: Reals,
+    exact: float,
+) -> Descended[State]:
+    """Minimise sums of squares over parameters that views share and poses of their own.
+
+    Parameters
+    ----------
+    start
+        The first state.
+    sums_of : callable
+        Function from a state to the sums of products (v, q, q) of the columns of the equations of each view: those of
+        shared parameters, of the pose, and the residual.
+    moved : callable
+        Function from a state, `used`, steps of used parameters (p,) and of poses (v, 6) to a state.
+    used : array of int, (p,)
+        The columns of the parameters that are estimated.
+    exact : float
+        A sum of squares below this is rounding.
+
+    Returns
+    -------
+    Descended
+    """
+    state, sums = start, sums_of(start)
+    cost, damping, converged = _cost(sums), _FIRST, False
     if not np.isfinite(cost):
-        return Adjustment(lens, sums[:, -1, -1], np.zeros((len(used),) * 2), False)
+        return Descended(start, sums, np.zeros((len(used),) * 2), False)
     for _ in range(_STEPS):
         step, pose_steps, _ = _solved(sums, used, damping)
-        trial = _moved(lens, used, step, pose_steps)
-        new = _sums(trial, views)
+        trial = moved(state, used, step, pose_steps)
+        new = sums_of(trial)
         change = cost - _cost(new)
         if change > 0:
-            lens, sums, cost, damping = trial, new, _cost(new), max(damping / _FACTOR, _LEAST)
+            state, sums, cost, damping = trial, new, _cost(new), max(damping / _FACTOR, _LEAST)
         else:
             damping *= _FACTOR
         if abs(change) <= _SETTLED * cost or cost <= exact or damping > _MOST:
             converged = True
             break
-    return Adjustment(lens, sums[:, -1, -1], _solved(sums, used, 0.0)[2], converged)
+    return Descended(state, sums, _solved(sums, used, 0.0)[2], converged)
 
 
 def _cost(sums: Reals) -> float:
     return float(sums[:, -1, -1].sum())
 
 
-def _sums(lens: Lens, views: Views) -> Reals:
+def sums_of(lens: Lens, views: Views) -> Reals:
     """Return sums of products of equations (v, q, q): intrinsic parameters, coefficients, pose, distance."""
     kernel = lenses.brown_sums if lens.model == "brown" else lenses.fisheye_sums
     poses = np.ascontiguousarray(pga3.motor_to_matrix(lens.poses)[:, :3])
     with np.errstate(all="ignore"):
         triangle = kernel(poses, lens.intrinsics, lens.k, *views)
     size = N_INTRINSICS + len(lens.k) + N_POSE + 1
-    rows, columns = np.tril_indices(size)
+    rows, columns = _lower(size)
     whole = np.empty((len(triangle), size, size))
     whole[:, rows, columns] = whole[:, columns, rows] = triangle
     return whole
+
+
+@lru_cache(maxsize=10)
+def _lower(size: int) -> tuple[Reals, Reals]:
+    return np.tril_indices(size)
 
 
 def _solved(sums: Reals, used: Reals, damping: float) -> tuple[Reals, Reals, Reals]:

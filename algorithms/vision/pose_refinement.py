@@ -64,12 +64,12 @@ def all_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int, 
     `places` (b, n, 3) are relative to their centroids, `image` (b, n, 2) are pixels, `seen` their directions x/z, y/z.
     The last start is the reversal of the best minimum that the others lead to.
     """
-    found = _ordered(_followed(pose_starts(places, seen), np.inf, places, image, k, n_steps, noise))
+    found = ordered(_followed(pose_starts(places, seen), np.inf, places, image, k, n_steps, noise))
     best = found.at((slice(None), slice(1)))
     least = np.where(best.in_front & np.isfinite(best.cost), best.cost, np.inf)[:, 0]
     again = _followed(reversed_pose(best.matrix, places[:, None]), least, places, image, k, n_steps, noise)
     names = [field.name for field in fields(Poses)]
-    return _ordered(Poses(*(np.concatenate([getattr(found, name), getattr(again, name)], 1) for name in names)))
+    return ordered(Poses(*(np.concatenate([getattr(found, name), getattr(again, name)], 1) for name in names)))
 
 
 def _followed(
@@ -98,7 +98,7 @@ def _followed(
     return Poses(*(each.reshape(b, s, *each.shape[1:]) for each in (getattr(found, f.name) for f in fields(Poses))))
 
 
-def _ordered(found: Poses) -> Poses:
+def ordered(found: Poses) -> Poses:
     """Return poses (b, s), first those with all points in front of the camera, the least first."""
     order = np.lexsort((np.where(np.isfinite(found.cost), found.cost, np.inf), ~found.in_front), axis=1)
     return found.at((np.arange(len(order))[:, None], order))
@@ -113,15 +113,27 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     residual is below a fraction x of their squares with a probability of about x^(n - 3). It is AMBIGUOUS if another
     minimum, farther from the first than its bound, is likely as well, or if one that was not reached may be.
     """
+    best = found.at((slice(None), 0))
+    squares = np.asarray(camera_poses.pixel_squares(best.matrix, k, places, image))
+    spread = ((image - image.mean(1, keepdims=True)) ** 2).sum((1, 2))
+    return judged_poses(found, places, squares, spread, noise, _depth(found.matrix))
+
+
+def judged_poses(
+    found: Poses, places: Reals, squares: Reals, spread: Reals, noise: Noise, unit: Reals
+) -> tuple[Reals, Reals]:
+    """Return what `pose_status` does for cameras of any kind.
+
+    `squares` (b, n) are the squared distances of pixels for the best poses, `spread` (b,) the sum of squares that an
+    image of other points leaves, and `unit` (b, s) that of translations in the normal equations.
+    """
     n = places.shape[1]
     best, freedom = found.at((slice(None), 0)), 2 * n - _PARAMETERS
     extent = np.linalg.svd(places, compute_uv=False)
     values = np.linalg.eigvalsh(np.where(np.isfinite(best.normal), best.normal, 0))
     left_open = (extent[:, 1] <= OPEN * extent[:, 0]) | ~(values[:, 0] > OPEN**2 * values[:, -1])
-    spread = ((image - image.mean(1, keepdims=True)) ** 2).sum((1, 2))
     explained = best.cost <= min(WRONG ** (1 / (n - 3)), _EXPLAINED) * spread
     explained &= ~noise.contradicted(best.cost, freedom)
-    squares = camera_poses.pixel_squares(best.matrix, k, places, image)
     explained &= ~noise.outlying(squares, 2, best.cost[:, None] - squares, freedom - 2).any(1)
     # A minimum that was not reached may be as likely as the linear problem says.
     costs = np.where(found.converged, found.cost, np.maximum(found.lowest, best.cost[:, None]))
@@ -132,7 +144,8 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     for i in range(rivals.shape[1] - 1):
         if not rivals[:, i + 1 :].any():
             break
-        apart = differ(_offsets(found, i), known[:, i : i + 1], noise.raised(found.cost[:, i : i + 1], freedom))
+        offsets = _offsets(found, i, unit[:, i : i + 1])
+        apart = differ(offsets, known[:, i : i + 1], noise.raised(found.cost[:, i : i + 1], freedom))
         rivals[:, i + 1 :] &= (apart | ~rivals[:, i : i + 1])[:, i + 1 :]
     status = np.where(rivals[:, 1:].any(1), VisionStatus.AMBIGUOUS, VisionStatus.OK)
     status = np.where(best.converged & best.in_front & explained, status, VisionStatus.NOT_CONVERGED)
@@ -140,22 +153,25 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     return np.where(_n_distinct(places) < 4, VisionStatus.TOO_FEW, status), rivals
 
 
-def deviations(pose: Poses, n_points: int, noise: Noise) -> Reals:
-    """Return the standard deviations (2,) of rotation and centre, in the least certain directions, of one pose."""
+def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = None) -> Reals:
+    """Return the standard deviations (2,) of rotation and centre, in the least certain directions, of one pose.
+
+    The unit of translations is the distance of the centroid of the points from the camera, unless it is given.
+    """
     variance = noise.raised(pose.cost, 2 * n_points - _PARAMETERS)
     spread = variance * np.linalg.inv(pose.normal)
     largest = [np.linalg.eigvalsh(part)[-1] for part in (spread[:3, :3], spread[3:, 3:])]
-    return np.asarray(np.sqrt(np.maximum(largest, 0)) * [1, _depth(pose.matrix)])
+    return np.asarray(np.sqrt(np.maximum(largest, 0)) * [1, _depth(pose.matrix) if unit is None else unit])
 
 
-def _offsets(found: Poses, i: int) -> Reals:
-    """Return the motions (b, s, 6) from poses (b, i) to all, as vectors of steps of `refined_poses`."""
+def _offsets(found: Poses, i: int, unit: Reals) -> Reals:
+    """Return the motions (b, s, 6) from poses (b, i) to all, as vectors of steps, with translations in units (b, 1)."""
     matrix = np.where(np.isfinite(found.matrix), found.matrix, 0)
     first = matrix[:, i : i + 1]
     turn = matrix[..., :3] @ np.swapaxes(first[..., :3], -1, -2)
     rotation = pga3.rotor_to_rotation_vector(pga3.rotor_from_matrix(turn))
     shift = matrix[..., 3] - (turn @ first[..., 3:])[..., 0]
-    return np.concatenate([rotation, shift / _depth(first)[..., None]], -1)
+    return np.concatenate([rotation, shift / unit[..., None]], -1)
 
 
 def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: int) -> Poses:

@@ -56,10 +56,10 @@ def undistort_image(
         # The pixels of `camera.pinhole` with the same directions.
         turned = camera.intrinsics @ np.linalg.inv(new.intrinsics)
         pixels = pixels @ turned[:2, :2].T + turned[:2, 2]
-    return _sampled(array, camera.distort(pixels))
+    return sampled(array, camera.distort(pixels))
 
 
-def _sampled(image: Reals, places: Reals) -> Reals:
+def sampled(image: Reals, places: Reals) -> Reals:
     """Return an image at places (h, w, 2); NaN outside of it."""
     rows, columns = image.shape[:2]
     channels = image.reshape(rows, columns, -1)

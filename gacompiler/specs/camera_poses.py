@@ -11,6 +11,7 @@ from gacompiler.specs.families.descents import TINY, UNKNOWN, descend
 from gacompiler.specs.families.essential import nonzero, times
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.sights import rotor_of, translator_of
+from gacompiler.specs.families.triangles import pose_between
 from gacompiler.specs.families.two_views import applied, product, rotation_matrix, transposed, turned_by, unit
 
 THREE, POSE, NUMBERS = array(SCALAR, 3, 3), array(SCALAR, 3, 4), array(SCALAR, "n")
@@ -18,14 +19,6 @@ PIXELS, PLACES = array(SCALAR, "n", 2, shared=True), array(SCALAR, "n", 3, share
 OWN_PIXELS, OWN_PLACES = array(SCALAR, "n", 2), array(SCALAR, "n", 3)
 ALL = 10**20
 """A squared distance of pixels beyond which no limit is meant."""
-
-
-def _frame(triangle):
-    """Return orthonormal axes, as rows, of a triangle: its first edge, the normal of this in its plane, the normal."""
-    edge, other = [[b - a for a, b in zip(triangle[0], p, strict=True)] for p in triangle[1:]]
-    x = unit(edge)
-    z = unit(cross(x, other))
-    return x, cross(z, x), z
 
 
 @kernel(places=array(SCALAR, 3, 3), seen=array(SCALAR, 3, 2), returns=(array(SCALAR, 4, 3, 4), array(SCALAR, 4)))
@@ -59,19 +52,14 @@ def poses_of_three(places, seen):
         for k, x in enumerate(times(left, right)):
             quartic[k] = quartic[k] + factor * x
     roots, _, _ = ga.quartic_roots(*quartic[::-1])
-    frame = _frame(places)
     poses, there = [], []
-    middle = [sum(column[1:], column[0]) / 3 for column in zip(*places, strict=True)]
     for v in roots:
         u = _at(numerator, v) / nonzero(_at(denominator, v))
         square = 1 + v * v - 2 * v * beta
         first = sqrt(b / maximum(square, TINY))
         depths = first, u * first, v * first
         points = [tuple(d * x for x in ray) for d, ray in zip(depths, rays, strict=True)]
-        rotation = product(transposed(_frame(points)), frame)
-        centre = [sum(column[1:], column[0]) / 3 for column in zip(*points, strict=True)]
-        shift = [x - dot(row, middle) for x, row in zip(centre, rotation, strict=True)]
-        poses.append(tuple((*row, s) for row, s in zip(rotation, shift, strict=True)))
+        poses.append(pose_between(places, points))
         there.append(select(u > 0, select(v > 0, 1, 0), 0))
     return tuple(poses), tuple(there)
 

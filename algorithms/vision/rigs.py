@@ -1,0 +1,225 @@
+"""Localization of a rig of several cameras from known points, each seen by one or more of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import matrices, pga3, rig_poses
+
+from ..arguments import Reals, finite_number, real_array
+from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling
+from ..evidence.triangles import from_triangle
+from .camera import Camera
+from .localization import Localization, no_localization
+from .pose_refinement import Poses, camera_motors, deviations, judged_poses, ordered, pixel_noise
+from .robust import ALL, robust_estimate
+from .status import VisionStatus, check_points, distinct
+
+_STEPS = 200.0
+"""A limit on work: the number of iterations from each start."""
+_SOON = 10.0
+"""A limit on work: the number of iterations from a sample."""
+_SETS = 60
+"""A limit on work: the number of triples of points whose poses are starts, if no threshold is given,"""
+_BEST = 12
+"""and the number of starts that are refined: the eight poses of three points, and some more."""
+_REAL = 1e-3
+"""From the noise: roots with a smaller relative imaginary part are taken to be double roots that noise has moved."""
+_FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=8, false_alarms=1e-2)
+
+
+def localize_rig(
+    points: ArrayLike,
+    pixels: ArrayLike,
+    cameras: Sequence[Camera],
+    camera: ArrayLike,
+    threshold: float | None = None,
+    seed: int = 0,
+    confidence: float = 0.999,
+    max_samples: int = 10000,
+    noise: float | None = None,
+) -> Localization:
+    """Estimate the pose of a rig of cameras from known points and their pixels (generalised absolute pose).
+
+    Lines of sight do not meet in one centre. Three points, each seen by any of the cameras, have up to eight poses:
+    the depths of the points are the roots of a polynomial. Levenberg-Marquardt iterations on the manifold of motors
+    lead from these poses to the least squares of distances in the images.
+
+    Parameters
+    ----------
+    points : array_like, (n, 3)
+        World coordinates of at least four points. A point that several cameras see is repeated.
+    pixels : array_like, (n, 2)
+    cameras : sequence of Camera
+        The cameras of the rig, with poses in the frame of the rig, such as those of `calibrate_stereo`. The distortion
+        of their lenses is removed from the pixels first.
+    camera : array_like of int, (n,)
+        The number of the camera that sees a point.
+    threshold, seed, confidence, max_samples, noise
+        As in `localize`. Without a threshold, all pixels are used.
+
+    Returns
+    -------
+    Localization
+        Its poses are those of the rig: unit motors from the frame of the rig to the world frame. The statuses are those
+        of `localize`, except that without a threshold, a wrong pixel makes the status NOT_CONVERGED.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the numbers of points, pixels and `camera` differ, if `camera` is not the number of a camera, or if an option
+        is invalid, as in `localize`.
+    """
+    places = real_array(points, "points", (3,), "x y z").astype(np.float64)
+    image = real_array(pixels, "pixels", (2,), "x y in pixels").astype(np.float64)
+    which = _checked_numbers(camera, cameras, len(places))
+    if threshold is not None:
+        check_sampling(threshold, confidence, max_samples)
+    if noise is not None and finite_number(noise, "noise") <= 0:
+        raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    status = check_points({"points": places, "pixels": image}, 4, "points")
+    if status == VisionStatus.OK:
+        image = image.copy()
+        for k, each in enumerate(cameras):
+            image[which == k] = each.undistort(image[which == k])
+        status = check_points({"points": places, "pixels": image}, 4, "points")
+    if status == VisionStatus.OK and distinct(places, 4) < 4:
+        status = VisionStatus.TOO_FEW
+    if status != VisionStatus.OK:
+        return no_localization(status, len(places))
+    scene = _Rig(places, image, cameras, which, noise)
+    inliers: Reals = np.ones(len(places), bool)
+    starts = None
+    if threshold is not None:
+        estimate = robust_estimate(scene.problem(), threshold, seed, confidence, max_samples)
+        if estimate.status != VisionStatus.OK:
+            return no_localization(estimate.status, len(places))
+        inliers, starts = estimate.inliers, estimate.model[None]
+    return scene.result(inliers, starts)
+
+
+class _Rig:
+    """Points relative to their centroid, in units of their extent, and their sights."""
+
+    def __init__(
+        self, places: Reals, image: Reals, cameras: Sequence[Camera], which: Reals, noise: float | None
+    ) -> None:
+        self.centroid = places.mean(0)
+        centred = places - self.centroid
+        self.unit = max(float(np.sqrt((centred**2).sum(1).mean())), np.finfo(float).tiny)
+        self.places = centred / self.unit
+        frames = np.array([pga3.motor_to_matrix(pga3.motor_inverse(each.pose))[:3] for each in cameras])
+        frames[..., 3] /= self.unit
+        lenses = np.array([each.intrinsics / each.intrinsics[2, 2] for each in cameras], float)
+        whole = (lenses @ frames)[which].reshape(-1, 12)
+        self.sights = np.ascontiguousarray(np.concatenate([image, whole], 1))
+        back = np.swapaxes(frames[..., :3], 1, 2)
+        self.centres = -(back @ frames[..., 3:])[which, :, 0]
+        rays = np.linalg.solve(lenses[which], np.insert(image, 2, 1, axis=1)[..., None])
+        rays = (back[which] @ rays)[..., 0]
+        self.rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
+        variances = np.array([pixel_noise(k, noise).variance for k in lenses])[which]
+        self.noise = Noise(float(variances.mean()), pixel_noise(lenses[0], noise).weight)
+        self.which = which
+
+    def of_sets(self, sets: Reals) -> Reals:
+        """Return the poses (m, 3, 4) of triples of points."""
+        own = self.places[sets], self.centres[sets], self.rays[sets]
+        return poses_of_triples(*own)
+
+    def problem(self) -> Problem:
+        """Return the problem of poses from samples of three points."""
+
+        def distances(models: Reals, places: Reals, sights: Reals) -> Reals:
+            return np.sqrt(rig_poses.sight_squares(models, places, sights))
+
+        def costs(models: Reals, places: Reals, sights: Reals, threshold: float) -> Reals:
+            return np.asarray(rig_poses.truncated_sight_squares(models, places, sights, threshold**2))
+
+        def descend(model: Reals, threshold: float) -> Reals:
+            found, _, _ = rig_poses.descend_rig_pose(model, self.places, self.sights, threshold**2, _SOON)
+            return np.asarray(found)
+
+        return Problem(self.places, self.sights, _FREEDOM, self.of_sets, distances, costs, descend)
+
+    def result(self, inliers: Reals, starts: Reals | None) -> Localization:
+        """Return the result for some of the points."""
+        n = len(self.places)
+        places, sights = self.places[inliers], self.sights[inliers]
+        some = np.flatnonzero(inliers)
+        candidates = self.of_sets(some[all_or_some_sets(len(some), 3, _SETS)])
+        squares = np.asarray(rig_poses.sight_squares(candidates, places, sights))
+        # Some pixels may be behind a camera in a pose that three of them give.
+        order = np.argsort(np.median(squares, axis=1) + squares.mean(1) / len(some), kind="stable")
+        candidates = candidates[order[:_BEST]]
+        if starts is not None:
+            candidates = np.concatenate([starts, candidates])
+        if not len(candidates):
+            return no_localization(VisionStatus.DEGENERATE, n)
+        found = self._refined(candidates, places, sights)
+        best = found.at((slice(None), 0))
+        squares = np.asarray(rig_poses.sight_squares(best.matrix, places, sights))
+        units = np.ones(found.cost.shape)
+        states, likely = judged_poses(found, places[None], squares, self._spread(inliers), self.noise, units)
+        status = VisionStatus(int(states[0]))
+        if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
+            return no_localization(status, n)
+        rows = found.matrix[0, likely[0]].copy()
+        rows[..., 3] *= self.unit
+        poses = camera_motors(rows, np.broadcast_to(self.centroid, (len(rows), 3)))
+        pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
+        first = found.at((0, 0))
+        residual = float(np.sqrt(first.cost / len(some)))
+        return Localization(pose, status, residual, inliers, poses, deviations(first, len(some), self.noise, self.unit))
+
+    def _refined(self, starts: Reals, places: Reals, sights: Reals) -> Poses:
+        """Return the minima (1, s) near starts (s, 3, 4)."""
+        found, triangle, numbers = rig_poses.descend_rig_pose(starts, places, sights, ALL, _STEPS)
+        cost = np.where(numbers[:, 0] < ALL, numbers[:, 0], np.nan)
+        in_front = (np.asarray(rig_poses.sight_squares(found, places, sights)) < ALL).all(1)
+        normal = from_triangle(np.asarray(triangle), 6)
+        parts = np.asarray(found), cost, normal, numbers[:, 1] > 0, in_front, numbers[:, 3]
+        return ordered(Poses(*(np.asarray(each)[None] for each in parts)))
+
+    def _spread(self, inliers: Reals) -> Reals:
+        """Return the sum of squares of pixels about the centroid of those of each camera."""
+        total = 0.0
+        for k in np.unique(self.which[inliers]):
+            own = self.sights[inliers & (self.which == k), :2]
+            total += float(((own - own.mean(0)) ** 2).sum())
+        return np.array([total])
+
+
+def poses_of_triples(places: Reals, centres: Reals, rays: Reals) -> Reals:
+    """Return the poses [R | t] (m, 3, 4) of rigs that see triples (b, 3, 3) in front of their cameras.
+
+    `places` are of the order of 1, and `centres` and `rays`, of length 1, are in the frame of the rig.
+    """
+    coefficients = np.asarray(rig_poses.depth_polynomial(places, centres, rays))
+    usable = np.isfinite(coefficients).all(-1)
+    real, imaginary, _, converged = matrices.polynomial_roots(np.where(usable[:, None], coefficients, 0))
+    is_real = np.abs(imaginary) <= _REAL * np.maximum(np.abs(real), np.finfo(float).tiny)
+    sets, root = np.nonzero(is_real & (usable & (converged > 0))[:, None])
+    poses, there = rig_poses.pose_of_depth(real[sets, root], places[sets], centres[sets], rays[sets])
+    poses = np.asarray(poses)
+    return np.asarray(poses[(np.asarray(there) > 0) & np.isfinite(poses).all((1, 2))])
+
+
+def _checked_numbers(camera: ArrayLike, cameras: Sequence[Camera], n: int) -> Reals:
+    """Return the numbers of cameras (n,) after validation."""
+    for k, each in enumerate(cameras):
+        if not isinstance(each, Camera):
+            raise TypeError(f"cameras[{k}]: {type(each).__name__}; expected a Camera")
+    if not len(cameras):
+        raise ValueError("cameras: none; expected at least one Camera")
+    which = np.asarray(camera)
+    if which.dtype.kind not in "iu" and which.size:
+        raise TypeError(f"camera: dtype {which.dtype}; expected whole numbers of cameras")
+    if which.shape != (n,):
+        raise ValueError(f"camera: shape {which.shape}; expected ({n},), one number for each point")
+    if n and not (which.min() >= 0 and which.max() < len(cameras)):
+        raise ValueError(f"camera: numbers from {which.min()} to {which.max()}; expected 0 to {len(cameras) - 1}")
+    return which.astype(np.intp)
