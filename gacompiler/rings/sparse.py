@@ -53,10 +53,10 @@ def simplify(polynomial: Polynomial, relations: Sequence[Polynomial]) -> Polynom
                     best = (gain, cofactor, number, multiple)
         if best is None:
             break
-        _, cofactor, number, multiple = best
-        for part, factor in relations[number].terms.items():
-            target = tuple(sorted(part + cofactor))
-            total = terms.get(target, 0) - multiple * factor
+        _, shift, chosen, times = best
+        for part, factor in relations[chosen].terms.items():
+            target = tuple(sorted(part + shift))
+            total = terms.get(target, 0) - times * factor
             if total:
                 terms[target] = exact(total)
             else:

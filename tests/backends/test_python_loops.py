@@ -190,6 +190,7 @@ def test_a_change_of_a_statement_is_detected(text: str, before: str, after: str)
 
 def test_names_of_parts_belong_to_the_module() -> None:
     loops = LoopSource(compile_loops(squares).procedure, "S", (), ())
+
     def module(taken: str) -> ModuleSource:
         program = Program(taken, (Argument("x", (), ("x",)),), (), (Result("out", (), ("x",)),))
         kernels = (KernelSource(program, "S", (), cost(program)),)

@@ -161,9 +161,7 @@ def test_lists_of_elements_are_arrays_of_them() -> None:
     moved = pga3.move_point(MOTOR, points)
     assert moved.layout == PGA3.POINT and moved.isclose(MOTOR >> np.stack(points)).all()
     assert pga3.move_point([MOTOR, ~MOTOR], tuple(points))[1].isclose(~MOTOR >> points[1])
-    np.testing.assert_allclose(
-        pga3.move_point(MOTOR, [pga3.Point(1, 2, 3)]), [[*(TURN @ [1, 2, 3])]], atol=1e-15
-    )
+    np.testing.assert_allclose(pga3.move_point(MOTOR, [pga3.Point(1, 2, 3)]), [[*(TURN @ [1, 2, 3])]], atol=1e-15)
     np.testing.assert_allclose(pga3.move_point(np.asarray(MOTOR), points)[0], TURN @ [1, 2, 3], atol=1e-15)
     weighted = 1 * PGA3.point(1, 2, 3) + 0 * PGA3.direction(1, 0, 0)
     assert pga3.move_point(MOTOR, [points[0], weighted])[1].isclose(MOTOR >> points[0])
