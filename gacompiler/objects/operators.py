@@ -208,7 +208,7 @@ class Operator:
         few = dtype == np.float64 and not self._is_exact and int(np.prod(leading)) <= FEW
         if few not in self._python:
             names: dict[str, Any] = dict(LIBRARY if few else NUMPY)
-            exec("\n".join(function_text(self.program)[0]), names)
+            exec("\n".join(function_text(self.program)), names)
             self._python[few] = names[self.program.name]
         if dtype.kind == "c" and not self.program.is_rational:
             raise TypeError(
