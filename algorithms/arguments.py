@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from generated.gac_runtime.arrays import element_of
+from generated.gac_runtime.arrays import element_of, entries_of
 
 Reals = NDArray[Any]
 """An array of float32 or float64."""
@@ -65,7 +65,7 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
 
 
 def coordinates(value: Any, name: str, shape: tuple[int, ...] = (), meaning: str = "") -> Any:
-    """Return points and vectors as their coordinates, also in lists, and all else unchanged.
+    """Return points and vectors as their coordinates, also in lists and arrays of them, and all else unchanged.
 
     Raises
     ------
@@ -73,6 +73,7 @@ def coordinates(value: Any, name: str, shape: tuple[int, ...] = (), meaning: str
         If the value is or has another element: its coefficients depend on the layout. The other arguments are those of
         `real_array`.
     """
+    value = entries_of(value)
     if isinstance(value, (list, tuple)) and element_of(value) is not None:
         return [coordinates(each, f"{name}[{k}]", shape, meaning) for k, each in enumerate(value)]
     stored = getattr(value, "stored", None)

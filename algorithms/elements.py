@@ -15,7 +15,7 @@ from typing import Any, ParamSpec, TypeAlias, TypeVar, cast
 import numpy as np
 
 from generated.gac_runtime.annotations import Stored
-from generated.gac_runtime.arrays import element_of
+from generated.gac_runtime.arrays import element_of, entries_of
 from generated.gac_runtime.arrays import plain as without_element
 from generated.gac_runtime.layout import Layout, layout
 
@@ -108,6 +108,7 @@ def plain(value: Any, name: str, layouts: Layouts) -> Any:
     TypeError
         If an element has another layout.
     """
+    value = entries_of(value)
     if isinstance(value, (list, tuple)) and element_of(value) is not None:
         return np.stack([plain(each, f"{name}[{k}]", layouts) for k, each in enumerate(value)])
     stored = getattr(value, "stored", None)

@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from generated import cga2, cga3, pga2, pga3
-from generated.gac_runtime.arrays import element_of
+from generated.gac_runtime.arrays import element_of, entries_of
 from generated.gac_runtime.layout import Layout, converted
 
 from ..arguments import Reals, real_array
@@ -182,6 +182,7 @@ def named(kind: Any, value: Any, name: str) -> Given:
 
 def _element(name: str, value: Any) -> Given:
     """Return an element, or a list of elements of one kind as an array of them."""
+    value = entries_of(value)
     if isinstance(value, (list, tuple)) and element_of(value) is not None:
         parts = [_element(f"{name}[{k}]", each) for k, each in enumerate(value)]
         kinds = list(dict.fromkeys(part.kind for part in parts))

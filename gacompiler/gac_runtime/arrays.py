@@ -37,7 +37,9 @@ def as_array(definition: Definition, name: str, value: Any) -> np.ndarray[Any, A
 
 
 def element_of(value: Any) -> Any:
-    """Return an element, or the first one in a list or tuple, which may be nested; None for all else."""
+    """Return an element, or the first one in a list, tuple or array of objects, also nested; None for all else."""
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        value = value.tolist()
     if not isinstance(value, (list, tuple)):
         return value if hasattr(value, "stored") else None
     if any(hasattr(kind, "stored") for kind in set(map(type, value))):
@@ -45,10 +47,18 @@ def element_of(value: Any) -> Any:
     return element_of(value[0]) if value and isinstance(value[0], (list, tuple)) else None
 
 
+def entries_of(value: Any) -> Any:
+    """Return the list, or the single entry, of numpy's arrays of elements, and all else unchanged."""
+    if not isinstance(value, np.ndarray) or value.dtype != object:
+        return value
+    entries = value.tolist()
+    return value if element_of(entries) is None else entries
+
+
 def plain(where: str, value: Any, layout: Layout | None) -> Any:
     """Return an argument without what an array cannot keep: an element in the layout of a kernel, numbers as they are.
 
-    A list of elements is an array of them, and each is converted.
+    A list or an array of elements is converted element by element.
 
     Raises
     ------
@@ -58,6 +68,7 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     ValueError
         If the elements of a list have different shapes.
     """
+    value = entries_of(value)
     if isinstance(value, (list, tuple)) and element_of(value) is not None:
         parts = [np.asarray(plain(f"{where}[{k}]", each, layout)) for k, each in enumerate(value)]
         if len({part.shape for part in parts}) > 1:

@@ -270,6 +270,7 @@ struct Kind {
     PyObject *coefficients;
     PyObject *layout; /* What identifies the layout among those of kernels; NULL if nothing does. */
     int is_unit; /* Whether kernels take the values for arguments of unit norm without looking at their coefficients. */
+    int is_entry; /* Whether arrays of numpy hold the values themselves; otherwise they hold the coefficients. */
     PyMemberDef *fields;
     Operation *operations[N_SYMBOLS];
     Py_ssize_t n_operations[N_SYMBOLS];
@@ -556,12 +557,31 @@ static PyObject *value_item(PyObject *self, Py_ssize_t k)
     return PyErr_Format(PyExc_IndexError, "%s has %zd coefficients", Py_TYPE(self)->tp_name, Py_SIZE(self));
 }
 
+static PyObject *value_numbers(PyObject *self, PyObject *Py_UNUSED(args))
+{
+    PyObject *numbers = PyList_New(Py_SIZE(self));
+    for (Py_ssize_t k = 0; numbers != NULL && k < Py_SIZE(self); k++) {
+        PyObject *number = PyFloat_FromDouble(((Value *)self)->x[k]);
+        if (number == NULL) {
+            Py_DECREF(numbers);
+            return NULL;
+        }
+        PyList_SET_ITEM(numbers, k, number);
+    }
+    return numbers;
+}
+
 static int value_buffer(PyObject *self, Py_buffer *view, int flags)
 {
     static Py_ssize_t stride = sizeof(double);
     view->obj = NULL;
     if (flags & PyBUF_WRITABLE) {
         PyErr_SetString(PyExc_BufferError, "a value is immutable; expected a read-only buffer request");
+        return -1;
+    }
+    /* numpy requests a format; refused, it calls `__array__`. `numpy.frombuffer`, which is told the type, does not. */
+    if (flags & PyBUF_FORMAT && ((Value *)self)->kind->is_entry) {
+        PyErr_Format(PyExc_BufferError, "%s is an element; expected an array, its .values", Py_TYPE(self)->tp_name);
         return -1;
     }
     view->obj = Py_NewRef(self);
@@ -594,9 +614,10 @@ static void free_kind(PyObject *capsule)
 
 PyDoc_STRVAR(
     adopt_doc,
-    "_adopt(index, names, operate, coefficients, layout, is_unit=True)\n--\n\n"
+    "_adopt(index, names, operate, coefficients, layout, is_unit=True, is_entry=False)\n--\n\n"
     "Make this class a type of values with a coefficient for each name; `index` is its number in the module. Kernels\n"
-    "take the values as they are for arguments with the same object as `layout`, of unit norm only if `is_unit`."
+    "take the values as they are for arguments with the same object as `layout`, of unit norm only if `is_unit`. With\n"
+    "`is_entry`, arrays of numpy hold the values themselves; otherwise they hold the coefficients."
 );
 
 static PyObject *value_adopt(PyObject *cls, PyObject *args)
@@ -604,9 +625,9 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     PyTypeObject *type = (PyTypeObject *)cls;
     Py_ssize_t index;
     PyObject *names, *operate, *coefficients, *layout = NULL;
-    int is_unit = 1;
+    int is_unit = 1, is_entry = 0;
     if (!PyArg_ParseTuple(
-            args, "nO!OO|Op", &index, &PyTuple_Type, &names, &operate, &coefficients, &layout, &is_unit
+            args, "nO!OO|Opp", &index, &PyTuple_Type, &names, &operate, &coefficients, &layout, &is_unit, &is_entry
         ))
         return NULL;
     const Py_ssize_t size = PyTuple_GET_SIZE(names);
@@ -620,6 +641,7 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     kind->coefficients = Py_NewRef(coefficients);
     kind->layout = Py_XNewRef(layout);
     kind->is_unit = is_unit;
+    kind->is_entry = is_entry;
     PyObject *capsule = PyCapsule_New(kind, "Kind", free_kind);
     kind->fields = PyMem_Calloc((size_t)size, sizeof(PyMemberDef));
     int failed = capsule == NULL || kind->fields == NULL || PyObject_SetAttr(cls, word_kind, capsule) < 0;
@@ -695,6 +717,7 @@ static PyObject *bind_operator(PyObject *Py_UNUSED(module), PyObject *args)
 
 static PyMethodDef value_methods[] = {
     {"_adopt", value_adopt, METH_VARARGS | METH_CLASS, adopt_doc},
+    {"_numbers", value_numbers, METH_NOARGS, "_numbers()\n--\n\nReturn the coefficients as a list."},
     {NULL, NULL, 0, NULL},
 };
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, NoReturn, TypeVar
 
 import numpy as np
 
-from .arrays import FLOAT64
+from .arrays import FLOAT64, plain
 from .documentation import layout_text
 from .extension import extension
 from .kernel import Kernel
@@ -251,8 +251,9 @@ def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
     name, size, wanted = cls.__name__, len(cls.layout.blades), " ".join(cls.layout.blades)
     if len(arguments) not in (1, size):
         raise TypeError(f"{name}: {len(arguments)} arguments; expected an array or {size} numbers: {wanted}")
+    given = plain(name, arguments[0], cls.layout) if len(arguments) == 1 else arguments
     try:
-        array = np.asarray(arguments[0] if len(arguments) == 1 and (size > 1 or np.ndim(arguments[0])) else arguments)
+        array = np.asarray(given if len(arguments) != 1 or size > 1 or np.ndim(given) else [given])
     except ValueError as error:
         raise ValueError(f"{name}: not an array of numbers ({error})") from None
     if array.dtype.kind not in "fiu":

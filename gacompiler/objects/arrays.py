@@ -171,8 +171,19 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         return int(np.prod(self.shape))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
-        values = self.values
-        return np.array(values, dtype) if copy or (dtype is not None and dtype != values.dtype) else values
+        """Return the coefficients for a type of numbers, ``np.asarray(x, float)``; otherwise an array of elements.
+
+        numpy converts each element of a list by the same call as a single one. With elements as entries, functions of
+        lists, such as ``np.sum([a, b])`` and ``rng.permutation(points)``, keep the meaning of the coefficients.
+        """
+        if dtype is not None and np.dtype(dtype) != np.dtype(object):
+            return np.array(self.values, dtype, copy=copy)
+        if copy is False:
+            raise ValueError(f"np.asarray: arrays of elements are copies; the numbers of {self.layout} are in .values")
+        found = np.empty(self.shape, object)
+        for index in np.ndindex(self.shape):
+            found[index] = self[index] if index else self
+        return found
 
     def __len__(self) -> int:
         if not self.shape:
@@ -637,7 +648,8 @@ def _make_single_type(layout: Layout) -> type | None:
     }
     word = "".join(part.capitalize() for part in layout.name.split("_"))
     made = type(word if word.isidentifier() else "Multivector", (MultivectorArray, found.Value), body)
-    made._adopt(_next_index(), names, operate, _coefficients, plain_layout(layout).identity, layout.unit)  # type: ignore[attr-defined]
+    identity = plain_layout(layout).identity
+    made._adopt(_next_index(), names, operate, _coefficients, identity, layout.unit, True)  # type: ignore[attr-defined]
     return made
 
 
@@ -802,7 +814,7 @@ def _flat(operands: tuple[Any, ...]) -> list[float]:
         if type(x) is float or type(x) is int:
             numbers.append(x)
         else:
-            numbers += memoryview(x).tolist()
+            numbers += x._numbers()
     return numbers
 
 

@@ -130,11 +130,11 @@ def called(form: Direct, holder: Any, call: Any, arguments: Sequence[Any]) -> An
         if kind is float or kind is int:
             numbers.append(x)
         else:
-            numbers += x if kind is list or kind is tuple else memoryview(x).tolist()
+            numbers += x if kind is list or kind is tuple else x._numbers()
     try:
         if not form.is_valid(numbers):
             return None
         made = call(holder(*numbers))
     except (TypeError, OverflowError):  # other things than numbers
         return None
-    return made if math.isfinite(sum(memoryview(made).tolist())) else None
+    return made if math.isfinite(sum(made._numbers())) else None

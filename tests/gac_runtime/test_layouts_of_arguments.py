@@ -25,10 +25,12 @@ def test_elements_of_the_layout_and_of_convertible_layouts_are_accepted(m: Any) 
     trivector = 1 * PGA3.point(1, 2, 3) + 0 * PGA3.direction(1, 0, 0)
     for p in (PGA3.point(1, 2, 3), pga3.Point(1, 2, 3), np.array([1.0, 2, 3]), trivector):
         for _ in range(2):  # the second call does not pass through Python
-            np.testing.assert_allclose(pga3.move_point(m, p), TURN @ [1, 2, 3], atol=1e-15)
-    many = PGA3.point(np.arange(6.0).reshape(2, 3))
-    np.testing.assert_allclose(pga3.move_point(m, many), np.arange(6.0).reshape(2, 3) @ TURN.T, atol=1e-15)
-    np.testing.assert_allclose(pga3.move_direction(m, PGA3.direction(1, 0, 0)), TURN[:, 0], atol=1e-15)
+            np.testing.assert_allclose(np.asarray(pga3.move_point(m, p), float), TURN @ [1, 2, 3], atol=1e-15)
+    several = np.arange(6.0).reshape(2, 3)
+    moved = np.asarray(pga3.move_point(m, PGA3.point(several)), float)
+    np.testing.assert_allclose(moved, several @ TURN.T, atol=1e-15)
+    turned = np.asarray(pga3.move_direction(m, PGA3.direction(1, 0, 0)), float)
+    np.testing.assert_allclose(turned, TURN[:, 0], atol=1e-15)
 
 
 REFUSED: list[tuple[Any, str]] = [
@@ -83,7 +85,7 @@ def test_elements_that_are_not_of_unit_norm_are_refused_where_they_have_to_be() 
 
 
 def test_values_that_are_not_of_unit_norm_are_refused_where_they_have_to_be() -> None:
-    point, motor = pga3.Point(1, 2, 3), np.asarray(MOTOR.values)
+    point, motor = pga3.Point(1, 2, 3), MOTOR.values
     for _ in range(2):
         moved = pga3.move_point(pga3.Even(motor), point)
         assert isinstance(moved, pga3.Point) and tuple(moved) == pytest.approx(TURN @ [1, 2, 3])
@@ -156,13 +158,16 @@ def test_coordinates_of_other_elements_are_no_coordinates() -> None:
 
 
 def test_lists_of_elements_are_arrays_of_them() -> None:
-    """Their coefficients would lose the blades, as those of any list that numpy converts."""
+    """And so are numpy's arrays of elements, whose entries are objects."""
     points = [PGA3.point(1, 2, 3), PGA3.point(4, 5, 6)]
     moved = pga3.move_point(MOTOR, points)
     assert moved.layout == PGA3.POINT and moved.isclose(MOTOR >> np.stack(points)).all()
     assert pga3.move_point([MOTOR, ~MOTOR], tuple(points))[1].isclose(~MOTOR >> points[1])
     np.testing.assert_allclose(pga3.move_point(MOTOR, [pga3.Point(1, 2, 3)]), [[*(TURN @ [1, 2, 3])]], atol=1e-15)
-    np.testing.assert_allclose(pga3.move_point(np.asarray(MOTOR), points)[0], TURN @ [1, 2, 3], atol=1e-15)
+    assert pga3.move_point(MOTOR, np.array(points)).isclose(moved).all()
+    assert pga3.move_point(np.asarray(MOTOR), points).isclose(moved).all()
+    assert pga3.move_point(MOTOR, np.random.default_rng(0).permutation(points)).layout == PGA3.POINT
+    np.testing.assert_allclose(pga3.move_point(MOTOR.values, points)[0], TURN @ [1, 2, 3], atol=1e-15)
     weighted = 1 * PGA3.point(1, 2, 3) + 0 * PGA3.direction(1, 0, 0)
     assert pga3.move_point(MOTOR, [points[0], weighted])[1].isclose(MOTOR >> points[0])
     for wrong in (PGA3.direction(1, 0, 0), pga3.Direction(1, 0, 0), VGA3.vector(1, 2, 3), CGA3.point(1, 2, 3)):

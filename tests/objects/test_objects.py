@@ -160,7 +160,7 @@ def test_shapes_broadcast_and_elements_are_the_same_alone() -> None:
             assert np.allclose(moved[i, k].values, (m[i, 0] >> p[k]).values, rtol=0, atol=4 * np.finfo(float).eps)
     assert moved[1].shape == (4,) and moved[..., 2].shape == (3,) and moved[:, :2].shape == (3, 2)
     assert np.array_equal(moved["e032"], moved.values[..., 0]) and np.array_equal(moved["e023"], -moved.values[..., 0])
-    assert np.array_equal(moved.e123, np.ones((3, 4))) and np.array_equal(np.asarray(moved), moved.values)
+    assert np.array_equal(moved.e123, np.ones((3, 4))) and np.array_equal(np.asarray(moved, float), moved.values)
     assert [x.shape for x in moved] == [(4,)] * 3 and moved.reshape(12).shape == moved.reshape((2, 6)).reshape(-1).shape
     empty = PGA3.point(np.zeros((0, 3)))
     assert (m[0, 0] >> empty).shape == (0,) and (empty & empty).values.shape == (0, 6)

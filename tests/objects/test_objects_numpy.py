@@ -263,3 +263,28 @@ def test_objects_are_added_and_scaled() -> None:
         assert found.isclose(PGA3.of(found.layout, [float(c) for c in found.layout.coefficients(wanted)]))
     assert np.allclose((m + n).values, m.values + n.values) and (m - n).layout == PGA3.EVEN
     assert (p - q).layout == PGA3.DIRECTION and (m * 3).layout == PGA3.EVEN and (m + n).layout == PGA3.EVEN
+
+
+@pytest.mark.parametrize(
+    "x", [VGA3.vector(1, 2, 3), PGA3.point(1, 2, 3), VGA3.e12, CGA3.e0], ids=lambda x: str(x.layout)
+)
+def test_conversion_keeps_elements_unless_numbers_are_asked_for(x: Any) -> None:
+    y = 2 * x
+    for found in (np.array([x, y]), np.asarray((x, y)), np.array([[x, y]])[0], np.array([x, y], object)):
+        assert found.dtype == object and found.shape == (2,) and found[0] is x and found[1] is y
+    assert np.sum([x, y]).isclose(x + y) and np.mean([x, y]).isclose(1.5 * x)
+    assert np.prod([x, y]).isclose(x * y)
+    random = np.random.default_rng(3)
+    assert {str(z.layout) for z in (*random.permutation([x, y]), *random.choice([x, y], 3))} <= {
+        str(x.layout),
+        str(y.layout),
+    }
+    assert np.array_equal(np.asarray(x, float), x.values) and np.array([x, x], np.float32).shape == (2, x.layout.size)
+    for numbers in (np.isnan, np.min, np.sort):
+        with pytest.raises(TypeError):
+            numbers([x, y])
+    with pytest.raises(ValueError, match="values"):
+        np.asarray(x, copy=False)
+    several = np.stack([x, y])
+    assert np.asarray(several).shape == (2,) and np.asarray(several)[1].isclose(y)
+    assert np.shares_memory(np.asarray(several, float), several.values)

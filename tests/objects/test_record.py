@@ -23,8 +23,8 @@ from gacompiler.objects import CGA3, PGA3, QUATERNIONS, Space
 data = {}
 def keep(name, inputs, output):
     for k, x in enumerate(inputs):
-        data[f"{name}.{k}"] = np.asarray(x)
-    data[f"{name}.out"] = np.asarray(output)
+        data[f"{name}.{k}"] = np.asarray(x, float)
+    data[f"{name}.out"] = np.asarray(output, float)
     return output
 
 p = PGA3.point(np.arange(12.0).reshape(4, 3))
