@@ -275,10 +275,8 @@ def test_conversion_keeps_elements_unless_numbers_are_asked_for(x: Any) -> None:
     assert np.sum([x, y]).isclose(x + y) and np.mean([x, y]).isclose(1.5 * x)
     assert np.prod([x, y]).isclose(x * y)
     random = np.random.default_rng(3)
-    assert {str(z.layout) for z in (*random.permutation([x, y]), *random.choice([x, y], 3))} <= {
-        str(x.layout),
-        str(y.layout),
-    }
+    chosen = (*random.permutation([x, y]), *random.choice([x, y], 3))
+    assert {str(each.layout) for each in chosen} <= {str(x.layout), str(y.layout)}
     assert np.array_equal(np.asarray(x, float), x.values) and np.array([x, x], np.float32).shape == (2, x.layout.size)
     for numbers in (np.isnan, np.min, np.sort):
         with pytest.raises(TypeError):
