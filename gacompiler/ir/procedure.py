@@ -368,7 +368,7 @@ class Procedure:
     @property
     def has_branches(self) -> bool:
         """Whether rounding can change which of several results is chosen, or the number of iterations."""
-        choices = {Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.SELECT, Op.MINIMUM, Op.MAXIMUM}
+        choices = {Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.SELECT, Op.MINIMUM, Op.MAXIMUM, Op.FLOOR}
         return any(line.op in choices for program in self.programs for line in program.lines)
 
     @property
