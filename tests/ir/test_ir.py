@@ -241,8 +241,8 @@ INPUTS: dict[Op, tuple[Any, ...]] = {
 VALUES = {
     Op.ADD: Fraction(5, 2), Op.SUBTRACT: Fraction(5, 2), Op.MULTIPLY: Fraction(3, 2), Op.NEGATE: -3, Op.DIVIDE: 6,
     Op.SQRT: Fraction(3, 2), Op.SIN: 0, Op.COS: 1, Op.ATAN2: 0, Op.ACOS: 0, Op.EXP: 1, Op.LOG: 0,
-    Op.ABS: Fraction(3, 2), Op.FLOOR: -2, Op.MINIMUM: Fraction(3, 2), Op.MAXIMUM: 2, Op.LESS: 1, Op.LESS_EQUAL: 1, Op.EQUAL: 1,
-    Op.SELECT: 5,
+    Op.ABS: Fraction(3, 2), Op.FLOOR: -2, Op.MINIMUM: Fraction(3, 2), Op.MAXIMUM: 2,
+    Op.LESS: 1, Op.LESS_EQUAL: 1, Op.EQUAL: 1, Op.SELECT: 5,
 }  # fmt: skip
 
 
