@@ -20,8 +20,9 @@ from .operations import floor, select
 
 PRIME = 33554393
 """The largest prime below 2**25, so that the product of a remainder and the sum of two is below 2**52."""
-_INVERSE = Fraction(2**75 // PRIME - 1, 2**75)
-"""Less than 1 / `PRIME` by at least 2**-50 of it, more than two roundings, and exact as a double."""
+_INVERSE = Fraction(2**53 // PRIME - 1, 2**53)
+"""Less than 1 / `PRIME` by 2**-28 of it, more than any rounding. Quotients below 2**27 are at most 1 too small, and so
+often that proofs with random operands reach both cases of the correction."""
 # Four rounds with random functions cannot be distinguished from a random permutation (Luby and Rackoff, SIAM J. Comput.
 # 17, 1988). There are twice as many, since cubes are not random functions.
 _ROUNDS = tuple(isqrt(prime * PRIME**2) % PRIME for prime in (2, 3, 5, 7, 11, 13, 17, 19))
@@ -80,8 +81,8 @@ def random_integer(seed: Any, counter: Any, n: Any) -> Any:
 
 def _encrypted(seed: Any, counter: Any) -> tuple[Any, Any]:
     """Return the pair of remainders of a counter."""
-    keys = _pair(floor(seed))
-    left, right = _pair(floor(counter))
+    keys = _divided(floor(seed))
+    left, right = _divided(floor(counter))
     for k, constant in enumerate(_ROUNDS):
         base = right + _reduced(keys[k % 2] + constant)
         square = _divided(base * base)[1]
@@ -89,14 +90,8 @@ def _encrypted(seed: Any, counter: Any) -> tuple[Any, Any]:
     return left, right
 
 
-def _pair(x: Any) -> tuple[Any, Any]:
-    """Return the two last digits of an integer in the base of the prime."""
-    high, low = _divided(x)
-    return _divided(high)[1], low
-
-
 def _divided(x: Any) -> tuple[Any, Any]:
-    """Return the quotient and the remainder of an integer from 0 to 2**53 and the prime."""
+    """Return the quotient and the remainder of an integer from 0 to 2**52 and the prime."""
     quotient = floor(x * _INVERSE)
     rest = x - quotient * PRIME
     is_low = rest >= PRIME

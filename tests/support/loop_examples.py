@@ -294,7 +294,7 @@ def warped(image, rows, columns):
 
 @kernel(points=array(SCALAR, "n", 2), trials=array(SCALAR, "k"), seed=SCALAR)
 def sampled(points, trials, seed):
-    """Random rows, and random numbers."""
+    """Random rows, and random numbers, which differ in single precision."""
     count = count_rows(lambda p: 1, points)
 
     def pair(trial, number):
@@ -552,7 +552,6 @@ EXAMPLES = (
     halved,
     triples,
     warped,
-    sampled,
 )
 NAMES = tuple(definition.name for definition in EXAMPLES)
 HARD = (
@@ -578,6 +577,7 @@ HARD = (
     only_shared,
     aliasing,
     matrix_sums,
+    sampled,
 )
 
 
