@@ -97,7 +97,7 @@ def too_rare(counts: np.ndarray[Any, Any]) -> bool:
     """Whether chi-squared of counts with equal expectations is too large or too small."""
     expected = counts.sum() / counts.size
     value = float(((counts - expected) ** 2 / expected).sum())
-    return min(chi2.sf(value, counts.size - 1), chi2.cdf(value, counts.size - 1)) < RARE
+    return bool(min(chi2.sf(value, counts.size - 1), chi2.cdf(value, counts.size - 1)) < RARE)
 
 
 @pytest.mark.parametrize("kind", ["counters", "large counters", "steps", "seeds"])
