@@ -141,9 +141,7 @@ def test_integers_have_equal_frequencies() -> None:
     assert not too_rare(np.bincount([int(7 * a + b) for a, b in pairwise(found)][::2], minlength=49))
 
 
-@pytest.mark.parametrize(
-    "definition", [cells, pytest.param(drawn, marks=pytest.mark.slow)], ids=lambda each: each.name
-)
+@pytest.mark.parametrize("definition", [cells, pytest.param(drawn, marks=pytest.mark.slow)], ids=lambda each: each.name)
 @pytest.mark.parametrize("language", ["C", "Python"])
 def test_changes_of_text_are_detected(definition: Any, language: str) -> None:
     """A changed text is rejected, or gives another program; where remainders may be congruent, with equal numbers."""
