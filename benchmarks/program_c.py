@@ -14,7 +14,7 @@ BATCHES = "benchmarks/program_c.py"
 _TEXTS = {
     Op.ADD: "{} + {}", Op.SUBTRACT: "{} - {}", Op.MULTIPLY: "{} * {}", Op.DIVIDE: "{} / {}", Op.NEGATE: "-{}",
     Op.LESS: "{} < {}", Op.LESS_EQUAL: "{} <= {}", Op.EQUAL: "{} == {}", Op.SELECT: "{} ? {} : {}",
-    Op.ABS: "fabs({})", Op.MINIMUM: "fmin({}, {})", Op.MAXIMUM: "fmax({}, {})",
+    Op.ABS: "fabs({})", Op.FLOOR: "floor({})", Op.MINIMUM: "fmin({}, {})", Op.MAXIMUM: "fmax({}, {})",
 }  # fmt: skip
 
 _LOOPS = """\

@@ -298,7 +298,8 @@ def latex(record: Compilation) -> str:
 
 _LATEX = {
     Op.ADD: "{0} + {1}", Op.SUBTRACT: "{0} - {1}", Op.MULTIPLY: r"{0}\,{1}", Op.DIVIDE: r"\frac{{{0}}}{{{1}}}",
-    Op.NEGATE: "-{0}", Op.SQRT: r"\sqrt{{{0}}}", Op.ABS: r"\lvert {0} \rvert", Op.LESS: "[{0} < {1}]",
+    Op.NEGATE: "-{0}", Op.SQRT: r"\sqrt{{{0}}}", Op.ABS: r"\lvert {0} \rvert", Op.FLOOR: r"\lfloor {0} \rfloor",
+    Op.LESS: "[{0} < {1}]",
     Op.LESS_EQUAL: r"[{0} \le {1}]", Op.EQUAL: "[{0} = {1}]", Op.SELECT: r"({0}\,?\,{1} : {2})",
 }  # fmt: skip
 

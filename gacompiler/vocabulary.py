@@ -43,6 +43,8 @@ from .frontend.loops import scatter as scatter
 from .frontend.loops import total as total
 from .frontend.loops import transpose as transpose
 from .frontend.operations import *  # noqa: F403
+from .frontend.random_numbers import random_integer as random_integer
+from .frontend.random_numbers import uniform as uniform
 from .frontend.roots import cubic_roots as cubic_roots
 from .frontend.roots import quadratic_roots as quadratic_roots
 from .frontend.roots import quartic_roots as quartic_roots
@@ -63,8 +65,7 @@ if not TYPE_CHECKING:
         "eigenvectors_symmetric", "even_part", "exp", "first_row", "fold", "gather", "hessian_vector", "index",
         "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp", "kernel", "least", "log",
         "matrix_determinant", "matrix_of", "odd_part", "outer_cos", "outer_exp", "outer_sin", "pick", "power",
-        "quadratic_roots", "quartic_roots", "read_cluscript", "robots", "row_numbers", "scan", "scatter",
-        "solve_linear",
-        "solve_symmetric", "sqrt", "total", "transpose", "vjp", "window",
+        "quadratic_roots", "quartic_roots", "random_integer", "read_cluscript", "robots", "row_numbers", "scan",
+        "scatter", "solve_linear", "solve_symmetric", "sqrt", "total", "transpose", "uniform", "vjp", "window",
         *frontend.operations.__all__,
     ])  # fmt: skip

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from decimal import Decimal
+from decimal import ROUND_FLOOR, Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -191,7 +191,14 @@ _ANY: dict[str, Callable[..., Any]] = {
     "select": lambda condition, a, b: a if condition else b,
 }
 
+
+def _floor(x: float) -> float:
+    """Return the floor of a float as a float, with the sign of zero, infinity and NaN preserved."""
+    return math.copysign(math.floor(x), x) if math.isfinite(x) else x
+
+
 EXACT: Mapping[str, Callable[..., Any]] = _ANY | {
+    "floor": math.floor,
     "sqrt": _exact_sqrt,
     "sin": _exact_at(0, 0, "sin"),
     "cos": _exact_at(0, 1, "cos"),
@@ -201,12 +208,15 @@ EXACT: Mapping[str, Callable[..., Any]] = _ANY | {
     "atan2": _exact_atan2,
 }
 
-FLOAT: Mapping[str, Callable[..., Any]] = _ANY | {
-    name: getattr(math, name) for name in ("sqrt", "sin", "cos", "exp", "log", "acos", "atan2")
-}
+FLOAT: Mapping[str, Callable[..., Any]] = (
+    _ANY
+    | {name: getattr(math, name) for name in ("sqrt", "sin", "cos", "exp", "log", "acos", "atan2")}
+    | {"floor": _floor}
+)
 
 ARRAY: Mapping[str, Callable[..., Any]] = {
     "abs": np.abs,
+    "floor": np.floor,
     "minimum": lambda a, b: np.where(np.less(a, b) | np.not_equal(a, a), a, b),
     "maximum": lambda a, b: np.where(np.greater(a, b) | np.not_equal(a, a), a, b),
     "less": lambda a, b: np.less(a, b) * 1.0,
@@ -261,13 +271,15 @@ def _decimal_function(name: str, arguments: tuple[Any, ...]) -> Any:
     """
     lifted = [Decimal(a.numerator) / a.denominator if isinstance(a, Fraction) else Decimal(a) for a in arguments]
     if any(a.is_nan() for a in lifted):
-        if name in _ANY or name == "atan2":
+        if name in _ANY or name in ("atan2", "floor"):
             raise ValueError(f"{name} of a number that is not real")
         return lifted[0] if lifted[0].is_nan() else lifted[1]
     if name in _ANY:
         return _ANY[name](*lifted)
     if name == "sqrt":
         return lifted[0].sqrt()
+    if name == "floor":
+        return lifted[0].to_integral_value(ROUND_FLOOR)
     import mpmath
 
     found = getattr(mpmath, name)(*(mpmath.mpf(str(a) if a.is_finite() else float(a)) for a in lifted))
@@ -289,7 +301,7 @@ def _mpmath_function(name: str, arguments: tuple[Any, ...]) -> Any:
     lifted = [
         mpmath.mpf(a.numerator) / a.denominator if isinstance(a, Fraction) else mpmath.mpmathify(a) for a in arguments
     ]
-    if (name in _ANY or name == "atan2") and any(isinstance(value, mpmath.mpc) for value in lifted):
+    if (name in _ANY or name in ("atan2", "floor")) and any(isinstance(value, mpmath.mpc) for value in lifted):
         raise ValueError(f"{name} of a number that is not real")
     return _ANY[name](*lifted) if name in _ANY else getattr(mpmath, name)(*lifted)
 

@@ -143,8 +143,19 @@ def _function(name: str, latex: str, summary: str, details: str = "", *, is_clos
     )  # fmt: skip
 
 
-def _scalar(name: str, operands: int, summary: str, latex: str = "", *, is_closed: bool = False) -> Row:
-    return Row(name=name, kind=Kind.SCALAR, operands=operands, summary=summary, latex=latex, is_closed=is_closed)
+def _scalar(
+    name: str,
+    operands: int,
+    summary: str,
+    latex: str = "",
+    *,
+    is_closed: bool = False,
+    derivative: Derivative = Derivative.OWN,
+) -> Row:
+    return Row(
+        name=name, kind=Kind.SCALAR, operands=operands, summary=summary, latex=latex, is_closed=is_closed,
+        derivative=derivative,
+    )  # fmt: skip
 
 
 def _comparison(name: str, operator: str, latex: str, summary: str) -> Row:
@@ -302,6 +313,13 @@ class Operation(StrEnum):
     EXP = _scalar("exp", 1, "Exponential of a scalar.")
     LOG = _scalar("log", 1, "Natural logarithm of a scalar.")
     ABS = _scalar("abs", 1, "Absolute value of a scalar.", r"\lvert {plain[0]} \rvert", is_closed=True)
+    FLOOR = _scalar(
+        "floor",
+        1,
+        "The largest integer that is not larger than a scalar; its derivative is 0.",
+        r"\lfloor {plain[0]} \rfloor",
+        derivative=Derivative.ZERO,
+    )
     MINIMUM = _scalar("minimum", 2, "The smaller of two scalars.")
     MAXIMUM = _scalar("maximum", 2, "The larger of two scalars.")
     LESS = _comparison("less", "<", "{0} < {1}", "1 if ``a < b``, else 0.")

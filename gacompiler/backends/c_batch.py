@@ -158,7 +158,7 @@ def _label(program: Program, form: Uniform) -> str:
 
     Otherwise ``a_b`` could be one argument or two.
     """
-    names = Names().parameters(program)
+    names = Names(program).parameters(program)
     if any("_" in name for name in names):
         names = list(map(str, range(len(names))))
     kept = [name for name, argument in zip(names, program.arguments, strict=True) if argument.name in form.same]

@@ -19,8 +19,8 @@ from ..ir.procedure import (
     Storage,
     Table,
     Through,
+    computed_numbers,
     is_shifted,
-    number_of,
     numbers_of,
     row_at,
     with_tables,
@@ -56,20 +56,31 @@ class RowReader(Tokens):
         if is_shifted(place.row):
             along = zip(numbers_of(place.row), self._known(place.table).lengths, strict=True)
             return Place(place.table, row_at(tuple(self._or_start(row, length, start) for row, length in along)))
-        if number := number_of(place.row):
-            table = self._known(place.table)
-            numbers = zip(numbers_of(place.row), table.lengths, strict=True)
-            (length,) = (length for each, length in numbers if isinstance(each, Numbered))
-            match condition:
-                case ("&&", (">=", first, 0), ("<", second, str(end))) if end == length and first == second:
-                    if self._place(first) == Place(number):
-                        return Place(place.table, with_tables(place.row, lambda name: name or start))
+        if computed_numbers(place.row):
+            along = zip(numbers_of(place.row), self._known(place.table).lengths, strict=True)
+            wanted = [(Place(row.number), length) for row, length in along if isinstance(row, Numbered)]
+            if self._ranges(condition) == list(dict.fromkeys(wanted)):
+                return Place(place.table, with_tables(place.row, lambda name: name or start))
         match place.row:
             case Through(index, loop) if condition == (">=", ("[]", index, loop), 0):
                 return Place(place.table, Parent(index, loop, start))
             case _Step(loop, -1):
                 return Place(place.table, Previous(loop, start))
         raise self._wrong(f"the row {pointer!r} where {condition!r}")
+
+    def _ranges(self, condition: Tree) -> list[tuple[Place, str]]:
+        """Read the condition that numbers are those of rows; return each number with the length of its axis."""
+        terms = _terms(condition)
+        found: list[tuple[Place, str]] = []
+        if len(terms) % 2:
+            return found
+        for lower, upper in zip(terms[::2], terms[1::2], strict=True):
+            match lower, upper:
+                case (">=", first, 0), ("<", second, str(end)) if first == second:
+                    found.append((self._place(first), end))
+                case _:
+                    return []
+        return found
 
     def _row(self, table: Table, offset: Tree, is_pointer: bool, condition: Tree | None) -> Row:
         factors = factors_of(offset)

@@ -29,9 +29,9 @@ from ..ir.procedure import (
     Repeat,
     Storage,
     Table,
+    computed_numbers,
     further_tables,
     is_shifted,
-    number_of,
     statements,
 )
 from ..ir.program import Program
@@ -292,5 +292,5 @@ def _read(named: Procedure) -> Iterable[str]:
             yield from further_tables(place.row)
             if isinstance(place.row, At):
                 yield from named.table(place.table).lengths[1:]
-            if number_of(place.row) or is_shifted(place.row):
+            if computed_numbers(place.row) or is_shifted(place.row):
                 yield from named.table(place.table).lengths

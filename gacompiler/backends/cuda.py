@@ -49,6 +49,7 @@ CUDA = Language(
         Op.EXP: "::exp({0})",
         Op.LOG: "::log({0})",
         Op.ABS: "::fabs({0})",
+        Op.FLOOR: "::floor({0})",
         Op.LESS: "real({0} < {1})",
         Op.LESS_EQUAL: "real({0} <= {1})",
         Op.EQUAL: "real({0} == {1})",

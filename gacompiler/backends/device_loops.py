@@ -25,9 +25,9 @@ from ..ir.procedure import (
     Statement,
     Storage,
     Table,
+    computed_numbers,
     further_tables,
     indices_of,
-    number_of,
     numbers_of,
 )
 from .c_windows import boundary_functions, needed_by
@@ -348,4 +348,4 @@ def _suffix(place: Place) -> str:
     if isinstance(place.row, Previous):
         return "previous"
     names = [each.loop if isinstance(each, Counter) else "" for each in numbers_of(place.row)]
-    return "_".join(filter(None, (*names, *indices_of(place.row), number_of(place.row))))
+    return "_".join(filter(None, (*names, *indices_of(place.row), *computed_numbers(place.row))))

@@ -47,6 +47,7 @@ def c_operations(real: str) -> dict[Op, str]:
         Op.EXP: "exp({0})",
         Op.LOG: "log({0})",
         Op.ABS: "fabs({0})",
+        Op.FLOOR: "floor({0})",
         Op.LESS: f"({real})({{0}} < {{1}})",
         Op.LESS_EQUAL: f"({real})({{0}} <= {{1}})",
         Op.EQUAL: f"({real})({{0}} == {{1}})",

@@ -23,7 +23,7 @@ HEADER = Language(
     reserved=C_WORDS
     | frozenset(
         """
-        GAC_REAL sqrt sin cos atan2 acos exp log fabs
+        GAC_REAL sqrt sin cos atan2 acos exp log fabs floor
         alignas alignof and and_eq asm bitand bitor catch char8_t char16_t char32_t class co_await co_return co_yield
         compl concept const_cast consteval constexpr constinit decltype delete dynamic_cast explicit export friend
         mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public reinterpret_cast

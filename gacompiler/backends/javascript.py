@@ -41,6 +41,7 @@ JAVASCRIPT = Language(
         Op.EXP: "Math.exp({0})",
         Op.LOG: "Math.log({0})",
         Op.ABS: "Math.abs({0})",
+        Op.FLOOR: "Math.floor({0})",
         Op.LESS: "{0} < {1} ? 1 : 0",
         Op.LESS_EQUAL: "{0} <= {1} ? 1 : 0",
         Op.EQUAL: "{0} === {1} ? 1 : 0",

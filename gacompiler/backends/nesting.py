@@ -64,7 +64,7 @@ class Nested:
 
 def nested(program: Program) -> Nested:
     """Return the statements as which a program is printed, in the order of its lines."""
-    names = Names()
+    names = Names(program)
     parameters = tuple(names.parameters(program))
     used = used_variables(program)
     components = tuple(

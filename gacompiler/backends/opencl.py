@@ -36,7 +36,7 @@ OPENCL = Language(
     reserved=C_WORDS
     | frozenset(
         """
-        REAL sqrt sin cos atan2 acos exp log fabs
+        REAL sqrt sin cos atan2 acos exp log fabs floor
         kernel global local constant private generic pipe uniform half quad complex imaginary uchar ushort uint ulong
         size_t ptrdiff_t event_t sampler_t queue_t ndrange_t clk_event_t reserve_id_t cl_mem_fence_flags
         read_only write_only read_write vec_step as_double as_float get_global_id get_global_size

@@ -16,7 +16,7 @@ from ..errors import BackendError
 from ..ir.program import Operand, Program
 from ..ir.reserved import C_MACRO_NAMES as C_MACRO_NAMES
 from ..ir.reserved import RESERVED as RESERVED
-from ..ir.reserved import legal
+from ..ir.reserved import RESERVED_BY_USE, legal
 from ..ir.scalar import LEAVES, Op, Rational
 
 SUM, PRODUCT, SIGN, WHOLE = range(4)
@@ -126,10 +126,17 @@ C = Notation(str.upper, "(REAL)")
 
 
 class Names:
-    """Legal and distinct names for the variables of one emitted function, as close to the program's as possible."""
+    """Legal and distinct names for the variables of one emitted function, as close to the program's as possible.
 
-    def __init__(self) -> None:
-        self._taken: set[str] = set()
+    Parameters
+    ----------
+    program : Program, optional
+        The program of the function, whose operations may reserve names.
+    """
+
+    def __init__(self, program: Program | None = None) -> None:
+        used = {line.op.value for line in program.lines if line.op in RESERVED_BY_USE} if program else set()
+        self._taken: set[str] = used
         self._variables: dict[str, str] = {}
 
     def fresh(self, wanted: str) -> str:

@@ -251,7 +251,7 @@ def declaration(kernel: KernelSource, layouts: Sequence[str]) -> list[str]:
     arguments, results = ([part.name for part in parts] for parts in (program.arguments, program.results))
     signature = "->".join(",".join(map(_shape, parts)) for parts in (program.arguments, program.results))
     parts = [_string(signature), *layouts, f"cost={_string(cost_text(cost))}"]
-    printed = Names().parameters(program)
+    printed = Names(program).parameters(program)
     parts += [f"names={_string(' '.join(arguments))}"] if printed != arguments else []
     parts += [f"results={_string(' '.join(results))}"] if results != result_names(len(results)) else []
     parts += [f"assumes=({', '.join(map(_string, kernel.relations))},)"] if kernel.relations else []

@@ -27,7 +27,7 @@ from ..ir.procedure import (
     Previous,
     Row,
     Storage,
-    number_of,
+    computed_numbers,
     start_of,
 )
 from .forward import shape_of
@@ -217,7 +217,7 @@ class Cotangents(Replay):
                 if to_start is not None:
                     self._add_to_start(source, old.row, own, to_start)
                 self.record(Add(source, Place(own.name, self.through(old.row))))
-            case _ if number_of(old.row):
+            case _ if computed_numbers(old.row):
                 raise KernelError(
                     self.traced.kernel.where, "the reverse mode through a row with a computed number",
                     "rows that loops or index tables select", "use jvp(), or gather()",

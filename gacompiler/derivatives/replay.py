@@ -32,7 +32,7 @@ from ..ir.procedure import (
     Row,
     Storage,
     Through,
-    number_of,
+    computed_numbers,
     with_tables,
 )
 
@@ -102,12 +102,12 @@ class Replay:
 
     def row(self, row: Row, tables: Mapping[str, Record]) -> Row:
         """Return the new row for an old one; the table of its start is taken from `tables`."""
-        number = number_of(row)
+        numbers = computed_numbers(row)
 
         def name(old: str) -> str:
             if old in self._indices:
                 return self._indices[old]
-            return self.tables[old].name if old == number else tables[old].name
+            return self.tables[old].name if old in numbers else tables[old].name
 
         return with_tables(row, name, self.counters.__getitem__)
 

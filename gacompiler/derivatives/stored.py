@@ -6,7 +6,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..ir.procedure import Add, Clear, Counter, Loop, Parent, Place, Previous, loops_of, number_of, numbers_of, start_of
+from ..ir.procedure import (
+    Add,
+    Clear,
+    Counter,
+    Loop,
+    Parent,
+    Place,
+    Previous,
+    computed_numbers,
+    loops_of,
+    numbers_of,
+    start_of,
+)
 from .replay import flattened, reads_of, writes_of, written
 
 
@@ -33,7 +45,7 @@ class Position:
 
     def changes(self, place: Place) -> bool:
         """Return whether a place that the statement reads may be overwritten or inaccessible in the reverse sweep."""
-        tables = {place.table, start_of(place.row), number_of(place.row)} - {""}
+        tables = {place.table, start_of(place.row), *computed_numbers(place.row)} - {""}
         if self.loop is None:
             return bool(tables & written(self.body[self.number :]))
         if isinstance(place.row, Previous) or tables & written(self.after):

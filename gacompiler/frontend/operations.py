@@ -24,7 +24,7 @@ from .rows import Array
 
 __all__ = [
     "absolute", "acos", "anticommutator", "assemble", "atan2", "clifford_conjugate", "coefficient", "commutator", "cos",
-    "determinant", "dual", "equal", "geometric_product", "grade", "grade_involution", "hestenes_product",
+    "determinant", "dual", "equal", "floor", "geometric_product", "grade", "grade_involution", "hestenes_product",
     "inner_product", "inverse", "join", "left_contraction", "maximum", "meet", "minimum", "norm", "norm_squared",
     "normalize", "outer_product", "polarity", "regressive_product", "reverse", "right_contraction", "sandwich",
     "scalar_product", "select", "sin", "undual",
@@ -87,6 +87,7 @@ acos = unary(apply, Operation.ACOS)
 exp = unary(apply, Operation.EXP)
 log = unary(apply, Operation.LOG)
 absolute = unary(apply, Operation.ABS, "absolute")
+floor = unary(apply, Operation.FLOOR)
 minimum = binary(apply, Operation.MINIMUM)
 maximum = binary(apply, Operation.MAXIMUM)
 equal = binary(apply, Operation.EQUAL)

@@ -62,6 +62,7 @@ class Recorder:
         self.indices: dict[str, Table] = {}
         self.scopes: list[Scope] = [Scope(0)]
         self.numbers: set[str] = set()  # the tables that hold the numbers of their rows
+        self.otherwise: dict[tuple[str, Leaf], Expression] = {}  # the values in the tables of `only_row`
         self._n_scopes = 1
         self._sources: dict[Expression, Source] = {}
         self._symbols: dict[Source, Expression] = {}
@@ -375,7 +376,12 @@ class Recorder:
         """Return an array whose rows along an axis can be selected: itself, or a copy if they are already selected."""
         if not self.check_rows(rows).is_selected(axis):
             return rows
-        return self.stored([rows], ["gathered"], [rows.leaf.layout], (rows,))[0]
+        return self.copied(rows)
+
+    def copied(self, rows: Rows) -> Rows:
+        """Return an array that consists of the rows of a table of its own."""
+        copy: Rows = self.stored([rows], ["gathered"], [rows.leaf.layout], (rows,))[0]
+        return copy
 
     def store(self, values: Sequence[Any], onto: Sequence[Rows], stem: str = "value") -> None:
         """Write expressions to single rows, and arrays to arrays, as if at once; rows of arrays are named `stem`."""

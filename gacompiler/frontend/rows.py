@@ -194,6 +194,11 @@ class Rows(Array):
         """The row of the table that a single row consists of."""
         return Place(self.table, row_at(self.axes))
 
+    @property
+    def start(self) -> str:
+        """The table whose only row stands for rows with computed numbers that do not exist, or an empty string."""
+        return next((each.start for each in self.axes if isinstance(each, Numbered)), "")
+
     def at(self, row: Row) -> Rows:
         """Return a row of the array along its first axis, which is an array over the other axes."""
         first, *others = self.order

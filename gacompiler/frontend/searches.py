@@ -181,10 +181,23 @@ def pick(rows: Any, number: Any, otherwise: Any) -> Any:
     (row,) = recorder.stored([where], ["number"], recorder.layouts_of([where]))
     found = []
     arrays = [recorder.selectable(array) for array in arrays]
+    arrays = [_with_start(recorder, array, value) for array, value in zip(arrays, values, strict=True)]
     for array in arrays:
         record = recorder.records[recorder.check_rows(array).table]
-        found.append(array.numbered(row.table, only_row(recorder, record, arrays, values).name))
+        start = array.start or only_row(recorder, record, arrays, values).name
+        found.append(array.numbered(row.table, start))
     return like(rows, recorder.symbols(["picked"] * len(arrays), found))
+
+
+def _with_start(recorder: Recorder, array: Rows, value: Expression) -> Rows:
+    """Return an array, or a copy if it is a row with a computed number in whose place there is another value.
+
+    One table stands for all rows that do not exist, whatever the axis along which there is no such row.
+    """
+    known = recorder.otherwise.get((array.start, array.leaf))
+    constants = [each.data for each in (known, value) if each is not None and each.operation is Operation.CONSTANT]
+    is_same = known is value or (len(constants) == 2 and constants[0] == constants[1])
+    return array if is_same or not array.start else recorder.copied(array)
 
 
 def _unrolled_row(array: Unrolled, number: Expression, otherwise: Expression) -> Any:
@@ -215,5 +228,6 @@ def only_row(recorder: Recorder, record: Record, arrays: Sequence[Rows], values:
     scope = recorder.scopes[-1].number
     name = recorder.unique("otherwise")
     made = recorder.add(Record(name, (), record.leaves, Storage.WORK, record.shape, scope=scope))
+    recorder.otherwise.update({(name, leaf): value for leaf, value in by.items()})
     recorder.compute([by.get(leaf, lift(0)) for leaf in made.leaves], [(Place(name), leaf) for leaf in made.leaves])
     return made

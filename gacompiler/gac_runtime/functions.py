@@ -48,6 +48,7 @@ SCALAR_FUNCTIONS: dict[str, Callable[..., Any]] = {
     "exp": math.exp,
     "log": math.log,
     "abs": abs,
+    "floor": np.floor,
     "minimum": _minimum,
     "maximum": _maximum,
     "less": _less,
@@ -120,7 +121,7 @@ def array_functions(namespace: Any) -> dict[str, Callable[..., Any]]:
     names = {"atan2": "arctan2", "acos": "arccos"}
     functions: dict[str, Callable[..., Any]] = {
         name: lifted(names.get(name, name), SCALAR_FUNCTIONS[name])
-        for name in ("sqrt", "sin", "cos", "atan2", "acos", "exp", "log", "abs")
+        for name in ("sqrt", "sin", "cos", "atan2", "acos", "exp", "log", "abs", "floor")
     }
 
     def choose(condition: Any, a: Any, b: Any, *others: Any) -> Any:

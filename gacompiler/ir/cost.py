@@ -12,7 +12,7 @@ _CALLS = (Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG)
 WEIGHTS = {"mul": 1, "add": 1, "div": 8, "sqrt": 8, "call": 20, "choice": 1}
 """The cost of each operation, in units of one addition."""
 
-_CHOICES = (Op.ABS, Op.MINIMUM, Op.MAXIMUM, Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.SELECT)
+_CHOICES = (Op.ABS, Op.FLOOR, Op.MINIMUM, Op.MAXIMUM, Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.SELECT)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ UNITS = 2
 """Number of instructions that start in one cycle."""
 CYCLES: Mapping[Op, int] = {
     Op.ADD: 4, Op.SUBTRACT: 4, Op.MULTIPLY: 4, Op.DIVIDE: 13, Op.SQRT: 18, Op.NEGATE: 0, Op.ABS: 1, Op.SELECT: 2,
-    Op.MINIMUM: 4, Op.MAXIMUM: 4, Op.LESS: 4, Op.LESS_EQUAL: 4, Op.EQUAL: 4,
+    Op.FLOOR: 8, Op.MINIMUM: 4, Op.MAXIMUM: 4, Op.LESS: 4, Op.LESS_EQUAL: 4, Op.EQUAL: 4,
 }  # fmt: skip
 """Cycles from the operands to the result of an instruction, about those of x86-64 processors."""
 BUSY: Mapping[Op, int] = {Op.DIVIDE: 4, Op.SQRT: 6}

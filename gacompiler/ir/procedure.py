@@ -165,9 +165,9 @@ def indices_of(row: Row) -> tuple[str, ...]:
     return tuple(each.index for each in numbers_of(row) if isinstance(each, (Through, Parent)))
 
 
-def number_of(row: Row) -> str:
-    """Return the table with the computed number of a row, or an empty string."""
-    return next((each.number for each in numbers_of(row) if isinstance(each, Numbered)), "")
+def computed_numbers(row: Row) -> tuple[str, ...]:
+    """Return the tables with the computed numbers of a row, in the order of the axes."""
+    return tuple(each.number for each in numbers_of(row) if isinstance(each, Numbered))
 
 
 def start_of(row: Row) -> str:
@@ -177,7 +177,7 @@ def start_of(row: Row) -> str:
 
 def further_tables(row: Row) -> tuple[str, ...]:
     """Return the tables from which a row is determined, or that replace it."""
-    return (*indices_of(row), *filter(None, (number_of(row), start_of(row))))
+    return (*indices_of(row), *computed_numbers(row), *filter(None, [start_of(row)]))
 
 
 def with_tables(row: Row, change: Callable[[str], str], loops: Callable[[str], str] = lambda loop: loop) -> Row:
@@ -361,14 +361,14 @@ class Procedure:
     def selects(self) -> bool:
         """Whether the rows that are read depend on computed values."""
         return any(
-            (isinstance(s, Loop) and bool(s.until)) or any(number_of(place.row) for place in _sources(s))
+            (isinstance(s, Loop) and bool(s.until)) or any(computed_numbers(place.row) for place in _sources(s))
             for s in statements(self.body)
         )
 
     @property
     def has_branches(self) -> bool:
         """Whether rounding can change which of several results is chosen, or the number of iterations."""
-        choices = {Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.SELECT, Op.MINIMUM, Op.MAXIMUM}
+        choices = {Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.SELECT, Op.MINIMUM, Op.MAXIMUM, Op.FLOOR}
         return any(line.op in choices for program in self.programs for line in program.lines)
 
     @property

@@ -29,7 +29,10 @@ C_MACRO_NAMES = frozenset(
 LIKE_A_MACRO = re.compile(r"[A-Z][A-Z0-9_]+")
 """Names that headers or compiler options may define: FLT_MAX, M_LOG2E, ONLY_F64."""
 
-_FUNCTIONS = frozenset({"fabs", *(op.value for op in Op), *(op.value.upper() for op in Op)})
+RESERVED_BY_USE = frozenset({Op.FLOOR})
+"""Operations whose names are reserved only in programs that use them, since they are common names of parameters."""
+
+_FUNCTIONS = frozenset({"fabs", *(op.value for op in {*Op} - RESERVED_BY_USE), *(op.value.upper() for op in Op)})
 
 RESERVED = (
     _C_WORDS | C_MACRO_NAMES | {"far"} | _FUNCTIONS | {*keyword.kwlist, *keyword.softkwlist, "range", "len", "empty"}

@@ -38,6 +38,7 @@ class Op(Enum):
     LOG = "log"
     # Piecewise operations; comparisons return 1 or 0.
     ABS = "abs"
+    FLOOR = "floor"
     MINIMUM = "minimum"
     MAXIMUM = "maximum"
     LESS = "less"
@@ -54,8 +55,8 @@ COMMUTATIVE = (Op.ADD, Op.MULTIPLY, Op.EQUAL, Op.MINIMUM, Op.MAXIMUM)
 RING = (Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.NEGATE)
 ARITY: dict[Op, int] = {
     Op.CONSTANT: 0, Op.VARIABLE: 0, Op.NEGATE: 1, Op.SQRT: 1, Op.SIN: 1, Op.COS: 1, Op.ACOS: 1, Op.EXP: 1, Op.LOG: 1,
-    Op.ABS: 1, Op.ADD: 2, Op.SUBTRACT: 2, Op.MULTIPLY: 2, Op.DIVIDE: 2, Op.ATAN2: 2, Op.MINIMUM: 2, Op.MAXIMUM: 2,
-    Op.LESS: 2, Op.LESS_EQUAL: 2, Op.EQUAL: 2, Op.SELECT: 3,
+    Op.ABS: 1, Op.FLOOR: 1, Op.ADD: 2, Op.SUBTRACT: 2, Op.MULTIPLY: 2, Op.DIVIDE: 2, Op.ATAN2: 2, Op.MINIMUM: 2,
+    Op.MAXIMUM: 2, Op.LESS: 2, Op.LESS_EQUAL: 2, Op.EQUAL: 2, Op.SELECT: 3,
 }  # fmt: skip
 
 

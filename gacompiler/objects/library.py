@@ -18,6 +18,7 @@ NUMPY: dict[str, Callable[..., Any]] = {
     "exp": np.exp,
     "log": np.log,
     "abs": np.abs,
+    "floor": np.floor,
     "minimum": np.minimum,
     "maximum": np.maximum,
     "less": lambda a, b: (a < b) * 1.0,

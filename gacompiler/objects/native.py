@@ -46,6 +46,7 @@ _HEAD = """\
 #define EXP(x) exp(x)
 #define LOG(x) log(x)
 #define ABS(x) fabs(x)
+#define FLOOR(x) floor(x)
 #define MINIMUM(a, b) ((a) < (b) || (a) != (a) ? (a) : (b))
 #define MAXIMUM(a, b) ((a) > (b) || (a) != (a) ? (a) : (b))
 #define LESS(a, b) ((double)((a) < (b)))

@@ -184,6 +184,7 @@ _FUNCTIONS: Mapping[Any, Callable[..., Any]] = {
     sympy.atan: lambda x: scalar.atan2(x, lift(1)),
     sympy.atan2: scalar.atan2,
     sympy.Abs: scalar.absolute,
+    sympy.floor: scalar.floor,
     sympy.sinh: lambda x: (scalar.exp(x) - scalar.exp(-x)) / 2,
     sympy.cosh: lambda x: (scalar.exp(x) + scalar.exp(-x)) / 2,
     sympy.tanh: lambda x: 1 - 2 / (scalar.exp(2 * x) + 1),

@@ -242,6 +242,7 @@ GAC_SHARED int gac_rows_f32(const struct gac_procedure *procedure, const struct 
 #define EXP(x) GAC(exp)(x)
 #define LOG(x) GAC(log)(x)
 #define ABS(x) FUNCTION(fabs)(x)
+#define FLOOR(x) FUNCTION(floor)(x)
 #define MINIMUM(a, b) GAC(select)(WHERE((a) < (b)) | WHERE((a) != (a)), a, b)
 #define MAXIMUM(a, b) GAC(select)(WHERE((a) > (b)) | WHERE((a) != (a)), a, b)
 #define LESS(a, b) ((REAL)((a) < (b)))

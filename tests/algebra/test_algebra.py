@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 import tracemalloc
 from collections.abc import Callable
+from decimal import Decimal
 from fractions import Fraction
 from itertools import permutations
 from typing import Any
@@ -580,7 +581,7 @@ def test_scalar_functions_agree_in_all_rings(name: str) -> None:
     """Exact numbers, floats, arrays, mpmath numbers and sympy give the same value where it is rational."""
     arguments: dict[str, tuple[int, ...]] = {
         "sqrt": (4,), "sin": (0,), "cos": (0,), "exp": (0,), "log": (1,), "acos": (1,), "atan2": (0, 2), "abs": (-3,),
-        "minimum": (2, 3), "maximum": (2, 3), "less": (2, 3), "less_equal": (3, 3), "equal": (2, 3),
+        "floor": (-3,), "minimum": (2, 3), "maximum": (2, 3), "less": (2, 3), "less_equal": (3, 3), "equal": (2, 3),
         "select": (1, 5, 7),
     }  # fmt: skip
     exact = scalar_function(name, *arguments[name])
@@ -590,6 +591,19 @@ def test_scalar_functions_agree_in_all_rings(name: str) -> None:
     assert scalar_function(name, *map(sympy.Integer, arguments[name])) == sympy.Integer(int(exact))
 
 
+def test_floor_keeps_signs_and_nan() -> None:
+    """Every kind of number has the values of IEEE 754; exact numbers become integers."""
+    numbers = [2.5, -2.5, -0.0, 0.75, 2.0**60, -np.inf, np.nan]
+    expected = [2.0, -3.0, -0.0, 0.0, 2.0**60, -np.inf, np.nan]
+    for found in ([scalar_function("floor", x) for x in numbers], scalar_function("floor", np.array(numbers))):
+        assert np.array_equal(found, expected, equal_nan=True) and np.array_equal(
+            np.signbit(found[:6]), np.signbit(expected[:6])
+        )
+    assert scalar_function("floor", Fraction(-7, 3)) == -3 and scalar_function("floor", Fraction(6, 3)) == 2
+    assert scalar_function("floor", Decimal("-2.000000000000000000000001")) == -3
+    assert scalar_function("floor", mpmath.mpf("2.75")) == 2 and scalar_function("floor", sympy.Rational(-7, 3)) == -3
+
+
 def test_least_and_greatest_of_arrays_propagate_nan() -> None:
     """NaN is propagated as in numpy, from either side."""
     a, b = np.array([np.nan, 1.0, 2.0, -1.0]), np.array([0.0, np.nan, 1.0, 3.0])
@@ -597,9 +611,9 @@ def test_least_and_greatest_of_arrays_propagate_nan() -> None:
     assert np.array_equal(scalar_function("maximum", a, b), np.maximum(a, b), equal_nan=True)
 
 
-@pytest.mark.parametrize("name", ["less", "minimum", "abs", "atan2"])
+@pytest.mark.parametrize("name", ["less", "minimum", "abs", "atan2", "floor"])
 def test_functions_of_order_reject_complex_numbers(name: str) -> None:
-    arguments = (mpmath.mpc(1, 2), mpmath.mpf(1))[: 1 if name == "abs" else 2]
+    arguments = (mpmath.mpc(1, 2), mpmath.mpf(1))[: 1 if name in ("abs", "floor") else 2]
     with pytest.raises(ValueError, match=f"{name} of a number that is not real"):
         scalar_function(name, *arguments)
     assert scalar_function("sqrt", mpmath.mpc(-4, 0)) == mpmath.mpc(0, 2)

@@ -22,6 +22,7 @@ from gacompiler import (
     determinant,
     dual,
     exp,
+    floor,
     hessian_vector,
     inverse,
     jacobian,
@@ -164,6 +165,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "abs": lambda x, y: absolute(x - 3 * y) * y,
     "minimum": lambda x, y: minimum(x * x, y),
     "maximum": lambda x, y: maximum(x * x, y),
+    "floor": lambda x, y: (x + 5 * y - floor(x + 5 * y)) * y + floor(x * 9),
     "select": lambda x, y: select(x < y, x * y, x - y),
     "chain": lambda x, y: sqrt(1 + sin(x) * sin(x)) / exp(y),
 }
@@ -391,6 +393,7 @@ def test_derivative_of_an_inverse() -> None:
 AT_THE_SWITCH: dict[str, tuple[Callable[..., Any], Fraction | int]] = {
     "abs, that of the negative side": (lambda x: absolute(x - 2) * 3, -3),
     "minimum, that of the second": (lambda x: minimum(5 * x, x * x + 6), 4),
+    "floor, zero": (lambda x: floor(x) * 9 + 4 * x, 4),
     "maximum, that of the second": (lambda x: maximum(5 * x, x * x + 6), 4),
     "select, the side taken where it is not less": (lambda x: select(x < 2, 7 * x, x * x * x), 12),
     "select, the side taken where it is less or equal": (lambda x: select(x <= 2, 7 * x, x * x * x), 7),

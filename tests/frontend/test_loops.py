@@ -11,11 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+import gacompiler
 from gacompiler import SCALAR, array, cos, index, kernel, sandwich, sin
 from gacompiler.algebra.catalog import CGA2, PGA3
 from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, scan, scatter, total
 from gacompiler.frontend.operations import absolute
-from gacompiler.frontend.searches import least
+from gacompiler.frontend.searches import least, pick
 from gacompiler.ir.procedure_cost import costs_text
 from gacompiler.ir.procedure_text import procedure_text
 from gacompiler.ir.run_procedure import run_procedure
@@ -427,3 +428,14 @@ def test_signs_of_outer_values_are_kept_in_the_body() -> None:
         return each(lambda b: -(a * a) * b, x)
 
     assert dict(scaled.costs)[""].mul == 1 and dict(scaled.costs)["n"].mul == 1
+
+
+def test_missing_rows_along_two_axes_have_their_own_values() -> None:
+    @kernel(image=array(SCALAR, "n", "m"), r=SCALAR, c=SCALAR)
+    def picked_twice(image: Any, r: Any, c: Any) -> Any:
+        """A number of an array with two axes."""
+        return pick(pick(image, r, 3), c, 7), pick(pick(image, r, 4), c, 4)
+
+    places = np.array([(0, 1), (5, 1), (1, 9), (9, 9), (-1, 0), (1, -1)], float)
+    found = gacompiler.compile(picked_twice)(np.arange(6.0).reshape(2, 3), *places.T)
+    assert np.array_equal(found, [[1, 3, 7, 7, 3, 7], [1, 4, 4, 4, 4, 4]])

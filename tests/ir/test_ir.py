@@ -22,8 +22,8 @@ from gacompiler.ir.verify import verify
 from gacompiler.passes.schedule import schedule
 
 NAMES = ("x", "y", "z")
-EXACT_OPS = (Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.NEGATE, Op.DIVIDE, Op.ABS, Op.MINIMUM, Op.MAXIMUM, Op.LESS,
-             Op.LESS_EQUAL, Op.EQUAL, Op.SELECT)  # fmt: skip
+EXACT_OPS = (Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.NEGATE, Op.DIVIDE, Op.ABS, Op.FLOOR, Op.MINIMUM, Op.MAXIMUM,
+             Op.LESS, Op.LESS_EQUAL, Op.EQUAL, Op.SELECT)  # fmt: skip
 
 REFERENCE: dict[Op, Callable[..., Any]] = {
     Op.ADD: lambda a, b: a + b,
@@ -32,6 +32,7 @@ REFERENCE: dict[Op, Callable[..., Any]] = {
     Op.NEGATE: lambda a: -a,
     Op.DIVIDE: lambda a, b: Fraction(a) / Fraction(b),
     Op.ABS: lambda a: a if a >= 0 else -a,
+    Op.FLOOR: lambda a: a // 1,
     Op.MINIMUM: lambda a, b: min(a, b),
     Op.MAXIMUM: lambda a, b: max(a, b),
     Op.LESS: lambda a, b: 1 if a < b else 0,
@@ -233,14 +234,15 @@ def test_programs_print_their_signature() -> None:
 INPUTS: dict[Op, tuple[Any, ...]] = {
     Op.ADD: (3, Fraction(-1, 2)), Op.SUBTRACT: (3, Fraction(1, 2)), Op.MULTIPLY: (3, Fraction(1, 2)), Op.NEGATE: (3,),
     Op.DIVIDE: (3, Fraction(1, 2)), Op.SQRT: (Fraction(9, 4),), Op.SIN: (0,), Op.COS: (0,), Op.ATAN2: (0, 2),
-    Op.ACOS: (1,), Op.EXP: (0,), Op.LOG: (1,), Op.ABS: (Fraction(-3, 2),), Op.MINIMUM: (2, Fraction(3, 2)),
+    Op.ACOS: (1,), Op.EXP: (0,), Op.LOG: (1,), Op.ABS: (Fraction(-3, 2),), Op.FLOOR: (Fraction(-3, 2),),
+    Op.MINIMUM: (2, Fraction(3, 2)),
     Op.MAXIMUM: (2, Fraction(3, 2)), Op.LESS: (1, 2), Op.LESS_EQUAL: (2, 2), Op.EQUAL: (2, 2), Op.SELECT: (1, 5, 7),
 }  # fmt: skip
 VALUES = {
     Op.ADD: Fraction(5, 2), Op.SUBTRACT: Fraction(5, 2), Op.MULTIPLY: Fraction(3, 2), Op.NEGATE: -3, Op.DIVIDE: 6,
     Op.SQRT: Fraction(3, 2), Op.SIN: 0, Op.COS: 1, Op.ATAN2: 0, Op.ACOS: 0, Op.EXP: 1, Op.LOG: 0,
-    Op.ABS: Fraction(3, 2), Op.MINIMUM: Fraction(3, 2), Op.MAXIMUM: 2, Op.LESS: 1, Op.LESS_EQUAL: 1, Op.EQUAL: 1,
-    Op.SELECT: 5,
+    Op.ABS: Fraction(3, 2), Op.FLOOR: -2, Op.MINIMUM: Fraction(3, 2), Op.MAXIMUM: 2,
+    Op.LESS: 1, Op.LESS_EQUAL: 1, Op.EQUAL: 1, Op.SELECT: 5,
 }  # fmt: skip
 
 

@@ -23,6 +23,7 @@ from gacompiler import (
     each,
     equal,
     first_row,
+    floor,
     fold,
     gather,
     index,
@@ -30,6 +31,7 @@ from gacompiler import (
     kernel,
     least,
     pick,
+    random_integer,
     row_numbers,
     scan,
     scatter,
@@ -38,6 +40,7 @@ from gacompiler import (
     sqrt,
     total,
     transpose,
+    uniform,
     window,
 )
 from gacompiler.algebra.catalog import CGA3, PGA3
@@ -275,6 +278,30 @@ def triples(moves, samples, x):
     """Sums of triples of directions, and sums of numbers over the first and last of each triple."""
     firsts = each(lambda a: a + 1, gather(x, samples[0]))
     return each(lambda a, b, c: a + 2 * b + c / 2, *gather(moves, samples)), scatter(firsts, samples[2], x)
+
+
+@kernel(image=array(SCALAR, "n", "m"), rows=array(SCALAR, "k"), columns=array(SCALAR, "k"))
+def warped(image, rows, columns):
+    """Linear interpolation along columns of an image, at places inside and outside of it."""
+
+    def value(row, column):
+        i, j = floor(4 * row - 2), floor(5 * column) - 3
+        upper = pick(pick(image, i, 0), j, 0)
+        return upper + (4 * row - 2 - i) * (pick(pick(image, i + 1, 0), j, 0) - upper)
+
+    return each(value, rows, columns)
+
+
+@kernel(points=array(SCALAR, "n", 2), trials=array(SCALAR, "k"), seed=SCALAR)
+def sampled(points, trials, seed):
+    """Random rows, and random numbers, which differ in single precision."""
+    count = count_rows(lambda p: 1, points)
+
+    def pair(trial, number):
+        x, _ = pick(points, random_integer(seed * 2**20, number, count), (-1, -1))
+        return x, uniform(seed * 2**40, trial * 2**20)
+
+    return each(pair, trials, row_numbers(trials))
 
 
 @kernel(image=array(SCALAR, "n", "m"))
@@ -524,6 +551,7 @@ EXAMPLES = (
     differences,
     halved,
     triples,
+    warped,
 )
 NAMES = tuple(definition.name for definition in EXAMPLES)
 HARD = (
@@ -549,6 +577,7 @@ HARD = (
     only_shared,
     aliasing,
     matrix_sums,
+    sampled,
 )
 
 
