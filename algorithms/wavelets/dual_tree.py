@@ -18,7 +18,7 @@ Complexes = NDArray[np.complexfloating]
 
 _HALF = 0.5**0.5
 
-_PLACES = {
+_PLACES: dict[int, dict[str, tuple[int, ...]]] = {
     1: {"D": (0,)},
     2: {"H": (0, 5), "V": (2, 3), "D": (1, 4)},
     3: {
@@ -165,7 +165,8 @@ def _bands(parts: list[Reals]) -> list[Complexes]:
         return [parts[0] + 1j * parts[1]]
     half = len(parts) // 2
     pairs = list(zip(_bands(parts[:half]), _bands(parts[half:]), strict=True))
-    return [(a + sign * b) * a.real.dtype.type(_HALF) for sign in (1j, -1j) for a, b in pairs]
+    root = parts[0].dtype.type(_HALF)
+    return [np.asarray((a + sign * b) * root) for sign in (1j, -1j) for a, b in pairs]
 
 
 def _trees_of(bands: list[Complexes]) -> list[Reals]:

@@ -192,7 +192,7 @@ def _distances(
             result[k] = np.where(both > floor, 1 - 2 * common / np.maximum(both, floor), 0)
             step_done()
 
-        in_threads(compare, np.flatnonzero(group.ravel() == number), workers)
+        in_threads(compare, np.flatnonzero(group.ravel() == number).tolist(), workers)
     return np.asarray(np.clip(result, 0, 2))
 
 
