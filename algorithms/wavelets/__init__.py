@@ -56,7 +56,7 @@ from .shrinkage import (
     universal_threshold,
 )
 from .similarity import Disparity, disparity, similarity_distance
-from .spherical_wavelet import sphere_versor, sphere_wavelet
+from .spherical_wavelet import SphereInverse, isphere_wavelet, sphere_versor, sphere_wavelet
 from .stationary import StationaryWavelet, stationary_wavelet
 from .texture import texture_features
 from .vector_fields import Match, derivative_mask, divergence_and_curl, match_template
@@ -79,6 +79,7 @@ __all__ = [
     "QuaternionLocalPhase",
     "QuaternionPyramid",
     "Side",
+    "SphereInverse",
     "StationaryWavelet",
     "WaveletPackets",
     "WaveletPyramid",
@@ -117,6 +118,7 @@ __all__ = [
     "iqft",
     "irqft",
     "ispacetime_fft",
+    "isphere_wavelet",
     "ivolume_time_fft",
     "key_points",
     "lie_filter",

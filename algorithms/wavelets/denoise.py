@@ -110,7 +110,8 @@ def denoise(
             else:
                 energy = scipy.ndimage.uniform_filter(own**2, _WINDOW, mode="reflect")
                 if level + 1 < len(sizes):
-                    parent = sizes[level + 1][name].repeat(2, 0).repeat(2, 1)
+                    # The padding of the next level adds less than one coefficient at each end.
+                    parent = sizes[level + 1][name].repeat(2, 0).repeat(2, 1)[: own.shape[0], : own.shape[1]]
                     together, numbers = np.hypot(own, parent), 8
                 signal = np.maximum(energy - variance, 0) * (numbers / 4)
                 threshold = variance / 4 * np.sqrt(numbers * (numbers + 1)) / np.maximum(np.sqrt(signal), tiny)

@@ -15,14 +15,14 @@ from generated import quaternion
 from ..arguments import Reals
 from .checks import image_stack
 from .discrete import checked_levels
-from .dual_tree import joined, quads, split
 from .phase import amplitudes, quaternion_phase
 from .sharing import Progress, n_threads, steps
+from .tree_levels import joined, split, trees
 
 _FIRST, _LATER = "near_sym_b", "qshift_b"
 _KINDS = ("dual-tree", "gabor")
 _PARTS = (0, 2, 1, 3)
-"""Component of the quaternion for each of `quads`."""
+"""Component of the quaternion for each of `trees`."""
 _NAMES = {"H": ("high", "low"), "V": ("low", "high"), "D": ("high", "high")}
 _TAPS = {
     "low": np.array([1 - 1j, 4 - 1j, 4 + 1j, 1 + 1j]) / 10,
@@ -38,8 +38,8 @@ class QuaternionPyramid:
     Parameters
     ----------
     image : array_like, (..., M, N)
-        Real images of any size; if a size is not a multiple of ``2**levels``, the last row or column is repeated.
-        float32 is kept; integers are converted to float64.
+        Real images of any size, padded as in `dual_tree`; for "gabor", the last row or column is repeated up to
+        multiples of ``2**levels``. float32 is kept; integers are converted to float64.
     levels : int
         Number of levels; ``2**levels`` must not exceed the smaller size.
     kind : str
@@ -86,7 +86,7 @@ class QuaternionPyramid:
         count = checked_levels(levels, most, f"as images of {rows} x {columns} pixels have")
         self.kind, self.size = kind, (rows, columns)
         if kind == "dual-tree":
-            approx, bands = split(array, count, _FIRST, _LATER, workers, progress)
+            approx, bands = split(array, (-2, -1), count, _FIRST, _LATER, workers, progress)
             self.approx = _quaternions(approx) if count else _embedded(approx)
             # A large single allocation is served by the system in large pages.
             sizes = [level[name].size for level in bands for name in _NAMES]
@@ -137,7 +137,7 @@ class QuaternionPyramid:
             if not self.detail:
                 return np.ascontiguousarray(self.approx[..., 0])
             bands = [{name: _interleaved(band) for name, band in level.items()} for level in self.detail]
-            return joined(_interleaved(self.approx), bands, _FIRST, _LATER, self.size, workers, progress)
+            return joined(_interleaved(self.approx), (-2, -1), bands, _FIRST, _LATER, self.size, workers, progress)
         n_threads(workers)
         planes = _packed(self.approx)
         details = [{name: _packed(band) for name, band in level.items()} for level in self.detail]
@@ -163,14 +163,14 @@ def _quaternions(samples: Reals, memory: Reals | None = None) -> Reals:
     shape = samples.shape
     memory = np.empty(samples.size, samples.dtype) if memory is None else memory
     q = memory.reshape(*shape[:-2], shape[-2] // 2, shape[-1] // 2, 4)
-    for part, values in enumerate(quads(samples)):
+    for part, values in enumerate(trees(samples, (-2, -1))):
         q[..., _PARTS[part]] = values
     return q
 
 
 def _interleaved(q: Reals) -> Reals:
     samples = np.empty((*q.shape[:-3], 2 * q.shape[-3], 2 * q.shape[-2]), q.dtype)
-    for part, values in enumerate(quads(samples)):
+    for part, values in enumerate(trees(samples, (-2, -1))):
         values[...] = q[..., _PARTS[part]]
     return samples
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product as every
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -76,11 +75,11 @@ def similarity_distance(
 
     Notes
     -----
-    The distance is ``sum |q1 - exp(i a) q2 exp(j b)|**2 / sum (|q1|**2 + |q2|**2)`` over bands and a Gaussian
-    neighbourhood. The integer part of a shift selects values of q2; the remainder changes their phases by a and b, the
-    local frequency times the remaining shift, before interpolation (Bayro-Corrochano, *J. Math. Imaging and Vision*
-    24:79, 2006; Magarey and Kingsbury, *IEEE Trans. Signal Processing* 46:1069, 1998). For textures, the distance is
-    least at the true shift to 0.07 pixels.
+    The distance is ``sum |q1 - q2|**2 / sum (|q1|**2 + |q2|**2)`` over bands and a Gaussian neighbourhood
+    (Bayro-Corrochano, *J. Math. Imaging and Vision* 24:79, 2006). Between pixels, the second image is interpolated by
+    cosines before it is filtered, so that bands keep their energy and distances are not least at whole pixels. The
+    distance is least at the true shift to 0.03 pixels for textures whose amplitudes decrease as 1/f, and to 0.07 for
+    rougher ones, which are aliased.
     """
     images, dtype = _pair(first, second, ("first", "second"))
     moves = real_array(shifts, "shifts", (2,), "shifts u v").astype(float).reshape(-1, 2)
@@ -124,7 +123,8 @@ def disparity(
     Notes
     -----
     Disparities are refined to fractions of pixels by a parabola through three distances and filtered by a median over
-    5 x 5 pixels. `optical_flow` needs no range, but its motion is smooth except at few places. On the Motorcycle pair,
+    5 x 5 pixels. The parabola shifts disparities of rough textures towards whole pixels by up to 0.07 pixels.
+    `optical_flow` needs no range, but its motion is smooth except at few places. On the Motorcycle pair,
     the median error is 0.18 pixels, and 80 % of the disparities are correct to one pixel.
     """
     images, dtype = _pair(left, right, ("left", "right"))
@@ -167,71 +167,55 @@ def _distances(
     workers: int | None,
     progress: Progress | None,
 ) -> Reals:
-    planes = [_planes(image.astype(dtype, copy=False), workers) for image in images]
-    energies = [scipy.ndimage.gaussian_filter((plane**2).sum((0, 1)), _WINDOW, mode="nearest") for plane in planes]
-    whole = np.floor(moves).astype(int)
-    rest = moves - whole
-    local = _local_frequencies(planes[0]) if rest.any() else None
-    across, down = (int(np.abs(whole[:, k]).max()) + 2 for k in range(2))
-    other = np.pad(planes[1], [(0, 0), (0, 0), (down, down), (across, across)], "edge")
-    energy = np.pad(energies[1], [(down, down), (across, across)], "edge")
+    images = [image.astype(dtype, copy=False) for image in images]
+    planes, energy = _planes(images[0], workers)
+    whole = np.rint(moves).astype(int)
+    fractions, group = np.unique(moves - whole, axis=0, return_inverse=True)
+    across, down = (int(np.abs(whole[:, k]).max()) for k in range(2))
     rows, columns = images[0].shape
-    floor = np.finfo(dtype).eps * (energies[0].max() + energies[1].max()) + np.finfo(dtype).tiny
     result = np.empty((len(moves), rows, columns), dtype)
     step_done = steps(progress, len(moves))
+    for number, fraction in enumerate(fractions):
+        # Filters and shifts commute, so the image is interpolated once instead of all of its bands.
+        seconds, size = _planes(_between(_between(images[1], fraction[0], 1), fraction[1], 0), workers)
+        other = np.pad(seconds, [(0, 0), (0, 0), (down, down), (across, across)], "edge")
+        sizes = np.pad(size, [(down, down), (across, across)], "edge")
+        floor = np.finfo(dtype).eps * (energy.max() + size.max()) + np.finfo(dtype).tiny
 
-    def compare(k: int) -> None:
-        u, v = whole[k]
-        common, size = np.zeros((rows, columns), dtype), np.zeros((rows, columns), dtype)
-        for i, j in every(range(-1, 3), repeat=2):
-            share = _cubic(rest[k, 0] - i) * _cubic(rest[k, 1] - j)
-            if share:
-                there = (slice(down + v + j, down + v + j + rows), slice(across + u + i, across + u + i + columns))
-                product = _common(planes[0], other[(slice(None), slice(None), *there)], local, rest[k] - (i, j))
-                common += dtype.type(share) * product
-                size += dtype.type(share) * energy[there]
-        common = scipy.ndimage.gaussian_filter(common, _WINDOW, mode="nearest")
-        both = energies[0] + size
-        # Empty bands are equal.
-        result[k] = np.where(both > floor, 1 - 2 * common / np.maximum(both, floor), 0)
-        step_done()
+        def compare(k: int, other: Reals = other, sizes: Reals = sizes, floor: float = floor) -> None:
+            u, v = whole[k]
+            there = (slice(down + v, down + v + rows), slice(across + u, across + u + columns))
+            common = np.einsum("bcmn,bcmn->mn", planes, other[(slice(None), slice(None), *there)])
+            common = scipy.ndimage.gaussian_filter(common, _WINDOW, mode="nearest")
+            both = energy + sizes[there]
+            # Empty bands are equal.
+            result[k] = np.where(both > floor, 1 - 2 * common / np.maximum(both, floor), 0)
+            step_done()
 
-    in_threads(compare, range(len(moves)), workers)
+        in_threads(compare, np.flatnonzero(group.ravel() == number).tolist(), workers)
     return np.asarray(np.clip(result, 0, 2))
 
 
-def _cubic(t: float) -> float:
-    """Return the cubic interpolation kernel of Keys at a distance: 1 at 0 and 0 at all other whole numbers."""
-    t = abs(float(t))
-    if t >= 2:
-        return 0.0
-    return (1.5 * t - 2.5) * t * t + 1 if t < 1 else ((2.5 - 0.5 * t) * t - 4) * t + 2
+def _between(image: Reals, shift: float, axis: int) -> Reals:
+    """Return a mirrored image at places moved along an axis, by trigonometric interpolation.
+
+    Each band keeps its energy at all shifts. With a kernel that attenuates high frequencies between pixels, distances
+    would be least at whole pixels.
+    """
+    if shift == 0:
+        return image
+    size = image.shape[axis]
+    spectrum = np.moveaxis(scipy.fft.rfft(np.concatenate([image, np.flip(image, axis)], axis), axis=axis), axis, -1)
+    turned = spectrum * np.exp(1j * np.pi / size * shift * np.arange(size + 1)).astype(spectrum.dtype)
+    there = np.moveaxis(scipy.fft.irfft(turned, 2 * size), -1, axis)
+    return np.ascontiguousarray(there.take(np.arange(size), axis))
 
 
-def _common(a: Reals, b: Reals, local: tuple[Reals, Reals] | None, rest: NDArray[np.float64]) -> Reals:
-    """Return the scalar product of planes, where the phases of the second ones are shifted by the remaining shift."""
-    if local is None or not rest.any():
-        return np.asarray(np.einsum("bcmn,bcmn->mn", a, b))
-    angle = local[0] * a.dtype.type(rest[0]) + local[1] * a.dtype.type(rest[1])
-    along, turned = (a * b).sum(1), a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1]
-    return np.asarray((np.cos(angle) * along + np.sin(angle) * turned).sum(0))
-
-
-def _planes(image: Reals, workers: int | None) -> Reals:
-    """Return the real and imaginary parts of the two planes of all bands, (2 K, 2, M, N)."""
+def _planes(image: Reals, workers: int | None) -> tuple[Reals, Reals]:
+    """Return the real and imaginary parts of the two planes of all bands, (2 K, 2, M, N), and their local energy."""
     q = gabor_bank(image, _FREQUENCIES, _SIGMA, True, workers)
-    parts = quaternion.pack_two_sided(q)
-    return np.ascontiguousarray(np.moveaxis(np.concatenate(parts), -1, 1))
-
-
-def _local_frequencies(planes: Reals) -> tuple[Reals, Reals]:
-    """Return the phase derivatives of planes (B, 2, M, N) along columns and along rows, in radians per pixel."""
-    numbers = planes[:, 0] + 1j * planes[:, 1]
-    u, v = (
-        np.angle(np.roll(numbers, -1, axis) * np.roll(numbers, 1, axis).conj()).astype(planes.dtype) / 2
-        for axis in (-1, -2)
-    )
-    return u, v
+    planes = np.ascontiguousarray(np.moveaxis(np.concatenate(quaternion.pack_two_sided(q)), -1, 1))
+    return planes, scipy.ndimage.gaussian_filter((planes**2).sum((0, 1)), _WINDOW, mode="nearest")
 
 
 def _pair(

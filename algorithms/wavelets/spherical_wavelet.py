@@ -2,17 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from generated import cga3
 
 from ..arguments import Reals, real_array
-from .checks import samples
+from .checks import Samples, positive_number, samples
 from .discrete import check_finite
 from .sharing import Progress, in_threads, steps
 
+Complexes = NDArray[np.complexfloating]
+
 _BIVECTORS = cga3.versor_exponential.layouts["b"].blades
+
+
+class SphereInverse(NamedTuple):
+    """Result of `isphere_wavelet`.
+
+    Attributes
+    ----------
+    image : array, (P,)
+        One number for each direction.
+    rank : int
+        Rank of the linear system. If it is P, `image` is the unique least-squares solution; otherwise it is the
+        solution of least norm.
+    """
+
+    image: Reals
+    rank: int
 
 
 def sphere_versor(rotor: ArrayLike, scale: ArrayLike) -> Reals:
@@ -60,7 +82,7 @@ def sphere_wavelet(
     weights: ArrayLike = 1.0,
     workers: int | None = None,
     progress: Progress | None = None,
-) -> NDArray[np.complexfloating]:
+) -> Complexes:
     """Compute the wavelet transform of an image on the sphere with Gabor wavelets that versors scale and rotate.
 
     Parameters
@@ -94,23 +116,122 @@ def sphere_wavelet(
     -----
     ``W(U) = sum f(x) ~psi(~U x U) weight``, times the square root of the change of area by ``~U``, so that all wavelets
     have the same norm (Antoine and Vandergheynst, *Appl. Comput. Harmon. Anal.* 7:262, 1999).
+
+    Parseval's relation holds for each degree l of spherical harmonics: the mean of ``|W|**2`` over all rotations of a
+    wavelet psi is the sum of ``|f_l|**2 |psi_l|**2 / (2 l + 1)``, where f_l and psi_l are the parts of degree l. Their
+    factors differ, so the inverse is a solution of linear equations, see `isphere_wavelet`.
     """
+    known = _samples("image", image, directions, versors, frequency, sigma, weights)
+    result = np.empty(len(known.moves), np.result_type(known.values, known.moves, np.complex64))
+    wavelet, step_done = _wavelets(known), steps(progress, len(result))
+
+    def compare(k: int) -> None:
+        result[k] = (known.values * known.weights * wavelet(k)).sum()
+        step_done()
+
+    in_threads(compare, range(len(result)), workers)
+    return result
+
+
+def isphere_wavelet(
+    coefficients: ArrayLike,
+    directions: ArrayLike,
+    versors: ArrayLike,
+    frequency: float = 12.0,
+    sigma: float = 0.25,
+    weights: ArrayLike = 1.0,
+    tolerance: float = 1e-10,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> SphereInverse:
+    """Return the real image on the sphere whose `sphere_wavelet` is nearest to the given coefficients.
+
+    Parameters
+    ----------
+    coefficients : array_like of complex, (K,)
+        One number for each versor.
+    directions, versors, frequency, sigma, weights
+        As in the transform. Weights must be positive.
+    tolerance : float
+        Singular values below this fraction of the largest one are treated as zero.
+    workers, progress
+        As in `sphere_wavelet`.
+
+    Returns
+    -------
+    SphereInverse
+        If the rank is P, the image of a transform is recovered to rounding times the condition number of the system,
+        which is less than ``1 / tolerance``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `sphere_wavelet`.
+
+    Notes
+    -----
+    The result is the least-squares solution; if there are several, the one with the least weighted sum of squares. Each
+    coefficient is two real equations, so K must be at least half of P for a unique solution. The time is proportional
+    to ``K P min(2 K, P)``. Wavelets much narrower than the sphere have almost no constant part: without large scales
+    among the versors, the mean of the image is lost, and the rank is less than P.
+    """
+    given = np.asanyarray(coefficients)
+    if given.ndim != 1:
+        raise ValueError(f"coefficients: shape {given.shape}; expected (K,), one number for each versor")
+    parts = [given.real, given.imag] if given.dtype.kind == "c" else [given]
+    parts = [real_array(part, "coefficients", (-1,), "numbers") for part in parts]
+    known = _samples("coefficients", parts[0], directions, versors, frequency, sigma, weights)
+    for part in parts[1:]:
+        check_finite(part, "coefficients")
+    cut = positive_number(tolerance, "tolerance")
+    if not (known.weights > 0).all():
+        raise ValueError("weights: a number is not positive; expected positive weights")
+    roots = np.broadcast_to(np.sqrt(known.weights), len(known.places))
+    count = len(known.moves)
+    matrix = np.empty((2 * count, len(roots)), np.result_type(known.places, known.moves, np.float32))
+    wavelet, step_done = _wavelets(known), steps(progress, count)
+
+    def fill(k: int) -> None:
+        row = wavelet(k) * roots
+        matrix[k], matrix[count + k] = row.real, row.imag
+        step_done()
+
+    in_threads(fill, range(count), workers)
+    numbers = np.concatenate([parts[0], parts[1] if len(parts) > 1 else 0 * parts[0]])
+    solution, _, rank, _ = scipy.linalg.lstsq(matrix, numbers, cut, overwrite_a=True, check_finite=False)
+    image = np.asarray(solution / roots, np.result_type(matrix, numbers))
+    return SphereInverse(image, int(rank))
+
+
+def _samples(
+    name: str,
+    values: ArrayLike,
+    directions: ArrayLike,
+    versors: ArrayLike,
+    frequency: float,
+    sigma: float,
+    weights: ArrayLike,
+) -> Samples:
     known = samples(
-        ("image", image, (-1,), "numbers"),
+        (name, values, (-1,), "numbers"),
         ("directions", directions, 3, "unit vectors"),
         ("versors", versors, 16, "even elements of G(4,1)"),
         frequency,
         sigma,
         weights,
+        name == "coefficients",
     )
     if np.abs(np.linalg.norm(known.places, axis=-1) - 1).max() > 1e-6:
         raise ValueError("directions: not of length 1; expected unit vectors")
+    return known
+
+
+def _wavelets(known: Samples) -> Callable[[int], Complexes]:
+    """Return a function that evaluates the reverse of a wavelet in all directions, by the number of its versor."""
     wave, width = known.frequency, known.sigma
     embedded, backward = cga3.embed_point(known.places), cga3.even_reverse(known.moves)
-    result = np.empty(len(backward), np.result_type(known.values, known.moves, np.complex64))
-    step_done = steps(progress, len(backward))
 
-    def compare(k: int) -> None:
+    def wavelet(k: int) -> Complexes:
         moved = cga3.transform_vector(backward[k], embedded)
         x = moved[:, :3] / moved[:, 3:4]
         # Near -e3, the projection tends to infinity and the Gaussian is 0.
@@ -119,8 +240,6 @@ def sphere_wavelet(
         gauss = np.exp(-((y / width) ** 2).sum(-1) / 2) / (2 * np.pi * width**2)
         mother = gauss * (np.exp(-1j * wave * y[:, 0]) - np.exp(-((wave * width) ** 2) / 2))
         # 2 / height is the square root of the ratio of the area in the plane to the area on the sphere.
-        result[k] = (known.values * known.weights * mother * (2 / height) / np.abs(moved[:, 3])).sum()
-        step_done()
+        return np.asarray(mother * (2 / height) / np.abs(moved[:, 3]))
 
-    in_threads(compare, range(len(backward)), workers)
-    return result
+    return wavelet

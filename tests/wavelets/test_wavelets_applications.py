@@ -57,21 +57,43 @@ def test_whole_shifts_have_distance_0() -> None:
     assert single.dtype == np.float32 and np.abs(single - found[:3]).max() < 1e-4
 
 
+def nearest_shifts(first: np.ndarray, second: np.ndarray, u: float, v: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the shifts of least distance along each axis: minima of parabolas through quarters of a pixel."""
+    steps = np.arange(-4, 5) / 4
+    along = [(round(u) + step, v) for step in steps], [(u, round(v) + step) for step in steps]
+    places = []
+    for true, shifts in zip((u, v), along, strict=True):
+        found = similarity_distance(first, second, shifts)[:, 14:-14, 14:-14]
+        best = np.clip(found.argmin(0), 1, 7)
+        before, here, after = (np.take_along_axis(found, best[None] + k, 0)[0] for k in (-1, 0, 1))
+        places.append((best + (before - after) / (2 * (before - 2 * here + after)) - 4) / 4 + round(true))
+    return places[0], places[1]
+
+
 @pytest.mark.parametrize(("u", "v"), [(2.3, -1.4), (0.5, 0.0)])
 def test_shifts_between_pixels(u: float, v: float) -> None:
-    """Along each axis, the minimum of a parabola through distances at quarters of a pixel."""
-    for texture in (blurred(64, 60), picture("gravel")[100:160, 100:164]):
-        other = moved(texture, u, v)
-        steps = np.arange(-4, 5) / 4
-        for true, shifts in (
-            (u, [(round(u) + step, v) for step in steps]),
-            (v, [(u, round(v) + step) for step in steps]),
-        ):
-            found = similarity_distance(texture, other, shifts)[:, 14:-14, 14:-14]
-            best = np.clip(found.argmin(0), 1, 7)
-            before, here, after = (np.take_along_axis(found, best[None] + k, 0)[0] for k in (-1, 0, 1))
-            place = (best + (before - after) / (2 * (before - 2 * here + after)) - 4) / 4
-            assert np.median(place + round(true)) == pytest.approx(true, abs=0.07)
+    for texture, most in ((blurred(64, 60), 1e-3), (picture("gravel")[100:160, 100:164], 0.02)):
+        for found, true in zip(nearest_shifts(texture, moved(texture, u, v), u, v), (u, v), strict=True):
+            assert np.median(found) == pytest.approx(true, abs=most)
+
+
+@pytest.mark.parametrize(("power", "most"), [(0.5, 0.07), (1.0, 0.03), (1.5, 0.03)])
+def test_shifts_of_rough_textures_are_not_drawn_to_whole_pixels(power: float, most: float) -> None:
+    """Images of a finer texture with amplitudes of 1 / f**power, with aliasing, as square pixels record it."""
+    fine, size = 4, 64
+    wide = fine * (size + 16)
+    f = np.hypot(np.fft.fftfreq(wide)[:, None], np.fft.fftfreq(wide))
+    f[0, 0] = np.inf
+    texture = np.fft.ifft2(np.fft.fft2(normal(wide, wide, seed=7)) / f**power).real
+
+    def seen(right: int, down: int) -> np.ndarray:
+        part = texture[32 - down : 32 - down + fine * size, 32 - right : 32 - right + fine * size]
+        return np.asarray(part.reshape(size, fine, size, fine).mean((1, 3)))
+
+    for right, down in ((1, 2), (3, -6), (9, 7)):
+        shifts = nearest_shifts(seen(0, 0), seen(right, down), right / fine, down / fine)
+        for found, true in zip(shifts, (right / fine, down / fine), strict=True):
+            assert np.median(found) == pytest.approx(true, abs=most)
 
 
 def test_disparities_that_jump() -> None:

@@ -97,6 +97,7 @@ OTHERS = {
     "admissibility": "takes a name",
     "bayes_threshold": "returns one number",
     "derivative_mask": "takes two numbers",
+    "isphere_wavelet": "takes complex numbers",
     "lie_filter": "takes a name and a number",
     "mother_wavelet": "takes a name",
     "noise_deviation": "returns one number",
