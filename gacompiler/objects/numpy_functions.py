@@ -217,6 +217,11 @@ def _array_equal(kind: NumpyFunctions, where: str, function: Any, a: Any, b: Any
     return both and a.layout == b.layout and np.array_equal(a.values, b.values)
 
 
+def _memory(kind: NumpyFunctions, where: str, function: Any, *operands: Any) -> Any:
+    """Compare the memory of coefficients; the generators of numpy copy elements before they permute them."""
+    return function(*(x.values if isinstance(x, NumpyFunctions) else x for x in operands))
+
+
 def _attribute(name: str) -> Any:
     return lambda kind, where, function, x: getattr(x, name)
 
@@ -241,6 +246,8 @@ _TABLE: Mapping[Any, Any] = {
     np.isclose: _closeness,
     np.allclose: _all_close,
     np.array_equal: _array_equal,
+    np.may_share_memory: _memory,
+    np.shares_memory: _memory,
     np.shape: _attribute("shape"),
     np.ndim: _attribute("ndim"),
     np.size: _attribute("size"),

@@ -272,12 +272,10 @@ def test_large_batches_are_passed_to_the_module(fast: ModuleType, monkeypatch: p
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("first", some_slow(["f4", "f8"], "f4"))
-def test_a_copied_dtype_is_treated_as_the_original(first: str, tmp_path: Path) -> None:
+def test_a_copied_dtype_is_treated_as_the_original(tmp_path: Path) -> None:
     """The first call of a kernel under numba may have unpickled arrays, whose dtype is a copy of numpy's."""
     module = load_implementations(module_source("copied", MOVE_POINT), tmp_path, ("numba",))["numba"]
     m, p = made(MOVE_POINT, (12,))
-    wanted = module.move_point._in_python(m, p) if first == "f8" else None
     for real in ("f4", "f8"):
         a, b = (pickle.loads(pickle.dumps(x.astype(real))) for x in (m, p))
         for given in ((a[::2], b[::2]), (a, b), (np.asfortranarray(a), b), (a[0], b[0])):
@@ -286,7 +284,7 @@ def test_a_copied_dtype_is_treated_as_the_original(first: str, tmp_path: Path) -
     found = module.move_point(m, p)
     each = np.array([module.move_point(*one) for one in zip(m, p, strict=True)])
     np.testing.assert_array_equal(found, each)
-    assert wanted is None or np.array_equal(found, wanted)
+    np.testing.assert_array_equal(found, module.move_point._in_python(m, p))
     np.testing.assert_allclose(module.move_point(m.astype("f4"), p.astype("f4")), found, rtol=1e-4, atol=1e-4)
 
 
@@ -362,7 +360,7 @@ def test_nothing_leaks(either: ModuleType) -> None:
     either.move_point(m, p), either.normalize(v)  # numba keeps references to compiled code
     held = [m, p, v, out, np.dtype(float), np.dtype("f4"), np.ndarray, either.move_point, None, "out"]
     counts = [sys.getrefcount(each) for each in held]
-    for _ in range(5_000):
+    for _ in range(500):
         either.move_point(m, p, out=out)
         either.move_point(m, p)
         either.normalize(v)

@@ -88,7 +88,7 @@ def slopes(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Sp
     return made
 
 
-SLOW = [("all", "c"), ("all", "numba"), ("all", "arrays")]
+SLOW = [("all", "c"), ("all", "arrays")]
 
 
 @pytest.mark.parametrize(("which", "backend"), some_slow([("few", "c"), ("few", "arrays"), *SLOW], *SLOW))

@@ -421,6 +421,7 @@ def test_a_program_without_c_prints_the_same(capsys: pytest.CaptureFixture[str])
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("builds_in_background")
 def test_large_arrays_run_like_generated_modules(monkeypatch: pytest.MonkeyPatch) -> None:
     found = operators.operator_of(BINARY["sandwich"], (PGA3.ROTOR, PGA3.DIRECTION))
     if found.wait() is None:

@@ -194,10 +194,7 @@ def reflected(metric: np.ndarray, a: np.ndarray, x: np.ndarray) -> np.ndarray:
     return np.array((a @ metric @ a) * x - 2 * (a @ metric @ x) * a)
 
 
-NULL = [metric for metric in METRICS if "null" in metric]
-
-
-@pytest.mark.parametrize("metric", some_slow(["G(6,3)", *NULL], *NULL))
+@pytest.mark.parametrize("metric", ["G(6,3)", "G(9,6) null"])
 @pytest.mark.slow
 def test_two_reflections(metric: str) -> None:
     algebra = METRICS[metric]()
@@ -209,9 +206,8 @@ def test_two_reflections(metric: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("metric", ["G(6,3)", "G(8,2) null"])
-def test_a_rotor_from_two_vectors(metric: str) -> None:
-    algebra = METRICS[metric]()
+def test_a_rotor_from_two_vectors() -> None:
+    algebra = METRICS["G(6,3) null"]()
     vector, _ = typed(algebra)
     a, b, x = whole(6, 3, vector.size)
     g = gram(algebra)
@@ -251,7 +247,7 @@ def test_point_on_a_quadric_along_the_axes() -> None:
     assert np.allclose(found(p, q), q[:3] @ p - q[3:6] @ (p * p) / 2 - q[6:].sum())
 
 
-@pytest.mark.parametrize("n", some_slow([2, 3, 6], 3, 6))
+@pytest.mark.parametrize("n", some_slow([2, 3, 4], 3, 4))
 def test_outer_products_of_points_on_axes(n: int) -> None:
     algebra = with_null_pairs("G(6,3)", 3)
     point = axis_point(algebra)

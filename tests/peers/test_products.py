@@ -61,7 +61,7 @@ class CliffordPeer:
         return dict(zip(self.algebra.blades(), map(float, values), strict=True))
 
 
-@pytest.mark.parametrize("algebra", [VGA3, STA, CGA3, orthogonal(2, 2), orthogonal(0, 3)], ids=lambda a: a.name)
+@pytest.mark.parametrize("algebra", [STA, CGA3, orthogonal(0, 3)], ids=lambda a: a.name)
 def test_clifford(algebra: Algebra) -> None:
     peer = CliffordPeer(algebra)
     rng = np.random.default_rng(1)
@@ -82,7 +82,7 @@ def test_clifford(algebra: Algebra) -> None:
             assert close(dict(mine.terms), peer.terms(theirs))
 
 
-@pytest.mark.parametrize("algebra", [VGA3, STA, CGA3], ids=lambda algebra: algebra.name)
+@pytest.mark.parametrize("algebra", [STA, CGA3], ids=lambda algebra: algebra.name)
 def test_clifford_versors(algebra: Algebra) -> None:
     peer = CliffordPeer(algebra)
     rng = np.random.default_rng(2)

@@ -194,9 +194,12 @@ def inverses(
         found["forward"] = max(found.get("forward", 0.0), excess(ahead[k], qdd[k], DYNAMICS * condition))
 
 
-@pytest.mark.parametrize("name", urdf_files())
+@pytest.mark.parametrize("name", [name for name in urdf_files() if "tiago_dual" not in name])
 def test_all_files(name: str) -> None:
-    """All joints, also mimic joints, have separate variables."""
+    """All joints, also mimic joints, have separate variables.
+
+    The largest file is left out: its arms are those of `tiago`, and the next test compares it with its mimic joints.
+    """
     path = described(name)
     try:
         robot = robot_of(path)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from operator_kernels import SHAPES, arm, move, picked
+from operator_kernels import SHAPES, arm, move_point, picked
 
 import gacompiler
 from gacompiler.errors import KernelError
@@ -43,8 +43,8 @@ def test_values_are_those_of_the_kernel() -> None:
     m, p = tensors((8,), (50, 3))
     m = m.detach() / torch.linalg.norm(m[:4].detach())
     m[7] -= (m[7] * m[0] - m[1] * m[6] + m[2] * m[5] - m[3] * m[4]) / m[0]  # a unit motor
-    found = operator(move)(m, p)
-    wanted = gacompiler.compile(move)(m.numpy(), p.detach().numpy())
+    found = operator(move_point)(m, p)
+    wanted = gacompiler.compile(move_point)(m.numpy(), p.detach().numpy())
     assert torch.allclose(found, torch.from_numpy(wanted), atol=1e-12)
 
 
@@ -64,7 +64,7 @@ def same(a: Any, b: Any) -> bool:
 
 def test_transforms() -> None:
     """vmap over either argument and both, with leading axes of their own; jacrev, jacfwd and hessian agree."""
-    g = operator(move)
+    g = operator(move_point)
     m, p = tensors((7, 8), (4, 3))
     rows = torch.stack([g(one, p) for one in m])
     assert same(torch.vmap(g, in_dims=(0, None))(m, p), rows)
@@ -82,7 +82,7 @@ def test_transforms() -> None:
 
 
 def test_graphs_without_breaks() -> None:
-    g = operator(move)
+    g = operator(move_point)
 
     def cost(m: Any, p: Any) -> Any:
         return (g(m.sin(), p) ** 2).sum()
@@ -101,15 +101,15 @@ def test_graphs_without_breaks() -> None:
 def test_narrow_types(kind: str, error: float) -> None:
     dtype = getattr(torch, kind)
     m, p = tensors((20, 8), (20, 3))
-    found = operator(move)(m.to(dtype), p.to(dtype))
-    exact = operator(move)(m.to(dtype).double(), p.to(dtype).double())
+    found = operator(move_point)(m.to(dtype), p.to(dtype))
+    exact = operator(move_point)(m.to(dtype).double(), p.to(dtype).double())
     assert found.dtype == dtype
     assert ((found.double() - exact).abs().max() / exact.abs().max()) < error
 
 
 def test_memory_orders_and_empty_batches() -> None:
     m, p = tensors((6, 8), (6, 3))
-    g = operator(move)
+    g = operator(move_point)
     wanted = g(m, p)
     assert same(g(m.T.contiguous().T, torch.cat([p, p], 1)[:, :3]), wanted)
     assert same(g(m, p[0].expand(6, 3)), g(m, p[0]))
@@ -120,9 +120,9 @@ def test_memory_orders_and_empty_batches() -> None:
 
 
 def test_messages() -> None:
-    g = operator(move)
+    g = operator(move_point)
     m, p = tensors((8,), (3,))
-    with pytest.raises(KernelError, match=r"move: p.*float32 on cpu.*float64"):
+    with pytest.raises(KernelError, match=r"move_point: p.*float32 on cpu.*float64"):
         g(m, p.float())
     with pytest.raises(KernelError, match=r"1 of 2 arguments.*m, p"):
         g(m)

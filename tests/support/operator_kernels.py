@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from gacompiler import SCALAR, array, cos, fold, gather, kernel, sandwich, scalar_product, sin, sqrt, total
+from gacompiler import SCALAR, array, cos, fold, gather, kernel, sandwich, scalar_product, sin, total
 from gacompiler.algebra.catalog import PGA3, VGA3
 from gacompiler.frontend.parameters import index
 
 
 @kernel(m=PGA3.MOTOR, p=PGA3.POINT)
-def move(m, p):
+def move_point(m, p):
     """Move a point."""
     return sandwich(m, p)
 
@@ -16,7 +16,7 @@ def move(m, p):
 @kernel(a=VGA3.VECTOR, s=SCALAR)
 def two_results(a, s):
     """Return a number and a vector."""
-    return sqrt(1 + s * s) * scalar_product(a, a), s * a
+    return s * s * scalar_product(a, a), s * a
 
 
 @kernel(q=array(SCALAR, "n"), axes=array(PGA3.LINE, "n"), tool=PGA3.MOTOR)
@@ -25,11 +25,17 @@ def arm(q, axes, tool):
     return fold(lambda m, a, axis: m * (cos(a / 2) - sin(a / 2) * axis), 1, q, axes) * tool
 
 
+@kernel(c=array(SCALAR, "n"), x=SCALAR)
+def polynomial(c, x):
+    """Return the value of a polynomial by Horner's rule."""
+    return fold(lambda s, each: s * x + each, 0, c)
+
+
 @kernel(x=array(SCALAR, "n", 2), rows=index("m", into="n"))
 def picked(x, rows):
     """Return a sum of products over the rows of a table."""
     return total(lambda p: p[0] * p[1], gather(x, rows))
 
 
-SHAPES = [(move, ((3, 8), (2, 1, 3))), (two_results, ((4, 3), (4,))), (two_results, ((3,), (2, 1)))]
+SHAPES = [(move_point, ((3, 8), (2, 1, 3))), (two_results, ((4, 3), (4,))), (two_results, ((3,), (2, 1)))]
 """Kernels with shapes of their arguments, which broadcast."""
