@@ -2,7 +2,7 @@
 
 The function is called once. Each loop function that it calls (`frontend.loops`) traces its body on symbols for one row
 and appends a statement. Values are expressions of symbols, and every symbol represents a row of a table. Computations
-in a body that depend only on outer values are moved out of the loop here.
+in a body that depend only on outer values are moved out of the loop here. The recorder is one class, and so one file.
 """
 
 from __future__ import annotations
