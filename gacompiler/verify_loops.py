@@ -46,7 +46,9 @@ def _as_rows(truth: Truth, compute: Compute, apply: Apply) -> Truth:
     targets = [(place, leaf.start) for place, leaf in compute.targets]
     inputs = _rows([len(argument.components) for argument in apply.program.arguments], sources, truth.inputs)
     results = _rows([len(result.operands) for result in apply.program.results], targets, truth.results)
-    return replace(truth, inputs=inputs, results=results)
+    more = truth.again
+    again = None if more is None else lambda n_digits: _as_rows(more(n_digits), compute, apply)
+    return replace(truth, inputs=inputs, results=results, again=again)
 
 
 def _rows(

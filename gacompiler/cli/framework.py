@@ -78,7 +78,8 @@ class Commands(click.Group):
 
             from .output import plain
 
-            Console(stderr=True, highlight=False, soft_wrap=True).print(f"[red]gac: error:[/] {plain(str(error))}")
+            console = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
+            console.print(f"[red]gac: error:[/] {plain(str(error))}")
             sys.exit(1)
 
 

@@ -31,7 +31,7 @@ def print_table(header: list[str], rows: list[list[str]]) -> None:
         table = Table(*header, header_style="bold cyan")
         for row in rows:
             table.add_row(*map(plain, row))
-        Console().print(table)
+        Console(emoji=False).print(table)
         return
     widths = [max(map(len, column)) for column in zip(header, *rows, strict=True)]
     for row in [header, *rows]:
@@ -45,7 +45,7 @@ def progress_bar(total: int) -> Iterator[Callable[[str], None]]:
     The context manager gives a function, which shows the name passed to it and advances the bar, except for the
     progress of a search.
     """
-    console = Console(stderr=True)
+    console = Console(stderr=True, emoji=False)
     bar = bars.Progress(
         bars.TextColumn("{task.description}"),
         bars.BarColumn(),

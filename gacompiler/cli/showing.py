@@ -71,7 +71,7 @@ def show(
         click.echo(explained)
         return
     chosen = (stage,) if stage else shown
-    console = Console(highlight=False, soft_wrap=True)
+    console = Console(highlight=False, soft_wrap=True, emoji=False)
     for name in chosen:
         if len(chosen) > 1:
             console.print(f"[bold cyan]{name}[/]")

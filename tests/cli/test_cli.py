@@ -156,3 +156,9 @@ def test_no_compiler_is_a_note(here: Path, monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.delenv("CC", raising=False)
     result = run("generate", "my_kernels.py")
     assert result.exit_code == 0 and "compiler" in result.output
+
+
+def test_names_between_colons_are_not_replaced_by_pictures() -> None:
+    """Regression test: ``:one:`` in a message was printed as an emoji."""
+    result = run("verify", "missing.py:one")
+    assert result.exit_code and "missing.py:one: no such file" in result.output + result.stderr
