@@ -196,7 +196,7 @@ def _trees(
 
 def page(rows: Sequence[Row]) -> str:
     """Return the page as Markdown."""
-    missed = [f"{row.title} ({_figure(row)})" for row in rows if row.figure > row.target]
+    missed = [row for row in rows if row.figure > row.target]
     lines = [
         "# Transforms of signals",
         "",
@@ -214,17 +214,15 @@ def page(rows: Sequence[Row]) -> str:
     for row in rows:
         other = (row.peer, _milliseconds(row.other), f"**{row.figure:.2f}**", f"{row.target:.2f}")
         cells = other if row.peer else ("", "", "", f"{row.target * 1e3:.3g} ms")
-        lines.append(f"| {row.title} | {_milliseconds(row.own)} | {' | '.join(cells)} |")
-    lines += ["", f"Missed targets: {'; '.join(missed)}." if missed else "All targets are met."]
+        mark = ", missed" if row in missed else ""
+        lines.append(f"| {row.title} | {_milliseconds(row.own)} | {' | '.join(cells)}{mark} |")
+    total = f"Missed targets: {len(missed)} of {len(rows)}, marked in the last column."
+    lines += ["", total if missed else "All targets are met."]
     return "\n".join(lines) + "\n"
 
 
 def _milliseconds(seconds: float) -> str:
     return f"{seconds * 1e3:.2f}" if seconds >= 1e-4 else f"{seconds * 1e3:.4f}"
-
-
-def _figure(row: Row) -> str:
-    return f"{row.figure:.2f}" if row.peer else f"{row.figure * 1e3:.1f} ms"
 
 
 def main(arguments: list[str] | None = None) -> int:
