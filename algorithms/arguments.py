@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from generated.gac_runtime.arrays import element_of, entries_of
+from generated.gac_runtime.arrays import entries_of
 
 Reals = NDArray[Any]
 """An array of float32 or float64."""
@@ -73,8 +73,8 @@ def coordinates(value: Any, name: str, shape: tuple[int, ...] = (), meaning: str
         If the value is or has another element: its coefficients depend on the layout. The other arguments are those of
         `real_array`.
     """
-    value = entries_of(value)
-    if isinstance(value, (list, tuple)) and element_of(value) is not None:
+    value, is_list = entries_of(value)
+    if is_list:
         return [coordinates(each, f"{name}[{k}]", shape, meaning) for k, each in enumerate(value)]
     stored = getattr(value, "stored", None)
     if stored is None:

@@ -108,8 +108,8 @@ def plain(value: Any, name: str, layouts: Layouts) -> Any:
     TypeError
         If an element has another layout.
     """
-    value = entries_of(value)
-    if isinstance(value, (list, tuple)) and element_of(value) is not None:
+    value, is_list = entries_of(value)
+    if is_list:
         return np.stack([plain(each, f"{name}[{k}]", layouts) for k, each in enumerate(value)])
     stored = getattr(value, "stored", None)
     return value if stored is None else without_element(name, value, _of_algebra(layouts, stored[1].algebra))

@@ -28,6 +28,11 @@ def _seen(points: np.ndarray) -> np.ndarray:
     return pixels[:, :2] / pixels[:, 2:]
 
 
+def _board() -> np.ndarray:
+    """Return 70 points of a plane."""
+    return np.stack(np.meshgrid(np.arange(10.0) - 4.5, np.arange(7.0) - 3), -1).reshape(-1, 2) / 4
+
+
 def _pairs(rng: np.random.Generator, points: np.ndarray, shift: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pixels of points in two views with noise of half a pixel, and the true motion as a motor."""
     turn = rotation(rng, np.radians(15))
@@ -96,7 +101,7 @@ def random_pairs(rng: np.random.Generator) -> Trial:
     good=True, slow=True,
 )  # fmt: skip
 def bent_views(rng: np.random.Generator) -> Trial:
-    board = np.stack(np.meshgrid(np.arange(10.0) - 4.5, np.arange(7.0) - 3), -1).reshape(-1, 2) / 4
+    board = _board()
     lens = Distortion("brown", (rng.uniform(-0.3, 0.2), rng.uniform(-0.05, 0.1)))
     boards, views = [], []
     for _ in range(int(rng.integers(8, 16))):
@@ -162,7 +167,7 @@ def _shape(scene: tuple[list[Camera], np.ndarray]) -> np.ndarray:
     good=True, slow=True,
 )  # fmt: skip
 def stereo_boards(rng: np.random.Generator) -> Trial:
-    board = np.stack(np.meshgrid(np.arange(10.0) - 4.5, np.arange(7.0) - 3), -1).reshape(-1, 2) / 4
+    board = _board()
     eyes = Camera(_K, np.eye(8)[0], Distortion("brown", (-0.2, 0.03))), Camera(_K, np.eye(8)[0])
     motion = pga3.motor_from_rotation_vector_translation(
         rng.normal(0, 0.1, 3), np.array([-0.5, *rng.normal(0, 0.1, 2)])

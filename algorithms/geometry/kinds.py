@@ -182,8 +182,8 @@ def named(kind: Any, value: Any, name: str) -> Given:
 
 def _element(name: str, value: Any) -> Given:
     """Return an element, or a list of elements of one kind as an array of them."""
-    value = entries_of(value)
-    if isinstance(value, (list, tuple)) and element_of(value) is not None:
+    value, is_list = entries_of(value)
+    if is_list:
         parts = [_element(f"{name}[{k}]", each) for k, each in enumerate(value)]
         kinds = list(dict.fromkeys(part.kind for part in parts))
         if len(kinds) > 1:

@@ -115,7 +115,7 @@ class Rectification:
         original = self.originals[which]
         own = Camera(original.intrinsics, np.eye(8)[0], original.distortion)
         seen = np.asarray(own.project(sights))
-        # A pinhole projects what is behind it, too.
+        # A pinhole camera also projects points of negative depth.
         return seen if original.distortion is not None else np.where(sights[..., 2:] > 0, seen, np.nan)
 
     def image(self, image: ArrayLike, which: int) -> Reals:
@@ -187,8 +187,8 @@ def rectify(
     TypeError, ValueError
         If a camera is not a `Camera`, if a size is not positive, or if `focal_length` is not positive.
     DegenerateError
-        If both centres coincide, or if a camera shows the other one or what is behind it: the lines through it cannot
-        become rows of a pinhole camera. A forward motion, for example, has no rectification.
+        If both centres coincide, or if an image contains the epipole, as after a forward motion: the lines through it
+        cannot become rows of a pinhole camera.
     """
     sizes = [_checked_size(size, "size"), _checked_size(second_size or size, "second_size")]
     target = _checked_size(new_size or size, "new_size")

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from .layout import UNIT, Layout, coefficients
+from .layout import SINGLE, UNIT, Layout, coefficients
 
 Terms = dict[int, float]
 """Coefficients by blades, which are sets of vectors: bit k is vector k."""
@@ -155,7 +155,7 @@ def _refuse(where: str, what: str, residual: Any, size: Any, expected: str) -> N
         return
     worst = np.max(np.abs(residual), axis=-1, initial=0.0)
     single = np.asarray(residual).dtype == np.float32
-    far = ~(worst <= (64 * float(np.finfo(np.float32).eps) if single else UNIT) * size)
+    far = ~(worst <= (SINGLE if single else UNIT) * size)
     if np.any(far):
         row = tuple(map(int, np.argwhere(far)[0]))
         place = f", row {row[0] if len(row) == 1 else row}," if row else ""

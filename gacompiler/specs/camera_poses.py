@@ -7,7 +7,7 @@ import gacompiler as ga
 from gacompiler import SCALAR, array, each, kernel, matrices, maximum, minimum, select, sqrt, total
 from gacompiler.algebra.catalog import PGA3
 from gacompiler.specs.families.covariances import cross, dot
-from gacompiler.specs.families.descents import TINY, UNKNOWN, descend
+from gacompiler.specs.families.descents import TINY, UNKNOWN, descend, truncated_equations
 from gacompiler.specs.families.essential import nonzero, times
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.sights import rotor_of, translator_of
@@ -133,13 +133,12 @@ def descend_pose(pose, k, places, pixels, limit, at_most):
         def of(place, pixel):
             off, (u, v, z) = _seen(rotation, shift, k, place, pixel)
             square = dot(off, off) + select(z > 0, 0, beyond)
-            used, nearness = select(square < limit, 1, 0), size / nonzero(z)
+            nearness = size / nonzero(z)
             turned = ((-u * v, 1 + u * u, -v), (-1 - v * v, u * v, u))
             shifted = ((nearness, 0, -u * nearness), (0, nearness, -v * nearness))
             change = [(*a, *b) for a, b in zip(turned, shifted, strict=True)]
             columns = [tuple(dot(row[:2], column) for row in k[:2]) for column in zip(*change, strict=True)]
-            table = tuple(used * dot(columns[i], columns[j]) for i in range(6) for j in range(i, 6))
-            return (*table, *(used * dot(column, off) for column in columns), minimum(square, limit))
+            return truncated_equations(columns, off, square, limit)
 
         return total(of, places, pixels)
 

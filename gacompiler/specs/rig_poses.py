@@ -6,7 +6,7 @@ the pixel and the camera matrix ``K [R | t]``, row by row, from the frame of the
 
 from gacompiler import SCALAR, array, each, kernel, minimum, select, total
 from gacompiler.specs.families.covariances import cross, dot
-from gacompiler.specs.families.descents import UNKNOWN, descend
+from gacompiler.specs.families.descents import UNKNOWN, descend, truncated_equations
 from gacompiler.specs.families.essential import nonzero, times
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.triangles import pose_between
@@ -208,16 +208,13 @@ def descend_rig_pose(pose, places, sights, limit, at_most):
         def of(place, sight):
             off, image, z, point = _seen(rotation, shift, place, sight)
             square = dot(off, off) + select(z > 0, 0, beyond)
-            used = select(square < limit, 1, 0)
             depth = nonzero(z)
             slopes = [
                 [(a - p * c) / depth for a, c in zip(row, sight[10:13], strict=True)]
                 for row, p in zip((sight[2:5], sight[6:9]), image, strict=True)
             ]
             rows = [(*cross(point, slope), *slope) for slope in slopes]
-            columns = tuple(zip(*rows, strict=True))
-            table = tuple(used * dot(columns[i], columns[j]) for i in range(6) for j in range(i, 6))
-            return (*table, *(used * dot(column, off) for column in columns), minimum(square, limit))
+            return truncated_equations(tuple(zip(*rows, strict=True)), off, square, limit)
 
         return total(of, places, sights)
 

@@ -9,7 +9,7 @@ from fractions import Fraction
 import gacompiler as ga
 from gacompiler import SCALAR, absolute, array, each, kernel, matrices, maximum, minimum, select, sqrt, total
 from gacompiler.specs.families.covariances import choose, cross, dot
-from gacompiler.specs.families.descents import descend
+from gacompiler.specs.families.descents import descend, truncated_equations
 from gacompiler.specs.families.essential import nonzero, null_space
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.two_views import (
@@ -155,12 +155,9 @@ def descend_homography(matrix, first, second, limit, at_most):
             u = scale * (x[0] - x_mean), scale * (x[1] - y_mean), 1
             off, place, weight = _moved_pixel(now, u[:2], y)
             square = dot(off, off)
-            used = select(square < limit, 1, 0)
             change = [[(row[k] - p * now[2][k]) / weight for k in range(3)] for row, p in zip(now, place, strict=False)]
             rows = [[row[i] * u[j] for i in range(3) for j in range(3)][:8] for row in change]
-            table = tuple(used * dot([r[i] for r in rows], [r[j] for r in rows]) for i in range(8) for j in range(i, 8))
-            slope = tuple(used * dot([r[i] for r in rows], off) for i in range(8))
-            return (*table, *slope, minimum(square, limit))
+            return truncated_equations(tuple(zip(*rows, strict=True)), off, square, limit)
 
         return total(of, first, second)
 

@@ -38,8 +38,7 @@ def as_array(definition: Definition, name: str, value: Any) -> np.ndarray[Any, A
 
 def element_of(value: Any) -> Any:
     """Return an element, or the first one in a list, tuple or array of objects, also nested; None for all else."""
-    if isinstance(value, np.ndarray) and value.dtype == object:
-        value = value.tolist()
+    value = _opened(value)
     if not isinstance(value, (list, tuple)):
         return value if hasattr(value, "stored") else None
     if any(hasattr(kind, "stored") for kind in set(map(type, value))):
@@ -47,12 +46,17 @@ def element_of(value: Any) -> Any:
     return element_of(value[0]) if value and isinstance(value[0], (list, tuple)) else None
 
 
-def entries_of(value: Any) -> Any:
-    """Return the list, or the single entry, of numpy's arrays of elements, and all else unchanged."""
-    if not isinstance(value, np.ndarray) or value.dtype != object:
-        return value
-    entries = value.tolist()
-    return value if element_of(entries) is None else entries
+def _opened(value: Any) -> Any:
+    """Return the list, or the single entry, of an array of objects, and all else unchanged."""
+    return value.tolist() if isinstance(value, np.ndarray) and value.dtype == object else value
+
+
+def entries_of(value: Any) -> tuple[Any, bool]:
+    """Return a value, of an array of elements its list or its single entry, and whether it is a list of elements."""
+    if element_of(value) is None:
+        return value, False
+    entries = _opened(value)
+    return entries, isinstance(entries, (list, tuple))
 
 
 def plain(where: str, value: Any, layout: Layout | None) -> Any:
@@ -68,8 +72,8 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     ValueError
         If the elements of a list have different shapes.
     """
-    value = entries_of(value)
-    if isinstance(value, (list, tuple)) and element_of(value) is not None:
+    value, is_list = entries_of(value)
+    if is_list:
         parts = [np.asarray(plain(f"{where}[{k}]", each, layout)) for k, each in enumerate(value)]
         if len({part.shape for part in parts}) > 1:
             shapes = ", ".join(str(part.shape) for part in parts)

@@ -117,12 +117,16 @@ UNIT = 1e-9
 Products of unit elements drift by about one rounding error each: a million of them stay within it."""
 
 
+SINGLE = 64 * float(np.finfo(np.float32).eps)
+"""The same in single precision, where the relations of up to 16 rounded terms have larger errors."""
+
+
 def check_unit(where: str, name: str, off: Any, values: Any) -> None:
     """Raise TypeError if ``off = x ~x - 1`` of elements with these coefficients is not 0 within `UNIT`."""
     worst = np.abs(np.asarray(off)).max(initial=0.0)
     array = np.asarray(values)
     largest, single = float(np.abs(array).max(initial=1.0)), array.dtype in (np.float32, np.complex64)
-    if not worst <= (64 * np.finfo(np.float32).eps if single else UNIT) * largest * largest:
+    if not worst <= (SINGLE if single else UNIT) * largest * largest:
         raise TypeError(f"{where} is {name} with x ~x = 1 up to {worst:.3g}; expected unit elements; normalize them")
 
 

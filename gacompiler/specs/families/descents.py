@@ -1,10 +1,11 @@
 """Least squares in kernels: Levenberg and Marquardt's steps on a manifold, each from the sums over all residuals."""
 
 from fractions import Fraction
+from itertools import combinations_with_replacement
 from typing import Any, NamedTuple
 
 import gacompiler as ga
-from gacompiler import iterate, maximum, select
+from gacompiler import iterate, maximum, minimum, select
 from gacompiler.specs.families.covariances import choose, dot, size_of_triangle, square
 
 FIRST_DAMPING, LEAST_DAMPING, LARGEST_DAMPING = Fraction(1, 10**4), Fraction(1, 10**12), 10**8
@@ -86,6 +87,23 @@ def descend(start, n_parameters, equations, moved, at_most, rounding=ROUNDING):
     found, ended, steps = iterate(body, first, lambda _, new: new.done > 0, at_most)
     _, gain = step_of(found.table, found.slope, LEAST_DAMPING)
     return Descent(found.best, found.table, found.slope, found.cost, gain, ended, steps)
+
+
+def truncated_equations(columns, off, square, limit):
+    """Return what `equations` of `descend` sums for one residual, whose square counts at most `limit`.
+
+    Parameters
+    ----------
+    columns : sequence of sequence of scalar
+        The derivatives of the residual by each coordinate of a step; beyond the limit they count as 0.
+    off : sequence of scalar
+        The residual.
+    square, limit : scalar
+        The square of the residual, and what may have been added to it; and the largest one.
+    """
+    used = select(square < limit, 1, 0)
+    table = tuple(used * dot(a, b) for a, b in combinations_with_replacement(columns, 2))
+    return (*table, *(used * dot(column, off) for column in columns), minimum(square, limit))
 
 
 def step_of(table, slope, damping):
