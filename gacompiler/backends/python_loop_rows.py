@@ -73,10 +73,13 @@ class RowReader:
             case _:
                 raise self._unreadable(node)
 
-    def _row(self, key: ast.expr, start: str = "") -> Row:
-        """Read the number of a row that exists, or whose number is computed, with the table `start` in its place."""
+    def _row(self, key: ast.expr, start: str = "", *, is_target: bool = False) -> Row:
+        """Read the number of a row that exists, or that has a computed number.
+
+        If there is no such row, the table `start` is read in its place, and nothing is added to the target of a sum.
+        """
         keys = key.elts if isinstance(key, ast.Tuple) else [key]
-        return row_at(tuple(self._along_axis(each, start) for each in keys))
+        return row_at(tuple(self._along_axis(each, start, is_target=is_target) for each in keys))
 
     def _onto(self, key: ast.expr) -> Row:
         """Read the number of a row that may not exist."""
@@ -85,7 +88,7 @@ class RowReader:
             if step != (-1 if self._loops[counter] else 1):
                 raise self._unreadable(key)
             return Following(counter)
-        return self._row(key)
+        return self._row(key, is_target=True)
 
     def _computed(self, key: ast.expr) -> bool:
         """Return whether the number of a row is computed along an axis."""
@@ -110,11 +113,13 @@ class RowReader:
         row = Shifted(at.id, by, boundary, stride)
         return replace(row, start=start) if row.may_miss(self._over[at.id], self._lengths[length]) else row
 
-    def _along_axis(self, key: ast.expr, start: str = "") -> Counter | Through | Numbered | Shifted:
+    def _along_axis(
+        self, key: ast.expr, start: str = "", *, is_target: bool = False
+    ) -> Counter | Through | Numbered | Shifted:
         match key:
             case ast.Call(ast.Name(function), [at, ast.Name(length)], []) if function in NAMES:
                 return self._shifted(key, function[1:], at, length, start)
-            case ast.Name(name) if start and name in self._tables:
+            case ast.Name(name) if (start or is_target) and name in self._tables:
                 return Numbered(self._tables[name].name, start)
             case ast.Name(counter) if counter in self._loops:
                 return Counter(counter)

@@ -6,11 +6,10 @@ Every table that depends on the parameter has a table of cotangents, with the co
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from typing import Any, Protocol
 
 from ..algebra.layout import SCALAR, Layout
-from ..errors import KernelError
 from ..frontend.expression import Expression, lift
 from ..frontend.loop_trace import LoopTrace
 from ..frontend.recorded import Compute, Record
@@ -22,13 +21,16 @@ from ..ir.procedure import (
     Counter,
     Following,
     Loop,
+    Numbered,
     Parent,
     Place,
     Previous,
     Row,
     Storage,
     computed_numbers,
+    row_at,
     start_of,
+    with_numbers,
 )
 from .forward import shape_of
 from .replay import Edges, Replay, flattened, reads_of, writes_of
@@ -84,7 +86,9 @@ class Cotangents(Replay):
         changed = {place.table for each in statements if not isinstance(each, Clear) for place in writes_of(each)}
         self._zeros = {record.name for record in traced.records if record.storage is Storage.WORK} - changed
         self._edges: list[tuple[str, Edges]] = []
-        self._roots: dict[str, tuple[Record, Record]] = {}
+        self._marks_over: dict[tuple[str, ...], tuple[Record, Record]] = {}
+        self._restored: dict[str, str] = {}
+        """The tables that hold numbers of rows in the reverse sweep, by the tables that held them before."""
         self._starts: dict[tuple[str, int, int], int] = {}
         self._adjoints = self._tables()
 
@@ -144,16 +148,13 @@ class Cotangents(Replay):
                 self.clear(record)
 
     def _copy_seed(self, name: str, record: Record) -> None:
+        """Set the cotangent of a result, which is also an operand, to that given by the caller."""
         old = self.old[name]
-        if len(old.lengths) > 1:
-            raise KernelError(
-                self.traced.kernel.where,
-                f"the matrix of rows {name} is both a result and an operand",
-                "a matrix of rows that is only a result or only an operand",
-                "use jvp(), or return a copy",
-            )
-
-        def assign(row: Row) -> None:
+        with ExitStack() as loops:
+            counters = [f"seed_{axis}" for axis in range(len(old.lengths))]
+            for counter, length in zip(counters, old.lengths, strict=True):
+                loops.enter_context(self.loop(Loop(counter, length, False, ()), False))
+            row = row_at(tuple(Counter(self.counters[counter]) for counter in counters))
             values: dict[int, Expression] = {}
             for k, leaf in enumerate(old.leaves):
                 layout = self._layouts.get((name, leaf.start))
@@ -162,12 +163,6 @@ class Cotangents(Replay):
                         first = self._starts[name, leaf.start, seed]
                         values.update(enumerate(given, start=first))
             self._write(values, Place(record.name, row))
-
-        if not old.lengths:
-            assign(None)
-            return
-        with self.loop(Loop("", old.lengths[0], False, ()), False):
-            assign(Counter(self.counters[""]))
 
     def _write(self, values: Mapping[int, Expression], place: Place) -> None:
         order = sorted(values)
@@ -193,13 +188,16 @@ class Cotangents(Replay):
     def _cotangent(self, target: Place) -> Place:
         """Return the cotangent of a row that is the target of an addition, or zero if the row does not exist."""
         missing = start_of(target.row)
-        if not missing and not isinstance(target.row, Following):
+        is_numbered = bool(computed_numbers(target.row))
+        if not missing and not is_numbered and not isinstance(target.row, Following):
             return self.place(target, self._adjoints)
         own = self._adjoints[target.table]
         zero = self.new_table("zero", (), own.leaves, own.shape)
         self.clear(zero, self.recorder.depth - 1)
         if isinstance(target.row, Following):
             return Place(own.name, Previous(self.counters[target.row.loop], zero.name))
+        if is_numbered:
+            return Place(own.name, self._numbered(target.row, zero.name))
         return Place(own.name, self.row(target.row, {**self._adjoints, missing: zero}))
 
     def _add(self, source: Place, old: Place) -> None:
@@ -215,13 +213,12 @@ class Cotangents(Replay):
                     self._add_before(source, loop, target, Place(to_start.name))
             case Parent():
                 if to_start is not None:
-                    self._add_to_start(source, old.row, own, to_start)
+                    self._add_to_start(source, old, to_start)
                 self.record(Add(source, Place(own.name, self.through(old.row))))
             case _ if computed_numbers(old.row):
-                raise KernelError(
-                    self.traced.kernel.where, "the reverse mode through a row with a computed number",
-                    "rows that loops or index tables select", "use jvp(), or gather()",
-                )  # fmt: skip
+                if to_start is not None:
+                    self._add_to_start(source, old, to_start)
+                self.record(Add(source, Place(own.name, self._numbered(old.row))))
             case _:
                 self.record(Add(source, self.place(old, self._adjoints)))
 
@@ -246,27 +243,33 @@ class Cotangents(Replay):
         self.clear(passed, edges.depth)  # This value is used if there are no rows.
         edges.after.append(Add(source, start))
 
-    def _add_to_start(self, source: Place, row: Parent, own: Record, start: Record) -> None:
-        """Add a row to the start, multiplied by 1 if the index of the row is -1, and by 0 otherwise."""
-        length = self._index_length(row.index)
-        zeros, one = self._marks(length)
-        mark = Parent(self.row(row, self.tables).index, self.counters[row.loop], one.name)  # type: ignore[union-attr]
-        is_root = self.recorder.symbol("is_root", Place(zeros.name, mark), Leaf(SCALAR, 0))
-        values = {leaf.start: is_root * self.recorder.symbol("given", source, leaf) for leaf in own.leaves}
-        single = Place(self.new_table("of_roots", (), own.leaves, own.shape).name)
+    def _numbered(self, row: Row, start: str = "") -> Row:
+        """Return the new row for an old one whose numbers are computed, with another table in place of missing rows."""
+        found = self.row(with_numbers(row, lambda each: Numbered(each.number, "")), self._adjoints)
+        return with_numbers(found, lambda each: Numbered(self._restored.get(each.number, each.number), start))
+
+    def _add_to_start(self, source: Place, old: Place, start: Record) -> None:
+        """Add a row to the start, multiplied by 1 if the old row does not exist, and by 0 otherwise."""
+        own, row = self._adjoints[old.table], old.row
+        zeros, one = self._marks(old)
+        if isinstance(row, Parent):
+            mark: Row = Parent(self.row(row, self.tables).index, self.counters[row.loop], one.name)  # type: ignore[union-attr]
+        else:
+            mark = self._numbered(row, one.name)
+        is_missing = self.recorder.symbol("is_missing", Place(zeros.name, mark), Leaf(SCALAR, 0))
+        values = {leaf.start: is_missing * self.recorder.symbol("given", source, leaf) for leaf in own.leaves}
+        single = Place(self.new_table("of_missing", (), own.leaves, own.shape).name)
         self._write(values, single)
         self.record(Add(single, Place(start.name)))
 
-    def _index_length(self, index: str) -> str:
-        return next(table.lengths[0] for table in self.traced.indices if table.name == index)
-
-    def _marks(self, length: str) -> tuple[Record, Record]:
-        """Return a table of zeros with one row per index and a table with a single 1, for rows with index -1."""
-        if length not in self._roots:
+    def _marks(self, old: Place) -> tuple[Record, Record]:
+        """Return a table of zeros with the rows of an old table and a table with a single 1, for missing rows."""
+        lengths = self.old[old.table].lengths
+        if lengths not in self._marks_over:
             leaves = (Leaf(SCALAR, 0),)
-            zeros = self.new_table("zeros", self.lengths([length]), leaves, ())
+            zeros = self.new_table("zeros", self.lengths(lengths), leaves, ())
             one = self.new_table("one", (), leaves, ())
             self.clear(zeros, self.base)
             self.recorder.compute([lift(1)], [(Place(one.name), leaves[0])], self.base)
-            self._roots[length] = zeros, one
-        return self._roots[length]
+            self._marks_over[lengths] = zeros, one
+        return self._marks_over[lengths]

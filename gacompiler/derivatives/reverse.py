@@ -31,16 +31,16 @@ from ..ir.procedure import (
     Loop,
     Place,
     Repeat,
+    computed_numbers,
     goes_through,
     is_shifted,
-    loops_of,
     numbers_of,
 )
 from .adjoints import Adjoint, adjoint, grouped
 from .cotangents import Cotangents, Seed
-from .replay import flattened, writes_of, written
+from .replay import reads_of, written
 from .rules import added, is_zero
-from .stored import Position, carried, has_loops, only_added, reads_within
+from .stored import Position, has_loops, is_fixed, only_added, reads_within, tables_to_store
 from .tangents import Key
 
 Backward = Callable[[], None]
@@ -81,6 +81,8 @@ class Reverse(Cotangents):
         self._saved: dict[Place, tuple[Record, str]] = {}
         self._skipped: set[str] = set()
         self._passed: set[str] = set()
+        self._numbers_in: dict[str, list[tuple[Record, Record]]] = {}
+        """For each loop, the stored numbers of rows, and the tables to which its reverse copies them."""
         backward = self._sweep(traced.statements, None, ())
         self._results = {name: self._kept_result(record) for name, record in traced.results}
         self._begin()
@@ -123,6 +125,7 @@ class Reverse(Cotangents):
         found: list[Backward] = []
         for number, statement in enumerate(body):
             position = Position(body, number, loop, after)
+            self._keep_numbers(statement, position)
             if isinstance(statement, Compute):
                 kept = self._kept(statement, position)
                 self.primal(statement)
@@ -179,10 +182,27 @@ class Reverse(Cotangents):
         found: dict[Place, tuple[Record, str]] = {}
         for k in sorted(self._part(compute).used):
             place = compute.sources[k].place
-            if place not in found and place not in self._saved and position.changes(place):
+            is_changed = position.sets(place) if place in self._saved else position.changes(place)
+            if place not in found and is_changed:
                 loop = position.loop
                 found[place] = (self._copied(place, loop), loop.counter if loop is not None else "")
         return found
+
+    def _keep_numbers(self, statement: Any, position: Position) -> None:
+        """Store the numbers of rows that a statement uses if they are overwritten before its transpose runs."""
+        places = [*reads_of(statement), *([statement.target] if isinstance(statement, Add) else [])]
+        rows = [place.row for place in places if place.table in self._adjoints]
+        for number in dict.fromkeys(name for row in rows for name in computed_numbers(row)):
+            place, own = Place(number), self.tables[number].name
+            if own in self._restored or not position.changes(place):
+                continue
+            kept, loop = self._copied(place, position.loop), position.loop
+            if loop is None:
+                self._restored[own] = kept.name
+                continue
+            single = self.new_table(number, (), kept.leaves, kept.shape)
+            self._restored[own] = single.name
+            self._numbers_in.setdefault(loop.counter, []).append((kept, single))
 
     def _loop(self, loop: Loop, after: Sequence[Any]) -> Backward:
         changing = {table for table, _ in self._layouts}
@@ -203,6 +223,8 @@ class Reverse(Cotangents):
 
         def backward() -> None:
             with self._backward_loop(loop):
+                for kept, single in self._numbers_in.get(loop.counter, ()):
+                    self.copy(Place(kept.name, Counter(self.counters[loop.counter])), Place(single.name))
                 for run in reversed(inner):
                     run()
 
@@ -212,22 +234,22 @@ class Reverse(Cotangents):
         """Record a loop that contains loops. The transposed loop runs each row again from stored initial values."""
         passed: dict[str, Record] = {}
         saved: dict[Place, tuple[Record, str]] = {}
+        kinds = tables_to_store(loop, after)
+        before = {table: self._copy_of(table) for table in kinds.once}
         with self.loop(loop, loop.reverse):
-            for table, place in carried(loop.body).items():
-                places = [place, *(p for each in flattened(loop.body) for p in writes_of(each) if p.table == table)]
-                if all(loop.counter in loops_of(each.row) for each in places):
-                    continue
+            for table in kinds.each:
                 passed[table] = self._copied_array(table, loop)
                 self._passed.add(table)
             for number, statement in enumerate(loop.body):
                 position = Position(loop.body, number, loop, after)
                 for place in reads_within(statement):
-                    own = loop.counter in loops_of(place.row)
-                    if own and place not in saved and position.changes(place):
+                    if place not in saved and is_fixed(place, loop) and position.changes(place):
                         saved[place] = (self._copied(place, loop), loop.counter)
                 self.primal(statement)  # type: ignore[arg-type]
 
         def backward() -> None:
+            for table, kept in before.items():
+                self._restore(kept, self.tables[table])
             with self._backward_loop(loop):
                 outer, skipped = self._saved, self._skipped
                 self._saved, self._skipped = {**outer, **saved}, skipped | only_added(loop.body)
@@ -243,6 +265,21 @@ class Reverse(Cotangents):
                 self._saved, self._skipped = outer, skipped
 
         return backward
+
+    def _copy_of(self, table: str) -> Record:
+        """Store a copy of a single row, or of an array."""
+        own = self.tables[table]
+        kept = self.new_table(f"{table}_kept", own.lengths, own.leaves, own.shape)
+        self._passed.add(table)
+        self._restore(own, kept)
+        return kept
+
+    def _restore(self, kept: Record, own: Record) -> None:
+        """Copy a single row, or an array, to another table."""
+        if own.lengths:
+            self.recorder.store(kept.arrays, own.arrays)
+        else:
+            self.copy(Place(kept.name), Place(own.name))
 
     # Reverse sweep.
 
@@ -308,7 +345,9 @@ class Reverse(Cotangents):
         is_inner = len(self._edges) > 1 and not is_set  # Sums that outlive a loop are not accumulated inside it.
         # Other iterations add to rows addressed by index tables or at a distance, so they are not accumulated directly.
         others = (p.row for p in self._reads if p.table == place.table)
-        is_scattered = any(goes_through(row) or is_shifted(row) for row in others) and not is_set
+        is_scattered = not is_set and any(
+            goes_through(row) or is_shifted(row) or computed_numbers(row) for row in others
+        )
         if all(isinstance(each, Counter) for each in numbers_of(place.row)) and not is_inner and not is_scattered:
             own = self.place(place, self._adjoints)
             return (None if is_set else own), own

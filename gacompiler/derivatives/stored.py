@@ -14,6 +14,7 @@ from ..ir.procedure import (
     Parent,
     Place,
     Previous,
+    axis_of,
     computed_numbers,
     loops_of,
     numbers_of,
@@ -56,6 +57,10 @@ class Position:
             return not self._is_written_once(place)
         return True
 
+    def sets(self, place: Place) -> bool:
+        """Return whether the statement, or a subsequent one in the body, writes exactly this place."""
+        return any(place in writes_of(each) for each in flattened(self.body[self.number :]))
+
     def _is_written_once(self, place: Place) -> bool:
         """Return whether each row is written only in its own iteration, and before the statement reads it."""
         assert self.loop is not None
@@ -82,12 +87,54 @@ def reads_within(statement: Any) -> Iterator[Place]:
         yield from reads_of(each)
 
 
+def is_fixed(place: Place, loop: Loop) -> bool:
+    """Return whether the counter of a loop selects a row, and its body neither runs loops for it nor computes it."""
+    own = set(loops_of(place.row))
+    inner = {each.counter for each in flattened(loop.body) if isinstance(each, Loop)}
+    return loop.counter in own and not own & inner and not set(computed_numbers(place.row)) & written(loop.body)
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """The tables that are stored because a loop, which contains loops, runs again in the reverse sweep.
+
+    Attributes
+    ----------
+    once : list of str
+        The tables that are stored before the loop, and restored before its reverse.
+    each : list of str
+        The tables that are stored and restored in every iteration.
+    """
+
+    once: list[str]
+    each: list[str]
+
+
+def tables_to_store(loop: Loop, after: Sequence[Any]) -> Stored:
+    """Return the tables to store for a loop that contains loops, except for rows that `is_fixed` describes."""
+    read = [place for statement in loop.body for place in reads_within(statement)]
+    wide = {place.table for place in read if not is_fixed(place, loop)}
+    once = (wide & written(after)) - written(loop.body)
+    each = []
+    for table, place in carried(loop.body).items():
+        places = [place, *(p for s in flattened(loop.body) for p in (*reads_of(s), *writes_of(s)) if p.table == table)]
+        if all(axis_of(other.row, loop.counter) is not None for other in places):  # Iterations use rows of their own.
+            once |= {table} & wide
+        elif not all(is_fixed(other, loop) for other in places):
+            each.append(table)
+    return Stored(sorted(once), each)
+
+
 def carried(body: Sequence[Any]) -> dict[str, Place]:
-    """Return the tables that carry values between iterations: those read before they are written in a loop body."""
+    """Return the tables that carry values between iterations: those read before they are written in a loop body.
+
+    An addition reads its target, unless the body only adds to the table, because such sums outlive the body.
+    """
     seen: dict[str, Place | None] = {}
-    writes = written(body)
+    writes, sums = written(body), only_added(body)
     for each in flattened(body):
-        for place in reads_of(each):
+        is_changed = isinstance(each, Add) and each.target.table not in sums
+        for place in (*reads_of(each), *([each.target] if is_changed else [])):
             start = start_of(place.row)
             found = Place(start) if start else place  # The same loop has written the preceding rows.
             if found.table in writes:

@@ -33,16 +33,22 @@ class _Rows:
             entries[...] = value
 
 
-def _row_or(table: _Rows, k: Any, start: Any) -> Any:
+def _place(table: _Rows, k: Any) -> tuple[int, ...] | None:
+    """Return the number, or numbers, of a row, or None if the row does not exist. Computed ones are arrays of one."""
     numbers = k if isinstance(k, tuple) else (k,)
     if not all(0 <= number < size for number, size in zip(numbers, table.array.shape, strict=False)):
-        return start
-    return table[tuple(int(np.asarray(number).flat[0]) for number in numbers)]  # computed numbers are arrays of one
+        return None
+    return tuple(int(np.asarray(number).flat[0]) for number in numbers)
+
+
+def _row_or(table: _Rows, k: Any, start: Any) -> Any:
+    place = _place(table, k)
+    return start if place is None else table[place]
 
 
 def _add_to(table: _Rows, k: Any, row: Any) -> None:
-    numbers = k if isinstance(k, tuple) else (k,)
-    if not all(0 <= number < size for number, size in zip(numbers, table.array.shape, strict=False)):
+    k = _place(table, k)
+    if k is None:
         return
     if not table.has_entries:
         table.array[k] += row

@@ -101,7 +101,8 @@ class Following:
 class Numbered:
     """The row whose number is computed, or the only row of the table `start` if there is no such row.
 
-    The number is the only one in the table `number`, without its fractional part.
+    The number is the only one in the table `number`, without its fractional part. The target of an addition has no
+    `start`, since nothing is added to a row that does not exist.
     """
 
     number: str
@@ -192,7 +193,7 @@ def with_tables(row: Row, change: Callable[[str], str], loops: Callable[[str], s
             case Parent(index, loop, start):
                 return Parent(change(index), loops(loop), change(start))
             case Numbered(number, start):
-                return Numbered(change(number), change(start))
+                return Numbered(change(number), change(start) if start else "")
             case Shifted():
                 start = change(each.start) if each.start else ""
                 return replace(each, loop=loops(each.loop), start=start)
@@ -200,6 +201,11 @@ def with_tables(row: Row, change: Callable[[str], str], loops: Callable[[str], s
                 return replace(each, loop=loops(each.loop))
 
     return row_at(tuple(map(changed, numbers_of(row))))
+
+
+def with_numbers(row: Row, change: Callable[[Numbered], Numbered]) -> Row:
+    """Return a row with other computed numbers."""
+    return row_at(tuple(change(each) if isinstance(each, Numbered) else each for each in numbers_of(row)))
 
 
 def goes_through(row: Row) -> bool:
@@ -359,9 +365,10 @@ class Procedure:
 
     @property
     def selects(self) -> bool:
-        """Whether the rows that are read depend on computed values."""
+        """Whether the rows that are read or added to depend on computed values."""
         return any(
-            (isinstance(s, Loop) and bool(s.until)) or any(computed_numbers(place.row) for place in _sources(s))
+            (isinstance(s, Loop) and bool(s.until))
+            or any(computed_numbers(place.row) for place in (*_sources(s), *([s.target] if isinstance(s, Add) else [])))
             for s in statements(self.body)
         )
 
