@@ -71,9 +71,10 @@ class _Renaming:
                 return Copy(self._place(source), self._place(target))
             case Clear(table):
                 return Clear(self._tables[table])
-            case Loop(counter, length, reverse, body, until):
+            case Loop(counter, length, reverse, body):
                 inner = tuple(map(self._statement, body))
-                return Loop(self._counters[counter], self._lengths[length], reverse, inner, self._tables.get(until, ""))
+                controls = (self._tables.get(name, "") for name in (statement.until, statement.first, statement.end))
+                return Loop(self._counters[counter], self._lengths[length], reverse, inner, *controls)
             case Repeat(limit, until, steps, body):
                 inner = tuple(map(self._statement, body))
                 return Repeat(limit, self._tables[until], self._tables[steps], inner)

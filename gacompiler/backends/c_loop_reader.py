@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from ..errors import BackendError
 from ..ir.procedure import (
@@ -95,6 +96,13 @@ def _function(name: str, lines: Sequence[str], head: str) -> list[str]:
 
 
 _STORAGES = {"IN": Storage.ARGUMENT, "SAME": Storage.ARGUMENT, "OUT": Storage.RESULT, "WORK": Storage.WORK}
+
+
+class _Bound(NamedTuple):
+    """A bound of a loop: the length that limits it, and the table with the number, if there is one."""
+
+    length: str
+    table: str = ""
 
 
 class _Reader(RowReader):
@@ -257,13 +265,14 @@ class _Reader(RowReader):
         self._expect("=")
         first = self._expression()
         self._expect(";", counter)
-        reverse = first != 0
-        self._expect(*("-- > 0 ;" if reverse else "<").split())
-        length = first if reverse else self._take()
-        if not reverse:
-            self._expect(";", counter, "++")
-        self._expect(")")
-        if not isinstance(length, str):
+        reverse = self._next() == "--"
+        self._expect(*("-- >" if reverse else "<").split())
+        end = self._expression()
+        self._expect(*([";"] if reverse else [";", counter, "++"]), ")")
+        first, end = (end, first) if reverse else (first, end)
+        lower, upper = self._bound(first), self._bound(end)
+        length = upper.length or lower.length
+        if not length or (first != 0 and not lower.table) or lower.length not in ("", length):
             raise self._wrong("a loop over no length")
         self._loops[counter] = self._length(length), reverse
         braces = self._next() == "{"
@@ -271,7 +280,16 @@ class _Reader(RowReader):
         until = self._until() if braces and self._next() == "if" else ""
         if braces:
             self._expect("}")
-        return Loop(counter, length, reverse, tuple(body), until)
+        return Loop(counter, length, reverse, tuple(body), until, lower.table, upper.table)
+
+    def _bound(self, tree: Tree) -> _Bound:
+        """Read a bound of a loop: a length, or the number in a table, limited to the rows of a length."""
+        match tree:
+            case ("?", (">", value, 0), ("?", ("<", same, str(length)), ("row", also), other), 0) if (
+                value == same == also and length == other
+            ):
+                return _Bound(length, self._place(value).table)
+        return _Bound(tree if isinstance(tree, str) else "")
 
     def _windows(self) -> Loop:
         """Read a loop that is split into borders and an interior."""

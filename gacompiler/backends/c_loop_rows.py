@@ -23,7 +23,7 @@ from ..ir.procedure import (
     is_shifted,
     numbers_of,
     row_at,
-    with_tables,
+    with_numbers,
 )
 from .c_loop_tokens import Tokens, Tree, factors_of
 
@@ -60,7 +60,7 @@ class RowReader(Tokens):
             along = zip(numbers_of(place.row), self._known(place.table).lengths, strict=True)
             wanted = [(Place(row.number), length) for row, length in along if isinstance(row, Numbered)]
             if self._ranges(condition) == list(dict.fromkeys(wanted)):
-                return Place(place.table, with_tables(place.row, lambda name: name or start))
+                return Place(place.table, with_numbers(place.row, lambda each: replace(each, start=start)))
         match place.row:
             case Through(index, loop) if condition == (">=", ("[]", index, loop), 0):
                 return Place(place.table, Parent(index, loop, start))

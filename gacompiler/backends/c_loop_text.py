@@ -15,8 +15,8 @@ from .transcendental import has_trigonometric
 
 C_WORDS = LoopWords(
     language="C",
-    forward="for (intptr_t {counter} = 0; {counter} < {length}; {counter}++)",
-    backward="for (intptr_t {counter} = {length}; {counter}-- > 0;)",
+    forward="for (intptr_t {counter} = {first}; {counter} < {end}; {counter}++)",
+    backward="for (intptr_t {counter} = {end}; {counter}-- > {first};)",
     repeat="for (int {counter} = 0; {counter} < {limit}; {counter}++)",
 )
 

@@ -283,7 +283,7 @@ def _read(named: Procedure) -> Iterable[str]:
                 places = (Place(table),)
                 yield from named.table(table).lengths
             case Loop():
-                places = (Place(statement.until),) if statement.until else ()
+                places = tuple(map(Place, statement.controls))
                 yield statement.length
             case Repeat():
                 places = (Place(statement.until), Place(statement.steps))

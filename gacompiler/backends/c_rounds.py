@@ -79,9 +79,9 @@ def _accesses(body: Sequence[Statement], without: Repeat | None = None) -> Itera
                 yield target.table, True
             case Clear(table):
                 yield table, True
-            case Loop(_, _, _, inner, until):
-                yield from _accesses(inner, without)
-                yield from ((until, False),) if until else ()
+            case Loop():
+                yield from _accesses(statement.body, without)
+                yield from ((name, False) for name in statement.controls)
             case Repeat(_, until, steps, inner) if statement is not without:
                 yield from _accesses(inner, without)
                 yield from ((steps, False), (steps, True), (until, False))

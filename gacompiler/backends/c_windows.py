@@ -141,7 +141,7 @@ def needed_by(procedures: Iterable[Procedure], text: str) -> list[str]:
 def interior_of(procedure: Procedure, loop: Loop) -> Interior | None:
     """Return the interior of a loop that is to be split, or None."""
     is_near = any(is_shifted(place.row) for each in loop.body for place in _places(each))
-    if loop.reverse or loop.until or not is_near or not _in_any_order(procedure, loop):
+    if loop.reverse or loop.controls or not is_near or not _in_any_order(procedure, loop):
         return None
     shifts = list(_shifts(procedure, loop))
     if not shifts:

@@ -88,8 +88,9 @@ class LoopDialect:
         index = self.grid.index
         return RowWords(
             language=self.name,
-            forward=f"for ({index} {{counter}} = 0; {{counter}} < {{length}}; {{counter}}++)",
-            backward=f"for ({index} {{counter}} = {{length}}; {{counter}}-- > 0;)",
+            forward=f"for ({index} {{counter}} = {{first}}; {{counter}} < {{end}}; {{counter}}++)",
+            backward=f"for ({index} {{counter}} = {{end}}; {{counter}}-- > {{first}};)",
+            bound=f"({{value}} > 0 ? {{value}} < {{length}} ? ({index}){{value}} : {{length}} : 0)",
             repeat="for (int {counter} = 0; {counter} < {limit}; {counter}++)",
             row=f"({index}){{value}}",
             each="for (int {k} = 0; {k} < {size}; {k}++)",
@@ -328,7 +329,7 @@ class _DeviceText(RowText):
     def _cleared(self, table: Table) -> list[str]:
         if not table.lengths:
             return self._each(table, lambda k: f"{self._only(table, k)} = 0;")
-        head = self.words.forward.format(counter=self._k, length=numbers(table))
+        head = self.words.forward.format(counter=self._k, first="0", end=numbers(table))
         return self._block(head, [f"{table.name}[{self._k} * {self._step_of(table)}] = 0;"])
 
     # Rows.

@@ -63,8 +63,9 @@ function $isInside(k, n) {
 
 _WORDS = RowWords(
     language="JavaScript",
-    forward="for (let {counter} = 0; {counter} < {length}; {counter}++)",
-    backward="for (let {counter} = {length} - 1; {counter} >= 0; {counter}--)",
+    forward="for (let {counter} = {first}; {counter} < {end}; {counter}++)",
+    backward="for (let {counter} = {end} - 1; {counter} >= {first}; {counter}--)",
+    bound="({value} > 0 ? Math.min(Math.trunc({value}), {length}) : 0)",
     repeat="for (let {counter} = 0; {counter} < {limit}; {counter}++)",
     is_set="{} !== 0",
     row="Math.trunc({value})",

@@ -50,7 +50,9 @@ class LoopWords:
     language : str
         The name of the language, for error messages.
     forward, backward : str
-        The head of a loop of {counter} over {length} rows, starting from the first or from the last row.
+        The head of a loop of {counter} from the row {first} to that before {end}, or in the opposite direction.
+    bound : str
+        A computed number {value} as {first} or {end} of a loop over {length} rows.
     repeat : str
         The head of a loop that runs at most {limit} times.
     condition : str
@@ -77,6 +79,7 @@ class LoopWords:
     forward: str
     backward: str
     repeat: str
+    bound: str = "({value} > 0 ? {value} < {length} ? (intptr_t){value} : {length} : 0)"
     condition: str = "if ({condition})"
     choice: str = "{condition} ? {row} : {start}"
     index: str = "{index}[{counter}]"
@@ -126,13 +129,22 @@ class StatementText(ABC):
                 return self._copied(source, target)
             case Clear(name):
                 return self._cleared(self._procedure.table(name))
-            case Loop(counter, length, reverse, body, until):
-                self._loops[counter] = statement
-                head = self.words.backward if reverse else self.words.forward
-                end = self._end(until) if until else []
-                return self._block(head.format(counter=counter, length=length), [*self.lines(body), *end])
+            case Loop():
+                return self._loop(statement)
             case Repeat():
                 return self._repeat(statement)
+
+    def _loop(self, loop: Loop) -> list[str]:
+        self._loops[loop.counter] = loop
+        first = self._bound(loop, loop.first) if loop.first else "0"
+        end = self._bound(loop, loop.end) if loop.end else loop.length
+        head = (self.words.backward if loop.reverse else self.words.forward).format(
+            counter=loop.counter, first=first, end=end
+        )
+        return self._block(head, [*self.lines(loop.body), *(self._end(loop.until) if loop.until else [])])
+
+    def _bound(self, loop: Loop, table: str) -> str:
+        return self.words.bound.format(value=self._value(Place(table)), length=loop.length)
 
     def _apply(self, statement: Apply) -> list[str]:
         for place in statement.outputs:

@@ -34,7 +34,7 @@ from ..ir.procedure_cost import procedure_costs
 from ..ir.program import Program
 from .nesting import Shape
 from .python_loop_rows import RowReader
-from .python_loops import ADD_TO, SUM, costs_text, loop_text
+from .python_loops import ADD_TO, BOUND, SUM, costs_text, loop_text
 from .readers import PythonFunction, python_function, python_program, python_statements
 from .shared_parts import with_applies
 
@@ -120,6 +120,13 @@ def _compare(where: str, expected: list[str], found: list[str]) -> None:
             raise BackendError(where, repr(b), repr(a), "generate it again")
     if len(expected) != len(found):
         raise BackendError(where, f"{len(found)} lines", f"{len(expected)}", "generate it again")
+
+
+class _Bound(NamedTuple):
+    """A bound of a loop: the name of the length that limits it, and the table with the number, if there is one."""
+
+    length: str
+    table: str = ""
 
 
 class _Reader(RowReader):
@@ -245,17 +252,26 @@ class _Reader(RowReader):
     def _loop(self, node: ast.AST, counter: str, bounds: Sequence[ast.expr], body: Sequence[ast.stmt]) -> Statement:
         if counter in self._loops or counter in self._tables:
             raise self._unreadable(node)
+        reverse, lower = False, _Bound("")
         match bounds:
-            case [ast.Name(n)] if n in self._lengths:
-                reverse = False
-            case [ast.BinOp(ast.Name(n), ast.Sub(), ast.Constant(1)), last, step] if n in self._lengths:
-                if [ast.unparse(last), ast.unparse(step)] != ["-1", "-1"]:
-                    raise self._unreadable(node)
-                reverse = True
             case [ast.Constant(int(limit))]:
                 return self._repeat(node, limit, body)
+            case [end]:
+                upper = self._bound(node, end)
+            case [first, end]:
+                lower, upper = self._bound(node, first), self._bound(node, end)
+            case [ast.BinOp(end, ast.Sub(), ast.Constant(1)), last, step] if ast.unparse(step) == "-1":
+                reverse, upper = True, self._bound(node, end)
+                match last:
+                    case ast.BinOp(first, ast.Sub(), ast.Constant(1)):
+                        lower = self._bound(node, first)
+                    case _ if ast.unparse(last) != "-1":
+                        raise self._unreadable(node)
             case _:
                 raise self._unreadable(node)
+        n = upper.length
+        if lower.length not in ("", n):
+            raise self._unreadable(node)
         self._loops[counter], self._over[counter] = reverse, self._lengths[n]
         until = ""
         match body:
@@ -263,7 +279,16 @@ class _Reader(RowReader):
                 body, until = before, self._read(end).table
         inner = self._statements(body)
         del self._loops[counter]
-        return Loop(counter, self._lengths[n], reverse, inner, until)
+        return Loop(counter, self._lengths[n], reverse, inner, until, lower.table, upper.table)
+
+    def _bound(self, node: ast.AST, bound: ast.expr) -> _Bound:
+        """Read a bound of a loop: a length, or the number in a table, limited to the rows of a length."""
+        match bound:
+            case ast.Name(n) if n in self._lengths:
+                return _Bound(n)
+            case ast.Call(ast.Name(function), [value, ast.Name(n)], []) if function == BOUND and n in self._lengths:
+                return _Bound(n, self._read(value).table)
+        raise self._unreadable(node)
 
     def _repeat(self, node: ast.AST, limit: int, body: Sequence[ast.stmt]) -> Repeat:
         match body:

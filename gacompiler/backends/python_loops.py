@@ -3,7 +3,8 @@
 Tables over lengths are parameters, which the function reads and writes by rows. Tables of a single row are variables.
 Three functions are free names, which must be bound to run the text: ``_row_or(table, k, start)`` returns row k of a
 table, or `start` if there is no such row; ``_add_to(table, k, row)`` adds a row to row k if it exists; and ``_sum(a,
-b)`` returns the sum of two rows. Functions such as ``_reflect(k, n)`` return the row that a boundary mode puts at k.
+b)`` returns the sum of two rows. ``_bound(x, n)`` returns a computed number as the bound of a loop over n rows.
+Functions such as ``_reflect(k, n)`` return the row that a boundary mode puts at k.
 """
 
 from __future__ import annotations
@@ -49,6 +50,7 @@ from .python_text import function_text
 READ_OR = "_row_or"
 ADD_TO = "_add_to"
 SUM = "_sum"
+BOUND = "_bound"
 
 _INDENT = "    "
 
@@ -214,11 +216,9 @@ class _Printer:
                     yield f"{indent}{self._written(target)} = {self._read(source)}"
                 case Clear(name):
                     yield f"{indent}{self._names[self._over(Place(name)).name]}[:] = 0"
-                case Loop(counter, length, reverse, inner, until):
-                    n = self._lengths[length]
+                case Loop(counter, _, reverse, inner, until):
                     self._reversed[counter] = reverse
-                    rows = f"range({n} - 1, -1, -1)" if reverse else f"range({n})"
-                    yield f"{indent}for {self._counters[counter]} in {rows}:"
+                    yield f"{indent}for {self._counters[counter]} in {self._rows(statement)}:"
                     yield from self.lines(inner, indent + _INDENT)
                     yield from self._end(until, indent + _INDENT) if until else ()
                 case Repeat(limit, until, steps, inner):
@@ -227,6 +227,14 @@ class _Printer:
                     yield from self.lines(inner, indent + _INDENT)
                     yield f"{indent}{_INDENT}{steps} = {steps} + 1"
                     yield from self._end(until, indent + _INDENT)
+
+    def _rows(self, loop: Loop) -> str:
+        """Return the text of the numbers of the rows of a loop."""
+        n = self._lengths[loop.length]
+        first, end = (f"{BOUND}({self._read(Place(name))}, {n})" if name else "" for name in (loop.first, loop.end))
+        if loop.reverse:
+            return f"range({end or n} - 1, {f'{first} - 1' if first else -1}, -1)"
+        return f"range({', '.join(filter(None, (first, end or n)))})"
 
     def _end(self, until: str, indent: str) -> Iterator[str]:
         yield f"{indent}if {self._read(Place(until))} != 0:"

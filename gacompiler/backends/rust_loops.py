@@ -87,8 +87,12 @@ fn _is_inside(k: isize, n: usize) -> bool {
 _ZERO, _ONE = "T::number(0.0)", "T::number(1.0)"
 _WORDS = LoopWords(
     language="Rust",
-    forward="for {counter} in 0..{length}",
-    backward="for {counter} in (0..{length}).rev()",
+    forward="for {counter} in {first}..{end}",
+    backward="for {counter} in ({first}..{end}).rev()",
+    bound=(
+        f"(if {{value}} > {_ZERO} {{{{ if {{value}} < T::number({{length}} as f64) {{{{ {{value}}.row() }}}} "
+        "else {{ {length} }} }} else {{ 0 }})"
+    ),
     repeat="for _ in 0..{limit}",
     condition="if {condition}",
     choice="if {condition} {{ {row} }} else {{ {start} }}",

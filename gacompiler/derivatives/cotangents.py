@@ -132,7 +132,10 @@ class Cotangents(Replay):
             return False
         reads = [s for s in flattened(self.traced.statements) if place in reads_of(s)]
         return all(isinstance(s, Compute) for s in reads) and any(
-            isinstance(outer, Loop) and outer.counter == place.row.loop and reads[0] in outer.body
+            isinstance(outer, Loop)
+            and outer.counter == place.row.loop
+            and reads[0] in outer.body
+            and not outer.controls  # The cotangents of rows that are left out are zero.
             for outer in self.traced.statements
         )
 
@@ -173,9 +176,13 @@ class Cotangents(Replay):
         return self.held(self._adjoints[self._wrt])
 
     @contextmanager
-    def _backward_loop(self, loop: Loop) -> Iterator[None]:
-        """Record the transposed statements of a loop, in the opposite direction."""
-        with self.loop(loop, not loop.reverse) as edges:
+    def _backward_loop(self, loop: Loop, ended: str = "") -> Iterator[None]:
+        """Record the transposed statements of a loop, in the opposite direction.
+
+        The table `ended` has the number of the row before which a loop has ended early.
+        """
+        _, first, end = self.controls(loop)
+        with self.loop(loop, not loop.reverse, ("", first, ended or end)) as edges:
             self._edges.append((loop.counter, edges))
             yield
             self._edges.pop()

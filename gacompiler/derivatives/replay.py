@@ -157,8 +157,8 @@ class Replay:
         self.recorder.compute(symbols, [(target, leaf) for leaf in new.leaves])
 
     @contextmanager
-    def loop(self, old: Loop, reverse: bool) -> Iterator[Edges]:
-        """Record a loop over the rows of an old one."""
+    def loop(self, old: Loop, reverse: bool, controls: Sequence[str] = ()) -> Iterator[Edges]:
+        """Record a loop over the rows of an old one; `controls` are the new tables of `until`, `first` and `end`."""
         counter, edges = self.recorder.counter(), Edges(self.recorder.depth)
         self.counters[old.counter] = counter
         with self.recorder.scope() as scope:
@@ -166,9 +166,13 @@ class Replay:
         if scope.statements:
             (length,) = self.lengths([old.length])
             statements = self.recorder.scopes[-1].statements
-            until = self.tables[old.until].name if old.until else ""
-            statements.append(Loop(counter, length, reverse, (*edges.first, *scope.statements, *edges.last), until))
+            body = (*edges.first, *scope.statements, *edges.last)
+            statements.append(Loop(counter, length, reverse, body, *controls))
             statements += edges.after
+
+    def controls(self, old: Loop) -> list[str]:
+        """Return the new tables that determine which iterations of an old loop run."""
+        return [self.tables[name].name if name else "" for name in (old.until, old.first, old.end)]
 
     def symbols(self, compute: Compute) -> dict[Expression, Expression]:
         """Return the new symbols for the inputs of a part, by old symbol."""
@@ -196,7 +200,7 @@ class Replay:
             case Clear(table):
                 self.record(Clear(self.tables[table].name))
             case Loop():
-                with self.loop(statement, statement.reverse):
+                with self.loop(statement, statement.reverse, self.controls(statement)):
                     for inner in statement.body:
                         self.primal(inner)  # type: ignore[arg-type]
             case Repeat():

@@ -12,13 +12,15 @@ transposes. The number of operations is therefore proportional to that of the ke
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from ..algebra.layout import SCALAR, Layout
 from ..errors import KernelError
 from ..frontend.expression import Expression, lift
 from ..frontend.loop_trace import LoopTrace
+from ..frontend.operations import select
 from ..frontend.recorded import Compute, Record, Recorded
 from ..frontend.recorder import Recorder
 from ..frontend.rows import Leaf
@@ -209,20 +211,33 @@ class Reverse(Cotangents):
         if not written([loop]) & changing:
             self.primal(loop)
             return lambda: None
-        if loop.until:
+        if loop.until and loop.reverse:
             raise KernelError(
-                self.traced.kernel.where, f"the reverse mode through a loop that ends early, which depends on "
-                f"{self._wrt}", "loops over all rows", "use jvp(), or select() in the body",
+                self.traced.kernel.where, f"the reverse mode through a loop from the last row that ends early, which "
+                f"depends on {self._wrt}", "a loop from the first row", "use jvp(), or reverse the arrays",
             )  # fmt: skip
         return self._outer_loop(loop, after) if has_loops(loop.body) else self._inner_loop(loop, after)
 
+    @contextmanager
+    def _forward_loop(self, loop: Loop) -> Iterator[str]:
+        """Record a loop, and yield the table with the number of the row before which it ends early, or nothing."""
+        ended = self.new_table("ended", (), (Leaf(SCALAR, 0),), ()) if loop.until else None
+        targets = [(Place(ended.name), ended.leaves[0])] if ended is not None else []
+        if ended is not None:
+            first = self.held(self.tables[loop.first])[0] if loop.first else lift(0)
+            self.recorder.compute([lift(select(first > 0, first, 0))], targets)
+        with self.loop(loop, loop.reverse, self.controls(loop)):
+            yield ended.name if ended is not None else ""
+            if ended is not None:
+                self.recorder.compute([self.held(ended)[0] + 1], targets)
+
     def _inner_loop(self, loop: Loop, after: Sequence[Any]) -> Backward:
         """Record a loop that contains no loops. Values are stored for each row."""
-        with self.loop(loop, loop.reverse):
+        with self._forward_loop(loop) as ended:
             inner = self._sweep(loop.body, loop, after)
 
         def backward() -> None:
-            with self._backward_loop(loop):
+            with self._backward_loop(loop, ended):
                 for kept, single in self._numbers_in.get(loop.counter, ()):
                     self.copy(Place(kept.name, Counter(self.counters[loop.counter])), Place(single.name))
                 for run in reversed(inner):
@@ -236,7 +251,7 @@ class Reverse(Cotangents):
         saved: dict[Place, tuple[Record, str]] = {}
         kinds = tables_to_store(loop, after)
         before = {table: self._copy_of(table) for table in kinds.once}
-        with self.loop(loop, loop.reverse):
+        with self._forward_loop(loop) as ended:
             for table in kinds.each:
                 passed[table] = self._copied_array(table, loop)
                 self._passed.add(table)
@@ -250,7 +265,7 @@ class Reverse(Cotangents):
         def backward() -> None:
             for table, kept in before.items():
                 self._restore(kept, self.tables[table])
-            with self._backward_loop(loop):
+            with self._backward_loop(loop, ended):
                 outer, skipped = self._saved, self._skipped
                 self._saved, self._skipped = {**outer, **saved}, skipped | only_added(loop.body)
                 for table, kept in passed.items():

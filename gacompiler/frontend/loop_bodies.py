@@ -128,6 +128,21 @@ def condition_of(where: str, value: Any) -> Any:
     return value
 
 
+def bounds_of(where: str, within: Any) -> list[Expression]:
+    """Return the bounds of the numbers of the rows of a loop.
+
+    Raises
+    ------
+    KernelError
+        If they are not two scalars.
+    """
+    is_pair = isinstance(within, (tuple, list)) and len(within) == 2
+    found = lifted(where, within) if is_pair else []
+    if len(found) != 2 or not all(each.is_scalar for each in found):
+        raise KernelError(where, f"within={within}", "the numbers of the first row and of the row after the last")
+    return found
+
+
 def row_symbols(recorder: Recorder, rows: Sequence[Any], counter: str, stems: Sequence[Sequence[str]]) -> list[Any]:
     """Return symbols for the current rows in a loop, in the structures of the arrays.
 

@@ -36,6 +36,7 @@ from ..ir.procedure import (
 )
 from .expression import Expression, evaluate, lift
 from .loop_bodies import (
+    bounds_of,
     carry_layouts,
     checked_start,
     common_length,
@@ -68,6 +69,7 @@ def fold(
     *rows: Any,
     reverse: bool = False,
     until: Callable[..., Any] | None = None,
+    within: tuple[Any, Any] | None = None,
 ) -> Any:
     """Reduce the rows of arrays to one value, carried from row to row.
 
@@ -82,6 +84,9 @@ def fold(
         Whether to iterate from the last row to the first.
     until : callable, optional
         ``until(carry)`` returns 1 if the remaining rows are to be left out, else 0. It is computed after each row.
+    within : tuple of two scalars, optional
+        The number of the first row, and the number of the row before which the loop ends. Other rows are not read.
+        Fractional parts are ignored.
 
     Returns
     -------
@@ -91,7 +96,7 @@ def fold(
     Raises
     ------
     KernelError
-        If the arrays have different lengths, or the structure of the carry changes.
+        If the arrays have different lengths, the structure of the carry changes, or a bound is not a scalar.
 
     Examples
     --------
@@ -102,12 +107,15 @@ def fold(
     """
     checked_start("fold()", start)
     if is_unrolled("fold()", rows):
-        return unrolled_fold(body, start, rows, reverse, until)
+        return unrolled_fold(body, start, rows, reverse, until, within)
     recorder, length = current(), common_length("fold()", rows)
     layouts = carry_layouts(recorder, "fold()", body, start, rows)
     stems = stems_of(body, [start, *rows])
     tables = recorder.stored(lifted("fold()", start, arrays=True), stems[0], layouts, start)
     ended = recorder.tables(["ended"], (), [SCALAR]) if until else []
+    bounds = bounds_of("fold()", within) if within is not None else []
+    named = zip(bounds, ("first", "end")[: len(bounds)], strict=True)
+    stored = [recorder.stored([x], [name], recorder.layouts_of([x]))[0] for x, name in named]
     counter = recorder.counter()
     with recorder.scope() as scope:
         carry = like(start, recorder.symbols(stems[0], tables))
@@ -116,7 +124,8 @@ def fold(
         if until:
             last = like(start, recorder.symbols(stems[0], tables))
             recorder.store(lifted("fold()", condition_of("fold()", until(last))), ended)
-    recorder.append(Loop(counter, length, reverse, tuple(scope.statements), ended[0].table if ended else ""))
+    controls = (ended[0].table if ended else "", *(rows.table for rows in stored))
+    recorder.append(Loop(counter, length, reverse, tuple(scope.statements), *controls))
     return like(start, recorder.symbols(stems[0], tables))
 
 
@@ -204,7 +213,7 @@ def each(body: Callable[..., Any], *rows: Any) -> Any:
     return like(result, found)
 
 
-def total(body: Callable[..., Any], *rows: Any) -> Any:
+def total(body: Callable[..., Any], *rows: Any, within: tuple[Any, Any] | None = None) -> Any:
     """Sum a function over the rows of arrays.
 
     Parameters
@@ -212,6 +221,8 @@ def total(body: Callable[..., Any], *rows: Any) -> Any:
     body : callable
         ``body(*row)`` returns a multivector or a nested tuple of multivectors, which is summed component by component.
     *rows : arrays of equal length
+    within : tuple of two scalars, optional
+        Bounds of the numbers of the rows, as for `fold`.
 
     Returns
     -------
@@ -219,7 +230,7 @@ def total(body: Callable[..., Any], *rows: Any) -> Any:
         The sum; 0 for arrays without rows.
     """
     if is_unrolled("total()", rows):
-        return unrolled_total(body, rows)
+        return unrolled_total(body, rows, within)
     recorder = current()
     counter = recorder.counter()
     with recorder.attempt(), recorder.scope():
@@ -231,7 +242,7 @@ def total(body: Callable[..., Any], *rows: Any) -> Any:
         return like(terms, [_by_element(operator.add, a, b) for a, b in zip(leaves_of(sum), found, strict=True)])
 
     zero = like(terms, [_zero(recorder, leaf, x) for leaf, x in zip(leaves_of(terms), layouts, strict=True)])
-    return fold(named_like(body, added, ["sum"]), zero, *rows)
+    return fold(named_like(body, added, ["sum"]), zero, *rows, within=within)
 
 
 def accumulate(body: Callable[..., Any], zero: Any, *rows: Any, parents: Any = None, keep: bool = False) -> Any:

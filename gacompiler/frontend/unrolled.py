@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import partial
+from itertools import repeat
 from math import prod
 from typing import Any
 
 from .expression import Expression, lift
-from .loop_bodies import common_length, condition_of, lifted, with_structure
+from .loop_bodies import bounds_of, common_length, condition_of, lifted, with_structure
 from .operations import select
 from .rows import Unrolled, elements_of, leaves_of, like, with_elements
 
@@ -34,17 +35,31 @@ def unrolled_fold(
     rows: Sequence[Any],
     reverse: bool,
     until: Callable[..., Any] | None = None,
+    within: tuple[Any, Any] | None = None,
 ) -> Any:
     """Evaluate `fold` over arrays of known length."""
     carry, active = _lifted("fold()", start), lift(1)
-    for row in _unrolled_rows("fold()", rows, reverse):
+    for row, is_inside in _rows_within("fold()", rows, within, reverse):
         following = _same_shape("fold()", carry, body(carry, *row))
-        if until is None:
+        if until is None and within is None:
             carry = following
             continue
-        carry = _chosen(active, following, carry)
-        active = select(active, 1 - select(condition_of("fold()", until(carry)), 1, 0), 0)
+        runs = active if within is None else select(active, is_inside, 0)
+        carry = _chosen(runs, following, carry)
+        if until is not None:
+            active = select(runs, 1 - select(condition_of("fold()", until(carry)), 1, 0), active)
     return carry
+
+
+def _rows_within(
+    where: str, rows: Sequence[Any], within: tuple[Any, Any] | None, reverse: bool = False
+) -> Iterator[tuple[list[Any], Any]]:
+    """Yield the rows of a loop, each with the condition that it lies within bounds."""
+    numbers = range(common_length(where, rows))
+    first, end = (0, len(numbers)) if within is None else bounds_of(where, within)
+    for k in reversed(numbers) if reverse else numbers:
+        row = [_row(structure, k) for structure in rows]
+        yield row, 1 if within is None else select(first >= k + 1, 0, select(end >= k + 1, 1, 0))
 
 
 def _chosen(condition: Any, new: Any, old: Any) -> Any:
@@ -55,14 +70,17 @@ def _chosen(condition: Any, new: Any, old: Any) -> Any:
 
 def unrolled_each(body: Callable[..., Any], rows: Sequence[Any]) -> Any:
     """Evaluate `each` over arrays of known length."""
-    return columns_of([_lifted("each()", body(*row)) for row in _unrolled_rows("each()", rows)])
+    return columns_of([_lifted("each()", body(*row)) for row, _ in _rows_within("each()", rows, None)])
 
 
-def unrolled_total(body: Callable[..., Any], rows: Sequence[Any]) -> Any:
+def unrolled_total(body: Callable[..., Any], rows: Sequence[Any], within: tuple[Any, Any] | None = None) -> Any:
     """Evaluate `total` over arrays of known length."""
     found: Any = None
-    for row in _unrolled_rows("total()", rows):
+    for row, is_inside in _rows_within("total()", rows, within):
         terms = _lifted("total()", body(*row))
+        if within is not None:
+            zeros = [with_elements(leaf, repeat(lift(0))) for leaf in leaves_of(terms)]
+            terms = _chosen(is_inside, terms, like(terms, zeros))
         pairs = zip(leaves_of(found), leaves_of(terms), strict=True) if found is not None else ()
         found = terms if found is None else like(terms, [_by_element(operator.add, a, b) for a, b in pairs])
     return found
@@ -80,12 +98,6 @@ def _lifted(where: str, value: Any) -> Any:
 
 def _same_shape(where: str, structure: Any, value: Any) -> Any:
     return like(structure, with_structure(where, structure, value, arrays=True))
-
-
-def _unrolled_rows(where: str, rows: Sequence[Any], reverse: bool = False) -> list[list[Any]]:
-    length = common_length(where, rows)
-    order = range(length - 1, -1, -1) if reverse else range(length)
-    return [[_row(structure, k) for structure in rows] for k in order]
 
 
 def _row(structure: Any, k: int) -> Any:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from .definition import COUNTS, counted
 from .layout import Layout
 
-ROW_OR, ADD_TO, SUM = "_row_or", "_add_to", "_sum"
+ROW_OR, ADD_TO, SUM, BOUND = "_row_or", "_add_to", "_sum", "_bound"
 """The free names in the text of a loop: read a row or a default, add to a row, and add two rows."""
 
 ROWS_TYPE = "int(*)(void *, void *, void *, intptr_t)"

@@ -271,7 +271,8 @@ class Loop:
     """Run statements for each row of a length, in reverse order if `reverse` is true.
 
     If `until` is not empty, the loop ends after the iteration in which the number in the only row of that table is
-    nonzero.
+    nonzero. If `first` or `end` is not empty, rows before the number in the only row of `first`, and rows from that of
+    `end` on, are left out. Fractional parts of these numbers are ignored, and NaN is 0.
     """
 
     counter: str
@@ -279,6 +280,13 @@ class Loop:
     reverse: bool
     body: tuple[Statement, ...]
     until: str = ""
+    first: str = ""
+    end: str = ""
+
+    @property
+    def controls(self) -> tuple[str, ...]:
+        """The tables with the numbers that determine which iterations run."""
+        return tuple(filter(None, (self.first, self.end, self.until)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,7 +375,7 @@ class Procedure:
     def selects(self) -> bool:
         """Whether the rows that are read or added to depend on computed values."""
         return any(
-            (isinstance(s, Loop) and bool(s.until))
+            (isinstance(s, Loop) and bool(s.controls))
             or any(computed_numbers(place.row) for place in (*_sources(s), *([s.target] if isinstance(s, Add) else [])))
             for s in statements(self.body)
         )

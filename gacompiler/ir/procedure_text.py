@@ -60,7 +60,9 @@ def _lines(body: Sequence[Statement], depth: int) -> list[str]:
             case Loop():
                 order = f"reversed({statement.length})" if statement.reverse else statement.length
                 until = f" until {statement.until}" if statement.until else ""
-                text = f"for {statement.counter} in {order}{until}:"
+                within = f" from {statement.first or 0} to {statement.end or statement.length}"
+                within = within if statement.first or statement.end else ""
+                text = f"for {statement.counter} in {order}{within}{until}:"
             case Repeat():
                 text = f"repeat at most {statement.limit} times until {statement.until}, counting {statement.steps}:"
         found.append("    " * depth + text)

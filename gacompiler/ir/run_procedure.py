@@ -57,7 +57,7 @@ def run_procedure(
     Raises
     ------
     IndexError
-        When a row is read through an index table whose entry is -1.
+        When a row is read through an index table whose entry is -1, or a number is used that no statement has written.
     """
     if apply is None:
         apply = lambda tape, inputs: tape.run(inputs, constant)  # noqa: E731
@@ -97,16 +97,23 @@ class _Run:
             count = 1
             for name in table.lengths:
                 count *= lengths[name]
-            self._tables[table.name] = [[constant(0)] * table.size for _ in range(count)]
+            self._tables[table.name] = [[None] * table.size for _ in range(count)]
         self._lengths_of = {table.name: tuple(lengths[name] for name in table.lengths) for table in procedure.tables}
         self._counters: dict[str, int] = {}
         self._directions: dict[str, tuple[int, int]] = {}
         self._tapes = _tapes(procedure)
 
     def results(self) -> dict[str, Rows]:
-        """Run the procedure and return its results."""
-        self._run(self._procedure.body)
-        return {table.name: self._tables[table.name] for table in self._procedure.results}
+        """Run the procedure and return its results. Numbers are None until a statement writes them."""
+        try:
+            self._run(self._procedure.body)
+        except TypeError as error:
+            raise IndexError(f"{self._procedure.name}: a number is used before it is written") from error
+        found = {table.name: self._tables[table.name] for table in self._procedure.results}
+        for name, rows in found.items():
+            if any(value is None for row in rows for value in row):
+                raise IndexError(f"{name}: a row is not written")
+        return found
 
     def _run(self, body: Sequence[Statement]) -> None:
         for statement in body:
@@ -128,9 +135,9 @@ class _Run:
                         row[:] = [self._constant(0)] * len(row)
                 case Loop():
                     count = self._lengths[statement.length]
-                    order = range(count - 1, -1, -1) if statement.reverse else range(count)
+                    rows = range(self._bound(statement.first, 0, count), self._bound(statement.end, count, count))
                     self._directions[statement.counter] = (-1 if statement.reverse else 1, count)
-                    for k in order:
+                    for k in reversed(rows) if statement.reverse else rows:
                         self._counters[statement.counter] = k
                         self._run(statement.body)
                         if statement.until and self._tables[statement.until][0][0] != 0:
@@ -142,6 +149,13 @@ class _Run:
                         steps[0] = steps[0] + self._constant(1)
                         if self._tables[statement.until][0][0] != 0:
                             break
+
+    def _bound(self, table: str, otherwise: int, count: int) -> int:
+        """Return a bound of a loop over `count` rows: the number in a table, or another one without a table."""
+        if not table:
+            return otherwise
+        value = self._tables[table][0][0]
+        return (int(value) if value < count else count) if value > 0 else 0
 
     def _write(self, place: Place, values: list[Any]) -> None:
         at = self._number(place)

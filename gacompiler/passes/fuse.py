@@ -82,8 +82,8 @@ def _uses(body: Sequence[Statement]) -> _Uses:
                     single = [Place(statement.until), Place(statement.steps)]
                     reads += single
                     writes += single
-                elif statement.until:
-                    reads.append(Place(statement.until))
+                else:
+                    reads += map(Place, statement.controls)
     reads += [Place(name) for place in (*reads, *writes) for name in further_tables(place.row)]
     return _Uses(tuple(reads), tuple(writes))
 
@@ -131,7 +131,7 @@ def _independent(a: Statement, b: Statement) -> bool:
 
 def _can_join(first: Loop, second: Loop) -> bool:
     """Return whether two loops can be fused, with the body of the first one before that of the second."""
-    if first.length != second.length or first.until or second.until:
+    if first.length != second.length or first.controls or second.controls:
         return False
     both = (first, second), (second, first)
     if first.reverse != second.reverse and not (_is_free(first) or _is_free(second)):
@@ -174,7 +174,7 @@ def _is_ready(written: Row, first: str, used: Row, second: str, reverse: bool) -
 
 def _is_free(loop: Loop) -> bool:
     """Return whether the rows of a loop can be computed in any order, with the same rounding."""
-    if loop.until:
+    if loop.controls:
         return False
     uses = _uses(loop.body)
     written = {place.table for place in uses.writes}

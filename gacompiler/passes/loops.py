@@ -127,7 +127,7 @@ def _places(statement: Statement) -> list[Place]:
         case Apply():
             own = [*statement.inputs, *statement.outputs]
         case Loop():
-            return [Place(statement.until)] if statement.until else []
+            return list(map(Place, statement.controls))
         case Repeat():
             return [Place(statement.until), Place(statement.steps)]
         case Add() | Copy():

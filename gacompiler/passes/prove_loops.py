@@ -102,7 +102,10 @@ def _difference(case: Case, results: Results, procedure: Procedure, random: Rand
             remedy=reason(case.flat, expressions, random) or "check its domain",
         )  # fmt: skip
     for arguments, values in points:
-        found = exact_results(procedure, case.lengths, arguments)
+        try:
+            found = exact_results(procedure, case.lengths, arguments)
+        except IndexError as error:
+            return str(error)
         expected = iter(values)
         numbers = (x for value in values for x in value.terms.values())
         scale = max((abs(x) for x in numbers if not isinstance(x, Residue)), default=0)

@@ -1,4 +1,4 @@
-"""Rows beyond the ends of an array: the number of the row that a boundary mode puts there, in the text of loops.
+"""Rows beyond the ends of an array, in the text of loops: those that boundary modes put there, and bounds of loops.
 
 The functions of numbers are also compiled by numba. They return -1 if there is no row. The modes are those of
 ``scipy.ndimage``.
@@ -45,6 +45,13 @@ def _wrap(k: Any, n: Any) -> Any:
 def _constant(k: Any, n: Any) -> Any:
     """Return row k of an array of n rows, without others."""
     return k if 0 <= k < n else -1
+
+
+def bound_of(x: Any, n: Any) -> Any:
+    """Return a computed number as the bound of a loop over n rows."""
+    if not x > 0:
+        return 0
+    return int(x) if x < n else n
 
 
 NAMES: Mapping[str, Callable[[Any, Any], Any]] = {

@@ -41,6 +41,7 @@ from gacompiler import (
     total,
     transpose,
     uniform,
+    vjp,
     window,
 )
 from gacompiler.algebra.catalog import CGA3, PGA3
@@ -290,6 +291,25 @@ def warped(image, rows, columns):
         return upper + (4 * row - 2 - i) * (pick(pick(image, i + 1, 0), j, 0) - upper)
 
     return each(value, rows, columns)
+
+
+@kernel(x=N, y=M)
+def ragged(x, y):
+    """Values of some of the rows, from the first or from the last, and one that ends early."""
+
+    def some(a):
+        forth = fold(lambda c, v: c * v + a, 1, x, within=(4 * a - 2, 6 * a - 1))
+        back = fold(lambda c, v: c * v + a, 1, x, within=(0, 3 * a), reverse=True)
+        early = fold(lambda c, v: c + v * v * a, 0, x, until=lambda c: c > 1, within=(a, 9))
+        return forth, back, early + total(lambda v: v * v, x, within=(2 * a, 4))
+
+    return each(some, y)
+
+
+ragged_gradient = vjp(ragged, "x")
+"""The transpose of loops with bounds, of which one ends early."""
+warped_gradient = vjp(warped, "image")
+"""Rows with computed numbers are added to."""
 
 
 @kernel(points=array(SCALAR, "n", 2), trials=array(SCALAR, "k"), seed=SCALAR)
@@ -552,6 +572,9 @@ EXAMPLES = (
     halved,
     triples,
     warped,
+    ragged,
+    ragged_gradient,
+    warped_gradient,
 )
 NAMES = tuple(definition.name for definition in EXAMPLES)
 HARD = (

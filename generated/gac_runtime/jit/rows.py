@@ -14,10 +14,10 @@ import numba
 import numpy as np
 from numba.extending import overload
 
-from ..boundaries import NAMES
+from ..boundaries import NAMES, bound_of
 from ..foreign import LOCK, foreign
 from ..functions import bound
-from ..loop_definition import ADD_TO, ROW_OR, ROWS_TYPE, SUM, LoopDefinition, Part
+from ..loop_definition import ADD_TO, BOUND, ROW_OR, ROWS_TYPE, SUM, LoopDefinition, Part
 from .compiled import callback, element_of, kept
 from .llvm import (
     CompilerBase,
@@ -221,6 +221,7 @@ def _pointer_to(typing: Any, address: Any, like: Any) -> Any:
 
 
 _BOUNDARIES = {name: numba.njit(function) for name, function in NAMES.items()}
+_BOUND = numba.njit(bound_of)
 
 
 class LoopRows:
@@ -235,7 +236,7 @@ class LoopRows:
         with LOCK:
             names: dict[str, Any] = {name: on_rows(part, real) for name, part in definition.parts.items()}
             names |= {"__name__": __name__, "range": range, ROW_OR: _row_or, ADD_TO: _add_to, SUM: _sum}
-            names |= _BOUNDARIES
+            names |= {**_BOUNDARIES, BOUND: _BOUND}
             chosen = bound(definition.function, names)
             chosen.__qualname__ = f"{definition.name}_{real}"
             inner = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
