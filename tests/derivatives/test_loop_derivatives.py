@@ -39,6 +39,7 @@ from gacompiler.frontend.kernel import Kernel, index
 from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, scan, scatter, total, transpose
 from gacompiler.frontend.rows import IndexOf, RowsOf
 from gacompiler.frontend.searches import least, pick, row_numbers
+from gacompiler.frontend.windows import window
 from gacompiler.ir.procedure import Add, Clear, Counter, Loop, Place, Procedure, Storage, Table, Through
 from gacompiler.ir.run_procedure import _Run, run_procedure
 from gacompiler.passes.loops import LoopCompilation, compile_loops
@@ -174,6 +175,52 @@ def ending_early(x, a):
     return each(lambda row: total(lambda v: v, row) * sum_of, a), pick(x, 2, 1) * pick(x, 2 + 0 * sum_of, sum_of)
 
 
+@kernel(x=array(SCALAR, "n"), y=array(SCALAR, "m"), a=SCALAR)
+def rows_with_numbers(x, y, a):
+    """The numbers are overwritten in each row, and one names no row."""
+
+    def step(c, v):
+        return c * pick(x, v * v, a * a) + pick(x, v + 1, 3) ** 2
+
+    return fold(step, 1, y)
+
+
+@kernel(x=array(SCALAR, "n"), y=array(SCALAR, "m"))
+def ranges(x, y):
+    def row(a):
+        ended = fold(lambda c, v: c * v + a, 1, x, until=lambda c: c > 5, within=(a * a - 1, 3))
+        return ended + fold(lambda c, v: c * v + a, a, x, within=(a - 1, a + 2), reverse=True)
+
+    return each(row, y)
+
+
+@kernel(a=array(SCALAR, "n", "m"), b=array(SCALAR, "m", "k"))
+def three_loops(a, b):
+    """The innermost loop reads a carry that is overwritten after the loops."""
+    return fold(lambda c, row: c + total(lambda x, r: total(lambda y: x * y * y * c, r), row, b), 1, a)
+
+
+@kernel(a=array(SCALAR, "n", "m"), b=array(SCALAR, "m", "k"))
+def carried_rows(a, b):
+    """Rows of a carried array are read in a loop of their own, before they are overwritten."""
+    start = each(lambda row: total(lambda y: y * y, row), b)
+    return fold(lambda c, row: each(lambda v, x: v * total(lambda y: y * v * x, row), c, row), start, a)
+
+
+@kernel(x=array(SCALAR, "m", "k"), s=array(SCALAR, "k"))
+def scanned_rows(x, s):
+    """The cotangent of the carried array is added to before it is read."""
+    return scan(lambda c, row: each(lambda p, q: p * q, c, row), s, x)
+
+
+@kernel(image=array(SCALAR, "n", "m"), c=SCALAR)
+def filtered(image, c):
+    """Rows of the first result are read by inner loops."""
+    lines = window(image, 3, boundary="mirror")
+    low = each(lambda *rows: each(lambda a, b, d: a * b * c + d, *rows), *lines)
+    return each(lambda row: each(lambda a, b, d: a * b * c + d, *window(row, 3, boundary="mirror")), low)
+
+
 CASES: list[tuple[Kernel, str]] = [
     (squares, "x"),
     (arm, "q"),
@@ -205,9 +252,20 @@ CASES: list[tuple[Kernel, str]] = [
     (eliminated, "a"),
     (eliminated, "b"),
     (ending_early, "a"),
+    (ending_early, "x"),
+    (rows_with_numbers, "x"),
+    (rows_with_numbers, "y"),
+    (rows_with_numbers, "a"),
+    (ranges, "x"),
+    (ranges, "y"),
+    (three_loops, "a"),
+    (three_loops, "b"),
+    (carried_rows, "a"),
+    (scanned_rows, "x"),
+    (filtered, "image"),
 ]
-FORWARD = [(root, "x"), (root, "a"), (ending_early, "x")]
-"""Only in the forward mode, since the number of steps or the rows depend on values."""
+FORWARD = [(root, "x"), (root, "a")]
+"""Only in the forward mode, since the number of steps depends on values."""
 SLOW = [(arm, "q"), (placed, "motors"), (misfit, "m")]
 SLOWEST = SLOW[1:]
 """Of motors in rows, and of a motor; another of motors is quick."""
@@ -314,7 +372,7 @@ def check_vjp(definition: Kernel, wrt: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("definition", "wrt"), some_slow([*CASES, *FORWARD], *SLOWEST), ids=[*NAMES, "root-x", "root-a", "ending_early-x"]
+    ("definition", "wrt"), some_slow([*CASES, *FORWARD], *SLOWEST), ids=[*NAMES, "root-x", "root-a"]
 )
 def test_jvp_is_the_limit_of_differences(definition: Kernel, wrt: str) -> None:
     check_jvp(definition, wrt)
@@ -456,6 +514,13 @@ def test_gradients_are_differentiated_by_cotangents(definition: Kernel, wrt: str
         (carries_used_in_loops, "b"),
         (misfit, "m"),
         (placed, "p"),
+        (ending_early, "x"),
+        (rows_with_numbers, "x"),
+        (ranges, "x"),
+        (three_loops, "a"),
+        (carried_rows, "b"),
+        (scanned_rows, "x"),
+        (filtered, "image"),
     ],
 )
 def test_derivatives_of_motors_and_of_loops_in_loops_are_differentiated(definition: Kernel, wrt: str) -> None:
@@ -539,6 +604,13 @@ def test_adding_a_missing_row_does_nothing() -> None:
 def test_errors_of_kernels_without_a_derivative() -> None:
     with pytest.raises(KernelError, match=r"iterate.*depends on a; .* use jvp"):
         compile_loops(vjp(root, "a"))
+
+    @kernel(x=array(SCALAR, "n"))
+    def ending_backwards(x):
+        return fold(lambda c, v: c + v, 0, x, until=lambda c: c > 1, reverse=True)
+
+    with pytest.raises(KernelError, match=r"from the last row that ends early.* use jvp"):
+        compile_loops(vjp(ending_backwards, "x"))
     with pytest.raises(KernelError, match=r"Jacobian of rows over n by rows over n; .* use jvp"):
         jacobian(backwards, "x")
     with pytest.raises(KernelError, match="parents is an index table"):

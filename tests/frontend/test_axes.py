@@ -37,9 +37,12 @@ from gacompiler import (
     sqrt,
     total,
     transpose,
+    vjp,
 )  # fmt: skip
+from gacompiler.algebra.catalog import CGA3
+from gacompiler.errors import KernelError
 from gacompiler.frontend.kernel import Kernel
-from gacompiler.ir.procedure import Procedure, Storage
+from gacompiler.ir.procedure import Procedure, Storage, statements
 from gacompiler.ir.procedure_text import procedure_text
 from gacompiler.ir.run_procedure import run_procedure
 from gacompiler.passes.loops import compile_loops
@@ -130,7 +133,20 @@ def random_value(random: Random, axes: tuple[str, ...], depth: int) -> Value:
             lambda e: a.expect(e)[k] if inside else np.full(tuple(LENGTHS[n] for n in axes), 7, object),
         )
 
-    choices += [elementwise, *([summed, folded, picked] if len(axes) < len(LENGTHS) else [])]
+    def ranged() -> Value:
+        a, b = random_value(random, (other, *axes), depth - 1), random_value(random, axes, depth - 1)
+        first, end, step = random.randrange(-1, 4), random.randrange(-1, 6), random.choice([1, -1])
+        some = slice(max(first, 0), max(end, 0))
+        return Value(
+            axes,
+            lambda e: fold(
+                lambda v, row: mapped(made, len(axes), v, row), b.build(e), a.build(e),
+                within=(e["s"] * 0 + first, e["s"] * 0 + end), reverse=step < 0,
+            ),
+            lambda e: reduce(wanted, a.expect(e)[some][::step], b.expect(e)),
+        )  # fmt: skip
+
+    choices += [elementwise, *([summed, folded, picked, ranged] if len(axes) < len(LENGTHS) else [])]
 
     def scanned() -> Value:
         a, b = random_value(random, axes, depth - 1), random_value(random, axes[1:], depth - 1)
@@ -179,8 +195,8 @@ def shapes() -> list[tuple[str, ...]]:
     return [(), *((a,) for a in names), *pairs, *triples]
 
 
-@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 300))])
-def test_random_kernels_equal_numpy(seed: int) -> None:
+def random_kernel(seed: int) -> tuple[Kernel, Value, dict[str, Any]]:
+    """A random kernel, what it computes, and arguments."""
     random = Random(seed)
     axes = random.choice([("n",), ("m",), ("n", "m"), ("m", "k"), ("k", "n"), ("n", "k", "m")])
     value = random_value(random, axes, 3)
@@ -197,9 +213,25 @@ def test_random_kernels_equal_numpy(seed: int) -> None:
 
     function.__signature__ = _signature([*names, "w"])  # type: ignore[attr-defined]
     function.__name__ = "random_kernel"
-    definition = kernel(**dict(zip(names, types, strict=True)), w=index("n"))(function)
+    return kernel(**dict(zip(names, types, strict=True)), w=index("n"))(function), value, env
+
+
+@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 300))])
+def test_random_kernels_equal_numpy(seed: int) -> None:
+    definition, value, env = random_kernel(seed)
     (found,) = exact(definition, **env)
     assert np.array_equal(found, np.broadcast_to(value.expect(env), found.shape))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(8))
+def test_gradients_of_gradients_of_random_kernels_are_those_of_unrolled_loops(seed: int) -> None:
+    """Compiling proves it. The reverse mode stores what loops in loops overwrite; unrolled loops overwrite nothing."""
+    definition, _, env = random_kernel(seed)
+    procedure = compile_loops(definition, effort=0).procedure
+    read = {place.table for each in statements(procedure.body) for place in getattr(each, "inputs", ())}
+    name = next(name for name in env if name in read and name != "w")
+    compile_loops(vjp(vjp(definition, name), name), effort=0)
 
 
 def _signature(names: list[str]) -> Any:
@@ -257,6 +289,44 @@ def test_a_fold_that_ends_early_reads_no_further_rows() -> None:
 
     run = gacompiler.compile(some)
     assert run(np.array([1.0, 4.0, np.nan, np.nan])) == 3 and run(np.array([1.0])) == 1 and run(np.empty(0)) == 0
+
+
+@pytest.mark.parametrize("backend", ["c", "numba", "arrays"])
+def test_rows_within_bounds(backend: str) -> None:
+    @kernel(x=N, first=M, end=M)
+    def groups(x: Any, first: Any, end: Any) -> Any:
+        def one(a: Any, b: Any) -> Any:
+            forth = fold(lambda c, v: 10 * c + v, 0, x, within=(a, b))
+            back = fold(lambda c, v: 10 * c + v, 0, x, within=(a, b), reverse=True)
+            return forth, back, total(lambda v: v * v, x, within=(a, b))
+
+        return each(one, first, end)
+
+    def row(bound: float) -> int:
+        return int(min(max(bound, 0), 6)) if bound == bound else 0
+
+    x = np.array([np.nan, 1, 2, 3, 4, -1])
+    bounds = [(1, 5), (2, 2), (3, 2), (1.9, 4.9), (1, np.nan), (4, 4.5), (5, -np.inf), (9, 1e300), (2, 5)]
+    run = gacompiler.compile(groups, backend=backend)
+    rows = [[int(v) for v in x[row(a) : row(b)]] for a, b in bounds]
+    forth, back, squares = run(x, *np.array(bounds).T)
+    assert forth.tolist() == [reduce(lambda c, v: 10 * c + v, each, 0) for each in rows]
+    assert back.tolist() == [reduce(lambda c, v: 10 * c + v, each[::-1], 0) for each in rows]
+    assert squares.tolist() == [sum(v * v for v in each) for each in rows]
+    assert run(np.array([7.0]), [np.nan, -3], [1.5, 8])[0].tolist() == [7, 7] and run(np.empty(0), [0], [3])[0] == 0
+
+
+def test_errors_of_bounds() -> None:
+    def compiled(within: Any) -> None:
+        @kernel(x=N)
+        def some(x: Any) -> Any:
+            return total(lambda v: v, x, within=within)
+
+        compile_loops(some)
+
+    for within in (3, (1,), (1, 2, 3), (0, CGA3.multivector({"e1": 1}))):
+        with pytest.raises(KernelError, match=r"within=.*; expected the numbers of the first row and"):
+            compiled(within)
 
 
 @pytest.mark.parametrize("number", [0, 2, 2.75, 3, -0.25, -1, np.nan, np.inf, 1e300])
