@@ -163,8 +163,8 @@ def pick(rows: Any, number: Any, otherwise: Any) -> Any:
     Notes
     -----
     A number that comes from `row_numbers` of an array of the same length costs nothing. With other numbers, the
-    elements of a batch are computed one after the other, since they read different rows. The reverse mode does not
-    support computed numbers.
+    elements of a batch are computed one after the other, since they read different rows. Derivatives with respect to
+    the number are zero.
     """
     if not same_structure(rows, otherwise):
         raise KernelError("pick()", f"otherwise is {otherwise}", "a value with the structure of a row")
