@@ -13,6 +13,7 @@ Reals = NDArray[Any]
 """An array of float32 or float64."""
 
 _FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+_FLOATS = (_FLOAT64, _FLOAT32)
 _LARGE = 1e60
 _COORDINATES = {"PGA2.POINT", "PGA3.POINT", "CGA2.POINT", "CGA3.POINT", "VGA2.VECTOR", "VGA3.VECTOR"}
 """Layouts whose coefficients are coordinates."""
@@ -45,6 +46,8 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     ValueError
         If the shape differs, or elements are masked.
     """
+    if type(value) is np.ndarray and value.dtype in _FLOATS and _has_shape(value, shape):  # what most calls pass
+        return value
     value = coordinates(value, name, shape, meaning)
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         count = int(np.count_nonzero(np.ma.getmaskarray(value)))
@@ -58,10 +61,17 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
         raise ValueError(f"{name}: not an array of numbers ({error}); expected {_shape_text(shape, meaning)}") from None
     if array.dtype.kind not in "fiub":
         raise TypeError(f"{name}: dtype {array.dtype}; expected real numbers, float32 or float64")
-    found = array.shape[max(array.ndim - len(shape), 0) :]
-    if len(found) != len(shape) or any(want not in (-1, have) for want, have in zip(shape, found, strict=True)):
+    if not _has_shape(array, shape):
         raise ValueError(f"{name}: shape {array.shape}; expected {_shape_text(shape, meaning)}")
     return array.astype(_FLOAT32 if array.dtype.kind == "f" and array.dtype.itemsize == 4 else _FLOAT64, copy=False)
+
+
+def _has_shape(array: Reals, shape: tuple[int, ...]) -> bool:
+    """Return whether the last axes of an array have the given lengths, of which -1 matches any."""
+    if shape == (-1,):
+        return array.ndim > 0
+    found = array.shape[max(array.ndim - len(shape), 0) :]
+    return len(found) == len(shape) and all(want in (-1, have) for want, have in zip(shape, found, strict=True))
 
 
 def coordinates(value: Any, name: str, shape: tuple[int, ...] = (), meaning: str = "") -> Any:

@@ -133,6 +133,8 @@ def split(
     if are_lines and out is None and y.size < _SHARED:
         low, high = split_lines(y[..., 0], taps, count)
         return low[..., None], high[..., None]
+    if step == 1 and out is None and y.size < SHORT:
+        return split_rows(y, taps, count)
     length, both = taps.every.shape[1], np.empty((2, outer, count, inner), y.dtype) if out is None else out
     a, b, c = y.strides
     windows = as_strided(y, (outer, count, inner, length), (a, step * b, c, b), writeable=False)
@@ -153,6 +155,14 @@ def split(
 
     _shared(work_on_lines if are_lines else work, y, count, workers)
     return both[0], both[1]
+
+
+def split_rows(y: Reals, taps: Taps, count: int) -> tuple[Reals, Reals]:
+    """Return the results of `split` with a step of 1, in one thread."""
+    low, high = filters.filter_rows(y, taps.lines[0], np.empty((count, y.shape[2]), y.dtype))
+    for k, more in enumerate(taps.lines[1:], 1):
+        low, high = filters.filter_rows_more(low, high, np.ascontiguousarray(y[:, _LINE * k :]), more)
+    return low, high
 
 
 def split_lines(y: Reals, taps: Taps, count: int) -> tuple[Reals, Reals]:

@@ -4,7 +4,7 @@ The input of a filter of one result at a time is its window: views of one array,
 nothing is copied.
 """
 
-from gacompiler import SCALAR, array, each, kernel, window
+from gacompiler import SCALAR, array, each, kernel, total, window
 
 REACH = 10
 WIDTH = 2 * REACH + 1
@@ -132,6 +132,40 @@ def merge_4_more(sums, low, high, taps):
 
 LINE = array(SCALAR, "n")
 RESULTS = array(SCALAR, "m")
+
+
+@kernel(signal=LINE)
+def energy(signal):
+    """Compute the sum of squares of the samples."""
+    return total(lambda sample: sample * sample, signal)
+
+
+def _both(rows, taps):
+    """Return two filtered arrays from arrays of neighbouring samples."""
+    return each(lambda *samples: each(lambda *numbers: _split(numbers, taps), *samples), *rows)
+
+
+@kernel(signal=array(SCALAR, "n", "k"), taps=array(SCALAR, 2, 8), results=array(SCALAR, "m", "k"))
+def filter_rows(signal, taps, results):
+    """Apply two filters of 8 taps along the first axis; of `results`, only the lengths matter.
+
+    Numbers beyond the end are 0.
+    """
+    return _both(window(signal, range(8), boundary="constant", onto=results), taps)
+
+
+@kernel(
+    low=array(SCALAR, "m", "k"), high=array(SCALAR, "m", "k"), signal=array(SCALAR, "n", "k"),
+    taps=array(SCALAR, 2, 8),
+)  # fmt: skip
+def filter_rows_more(low, high, signal, taps):
+    """Add eight more taps of two filters to their results."""
+    first, second = _both(window(signal, range(8), boundary="constant", onto=low), taps)
+
+    def sums(old, new):
+        return each(lambda before, more: each(lambda a, b: a + b, before, more), old, new)
+
+    return sums(low, first), sums(high, second)
 
 
 def _at_every_second(signal, taps, results):
