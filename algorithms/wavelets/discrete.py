@@ -340,10 +340,9 @@ def check_finite(array: Reals, name: str) -> None:
     """Raise an error for empty arrays and for numbers that are not finite or whose sum would overflow."""
     if array.size == 0:
         raise ValueError(f"{name}: shape {array.shape}; expected no empty axis")
-    if array.dtype.kind == "f" and array.size < SHORT and array.flags.c_contiguous:
-        # One sum is faster than two searches.
-        if isfinite(filters.energy(array if array.ndim == 1 else array.reshape(-1))):
-            return
+    is_short = array.dtype.kind == "f" and array.size < SHORT and array.flags.c_contiguous
+    if is_short and isfinite(filters.energy(array if array.ndim == 1 else array.reshape(-1))):
+        return  # One sum is faster than two searches.
     largest = max(float(array.max()), -float(array.min()))
     if not np.isfinite(largest):
         raise ValueError(f"{name}: a number is not finite; expected finite numbers")
