@@ -5,20 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from ..ir.procedure import (
-    Add,
-    Apply,
-    Clear,
-    Copy,
-    Loop,
-    Place,
-    Procedure,
-    Repeat,
-    Statement,
-    Table,
-    statements,
-    with_tables,
-)
+from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Table, statements
+from ..ir.rows import with_tables
 from .printers import Names
 
 

@@ -6,18 +6,16 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..ir.boundaries import BOUNDARIES
-from ..ir.procedure import (
+from ..ir.procedure import Place, Storage, Table
+from ..ir.rows import (
     Along,
     Counter,
     Following,
     Numbered,
     Parent,
-    Place,
     Previous,
     Row,
     Shifted,
-    Storage,
-    Table,
     Through,
     computed_numbers,
     is_shifted,

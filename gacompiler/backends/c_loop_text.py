@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from ..errors import BackendError
-from ..ir.procedure import Apply, Loop, Place, Procedure, Repeat, Shifted, Statement, Storage, Table, start_of
+from ..ir.procedure import Apply, Loop, Place, Procedure, Repeat, Statement, Storage, Table
 from ..ir.program import Program
+from ..ir.rows import Shifted, start_of
 from .c_rounds import kept_by_rounds
 from .c_windows import SPLIT, interior_of
 from .loop_statements import LoopWords, StatementText

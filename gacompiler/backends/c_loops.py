@@ -17,24 +17,9 @@ from collections.abc import Iterable
 from math import prod
 
 from ..errors import BackendError
-from ..ir.procedure import (
-    Add,
-    Apply,
-    At,
-    Clear,
-    Copy,
-    Loop,
-    Place,
-    Procedure,
-    Repeat,
-    Storage,
-    Table,
-    computed_numbers,
-    further_tables,
-    is_shifted,
-    statements,
-)
+from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Storage, Table, statements
 from ..ir.program import Program
+from ..ir.rows import At, computed_numbers, further_tables, is_shifted
 from .c_batch import parts
 from .c_loop_names import named_in_c
 from .c_loop_text import LaneText, PlainText, is_number, is_shared, product

@@ -23,9 +23,9 @@ from ..ir.procedure import (
     Statement,
     Storage,
     Table,
-    further_tables,
     statements,
 )
+from ..ir.rows import further_tables
 
 KEPT = "gac_kept_"
 """The beginning of the names of copies, which no table of a procedure has."""

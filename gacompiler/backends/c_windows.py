@@ -9,22 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from ..ir.procedure import (
-    Add,
-    Apply,
-    Copy,
-    Loop,
-    Place,
-    Procedure,
-    Shifted,
-    Storage,
-    axis_of,
-    further_tables,
-    is_shifted,
-    numbers_of,
-    statements,
-)
+from ..ir.procedure import Add, Apply, Copy, Loop, Place, Procedure, Storage, statements
 from ..ir.procedure_text import at_text
+from ..ir.rows import Shifted, axis_of, further_tables, is_shifted, numbers_of
 
 BODIES = {
     "reflect": """

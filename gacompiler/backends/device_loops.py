@@ -11,25 +11,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ..ir.procedure import (
-    Add,
-    Apply,
-    Clear,
-    Copy,
-    Counter,
-    Loop,
-    Place,
-    Previous,
-    Procedure,
-    Repeat,
-    Statement,
-    Storage,
-    Table,
-    computed_numbers,
-    further_tables,
-    indices_of,
-    numbers_of,
-)
+from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Storage, Table
+from ..ir.rows import Counter, Previous, computed_numbers, further_tables, indices_of, numbers_of
 from .c_windows import boundary_functions, needed_by
 from .devices import Grid, element
 from .loop_statements import is_number, product

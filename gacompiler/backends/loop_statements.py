@@ -11,33 +11,23 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ..errors import BackendError
-from ..ir.procedure import (
-    Add,
+from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Storage, Table
+from ..ir.procedure_text import at_text
+from ..ir.rows import (
     Along,
-    Apply,
     At,
-    Clear,
-    Copy,
     Counter,
     Following,
-    Loop,
     Numbered,
     Parent,
-    Place,
     Previous,
-    Procedure,
-    Repeat,
     Row,
     Shifted,
-    Statement,
-    Storage,
-    Table,
     Through,
     goes_through,
     numbers_of,
     start_of,
 )
-from ..ir.procedure_text import at_text
 from .printers import Names
 
 

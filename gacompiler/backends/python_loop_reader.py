@@ -14,24 +14,10 @@ from typing import NamedTuple
 
 from ..errors import BackendError
 from ..gac_runtime.definition import shapes_in
-from ..ir.procedure import (
-    Add,
-    Apply,
-    Clear,
-    Copy,
-    Loop,
-    Place,
-    Procedure,
-    Repeat,
-    Statement,
-    Storage,
-    Table,
-    Through,
-    goes_through,
-    numbers_of,
-)
+from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Storage, Table
 from ..ir.procedure_cost import procedure_costs
 from ..ir.program import Program
+from ..ir.rows import Through, goes_through, numbers_of
 from .nesting import Shape
 from .python_loop_rows import RowReader
 from .python_loops import ADD_TO, BOUND, SUM, costs_text, loop_text

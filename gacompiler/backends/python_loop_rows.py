@@ -7,20 +7,8 @@ from dataclasses import replace
 
 from ..errors import BackendError
 from ..gac_runtime.boundaries import NAMES
-from ..ir.procedure import (
-    Counter,
-    Following,
-    Numbered,
-    Parent,
-    Place,
-    Previous,
-    Row,
-    Shifted,
-    Storage,
-    Table,
-    Through,
-    row_at,
-)
+from ..ir.procedure import Place, Storage, Table
+from ..ir.rows import Counter, Following, Numbered, Parent, Previous, Row, Shifted, Through, row_at
 from .python_loops import READ_OR
 
 

@@ -16,33 +16,35 @@ from ..errors import BackendError
 from ..ir.cost import Cost
 from ..ir.procedure import (
     Add,
-    Along,
     Apply,
-    At,
     Clear,
     Copy,
-    Counter,
-    Following,
     Loop,
-    Numbered,
-    Parent,
     Place,
-    Previous,
     Procedure,
     Repeat,
-    Shifted,
     Statement,
     Storage,
     Table,
+    statements,
+)
+from ..ir.procedure_text import at_text
+from ..ir.program import Program
+from ..ir.rows import (
+    Along,
+    At,
+    Counter,
+    Following,
+    Numbered,
+    Parent,
+    Previous,
+    Shifted,
     Through,
     goes_through,
     indices_of,
     numbers_of,
     start_of,
-    statements,
 )
-from ..ir.procedure_text import at_text
-from ..ir.program import Program
 from .module import LoopSource
 from .printers import Names
 from .python_text import function_text

@@ -15,18 +15,14 @@ from ..frontend.loop_trace import LoopTrace
 from ..frontend.recorded import Compute, Record
 from ..frontend.recorder import Recorder
 from ..frontend.rows import Leaf
-from ..ir.procedure import (
-    Add,
-    Clear,
+from ..ir.procedure import Add, Clear, Loop, Place, Storage
+from ..ir.rows import (
     Counter,
     Following,
-    Loop,
     Numbered,
     Parent,
-    Place,
     Previous,
     Row,
-    Storage,
     computed_numbers,
     row_at,
     start_of,

@@ -16,7 +16,8 @@ from ..frontend.recorded import Record
 from ..frontend.recorder import Recorder
 from ..frontend.recording import current
 from ..frontend.rows import Rows, leaves_of, nested
-from ..ir.procedure import Clear, Place, Row
+from ..ir.procedure import Clear, Place
+from ..ir.rows import Row
 from ..passes.decide import layout_of
 from .directions import Tangents, basis
 from .forward import Directions, Forward

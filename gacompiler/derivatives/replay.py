@@ -21,20 +21,8 @@ from ..frontend.recorded import Compute, Record, Recorded, Source, targets_in
 from ..frontend.recorder import Recorder
 from ..frontend.rows import IndexOf, Leaf, Rows, RowsOf, leaves_of, nested
 from ..frontend.traced import substituted
-from ..ir.procedure import (
-    Add,
-    Clear,
-    Copy,
-    Loop,
-    Parent,
-    Place,
-    Repeat,
-    Row,
-    Storage,
-    Through,
-    computed_numbers,
-    with_tables,
-)
+from ..ir.procedure import Add, Clear, Copy, Loop, Place, Repeat, Storage
+from ..ir.rows import Parent, Row, Through, computed_numbers, with_tables
 
 
 @dataclass(slots=True)

@@ -12,35 +12,23 @@ transposes. The number of operations is therefore proportional to that of the ke
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ..algebra.layout import SCALAR, Layout
 from ..errors import KernelError
 from ..frontend.expression import Expression, lift
 from ..frontend.loop_trace import LoopTrace
-from ..frontend.operations import select
 from ..frontend.recorded import Compute, Record, Recorded
 from ..frontend.recorder import Recorder
 from ..frontend.rows import Leaf
 from ..frontend.traced import substituted
-from ..ir.procedure import (
-    Add,
-    Clear,
-    Copy,
-    Counter,
-    Loop,
-    Place,
-    Repeat,
-    computed_numbers,
-    goes_through,
-    is_shifted,
-    numbers_of,
-)
+from ..ir.procedure import Add, Clear, Copy, Loop, Place, Repeat
+from ..ir.rows import Counter, computed_numbers, goes_through, is_shifted, numbers_of
 from .adjoints import Adjoint, adjoint, grouped
-from .cotangents import Cotangents, Seed
-from .replay import reads_of, written
+from .copies import Copies
+from .cotangents import Seed
+from .replay import written
 from .rules import added, is_zero
 from .stored import Position, has_loops, is_fixed, only_added, reads_within, tables_to_store
 from .tangents import Key
@@ -49,7 +37,7 @@ Backward = Callable[[], None]
 """A function that records the transpose of a statement."""
 
 
-class Reverse(Cotangents):
+class Reverse(Copies):
     """A traced kernel that is recorded with its transposed derivative.
 
     Parameters
@@ -80,11 +68,7 @@ class Reverse(Cotangents):
     ) -> None:
         super().__init__(recorder, traced, arguments, layouts, wrt, seeds, count)
         self._parts: dict[str, Adjoint] = {}
-        self._saved: dict[Place, tuple[Record, str]] = {}
         self._skipped: set[str] = set()
-        self._passed: set[str] = set()
-        self._numbers_in: dict[str, list[tuple[Record, Record]]] = {}
-        """For each loop, the stored numbers of rows, and the tables to which its reverse copies them."""
         backward = self._sweep(traced.statements, None, ())
         self._results = {name: self._kept_result(record) for name, record in traced.results}
         self._begin()
@@ -109,13 +93,6 @@ class Reverse(Cotangents):
         return kept
 
     # Forward sweep, which stores the values that the reverse sweep needs.
-
-    def place(self, place: Place, tables: Mapping[str, Record] | None = None) -> Place:
-        """Return the new place for an old one, or the place of its stored copy if there is one."""
-        if tables is None and place in self._saved:
-            kept, loop = self._saved[place]
-            return Place(kept.name, Counter(self.counters[loop]))
-        return super().place(place, tables)
 
     def primal(self, statement: Recorded) -> None:
         """Record an old statement, except for additions to sums that outlive a loop that is run again."""
@@ -160,25 +137,6 @@ class Reverse(Cotangents):
             self._parts[name] = adjoint(compute, self._layouts, self._count)
         return self._parts[name]
 
-    def _copied(self, place: Place, loop: Loop | None) -> Record:
-        """Store a copy of a row, or one copy for each row of a loop if a loop is given."""
-        old = self.old[place.table]
-        lengths = self.lengths([loop.length]) if loop is not None else ()
-        kept = self.new_table(f"{place.table}_kept", lengths, old.leaves, old.shape)
-        row = Counter(self.counters[loop.counter]) if loop is not None else None
-        self.copy(self.place(place), Place(kept.name, row))
-        return kept
-
-    def _copied_array(self, table: str, loop: Loop) -> Record:
-        """Store a copy of a single row, or of an array, for each row of a loop."""
-        own = self.tables[table]
-        if not own.lengths:
-            return self._copied(Place(table), loop)
-        kept = self.new_table(f"{table}_kept", (*self.lengths([loop.length]), *own.lengths), own.leaves, own.shape)
-        row = Counter(self.counters[loop.counter])
-        self.recorder.store(own.arrays, [rows.at(row) for rows in kept.arrays])
-        return kept
-
     def _kept(self, compute: Compute, position: Position) -> dict[Place, tuple[Record, str]]:
         """Return copies of the values that the transpose of a part needs and that are overwritten before it runs."""
         found: dict[Place, tuple[Record, str]] = {}
@@ -189,22 +147,6 @@ class Reverse(Cotangents):
                 loop = position.loop
                 found[place] = (self._copied(place, loop), loop.counter if loop is not None else "")
         return found
-
-    def _keep_numbers(self, statement: Any, position: Position) -> None:
-        """Store the numbers of rows that a statement uses if they are overwritten before its transpose runs."""
-        places = [*reads_of(statement), *([statement.target] if isinstance(statement, Add) else [])]
-        rows = [place.row for place in places if place.table in self._adjoints]
-        for number in dict.fromkeys(name for row in rows for name in computed_numbers(row)):
-            place, own = Place(number), self.tables[number].name
-            if own in self._restored or not position.changes(place):
-                continue
-            kept, loop = self._copied(place, position.loop), position.loop
-            if loop is None:
-                self._restored[own] = kept.name
-                continue
-            single = self.new_table(number, (), kept.leaves, kept.shape)
-            self._restored[own] = single.name
-            self._numbers_in.setdefault(loop.counter, []).append((kept, single))
 
     def _loop(self, loop: Loop, after: Sequence[Any]) -> Backward:
         changing = {table for table, _ in self._layouts}
@@ -217,19 +159,6 @@ class Reverse(Cotangents):
                 f"depends on {self._wrt}", "a loop from the first row", "use jvp(), or reverse the arrays",
             )  # fmt: skip
         return self._outer_loop(loop, after) if has_loops(loop.body) else self._inner_loop(loop, after)
-
-    @contextmanager
-    def _forward_loop(self, loop: Loop) -> Iterator[str]:
-        """Record a loop, and yield the table with the number of the row before which it ends early, or nothing."""
-        ended = self.new_table("ended", (), (Leaf(SCALAR, 0),), ()) if loop.until else None
-        targets = [(Place(ended.name), ended.leaves[0])] if ended is not None else []
-        if ended is not None:
-            first = self.held(self.tables[loop.first])[0] if loop.first else lift(0)
-            self.recorder.compute([lift(select(first > 0, first, 0))], targets)
-        with self.loop(loop, loop.reverse, self.controls(loop)):
-            yield ended.name if ended is not None else ""
-            if ended is not None:
-                self.recorder.compute([self.held(ended)[0] + 1], targets)
 
     def _inner_loop(self, loop: Loop, after: Sequence[Any]) -> Backward:
         """Record a loop that contains no loops. Values are stored for each row."""
@@ -280,21 +209,6 @@ class Reverse(Cotangents):
                 self._saved, self._skipped = outer, skipped
 
         return backward
-
-    def _copy_of(self, table: str) -> Record:
-        """Store a copy of a single row, or of an array."""
-        own = self.tables[table]
-        kept = self.new_table(f"{table}_kept", own.lengths, own.leaves, own.shape)
-        self._passed.add(table)
-        self._restore(own, kept)
-        return kept
-
-    def _restore(self, kept: Record, own: Record) -> None:
-        """Copy a single row, or an array, to another table."""
-        if own.lengths:
-            self.recorder.store(kept.arrays, own.arrays)
-        else:
-            self.copy(Place(kept.name), Place(own.name))
 
     # Reverse sweep.
 

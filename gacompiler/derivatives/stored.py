@@ -6,20 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..ir.procedure import (
-    Add,
-    Clear,
-    Counter,
-    Loop,
-    Parent,
-    Place,
-    Previous,
-    axis_of,
-    computed_numbers,
-    loops_of,
-    numbers_of,
-    start_of,
-)
+from ..ir.procedure import Add, Clear, Loop, Place
+from ..ir.rows import Counter, Parent, Previous, axis_of, computed_numbers, loops_of, numbers_of, start_of
 from .replay import flattened, reads_of, writes_of, written
 
 

@@ -17,7 +17,8 @@ from ..frontend.loop_trace import LoopTrace
 from ..frontend.recorded import Compute, Record
 from ..frontend.recorder import Inference
 from ..frontend.traced import Traced
-from ..ir.procedure import Add, Copy, start_of
+from ..ir.procedure import Add, Copy
+from ..ir.rows import start_of
 from ..passes.decide import layout_of
 from .replay import flattened, reads_of, values_of
 from .results import free

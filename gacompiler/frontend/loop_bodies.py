@@ -7,7 +7,7 @@ from typing import Any
 
 from ..algebra.layout import Layout
 from ..errors import KernelError
-from ..ir.procedure import Counter
+from ..ir.rows import Counter
 from .expression import Expression, lift
 from .names import stems_of
 from .recorded import is_constant

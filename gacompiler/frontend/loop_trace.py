@@ -10,17 +10,8 @@ from math import prod
 from typing import Any
 
 from ..errors import GacError, KernelError
-from ..ir.procedure import (
-    Add,
-    Clear,
-    Copy,
-    Loop,
-    Place,
-    Repeat,
-    Storage,
-    Table,
-    with_tables,
-)
+from ..ir.procedure import Add, Clear, Copy, Loop, Place, Repeat, Storage, Table
+from ..ir.rows import with_tables
 from .kernel import ArrayOf, Kernel, Parameter
 from .loop_results import loop_results
 from .recorded import Compute, Record, Recorded

@@ -18,22 +18,8 @@ from typing import Any, NamedTuple
 
 from ..algebra.layout import SCALAR, Layout
 from ..errors import KernelError
-from ..ir.procedure import (
-    Add,
-    Clear,
-    Copy,
-    Counter,
-    Following,
-    Loop,
-    Parent,
-    Place,
-    Previous,
-    Repeat,
-    Row,
-    Storage,
-    Through,
-    row_at,
-)
+from ..ir.procedure import Add, Clear, Copy, Loop, Place, Repeat, Storage
+from ..ir.rows import Counter, Following, Parent, Previous, Row, Through, row_at
 from .expression import Expression, evaluate, lift
 from .loop_bodies import (
     bounds_of,

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..algebra.operations import Operation
-from ..ir.procedure import Add, Clear, Copy, Loop, Place, Repeat, Row, Storage, Table
+from ..ir.procedure import Add, Clear, Copy, Loop, Place, Repeat, Storage, Table
+from ..ir.rows import Row
 from .expression import Expression, topological
 from .kernel import Kernel
 from .rows import Leaf, Rows

@@ -16,7 +16,8 @@ from typing import Any, Protocol
 from ..algebra.layout import Layout
 from ..algebra.operations import Operation
 from ..errors import KernelError
-from ..ir.procedure import Copy, Counter, Loop, Place, Row, Storage, Table
+from ..ir.procedure import Copy, Loop, Place, Storage, Table
+from ..ir.rows import Counter, Row
 from .expression import Expression, topological
 from .kernel import Kernel, Parameter
 from .names import Names, stem_of

@@ -13,7 +13,8 @@ from typing import Any, NoReturn
 
 from ..algebra.layout import Layout
 from ..errors import KernelError
-from ..ir.procedure import Counter, Numbered, Place, Row, Shifted, Through, row_at
+from ..ir.procedure import Place
+from ..ir.rows import Counter, Numbered, Row, Shifted, Through, row_at
 
 
 @dataclass(frozen=True, slots=True)

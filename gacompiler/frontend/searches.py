@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 from ..algebra.operations import Operation
 from ..errors import KernelError
-from ..ir.procedure import Counter, Place, Storage
+from ..ir.procedure import Place, Storage
+from ..ir.rows import Counter
 from .expression import Expression, lift
 from .loop_bodies import condition_of, is_unrolled, lifted
 from .loops import fold, scan, total

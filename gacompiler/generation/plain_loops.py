@@ -10,27 +10,9 @@ from ..backends.module import LoopSource
 from ..frontend.kernel import Kernel
 from ..frontend.loop_trace import LoopTrace
 from ..ir.cost import Cost
-from ..ir.procedure import (
-    Add,
-    Apply,
-    At,
-    Clear,
-    Copy,
-    Counter,
-    Following,
-    Loop,
-    Numbered,
-    Parent,
-    Place,
-    Previous,
-    Procedure,
-    Repeat,
-    Shifted,
-    Storage,
-    Table,
-    Through,
-)
+from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Storage, Table
 from ..ir.program import Program
+from ..ir.rows import At, Counter, Following, Numbered, Parent, Previous, Shifted, Through
 from .compiled import CompiledLoops, CompiledPart
 from .plain import layout_of, packed_layout, packed_program, packed_slots, program_of, slots_of
 

@@ -4,28 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .procedure import (
-    Add,
-    Along,
-    Apply,
-    Clear,
-    Copy,
-    Counter,
-    Following,
-    Loop,
-    Numbered,
-    Parent,
-    Place,
-    Previous,
-    Procedure,
-    Repeat,
-    Shifted,
-    Statement,
-    Storage,
-    Table,
-    Through,
-    numbers_of,
-)
+from .procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Storage, Table
+from .rows import Along, Counter, Following, Numbered, Parent, Previous, Shifted, Through, numbers_of
 
 
 def procedure_text(procedure: Procedure) -> str:

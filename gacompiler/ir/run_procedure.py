@@ -7,28 +7,8 @@ from typing import Any
 
 from .boundaries import row_near
 from .interpret import Tape
-from .procedure import (
-    Add,
-    Along,
-    Apply,
-    Clear,
-    Copy,
-    Counter,
-    Following,
-    Loop,
-    Numbered,
-    Parent,
-    Place,
-    Previous,
-    Procedure,
-    Repeat,
-    Shifted,
-    Statement,
-    Storage,
-    Through,
-    numbers_of,
-    start_of,
-)
+from .procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Storage
+from .rows import Along, Counter, Following, Numbered, Parent, Previous, Shifted, Through, numbers_of, start_of
 
 Rows = list[list[Any]]
 """The rows of a table; rows of several axes are in C order."""

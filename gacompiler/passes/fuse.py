@@ -14,28 +14,18 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ..ir.cost import cost
-from ..ir.procedure import (
-    Add,
-    Apply,
-    Clear,
-    Copy,
+from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Storage, statements
+from ..ir.rows import (
     Counter,
     Following,
-    Loop,
     Parent,
-    Place,
     Previous,
-    Procedure,
-    Repeat,
     Row,
-    Statement,
-    Storage,
     axis_of,
     further_tables,
     goes_through,
     is_shifted,
     numbers_of,
-    statements,
     with_loop,
 )
 

@@ -14,22 +14,10 @@ from ..frontend.kernel import ArrayOf, Kernel, Parameter
 from ..frontend.loop_trace import LoopTrace, trace_loops
 from ..frontend.recorded import Compute, Recorded, computes
 from ..ir.cost_models import COUNTS
-from ..ir.procedure import (
-    Add,
-    Apply,
-    Clear,
-    Copy,
-    Loop,
-    Place,
-    Procedure,
-    Repeat,
-    Statement,
-    Table,
-    further_tables,
-    statements,
-)
+from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Table, statements
 from ..ir.procedure_cost import Costs, procedure_costs
 from ..ir.program import Argument, Operand, Program, Result
+from ..ir.rows import further_tables
 from ..ir.verify import verify
 from .effort import DEFAULT
 from .fuse import fuse

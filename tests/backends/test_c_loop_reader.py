@@ -18,21 +18,10 @@ from gacompiler.backends.module import LoopSource, ModuleSource
 from gacompiler.backends.shared_parts import with_shared_parts
 from gacompiler.errors import BackendError, GacError
 from gacompiler.frontend.kernel import Kernel
-from gacompiler.ir.procedure import (
-    Add,
-    Apply,
-    Copy,
-    Loop,
-    Place,
-    Previous,
-    Procedure,
-    Repeat,
-    Statement,
-)
-from gacompiler.ir.procedure import (
-    Counter as Row,
-)
+from gacompiler.ir.procedure import Add, Apply, Copy, Loop, Place, Procedure, Repeat, Statement
 from gacompiler.ir.program import Program
+from gacompiler.ir.rows import Counter as Row
+from gacompiler.ir.rows import Previous
 
 SEED = 2026
 

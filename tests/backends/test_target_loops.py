@@ -47,9 +47,10 @@ from gacompiler.backends.transcendental import is_transcendental
 from gacompiler.errors import BackendError
 from gacompiler.generation.checked_in import generated_folder
 from gacompiler.generation.rendering import TARGETS, render_targets
-from gacompiler.ir.procedure import Apply, Copy, Counter, Loop, Place, Previous, Procedure, Statement
+from gacompiler.ir.procedure import Apply, Copy, Loop, Place, Procedure, Statement
 from gacompiler.ir.procedure_cost import procedure_costs
 from gacompiler.ir.program import Argument, Program, Result
+from gacompiler.ir.rows import Counter, Previous
 
 LENGTHS = ({"n": 1, "m": 1, "k": 1}, {"n": 5, "m": 3, "k": 7}, {"n": 0, "m": 0, "k": 0}, {"n": 4, "m": 6, "k": 2})
 JOINTS, VARIABLES = 6, 5

@@ -25,8 +25,9 @@ from gacompiler.generation.compiling import compile_kernels, source_of
 from gacompiler.generation.files import write
 from gacompiler.generation.rendering import render
 from gacompiler.generation.spec_files import Spec, load_spec
-from gacompiler.ir.procedure import Add, Counter, Loop, Place, Procedure, Storage, Table, Through, row_at
+from gacompiler.ir.procedure import Add, Loop, Place, Procedure, Storage, Table
 from gacompiler.ir.procedure_cost import procedure_costs
+from gacompiler.ir.rows import Counter, Through, row_at
 from gacompiler.runtime import load_module
 from gacompiler.verify import verify_module
 

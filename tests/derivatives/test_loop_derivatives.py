@@ -40,7 +40,8 @@ from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, s
 from gacompiler.frontend.rows import IndexOf, RowsOf
 from gacompiler.frontend.searches import least, pick, row_numbers
 from gacompiler.frontend.windows import window
-from gacompiler.ir.procedure import Add, Clear, Counter, Loop, Place, Procedure, Storage, Table, Through
+from gacompiler.ir.procedure import Add, Clear, Loop, Place, Procedure, Storage, Table
+from gacompiler.ir.rows import Counter, Through
 from gacompiler.ir.run_procedure import _Run, run_procedure
 from gacompiler.passes.loops import LoopCompilation, compile_loops
 from gacompiler.passes.samples import to_mpmath

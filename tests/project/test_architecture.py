@@ -30,7 +30,7 @@ ALLOWED: dict[str, set[str]] = {
     "calculus": {"calculus", "symbolic", "frontend", "errors", "algebra", "rings", "sympy"},
     "frontend": {
         *("frontend", "errors", "algebra", "rings"),
-        *("ir.boundaries", "ir.scalar", "ir.procedure", "ir.reserved"),
+        *("ir.boundaries", "ir.scalar", "ir.procedure", "ir.reserved", "ir.rows"),
     },
     "matrices": {"matrices", "errors", "algebra", "frontend"},
     "structure": {"structure", "errors", "algebra", "numpy"},
@@ -42,7 +42,7 @@ ALLOWED: dict[str, set[str]] = {
     "robots": {"robots", "errors", "algebra", "frontend", "specs"},
     "gac_runtime": {"gac_runtime", "numpy", "numba", "_cffi_backend"},
     "backends": {"backends", "errors", "ir", "gac_runtime", "jinja2"},
-    "derivatives": {"derivatives", "errors", "algebra", "ir.procedure", "frontend", "passes"},
+    "derivatives": {"derivatives", "errors", "algebra", "ir.procedure", "ir.rows", "frontend", "passes"},
     "cache_folder": {"errors", "gac_runtime.cache"},
     "extras": set(),
     "load_time": set(),
