@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -13,14 +12,11 @@ from generated import line_maps, pga2
 
 from ..arguments import Reals, finite, real_array
 from ..evidence import Status, gate_of, is_lost
+from ..evidence.descent import Descent, descended
+from ..evidence.normal_equations import NormalEquations, Parts, blocks_of_inverse
 
-_STEPS = 50
-_SETTLED = 1e-10
-"""Steps are small if no pose turns or moves by more than this, in radians and metres."""
-_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-9, 1e-12, 1e6
-"""Relative increments of the diagonal: at the start, and their range."""
-_LOWERED = 16.0
-"""The factor by which the bound of robust edges is lowered in each of the first steps."""
+_LEAST = 1e-12
+"""From floating point: the increment of the diagonal, with which it is never 0."""
 _REJECTED = 0.25
 """The weight of a robust edge at its bound, by definition; with less, it is rejected."""
 _ROUNDS = 20
@@ -124,7 +120,8 @@ def optimise_poses(
     if wanted.ndim != 1 or wanted.dtype.kind not in "iu" or not ((wanted >= 0) & (wanted < len(poses))).all():
         raise ValueError(f"marginals: {wanted}; expected a list of poses, 0 to {len(poses) - 1}")
     reached = _reached(len(poses), pairs)
-    problem = _Graph(pairs, measured, weights, bounded, bound**2, tolerance, reached)
+    rows = _Rows(len(poses), pairs, reached)
+    problem = _Graph(pairs, measured, weights, bounded, bound**2, tolerance, reached, rows)
     return problem.optimised(poses, wanted)
 
 
@@ -138,6 +135,7 @@ class _Graph:
     """The squared misfit at which the weight of a robust edge is a quarter."""
     tolerance: float
     reached: Reals
+    rows: _Rows
 
     def misfits(self, poses: Reals) -> tuple[Reals, Reals, Reals]:
         """Return the misfits (m, 3) and their derivatives (m, 3, 3) by the two poses."""
@@ -148,20 +146,19 @@ class _Graph:
         """Return squared misfits by the information of edges."""
         return np.asarray(np.einsum("mi,mij,mj->m", misfits, self.information, misfits))
 
-    def weighed(self, misfits: Reals, scale: float) -> tuple[float, Reals]:
+    def weighed(self, squares: Reals, widened: float) -> tuple[float, Reals]:
         """Return the cost, and the weights of edges."""
-        squares = self.squares(misfits)
+        scale = widened * self.scale
         share = scale / (scale + squares)
         cost = np.where(self.robust, share * squares, squares)
         return 0.5 * float(cost.sum()), np.where(self.robust, share**2, 1.0)
 
     def optimised(self, poses: Reals, wanted: Reals) -> OptimisedPoses:
         """Take steps until they are small, again from another start if robust edges disagree with the first result."""
-        rows = _Rows(len(poses), self.edges, self.reached)
-        found = self._descended(poses, rows)
+        found = self._descended(poses)
         if (found.weights[self.robust] < _REJECTED).any():
             start = self._gated(poses)
-            other = None if start is None else self._descended(start, rows, lowered=False)
+            other = None if start is None else self._descended(start, lowered=False)
             # Sums of bounded squares at minima can be compared, as those of likelihoods with foreign measurements.
             if other is not None and (other.settled, -other.cost) > (found.settled, -found.cost):
                 found = other
@@ -171,40 +168,33 @@ class _Graph:
             status = GraphStatus.CONTRADICTED
         if not self.reached.all():
             status = GraphStatus.DISCONNECTED
-        misfits, by_a, by_b = self.misfits(found.poses)
-        spreads = rows.covariances(by_a, by_b, found.weights[:, None, None] * self.information, wanted)
-        motors = np.asarray(pga2.normalize_motor(found.poses))
+        misfits, by_a, by_b = found.equations
+        spreads = self.rows.covariances(by_a, by_b, found.weights[:, None, None] * self.information, wanted)
+        motors = np.asarray(pga2.normalize_motor(found.state))
         return OptimisedPoses(motors, status, misfits, found.weights, found.cost, found.steps, spreads)
 
-    def _descended(self, poses: Reals, rows: _Rows, *, lowered: bool = True) -> _Descent:
-        """Take steps until they are small.
+    def linearised(self, poses: Reals) -> tuple[Reals, tuple[Reals, Reals, Reals]]:
+        """Return squared misfits, and the misfits with their derivatives."""
+        found = self.misfits(poses)
+        return self.squares(found[0]), found
 
-        The bound of robust edges is lowered step by step, so that a large loop can pull the poses together first.
-        """
-        misfits, by_a, by_b = self.misfits(poses)
-        scale = max(self.scale, float(self.squares(misfits)[self.robust].max(initial=0.0)) if lowered else 0.0)
-        cost, weights = self.weighed(misfits, scale)
-        damping, settled, step = _DAMPING, not len(self.edges), 0
-        while not settled and step < _STEPS and damping < _MOST_DAMPING:
-            step += 1
-            change = rows.solved(misfits, by_a, by_b, weights[:, None, None] * self.information, damping)
-            moved = pga2.motor_product(poses, pga2.motor_from_angle_translation(change[:, 0], change[:, 1:]))
-            found = self.misfits(moved)
-            new_cost, new_weights = self.weighed(found[0], scale)
-            settled = scale == self.scale and float(np.abs(change).max()) < _SETTLED
-            if scale > self.scale:
-                scale = max(scale / _LOWERED, self.scale)
-                poses, (misfits, by_a, by_b) = moved, found
-                cost, weights = self.weighed(misfits, scale)
-            elif new_cost <= cost:
-                settled |= cost - new_cost <= self.tolerance * cost
-                poses, (misfits, by_a, by_b), cost, weights = moved, found, new_cost, new_weights
-                damping = max(damping / 10, _LEAST_DAMPING)
-            else:
-                # Rounding errors alone can raise the cost of a minimum.
-                settled |= new_cost - cost <= 1e-12 * cost
-                damping *= 30
-        return _Descent(poses, bool(settled), weights, cost, step)
+    def step(
+        self, poses: Reals, equations: tuple[Reals, Reals, Reals], weights: Reals, damping: float
+    ) -> tuple[Reals, Reals] | None:
+        """Return the damped Gauss-Newton step (n, 3), and the moved poses."""
+        change = self.rows.solved(*equations, weights[:, None, None] * self.information, damping)
+        if change is None:
+            return None
+        moved = pga2.motor_product(poses, pga2.motor_from_angle_translation(change[:, 0], change[:, 1:]))
+        return change, np.asarray(moved)
+
+    def _descended(self, poses: Reals, *, lowered: bool = True) -> Descent:
+        """Take steps until they are small."""
+        if not len(self.edges):
+            squares, equations = self.linearised(poses)
+            return Descent(poses, squares, equations, np.ones(0), 0.0, True, 0)
+        farthest = float(self.linearised(poses)[0][self.robust].max(initial=0.0)) if lowered else 0.0
+        return descended(self, poses, self.tolerance, max(1.0, farthest / self.scale))
 
     def _gated(self, poses: Reals) -> Reals | None:
         """Return poses by the other edges and the robust ones that agree with them, or None if these do not suffice.
@@ -223,11 +213,11 @@ class _Graph:
                 motions=self.motions[taken],
                 information=self.information[taken],
                 robust=np.zeros(int(taken.sum()), bool),
+                rows=_Rows(len(poses), self.edges[taken], self.reached),
             )
-            rows = _Rows(len(poses), part.edges, self.reached)
-            poses = part._descended(poses, rows).poses
-            _, by_a, by_b = part.misfits(poses)
-            squares = self._innovations(poses, rows, by_a, by_b, part.information)
+            found = part._descended(poses)
+            poses, (_, by_a, by_b) = found.state, found.equations
+            squares = self._innovations(poses, part.rows, by_a, by_b, part.information)
             agrees = ~self.robust | (squares <= gate_of(3))
             new = agrees & ~taken
             # Half of the new ones, those that agree best, so that a wrong one among them is found by the others.
@@ -251,87 +241,58 @@ class _Graph:
         return squares
 
 
-class _Descent(NamedTuple):
-    """Poses after some steps, whether these were small in the end, weights of edges, the cost, and the count."""
-
-    poses: Reals
-    settled: bool
-    weights: Reals
-    cost: float
-    steps: int
-
-
 class _Rows:
-    """The places of blocks in the sparse matrix of a graph."""
+    """The sparse equations of a graph."""
 
     def __init__(self, n: int, edges: Reals, reached: Reals) -> None:
-        self._n, self._edges = n, edges
         free = reached.copy()
         free[:1] = False
-        self._free = np.flatnonzero(np.repeat(free, 3))
-        numbers = 3 * edges[:, :, None] + np.arange(3)
-        left = numbers[:, [0, 0, 1, 1], :, None]
-        right = numbers[:, [0, 1, 0, 1], None, :]
-        shape = (len(edges), 4, 3, 3)
-        position = np.full(3 * n, -1)
-        position[self._free] = np.arange(len(self._free))
-        row, column = (position[np.broadcast_to(each, shape).ravel()] for each in (left, right))
-        self._kept = (row >= 0) & (column >= 0)
-        self._row, self._column = row[self._kept], column[self._kept]
+        self._free = np.repeat(free, 3)
+        self._position = np.where(self._free, np.cumsum(self._free) - 1, -1).reshape(n, 3)
+        columns = self._position[edges].reshape(len(edges), 6)
+        self._equations = NormalEquations([columns], int(self._free.sum()))
 
-    def solved(self, misfits: Reals, by_a: Reals, by_b: Reals, information: Reals, damping: float) -> Reals:
-        """Return the damped Gauss-Newton step (n, 3)."""
-        gradient = np.zeros((self._n, 3))
-        for end, rows in zip(self._edges.T, (by_a, by_b), strict=True):
-            np.add.at(gradient, end, (np.swapaxes(rows, 1, 2) @ information @ misfits[:, :, None])[:, :, 0])
-        change = np.zeros(3 * self._n)
-        if len(self._free):
-            factor = self._factor(by_a, by_b, information, damping)
-            change[self._free] = -factor.solve(gradient.reshape(-1)[self._free])
-        return change.reshape(self._n, 3)
+    def solved(self, misfits: Reals, by_a: Reals, by_b: Reals, information: Reals, damping: float) -> Reals | None:
+        """Return the damped Gauss-Newton step (n, 3), or None if the equations are singular."""
+        found = self._equations.step(_parts(misfits, by_a, by_b, information), damping, _LEAST)
+        if found is None:
+            return None
+        change = np.zeros(len(self._free))
+        change[self._free] = found
+        return change.reshape(-1, 3)
 
     def covariances(self, by_a: Reals, by_b: Reals, information: Reals, wanted: Reals) -> Reals:
         """Return the marginal covariances (k, 3, 3) of some poses."""
-        found = np.where(np.isin(wanted, self._free // 3)[:, None, None], np.zeros((3, 3)), np.inf)
+        found = np.where((self._position[wanted, 0] >= 0)[:, None, None], np.zeros((3, 3)), np.inf)
         found[wanted == 0] = 0
-        rows = np.searchsorted(self._free, 3 * wanted)
-        inside = np.flatnonzero(np.isfinite(found[:, 0, 0]) & (wanted > 0))
+        inside = np.flatnonzero(self._position[wanted, 0] >= 0)
         if len(inside):
-            factor = self._factor(by_a, by_b, information, 0.0)
-        for k in inside:
-            places = rows[k] + np.arange(3)
-            columns = np.zeros((len(self._free), 3))
-            columns[places, range(3)] = 1
-            found[k] = factor.solve(columns)[places]
+            factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=_LEAST)
+            places = self._position[wanted[inside]]
+            found[inside] = np.inf if factor is None else blocks_of_inverse(factor, places, self._equations.n)
         return np.asarray(found)
 
     def between(self, by_a: Reals, by_b: Reals, information: Reals, edges: Reals, left: Reals, right: Reals) -> Reals:
         """Return the covariances (k, 3, 3) of misfits of edges, whose derivatives by both poses are given."""
-        if not len(self._free):
-            return np.zeros((len(edges), 3, 3))
-        factor = self._factor(by_a, by_b, information, 0.0)
-        found = np.zeros((len(edges), 3, 3))
-        position = np.full(3 * self._n, -1)
-        position[self._free] = np.arange(len(self._free))
+        found, n = np.zeros((len(edges), 3, 3)), self._equations.n
+        if not n:
+            return found
+        factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=_LEAST)
+        if factor is None:
+            return np.full(found.shape, np.inf)
         for k, pair in enumerate(edges.tolist()):
-            column = np.zeros((len(self._free), 3))
+            column = np.zeros((n, 3))
             for pose, rows in zip(pair, (left[k], right[k]), strict=True):
-                places = position[3 * pose : 3 * pose + 3]
+                places = self._position[pose]
                 if places[0] >= 0:
                     column[places] += rows.T
             found[k] = column.T @ factor.solve(column)
         return found
 
-    def _factor(self, by_a: Reals, by_b: Reals, information: Reals, damping: float) -> scipy.sparse.linalg.SuperLU:
-        """Return the factors of the damped normal equations."""
-        a, b = np.swapaxes(by_a, 1, 2) @ information, np.swapaxes(by_b, 1, 2) @ information
-        blocks = np.stack([a @ by_a, a @ by_b, b @ by_a, b @ by_b], 1)
-        size = len(self._free)
-        matrix = scipy.sparse.csc_array((blocks.ravel()[self._kept], (self._row, self._column)), shape=(size, size))
-        matrix.setdiag(matrix.diagonal() * (1 + damping) + 1e-12)
-        return scipy.sparse.linalg.splu(
-            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+
+def _parts(misfits: Reals, by_a: Reals, by_b: Reals, information: Reals) -> Parts:
+    rows = np.concatenate([by_a, by_b], 2)
+    return [(misfits, rows, information @ rows)]
 
 
 def _reached(n: int, edges: Reals) -> Reals:
