@@ -68,15 +68,21 @@ class MotorProblem:
     factors : sequence of Factors or Summary
     n : int
         The number of states.
+    held : array of int
+        States whose poses are held.
+    bound : float, optional
+        The square at which the weight of robust factors is a quarter, by default the gate of their numbers.
     """
 
-    def __init__(self, factors: Sequence[Factors | Summary], n: int) -> None:
+    def __init__(self, factors: Sequence[Factors | Summary], n: int, held: Reals, bound: float | None = None) -> None:
         self.factors, self.n = factors, n
+        self.held = np.isin(np.arange(n), held)
         touched = np.zeros((n, N_PARAMETERS), bool)
         for each in factors:
             every = np.arange(n * N_PARAMETERS).reshape(n, N_PARAMETERS)
             touched.ravel()[each.columns(every).ravel()] = True
         # What no factor mentions has no equations; of poses this is an undetermined direction.
+        touched[self.held, PARTS[POSE]] = False
         self.touched = touched
         self.position = np.where(touched, np.cumsum(touched).reshape(touched.shape) - 1, -1)
         self.n_free = int(touched.sum())
@@ -84,7 +90,7 @@ class MotorProblem:
         counts = [len(each.states) for each in factors]
         self.robust = np.concatenate([np.zeros(0, bool), *(each.robust for each in factors)])
         self.n_numbers = np.repeat([_numbers_of(each) for each in factors], counts).astype(int)
-        self._bounds = np.array([gate_of(int(k)) if k else 1.0 for k in self.n_numbers])
+        self._bounds = np.array([(gate_of(int(k)) if k else 1.0) if bound is None else bound for k in self.n_numbers])
         ends = np.cumsum([0, *counts]).tolist()
         self._slices = [slice(*pair) for pair in pairwise(ends)]
 
@@ -146,7 +152,7 @@ class MotorProblem:
     def undetermined(self, end: Descent) -> Undetermined:
         """Return what the factors leave undetermined at the end of a descent."""
         n = self.n
-        missing = ~self.touched[:, PARTS[POSE]].any(1)
+        missing = ~self.touched[:, PARTS[POSE]].any(1) & ~self.held
         directions, names = [], []
         if missing.any():
             names.append(_named({"pose": np.flatnonzero(missing)}))
@@ -184,6 +190,9 @@ class MotorProblem:
         inside = np.flatnonzero(~undetermined[wanted])
         if not len(inside):
             return found
+        found[inside] = 0
+        if not self.n_free:
+            return found
         matrix = self.equations.matrix(self.parts(end.equations, end.weights))
         factor = factorized(matrix)
         if factor is None:
@@ -192,9 +201,9 @@ class MotorProblem:
             places = self.position[wanted[inside], :p]
             blocks = blocks_of_inverse(factor, places, self.n_free)
             # What no factor mentions, such as the velocity of a state without inertial factors, is not known.
-            unknown = np.arange(p)[None, :] * (places < 0)
-            for block, place, gone in zip(blocks, places, unknown, strict=True):
-                block[gone[place < 0], gone[place < 0]] = np.inf
+            unknown = places < 0
+            unknown[self.held[wanted[inside]], PARTS[POSE]] = False
+            blocks[:, range(p), range(p)] = np.where(unknown, np.inf, blocks[:, range(p), range(p)])
             found[inside] = blocks
         return found
 

@@ -52,6 +52,7 @@ def smooth_motors(
     velocities: ArrayLike | None = None,
     biases: ArrayLike | None = None,
     *,
+    fixed: ArrayLike = (),
     marginals: ArrayLike = (),
     tolerance: float = _TOLERANCE,
 ) -> SmoothedMotors:
@@ -69,6 +70,8 @@ def smooth_motors(
         The start, by default 0.
     biases : array_like, (n, 6), optional
         The start, by default 0.
+    fixed : array_like, (k,) of int, optional
+        States whose poses are held at the start.
     marginals : array_like, (k,) of int, optional
         States whose marginal covariances are computed. Each takes some solutions with the factors of the last step.
     tolerance : float, optional
@@ -105,10 +108,8 @@ def smooth_motors(
     n = len(start.motors)
     if graph.n_states > n:
         raise ValueError(f"motors: {n} states; expected at least {graph.n_states}, as the graph has")
-    wanted = np.asarray(marginals, np.int64).reshape(-1) if np.size(marginals) == 0 else np.asarray(marginals)
-    if wanted.ndim != 1 or wanted.dtype.kind not in "iu" or not ((wanted >= 0) & (wanted < n)).all():
-        raise ValueError(f"marginals: {wanted}; expected a list of states, 0 to {n - 1}")
-    return smoothed(MotorProblem(graph.factors, n), start, wanted, finite_number(tolerance, "tolerance"))
+    wanted, held = checked_states(marginals, n, "marginals"), checked_states(fixed, n, "fixed")
+    return smoothed(MotorProblem(graph.factors, n, held), start, wanted, finite_number(tolerance, "tolerance"))
 
 
 def smoothed(problem: MotorProblem, start: States, wanted: Reals, tolerance: float) -> SmoothedMotors:
@@ -117,8 +118,9 @@ def smoothed(problem: MotorProblem, start: States, wanted: Reals, tolerance: flo
     free = problem.undetermined(end)
     spreads = problem.covariances(end, wanted, free.states)
     motors, velocities, biases = end.state
+    motors = np.where(problem.held[:, None], start.motors, pga3.normalize_motor(motors))
     return SmoothedMotors(
-        np.asarray(pga3.normalize_motor(motors)), velocities, biases, problem.status(end, free), free.names,
+        motors, velocities, biases, problem.status(end, free), free.names,
         free.directions, end.cost, end.weights, end.squares, end.steps, spreads,
     )  # fmt: skip
 
@@ -142,3 +144,17 @@ def checked_start(motors: ArrayLike, velocities: ArrayLike | None, biases: Array
             raise ValueError(f"{name}: shape {given.shape}; expected ({n}, {length})")
         found.append(given.astype(float))
     return States(*found)
+
+
+def checked_states(states: ArrayLike, n: int, name: str) -> Reals:
+    """Return a list of numbers of n states.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    numbers = np.asarray(states, np.int64).reshape(-1) if np.size(states) == 0 else np.asarray(states)
+    if numbers.ndim != 1 or numbers.dtype.kind not in "iu" or not ((numbers >= 0) & (numbers < n)).all():
+        raise ValueError(f"{name}: {numbers}; expected a list of states, 0 to {n - 1}")
+    return numbers

@@ -1,4 +1,4 @@
-"""Optimisation of graphs of poses in the plane: Gauss-Newton on motors of PGA2 with sparse matrices of scipy."""
+"""Optimisation of graphs of poses: Gauss-Newton on motors with sparse matrices of scipy."""
 
 from __future__ import annotations
 
@@ -8,9 +8,12 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from generated import line_maps, pga2
+from generated import line_maps, motor_graphs, pga2
 
 from ..arguments import Reals, finite, real_array
+from ..estimation.motor_factors import MOTION, Factors, States
+from ..estimation.motor_problem import MotorProblem, SmoothingStatus
+from ..estimation.smoothing import smoothed
 from ..evidence import Status, gate_of, is_lost
 from ..evidence.descent import Descent, descended
 from ..evidence.normal_equations import NormalEquations, Parts, blocks_of_inverse
@@ -19,6 +22,9 @@ _LEAST = 1e-12
 """From floating point: the increment of the diagonal, with which it is never 0."""
 _REJECTED = 0.25
 """The weight of a robust edge at its bound, by definition; with less, it is rejected."""
+_ROUNDING = 1e-9
+"""From floating point: eigenvalues of a covariance in single precision, whose inverse is given, may be negative by this
+share of the largest."""
 _ROUNDS = 20
 """A limit on work: how often robust edges that agree are added; each round takes half of them."""
 
@@ -33,6 +39,10 @@ class GraphStatus(Status):
     """Some poses are not connected to the first one by edges; they were not changed."""
     CONTRADICTED = 3
     """Most of the robust edges have lost three quarters of their weight: they contradict the others or each other."""
+    UNDETERMINED = 4
+    """The information of the edges leaves some direction of the poses undetermined. It is tested in space."""
+    INCONSISTENT = 5
+    """Misfits are larger than the information leaves with a probability of 0.001. It is tested in space."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,18 +50,18 @@ class OptimisedPoses:
     """Result of `optimise_poses`."""
 
     motors: Reals
-    """(n, 4) The poses. The first one is not changed."""
+    """(n, 4) or (n, 8) The poses. The first one is not changed."""
     status: GraphStatus
     misfits: Reals
-    """(m, 3) Of each edge: the angle and the translation of ``~motion ~a b``."""
+    """(m, 3) or (m, 6) Of each edge: the angle, or rotation vector, and the translation of ``~motion ~a b``."""
     weights: Reals
     """(m,) 1 for edges that are not robust, and between 0 and 1 for robust ones."""
     cost: float
     """The sum over edges of half of their squared misfits by their information, robust ones bounded."""
     steps: int
     covariances: Reals
-    """(k, 3, 3) Of the perturbations, angle and translation in their own frames, of the poses `marginals`, relative to
-    the first pose; infinite for poses that are not connected to it."""
+    """(k, 3, 3) or (k, 6, 6) Of the perturbations, rotation and translation in their own frames, of the poses
+    `marginals`, relative to the first pose; infinite for poses that are not connected to it."""
 
 
 def optimise_poses(
@@ -68,15 +78,16 @@ def optimise_poses(
 
     Parameters
     ----------
-    motors : array_like, (n, 4)
-        Unit motors of `generated.pga2`, from the frame of each pose to that of the map: the start. The first one is
-        fixed.
+    motors : array_like, (n, 4) or (n, 8)
+        Unit motors of `generated.pga2`, or in space of `generated.pga3`, from the frame of each pose to that of the
+        map: the start. The first one is fixed.
     edges : array_like, (m, 2) of int
         Pairs (a, b) of poses.
-    motions : array_like, (m, 4)
+    motions : array_like, (m, 4) or (m, 8)
         The measured pose b in the frame of pose a.
-    information : array_like, (m, 3, 3)
-        The inverse covariances of the angle and the translation of the misfit ``~motion ~a b``, in this order.
+    information : array_like, (m, 3, 3) or (m, 6, 6)
+        The inverse covariances of the angle, or rotation vector, and the translation of the misfit ``~motion ~a b``, in
+        this order.
     robust : array_like, (m,) of bool, optional
         Edges with a bounded influence (Geman and McClure's function), such as closures of loops that may be wrong. By
         default none.
@@ -100,17 +111,20 @@ def optimise_poses(
     -----
     Each step solves the sparse normal equations by SuperLU, with the damping of Levenberg and Marquardt. If robust
     edges are rejected, the poses are computed again from those that agree with the other edges within the covariance of
-    these (the test of innovations of filters), and the result with the smaller cost is returned.
+    these (the test of innovations of filters), and the result with the smaller cost is returned. Graphs in space are
+    smoothed as by `algorithms.estimation.smooth_motors`; translations of misfits are those of logarithms.
     """
-    poses = finite(real_array(motors, "motors", (-1, 4)).astype(float), "motors")
+    width = 8 if np.shape(motors)[-1:] == (8,) else 4
+    poses = finite(real_array(motors, "motors", (-1, width)).astype(float), "motors")
     pairs = np.asarray(edges).reshape(-1, 2) if np.size(edges) == 0 else np.asarray(edges)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or (pairs.size and pairs.dtype.kind not in "iu"):
         raise ValueError(f"edges: shape {pairs.shape}, dtype {pairs.dtype}; expected (m, 2) integers")
     pairs = pairs.astype(np.int64)
     if pairs.size and not (pairs.min() >= 0 and pairs.max() < len(poses)):
         raise ValueError(f"edges: poses {pairs.min()} to {pairs.max()}; expected 0 to {len(poses) - 1}")
-    measured = finite(real_array(motions, "motions", (len(pairs), 4)).astype(float), "motions")
-    weights = finite(real_array(information, "information", (len(pairs), 3, 3)).astype(float), "information")
+    measured = finite(real_array(motions, "motions", (len(pairs), width)).astype(float), "motions")
+    square = (len(pairs), 3, 3) if width == 4 else (len(pairs), 6, 6)
+    weights = finite(real_array(information, "information", square).astype(float), "information")
     bounded = np.zeros(len(pairs), bool) if robust is None else np.asarray(robust, bool)
     if bounded.shape != (len(pairs),):
         raise ValueError(f"robust: shape {bounded.shape}; expected ({len(pairs)},), one for each edge")
@@ -120,9 +134,47 @@ def optimise_poses(
     if wanted.ndim != 1 or wanted.dtype.kind not in "iu" or not ((wanted >= 0) & (wanted < len(poses))).all():
         raise ValueError(f"marginals: {wanted}; expected a list of poses, 0 to {len(poses) - 1}")
     reached = _reached(len(poses), pairs)
+    if width == 8:
+        return _in_space(poses, _SpaceEdges(pairs, measured, weights, bounded), reached, bound**2, tolerance, wanted)
     rows = _Rows(len(poses), pairs, reached)
     problem = _Graph(pairs, measured, weights, bounded, bound**2, tolerance, reached, rows)
     return problem.optimised(poses, wanted)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _SpaceEdges:
+    edges: Reals
+    motions: Reals
+    information: Reals
+    robust: Reals
+
+
+def _in_space(
+    poses: Reals, given: _SpaceEdges, reached: Reals, bound: float, tolerance: float, wanted: Reals
+) -> OptimisedPoses:
+    """Smooth a graph in space; the first pose and those without a connection to it are held."""
+    n = len(poses)
+    values, vectors = np.linalg.eigh((given.information + np.swapaxes(given.information, 1, 2)) / 2)
+    if (values[:, 0] < -_ROUNDING * values[:, -1]).any():
+        raise ValueError("information: an eigenvalue is negative; expected inverse covariances")
+    roots = np.sqrt(np.maximum(values, 0))[:, :, None] * np.swapaxes(vectors, 1, 2)
+    factors = Factors(MOTION, given.edges, (given.motions,), roots, given.robust)
+    held = np.flatnonzero(~reached | (np.arange(n) == 0))
+    start = States(poses, np.zeros((n, 3)), np.zeros((n, 6)))
+    found = smoothed(MotorProblem([factors], n, held, bound), start, wanted, tolerance)
+    status = _STATUSES.get(found.status, GraphStatus.OK) if reached.all() else GraphStatus.DISCONNECTED
+    spreads = np.where(reached[wanted][:, None, None], found.covariances, np.inf)
+    a, b = (found.motors[ends] for ends in given.edges.T)
+    misfits = np.asarray(motor_graphs.relative_motion(a, b, given.motions)[0])
+    return OptimisedPoses(found.motors, status, misfits, found.weights, found.cost, found.steps, spreads)
+
+
+_STATUSES = {
+    SmoothingStatus.NOT_CONVERGED: GraphStatus.NOT_CONVERGED,
+    SmoothingStatus.UNDETERMINED: GraphStatus.UNDETERMINED,
+    SmoothingStatus.CONTRADICTED: GraphStatus.CONTRADICTED,
+    SmoothingStatus.INCONSISTENT: GraphStatus.INCONSISTENT,
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
