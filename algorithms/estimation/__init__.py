@@ -15,6 +15,7 @@ from .motor_filter import MotorFilter
 from .motor_graph import MotorGraph
 from .motor_objects import Observability, observability
 from .motor_problem import SmoothingStatus
+from .motor_smoother import MotorSmoother
 from .orientation import Orientation, estimate_orientation, orientation
 from .orientation_filter import OrientationFilter
 from .orientation_starts import OrientationSettings
@@ -44,6 +45,7 @@ __all__ = [
     "LinearRotorFilter",
     "MotorFilter",
     "MotorGraph",
+    "MotorSmoother",
     "Observability",
     "Orientation",
     "OrientationFilter",

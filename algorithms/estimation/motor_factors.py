@@ -122,8 +122,8 @@ class Summary:
     robust: Reals = field(default_factory=lambda: np.zeros(1, bool))
 
     def columns(self, position: Reals) -> Reals:
-        """Return the parameters (1, 15 k) of the factor."""
-        return position[self.states].reshape(1, -1)
+        """Return the parameters (1, 15 k) of the factor, -1 for those that it does not depend on."""
+        return np.where(self.rows.any(0), position[self.states].reshape(-1), -1)[None]
 
     def linearised(self, states: States) -> tuple[Reals, Reals]:
         """Return residuals (1, r), and their derivatives (1, r, 15 k)."""

@@ -77,10 +77,10 @@ class MotorProblem:
     def __init__(self, factors: Sequence[Factors | Summary], n: int, held: Reals, bound: float | None = None) -> None:
         self.factors, self.n = factors, n
         self.held = np.isin(np.arange(n), held)
-        touched = np.zeros((n, N_PARAMETERS), bool)
+        touched, every = np.zeros((n, N_PARAMETERS), bool), np.arange(n * N_PARAMETERS).reshape(n, N_PARAMETERS)
         for each in factors:
-            every = np.arange(n * N_PARAMETERS).reshape(n, N_PARAMETERS)
-            touched.ravel()[each.columns(every).ravel()] = True
+            columns = each.columns(every)
+            touched.ravel()[columns[columns >= 0]] = True
         # What no factor mentions has no equations; of poses this is an undetermined direction.
         touched[self.held, PARTS[POSE]] = False
         self.touched = touched
@@ -132,6 +132,46 @@ class MotorProblem:
         squares = self.linearised(states)[0]
         farthest = float((squares / self._bounds)[self.robust].max(initial=0.0))
         return descended(self, states, tolerance, max(1.0, farthest))
+
+    def summary(self, end: Descent, gone: Reals) -> Summary | None:
+        """Return what the factors of some states say of the others (Schur complement), or None if they have none.
+
+        Parameters
+        ----------
+        end : Descent
+        gone : array of bool, (n,)
+            States that are left out.
+        """
+        touching = np.zeros(self.n, bool)
+        total, side = np.zeros((self.n_free,) * 2), np.zeros(self.n_free)
+        for each, (rest, rows), part in zip(self.factors, end.equations, self._slices, strict=True):
+            used = gone[each.states].any(1)
+            touching[each.states[used]] = True
+            columns = each.columns(self.position)
+            for k in np.flatnonzero(used):
+                known = columns[k] >= 0
+                place, matrix = columns[k][known], rows[k][:, known]
+                total[np.ix_(place, place)] += end.weights[part][k] * matrix.T @ matrix
+                side[place] += end.weights[part][k] * matrix.T @ rest[k]
+        states = np.flatnonzero(touching & ~gone)
+        if not len(states):
+            return None
+        out, kept = (
+            np.repeat(each, N_PARAMETERS)[self.touched.ravel()] for each in (touching & gone, touching & ~gone)
+        )
+        solved = np.linalg.pinv(total[np.ix_(out, out)], rcond=_ROUNDING, hermitian=True) @ np.column_stack(
+            [total[np.ix_(out, kept)], side[out]]
+        )
+        across = total[np.ix_(kept, out)]
+        values, vectors = np.linalg.eigh(total[np.ix_(kept, kept)] - across @ solved[:, :-1])
+        sized = values > _ROUNDING * values[-1]
+        roots, vectors = np.sqrt(values[sized]), vectors[:, sized]
+        rows = np.zeros((len(roots), self.n * N_PARAMETERS))
+        where = np.flatnonzero(self.touched.ravel())[kept]
+        rows[:, where] = roots[:, None] * vectors.T
+        rest = vectors.T @ (side[kept] - across @ solved[:, -1]) / roots
+        rows = rows.reshape(len(roots), self.n, N_PARAMETERS)[:, states].reshape(len(roots), -1)
+        return Summary(states[None], States(*(each[states] for each in end.state)), rest, rows)
 
     def status(self, end: Descent, undetermined: Undetermined) -> SmoothingStatus:
         """Return the status of the end of a descent."""

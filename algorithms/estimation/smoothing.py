@@ -10,11 +10,12 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
+from ..evidence.descent import Descent
 from .motor_factors import States
 from .motor_graph import MotorGraph, checked_motors
 from .motor_problem import MotorProblem, SmoothingStatus
 
-_TOLERANCE = 1e-10
+TOLERANCE = 1e-10
 """From floating point: a relative decrease of the cost by this moves states by 1e-5 of their deviations, times the root
 of the number of residuals."""
 
@@ -54,7 +55,7 @@ def smooth_motors(
     *,
     fixed: ArrayLike = (),
     marginals: ArrayLike = (),
-    tolerance: float = _TOLERANCE,
+    tolerance: float = TOLERANCE,
 ) -> SmoothedMotors:
     """Find the states that agree best with all measurements of a graph.
 
@@ -114,7 +115,11 @@ def smooth_motors(
 
 def smoothed(problem: MotorProblem, start: States, wanted: Reals, tolerance: float) -> SmoothedMotors:
     """Return the minimum of a problem near a start, with the covariances of some states."""
-    end = problem.descended(start, tolerance)
+    return smoothed_of(problem, problem.descended(start, tolerance), start, wanted)
+
+
+def smoothed_of(problem: MotorProblem, end: Descent, start: States, wanted: Reals) -> SmoothedMotors:
+    """Return the result of a descent, with the covariances of some states."""
     free = problem.undetermined(end)
     spreads = problem.covariances(end, wanted, free.states)
     motors, velocities, biases = end.state
