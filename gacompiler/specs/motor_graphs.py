@@ -370,7 +370,8 @@ def misfit_of_inertial(a, velocity, bias, b, next_velocity, motion, place, dt, b
     change = [dot(row, off) for row in by_bias]
     turn = _bivector((*change[:3], 0, 0, 0))
     misfit = _rotor_part(~(_rotor_part(motion) * ga.exp(turn))) * _rotor_part(~a * b)
-    logarithm = ga.log(misfit)
+    # Both signs are the same rotation; the logarithm of a rotor that is not declared as a motor keeps its sign.
+    logarithm = ga.log(select(misfit["1"] < 0, -1, 1) * misfit)
     start, end, speed = translation_of(a), translation_of(b), translation_of(motion)
     of_velocity = _into_frame(a, [w - v - dt * g for v, w, g in zip(velocity, next_velocity, gravity, strict=True)])
     way = [
