@@ -12,7 +12,7 @@ from ..arguments import Reals
 from ..evidence import Noise, Status, gate_of, is_lost
 from ..evidence.descent import Descent, descended
 from ..evidence.normal_equations import NormalEquations, Parts, blocks_of_inverse
-from ..evidence.sparse_factors import factorized, least_directions
+from ..evidence.sparse_factors import least_directions
 from .motor_factors import N_PARAMETERS, PARTS, POSE, VELOCITY, Factors, States, Summary
 
 REJECTED = 0.25
@@ -86,7 +86,7 @@ class MotorProblem:
         self.touched = touched
         self.position = np.where(touched, np.cumsum(touched).reshape(touched.shape) - 1, -1)
         self.n_free = int(touched.sum())
-        self.equations = NormalEquations([each.columns(self.position) for each in factors], self.n_free)
+        self.equations = NormalEquations([each.columns(self.position) for each in factors], np.nonzero(touched)[0])
         counts = [len(each.states) for each in factors]
         self.robust = np.concatenate([np.zeros(0, bool), *(each.robust for each in factors)])
         self.n_numbers = np.repeat([_numbers_of(each) for each in factors], counts).astype(int)
@@ -116,7 +116,11 @@ class MotorProblem:
         self, states: States, found: list[tuple[Reals, Reals]], weights: Reals, damping: float
     ) -> tuple[Reals, States] | None:
         """Return the damped Gauss-Newton step, and the states after it."""
-        step = self.equations.step(self.parts(found, weights), damping)
+        if not self.n_free:
+            return np.zeros(0), states
+        parts = self.parts(found, weights)
+        factor = self.equations.factor(parts, damping)
+        step = None if factor is None else -factor.solve(self.equations.gradient(parts))
         if step is None or not np.isfinite(step).all():
             return None
         return step, states.moved(self.spread(step))
@@ -200,7 +204,7 @@ class MotorProblem:
             matrix = self.equations.matrix(self.parts(end.equations, end.weights))
             diagonal = matrix.diagonal()
             scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1))
-            vectors = least_directions(matrix, scale, _ROUNDING)[1] * scale[:, None]
+            vectors = (least_directions(matrix, scale, _ROUNDING)[1] * scale[:, None])[self.equations.place]
             # Squares of derivatives have twice the digits of eigenvalues, which are differences.
             _, sizes, turns = np.linalg.svd(self._changes(end, vectors), full_matrices=False)
             free = (vectors @ turns.T)[:, sizes <= _UNCHANGED].T
@@ -233,10 +237,7 @@ class MotorProblem:
         found[inside] = 0
         if not self.n_free:
             return found
-        matrix = self.equations.matrix(self.parts(end.equations, end.weights))
-        factor = factorized(matrix)
-        if factor is None:
-            factor = factorized(self.equations.matrix(self.parts(end.equations, end.weights), _ROUNDING))
+        factor = self.equations.factor(self.parts(end.equations, end.weights))
         if factor is not None:
             places = self.position[wanted[inside], :p]
             blocks = blocks_of_inverse(factor, places, self.n_free)

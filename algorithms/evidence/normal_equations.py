@@ -1,4 +1,4 @@
-"""Sparse normal equations whose parts have few parameters each: their sum, steps, and columns of the inverse."""
+"""Sparse normal equations whose parts have few parameters each: their sum, steps, and blocks of the inverse."""
 
 from __future__ import annotations
 
@@ -18,31 +18,65 @@ Parts = Sequence[tuple[Reals, Reals, Reals]]
 class NormalEquations:
     """The places of the products of derivatives in a sparse matrix, for parts that always have the same parameters.
 
+    Parameters are ordered for elimination once, by the nodes of which they are parts. `matrix` has this order;
+    all other results have that of the parameters.
+
     Parameters
     ----------
     tables : sequence of array, (m, p) of int
         The parameters of parts, -1 for those that are held. Parts of one table are computed together.
-    n : int
-        The number of parameters.
+    nodes : array, (n,) of int
+        The node of each parameter, in ascending order, such as the pose that it moves.
     """
 
-    def __init__(self, tables: Sequence[Reals], n: int) -> None:
-        self.n, self._tables = n, [np.asarray(table, np.int64) for table in tables]
-        keys = [table[:, :, None] + n * table[:, None, :] for table in self._tables]
-        usable = [(table[:, :, None] >= 0) & (table[:, None, :] >= 0) for table in self._tables]
-        diagonal = np.arange(n) * (n + 1)
-        every = np.concatenate([*(key[use] for key, use in zip(keys, usable, strict=True)), diagonal])
-        found, place = np.unique(every, return_inverse=True)
-        self._indices = found % max(n, 1)
-        self._starts = np.searchsorted(found, n * np.arange(n + 1))
-        self._diagonal = place[len(every) - n :]
-        sizes = np.cumsum([0, *(int(use.sum()) for use in usable)])
+    def __init__(self, tables: Sequence[Reals], nodes: Reals) -> None:
+        self.n = n = len(nodes)
+        self._tables = [np.asarray(table, np.int64) for table in tables]
+        _, node = np.unique(nodes, return_inverse=True)
+        n_nodes = int(node.max(initial=-1)) + 1
+        pairs = [_pairs(np.where(table < 0, -1, node[table]) if n else table, n_nodes) for table in self._tables]
+        every = np.concatenate([np.arange(n_nodes) * (n_nodes + 1), *(keys[keys >= 0] for keys, _ in pairs)])
+        found = np.unique(every)
+        rank = _elimination(found // max(n_nodes, 1), found % max(n_nodes, 1), n_nodes)
+        # Nodes are renumbered in the order of elimination.
+        node = rank[node]
+        self.order = np.argsort(node, kind="stable")
+        self.place = np.empty(n, np.int64)
+        self.place[self.order] = np.arange(n)
+        sizes = np.bincount(node, minlength=n_nodes)
+        first = np.cumsum(sizes) - sizes
+        blocks = np.sort(rank[found // max(n_nodes, 1)] * n_nodes + rank[found % max(n_nodes, 1)])
+        column, row = blocks // max(n_nodes, 1), blocks % max(n_nodes, 1)
+        # The rows of a column are those of its blocks, one block below the other.
+        ends = np.cumsum(sizes[row])
+        above = ends - sizes[row]
+        starts = above[np.searchsorted(column, np.arange(n_nodes))] if n_nodes else above
+        heights = np.bincount(column, sizes[row], n_nodes).astype(np.int64)
+        above = above - starts[column]
+        self._starts = np.concatenate([[0], np.cumsum(np.repeat(heights, sizes))])
+        rows = np.arange(ends[-1] if len(ends) else 0)
+        rows = rows - np.repeat(ends - sizes[row] - first[row], sizes[row])
+        self._indices = np.concatenate(
+            [np.zeros(0, np.int64)]
+            + [
+                np.tile(rows[a : a + h], k)
+                for a, h, k in zip(starts.tolist(), heights.tolist(), sizes.tolist(), strict=True)
+            ]
+        )
+        inside = np.arange(n) - first[node[self.order]] if n else np.zeros(0, np.int64)
+        inside = inside[self.place]
         self._places = []
-        for use, start, end in zip(usable, sizes[:-1], sizes[1:], strict=True):
-            # What is held is added to one more entry, which is dropped.
-            where = np.full(use.shape, len(found))
-            where[use] = place[start:end]
-            self._places.append(where)
+        for table, (keys, runs) in zip(self._tables, pairs, strict=True):
+            use = (table[:, :, None] >= 0) & (table[:, None, :] >= 0)
+            a, b = keys // max(n_nodes, 1), keys % max(n_nodes, 1)
+            block = np.searchsorted(blocks, rank[b] * n_nodes + rank[a]) if n_nodes else keys
+            base = above[np.where(keys >= 0, np.minimum(block, len(blocks) - 1), 0)][:, runs][:, :, runs]
+            where = base + inside[table][:, :, None] + self._starts[self.place[table]][:, None, :] if n else base
+            self._places.append(np.where(use, where, len(self._indices)))
+        diagonal = above[np.searchsorted(blocks, np.arange(n_nodes) * (n_nodes + 1))] if n_nodes else above
+        self._diagonal = (diagonal[node] + inside + self._starts[self.place] if n else np.zeros(0, np.int64))[
+            self.order
+        ]
 
     def matrix(self, parts: Parts, damping: float = 0.0, least: float = 0.0) -> Any:
         """Return the sum of products as a sparse array (n, n), its diagonal increased by a share and a constant."""
@@ -62,16 +96,41 @@ class NormalEquations:
             found += np.bincount(np.where(table < 0, self.n, table).ravel(), each.ravel(), self.n + 1)
         return found[:-1]
 
-    def step(self, parts: Parts, damping: float, least: float = 0.0) -> Reals | None:
-        """Return the damped Gauss-Newton step (n,), or None if the equations are singular."""
-        if not self.n:
-            return np.zeros(0)
-        factor = factorized(self.matrix(parts, damping, least))
-        return None if factor is None else np.asarray(-factor.solve(self.gradient(parts)))
-
     def factor(self, parts: Parts, damping: float = 0.0, least: float = 0.0) -> Factor | None:
         """Return the factors of the sum of products, or None if it is singular."""
-        return factorized(self.matrix(parts, damping, least)) if self.n else None
+        if not self.n:
+            return None
+        found = factorized(self.matrix(parts, damping, least), ordered=True)
+        if found is None:
+            return None
+        return Factor(lambda b: found.solve(b[self.order])[self.place], found.pivots)
+
+
+def _pairs(nodes: Reals, n: int) -> tuple[Reals, Reals]:
+    """Return keys (m, k, k) of the pairs of nodes of each part, -1 for held ones, and the run (p,) of each parameter.
+
+    Parameters of a run belong to one node in all parts, so that a pair of runs is a pair of nodes.
+    """
+    p = nodes.shape[1]
+    leads = np.ones(p, bool)
+    leads[1:] = (nodes[:, 1:] != nodes[:, :-1]).any(0)
+    some = nodes[:, leads]
+    keys = some[:, :, None] * n + some[:, None, :]
+    return np.where((some[:, :, None] >= 0) & (some[:, None, :] >= 0), keys, -1), np.cumsum(leads) - 1
+
+
+def _elimination(rows: Reals, columns: Reals, n: int) -> Reals:
+    """Return the rank of each of n nodes in an order of elimination that keeps factors sparse (minimum degree)."""
+    if n < 2:
+        return np.arange(n)
+    values = np.where(rows == columns, float(n), 1.0)
+    graph = scipy.sparse.csc_array((values, (rows, columns)), shape=(n, n))
+    return np.asarray(
+        scipy.sparse.linalg.splu(
+            graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        ).perm_c,
+        np.int64,
+    )
 
 
 def blocks_of_inverse(factor: Factor, places: Reals, n: int) -> Reals:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,9 +21,11 @@ class Factor:
 
     solve: Any
     """Function from right sides (n,) or (n, r) to solutions."""
+    pivots: Callable[[], Reals]
+    """Function that returns what elimination left of the diagonal (n,), in the order of the elimination."""
 
 
-def factorized(matrix: Any) -> Factor | None:
+def factorized(matrix: Any, *, ordered: bool = False) -> Factor | None:
     """Return the factors of a symmetric positive matrix, or None if it is not positive or not finite.
 
     Parameters
@@ -30,6 +33,9 @@ def factorized(matrix: Any) -> Factor | None:
     matrix : array or sparse array in the format csc, (n, n)
         Dense matrices are factorized by LAPACK's Cholesky, sparse ones by SuperLU with diagonal pivots, whose upper
         factor is then the lower one times the squared diagonal of Cholesky's.
+    ordered : bool
+        Whether rows of sparse matrices are in the order of elimination, and pivots, which need memory, are not tested:
+        the matrix is a sum of squares.
     """
     if isinstance(matrix, np.ndarray):
         if not np.isfinite(matrix).all():
@@ -38,16 +44,16 @@ def factorized(matrix: Any) -> Factor | None:
             factor = scipy.linalg.cho_factor(matrix, lower=False, check_finite=False)
         except scipy.linalg.LinAlgError:
             return None
-        return Factor(lambda b: scipy.linalg.cho_solve(factor, b, check_finite=False))
+        return Factor(lambda b: scipy.linalg.cho_solve(factor, b, check_finite=False), lambda: np.diag(factor[0]) ** 2)
     if not np.isfinite(matrix.data).all():
         return None
+    order = "NATURAL" if ordered else "MMD_AT_PLUS_A"
     try:
-        lu = scipy.sparse.linalg.splu(
-            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+        lu = scipy.sparse.linalg.splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:
         return None
-    return Factor(lu.solve) if (lu.U.diagonal() > 0).all() else None
+    found = Factor(lu.solve, lambda: np.asarray(lu.U.diagonal()))
+    return found if ordered or (found.pivots() > 0).all() else None
 
 
 def least_directions(matrix: Any, scale: Reals, rounding: float) -> tuple[Reals, Reals]:

@@ -302,15 +302,16 @@ class _Rows:
         self._free = np.repeat(free, 3)
         self._position = np.where(self._free, np.cumsum(self._free) - 1, -1).reshape(n, 3)
         columns = self._position[edges].reshape(len(edges), 6)
-        self._equations = NormalEquations([columns], int(self._free.sum()))
+        self._equations = NormalEquations([columns], np.flatnonzero(self._free) // 3)
 
     def solved(self, misfits: Reals, by_a: Reals, by_b: Reals, information: Reals, damping: float) -> Reals | None:
         """Return the damped Gauss-Newton step (n, 3), or None if the equations are singular."""
-        found = self._equations.step(_parts(misfits, by_a, by_b, information), damping, _LEAST)
-        if found is None:
-            return None
-        change = np.zeros(len(self._free))
-        change[self._free] = found
+        parts, change = _parts(misfits, by_a, by_b, information), np.zeros(len(self._free))
+        if self._equations.n:
+            factor = self._equations.factor(parts, damping, _LEAST)
+            if factor is None:
+                return None
+            change[self._free] = -factor.solve(self._equations.gradient(parts))
         return change.reshape(-1, 3)
 
     def covariances(self, by_a: Reals, by_b: Reals, information: Reals, wanted: Reals) -> Reals:
