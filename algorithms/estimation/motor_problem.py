@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arguments import Reals
 from ..evidence import Noise, Status, gate_of, is_lost
-from ..evidence.descent import Descent, descended
+from ..evidence.descent import LEAST, Descent, descended
 from ..evidence.normal_equations import NormalEquations, Parts, blocks_of_inverse
 from ..evidence.sparse_factors import least_directions
 from .motor_factors import N_PARAMETERS, PARTS, POSE, VELOCITY, Factors, States, Summary
@@ -22,6 +22,8 @@ _ROUNDING = 1e-13
 _UNCHANGED = 1e-12
 """From floating point: derivatives of residuals along a direction that changes none are rounding errors, some 1e-16
 times the root of the number of products. Those of a chain of n poses are at least n**-2 of the largest ones."""
+_ROUNDS = 4
+"""A limit on work: iterations after which a direction that changes nothing has a trillion times the share of others."""
 _NAMED = 1e-3
 """A limit on work: parts of a direction are named if they have more than this share of its square."""
 _NAMES = {
@@ -113,17 +115,11 @@ class MotorProblem:
         ]
 
     def step(
-        self, states: States, found: list[tuple[Reals, Reals]], weights: Reals, damping: float
+        self, states: States, found: list[tuple[Reals, Reals]], weights: Reals, damping: float, reused: bool
     ) -> tuple[Reals, States] | None:
         """Return the damped Gauss-Newton step, and the states after it."""
-        if not self.n_free:
-            return np.zeros(0), states
-        parts = self.parts(found, weights)
-        factor = self.equations.factor(parts, damping)
-        step = None if factor is None else -factor.solve(self.equations.gradient(parts))
-        if step is None or not np.isfinite(step).all():
-            return None
-        return step, states.moved(self.spread(step))
+        step = self.equations.step(self.parts(found, weights), damping, reused)
+        return None if step is None else (step, states.moved(self.spread(step)))
 
     def spread(self, numbers: Reals) -> Reals:
         """Return numbers of free parameters as those of states (n, 15), 0 for the others."""
@@ -200,10 +196,10 @@ class MotorProblem:
         directions, names = [], []
         if missing.any():
             names.append(_named({"pose": np.flatnonzero(missing)}))
-        if self.n_free:
-            matrix = self.equations.matrix(self.parts(end.equations, end.weights))
-            diagonal = matrix.diagonal()
-            scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1))
+        parts = self.parts(end.equations, end.weights)
+        if self.n_free and not self._determined(parts):
+            matrix = self.equations.matrix(parts)
+            scale = _scale(matrix.diagonal())
             vectors = (least_directions(matrix, scale, _ROUNDING)[1] * scale[:, None])[self.equations.place]
             # Squares of derivatives have twice the digits of eigenvalues, which are differences.
             _, sizes, turns = np.linalg.svd(self._changes(end, vectors), full_matrices=False)
@@ -217,6 +213,26 @@ class MotorProblem:
                 name: np.flatnonzero(share[:, part].sum(1) > _NAMED / max(n, 1)) for name, part in _NAMES.items()
             }))  # fmt: skip
         return Undetermined(found, np.array(directions).reshape(len(directions), n, N_PARAMETERS), tuple(names))
+
+    def _determined(self, parts: Parts) -> bool:
+        """Return whether every direction certainly changes residuals, by a few iterations of the inverse.
+
+        The last factors are used, if they are undamped: where they were computed, the same directions are determined
+        but for coincidences. Directions whose eigenvalue is at most the damping cannot be told from undetermined ones.
+        """
+        last = self.equations.last(LEAST)
+        factor, parts = last if last is not None else (self.equations.factor(parts, LEAST), parts)
+        if factor is None:
+            return False
+        scale = _scale(self.equations.diagonal(parts))
+        softest = np.random.default_rng(0).normal(size=self.n_free)
+        for _ in range(_ROUNDS):
+            softest = factor.solve(softest / scale) / scale
+            size = np.linalg.norm(softest)
+            if not 0 < size < np.inf:
+                return False
+            softest /= size
+        return self.equations.change(parts, scale * softest) > LEAST
 
     def _changes(self, end: Descent, directions: Reals) -> Reals:
         """Return the derivatives (r, k) of all residuals along directions (n, k) of the free parameters."""
@@ -247,6 +263,11 @@ class MotorProblem:
             blocks[:, range(p), range(p)] = np.where(unknown, np.inf, blocks[:, range(p), range(p)])
             found[inside] = blocks
         return found
+
+
+def _scale(diagonal: Reals) -> Reals:
+    """Return factors of rows and columns that make a diagonal 1."""
+    return np.asarray(1 / np.sqrt(np.where(diagonal > 0, diagonal, 1)))
 
 
 def _numbers_of(each: Factors | Summary) -> int:

@@ -13,8 +13,12 @@ _SETTLED = 1e-10
 """From floating point: steps are small if no parameter, in radians and units of length, changes by more than this."""
 _ROUNDING = 1e-12
 """From floating point: relative changes of a sum of squares below this are rounding errors of a minimum."""
-_DAMPING, _LEAST, _MOST = 1e-9, 1e-12, 1e6
-"""Limits on work: relative increments of the diagonal at the start, and their range."""
+LEAST, _MOST = 1e-12, 1e6
+"""Limits on work: relative increments of the diagonal, at the start and at most."""
+_REUSED, _SLOW = 0.1, 0.5
+"""Limits on work: factors are used for the next step if the cost decreased by at most the first share of the last
+decrease, and as long as decreases are at most the second share of the last one. A step with new factors costs some five
+times as much."""
 _LOWERED = 16.0
 """A limit on work: the factor by which the bound of robust parts is lowered in each of the first steps."""
 
@@ -30,8 +34,13 @@ class Squares(Protocol):
         """Return half the sum of losses, and the weights (m,), with the bounds of robust parts times a factor."""
         ...
 
-    def step(self, state: Any, equations: Any, weights: Reals, damping: float) -> tuple[Reals, Any] | None:
-        """Return the changes of the parameters and the state after them, or None if the equations are singular."""
+    def step(
+        self, state: Any, equations: Any, weights: Reals, damping: float, reused: bool
+    ) -> tuple[Reals, Any] | None:
+        """Return the changes of the parameters and the state after them, or None if the equations are singular.
+
+        Factors of the last step may be `reused`.
+        """
         ...
 
 
@@ -64,10 +73,10 @@ def descended(problem: Squares, start: Any, tolerance: float, widened: float = 1
     state = start
     squares, equations = problem.linearised(state)
     cost, weights = problem.weighed(squares, widened)
-    damping, before, settled, step = _DAMPING, np.inf, False, 0
+    damping, before, settled, reused, step = LEAST, np.inf, False, False, 0
     while not settled and step < _STEPS and damping < _MOST:
         step += 1
-        found = problem.step(state, equations, weights, damping)
+        found = problem.step(state, equations, weights, damping, reused)
         if found is None:
             damping *= 30
             continue
@@ -81,11 +90,13 @@ def descended(problem: Squares, start: Any, tolerance: float, widened: float = 1
             cost, weights = problem.weighed(squares, widened)
         elif new_cost <= cost:
             decrease = cost - new_cost
-            ratio = min(decrease / before, 1.0) if damping <= _DAMPING and before < np.inf else 1.0
+            ratio = min(decrease / before, 1.0) if damping == LEAST and before < np.inf else 1.0
             settled |= ratio * decrease <= tolerance * cost
+            reused = damping == LEAST and ratio <= (_SLOW if reused else _REUSED)
             state, squares, equations, cost, weights = moved, new_squares, new_equations, new_cost, new_weights
-            damping, before = max(damping / 10, _LEAST), max(decrease, np.finfo(float).tiny)
+            damping, before = max(damping / 10, LEAST), max(decrease, np.finfo(float).tiny)
         else:
             settled |= new_cost - cost <= _ROUNDING * cost
-            damping, before = damping * 30, np.inf
+            # A step with old factors says nothing about one with new ones.
+            damping, before, reused = (damping, before, False) if reused else (damping * 30, np.inf, False)
     return Descent(state, squares, equations, weights, cost, bool(settled), step)

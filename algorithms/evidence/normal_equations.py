@@ -31,6 +31,7 @@ class NormalEquations:
 
     def __init__(self, tables: Sequence[Reals], nodes: Reals) -> None:
         self.n = n = len(nodes)
+        self._last: tuple[float, Factor, Parts] | None = None
         self._tables = [np.asarray(table, np.int64) for table in tables]
         _, node = np.unique(nodes, return_inverse=True)
         n_nodes = int(node.max(initial=-1)) + 1
@@ -53,16 +54,12 @@ class NormalEquations:
         starts = above[np.searchsorted(column, np.arange(n_nodes))] if n_nodes else above
         heights = np.bincount(column, sizes[row], n_nodes).astype(np.int64)
         above = above - starts[column]
-        self._starts = np.concatenate([[0], np.cumsum(np.repeat(heights, sizes))])
+        height = np.repeat(heights, sizes)
+        self._starts = np.concatenate([[0], np.cumsum(height)])
         rows = np.arange(ends[-1] if len(ends) else 0)
         rows = rows - np.repeat(ends - sizes[row] - first[row], sizes[row])
-        self._indices = np.concatenate(
-            [np.zeros(0, np.int64)]
-            + [
-                np.tile(rows[a : a + h], k)
-                for a, h, k in zip(starts.tolist(), heights.tolist(), sizes.tolist(), strict=True)
-            ]
-        )
+        shift = np.repeat(starts, sizes) - self._starts[:-1]
+        self._indices = rows[np.arange(self._starts[-1]) + np.repeat(shift, height)]
         inside = np.arange(n) - first[node[self.order]] if n else np.zeros(0, np.int64)
         inside = inside[self.place]
         self._places = []
@@ -96,14 +93,48 @@ class NormalEquations:
             found += np.bincount(np.where(table < 0, self.n, table).ravel(), each.ravel(), self.n + 1)
         return found[:-1]
 
+    def diagonal(self, parts: Parts) -> Reals:
+        """Return the diagonal (n,) of the sum of products."""
+        found = np.zeros(self.n + 1)
+        for (_, rows, weighed), table in zip(parts, self._tables, strict=True):
+            each = np.einsum("mrp,mrp->mp", rows, weighed)
+            found += np.bincount(np.where(table < 0, self.n, table).ravel(), each.ravel(), self.n + 1)
+        return found[:-1]
+
     def factor(self, parts: Parts, damping: float = 0.0, least: float = 0.0) -> Factor | None:
         """Return the factors of the sum of products, or None if it is singular."""
         if not self.n:
             return None
         found = factorized(self.matrix(parts, damping, least), ordered=True)
-        if found is None:
+        return None if found is None else Factor(lambda b: found.solve(b[self.order])[self.place])
+
+    def step(self, parts: Parts, damping: float, reused: bool, least: float = 0.0) -> Reals | None:
+        """Return the damped Gauss-Newton step (n,), or None if the equations are singular.
+
+        With `reused`, the factors of the last step are used again.
+        """
+        if not self.n:
+            return np.zeros(0)
+        last = self.last(damping) if reused else None
+        factor = last[0] if last is not None else self.factor(parts, damping, least)
+        if factor is None:
             return None
-        return Factor(lambda b: found.solve(b[self.order])[self.place], found.pivots)
+        if last is None:
+            self._last = damping, factor, parts
+        step = -factor.solve(self.gradient(parts))
+        return step if np.isfinite(step).all() else None
+
+    def last(self, damping: float) -> tuple[Factor, Parts] | None:
+        """Return the last factors that a step computed, and what they are of, if they had some damping."""
+        return self._last[1:] if self._last is not None and self._last[0] == damping else None
+
+    def change(self, parts: Parts, direction: Reals) -> float:
+        """Return the square of the derivatives of all residuals along a direction (n,)."""
+        padded, found = np.concatenate([direction, [0.0]]), 0.0
+        for (_, rows, weighed), table in zip(parts, self._tables, strict=True):
+            along = padded[table][:, :, None]
+            found += float(((rows @ along) * (weighed @ along)).sum())
+        return found
 
 
 def _pairs(nodes: Reals, n: int) -> tuple[Reals, Reals]:

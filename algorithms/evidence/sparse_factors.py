@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,8 +20,6 @@ class Factor:
 
     solve: Any
     """Function from right sides (n,) or (n, r) to solutions."""
-    pivots: Callable[[], Reals]
-    """Function that returns what elimination left of the diagonal (n,), in the order of the elimination."""
 
 
 def factorized(matrix: Any, *, ordered: bool = False) -> Factor | None:
@@ -44,7 +41,7 @@ def factorized(matrix: Any, *, ordered: bool = False) -> Factor | None:
             factor = scipy.linalg.cho_factor(matrix, lower=False, check_finite=False)
         except scipy.linalg.LinAlgError:
             return None
-        return Factor(lambda b: scipy.linalg.cho_solve(factor, b, check_finite=False), lambda: np.diag(factor[0]) ** 2)
+        return Factor(lambda b: scipy.linalg.cho_solve(factor, b, check_finite=False))
     if not np.isfinite(matrix.data).all():
         return None
     order = "NATURAL" if ordered else "MMD_AT_PLUS_A"
@@ -52,8 +49,7 @@ def factorized(matrix: Any, *, ordered: bool = False) -> Factor | None:
         lu = scipy.sparse.linalg.splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError:
         return None
-    found = Factor(lu.solve, lambda: np.asarray(lu.U.diagonal()))
-    return found if ordered or (found.pivots() > 0).all() else None
+    return Factor(lu.solve) if ordered or (lu.U.diagonal() > 0).all() else None
 
 
 def least_directions(matrix: Any, scale: Reals, rounding: float) -> tuple[Reals, Reals]:

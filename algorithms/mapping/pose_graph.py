@@ -231,10 +231,10 @@ class _Graph:
         return self.squares(found[0]), found
 
     def step(
-        self, poses: Reals, equations: tuple[Reals, Reals, Reals], weights: Reals, damping: float
+        self, poses: Reals, equations: tuple[Reals, Reals, Reals], weights: Reals, damping: float, reused: bool
     ) -> tuple[Reals, Reals] | None:
         """Return the damped Gauss-Newton step (n, 3), and the moved poses."""
-        change = self.rows.solved(*equations, weights[:, None, None] * self.information, damping)
+        change = self.rows.solved(*equations, weights[:, None, None] * self.information, damping, reused)
         if change is None:
             return None
         moved = pga2.motor_product(poses, pga2.motor_from_angle_translation(change[:, 0], change[:, 1:]))
@@ -304,14 +304,15 @@ class _Rows:
         columns = self._position[edges].reshape(len(edges), 6)
         self._equations = NormalEquations([columns], np.flatnonzero(self._free) // 3)
 
-    def solved(self, misfits: Reals, by_a: Reals, by_b: Reals, information: Reals, damping: float) -> Reals | None:
+    def solved(
+        self, misfits: Reals, by_a: Reals, by_b: Reals, information: Reals, damping: float, reused: bool
+    ) -> Reals | None:
         """Return the damped Gauss-Newton step (n, 3), or None if the equations are singular."""
-        parts, change = _parts(misfits, by_a, by_b, information), np.zeros(len(self._free))
-        if self._equations.n:
-            factor = self._equations.factor(parts, damping, _LEAST)
-            if factor is None:
-                return None
-            change[self._free] = -factor.solve(self._equations.gradient(parts))
+        found = self._equations.step(_parts(misfits, by_a, by_b, information), damping, reused, _LEAST)
+        if found is None:
+            return None
+        change = np.zeros(len(self._free))
+        change[self._free] = found
         return change.reshape(-1, 3)
 
     def covariances(self, by_a: Reals, by_b: Reals, information: Reals, wanted: Reals) -> Reals:
