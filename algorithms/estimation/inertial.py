@@ -79,7 +79,7 @@ def preintegrate(
         raise ValueError(f"dt: shape {times.shape}, least {times.min(initial=np.inf)}; expected positive seconds, (n,)")
     variances = finite(real_array(noise, "noise", (2,)).astype(float), "noise")
     if variances.shape != (2,) or not (variances > 0).all():
-        raise ValueError(f"noise: {noise}; expected two positive variances per hertz")
+        raise ValueError(f"noise: {variances}; expected two positive variances per hertz")
     subtracted = finite(real_array(bias, "bias", (6,)).astype(float), "bias").reshape(6)
     times = np.broadcast_to(times, (len(turning),)).copy()
     motion, place, by_bias, spread = kernels.preintegrate(turning, pushing, times, subtracted, variances)

@@ -227,6 +227,13 @@ def _rows(value: ArrayLike, name: str, length: int) -> Reals:
 
 
 def checked_motors(value: ArrayLike, name: str) -> Reals:
+    """Return unit motors (..., 8).
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they have another shape or type, are not finite, or not unit motors.
+    """
     motors = _rows(plain(value, name, MOTOR), name, 8)
     if not np.allclose(pga3.normalize_motor(motors), motors, rtol=0, atol=_UNIT * np.abs(motors).max(initial=1.0)):
         raise ValueError(f"{name}: not unit motors; expected these, see pga3.normalize_motor")

@@ -218,7 +218,7 @@ class MotorProblem:
         """Return whether every direction certainly changes residuals, by a few iterations of the inverse.
 
         The last factors are used, if they are undamped: where they were computed, the same directions are determined
-        but for coincidences. Directions whose eigenvalue is at most the damping cannot be told from undetermined ones.
+        but for coincidences. Directions whose eigenvalue is at most the damping count as perhaps undetermined.
         """
         last = self.equations.last(LEAST)
         factor, parts = last if last is not None else (self.equations.factor(parts, LEAST), parts)

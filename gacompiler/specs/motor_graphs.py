@@ -24,6 +24,7 @@ from gacompiler.specs.families.covariances import (
     square,
     triangle,
 )
+from gacompiler.specs.families.frames import across
 
 MOTOR, LINE, POINT, PLANE = PGA3.MOTOR, PGA3.LINE, PGA3.POINT, PGA3.PLANE
 TWIST, VECTOR = array(SCALAR, 6), array(SCALAR, 3)
@@ -83,7 +84,9 @@ def relative_motion(a, b, motion):
 
     Returns
     -------
-    misfit, by_a, by_b
+    misfit
+    by_a, by_b
+        The derivatives by perturbations of both poses.
     """
     back, between = ~motion, ~a * b
     misfit = back * between
@@ -103,21 +106,12 @@ def difference_of_motors(m, motor):
 # Elements of a map that are measured in the frame of a pose.
 
 
-def _across(d):
-    """Return two unit vectors u and v such that u, v, d are a right-handed orthonormal frame (Duff et al. 2017)."""
-    x, y, z = d
-    sign = select(z < 0, -1, 1)
-    a = -1 / (sign + z)
-    b = x * y * a
-    return (1 + sign * x * x * a, sign * b, -sign * x), (b, sign + y * y * a, -y)
-
-
 def _turn(d, e):
     """Return the rotation, along two axes across the unit vector e, that takes e to the unit vector d.
 
     It is as long as the angle, so that it does not become small again beyond 90 degrees.
     """
-    u, v = _across(e)
+    u, v = across(e)
     a, b, cosine = dot(u, d), dot(v, d), dot(e, d)
     square = a * a + b * b
     is_small = square < SMALLEST_SINE * SMALLEST_SINE
@@ -142,7 +136,7 @@ def misfit_of_line(line, seen):
     """Compute the turn of a line from a seen one, and its moment about the foot of that, along two axes across it."""
     d, m = _direction_and_moment(line)
     e, n = _direction_and_moment(seen)
-    u, v = _across(e)
+    u, v = across(e)
     own = tuple(a - b for a, b in zip(m, cross(cross(e, n), d), strict=True))
     return *_turn(d, e), dot(u, own), dot(v, own)
 
@@ -210,10 +204,9 @@ def _cross_rows(a):
 
 def _series(square, start):
     """Return ``sum (-square)**k / (2 k + start)!``, to rounding for angles of up to a radian."""
-    value = 0
-    for k in reversed(range(TERMS)):
-        value = Fraction((-1) ** k, factorial(2 * k + start)) + (square * value if k < TERMS - 1 else 0)
-    return value
+    return sum(Fraction((-1) ** k, factorial(2 * k + start)) * square**k for k in range(1, TERMS)) + Fraction(
+        1, factorial(start)
+    )
 
 
 @kernel(rate=VECTOR, force=VECTOR, dt=SCALAR, returns=(VECTOR, VECTOR))
