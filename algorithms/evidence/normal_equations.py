@@ -9,10 +9,15 @@ import numpy as np
 import scipy
 
 from ..arguments import Reals
-from .sparse_factors import Factor, factorized
+from .sparse_factors import Factor, factorized, factorized_band
 
 Parts = Sequence[tuple[Reals, Reals, Reals]]
 """For each table of `NormalEquations`: residuals (m, r), their derivatives (m, r, p), and the latter times weights."""
+
+
+_NARROW = 32
+"""A limit on work: LAPACK factorizes bands up to this width without blocks. Products of blocks are spread over threads,
+which wait for each other on a busy machine ten times as long as they work."""
 
 
 class NormalEquations:
@@ -38,52 +43,70 @@ class NormalEquations:
         pairs = [_pairs(np.where(table < 0, -1, node[table]) if n else table, n_nodes) for table in self._tables]
         every = np.concatenate([np.arange(n_nodes) * (n_nodes + 1), *(keys[keys >= 0] for keys, _ in pairs)])
         found = np.unique(every)
-        rank = _elimination(found // max(n_nodes, 1), found % max(n_nodes, 1), n_nodes)
+        rows, columns, sizes = found // max(n_nodes, 1), found % max(n_nodes, 1), np.bincount(node, minlength=n_nodes)
+        rank, width = _order(rows, columns, sizes)
         # Nodes are renumbered in the order of elimination.
         node = rank[node]
         self.order = np.argsort(node, kind="stable")
         self.place = np.empty(n, np.int64)
         self.place[self.order] = np.arange(n)
-        sizes = np.bincount(node, minlength=n_nodes)
+        self._width = width
+        if width is None:
+            blocks = np.sort(rank[rows] * n_nodes + rank[columns])
+            self._set_places(blocks, n_nodes, node, pairs, rank)
+        else:
+            size = n * (width + 1)
+            self._places = [_in_band(table, self.place, width) for table in self._tables]
+            self._n_values, self._diagonal = size, np.arange(n) * (width + 1)
+
+    def _set_places(
+        self, blocks: Reals, n_nodes: int, node: Reals, pairs: list[tuple[Reals, Reals]], rank: Reals
+    ) -> None:
+        """Set the places of products in the columns of a sparse matrix."""
+        n, sizes = self.n, np.bincount(node, minlength=n_nodes)
         first = np.cumsum(sizes) - sizes
-        blocks = np.sort(rank[found // max(n_nodes, 1)] * n_nodes + rank[found % max(n_nodes, 1)])
-        column, row = blocks // max(n_nodes, 1), blocks % max(n_nodes, 1)
+        column, row = blocks // n_nodes, blocks % n_nodes
         # The rows of a column are those of its blocks, one block below the other.
         ends = np.cumsum(sizes[row])
         above = ends - sizes[row]
-        starts = above[np.searchsorted(column, np.arange(n_nodes))] if n_nodes else above
+        starts = above[np.searchsorted(column, np.arange(n_nodes))]
         heights = np.bincount(column, sizes[row], n_nodes).astype(np.int64)
         above = above - starts[column]
         height = np.repeat(heights, sizes)
         self._starts = np.concatenate([[0], np.cumsum(height)])
-        rows = np.arange(ends[-1] if len(ends) else 0)
+        rows = np.arange(ends[-1])
         rows = rows - np.repeat(ends - sizes[row] - first[row], sizes[row])
         shift = np.repeat(starts, sizes) - self._starts[:-1]
         self._indices = rows[np.arange(self._starts[-1]) + np.repeat(shift, height)]
-        inside = np.arange(n) - first[node[self.order]] if n else np.zeros(0, np.int64)
-        inside = inside[self.place]
-        self._places = []
+        inside = (np.arange(n) - first[node[self.order]])[self.place]
+        self._n_values, self._places = len(self._indices), []
         for table, (keys, runs) in zip(self._tables, pairs, strict=True):
             use = (table[:, :, None] >= 0) & (table[:, None, :] >= 0)
-            a, b = keys // max(n_nodes, 1), keys % max(n_nodes, 1)
-            block = np.searchsorted(blocks, rank[b] * n_nodes + rank[a]) if n_nodes else keys
+            block = np.searchsorted(blocks, rank[keys % n_nodes] * n_nodes + rank[keys // n_nodes])
             base = above[np.where(keys >= 0, np.minimum(block, len(blocks) - 1), 0)][:, runs][:, :, runs]
-            where = base + inside[table][:, :, None] + self._starts[self.place[table]][:, None, :] if n else base
-            self._places.append(np.where(use, where, len(self._indices)))
-        diagonal = above[np.searchsorted(blocks, np.arange(n_nodes) * (n_nodes + 1))] if n_nodes else above
-        self._diagonal = (diagonal[node] + inside + self._starts[self.place] if n else np.zeros(0, np.int64))[
-            self.order
-        ]
+            where = base + inside[table][:, :, None] + self._starts[self.place[table]][:, None, :]
+            self._places.append(np.where(use, where, self._n_values))
+        diagonal = above[np.searchsorted(blocks, np.arange(n_nodes) * (n_nodes + 1))]
+        self._diagonal = (diagonal[node] + inside + self._starts[self.place])[self.order]
 
-    def matrix(self, parts: Parts, damping: float = 0.0, least: float = 0.0) -> Any:
-        """Return the sum of products as a sparse array (n, n), its diagonal increased by a share and a constant."""
-        values = np.zeros(len(self._indices) + 1)
+    def _values(self, parts: Parts, damping: float, least: float) -> Reals:
+        """Return the entries of the sum of products that are stored."""
+        values = np.zeros(self._n_values + 1)
         for (_, rows, weighed), places in zip(parts, self._places, strict=True):
             products = np.swapaxes(rows, 1, 2) @ weighed
             values += np.bincount(places.ravel(), products.ravel(), len(values))
         values = values[:-1]
         values[self._diagonal] = values[self._diagonal] * (1 + damping) + least
-        return scipy.sparse.csc_array((values, self._indices, self._starts), shape=(self.n, self.n))
+        return values
+
+    def matrix(self, parts: Parts) -> Any:
+        """Return the sum of products as a sparse array (n, n)."""
+        values = self._values(parts, 0.0, 0.0)
+        if self._width is None:
+            return scipy.sparse.csc_array((values, self._indices, self._starts), shape=(self.n, self.n))
+        band = values.reshape(self.n, self._width + 1).T
+        lower = scipy.sparse.dia_array((band, -np.arange(self._width + 1)), shape=(self.n, self.n))
+        return (lower + lower.T - scipy.sparse.diags_array(band[0])).tocsc()
 
     def gradient(self, parts: Parts) -> Reals:
         """Return the derivatives (n,) of half the sum of squares."""
@@ -105,7 +128,12 @@ class NormalEquations:
         """Return the factors of the sum of products, or None if it is singular."""
         if not self.n:
             return None
-        found = factorized(self.matrix(parts, damping, least), ordered=True)
+        values = self._values(parts, damping, least)
+        found = (
+            factorized(scipy.sparse.csc_array((values, self._indices, self._starts), shape=(self.n,) * 2), ordered=True)
+            if self._width is None
+            else factorized_band(values.reshape(self.n, self._width + 1).T)
+        )
         return None if found is None else Factor(lambda b: found.solve(b[self.order])[self.place])
 
     def step(self, parts: Parts, damping: float, reused: bool, least: float = 0.0) -> Reals | None:
@@ -150,18 +178,36 @@ def _pairs(nodes: Reals, n: int) -> tuple[Reals, Reals]:
     return np.where((some[:, :, None] >= 0) & (some[:, None, :] >= 0), keys, -1), np.cumsum(leads) - 1
 
 
-def _elimination(rows: Reals, columns: Reals, n: int) -> Reals:
-    """Return the rank of each of n nodes in an order of elimination that keeps factors sparse (minimum degree)."""
+def _order(rows: Reals, columns: Reals, sizes: Reals) -> tuple[Reals, int | None]:
+    """Return the rank of nodes in an order of elimination, and the width of the band in which that is dense.
+
+    The width is None for an order of minimum degree, whose factors are sparse.
+    """
+    n = len(sizes)
     if n < 2:
-        return np.arange(n)
-    values = np.where(rows == columns, float(n), 1.0)
-    graph = scipy.sparse.csc_array((values, (rows, columns)), shape=(n, n))
-    return np.asarray(
-        scipy.sparse.linalg.splu(
-            graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        ).perm_c,
-        np.int64,
+        return np.arange(n), max(int(sizes.sum()) - 1, 0)
+    graph = scipy.sparse.csc_array((np.where(rows == columns, float(n), 1.0), (rows, columns)), shape=(n, n))
+    rank = np.empty(n, np.int64)
+    links = scipy.sparse.csr_array(graph)
+    rank[scipy.sparse.csgraph.reverse_cuthill_mckee(links, symmetric_mode=True)] = np.arange(n)
+    first = np.zeros(n, np.int64)
+    order = np.argsort(rank)
+    first[order] = np.cumsum(sizes[order]) - sizes[order]
+    width = int((first[rows] + sizes[rows] - 1 - first[columns]).max())
+    if width <= _NARROW:
+        return rank, width
+    lu = scipy.sparse.linalg.splu(
+        graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
     )
+    return np.asarray(lu.perm_c, np.int64), None
+
+
+def _in_band(table: Reals, place: Reals, width: int) -> Reals:
+    """Return the places of products of the parameters of parts in a band, whose columns are contiguous."""
+    at = np.where(table < 0, 0, place[table]) if len(place) else table
+    row, column = at[:, :, None], at[:, None, :]
+    use = (row >= column) & (table[:, :, None] >= 0) & (table[:, None, :] >= 0)
+    return np.where(use, column * width + row, len(place) * (width + 1))
 
 
 def blocks_of_inverse(factor: Factor, places: Reals, n: int) -> Reals:

@@ -52,6 +52,23 @@ def factorized(matrix: Any, *, ordered: bool = False) -> Factor | None:
     return Factor(lu.solve) if ordered or (lu.U.diagonal() > 0).all() else None
 
 
+def factorized_band(band: Reals) -> Factor | None:
+    """Return Cholesky's factors of a symmetric matrix, or None if it is not positive or not finite.
+
+    Parameters
+    ----------
+    band : array, (w + 1, n), in Fortran order
+        The diagonal and the w diagonals below it. The array is used for the factors.
+    """
+    if not np.isfinite(band).all():
+        return None
+    try:
+        factor = scipy.linalg.cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False)
+    except scipy.linalg.LinAlgError:
+        return None
+    return Factor(lambda b: scipy.linalg.cho_solve_banded((factor, True), b, check_finite=False))
+
+
 def least_directions(matrix: Any, scale: Reals, rounding: float) -> tuple[Reals, Reals]:
     """Return the least eigenvalues (r,) and eigenvectors (n, r) of a scaled sparse matrix, by iteration of subspaces.
 
@@ -65,8 +82,9 @@ def least_directions(matrix: Any, scale: Reals, rounding: float) -> tuple[Reals,
     """
     n = len(scale)
     scaled = (scipy.sparse.diags_array(scale) @ matrix @ scipy.sparse.diags_array(scale)).tocsc()
-    shifted = scaled + rounding * scipy.sparse.eye_array(n, format="csc")
-    factor = factorized(shifted.tocsc())
+    unit = scipy.sparse.eye_array(n, format="csc")
+    # Where rounding errors are larger than that, more is added.
+    factor = factorized((scaled + rounding * unit).tocsc()) or factorized((scaled + 100 * rounding * unit).tocsc())
     if factor is None:
         return np.zeros(1), np.full((n, 1), n**-0.5)
     basis = np.linalg.qr(np.random.default_rng(0).normal(size=(n, min(_VECTORS, n))))[0]
