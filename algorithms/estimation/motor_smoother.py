@@ -171,7 +171,7 @@ class MotorSmoother(MotorGraph):
         summary, row = problem.summary(end, gone), self._rows()
         kept: list[Factors | Summary] = []
         for each in self.factors:
-            inside: Reals = ~gone[row[each.states]].any(1)
+            inside = np.asarray(~gone[row[each.states]].any(1))
             if isinstance(each, Factors) and inside.any():
                 kept.append(each.kept(inside, np.arange(self._n_added)))
             elif isinstance(each, Summary) and inside.all():
@@ -190,7 +190,7 @@ class MotorSmoother(MotorGraph):
         new = self.factors.pop()
         if new.states.max(initial=-1) >= self._n_added:
             raise ValueError(f"states: {new.states.max()}; expected numbers that add_state returned")
-        inside: Reals = (self._rows()[new.states] >= 0).all(1)
+        inside = np.asarray((self._rows()[new.states] >= 0).all(1))
         self._late |= not inside.all()
         self._too_late += int((~inside).sum())
         if inside.any():
