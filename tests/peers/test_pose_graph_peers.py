@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from algorithms.arguments import Reals
+from algorithms.estimation import MotorGraph, SmoothingStatus, smooth_motors
 from algorithms.mapping.g2o import read_g2o
 from algorithms.mapping.g2o_space import SpaceGraphFile, read_g2o_space, write_g2o
 from algorithms.mapping.pose_graph import GraphStatus, optimise_poses
@@ -71,3 +74,43 @@ def test_poses_in_space_are_those_of_gtsam(tmp_path: Path) -> None:
     assert found.status == GraphStatus.OK
     assert found.cost == pytest.approx(graph.error(theirs), rel=1e-6)
     assert np.abs(np.asarray(pga3.motor_to_matrix(found.motors))[:, :3, 3] - places).max() < 1e-3
+
+
+def test_places_and_covariances_are_those_of_gtsam() -> None:
+    """Motions, places of an antenna's lever, and a prior: costs agree to 1e-6, covariances of poses to 1e-4."""
+    gtsam = pytest.importorskip("gtsam")
+    rng = np.random.default_rng(1)
+    deviations = np.array([0.02] * 3 + [0.05] * 3)
+    step = pga3.motor_from_rotation_vector_translation([0.05, 0, 0.3], [1.0, 0, 0.1])
+    chain = [np.eye(8)[0]]
+    for _ in range(19):
+        chain.append(np.asarray(pga3.motor_product(chain[-1], step)))
+    motors = np.array(chain)
+    motions = motor_graphs.moved_motor(np.tile(step, (19, 1)), deviations * rng.normal(size=(19, 6)))
+    places = np.asarray(pga3.motor_to_matrix(motors))[:, :3, 3] + 0.1 * rng.normal(size=(20, 3))
+    ours = MotorGraph()
+    ours.add_priors(0, motors[0], deviations**2)
+    ours.add_motions(np.arange(19), np.arange(1, 20), motions, deviations**2)
+    ours.add_positions(np.arange(20), places, np.full(3, 0.01))
+    found = smooth_motors(ours, motors, marginals=[0, 10, 19])
+
+    def pose(motor: Reals) -> Any:
+        return gtsam.Pose3(np.asarray(pga3.motor_to_matrix(motor)))
+
+    graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+    noise = gtsam.noiseModel.Diagonal.Sigmas(deviations)
+    graph.add(gtsam.PriorFactorPose3(0, pose(motors[0]), noise))
+    for k, motion in enumerate(motions):
+        graph.add(gtsam.BetweenFactorPose3(k, k + 1, pose(motion), noise))
+    for k, place in enumerate(places):
+        graph.add(gtsam.GPSFactor(k, place, gtsam.noiseModel.Isotropic.Sigma(3, 0.1)))
+        values.insert(k, pose(motors[k]))
+    parameters = gtsam.LevenbergMarquardtParams()
+    parameters.setRelativeErrorTol(1e-14)
+    theirs = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters).optimize()
+    spreads = gtsam.Marginals(graph, theirs)
+    assert found.status == SmoothingStatus.OK
+    assert found.cost == pytest.approx(graph.error(theirs), rel=1e-6)
+    for covariance, k in zip(found.covariances, (0, 10, 19), strict=True):
+        want = spreads.marginalCovariance(k)
+        assert np.abs(covariance - want).max() < 1e-4 * np.abs(want).max()
