@@ -311,6 +311,22 @@ def test_window_is_near_the_batch() -> None:
     assert np.diag(smoother.found.covariances[0]) == pytest.approx(np.diag(batch.covariances[0]), rel=0.02)
 
 
+@pytest.mark.slow
+def test_window_errors_are_within_the_band() -> None:
+    """The normalised squared errors of the last state of 200 windows are within the 95 % band."""
+    total, runs = 0.0, 200
+    for seed in range(runs):
+        rng = np.random.default_rng(10_000 + seed)
+        truth, motions, places = walk(15, seed)
+        smoother = MotorSmoother(4.5)
+        run(smoother, moved(truth, DEVIATIONS * rng.normal(size=6)), motions, places, 2)
+        assert smoother.found is not None
+        error = matrix_logarithm(np.linalg.inv(matrices(smoother.motors[-1])) @ matrices(truth[-1]))
+        total += float(error @ np.linalg.solve(smoother.found.covariances[0], error))
+    low, high = chi2.ppf([0.025, 0.975], 6 * runs)
+    assert low < total < high
+
+
 def test_inertial_window() -> None:
     flight = Flight(5, 8)
     start, smoother = flight.start(), MotorSmoother(1.0)
