@@ -13,10 +13,12 @@ from algorithms.estimation import (
     ExtendedKalmanFilter,
     KalmanFilter,
     MotorFilter,
+    MotorGraph,
     OrientationFilter,
     OrientationSettings,
     filter_lines,
     orientation,
+    smooth_motors,
 )
 from generated import pga3
 
@@ -166,6 +168,47 @@ def _lines(n: int) -> list[Task]:
     ]  # fmt: skip
 
 
+def _graph(n: int) -> Task:
+    """A helix of poses with an edge to the pose one turn above, from a chain of noisy motions."""
+    rng = np.random.default_rng(2)
+    deviations = np.array([0.02] * 3 + [0.05] * 3)
+    edges = np.array([(k, k + 1) for k in range(n - 1)] + [(k, k + 20) for k in range(n - 20)])
+    step = pga3.motor_from_rotation_vector_translation([0, 0, np.pi / 10], [1.0, 0, 0.1])
+    poses = [np.eye(8)[0]]
+    for _ in range(n - 1):
+        poses.append(np.asarray(pga3.motor_product(poses[-1], step)))
+    first, second = (np.array(poses)[ends] for ends in edges.T)
+    noise = deviations * rng.normal(size=(len(edges), 6))
+    between = pga3.motor_product(pga3.motor_inverse(first), second)
+    motions = pga3.motor_product(between, pga3.motor_from_rotation_vector_translation(noise[:, :3], noise[:, 3:]))
+    start = [poses[0]]
+    for motion in motions[: n - 1]:
+        start.append(np.asarray(pga3.motor_product(start[-1], motion)))
+
+    def smooth() -> Any:
+        graph = MotorGraph()
+        graph.add_priors(0, start[0], np.full(6, 1e-8))
+        graph.add_motions(*edges.T, motions, deviations**2)
+        return smooth_motors(graph, np.array(start))
+
+    calls: dict[str, Any] = {OURS: smooth}
+    if installed("gtsam"):
+        gtsam = importlib.import_module("gtsam")
+        graph, values = gtsam.NonlinearFactorGraph(), gtsam.Values()
+        graph.add(gtsam.PriorFactorPose3(0, _pose(gtsam, start[0]), gtsam.noiseModel.Isotropic.Sigma(6, 1e-4)))
+        model = gtsam.noiseModel.Diagonal.Sigmas(deviations)
+        for (a, b), motion in zip(edges.tolist(), motions, strict=True):
+            graph.add(gtsam.BetweenFactorPose3(a, b, _pose(gtsam, motion), model))
+        for k, each in enumerate(start):
+            values.insert(k, _pose(gtsam, each))
+        calls["gtsam"] = lambda: gtsam.LevenbergMarquardtOptimizer(graph, values).optimize()
+    return Task(f"smoothing of a graph of {n:,} poses, an edge", len(edges), calls)
+
+
+def _pose(gtsam: Any, motor: Any) -> Any:
+    return gtsam.Pose3(np.asarray(pga3.motor_to_matrix(motor)))
+
+
 def tasks(quick: bool) -> list[Task]:
     """All tasks."""
     t = 50 if quick else 1000
@@ -176,6 +219,7 @@ def tasks(quick: bool) -> list[Task]:
         *map(_steps, (1, 2, 3, 4)),
         *map(_extended, (2, 3)),
         *_lines(100 if quick else 10_000),
+        _graph(40 if quick else 1000),
     ]
 
 

@@ -1,4 +1,4 @@
-"""Maps from laser scans: matching, line maps, relocation and localisation."""
+"""Maps from laser scans: matching, line maps, relocation and localisation; formats of maps and trajectories."""
 
 from .building import build_map
 from .built_map import BuildSettings, BuiltMap, MapStep, Progress, ScanStatus
@@ -7,6 +7,7 @@ from .export_3d import write_ply, write_svg
 from .floor_plans import FloorPlan, RecallPrecision, load_floor_plan, wall_recall_precision
 from .following import Command, FollowSettings, follow
 from .g2o import PoseGraphFile, read_g2o
+from .g2o_space import SpaceGraphFile, read_g2o_space, write_g2o
 from .line_map import LineMap, LineMapUpdate, same_wall
 from .line_views import View, seen_through
 from .localization import LineLocalizer, LocalizationSettings
@@ -21,9 +22,11 @@ from .map_3d import (
 )
 from .mapper import Mapper
 from .matching import Match, match_scans
+from .named_columns import read_columns, write_columns
 from .navigation_run import NavigationRun, simulate_following
 from .navigation_status import FitStatus, FollowStatus, LocalizationStatus, PathStatus, PlanStatus
 from .objects import MapObject, ObjectDistance, ObjectFit, ObjectKind, ObjectMap, fit_box, fit_circle
+from .occupancy_grids import OccupancyGrid, read_occupancy_grid, write_occupancy_grid
 from .paths import Located, PlanarPath
 from .pose_graph import GraphStatus, OptimisedPoses, optimise_poses
 from .relocation import Hypothesis, Relocation, relocate
@@ -33,6 +36,15 @@ from .scan_simulation import Odometry, Scanner, SimulatedLog, SimulatedScan, sim
 from .segments import Segments, segments
 from .solids import SolidFit, fit_solid
 from .status import MappingStatus
+from .trajectories import (
+    InertialRecording,
+    Trajectory,
+    read_euroc,
+    read_euroc_inertial,
+    read_tum,
+    write_euroc,
+    write_tum,
+)
 
 __all__ = [
     "BuildSettings",
@@ -45,6 +57,7 @@ __all__ = [
     "FollowStatus",
     "GraphStatus",
     "Hypothesis",
+    "InertialRecording",
     "LineLocalizer",
     "LineMap",
     "LineMapUpdate",
@@ -62,6 +75,7 @@ __all__ = [
     "ObjectFit",
     "ObjectKind",
     "ObjectMap",
+    "OccupancyGrid",
     "Odometry",
     "OptimisedPoses",
     "PathStatus",
@@ -83,6 +97,8 @@ __all__ = [
     "Solid",
     "SolidFit",
     "SolidKind",
+    "SpaceGraphFile",
+    "Trajectory",
     "View",
     "build_map",
     "fit_box",
@@ -93,7 +109,13 @@ __all__ = [
     "match_scans",
     "optimise_poses",
     "pose_in_space",
+    "read_columns",
+    "read_euroc",
+    "read_euroc_inertial",
     "read_g2o",
+    "read_g2o_space",
+    "read_occupancy_grid",
+    "read_tum",
     "relocate",
     "same_wall",
     "seen_through",
@@ -105,6 +127,11 @@ __all__ = [
     "stereo_points",
     "vertical_planes",
     "wall_recall_precision",
+    "write_columns",
+    "write_euroc",
+    "write_g2o",
+    "write_occupancy_grid",
     "write_ply",
     "write_svg",
+    "write_tum",
 ]

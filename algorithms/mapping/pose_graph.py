@@ -1,28 +1,30 @@
-"""Optimisation of graphs of poses in the plane: Gauss-Newton on motors of PGA2 with sparse matrices of scipy."""
+"""Optimisation of graphs of poses: Gauss-Newton on motors with sparse matrices of scipy."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from generated import line_maps, pga2
+from generated import line_maps, motor_graphs, pga2
 
 from ..arguments import Reals, finite, real_array
+from ..estimation.motor_factors import MOTION, Factors, States
+from ..estimation.motor_problem import MotorProblem, SmoothingStatus
+from ..estimation.smoothing import smoothed
 from ..evidence import Status, gate_of, is_lost
+from ..evidence.descent import Descent, descended
+from ..evidence.normal_equations import NormalEquations, Parts, blocks_of_inverse
 
-_STEPS = 50
-_SETTLED = 1e-10
-"""Steps are small if no pose turns or moves by more than this, in radians and metres."""
-_DAMPING, _LEAST_DAMPING, _MOST_DAMPING = 1e-9, 1e-12, 1e6
-"""Relative increments of the diagonal: at the start, and their range."""
-_LOWERED = 16.0
-"""The factor by which the bound of robust edges is lowered in each of the first steps."""
+_LEAST = 1e-12
+"""From floating point: the increment of the diagonal, with which it is never 0."""
 _REJECTED = 0.25
 """The weight of a robust edge at its bound, by definition; with less, it is rejected."""
+_ROUNDING = 1e-9
+"""From floating point: eigenvalues of a covariance in single precision, whose inverse is given, may be negative by this
+share of the largest."""
 _ROUNDS = 20
 """A limit on work: how often robust edges that agree are added; each round takes half of them."""
 
@@ -37,6 +39,10 @@ class GraphStatus(Status):
     """Some poses are not connected to the first one by edges; they were not changed."""
     CONTRADICTED = 3
     """Most of the robust edges have lost three quarters of their weight: they contradict the others or each other."""
+    UNDETERMINED = 4
+    """The information of the edges leaves some direction of the poses undetermined. It is tested in space."""
+    INCONSISTENT = 5
+    """Misfits are larger than the information leaves with a probability of 0.001. It is tested in space."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,18 +50,18 @@ class OptimisedPoses:
     """Result of `optimise_poses`."""
 
     motors: Reals
-    """(n, 4) The poses. The first one is not changed."""
+    """(n, 4) or (n, 8) The poses. The first one is not changed."""
     status: GraphStatus
     misfits: Reals
-    """(m, 3) Of each edge: the angle and the translation of ``~motion ~a b``."""
+    """(m, 3) or (m, 6) Of each edge: the angle, or rotation vector, and the translation of ``~motion ~a b``."""
     weights: Reals
     """(m,) 1 for edges that are not robust, and between 0 and 1 for robust ones."""
     cost: float
     """The sum over edges of half of their squared misfits by their information, robust ones bounded."""
     steps: int
     covariances: Reals
-    """(k, 3, 3) Of the perturbations, angle and translation in their own frames, of the poses `marginals`, relative to
-    the first pose; infinite for poses that are not connected to it."""
+    """(k, 3, 3) or (k, 6, 6) Of the perturbations, rotation and translation in their own frames, of the poses
+    `marginals`, relative to the first pose; infinite for poses that are not connected to it."""
 
 
 def optimise_poses(
@@ -72,15 +78,16 @@ def optimise_poses(
 
     Parameters
     ----------
-    motors : array_like, (n, 4)
-        Unit motors of `generated.pga2`, from the frame of each pose to that of the map: the start. The first one is
-        fixed.
+    motors : array_like, (n, 4) or (n, 8)
+        Unit motors of `generated.pga2`, or in space of `generated.pga3`, from the frame of each pose to that of the
+        map: the start. The first one is fixed.
     edges : array_like, (m, 2) of int
         Pairs (a, b) of poses.
-    motions : array_like, (m, 4)
+    motions : array_like, (m, 4) or (m, 8)
         The measured pose b in the frame of pose a.
-    information : array_like, (m, 3, 3)
-        The inverse covariances of the angle and the translation of the misfit ``~motion ~a b``, in this order.
+    information : array_like, (m, 3, 3) or (m, 6, 6)
+        The inverse covariances of the angle, or rotation vector, and the translation of the misfit ``~motion ~a b``, in
+        this order.
     robust : array_like, (m,) of bool, optional
         Edges with a bounded influence (Geman and McClure's function), such as closures of loops that may be wrong. By
         default none.
@@ -104,17 +111,20 @@ def optimise_poses(
     -----
     Each step solves the sparse normal equations by SuperLU, with the damping of Levenberg and Marquardt. If robust
     edges are rejected, the poses are computed again from those that agree with the other edges within the covariance of
-    these (the test of innovations of filters), and the result with the smaller cost is returned.
+    these (the test of innovations of filters), and the result with the smaller cost is returned. Graphs in space are
+    smoothed as by `algorithms.estimation.smooth_motors`; translations of misfits are those of logarithms.
     """
-    poses = finite(real_array(motors, "motors", (-1, 4)).astype(float), "motors")
+    width = 8 if np.shape(motors)[-1:] == (8,) else 4
+    poses = finite(real_array(motors, "motors", (-1, width)).astype(float), "motors")
     pairs = np.asarray(edges).reshape(-1, 2) if np.size(edges) == 0 else np.asarray(edges)
     if pairs.ndim != 2 or pairs.shape[1] != 2 or (pairs.size and pairs.dtype.kind not in "iu"):
         raise ValueError(f"edges: shape {pairs.shape}, dtype {pairs.dtype}; expected (m, 2) integers")
     pairs = pairs.astype(np.int64)
     if pairs.size and not (pairs.min() >= 0 and pairs.max() < len(poses)):
         raise ValueError(f"edges: poses {pairs.min()} to {pairs.max()}; expected 0 to {len(poses) - 1}")
-    measured = finite(real_array(motions, "motions", (len(pairs), 4)).astype(float), "motions")
-    weights = finite(real_array(information, "information", (len(pairs), 3, 3)).astype(float), "information")
+    measured = finite(real_array(motions, "motions", (len(pairs), width)).astype(float), "motions")
+    square = (len(pairs), 3, 3) if width == 4 else (len(pairs), 6, 6)
+    weights = finite(real_array(information, "information", square).astype(float), "information")
     bounded = np.zeros(len(pairs), bool) if robust is None else np.asarray(robust, bool)
     if bounded.shape != (len(pairs),):
         raise ValueError(f"robust: shape {bounded.shape}; expected ({len(pairs)},), one for each edge")
@@ -124,8 +134,47 @@ def optimise_poses(
     if wanted.ndim != 1 or wanted.dtype.kind not in "iu" or not ((wanted >= 0) & (wanted < len(poses))).all():
         raise ValueError(f"marginals: {wanted}; expected a list of poses, 0 to {len(poses) - 1}")
     reached = _reached(len(poses), pairs)
-    problem = _Graph(pairs, measured, weights, bounded, bound**2, tolerance, reached)
+    if width == 8:
+        return _in_space(poses, _SpaceEdges(pairs, measured, weights, bounded), reached, bound**2, tolerance, wanted)
+    rows = _Rows(len(poses), pairs, reached)
+    problem = _Graph(pairs, measured, weights, bounded, bound**2, tolerance, reached, rows)
     return problem.optimised(poses, wanted)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _SpaceEdges:
+    edges: Reals
+    motions: Reals
+    information: Reals
+    robust: Reals
+
+
+def _in_space(
+    poses: Reals, given: _SpaceEdges, reached: Reals, bound: float, tolerance: float, wanted: Reals
+) -> OptimisedPoses:
+    """Smooth a graph in space; the first pose and those without a connection to it are held."""
+    n = len(poses)
+    values, vectors = np.linalg.eigh((given.information + np.swapaxes(given.information, 1, 2)) / 2)
+    if (values[:, 0] < -_ROUNDING * values[:, -1]).any():
+        raise ValueError("information: an eigenvalue is negative; expected inverse covariances")
+    roots = np.sqrt(np.maximum(values, 0))[:, :, None] * np.swapaxes(vectors, 1, 2)
+    factors = Factors(MOTION, given.edges, (given.motions,), roots, given.robust)
+    held = np.flatnonzero(~reached | (np.arange(n) == 0))
+    start = States(poses, np.zeros((n, 3)), np.zeros((n, 6)))
+    found = smoothed(MotorProblem([factors], n, held, bound), start, wanted, tolerance)
+    status = _STATUSES.get(found.status, GraphStatus.OK) if reached.all() else GraphStatus.DISCONNECTED
+    spreads = np.where(reached[wanted][:, None, None], found.covariances, np.inf)
+    a, b = (found.motors[ends] for ends in given.edges.T)
+    misfits = np.asarray(motor_graphs.relative_motion(a, b, given.motions)[0])
+    return OptimisedPoses(found.motors, status, misfits, found.weights, found.cost, found.steps, spreads)
+
+
+_STATUSES = {
+    SmoothingStatus.NOT_CONVERGED: GraphStatus.NOT_CONVERGED,
+    SmoothingStatus.UNDETERMINED: GraphStatus.UNDETERMINED,
+    SmoothingStatus.CONTRADICTED: GraphStatus.CONTRADICTED,
+    SmoothingStatus.INCONSISTENT: GraphStatus.INCONSISTENT,
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,6 +187,7 @@ class _Graph:
     """The squared misfit at which the weight of a robust edge is a quarter."""
     tolerance: float
     reached: Reals
+    rows: _Rows
 
     def misfits(self, poses: Reals) -> tuple[Reals, Reals, Reals]:
         """Return the misfits (m, 3) and their derivatives (m, 3, 3) by the two poses."""
@@ -148,20 +198,19 @@ class _Graph:
         """Return squared misfits by the information of edges."""
         return np.asarray(np.einsum("mi,mij,mj->m", misfits, self.information, misfits))
 
-    def weighed(self, misfits: Reals, scale: float) -> tuple[float, Reals]:
+    def weighed(self, squares: Reals, widened: float) -> tuple[float, Reals]:
         """Return the cost, and the weights of edges."""
-        squares = self.squares(misfits)
+        scale = widened * self.scale
         share = scale / (scale + squares)
         cost = np.where(self.robust, share * squares, squares)
         return 0.5 * float(cost.sum()), np.where(self.robust, share**2, 1.0)
 
     def optimised(self, poses: Reals, wanted: Reals) -> OptimisedPoses:
         """Take steps until they are small, again from another start if robust edges disagree with the first result."""
-        rows = _Rows(len(poses), self.edges, self.reached)
-        found = self._descended(poses, rows)
+        found = self._descended(poses)
         if (found.weights[self.robust] < _REJECTED).any():
             start = self._gated(poses)
-            other = None if start is None else self._descended(start, rows, lowered=False)
+            other = None if start is None else self._descended(start, lowered=False)
             # Sums of bounded squares at minima can be compared, as those of likelihoods with foreign measurements.
             if other is not None and (other.settled, -other.cost) > (found.settled, -found.cost):
                 found = other
@@ -171,40 +220,33 @@ class _Graph:
             status = GraphStatus.CONTRADICTED
         if not self.reached.all():
             status = GraphStatus.DISCONNECTED
-        misfits, by_a, by_b = self.misfits(found.poses)
-        spreads = rows.covariances(by_a, by_b, found.weights[:, None, None] * self.information, wanted)
-        motors = np.asarray(pga2.normalize_motor(found.poses))
+        misfits, by_a, by_b = found.equations
+        spreads = self.rows.covariances(by_a, by_b, found.weights[:, None, None] * self.information, wanted)
+        motors = np.asarray(pga2.normalize_motor(found.state))
         return OptimisedPoses(motors, status, misfits, found.weights, found.cost, found.steps, spreads)
 
-    def _descended(self, poses: Reals, rows: _Rows, *, lowered: bool = True) -> _Descent:
-        """Take steps until they are small.
+    def linearised(self, poses: Reals) -> tuple[Reals, tuple[Reals, Reals, Reals]]:
+        """Return squared misfits, and the misfits with their derivatives."""
+        found = self.misfits(poses)
+        return self.squares(found[0]), found
 
-        The bound of robust edges is lowered step by step, so that a large loop can pull the poses together first.
-        """
-        misfits, by_a, by_b = self.misfits(poses)
-        scale = max(self.scale, float(self.squares(misfits)[self.robust].max(initial=0.0)) if lowered else 0.0)
-        cost, weights = self.weighed(misfits, scale)
-        damping, settled, step = _DAMPING, not len(self.edges), 0
-        while not settled and step < _STEPS and damping < _MOST_DAMPING:
-            step += 1
-            change = rows.solved(misfits, by_a, by_b, weights[:, None, None] * self.information, damping)
-            moved = pga2.motor_product(poses, pga2.motor_from_angle_translation(change[:, 0], change[:, 1:]))
-            found = self.misfits(moved)
-            new_cost, new_weights = self.weighed(found[0], scale)
-            settled = scale == self.scale and float(np.abs(change).max()) < _SETTLED
-            if scale > self.scale:
-                scale = max(scale / _LOWERED, self.scale)
-                poses, (misfits, by_a, by_b) = moved, found
-                cost, weights = self.weighed(misfits, scale)
-            elif new_cost <= cost:
-                settled |= cost - new_cost <= self.tolerance * cost
-                poses, (misfits, by_a, by_b), cost, weights = moved, found, new_cost, new_weights
-                damping = max(damping / 10, _LEAST_DAMPING)
-            else:
-                # Rounding errors alone can raise the cost of a minimum.
-                settled |= new_cost - cost <= 1e-12 * cost
-                damping *= 30
-        return _Descent(poses, bool(settled), weights, cost, step)
+    def step(
+        self, poses: Reals, equations: tuple[Reals, Reals, Reals], weights: Reals, damping: float, reused: bool
+    ) -> tuple[Reals, Reals] | None:
+        """Return the damped Gauss-Newton step (n, 3), and the moved poses."""
+        change = self.rows.solved(*equations, weights[:, None, None] * self.information, damping, reused)
+        if change is None:
+            return None
+        moved = pga2.motor_product(poses, pga2.motor_from_angle_translation(change[:, 0], change[:, 1:]))
+        return change, np.asarray(moved)
+
+    def _descended(self, poses: Reals, *, lowered: bool = True) -> Descent:
+        """Take steps until they are small."""
+        if not len(self.edges):
+            squares, equations = self.linearised(poses)
+            return Descent(poses, squares, equations, np.ones(0), 0.0, True, 0)
+        farthest = float(self.linearised(poses)[0][self.robust].max(initial=0.0)) if lowered else 0.0
+        return descended(self, poses, self.tolerance, max(1.0, farthest / self.scale))
 
     def _gated(self, poses: Reals) -> Reals | None:
         """Return poses by the other edges and the robust ones that agree with them, or None if these do not suffice.
@@ -223,11 +265,11 @@ class _Graph:
                 motions=self.motions[taken],
                 information=self.information[taken],
                 robust=np.zeros(int(taken.sum()), bool),
+                rows=_Rows(len(poses), self.edges[taken], self.reached),
             )
-            rows = _Rows(len(poses), part.edges, self.reached)
-            poses = part._descended(poses, rows).poses
-            _, by_a, by_b = part.misfits(poses)
-            squares = self._innovations(poses, rows, by_a, by_b, part.information)
+            found = part._descended(poses)
+            poses, (_, by_a, by_b) = found.state, found.equations
+            squares = self._innovations(poses, part.rows, by_a, by_b, part.information)
             agrees = ~self.robust | (squares <= gate_of(3))
             new = agrees & ~taken
             # Half of the new ones, those that agree best, so that a wrong one among them is found by the others.
@@ -251,87 +293,60 @@ class _Graph:
         return squares
 
 
-class _Descent(NamedTuple):
-    """Poses after some steps, whether these were small in the end, weights of edges, the cost, and the count."""
-
-    poses: Reals
-    settled: bool
-    weights: Reals
-    cost: float
-    steps: int
-
-
 class _Rows:
-    """The places of blocks in the sparse matrix of a graph."""
+    """The sparse equations of a graph."""
 
     def __init__(self, n: int, edges: Reals, reached: Reals) -> None:
-        self._n, self._edges = n, edges
         free = reached.copy()
         free[:1] = False
-        self._free = np.flatnonzero(np.repeat(free, 3))
-        numbers = 3 * edges[:, :, None] + np.arange(3)
-        left = numbers[:, [0, 0, 1, 1], :, None]
-        right = numbers[:, [0, 1, 0, 1], None, :]
-        shape = (len(edges), 4, 3, 3)
-        position = np.full(3 * n, -1)
-        position[self._free] = np.arange(len(self._free))
-        row, column = (position[np.broadcast_to(each, shape).ravel()] for each in (left, right))
-        self._kept = (row >= 0) & (column >= 0)
-        self._row, self._column = row[self._kept], column[self._kept]
+        self._free = np.repeat(free, 3)
+        self._position = np.where(self._free, np.cumsum(self._free) - 1, -1).reshape(n, 3)
+        columns = self._position[edges].reshape(len(edges), 6)
+        self._equations = NormalEquations([columns], np.flatnonzero(self._free) // 3)
 
-    def solved(self, misfits: Reals, by_a: Reals, by_b: Reals, information: Reals, damping: float) -> Reals:
-        """Return the damped Gauss-Newton step (n, 3)."""
-        gradient = np.zeros((self._n, 3))
-        for end, rows in zip(self._edges.T, (by_a, by_b), strict=True):
-            np.add.at(gradient, end, (np.swapaxes(rows, 1, 2) @ information @ misfits[:, :, None])[:, :, 0])
-        change = np.zeros(3 * self._n)
-        if len(self._free):
-            factor = self._factor(by_a, by_b, information, damping)
-            change[self._free] = -factor.solve(gradient.reshape(-1)[self._free])
-        return change.reshape(self._n, 3)
+    def solved(
+        self, misfits: Reals, by_a: Reals, by_b: Reals, information: Reals, damping: float, reused: bool
+    ) -> Reals | None:
+        """Return the damped Gauss-Newton step (n, 3), or None if the equations are singular."""
+        found = self._equations.step(_parts(misfits, by_a, by_b, information), damping, reused, _LEAST)
+        if found is None:
+            return None
+        change = np.zeros(len(self._free))
+        change[self._free] = found
+        return change.reshape(-1, 3)
 
     def covariances(self, by_a: Reals, by_b: Reals, information: Reals, wanted: Reals) -> Reals:
         """Return the marginal covariances (k, 3, 3) of some poses."""
-        found = np.where(np.isin(wanted, self._free // 3)[:, None, None], np.zeros((3, 3)), np.inf)
+        found = np.where((self._position[wanted, 0] >= 0)[:, None, None], np.zeros((3, 3)), np.inf)
         found[wanted == 0] = 0
-        rows = np.searchsorted(self._free, 3 * wanted)
-        inside = np.flatnonzero(np.isfinite(found[:, 0, 0]) & (wanted > 0))
+        inside = np.flatnonzero(self._position[wanted, 0] >= 0)
         if len(inside):
-            factor = self._factor(by_a, by_b, information, 0.0)
-        for k in inside:
-            places = rows[k] + np.arange(3)
-            columns = np.zeros((len(self._free), 3))
-            columns[places, range(3)] = 1
-            found[k] = factor.solve(columns)[places]
+            factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=_LEAST)
+            places = self._position[wanted[inside]]
+            found[inside] = np.inf if factor is None else blocks_of_inverse(factor, places, self._equations.n)
         return np.asarray(found)
 
     def between(self, by_a: Reals, by_b: Reals, information: Reals, edges: Reals, left: Reals, right: Reals) -> Reals:
         """Return the covariances (k, 3, 3) of misfits of edges, whose derivatives by both poses are given."""
-        if not len(self._free):
-            return np.zeros((len(edges), 3, 3))
-        factor = self._factor(by_a, by_b, information, 0.0)
-        found = np.zeros((len(edges), 3, 3))
-        position = np.full(3 * self._n, -1)
-        position[self._free] = np.arange(len(self._free))
+        found, n = np.zeros((len(edges), 3, 3)), self._equations.n
+        if not n:
+            return found
+        factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=_LEAST)
+        if factor is None:
+            return np.full(found.shape, np.inf)
         for k, pair in enumerate(edges.tolist()):
-            column = np.zeros((len(self._free), 3))
+            column = np.zeros((n, 3))
             for pose, rows in zip(pair, (left[k], right[k]), strict=True):
-                places = position[3 * pose : 3 * pose + 3]
+                places = self._position[pose]
                 if places[0] >= 0:
                     column[places] += rows.T
             found[k] = column.T @ factor.solve(column)
         return found
 
-    def _factor(self, by_a: Reals, by_b: Reals, information: Reals, damping: float) -> scipy.sparse.linalg.SuperLU:
-        """Return the factors of the damped normal equations."""
-        a, b = np.swapaxes(by_a, 1, 2) @ information, np.swapaxes(by_b, 1, 2) @ information
-        blocks = np.stack([a @ by_a, a @ by_b, b @ by_a, b @ by_b], 1)
-        size = len(self._free)
-        matrix = scipy.sparse.csc_array((blocks.ravel()[self._kept], (self._row, self._column)), shape=(size, size))
-        matrix.setdiag(matrix.diagonal() * (1 + damping) + 1e-12)
-        return scipy.sparse.linalg.splu(
-            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
+
+def _parts(misfits: Reals, by_a: Reals, by_b: Reals, information: Reals) -> Parts:
+    rows = np.concatenate([by_a, by_b], 2)
+    return [(misfits, rows, information @ rows)]
 
 
 def _reached(n: int, edges: Reals) -> Reals:

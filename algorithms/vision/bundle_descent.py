@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import scipy
 
 from generated import bundles
 
 from ..arguments import Reals
-from .bundle_system import BLOCK, Equations, Factor, Layout, State, factorized, moved
+from ..evidence.sparse_factors import Factor, factorized, least_directions
+from .bundle_system import BLOCK, Equations, Layout, State, moved
 
 _FIRST, _LEAST, _MOST = 1e-4, 1e-14, 1e12
 """Limits on work: the damping relative to the diagonal at the start, below which it has no effect, and from which steps
@@ -35,8 +34,6 @@ one equation instead of two, and points seen twice undetermined."""
 _NEAR = 1e-4
 """A limit on work: weighed squares decrease losses fast, down to relative decreases of about this. The curvature makes
 the last steps fast, but not those from afar."""
-_VECTORS, _ROUNDS = 8, 4
-"""Limits on work: the directions, and the iterations, with which the least eigenvalues of sparse systems are found."""
 _CHUNK = 300
 """A limit on work: the columns of the inverse of a sparse system that are computed at a time."""
 _PRODUCTS = 10**6
@@ -125,7 +122,7 @@ class Information:
         if isinstance(self.matrix, np.ndarray):
             values, vectors = np.linalg.eigh(_finite(self.matrix) * np.outer(scale, scale))
         else:
-            values, vectors = _least_of_sparse(self.matrix, scale)
+            values, vectors = least_directions(self.matrix, scale, _ROUNDING)
         spread = ((scale[:, None] * vectors) ** 2 / np.maximum(values, _ROUNDING)).sum(1)
         found[layout.free] = np.where(diagonal > 0, spread, np.inf)
         return found
@@ -216,18 +213,3 @@ class Information:
 
 def _finite(matrix: Reals) -> Reals:
     return np.asarray(np.where(np.isfinite(matrix), matrix, 0))
-
-
-def _least_of_sparse(matrix: Any, scale: Reals) -> tuple[Reals, Reals]:
-    """Return the least eigenvalues (r,) and eigenvectors (n, r) of a scaled matrix, by iteration of subspaces."""
-    n = len(scale)
-    scaled = (scipy.sparse.diags_array(scale) @ matrix @ scipy.sparse.diags_array(scale)).tocsc()
-    shifted = scaled + _ROUNDING * scipy.sparse.eye_array(n, format="csc")
-    factor = factorized(shifted.tocsc())
-    if factor is None:
-        return np.zeros(1), np.full((n, 1), n**-0.5)
-    basis = np.linalg.qr(np.random.default_rng(0).normal(size=(n, min(_VECTORS, n))))[0]
-    for _ in range(_ROUNDS):
-        basis = np.linalg.qr(factor.solve(basis))[0]
-    values, vectors = np.linalg.eigh(basis.T @ (scaled @ basis))
-    return values, np.asarray(basis @ vectors)

@@ -11,6 +11,7 @@ import scipy
 from generated import bundles, pga3
 
 from ..arguments import Reals
+from ..evidence.sparse_factors import factorized
 
 N_PINHOLE, BLOCK = 5, 6
 _DENSE = 1500
@@ -186,35 +187,6 @@ def _numbered(keys: list[Reals], n: int) -> tuple[Reals, list[Reals]]:
         return np.flatnonzero(present), [number[each] for each in keys]
     found = np.unique(np.concatenate([np.unique(each) for each in keys]))
     return found, [np.searchsorted(found, each) for each in keys]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Factor:
-    """A factorized matrix of the reduced system."""
-
-    solve: Any
-    """Function from right sides (n,) or (n, r) to solutions."""
-
-
-def factorized(matrix: Any) -> Factor | None:
-    """Return the Cholesky factors of a positive matrix, or None if it is not positive or not finite."""
-    if isinstance(matrix, np.ndarray):
-        if not np.isfinite(matrix).all():
-            return None
-        try:
-            factor = scipy.linalg.cho_factor(matrix, lower=False, check_finite=False)
-        except scipy.linalg.LinAlgError:
-            return None
-        return Factor(lambda b: scipy.linalg.cho_solve(factor, b, check_finite=False))
-    if not np.isfinite(matrix.data).all():
-        return None
-    try:
-        lu = scipy.sparse.linalg.splu(
-            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-        )
-    except RuntimeError:
-        return None
-    return Factor(lu.solve) if (lu.U.diagonal() > 0).all() else None
 
 
 class Equations:

@@ -28,6 +28,7 @@ from gacompiler.specs.families.covariances import (
     square,
     triangle,
 )
+from gacompiler.specs.families.frames import across
 
 MOTOR, EVEN, LINE, POINT, PLANE = PGA3.MOTOR, PGA3.EVEN, PGA3.LINE, PGA3.POINT, PGA3.PLANE
 TANGENT, COVARIANCE, PAIR = array(SCALAR, 6), array(SCALAR, size_of_triangle(6)), array(SCALAR, 2)
@@ -72,15 +73,6 @@ def _minus(a, b):
     return tuple(x - y for x, y in zip(a, b, strict=True))
 
 
-def _across(d):
-    """Return two unit vectors u and v such that u, v, d are a right-handed orthonormal frame (Duff et al. 2017)."""
-    x, y, z = d
-    sign = select(z < 0, -1, 1)
-    a = -1 / (sign + z)
-    b = x * y * a
-    return (1 + sign * x * x * a, sign * b, -sign * x), (b, sign + y * y * a, -y)
-
-
 def _unit(direction, more):
     size = dot(direction, direction)
     scale = 1 / sqrt(select(size > 0, size, 1))
@@ -104,7 +96,7 @@ def _of_line(motor, model, seen):
     predicted = ga.sandwich(motor, model)
     d, m, one = _unit(_direction(predicted), _moment(predicted))
     e, n, two = _unit(_direction(seen), _moment(seen))
-    u, v = _across(d)
+    u, v = across(d)
     place = cross(d, m)
     own = _minus(n, cross(place, e))
     residuals = *_turn(d, e, u, v), dot(u, own), dot(v, own)
@@ -129,7 +121,7 @@ def _of_plane(motor, model, seen):
     predicted = ga.sandwich(motor, model)
     d, (h,), one = _unit([predicted[name] for name in ("e1", "e2", "e3")], (predicted["e0"],))
     e, (g,), two = _unit([seen[name] for name in ("e1", "e2", "e3")], (seen["e0"],))
-    u, v = _across(d)
+    u, v = across(d)
     residuals = *_turn(d, e, u, v), g - h * dot(d, e)
     # With n . x + h = 0, a translation t changes h by -n . t.
     rows = _row(v, (0, 0, 0)), _row(_scaled(-1, u), (0, 0, 0)), _row((0, 0, 0), _scaled(-1, d))

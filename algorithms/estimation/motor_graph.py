@@ -1,0 +1,280 @@
+"""Graphs of motors: what was measured of poses, velocities and biases."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from generated import pga3
+
+from ..arguments import Reals, finite, real_array
+from ..elements import LINE, MOTOR, PLANE, POINT, Layouts, plain
+from .inertial import InertialSum
+from .motor_factors import (
+    BIASES,
+    INERTIAL,
+    LINES,
+    MOTION,
+    PLACE,
+    PLANES,
+    POINTS,
+    PRIOR,
+    SPEED,
+    WALK,
+    Factors,
+    Kind,
+    Summary,
+)
+
+_UNIT = 1e-6
+"""From floating point: normalising a unit motor changes it by at most this, in single precision."""
+_UNSYMMETRIC = 1e-6
+"""From floating point: entries of a symmetric matrix in single precision differ by at most this part."""
+
+
+class MotorGraph:
+    """Measurements of moving frames: the factors of `smooth_motors`.
+
+    States are numbered from 0. Each has a pose, a unit motor of `generated.pga3` from its frame to that of the map, and
+    with inertial measurements a velocity in the frame of the map and biases. Errors of poses are perturbations in their
+    own frame: a rotation vector and a translation, in this order.
+
+    Methods add factors, one or several: `states` are numbers or arrays of them, (m,), and the other arguments have a
+    row for each. A covariance is a matrix, its diagonal, or a matrix for each factor. Factors that are `robust` may be
+    wrong. Their influence is bounded (Geman and McClure's function): it is a quarter at the gate, which right ones
+    exceed with a probability of 0.001.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If arguments have other shapes or types, are not finite, if motors are not unit motors, or covariances not
+        positive definite.
+
+    Examples
+    --------
+    >>> graph = MotorGraph()
+    >>> graph.add_priors(0, np.eye(8)[0], np.full(6, 1e-4))
+    >>> graph.add_motions(0, 1, pga3.motor_from_rotation_vector_translation([0, 0, 0.1], [1.0, 0, 0]), np.full(6, 1e-4))
+    >>> graph
+    MotorGraph of 2 states: 1 prior, 1 motion
+    """
+
+    def __init__(self) -> None:
+        self.factors: list[Factors | Summary] = []
+
+    def __repr__(self) -> str:
+        counts: dict[str, int] = {}
+        for each in self.factors:
+            name = each.kind.name if isinstance(each, Factors) else "summary"
+            counts[name] = counts.get(name, 0) + len(each.states)
+        named = ", ".join(f"{count} {name}" for name, count in counts.items()) or "no factors"
+        return f"MotorGraph of {self.n_states} states: {named}"
+
+    @property
+    def n_states(self) -> int:
+        """The number of states: one more than the largest number in factors."""
+        return 1 + max((int(each.states.max(initial=-1)) for each in self.factors), default=-1)
+
+    def add_priors(
+        self, states: ArrayLike, motors: ArrayLike, covariance: ArrayLike, *, robust: ArrayLike = False
+    ) -> None:
+        """Add poses that are known: `motors` (m, 8), with the covariance (6, 6) of perturbations."""
+        self._add(PRIOR, (states,), [(checked_motors(motors, "motors"), 1)], covariance, robust)
+
+    def add_motions(
+        self,
+        first: ArrayLike,
+        second: ArrayLike,
+        motions: ArrayLike,
+        covariance: ArrayLike,
+        *,
+        robust: ArrayLike = False,
+    ) -> None:
+        """Add measured motions, such as odometry or closed loops: the second pose in the frame of the first.
+
+        The covariance (6, 6) is that of perturbations of `motions` (m, 8) in the frame of the second pose.
+        """
+        self._add(MOTION, (first, second), [(checked_motors(motions, "motions"), 1)], covariance, robust)
+
+    def add_points(
+        self, states: ArrayLike, model: ArrayLike, seen: ArrayLike, covariance: ArrayLike, *, robust: ArrayLike = False
+    ) -> None:
+        """Add points `model` (m, 3) of the map that were seen at `seen` (m, 3) in the frames of poses."""
+        self._add_seen(POINTS, POINT, 3, states, model, seen, covariance, robust)
+
+    def add_lines(
+        self, states: ArrayLike, model: ArrayLike, seen: ArrayLike, covariance: ArrayLike, *, robust: ArrayLike = False
+    ) -> None:
+        """Add directed lines `model` (m, 6) of the map that were seen as `seen` (m, 6), both of any norm.
+
+        The covariance (4, 4) is that of the direction, in radians, and of the position at the point of the seen line
+        that is closest to the origin, both along two directions across the line.
+        """
+        self._add_seen(LINES, LINE, 6, states, model, seen, covariance, robust)
+
+    def add_planes(
+        self, states: ArrayLike, model: ArrayLike, seen: ArrayLike, covariance: ArrayLike, *, robust: ArrayLike = False
+    ) -> None:
+        """Add planes `model` (m, 4) of the map, with oriented normals, that were seen as `seen` (m, 4).
+
+        The covariance (3, 3) is that of the normal, in radians along two directions across it, and of the distance.
+        """
+        self._add_seen(PLANES, PLANE, 4, states, model, seen, covariance, robust)
+
+    def add_positions(
+        self,
+        states: ArrayLike,
+        places: ArrayLike,
+        covariance: ArrayLike,
+        *,
+        lever: ArrayLike = (0.0, 0.0, 0.0),
+        robust: ArrayLike = False,
+    ) -> None:
+        """Add places (m, 3) in the map, such as from satellites, of a point `lever` of the frames of poses."""
+        at, arm = _rows(plain(places, "places", POINT), "places", 3), _rows(plain(lever, "lever", POINT), "lever", 3)
+        self._add(PLACE, (states,), [(arm, 1), (at, 1)], covariance, robust)
+
+    def add_velocities(self, states: ArrayLike, velocities: ArrayLike, covariance: ArrayLike) -> None:
+        """Add velocities (m, 3) in the map that are known."""
+        self._add(SPEED, (states,), [(_rows(velocities, "velocities", 3), 1)], covariance, False)
+
+    def add_biases(self, states: ArrayLike, biases: ArrayLike, covariance: ArrayLike) -> None:
+        """Add biases (m, 6) of angular rates and of specific forces that are known."""
+        self._add(BIASES, (states,), [(_rows(biases, "biases", 6), 1)], covariance, False)
+
+    def add_inertial(
+        self,
+        first: ArrayLike,
+        second: ArrayLike,
+        sums: InertialSum | Sequence[InertialSum],
+        walk: ArrayLike,
+        *,
+        gravity: ArrayLike = (0.0, 0.0, -9.81),
+    ) -> None:
+        """Add inertial measurements between states, and the random walk of the biases meanwhile.
+
+        Parameters
+        ----------
+        first, second : array_like, (m,) of int
+        sums : InertialSum, or sequence of m
+            As from `preintegrate`.
+        walk : array_like, (6,) or (6, 6)
+            The covariance by which biases change in a second.
+        gravity : array_like, (3,)
+            In the frame of the map.
+        """
+        every = [sums] if isinstance(sums, InertialSum) else list(sums)
+        if not every:
+            raise ValueError("sums: none; expected one for each pair of states")
+        data = [
+            (np.array([getattr(each, name) for each in every]), axes)
+            for name, axes in (("motion", 1), ("place", 1), ("duration", 0), ("by_bias", 2), ("bias", 1))
+        ]
+        spread = np.array([each.covariance for each in every])
+        grown = _covariances(walk, 6, "walk") * data[2][0][:, None, None]
+        self._add(INERTIAL, (first, second), [*data, (_rows(gravity, "gravity", 3), 1)], spread, False)
+        self._add(WALK, (first, second), [(np.zeros(6), 1)], grown, False)
+
+    def _add_seen(
+        self, kind: Kind, layouts: Layouts, length: int, states: ArrayLike, model: ArrayLike, seen: ArrayLike,
+        covariance: ArrayLike, robust: ArrayLike,
+    ) -> None:  # fmt: skip
+        pair = []
+        for value, name in ((model, "model"), (seen, "seen")):
+            rows = _rows(plain(value, name, layouts), name, length)
+            # Of lines and planes, the first three coefficients are those of the direction or of the normal.
+            if kind is not POINTS and not (np.abs(rows[..., :3]).sum(-1) > 0).all():
+                raise ValueError(f"{name}: a direction is 0; expected {kind.name} that are not at infinity")
+            pair.append((rows, 1))
+        self._add(kind, (states,), pair, covariance, robust)
+
+    def _add(
+        self,
+        kind: Kind,
+        states: Sequence[ArrayLike],
+        data: Sequence[tuple[Reals, int]],
+        covariance: ArrayLike,
+        robust: ArrayLike,
+    ) -> None:
+        """Add factors from data with their numbers of axes, after one for factors or none."""
+        numbers = [_numbers(each) for each in states]
+        spread = _covariances(covariance, kind.n_numbers, "covariance")
+        flags = np.asarray(robust)
+        if flags.dtype != np.bool_:
+            raise TypeError(f"robust: dtype {flags.dtype}; expected bool")
+        leading = [each.shape for each in numbers] + [value.shape[: value.ndim - axes] for value, axes in data]
+        leading += [flags.shape, spread.shape[:-2]]
+        try:
+            shape = np.broadcast_shapes(*leading)
+        except ValueError:
+            shape = (0, 0)
+        if len(shape) > 1:
+            raise ValueError(f"{kind.name}: {_lengths(leading)} rows; expected one number for states and what was seen")
+        m = shape[0] if shape else 1
+        pairs = np.stack([np.broadcast_to(each, (m,)) for each in numbers], -1)
+        if len(numbers) == 2 and (pairs[:, 0] == pairs[:, 1]).any():
+            raise ValueError(f"{kind.name}: a factor of state {pairs[pairs[:, 0] == pairs[:, 1]][0, 0]} with itself")
+        every = tuple(
+            np.ascontiguousarray(np.broadcast_to(value, (m, *value.shape[value.ndim - axes :]))) for value, axes in data
+        )
+        self.factors.append(Factors(kind, pairs, every, _roots(spread), np.broadcast_to(flags, (m,))))
+
+
+def _rows(value: ArrayLike, name: str, length: int) -> Reals:
+    return finite(real_array(value, name, (length,)).astype(float), name)
+
+
+def checked_motors(value: ArrayLike, name: str) -> Reals:
+    """Return unit motors (..., 8).
+
+    Raises
+    ------
+    TypeError, ValueError
+        If they have another shape or type, are not finite, or not unit motors.
+    """
+    motors = _rows(plain(value, name, MOTOR), name, 8)
+    if not np.allclose(pga3.normalize_motor(motors), motors, rtol=0, atol=_UNIT * np.abs(motors).max(initial=1.0)):
+        raise ValueError(f"{name}: not unit motors; expected these, see pga3.normalize_motor")
+    return motors
+
+
+def _numbers(value: ArrayLike) -> Reals:
+    numbers = np.asarray(value)
+    if numbers.dtype.kind not in "iu" or numbers.ndim > 1:
+        raise TypeError(f"states: shape {numbers.shape}, dtype {numbers.dtype}; expected whole numbers, one or (m,)")
+    if (numbers < 0).any():
+        raise ValueError(f"states: {numbers.min()}; expected numbers from 0 on")
+    return numbers.astype(np.int64)
+
+
+def _covariances(value: ArrayLike, n: int, name: str) -> Reals:
+    """Return a covariance (n, n) or several (m, n, n) from these or a diagonal (n,)."""
+    given = real_array(value, name)
+    spread = np.diag(given) if given.shape == (n,) else given
+    if spread.ndim not in (2, 3) or spread.shape[-2:] != (n, n):
+        raise ValueError(f"{name}: shape {given.shape}; expected ({n},), ({n}, {n}) or (m, {n}, {n})")
+    return finite(spread.astype(float), name)
+
+
+def _roots(spread: Reals) -> Reals:
+    """Return inverse Cholesky factors of covariances.
+
+    Raises
+    ------
+    ValueError
+        If one is not symmetric and positive definite.
+    """
+    size = np.abs(spread).max(initial=0.0)
+    try:
+        if np.abs(spread - np.swapaxes(spread, -1, -2)).max(initial=0.0) > _UNSYMMETRIC * size:
+            raise np.linalg.LinAlgError
+        root = np.linalg.cholesky(spread)
+    except np.linalg.LinAlgError:
+        raise ValueError("covariance: not symmetric and positive definite; expected one that is") from None
+    return np.asarray(np.linalg.inv(root))
+
+
+def _lengths(shapes: Sequence[tuple[int, ...]]) -> str:
+    return ", ".join(dict.fromkeys(" x ".join(map(str, shape)) for shape in shapes if shape))
