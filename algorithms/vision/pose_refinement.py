@@ -17,7 +17,7 @@ from .status import VisionStatus
 
 OPEN = 1e-7
 """From floating point: a motion is undetermined if it moves pixels by less than this fraction of what others do."""
-_EXPLAINED = 0.03
+EXPLAINED = 0.03
 """Maximum fraction of the squares of pixels about their centroid that a valid pose leaves. It was tuned on random
 pixels and points: an image of points that leaves more is as bad as none."""
 _USUAL = 1e-3
@@ -132,7 +132,7 @@ def judged_poses(
     extent = np.linalg.svd(places, compute_uv=False)
     values = np.linalg.eigvalsh(np.where(np.isfinite(best.normal), best.normal, 0))
     left_open = (extent[:, 1] <= OPEN * extent[:, 0]) | ~(values[:, 0] > OPEN**2 * values[:, -1])
-    explained = best.cost <= min(WRONG ** (1 / (n - 3)), _EXPLAINED) * spread
+    explained = best.cost <= min(WRONG ** (1 / (n - 3)), EXPLAINED) * spread
     explained &= ~noise.contradicted(best.cost, freedom)
     explained &= ~noise.outlying(squares, 2, best.cost[:, None] - squares, freedom - 2).any(1)
     # A minimum that was not reached may be as likely as the linear problem says.
