@@ -213,6 +213,11 @@ class _Minimum:
     """(6, 6)"""
     converged: bool
 
+    @property
+    def model(self) -> Reals:
+        """(10,) The essential matrix and the focal length."""
+        return np.append(np.asarray(relative_poses.essential_of_motion(self.motor)).ravel(), self.focal)
+
 
 class _Pairs:
     """Pairs of pixels relative to the principal point."""
@@ -287,7 +292,7 @@ class _Pairs:
         motion = estimate_motion(self.scene(best.focal), inliers, essential[None], threshold, seed, n_samples)
         if motion.status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
             return _nothing(motion.status, n_all, n_samples)
-        focals = self._likely(found, len(some))
+        focals = self._likely(found, inliers)
         status = VisionStatus.AMBIGUOUS if len(focals) > 1 else motion.status
         if status == VisionStatus.OK and not best.converged:
             status = VisionStatus.NOT_CONVERGED
@@ -307,16 +312,23 @@ class _Pairs:
             n_samples,
         )
 
-    def _likely(self, found: list[_Minimum], n: int) -> Reals:
+    def _likely(self, found: list[_Minimum], inliers: Indices) -> Reals:
         """Return the focal lengths of likely minima, the best first, without those within the bounds of others."""
-        limit = float(largest_likely(np.array(found[0].cost), n, max(n - 6, 0), self.noise, n))
-        kept = list[_Minimum]()
+        kept, which = list[_Minimum](), np.flatnonzero(inliers)
+        n = len(which)
+        first = _fundamental(found[0].model)
         for each in found:
-            if each.cost >= limit:
-                break
+            unlike = self._unlike(first, _fundamental(each.model), which)
+            if each.cost >= largest_likely(np.array(found[0].cost), n, max(n - 6, 0), self.noise, unlike):
+                continue
             if all(abs(np.log(each.focal / other.focal)) > max(self._bound(other, n), _SAME) for other in kept):
                 kept.append(each)
         return np.array([each.focal for each in kept])
+
+    def _unlike(self, one: Reals, two: Reals, which: Indices) -> float:
+        """Return of how many residuals two fundamental matrices do not see the same noise."""
+        normals = [relative_poses.epipolar_normals(f, self.first[which], self.second[which]) for f in (one, two)]
+        return max(float((1 - (normals[0] * normals[1]).sum(1) ** 2).sum()), 0.0)
 
     def _bound(self, found: _Minimum, n: int) -> float:
         """Return the bound of the logarithm of the focal length, infinite if it is undetermined."""
@@ -331,7 +343,7 @@ class _Pairs:
         if not self._bound(best, n) < np.log(FACTOR):
             return False
         limit = ALL if threshold is None else threshold * threshold
-        model = np.append(np.asarray(relative_poses.essential_of_motion(best.motor)).ravel(), best.focal)
+        model = best.model
         own = np.asarray(relative_poses.squared_distances(_fundamental(model), self.first, self.second))
         share = 0.0 if threshold is None else share_of_wrong_pairs(self.scene(best.focal), best.motor, limit)
         for sign in (1, -1):
@@ -343,7 +355,8 @@ class _Pairs:
             squares = np.asarray(relative_poses.squared_distances(matrix, self.first, self.second))
             both = (squares <= limit) & inliers
             costs, m = (own[both].sum(), squares[both].sum()), int(both.sum())
-            if m < 6 or costs[1] >= largest_likely(np.array(costs[0]), m, max(m - 6, 0), self.noise, m):
+            unlike = self._unlike(_fundamental(model), matrix, np.flatnonzero(both))
+            if m < 6 or costs[1] >= largest_likely(np.array(costs[0]), m, max(m - 6, 0), self.noise, unlike):
                 continue
             if m == n or lost_by_chance(share, np.stack([own, squares]), limit):
                 return False
