@@ -13,7 +13,7 @@ _SIZE = np.array([1000.0, 760.0])
 _CENTRE = np.array([490.0, 385.0])
 """A camera that no test uses."""
 _LIMIT = 5.0
-"""Standard deviations: three numbers of some six dimensions exceed this with a probability of less than a thousandth."""
+"""Standard deviations: seven numbers exceed this with a probability of less than a thousandth."""
 
 
 def _off(own: np.ndarray, true: np.ndarray) -> np.ndarray:
