@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from algorithms.vision import FocalMotion, localize_unknown_focal, relative_pose_unknown_focal
+from algorithms.vision import FocalMotion, localize, localize_unknown_focal, relative_pose_unknown_focal
 from generated import pga3
 
 from .evidence_scenes import Trial, rotation, row
@@ -121,3 +121,46 @@ def focal_axes(rng: np.random.Generator) -> Trial:
 @row("`relative_pose_unknown_focal`", "20 to 100 points of a plane, up to 40 % wrong", slow=True)
 def focal_plane(rng: np.random.Generator) -> Trial:
     return _focal_motion(rng, int(rng.integers(20, 101)), rng.uniform(0, 0.4), "plane")
+
+
+_K = np.array([[870.0, 0, 490], [0, 850.0, 385], [0, 0, 1]])
+
+
+def _sights(rng: np.random.Generator, n_points: int, n_lines: int, share: float, threshold: float | None) -> Trial:
+    pixels = rng.uniform(0, 1, (n_points + 2 * n_lines, 2)) * _SIZE
+    ones = np.insert(pixels, 2, 1, axis=1) @ np.linalg.inv(_K).T
+    places = ones * rng.uniform(2, 7, len(pixels))[:, None]
+    points, lines = places[:n_points], places[n_points:].reshape(-1, 2, 3)
+    ends = np.sort(rng.uniform(0, 1, (n_lines, 2, 1)), axis=1) * 0.3 + [[0.0], [0.7]]
+    seen = (lines[:, :1] + ends * (lines[:, 1:] - lines[:, :1])) @ _K.T
+    image = seen[..., :2] / seen[..., 2:] + rng.normal(0, 0.5, (n_lines, 2, 2))
+    pixels = pixels[:n_points] + rng.normal(0, 0.5, (n_points, 2))
+    for each in (pixels, image):
+        wrong = rng.random(len(each)) < share
+        each[wrong] = rng.uniform(0, 1, each[wrong].shape) * _SIZE
+    true = np.eye(4)
+    true[:3, :3], true[:3, 3] = rotation(rng, np.pi), rng.normal(size=3) * 10
+    moved, others = (each @ true[:3, :3].T + true[:3, 3] for each in (points, lines))
+    found = localize(moved, pixels, _K, threshold=threshold, lines=others, image_lines=image)
+    if found.status != 0:
+        return Trial(False, False)
+    off = _off(pga3.motor_to_matrix(found.pose), true).reshape(2, 3)
+    return Trial(True, bool((np.linalg.norm(off, axis=1) < _LIMIT * found.deviation).all()))
+
+
+@row("`localize`", "10 to 30 points and 10 to 30 lines, up to a half wrong; wrong: beyond 5 deviations", good=True)
+def points_and_lines(rng: np.random.Generator) -> Trial:
+    return _sights(rng, int(rng.integers(10, 31)), int(rng.integers(10, 31)), rng.uniform(0, 0.5), 1.8)
+
+
+@row("`localize`", "4 to 8 points and lines in all, at least one line; wrong: beyond 5 deviations", good=True)
+def few_lines(rng: np.random.Generator) -> Trial:
+    n = int(rng.integers(4, 9))
+    m = int(rng.integers(1, n + 1))
+    return _sights(rng, n - m, m, 0.0, None)
+
+
+@row("`localize`", "5 to 30 points and 5 to 30 lines with random pixels")
+def random_lines(rng: np.random.Generator) -> Trial:
+    threshold = 1.8 if rng.random() < 0.5 else None
+    return _sights(rng, int(rng.integers(5, 31)), int(rng.integers(5, 31)), 1.0, threshold)

@@ -22,7 +22,8 @@ from .hand_eye import hand_eye, hand_eye_from_poses
 from .hand_eye_results import HandEye, HandEyeOfPoses, HandEyeStatus
 from .invariants import cross_ratio, invariants_3d, invariants_3d_deviation, p2_invariants, permutation_invariant
 from .landmarks import LandmarkMap, Recognition
-from .localization import Localization, localize
+from .localization import localize
+from .localization_results import Localization
 from .minimal_poses import poses_of_three_points
 from .navigation import LandmarkPose, localize_by_landmarks
 from .omnidirectional import OmnidirectionalCamera, conic_value

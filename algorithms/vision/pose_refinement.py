@@ -120,16 +120,23 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
 
 
 def judged_poses(
-    found: Poses, places: Reals, squares: Reals, spread: Reals, noise: Noise, unit: Reals
+    found: Poses,
+    places: Reals,
+    squares: Reals,
+    spread: Reals,
+    noise: Noise,
+    unit: Reals,
+    ends: Reals | None = None,
 ) -> tuple[Reals, Reals]:
     """Return what `pose_status` does for cameras of any kind.
 
     `squares` (b, n) are the squared distances of pixels for the best poses, `spread` (b,) the sum of squares that an
-    image of other points leaves, and `unit` (b, s) that of translations in the normal equations.
+    image of other points leaves, and `unit` (b, s) that of translations in the normal equations. If lines are among the
+    `places`, `ends` (b, m, 3) are points of all of them.
     """
     n = places.shape[1]
     best, freedom = found.at((slice(None), 0)), 2 * n - _PARAMETERS
-    extent = np.linalg.svd(places, compute_uv=False)
+    extent = np.linalg.svd(places if ends is None else ends, compute_uv=False)
     values = np.linalg.eigvalsh(np.where(np.isfinite(best.normal), best.normal, 0))
     left_open = (extent[:, 1] <= OPEN * extent[:, 0]) | ~(values[:, 0] > OPEN**2 * values[:, -1])
     explained = best.cost <= min(WRONG ** (1 / (n - 3)), EXPLAINED) * spread
@@ -150,7 +157,7 @@ def judged_poses(
     status = np.where(rivals[:, 1:].any(1), VisionStatus.AMBIGUOUS, VisionStatus.OK)
     status = np.where(best.converged & best.in_front & explained, status, VisionStatus.NOT_CONVERGED)
     status = np.where(left_open, VisionStatus.DEGENERATE, status)
-    return np.where(_n_distinct(places) < 4, VisionStatus.TOO_FEW, status), rivals
+    return np.where(_n_distinct(places if ends is None else ends) < 4, VisionStatus.TOO_FEW, status), rivals
 
 
 def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = None) -> Reals:
