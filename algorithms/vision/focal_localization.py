@@ -215,7 +215,7 @@ class _Scene:
 
         def descend(model: Reals, threshold: float) -> Reals:
             pose, focal, _, _ = focal_poses.descend_camera(model, self.places, self.image, threshold**2, _SOON)
-            return np.diag([focal, focal, 1.0]) @ pose
+            return np.asarray(focal_matrix(float(focal)) @ pose)
 
         return Problem(self.places, self.image, _FREEDOM, self.of_sets, distances, costs, descend)
 
@@ -275,11 +275,12 @@ class _Scene:
         squares = np.asarray(camera_poses.pixel_squares(found.matrix[0], focal_matrix(focal), places, image))
         spread = float(((image - image.mean(0)) ** 2).sum())
         # Random pixels leave less than a fraction x of their squares with a probability of about x^(freedom / 2).
-        explained = cost <= min(WRONG ** (2 / freedom), EXPLAINED) * spread and not noise.contradicted(cost, freedom)
+        explained = cost <= min(WRONG ** (2 / freedom), EXPLAINED) * spread
+        explained = explained and not noise.contradicted(found.cost[0], freedom)
         explained = explained and not noise.outlying(squares, 2, cost - squares, freedom - 2).any()
         if not (found.in_front[0] and explained):
             return VisionStatus.NOT_CONVERGED, rivals
-        variance = float(noise.raised(cost, freedom))
+        variance = float(noise.raised(found.cost[0], freedom))
         bound = np.sqrt(np.linalg.inv(normal)[-1, -1] * variance * largest_ratio(1))
         limit = float(largest_likely(np.array(cost), 2 * n, freedom, noise))
         if not bound < np.log(FACTOR) or self._with_other_focal(found, places, image, limit):
@@ -308,10 +309,10 @@ class _Scene:
 
 def _minima(cameras: Reals, places: Reals, image: Reals) -> _Cameras:
     """Return the minima near cameras (m, 3, 4)."""
-    pose, focal, triangle, numbers = focal_poses.descend_camera(cameras, places, image, ALL, _STEPS)
-    pose, focal = np.asarray(pose), np.asarray(focal)
+    found, lengths, triangle, numbers = focal_poses.descend_camera(cameras, places, image, ALL, _STEPS)
+    pose, focal = np.asarray(found), np.asarray(lengths)
     cost = np.where(numbers[:, 0] < ALL, numbers[:, 0], np.nan)
-    in_front = np.asarray((places @ pose[:, 2, :3, None])[..., 0] + pose[:, 2, 3:] > 0).all(1)
+    in_front: Reals = np.asarray(((places @ pose[:, 2, :3, None])[..., 0] + pose[:, 2, 3:] > 0).all(1))
     normal = from_triangle(np.asarray(triangle), _PARAMETERS)
     return _Cameras(pose, focal, cost, normal, numbers[:, 1] > 0, in_front).ordered()
 

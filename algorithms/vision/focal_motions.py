@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -144,7 +144,7 @@ def motions_of_six(first: Reals, second: Reals) -> tuple[Reals, Reals, Reals]:
     of 16 rows.
     """
     equations, basis = (np.asarray(each) for each in focal_poses.equations_of_six(first, second))
-    usable = np.isfinite(equations).all((1, 2, 3))
+    usable: Reals = np.asarray(np.isfinite(equations).all((1, 2, 3)))
     which = np.flatnonzero(usable)
     (high, middle, low), basis = np.moveaxis(equations[usable], 1, 0), basis[usable]
     n = len(basis)
@@ -293,17 +293,15 @@ class _Pairs:
         if motion.status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
             return _nothing(motion.status, n_all, n_samples)
         focals = self._likely(found, inliers)
-        status = VisionStatus.AMBIGUOUS if len(focals) > 1 else motion.status
-        if status == VisionStatus.OK and not best.converged:
-            status = VisionStatus.NOT_CONVERGED
-        if status != VisionStatus.OK:
-            nothing = _nothing(status, n_all, n_samples)
-            return FocalMotion(*(getattr(nothing, name) for name in _UNTIL_FOCALS), focals, np.nan, n_samples)
+        if len(focals) > 1 or motion.status == VisionStatus.AMBIGUOUS:
+            return replace(_nothing(VisionStatus.AMBIGUOUS, n_all, n_samples), focals=focals)
+        if not best.converged:
+            return _nothing(VisionStatus.NOT_CONVERGED, n_all, n_samples)
         return FocalMotion(
             motion.motor,
             best.focal,
             focal_matrix(best.focal, centre),
-            status,
+            VisionStatus.OK,
             motion.inliers,
             motion.points,
             self._covariance(best, motion.motor, some, limit),
@@ -372,6 +370,3 @@ class _Pairs:
         onto[:3, :3], onto[6, 5] = np.eye(3), best.focal
         onto[3:6, 3:5] = np.stack(relative_poses.tangents_of_direction(relative_poses.translation_of_motion(motor)), -1)
         return np.asarray(variance * onto @ np.linalg.inv(from_triangle(np.asarray(triangle), 6)) @ onto.T)
-
-
-_UNTIL_FOCALS = ("motor", "focal", "intrinsics", "status", "inliers", "points", "covariance")

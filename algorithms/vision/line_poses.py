@@ -95,7 +95,7 @@ class _Scene:
         self.k, self.dual = k, np.linalg.inv(k).T
         self.noise = pixel_noise(k, noise)
         rays = [np.insert(each, 2, 1, axis=1) @ self.dual for each in (self.pixels[:, :2], self.pixels[:, 2:])]
-        self.sights = np.where(self.items[:, 6:] > 0, rays[0], np.cross(*rays))
+        self.sights = np.where(self.items[:, 6:] > 0, rays[0], np.cross(rays[0], rays[1]))
         """Directions to points, and normals of the planes of lines."""
         self.sights /= np.linalg.norm(self.sights, axis=1, keepdims=True)
 
@@ -109,7 +109,7 @@ class _Scene:
         equations = self._equations(sets)
         coefficients, pencil = line_poses.rotation_polynomial(*np.moveaxis(equations, 1, 0))
         coefficients, pencil = np.asarray(coefficients), np.asarray(pencil)
-        usable = np.isfinite(coefficients).all(-1)
+        usable: Reals = np.asarray(np.isfinite(coefficients).all(-1))
         real, imaginary, _, converged = matrices.polynomial_roots(np.where(usable[:, None], coefficients, 0))
         is_real = np.abs(imaginary) <= _REAL * np.maximum(np.abs(real), np.finfo(float).tiny)
         which, root = np.nonzero(is_real & (usable & (converged > 0))[:, None])
@@ -156,7 +156,7 @@ class _Scene:
             # With two points, the first equation is theirs, and the last one is that of the line.
             found[rows, {1: 0, 2: 1, 3: 2}[count]] = b[..., None] * one - a[..., None] * two
         with np.errstate(all="ignore"):
-            return found / np.linalg.norm(found, axis=(2, 3), keepdims=True)
+            return np.asarray(found / np.linalg.norm(found, axis=(2, 3), keepdims=True))
 
     def _shifted(self, rotation: Reals, sets: Reals) -> Reals:
         """Return poses with the translations that fit the sights of items best."""

@@ -124,8 +124,8 @@ def localize(
         check_points({"points": places, "pixels": image}, 0, "points")
         both = line_arrays(lines, image_lines, intrinsics)
         if len(both[0]):
-            options = threshold, seed, confidence, max_samples, noise
-            return localize_with_lines(places.astype(np.float64), image.astype(np.float64), *both, k, *options)
+            items = places.astype(np.float64), image.astype(np.float64), *both
+            return localize_with_lines(*items, k, threshold, seed, confidence, max_samples, noise)
     status = check_points({"points": places, "pixels": image}, 4, "points")
     if status != VisionStatus.OK:
         return no_localization(status, len(places))

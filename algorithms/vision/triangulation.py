@@ -61,8 +61,8 @@ def triangulate(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLik
     TypeError, ValueError
         If there are not two cameras and two arrays of pixels.
     """
-    *parts, place = _two(cameras, pixels)
-    return np.asarray(_points(*parts) + place)
+    one, two, first, second, place = _two(cameras, pixels)
+    return np.asarray(_points(one, two, first, second) + place)
 
 
 def triangulation(
@@ -91,9 +91,9 @@ def triangulation(
     """
     if noise is not None and finite_number(noise, "noise") <= 0:
         raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
-    *views, first, second, place = _two(cameras, pixels)
-    images = first, second
-    points = _points(*views, *images)
+    one, two, first, second, place = _two(cameras, pixels)
+    views, images = (one, two), (first, second)
+    points = _points(one, two, first, second)
     size = np.max([np.abs(image).max(-1) for image in np.broadcast_arrays(*images)], axis=0)
     sigma = np.maximum(_ROUNDING * size, np.finfo(float).tiny) if noise is None else np.full(size.shape, float(noise))
     # The larger of the magnifications of both lenses bounds the noise of either image.

@@ -51,10 +51,12 @@ class Polynomial:
         return Polynomial(found)
 
     def times(self, number):
+        """Return the product with a scalar."""
         return Polynomial({powers: number * factor for powers, factor in self.terms.items()})
 
 
 def sum_of(polynomials):
+    """Return the sum of polynomials."""
     first, *others = polynomials
     for each_ in others:
         first = first + each_
