@@ -160,7 +160,7 @@ def motions_of_six(first: Reals, second: Reals) -> tuple[Reals, Reals, Reals]:
         except np.linalg.LinAlgError:
             system[:, :10] = -np.linalg.pinv(high) @ np.concatenate([middle, quadratic], 2)
     system[:, 10:, :10] = factors
-    finite = np.isfinite(system).all((1, 2))
+    finite: Reals = np.asarray(np.isfinite(system).all((1, 2)))
     system[~finite] = 0
     values, vectors = np.linalg.eig(system)
     real = (np.abs(values.imag) <= _REAL * np.abs(values)) & finite[:, None]
