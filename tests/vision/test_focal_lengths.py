@@ -56,7 +56,7 @@ def test_poses_and_focal_lengths_are_as_stated(n, wrong, tilt):
     assert len(off) >= 10 and np.max(off) < 5 and np.median(off) > 0.1
 
 
-@pytest.mark.parametrize(("n", "wrong"), [(40, 0.0), (100, 0.5)])
+@pytest.mark.parametrize(("n", "wrong"), [(40, 0.0), (100, 0.4)])
 def test_motions_and_focal_lengths_are_as_stated(n, wrong):
     off = []
     for seed in range(10):
@@ -105,7 +105,7 @@ def test_what_is_refused():
     line = np.outer(np.arange(9.0), [1, 2, 3])
     assert localize_unknown_focal(line, pixels[:9], CENTRE).status == VisionStatus.DEGENERATE
     one, two, *_ = seen_pairs(rng, 30)
-    found = relative_pose_unknown_focal(one, random, CENTRE, threshold=1.5)
+    found = relative_pose_unknown_focal(one[:12], random[:12], CENTRE, threshold=1.5)
     assert found.status in (VisionStatus.NO_CONSENSUS, VisionStatus.DEGENERATE)
     assert relative_pose_unknown_focal(one[:5], two[:5], CENTRE).status == VisionStatus.TOO_FEW
     assert relative_pose_unknown_focal(one[[0] * 9], two[[0] * 9], CENTRE).status == VisionStatus.TOO_FEW
