@@ -10,6 +10,7 @@ import numpy as np
 
 from . import (
     evidence_estimation,
+    evidence_focal,
     evidence_mapping,
     evidence_objects,
     evidence_others,
@@ -32,6 +33,7 @@ SLOW = 200
 CHAPTERS = (
     evidence_vision,
     evidence_views,
+    evidence_focal,
     evidence_estimation,
     evidence_others,
     evidence_scans,

@@ -16,11 +16,14 @@ from .conics import ConicThroughPoints, conic_through_points
 from .distortion import Distortion
 from .endoscope import calibrate_endoscope
 from .factorization import Factorization, factorize
+from .focal_localization import FocalLocalization, localize_unknown_focal
+from .focal_motions import FocalMotion, relative_pose_unknown_focal
 from .hand_eye import hand_eye, hand_eye_from_poses
 from .hand_eye_results import HandEye, HandEyeOfPoses, HandEyeStatus
 from .invariants import cross_ratio, invariants_3d, invariants_3d_deviation, p2_invariants, permutation_invariant
 from .landmarks import LandmarkMap, Recognition
-from .localization import Localization, localize
+from .localization import localize
+from .localization_results import Localization
 from .minimal_poses import poses_of_three_points
 from .navigation import LandmarkPose, localize_by_landmarks
 from .omnidirectional import OmnidirectionalCamera, conic_value
@@ -67,6 +70,8 @@ __all__ = [
     "DegenerateError",
     "Distortion",
     "Factorization",
+    "FocalLocalization",
+    "FocalMotion",
     "HandEye",
     "HandEyeOfPoses",
     "HandEyeStatus",
@@ -112,6 +117,7 @@ __all__ = [
     "localize",
     "localize_by_landmarks",
     "localize_rig",
+    "localize_unknown_focal",
     "motions_of_plane",
     "p2_invariants",
     "permutation_invariant",
@@ -123,6 +129,7 @@ __all__ = [
     "read_colmap",
     "rectify",
     "relative_pose",
+    "relative_pose_unknown_focal",
     "robust_fundamental_matrix",
     "robust_homography",
     "sampson_distance",

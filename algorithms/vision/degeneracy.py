@@ -10,7 +10,7 @@ import scipy
 from generated import projective3, robust_views
 
 from ..arguments import Reals
-from ..evidence import Freedom, Problem, by_chance, explained_by_chance
+from ..evidence import Freedom, Noise, Problem, by_chance, explained_by_chance
 from ..evidence.consensus import N_WRONG, Indices
 from .normalization import extents, normalized, undone
 from .planes import linear_homography
@@ -38,6 +38,11 @@ _LINE = 3.0
 """On a line F leaves less than a homography on a plane does: the variance across it may be larger by this factor."""
 _SUSPECTS = 16
 """Number of points with the largest distances from a plane among which the only one off it is sought."""
+
+
+def usual_noise(pixels: Reals) -> Noise:
+    """Return what is known of the noise of pixels (n, 2) if nothing is known of the camera."""
+    return Noise((_USUAL_NOISE * float(np.ptp(pixels, axis=0).max())) ** 2, _WEIGHT)
 
 
 def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None = None, margin: float = 1.0) -> Reals:

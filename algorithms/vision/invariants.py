@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from generated import projective2, projective3
 
 from ..arguments import Reals, finite_number, real_array
+from .centring import centred_points
 from .normalization import homogeneous, normalized, similarity
 from .tensors import cameras_of_tensor
 
@@ -52,7 +53,7 @@ def cross_ratio(points: ArrayLike) -> Reals:
         raise ValueError(
             f"points: shape {array.shape}; expected (..., 4, 1), (..., 5, 2) or (..., 6, 3), or one coordinate more"
         )
-    array = homogeneous(array) if size == _DIMENSION[n] else array
+    array = homogeneous(centred_points(array)) if size == _DIMENSION[n] else array
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(_KERNEL[n](array))
 
@@ -110,7 +111,7 @@ def p2_invariants(points: ArrayLike) -> Reals:
     array = real_array(points, "points", (5, -1), "five points")
     if array.shape[-1] not in (2, 3):
         raise ValueError(f"points: shape {array.shape}; expected (..., 5, 2) or (..., 5, 3)")
-    return np.sort(each_pencil(homogeneous(array) if array.shape[-1] == 2 else array), axis=-1)
+    return np.sort(each_pencil(homogeneous(centred_points(array)) if array.shape[-1] == 2 else array), axis=-1)
 
 
 def each_pencil(points: Reals) -> Reals:
@@ -171,7 +172,8 @@ def invariants_3d(
             raise ValueError(f"points: shape {array.shape}; expected (..., 6, 3) or (..., 6, 4)")
         if fundamental is not None or tensor is not None:
             raise ValueError("invariants_3d: points of space and a tensor of views; expected one of both")
-        return _quotients(projective3.invariants_of_points, homogeneous(array) if array.shape[-1] == 3 else array)
+        places = homogeneous(centred_points(array)) if array.shape[-1] == 3 else array
+        return _quotients(projective3.invariants_of_points, places)
     views = [real_array(each, f"points[{k}]", (6, 2), "six pixels") for k, each in enumerate(points)]
     if len(views) == 2:
         if fundamental is None:

@@ -12,6 +12,8 @@ from generated import camera_poses, projective2
 from ..arguments import Reals, finite_number, real_array
 from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance
 from .camera import Camera, pinhole_pixels
+from .line_poses import line_arrays, localize_with_lines
+from .localization_results import Localization, no_localization
 from .pose_refinement import (
     Poses,
     all_poses,
@@ -38,25 +40,6 @@ _ROUNDS = 10
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=1e-2)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Localization:
-    """Result of `localize`: the pose of a camera, and how well points determine it."""
-
-    pose: Reals
-    """(8,) The unit motor from the camera frame to the world frame; NaN if the status is not OK."""
-    status: VisionStatus
-    residual: float
-    """The root mean square distance of pixels over the inliers, in pixels."""
-    inliers: Reals
-    """(n,) bool"""
-    poses: Reals
-    """(m, 8) All poses that the data cannot separate, the most likely one first: one if the status is OK, two or more
-    if it is AMBIGUOUS, otherwise none."""
-    deviation: Reals
-    """(2,) Standard deviations of the rotation, in radians, and of the centre of the camera, each in its least certain
-    direction, for the most likely pose; infinite without one."""
-
-
 def localize(
     points: ArrayLike,
     pixels: ArrayLike,
@@ -66,6 +49,9 @@ def localize(
     confidence: float = 0.999,
     max_samples: int = 10000,
     noise: float | None = None,
+    *,
+    lines: ArrayLike | None = None,
+    image_lines: ArrayLike | None = None,
 ) -> Localization:
     """Estimate the pose of a camera from known points and their pixels, by least squares of distances in the image.
 
@@ -95,6 +81,12 @@ def localize(
     noise : float, optional
         The standard deviation of pixels. By default it follows from the residuals and a prior: about a thousandth of
         the focal length, as well known as by four residuals.
+    lines : array_like, (m, 2, 3), optional
+        Two points of each of some lines in space, on what is seen of it. Together with points they must be at least
+        four; there may be no points, with shapes (0, 3) and (0, 2). Without a threshold, all are used.
+    image_lines : array_like, (m, 2, 2), optional
+        Two pixels of the image of each line, as far apart as it is seen; they need not be those of the points of
+        `lines`. Their distances from the image of the line count as those of pixels.
 
     Returns
     -------
@@ -120,12 +112,20 @@ def localize(
     for origins up to 1e6 units away, errors equal those of the best of OpenCV's IPPE and SQPNP with refinement.
     """
     places = real_array(points, "points", (3,), "x y z")
+    if (lines is None) != (image_lines is None):
+        raise ValueError("lines, image_lines: one of both; expected lines and what is seen of them, or neither")
     matrix, image = pinhole_pixels(intrinsics, pixels, "pixels")
     k = checked_intrinsics(matrix)
     if threshold is not None:
         check_sampling(threshold, confidence, max_samples)
     if noise is not None and finite_number(noise, "noise") <= 0:
         raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
+    if lines is not None and image_lines is not None:
+        check_points({"points": places, "pixels": image}, 0, "points")
+        both = line_arrays(lines, image_lines, intrinsics)
+        if len(both[0]):
+            items = places.astype(np.float64), image.astype(np.float64), *both
+            return localize_with_lines(*items, k, threshold, seed, confidence, max_samples, noise)
     status = check_points({"points": places, "pixels": image}, 4, "points")
     if status != VisionStatus.OK:
         return no_localization(status, len(places))
@@ -159,13 +159,6 @@ def localize(
     best, n_used = found.at((0, 0)), int(inliers.sum())
     residual = float(np.sqrt(best.cost / n_used))
     return Localization(pose, status, residual, inliers, poses, deviations(best, n_used, known))
-
-
-def no_localization(status: VisionStatus, n_points: int) -> Localization:
-    """Return a result without a pose."""
-    return Localization(
-        np.full(8, np.nan), status, np.nan, np.zeros(n_points, bool), np.empty((0, 8)), np.full(2, np.inf)
-    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -34,8 +34,8 @@ def rounding(points: Reals) -> Reals:
 def normalized(points: Reals, scale: Reals | None = None) -> tuple[Reals, Reals]:
     """Return the points after their `similarity`, and the similarity."""
     matrix = similarity(points, scale)
-    factor, shift = matrix[..., :1, :1], matrix[..., None, :-1, -1]
-    return points * factor + shift, matrix
+    # Differences from the mean are exact far from the origin, where sums with a shift would round each point.
+    return (points - points.sum(-2, keepdims=True) / points.shape[-2]) * matrix[..., :1, :1], matrix
 
 
 def undone(matrix: Reals) -> Reals:

@@ -17,7 +17,7 @@ from .status import VisionStatus
 
 OPEN = 1e-7
 """From floating point: a motion is undetermined if it moves pixels by less than this fraction of what others do."""
-_EXPLAINED = 0.03
+EXPLAINED = 0.03
 """Maximum fraction of the squares of pixels about their centroid that a valid pose leaves. It was tuned on random
 pixels and points: an image of points that leaves more is as bad as none."""
 _USUAL = 1e-3
@@ -120,19 +120,26 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
 
 
 def judged_poses(
-    found: Poses, places: Reals, squares: Reals, spread: Reals, noise: Noise, unit: Reals
+    found: Poses,
+    places: Reals,
+    squares: Reals,
+    spread: Reals,
+    noise: Noise,
+    unit: Reals,
+    ends: Reals | None = None,
 ) -> tuple[Reals, Reals]:
     """Return what `pose_status` does for cameras of any kind.
 
     `squares` (b, n) are the squared distances of pixels for the best poses, `spread` (b,) the sum of squares that an
-    image of other points leaves, and `unit` (b, s) that of translations in the normal equations.
+    image of other points leaves, and `unit` (b, s) that of translations in the normal equations. If lines are among the
+    `places`, `ends` (b, m, 3) are points of all of them.
     """
     n = places.shape[1]
     best, freedom = found.at((slice(None), 0)), 2 * n - _PARAMETERS
-    extent = np.linalg.svd(places, compute_uv=False)
+    extent = np.linalg.svd(places if ends is None else ends, compute_uv=False)
     values = np.linalg.eigvalsh(np.where(np.isfinite(best.normal), best.normal, 0))
     left_open = (extent[:, 1] <= OPEN * extent[:, 0]) | ~(values[:, 0] > OPEN**2 * values[:, -1])
-    explained = best.cost <= min(WRONG ** (1 / (n - 3)), _EXPLAINED) * spread
+    explained = best.cost <= min(WRONG ** (1 / (n - 3)), EXPLAINED) * spread
     explained &= ~noise.contradicted(best.cost, freedom)
     explained &= ~noise.outlying(squares, 2, best.cost[:, None] - squares, freedom - 2).any(1)
     # A minimum that was not reached may be as likely as the linear problem says.
@@ -150,7 +157,7 @@ def judged_poses(
     status = np.where(rivals[:, 1:].any(1), VisionStatus.AMBIGUOUS, VisionStatus.OK)
     status = np.where(best.converged & best.in_front & explained, status, VisionStatus.NOT_CONVERGED)
     status = np.where(left_open, VisionStatus.DEGENERATE, status)
-    return np.where(_n_distinct(places) < 4, VisionStatus.TOO_FEW, status), rivals
+    return np.where(_n_distinct(places if ends is None else ends) < 4, VisionStatus.TOO_FEW, status), rivals
 
 
 def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = None) -> Reals:

@@ -32,9 +32,9 @@ from .relative_motions import FREEDOM, Motions, Scene, halfway, joined, steps_to
 from .robust import ALL
 from .status import VisionStatus, check_points, distinct
 
-_CONFIDENCE = 0.999
+CONFIDENCE = 0.999
 """A probability: that a sample without wrong pairs is drawn."""
-_MAX_SAMPLES = 200000
+MAX_SAMPLES = 200000
 """A limit on work: enough samples for 85 % of wrong pairs."""
 _OFF_A_ROTATION = Freedom(sample_size=2, parameters=2, codimension=1, solutions=1, false_alarms=1e-2)
 """A rotation leaves the translation undetermined,"""
@@ -132,7 +132,7 @@ def relative_pose(
     one, two = _pixels(first, "first", camera), _pixels(second, "second", other)
     k, k_two = intrinsics_of_camera(camera), intrinsics_of_camera(other)
     if threshold is not None:
-        check_sampling(threshold, _CONFIDENCE, _MAX_SAMPLES)
+        check_sampling(threshold, CONFIDENCE, MAX_SAMPLES)
     status = check_points({"first": one, "second": two}, 5, "points")
     if status == VisionStatus.OK and distinct(np.concatenate([one, two], 1), 5) < 5:
         status = VisionStatus.TOO_FEW
@@ -140,18 +140,18 @@ def relative_pose(
         return _no_pose(status, len(one))
     scene = _scene(one, two, k, k_two)
     if threshold is None:
-        return _estimate(scene, np.ones(len(one), bool), np.empty((0, 3, 3)), None, seed, 0)
+        return estimate_motion(scene, np.ones(len(one), bool), np.empty((0, 3, 3)), None, seed, 0)
     problem = scene.problem()
-    found = consensus(problem, threshold, seed, _CONFIDENCE, _MAX_SAMPLES)
+    found = consensus(problem, threshold, seed, CONFIDENCE, MAX_SAMPLES)
     if not found.hypotheses or found.by_chance:
         return _no_pose(VisionStatus.NO_CONSENSUS, len(one), n_samples=found.n_samples)
     if not found.reached:
         return _no_pose(VisionStatus.NOT_CONVERGED, len(one), n_samples=found.n_samples)
     best = found.hypotheses[0]
-    return _estimate(scene, np.asarray(best.inliers), best.model[None], threshold, seed, found.n_samples)
+    return estimate_motion(scene, np.asarray(best.inliers), best.model[None], threshold, seed, found.n_samples)
 
 
-def _estimate(
+def estimate_motion(
     scene: Scene, inliers: Reals, starts: Reals, threshold: float | None, seed: int, n_samples: int
 ) -> RelativePose:
     """Return the result for pairs that agree with a motion, or for all pairs if there is no threshold."""
@@ -228,7 +228,7 @@ def _likely(scene: Scene, inliers: Reals, motors: Reals, squares: Reals, limit: 
     """
     used = scene.some(inliers)
     kept, near, normals = [0], [np.zeros(5)], used.normals(motors[0])
-    share = _share_of_wrong_pairs(scene, motors[0], limit) if len(motors) > 1 else 0.0
+    share = share_of_wrong_pairs(scene, motors[0], limit) if len(motors) > 1 else 0.0
     for k in range(1, len(motors)):
         both = (squares[k] <= limit)[inliers]
         n = int(both.sum())
@@ -238,7 +238,7 @@ def _likely(scene: Scene, inliers: Reals, motors: Reals, squares: Reals, limit: 
         unlike = max(float((1 - (normals * used.normals(motors[k])).sum(1)[both] ** 2).sum()), 0.0)
         if costs[1] >= largest_likely(costs[0], n, n - 5, scene.noise, unlike):
             continue
-        if n < len(both) and not _lost_by_chance(share, squares[[0, k]], limit):
+        if n < len(both) and not lost_by_chance(share, squares[[0, k]], limit):
             continue
         own = np.minimum(squares[[*kept, k]], limit)[:, inliers].sum(1)
         middle = np.minimum(used.explained(halfway(motors[kept], motors[k]))[0], limit).sum(1)
@@ -250,7 +250,7 @@ def _likely(scene: Scene, inliers: Reals, motors: Reals, squares: Reals, limit: 
     return motors[kept], np.array(near)
 
 
-def _lost_by_chance(share: float, squares: Reals, limit: float) -> bool:
+def lost_by_chance(share: float, squares: Reals, limit: float) -> bool:
     """Return whether pairs that only the first of two motions explains could be wrong pairs that agree by chance."""
     unexplained = squares[1] > limit
     count = int((squares[0][unexplained] <= limit).sum())
@@ -258,7 +258,7 @@ def _lost_by_chance(share: float, squares: Reals, limit: float) -> bool:
     return bool(logarithm > np.log(WRONG))
 
 
-def _share_of_wrong_pairs(scene: Scene, motor: Reals, limit: float) -> float:
+def share_of_wrong_pairs(scene: Scene, motor: Reals, limit: float) -> float:
     """Return the fraction of pairs with the partners of others that a motion explains."""
     matrix = scene.fundamental(np.asarray(relative_poses.essential_of_motion(motor)))
     repeats, partner = partners_of_others(len(scene.first))

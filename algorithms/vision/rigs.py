@@ -13,7 +13,7 @@ from ..arguments import Reals, finite_number, real_array
 from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling
 from ..evidence.triangles import from_triangle
 from .camera import Camera
-from .localization import Localization, no_localization
+from .localization_results import Localization, no_localization
 from .pose_refinement import Poses, camera_motors, deviations, judged_poses, ordered, pixel_noise
 from .robust import ALL, robust_estimate
 from .status import VisionStatus, check_points, distinct

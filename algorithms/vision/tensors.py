@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from generated import projective3
 
 from ..arguments import Reals, real_array
-from .camera import Camera, camera_matrix
+from .camera import Camera
+from .centring import centred_cameras
 from .degeneracy import degenerate
 from .fundamental import eight_points
 from .normalization import homogeneous, normalized
@@ -46,7 +47,7 @@ def trifocal_tensor(*views: Camera | ArrayLike) -> Reals:
     if len(views) != 3:
         raise ValueError(f"trifocal_tensor: {len(views)} views; expected 3")
     if _are_cameras(views):
-        matrices = [camera_matrix(view, f"views[{k}]") for k, view in enumerate(views)]
+        matrices, _ = centred_cameras(views, "views")
         return _not_zero(projective3.trifocal_tensor_from_cameras(*matrices), matrices, (2, 1, 1), "trifocal_tensor")
     pixels, maps = _checked_pixels(views, 7, "trifocal_tensor")
     lines = [_lines_through(each) for each in pixels]
@@ -84,7 +85,7 @@ def quadrifocal_tensor(*views: Camera | ArrayLike) -> Reals:
     if len(views) != 4:
         raise ValueError(f"quadrifocal_tensor: {len(views)} views; expected 4")
     if _are_cameras(views):
-        matrices = [camera_matrix(view, f"views[{k}]") for k, view in enumerate(views)]
+        matrices, _ = centred_cameras(views, "views")
         found = projective3.quadrifocal_tensor_from_cameras(*matrices)
         return _not_zero(found, matrices, (1, 1, 1, 1), "quadrifocal_tensor")
     pixels, maps = _checked_pixels(views, 6, "quadrifocal_tensor")

@@ -12,7 +12,8 @@ from generated import projective3
 
 from ..arguments import Reals, finite_number
 from ..evidence import gate_of, largest_ratio
-from .camera import Camera, camera_matrix, pinhole_pixels
+from .camera import Camera, pinhole_pixels
+from .centring import centred_cameras
 from .status import VisionStatus
 
 _ROUNDING = 1e-12
@@ -60,7 +61,8 @@ def triangulate(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLik
     TypeError, ValueError
         If there are not two cameras and two arrays of pixels.
     """
-    return _points(*_two(cameras, pixels))
+    one, two, first, second, place = _two(cameras, pixels)
+    return np.asarray(_points(one, two, first, second) + place)
 
 
 def triangulation(
@@ -89,8 +91,9 @@ def triangulation(
     """
     if noise is not None and finite_number(noise, "noise") <= 0:
         raise ValueError(f"noise: {noise}; expected more than 0 pixels, or None")
-    views, images = (parts := _two(cameras, pixels))[:2], parts[2:]
-    points = _points(*parts)
+    one, two, first, second, place = _two(cameras, pixels)
+    views, images = (one, two), (first, second)
+    points = _points(one, two, first, second)
     size = np.max([np.abs(image).max(-1) for image in np.broadcast_arrays(*images)], axis=0)
     sigma = np.maximum(_ROUNDING * size, np.finfo(float).tiny) if noise is None else np.full(size.shape, float(noise))
     # The larger of the magnifications of both lenses bounds the noise of either image.
@@ -122,22 +125,20 @@ def triangulation(
     status = np.where(parallel | ~usable, VisionStatus.DEGENERATE, status)
     finite = np.isfinite(images[0]).all(-1) & np.isfinite(images[1]).all(-1)
     status = np.where(finite, status, VisionStatus.NOT_FINITE)
-    return Triangulation(points, status, np.where(usable, deviation, np.inf))
+    return Triangulation(points + place, status, np.where(usable, deviation, np.inf))
 
 
-def _two(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLike]) -> tuple[Reals, Reals, Reals, Reals]:
-    """Return the matrices of two pinhole cameras and the pixels of both."""
+def _two(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLike]) -> tuple[Reals, ...]:
+    """Return the matrices of two pinhole cameras, the pixels of both, and what the matrices are relative to."""
     if len(cameras) != 2 or len(pixels) != 2:
         raise ValueError(f"triangulate: {len(cameras)} cameras, {len(pixels)} arrays of pixels; expected 2 and 2")
-    one, two = (
-        camera_matrix(camera.pinhole if isinstance(camera, Camera) else camera, f"cameras[{k}]")
-        for k, camera in enumerate(cameras)
-    )
+    plain = [camera.pinhole if isinstance(camera, Camera) else camera for camera in cameras]
+    (one, two), place = centred_cameras(plain, "cameras")
     first, second = (
         pinhole_pixels(camera, part, f"pixels[{k}]")[1]
         for k, (camera, part) in enumerate(zip(cameras, pixels, strict=True))
     )
-    return one, two, first, second
+    return one, two, first, second, place
 
 
 def _magnification(camera: Camera | ArrayLike, pixels: ArrayLike) -> Reals:

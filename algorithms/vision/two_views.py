@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from generated import projective3
 
 from ..arguments import Reals, finite_number, real_array
-from .camera import Camera, camera_matrix
+from .camera import Camera
+from .centring import centred_cameras
 from .degeneracy import degenerate
 from .fundamental import eight_points, refined, seven_points
 from .robust_fundamental import robust_fundamental_matrix
@@ -18,8 +19,6 @@ from .status import VisionStatus, check_points, refuse
 
 Method = Literal["8-point", "7-point", "robust"]
 
-_AT_INFINITY = 1e-13
-"""From floating point: a fourth coordinate below this part of the others is rounding."""
 _SAME_CENTRE = 1e-12
 """A baseline shorter than this fraction of the distance to the world's origin is a rounding error."""
 
@@ -82,7 +81,8 @@ def fundamental_matrix(
     """
     if not isinstance(first, Camera) and not isinstance(second, Camera) and np.shape(first)[-1:] == (2,):
         return _from_pixels(first, second, method, refine, seed, noise)
-    one, two, place = _about_the_first(camera_matrix(first, "first"), camera_matrix(second, "second"))
+    (one, two), place = centred_cameras((first, second), ("first", "second"))
+    away = np.linalg.norm(place, axis=-1)
     for matrix, other, name in ((one, two, "first"), (two, one, "second")):
         centre = np.linalg.norm(projective3.camera_centre(matrix), axis=-1)
         rows = np.linalg.norm(matrix, axis=-1)
@@ -91,27 +91,10 @@ def fundamental_matrix(
                 f"{name}: a camera matrix of rank less than 3, or not finite; expected one that has a centre"
             )
         epipole = np.abs(projective3.epipole_from_cameras(matrix, other))
-        size = np.linalg.norm(other, axis=-1) + np.linalg.norm(other[..., :3], axis=-1) * place[..., None]
+        size = np.linalg.norm(other, axis=-1) + np.linalg.norm(other[..., :3], axis=-1) * away[..., None]
         if np.any((epipole <= _SAME_CENTRE * size * centre[..., None]).all(-1)):
             raise ValueError("first, second: cameras with the same centre; expected two centres")
     return projective3.fundamental_matrix_from_cameras(one, two)
-
-
-def _about_the_first(one: Reals, two: Reals) -> tuple[Reals, Reals, Reals]:
-    """Return cameras (..., 3, 4) for coordinates relative to the centre of the first one, and how far this was.
-
-    Coordinates stay those of the world if the centre is at infinity.
-
-    Far from the origin, the columns of a matrix have nearly the rank of a camera without a centre.
-    """
-    centre = projective3.camera_centre(one)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        place = centre[..., :3] / centre[..., 3:]
-        is_far = np.abs(centre[..., 3:]) <= _AT_INFINITY * np.abs(centre).max(-1, keepdims=True)
-    place = np.where(is_far | ~np.isfinite(place), 0, place)[..., None]
-    found = (np.concatenate([m[..., :3], m[..., 3:] + m[..., :3] @ place], -1) for m in (one, two))
-    moved, other = (np.asarray(each) for each in found)
-    return moved, other, np.linalg.norm(place[..., 0], axis=-1)
 
 
 def _from_pixels(

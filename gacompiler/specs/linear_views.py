@@ -43,7 +43,8 @@ def _normalized(points, dimension):
     is_rounding = equal(largest + spread / 16, largest)
     scale = 1 / select(is_rounding, _largest(1, mean), spread)
     shift = tuple(-scale * m for m in mean)
-    moved = each(lambda p: tuple(x * scale + s for x, s in zip(p, shift, strict=True)), points)
+    # Differences from the mean are exact far from the origin, where sums with a shift would round each point.
+    moved = each(lambda p: tuple(scale * (x - m) for x, m in zip(p, mean, strict=True)), points)
     rows = [(*(scale if j == i else 0 for j in range(dimension)), shift[i]) for i in range(dimension)]
     return moved, (*rows, (*(0 for _ in range(dimension)), 1))
 

@@ -56,9 +56,9 @@ def test_notebook_prints_its_stored_output(path: Path) -> None:
     check_outputs(path)
 
 
-def test_there_are_nineteen_notebooks_and_the_readme_counts_them() -> None:
-    assert len(NOTEBOOKS) == 19
-    assert "| `notebooks` | nineteen " in (ROOT / "README.md").read_text()
+def test_there_are_twenty_notebooks_and_the_readme_counts_them() -> None:
+    assert len(NOTEBOOKS) == 20
+    assert "| `notebooks` | twenty " in (ROOT / "README.md").read_text()
     assert sum(path.stat().st_size for path in NOTEBOOKS) < ALL
     assert sum(map(compares, NOTEBOOKS)) >= 8
 

@@ -33,6 +33,7 @@ Array = np.ndarray[Any, Any]
 RNG = np.random.default_rng(31)
 CAMERAS, MATRICES, POINTS, PIXELS = scene(RNG, 4, 30)
 K = CAMERAS[0].intrinsics
+MIDDLE = K[:2, 2]
 FLAT = [camera.project(POINTS * [1, 1, 0]) for camera in CAMERAS]
 STRAIGHT = np.outer(np.linspace(-1, 1, 30), [1.0, 2, 3])
 LINE = [camera.project(STRAIGHT) for camera in CAMERAS]
@@ -240,6 +241,16 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("localize_rig", lambda: vision.localize_rig(STRAIGHT, LINE[0], CAMERAS, np.zeros(30, int)), R.DEGENERATE),
     ("localize_rig", lambda: vision.localize_rig(POINTS, SPOILED[0], CAMERAS, np.zeros(30, int)), R.NOT_FINITE),
     ("localize_rig", lambda: vision.localize_rig(POINTS, PIXELS[0], CAMERAS, np.full(30, 9)), R.REFUSED),
+    # Unknown focal lengths; test_focal_lengths.py has the arrangements that leave them undetermined.
+    ("localize_unknown_focal", lambda: vision.localize_unknown_focal(POINTS[:4], PIXELS[0][:4], MIDDLE), R.TOO_FEW),
+    ("localize_unknown_focal", lambda: vision.localize_unknown_focal(STRAIGHT, LINE[0], MIDDLE), R.DEGENERATE),
+    ("localize_unknown_focal", lambda: vision.localize_unknown_focal(POINTS, FAR[0], MIDDLE), R.NOT_FINITE),
+    ("localize_unknown_focal", lambda: vision.localize_unknown_focal(POINTS, PIXELS[0], [0.0]), R.REFUSED),
+    ("relative_pose_unknown_focal", lambda: vision.relative_pose_unknown_focal(SAME[0], SAME[1], MIDDLE), R.TOO_FEW),
+    ("relative_pose_unknown_focal", lambda: vision.relative_pose_unknown_focal(*FLAT[:2], MIDDLE), R.DEGENERATE),
+    ("relative_pose_unknown_focal", lambda: vision.relative_pose_unknown_focal(*LINE[:2], MIDDLE), R.DEGENERATE),
+    ("relative_pose_unknown_focal", lambda: vision.relative_pose_unknown_focal(*FAR[:2], MIDDLE), R.NOT_FINITE),
+    ("relative_pose_unknown_focal", lambda: vision.relative_pose_unknown_focal(*PIXELS[:2], [0.0]), R.REFUSED),
     # Hand and eye
     ("hand_eye", lambda: vision.hand_eye(MOTORS[:1], OTHERS[:1]), R.MOTIONS_TOO_FEW),
     ("hand_eye", lambda: vision.hand_eye(SCREWS, SCREWS), R.MOTIONS_PARALLEL),
@@ -342,6 +353,8 @@ NOT_APPLICABLE = {
     "ConicThroughPoints": "a result",
     "DegenerateError": "an error",
     "Factorization": "a result",
+    "FocalLocalization": "a result",
+    "FocalMotion": "a result",
     "HandEye": "a result",
     "HandEyeOfPoses": "a result",
     "HandEyeStatus": "a status",

@@ -28,7 +28,7 @@ def nonzero(x):
     return select(absolute(x) > 0, x, 1)
 
 
-class _Polynomial:
+class Polynomial:
     """A polynomial in x, y and z with scalars as coefficients."""
 
     def __init__(self, terms):
@@ -38,7 +38,7 @@ class _Polynomial:
         merged = dict(self.terms)
         for powers, factor in other.terms.items():
             merged[powers] = merged[powers] + factor if powers in merged else factor
-        return _Polynomial(merged)
+        return Polynomial(merged)
 
     def __sub__(self, other):
         return self + other.times(-1)
@@ -48,13 +48,15 @@ class _Polynomial:
         for (p, a), (q, b) in product(self.terms.items(), other.terms.items()):
             powers = tuple(i + j for i, j in zip(p, q, strict=True))
             found[powers] = found[powers] + a * b if powers in found else a * b
-        return _Polynomial(found)
+        return Polynomial(found)
 
     def times(self, number):
-        return _Polynomial({powers: number * factor for powers, factor in self.terms.items()})
+        """Return the product with a scalar."""
+        return Polynomial({powers: number * factor for powers, factor in self.terms.items()})
 
 
-def _sum(polynomials):
+def sum_of(polynomials):
+    """Return the sum of polynomials."""
     first, *others = polynomials
     for each_ in others:
         first = first + each_
@@ -76,14 +78,14 @@ def _reflected(column, vector, factor):
 
 
 def null_space(equations):
-    """Return orthonormal vectors that solve equations of nine unknowns, four for five equations."""
-    n = len(equations)
+    """Return orthonormal vectors that solve equations, as many as there are more unknowns than equations."""
+    n, unknowns = len(equations), len(equations[0])
     columns, reflections = [tuple(row) for row in equations], []
     for k in range(n):
         vector, factor, _ = _reflection(columns[k][k:])
         reflections.append((vector, factor))
         columns = [(*c[:k], *_reflected(c[k:], vector, factor)) for c in columns]
-    basis = [tuple(int(i == j) for i in range(9)) for j in range(n, 9)]
+    basis = [tuple(int(i == j) for i in range(unknowns)) for j in range(n, unknowns)]
     for k in reversed(range(n)):
         vector, factor = reflections[k]
         basis = [(*b[:k], *_reflected(b[k:], vector, factor)) for b in basis]
@@ -95,17 +97,17 @@ def constraints(basis):
     powers = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0)]
 
     def entry(i, j):
-        return _Polynomial({p: b[3 * i + j] for p, b in zip(powers, basis, strict=True)})
+        return Polynomial({p: b[3 * i + j] for p, b in zip(powers, basis, strict=True)})
 
     e = [[entry(i, j) for j in range(3)] for i in range(3)]
-    squares = {(i, j): _sum(e[i][k] * e[j][k] for k in range(3)) for i in range(3) for j in range(i, 3)}
-    half = _sum(squares[i, i] for i in range(3)).times(HALF)
+    squares = {(i, j): sum_of(e[i][k] * e[j][k] for k in range(3)) for i in range(3) for j in range(i, 3)}
+    half = sum_of(squares[i, i] for i in range(3)).times(HALF)
     table = [[squares[min(i, j), max(i, j)] for j in range(3)] for i in range(3)]
     for i in range(3):
         table[i][i] = table[i][i] - half
-    cubic = [_sum(table[i][k] * e[k][j] for k in range(3)) for i in range(3) for j in range(3)]
+    cubic = [sum_of(table[i][k] * e[k][j] for k in range(3)) for i in range(3) for j in range(3)]
     minors = [e[1][a] * e[2][b] - e[1][b] * e[2][a] for a, b in ((1, 2), (2, 0), (0, 1))]
-    return [*cubic, _sum(e[0][k] * minors[k] for k in range(3))]
+    return [*cubic, sum_of(e[0][k] * minors[k] for k in range(3))]
 
 
 def eliminated(equations):
