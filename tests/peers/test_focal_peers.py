@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from focal_scenes import CENTRE, seen_pairs, seen_points
-from line_scenes import K, seen_lines
+from scenes_of_lines import K, seen_lines
 
 from algorithms.vision import VisionStatus, localize, localize_unknown_focal, relative_pose_unknown_focal
 from generated import focal_poses, pga3

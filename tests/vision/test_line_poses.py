@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from line_scenes import SIZE, K, seen_lines
+from scenes_of_lines import SIZE, K, seen_lines
 
 from algorithms.vision import Camera, Distortion, VisionStatus, localize
 from generated import line_poses, matrices, pga3
