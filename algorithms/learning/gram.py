@@ -1,8 +1,6 @@
-"""Rows of Gram matrices of multivectors, kept in a cache that all components share."""
+"""Rows of Gram matrices of multivectors, which all components share."""
 
 from __future__ import annotations
-
-from collections import OrderedDict
 
 import numpy as np
 import scipy
@@ -13,14 +11,29 @@ from .svm_kernels import Floats, Kernel
 
 _DENSE = 600
 """Size of a matrix up to which all of its eigenvalues are computed."""
+_BLOCK = 3e7
+"""Bytes of the rows that are computed at a time."""
 _ROUNDING = 1e-9
 """Negative eigenvalues that are due to rounding, relative to the greatest diagonal element."""
+
+
+LANES = 16
+"""Number of samples in a block, a multiple of the widths of vectors."""
+
+
+def in_blocks(rows: Floats) -> Floats:
+    """Return arrays (..., n) as (..., blocks, lanes), with zeros behind the last samples."""
+    n = rows.shape[-1]
+    found = np.zeros((*rows.shape[:-1], -(-n // LANES) * LANES))
+    found[..., :n] = rows
+    return found.reshape(*rows.shape[:-1], -1, LANES)
 
 
 class GramRows:
     """Rows of the kernel, one for each sample, as multivectors.
 
-    If all rows fit into the cache, they are computed at once. Otherwise the least recently used rows are replaced.
+    If all rows fit into the memory, they are computed at once. Otherwise they are computed when they are needed, and
+    only the Gram matrix of `most_together` samples is kept.
 
     Parameters
     ----------
@@ -28,19 +41,29 @@ class GramRows:
     samples : array, (n, ...)
     cache_size : float
         In megabytes.
+
+    Attributes
+    ----------
+    diagonal : array, (n,)
+        The scalar parts of ``K(x, x)``.
+    size : int
+        The number of coefficients of a kernel.
+    most_together : int
+        The number of samples whose Gram matrix fits into the memory.
     """
 
     def __init__(self, kernel: Kernel, samples: Floats, cache_size: float) -> None:
         self.kernel, self.samples = kernel, samples
-        first = kernel.values(samples[:1], samples)
-        self.size = first.shape[1]
-        self.capacity = max(2, int(cache_size * 1e6 / first[0].nbytes))
-        self.rows_computed = 0
-        self._all: Floats | None = None
-        self._kept: OrderedDict[int, Floats] = OrderedDict()
-        if self.capacity >= len(samples):
-            self._all = kernel.values(samples, samples)
-            self.rows_computed = len(samples)
+        self.size = kernel.values(samples[:1], samples[:1]).shape[1]
+        self.diagonal = kernel.diagonal(samples)
+        self._span = max(1, int(_BLOCK // (8 * self.size * len(samples))))
+        self.most_together = max(2, int(np.sqrt(cache_size * 1e6 / (8 * self.size))))
+        self._blocks: Floats | None = None
+        if self.most_together >= len(samples):
+            self._blocks = np.zeros((len(samples), self.size, -(-len(samples) // LANES), LANES))
+            for start in range(0, len(samples), self._span):
+                rows = slice(start, start + self._span)
+                self._whole()[rows] = kernel.values(samples[rows], samples)
 
     def __len__(self) -> int:
         return len(self.samples)
@@ -48,44 +71,40 @@ class GramRows:
     @property
     def is_complete(self) -> bool:
         """Whether all rows are kept."""
-        return self._all is not None
+        return self._blocks is not None
 
-    def row(self, i: int) -> Floats:
-        """Return the row ``K(x_i, x_k)`` as an array (size, n)."""
-        if self._all is not None:
-            return np.asarray(self._all[i])
-        found = self._kept.get(i)
-        if found is None:
-            if len(self._kept) >= self.capacity:
-                self._kept.popitem(last=False)
-            found = self._kept[i] = self.kernel.values(self.samples[i : i + 1], self.samples)[0]
-            self.rows_computed += 1
-        else:
-            self._kept.move_to_end(i)
-        return found
+    def _whole(self) -> Floats:
+        """Return all rows (n, size, n) as a part of their blocks."""
+        assert self._blocks is not None
+        return self._blocks.reshape(*self._blocks.shape[:2], -1)[:, :, : len(self)]
+
+    def blocks(self, rows: NDArray[np.intp]) -> Floats:
+        """Return the Gram matrix of some samples in blocks (rows, size, blocks, lanes)."""
+        if self._blocks is not None and len(rows) == len(self):
+            return self._blocks
+        return in_blocks(self.square(rows))
 
     def block(self, rows: NDArray[np.intp]) -> Floats:
         """Return rows as an array (rows, size, n)."""
-        if self._all is not None:
-            return self._all[rows]
+        if self._blocks is not None:
+            return np.asarray(self._whole()[rows])
         return np.asarray(self.kernel.values(self.samples[rows], self.samples))
 
     def square(self, rows: NDArray[np.intp]) -> Floats:
         """Return the part (rows, size, rows) of some samples, whose indices ascend."""
-        if self._all is None or len(rows) == len(self):
-            return self.block(rows)[:, :, rows] if self._all is None else self._all
-        return np.asarray(self._all.take(rows, 0).take(rows, 2))
+        if self._blocks is None:
+            return self.kernel.values(self.samples[rows], self.samples[rows])
+        return self._whole() if len(rows) == len(self) else self._whole().take(rows, 0).take(rows, 2)
 
     def image(self, signed: Floats, signs: Signs) -> Floats:
         """Return the products of the Gram matrix with variables of components (m, n), a block of rows at a time."""
-        if self._all is not None and self.size == 1:
-            return np.asarray(signed @ self._all[:, 0])
         used = np.flatnonzero(signed.any(0))
+        if self._blocks is not None and self.size == 1 and 2 * len(used) > len(self):
+            return np.asarray(signed @ self._whole()[:, 0])
         found = np.zeros(signed.shape)
         blade, sign = signs.pairs(len(signed))
-        span = max(1, int(3e7 // max(1, self.size * len(self) * 8)))
-        for start in range(0, len(used), span):
-            rows = used[start : start + span]
+        for start in range(0, len(used), self._span):
+            rows = used[start : start + self._span]
             found += _image(self.block(rows), signed[:, rows], blade, sign)
         return found
 
