@@ -11,11 +11,9 @@ from .smo import Problem, State, gaps, intercepts, minimise
 from .svm_kernels import Floats
 from .svm_polish import descend, polish
 
-_ALL_FREE = 600
-"""Number of variables up to which the first guess is that all are free."""
-_FIRST = 2
-"""Steps for each variable, before all free variables are first solved for; later the number doubles."""
-_FEWEST = 60
+_FIRST = 4
+"""Steps for each variable, before all free variables are first solved for; without success, the number doubles."""
+_FEWEST = 5000
 """Steps at least between two solutions for all free variables."""
 _UNLIMITED = 10_000_000
 
@@ -89,12 +87,7 @@ def solve(problem: Problem, tolerance: float, max_steps: int, shrinking: bool) -
 
 def _together(problem: Problem, tolerance: float, limit: int, shrinking: bool) -> Solution:
     state = State.start(problem)
-    size = problem.targets.size
-    guess = limit > 0 and size <= _ALL_FREE and problem.rows.is_complete
-    if guess and polish(problem, state, tolerance, np.ones(problem.targets.shape, bool)):
-        state.steps += 1
-        return _verified(problem, state, tolerance)
-    budget = _FIRST * size
+    budget = max(_FIRST * problem.targets.size, _FEWEST)
     while state.steps < limit:
         done = minimise(problem, state, tolerance, min(budget, limit - state.steps), shrinking)
         decreased = not done and descend(problem, state)
@@ -103,7 +96,7 @@ def _together(problem: Problem, tolerance: float, limit: int, shrinking: bool) -
             lowest, highest = gaps(problem, state)
             if (highest - lowest <= tolerance).all():
                 break
-        budget = max(size // 2, _FEWEST) if decreased else 2 * budget
+        budget = budget if decreased else 2 * budget
     return _verified(problem, state, tolerance)
 
 
