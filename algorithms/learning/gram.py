@@ -13,6 +13,9 @@ _DENSE = 600
 """Size of a matrix up to which all of its eigenvalues are computed."""
 _BLOCK = 3e7
 """Bytes of the rows that are computed at a time."""
+_FEW = 3
+"""The number of times that a number is moved when some rows are copied and multiplied."""
+Samples = NDArray[np.intp]
 _ROUNDING = 1e-9
 """Negative eigenvalues that are due to rounding, relative to the greatest diagonal element."""
 
@@ -30,10 +33,9 @@ def in_blocks(rows: Floats) -> Floats:
 
 
 class GramRows:
-    """Rows of the kernel, one for each sample, as multivectors.
+    """Rows of the kernel, one for each sample, which are computed when they are first needed, and kept.
 
-    If all rows fit into the memory, they are computed at once. Otherwise they are computed when they are needed, and
-    only the Gram matrix of `most_together` samples is kept.
+    If the memory is full, rows that the present request does not need are replaced.
 
     Parameters
     ----------
@@ -49,60 +51,66 @@ class GramRows:
     size : int
         The number of coefficients of a kernel.
     most_together : int
-        The number of samples whose Gram matrix fits into the memory.
+        The number of samples whose Gram matrix, or whose rows, fit into the memory.
     """
 
     def __init__(self, kernel: Kernel, samples: Floats, cache_size: float) -> None:
         self.kernel, self.samples = kernel, samples
         self.size = kernel.values(samples[:1], samples[:1]).shape[1]
         self.diagonal = kernel.diagonal(samples)
-        self._span = max(1, int(_BLOCK // (8 * self.size * len(samples))))
-        self.most_together = max(2, int(np.sqrt(cache_size * 1e6 / (8 * self.size))))
-        self._blocks: Floats | None = None
-        if self.most_together >= len(samples):
-            self._blocks = np.zeros((len(samples), self.size, -(-len(samples) // LANES), LANES))
-            for start in range(0, len(samples), self._span):
-                rows = slice(start, start + self._span)
-                self._whole()[rows] = kernel.values(samples[rows], samples)
+        n, numbers = len(samples), cache_size * 1e6 / 8 / self.size
+        self._span = max(1, int(_BLOCK // (8 * self.size * n)))
+        capacity = min(n, max(2, int(numbers // n)))
+        self.most_together = min(n, max(capacity, int(np.sqrt(numbers))))
+        self._kept = np.empty((capacity, self.size, n))
+        self._owner = np.full(capacity, -1)
+        self._place = np.full(n, -1)
 
     def __len__(self) -> int:
         return len(self.samples)
 
-    @property
-    def is_complete(self) -> bool:
-        """Whether all rows are kept."""
-        return self._blocks is not None
-
-    def _whole(self) -> Floats:
-        """Return all rows (n, size, n) as a part of their blocks."""
-        assert self._blocks is not None
-        return self._blocks.reshape(*self._blocks.shape[:2], -1)[:, :, : len(self)]
-
-    def blocks(self, rows: NDArray[np.intp]) -> Floats:
-        """Return the Gram matrix of some samples in blocks (rows, size, blocks, lanes)."""
-        if self._blocks is not None and len(rows) == len(self):
-            return self._blocks
-        return in_blocks(self.square(rows))
-
-    def block(self, rows: NDArray[np.intp]) -> Floats:
+    def block(self, rows: Samples) -> Floats:
         """Return rows as an array (rows, size, n)."""
-        if self._blocks is not None:
-            return np.asarray(self._whole()[rows])
-        return np.asarray(self.kernel.values(self.samples[rows], self.samples))
+        if len(rows) > len(self._kept):
+            return self.kernel.values(self.samples[rows], self.samples)
+        self._keep(rows)
+        return np.asarray(self._kept[self._place[rows]])
 
-    def square(self, rows: NDArray[np.intp]) -> Floats:
+    def _keep(self, rows: Samples) -> None:
+        """Compute the rows that are missing."""
+        missing = rows[self._place[rows] < 0]
+        free = np.flatnonzero(self._owner < 0)
+        if len(free) < len(missing):
+            other = np.flatnonzero((self._owner >= 0) & ~np.isin(self._owner, rows))
+            self._place[self._owner[other]] = -1
+            self._owner[other] = -1
+            free = np.flatnonzero(self._owner < 0)
+        for start in range(0, len(missing), self._span):
+            own, place = missing[start : start + self._span], free[start : start + self._span][: len(missing) - start]
+            self._kept[place] = self.kernel.values(self.samples[own], self.samples)
+            self._owner[place], self._place[own] = own, place
+
+    def square(self, rows: Samples) -> Floats:
         """Return the part (rows, size, rows) of some samples, whose indices ascend."""
-        if self._blocks is None:
+        if len(rows) > len(self._kept):
             return self.kernel.values(self.samples[rows], self.samples[rows])
-        return self._whole() if len(rows) == len(self) else self._whole().take(rows, 0).take(rows, 2)
+        self._keep(rows)
+        place = self._place[rows]
+        return np.asarray(self._kept[place[:, None, None], np.arange(self.size)[:, None], rows])
 
     def image(self, signed: Floats, signs: Signs) -> Floats:
         """Return the products of the Gram matrix with variables of components (m, n), a block of rows at a time."""
         used = np.flatnonzero(signed.any(0))
-        if self._blocks is not None and self.size == 1 and 2 * len(used) > len(self):
-            return np.asarray(signed @ self._whole()[:, 0])
         found = np.zeros(signed.shape)
         blade, sign = signs.pairs(len(signed))
+        if len(used) <= len(self._kept):
+            self._keep(used)
+            last = int(self._place[used].max(initial=-1)) + 1
+            if _FEW * len(used) > last:
+                # Reading all rows takes less time than a copy of some.
+                by_place = np.zeros((len(signed), last))
+                by_place[:, self._place[used]] = signed[:, used]
+                return _image(self._kept[:last], by_place, blade, sign)
         for start in range(0, len(used), self._span):
             rows = used[start : start + self._span]
             found += _image(self.block(rows), signed[:, rows], blade, sign)

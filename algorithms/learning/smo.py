@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from generated import clifford_svm
 
 from .blade_signs import Signs
-from .gram import GramRows, in_blocks
+from .gram import GramRows, Samples, in_blocks
 from .svm_kernels import Floats
 
 FAR = 2.0**100
@@ -28,8 +28,11 @@ _WORTH = 0.8
 """Share of samples that remain, from which on shrinking is not worthwhile."""
 _PART = 0.1
 """The violation to which a part of the samples is solved, relative to that of all samples before."""
+_FIRST = 400
+"""Number of samples whose pairs are examined first; later, it is twice the number of samples with variables."""
+_SHARE = 5
+"""The inverse of the share of samples whose pairs are examined first, if these are more."""
 Bools = NDArray[np.bool_]
-Samples = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,14 +125,15 @@ def minimise(problem: Problem, state: State, tolerance: float, budget: int, shri
         gap = _gap(problem, state)
         if gap <= tolerance or state.steps >= end:
             return gap <= tolerance
-        some = _selected(problem, state) if shrinking and state.steps else np.arange(len(problem.rows))
-        if len(some) > problem.rows.most_together:
-            some, target = _worst(problem, state, problem.rows.most_together), max(tolerance, _PART * gap)
-        else:
-            target = max(tolerance, _PART * gap) if len(some) < len(problem.rows) else tolerance
+        some = _selected(problem, state) if shrinking else np.arange(len(problem.rows))
+        first = max(_FIRST, len(problem.rows) // _SHARE)
+        most = min(problem.rows.most_together, max(first, 2 * np.count_nonzero(state.signed.any(0))))
+        some = _worst(problem, state, some, most) if len(some) > most else some
         before = state.signed.copy()
         part = _Part.of(problem, state, some)
-        part.descend(state, target, end, shrinking)
+        part.descend(
+            state, tolerance if len(some) == len(problem.rows) else max(tolerance, _PART * gap), end, shrinking
+        )
         part.store(state)
         # Gradients of samples that were left out are not up to date.
         state.gradient += problem.rows.image(state.signed - before, problem.signs)
@@ -147,13 +151,16 @@ def _selected(problem: Problem, state: State) -> Samples:
     return np.flatnonzero(np.any((state.gradient + rise < highest) | (state.gradient + fall > lowest), axis=0))
 
 
-def _worst(problem: Problem, state: State, count: int) -> Samples:
-    """Return samples whose variables gain most by an increase or by a decrease, half of them for each."""
+def _worst(problem: Problem, state: State, some: Samples, count: int) -> Samples:
+    """Return those of some samples whose variables gain most by an increase or by a decrease, half for each."""
     rise, fall = problem.slopes(state.signed)
-    first = np.argsort((state.gradient + rise).min(0), kind="stable")[: (count + 1) // 2]
-    second = np.argsort(-(state.gradient + fall).max(0), kind="stable")
+    lowest, highest = (x[:, None] for x in gaps(problem, state))
+    by_increase = (state.gradient + rise - highest).min(0)[some]
+    by_decrease = (lowest - state.gradient - fall).min(0)[some]
+    first = np.argsort(by_increase, kind="stable")[: (count + 1) // 2]
+    second = np.argsort(by_decrease, kind="stable")
     second = second[~np.isin(second, first)][: count - len(first)]
-    return np.sort(np.concatenate([first, second]))
+    return some[np.sort(np.concatenate([first, second]))]
 
 
 @dataclass
@@ -178,7 +185,7 @@ class _Part:
         rows = (state.signed, state.gradient, problem.lower, problem.upper)
         signed, gradient, lower, upper = (in_blocks(x[:, numbers]) for x in rows)
         diagonal = in_blocks(problem.rows.diagonal[numbers])
-        return cls(problem, numbers, problem.rows.blocks(numbers), diagonal, signed, gradient, lower, upper)
+        return cls(problem, numbers, in_blocks(problem.rows.square(numbers)), diagonal, signed, gradient, lower, upper)
 
     def descend(self, state: State, tolerance: float, end: int, shrinking: bool) -> None:
         """Take steps, and leave out samples that remain at their bounds."""

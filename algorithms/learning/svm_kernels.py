@@ -20,6 +20,8 @@ from .blade_signs import Signs
 
 Floats = NDArray[np.float64]
 Function = Callable[[Floats, Floats], Floats]
+_NEAR = 1 << 17
+"""Number of kernels that are computed at a time, so that they remain in a near cache."""
 NAMES = ("scalar", "linear", "gabor", "polynomial")
 
 
@@ -104,7 +106,20 @@ def _distances(a: Floats, b: Floats) -> Floats:
 
 
 def _gaussian(a: Floats, b: Floats, gamma: float) -> Floats:
-    return np.asarray(np.exp(-gamma * _distances(a, b))[:, None])
+    """Return ``exp(-gamma s)`` for squared distances s, which are parts of one product of matrices."""
+    one, two = _flat(a), _flat(b)
+    middle = two.mean(0)
+    one, two = one - middle, two - middle
+    left = np.column_stack([2 * gamma * one, -gamma * _squares(one), np.ones(len(one))])
+    right = np.column_stack([two, np.ones(len(two)), -gamma * _squares(two)]).T
+    found = np.empty((len(one), 1, len(two)))
+    span = max(1, _NEAR // len(two))
+    for start in range(0, len(one), span):
+        block = found[start : start + span, 0]
+        np.matmul(left[start : start + span], right, out=block)
+        np.minimum(block, 0, out=block)
+        np.exp(block, out=block)
+    return found
 
 
 def _gabor(a: Floats, b: Floats, settings: KernelSettings) -> Floats:

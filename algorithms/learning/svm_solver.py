@@ -11,9 +11,9 @@ from .smo import Problem, State, gaps, intercepts, minimise
 from .svm_kernels import Floats
 from .svm_polish import descend, polish
 
-_FIRST = 4
+_FIRST = 15
 """Steps for each variable, before all free variables are first solved for; without success, the number doubles."""
-_FEWEST = 5000
+_FEWEST = 1000
 """Steps at least between two solutions for all free variables."""
 _UNLIMITED = 10_000_000
 
