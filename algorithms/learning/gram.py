@@ -101,6 +101,8 @@ class GramRows:
     def image(self, signed: Floats, signs: Signs) -> Floats:
         """Return the products of the Gram matrix with variables of components (m, n), a block of rows at a time."""
         used = np.flatnonzero(signed.any(0))
+        if self.kernel.is_linear:
+            return np.asarray((signed[:, used] @ self.samples[used]) @ self.samples.T)
         found = np.zeros(signed.shape)
         blade, sign = signs.pairs(len(signed))
         if len(used) <= len(self._kept):

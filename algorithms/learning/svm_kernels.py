@@ -49,12 +49,15 @@ class Kernel:
         Whether the Gram matrix is positive semidefinite for all samples.
     diagonal : callable
         The scalar parts of ``K(x, x)``.
+    is_linear : bool
+        Whether the values are the inner products of real samples.
     """
 
     values: Function
     size: int
     is_definite: bool
     diagonal: Callable[[Floats], Floats]
+    is_linear: bool = False
 
 
 def kernel_named(name: object, settings: KernelSettings, is_multivector: bool) -> Kernel:
@@ -73,7 +76,7 @@ def kernel_named(name: object, settings: KernelSettings, is_multivector: bool) -
         return Kernel(lambda a, b: _gabor(a, b, settings), settings.signs.size, True, lambda a: np.ones(len(a)))
     if name == "linear":
         if not is_multivector:
-            return Kernel(lambda a, b: (a @ b.T)[:, None], 1, True, _squares)
+            return Kernel(lambda a, b: (a @ b.T)[:, None], 1, True, _squares, True)
         return Kernel(lambda a, b: _linear(a, b, settings.signs), settings.signs.size, True, _squares)
     if name == "polynomial":
         g, c, d = settings.gamma, settings.coef0, settings.degree
