@@ -11,7 +11,7 @@ from .svm_kernels import Floats, Kernel
 
 _DENSE = 600
 """Size of a matrix up to which all of its eigenvalues are computed."""
-_BLOCK = 3e7
+_BLOCK = 4e6
 """Bytes of the rows that are computed at a time."""
 _FEW = 3
 """The number of times that a number is moved when some rows are copied and multiplied."""
@@ -97,6 +97,16 @@ class GramRows:
         self._keep(rows)
         place = self._place[rows]
         return np.asarray(self._kept[place[:, None, None], np.arange(self.size)[:, None], rows])
+
+    def blocks(self, rows: Samples) -> Floats:
+        """Return the Gram matrix of some samples in blocks (rows, size, blocks, lanes)."""
+        if len(rows) > len(self._kept):
+            return in_blocks(self.square(rows))
+        self._keep(rows)
+        found = np.zeros((len(rows), self.size, -(-len(rows) // LANES) * LANES))
+        for own, place in zip(found, self._place[rows], strict=True):
+            np.take(self._kept[place], rows, 1, out=own[:, : len(rows)], mode="clip")
+        return found.reshape(len(rows), self.size, -1, LANES)
 
     def image(self, signed: Floats, signs: Signs) -> Floats:
         """Return the products of the Gram matrix with variables of components (m, n), a block of rows at a time."""

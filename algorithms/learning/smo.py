@@ -128,7 +128,8 @@ def minimise(problem: Problem, state: State, tolerance: float, budget: int, shri
         some = _selected(problem, state) if shrinking else np.arange(len(problem.rows))
         first = max(_FIRST, len(problem.rows) // _SHARE)
         most = min(problem.rows.most_together, max(first, 2 * np.count_nonzero(state.signed.any(0))))
-        some = _worst(problem, state, some, most) if len(some) > most else some
+        is_part = len(some) > most
+        some = _worst(problem, state, some, most) if is_part else some
         before = state.signed.copy()
         part = _Part.of(problem, state, some)
         part.descend(
@@ -185,7 +186,7 @@ class _Part:
         rows = (state.signed, state.gradient, problem.lower, problem.upper)
         signed, gradient, lower, upper = (in_blocks(x[:, numbers]) for x in rows)
         diagonal = in_blocks(problem.rows.diagonal[numbers])
-        return cls(problem, numbers, in_blocks(problem.rows.square(numbers)), diagonal, signed, gradient, lower, upper)
+        return cls(problem, numbers, problem.rows.blocks(numbers), diagonal, signed, gradient, lower, upper)
 
     def descend(self, state: State, tolerance: float, end: int, shrinking: bool) -> None:
         """Take steps, and leave out samples that remain at their bounds."""

@@ -1,7 +1,7 @@
 """Interior-point iterations for dual problems of linear machines with few features.
 
-The Gram matrix of n samples with d features is ``X X'``. Each Newton step solves equations of d + 1 unknowns, and few steps are needed, however badly the features are
-scaled. The result is the start of steps of pairs.
+The Gram matrix of n samples with d features is ``X X'``. Each Newton step solves equations of d + 1 unknowns, and few
+steps are needed, however badly the features are scaled. The result is the start of steps of pairs.
 
 References
 ----------

@@ -12,8 +12,9 @@ from .svm_interior import interior_point
 from .svm_kernels import Floats
 from .svm_polish import descend, polish
 
-_FIRST = 4
-"""Steps for each variable, before all free variables are first solved for; without success, the number doubles."""
+_FIRST = 15
+"""Steps for each sample of one component, before all free variables are first solved for. Steps of more components cost
+more, and more of them are needed. Without success, the number doubles."""
 _FEWEST = 1000
 """Steps at least between two solutions for all free variables."""
 _NARROW = 0.5
@@ -96,16 +97,15 @@ def _together(problem: Problem, tolerance: float, limit: int, shrinking: bool) -
         state.signed = interior_point(x, *limits, problem.width, tolerance)[None]
         state.gradient = problem.gradient(state.signed)
         state.steps += 1
-    budget = max(_FIRST * problem.targets.size, _FEWEST)
+    budget = max(_FIRST * len(x) // problem.m, _FEWEST)
     while state.steps < limit:
         done = minimise(problem, state, tolerance, min(budget, limit - state.steps), shrinking)
         decreased = not done and descend(problem, state)
         if done or (decreased and polish(problem, state, tolerance)):
-            state.gradient = problem.gradient(state.signed)
-            lowest, highest = gaps(problem, state)
-            if (highest - lowest <= tolerance).all():
-                break
-        budget = budget if decreased else 2 * budget
+            found = _verified(problem, state, tolerance)
+            if found.status is MachineStatus.OK:
+                return found
+        budget = 2 * problem.targets.size if decreased else 2 * budget
     return _verified(problem, state, tolerance)
 
 
