@@ -24,7 +24,7 @@ FAR = 2.0**100
 _LEAST_CURVATURE = 1e-12
 _CHECKED = 1000
 """Steps between two attempts to shrink."""
-_WORTH = 0.8
+_WORTH = 0.7
 """Share of samples that remain, from which on shrinking is not worthwhile."""
 _PART = 0.1
 """The violation to which a part of the samples is solved, relative to that of all samples before."""
@@ -127,14 +127,13 @@ def minimise(problem: Problem, state: State, tolerance: float, budget: int, shri
             return gap <= tolerance
         some = _selected(problem, state) if shrinking else np.arange(len(problem.rows))
         first = max(_FIRST, len(problem.rows) // _SHARE)
-        most = min(problem.rows.most_together, max(first, 2 * np.count_nonzero(state.signed.any(0))))
-        is_part = len(some) > most
+        most = max(first, 2 * np.count_nonzero(state.signed.any(0)))
+        is_part = _WORTH * len(some) > most or len(some) > problem.rows.most_together
+        most = min(most, problem.rows.most_together)
         some = _worst(problem, state, some, most) if is_part else some
         before = state.signed.copy()
         part = _Part.of(problem, state, some)
-        part.descend(
-            state, tolerance if len(some) == len(problem.rows) else max(tolerance, _PART * gap), end, shrinking
-        )
+        part.descend(state, max(tolerance, _PART * gap) if is_part else tolerance, end, shrinking)
         part.store(state)
         # Gradients of samples that were left out are not up to date.
         state.gradient += problem.rows.image(state.signed - before, problem.signs)
