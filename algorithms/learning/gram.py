@@ -62,7 +62,7 @@ class GramRows:
         self._span = max(1, int(_BLOCK // (8 * self.size * n)))
         capacity = min(n, max(2, int(numbers // n)))
         self.most_together = min(n, max(capacity, int(np.sqrt(numbers))))
-        self._kept = np.empty((capacity, self.size, n))
+        self._kept = np.empty((capacity, self.size, -(-n // LANES) * LANES))
         self._owner = np.full(capacity, -1)
         self._place = np.full(n, -1)
 
@@ -74,7 +74,7 @@ class GramRows:
         if len(rows) > len(self._kept):
             return self.kernel.values(self.samples[rows], self.samples)
         self._keep(rows)
-        return np.asarray(self._kept[self._place[rows]])
+        return np.asarray(self._kept[self._place[rows]][:, :, : len(self)])
 
     def _keep(self, rows: Samples) -> None:
         """Compute the rows that are missing."""
@@ -85,27 +85,37 @@ class GramRows:
             self._place[self._owner[other]] = -1
             self._owner[other] = -1
             free = np.flatnonzero(self._owner < 0)
+        free = free[: len(missing)]
+        self._place[missing], self._owner[free] = free, missing
+        if len(free) and free[-1] - free[0] == len(free) - 1:
+            found = self._kept[free[0] : free[-1] + 1]
+            found[:, :, len(self) :] = 0
+            self.kernel.fill(self.samples[missing], self.samples, found[:, :, : len(self)])
+            return
         for start in range(0, len(missing), self._span):
-            own, place = missing[start : start + self._span], free[start : start + self._span][: len(missing) - start]
-            self._kept[place] = self.kernel.values(self.samples[own], self.samples)
-            self._owner[place], self._place[own] = own, place
+            own, place = missing[start : start + self._span], free[start : start + self._span]
+            self._kept[place, :, len(self) :] = 0
+            self._kept[place, :, : len(self)] = self.kernel.values(self.samples[own], self.samples)
 
     def square(self, rows: Samples) -> Floats:
         """Return the part (rows, size, rows) of some samples, whose indices ascend."""
         if len(rows) > len(self._kept):
             return self.kernel.values(self.samples[rows], self.samples[rows])
-        self._keep(rows)
-        place = self._place[rows]
-        return np.asarray(self._kept[place[:, None, None], np.arange(self.size)[:, None], rows])
+        blocks = self.blocks(rows)
+        return np.asarray(blocks.reshape(*blocks.shape[:2], -1)[:, :, : len(rows)])
 
     def blocks(self, rows: Samples) -> Floats:
-        """Return the Gram matrix of some samples in blocks (rows, size, blocks, lanes)."""
+        """Return the Gram matrix of some samples, whose indices ascend, in blocks (rows, size, blocks, lanes)."""
         if len(rows) > len(self._kept):
             return in_blocks(self.square(rows))
         self._keep(rows)
+        place = self._place[rows]
+        if len(rows) == len(self) and (place == np.arange(len(self))).all():
+            return self._kept.reshape(*self._kept.shape[:2], -1, LANES)
         found = np.zeros((len(rows), self.size, -(-len(rows) // LANES) * LANES))
-        for own, place in zip(found, self._place[rows], strict=True):
-            np.take(self._kept[place], rows, 1, out=own[:, : len(rows)], mode="clip")
+        for start in range(0, len(rows), LANES):
+            own = slice(start, start + LANES)
+            found[own, :, : len(rows)] = self._kept[place[own]].take(rows, 2)
         return found.reshape(len(rows), self.size, -1, LANES)
 
     def image(self, signed: Floats, signs: Signs) -> Floats:
@@ -122,7 +132,7 @@ class GramRows:
                 # Reading all rows takes less time than a copy of some.
                 by_place = np.zeros((len(signed), last))
                 by_place[:, self._place[used]] = signed[:, used]
-                return _image(self._kept[:last], by_place, blade, sign)
+                return _image(self._kept[:last, :, : len(self)], by_place, blade, sign)
         for start in range(0, len(used), self._span):
             rows = used[start : start + self._span]
             found += _image(self.block(rows), signed[:, rows], blade, sign)

@@ -51,6 +51,8 @@ class Kernel:
         The scalar parts of ``K(x, x)``.
     is_linear : bool
         Whether the values are the inner products of real samples.
+    into : callable, optional
+        Stores the values in an array.
     """
 
     values: Function
@@ -58,6 +60,16 @@ class Kernel:
     is_definite: bool
     diagonal: Callable[[Floats], Floats]
     is_linear: bool = False
+    into: Callable[[Floats, Floats, Floats], None] | None = None
+
+    def fill(self, a: Floats, b: Floats, found: Floats) -> None:
+        """Store the values in an array of their shape."""
+        if self.into:
+            self.into(a, b, found)
+            return
+        span = max(1, _NEAR // found[0].size)
+        for start in range(0, len(a), span):
+            found[start : start + span] = self.values(a[start : start + span], b)
 
 
 def kernel_named(name: object, settings: KernelSettings, is_multivector: bool) -> Kernel:
@@ -71,7 +83,7 @@ def kernel_named(name: object, settings: KernelSettings, is_multivector: bool) -
     if callable(name):
         return _of_function(name, settings.signs.size)
     if name == "scalar":
-        return Kernel(lambda a, b: _gaussian(a, b, settings.gamma), 1, True, lambda a: np.ones(len(a)))
+        return _gaussian_kernel(settings.gamma)
     if name == "gabor":
         return Kernel(lambda a, b: _gabor(a, b, settings), settings.signs.size, True, lambda a: np.ones(len(a)))
     if name == "linear":
@@ -108,21 +120,28 @@ def _distances(a: Floats, b: Floats) -> Floats:
     return np.asarray(np.maximum(_squares(one)[:, None] + _squares(two) - 2 * one @ two.T, 0))
 
 
-def _gaussian(a: Floats, b: Floats, gamma: float) -> Floats:
-    """Return ``exp(-gamma s)`` for squared distances s, which are parts of one product of matrices."""
-    one, two = _flat(a), _flat(b)
-    middle = two.mean(0)
-    one, two = one - middle, two - middle
-    left = np.column_stack([2 * gamma * one, -gamma * _squares(one), np.ones(len(one))])
-    right = np.column_stack([two, np.ones(len(two)), -gamma * _squares(two)]).T
-    found = np.empty((len(one), 1, len(two)))
-    span = max(1, _NEAR // len(two))
-    for start in range(0, len(one), span):
-        block = found[start : start + span, 0]
-        np.matmul(left[start : start + span], right, out=block)
-        np.minimum(block, 0, out=block)
-        np.exp(block, out=block)
-    return found
+def _gaussian_kernel(gamma: float) -> Kernel:
+    """Return the kernel ``exp(-gamma s)`` of squared distances s, which are parts of one product of matrices."""
+
+    def into(a: Floats, b: Floats, found: Floats) -> None:
+        one, two = _flat(a), _flat(b)
+        middle = two.mean(0)
+        one, two = one - middle, two - middle
+        left = np.column_stack([2 * gamma * one, -gamma * _squares(one), np.ones(len(one))])
+        right = np.column_stack([two, np.ones(len(two)), -gamma * _squares(two)]).T
+        span = max(1, _NEAR // len(two))
+        for start in range(0, len(one), span):
+            block = found[start : start + span, 0]
+            np.matmul(left[start : start + span], right, out=block)
+            np.minimum(block, 0, out=block)
+            np.exp(block, out=block)
+
+    def values(a: Floats, b: Floats) -> Floats:
+        found = np.empty((len(a), 1, len(b)))
+        into(a, b, found)
+        return found
+
+    return Kernel(values, 1, True, lambda a: np.ones(len(a)), into=into)
 
 
 def _gabor(a: Floats, b: Floats, settings: KernelSettings) -> Floats:
