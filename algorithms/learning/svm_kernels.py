@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 Function = Callable[[Floats, Floats], Floats]
 _NEAR = 1 << 17
 """Number of kernels that are computed at a time, so that they remain in a near cache."""
-NAMES = ("scalar", "linear", "gabor", "polynomial")
+NAMES = ("scalar", "rbf", "linear", "gabor", "polynomial", "precomputed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ def kernel_named(name: object, settings: KernelSettings, is_multivector: bool) -
     """
     if callable(name):
         return _of_function(name, settings.signs.size)
-    if name == "scalar":
+    if name in ("scalar", "rbf"):
         return _gaussian_kernel(settings.gamma)
     if name == "gabor":
         return Kernel(lambda a, b: _gabor(a, b, settings), settings.signs.size, True, lambda a: np.ones(len(a)))
@@ -101,6 +101,17 @@ def kernel_named(name: object, settings: KernelSettings, is_multivector: bool) -
             lambda a: np.concatenate([_polynomial(x[None], x[None], settings)[:, 0, 0] for x in a]),
         )  # fmt: skip
     raise ValueError(f"kernel: {name!r}; expected one of {', '.join(map(repr, NAMES))}, or a function of two arrays")
+
+
+def precomputed_kernel(gram: Floats) -> Kernel:
+    """Return the kernel of samples that are the numbers (n, 1) of rows of a Gram matrix."""
+
+    def numbers(a: Floats) -> NDArray[np.intp]:
+        return np.asarray(a[:, 0], np.intp)
+
+    return Kernel(
+        lambda a, b: gram[np.ix_(numbers(a), numbers(b))][:, None], 1, False, lambda a: gram.diagonal()[numbers(a)]
+    )
 
 
 def _flat(a: Floats) -> Floats:
