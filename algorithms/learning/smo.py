@@ -191,13 +191,14 @@ class _Part:
         """Take steps, and leave out samples that remain at their bounds."""
         blade, sign = self.problem.signs.pairs(self.problem.m)
         blades, signs = blade.astype(float), sign.astype(float)
+        floor = max(_LEAST_CURVATURE, 4 * np.finfo(float).eps * float(self.diagonal.max()))
         is_optimal = False
         while not is_optimal and state.steps < end:
-            count = min(end - state.steps, min(_CHECKED, len(self.problem.rows)) if shrinking else end)
+            count = min(end - state.steps, _CHECKED if shrinking else end)
             order = np.arange(float(self.diagonal.size)).reshape(self.diagonal.shape)
             self.signed, self.gradient, _, optimal, steps = clifford_svm.steps_of_pairs(
                 self.gram, self.diagonal, self.signed, self.gradient, self.lower, self.upper, order, order[0], blades,
-                signs, self.problem.width, tolerance, _LEAST_CURVATURE, count,
+                signs, self.problem.width, tolerance, floor, count,
             )  # fmt: skip
             state.steps += int(steps)
             is_optimal = bool(optimal)

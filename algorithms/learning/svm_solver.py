@@ -97,15 +97,20 @@ def _together(problem: Problem, tolerance: float, limit: int, shrinking: bool) -
         state.signed = interior_point(x, *limits, problem.width, tolerance)[None]
         state.gradient = problem.gradient(state.signed)
         state.steps += 1
-    budget = max(_FIRST * len(x) // problem.m, _FEWEST)
+    budget, later = max(_FIRST * len(x) // problem.m, _FEWEST), 2 * problem.targets.size
     while state.steps < limit:
+        before = problem.objective(state.signed, state.gradient)
         done = minimise(problem, state, tolerance, min(budget, limit - state.steps), shrinking)
         decreased = not done and descend(problem, state)
         if done or (decreased and polish(problem, state, tolerance)):
             found = _verified(problem, state, tolerance)
             if found.status is MachineStatus.OK:
                 return found
-        budget = 2 * problem.targets.size if decreased else 2 * budget
+        # Steps of ill-conditioned problems can be so small that rounding errors are larger.
+        now = problem.objective(state.signed, state.gradient)
+        if before - now <= np.finfo(float).eps * abs(now):
+            break
+        budget, later = (later, later + later // 4) if decreased else (2 * budget, later)
     return _verified(problem, state, tolerance)
 
 
