@@ -127,7 +127,7 @@ def minimise(problem: Problem, state: State, tolerance: float, budget: int, shri
             return gap <= tolerance
         some = _selected(problem, state) if shrinking else np.arange(len(problem.rows))
         first = max(_FIRST, len(problem.rows) // _SHARE)
-        most = max(first, 2 * np.count_nonzero(state.signed.any(0)))
+        most = max(first, 2 * int(state.signed.any(0).sum()))
         is_part = _WORTH * len(some) > most or len(some) > problem.rows.most_together
         most = min(most, problem.rows.most_together)
         some = _worst(problem, state, some, most) if is_part else some
@@ -160,7 +160,7 @@ def _worst(problem: Problem, state: State, some: Samples, count: int) -> Samples
     first = np.argsort(by_increase, kind="stable")[: (count + 1) // 2]
     second = np.argsort(by_decrease, kind="stable")
     second = second[~np.isin(second, first)][: count - len(first)]
-    return some[np.sort(np.concatenate([first, second]))]
+    return np.asarray(some[np.sort(np.concatenate([first, second]))])
 
 
 @dataclass
@@ -206,7 +206,7 @@ class _Part:
                 self._shrink(state)
 
     def _shrink(self, state: State) -> None:
-        own = State(*(x.reshape(len(x), -1) for x in (self.signed, self.gradient)))
+        own = State(self.signed.reshape(self.problem.m, -1), self.gradient.reshape(self.problem.m, -1))
         bounds = (x.reshape(len(x), -1) for x in (self.lower, self.upper))
         keep = _selected(replace(self.problem, lower=next(bounds), upper=next(bounds)), own)
         keep = keep[keep < len(self.numbers)]
