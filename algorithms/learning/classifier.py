@@ -67,6 +67,10 @@ class Classifier:
         """Return the labels, (n,)."""
         return np.asarray(self.classes[self.probabilities(features).argmax(1)])
 
+    def __sklearn_clone__(self) -> Classifier:
+        """Return the same classifier, for ``sklearn.base.clone``: it has no `fit`, and does not change."""
+        return self
+
     def save(self, path: str | Path) -> None:
         """Write the classifier into a file in numpy's npz format, without pickle."""
         np.savez(

@@ -11,11 +11,13 @@ from .blade_signs import Signs, blade_signs, signs_of_algebra
 from .estimators import Estimator, checked_samples, convergence_warning, is_number
 from .gram import GramRows, check_definite
 from .smo import Problem
-from .svm_kernels import Floats, Kernel, KernelSettings, kernel_named
+from .svm_kernels import Floats, Kernel, KernelSettings, kernel_named, precomputed_kernel
 from .svm_solver import MachineStatus, Solution, solve
 
 _LARGEST_CHECK = 5000
 """Variables up to which the Gram matrix of a kernel that may be indefinite is examined."""
+_BLOCK = 1 << 20
+"""Number of coefficients of kernels that are computed at a time for predictions."""
 
 
 class CliffordMachine(Estimator):
@@ -42,7 +44,12 @@ class CliffordMachine(Estimator):
         m = len(targets)
         signs = self._signs(m)
         self._kernel = self._kernel_for(samples, signs)
-        rows = GramRows(self._kernel, samples, self.cache_size)
+        own = samples
+        if self._is_precomputed:
+            if samples.ndim > 2 or len(samples) != samples.shape[1]:
+                raise ValueError(f"X: shape {samples.shape}; expected a square matrix (n, n) for kernel='precomputed'")
+            own = np.arange(float(len(samples)))[:, None]
+        rows = GramRows(self._kernel, own, self.cache_size)
         if not self._kernel.is_definite:
             if targets.size > _LARGEST_CHECK:
                 raise ValueError(
@@ -54,7 +61,7 @@ class CliffordMachine(Estimator):
         found = solve(problem, float(self.tol), int(self.max_iter), bool(self.shrinking))
         used = np.flatnonzero(found.signed.any(0))
         self.support_ = used
-        self.support_vectors_ = samples[used]
+        self.support_vectors_ = samples[used[:0] if self._is_precomputed else used]
         self.dual_coef_ = found.signed[:, used]
         self.intercept_ = found.intercept
         self.n_iter_ = found.steps
@@ -80,8 +87,30 @@ class CliffordMachine(Estimator):
             raise ValueError(f"X: shape {samples.shape}; expected (n, {self.support_vectors_.shape[1:]}) as in fit")
         if not len(self.support_):
             return np.tile(self.intercept_, (len(samples), 1))
-        block = self._kernel.values(samples, self.support_vectors_)
-        return np.asarray(block.reshape(len(samples), -1) @ self._weights + self.intercept_)
+        if self._kernel.is_linear:
+            return np.asarray(samples @ self.coef_.T + self.intercept_)
+        found = np.empty((len(samples), len(self.intercept_)))
+        span = max(1, _BLOCK // len(self._weights))
+        for start in range(0, len(samples), span):
+            some = samples[start : start + span]
+            if self._is_precomputed:
+                kernels = some[:, self.support_]
+            else:
+                kernels = self._kernel.values(some, self.support_vectors_)
+            found[start : start + span] = kernels.reshape(len(some), -1) @ self._weights + self.intercept_
+        return found
+
+    @property
+    def coef_(self) -> Floats:
+        """The weights of features (m, d), for linear kernels of real samples."""
+        self._check_fitted()
+        if not self._kernel.is_linear:
+            raise AttributeError("coef_ is only available when using a linear kernel of real samples")
+        return np.asarray(self.dual_coef_ @ self.support_vectors_)
+
+    @property
+    def _is_precomputed(self) -> bool:
+        return isinstance(self.kernel, str) and self.kernel == "precomputed"
 
     def multivectors(self, X: Any) -> Floats:
         """Return the values of the machine as multivectors (n, 2**k), with coefficients ordered by bitmap."""
@@ -98,7 +127,7 @@ class CliffordMachine(Estimator):
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         if "_settings" in state:
-            self._kernel = kernel_named(self.kernel, self._settings, self.support_vectors_.ndim == 3)
+            self._kernel = self._kernel_of(self.support_vectors_)
 
     def _signs(self, m: int) -> Signs:
         if self.algebra is None:
@@ -111,11 +140,13 @@ class CliffordMachine(Estimator):
     def _kernel_for(self, samples: Floats, signs: Signs) -> Kernel:
         flat = samples.reshape(len(samples), -1)
         gamma = self.gamma
-        if gamma == "scale":
+        if isinstance(gamma, str) and gamma == "scale":
             variance = float(flat.var())
             gamma = 1 / (flat.shape[1] * variance) if variance > 0 else 1.0
+        elif isinstance(gamma, str) and gamma == "auto":
+            gamma = 1 / flat.shape[1]
         elif not is_number(gamma) or gamma <= 0:
-            raise ValueError(f"gamma: {gamma!r}; expected 'scale' or a positive number")
+            raise ValueError(f"gamma: {gamma!r}; expected 'scale', 'auto' or a positive number")
         try:
             wave = np.asarray(self.frequency, float)
         except (TypeError, ValueError):
@@ -127,6 +158,11 @@ class CliffordMachine(Estimator):
         if wave.reshape(-1).shape != flat.shape[1:]:
             raise ValueError(f"frequency: shape {wave.shape}; expected a number, or {samples.shape[1:]}")
         self._settings = KernelSettings(float(gamma), int(self.degree), float(self.coef0), wave.reshape(-1), signs)
+        return self._kernel_of(samples)
+
+    def _kernel_of(self, samples: Floats) -> Kernel:
+        if self._is_precomputed:
+            return precomputed_kernel(samples)
         return kernel_named(self.kernel, self._settings, samples.ndim == 3)
 
     def _check_parameters(self) -> None:

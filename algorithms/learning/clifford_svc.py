@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from typing import Any, Self
 
 import numpy as np
@@ -10,8 +11,9 @@ from numpy.typing import NDArray
 
 from .clifford_machine import CliffordMachine
 from .codes import code_distance, code_of_classes, losses
-from .estimators import ContradictionWarning, contradictions, warn_column
+from .estimators import ContradictionWarning, checked_weights, contradictions, is_number, warn_column
 from .svm_kernels import Floats
+from .svm_probabilities import fitted_sigmoid, folds_of, probabilities
 
 
 class CliffordSVC(CliffordMachine):
@@ -22,19 +24,25 @@ class CliffordSVC(CliffordMachine):
 
     Parameters
     ----------
-    kernel : {"scalar", "linear", "gabor", "polynomial"} or callable
-        ``exp(-gamma |x - y|^2)``; ``~x y``; this Gaussian times a rotor ``exp(u w (x - y))``; or
+    kernel : {"scalar", "rbf", "linear", "gabor", "polynomial", "precomputed"} or callable
+        ``exp(-gamma |x - y|^2)``, with two names; ``~x y``; this Gaussian times a rotor ``exp(u w (x - y))``; or
         ``(gamma ~x y + coef0)^degree``. A callable maps two arrays of samples to kernels (n, k) or (n, k, 2**k).
+        With "precomputed", samples are rows of kernels with the training samples.
     C : float
         The penalty of errors.
-    gamma : float or "scale"
-        With "scale", the inverse of the variance of features times their number.
+    gamma : float, "scale" or "auto"
+        With "scale", the inverse of the variance of features times their number; with "auto", that of their number.
     degree, coef0 : int, float
         Of the polynomial.
     frequency : float or array
         The wave vector w of the Gabor kernel. A number is its length; it then has equal coordinates.
     code : {"one-vs-rest", "compact"}, int or mapping
         The signs of classes; see `codes.code_of_classes`.
+    class_weight : mapping or "balanced", optional
+        Factors of `C` for the samples of classes, 1 for those that are not in it; with "balanced", such that all
+        classes have equal sums.
+    probability : bool
+        Whether to fit sigmoids for `predict_proba` by cross-validation, which takes five times as long.
     algebra : (p, q), optional
         The signature. By default there are just enough vectors of square -1.
     tol : float
@@ -56,6 +64,8 @@ class CliffordSVC(CliffordMachine):
         Indices of the samples with nonzero dual variables, and these samples.
     dual_coef_ : array, (m, support)
         Dual variables, with the signs of labels.
+    coef_ : array, (m, d)
+        The weights of features, for linear kernels of real samples.
     intercept_ : array, (m,)
     n_iter_ : int
         The number of steps, of all components.
@@ -67,14 +77,17 @@ class CliffordSVC(CliffordMachine):
     def __init__(
         self, kernel: Any = "scalar", C: float = 1.0, gamma: Any = "scale", degree: int = 3, coef0: float = 1.0,
         frequency: Any = 1.0, code: Any = "one-vs-rest", algebra: Any = None, tol: float = 1e-6, max_iter: int = -1,
-        shrinking: bool = True, cache_size: float = 200.0,
+        shrinking: bool = True, cache_size: float = 200.0, class_weight: Any = None, probability: bool = False,
     ) -> None:  # fmt: skip
         self.kernel, self.C, self.gamma, self.degree, self.coef0 = kernel, C, gamma, degree, coef0
         self.frequency, self.code, self.algebra, self.tol = frequency, code, algebra, tol
         self.max_iter, self.shrinking, self.cache_size = max_iter, shrinking, cache_size
+        self.class_weight, self.probability = class_weight, probability
 
-    def fit(self, X: Any, y: Any) -> Self:
+    def fit(self, X: Any, y: Any, sample_weight: Any = None) -> Self:
         """Fit the machine to samples (n, d), or multivectors (n, d, 2**k), and their classes.
+
+        The penalties of errors are multiplied by the weights of samples and classes.
 
         Raises
         ------
@@ -98,7 +111,7 @@ class CliffordSVC(CliffordMachine):
         if len(self.classes_) < 2:
             raise ValueError(f"y: the number of classes has to be greater than one; got {len(self.classes_)} class")
         code = code_of_classes(self.code, self.classes_)
-        if (samples == samples[0]).all():
+        if not self._is_precomputed and (samples == samples[0]).all():
             raise ValueError("X: all features are constant; expected samples that differ")
         clashes = contradictions(samples, number)
         if clashes:
@@ -106,11 +119,52 @@ class CliffordSVC(CliffordMachine):
                 f"y: {clashes} samples equal an earlier one with another label; no machine separates them",
                 ContradictionWarning, stacklevel=2,
             )  # fmt: skip
+        weights = checked_weights(sample_weight, len(samples))
+        if len(np.unique(number[weights > 0])) < 2:
+            raise ValueError("sample_weight: the positive weights belong to one class; expected at least two")
+        most = self.C * weights * _weights_of_classes(self.class_weight, self.classes_, number)[number]
         targets = code[number].T.astype(float)
-        self._train(samples, targets, np.where(targets > 0, 0, -self.C), np.where(targets > 0, self.C, 0), 0.0)
+        self._train(samples, targets, np.where(targets > 0, 0, -most), np.where(targets > 0, most, 0), 0.0)
         self.code_, self.code_distance_ = code, code_distance(code)
         self._learn_features(X, samples)
+        self._sigmoids = self._fit_sigmoids(samples, number, weights) if self.probability else None
         return self
+
+    def _fit_sigmoids(self, samples: Floats, number: NDArray[np.intp], weights: Floats) -> Floats:
+        """Fit the sigmoids of decision values to those of samples that are left out in training."""
+        code = {c: row for c, row in enumerate(self.code_)}
+        factors = _weights_of_classes(self.class_weight, self.classes_, number)
+        changes = {"code": code, "probability": False, "class_weight": None, "gamma": self._settings.gamma}
+        fold, scores = (
+            folds_of(number),
+            np.empty(len(samples) if len(self.classes_) == 2 else (len(samples), len(code))),
+        )
+        for k in range(fold.max() + 1):
+            inner, outer = np.flatnonzero(fold != k), np.flatnonzero(fold == k)
+            own = (samples[:, inner] if self._is_precomputed else samples)[[*inner, *outer]]
+            machine = type(self)(**{**self.get_params(), **changes})
+            machine.fit(own[: len(inner)], number[inner], (weights * factors[number])[inner])
+            scores[outer] = machine.decision_function(own[len(inner) :])
+        columns = scores.reshape(len(scores), -1).T
+        is_own = [number == c for c in (range(len(code)) if len(columns) > 1 else [1])]
+        return np.array([fitted_sigmoid(f, own) for f, own in zip(columns, is_own, strict=True)])
+
+    @property
+    def predict_proba(self) -> Callable[[Any], Floats]:
+        """The function of samples that returns the probabilities (n, classes), if the machine has `probability`.
+
+        The probabilities are those of Platt's method, see `svm_probabilities`. The class of the greatest one can differ
+        from that of `predict`.
+        """
+        if not self.probability:
+            raise AttributeError("predict_proba is not available when probability=False")
+        return self._probabilities
+
+    def _probabilities(self, X: Any) -> Floats:
+        values = self.decision_function(X)
+        if self._sigmoids is None:
+            raise ValueError("probability: it was False in fit; fit the machine again")
+        return probabilities(values, self._sigmoids)
 
     def components(self, X: Any) -> Floats:
         """Return the components (n, m) of the multivector values, whose signs code the classes."""
@@ -134,7 +188,28 @@ class CliffordSVC(CliffordMachine):
         return float((self.predict(X) == np.asarray(y)).mean())
 
     def __sklearn_tags__(self) -> Any:
-        return self._tags("classifier")
+        return self._tags("classifier", self._is_precomputed)
+
+
+def _weights_of_classes(given: Any, classes: NDArray[Any], number: NDArray[np.intp]) -> Floats:
+    """Return the factors of classes.
+
+    Raises
+    ------
+    ValueError
+        If a factor is not positive, or belongs to no class.
+    """
+    if given is None:
+        return np.ones(len(classes))
+    if isinstance(given, str):
+        if given != "balanced":
+            raise ValueError(f"class_weight: {given!r}; expected 'balanced', a mapping, or None")
+        return np.asarray(len(number) / (len(classes) * np.bincount(number)))
+    names = classes.tolist()
+    unknown = [name for name in given if name not in names]
+    if unknown or not all(is_number(value) and value > 0 for value in given.values()):
+        raise ValueError(f"class_weight: {given!r}; expected positive numbers for some of the classes {names}")
+    return np.array([float(given.get(name, 1.0)) for name in names])
 
 
 def _checked_labels(y: Any, n: int) -> NDArray[Any]:

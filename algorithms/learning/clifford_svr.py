@@ -7,7 +7,7 @@ from typing import Any, Self
 import numpy as np
 
 from .clifford_machine import CliffordMachine
-from .estimators import is_number, warn_column
+from .estimators import checked_weights, is_number, warn_column
 from .svm_kernels import Floats
 
 
@@ -25,7 +25,7 @@ class CliffordSVR(CliffordMachine):
 
     Attributes
     ----------
-    support_, support_vectors_, dual_coef_, intercept_, n_iter_, status_, gap_, dual_objective_
+    support_, support_vectors_, dual_coef_, coef_, intercept_, n_iter_, status_, gap_, dual_objective_
         As in `CliffordSVC`.
     """
 
@@ -38,8 +38,10 @@ class CliffordSVR(CliffordMachine):
         self.coef0, self.frequency, self.algebra, self.tol = coef0, frequency, algebra, tol
         self.max_iter, self.shrinking, self.cache_size = max_iter, shrinking, cache_size
 
-    def fit(self, X: Any, y: Any) -> Self:
+    def fit(self, X: Any, y: Any, sample_weight: Any = None) -> Self:
         """Fit the machine to samples and targets (n,), or components of multivectors (n, m) ordered by bitmap.
+
+        The penalties of errors are multiplied by the weights of samples.
 
         Raises
         ------
@@ -57,7 +59,7 @@ class CliffordSVR(CliffordMachine):
         targets = _checked_targets(y, len(samples))
         self._is_flat = targets.ndim == 1
         rows = np.ascontiguousarray(np.atleast_2d(targets.T))
-        bound = np.full(rows.shape, float(self.C))
+        bound = np.broadcast_to(self.C * checked_weights(sample_weight, len(samples)), rows.shape)
         self._train(samples, rows, -bound, bound, float(self.epsilon))
         self._learn_features(X, samples)
         return self
@@ -74,7 +76,7 @@ class CliffordSVR(CliffordMachine):
         return float(np.mean(1 - ((truth - found) ** 2).sum(0) / np.where(spread > 0, spread, 1)))
 
     def __sklearn_tags__(self) -> Any:
-        return self._tags("regressor", multi_output=True, single_output=True)
+        return self._tags("regressor", self._is_precomputed, multi_output=True, single_output=True)
 
 
 def _checked_targets(y: Any, n: int) -> Floats:

@@ -44,14 +44,14 @@ class Estimator:
         changed = [f"{k}={v!r}" for k, v in self.get_params().items() if v is not defaults[k].default]
         return f"{type(self).__name__}({', '.join(changed)})"
 
-    def _tags(self, kind: str, **target: bool) -> Any:
-        """Return the tags that scikit-learn reads, which only it calls."""
+    def _tags(self, kind: str, pairwise: bool, **target: bool) -> Any:
+        """Return the tags that scikit-learn reads, which only it calls; `pairwise` if samples are rows of kernels."""
         utils = importlib.import_module("sklearn.utils")
         special = {"classifier_tags": utils.ClassifierTags()} if kind == "classifier" else {}
         special = special or {"regressor_tags": utils.RegressorTags()}
         return utils.Tags(
             estimator_type=kind, target_tags=utils.TargetTags(required=True, **target),
-            input_tags=utils.InputTags(three_d_array=False), **special,
+            input_tags=utils.InputTags(three_d_array=False, sparse=True, pairwise=pairwise), **special,
         )  # fmt: skip
 
     def _check_fitted(self) -> None:
@@ -118,16 +118,14 @@ def _class_of_sklearn(name: str, own: type[Any]) -> type[Any]:
 def checked_samples(x: Any, size: int | None) -> Floats:
     """Return samples as a contiguous array of float64: (n, d), or with an algebra of `size` blades (n, d, size).
 
+    Sparse matrices are converted to dense ones.
+
     Raises
     ------
-    TypeError
-        If X is sparse.
     ValueError
-        If it is complex, empty, not finite, or has another shape.
+        If X is complex, empty, not finite, or has another shape.
     """
-    if hasattr(x, "tocsr"):
-        raise TypeError("X: a sparse array was passed; expected a dense array; use X.toarray()")
-    array = np.asarray(x)
+    array = np.asarray(x.toarray() if hasattr(x, "tocsr") else x)
     if array.dtype.kind == "c":
         raise ValueError(
             "Complex data not supported: X has complex numbers; expected real coefficients of multivectors"
@@ -151,6 +149,28 @@ def checked_samples(x: Any, size: int | None) -> Floats:
     return samples
 
 
+def checked_weights(sample_weight: Any, n: int) -> Floats:
+    """Return weights of samples as an array (n,), which are 1 by default.
+
+    Raises
+    ------
+    ValueError
+        If weights are negative or not finite, if all of them are 0, or if their number is wrong.
+    """
+    if sample_weight is None:
+        return np.ones(n)
+    weights = np.asarray(sample_weight, float)
+    if weights.ndim == 0:
+        weights = np.full(n, float(weights))
+    if weights.shape != (n,):
+        raise ValueError(f"sample_weight: shape {weights.shape}; Sample weights must be 1D array or scalar, ({n},)")
+    if not np.isfinite(weights).all() or weights.min() < 0:
+        raise ValueError("sample_weight: expected finite numbers of at least 0")
+    if not weights.max() > 0:
+        raise ValueError("sample_weight: all weights are zero; expected some positive ones")
+    return weights
+
+
 def is_number(value: object) -> bool:
     """Return whether a value is a finite real number, as parameters of machines have to be."""
     return (
@@ -160,9 +180,13 @@ def is_number(value: object) -> bool:
 
 def contradictions(samples: Floats, labels: NDArray[Any]) -> int:
     """Return the number of samples that equal an earlier sample with another label."""
+    # Equal rows have equal sums of products with any weights, which few other rows have.
+    flat = samples.reshape(len(samples), -1)
+    weights = np.random.default_rng(0).normal(size=flat.shape[1])
+    _, place, count = np.unique((flat * weights).sum(1), return_inverse=True, return_counts=True)
     first: dict[bytes, Any] = {}
-    values = labels.tolist()
-    return sum(first.setdefault(row.tobytes(), label) != label for row, label in zip(samples, values, strict=True))
+    doubtful = np.flatnonzero(count[place] > 1)
+    return sum(first.setdefault(samples[i].tobytes(), labels[i]) != labels[i] for i in doubtful)
 
 
 def _feature_names(x: Any) -> NDArray[Any] | None:

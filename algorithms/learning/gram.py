@@ -1,8 +1,6 @@
-"""Rows of Gram matrices of multivectors, kept in a cache that all components share."""
+"""Rows of Gram matrices of multivectors, which all components share."""
 
 from __future__ import annotations
-
-from collections import OrderedDict
 
 import numpy as np
 import scipy
@@ -13,14 +11,31 @@ from .svm_kernels import Floats, Kernel
 
 _DENSE = 600
 """Size of a matrix up to which all of its eigenvalues are computed."""
+_BLOCK = 4e6
+"""Bytes of the rows that are computed at a time."""
+_FEW = 3
+"""The number of times that a number is moved when some rows are copied and multiplied."""
+Samples = NDArray[np.intp]
 _ROUNDING = 1e-9
 """Negative eigenvalues that are due to rounding, relative to the greatest diagonal element."""
 
 
-class GramRows:
-    """Rows of the kernel, one for each sample, as multivectors.
+LANES = 16
+"""Number of samples in a block, a multiple of the widths of vectors."""
 
-    If all rows fit into the cache, they are computed at once. Otherwise the least recently used rows are replaced.
+
+def in_blocks(rows: Floats) -> Floats:
+    """Return arrays (..., n) as (..., blocks, lanes), with zeros behind the last samples."""
+    n = rows.shape[-1]
+    found = np.zeros((*rows.shape[:-1], -(-n // LANES) * LANES))
+    found[..., :n] = rows
+    return found.reshape(*rows.shape[:-1], -1, LANES)
+
+
+class GramRows:
+    """Rows of the kernel, one for each sample, which are computed when they are first needed, and kept.
+
+    If the memory is full, rows that the present request does not need are replaced.
 
     Parameters
     ----------
@@ -28,64 +43,98 @@ class GramRows:
     samples : array, (n, ...)
     cache_size : float
         In megabytes.
+
+    Attributes
+    ----------
+    diagonal : array, (n,)
+        The scalar parts of ``K(x, x)``.
+    size : int
+        The number of coefficients of a kernel.
+    most_together : int
+        The number of samples whose Gram matrix, or whose rows, fit into the memory.
     """
 
     def __init__(self, kernel: Kernel, samples: Floats, cache_size: float) -> None:
         self.kernel, self.samples = kernel, samples
-        first = kernel.values(samples[:1], samples)
-        self.size = first.shape[1]
-        self.capacity = max(2, int(cache_size * 1e6 / first[0].nbytes))
-        self.rows_computed = 0
-        self._all: Floats | None = None
-        self._kept: OrderedDict[int, Floats] = OrderedDict()
-        if self.capacity >= len(samples):
-            self._all = kernel.values(samples, samples)
-            self.rows_computed = len(samples)
+        self.size = kernel.values(samples[:1], samples[:1]).shape[1]
+        self.diagonal = kernel.diagonal(samples)
+        n, numbers = len(samples), cache_size * 1e6 / 8 / self.size
+        self._span = max(1, int(_BLOCK // (8 * self.size * n)))
+        capacity = min(n, max(2, int(numbers // n)))
+        self.most_together = min(n, max(capacity, int(np.sqrt(numbers))))
+        self._kept = np.empty((capacity, self.size, -(-n // LANES) * LANES))
+        self._owner = np.full(capacity, -1)
+        self._place = np.full(n, -1)
 
     def __len__(self) -> int:
         return len(self.samples)
 
-    @property
-    def is_complete(self) -> bool:
-        """Whether all rows are kept."""
-        return self._all is not None
-
-    def row(self, i: int) -> Floats:
-        """Return the row ``K(x_i, x_k)`` as an array (size, n)."""
-        if self._all is not None:
-            return np.asarray(self._all[i])
-        found = self._kept.get(i)
-        if found is None:
-            if len(self._kept) >= self.capacity:
-                self._kept.popitem(last=False)
-            found = self._kept[i] = self.kernel.values(self.samples[i : i + 1], self.samples)[0]
-            self.rows_computed += 1
-        else:
-            self._kept.move_to_end(i)
-        return found
-
-    def block(self, rows: NDArray[np.intp]) -> Floats:
+    def block(self, rows: Samples) -> Floats:
         """Return rows as an array (rows, size, n)."""
-        if self._all is not None:
-            return self._all[rows]
-        return np.asarray(self.kernel.values(self.samples[rows], self.samples))
+        if len(rows) > len(self._kept):
+            return self.kernel.values(self.samples[rows], self.samples)
+        self._keep(rows)
+        return np.asarray(self._kept[self._place[rows]][:, :, : len(self)])
 
-    def square(self, rows: NDArray[np.intp]) -> Floats:
+    def _keep(self, rows: Samples) -> None:
+        """Compute the rows that are missing."""
+        missing = rows[self._place[rows] < 0]
+        free = np.flatnonzero(self._owner < 0)
+        if len(free) < len(missing):
+            other = np.flatnonzero((self._owner >= 0) & ~np.isin(self._owner, rows))
+            self._place[self._owner[other]] = -1
+            self._owner[other] = -1
+            free = np.flatnonzero(self._owner < 0)
+        free = free[: len(missing)]
+        self._place[missing], self._owner[free] = free, missing
+        if len(free) and free[-1] - free[0] == len(free) - 1:
+            found = self._kept[free[0] : free[-1] + 1]
+            found[:, :, len(self) :] = 0
+            self.kernel.fill(self.samples[missing], self.samples, found[:, :, : len(self)])
+            return
+        for start in range(0, len(missing), self._span):
+            own, place = missing[start : start + self._span], free[start : start + self._span]
+            self._kept[place, :, len(self) :] = 0
+            self._kept[place, :, : len(self)] = self.kernel.values(self.samples[own], self.samples)
+
+    def square(self, rows: Samples) -> Floats:
         """Return the part (rows, size, rows) of some samples, whose indices ascend."""
-        if self._all is None or len(rows) == len(self):
-            return self.block(rows)[:, :, rows] if self._all is None else self._all
-        return np.asarray(self._all.take(rows, 0).take(rows, 2))
+        if len(rows) > len(self._kept):
+            return self.kernel.values(self.samples[rows], self.samples[rows])
+        blocks = self.blocks(rows)
+        return np.asarray(blocks.reshape(*blocks.shape[:2], -1)[:, :, : len(rows)])
+
+    def blocks(self, rows: Samples) -> Floats:
+        """Return the Gram matrix of some samples, whose indices ascend, in blocks (rows, size, blocks, lanes)."""
+        if len(rows) > len(self._kept):
+            return in_blocks(self.square(rows))
+        self._keep(rows)
+        place = self._place[rows]
+        if len(rows) == len(self) and (place == np.arange(len(self))).all():
+            return self._kept.reshape(*self._kept.shape[:2], -1, LANES)
+        found = np.zeros((len(rows), self.size, -(-len(rows) // LANES) * LANES))
+        for start in range(0, len(rows), LANES):
+            own = slice(start, start + LANES)
+            found[own, :, : len(rows)] = self._kept[place[own]].take(rows, 2)
+        return found.reshape(len(rows), self.size, -1, LANES)
 
     def image(self, signed: Floats, signs: Signs) -> Floats:
         """Return the products of the Gram matrix with variables of components (m, n), a block of rows at a time."""
-        if self._all is not None and self.size == 1:
-            return np.asarray(signed @ self._all[:, 0])
         used = np.flatnonzero(signed.any(0))
+        if self.kernel.is_linear:
+            return np.asarray((signed[:, used] @ self.samples[used]) @ self.samples.T)
         found = np.zeros(signed.shape)
         blade, sign = signs.pairs(len(signed))
-        span = max(1, int(3e7 // max(1, self.size * len(self) * 8)))
-        for start in range(0, len(used), span):
-            rows = used[start : start + span]
+        if len(used) <= len(self._kept):
+            self._keep(used)
+            last = int(self._place[used].max(initial=-1)) + 1
+            if _FEW * len(used) > last:
+                # Reading all rows takes less time than a copy of some.
+                by_place = np.zeros((len(signed), last))
+                by_place[:, self._place[used]] = signed[:, used]
+                return _image(self._kept[:last, :, : len(self)], by_place, blade, sign)
+        for start in range(0, len(used), self._span):
+            rows = used[start : start + self._span]
             found += _image(self.block(rows), signed[:, rows], blade, sign)
         return found
 

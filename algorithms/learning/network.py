@@ -66,6 +66,7 @@ class Network:
         if np.dtype(dtype) not in (np.float32, np.float64):
             raise TypeError(f"dtype: {dtype}; expected float32 or float64")
         self.layers, self.algebra, self.channels, self.loss_name = tuple(layers), Algebra.of(algebra), channels, loss
+        self._seed, self._dtype = seed, dtype
         random, self.stages = np.random.default_rng(seed), [(self.algebra, channels)]
         arrays: list[list[Array]] = []
         for layer in self.layers:
@@ -78,6 +79,12 @@ class Network:
         flat = [array.ravel() for own in arrays for array in own]
         self.parameters: Array = np.concatenate([*flat, np.zeros(0)]).astype(dtype)
         self._workspace = Workspace()
+
+    def __sklearn_clone__(self) -> Network:
+        """Return a network with the initial parameters, for ``sklearn.base.clone``."""
+        return type(self)(
+            self.layers, self.algebra, self.channels, seed=self._seed, dtype=self._dtype, loss=self.loss_name
+        )
 
     @property
     def weights(self) -> list[list[Array]]:

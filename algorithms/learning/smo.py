@@ -2,14 +2,14 @@
 
 With signed variables ``b`` the dual problem is to minimise ``b'Gb/2 - t'b + eps |b|_1`` with bounds, where the
 variables of each component have the sum 0. A step increases one variable and decreases another one of the same
-component by the same amount. The gradient ``Gb - t``, one multivector for each sample, is updated by two rows of the
-Gram matrix. `svm_polish` solves for all free variables at once where that is cheaper.
+component by the same amount. The kernel `steps_of_pairs` takes many steps in one call, with the Gram matrix of the
+samples that may still take part in one. The gradient ``Gb - t`` of all samples, one multivector for each, is updated
+after it. `svm_polish` solves for all free variables at once where that is cheaper.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +17,21 @@ from numpy.typing import NDArray
 from generated import clifford_svm
 
 from .blade_signs import Signs
-from .gram import GramRows
+from .gram import GramRows, Samples, in_blocks
 from .svm_kernels import Floats
 
 FAR = 2.0**100
 _LEAST_CURVATURE = 1e-12
 _CHECKED = 1000
 """Steps between two attempts to shrink."""
-_WORTH = 0.8
+_WORTH = 0.7
 """Share of samples that remain, from which on shrinking is not worthwhile."""
+_PART = 0.1
+"""The violation to which a part of the samples is solved, relative to that of all samples before."""
+_FIRST = 400
+"""Number of samples whose pairs are examined first; later, it is twice the number of samples with variables."""
+_SHARE = 5
+"""The inverse of the share of samples whose pairs are examined first, if these are more."""
 Bools = NDArray[np.bool_]
 
 
@@ -115,95 +121,105 @@ def minimise(problem: Problem, state: State, tolerance: float, budget: int, shri
         Whether the tolerance has been reached for all samples within `budget` steps.
     """
     end = state.steps + budget
-    active: NDArray[np.intp] | None = None
     while True:
-        reason = _steps(problem, state, active, tolerance, end, shrinking)
-        if active is None and reason != "check":
-            return reason == "done"
-        if reason == "check":
-            smaller = _active(problem, state, active)
-            if len(smaller) < _WORTH * (len(problem.rows) if active is None else len(active)):
-                active, state.shrunk = smaller, state.shrunk + 1
-            continue
+        gap = _gap(problem, state)
+        if gap <= tolerance or state.steps >= end:
+            return gap <= tolerance
+        some = _selected(problem, state) if shrinking else np.arange(len(problem.rows))
+        first = max(_FIRST, len(problem.rows) // _SHARE)
+        most = max(first, 2 * int(state.signed.any(0).sum()))
+        is_part = _WORTH * len(some) > most or len(some) > problem.rows.most_together
+        most = min(most, problem.rows.most_together)
+        some = _worst(problem, state, some, most) if is_part else some
+        before = state.signed.copy()
+        part = _Part.of(problem, state, some)
+        part.descend(state, max(tolerance, _PART * gap) if is_part else tolerance, end, shrinking)
+        part.store(state)
         # Gradients of samples that were left out are not up to date.
-        state.gradient = problem.gradient(state.signed)
-        active, shrinking = None, False
+        state.gradient += problem.rows.image(state.signed - before, problem.signs)
 
 
-def _active(problem: Problem, state: State, active: NDArray[np.intp] | None) -> NDArray[np.intp]:
+def _gap(problem: Problem, state: State) -> float:
+    lowest, highest = gaps(problem, state)
+    return float((highest - lowest).max())
+
+
+def _selected(problem: Problem, state: State) -> Samples:
     """Return the samples that may still belong to a pair."""
-    lowest, highest = (x[:, None] for x in _ends(problem, state, active))
+    lowest, highest = (x[:, None] for x in gaps(problem, state))
     rise, fall = problem.slopes(state.signed)
-    keep: Bools = np.any((state.gradient + rise < highest) | (state.gradient + fall > lowest), axis=0)
-    if active is not None:
-        keep = keep & np.isin(np.arange(keep.size), active)
-    return np.flatnonzero(keep)
+    return np.flatnonzero(np.any((state.gradient + rise < highest) | (state.gradient + fall > lowest), axis=0))
 
 
-def _ends(problem: Problem, state: State, active: NDArray[np.intp] | None) -> tuple[Floats, Floats]:
+def _worst(problem: Problem, state: State, some: Samples, count: int) -> Samples:
+    """Return those of some samples whose variables gain most by an increase or by a decrease, half for each."""
     rise, fall = problem.slopes(state.signed)
-    up, down = state.gradient + rise, state.gradient + fall
-    if active is not None:
-        up, down = up[:, active], down[:, active]
-    return up.min(1), down.max(1)
+    lowest, highest = (x[:, None] for x in gaps(problem, state))
+    by_increase = (state.gradient + rise - highest).min(0)[some]
+    by_decrease = (lowest - state.gradient - fall).min(0)[some]
+    first = np.argsort(by_increase, kind="stable")[: (count + 1) // 2]
+    second = np.argsort(by_decrease, kind="stable")
+    second = second[~np.isin(second, first)][: count - len(first)]
+    return np.asarray(some[np.sort(np.concatenate([first, second]))])
 
 
-def _steps(
-    problem: Problem, state: State, active: NDArray[np.intp] | None, tolerance: float, end: int, shrinking: bool
-) -> str:
-    """Take steps with the active samples: until "done", the "end" of the budget, or a "check" of what can shrink."""
-    step_of_pair, second_of_pair = clifford_svm.step_of_pair, clifford_svm.second_of_pair
-    some = slice(None) if active is None else active
-    single = problem.m == 1
-    shape: Any = (0, some) if single else (slice(None), some)
-    v, b, low, high = (x[shape].copy() for x in (state.gradient, state.signed, problem.lower, problem.upper))
-    rise, fall = (x[shape] for x in problem.slopes(state.signed))
-    rise, fall = np.ascontiguousarray(rise), np.ascontiguousarray(fall)
-    diagonal = problem.rows.kernel.diagonal(problem.rows.samples[some])
-    blade, sign = problem.signs.pairs(problem.m)
-    factor = sign.astype(float)
-    width, rows, own = problem.width, problem.rows, np.arange(len(problem.rows))[some].tolist()
-    pause = state.steps + min(_CHECKED, len(problem.rows)) if shrinking else end
-    gain = loss = v
-    step: Floats | float = 0.0 if single else np.zeros(problem.m)
-    at: tuple[int, ...] = ()
-    while True:
-        v, lowest, first, highest = step_of_pair(v, gain, loss, step, rise, fall)
-        if not single:
-            at = (int(np.argmax(highest - lowest)),)
-        if highest[at] - lowest[at] <= tolerance:
-            reason = "done"
-            break
-        if state.steps >= min(end, pause):
-            reason = "end" if state.steps >= end else "check"
-            break
-        i = int(first[at])
-        row = rows.row(own[i])
-        if active is not None:
-            row = row[:, active]
-        direct = row[0]
-        _, second = second_of_pair(v[at], fall[at], direct, diagonal, diagonal[i], lowest[at], _LEAST_CURVATURE)
-        k = int(second)
-        up, down = (*at, i), (*at, k)
-        old, other = float(b[up]), float(b[down])
-        room = (0.0 if old < 0 and width else float(high[up])) - old
-        space = other - (0.0 if other > 0 and width else float(low[down]))
-        slope = float(v[down] + fall[down] - lowest[at])
-        curvature = max(float(diagonal[i] + diagonal[k] - 2 * direct[k]), _LEAST_CURVATURE)
-        size = min(slope / curvature, room, space)
-        b[up] = old + room if size == room else old + size
-        b[down] = other - space if size == space else other - size
-        for place in (up, down):
-            x = b[place]
-            rise[place] = FAR if x >= high[place] else width if x >= 0 else -width
-            fall[place] = -FAR if x <= low[place] else width if x > 0 else -width
-        gain, loss = row, rows.row(own[k])
-        if active is not None:
-            loss = loss[:, active]
-        if single:
-            gain, loss, step = gain[0], loss[0], size
-        else:
-            gain, loss, step = gain[blade[:, at[0]]], loss[blade[:, at[0]]], size * factor[at[0]]
-        state.steps += 1
-    state.gradient[shape], state.signed[shape] = v, b
-    return reason
+@dataclass
+class _Part:
+    """The problem for some samples, in blocks of lanes: arrays (m, blocks, lanes), and (samples, size, blocks, lanes).
+
+    All arrays but `numbers`, the numbers of the samples, are filled up to whole blocks.
+    """
+
+    problem: Problem
+    numbers: Samples
+    gram: Floats
+    diagonal: Floats
+    signed: Floats
+    gradient: Floats
+    lower: Floats
+    upper: Floats
+
+    @classmethod
+    def of(cls, problem: Problem, state: State, numbers: Samples) -> _Part:
+        """Return the problem for samples of given numbers."""
+        rows = (state.signed, state.gradient, problem.lower, problem.upper)
+        signed, gradient, lower, upper = (in_blocks(x[:, numbers]) for x in rows)
+        diagonal = in_blocks(problem.rows.diagonal[numbers])
+        return cls(problem, numbers, problem.rows.blocks(numbers), diagonal, signed, gradient, lower, upper)
+
+    def descend(self, state: State, tolerance: float, end: int, shrinking: bool) -> None:
+        """Take steps, and leave out samples that remain at their bounds."""
+        blade, sign = self.problem.signs.pairs(self.problem.m)
+        blades, signs = blade.astype(float), sign.astype(float)
+        floor = max(_LEAST_CURVATURE, 4 * np.finfo(float).eps * float(self.diagonal.max()))
+        is_optimal = False
+        while not is_optimal and state.steps < end:
+            count = min(end - state.steps, _CHECKED if shrinking else end)
+            order = np.arange(float(self.diagonal.size)).reshape(self.diagonal.shape)
+            self.signed, self.gradient, _, optimal, steps = clifford_svm.steps_of_pairs(
+                self.gram, self.diagonal, self.signed, self.gradient, self.lower, self.upper, order, order[0], blades,
+                signs, self.problem.width, tolerance, floor, count,
+            )  # fmt: skip
+            state.steps += int(steps)
+            is_optimal = bool(optimal)
+            if shrinking and not is_optimal:
+                self._shrink(state)
+
+    def _shrink(self, state: State) -> None:
+        own = State(self.signed.reshape(self.problem.m, -1), self.gradient.reshape(self.problem.m, -1))
+        bounds = (x.reshape(len(x), -1) for x in (self.lower, self.upper))
+        keep = _selected(replace(self.problem, lower=next(bounds), upper=next(bounds)), own)
+        keep = keep[keep < len(self.numbers)]
+        if not len(keep) or len(keep) >= _WORTH * len(self.numbers):
+            return
+        self.store(state)
+        state.shrunk += 1
+        for name in ("signed", "gradient", "lower", "upper", "diagonal"):
+            rows = getattr(self, name)
+            setattr(self, name, in_blocks(rows.reshape(*rows.shape[:-2], -1)[..., keep]))
+        self.gram = in_blocks(self.gram.reshape(*self.gram.shape[:2], -1).take(keep, 0).take(keep, 2))
+        self.numbers = self.numbers[keep]
+
+    def store(self, state: State) -> None:
+        """Store the variables in the state, without the gradient."""
+        state.signed[:, self.numbers] = self.signed.reshape(len(self.signed), -1)[:, : len(self.numbers)]

@@ -20,7 +20,9 @@ from .blade_signs import Signs
 
 Floats = NDArray[np.float64]
 Function = Callable[[Floats, Floats], Floats]
-NAMES = ("scalar", "linear", "gabor", "polynomial")
+_NEAR = 1 << 17
+"""Number of kernels that are computed at a time, so that they remain in a near cache."""
+NAMES = ("scalar", "rbf", "linear", "gabor", "polynomial", "precomputed")
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +49,27 @@ class Kernel:
         Whether the Gram matrix is positive semidefinite for all samples.
     diagonal : callable
         The scalar parts of ``K(x, x)``.
+    is_linear : bool
+        Whether the values are the inner products of real samples.
+    into : callable, optional
+        Stores the values in an array.
     """
 
     values: Function
     size: int
     is_definite: bool
     diagonal: Callable[[Floats], Floats]
+    is_linear: bool = False
+    into: Callable[[Floats, Floats, Floats], None] | None = None
+
+    def fill(self, a: Floats, b: Floats, found: Floats) -> None:
+        """Store the values in an array of their shape."""
+        if self.into:
+            self.into(a, b, found)
+            return
+        span = max(1, _NEAR // found[0].size)
+        for start in range(0, len(a), span):
+            found[start : start + span] = self.values(a[start : start + span], b)
 
 
 def kernel_named(name: object, settings: KernelSettings, is_multivector: bool) -> Kernel:
@@ -65,13 +82,13 @@ def kernel_named(name: object, settings: KernelSettings, is_multivector: bool) -
     """
     if callable(name):
         return _of_function(name, settings.signs.size)
-    if name == "scalar":
-        return Kernel(lambda a, b: _gaussian(a, b, settings.gamma), 1, True, lambda a: np.ones(len(a)))
+    if name in ("scalar", "rbf"):
+        return _gaussian_kernel(settings.gamma)
     if name == "gabor":
         return Kernel(lambda a, b: _gabor(a, b, settings), settings.signs.size, True, lambda a: np.ones(len(a)))
     if name == "linear":
         if not is_multivector:
-            return Kernel(lambda a, b: (a @ b.T)[:, None], 1, True, _squares)
+            return Kernel(lambda a, b: (a @ b.T)[:, None], 1, True, _squares, True)
         return Kernel(lambda a, b: _linear(a, b, settings.signs), settings.signs.size, True, _squares)
     if name == "polynomial":
         g, c, d = settings.gamma, settings.coef0, settings.degree
@@ -84,6 +101,17 @@ def kernel_named(name: object, settings: KernelSettings, is_multivector: bool) -
             lambda a: np.concatenate([_polynomial(x[None], x[None], settings)[:, 0, 0] for x in a]),
         )  # fmt: skip
     raise ValueError(f"kernel: {name!r}; expected one of {', '.join(map(repr, NAMES))}, or a function of two arrays")
+
+
+def precomputed_kernel(gram: Floats) -> Kernel:
+    """Return the kernel of samples that are the numbers (n, 1) of rows of a Gram matrix."""
+
+    def numbers(a: Floats) -> NDArray[np.intp]:
+        return np.asarray(a[:, 0], np.intp)
+
+    return Kernel(
+        lambda a, b: gram[np.ix_(numbers(a), numbers(b))][:, None], 1, False, lambda a: gram.diagonal()[numbers(a)]
+    )
 
 
 def _flat(a: Floats) -> Floats:
@@ -103,8 +131,28 @@ def _distances(a: Floats, b: Floats) -> Floats:
     return np.asarray(np.maximum(_squares(one)[:, None] + _squares(two) - 2 * one @ two.T, 0))
 
 
-def _gaussian(a: Floats, b: Floats, gamma: float) -> Floats:
-    return np.asarray(np.exp(-gamma * _distances(a, b))[:, None])
+def _gaussian_kernel(gamma: float) -> Kernel:
+    """Return the kernel ``exp(-gamma s)`` of squared distances s, which are parts of one product of matrices."""
+
+    def into(a: Floats, b: Floats, found: Floats) -> None:
+        one, two = _flat(a), _flat(b)
+        middle = two.mean(0)
+        one, two = one - middle, two - middle
+        left = np.column_stack([2 * gamma * one, -gamma * _squares(one), np.ones(len(one))])
+        right = np.column_stack([two, np.ones(len(two)), -gamma * _squares(two)]).T
+        span = max(1, _NEAR // len(two))
+        for start in range(0, len(one), span):
+            block = found[start : start + span, 0]
+            np.matmul(left[start : start + span], right, out=block)
+            np.minimum(block, 0, out=block)
+            np.exp(block, out=block)
+
+    def values(a: Floats, b: Floats) -> Floats:
+        found = np.empty((len(a), 1, len(b)))
+        into(a, b, found)
+        return found
+
+    return Kernel(values, 1, True, lambda a: np.ones(len(a)), into=into)
 
 
 def _gabor(a: Floats, b: Floats, settings: KernelSettings) -> Floats:

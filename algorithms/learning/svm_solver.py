@@ -8,15 +8,17 @@ import numpy as np
 
 from ..evidence import Status
 from .smo import Problem, State, gaps, intercepts, minimise
+from .svm_interior import interior_point
 from .svm_kernels import Floats
 from .svm_polish import descend, polish
 
-_ALL_FREE = 600
-"""Number of variables up to which the first guess is that all are free."""
-_FIRST = 2
-"""Steps for each variable, before all free variables are first solved for; later the number doubles."""
-_FEWEST = 60
+_FIRST = 15
+"""Steps for each sample of one component, before all free variables are first solved for. Steps of more components cost
+more, and more of them are needed. Without success, the number doubles."""
+_FEWEST = 1000
 """Steps at least between two solutions for all free variables."""
+_NARROW = 0.5
+"""The number of features for each sample, below which interior points of linear machines cost less than steps."""
 _UNLIMITED = 10_000_000
 
 
@@ -89,21 +91,26 @@ def solve(problem: Problem, tolerance: float, max_steps: int, shrinking: bool) -
 
 def _together(problem: Problem, tolerance: float, limit: int, shrinking: bool) -> Solution:
     state = State.start(problem)
-    size = problem.targets.size
-    guess = limit > 0 and size <= _ALL_FREE and problem.rows.is_complete
-    if guess and polish(problem, state, tolerance, np.ones(problem.targets.shape, bool)):
+    x = problem.rows.samples
+    if problem.rows.kernel.is_linear and limit > 0 and x.shape[1] < _NARROW * len(x):
+        limits = problem.targets[0], problem.lower[0], problem.upper[0]
+        state.signed = interior_point(x, *limits, problem.width, tolerance)[None]
+        state.gradient = problem.gradient(state.signed)
         state.steps += 1
-        return _verified(problem, state, tolerance)
-    budget = _FIRST * size
+    budget, later = max(_FIRST * len(x) // problem.m, _FEWEST), 2 * problem.targets.size
     while state.steps < limit:
+        before = problem.objective(state.signed, state.gradient)
         done = minimise(problem, state, tolerance, min(budget, limit - state.steps), shrinking)
         decreased = not done and descend(problem, state)
         if done or (decreased and polish(problem, state, tolerance)):
-            state.gradient = problem.gradient(state.signed)
-            lowest, highest = gaps(problem, state)
-            if (highest - lowest <= tolerance).all():
-                break
-        budget = max(size // 2, _FEWEST) if decreased else 2 * budget
+            found = _verified(problem, state, tolerance)
+            if found.status is MachineStatus.OK:
+                return found
+        # Steps of ill-conditioned problems can be so small that rounding errors are larger.
+        now = problem.objective(state.signed, state.gradient)
+        if before - now <= np.finfo(float).eps * abs(now):
+            break
+        budget, later = (later, later + later // 4) if decreased else (2 * budget, later)
     return _verified(problem, state, tolerance)
 
 

@@ -34,6 +34,8 @@ from .c_loops import (
     work_lines,
     work_prototype,
 )
+from .c_vectors import HELPERS as VECTOR_HELPERS
+from .c_vectors import vector_loops
 from .c_windows import HELPERS, needed_by
 from .documentation import c_comment, c_loop_comment, stamp
 from .module import KernelSource, ModuleSource
@@ -142,10 +144,11 @@ def _rendered(
     row_sizes = set().union(*map(lane_sizes, procedures))
     forms = [(program, form) for program, uniform in kernels for form in usable_forms(program, uniform)]
     parts, lanes = _parts_of(procedures)
+    in_vectors = [VECTOR_HELPERS.strip()] if any(map(vector_loops, procedures)) else []
     return {
         # A kernel may have the name of a macro of C headers that the runtime does not use, such as FLT_MAX.
         "hidden": [name for name in names if LIKE_A_MACRO.fullmatch(name)],
-        "helpers": [*needed_by(procedures, HELPERS), *helper_lines(programs, forms, row_sizes)],
+        "helpers": [*needed_by(procedures, HELPERS), *in_vectors, *helper_lines(programs, forms, row_sizes)],
         "kernels": ["\n".join(_kernel_and_loops(program, uniform)) for program, uniform in kernels]
         + ["\n".join(_procedure_lines(module, procedure, own, lanes)) for procedure, own in parts],
     }

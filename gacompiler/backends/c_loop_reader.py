@@ -28,7 +28,6 @@ from ..ir.program import Program
 from .c_loop_rows import RowReader
 from .c_loop_tokens import Entry, Tree, factors_of, listed, tokens_of
 from .c_rounds import KEPT
-from .c_windows import SPLIT
 from .nesting import Shape
 
 START = "#define TABLES_"
@@ -215,7 +214,9 @@ class _Reader(RowReader):
             case "for":
                 return self._loop()
             case "GAC_WINDOWS":
-                return self._windows()
+                return self._windows(2)
+            case "GAC_VECTORS":
+                return self._windows(1)
             case "ROUNDS":
                 return self._rounds()
             case "if":
@@ -291,13 +292,14 @@ class _Reader(RowReader):
                 return _Bound(length, self._place(value).table)
         return _Bound(tree if isinstance(tree, str) else "")
 
-    def _windows(self) -> Loop:
-        """Read a loop that is split into borders and an interior."""
-        self._expect(SPLIT, "(")
+    def _windows(self, n_limits: int) -> Loop:
+        """Read a loop of which some iterations run in vectors, after a number of expressions that say which ones."""
+        self._take()
+        self._expect("(")
         counter = self._take()
         self._expect(",")
         length = self._take()
-        for _ in range(2):
+        for _ in range(n_limits):
             self._expect(",")
             self._expression()
         self._expect(",")

@@ -38,6 +38,8 @@ class RowReader(Tokens):
     def _place(self, pointer: Tree, condition: Tree | None = None) -> Place:
         """Read the row to which a pointer refers, or to which a number belongs."""
         match pointer:
+            case ("?", ("()", "GAC_EXISTS", chosen), row, start) if not is_shifted(self._place(row, chosen).row):
+                return self._place_or(row, chosen, self._place(start).table)
             case ("?", chosen, row, start):
                 return self._place_or(row, chosen, self._place(start).table)
             case ("&", str(name)) | ("[]", str(name), 0) | str(name) if not self._known(name).lengths:

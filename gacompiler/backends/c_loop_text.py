@@ -5,8 +5,9 @@ from __future__ import annotations
 from ..errors import BackendError
 from ..ir.procedure import Apply, Loop, Place, Procedure, Repeat, Statement, Storage, Table
 from ..ir.program import Program
-from ..ir.rows import Shifted, start_of
+from ..ir.rows import Shifted, computed_numbers, start_of
 from .c_rounds import kept_by_rounds
+from .c_vectors import VECTORS, numbered_places, vector_loops
 from .c_windows import SPLIT, interior_of
 from .loop_statements import LoopWords, StatementText
 from .loop_statements import is_number as is_number
@@ -48,8 +49,16 @@ class PlainText(StatementText):
     """The factor between the size of a row and its number."""
     _split: Loop | None = None
     """The loop that is split into borders and an interior, during the printing of its body."""
+    _is_inside = False
+    """Whether the body of a loop in vectors is being printed."""
+
+    def __init__(self, named: Procedure, names: Names) -> None:
+        super().__init__(named, names)
+        self._vector_loops = vector_loops(named)
 
     def _statement(self, statement: Statement) -> list[str]:
+        if isinstance(statement, Loop) and any(loop is statement for loop in self._vector_loops):
+            return self._vectors(statement)
         interior = interior_of(self._procedure, statement) if isinstance(statement, Loop) and not self.lanes else None
         if interior is None:
             return super()._statement(statement)
@@ -61,6 +70,22 @@ class PlainText(StatementText):
         if len(body) == 1:
             return [head, f"{body[0]})"]
         return [f"{head} {{", *body, "})"]
+
+    def _vectors(self, loop: Loop) -> list[str]:
+        """Return a loop that runs in blocks of LANES iterations if all rows with computed numbers exist."""
+        self._loops[loop.counter] = loop
+        conditions = list(dict.fromkeys(super(PlainText, self)._condition(each) for each in numbered_places(loop)))
+        self._is_inside = True
+        body = [f"    {line}" for line in self.lines(loop.body)]
+        self._is_inside = False
+        head = f"{VECTORS}({loop.counter}, {loop.length}, {' && '.join(conditions) or '1'},"
+        if len(body) == 1:
+            return [head, f"{body[0]})"]
+        return [f"{head} {{", *body, "})"]
+
+    def _condition(self, place: Place) -> str:
+        condition = super()._condition(place)
+        return f"GAC_EXISTS({condition})" if self._is_inside and computed_numbers(place.row) else condition
 
     def _near(self, row: Shifted, length: str) -> str:
         if self._split is not None and row.loop == self._split.counter:

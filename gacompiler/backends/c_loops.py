@@ -24,6 +24,7 @@ from .c_batch import parts
 from .c_loop_names import named_in_c
 from .c_loop_text import LaneText, PlainText, is_number, is_shared, product
 from .c_rounds import kept_tables
+from .c_vectors import vector_loops
 from .c_windows import has_split_loops
 from .transcendental import has_trigonometric, is_transcendental
 
@@ -52,6 +53,11 @@ def loop_parts(procedure: Procedure) -> tuple[Program, ...]:
 def has_lanes(procedure: Procedure) -> bool:
     """Whether NLANES elements are computed at a time: all read the same rows, and no loop over rows is vectorised."""
     return not procedure.selects and not has_split_loops(procedure)
+
+
+def is_wide_in_c(procedure: Procedure) -> bool:
+    """Whether the plain function has loops for the widest vectors of the machine."""
+    return has_split_loops(procedure) or bool(vector_loops(procedure))
 
 
 def lane_sizes(procedure: Procedure) -> set[int]:
@@ -109,7 +115,7 @@ def plain_lines(procedure: Procedure) -> list[str]:
     parameters = [*_lengths(named), *_declared(named, "REAL", False), f"REAL *{work}"]
     head = ", ".join(parameters)
     body = PlainText(named, names).lines(named.body)
-    is_busy, is_wide = any(map(is_transcendental, loop_parts(procedure))), has_split_loops(procedure)
+    is_busy, is_wide = any(map(is_transcendental, loop_parts(procedure))), is_wide_in_c(procedure)
     name, storage = (f"{named.name}_within", "static INLINE ") if is_busy or is_wide else (named.name, "")
     lines = [f"{storage}void NAME({name})({head})", "{"]
     lines += _unread([*named.lengths, *(t.name for t in (*named.parameters, *named.results))], named, work)

@@ -51,7 +51,7 @@ _DEFINED = f"""
    effects outside of loops that do not change its arguments. */
 {boundary_functions("GAC_BOUNDARY({name})")}"""
 
-_SPLIT = """
+WIDE = """
 /* A function with loops over rows of windows, for the widest vectors of the machine, see `GAC_HEAD` of the runtime. */
 #if defined(ON_v3) && !defined(GAC_LEVEL)
 #define GAC_WIDE(name, parameters, arguments)                                                                   \\
@@ -71,7 +71,10 @@ _SPLIT = """
 #else
 #define GAC_WIDE(name, parameters, arguments) void NAME(name) parameters { NAME(name##_within) arguments; }
 #endif
+"""
+"""A macro that defines a function for the widest vectors of the machine."""
 
+_SPLIT = """
 /* A loop over n rows with counter i. From row `first` to the row before `last`, all neighbours exist; these rows are
    computed in whole vectors, the last of which may overlap with the one before. */
 #define GAC_ROW_AT(boundary, k, n) (GAC_INSIDE || ((k) >= 0 && (k) < (n)) ? (k) : gac_##boundary(k, n))
@@ -94,7 +97,7 @@ _SPLIT = """
 #endif
 """
 
-HELPERS = _DEFINED + _SPLIT
+HELPERS = _DEFINED + WIDE + _SPLIT
 """Functions and macros that precede the kernels of a module with windows; a file contains itself for each precision."""
 
 SPLIT = "GAC_WINDOWS"

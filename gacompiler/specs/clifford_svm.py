@@ -1,75 +1,150 @@
-"""Steps of sequential minimal optimisation for support vector machines with multivectors, and Clifford-Gabor kernels.
+"""Sequential minimal optimisation for support vector machines with multivectors, and Clifford-Gabor kernels.
 
-A machine has one variable for each sample and component. `gradient` is the derivative of the objective by the
-variables of one component, without the penalty of the tube; `rise` is what has to be added for an increase of a
-variable, and `fall` for a decrease. They are `FAR` and its negative for variables at a bound.
+A machine has one variable for each sample and component. The samples are arranged in blocks of as many samples as there
+are lanes, a power of two. Each lane has its own best candidates, so that the loops over lanes run in vectors, and the
+best of all lanes follows at the end. Samples that fill up the last block have equal bounds.
 """
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, kernel, least
+from gacompiler import SCALAR, array, each, equal, fold, iterate, kernel, least, pick, row_numbers, select
 
 FAR = float(2**100)
 """What takes a variable at a bound out of the selection."""
 
 NUMBERS = array(SCALAR, "n")
+SAMPLES = array(SCALAR, "blocks", "lanes")
+VARIABLES = array(SCALAR, "m", "blocks", "lanes")
+PAIRS = array(SCALAR, "m", "m")
 
 
-@kernel(gradient=NUMBERS, gain=NUMBERS, loss=NUMBERS, step=SCALAR, rise=NUMBERS, fall=NUMBERS)
-def step_of_pair(gradient, gain, loss, step, rise, fall):
-    """Update a gradient after a step of a pair of variables, and select the variable that gains most by an increase.
+@kernel(
+    gram=array(SCALAR, "samples", "size", "blocks", "lanes"),
+    diagonal=SAMPLES, variables=VARIABLES, gradient=VARIABLES, lower=VARIABLES, upper=VARIABLES,
+    numbers=SAMPLES, lanes=array(SCALAR, "lanes"), blades=PAIRS, signs=PAIRS,
+    width=SCALAR, tolerance=SCALAR, floor=SCALAR, at_most=SCALAR,
+)  # fmt: skip
+def steps_of_pairs(
+    gram, diagonal, variables, gradient, lower, upper, numbers, lanes, blades, signs, width, tolerance, floor, at_most
+):
+    """Minimise the dual objective by steps that increase one variable and decrease another one as much.
 
-    Parameters
-    ----------
-    gradient
-        Of all variables of a component.
-    gain, loss
-        The rows of the Gram matrix of the variable that has been increased, and of the one decreased by as much.
-    step
-        The increase.
-    rise, fall
-        For each variable, what is added to its gradient for an increase, and for a decrease.
-
-    Returns
-    -------
-    gradient
-        The new gradient.
-    lowest, first
-        The least derivative by an increase, and its variable.
-    highest
-        The greatest derivative by a decrease.
-    """
-    new = each(lambda g, a, b: g + step * (a - b), gradient, gain, loss)
-    lowest, first = least(lambda g, r: g + r, new, rise)
-    highest = ga.fold(lambda most, g, f: ga.maximum(most, g + f), -FAR, new, fall)
-    return new, lowest, first, highest
-
-
-@kernel(gradient=NUMBERS, fall=NUMBERS, row=NUMBERS, diagonal=NUMBERS, own=SCALAR, lowest=SCALAR, floor=SCALAR)
-def second_of_pair(gradient, fall, row, diagonal, own, lowest, floor):
-    """Select the variable whose decrease, with an equal increase of the first one, reduces the objective most.
+    A step increases the variable with the least derivative, in the component that violates the conditions of optimality
+    most, and decreases the one with which the objective falls most.
 
     Parameters
     ----------
-    gradient, fall
-        As in `step_of_pair`.
-    row, diagonal
-        The row of the first variable in the Gram matrix, and the diagonal of the matrix.
-    own, lowest
-        The diagonal element of the first variable, and its derivative by an increase.
+    gram
+        The kernels of samples, as multivectors.
+    diagonal
+        The scalar parts of the kernels of samples with themselves.
+    variables, gradient
+        At the start. The gradient is the derivative of the objective, without the penalty of the tube.
+    lower, upper
+        Bounds of the variables.
+    numbers, lanes
+        The numbers of samples in the order of blocks, and those of lanes.
+    blades, signs
+        For components c and l, the blade and the sign of ``<e_c K e_l^-1>``, which is a coefficient of K.
+    width
+        The half width of the tube.
+    tolerance
+        The difference between the greatest derivative by a decrease and the least one by an increase at which the steps
+        end.
     floor
         The least curvature.
+    at_most
+        The number of steps after which they end.
 
     Returns
     -------
-    score, second
-        The negative of twice the reduction, and the variable.
+    variables, gradient
+        At the end.
+    gap
+        The difference of derivatives at the end, the greatest of all components.
+    is_optimal
+        Whether it is at most `tolerance`.
+    steps
+        The number of steps.
     """
+    share = 1 / ga.count_rows(lambda k: 1, lanes)
 
-    def score(g, f, k, d):
-        slope = ga.maximum(g + f - lowest, 0)
-        return -slope * slope / ga.maximum(own + d - 2 * k, floor)
+    def rise(b, high):
+        return select(b >= high, FAR, select(b >= 0, width, -width))
 
-    return least(score, gradient, fall, row, diagonal)
+    def fall(b, low):
+        return select(b <= low, -FAR, select(b > 0, width, -width))
+
+    def at(rows, k):
+        block = ga.floor(k * share)
+        return pick(pick(rows, block, 0), k - block / share, 0)
+
+    def improved(carry, *rows):
+        def one(least_yet, number, most_yet, b, g, k, low, high):
+            value = g + rise(b, high)
+            is_better = value < least_yet
+            most = ga.maximum(most_yet, g + fall(b, low))
+            return select(is_better, value, least_yet), select(is_better, k, number), most
+
+        return each(one, *carry, *rows)
+
+    def ends(b, g, low, high):
+        """Return the least derivative by an increase, its variable, and the greatest derivative by a decrease."""
+        nothing = each(lambda k: (FAR, -1, -FAR), lanes)
+        lowest, firsts, highest = fold(improved, nothing, b, g, numbers, low, high)
+        found, lane = least(lambda value: value, lowest)
+        return found, pick(firsts, lane, 0), fold(lambda a, b: ga.maximum(a, b), -FAR, highest)
+
+    def worst(lowest, first, highest):
+        _, c = least(lambda low, high: low - high, lowest, highest)
+        return c, pick(lowest, c, 0), pick(first, c, 0), pick(highest, c, 0)
+
+    def step(state):
+        variables, gradient, c, lowest, first, _ = state
+        gains = pick(gram, first, 0)
+        row, own = pick(gains, 0, 0), at(diagonal, first)
+        b, g, low, high = (pick(rows, c, 0) for rows in (variables, gradient, lower, upper))
+
+        def scored(carry, *rows):
+            def one(score, number, k, b, g, low, x, d):
+                slope = ga.maximum(g + fall(b, low) - lowest, 0)
+                value = -slope * slope / ga.maximum(own + d - 2 * x, floor)
+                is_better = value < score
+                return select(is_better, value, score), select(is_better, k, number)
+
+            return each(one, *carry, *rows)
+
+        scores, seconds = fold(scored, each(lambda k: (0, -1), lanes), numbers, b, g, low, row, diagonal)
+        _, lane = least(lambda score: score, scores)
+        second = pick(seconds, lane, 0)
+        losses = pick(gram, second, 0)
+        old, other, least_other = at(b, first), at(b, second), at(low, second)
+        room = select(old < 0, select(width > 0, 0, at(high, first)), at(high, first)) - old
+        space = other - select(other > 0, select(width > 0, 0, least_other), least_other)
+        slope = at(g, second) + fall(other, least_other) - lowest
+        curvature = ga.maximum(own + at(diagonal, second) - 2 * at(row, second), floor)
+        size = ga.maximum(ga.minimum(ga.minimum(slope / curvature, room), space), 0)
+        up = select(equal(size, room), old + room, old + size)
+        down = select(equal(size, space), other - space, other - size)
+
+        def component(b, g, own_number, blade, sign, low, high):
+            change, is_own = size * sign, equal(own_number, c)
+            raised, lowered = select(is_own, first, -1), select(is_own, second, -1)
+
+            def new(b, g, k, gain, loss):
+                variable = select(equal(k, raised), up, select(equal(k, lowered), down, b))
+                return variable, g + change * (gain - loss)
+
+            rows = b, g, numbers, pick(gains, blade, 0), pick(losses, blade, 0)
+            b, g = each(lambda *block: each(new, *block), *rows)
+            return b, g, *ends(b, g, low, high)
+
+        rows = variables, gradient, row_numbers(lower), pick(blades, c, 0), pick(signs, c, 0), lower, upper
+        variables, gradient, *found = each(component, *rows)
+        return variables, gradient, *worst(*found)
+
+    start = variables, gradient, *worst(*each(ends, variables, gradient, lower, upper))
+    end, is_optimal, steps = iterate(step, start, lambda old, new: new[5] - new[3] <= tolerance, at_most)
+    return end[0], end[1], end[5] - end[3], is_optimal, steps
 
 
 @kernel(squares=NUMBERS, phases=NUMBERS, width=SCALAR)

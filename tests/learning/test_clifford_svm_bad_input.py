@@ -38,9 +38,9 @@ def test_samples_that_cannot_be_used(x: np.ndarray, y: np.ndarray, text: str) ->
 @pytest.mark.parametrize(
     ("parameters", "text"),
     [
-        ({"kernel": "rbf"}, "kernel: 'rbf'"),
+        ({"kernel": "sigmoid"}, "kernel: 'sigmoid'"),
         ({"C": 0}, "C: 0"),
-        ({"gamma": "auto"}, "gamma: 'auto'"),
+        ({"gamma": "automatic"}, "gamma: 'automatic'"),
         ({"frequency": [1.0]}, "frequency"),
         ({"algebra": (3, 0, 1)}, "square 0"),
         ({"algebra": (4, 4)}, "at most 6"),

@@ -17,7 +17,7 @@ PAGE = (ROOT / "docs" / "clifford-svm.md").read_text()
 def test_blocks_run(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    assert len(blocks) == 4
+    assert len(blocks) == 5
     exec(compile("\n".join(blocks), "docs/clifford-svm.md", "exec"), {"__name__": "clifford_svm"})
 
 
