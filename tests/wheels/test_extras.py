@@ -41,7 +41,8 @@ def test_no_package_is_missing(hidden: set[str]) -> None:
 
 def test_the_compiler_names_its_extra(hidden: set[str]) -> None:
     hidden |= {"click", "jinja2", "mpmath"}
-    with pytest.raises(ImportError, match=r"gacompiler needs jinja2, mpmath; run: pip install 'gacompiler\[compiler\]'"):
+    message = r"gacompiler needs jinja2, mpmath; run: pip install 'gacompiler\[compiler\]'"
+    with pytest.raises(ImportError, match=message):
         run("gacompiler/extras.py")
 
 
