@@ -17,6 +17,9 @@ API = "api/index"
 COMMANDS = "command_line"
 GALLERY = "gallery"
 
+_COPIED = (".png", ".svg", ".gif", ".cff")
+"""Endings of the files in ``docs`` that pages show or link to."""
+
 
 def main(arguments: list[str] | None = None) -> int:
     """Build the site. The exit status is 1 if Sphinx emits a warning or a public name is missing."""
@@ -74,7 +77,7 @@ def collect(pyodide: Path | None = None) -> None:
         target.write_bytes(content)
     for name, text in written.items():
         write(SOURCE / name, text)
-    copied = [*notebooks(), *(p for p in DOCS.rglob("*.*") if p.suffix in (".png", ".svg", ".gif"))]
+    copied = [*notebooks(), *(p for p in DOCS.rglob("*.*") if p.suffix in _COPIED)]
     for path in copied:
         target = SOURCE / path.relative_to(ROOT)
         target.parent.mkdir(parents=True, exist_ok=True)
