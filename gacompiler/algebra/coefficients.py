@@ -20,10 +20,10 @@ from ..errors import InexactError, OperandError, ZeroDivisorError
 try:
     import numpy as np
 except ImportError:  # in browsers, where the compiler runs without it; then there are no such numbers
-    _INTEGERS: tuple[type, ...] = ()
-    _FLOATS: tuple[type, ...] = ()
-    _REST: tuple[type, ...] = ()
-    _ARRAYS: tuple[type, ...] = ()
+    _INTEGERS: tuple[type[Any], ...] = ()
+    _FLOATS: tuple[type[Any], ...] = ()
+    _REST: tuple[type[Any], ...] = ()
+    _ARRAYS: tuple[type[Any], ...] = ()
 else:
     _INTEGERS, _FLOATS, _REST, _ARRAYS = (np.integer,), (np.floating,), (np.number,), (np.ndarray, np.generic)
 

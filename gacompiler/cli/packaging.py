@@ -88,7 +88,7 @@ def package(
 
     if no_build and (levels or pythons or platforms):
         raise click.UsageError("--no-build compiles nothing, so --target-level, --python and --platform cannot be used")
-    compilers = [compiler_for(platform) for platform in platforms] or [None]
+    compilers: list[Sequence[str] | None] = [*map(compiler_for, platforms)] or [None]
     if any(spec.endswith(".whl") for spec in specs):
         if len(specs) > 1 or name or version or no_build:
             raise click.UsageError("a wheel must be the only argument, without --name, --version or --no-build")
