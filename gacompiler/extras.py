@@ -6,15 +6,19 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-COMPILER = ("click", "jinja2", "mpmath", "rich")
+COMPILER = ("jinja2", "mpmath")
 """The packages that every compilation needs; others are loaded on demand."""
 
-missing = [name for name in COMPILER if find_spec(name) is None]
+COMMAND = ("click", "rich")
+"""The packages that the command needs besides."""
+
+is_command = Path(sys.argv[0]).stem in ("gac", "-m")
+missing = sorted(name for name in (*COMPILER, *COMMAND * is_command) if find_spec(name) is None)
 if missing:
     line = (
         f"gacompiler needs {', '.join(missing)}; run: pip install 'gacompiler[compiler]'; "
         "generated modules, as in `from generated import pga3`, need only numpy"
     )
-    if Path(sys.argv[0]).stem == "gac":
+    if is_command:
         sys.exit(f"gac: error: {line}")
     raise ImportError(line)

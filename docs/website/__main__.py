@@ -6,8 +6,9 @@ import argparse
 import shutil
 import sys
 from collections.abc import Mapping
+from pathlib import Path
 
-from . import commands, contents, gallery, interfaces, modules, scenes
+from . import commands, contents, gallery, interfaces, modules, playground, scenes
 from .markdown import table
 from .places import BUILD, DOCS, ROOT, SITE, SOURCE, notebooks, pages, write
 
@@ -16,18 +17,24 @@ API = "api/index"
 COMMANDS = "command_line"
 GALLERY = "gallery"
 
+_COPIED = (".png", ".svg", ".gif", ".cff")
+"""Endings of the files in ``docs`` that pages show or link to."""
+
 
 def main(arguments: list[str] | None = None) -> int:
     """Build the site. The exit status is 1 if Sphinx emits a warning or a public name is missing."""
     parser = argparse.ArgumentParser(prog="python -m website", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--keep-going", action="store_true", help="list all warnings without failing")
     parser.add_argument("--fresh", action="store_true", help="build all pages, including unchanged ones")
+    parser.add_argument(
+        "--pyodide", type=Path, help="folder of Pyodide to copy; else the playground loads it elsewhere"
+    )
     parser.add_argument("-j", "--jobs", default="auto", help="number of processes [%(default)s]")
     given = parser.parse_args(arguments)
     if given.fresh:
         for folder in (SITE, SOURCE, BUILD / "site-cache"):
             shutil.rmtree(folder, ignore_errors=True)
-    collect()
+    collect(given.pyodide)
     from sphinx.cmd.build import build_main
 
     strict = [] if given.keep_going else ["--fail-on-warning"]
@@ -42,8 +49,8 @@ def main(arguments: list[str] | None = None) -> int:
     return int(status)
 
 
-def collect() -> None:
-    """Write all files that Sphinx reads."""
+def collect(pyodide: Path | None = None) -> None:
+    """Write all files that Sphinx reads, and the playground, with a copy of Pyodide if its folder is given."""
     written = {
         "index.md": contents.index(
             {"Generated code": [MODULES], "API and command line": [API, COMMANDS], "Gallery": [GALLERY]}
@@ -63,9 +70,14 @@ def collect() -> None:
         written[name], files = scenes.shown(written[name], name)
         for scene, page in files.items():
             write(scenes.SCENES / "scenes" / scene, page)
+    written[playground.PAGE] += playground.FRAME
+    for name, content in playground.files(pyodide).items():
+        target = scenes.SCENES / "playground" / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(content)
     for name, text in written.items():
         write(SOURCE / name, text)
-    copied = [*notebooks(), *(p for p in DOCS.rglob("*.*") if p.suffix in (".png", ".svg", ".gif"))]
+    copied = [*notebooks(), *(p for p in DOCS.rglob("*.*") if p.suffix in _COPIED)]
     for path in copied:
         target = SOURCE / path.relative_to(ROOT)
         target.parent.mkdir(parents=True, exist_ok=True)

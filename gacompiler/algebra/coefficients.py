@@ -15,9 +15,17 @@ from decimal import ROUND_FLOOR, Decimal
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-
 from ..errors import InexactError, OperandError, ZeroDivisorError
+
+try:
+    import numpy as np
+except ImportError:  # in browsers, where the compiler runs without it; then there are no such numbers
+    _INTEGERS: tuple[type[Any], ...] = ()
+    _FLOATS: tuple[type[Any], ...] = ()
+    _REST: tuple[type[Any], ...] = ()
+    _ARRAYS: tuple[type[Any], ...] = ()
+else:
+    _INTEGERS, _FLOATS, _REST, _ARRAYS = (np.integer,), (np.floating,), (np.number,), (np.ndarray, np.generic)
 
 Coefficient = Any
 
@@ -26,7 +34,7 @@ _NUMBERS = frozenset({int, Fraction, float, complex})
 """Types that are recognised without `isinstance`, which is slow for subclasses of abstract classes such as Fraction."""
 
 
-_CLASSES = (int, float, complex, Fraction, Decimal, np.number)
+_CLASSES = (int, float, complex, Fraction, Decimal, *_REST)
 _FOREIGN = ("sympy", "mpmath")
 """Packages whose numbers and formulas may be coefficients; they are not imported for the test."""
 
@@ -43,7 +51,7 @@ def is_number(value: Coefficient) -> bool:
 
 def is_array_of_numbers(value: Coefficient) -> bool:
     """Return whether a value is an array that can be a coefficient."""
-    return isinstance(value, np.ndarray) and value.dtype.kind in "biufcO"
+    return isinstance(value, _ARRAYS[:1]) and value.dtype.kind in "biufcO"
 
 
 def is_exact(value: Coefficient) -> bool:
@@ -61,12 +69,12 @@ def as_exact(value: Coefficient) -> Coefficient:
     InexactError
         If the value is infinite or NaN.
     """
-    if isinstance(value, np.integer):
+    if isinstance(value, _INTEGERS):
         return int(value)
-    if not isinstance(value, (float, np.floating)):
+    if not isinstance(value, (float, *_FLOATS)):
         return value
     text = float.__repr__(value) if isinstance(value, float) else str(value)
-    if not np.isfinite(value):
+    if text.lstrip("-") in ("inf", "nan"):
         raise InexactError("constant in a kernel", text, "a finite number")
     found = Fraction(text)
     return found.numerator if found.denominator == 1 else found
@@ -75,7 +83,7 @@ def as_exact(value: Coefficient) -> Coefficient:
 def are_floats(values: Iterable[Coefficient]) -> bool:
     """Return whether values are numbers of Python or numpy, and one of them is not exact."""
     listed = [type(value) for value in values]
-    return all(issubclass(kind, (int, Fraction, float, complex, np.number)) for kind in listed) and not all(
+    return all(issubclass(kind, (int, Fraction, float, complex, *_REST)) for kind in listed) and not all(
         issubclass(kind, (int, Fraction)) for kind in listed
     )
 
@@ -116,9 +124,7 @@ def scale(value: Coefficient, factor: int | Fraction) -> Coefficient:
         return value
     if factor == -1:
         return -value
-    if isinstance(factor, Fraction) and (
-        isinstance(value, (Decimal, float, complex, np.ndarray, np.generic)) or _is_mpmath(value)
-    ):
+    if isinstance(factor, Fraction) and (isinstance(value, (Decimal, float, complex, *_ARRAYS)) or _is_mpmath(value)):
         return value * factor.numerator / factor.denominator
     return value * factor
 
@@ -214,23 +220,27 @@ FLOAT: Mapping[str, Callable[..., Any]] = (
     | {"floor": _floor}
 )
 
-ARRAY: Mapping[str, Callable[..., Any]] = {
-    "abs": np.abs,
-    "floor": np.floor,
-    "minimum": lambda a, b: np.where(np.less(a, b) | np.not_equal(a, a), a, b),
-    "maximum": lambda a, b: np.where(np.greater(a, b) | np.not_equal(a, a), a, b),
-    "less": lambda a, b: np.less(a, b) * 1.0,
-    "less_equal": lambda a, b: np.less_equal(a, b) * 1.0,
-    "equal": lambda a, b: np.equal(a, b) * 1.0,
-    "select": lambda condition, a, b: np.where(np.asarray(condition) != 0, a, b),
-    "sqrt": np.sqrt,
-    "sin": np.sin,
-    "cos": np.cos,
-    "exp": np.exp,
-    "log": np.log,
-    "acos": np.arccos,
-    "atan2": np.arctan2,
-}
+ARRAY: Mapping[str, Callable[..., Any]] = (
+    {}
+    if not _ARRAYS
+    else {
+        "abs": np.abs,
+        "floor": np.floor,
+        "minimum": lambda a, b: np.where(np.less(a, b) | np.not_equal(a, a), a, b),
+        "maximum": lambda a, b: np.where(np.greater(a, b) | np.not_equal(a, a), a, b),
+        "less": lambda a, b: np.less(a, b) * 1.0,
+        "less_equal": lambda a, b: np.less_equal(a, b) * 1.0,
+        "equal": lambda a, b: np.equal(a, b) * 1.0,
+        "select": lambda condition, a, b: np.where(np.asarray(condition) != 0, a, b),
+        "sqrt": np.sqrt,
+        "sin": np.sin,
+        "cos": np.cos,
+        "exp": np.exp,
+        "log": np.log,
+        "acos": np.arccos,
+        "atan2": np.arctan2,
+    }
+)
 
 
 def scalar_function(name: str, *arguments: Coefficient) -> Coefficient:
@@ -247,7 +257,7 @@ def scalar_function(name: str, *arguments: Coefficient) -> Coefficient:
         own = getattr(argument, "scalar_function", None)
         if own is not None:
             return own(name, arguments)
-    if any(isinstance(argument, (np.ndarray, np.generic)) for argument in arguments):
+    if any(isinstance(argument, _ARRAYS) for argument in arguments):
         return ARRAY[name](*arguments)
     if any(_is_mpmath(argument) for argument in arguments):
         return _mpmath_function(name, arguments)

@@ -21,7 +21,7 @@ from ..ir.procedure import Procedure
 from ..ir.program import Program
 from ..ir.reserved import LIKE_A_MACRO
 from ..ir.uniform import Uniform
-from .c_batch import FEW, TILES, helper_lines, loop_text, named_parts, tile_line, usable_forms
+from .c_batch import FEW, TILES, helper_lines, loop_text, named_parts, span_lines, tile_line, usable_forms
 from .c_loops import (
     c_parameters,
     driver_line,
@@ -117,6 +117,7 @@ def standalone_c_source(module: ModuleSource) -> str:
         prototypes=[line for each in _described(module) for line in each["prototypes"]],
         shared=shared[0],
         shared_of_each=shared[1],
+        sizes=span_lines([program for program, _ in kernels]),
         driver=driver[0],
         driver_of_each=driver[1],
         **rendered,
@@ -179,19 +180,19 @@ def _procedure_lines(
     """Print a kernel with loops: its tables, straight-line parts, loops over lanes, and its batch function."""
     lines = [piece for line in list_lines(procedure) for piece in _list(line)]
     for part in parts:
-        lines += ["", *_wrapped(kernel_text(part, "static INLINE"))]
+        lines += ["", *wrapped(kernel_text(part, "static INLINE"))]
         lines += [piece for line in lanes.get(part.name, []) for piece in _list(line)]
-    lines += ["", "#if PRECISION(1, 0)", *_wrapped(work_lines(module, procedure)), "#endif"]
+    lines += ["", "#if PRECISION(1, 0)", *wrapped(work_lines(module, procedure)), "#endif"]
     for text in (plain_lines(procedure), lane_lines(procedure)):
         lines += ["", *(piece for line in text for piece in _wrapped_at(r"(?<=,) ", line))] if text else []
     return [*lines, "", driver_line(procedure)]
 
 
 def _kernel_and_loops(program: Program, uniform: tuple[Uniform, ...]) -> list[str]:
-    lines = _wrapped(kernel_text(program))
+    lines = wrapped(kernel_text(program))
     for form in uniform:
         for part in named_parts(program, form):
-            lines += ["", *_wrapped(kernel_text(part, "static INLINE"))]
+            lines += ["", *wrapped(kernel_text(part, "static INLINE"))]
     return [*lines, "", *(piece for line in loop_text(program, uniform) for piece in _macro(line))]
 
 
@@ -204,12 +205,12 @@ def _list(line: str) -> list[str]:
 def _wrapped_at(blank: str, line: str) -> list[str]:
     """Wrap a line of C at the spaces matched by a pattern."""
     parts = re.split(blank, line)
-    return [text.replace(_KEPT, " ") for text in _wrapped([" ".join(part.replace(" ", _KEPT) for part in parts)])]
+    return [text.replace(_KEPT, " ") for text in wrapped([" ".join(part.replace(" ", _KEPT) for part in parts)])]
 
 
 def _macro(line: str) -> list[str]:
     """Wrap a line that instantiates or defines a macro."""
-    lines = _wrapped([line])
+    lines = wrapped([line])
     is_defined = line.startswith("#")
     return [f"{text} \\" if is_defined and text is not lines[-1] else text for text in lines]
 
@@ -237,32 +238,51 @@ def _described(module: ModuleSource) -> list[dict[str, Any]]:
 
 
 def _loop_prototypes(module: str, procedure: Procedure) -> list[str]:
-    name, texts = f"{module}_{procedure.name}", []
-    for real, suffix in (("double", "f64"), ("float", "f32")):
-        texts.append(f"void {name}_{suffix}({', '.join(c_parameters(procedure, real))});")
-    texts.append(f"{work_prototype(module, procedure)};")
+    name, texts = f"{module}_{procedure.name}", _element_loop_prototypes(module, procedure)
     batch = "(const intptr_t *lengths, char **args, const intptr_t *steps, intptr_t count);"
     texts += [f"int {name}_rows_{suffix}{batch}" for suffix in ("f64", "f32")]
-    return _wrapped(texts)
+    return wrapped(texts)
 
 
 def _prototypes(module: str, kernel: KernelSource) -> list[str]:
-    texts = []
-    name = f"{module}_{kernel.program.name}"
-    text = nested(kernel.program)
-    for real, suffix in (("double", "f64"), ("float", "f32")):
-        texts.append(f"void {name}_{suffix}({', '.join(_parameters(kernel.program, text, real))});")
+    name, texts = f"{module}_{kernel.program.name}", _element_prototypes(module, kernel.program)
     loop = "(char **args, const intptr_t *dimensions, const intptr_t *steps);"
     texts += [f"void {name}_loop_{suffix}{loop}" for suffix in ("f64", "f32")]
-    return _wrapped(texts)
+    return wrapped(texts)
 
 
-def _wrapped(lines: list[str]) -> list[str]:
+def element_prototypes(module: ModuleSource) -> tuple[list[str], list[str]]:
+    """Return the prototypes of the functions of single elements that are compiled for doubles, and for floats."""
+    found = [_element_prototypes(module.name, kernel.program) for kernel in module.kernels]
+    found += [_element_loop_prototypes(module.name, loop.procedure) for loop in module.loops]
+    doubles = [text for of_double, _, *of_both in found for text in (of_double, *of_both)]
+    return doubles, [of_float for _, of_float, *_ in found]
+
+
+def _element_loop_prototypes(module: str, procedure: Procedure) -> list[str]:
+    """Return the prototypes for doubles, for floats, and of the size of the work space."""
+    texts = [
+        f"void {module}_{procedure.name}_{suffix}({', '.join(c_parameters(procedure, real))});"
+        for real, suffix in (("double", "f64"), ("float", "f32"))
+    ]
+    return [*texts, f"{work_prototype(module, procedure)};"]
+
+
+def _element_prototypes(module: str, program: Program) -> list[str]:
+    """Return the prototypes for doubles and for floats."""
+    text = nested(program)
+    return [
+        f"void {module}_{program.name}_{suffix}({', '.join(_parameters(program, text, real))});"
+        for real, suffix in (("double", "f64"), ("float", "f32"))
+    ]
+
+
+def wrapped(lines: list[str]) -> list[str]:
     """Wrap long lines of C."""
-    wrapped = []
+    found = []
     for line in lines:
         indent = " " * (len(line) - len(line.lstrip()))
-        wrapped += textwrap.wrap(
+        found += textwrap.wrap(
             line.strip(),
             _WIDTH,
             initial_indent=indent,
@@ -270,7 +290,7 @@ def _wrapped(lines: list[str]) -> list[str]:
             break_long_words=False,
             break_on_hyphens=False,
         ) or [""]
-    return wrapped
+    return found
 
 
 def _parameters(program: Program, text: Nested, real: str) -> list[str]:

@@ -112,6 +112,13 @@ def tile_line(size: int) -> str:
     return f"GAC_TILE({size})"
 
 
+def span_lines(programs: Sequence[Program]) -> list[str]:
+    """Return the lines that define the sizes of elements for which the runtime has functions of their own."""
+    sizes = {prod(part.shape) for program in programs for part in parts(program)}
+    lists = (("FEW", range(1, FEW + 1)), ("MANY", range(FEW + 1, TILES + 1)))
+    return [" ".join([f"#define {name}_SPANS(M)", *(f"M({k})" for k in some if k in sizes)]) for name, some in lists]
+
+
 def _inner_shapes(shape: Shape) -> Iterator[Shape]:
     """Yield a shape and the shapes of its rows."""
     if len(shape) > MOST_AXES:

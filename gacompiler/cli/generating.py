@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import compileall
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,11 +11,13 @@ from pathlib import Path
 import click
 
 from ..backends import build_libraries, no_compiler, runtime_files
+from ..backends.module import ModuleSource
 from ..errors import SpecError
 from ..generation.cache import Cache
 from ..generation.checked_in import generated_folder
 from ..generation.compiling import compile_spec
 from ..generation.files import write
+from ..generation.projects import PACKAGES, package_name
 from ..generation.rendering import TARGETS, render, render_header, render_standalone, render_targets
 from ..generation.selection import select
 from ..generation.spec_files import Spec, load_spec
@@ -39,11 +41,18 @@ target_option = click.option(
 )
 
 
+def _package_option(name: str, what: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    path = click.Path(path_type=Path, file_okay=False)
+    return click.option(f"--{name}", type=path, metavar="DIR", help=f"Write {what} into DIR, which is its name.")
+
+
 @command(
     "gac generate my_kernels.py -o out",
     "gac generate my_kernels.py --target rust --target cuda   write out/my_kernels.rs and .cu, but no C",
     "gac generate my_kernels.py --standalone   write out/my_kernels.py and .c that need no other file",
     "gac generate my_kernels.py --header-only  write out/my_kernels_inline.h, for C99 and C++",
+    "gac generate my_kernels.py --cmake kernels  write the C library kernels, which find_package finds",
+    "gac generate my_kernels.py --cargo kernels  write the crate kernels; --npm, a package with types",
     "gac generate --all           regenerate the modules under generated/",
     "gac generate --all pga3 cga3",
     "gac generate horizon.clu --algebra cga3   compile a script in Gaalop's language",
@@ -60,6 +69,9 @@ target_option = click.option(
 @target_option
 @click.option("--standalone", is_flag=True, help="Include the runtime in each .py and .c, so that they can be copied.")
 @click.option("--header-only", is_flag=True, help="Write one header of inline C and C++ functions, without runtime.")
+@_package_option("cmake", "a C library with CMakeLists.txt")
+@_package_option("cargo", "a crate with Cargo.toml")
+@_package_option("npm", "a JavaScript package with types and package.json")
 @jobs_option
 @cache_option
 @algebra_option
@@ -80,38 +92,65 @@ def generate(
     effort: int,
     model: str,
     only: tuple[str, ...],
+    **packages: Path | None,
 ) -> None:
     """Generate a module (.py, .pyi, .c, .h) from each spec file, and compile its C if a compiler is available.
 
     A module in another language is one file, with functions for single elements and for batches; a comment at its top
     describes their arguments. Kernels with loops have functions for single elements, and for batches in CUDA and OpenCL
     only. With --all, files in other languages are written to out/ rather than generated/.
+
+    Packages (--cmake, --cargo, --npm) build as they are. They are written instead of a module.
     """
+    folders = {kind: folder for kind, folder in packages.items() if folder is not None}
     if not specs and not own:
         raise click.UsageError("name at least one spec file, or give --all")
+    if folders and (standalone or header_only or targets != ("c",) or output is not None):
+        raise click.UsageError(
+            "a package is a folder of its own; give --cmake, --cargo and --npm without other outputs"
+        )
     if (standalone or header_only) and own and output is None:
         option = "--standalone" if standalone else "--header-only"
         raise click.UsageError(f"{option} writes copies of modules; choose their folder with -o")
     if header_only and (standalone or targets != ("c",)):
         raise click.UsageError("--header-only writes one file; give it without --standalone and --target")
-    if only and own and output is None:
+    if only and own and output is None and not folders:
         raise click.UsageError("--only writes modules with some kernels; choose their folder with -o")
     found = own_modules(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
     elsewhere = output or Path("out")
     folder = generated_folder() if own and output is None else elsewhere
     chosen = select(found, only)
+    if folders:
+        _write_packages(chosen, folders, jobs, cache, effort, model)
+        return
     if header_only:
         _write_headers(chosen, elsewhere, jobs, cache, effort, model)
         return
     _write_modules(chosen, targets, standalone, folder, elsewhere, jobs, cache, no_build, effort, model)
 
 
+def _write_packages(
+    specs: Sequence[Spec], folders: Mapping[str, Path], jobs: int, cache: Cache | None, effort: int, model: str
+) -> None:
+    """Write all modules as one package of each kind."""
+    names = {kind: package_name(folder) for kind, folder in folders.items()}
+    modules = _compiled(specs, jobs, cache, effort, model)
+    for kind, folder in folders.items():
+        unchanged = "" if write(PACKAGES[kind](names[kind], modules), folder) else ", unchanged"
+        click.echo(f"{near(folder)}: {sum(len(spec.kernels) for spec in specs)} kernels for {kind}{unchanged}")
+
+
+def _compiled(specs: Sequence[Spec], jobs: int, cache: Cache | None, effort: int, model: str) -> list[ModuleSource]:
+    """Compile the kernels of specs, with a progress bar."""
+    with progress_bar(sum(len(spec.kernels) for spec in specs)) as advance, searching(advance):
+        return each_spec(partial(compile_spec, cache=cache, effort=effort, cost=model), specs, advance, jobs)
+
+
 def _write_headers(
     specs: Sequence[Spec], folder: Path, jobs: int, cache: Cache | None, effort: int, model: str
 ) -> None:
     """Write the headers of modules."""
-    with progress_bar(sum(len(spec.kernels) for spec in specs)) as advance, searching(advance):
-        modules = each_spec(partial(compile_spec, cache=cache, effort=effort, cost=model), specs, advance, jobs)
+    modules = _compiled(specs, jobs, cache, effort, model)
     for spec, module in zip(specs, modules, strict=True):
         unchanged = "" if write(render_header(module), folder) else ", unchanged"
         click.echo(f"{near(folder / spec.name)}_inline.h: {len(spec.kernels)} kernels{unchanged}")
@@ -135,8 +174,7 @@ def _write_modules(
     others = [target for target in TARGETS if target in targets]
     in_others, in_c = list[dict[str, str]](), list[dict[str, str]]()
     if others or standalone:
-        with progress_bar(sum(len(spec.kernels) for spec in specs)) as advance, searching(advance):
-            modules = each_spec(partial(compile_spec, cache=cache, effort=effort, cost=model), specs, advance, jobs)
+        modules = _compiled(specs, jobs, cache, effort, model)
         in_others = [render_targets(module, others) for module in modules]
         in_c = [(render_standalone if standalone else render)(module) for module in modules] if "c" in targets else []
     else:

@@ -1,11 +1,26 @@
 // The part of the runtime that is compiled once for all generated C modules: it copies batches with arbitrary strides
 // to the loops of a kernel and back. In a block, each component of a part (an argument or a result) is a row of `row`
 // numbers, one for each element.
+//
+// To link a program with less, compile this file several times, for a static library: with GAC_PART_COPIES, with
+// GAC_PART_BATCHES (kernels without loops) and with GAC_PART_ROWS (kernels with loops), and each of them with ONLY_F64
+// and with ONLY_F32. With GAC_OWN_SIZES, a file gac_sizes.h defines FEW_SPANS and MANY_SPANS, see below. The package
+// that `gac generate --cmake` writes does this.
 
 #ifndef REAL
 #include "gac_runtime.h"
 
 #include <stdlib.h>
+
+#if defined(GAC_PART_COPIES) || defined(GAC_PART_BATCHES) || defined(GAC_PART_ROWS)
+#define GAC_IN_PARTS
+#define GAC_PIECE GAC_SHARED
+#else
+#define GAC_PART_COPIES
+#define GAC_PART_BATCHES
+#define GAC_PART_ROWS
+#define GAC_PIECE static
+#endif
 
 // Functions that are compiled for each level of machines and selected when the library is loaded, or for one level.
 #if defined(ON_v4) && defined(GAC_LEVEL)
@@ -22,7 +37,7 @@
 
 // Whether this machine supports the instructions of the library. It is called before all other functions, and therefore
 // must itself run on every machine.
-#if defined(ON_v4) && defined(GAC_LEVEL) && !defined(ONLY_F32)
+#if defined(ON_v4) && defined(GAC_LEVEL) && !defined(ONLY_F32) && defined(GAC_PART_COPIES)
 #if GAC_LEVEL >= 4
 #define RUNS_HERE HAS_v4
 #elif GAC_LEVEL == 3
@@ -46,9 +61,12 @@ __attribute__((target("no-avx,no-bmi,no-bmi2"))) int gac_runs_here(void)
 // Limits of arrays of constant size. Kernels with more parts, axes or numbers use arrays whose size depends on them.
 enum { USUAL_PARTS = 8, USUAL_CORES = 12, USUAL_NUMBERS = SPACE / LANES, USUAL_PREPARED = 48 };
 
+// Bytes of a cache line.
+enum { LINE = 64 };
+
+#ifdef GAC_PART_BATCHES
 // Results that exceed all caches are written by non-temporal stores of whole lines, which are not read first. The same
 // holds for results that fit only into the last cache, if they have more rows than a core can have lines in flight.
-enum { LINE = 64 };
 #ifdef NAMES_MACHINES
 #define PASSES(bytes, rows) ((bytes) > ((rows) > 16 ? 1 << 21 : 1 << 25))
 ON_v3 static void gac_stream(char *to, const char *from, intptr_t bytes)
@@ -102,14 +120,20 @@ static int gac_is_flagged(unsigned flags, int p)
 }
 
 // The sizes of elements for which there are specialized functions between C order and rows: those that compilers
-// transpose efficiently, and others.
+// transpose efficiently, and others. They are half of the code; elements of other sizes are copied number by number.
+#ifdef GAC_OWN_SIZES
+#include "gac_sizes.h"
+#endif
+#ifndef FEW_SPANS
 #define FEW_SPANS(M) M(1) M(2) M(3)
 #define MANY_SPANS(M)                                                                                 \
     M(4) M(5) M(6) M(7) M(8) M(9) M(10) M(11) M(12) M(13) M(14) M(15) M(16) M(17) M(18) M(19) M(20)   \
     M(21) M(22) M(23) M(24) M(25) M(26) M(27) M(28) M(29) M(30) M(31) M(32)
+#endif
 
 // How a part is passed to the loops: constant for all elements, prepared, at unit stride, or with other strides.
 enum kind { SAME, HOISTED, UNIT, ANY };
+#endif
 
 #define AT(a, k, s) (*(GAC(four) *)((a) + (k) * (s)))
 
@@ -132,6 +156,7 @@ enum kind { SAME, HOISTED, UNIT, ANY };
 
 // For each precision.
 
+#ifdef GAC_PART_COPIES
 #ifdef SHUFFLE
 #if PRECISION(1, 0)
 // Copy from four addresses, `s` bytes apart, to four addresses, `t` bytes apart.
@@ -225,7 +250,7 @@ static INLINE intptr_t GAC(turn_all)(int back, REAL *x, intptr_t row, char *a, i
 #endif
 
 // Load rows of `size` components, `c` bytes apart, of `n` elements, `s` bytes apart.
-WIDE static void GAC(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
+WIDE GAC_PIECE void GAC(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -269,7 +294,7 @@ WIDE static void GAC(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intp
 }
 
 // The inverse of load_rows.
-WIDE static void GAC(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
+WIDE GAC_PIECE void GAC(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n)
 {
     const intptr_t w = sizeof(REAL);
     intptr_t done = 0;
@@ -297,6 +322,12 @@ WIDE static void GAC(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intpt
     }
 }
 
+#else
+GAC_SHARED void GAC(load_rows)(REAL *x, intptr_t row, char *a, intptr_t s, intptr_t c, intptr_t size, intptr_t n);
+GAC_SHARED void GAC(store_rows)(char *a, intptr_t s, intptr_t c, REAL *x, intptr_t row, intptr_t size, intptr_t n);
+#endif
+
+#ifdef GAC_PART_BATCHES
 // Copy `n` elements of at most three numbers in C order to rows, each `row` numbers long, and back.
 static INLINE void GAC(load_few)(REAL *x, const REAL *a, intptr_t size, intptr_t row, intptr_t n)
 {
@@ -355,7 +386,7 @@ MANY_SPANS(SPAN_OF)
 #define MANY_ENTRY(size) [size] = {WIDTH(load_span_##size), WIDTH(store_span_##size)},
 static const struct {
     gac_loop *load[2], *store[2];
-} GAC(spans)[GAC_TILE_NUMBERS + 1] = {FEW_SPANS(FEW_ENTRY) MANY_SPANS(MANY_ENTRY)};
+} GAC(spans)[GAC_TILE_NUMBERS + 1] = {[0] = {{NULL}, {NULL}}, FEW_SPANS(FEW_ENTRY) MANY_SPANS(MANY_ENTRY)};
 
 // Copy all rows of a part from the batch or back to it; contiguous axes are merged.
 static void GAC(move_part)(int back, REAL *x, intptr_t row, const struct gac_part *part, char *a, intptr_t s,
@@ -483,7 +514,7 @@ static INLINE void GAC(batch_in)(REAL *space, intptr_t n_space, REAL *prepared, 
         for (int q = part->rank; q-- > 0; step *= part->shape[q])
             ordered = ordered && (same || strides[part->first + q] == step);
         ordered = ordered && (same || steps[p] == step);
-        known = known && part->size <= GAC_TILE_NUMBERS;
+        known = known && part->size <= GAC_TILE_NUMBERS && GAC(spans)[part->size].load[width];
         numbers += same ? 0 : part->size;
         results += p < n_inputs ? 0 : part->size;
         bytes += steps[p] < 0 ? -steps[p] : steps[p];
@@ -656,6 +687,9 @@ void GAC(batch)(const struct gac_kernel *kernel, char **args, intptr_t n, const 
         steps, width);
 }
 
+#endif
+
+#ifdef GAC_PART_ROWS
 // Run a kernel with loops on one element after the other; the table after its arguments and results is its work space.
 static void GAC(rows_alone)(const struct gac_procedure *procedure, const intptr_t *lengths, char **args,
     const intptr_t *steps, intptr_t first, intptr_t n, char **starts, REAL *work)
@@ -765,4 +799,5 @@ int GAC(rows)(const struct gac_procedure *procedure, const struct gac_table *tab
         free(memory);
     return 0;
 }
+#endif
 #endif

@@ -11,11 +11,13 @@ from typing import NamedTuple
 
 from ..errors import BackendError
 from ..gac_runtime.names import EXTENSION_FILE, EXTENSION_FLAGS, RUNTIME, extension_name
+from .targets import Target
 
 _QUESTION = """
 import json, platform, sys, sysconfig
 print(json.dumps([
-    sys.implementation.name, platform.machine(), sysconfig.get_path("include"), sysconfig.get_config_var("EXT_SUFFIX"),
+    sys.implementation.name, platform.machine(), platform.system(), sysconfig.get_path("include"),
+    sysconfig.get_config_var("EXT_SUFFIX"),
 ]))
 """
 
@@ -25,9 +27,15 @@ class Python(NamedTuple):
 
     implementation: str
     machine: str
+    system: str
     include: str
     suffix: str
     """File name suffix of extension modules, such as ``.cpython-311-x86_64-linux-gnu.so``."""
+
+    def is_for(self, target: Target) -> bool:
+        """Whether a compiler for `target` can build extension modules for the interpreter."""
+        machine = {"arm64": "aarch64", "AMD64": "x86_64"}.get(self.machine, self.machine)
+        return (machine, self.system.lower()) == target
 
     @property
     def has_headers(self) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -15,19 +14,12 @@ from ..gac_runtime.names import FOLDER, LEVEL_FLAGS, RUNTIME
 from ..gac_runtime.processor import PORTABLE
 from .extensions import build_extension, python_of
 from .platforms import platform_tag
+from .targets import Target, compiler_target
 
 LEVELS = tuple(level for level in LEVEL_FLAGS if level != PORTABLE)
 """The x86-64 levels for which a wheel contains libraries: 1 runs everywhere, 3 uses AVX2 and 4 uses AVX-512."""
 
 Progress = Callable[[Path], None]
-
-
-def compiler_machine(compiler: Sequence[str]) -> str:
-    """Return the architecture that a compiler targets, such as ``x86_64`` or ``aarch64``."""
-    done = subprocess.run([*compiler, "-dumpmachine"], capture_output=True, text=True)
-    if done.returncode or not done.stdout.strip():
-        raise BackendError(compiler[0], "it does not report its target architecture", "gcc or clang")
-    return done.stdout.partition("-")[0].strip()
 
 
 def module_folders(files: Mapping[str, bytes]) -> dict[str, list[str]]:
@@ -93,15 +85,19 @@ def compiled_files(
     compiler = find_compiler()
     if compiler is None:
         raise BackendError("C compiler", no_compiler(), "a working compiler", "install one, or use --no-build")
-    machine, sources = compiler_machine(compiler), module_folders(files)
-    if levels and machine != "x86_64":
-        raise BackendError(compiler[0], f"it compiles for {machine}", "x86_64", "omit --target-level")
+    target, sources = compiler_target(compiler), module_folders(files)
+    machine = target.machine
+    # Elsewhere the level of a machine is not known, and libraries select their loops themselves.
+    has_levels = target == Target("x86_64", "linux")
+    if levels and not has_levels:
+        found_target = f"it compiles for {target.system} on {machine}"
+        raise BackendError(compiler[0], found_target, "linux on x86_64", "omit --target-level")
     found = [python_of(command) for command in (pythons or [sys.executable])]
     for command, python in zip(pythons, found, strict=False):
-        if python.machine != machine or not python.has_headers:
-            what = f"for {python.machine}" if python.machine != machine else "without the header Python.h"
+        if not python.is_for(target) or not python.has_headers:
+            what = f"for {python.machine}" if not python.is_for(target) else "without the header Python.h"
             raise BackendError(command, f"a {python.implementation} {what}", f"a CPython for {machine}")
-    usable = [python for python in found if python.machine == machine and python.has_headers]
+    usable = [python for python in found if python.is_for(target) and python.has_headers]
     with tempfile.TemporaryDirectory() as scratch:
         root = Path(scratch)
         for name, content in files.items():
@@ -109,7 +105,7 @@ def compiled_files(
                 (root / name).parent.mkdir(parents=True, exist_ok=True)
                 (root / name).write_bytes(content)
         c_files = [root / folder / name for folder, own in sources.items() for name in own]
-        for level in (levels or LEVELS) if machine == "x86_64" else (PORTABLE,):
+        for level in (levels or LEVELS) if has_levels else (PORTABLE,):
             build_for_level({c_file: library_path(c_file, level) for c_file in c_files}, level, progress)
         for folder in sources:
             for python in usable:

@@ -12,6 +12,7 @@ from elftools.elf.elffile import ELFFile
 from elftools.elf.gnuversions import GNUVerNeedSection
 
 from ..errors import BackendError
+from .formats import is_macho, is_pe, macos_platform, windows_machine
 
 _MACHINES = {"EM_X86_64": "x86_64", "EM_AARCH64": "aarch64"}
 
@@ -26,7 +27,9 @@ _LATER = {"GLIBC_ABI_DT_RELR": 36}
 
 
 def platform_tag(libraries: Iterable[tuple[str, bytes]]) -> str:
-    """Return the earliest manylinux platform on which libraries can be loaded, such as ``manylinux_2_17_x86_64``.
+    """Return the earliest platform on which libraries can be loaded.
+
+    This is ``manylinux_2_17_x86_64``, ``macosx_11_0_arm64``, ``win_amd64`` or a similar one.
 
     Parameters
     ----------
@@ -36,31 +39,49 @@ def platform_tag(libraries: Iterable[tuple[str, bytes]]) -> str:
     Raises
     ------
     BackendError
-        If a file is not an ELF library, depends on libraries other than glibc, or is for a different architecture than
-        the others.
+        If a file is not a library for Linux, macOS or Windows, depends on libraries other than those of the system, or
+        is for a different platform than the others.
     """
-    machine, minor = "", _EARLIEST
+    known, latest = ("", ""), (0, 0)
     for name, content in libraries:
-        try:
-            elf = ELFFile(BytesIO(content))
-        except ELFError as error:
-            remedy = "build it on Linux, or use --no-build"
-            raise BackendError(name, f"not an ELF library ({error})", "a library for Linux", remedy) from error
-        own = _MACHINES.get(elf["e_machine"], str(elf["e_machine"]))
-        if own not in _MACHINES.values() or machine not in ("", own):
-            known = machine or " or ".join(_MACHINES.values())
-            raise BackendError(name, f"a library for {own}", f"one for {known}", "choose the compiler with CC")
-        machine = own
-        for library in _needed(elf):
-            if not _LIBRARIES.fullmatch(library):
-                remedy = "choose a compiler for glibc with CC"
-                raise BackendError(name, f"it needs {library}", "a library that depends only on glibc", remedy)
-        for version in _versions(elf):
-            number = re.fullmatch(r"GLIBC_2\.(\d+)(\.\d+)?", version)
-            if number is None and version not in _LATER:
-                raise BackendError(name, f"it needs the version {version}", "versions of glibc such as GLIBC_2.17")
-            minor = max(minor, int(number[1]) if number else _LATER[version])
-    return f"manylinux_2_{minor}_{machine}"
+        system, machine, version = _platform(name, content)
+        if known not in (("", ""), (system, machine)):
+            expected = f"one for {' '.join(known)}"
+            raise BackendError(name, f"a library for {system} {machine}", expected, "choose the compiler with CC")
+        known, latest = (system, machine), max(latest, version)
+    system, machine = known
+    if system == "win":
+        return f"win_{machine}"
+    # Versions of macOS from 11 on differ in their first numbers only, in the tags of wheels.
+    return f"{system}_{latest[0]}_{0 if system == 'macosx' and latest[0] > 10 else latest[1]}_{machine}"
+
+
+def _platform(name: str, content: bytes) -> tuple[str, str, tuple[int, int]]:
+    """Return the system, the architecture and the earliest version of the system of a library."""
+    if is_macho(content):
+        machine, version = macos_platform(name, content)
+        return "macosx", machine, version
+    if is_pe(content):
+        return "win", windows_machine(name, content), (0, 0)
+    try:
+        elf = ELFFile(BytesIO(content))
+    except ELFError as error:
+        found, expected = f"not an ELF library ({error})", "a library for Linux, macOS or Windows"
+        raise BackendError(name, found, expected, "choose the compiler with CC, or use --no-build") from error
+    machine, minor = _MACHINES.get(elf["e_machine"], str(elf["e_machine"])), _EARLIEST
+    if machine not in _MACHINES.values():
+        expected = f"one for {' or '.join(_MACHINES.values())}"
+        raise BackendError(name, f"a library for {machine}", expected, "choose the compiler with CC")
+    for library in _needed(elf):
+        if not _LIBRARIES.fullmatch(library):
+            remedy = "choose a compiler for glibc with CC"
+            raise BackendError(name, f"it needs {library}", "a library that depends only on glibc", remedy)
+    for symbol_version in _versions(elf):
+        number = re.fullmatch(r"GLIBC_2\.(\d+)(\.\d+)?", symbol_version)
+        if number is None and symbol_version not in _LATER:
+            raise BackendError(name, f"it needs the version {symbol_version}", "versions of glibc such as GLIBC_2.17")
+        minor = max(minor, int(number[1]) if number else _LATER[symbol_version])
+    return "manylinux", machine, (2, minor)
 
 
 def _needed(elf: ELFFile) -> Iterator[str]:

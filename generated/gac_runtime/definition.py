@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from .layout import Layout
+if TYPE_CHECKING:  # the compiler reads definitions without numpy
+    from .layout import Layout
 
 INTERFACE = 1
 """Version of the interface between modules and runtime, incremented by incompatible changes; both must be equal."""

@@ -6,9 +6,12 @@ import inspect
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from .definition import Definition, Shape
-from .layout import Layout
+
+if TYPE_CHECKING:
+    from .layout import Layout
 
 _WIDTH = 110
 

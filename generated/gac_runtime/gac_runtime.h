@@ -6,6 +6,8 @@
 
    and includes `my_kernels.h` only. With -ffp-contract=off every operation is rounded once, as the operation counts and
    error bounds of the headers assume.
+   A program that calls only functions of single elements, with or without loops, can be compiled with
+   -DGAC_ONLY_ELEMENTS, which leaves out all functions of batches, and without gac_runtime.c.
 
    A module consists of one plain function for each kernel, and of uses of the macros below, which generate loops over
    batches from them. Code that depends on the precision is written once: a file includes itself with REAL defined as
@@ -794,6 +796,18 @@ static INLINE float gac_asin_polynomial_f32(float z)
             GAC_COUNTED(TABLES_##f), GAC_COUNTED(TABLES_##f) WORK_##f(GAC_ONE_MORE), GAC_IS_BUSY_##kind};           \
         return GAC(rows)(&gac_procedure, gac_tables, gac_lengths, gac_args, gac_steps, gac_n);                      \
     }
+
+/* Without functions of batches. */
+#ifdef GAC_ONLY_ELEMENTS
+#undef GAC_FORM
+#undef GAC_KERNEL
+#undef GAC_KERNEL_AND_FORMS
+#undef GAC_PROCEDURE
+#define GAC_FORM(...)
+#define GAC_KERNEL(...)
+#define GAC_KERNEL_AND_FORMS(...)
+#define GAC_PROCEDURE(...)
+#endif
 
 /* GAC_TILE(n): copy a tile of TILE elements of `n` numbers from C order to rows and back, for `n` up to
    GAC_TILE_NUMBERS. Most vectors are read in halves, the lower from the first half of the elements and the upper from

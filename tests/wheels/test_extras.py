@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from algorithms.extras import extra
-from gacompiler.extras import COMPILER
+from gacompiler.extras import COMMAND, COMPILER
 
 ROOT = Path(__file__).parents[2]
 
@@ -40,16 +40,18 @@ def test_no_package_is_missing(hidden: set[str]) -> None:
 
 
 def test_the_compiler_names_its_extra(hidden: set[str]) -> None:
-    hidden |= {"click", "mpmath"}
-    with pytest.raises(ImportError, match=r"gacompiler needs click, mpmath; run: pip install 'gacompiler\[compiler\]'"):
+    hidden |= {"click", "jinja2", "mpmath"}
+    message = r"gacompiler needs jinja2, mpmath; run: pip install 'gacompiler\[compiler\]'"
+    with pytest.raises(ImportError, match=message):
         run("gacompiler/extras.py")
 
 
 def test_the_command_says_it_in_one_line(hidden: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    hidden |= {"jinja2"}
-    monkeypatch.setattr(sys, "argv", ["/somewhere/bin/gac", "new", "kernels"])
-    with pytest.raises(SystemExit, match=r"^gac: error: gacompiler needs jinja2; .*$"):
-        run("gacompiler/extras.py")
+    hidden |= {"click", "jinja2"}
+    for program in ("/somewhere/bin/gac", "-m"):
+        monkeypatch.setattr(sys, "argv", [program, "new", "kernels"])
+        with pytest.raises(SystemExit, match=r"^gac: error: gacompiler needs click, jinja2; .*$"):
+            run("gacompiler/extras.py")
 
 
 def test_algorithms_name_their_extra(hidden: set[str]) -> None:
@@ -87,6 +89,6 @@ def test_other_errors_of_an_import_are_raised_unchanged() -> None:
 def test_extras_have_the_required_packages() -> None:
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
     named = {extra: {line.partition(">")[0] for line in lines} for extra, lines in extras.items()}
-    assert set(COMPILER) <= named["compiler"]
+    assert {*COMPILER, *COMMAND} <= named["compiler"]
     assert {"numba", "scipy"} <= named["algorithms"]
     assert "matplotlib" in named["pictures"]

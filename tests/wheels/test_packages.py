@@ -195,7 +195,7 @@ def test_what_needs_more_than_glibc_has_no_platform(tmp_path: Path) -> None:
     with pytest.raises(BackendError, match=r"it needs libother\.so\.1; expected a library that depends only on glibc"):
         platform_tag([dependent])
     with pytest.raises(BackendError, match="not an ELF library"):
-        platform_tag([("text.so", b"\xcf\xfa\xed\xfe" * 20)])
+        platform_tag([("text.so", b"text" * 20)])
 
 
 def test_levels_are_those_of_the_runtime() -> None:
