@@ -25,8 +25,8 @@ from gacompiler.passes.loops import compile_loops
 from gacompiler.runtime import load_module
 
 BACKENDS = ["arrays", pytest.param("numba", marks=pytest.mark.slow), *(["c"] if find_compiler() else [])]
-LINES = 65_000
-"""The most lines of the modules in ``generated``."""
+LINES = 60
+"""The most lines for each kernel of the modules in ``generated``; copies of equal parts made them 96."""
 
 
 @kernel(x=array(SCALAR, "n"), scale=SCALAR)
@@ -175,5 +175,6 @@ def test_no_two_parts_of_a_generated_module_are_equal(name: str) -> None:
 
 
 def test_generated_modules_are_short() -> None:
-    files = Path(str(generated.__path__[0])).glob("*.py")
-    assert 0 < sum(len(file.read_text().splitlines()) for file in files) <= LINES
+    texts = [file.read_text() for file in Path(str(generated.__path__[0])).glob("*.py")]
+    n_kernels = sum(len(re.findall(r"^@_module\.(?:kernel|loops)\b", text, re.MULTILINE)) for text in texts)
+    assert sum(len(text.splitlines()) for text in texts) <= LINES * n_kernels
