@@ -19,6 +19,7 @@ from .rules import Rule
 from .sets import DEFUZZIFIERS, FuzzyVariable, instances
 from .status import FuzzyStatus
 from .tables import OutputTables
+from .unequal import tables_of
 from .workspace import Workspace
 
 
@@ -91,7 +92,7 @@ class Mamdani(Inference):
 
     @cached_property
     def _tables(self) -> tuple[OutputTables, ...]:
-        return tuple(OutputTables(output, self.implication == "product") for output in self.outputs)
+        return tuple(tables_of(output, self.implication == "product") for output in self.outputs)
 
     def cuts(self, inputs: ArrayLike | Mapping[str, ArrayLike]) -> Reals:
         """Compute the strengths at which the sets of the outputs are clipped.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -88,6 +89,18 @@ def degenerate_rule_base(rng: np.random.Generator, method: str, **methods: str) 
         ends = tuple(Conclusion("y", str(name), float(rng.choice([1, 0.5]))) for name in names)
         rules.append(Rule(random_condition(rng, inputs, 2), ends))
     return Mamdani(inputs, (output,), tuple(rules), method, **methods)
+
+
+def on_own_places(rng: np.random.Generator, system: Mamdani) -> Mamdani:
+    """The same rule base, in which the places of all variables have random distances."""
+
+    def moved(one: FuzzyVariable) -> FuzzyVariable:
+        steps = np.cumsum(10 ** rng.uniform(-2, 0, one.samples - 1))
+        places = np.r_[one.low, one.low + (one.high - one.low) * steps / steps[-1]]
+        places[-1] = one.high
+        return FuzzyVariable.at(one.name, places, one.sets)
+
+    return replace(system, inputs=tuple(map(moved, system.inputs)), outputs=tuple(map(moved, system.outputs)))
 
 
 def random_inputs(rng: np.random.Generator, system: Mamdani, count: int) -> Array:
