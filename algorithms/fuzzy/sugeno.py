@@ -113,7 +113,7 @@ class Sugeno(Inference):
         """Compute the derivatives of the outputs with respect to the inputs.
 
         Memberships are linear between places, and minima and maxima have corners. At a place the derivative is that
-        above it, and at the other corners that of one of the sides.
+        above it, and at the other corners that of one of the sides. Strengths below 1e-300 may make it infinite or NaN.
 
         Parameters
         ----------

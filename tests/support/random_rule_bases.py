@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from algorithms.fuzzy import And, Conclusion, FuzzySet, FuzzyVariable, Is, Mamdani, Not, Or, Rule
+from algorithms.fuzzy import And, Conclusion, FuzzySet, FuzzyVariable, Is, Mamdani, Not, Or, Rule, Sugeno
 
 Array = np.ndarray[Any, Any]
 
@@ -103,12 +103,12 @@ def on_own_places(rng: np.random.Generator, system: Mamdani) -> Mamdani:
     return replace(system, inputs=tuple(map(moved, system.inputs)), outputs=tuple(map(moved, system.outputs)))
 
 
-def random_inputs(rng: np.random.Generator, system: Mamdani, count: int) -> Array:
+def random_inputs(rng: np.random.Generator, system: Mamdani | Sugeno, count: int) -> Array:
     low, high = np.array([[one.low, one.high] for one in system.inputs]).T
     return rng.uniform(low, high, (count, len(low)))
 
 
-def strength(condition: Any, members: dict[tuple[str, str], float], system: Mamdani) -> float:
+def strength(condition: Any, members: dict[tuple[str, str], float], system: Mamdani | Sugeno) -> float:
     if isinstance(condition, Is):
         return members[condition.variable, condition.set]
     if isinstance(condition, Not):
