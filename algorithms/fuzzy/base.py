@@ -54,7 +54,8 @@ class RuleBase:
         values = tuple(given) if many else (given,) * count  # type: ignore[arg-type]
         if len(values) != count:
             raise ValueError(f"default: {len(values)} numbers; expected one, or one for each of {count} outputs")
-        return tuple(default_of(value, output) for value, output in zip(values, self.outputs, strict=True))
+        outputs: Sequence[FuzzyVariable | FunctionOutput] = self.outputs
+        return tuple(default_of(value, output) for value, output in zip(values, outputs, strict=True))
 
 
 def default_of(value: object, output: FuzzyVariable | FunctionOutput) -> float | None:

@@ -86,7 +86,9 @@ class InputTables:
 
     def gradients_at(self, found: Located, program: Program, weights: Reals) -> Reals:
         """Return the derivatives (n, inputs) of sums of the results of a program, with weights (n, m)."""
-        _, slopes = kernels.strengths_vjp_x(found.clipped, found.table, *self._arguments(program), weights)
+        _, slopes = kernels.strengths_vjp_x(  # type: ignore[call-overload]
+            found.clipped, found.table, *self._arguments(program), weights
+        )
         return np.asarray(slopes)
 
     def _arguments(self, program: Program) -> tuple[NDArray[np.generic], ...]:

@@ -102,7 +102,7 @@ class Sugeno(Inference):
         found = self._input_tables.locate(rows, work)
         for k, (program, *functions) in enumerate(self._concluded):
             strengths = self._input_tables.strengths_at(found, program)
-            values[:, k], highest = kernels.mean_of_functions(strengths, found.clipped, *functions)  # type: ignore[call-overload]
+            values[:, k], highest = kernels.mean_of_functions(strengths, found.clipped, *functions)
             status[:, k] = np.where(highest > 0, found.status, FuzzyStatus.NO_RULE_FIRES)
         status[found.status == FuzzyStatus.NOT_FINITE] = FuzzyStatus.NOT_FINITE
         # Affine functions of finite inputs may overflow.
@@ -143,7 +143,7 @@ class Sugeno(Inference):
         found = self._input_tables.locate(rows, work)
         for k, (program, *functions) in enumerate(self._concluded):
             strengths = self._input_tables.strengths_at(found, program)
-            by_strength, by_input = kernels.slopes_of_mean(strengths, found.clipped, *functions)  # type: ignore[call-overload]
+            by_strength, by_input = kernels.slopes_of_mean(strengths, found.clipped, *functions)
             slopes[:, k] = by_input + self._input_tables.gradients_at(found, program, np.asarray(by_strength))
             slopes[~(strengths > 0).any(1), k] = np.nan
         slopes *= found.inside[:, None, :]

@@ -70,7 +70,8 @@ def write(system: RuleBase, methods: Sequence[str], implication: str | None) -> 
     lines = [f"method and {system.conjunction} or {system.disjunction}{ending}"]
     for variable in system.inputs:
         lines += _variable_lines(variable, "input", "")
-    for k, (output, default) in enumerate(zip(system.outputs, system.defaults, strict=True)):
+    outputs: Sequence[FuzzyVariable | FunctionOutput] = system.outputs
+    for k, (output, default) in enumerate(zip(outputs, system.defaults, strict=True)):
         by = f" by {methods[k]}" if methods else ""
         lines += _variable_lines(output, "output", by if default is None else f"{by} default {_number_text(default)}")
     for rule in system.rules:
