@@ -30,20 +30,22 @@ def sorted_unions(
         Ascending, and the memberships.
     """
     n, size = len(cuts), len(coordinates)
-    x = np.empty((n, size + points.shape[1]))
+    x, top = np.empty((2, n, size + points.shape[1]))
     x[:, :size] = coordinates
     x[:, size:] = points
-    cell = (np.searchsorted(coordinates, x, "right") - 1).clip(0, size - 2)
-    left, right = heights.T[:, cell], heights.T[:, cell + 1]
-    own, share = cuts.T[:, :, None], (x - coordinates[cell]) / np.diff(coordinates)[cell]
-    members = left + (right - left) * share
-    top = (own * members if scaled else np.minimum(own, members)).max(0)
+    cell = (np.searchsorted(coordinates, points, "right") - 1).clip(0, size - 2)
+    share = (points - coordinates[cell]) / np.diff(coordinates)[cell]
+    top[:] = 0
+    for cut, height in zip(cuts.T[:, :, None], heights.T, strict=True):
+        between = height[cell] + (height[cell + 1] - height[cell]) * share
+        for members, part in ((height, top[:, :size]), (between, top[:, size:])):
+            np.maximum(part, cut * members if scaled else np.minimum(cut, members), out=part)
     if not scaled:
         # Near the foot of a flank, the membership at the point has larger rounding errors than the strength.
         low, high, base, _ = flanks.T
         both = np.tile(cuts, 2)
         exists = (points != base) & (both > low) & (both <= high)
-        top[:, size:] = np.where(exists, np.maximum(top[:, size:], both), top[:, size:])
+        np.maximum(top[:, size:], both, out=top[:, size:], where=exists)
     order = x.argsort(1, kind="stable")
     return np.take_along_axis(x, order, 1), np.take_along_axis(top, order, 1)
 
