@@ -165,3 +165,13 @@ def test_places_and_defaults_are_read_and_written() -> None:
     ):
         with pytest.raises(ValueError, match=message):
             Mamdani.parse(text.replace(old, new))
+
+
+def test_strengths_at_own_places_are_exact() -> None:
+    """Rounding errors must not make a rule fire whose set ends at a place."""
+    places = 7.3 + np.cumsum(10 ** np.random.default_rng(1).uniform(-2, 0, 31))
+    ends = FuzzySet("s", "triangle", tuple(places[[3, 10, 17]]))
+    x = FuzzyVariable.at("x", places, (ends, FuzzySet("g", "gauss", (9.0, 0.7))))
+    y = FuzzyVariable("y", 0, 1, 3, (FuzzySet("all", "trapezoid", (0, 0, 1, 1)),))
+    rules = tuple(Rule(Is("x", name), (Conclusion("y", "all"),)) for name in ("s", "g"))
+    assert np.array_equal(Mamdani((x,), (y,), rules).strengths(places[:, None]), x.memberships)
