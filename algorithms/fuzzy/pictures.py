@@ -8,6 +8,7 @@ import numpy as np
 
 from ..extras import extra
 from .mamdani import Mamdani
+from .sugeno import Sugeno
 
 with extra("pictures", __name__):
     from matplotlib.figure import Figure
@@ -42,7 +43,7 @@ def plot_memberships(system: Mamdani, size: float = 9.0) -> Figure:
 
 
 def plot_control_surface(
-    system: Mamdani,
+    system: Mamdani | Sugeno,
     x: str,
     y: str,
     output: str,
@@ -54,7 +55,7 @@ def plot_control_surface(
 
     Parameters
     ----------
-    system : Mamdani
+    system : Mamdani or Sugeno
     x, y, output : str
         The names of the inputs and of the output.
     fixed : mapping, optional

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arguments import finite_number
+from .functions import FunctionOutput
 from .sets import FuzzyVariable, instances
 
 DEEPEST = 200
@@ -70,11 +71,12 @@ Condition = Is | Not | And | Or
 
 @dataclass(frozen=True)
 class Conclusion:
-    """The conclusion that an output is in a set.
+    """The conclusion that an output is in a set, or has the value of a function.
 
     Parameters
     ----------
     variable, set : str
+        The output, and its set or its function.
     weight : float, optional
         What the strength of the rule is multiplied by, from 0 to 1.
 
@@ -161,16 +163,21 @@ Region = tuple[int, ...]
 """For each input a set of intervals of its grid, as the bits of an integer."""
 
 
-def can_fire(rule: Rule, inputs: Sequence[FuzzyVariable], outputs: Sequence[FuzzyVariable]) -> bool:
+def can_fire(
+    rule: Rule,
+    inputs: Sequence[FuzzyVariable],
+    outputs: Sequence[FuzzyVariable] | Sequence[FunctionOutput],
+) -> bool:
     """Return whether a rule changes an output for an input in the ranges.
 
     Parameters
     ----------
     rule : Rule
-    inputs, outputs : sequence of FuzzyVariable
+    inputs : sequence of FuzzyVariable
+    outputs : sequence of FuzzyVariable or FunctionOutput
     """
     known = {one.name: one for one in outputs}
-    if not any(end.weight > 0 and (known[end.variable].heights(end.set) > 0).any() for end in rule.conclusions):
+    if not any(end.weight > 0 and not known[end.variable].is_empty(end.set) for end in rule.conclusions):
         return False
     # The disjunctive normal form, in which conjunctions that are positive in the same intervals count once.
     return bool(_regions(rule.condition, False, inputs))

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..arguments import Reals, finite_number
+from ..arguments import Reals, finite_number, real_array
 
 DEFUZZIFIERS = ("centroid", "bisector", "mom", "som", "lom")
 """Centroid and bisector of the area; mean, smallest and largest of the places with the maximum."""
@@ -147,9 +149,9 @@ class FuzzySet:
 
 @dataclass(frozen=True)
 class FuzzyVariable:
-    """An input or output: a range with equidistant places, and sets.
+    """An input or output: a range with equidistant places, or with given ones, and sets.
 
-    Memberships are evaluated at the places and are linear between them.
+    Memberships are evaluated at the places and are linear between them. `at` takes the places themselves.
 
     Parameters
     ----------
@@ -161,12 +163,14 @@ class FuzzyVariable:
     sets : tuple of FuzzySet
         With different names. A set that is narrower than an interval of the grid may have the membership 0 at all
         places, and is empty then.
+    grid : tuple of float, optional
+        The places, if they are not equidistant: `samples` numbers from `low` to `high`.
 
     Raises
     ------
     TypeError, ValueError
-        If the range is not ascending, there are fewer than 2 places, places are closer together than 1e-12 times the
-        largest number of the range, there are no sets, or two sets have the same name.
+        If the range or the grid is not ascending, they disagree, there are fewer than 2 places, places are closer
+        together than 1e-12 times the largest number of the range, there are no sets, or two sets have the same name.
     """
 
     name: str
@@ -174,9 +178,37 @@ class FuzzyVariable:
     high: float
     samples: int
     sets: tuple[FuzzySet, ...]
+    grid: tuple[float, ...] = ()
+
+    @classmethod
+    def at(cls, name: str, places: ArrayLike, sets: tuple[FuzzySet, ...]) -> FuzzyVariable:
+        """Return a variable with given places.
+
+        Parameters
+        ----------
+        name : str
+        places : array_like, (n,)
+            At least 2 finite numbers in ascending order.
+        sets : tuple of FuzzySet
+
+        Returns
+        -------
+        FuzzyVariable
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for the class.
+        """
+        where = f"variable {name}: places"
+        grid = tuple(real_array(places, where, (-1,)).astype(float).tolist())
+        if np.ndim(places) != 1 or len(grid) < 2:
+            raise ValueError(f"{where}: shape {np.shape(places)}; expected at least 2 numbers")
+        return cls(name, grid[0], grid[-1], len(grid), sets, grid)
 
     def __post_init__(self) -> None:
         where = f"variable {self.name}"
+        self._check_grid(where)
         low, high = finite_number(self.low, f"{where}: low"), finite_number(self.high, f"{where}: high")
         if not low < high:
             raise ValueError(f"{where}: range from {low} to {high}; expected an ascending range")
@@ -184,7 +216,8 @@ class FuzzyVariable:
             raise ValueError(f"{where}: {self.samples!r} samples; expected an integer of at least 2")
         object.__setattr__(self, "samples", int(self.samples))
         # Interpolation loses all digits long before neighbouring places are equal.
-        step, largest = (high - low) / (self.samples - 1), max(abs(low), abs(high))
+        steps = [b - a for a, b in pairwise(self.grid)]
+        step, largest = min(steps, default=(high - low) / (self.samples - 1)), max(abs(low), abs(high))
         if not _FINEST * largest < step < np.inf:
             raise ValueError(
                 f"{where}: places {step} apart from {low} to {high}; expected distances of more than {_FINEST} times "
@@ -198,9 +231,28 @@ class FuzzyVariable:
             if names.count(name) > 1:
                 raise ValueError(f"{where}: two sets {name}; expected different names")
 
+    def _check_grid(self, where: str) -> None:
+        if isinstance(self.grid, str) or not isinstance(self.grid, Iterable):
+            raise TypeError(f"{where}: grid {self.grid!r}; expected a tuple of numbers")
+        grid = tuple(finite_number(x, f"{where}: grid") for x in self.grid)
+        object.__setattr__(self, "grid", grid)
+        if not grid:
+            return
+        for a, b in pairwise(grid):
+            if not a < b:
+                raise ValueError(f"{where}: {b} after {a} in the grid; expected numbers in ascending order")
+        own = grid[0], grid[-1], len(grid)
+        if own != (self.low, self.high, self.samples):
+            raise ValueError(
+                f"{where}: {own[2]} numbers from {own[0]} to {own[1]} in the grid; expected {self.samples} from "
+                f"{self.low} to {self.high}"
+            )
+
     @cached_property
     def places(self) -> Reals:
         """The places (n,)."""
+        if self.grid:
+            return np.array(self.grid)
         return np.linspace(self.low, self.high, self.samples)
 
     @cached_property
@@ -211,6 +263,10 @@ class FuzzyVariable:
     def heights(self, name: str) -> Reals:
         """Return the memberships (n,) of the places in one set; errors are those of `index`."""
         return np.asarray(self.memberships[:, self.index(name)])
+
+    def is_empty(self, name: str) -> bool:
+        """Return whether the membership of all places in a set is 0; errors are those of `index`."""
+        return not bool((self.heights(name) > 0).any())
 
     def index(self, name: str) -> int:
         """Return the position of a set.

@@ -10,6 +10,7 @@ from generated import fuzzy as kernels
 from ..arguments import Reals
 from .ramps import Ramps, ramps_of
 from .sets import FuzzyVariable
+from .unions import bisectors, sorted_unions
 from .workspace import Workspace
 
 Integers = NDArray[np.int64]
@@ -36,11 +37,21 @@ class OutputTables:
     def __init__(self, variable: FuzzyVariable, scaled: bool) -> None:
         self.heights = variable.memberships
         self.sets = len(variable.sets)
-        self._low, self._step = variable.low, (variable.high - variable.low) / (variable.samples - 1)
         self._name, self._scaled = f"output {variable.name}", float(scaled)
-        self._tolerance = _CLOSE * (variable.samples - 1)
+        self._low, self._step, self._coordinates = self._units(variable)
+        self._tolerance = _CLOSE * self._coordinates[-1]
+        self._peaks = self.heights.max(0)
+        self._ramps: Ramps = ramps_of(self.heights, self._coordinates, self._low / self._step)
+        self._left, self._right = np.arange(self.sets), np.arange(self.sets, 2 * self.sets)
+        self._prepare()
+
+    def _units(self, variable: FuzzyVariable) -> tuple[float, float, Reals]:
+        """Return the origin and the unit of coordinates, and those of the places."""
+        step = (variable.high - variable.low) / (variable.samples - 1)
+        return variable.low, step, np.arange(variable.samples, dtype=float)
+
+    def _prepare(self) -> None:
         self._samples()
-        self._ramps: Ramps = ramps_of(self.heights, self._low / self._step)
         self._pairs_of_points()
 
     def _samples(self) -> None:
@@ -66,13 +77,11 @@ class OutputTables:
         self._sum_rows = np.stack([*rows, last * sums[place], np.zeros(len(place))], 1)
         self._terms = tuple(np.ascontiguousarray(part) for part in terms[used].T)
         self._place_ends = np.flatnonzero(last), np.array([len(last) - 1])
-        self._peaks = self.heights.max(0)
 
     def _pairs_of_points(self) -> None:
         """Prepare the index tables of pairs of points and sets, and of couples of points."""
         sets = self.heights.shape[1]
         count = 2 * sets
-        self._left, self._right = np.arange(sets), np.arange(sets, count)
         self._snap = np.repeat([self._tolerance, -self._tolerance], sets)
         # Rows of 1, 2 or 4 numbers are copied fastest.
         width = sets if sets != 3 else 4
@@ -134,6 +143,13 @@ class OutputTables:
         found = {"centroid": self._centroids, "bisector": self._bisectors, "mom": self._means_of_maxima}[method]
         return found(cuts, work)
 
+    def _part_size(self) -> int:
+        """Return how many unions are sorted at once."""
+        return max(_SORTED // len(self.heights), 1)
+
+    def _sorted(self, cuts: Reals, points: Reals) -> tuple[Reals, Reals]:
+        return sorted_unions(cuts, points, self._coordinates, self.heights, self._ramps.flanks, bool(self._scaled))
+
     def _centroids(self, cuts: Reals, work: Workspace) -> tuple[Reals, NDArray[np.bool_]]:
         """Compute the centroids (n,) of unions, given the strengths (n, sets), and whether there are any."""
         area, moment = kernels.area_on_grid(cuts, self._area_rows, *self._terms, self._scaled)  # type: ignore[call-overload]
@@ -175,33 +191,11 @@ class OutputTables:
         )
         # Few elements have more points in the interval, or a bisector in another one because of the points before it.
         rest = np.flatnonzero(inside < 1)
-        size = max(_SORTED // len(self.heights), 1)
+        size = self._part_size()
         for start in range(0, len(rest), size):
             part = rest[start : start + size]
-            found[part] = self._sorted_bisectors(cuts[part], points[0][part])
+            found[part] = bisectors(*self._sorted(cuts[part], points[0][part]))
         return self._places(found), np.asarray(half[-1] > 0)
-
-    def _sorted_bisectors(self, cuts: Reals, points: Reals) -> Reals:
-        """Compute bisectors, in units of the grid, from the sorted places and points."""
-        n, last = len(cuts), len(self.heights) - 1
-        x = np.empty((n, last + 1 + points.shape[1]))
-        x[:, : last + 1] = np.arange(last + 1)
-        x[:, last + 1 :] = points
-        x.sort(1)
-        cell = x.astype(np.int64)
-        np.minimum(cell, last - 1, out=cell)
-        left, right = self.heights.T[:, cell], self.heights.T[:, cell + 1]
-        heights, own = left + (right - left) * (x - cell), cuts.T[:, :, None]
-        top = (own * heights if self._scaled else np.minimum(own, heights)).max(0)
-        pieces = (x[:, 1:] - x[:, :-1]) * (top[:, :-1] + top[:, 1:]) / 2
-        sums = pieces.cumsum(1)
-        row = np.arange(n)
-        at = (sums >= sums[:, -1:] / 2).argmax(1)
-        a, b, low, high, whole = x[row, at], x[row, at + 1], top[row, at], top[row, at + 1], pieces[row, at]
-        rest = (sums[:, -1] / 2 - sums[row, at] + whole).clip(0, whole)
-        slope = (high - low) / np.where(b > a, b - a, 1)
-        divisor = low + np.sqrt(np.maximum(low * low + 2 * slope * rest, 0))
-        return np.asarray(a + 2 * rest / np.where(divisor > 0, divisor, 1))
 
 
 def _table(count: int, width: int, terms: Integers) -> tuple[NDArray[np.generic], ...]:

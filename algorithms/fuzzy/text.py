@@ -13,7 +13,19 @@ Each line has one entry; ``#`` begins a comment::
     rule close: if distance is near then closing is fast, force is high
 
 The line ``method`` and the names of rules may be omitted. Sets belong to the variable above them. ``not`` binds more
-strongly than ``and``, and ``and`` more strongly than ``or``.
+strongly than ``and``, and ``and`` more strongly than ``or``. A variable with its own places has ``at`` and the places
+instead of a range, and an output may have a value where no rule fires, at the end of its line::
+
+    input distance at 0 10 20 40 80 160 300
+    output closing at 0 0.1 0.2 0.5 1 by centroid default 0
+
+In rule bases for Sugeno inference, outputs have functions of the inputs instead of a range and sets, and the line
+``method`` has no implication::
+
+    method and product or sum
+    output closing default 0
+        function slow 0.1
+        function fast 0.4 + 0.002 distance - 0.01 angle
 """
 
 from __future__ import annotations
@@ -22,32 +34,47 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from .base import RuleBase, check_rule
+from .base import check_rule, default_of
+from .functions import AffineFunction, FunctionOutput
 from .rules import DEEPEST, And, Conclusion, Condition, Is, Not, Or, Rule
 from .sets import DEFUZZIFIERS, FuzzySet, FuzzyVariable
 
 _WORD = re.compile(r"[(),:]|[^\s(),:]+")
-_RESERVED = ("if", "then", "and", "or", "not", "is", "with", "(", ")", ",", ":")
-_NAME = re.compile(r"[^\W\d]\w*")
+RESERVED = ("if", "then", "and", "or", "not", "is", "with", "(", ")", ",", ":")
+NAME = re.compile(r"[^\W\d]\w*")
+"""What names of variables, sets, functions and rules look like."""
 
 
 @dataclass
 class _Variable:
-    """A variable whose sets are being read."""
+    """A variable whose sets or functions are being read."""
 
     line: int
     kind: str
     name: str
-    low: float
-    high: float
-    samples: int
-    method: str
+    method: str = "centroid"
+    default: float | None = None
+    range: tuple[float, float, int] | None = None
+    """The lower and the upper end, and the number of places."""
+    places: list[float] = field(default_factory=list)
+    """Places that are not equidistant."""
     sets: list[FuzzySet] = field(default_factory=list)
+    functions: list[AffineFunction] = field(default_factory=list)
 
-    def finished(self) -> FuzzyVariable:
-        return _at(self.line, lambda: FuzzyVariable(self.name, self.low, self.high, self.samples, tuple(self.sets)))
+    def finished(self) -> FuzzyVariable | FunctionOutput:
+        """Return the variable, after a check of its default."""
+        found = _at(self.line, self._made)
+        _at(self.line, partial(default_of, self.default, found))
+        return found
+
+    def _made(self) -> FuzzyVariable | FunctionOutput:
+        if self.range is not None:
+            return FuzzyVariable(self.name, *self.range, tuple(self.sets))
+        if self.places:
+            return FuzzyVariable.at(self.name, self.places, tuple(self.sets))
+        return FunctionOutput(self.name, tuple(self.functions))
 
 
 _Made = TypeVar("_Made")
@@ -95,7 +122,7 @@ class _Line:
 
     def name(self, what: str) -> str:
         word = self.next(what)
-        if word in _RESERVED or not _NAME.fullmatch(word):
+        if word in RESERVED or not NAME.fullmatch(word):
             raise self.fail(what, 1)
         return word
 
@@ -117,22 +144,41 @@ class _Line:
             raise self.fail("the end of the line")
 
 
-def _method(line: _Line) -> dict[str, str]:
+def _method(line: _Line, functions: bool) -> dict[str, str]:
     found = {}
     for word, name, choices in (
         ("and", "conjunction", ("min", "product")),
         ("or", "disjunction", ("max", "sum")),
         ("implication", "implication", ("min", "product")),
     ):
-        line.require(word)
-        found[name] = line.choice(choices)
+        if name != "implication" or not functions:
+            line.require(word)
+            found[name] = line.choice(choices)
     line.end()
     return found
 
 
-def _variable(line: _Line, kind: str) -> _Variable:
-    name = line.name(f"the name of an {kind}")
-    line.require("from")
+def _variable(line: _Line, kind: str, functions: bool) -> _Variable:
+    found = _Variable(line.number, kind, line.name(f"the name of an {kind}"))
+    if kind == "input" or not functions:
+        if line.accept("at"):
+            while line.peek() not in (None, "by", "default"):
+                found.places.append(line.number_of("a place"))
+            if not found.places:
+                raise line.fail("a place")
+        else:
+            found.range = _range(line)
+        if kind == "output" and line.accept("by"):
+            found.method = line.choice(DEFUZZIFIERS)
+    if kind == "output" and line.accept("default"):
+        found.default = line.number_of("the value where no rule fires")
+    line.end()
+    return found
+
+
+def _range(line: _Line) -> tuple[float, float, int]:
+    if not line.accept("from"):
+        raise line.fail("'from' or 'at'")
     low = line.number_of("the lower end of the range")
     line.require("to")
     high = line.number_of("the upper end of the range")
@@ -140,11 +186,17 @@ def _variable(line: _Line, kind: str) -> _Variable:
     samples = line.number_of("the number of places")
     if not samples.is_integer():
         raise line.fail("a whole number", 1)
-    method = "centroid"
-    if kind == "output" and line.accept("by"):
-        method = line.choice(DEFUZZIFIERS)
-    line.end()
-    return _Variable(line.number, kind, name, low, high, int(samples), method)
+    return low, high, int(samples)
+
+
+def _function(line: _Line) -> AffineFunction:
+    name, constant = line.name("the name of a function"), line.number_of("a constant")
+    slopes = []
+    while line.peek() is not None:
+        sign = -1.0 if line.choice(("+", "-")) == "-" else 1.0
+        slope = sign * line.number_of("a slope")
+        slopes.append((line.name("an input"), slope))
+    return _at(line.number, lambda: AffineFunction(name, constant, tuple(slopes)))
 
 
 def _set(line: _Line) -> FuzzySet:
@@ -214,16 +266,19 @@ def _rule(line: _Line) -> Rule:
     return _at(line.number, partial(Rule, condition, tuple(conclusions), name))
 
 
-def parse(text: str) -> RuleBase:
+def parse(text: str, functions: bool = False) -> dict[str, Any]:
     """Read a rule base.
 
     Parameters
     ----------
     text : str
+    functions : bool, optional
+        Whether rules conclude functions, and not sets.
 
     Returns
     -------
-    RuleBase
+    dict
+        The arguments of `Sugeno` or of `Mamdani`.
 
     Raises
     ------
@@ -237,82 +292,55 @@ def parse(text: str) -> RuleBase:
     methods: dict[str, str] = {}
     variables: list[_Variable] = []
     rules: list[tuple[int, Rule]] = []
+    words = "method", "input", "output", "set", "rule"
     for number, content in enumerate(text.splitlines(), 1):
         line = _Line(number, content.partition("#")[0])
         if line.peek() is None:
             continue
-        word = line.choice(("method", "input", "output", "set", "rule"))
+        word = line.choice((*words, "function") if functions else words)
         if word == "method":
             if methods:
                 raise ValueError(f"line {number}: a second line 'method'; expected only one")
-            methods = _method(line)
+            methods = _method(line, functions)
         elif word in ("input", "output"):
-            variables.append(_variable(line, word))
+            variables.append(_variable(line, word, functions))
             if variables[-1].name in {one.name for one in variables[:-1]}:
                 raise ValueError(f"line {number}: a second variable {variables[-1].name}; expected different names")
         elif word == "rule":
             rules.append((number, _rule(line)))
-        elif variables:
-            variables[-1].sets.append(_set(line))
         else:
-            raise ValueError(f"line {number}: a set before the first variable; expected an input or output above it")
-    return _assembled(methods, variables, rules)
+            _add(line, word, variables, functions)
+    return _assembled(methods, variables, rules, functions)
 
 
-def _assembled(methods: dict[str, str], variables: list[_Variable], rules: list[tuple[int, Rule]]) -> RuleBase:
-    found = {kind: tuple(one.finished() for one in variables if one.kind == kind) for kind in ("input", "output")}
-    by = tuple(one.method for one in variables if one.kind == "output")
-    inputs, outputs = found["input"], found["output"]
+def _add(line: _Line, word: str, variables: list[_Variable], functions: bool) -> None:
+    """Add a set or a function to the last variable."""
+    if not variables:
+        raise ValueError(
+            f"line {line.number}: a {word} before the first variable; expected an input or output above it"
+        )
+    last = variables[-1]
+    expected = "function" if functions and last.kind == "output" else "set"
+    if word != expected:
+        raise ValueError(f"line {line.number}: a {word} of the {last.kind} {last.name}; expected a {expected}")
+    if word == "set":
+        last.sets.append(_set(line))
+    else:
+        last.functions.append(_function(line))
+
+
+def _assembled(
+    methods: dict[str, str], variables: list[_Variable], rules: list[tuple[int, Rule]], functions: bool
+) -> dict[str, Any]:
+    made = [(one.kind, one.finished()) for one in variables]
+    inputs = [one for kind, one in made if kind == "input" and isinstance(one, FuzzyVariable)]
+    outputs: list[Any] = [one for kind, one in made if kind == "output"]
     if inputs and outputs:
         for k, (number, rule) in enumerate(rules):
             _at(number, partial(check_rule, rule, rule.name or f"rule {k + 1}", inputs, outputs))
-    return RuleBase(inputs, outputs, tuple(rule for _, rule in rules), by, **methods)
-
-
-def _condition_text(condition: Condition, inside: type | None = None) -> str:
-    if isinstance(condition, Is):
-        return f"{condition.variable} is {condition.set}"
-    if isinstance(condition, Not):
-        return f"not {_condition_text(condition.condition, Not)}"
-    word = "and" if isinstance(condition, And) else "or"
-    # A right operand of the same kind keeps its brackets, so that the text is read as the same tree.
-    left = _condition_text(condition.left, type(condition))
-    right = _condition_text(condition.right, Not)
-    own = f"{left} {word} {right}"
-    return own if inside in (None, type(condition)) else f"({own})"
-
-
-def _number_text(x: float) -> str:
-    return str(int(x)) if x == int(x) and abs(x) < 1e15 else repr(float(x))
-
-
-def write(system: RuleBase) -> str:
-    """Write a rule base.
-
-    Raises
-    ------
-    ValueError
-        If a name cannot be read again.
-    """
-    variables = *system.inputs, *system.outputs
-    names = [one.name for one in variables] + [one.name for variable in variables for one in variable.sets]
-    for found in names + [rule.name for rule in system.rules if rule.name]:
-        if found in _RESERVED or not _NAME.fullmatch(found):
-            raise ValueError(f"name {found!r}; expected a letter, followed by letters, digits and underscores")
-    lines = [f"method and {system.conjunction} or {system.disjunction} implication {system.implication}"]
-    methods = dict(zip((one.name for one in system.outputs), system.defuzzify, strict=True))
-    for variable in variables:
-        kind = "output" if variable.name in methods else "input"
-        by = f" by {methods[variable.name]}" if kind == "output" else ""
-        low, high = _number_text(variable.low), _number_text(variable.high)
-        lines.append(f"{kind} {variable.name} from {low} to {high} samples {variable.samples}{by}")
-        for one in variable.sets:
-            lines.append(f"    set {one.name} {one.kind} {' '.join(map(_number_text, one.parameters))}")
-    for rule in system.rules:
-        ends = []
-        for end in rule.conclusions:
-            weight = "" if end.weight == 1 else f" with {_number_text(end.weight)}"
-            ends.append(f"{end.variable} is {end.set}{weight}")
-        name = f" {rule.name}:" if rule.name else ""
-        lines.append(f"rule{name} if {_condition_text(rule.condition)} then {', '.join(ends)}")
-    return "\n".join(lines) + "\n"
+    own = [one for one in variables if one.kind == "output"]
+    found: dict[str, Any] = {"inputs": tuple(inputs), "outputs": tuple(outputs)}
+    found |= {"rules": tuple(rule for _, rule in rules), "default": tuple(one.default for one in own)}
+    if not functions:
+        found["defuzzify"] = tuple(one.method for one in own)
+    return found | methods

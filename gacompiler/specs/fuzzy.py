@@ -1,4 +1,4 @@
-"""Mamdani inference: strengths of fuzzy sets by the rules of a rule base, and numbers for unions of clipped sets.
+"""Fuzzy inference: strengths of rules, numbers for unions of clipped sets (Mamdani), and means of functions (Sugeno).
 
 A set is given by its membership at the places of a grid, and is linear between them. Rule bases are data. The
 conditions of rules are a program for an accumulator and a stack: each step has a literal, which is the membership of an
@@ -18,7 +18,7 @@ module is generated from one spec.
 from typing import Any, NamedTuple
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, fold, gather, index, kernel, scan, select
+from gacompiler import SCALAR, array, each, fold, gather, index, kernel, scan, select, total, transpose, vjp
 
 DEPTH = 6
 """Number of intermediate results that a condition may need at once, with the strength of earlier rules."""
@@ -141,6 +141,81 @@ def strengths(x, rows, place, member, variable, literal, program, ends):
 
     stacks = scan(run, (0,) * DEPTH, gather(members, literal), program)
     return each(lambda first: first, gather(stacks[0], ends))
+
+
+strengths_vjp_x = vjp(strengths, "x")
+
+_MEANS = {
+    "strengths": _numbers("rules"), "x": _numbers("inputs"), "constants": _shared("rules"),
+    "slopes": _shared("rules", "inputs"),
+}  # fmt: skip
+
+
+def _shares(strengths):
+    """Return the largest of some strengths, and shares by which all are weighted, with the sum 1 or 0."""
+    highest = fold(_greater, 0, strengths)
+    # Quotients by the largest strength neither underflow nor lose digits if all strengths are tiny.
+    quotients = each(lambda own: own / select(highest > 0, highest, 1), strengths)
+    sum = total(lambda own: own, quotients)
+    return highest, each(lambda own: own / select(sum > 0, sum, 1), quotients)
+
+
+def _functions(x, constants, slopes):
+    def function(constant, row):
+        return constant + total(lambda slope, value: slope * value, row, x)
+
+    return each(function, constants, slopes)
+
+
+def _mean(shares, functions):
+    # A rule that does not fire changes nothing, even if its function overflows.
+    return total(lambda share, value: select(share > 0, share * value, 0), shares, functions)
+
+
+@kernel(**_MEANS, returns=(SCALAR, SCALAR))
+def mean_of_functions(strengths, x, constants, slopes):
+    """Compute the mean of affine functions of the inputs, weighted by the strengths of rules.
+
+    Parameters
+    ----------
+    strengths
+        The weighted strength of each rule.
+    x
+        The inputs.
+    constants, slopes
+        For each rule, the value of its function where all inputs are 0, and its derivative with respect to each input.
+
+    Returns
+    -------
+    mean
+        0 if all strengths are 0.
+    highest
+        The largest strength.
+    """
+    highest, shares = _shares(strengths)
+    return _mean(shares, _functions(x, constants, slopes)), highest
+
+
+@kernel(**_MEANS, returns=(_numbers("rules"), _numbers("inputs")))
+def slopes_of_mean(strengths, x, constants, slopes):
+    """Compute the derivatives of `mean_of_functions` with respect to the strengths and to the inputs.
+
+    Parameters
+    ----------
+    strengths, x, constants, slopes
+        As for `mean_of_functions`.
+
+    Returns
+    -------
+    by_strength, by_input
+        0 if all strengths are 0.
+    """
+    _, shares = _shares(strengths)
+    values, sum = _functions(x, constants, slopes), total(lambda own: own, strengths)
+    mean, divisor = _mean(shares, values), select(sum > 0, sum, 1)
+    by_strength = each(lambda value: select(sum > 0, (value - mean) / divisor, 0), values)
+    by_input = each(lambda column: total(lambda share, slope: share * slope, shares, column), transpose(slopes))
+    return by_strength, by_input
 
 
 _RAMPS = {

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from algorithms.estimation.servoing import GraspSettings, VisualStatus, random_scene, simulate_grasp
-from algorithms.fuzzy import grasp_controller
+from algorithms.fuzzy import Sugeno, grasp_controller
 
 ROOT = Path(__file__).parents[2]
 
@@ -18,7 +18,7 @@ def test_blocks_run(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
     monkeypatch.chdir(ROOT)
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "visual-grasping.md").read_text(), re.DOTALL)
-    assert len(blocks) == 6
+    assert len(blocks) == 8
     exec(compile("\n".join(blocks), "docs/visual-grasping.md", "exec"), {"__name__": "visual_grasping"})
 
 
@@ -76,3 +76,20 @@ def test_a_grasp_that_ends_at_once_is_drawn() -> None:
     figure = pictures.plot_guided_grasp(run)
     figure.draw_without_rendering()
     assert not figure.axes[2].lines
+
+
+def test_the_surface_of_sugeno_inference_is_that_of_its_function() -> None:
+    pictures = pytest.importorskip("algorithms.fuzzy.pictures")
+    system = Sugeno.parse("""
+    input x from 0 to 1 samples 2
+        set any trapezoid 0 0 1 1
+    input y from 0 to 2 samples 2
+        set any trapezoid 0 0 2 2
+    output z
+        function plane 1 + 2 x - 3 y
+    rule if x is any and y is any then z is plane
+    """)
+    axis = pictures.plot_control_surface(system, "x", "y", "z", samples=3).axes[0]
+    low, high = axis.get_zlim()
+    # The values are from 1 - 6 to 1 + 2, and the axis ends a little beyond them.
+    assert -6 < low <= -5 and 3 <= high < 4

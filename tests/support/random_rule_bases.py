@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from algorithms.fuzzy import And, Conclusion, FuzzySet, FuzzyVariable, Is, Mamdani, Not, Or, Rule
+from algorithms.fuzzy import And, Conclusion, FuzzySet, FuzzyVariable, Is, Mamdani, Not, Or, Rule, Sugeno
 
 Array = np.ndarray[Any, Any]
 
@@ -90,12 +91,24 @@ def degenerate_rule_base(rng: np.random.Generator, method: str, **methods: str) 
     return Mamdani(inputs, (output,), tuple(rules), method, **methods)
 
 
-def random_inputs(rng: np.random.Generator, system: Mamdani, count: int) -> Array:
+def on_own_places(rng: np.random.Generator, system: Mamdani) -> Mamdani:
+    """The same rule base, in which the places of all variables have random distances."""
+
+    def moved(one: FuzzyVariable) -> FuzzyVariable:
+        steps = np.cumsum(10 ** rng.uniform(-2, 0, one.samples - 1))
+        places = np.r_[one.low, one.low + (one.high - one.low) * steps / steps[-1]]
+        places[-1] = one.high
+        return FuzzyVariable.at(one.name, places, one.sets)
+
+    return replace(system, inputs=tuple(map(moved, system.inputs)), outputs=tuple(map(moved, system.outputs)))
+
+
+def random_inputs(rng: np.random.Generator, system: Mamdani | Sugeno, count: int) -> Array:
     low, high = np.array([[one.low, one.high] for one in system.inputs]).T
     return rng.uniform(low, high, (count, len(low)))
 
 
-def strength(condition: Any, members: dict[tuple[str, str], float], system: Mamdani) -> float:
+def strength(condition: Any, members: dict[tuple[str, str], float], system: Mamdani | Sugeno) -> float:
     if isinstance(condition, Is):
         return members[condition.variable, condition.set]
     if isinstance(condition, Not):
