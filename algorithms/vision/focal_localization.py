@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import camera_poses, focal_poses, pga3
+from generated import camera_poses, focal_poses
 
 from ..arguments import Reals, finite_number, real_array
 from ..evidence import (
@@ -25,7 +25,7 @@ from ..evidence import (
 )
 from ..evidence.triangles import from_triangle
 from .degeneracy import usual_noise
-from .pose_refinement import EXPLAINED, OPEN, camera_motors
+from .pose_refinement import EXPLAINED, OPEN, camera_motors, motions_between
 from .pose_starts import reversed_pose
 from .robust import ALL, robust_estimate
 from .status import VisionStatus, check_points, distinct
@@ -319,10 +319,8 @@ def _minima(cameras: Reals, places: Reals, image: Reals) -> _Cameras:
 
 def _offsets(found: _Cameras, i: int) -> Reals:
     """Return the steps (m, 7) from one of the cameras to all."""
-    matrix = np.where(np.isfinite(found.matrix), found.matrix, 0)
-    turn = matrix[..., :3] @ matrix[i, :, :3].T
-    rotation = pga3.rotor_to_rotation_vector(pga3.rotor_from_matrix(np.ascontiguousarray(turn)))
-    shift = (matrix[..., 3] - turn @ matrix[i, :, 3]) / max(float(np.linalg.norm(matrix[i, :, 3])), 1e-300)
+    unit = max(float(np.linalg.norm(np.nan_to_num(found.matrix[i, :, 3]))), 1e-300)
     with np.errstate(all="ignore"):
         change = np.log(found.focal / found.focal[i])
-    return np.concatenate([rotation, shift, np.where(np.isfinite(change), change, 1e3)[:, None]], 1)
+    motions = motions_between(found.matrix[i], found.matrix, unit)
+    return np.concatenate([motions, np.where(np.isfinite(change), change, 1e3)[:, None]], 1)

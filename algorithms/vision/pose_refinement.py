@@ -173,12 +173,16 @@ def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = No
 
 def _offsets(found: Poses, i: int, unit: Reals) -> Reals:
     """Return the motions (b, s, 6) from poses (b, i) to all, as vectors of steps, with translations in units (b, 1)."""
-    matrix = np.where(np.isfinite(found.matrix), found.matrix, 0)
-    first = matrix[:, i : i + 1]
-    turn = matrix[..., :3] @ np.swapaxes(first[..., :3], -1, -2)
+    return motions_between(found.matrix[:, i : i + 1], found.matrix, unit[..., None])
+
+
+def motions_between(first: Reals, second: Reals, unit: Reals | float) -> Reals:
+    """Return motions (..., 6) between poses (..., 3, 4) as vectors of steps; numbers that are not finite count as 0."""
+    first, second = (np.where(np.isfinite(matrix), matrix, 0) for matrix in (first, second))
+    turn = second[..., :3] @ np.swapaxes(first[..., :3], -1, -2)
     rotation = pga3.rotor_to_rotation_vector(pga3.rotor_from_matrix(turn))
-    shift = matrix[..., 3] - (turn @ first[..., 3:])[..., 0]
-    return np.concatenate([rotation, shift / unit[..., None]], -1)
+    shift = second[..., 3] - (turn @ first[..., 3:])[..., 0]
+    return np.concatenate([rotation, shift / unit], -1)
 
 
 def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: int) -> Poses:

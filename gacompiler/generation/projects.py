@@ -20,6 +20,11 @@ from ..errors import SpecError
 
 VERSION = "0.1.0"
 """The version of a new package; edit it in the package."""
+_TARGETS = frozenset(
+    {"all", "clean", "depend", "edit_cache", "help", "install", "list_install_components", "package", "package_source"}
+    | {"preinstall", "rebuild_cache", "run_tests", "test"}
+)
+"""Names of targets that CMake reserves."""
 
 
 def package_name(folder: Path) -> str:
@@ -31,6 +36,8 @@ def package_name(folder: Path) -> str:
         If no package of CMake, cargo and npm can have this name.
     """
     name = folder.absolute().name
+    if name in _TARGETS:
+        raise SpecError(str(folder), f"{name} is a target of build systems", "another name of the folder")
     if not re.fullmatch(r"[a-z][a-z0-9_-]*", name):
         expected = "a folder named by lower-case letters, digits, - and _, a letter first"
         raise SpecError(str(folder), "a package has the name of its folder, and this is none", expected)
@@ -56,7 +63,18 @@ def cmake_package(name: str, modules: Sequence[ModuleSource]) -> dict[str, str]:
 
 
 def cargo_package(name: str, modules: Sequence[ModuleSource]) -> dict[str, str]:
-    """Return the files of a crate without dependencies, by name."""
+    """Return the files of a crate without dependencies, by name.
+
+    Raises
+    ------
+    SpecError
+        If a module has the name of a file that cargo gives a meaning.
+    """
+    for module in modules:
+        if module.name in ("lib", "main"):
+            raise SpecError(
+                f"{module.name}.py", "cargo gives a module of this name a meaning", "another name of the spec"
+            )
     about = _summary(modules)
     manifest = (
         f'[package]\nname = "{name}"\nversion = "{VERSION}"\nedition = "2021"\ndescription = {json.dumps(about)}\n'

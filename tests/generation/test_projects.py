@@ -260,6 +260,7 @@ def test_types_are_those_of_a_program(place: Path) -> None:
         (["--npm=kernels", "--header-only"], "without other outputs"),
         (["--cargo=kernels", "--target", "rust"], "without other outputs"),
         (["--cargo=kernels", "-o", "out"], "without other outputs"),
+        (["--cmake=all"], "all is a target of build systems"),
     ],
 )
 def test_wrong_options(words: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -268,3 +269,11 @@ def test_wrong_options(words: list[str], message: str, tmp_path: Path, monkeypat
     result = CliRunner().invoke(main, ["generate", "arms.py", *words])
     assert result.exit_code and message in re.sub(r"\s+", " ", result.output)
     assert [path.name for path in tmp_path.iterdir() if path.suffix != ""] == ["arms.py"]
+
+
+@pytest.mark.parametrize("name", ["lib", "main"])
+def test_modules_that_cargo_gives_a_meaning(name: str, tmp_path: Path) -> None:
+    (tmp_path / f"{name}.py").write_text(SPEC)
+    result = CliRunner().invoke(main, ["generate", str(tmp_path / f"{name}.py"), f"--cargo={tmp_path / 'crate'}"])
+    assert result.exit_code and "another name of the spec" in re.sub(r"\s+", " ", result.output)
+    assert not (tmp_path / "crate").exists()

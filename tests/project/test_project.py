@@ -127,6 +127,12 @@ def test_nothing_built_is_tracked() -> None:
         assert not folders & set(Path(name).parts), name
 
 
+def test_no_merge_is_unfinished() -> None:
+    for name in files():
+        content = (ROOT / name).read_bytes()
+        assert b"\n<<<<<<< " not in content and b"\n>>>>>>> " not in content, name
+
+
 def test_no_path_of_any_machine() -> None:
     places = ["home", "root", "Users", "work", "mnt", "private"]
     pattern = re.compile(rf"(?<![\w.~/])/(?:{'|'.join(places)})/\w|\b[A-Z]:\\\\?Users")
