@@ -131,12 +131,9 @@ class MotorGraph:
         Parameters
         ----------
         states : array_like, (m,) of int
-        model : array_like, (m, 3)
-            In the map.
-        seen : array_like, (m, 3)
-            In the frames of the poses.
+        model, seen : array_like, (m, 3)
+            In the map, and in the frames of the poses.
         covariance : array_like, (3,), (3, 3) or (m, 3, 3)
-            Of what was seen.
         robust : array_like, (m,) of bool, optional
 
         Raises
@@ -205,7 +202,6 @@ class MotorGraph:
         states : array_like, (m,) of int
         places : array_like, (m, 3)
         covariance : array_like, (3,), (3, 3) or (m, 3, 3)
-            Of the places.
         lever : array_like, (3,) or (m, 3), optional
             The point in the frames of the poses, by default their origin.
         robust : array_like, (m,) of bool, optional
