@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -80,8 +80,22 @@ class MotorGraph:
     def add_priors(
         self, states: ArrayLike, motors: ArrayLike, covariance: ArrayLike, *, robust: ArrayLike = False
     ) -> None:
-        """Add poses that are known: `motors` (m, 8), with the covariance (6, 6) of perturbations."""
-        self._add(PRIOR, (states,), [(checked_motors(motors, "motors"), 1)], covariance, robust)
+        """Add poses that are known.
+
+        Parameters
+        ----------
+        states : array_like, (m,) of int
+        motors : array_like, (m, 8)
+        covariance : array_like, (6,), (6, 6) or (m, 6, 6)
+            Of perturbations of the poses.
+        robust : array_like, (m,) of bool, optional
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for all methods, see the class.
+        """
+        self._append(_made(PRIOR, (states,), [(checked_motors(motors, "motors"), 1)], covariance, robust))
 
     def add_motions(
         self,
@@ -94,32 +108,81 @@ class MotorGraph:
     ) -> None:
         """Add measured motions, such as odometry or closed loops: the second pose in the frame of the first.
 
-        The covariance (6, 6) is that of perturbations of `motions` (m, 8) in the frame of the second pose.
+        Parameters
+        ----------
+        first, second : array_like, (m,) of int
+        motions : array_like, (m, 8)
+        covariance : array_like, (6,), (6, 6) or (m, 6, 6)
+            Of perturbations of the motions in the frame of the second pose.
+        robust : array_like, (m,) of bool, optional
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for all methods, see the class.
         """
-        self._add(MOTION, (first, second), [(checked_motors(motions, "motions"), 1)], covariance, robust)
+        self._append(_made(MOTION, (first, second), [(checked_motors(motions, "motions"), 1)], covariance, robust))
 
     def add_points(
         self, states: ArrayLike, model: ArrayLike, seen: ArrayLike, covariance: ArrayLike, *, robust: ArrayLike = False
     ) -> None:
-        """Add points `model` (m, 3) of the map that were seen at `seen` (m, 3) in the frames of poses."""
+        """Add points of the map that were seen in the frames of poses.
+
+        Parameters
+        ----------
+        states : array_like, (m,) of int
+        model, seen : array_like, (m, 3)
+            In the map, and in the frames of the poses.
+        covariance : array_like, (3,), (3, 3) or (m, 3, 3)
+        robust : array_like, (m,) of bool, optional
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for all methods, see the class.
+        """
         self._add_seen(POINTS, POINT, 3, states, model, seen, covariance, robust)
 
     def add_lines(
         self, states: ArrayLike, model: ArrayLike, seen: ArrayLike, covariance: ArrayLike, *, robust: ArrayLike = False
     ) -> None:
-        """Add directed lines `model` (m, 6) of the map that were seen as `seen` (m, 6), both of any norm.
+        """Add directed lines of the map that were seen in the frames of poses.
 
-        The covariance (4, 4) is that of the direction, in radians, and of the position at the point of the seen line
-        that is closest to the origin, both along two directions across the line.
+        Parameters
+        ----------
+        states : array_like, (m,) of int
+        model, seen : array_like, (m, 6)
+            In the map, and in the frames of the poses, both of any norm.
+        covariance : array_like, (4,), (4, 4) or (m, 4, 4)
+            Of the direction, in radians, and of the position at the point of the seen line that is closest to the
+            origin, both along two directions across the line.
+        robust : array_like, (m,) of bool, optional
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for all methods, see the class.
         """
         self._add_seen(LINES, LINE, 6, states, model, seen, covariance, robust)
 
     def add_planes(
         self, states: ArrayLike, model: ArrayLike, seen: ArrayLike, covariance: ArrayLike, *, robust: ArrayLike = False
     ) -> None:
-        """Add planes `model` (m, 4) of the map, with oriented normals, that were seen as `seen` (m, 4).
+        """Add planes of the map that were seen in the frames of poses.
 
-        The covariance (3, 3) is that of the normal, in radians along two directions across it, and of the distance.
+        Parameters
+        ----------
+        states : array_like, (m,) of int
+        model, seen : array_like, (m, 4)
+            In the map, and in the frames of the poses, with oriented normals.
+        covariance : array_like, (3,), (3, 3) or (m, 3, 3)
+            Of the normal, in radians along two directions across it, and of the distance.
+        robust : array_like, (m,) of bool, optional
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for all methods, see the class.
         """
         self._add_seen(PLANES, PLANE, 4, states, model, seen, covariance, robust)
 
@@ -132,17 +195,58 @@ class MotorGraph:
         lever: ArrayLike = (0.0, 0.0, 0.0),
         robust: ArrayLike = False,
     ) -> None:
-        """Add places (m, 3) in the map, such as from satellites, of a point `lever` of the frames of poses."""
+        """Add places in the map, such as from satellites, of a point of the frames of poses.
+
+        Parameters
+        ----------
+        states : array_like, (m,) of int
+        places : array_like, (m, 3)
+        covariance : array_like, (3,), (3, 3) or (m, 3, 3)
+        lever : array_like, (3,) or (m, 3), optional
+            The point in the frames of the poses, by default their origin.
+        robust : array_like, (m,) of bool, optional
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for all methods, see the class.
+        """
         at, arm = _rows(plain(places, "places", POINT), "places", 3), _rows(plain(lever, "lever", POINT), "lever", 3)
-        self._add(PLACE, (states,), [(arm, 1), (at, 1)], covariance, robust)
+        self._append(_made(PLACE, (states,), [(arm, 1), (at, 1)], covariance, robust))
 
     def add_velocities(self, states: ArrayLike, velocities: ArrayLike, covariance: ArrayLike) -> None:
-        """Add velocities (m, 3) in the map that are known."""
-        self._add(SPEED, (states,), [(_rows(velocities, "velocities", 3), 1)], covariance, False)
+        """Add velocities that are known.
+
+        Parameters
+        ----------
+        states : array_like, (m,) of int
+        velocities : array_like, (m, 3)
+            In the map.
+        covariance : array_like, (3,), (3, 3) or (m, 3, 3)
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for all methods, see the class.
+        """
+        self._append(_made(SPEED, (states,), [(_rows(velocities, "velocities", 3), 1)], covariance, False))
 
     def add_biases(self, states: ArrayLike, biases: ArrayLike, covariance: ArrayLike) -> None:
-        """Add biases (m, 6) of angular rates and of specific forces that are known."""
-        self._add(BIASES, (states,), [(_rows(biases, "biases", 6), 1)], covariance, False)
+        """Add biases that are known.
+
+        Parameters
+        ----------
+        states : array_like, (m,) of int
+        biases : array_like, (m, 6)
+            Of angular rates and of specific forces.
+        covariance : array_like, (6,), (6, 6) or (m, 6, 6)
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for all methods, see the class.
+        """
+        self._append(_made(BIASES, (states,), [(_rows(biases, "biases", 6), 1)], covariance, False))
 
     def add_inertial(
         self,
@@ -160,22 +264,36 @@ class MotorGraph:
         first, second : array_like, (m,) of int
         sums : InertialSum, or sequence of m
             As from `preintegrate`.
-        walk : array_like, (6,) or (6, 6)
+        walk : array_like, (6,), (6, 6) or (m, 6, 6)
             The covariance by which biases change in a second.
-        gravity : array_like, (3,)
+        gravity : array_like, (3,), optional
             In the frame of the map.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As for all methods, see the class.
         """
-        every = [sums] if isinstance(sums, InertialSum) else list(sums)
+        every = list(sums) if isinstance(sums, Iterable) else [sums]
         if not every:
             raise ValueError("sums: none; expected one for each pair of states")
+        for each in every:
+            if not isinstance(each, InertialSum):
+                raise TypeError(f"sums: {type(each).__name__}; expected InertialSum, as from preintegrate")
         data = [
             (np.array([getattr(each, name) for each in every]), axes)
             for name, axes in (("motion", 1), ("place", 1), ("duration", 0), ("by_bias", 2), ("bias", 1))
         ]
         spread = np.array([each.covariance for each in every])
-        grown = _covariances(walk, 6, "walk") * data[2][0][:, None, None]
-        self._add(INERTIAL, (first, second), [*data, (_rows(gravity, "gravity", 3), 1)], spread, False)
-        self._add(WALK, (first, second), [(np.zeros(6), 1)], grown, False)
+        grown = _covariances(walk, 6, "walk")
+        if grown.ndim == 3 and len(grown) not in (1, len(every)):
+            raise ValueError(f"walk: {len(grown)} covariances; expected one, or one for each of {len(every)} sums")
+        grown = grown * data[2][0][:, None, None]
+        # Both are made before one is added, so that a refused call changes nothing.
+        self._append(
+            _made(INERTIAL, (first, second), [*data, (_rows(gravity, "gravity", 3), 1)], spread, False),
+            _made(WALK, (first, second), [(np.zeros(6), 1)], grown, False),
+        )
 
     def _add_seen(
         self, kind: Kind, layouts: Layouts, length: int, states: ArrayLike, model: ArrayLike, seen: ArrayLike,
@@ -188,38 +306,38 @@ class MotorGraph:
             if kind is not POINTS and not (np.abs(rows[..., :3]).sum(-1) > 0).all():
                 raise ValueError(f"{name}: a direction is 0; expected {kind.name} that are not at infinity")
             pair.append((rows, 1))
-        self._add(kind, (states,), pair, covariance, robust)
+        self._append(_made(kind, (states,), pair, covariance, robust))
 
-    def _add(
-        self,
-        kind: Kind,
-        states: Sequence[ArrayLike],
-        data: Sequence[tuple[Reals, int]],
-        covariance: ArrayLike,
-        robust: ArrayLike,
-    ) -> None:
-        """Add factors from data with their numbers of axes, after one for factors or none."""
-        numbers = [_numbers(each) for each in states]
-        spread = _covariances(covariance, kind.n_numbers, "covariance")
-        flags = np.asarray(robust)
-        if flags.dtype != np.bool_:
-            raise TypeError(f"robust: dtype {flags.dtype}; expected bool")
-        leading = [each.shape for each in numbers] + [value.shape[: value.ndim - axes] for value, axes in data]
-        leading += [flags.shape, spread.shape[:-2]]
-        try:
-            shape = np.broadcast_shapes(*leading)
-        except ValueError:
-            shape = (0, 0)
-        if len(shape) > 1:
-            raise ValueError(f"{kind.name}: {_lengths(leading)} rows; expected one number for states and what was seen")
-        m = shape[0] if shape else 1
-        pairs = np.stack([np.broadcast_to(each, (m,)) for each in numbers], -1)
-        if len(numbers) == 2 and (pairs[:, 0] == pairs[:, 1]).any():
-            raise ValueError(f"{kind.name}: a factor of state {pairs[pairs[:, 0] == pairs[:, 1]][0, 0]} with itself")
-        every = tuple(
-            np.ascontiguousarray(np.broadcast_to(value, (m, *value.shape[value.ndim - axes :]))) for value, axes in data
-        )
-        self.factors.append(Factors(kind, pairs, every, _roots(spread), np.broadcast_to(flags, (m,))))
+    def _append(self, *factors: Factors) -> None:
+        """Add factors to the graph, all or none."""
+        self.factors += factors
+
+
+def _made(
+    kind: Kind, states: Sequence[ArrayLike], data: Sequence[tuple[Reals, int]], covariance: ArrayLike, robust: ArrayLike
+) -> Factors:
+    """Return factors from data with their numbers of axes, after one for factors or none."""
+    numbers = [_numbers(each) for each in states]
+    spread = _covariances(covariance, kind.n_numbers, "covariance")
+    flags = np.asarray(robust)
+    if flags.dtype != np.bool_:
+        raise TypeError(f"robust: dtype {flags.dtype}; expected bool")
+    leading = [each.shape for each in numbers] + [value.shape[: value.ndim - axes] for value, axes in data]
+    leading += [flags.shape, spread.shape[:-2]]
+    try:
+        shape = np.broadcast_shapes(*leading)
+    except ValueError:
+        shape = (0, 0)
+    if len(shape) > 1:
+        raise ValueError(f"{kind.name}: {_lengths(leading)} rows; expected one number for states and what was seen")
+    m = shape[0] if shape else 1
+    pairs = np.stack([np.broadcast_to(each, (m,)) for each in numbers], -1)
+    if len(numbers) == 2 and (pairs[:, 0] == pairs[:, 1]).any():
+        raise ValueError(f"{kind.name}: a factor of state {pairs[pairs[:, 0] == pairs[:, 1]][0, 0]} with itself")
+    every = tuple(
+        np.ascontiguousarray(np.broadcast_to(value, (m, *value.shape[value.ndim - axes :]))) for value, axes in data
+    )
+    return Factors(kind, pairs, every, _roots(spread), np.broadcast_to(flags, (m,)))
 
 
 def _rows(value: ArrayLike, name: str, length: int) -> Reals:
@@ -235,7 +353,8 @@ def checked_motors(value: ArrayLike, name: str) -> Reals:
         If they have another shape or type, are not finite, or not unit motors.
     """
     motors = _rows(plain(value, name, MOTOR), name, 8)
-    if not np.allclose(pga3.normalize_motor(motors), motors, rtol=0, atol=_UNIT * np.abs(motors).max(initial=1.0)):
+    size = np.abs(motors).max(-1, initial=1.0, keepdims=True)
+    if not (np.abs(pga3.normalize_motor(motors) - motors) <= _UNIT * size).all():
         raise ValueError(f"{name}: not unit motors; expected these, see pga3.normalize_motor")
     return motors
 
@@ -266,9 +385,9 @@ def _roots(spread: Reals) -> Reals:
     ValueError
         If one is not symmetric and positive definite.
     """
-    size = np.abs(spread).max(initial=0.0)
+    size = np.abs(spread).max((-1, -2), keepdims=True)
     try:
-        if np.abs(spread - np.swapaxes(spread, -1, -2)).max(initial=0.0) > _UNSYMMETRIC * size:
+        if (np.abs(spread - np.swapaxes(spread, -1, -2)) > _UNSYMMETRIC * size).any():
             raise np.linalg.LinAlgError
         root = np.linalg.cholesky(spread)
     except np.linalg.LinAlgError:

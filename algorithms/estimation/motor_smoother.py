@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite_number
-from .motor_factors import Factors, Kind, States, Summary
+from .motor_factors import Factors, States, Summary
 from .motor_graph import MotorGraph
 from .motor_problem import MotorProblem, SmoothingStatus
-from .smoothing import TOLERANCE, SmoothedMotors, checked_start, smoothed_of
+from .smoothing import TOLERANCE, SmoothedMotors, checked_start, checked_states, smoothed_of
 
 _NOTHING = np.zeros(0, np.int64)
 
@@ -111,6 +110,20 @@ class MotorSmoother(MotorGraph):
     ) -> int:
         """Add a state at a time in seconds, with a start, and return its number.
 
+        Parameters
+        ----------
+        time : float
+        motor : array_like, (8,)
+            The start of the pose.
+        velocity : array_like, (3,), optional
+            By default 0.
+        bias : array_like, (6,), optional
+            By default 0.
+
+        Returns
+        -------
+        int
+
         Raises
         ------
         TypeError, ValueError
@@ -143,12 +156,16 @@ class MotorSmoother(MotorGraph):
         -------
         SmoothingStatus
             TOO_LATE if a factor since the last update was not used, and else the status of the window.
+
+        Raises
+        ------
+        ValueError
+            If the marginals are not numbers of states of the window. Nothing is changed then.
         """
-        late, self._late = self._late, False
-        row = self._rows()
-        wanted = np.asarray(marginals, np.int64).reshape(-1)
-        if not (np.isin(wanted, self._numbers)).all():
+        row, wanted = self._rows(), checked_states(marginals, self._n_added, "marginals")
+        if (row[wanted] < 0).any():
             raise ValueError(f"marginals: {wanted}; expected numbers of states of the window, {self._numbers}")
+        late, self._late = self._late, False
         problem = MotorProblem(
             [each.kept(np.ones(len(each.states), bool), row) for each in self.factors], len(self._numbers), _NOTHING
         )
@@ -182,16 +199,13 @@ class MotorSmoother(MotorGraph):
         self._numbers, self._times = self._numbers[~gone], self._times[~gone]
         self._states = States(*(each[~gone] for each in self._states))
 
-    def _add(
-        self, kind: Kind, states: Sequence[ArrayLike], data: Sequence[tuple[Reals, int]], covariance: ArrayLike,
-        robust: ArrayLike,
-    ) -> None:  # fmt: skip
-        super()._add(kind, states, data, covariance, robust)
-        new = self.factors.pop()
-        if new.states.max(initial=-1) >= self._n_added:
-            raise ValueError(f"states: {new.states.max()}; expected numbers that add_state returned")
-        inside = np.asarray((self._rows()[new.states] >= 0).all(1))
-        self._late |= not inside.all()
-        self._too_late += int((~inside).sum())
-        if inside.any():
-            self.factors.append(new.kept(inside, np.arange(self._n_added)))
+    def _append(self, *factors: Factors) -> None:
+        for new in factors:
+            if new.states.max(initial=-1) >= self._n_added:
+                raise ValueError(f"states: {new.states.max()}; expected numbers that add_state returned")
+        for new in factors:
+            inside = np.asarray((self._rows()[new.states] >= 0).all(1))
+            self._late |= not inside.all()
+            self._too_late += int((~inside).sum())
+            if inside.any():
+                self.factors.append(new.kept(inside, np.arange(self._n_added)))

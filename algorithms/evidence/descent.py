@@ -9,6 +9,10 @@ import numpy as np
 from ..arguments import Reals
 
 _STEPS = 50
+"""A limit on work: failed steps raise the damping from the least to the most in 13 steps, almost four times in all."""
+_RAISED, _EASED = 30.0, 10.0
+"""Limits on work: the factors between steps by which the damping is raised after a failed one and lowered after
+another. They differ, so that a failure after a success does not lead to the damping before these."""
 _SETTLED = 1e-10
 """From floating point: steps are small if no parameter, in radians and units of length, changes by more than this."""
 _ROUNDING = 1e-12
@@ -78,7 +82,7 @@ def descended(problem: Squares, start: Any, tolerance: float, widened: float = 1
         step += 1
         found = problem.step(state, equations, weights, damping, reused)
         if found is None:
-            damping *= 30
+            damping *= _RAISED
             continue
         change, moved = found
         new_squares, new_equations = problem.linearised(moved)
@@ -94,9 +98,9 @@ def descended(problem: Squares, start: Any, tolerance: float, widened: float = 1
             settled |= ratio * decrease <= tolerance * cost
             reused = damping == LEAST and ratio <= (_SLOW if reused else _REUSED)
             state, squares, equations, cost, weights = moved, new_squares, new_equations, new_cost, new_weights
-            damping, before = max(damping / 10, LEAST), max(decrease, np.finfo(float).tiny)
+            damping, before = max(damping / _EASED, LEAST), max(decrease, np.finfo(float).tiny)
         else:
             settled |= new_cost - cost <= _ROUNDING * cost
             # A step with old factors says nothing about one with new ones.
-            damping, before, reused = (damping, before, False) if reused else (damping * 30, np.inf, False)
+            damping, before, reused = (damping, before, False) if reused else (damping * _RAISED, np.inf, False)
     return Descent(state, squares, equations, weights, cost, bool(settled), step)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import math
+import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -158,7 +159,7 @@ class CarmenLog:
                 for line in file:
                     number += 1
                     yield line.decode("ascii", "replace")
-            except (EOFError, OSError) as error:
+            except (EOFError, OSError, zlib.error) as error:
                 if not quiet:
                     self._report(number + 1, f"{error}; the log ends here")
 

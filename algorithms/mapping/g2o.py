@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -120,7 +121,7 @@ def _decoded(file: IO[bytes], problems: list[Problem]) -> Iterator[str]:
         for line in file:
             number += 1
             yield line.decode("ascii", "replace")
-    except (EOFError, OSError, zipfile.BadZipFile) as error:
+    except (EOFError, OSError, zipfile.BadZipFile, zlib.error) as error:
         problems.append(Problem(number + 1, f"{error}; the file ends here"))
 
 

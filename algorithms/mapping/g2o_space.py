@@ -107,6 +107,12 @@ def read_g2o_space(path: str | Path) -> SpaceGraphFile:
 def write_g2o(path: str | Path, graph: PoseGraphFile | SpaceGraphFile) -> None:
     """Write a graph of poses in the plane or in space, with all digits; the scans of the former are left out.
 
+    Parameters
+    ----------
+    path : path
+    graph : PoseGraphFile or SpaceGraphFile
+        As from `read_g2o` or `read_g2o_space`.
+
     Raises
     ------
     ValueError

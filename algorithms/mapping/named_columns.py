@@ -84,20 +84,28 @@ def _column(rows: list[tuple[Line, list[str]]], place: int, name: str) -> Reals:
 def write_columns(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
     """Write columns of numbers (n,) as a CSV file from which `read_columns` reads the same numbers.
 
+    Parameters
+    ----------
+    path : path
+    columns : mapping of str to array_like, (n,)
+        Whole numbers and floats, by the names of the columns.
+
     Raises
     ------
     TypeError, ValueError
-        If columns are not finite real numbers of one length, or names are empty, numbers, or have commas, brackets or
-        line breaks.
+        If columns are not finite real numbers of one length, whole numbers have more than 64 bits with a sign, or names
+        are empty, numbers, or have commas, brackets, ``#`` or characters that cannot be printed, such as line breaks.
     """
     texts = []
     for name, values in columns.items():
-        if not name.strip() or name != name.strip() or set(name) & set(",[#\n\r"):
+        if not name.strip() or name != name.strip() or set(name) & set(",[#") or not name.isprintable():
             raise ValueError(f"columns: the name {name!r}; expected one without commas, brackets and line breaks")
         given = np.asarray(values)
         if given.ndim != 1:
             raise ValueError(f"{name}: shape {given.shape}; expected (n,)")
         if given.dtype.kind in "iu":
+            if given.max(initial=0) >= 2**63:
+                raise ValueError(f"{name}: {given.max()}; expected numbers of 64 bits with a sign")
             texts.append([str(x) for x in given.tolist()])
         else:
             texts.append(text_of(finite(real_array(given, name).astype(float), name)[:, None], ","))

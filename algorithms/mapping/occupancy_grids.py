@@ -53,8 +53,9 @@ class OccupancyGrid:
         else:
             share = self.probabilities
             between: Any = UNKNOWN
-            if self.mode == "scale":
-                span = self.occupied_thresh - self.free_thresh
+            span = self.occupied_thresh - self.free_thresh
+            # Between equal thresholds there is no scale.
+            if self.mode == "scale" and span > 0:
                 between = np.rint(1 + 98 * (share - self.free_thresh) / span)
             found = np.where(share > self.occupied_thresh, OCCUPIED, np.where(share < self.free_thresh, FREE, between))
         return found[::-1].astype(np.int8)
@@ -77,13 +78,12 @@ def read_occupancy_grid(path: str | Path) -> OccupancyGrid:
     kind = f"the keys {', '.join(_KEYS)} of a map"
     every = lines_of(path, kind)
     for line in every:
-        text = line.text.split("#")[0].strip()
-        if text in ("", "---", "..."):
+        key, colon, value = _entry(line.text)
+        if key in ("", "---", "...") and not colon:
             continue
-        key, colon, value = text.partition(":")
         if not colon:
             raise line.wrong(repr(line.text[:60]), kind)
-        values[key.strip()] = line, value.strip().strip("'\"")
+        values[key] = line, value
     for key in _KEYS:
         if key not in values:
             raise every[-1].wrong(f"the keys {', '.join(values)}", f"{key!r} as well")
@@ -97,14 +97,8 @@ def read_occupancy_grid(path: str | Path) -> OccupancyGrid:
         for key in ("resolution", "negate", "occupied_thresh", "free_thresh")
     )
     mode = values.get("mode", (every[0], "trinary"))[1]
-    for ok, key, expected in (
-        (resolution > 0, "resolution", "a positive size"),
-        (negate in (0, 1), "negate", "0 or 1"),
-        (0 <= free <= occupied <= 1, "free_thresh", "0 to occupied_thresh, which is at most 1"),
-        (mode in _MODES, "mode", "trinary, scale or raw"),
-    ):
-        if not ok:
-            raise values[key][0].wrong(values[key][1], expected)
+    for key, expected in _faults(resolution, negate, occupied, free, mode):
+        raise values[key][0].wrong(values[key][1], expected)
     pixels, depth = _read_pgm(Path(path).parent / values["image"][1])
     return OccupancyGrid(
         pixels, resolution, (origin[0], origin[1], origin[2]), bool(negate), occupied, free, mode, depth
@@ -114,20 +108,33 @@ def read_occupancy_grid(path: str | Path) -> OccupancyGrid:
 def write_occupancy_grid(path: str | Path, grid: OccupancyGrid) -> None:
     """Write the description of a map, a file ``.yaml``, and its image of the same name with the end ``.pgm``.
 
+    Parameters
+    ----------
+    path : path
+        The description, whose name ends in ``.yaml`` or ``.yml``.
+    grid : OccupancyGrid
+
     Raises
     ------
     ValueError
-        If the path has another end, the image is not (height, width) of uint8 or uint16, or numbers are not finite.
+        If `read_occupancy_grid` would refuse the files: the path has another end or a name that YAML would cut, the
+        image has no pixels or is not (height, width) of uint8 or uint16, or numbers are not finite or out of range.
     """
     path, pixels = Path(path), np.asarray(grid.pixels)
     if path.suffix not in (".yaml", ".yml"):
         raise ValueError(f"path: {path.name}; expected a name that ends in .yaml")
-    numbers = [grid.resolution, *grid.origin, grid.occupied_thresh, grid.free_thresh]
-    if not np.isfinite(numbers).all() or not grid.resolution > 0 or grid.mode not in _MODES:
-        raise ValueError(f"grid: {numbers}, mode {grid.mode!r}; expected finite numbers and a mode of {_MODES}")
-    if pixels.ndim != 2 or pixels.dtype.kind != "u" or not 0 < grid.depth < 2**16 or pixels.max(initial=0) > grid.depth:
-        raise ValueError(f"pixels: shape {pixels.shape}, {pixels.dtype}; expected (h, w) of uint8, up to {grid.depth}")
     image = path.with_suffix(".pgm")
+    if not image.name.isprintable() or _entry(f"image: {image.name}") != ("image", ":", image.name):
+        raise ValueError(f"path: {path.name!r}; expected a name without ' #', quotes at its ends and line breaks")
+    numbers = [grid.resolution, *grid.origin, grid.occupied_thresh, grid.free_thresh]
+    if len(grid.origin) != 3 or not np.isfinite(numbers).all():
+        raise ValueError(f"grid: {numbers}; expected finite numbers, and 3 of the origin")
+    for key, expected in _faults(grid.resolution, grid.negate, grid.occupied_thresh, grid.free_thresh, grid.mode):
+        raise ValueError(f"{key}: {getattr(grid, key)!r}; expected {expected}")
+    if pixels.ndim != 2 or not pixels.size or pixels.dtype.kind != "u":
+        raise ValueError(f"pixels: shape {pixels.shape}, {pixels.dtype}; expected (h, w) of uint8 or uint16")
+    if not 0 < grid.depth < 2**16 or pixels.max() > grid.depth:
+        raise ValueError(f"pixels: up to {pixels.max()}; expected at most the depth, {grid.depth}, below {2**16}")
     wide = np.dtype(">u2" if grid.depth > 255 else "u1")
     head = f"P5\n{pixels.shape[1]} {pixels.shape[0]}\n{grid.depth}\n".encode("ascii")
     image.write_bytes(head + pixels.astype(wide).tobytes())
@@ -139,9 +146,26 @@ def write_occupancy_grid(path: str | Path, grid: OccupancyGrid) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
+def _entry(text: str) -> tuple[str, str, str]:
+    """Return the key, the colon and the value of a line of YAML. Comments begin after white space or with the line."""
+    key, colon, value = re.split(r"(?:^|\s)#", text)[0].partition(":")
+    return key.strip(), colon, value.strip().strip("'\"")
+
+
+def _faults(resolution: float, negate: float, occupied: float, free: float, mode: str) -> list[tuple[str, str]]:
+    """Return the keys whose values are wrong, and what is expected."""
+    conditions = (
+        (resolution > 0, "resolution", "a positive size"),
+        (negate in (0, 1), "negate", "0 or 1"),
+        (0 <= free <= occupied <= 1, "free_thresh", "0 to occupied_thresh, which is at most 1"),
+        (mode in _MODES, "mode", "trinary, scale or raw"),
+    )
+    return [(key, expected) for ok, key, expected in conditions if not ok]
+
+
 def _read_pgm(path: Path) -> tuple[Reals, int]:
     data = path.read_bytes()
-    head = re.match(rb"(P[25])(?:\s+|#[^\n]*\n)+(\d+)(?:\s+|#[^\n]*\n)+(\d+)(?:\s+|#[^\n]*\n)+(\d+)\s", data)
+    head = re.match(rb"(P[25])(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)(?:\s|#[^\n]*\n)+(\d+)\s", data)
     if head is None:
         raise ValueError(f"{path}: begins with {data[:8]!r}; expected an image in the format pgm, P5 or P2")
     width, height, depth = (int(each) for each in head.groups()[1:])

@@ -12,16 +12,14 @@ from generated import line_maps, motor_graphs, pga2
 
 from ..arguments import Reals, finite, real_array
 from ..estimation.motor_factors import MOTION, Factors, States
-from ..estimation.motor_problem import MotorProblem, SmoothingStatus
-from ..estimation.smoothing import smoothed
+from ..estimation.motor_problem import REJECTED, MotorProblem, SmoothingStatus
+from ..estimation.smoothing import checked_states, smoothed
 from ..evidence import Status, gate_of, is_lost
 from ..evidence.descent import Descent, descended
 from ..evidence.normal_equations import NormalEquations, Parts, blocks_of_inverse
 
 _LEAST = 1e-12
 """From floating point: the increment of the diagonal, with which it is never 0."""
-_REJECTED = 0.25
-"""The weight of a robust edge at its bound, by definition; with less, it is rejected."""
 _ROUNDING = 1e-9
 """From floating point: eigenvalues of a covariance in single precision, whose inverse is given, may be negative by this
 share of the largest."""
@@ -109,10 +107,11 @@ def optimise_poses(
 
     Notes
     -----
-    Each step solves the sparse normal equations by SuperLU, with the damping of Levenberg and Marquardt. If robust
-    edges are rejected, the poses are computed again from those that agree with the other edges within the covariance of
-    these (the test of innovations of filters), and the result with the smaller cost is returned. Graphs in space are
-    smoothed as by `algorithms.estimation.smooth_motors`; translations of misfits are those of logarithms.
+    Each step solves the sparse normal equations, narrow bands by LAPACK and others by SuperLU, with the damping of
+    Levenberg and Marquardt. If robust edges are rejected, the poses are computed again from those that agree with the
+    other edges within the covariance of these (the test of innovations of filters), and the result with the smaller
+    cost is returned. Graphs in space are smoothed as by `algorithms.estimation.smooth_motors`; translations of misfits
+    are those of logarithms.
     """
     width = 8 if np.shape(motors)[-1:] == (8,) else 4
     poses = finite(real_array(motors, "motors", (-1, width)).astype(float), "motors")
@@ -130,9 +129,7 @@ def optimise_poses(
         raise ValueError(f"robust: shape {bounded.shape}; expected ({len(pairs)},), one for each edge")
     if not bound > 0:
         raise ValueError(f"bound: {bound}; expected a positive number of standard deviations")
-    wanted = np.asarray(marginals, np.int64).reshape(-1) if np.size(marginals) == 0 else np.asarray(marginals)
-    if wanted.ndim != 1 or wanted.dtype.kind not in "iu" or not ((wanted >= 0) & (wanted < len(poses))).all():
-        raise ValueError(f"marginals: {wanted}; expected a list of poses, 0 to {len(poses) - 1}")
+    wanted = checked_states(marginals, len(poses), "marginals")
     reached = _reached(len(poses), pairs)
     if width == 8:
         return _in_space(poses, _SpaceEdges(pairs, measured, weights, bounded), reached, bound**2, tolerance, wanted)
@@ -208,14 +205,14 @@ class _Graph:
     def optimised(self, poses: Reals, wanted: Reals) -> OptimisedPoses:
         """Take steps until they are small, again from another start if robust edges disagree with the first result."""
         found = self._descended(poses)
-        if (found.weights[self.robust] < _REJECTED).any():
+        if (found.weights[self.robust] < REJECTED).any():
             start = self._gated(poses)
             other = None if start is None else self._descended(start, lowered=False)
             # Sums of bounded squares at minima can be compared, as those of likelihoods with foreign measurements.
             if other is not None and (other.settled, -other.cost) > (found.settled, -found.cost):
                 found = other
         status = GraphStatus.OK if found.settled else GraphStatus.NOT_CONVERGED
-        used = int((found.weights[self.robust] >= _REJECTED).sum())
+        used = int((found.weights[self.robust] >= REJECTED).sum())
         if found.settled and is_lost(used, int(self.robust.sum())):
             status = GraphStatus.CONTRADICTED
         if not self.reached.all():

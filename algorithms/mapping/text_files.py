@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import math
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -36,7 +37,7 @@ class Line(NamedTuple):
             If one is no number, or not finite.
         """
         try:
-            found = [float(word) for word in words]
+            found = [float(_plain(word)) for word in words]
         except ValueError:
             raise self.wrong(repr(self.text[:60]), expected) from None
         for word, number in zip(words, found, strict=True):
@@ -53,7 +54,7 @@ class Line(NamedTuple):
             If it is none.
         """
         try:
-            number = int(word)
+            number = int(_plain(word))
         except ValueError:
             raise self.wrong(repr(word), expected) from None
         if not -(2**63) <= number < 2**63:
@@ -73,6 +74,19 @@ class Line(NamedTuple):
             raise self.wrong(f"a quaternion of norm {size:.4g}", "norm 1")
 
 
+def _plain(word: str) -> str:
+    """Return a word without underscores, which Python skips in numbers.
+
+    Raises
+    ------
+    ValueError
+        If it has one.
+    """
+    if "_" in word:
+        raise ValueError(word)
+    return word
+
+
 def lines_of(path: str | Path, kind: str) -> list[Line]:
     """Return the lines of a text file, which gzip may have compressed.
 
@@ -88,7 +102,7 @@ def lines_of(path: str | Path, kind: str) -> list[Line]:
     if data[:2] == b"\x1f\x8b":
         try:
             data = gzip.decompress(data)
-        except (EOFError, OSError) as error:
+        except (EOFError, OSError, zlib.error) as error:
             raise ValueError(f"{path}: {error}; expected {kind}, whole") from None
     try:
         text = data.decode("utf-8-sig")

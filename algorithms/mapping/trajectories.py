@@ -104,6 +104,12 @@ def read_tum(path: str | Path) -> Trajectory:
 def write_tum(path: str | Path, trajectory: Trajectory) -> None:
     """Write a trajectory as `read_tum` reads it, with all digits.
 
+    Parameters
+    ----------
+    path : path
+    trajectory : Trajectory
+        Its velocities and biases are left out.
+
     Raises
     ------
     ValueError
@@ -118,6 +124,11 @@ def read_euroc(path: str | Path) -> Trajectory:
     """Read the ground truth of EuRoC: a table with the columns ``timestamp``, ``p_RS_R_x`` and so on.
 
     Velocities and biases are read if the file has them.
+
+    Parameters
+    ----------
+    path : path
+        A text file, or one compressed by gzip.
 
     Raises
     ------
@@ -147,29 +158,43 @@ def read_euroc(path: str | Path) -> Trajectory:
 def write_euroc(path: str | Path, trajectory: Trajectory) -> None:
     """Write a trajectory as a table of EuRoC, with all digits; times without nanoseconds are rounded to these.
 
+    Parameters
+    ----------
+    path : path
+    trajectory : Trajectory
+        Its velocities and biases are written if it has them.
+
     Raises
     ------
-    ValueError
-        If numbers are not finite, or quaternions have not the norm 1.
+    TypeError, ValueError
+        If numbers are not finite, quaternions have not the norm 1, or velocities or biases have another shape.
     """
     _check(trajectory)
     stamps = trajectory.nanoseconds
     if stamps is None:
         stamps = np.round(trajectory.times * 1e9).astype(np.int64)
     names, parts = [*_PLACE, *_TURN], [trajectory.places, trajectory.quaternions]
-    for more, values in ((_SPEED, trajectory.velocities), (_BIASES, trajectory.biases)):
+    for name, more, values in (
+        ("velocities", _SPEED, trajectory.velocities), ("biases", _BIASES, trajectory.biases),
+    ):  # fmt: skip
         if values is not None:
-            names, parts = [*names, *more], [*parts, values]
-    rows = text_of(np.column_stack(parts), ",")
+            rows = finite(real_array(values, name, (len(trajectory.places), len(more))), name)
+            names, parts = [*names, *more], [*parts, rows]
+    texts = text_of(np.column_stack(parts), ",")
     lines = [
         f"#{','.join(['timestamp', *names])}",
-        *(f"{t},{row}" for t, row in zip(stamps.tolist(), rows, strict=True)),
+        *(f"{stamp},{text}" for stamp, text in zip(stamps.tolist(), texts, strict=True)),
     ]
     Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")
 
 
 def read_euroc_inertial(path: str | Path) -> InertialRecording:
     """Read the inertial samples of EuRoC: a table with the columns ``timestamp``, ``w_RS_S_x`` and so on.
+
+    Parameters
+    ----------
+    path : path
+        A text file, or one compressed by gzip.
 
     Raises
     ------

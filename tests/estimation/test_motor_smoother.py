@@ -370,6 +370,9 @@ def test_what_is_too_late_is_reported() -> None:
     run(smoother, truth, motions, places, 0)
     before = smoother.motors
     smoother.add_positions([2, 11], places[[2, 11]], np.full(3, 0.01))
+    for wrong in ([2], [99], [11.0]):
+        with pytest.raises(ValueError, match="marginals"):
+            smoother.update(wrong)
     assert smoother.update() == SmoothingStatus.TOO_LATE and smoother.n_too_late == 1
     assert not np.array_equal(before, smoother.motors)
     assert smoother.update() == SmoothingStatus.OK

@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 from scipy.stats import chi2
 
 from algorithms.arguments import Reals
-from algorithms.estimation import MotorGraph, SmoothingStatus, smooth_motors
+from algorithms.estimation import MotorGraph, SmoothingStatus, preintegrate, smooth_motors
 from generated import motor_graphs, pga3
 
 ONE = np.eye(8)[0]
@@ -215,8 +215,13 @@ def test_sign_and_unit_of_length_do_not_matter() -> None:
     assert np.allclose(matrices(one.motors), matrices(two.motors), atol=1e-9)
 
 
+FAR = np.asarray(pga3.motor_from_rotation_vector_translation([0, 0, 0.1], [1e9, 0, 0]))
+UNSYMMETRIC = np.array([1e9 * np.eye(6), np.eye(6) + 0.1 * np.eye(6, k=1)])
+SUM = preintegrate(np.zeros((2, 3)), np.ones((2, 3)), 0.1, [1e-4, 1e-3])
 BAD: list[tuple[Callable[[MotorGraph], Any], type[Exception], str]] = [
     (lambda g: g.add_priors(0, np.ones(8), np.ones(6)), ValueError, "unit motors"),
+    (lambda g: g.add_priors([1, 2], [FAR, 2 * ONE], np.ones(6)), ValueError, "unit motors"),
+    (lambda g: g.add_priors([1, 2], ONE, UNSYMMETRIC), ValueError, "not symmetric"),
     (lambda g: g.add_priors(-1, ONE, np.ones(6)), ValueError, "from 0"),
     (lambda g: g.add_priors(0.5, ONE, np.ones(6)), TypeError, "whole numbers"),
     (lambda g: g.add_priors(0, ONE, np.zeros(6)), ValueError, "positive definite"),
@@ -227,6 +232,10 @@ BAD: list[tuple[Callable[[MotorGraph], Any], type[Exception], str]] = [
     (lambda g: g.add_planes(0, [0, 0, 0, 1.0], [1, 0, 0, 0], np.ones(3)), ValueError, "direction"),
     (lambda g: g.add_priors(0, ONE, np.ones(6), robust=2), TypeError, "bool"),
     (lambda g: g.add_inertial(0, 1, [], np.ones(6)), ValueError, "none"),
+    (lambda g: g.add_inertial(0, 1, [3], np.ones(6)), TypeError, "int; expected InertialSum"),
+    (lambda g: g.add_inertial(0, 1, 3, np.ones(6)), TypeError, "int; expected InertialSum"),
+    (lambda g: g.add_inertial([0, 1], [1, 2], [SUM] * 2, np.ones((3, 6, 6))), ValueError, "walk: 3 covariances"),
+    (lambda g: g.add_inertial(0, 1, SUM, np.zeros(6)), ValueError, "positive definite"),
     (lambda g: smooth_motors(g, ONE), ValueError, "motors"),
     (lambda g: smooth_motors(g, ONE[None], marginals=[1]), ValueError, "marginals"),
 ]
@@ -234,8 +243,10 @@ BAD: list[tuple[Callable[[MotorGraph], Any], type[Exception], str]] = [
 
 @pytest.mark.parametrize(("call", "error", "text"), BAD)
 def test_bad_input_is_named(call: Callable[[MotorGraph], Any], error: type[Exception], text: str) -> None:
+    graph = MotorGraph()
     with pytest.raises(error, match=text):
-        call(MotorGraph())
+        call(graph)
+    assert not graph.factors
 
 
 def test_derivatives_are_differences() -> None:

@@ -66,6 +66,8 @@ def test_occupancy_grid_of_ros(tmp_path: Path) -> None:
     scaled = replace(grid, mode="scale").cells
     assert scaled.tolist() == [[100, 98, 0], [100, 0, 1]] and replace(grid, negate=True).cells[1, 0] == 0
     assert replace(grid, mode="raw", pixels=np.array([[7, 100, 205]], np.uint8)).cells.tolist() == [[7, 100, -1]]
+    equal = OccupancyGrid(np.array([[0, 1, 2]], np.uint8), 1.0, (0, 0, 0), False, 0.5, 0.5, "scale", 2)
+    assert equal.cells.tolist() == [[100, -1, 0]]
 
 
 @pytest.mark.parametrize(("kind", "depth"), [(np.uint8, 255), (np.uint16, 65535)])
@@ -73,8 +75,8 @@ def test_occupancy_grid_round_trip(tmp_path: Path, kind: Any, depth: int) -> Non
     rng = np.random.default_rng(0)
     pixels = rng.integers(0, depth, (5, 7), endpoint=True).astype(kind)
     grid = OccupancyGrid(pixels, 0.1 + 0.2, tuple(rng.normal(size=3)), True, 2 / 3, 1 / 7, "scale", depth)  # type: ignore[arg-type]
-    write_occupancy_grid(tmp_path / "a.yaml", grid)
-    again = read_occupancy_grid(tmp_path / "a.yaml")
+    write_occupancy_grid(tmp_path / "a#1.yaml", grid)
+    again = read_occupancy_grid(tmp_path / "a#1.yaml")
     assert same(grid, again) and again.pixels.dtype == kind
 
 
@@ -222,6 +224,8 @@ WRONG: list[tuple[Read, str, str]] = [
     (read_columns, "1,2\n3,4\n", "line 1: '1,2'; expected the names of columns"),
     (read_columns, "a,b\n1\n", "line 2: 1 columns; expected 2"),
     (read_columns, "a,b\n1,\n", "line 2: .*; expected b as a number"),
+    (read_columns, "a,b\n1,1_0\n", "line 2: .*; expected b as a number"),
+    (read_g2o_space, VERTICES.replace(" 7 ", " 1_0 "), "line 1: '1_0'; expected the number of a vertex"),
     (read_g2o_space, PLANE, "line 1: 'VERTEX_SE2'; expected lines VERTEX_SE3:QUAT"),
     (read_g2o_space, SPACE.replace(" 55\n", "\n"), "line 3: 27 numbers; expected 28"),
     (read_g2o_space, SPACE.replace(" 55\n", " nan\n"), "line 3: nan; expected finite"),
@@ -248,7 +252,9 @@ def test_files_of_other_kinds_are_one_error(tmp_path: Path, read: Read, text: st
     assert "file.txt" in str(found.value) and "\n" not in str(found.value)
 
 
-@pytest.mark.parametrize("data", [b"P5\n3 2\n255\n12345", b"P5\n3 2\n255\n1234567", b"\x89PNG\r\n", b"P5\n3 2\n"])
+@pytest.mark.parametrize(
+    "data", [b"P5\n3 2\n255\n12345", b"P5\n3 2\n255\n1234567", b"\x89PNG\r\n", b"P5\n3 2\n", b"P5" + 60 * b" "]
+)
 def test_damaged_images_are_one_error(tmp_path: Path, data: bytes) -> None:
     (tmp_path / "map.pgm").write_bytes(data)
     (tmp_path / "map.yaml").write_text(YAML)
@@ -256,15 +262,28 @@ def test_damaged_images_are_one_error(tmp_path: Path, data: bytes) -> None:
         read_occupancy_grid(tmp_path / "map.yaml")
 
 
+def flipped(packed: bytes) -> list[bytes]:
+    """Compressed data with one wrong byte after the ten of the header."""
+    return [packed[:k] + bytes([packed[k] ^ 255]) + packed[k + 1 :] for k in range(10, len(packed))]
+
+
 @pytest.mark.parametrize("read", [read_tum, read_euroc, read_columns, read_g2o_space, read_occupancy_grid])
 def test_damaged_data_are_one_error(tmp_path: Path, read: Read) -> None:
     path = tmp_path / "file.gz"
-    for data in (gzip.compress(SPACE.encode())[:-9], b"\xff\xfe\x00binary\n"):
+    packed = gzip.compress(SPACE.encode())
+    for data in (*flipped(packed), packed[:-9], b"\xff\xfe\x00binary\n"):
         path.write_bytes(data)
         with pytest.raises(ValueError, match=r"file\.gz: .*; expected"):
             read(path)
     with pytest.raises(FileNotFoundError):
         read(tmp_path / "missing")
+
+
+def test_damaged_graph_ends_at_the_damage(tmp_path: Path) -> None:
+    path = tmp_path / "file.gz"
+    for data in flipped(gzip.compress(PLANE.encode())):
+        path.write_bytes(data)
+        assert "ends here" in read_g2o(path).problems[-1].reason
 
 
 def test_what_cannot_be_read_again_is_not_written(tmp_path: Path) -> None:
@@ -273,13 +292,21 @@ def test_what_cannot_be_read_again_is_not_written(tmp_path: Path) -> None:
         for write in (write_tum, write_euroc):
             with pytest.raises(ValueError, match=r"finite|norm"):
                 write(tmp_path / "a", bad)
-    for table in ({"a,b": [1.0]}, {"1": [1.0]}, {"a": [np.inf]}, {"a": [1.0], "b": [1.0, 2.0]}, {}):
+    for bad in (replace(good, velocities=np.full((1, 3), np.nan)), replace(good, biases=np.zeros((1, 3)))):
+        with pytest.raises(ValueError, match=r"velocities|biases"):
+            write_euroc(tmp_path / "a", bad)
+    tables: list[dict[str, Any]] = [{"a,b": [1.0]}, {"1": [1.0]}, {"a": [np.inf]}, {"a": [1.0], "b": [1.0, 2.0]}, {}]
+    for table in (*tables, {"a\x85b": [1.0]}, {"a": np.array([2**63], np.uint64)}):
         with pytest.raises(ValueError, match="expected"):
             write_columns(tmp_path / "a", table)
     grid = OccupancyGrid(np.zeros((2, 2), np.uint8), 1.0)
-    for wrong in (replace(grid, resolution=np.nan), replace(grid, pixels=np.zeros((2, 2)))):
+    empty, order = np.zeros((0, 3), np.uint8), {"occupied_thresh": 0.2, "free_thresh": 0.6}
+    changes: list[dict[str, Any]] = [{"resolution": np.nan}, {"pixels": np.zeros((2, 2))}, {"pixels": empty}, order]
+    for wrong in (replace(grid, **change) for change in changes):
         with pytest.raises(ValueError, match="expected"):
             write_occupancy_grid(tmp_path / "a.yaml", wrong)
     with pytest.raises(ValueError, match=r"ends in \.yaml"):
         write_occupancy_grid(tmp_path / "a.txt", grid)
+    with pytest.raises(ValueError, match="without ' #'"):
+        write_occupancy_grid(tmp_path / "a #1.yaml", grid)
     assert not list(tmp_path.iterdir())

@@ -103,6 +103,10 @@ def test_compressed_log_that_ends_early(tmp_path: Path) -> None:
     log = CarmenLog(path)
     assert 0 < len(list(log)) < 399
     assert log.n_problems == 1 and "ends here" in log.problems[0].reason
+    # A second stream whose first block has no kind: another error than the end of the file.
+    path.write_bytes(packed + packed[:10] + b"\xff" * 99)
+    log = CarmenLog(path)
+    assert len(list(log)) <= 399 and log.n_problems == 1 and "ends here" in log.problems[0].reason
 
 
 def test_log_is_read_again_from_its_start(tmp_path: Path) -> None:
