@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from generated import clifford_svm
 
 from .blade_signs import Signs
-from .gram import GramRows, Samples, in_blocks
+from .gram import GramRows, Samples, check_finite, in_blocks
 from .svm_kernels import Floats
 
 FAR = 2.0**100
@@ -185,7 +185,10 @@ class _Part:
         rows = (state.signed, state.gradient, problem.lower, problem.upper)
         signed, gradient, lower, upper = (in_blocks(x[:, numbers]) for x in rows)
         diagonal = in_blocks(problem.rows.diagonal[numbers])
-        return cls(problem, numbers, problem.rows.blocks(numbers), diagonal, signed, gradient, lower, upper)
+        gram = problem.rows.blocks(numbers)
+        # Other values of a definite kernel are not greater. `rows.diagonal` is 1 even where squared distances overflow.
+        check_finite(gram.reshape(*gram.shape[:2], -1)[:, 0].diagonal())
+        return cls(problem, numbers, gram, diagonal, signed, gradient, lower, upper)
 
     def descend(self, state: State, tolerance: float, end: int, shrinking: bool) -> None:
         """Take steps, and leave out samples that remain at their bounds."""
