@@ -96,7 +96,7 @@ class CliffordSVC(CliffordMachine):
         y : array, (n,)
             The classes.
         sample_weight : float or array, (n,), optional
-            Factors of `C`, 1 by default. A sample of weight 0 has no effect but on `gamma="scale"` and balanced classes.
+            Factors of `C`, 1 by default. Samples of weight 0 affect only `gamma="scale"` and balanced classes.
 
         Raises
         ------

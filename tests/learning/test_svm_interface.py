@@ -79,6 +79,11 @@ def test_a_given_kernel_is_that_of_its_samples() -> None:
         CliffordSVC("precomputed").fit(gram[:60], Y[:60])
 
 
+def test_kernels_that_are_zero_give_bounds() -> None:
+    zero = CliffordSVC(lambda a, b: np.zeros((len(a), len(b)))).fit(X, Y)
+    assert zero.dual_objective_ == -2 * min(np.bincount(Y)) and np.abs(zero.dual_coef_).max() == 1
+
+
 def test_linear_weights_give_the_values() -> None:
     machine = CliffordSVC("linear", gamma="auto").fit(X, Y)
     assert np.allclose(X @ machine.coef_[0] + machine.intercept_[0], machine.components(X)[:, 0])
