@@ -9,13 +9,13 @@ import numpy as np
 
 from .blade_signs import Signs, blade_signs, signs_of_algebra
 from .estimators import Estimator, checked_samples, convergence_warning, is_number
-from .gram import GramRows, check_definite
+from .gram import GramRows, check_definite, check_finite
 from .smo import Problem
 from .svm_kernels import Floats, Kernel, KernelSettings, kernel_named, precomputed_kernel
 from .svm_solver import MachineStatus, Solution, solve
 
 _LARGEST_CHECK = 5000
-"""Variables up to which the Gram matrix of a kernel that may be indefinite is examined."""
+"""A limit on work: rows up to which the Gram matrix of a kernel that may be indefinite is examined."""
 _BLOCK = 1 << 20
 """Number of coefficients of kernels that are computed at a time for predictions."""
 
@@ -51,12 +51,14 @@ class CliffordMachine(Estimator):
             own = np.arange(float(len(samples)))[:, None]
         rows = GramRows(self._kernel, own, self.cache_size)
         if not self._kernel.is_definite:
-            if targets.size > _LARGEST_CHECK:
+            count = len(samples) * (1 if rows.size == 1 else m)
+            if count > _LARGEST_CHECK:
                 raise ValueError(
-                    f"kernel: {self.kernel!r} may be indefinite, and {targets.size} variables are too many to check; "
+                    f"kernel: {self.kernel!r} may be indefinite, and {count} variables are too many to check; "
                     f"expected at most {_LARGEST_CHECK}"
                 )
             check_definite(rows, m, signs)
+        check_finite(rows.diagonal)
         problem = Problem(rows, signs, targets, lower, upper, width)
         found = solve(problem, float(self.tol), int(self.max_iter), bool(self.shrinking))
         used = np.flatnonzero(found.signed.any(0))

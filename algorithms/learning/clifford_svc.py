@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Self
 
 import numpy as np
@@ -89,6 +89,15 @@ class CliffordSVC(CliffordMachine):
 
         The penalties of errors are multiplied by the weights of samples and classes.
 
+        Parameters
+        ----------
+        X : array or sparse matrix, (n, d) or (n, d, 2**k)
+            The samples, or with the kernel "precomputed" their Gram matrix (n, n).
+        y : array, (n,)
+            The classes.
+        sample_weight : float or array, (n,), optional
+            Factors of `C`, 1 by default. Samples of weight 0 affect only `gamma="scale"` and balanced classes.
+
         Raises
         ------
         ValueError, TypeError
@@ -120,20 +129,29 @@ class CliffordSVC(CliffordMachine):
                 ContradictionWarning, stacklevel=2,
             )  # fmt: skip
         weights = checked_weights(sample_weight, len(samples))
-        if len(np.unique(number[weights > 0])) < 2:
+        count = np.bincount(number[weights > 0], minlength=len(self.classes_))
+        if np.count_nonzero(count) < 2:
             raise ValueError("sample_weight: the positive weights belong to one class; expected at least two")
-        most = self.C * weights * _weights_of_classes(self.class_weight, self.classes_, number)[number]
+        if self.probability and count.min() < 2:
+            raise ValueError(
+                f"probability: samples of class {self.classes_[count.argmin()]} with positive weights: {count.min()}; "
+                "expected at least two of each class for cross-validation"
+            )
+        factors = _weights_of_classes(self.class_weight, self.classes_, number)[number]
+        most = self.C * weights * factors
         targets = code[number].T.astype(float)
         self._train(samples, targets, np.where(targets > 0, 0, -most), np.where(targets > 0, most, 0), 0.0)
         self.code_, self.code_distance_ = code, code_distance(code)
         self._learn_features(X, samples)
-        self._sigmoids = self._fit_sigmoids(samples, number, weights) if self.probability else None
+        self._sigmoids = self._fit_sigmoids(samples, number, weights, factors) if self.probability else None
         return self
 
-    def _fit_sigmoids(self, samples: Floats, number: NDArray[np.intp], weights: Floats) -> Floats:
+    def _fit_sigmoids(self, samples: Floats, number: NDArray[np.intp], weights: Floats, factors: Floats) -> Floats:
         """Fit the sigmoids of decision values to those of samples that are left out in training."""
+        used = np.flatnonzero(weights > 0)
+        samples = samples[np.ix_(used, used)] if self._is_precomputed else samples[used]
+        number, weights, factors = number[used], weights[used], factors[used]
         code = {c: row for c, row in enumerate(self.code_)}
-        factors = _weights_of_classes(self.class_weight, self.classes_, number)
         changes = {"code": code, "probability": False, "class_weight": None, "gamma": self._settings.gamma}
         fold, scores = (
             folds_of(number),
@@ -143,11 +161,11 @@ class CliffordSVC(CliffordMachine):
             inner, outer = np.flatnonzero(fold != k), np.flatnonzero(fold == k)
             own = (samples[:, inner] if self._is_precomputed else samples)[[*inner, *outer]]
             machine = type(self)(**{**self.get_params(), **changes})
-            machine.fit(own[: len(inner)], number[inner], (weights * factors[number])[inner])
+            machine.fit(own[: len(inner)], number[inner], (weights * factors)[inner])
             scores[outer] = machine.decision_function(own[len(inner) :])
         columns = scores.reshape(len(scores), -1).T
         is_own = [number == c for c in (range(len(code)) if len(columns) > 1 else [1])]
-        return np.array([fitted_sigmoid(f, own) for f, own in zip(columns, is_own, strict=True)])
+        return np.array([fitted_sigmoid(f, own, weights) for f, own in zip(columns, is_own, strict=True)])
 
     @property
     def predict_proba(self) -> Callable[[Any], Floats]:
@@ -197,14 +215,14 @@ def _weights_of_classes(given: Any, classes: NDArray[Any], number: NDArray[np.in
     Raises
     ------
     ValueError
-        If a factor is not positive, or belongs to no class.
+        If they are not a mapping, or a factor is not positive or belongs to no class.
     """
     if given is None:
         return np.ones(len(classes))
-    if isinstance(given, str):
-        if given != "balanced":
-            raise ValueError(f"class_weight: {given!r}; expected 'balanced', a mapping, or None")
+    if isinstance(given, str) and given == "balanced":
         return np.asarray(len(number) / (len(classes) * np.bincount(number)))
+    if not isinstance(given, Mapping):
+        raise ValueError(f"class_weight: {given!r}; expected 'balanced', a mapping, or None")
     names = classes.tolist()
     unknown = [name for name in given if name not in names]
     if unknown or not all(is_number(value) and value > 0 for value in given.values()):

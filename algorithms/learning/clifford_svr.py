@@ -43,6 +43,15 @@ class CliffordSVR(CliffordMachine):
 
         The penalties of errors are multiplied by the weights of samples.
 
+        Parameters
+        ----------
+        X : array or sparse matrix, (n, d) or (n, d, 2**k)
+            The samples, or with the kernel "precomputed" their Gram matrix (n, n).
+        y : array, (n,) or (n, m)
+            The targets.
+        sample_weight : float or array, (n,), optional
+            Factors of `C`, 1 by default.
+
         Raises
         ------
         ValueError, TypeError

@@ -155,11 +155,14 @@ def checked_weights(sample_weight: Any, n: int) -> Floats:
     Raises
     ------
     ValueError
-        If weights are negative or not finite, if all of them are 0, or if their number is wrong.
+        If weights are not real, negative or not finite, if all of them are 0, or if their number is wrong.
     """
     if sample_weight is None:
         return np.ones(n)
-    weights = np.asarray(sample_weight, float)
+    raw = np.asarray(sample_weight)
+    if raw.dtype.kind not in "biuf":
+        raise ValueError(f"sample_weight: type {raw.dtype}; expected real numbers")
+    weights = raw.astype(float)
     if weights.ndim == 0:
         weights = np.full(n, float(weights))
     if weights.shape != (n,):

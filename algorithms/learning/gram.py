@@ -160,19 +160,30 @@ def expanded(block: Floats, m: int, signs: Signs) -> Floats:
     return np.asarray(found.transpose(1, 0, 2, 3).reshape(m * len(block), m * block.shape[2]))
 
 
+def check_finite(values: Floats) -> None:
+    """Raise an error if values of a kernel are not finite.
+
+    Raises
+    ------
+    ValueError
+        If a value is NaN or infinite.
+    """
+    if not np.isfinite(values).all():
+        raise ValueError("kernel: its values are not finite; expected finite numbers; scale the features")
+
+
 def check_definite(rows: GramRows, m: int, signs: Signs) -> None:
     """Raise an error if the Gram matrix of samples and components has a negative eigenvalue.
 
     Raises
     ------
     ValueError
-        With the smallest eigenvalue, or if the matrix is not symmetric.
+        With the smallest eigenvalue, or if the matrix is not symmetric or not finite.
     """
     block = rows.block(np.arange(len(rows)))
+    check_finite(block)
     matrix = expanded(block, 1 if rows.size == 1 else m, signs)
     largest = max(float(np.abs(matrix).max()), np.finfo(float).tiny)
-    if not np.isfinite(largest):
-        raise ValueError("kernel: its values are not finite; expected finite numbers; scale the features")
     if np.abs(matrix - matrix.T).max() > 1e-8 * largest:
         raise ValueError("kernel: K(y, x) is not the reverse of K(x, y); expected a symmetric Gram matrix")
     floor = _ROUNDING * largest * len(matrix)

@@ -19,7 +19,10 @@ from .svm_kernels import Floats
 
 FOLDS = 5
 _ITERATIONS = 100
+"""A limit on work: Newton steps for two parameters of a convex function. They end earlier without a decrease, on four
+random sets after 9 to 18 steps, and no test depends on the number."""
 _HALVINGS = 60
+"""Floating point: 2**-60 of a step is less than the rounding errors of sums, which have 53 bits."""
 
 
 def folds_of(number: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -29,15 +32,8 @@ def folds_of(number: NDArray[np.intp]) -> NDArray[np.intp]:
     ----------
     number : array of int, (n,)
         The classes, each with at least two samples.
-
-    Raises
-    ------
-    ValueError
-        If a class has one sample.
     """
     count = np.bincount(number)
-    if count.min() < 2:
-        raise ValueError("probability: a class has one sample; expected at least two for cross-validation")
     random, found = np.random.default_rng(0), np.zeros(len(number), np.intp)
     for c in range(len(count)):
         own = np.flatnonzero(number == c)
@@ -45,30 +41,31 @@ def folds_of(number: NDArray[np.intp]) -> NDArray[np.intp]:
     return found
 
 
-def fitted_sigmoid(values: Floats, is_positive: NDArray[np.bool_]) -> tuple[float, float]:
+def fitted_sigmoid(values: Floats, is_positive: NDArray[np.bool_], weights: Floats) -> tuple[float, float]:
     """Fit ``1 / (1 + exp(-(a f + b)))`` to labels by maximum likelihood, with the targets of Platt.
 
-    The targets are those of a uniform prior for the frequency of errors, so that they are neither 0 nor 1.
+    The targets are those of a uniform prior for the frequency of errors, so that they are neither 0 nor 1. A sample
+    with the weight 2 counts as two samples.
 
     Returns
     -------
     a, b : float
     """
-    positive = int(is_positive.sum())
-    target = np.where(is_positive, (positive + 1) / (positive + 2), 1 / (len(values) - positive + 2))
+    positive, negative = float(weights[is_positive].sum()), float(weights[~is_positive].sum())
+    target = np.where(is_positive, (positive + 1) / (positive + 2), 1 / (negative + 2))
     scale = float(np.abs(values).max()) or 1.0
     x = np.column_stack([values / scale, np.ones(len(values))])
-    found = np.array([0.0, np.log((positive + 1) / (len(values) - positive + 1))])
+    found = np.array([0.0, np.log((positive + 1) / (negative + 1))])
 
     def loss(w: Floats) -> float:
         z = x @ w
-        return float((np.logaddexp(0, z) - target * z).sum())
+        return float((weights * (np.logaddexp(0, z) - target * z)).sum())
 
     now = loss(found)
     for _ in range(_ITERATIONS):
         p = scipy.special.expit(x @ found)
-        gradient, weight = x.T @ (p - target), p * (1 - p)
-        hessian = (x * weight[:, None]).T @ x + np.finfo(float).eps * len(x) * np.eye(2)
+        gradient, weight = x.T @ (weights * (p - target)), weights * p * (1 - p)
+        hessian = (x * weight[:, None]).T @ x + np.finfo(float).eps * (positive + negative) * np.eye(2)
         step = np.linalg.solve(hessian, gradient)
         for halving in range(_HALVINGS):
             trial = found - step * 0.5**halving

@@ -74,6 +74,20 @@ def test_kernels_that_are_not_definite_are_refused_with_their_eigenvalue() -> No
         CliffordSVC("polynomial", algebra=(3, 0), code=4).fit(np.random.default_rng(2).normal(size=(20, 2, 8)), Y)
 
 
+@pytest.mark.parametrize(("kernel", "gamma"), [("rbf", 1.0), ("rbf", "scale"), ("gabor", 1.0), ("linear", 1.0)])
+@pytest.mark.filterwarnings("ignore:.*encountered in:RuntimeWarning")
+def test_features_whose_squares_overflow_are_named(kernel: str, gamma: Any) -> None:
+    with pytest.raises(ValueError, match="not finite; expected finite numbers; scale the features"):
+        CliffordSVC(kernel, gamma=gamma).fit(1e200 * X, Y)
+
+
+def test_the_limit_of_the_check_is_that_of_the_matrix() -> None:
+    labels = np.arange(600) % 10
+    assert (CliffordSVC("precomputed").fit(np.eye(600), labels).predict(np.eye(600)) == labels).all()
+    with pytest.raises(ValueError, match="6000 variables are too many"):
+        CliffordSVC(lambda a, b: np.ones((len(a), len(b), 16))).fit(np.arange(600.0)[:, None], labels)
+
+
 def test_contradictory_labels_are_reported_and_bounded() -> None:
     with pytest.warns(ContradictionWarning, match="20 samples"):
         machine = CliffordSVC().fit(np.vstack([X, X]), np.concatenate([Y, 1 - Y]))

@@ -40,7 +40,14 @@ def test_weights_of_classes_multiply_the_penalties_of_their_samples() -> None:
 
 @pytest.mark.parametrize(
     ("weights", "text"),
-    [(-np.ones(90), "at least 0"), (np.zeros(90), "zero"), (np.ones(89), "1D array"), (Y.astype(float), "one class")],
+    [
+        (-np.ones(90), "at least 0"),
+        (np.zeros(90), "zero"),
+        (np.ones(89), "1D array"),
+        (Y.astype(float), "one class"),
+        (np.full(90, 1j), "sample_weight: type complex128"),
+        (np.full(90, "1"), "sample_weight: type <U1"),
+    ],
 )
 def test_weights_that_cannot_be_used(weights: np.ndarray, text: str) -> None:
     with pytest.raises(ValueError, match=text):
@@ -48,10 +55,9 @@ def test_weights_that_cannot_be_used(weights: np.ndarray, text: str) -> None:
 
 
 def test_factors_of_unknown_classes_are_refused() -> None:
-    with pytest.raises(ValueError, match="class_weight"):
-        CliffordSVC(class_weight={7: 2.0}).fit(X, Y)
-    with pytest.raises(ValueError, match="class_weight"):
-        CliffordSVC(class_weight="equal").fit(X, Y)
+    for given in ({7: 2.0}, "equal", 3, [0, 1]):
+        with pytest.raises(ValueError, match="class_weight"):
+            CliffordSVC(class_weight=given).fit(X, Y)
 
 
 @pytest.mark.parametrize("kernel", ["rbf", "linear"])
@@ -73,6 +79,11 @@ def test_a_given_kernel_is_that_of_its_samples() -> None:
         CliffordSVC("precomputed").fit(gram[:60], Y[:60])
 
 
+def test_kernels_that_are_zero_give_bounds() -> None:
+    zero = CliffordSVC(lambda a, b: np.zeros((len(a), len(b)))).fit(X, Y)
+    assert zero.dual_objective_ == -2 * min(np.bincount(Y)) and np.abs(zero.dual_coef_).max() == 1
+
+
 def test_linear_weights_give_the_values() -> None:
     machine = CliffordSVC("linear", gamma="auto").fit(X, Y)
     assert np.allclose(X @ machine.coef_[0] + machine.intercept_[0], machine.components(X)[:, 0])
@@ -87,7 +98,7 @@ def test_the_name_auto_is_the_inverse_of_the_number_of_features() -> None:
 def test_a_sigmoid_is_found_again() -> None:
     values = RANDOM.normal(size=20_000)
     drawn = RANDOM.uniform(size=20_000) < 1 / (1 + np.exp(-(2.5 * values - 1)))
-    a, b = fitted_sigmoid(values, drawn)
+    a, b = fitted_sigmoid(values, drawn, np.ones(20_000))
     # Five standard deviations of estimates from 20,000 samples, by the Fisher information.
     p = 1 / (1 + np.exp(-(2.5 * values - 1)))
     rows = np.stack([values, np.ones(20_000)])
@@ -116,9 +127,29 @@ def test_probabilities_of_given_kernels() -> None:
     assert np.abs(given.predict_proba(gram) - own.predict_proba(X)).max() < 1e-5
 
 
+def test_samples_of_a_sigmoid_count_as_often_as_their_weights() -> None:
+    weights, values = RANDOM.integers(0, 4, 90), X[:, 0]
+    repeated = fitted_sigmoid(np.repeat(values, weights), np.repeat(Y == 1, weights), np.ones(weights.sum()))
+    assert np.allclose(fitted_sigmoid(values, Y == 1, weights.astype(float)), repeated, rtol=1e-6)
+
+
+@pytest.mark.parametrize("kernel", ["rbf", "precomputed"])
+def test_samples_without_weight_change_no_probability(kernel: str) -> None:
+    given = kernel == "precomputed"
+    x, used = np.exp(-0.3 * ((X[:, None] - X) ** 2).sum(2)) if given else X, np.arange(90) % 3 > 0
+    one = CliffordSVC(kernel, gamma=0.3, probability=True, tol=1e-9).fit(x, Y, sample_weight=used)
+    rest = x[used][:, used] if given else x[used]
+    other = CliffordSVC(kernel, gamma=0.3, probability=True, tol=1e-9).fit(rest, Y[used])
+    assert np.abs(one.predict_proba(x) - other.predict_proba(x[:, used] if given else x)).max() < 1e-6
+
+
 def test_a_class_of_one_sample_has_no_probability() -> None:
-    with pytest.raises(ValueError, match="one sample"):
+    with pytest.raises(ValueError, match="class 2 with positive weights: 1;"):
         CliffordSVC(probability=True).fit(X, np.where(np.arange(90) == 3, 2, Y))
+    for count in (0, 1):
+        weights = np.where(np.arange(90) < 40 + count, 1.0, 0.0)
+        with pytest.raises(ValueError, match=f"class 2 with positive weights: {count};"):
+            CliffordSVC(probability=True).fit(X, np.where(np.arange(90) < 40, Y, 2), sample_weight=weights)
 
 
 def test_predictions_are_computed_in_blocks() -> None:
