@@ -229,7 +229,8 @@ def test_gradients_of_gradients_of_random_kernels_are_those_of_unrolled_loops(se
     """Compiling proves it. The reverse mode stores what loops in loops overwrite; unrolled loops overwrite nothing."""
     definition, _, env = random_kernel(seed)
     procedure = compile_loops(definition, effort=0).procedure
-    read = {place.table for each in statements(procedure.body) for place in getattr(each, "inputs", ())}
+    sources = [getattr(each, "inputs", None) or [getattr(each, "source", None)] for each in statements(procedure.body)]
+    read = {place.table for places in sources for place in places if place is not None}
     name = next(name for name in env if name in read and name != "w")
     compile_loops(vjp(vjp(definition, name), name), effort=0)
 
