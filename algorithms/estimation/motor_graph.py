@@ -285,14 +285,14 @@ class MotorGraph:
             for name, axes in (("motion", 1), ("place", 1), ("duration", 0), ("by_bias", 2), ("bias", 1))
         ]
         spread = np.array([each.covariance for each in every])
-        grown = _covariances(walk, 6, "walk")
-        if grown.ndim == 3 and len(grown) not in (1, len(every)):
-            raise ValueError(f"walk: {len(grown)} covariances; expected one, or one for each of {len(every)} sums")
-        grown = grown * data[2][0][:, None, None]
+        walks = _covariances(walk, 6, "walk")
+        if walks.ndim == 3 and len(walks) not in (1, len(every)):
+            raise ValueError(f"walk: {len(walks)} covariances; expected one, or one for each of {len(every)} sums")
+        walks = walks * data[2][0][:, None, None]
         # Both are made before one is added, so that a refused call changes nothing.
         self._append(
             _made(INERTIAL, (first, second), [*data, (_rows(gravity, "gravity", 3), 1)], spread, False),
-            _made(WALK, (first, second), [(np.zeros(6), 1)], grown, False),
+            _made(WALK, (first, second), [(np.zeros(6), 1)], walks, False),
         )
 
     def _add_seen(

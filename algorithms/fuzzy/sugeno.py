@@ -135,10 +135,10 @@ class Sugeno(Inference):
         rows = x.reshape(-1, x.shape[-1])
         slopes = np.empty((len(rows), len(self.outputs), rows.shape[1]))
         for part, work in parts_of_batch(len(rows)):
-            self._fill_slopes(rows[part], work, slopes[part])
+            self._fill_derivatives(rows[part], work, slopes[part])
         return slopes.reshape(*x.shape[:-1], *slopes.shape[1:])
 
-    def _fill_slopes(self, rows: Reals, work: Workspace, slopes: Reals) -> None:
+    def _fill_derivatives(self, rows: Reals, work: Workspace, slopes: Reals) -> None:
         """Write the derivatives for inputs (n, inputs) to an array (n, outputs, inputs)."""
         found = self._input_tables.locate(rows, work)
         for k, (program, *functions) in enumerate(self._concluded):

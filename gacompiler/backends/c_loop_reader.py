@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 from ..errors import BackendError
 from ..ir.procedure import (
@@ -28,6 +27,7 @@ from ..ir.program import Program
 from .c_loop_rows import RowReader
 from .c_loop_tokens import Entry, Tree, factors_of, listed, tokens_of
 from .c_rounds import KEPT
+from .loop_statements import Bound
 from .nesting import Shape
 
 START = "#define TABLES_"
@@ -95,13 +95,6 @@ def _function(name: str, lines: Sequence[str], head: str) -> list[str]:
 
 
 _STORAGES = {"IN": Storage.ARGUMENT, "SAME": Storage.ARGUMENT, "OUT": Storage.RESULT, "WORK": Storage.WORK}
-
-
-class _Bound(NamedTuple):
-    """A bound of a loop: the length that limits it, and the table with the number, if there is one."""
-
-    length: str
-    table: str = ""
 
 
 class _Reader(RowReader):
@@ -283,14 +276,14 @@ class _Reader(RowReader):
             self._expect("}")
         return Loop(counter, length, reverse, tuple(body), until, lower.table, upper.table)
 
-    def _bound(self, tree: Tree) -> _Bound:
+    def _bound(self, tree: Tree) -> Bound:
         """Read a bound of a loop: a length, or the number in a table, limited to the rows of a length."""
         match tree:
             case ("?", (">", value, 0), ("?", ("<", same, str(length)), ("row", also), other), 0) if (
                 value == same == also and length == other
             ):
-                return _Bound(length, self._place(value).table)
-        return _Bound(tree if isinstance(tree, str) else "")
+                return Bound(length, self._place(value).table)
+        return Bound(tree if isinstance(tree, str) else "")
 
     def _windows(self, n_limits: int) -> Loop:
         """Read a loop of which some iterations run in vectors, after a number of expressions that say which ones."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from ..errors import BackendError
 from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Storage, Table
@@ -29,6 +30,13 @@ from ..ir.rows import (
     start_of,
 )
 from .printers import Names
+
+
+class Bound(NamedTuple):
+    """A bound of a loop in a text: the length that limits it, and the table with the number, if there is one."""
+
+    length: str
+    table: str = ""
 
 
 @dataclass(frozen=True, slots=True)

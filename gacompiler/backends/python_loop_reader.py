@@ -18,6 +18,7 @@ from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repe
 from ..ir.procedure_cost import procedure_costs
 from ..ir.program import Program
 from ..ir.rows import Through, goes_through, numbers_of
+from .loop_statements import Bound
 from .nesting import Shape
 from .python_loop_rows import RowReader
 from .python_loops import ADD_TO, BOUND, SUM, costs_text, loop_text
@@ -106,13 +107,6 @@ def _compare(where: str, expected: list[str], found: list[str]) -> None:
             raise BackendError(where, repr(b), repr(a), "generate it again")
     if len(expected) != len(found):
         raise BackendError(where, f"{len(found)} lines", f"{len(expected)}", "generate it again")
-
-
-class _Bound(NamedTuple):
-    """A bound of a loop: the name of the length that limits it, and the table with the number, if there is one."""
-
-    length: str
-    table: str = ""
 
 
 class _Reader(RowReader):
@@ -238,7 +232,7 @@ class _Reader(RowReader):
     def _loop(self, node: ast.AST, counter: str, bounds: Sequence[ast.expr], body: Sequence[ast.stmt]) -> Statement:
         if counter in self._loops or counter in self._tables:
             raise self._unreadable(node)
-        reverse, lower = False, _Bound("")
+        reverse, lower = False, Bound("")
         match bounds:
             case [ast.Constant(int(limit))]:
                 return self._repeat(node, limit, body)
@@ -267,13 +261,13 @@ class _Reader(RowReader):
         del self._loops[counter]
         return Loop(counter, self._lengths[n], reverse, inner, until, lower.table, upper.table)
 
-    def _bound(self, node: ast.AST, bound: ast.expr) -> _Bound:
+    def _bound(self, node: ast.AST, bound: ast.expr) -> Bound:
         """Read a bound of a loop: a length, or the number in a table, limited to the rows of a length."""
         match bound:
             case ast.Name(n) if n in self._lengths:
-                return _Bound(n)
+                return Bound(n)
             case ast.Call(ast.Name(function), [value, ast.Name(n)], []) if function == BOUND and n in self._lengths:
-                return _Bound(n, self._read(value).table)
+                return Bound(n, self._read(value).table)
         raise self._unreadable(node)
 
     def _repeat(self, node: ast.AST, limit: int, body: Sequence[ast.stmt]) -> Repeat:

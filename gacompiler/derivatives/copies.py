@@ -2,43 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from ..algebra.layout import SCALAR, Layout
+from ..algebra.layout import SCALAR
 from ..frontend.expression import lift
-from ..frontend.loop_trace import LoopTrace
 from ..frontend.operations import select
 from ..frontend.recorded import Record
-from ..frontend.recorder import Recorder
 from ..frontend.rows import Leaf
 from ..ir.procedure import Add, Loop, Place
 from ..ir.rows import Counter, computed_numbers
-from .cotangents import Cotangents, Seed
+from .cotangents import Cotangents
 from .replay import reads_of
 from .stored import Position
-from .tangents import Key
 
 
 class Copies(Cotangents):
     """Cotangents, and copies of values of the traced kernel; for the parameters see `Cotangents`."""
 
-    def __init__(
-        self,
-        recorder: Recorder,
-        traced: LoopTrace,
-        arguments: Sequence[Any],
-        layouts: Mapping[Key, Layout],
-        wrt: str,
-        seeds: Mapping[str, Seed],
-        count: int = 1,
-    ) -> None:
-        super().__init__(recorder, traced, arguments, layouts, wrt, seeds, count)
-        self._saved: dict[Place, tuple[Record, str]] = {}
-        self._passed: set[str] = set()
-        self._numbers_in: dict[str, list[tuple[Record, Record]]] = {}
-        """For each loop, the stored numbers of rows, and the tables to which its reverse copies them."""
+    _saved: dict[Place, tuple[Record, str]]
+    _passed: set[str]
+    _numbers_in: dict[str, list[tuple[Record, Record]]]
+    """For each loop, the stored numbers of rows, and the tables to which its reverse copies them."""
 
     def place(self, place: Place, tables: Mapping[str, Record] | None = None) -> Place:
         """Return the new place for an old one, or the place of its stored copy if there is one."""
@@ -56,30 +42,26 @@ class Copies(Cotangents):
         self.copy(self.place(place), Place(kept.name, row))
         return kept
 
-    def _copied_array(self, table: str, loop: Loop) -> Record:
-        """Store a copy of a single row, or of an array, for each row of a loop."""
+    def _stored(self, table: str, loop: Loop | None = None) -> Record:
+        """Store a copy of a single row, or of an array, or one copy for each row of a loop if a loop is given."""
         own = self.tables[table]
-        if not own.lengths:
-            return self._copied(Place(table), loop)
-        kept = self.new_table(f"{table}_kept", (*self.lengths([loop.length]), *own.lengths), own.leaves, own.shape)
-        row = Counter(self.counters[loop.counter])
-        self.recorder.store(own.arrays, [rows.at(row) for rows in kept.arrays])
-        return kept
-
-    def _copy_of(self, table: str) -> Record:
-        """Store a copy of a single row, or of an array."""
-        own = self.tables[table]
-        kept = self.new_table(f"{table}_kept", own.lengths, own.leaves, own.shape)
+        lengths = self.lengths([loop.length]) if loop is not None else ()
+        kept = self.new_table(f"{table}_kept", (*lengths, *own.lengths), own.leaves, own.shape)
         self._passed.add(table)
-        self._restore(own, kept)
+        row = Counter(self.counters[loop.counter]) if loop is not None else None
+        if own.lengths:
+            self.recorder.store(own.arrays, _arrays(kept, row))
+        else:
+            self.copy(Place(own.name), Place(kept.name, row))
         return kept
 
-    def _restore(self, kept: Record, own: Record) -> None:
-        """Copy a single row, or an array, to another table."""
+    def _restore(self, table: str, kept: Record, loop: Loop | None = None) -> None:
+        """Copy what `_stored` has stored back to its table, in the current row of a loop if a loop is given."""
+        own, row = self.tables[table], Counter(self.counters[loop.counter]) if loop is not None else None
         if own.lengths:
-            self.recorder.store(kept.arrays, own.arrays)
+            self.recorder.store(_arrays(kept, row), own.arrays)
         else:
-            self.copy(Place(kept.name), Place(own.name))
+            self.copy(Place(kept.name, row), Place(own.name))
 
     def _keep_numbers(self, statement: Any, position: Position) -> None:
         """Store the numbers of rows that a statement uses if they are overwritten before its transpose runs."""
@@ -109,3 +91,8 @@ class Copies(Cotangents):
             yield ended.name if ended is not None else ""
             if ended is not None:
                 self.recorder.compute([self.held(ended)[0] + 1], targets)
+
+
+def _arrays(record: Record, row: Counter | None) -> list[Any]:
+    """Return the arrays in a table, or in one of its rows."""
+    return record.arrays if row is None else [rows.at(row) for rows in record.arrays]

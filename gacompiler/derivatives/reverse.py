@@ -67,6 +67,7 @@ class Reverse(Copies):
         count: int = 1,
     ) -> None:
         super().__init__(recorder, traced, arguments, layouts, wrt, seeds, count)
+        self._saved, self._passed, self._numbers_in = {}, set(), {}
         self._parts: dict[str, Adjoint] = {}
         self._skipped: set[str] = set()
         backward = self._sweep(traced.statements, None, ())
@@ -176,14 +177,11 @@ class Reverse(Copies):
 
     def _outer_loop(self, loop: Loop, after: Sequence[Any]) -> Backward:
         """Record a loop that contains loops. The transposed loop runs each row again from stored initial values."""
-        passed: dict[str, Record] = {}
         saved: dict[Place, tuple[Record, str]] = {}
         kinds = tables_to_store(loop, after)
-        before = {table: self._copy_of(table) for table in kinds.once}
+        before = {table: self._stored(table) for table in kinds.once}
         with self._forward_loop(loop) as ended:
-            for table in kinds.each:
-                passed[table] = self._copied_array(table, loop)
-                self._passed.add(table)
+            passed = {table: self._stored(table, loop) for table in kinds.each}
             for number, statement in enumerate(loop.body):
                 position = Position(loop.body, number, loop, after)
                 for place in reads_within(statement):
@@ -193,16 +191,12 @@ class Reverse(Copies):
 
         def backward() -> None:
             for table, kept in before.items():
-                self._restore(kept, self.tables[table])
+                self._restore(table, kept)
             with self._backward_loop(loop, ended):
                 outer, skipped = self._saved, self._skipped
                 self._saved, self._skipped = {**outer, **saved}, skipped | only_added(loop.body)
                 for table, kept in passed.items():
-                    row, own = Counter(self.counters[loop.counter]), self.tables[table]
-                    if own.lengths:
-                        self.recorder.store([rows.at(row) for rows in kept.arrays], own.arrays)
-                    else:
-                        self.copy(Place(kept.name, row), Place(own.name))
+                    self._restore(table, kept, loop)
                 inner = self._sweep(loop.body, None, ())
                 for run in reversed(inner):
                     run()
