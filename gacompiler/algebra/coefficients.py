@@ -251,8 +251,11 @@ def scalar_function(name: str, *arguments: Coefficient) -> Coefficient:
     InexactError
         If all arguments are exact and the value is not rational.
     """
-    if any(type(argument) is Decimal for argument in arguments):
+    kinds = {type(argument) for argument in arguments}
+    if Decimal in kinds:
         return _decimal_function(name, arguments)
+    if kinds <= _RATIONALS:
+        return EXACT[name](*arguments)
     for argument in arguments:
         own = getattr(argument, "scalar_function", None)
         if own is not None:
@@ -279,7 +282,10 @@ def _decimal_function(name: str, arguments: tuple[Any, ...]) -> Any:
     ValueError
         If a comparison or a choice has an argument that is not real.
     """
-    lifted = [Decimal(a.numerator) / a.denominator if isinstance(a, Fraction) else Decimal(a) for a in arguments]
+    lifted = [
+        a if type(a) is Decimal else Decimal(a.numerator) / a.denominator if isinstance(a, Fraction) else Decimal(a)
+        for a in arguments
+    ]
     if any(a.is_nan() for a in lifted):
         if name in _ANY or name in ("atan2", "floor"):
             raise ValueError(f"{name} of a number that is not real")

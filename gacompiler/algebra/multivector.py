@@ -47,8 +47,10 @@ class Multivector(WithCoefficients):
         if type(terms) is not dict and not isinstance(terms, Mapping):
             raise AlgebraError("Multivector()", type(terms).__name__, "a mapping from blades to coefficients")
         object.__setattr__(self, "algebra", algebra)
-        blades = sorted(terms) if len(terms) > 1 else terms
-        kept = {blade: value for blade in blades if not is_zero(value := terms[blade])}
+        if len(terms) > 1:
+            kept = {blade: value for blade in sorted(terms) if not is_zero(value := terms[blade])}
+        else:
+            kept = {blade: value for blade, value in terms.items() if not is_zero(value)}
         object.__setattr__(self, "terms", MappingProxyType(kept))
 
     def __setattr__(self, name: str, value: object) -> None:

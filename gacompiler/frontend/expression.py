@@ -329,17 +329,15 @@ def topological(expressions: Sequence[Expression], known: Container[Expression] 
     order: dict[Expression, None] = {}
     stack = list(reversed(expressions))
     while stack:
-        expression = stack[-1]
+        expression = stack.pop()
         if expression in order or expression in known:
-            stack.pop()
             continue
-        n_before = len(stack)
-        for argument in reversed(expression.arguments):
-            if argument not in order and argument not in known:
-                stack.append(argument)
-        if len(stack) == n_before:
+        missing = [each for each in expression.arguments if each not in order and each not in known]
+        if missing:
+            stack.append(expression)
+            stack += reversed(missing)
+        else:
             order[expression] = None
-            stack.pop()
     return list(order)
 
 
@@ -351,10 +349,10 @@ def apply_operation(
 ) -> Multivector:
     """Evaluate one node, given the values of its arguments; see `evaluate`."""
     value = _apply(expression, values, inputs)
-    return value.map(lift) if lift is not None and expression.operation in _EXACT else value
+    return value.map(lift) if lift is not None and expression.operation in IS_EXACT else value
 
 
-_EXACT = frozenset({Operation.INPUT, Operation.CONSTANT, Operation.EXP, Operation.COS})
+IS_EXACT = frozenset({Operation.INPUT, Operation.CONSTANT, Operation.EXP, Operation.COS})
 """Operations with exact results in a ring of inexact numbers: the exponential and the cosine of zero are 1."""
 
 

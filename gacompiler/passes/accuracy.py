@@ -19,6 +19,7 @@ from typing import Any
 
 import mpmath
 
+from ..algebra.coefficients import FLOAT
 from ..algebra.layout import Layout
 from ..errors import GacError, InexactError
 from ..frontend.kernel import Kernel
@@ -208,7 +209,9 @@ def rounded_once(op: Op, operands: list[float]) -> float:
     if op in (Op.SIN, Op.COS, Op.ATAN2, Op.ACOS, Op.EXP, Op.LOG):
         with mpmath.workdps(30):
             return float(evaluate(op, [mpmath.mpf(operand) for operand in operands]))
-    return float(evaluate(op, operands))
+    if op is Op.DIVIDE:
+        return operands[0] / operands[1]
+    return float(FLOAT[op.value](*operands))
 
 
 def ulps(found: Sequence[Any], exact: Sequence[Any]) -> float:

@@ -13,7 +13,8 @@ import mpmath
 from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..errors import InexactError, TooLargeError
-from ..frontend.expression import Expression, apply_operation, evaluate, topological
+from ..frontend.evaluation import Evaluation, Value, convert
+from ..frontend.expression import Expression
 from ..frontend.kernel import Kernel
 from ..rings.decimals import digits, from_decimal, to_decimal
 from ..rings.points import point, wide_point
@@ -105,9 +106,8 @@ class Meaning:
     """
 
     def __init__(self, expressions: Sequence[Expression], n_digits: int = WORKING_DIGITS) -> None:
-        self._expressions = expressions
+        self._evaluation = Evaluation(expressions)
         self._n_digits = n_digits
-        self._order = topological(expressions)
         self._longest = LONGEST
         self._has_residues = True
 
@@ -121,11 +121,11 @@ class Meaning:
         ValueError
             If a value is not real, or a function is not defined at the point.
         """
-        memory: dict[Expression, Multivector] = {}
+        known: list[Value] = []
         if all(isinstance(value, (int, Fraction)) for value in inputs.values()):
             try:
                 if self._longest:
-                    return self._rational(inputs, memory)
+                    return self._evaluation.run(inputs, values=known, check=self._limit)
                 return self.residues(inputs)
             except TooLargeError:
                 if self._has_residues:
@@ -138,10 +138,9 @@ class Meaning:
             except InexactError:
                 pass
         with digits(self._n_digits):
-            known = {each: value.map(to_decimal) for each, value in memory.items()}
             lifted = {name: to_decimal(value) for name, value in inputs.items()}
             try:
-                values = evaluate(self._expressions, lifted, known, to_decimal)
+                values = self._evaluation.run(lifted, to_decimal, convert(known, to_decimal))
             except InexactError as error:  # Zeros remain exact, and no number is the logarithm of zero.
                 raise ValueError("a function is not defined at zero") from error
             return [each.map(from_decimal) for each in values]
@@ -154,23 +153,12 @@ class Meaning:
         InexactError
             If there is a function that residues do not have, such as a comparison.
         """
-        return evaluate(self._expressions, {name: residue(value) for name, value in inputs.items()}, lift=residue)
+        return self._evaluation.run({name: residue(value) for name, value in inputs.items()}, residue)
 
-    def _rational(self, inputs: Mapping[str, Any], memory: dict[Expression, Multivector]) -> list[Multivector]:
-        """Evaluate with rational numbers, and add the values of all subexpressions to `memory`.
-
-        Raises
-        ------
-        TooLargeError
-            If a number is too long.
-        """
-        most = self._longest
-        for expression in self._order:
-            value = apply_operation(expression, [memory[argument] for argument in expression.arguments], inputs)
-            if any(max(x.numerator.bit_length(), x.denominator.bit_length()) > most for x in value.terms.values()):
-                raise TooLargeError("exact evaluation", f"a number of more than {most} bits")
-            memory[expression] = value
-        return [memory[expression] for expression in self._expressions]
+    def _limit(self, number: Any) -> None:
+        """Raise an error if a rational number is too long."""
+        if max(number.numerator.bit_length(), number.denominator.bit_length()) > self._longest:
+            raise TooLargeError("exact evaluation", f"a number of more than {self._longest} bits")
 
 
 def to_mpmath(value: Any) -> Any:
