@@ -399,6 +399,7 @@ class _Something:
 
 
 SOMETHING = _Something()
+_OF_SCALARS = frozenset({0})
 
 
 def _possible_blades(expression: Expression) -> frozenset[int]:
@@ -410,6 +411,9 @@ def _possible_blades(expression: Expression) -> frozenset[int]:
     if expression.operation is Operation.INVERSE:
         (argument,) = expression.arguments
         return _powers(argument)
+    if expression.algebra is SCALARS and expression.operation in ARITHMETIC:
+        some = all if expression.operation is Operation.GEOMETRIC_PRODUCT else any
+        return _OF_SCALARS if some(argument.blades for argument in expression.arguments) else frozenset()
     values = [Multivector(a.algebra, dict.fromkeys(a.blades, SOMETHING)) for a in expression.arguments]
     return frozenset(_apply(expression, values, {}).terms)
 
