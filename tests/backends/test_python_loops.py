@@ -8,8 +8,8 @@ from fractions import Fraction
 from random import Random
 
 import pytest
+from loop_examples import EXAMPLES, NAMES, loop_module, sources, squares
 from selection import some_slow
-from support.loop_examples import EXAMPLES, NAMES, loop_module, sources, squares
 
 from gacompiler import SCALAR, array, kernel
 from gacompiler.backends import python_source
