@@ -12,12 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 from backend_programs import traced, write
+from compiled_once import compiled_once
+from example_kernels import move_point
 from selection import some_slow
 from text_mutations import Mutation, mutations
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel, sandwich
-from gacompiler.algebra.catalog import CGA2, PGA2, PGA3, VGA2
+from gacompiler.algebra.catalog import CGA2, PGA2, VGA2
 from gacompiler.backends import c_programs, c_source, python_programs, python_source
 from gacompiler.backends.build import build_library, find_compiler
 from gacompiler.backends.module import ModuleSource
@@ -39,11 +41,6 @@ from gacompiler.runtime import load_module
 from gacompiler.verify import verify_kernel
 
 BACKENDS = ["numba", *(["c"] if find_compiler() else [])]
-
-
-@kernel(m=PGA3.MOTOR, p=PGA3.POINT)
-def move_point(m, p):  # type: ignore[no-untyped-def]
-    return sandwich(m, p)
 
 
 @kernel(m=CGA2.MOTOR, p=CGA2.POINT)
@@ -119,7 +116,7 @@ Records = Mapping[str, Compilation]
 
 @pytest.fixture(scope="module")
 def records() -> Records:
-    return {definition.name: compile_kernel(definition) for definition in KERNELS}
+    return {definition.name: compiled_once(definition, effort=1, cost="counts") for definition in KERNELS}
 
 
 # The structure of forms.
