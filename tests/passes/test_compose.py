@@ -153,7 +153,6 @@ def exceptions(found: Iterable[str | None], least: int) -> list[str]:
 @pytest.mark.parametrize(
     ("spec", "outer", "place", "inner"),
     [
-        ("vga3", "vector_product", 1, "reflect_vector"),
         ("pga2", "motor_derivative", 0, "motor_from_point"),
     ],
 )

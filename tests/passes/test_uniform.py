@@ -69,7 +69,7 @@ def matrices(a, b):  # type: ignore[no-untyped-def]
 
 @kernel(a=VGA2.VECTOR, b=VGA2.VECTOR, a_b=VGA2.VECTOR, prepared=VGA2.ROTOR)
 def awkward_names(a, b, a_b, prepared):  # type: ignore[no-untyped-def]
-    return sandwich(prepared, (a ^ b) * a_b)
+    return (a * b) * sandwich(prepared, a_b)
 
 
 @kernel(a=SCALAR, b=SCALAR, a_b=SCALAR)
@@ -345,7 +345,7 @@ def test_batches_of_every_size(backend: str, dtype: type, records: Records, modu
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_batches_in_every_order(backend: str, order: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
     """Test every order of the varying arguments and every kind of uniform argument."""
-    names = tuple(records) if backend == "c" else FEW
+    names = tuple(records) if backend == "c" else FEW[:2]
     for record, _, same in each_form(records, names):
         function = getattr(modules[backend], record.kernel.name)
         arrays = elements(record, 37)
