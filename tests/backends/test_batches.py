@@ -121,7 +121,7 @@ BEYOND = 1 << 25
 
 
 @pytest.mark.parametrize(
-    ("dtype", "shift", "odd"), [(np.float64, 0, 0), (np.float64, 5, 5), (np.float32, 0, 5), (np.float32, 1, 0)]
+    ("dtype", "shift", "odd"), [(np.float64, 5, 5), (np.float32, 0, 0)]
 )
 def test_results_larger_than_any_cache(dtype: Any, shift: int, odd: int) -> None:
     """Rows begin `shift` numbers after a line of a cache, and with an odd number of elements lie differently in it."""

@@ -293,7 +293,7 @@ FORWARD = [
     (filtered, "image"),
     (root, "a"),
 ]
-"""In the forward mode, one argument of each kernel; the last only there, as the number of its steps depends on values."""
+"""One argument of each kernel. The number of steps of the last depends on values, which the reverse mode refuses."""
 SLOW = [(arm, "q"), (placed, "motors"), (misfit, "m")]
 SLOWEST = SLOW[1:]
 """Of motors in rows, and of a motor; another of motors is quick."""
