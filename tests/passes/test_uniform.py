@@ -16,6 +16,7 @@ from compiled_once import compiled_once
 from example_kernels import move_point
 from selection import some_slow
 from text_mutations import Mutation, mutations
+from unmeasured import errors_are_not_measured
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel, sandwich
@@ -117,6 +118,12 @@ Records = Mapping[str, Compilation]
 @pytest.fixture(scope="module")
 def records() -> Records:
     return {definition.name: compiled_once(definition, effort=1, cost="counts") for definition in KERNELS}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_measurements() -> Iterator[None]:
+    with errors_are_not_measured():
+        yield
 
 
 # The structure of forms.
