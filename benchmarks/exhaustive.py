@@ -35,7 +35,7 @@ def exists(problem: Problem, most: int) -> bool:
     known = np.array([0, *(_packed(each) for each in problem.inputs)], dtype=np.uint64)
     results = np.array([_packed(each) for each in problem.results], dtype=np.uint64)
     roots = np.array([_packed(root) for each in problem.results for root in _roots(each)], dtype=np.uint64)
-    return bool(_search(known, results, roots, free))
+    return _search(known, results, roots, free)
 
 
 def minimum(problem: Problem, most: int) -> int:
@@ -149,7 +149,7 @@ def _search(known: np.ndarray, results: np.ndarray, roots: np.ndarray, free: int
     for value in known[1:]:
         n_values, n_reachable = _add(value, values, inverses, n_values, table, slots, reachable, n_reachable)
     done = np.zeros(len(results), np.bool_)
-    return _descend(state, n_values, n_reachable, start, results, done, roots, free)
+    return bool(_descend(state, n_values, n_reachable, start, results, done, roots, free))
 
 
 @njit(cache=True)
