@@ -85,7 +85,7 @@ help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "%-10s %s\n", $$1, $$2 }' Makefile
 
 clean: ## Remove build products and caches, but not .venv
-	rm -rf build dist *.egg-info .hypothesis .mypy_cache .pytest_cache .ruff_cache generated/_build
+	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache generated/_build
 	find gacompiler generated algorithms tests benchmarks -name __pycache__ -prune -exec rm -rf {} +
 
 # Older than the compiler, or than a generated file that somebody touched, or a file is missing: generate; but not where

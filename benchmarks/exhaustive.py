@@ -35,7 +35,7 @@ def exists(problem: Problem, most: int) -> bool:
     known = np.array([0, *(_packed(each) for each in problem.inputs)], dtype=np.uint64)
     results = np.array([_packed(each) for each in problem.results], dtype=np.uint64)
     roots = np.array([_packed(root) for each in problem.results for root in _roots(each)], dtype=np.uint64)
-    return bool(_search(known, results, roots, free))
+    return _search(known, results, roots, free)
 
 
 def minimum(problem: Problem, most: int) -> int:
@@ -60,7 +60,7 @@ def _roots(value: Sequence[int]) -> list[tuple[int, int]]:
     return found
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _canonical(high: np.uint64, low: np.uint64) -> np.uint64:
     half = _P >> np.uint64(1)
     if high > half or (high == 0 and low > half):
@@ -69,17 +69,17 @@ def _canonical(high: np.uint64, low: np.uint64) -> np.uint64:
     return (high << _SHIFT) | low
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _sum(a: np.uint64, b: np.uint64) -> np.uint64:
     return _canonical(((a >> _SHIFT) + (b >> _SHIFT)) % _P, ((a & _LOW) + (b & _LOW)) % _P)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _difference(a: np.uint64, b: np.uint64) -> np.uint64:
     return _canonical(((a >> _SHIFT) + _P - (b >> _SHIFT)) % _P, ((a & _LOW) + _P - (b & _LOW)) % _P)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _product(a: np.uint64, b: np.uint64) -> np.uint64:
     return _canonical((a >> _SHIFT) * (b >> _SHIFT) % _P, (a & _LOW) * (b & _LOW) % _P)
 
@@ -102,7 +102,7 @@ def _inverse(a: np.uint64) -> np.uint64:
     return (_power(a >> _SHIFT, exponent) << _SHIFT) | _power(a & _LOW, exponent)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _find(table: np.ndarray, reachable: np.ndarray, value: np.uint64) -> int:
     """Return the slot of the hash table in which a value is, or the free one in which it belongs."""
     slot = np.int64((value * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(64 - _BITS))
@@ -133,15 +133,13 @@ def _add(value, values, inverses, n_values, table, slots, reachable, n_reachable
     return n_values + 1, n_reachable
 
 
-@njit(cache=True)
 def _search(known: np.ndarray, results: np.ndarray, roots: np.ndarray, free: int) -> bool:
     values, inverses = np.zeros(64, np.uint64), np.zeros(64, np.uint64)
     reachable, slots = np.zeros(_MOST, np.uint64), np.zeros(_MOST, np.int64)
     table = np.full(_SIZE, -1, np.int64)
     state = (values, inverses, table, slots, reachable)
-    # 0 and the inputs are put first, so that they are never chosen as new values. The types of the counters are those
-    # of all calls that follow: numba would compile every function a second time for literal numbers.
-    n_values = n_reachable = np.int64(0)
+    # 0 and the inputs are put first, so that they are never chosen as new values.
+    n_values = n_reachable = 0
     for value in known:
         slot = _find(table, reachable, value)
         if table[slot] < 0:
@@ -151,7 +149,27 @@ def _search(known: np.ndarray, results: np.ndarray, roots: np.ndarray, free: int
     for value in known[1:]:
         n_values, n_reachable = _add(value, values, inverses, n_values, table, slots, reachable, n_reachable)
     done = np.zeros(len(results), np.bool_)
-    return _descend(state, n_values, n_reachable, start, results, done, roots, free)
+    return bool(_descend(state, n_values, n_reachable, start, results, done, roots, free))
+
+
+@njit(cache=True)
+def _close(state, n_values, n_reachable, results, computed):  # type: ignore[no-untyped-def]
+    """Compute the results that follow by one operation. Return the new numbers of values, and how many are missing."""
+    values, inverses, table, slots, reachable = state
+    again, missing = True, 0
+    while again:
+        again, missing = False, 0
+        for k in range(len(results)):
+            if computed[k]:
+                continue
+            if table[_find(table, reachable, results[k])] >= 0:
+                computed[k] = again = True
+                n_values, n_reachable = _add(
+                    results[k], values, inverses, n_values, table, slots, reachable, n_reachable
+                )
+            else:
+                missing += 1
+    return n_values, n_reachable, missing
 
 
 @njit(cache=True)
@@ -160,16 +178,8 @@ def _descend(state, n_values, n_reachable, start, results, done, roots, free):  
     values, inverses, table, slots, reachable = state
     first_reachable = n_reachable
     computed = done.copy()
-    again = True
-    while again:
-        again = False
-        for k in range(len(results)):
-            if not computed[k] and table[_find(table, reachable, results[k])] >= 0:
-                computed[k] = again = True
-                n_values, n_reachable = _add(
-                    results[k], values, inverses, n_values, table, slots, reachable, n_reachable
-                )
-    found = bool(np.all(computed))
+    n_values, n_reachable, missing = _close(state, n_values, n_reachable, results, computed)
+    found = missing == 0
     if not found and free == 1:
         found = _with_one(state, n_values, n_reachable, results, computed, roots)
     elif not found and free > 1:
@@ -225,18 +235,8 @@ def _with_one(state, n_values, n_reachable, results, computed, roots):  # type: 
 @njit(cache=True)
 def _follows(state, n_values, n_reachable, results, computed):  # type: ignore[no-untyped-def]
     """Return whether all results follow without further intermediate values."""
-    values, inverses, table, slots, reachable = state
-    first_reachable = n_reachable
-    left = computed.copy()
-    again = True
-    while again:
-        again = False
-        for k in range(len(results)):
-            if not left[k] and table[_find(table, reachable, results[k])] >= 0:
-                left[k] = again = True
-                n_values, n_reachable = _add(
-                    results[k], values, inverses, n_values, table, slots, reachable, n_reachable
-                )
-    for j in range(n_reachable - 1, first_reachable - 1, -1):
+    _, _, table, slots, _ = state
+    _, last, missing = _close(state, n_values, n_reachable, results, computed.copy())
+    for j in range(last - 1, n_reachable - 1, -1):
         table[slots[j]] = -1
-    return bool(np.all(left))
+    return missing == 0

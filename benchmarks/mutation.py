@@ -71,7 +71,7 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
 }
 """Source folder, and the test files (patterns) of each package."""
 
-HEAVY = ("numpy", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.ndimage", "sympy", "mpmath", "hypothesis")
+HEAVY = ("numpy", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.ndimage", "sympy", "mpmath")
 """Modules that are imported once, before processes are forked."""
 
 LONGEST = 120.0

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from compiled_once import let_commands_compile_once
 
 from gacompiler.cli import main
 from generated import pga3
@@ -36,6 +37,7 @@ def current(page: Path) -> str:
 @pytest.mark.parametrize("page", PAGES, ids=lambda path: path.name)
 def test_blocks_print_what_is_shown(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
+    let_commands_compile_once(monkeypatch)
     assert page.read_text() == current(page), "run `python tests/docs/test_docs.py`"
 
 

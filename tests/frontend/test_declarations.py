@@ -12,10 +12,15 @@ from click.testing import CliRunner, Result
 import gacompiler
 from gacompiler import SCALAR, kernel
 from gacompiler.algebra.catalog import CGA3, PGA3
-from gacompiler.backends.build import find_compiler, no_compiler
+from gacompiler.backends.build import build_library, find_compiler, no_compiler
+from gacompiler.backends.module import ModuleSource
 from gacompiler.cli import main
 from gacompiler.errors import AlgebraError, GacError, KernelError
+from gacompiler.generation.files import write
+from gacompiler.generation.rendering import render
+from gacompiler.generation.sources import kernel_source
 from gacompiler.passes.pipeline import compile_kernel
+from gacompiler.runtime import load_module
 
 HEAD = """import math
 from gacompiler import inverse, kernel
@@ -158,24 +163,31 @@ def test_names_that_functions_cannot_have() -> None:
         kernel(**{"a b": SCALAR})(lambda x: x)
 
 
-@pytest.mark.parametrize(
-    "name", ["double", "ONLY_F64", "FLT_MAX", "M_LOG2E", "NULL", "REAL", "memcpy", "out", "switch", "_x"]
-)
-def test_names_with_a_meaning_in_c(name: str) -> None:
+def test_names_with_a_meaning_in_c(tmp_path: Path) -> None:
     """Keywords and macros of C may be names of parameters and kernels; macros of the runtime may only be names of
     parameters.
     """
+    names = ["double", "ONLY_F64", "FLT_MAX", "M_LOG2E", "NULL", "REAL", "memcpy", "out", "switch", "_x"]
     made: dict[str, Any] = {}
-    exec(f"def {name}({name}):\n    return {name} * {name} + 1", made)
-    exec(f"def named({name}):\n    return {name} * {name} + 1", made)
+    for name in names:
+        exec(f"def {name}(x):\n    return x * x + 1", made)
+    exec(
+        f"def named({', '.join(names)}):\n    return {' + '.join(f'{k} * {name}' for k, name in enumerate(names))}",
+        made,
+    )
+    sources = {name: kernel_source(compile_kernel(kernel(x=SCALAR)(made[name]), effort=0)) for name in names}
     backend = "c" if find_compiler() else "arrays"
-    assert gacompiler.compile(kernel(**{name: SCALAR})(made["named"]), backend)(3.0) == 10
-    definition = kernel(**{name: SCALAR})(made[name])
-    if name in ("NULL", "REAL"):
+    for name in ("NULL", "REAL"):
         with pytest.raises(GacError, match=f"{name} is already used by the C headers"):
-            gacompiler.compile(definition, backend)
-    else:
-        assert gacompiler.compile(definition, backend)(3.0) == 10
+            render(ModuleSource("refused", "", "", "", (sources.pop(name),)))
+    write(render(ModuleSource("names", "", "", "", tuple(sources.values()))), tmp_path)
+    if backend == "c":
+        assert build_library(tmp_path / "names.c")
+    module = load_module(tmp_path / "names.py", "_names", backend)
+    assert {name: getattr(module, name)(3.0) for name in sources} == dict.fromkeys(sources, 10)
+    # In a module of its own, because a module hides the macros that have the names of its kernels.
+    of_all = gacompiler.compile(kernel(**dict.fromkeys(names, SCALAR))(made["named"]), backend)
+    assert of_all(*range(10)) == sum(k * k for k in range(10))
 
 
 def test_floats_in_kernels_are_decimals() -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from fractions import Fraction
 from functools import cache
 from itertools import permutations, product
+from math import prod
 from random import Random
 from typing import Any
 
@@ -76,9 +77,9 @@ def test_rationals_are_solved_exactly(n: int) -> None:
 def test_symmetric_rationals_are_solved_exactly(n: int) -> None:
     numbers = Random(n)
     for _ in range(20 if n < 6 else 9 - n):
-        root = exact_matrix(n, numbers)
+        root = [[x * (k <= row) for k, x in enumerate(line)] for row, line in enumerate(exact_matrix(n, numbers))]
         matrix = times(root, list(zip(*root, strict=True)))
-        if not (expected := exact_determinant(matrix)):
+        if not (expected := prod(root[k][k] for k in range(n)) ** 2):
             continue
         right = exact_matrix(n, numbers)
         lower = [[x if column <= row else None for column, x in enumerate(line)] for row, line in enumerate(matrix)]
@@ -106,7 +107,7 @@ def linear(n: int) -> Any:
     def solve(m, b):  # type: ignore[no-untyped-def]
         return ga.solve_linear(m, b)
 
-    return ga.compile(solve)
+    return ga.compile(solve, effort=int(n > 3))
 
 
 @cache
@@ -115,7 +116,7 @@ def positive(n: int) -> Any:
     def solve_positive(m, b):  # type: ignore[no-untyped-def]
         return ga.solve_symmetric(m, b)
 
-    return ga.compile(solve_positive)
+    return ga.compile(solve_positive, effort=int(n > 3))
 
 
 @cache
@@ -124,7 +125,7 @@ def inverting(n: int) -> Any:
     def invert(m):  # type: ignore[no-untyped-def]
         return ga.inverse_matrix(m)
 
-    return ga.compile(invert)
+    return ga.compile(invert, effort=int(n > 3))
 
 
 @cache
@@ -250,7 +251,7 @@ def eigen(n: int) -> Any:
     def eigenvectors(m):  # type: ignore[no-untyped-def]
         return ga.eigenvectors_symmetric(m)
 
-    return ga.compile(eigenvectors)
+    return ga.compile(eigenvectors, effort=int(n > 3))
 
 
 def with_eigenvalues(values: np.ndarray, seed: int = 0) -> np.ndarray:
@@ -345,7 +346,7 @@ def roots(degree: int, backend: str | None = None) -> Any:
     def roots_of_polynomial(c):  # type: ignore[no-untyped-def]
         return SOLVERS[degree](*c)
 
-    return ga.compile(roots_of_polynomial, backend)
+    return ga.compile(roots_of_polynomial, backend, effort=int(degree > 3))
 
 
 def with_roots(values: np.ndarray) -> np.ndarray:

@@ -32,7 +32,7 @@ UNROLLED: Kernel = kernel(a=SCALAR)(root_of)
 
 def test_the_text_has_one_step() -> None:
     assert KEPT.has_loops and not UNROLLED.has_loops
-    procedure = compile_loops(KEPT).procedure
+    procedure = compile_loops(KEPT, effort=0).procedure
     assert procedure.lengths == () and procedure.signature == "()->(),()"
     (repeat,) = [each for each in procedure.body if isinstance(each, Repeat)]
     assert repeat.limit == STEPS
@@ -42,14 +42,14 @@ def test_the_text_has_one_step() -> None:
 
 def test_results_are_those_of_the_unrolled_kernel() -> None:
     numbers = np.array([[1.0, 2, 9], [0.5, 3.0, 5.0]])
-    found = [gacompiler.compile(each)(numbers) for each in (KEPT, UNROLLED)]
+    found = [gacompiler.compile(each, effort=0)(numbers) for each in (KEPT, UNROLLED)]
     assert np.array_equal(found[0][1], found[1][1]) and found[0][1].max() < STEPS
     for root, _ in found:
         assert np.allclose(root, np.sqrt(numbers), rtol=1e-15, atol=0)
 
 
 def test_single_calls() -> None:
-    run = gacompiler.compile(KEPT)
+    run = gacompiler.compile(KEPT, effort=0)
     root, steps = run(16)
     assert root == 4 and steps > 3
 
@@ -62,7 +62,7 @@ def test_derivatives_unroll_the_loop() -> None:
         return iterate(lambda r: (r + a / r) / 2, 1, lambda old, new: absolute(new - old) < 1e-14, 3)[0]
 
     numbers = np.array([1.02, 0.97])
-    value, slope = gacompiler.compile(jvp(near, "a"))(numbers, np.ones(2))
+    value, slope = gacompiler.compile(jvp(near, "a"), effort=0)(numbers, np.ones(2))
     assert np.allclose(value, numbers**0.5, rtol=1e-12) and np.allclose(slope, 0.5 / numbers**0.5, rtol=1e-8)
 
 

@@ -53,7 +53,7 @@ def truth(seed: int, counter: int) -> int:
 
 @cache
 def compiled() -> Any:
-    return gacompiler.compile(drawn)
+    return gacompiler.compile(drawn, effort=0)
 
 
 def numbers(seed: Any, counter: Any) -> np.ndarray[Any, Any]:

@@ -69,7 +69,7 @@ def correlation(x: Array, mode: str, outside: float) -> Array:
 
 @pytest.mark.parametrize("backend", ["c", pytest.param("numba", marks=pytest.mark.slow), "arrays"])
 def test_windows_equal_scipy(backend: str) -> None:
-    run, some = (gacompiler.compile(each, backend=backend) for each in (correlated, sampled))
+    run, some = (gacompiler.compile(each, backend=backend, effort=0) for each in (correlated, sampled))
     for shape in SIZES:
         x = image(shape)
         for mode, found in zip(MODES, run(x), strict=True):
@@ -82,7 +82,7 @@ def test_windows_equal_scipy(backend: str) -> None:
 
 @pytest.mark.parametrize("backend", ["c", pytest.param("numba", marks=pytest.mark.slow), "arrays"])
 def test_empty_images_have_empty_results_or_the_value_outside(backend: str) -> None:
-    run, some = (gacompiler.compile(each, backend=backend) for each in (correlated, sampled))
+    run, some = (gacompiler.compile(each, backend=backend, effort=0) for each in (correlated, sampled))
     for shape in ((0, 5), (5, 0), (0, 0)):
         assert all(found.shape == shape for found in run(np.zeros(shape)))
         for found in some(np.zeros(shape), np.zeros(3), np.zeros(2)):
@@ -91,7 +91,7 @@ def test_empty_images_have_empty_results_or_the_value_outside(backend: str) -> N
 
 def test_more_rows_than_the_image_has_are_beyond_its_end() -> None:
     x = image((3, 4))
-    mirrored, constant = gacompiler.compile(sampled)(x, np.zeros(4), np.zeros(3))
+    mirrored, constant = gacompiler.compile(sampled, effort=0)(x, np.zeros(4), np.zeros(3))
     for found, padded in ((mirrored, np.pad(x, 12, mode="reflect")), (constant, np.pad(x, 12, constant_values=7))):
         assert np.array_equal(found, correlation(padded, "mirror", 0)[12:20:2, 12:21:3])
 
@@ -113,7 +113,7 @@ def test_a_pixel_that_is_nan_changes_only_its_neighbours() -> None:
     x = image((9, 11))
     x[4, 5] = np.nan
     wanted = scipy.ndimage.correlate(np.isnan(x).astype(int), (WEIGHTS != 0).astype(int)) > 0
-    assert np.array_equal(np.isnan(gacompiler.compile(correlated)(x)[0]), wanted)
+    assert np.array_equal(np.isnan(gacompiler.compile(correlated, effort=0)(x)[0]), wanted)
 
 
 def test_windows_of_multivectors_rows_and_transposes() -> None:
@@ -125,7 +125,7 @@ def test_windows_of_multivectors_rows_and_transposes() -> None:
         return along, across, each(lambda row: row[1], window(transpose(points), (-1, 1), boundary="nearest"))
 
     x = image((5, 4, 3))
-    along, across, turned = gacompiler.compile(seconds)(x)
+    along, across, turned = gacompiler.compile(seconds, effort=0)(x)
     assert np.array_equal(along, np.roll(x, 1, 0) - 2 * x + np.roll(x, -1, 0))
     assert np.array_equal(across, np.roll(x, 1, 1) - 2 * x + np.roll(x, -1, 1))
     assert np.array_equal(turned, x.swapaxes(0, 1)[[1, 2, 3, 3]])
@@ -140,7 +140,7 @@ def test_windows_of_windows() -> None:
         return each(lambda a, b: 100 * a + b, near, further)
 
     x = np.arange(5.0)
-    assert np.array_equal(gacompiler.compile(far)(x), 100 * np.r_[x[1:], 5] + np.r_[x[3:], 5, 9, 9])
+    assert np.array_equal(gacompiler.compile(far, effort=0)(x), 100 * np.r_[x[1:], 5] + np.r_[x[3:], 5, 9, 9])
 
 
 @kernel(image=IMAGE, weights=IMAGE)
@@ -160,7 +160,7 @@ def energy(image, weights):
 
 @pytest.mark.parametrize("shape", [(4, 5), (1, 1), (2, 1)])
 def test_the_gradient_equals_finite_differences(shape: tuple[int, ...]) -> None:
-    run, gradient = gacompiler.compile(energy), gacompiler.compile(vjp(energy, "image"))
+    run, gradient = (gacompiler.compile(one, effort=0) for one in (energy, vjp(energy, "image")))
     random, step = np.random.default_rng(3), 1e-5
     x, w = random.normal(size=shape), random.normal(size=shape)
     _, found = gradient(x, w, 1.0)
@@ -187,10 +187,10 @@ def test_exponentials_of_differences_that_vanish_in_one_pixel_are_proved() -> No
 
 def test_loops_that_carry_values_are_not_split() -> None:
     """The borders of a split loop are computed before its interior."""
-    text = c_body("m", [], [compile_loops(smoothed).procedure])
+    text = c_body("m", [], [compile_loops(smoothed, effort=0).procedure])
     plain = text[text.index("void NAME(smoothed_within)") :]
     assert plain.count("GAC_WINDOWS(") == 1
-    assert "GAC_WINDOWS" not in c_body("m", [], [compile_loops(_sum_of_squares).procedure])
+    assert "GAC_WINDOWS" not in c_body("m", [], [compile_loops(_sum_of_squares, effort=0).procedure])
 
 
 @kernel(x=array(SCALAR, "n"))

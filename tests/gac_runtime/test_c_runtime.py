@@ -93,14 +93,14 @@ SIZES(FUNCTIONS)
 
 
 FEW_SIZES = (*range(1, 10), TILES - 1, TILES)
-"""The sizes with separate code, each remainder of the size of a vector, and the largest: they take seconds less."""
+"""The sizes with separate code, each remainder of the size of a vector, and the largest."""
 
 
 @needs_compiler
 @pytest.mark.parametrize(
     ("options", "sizes"),
     [
-        (("-O1",), FEW_SIZES),
+        (("-O0",), FEW_SIZES),
         (("-O0", "-DGAC_ONE_WIDTH"), range(1, TILES + 1)),
         pytest.param(("-O1",), range(1, TILES + 1), marks=pytest.mark.slow),
     ],

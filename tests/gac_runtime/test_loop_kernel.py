@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from backend_programs import extension_of, load_beside, write
+from loop_examples import EXAMPLES, NAMES, arguments, backwards, interpreted, loop_module, sources, squares
 from selection import some_slow
-from support.backend_programs import extension_of, load_beside, write
-from support.loop_examples import EXAMPLES, NAMES, arguments, backwards, interpreted, loop_module, sources, squares
 
 from gacompiler.backends.build import build_extension
 from gacompiler.gac_runtime.build import find_compiler

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gacompiler.errors import GacError, LayoutError
-from gacompiler.objects import CGA3, PGA3, build, constructors, direct, operators
+from gacompiler.objects import CGA3, PGA3, constructors, direct, operators
 
 RANDOM = np.random.default_rng(5)
 
@@ -36,7 +36,7 @@ CASES: dict[str, Callable[[], tuple[Callable[..., Any], tuple[Any, ...]]]] = {
 def at_once(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Compile at the second call, and forget it afterwards."""
     monkeypatch.setattr(constructors, "OFTEN", 2)
-    monkeypatch.setattr(operators, "_OPERATORS", {})  # `build` compiles what other tests have used, too
+    monkeypatch.setattr(operators, "_OPERATORS", {})  # so that `ready` does not wait for what other tests have used
     known = dict(constructors._DIRECT)
     constructors._DIRECT.clear()
     yield
@@ -44,12 +44,18 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     constructors._DIRECT.update(known)
 
 
+def ready() -> None:
+    """Wait for the C functions of all operations, which need no generated modules."""
+    for operator in operators.operators():
+        operator.wait()
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_compiled_constructors(name: str) -> None:
     for _ in range(3):
         construct, arguments = CASES[name]()
         construct(*arguments)
-    build()
+    ready()
     compiled = [each for each in constructors._DIRECT.values() if isinstance(each, tuple)]
     for _ in range(20):
         construct, arguments = CASES[name]()
@@ -66,7 +72,7 @@ def test_invalid_arguments_raise_the_errors_of_constructors() -> None:
     for _ in range(4):
         PGA3.motor([0, 0, 1], 0.5), PGA3.motor(PGA3.line([0, 0, 0], [0, 0, 1]), 0.5)
         PGA3.line([0, 0, 0], [0, 0, 1]), CGA3.sphere([0, 0, 0], 1.0)
-        build()
+        ready()
     screw = PGA3.line([0, 0, 0], [0, 0, 1]) + 2 * PGA3.e03
     for wrong in (
         lambda: PGA3.motor([0, 0, 0], 0.5), lambda: PGA3.motor(screw, 0.5), lambda: PGA3.motor(["a", 0, 1], 0.5),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import mpmath
@@ -29,6 +30,25 @@ ANGLES = {
 }
 
 
+@cache
+def frame(algebra: Algebra) -> Multivector:
+    """A rotor of a few planes, which moves bivectors out of the coordinate planes."""
+    found = algebra.scalar(mpmath.mpf(1))
+    for k, (i, j) in enumerate([(0, 2), (1, 3), (2, algebra.dimension - 1), (0, algebra.dimension - 1)]):
+        vectors = algebra.basis()
+        generator = (vectors[i] * vectors[j]).map(lambda value, k=k: value * mpmath.mpf(k + 1) / 7)  # type: ignore[misc]
+        found = exact_exp(generator) * found
+    return found
+
+
+def turn(algebra: Algebra, name: str, angle: Any) -> Multivector:
+    """The exponential of a multiple of a blade whose square is 1 or -1."""
+    blade = algebra.multivector({name: mpmath.mpf(1)})
+    if (blade * blade).scalar < 0:
+        return mpmath.cos(angle) + mpmath.sin(angle) * blade
+    return mpmath.cosh(angle) + mpmath.sinh(angle) * blade
+
+
 def exact_exp(x: Multivector) -> Multivector:
     term = total = x.algebra.scalar(mpmath.mpf(1))
     small = x.map(lambda value: value / 2**8)
@@ -40,24 +60,18 @@ def exact_exp(x: Multivector) -> Multivector:
     return total
 
 
-def turned(algebra: Algebra, x: Multivector) -> Multivector:
-    """Move a bivector out of the coordinate planes by the rotor of a few planes."""
-    for k, (i, j) in enumerate([(0, 2), (1, 3), (2, algebra.dimension - 1), (0, algebra.dimension - 1)]):
-        vectors = algebra.basis()
-        generator = (vectors[i] * vectors[j]).map(lambda value, k=k: value * mpmath.mpf(k + 1) / 7)  # type: ignore[misc]
-        rotor = exact_exp(generator)
-        x = (rotor * x * ~rotor).grade(2)
-    return x
-
-
 def example(signature: tuple[int, ...], angles: list[Any]) -> tuple[Any, Any]:
     """Return a bivector and its exponential as objects, both rounded from 40 digits."""
     with mpmath.workdps(40):
         algebra = Cl(*signature).algebra
         parts = {plane: mpmath.mpf(angle) / 2 for plane, angle in zip(PLANES, angles, strict=False)}
         known = {name: value for name, value in parts.items() if int(name[-1]) <= algebra.dimension}
-        b = turned(algebra, algebra.multivector(known))
-        return rounded(algebra, b, algebra.blades(2)), rounded(algebra, exact_exp(b), algebra.even.support)
+        versor = algebra.scalar(mpmath.mpf(1))
+        for name, value in known.items():
+            versor = versor * turn(algebra, name, value)
+        moved = frame(algebra)
+        b, versor = ((moved * x) * ~moved for x in (algebra.multivector(known), versor))
+        return rounded(algebra, b.grade(2), algebra.blades(2)), rounded(algebra, versor, algebra.even.support)
 
 
 def rounded(algebra: Algebra, x: Multivector, blades: Any) -> Any:

@@ -13,11 +13,13 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from compiled_once import compiled_once, let_commands_compile_once
+from example_kernels import move_point as moved
 from selection import some_slow
 
 import gacompiler
 from gacompiler import kernel, sandwich, sin
-from gacompiler.algebra.catalog import CGA3, PGA3, VGA2, VGA3
+from gacompiler.algebra.catalog import CGA3, VGA2, VGA3
 from gacompiler.cli import main
 from gacompiler.errors import KernelError
 from gacompiler.frontend.kernel import Kernel
@@ -30,11 +32,6 @@ from gacompiler.passes.interruption import interruptible, is_interrupted, report
 from gacompiler.passes.pipeline import INTERRUPTED, NO_SEARCH, compile_kernel
 
 EXAMPLE = Path(__file__).parents[1] / "support" / "example_kernels.py"
-
-
-@kernel(m=PGA3.MOTOR, p=PGA3.POINT)
-def moved(m: Any, p: Any) -> Any:
-    return sandwich(m, p)
 
 
 @kernel(m=VGA3.ROTOR, n=VGA3.ROTOR, v=VGA3.VECTOR)
@@ -72,7 +69,7 @@ def test_limits_of_work_end_a_search_and_not_the_compilation() -> None:
     "definition", some_slow([moved, circle, moved_twice], circle, moved_twice), ids=lambda each: each.name
 )
 def test_a_higher_level_never_costs_more_and_stores_the_same(definition: Kernel) -> None:
-    records = [compile_kernel(definition, forms=False, effort=level) for level in range(3)]
+    records = [compiled_once(definition, forms=False, effort=level) for level in range(3)]
     totals = [record.cost.total for record in records]
     assert totals == sorted(totals, reverse=True)
     assert totals[1] < totals[0]
@@ -81,10 +78,10 @@ def test_a_higher_level_never_costs_more_and_stores_the_same(definition: Kernel)
 
 
 def test_level_0_is_the_structure_of_the_author() -> None:
-    record = compile_kernel(moved, effort=0)
+    record = compiled_once(moved, effort=0)
     (only,) = record.candidates
     assert only is record.best and only.origin == "as written" and record.uniform == ()
-    assert only.cost == compile_kernel(moved, forms=False).candidates[0].cost
+    assert only.cost == compiled_once(moved, forms=False, effort=1).candidates[0].cost
     assert record.limits == (NO_SEARCH,)
 
 
@@ -119,7 +116,8 @@ def test_levels_are_cached_apart(tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 2
 
 
-def test_options_of_commands() -> None:
+def test_options_of_commands(monkeypatch: pytest.MonkeyPatch) -> None:
+    let_commands_compile_once(monkeypatch)
     runs = {
         level: CliRunner().invoke(main, ["show", f"{EXAMPLE}:move_point", "--effort", level, "--why"]).output
         for level in "01"
@@ -134,8 +132,8 @@ def test_progress_is_reported_for_each_better_candidate() -> None:
     texts: list[str] = []
     with reporting(texts.append):
         record = compile_kernel(moved, forms=False)
-    assert texts[0] == f"best so far: moved: {record.candidates[0].cost}"
-    assert texts[-1] == f"best so far: moved: {record.cost}"
+    assert texts[0] == f"best so far: move_point: {record.candidates[0].cost}"
+    assert texts[-1] == f"best so far: move_point: {record.cost}"
     compile_kernel(turned_in_the_plane)
     assert len(texts) == len(set(texts)), "nothing is reported afterwards"
 
@@ -165,7 +163,7 @@ def test_an_interrupt_keeps_the_best_result(tmp_path: Path) -> None:
         assert is_interrupted()
     assert signal.getsignal(signal.SIGINT) is before and not is_interrupted()
     assert INTERRUPTED in record.limits
-    best = compile_kernel(moved, forms=False).cost.total
+    best = compiled_once(moved, forms=False, effort=1).cost.total
     assert best <= compiled.source.cost.total <= record.candidates[0].cost.total
     assert not list(tmp_path.iterdir()), "an interrupted search is not cached"
 

@@ -28,7 +28,7 @@ from gacompiler import (
     right_contraction,
     scalar_product,
 )
-from gacompiler.algebra.catalog import CGA2, CGA3, PGA3, STA, VGA3, null_pairs, orthogonal
+from gacompiler.algebra.catalog import CGA3, PGA3, STA, VGA3, null_pairs, orthogonal
 from gacompiler.frontend.expression import Expression
 from gacompiler.passes.common_factors import without_common_factors
 from gacompiler.passes.expand import (
@@ -46,7 +46,7 @@ from gacompiler.passes.system import Definition, System
 from gacompiler.rings.polynomial import PolynomialRing
 
 CONTRACTIONS = (inner_product, hestenes_product, left_contraction, right_contraction, scalar_product)
-PLANE_POINT, POINT = CGA2.POINT, CGA3.POINT
+POINT = CGA3.POINT
 
 
 def products_of_blades(algebra: Algebra) -> list[tuple[Expression, Callable[[Expression], Expression | None]]]:
@@ -130,11 +130,6 @@ def test_every_polynomial_has_its_own_differences() -> None:
     assert shift_each(system("(x-y)*(x-y)")[0]) is None
 
 
-@kernel(a=PLANE_POINT, b=PLANE_POINT, c=PLANE_POINT)
-def squared_circle(a, b, c):  # type: ignore[no-untyped-def]
-    return norm_squared(a ^ b ^ c)
-
-
 @kernel(a=POINT, b=POINT, c=POINT, d=POINT)
 def squared_sphere(a, b, c, d):  # type: ignore[no-untyped-def]
     return norm_squared(a ^ b ^ c ^ d)
@@ -184,7 +179,6 @@ def dense_product(a, b):  # type: ignore[no-untyped-def]
 @pytest.mark.parametrize(
     ("definition", "mul", "add"),
     [
-        (squared_circle, 9, 9),
         (squared_sphere, 25, 33),
         (bracket, 22, 19),
         (fourth_power, 2, 1),

@@ -145,6 +145,10 @@ METRICS: dict[str, Callable[[], Algebra]] = {
 }
 
 
+SOME = some_slow(METRICS, *(METRICS.keys() - {"G(6,3) null", "G(8,2)", "G(8,8) null"}))
+"""Quick ones: an oblique metric, an orthogonal one, and the largest."""
+
+
 def test_creating_an_algebra_lists_no_blades() -> None:
     for algebra in (
         null_pairs(8),
@@ -158,7 +162,7 @@ def test_creating_an_algebra_lists_no_blades() -> None:
         assert len(algebra._names._spelled) <= 2 + comb(algebra.dimension, 1) + comb(algebra.dimension, 2)
 
 
-@pytest.mark.parametrize("metric", list(METRICS))
+@pytest.mark.parametrize("metric", SOME)
 def test_outer_product_of_vectors(metric: str) -> None:
     algebra = METRICS[metric]()
     vector, _ = typed(algebra)
@@ -168,7 +172,7 @@ def test_outer_product_of_vectors(metric: str) -> None:
     assert np.allclose(found(a, b), found.expected(minors(a, b)))
 
 
-@pytest.mark.parametrize("metric", list(METRICS))
+@pytest.mark.parametrize("metric", SOME)
 def test_bivectors_move_vectors(metric: str) -> None:
     """``[B, v] / 2`` of ``B = sum B_ij e_i ^ e_j`` is the matrix ``B G`` times v."""
     algebra = METRICS[metric]()
@@ -178,7 +182,7 @@ def test_bivectors_move_vectors(metric: str) -> None:
     assert np.allclose(found(b, v), antisymmetric(algebra.dimension, b) @ gram(algebra) @ v)
 
 
-@pytest.mark.parametrize("metric", some_slow(["G(6,3)", "G(6,3) null", "G(8,2) null"], "G(6,3)"))
+@pytest.mark.parametrize("metric", some_slow(["G(6,3) null", "G(8,2) null"], "G(8,2) null"))
 def test_bivectors_commute_as_matrices(metric: str) -> None:
     algebra = METRICS[metric]()
     _, bivector = typed(algebra)

@@ -18,7 +18,6 @@ from pathlib import Path
 from typing import Any
 
 import nbformat
-from nbclient import NotebookClient
 from PIL import Image
 
 ROOT = Path(__file__).parents[2]
@@ -63,6 +62,8 @@ def execute(path: Path) -> Any:
     nbclient.exceptions.CellExecutionError
         Where a cell raises.
     """
+    from nbclient import NotebookClient  # not where tests are collected
+
     notebook = nbformat.read(path, as_version=4)
     notebook.cells.insert(0, nbformat.v4.new_code_cell(_SETUP))
     client = NotebookClient(
