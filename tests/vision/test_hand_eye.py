@@ -154,9 +154,9 @@ def test_noise_of_either_end_of_motions_is_treated_equally() -> None:
 @pytest.mark.parametrize("whose", ["hand", "camera"])
 def test_the_source_of_noise_is_optional(whose: Any) -> None:
     rng = np.random.default_rng(23)
-    x, z, hands = poses(rng, 200), poses(rng, 200), poses(rng, 200, 10)
+    x, z, hands = poses(rng, 80), poses(rng, 80), poses(rng, 80, 10)
     eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None]
-    noise = poses(rng, 200, 10, angle=4e-3, length=1e-3)
+    noise = poses(rng, 80, 10, angle=4e-3, length=1e-3)
     if whose == "hand":
         hands = hands @ noise
     else:
