@@ -123,7 +123,7 @@ def test_continuous_measure() -> None:
         return float(np.exp(-(r**2) - frequency**2) * (means[0] - 2 * means[1] + 1))
 
     constant = scipy.integrate.quad(shell, -15, 4, limit=200)[0]
-    f = np.zeros((7, 7, 7, 8))
+    f = np.zeros((5, 5, 5, 8))
     scales = step ** np.arange(-16.0, 12)
     for count, bound in ((4, 0.02), (6, 0.002)):
         turns, weights = spread(count)

@@ -131,10 +131,10 @@ def test_bank_options() -> None:
 
 
 @pytest.mark.parametrize("kind", ["dual-tree", "gabor"])
-@pytest.mark.parametrize("size", [(50, 67), (2, 33, 20)])
+@pytest.mark.parametrize("size", [(26, 19), (2, 17, 20)])
 def test_pyramids_are_invertible(kind: str, size: tuple[int, ...]) -> None:
     image = normal(*size)
-    for levels in (0, 4):
+    for levels in (0, 2):
         pyramid = QuaternionPyramid(image, levels, kind)
         assert len(pyramid.detail) == levels
         assert np.abs(pyramid.inverse() - image).max() < (1e-13 if kind == "dual-tree" else 1e-9)
