@@ -291,18 +291,18 @@ def test_gaze_from_anywhere(count: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "fewest"), some_slow([("point", 1000), ("line", 1000), ("plane", 994)], ("plane", 994))
+    ("kind", "fewest"), [("point", 300), ("line", 300), ("plane", 296)]
 )
-def test_a_thousand_starts_of_an_arm(kind: str, fewest: int) -> None:
+def test_starts_of_an_arm(kind: str, fewest: int) -> None:
     """All six joints are up to 1 radian away. Few planes are missed, most of them from the other side."""
     rng = np.random.default_rng(5)
     robot = Robot.named("ur5")
-    goals = rng.uniform(-np.pi, np.pi, (1000, 6))
+    goals = rng.uniform(-np.pi, np.pi, (300, 6))
     elements = scene(rng, robot, goals, kind)
     mirror = {"mirror": 1.0} if kind == "point" else {}
     goal = IMAGES[kind](robot, goals, elements, **mirror).values
     tracker = Tracker(robot, gain=3.0, threshold=0.01, damping=0.05, **mirror)
-    reached, _ = converged(tracker, kind, goals + rng.uniform(-1, 1, (1000, 6)), elements, goal)
+    reached, _ = converged(tracker, kind, goals + rng.uniform(-1, 1, (300, 6)), elements, goal)
     assert reached.sum() >= fewest
 
 
@@ -315,8 +315,8 @@ def test_aim() -> None:
     )
     skew = pan_tilt_head(axes / np.linalg.norm(axes[:, :3], axis=1, keepdims=True), eye)
     for head in (pan_tilt_head(), skew):
-        aimed = rng.uniform([-2.8, -1.2], [2.8, 1.2], (200, 2))
-        points = pga3.move_point(head.forward(aimed), np.array([0.0, 0.0, 1.0]) * rng.uniform(0.5, 5, (200, 1)))
+        aimed = rng.uniform([-2.8, -1.2], [2.8, 1.2], (60, 2))
+        points = pga3.move_point(head.forward(aimed), np.array([0.0, 0.0, 1.0]) * rng.uniform(0.5, 5, (60, 1)))
         found = aim(head, points, near=aimed + 0.2 * rng.normal(size=aimed.shape))
         assert found.reached.all() and np.abs(found.q - aimed).max() < 1e-8
     simple = aim(pan_tilt_head(), [2.0, 0.5, 0.4])

@@ -372,7 +372,7 @@ def test_poses_that_are_not_finite_have_a_status() -> None:
 def test_configurations_next_to_singular_ones_are_among_the_branches() -> None:
     """A few of 1e5 random configurations are so close to a singularity that normal equations would be inaccurate."""
     arm, q = Robot.named("panda"), np.random.default_rng(12).uniform(-np.pi, np.pi, (100_000, 7))
-    q = q[np.abs(np.linalg.det(arm.jacobian(q)[..., :6])).argsort()[:1000]]
+    q = q[np.abs(np.linalg.det(arm.jacobian(q)[..., :6])).argsort()[:300]]
     found = arm.inverse(arm.forward(q), locked={6: q[:, 6]})
     away = np.abs((found.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(-1)
     assert np.where(found.valid, away, np.inf).min(-1).max() < 1e-6
@@ -414,7 +414,7 @@ def unit(rng: np.random.Generator, count: int) -> np.ndarray:
 
 def test_rotations_to_a_plane_and_to_a_sphere() -> None:
     rng = np.random.default_rng(15)
-    n = 2000
+    n = 500
     axis, through, p, centre, normal = (
         unit(rng, n),
         rng.normal(size=(n, 3)),
@@ -462,9 +462,9 @@ def test_rotations_about_two_axes() -> None:
 
 def test_intersections_of_ellipse_and_circle_agree_with_sampling() -> None:
     rng = np.random.default_rng(17)
-    p, s = rng.normal(size=(200, 2, 2)), 0.5 * rng.normal(size=(200, 2))
+    p, s = rng.normal(size=(100, 2, 2)), 0.5 * rng.normal(size=(100, 2))
     angles, imaginary = arms.turns_of_ellipse(p, s)
-    around = np.linspace(-pi, pi, 20_001)
+    around = np.linspace(-pi, pi, 10_001)
     samples = np.einsum("nij,jk->nik", p, np.array([np.cos(around), np.sin(around)])) + s[..., None]
     outside = np.linalg.norm(samples, axis=1) > 1
     crossings = np.sum(outside[:, 1:] != outside[:, :-1], -1)
