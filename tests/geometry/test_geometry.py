@@ -239,12 +239,12 @@ def test_every_pair_of_kinds_has_a_distance() -> None:
 def test_distances_are_least(kinds: tuple[str, str]) -> None:
     """Alternating projections from many points of both objects reach the distance and never a smaller one."""
     rng = np.random.default_rng(5)
-    n = 20
+    n = 10
     (one, samples, on_one), (two, others, on_two) = objects(kinds[0], n, rng), objects(kinds[1], n, rng)
     found = distance(kinds[0], one, kinds[1], two)
     close(distance(kinds[1], two, kinds[0], one), found, 1e-12)
     x = np.concatenate([samples, on_one(others)], 1)
-    for _ in range(300):
+    for _ in range(200):
         y = on_two(x)
         x = on_one(y)
     near = length(x - y).min(-1)
@@ -502,7 +502,7 @@ def test_fits_of_exact_points() -> None:
 def test_fits_of_noisy_points_are_least_squares() -> None:
     """scipy minimises the same sums from the true figures."""
     rng = np.random.default_rng(14)
-    for _ in range(10):
+    for _ in range(4):
         centre, normal, radius, _ = circles(1, rng)
         points = on_circle(centre, normal, radius, rng.uniform(0, 4, (1, 30)))[0] + 0.03 * rng.normal(size=(30, 3))
 

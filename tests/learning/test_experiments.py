@@ -14,7 +14,7 @@ from algorithms.learning.experiments import encoder, lorenz, moebius, placed, ta
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("seeds", [range(2), pytest.param(range(2, 10), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 10), marks=pytest.mark.slow)])
 def test_encoder(seeds: range) -> None:
     assert all(encoder(seed)[1] for seed in seeds)
 
