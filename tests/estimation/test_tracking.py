@@ -290,9 +290,7 @@ def test_gaze_from_anywhere(count: int) -> None:
     assert bad.status.tolist() == [4, 4, 3] and not bad.rates.any()
 
 
-@pytest.mark.parametrize(
-    ("kind", "fewest"), [("point", 300), ("line", 300), ("plane", 296)]
-)
+@pytest.mark.parametrize(("kind", "fewest"), [("point", 300), ("line", 300), ("plane", 296)])
 def test_starts_of_an_arm(kind: str, fewest: int) -> None:
     """All six joints are up to 1 radian away. Few planes are missed, most of them from the other side."""
     rng = np.random.default_rng(5)

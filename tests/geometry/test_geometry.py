@@ -36,6 +36,7 @@ from algorithms.geometry import (
 from algorithms.geometry.circles import nearest_angles
 from algorithms.geometry.pairs import ANGLES, DISTANCES, MEETS, PROJECTIONS
 from generated import cga2, cga3, pga3
+from tests.support.all_cases import all_cases
 
 RNG = np.random.default_rng(11)
 UP = np.array([0, 0, 40.0])
@@ -293,7 +294,7 @@ def test_angles_of_kinds() -> None:
     ).all()
 
 
-@pytest.mark.parametrize("kinds", [pair for pair in PAIRS if "point" not in pair[0]], ids=" ".join)
+@all_cases("kinds", [pair for pair in PAIRS if "point" not in pair[0]])
 def test_meets_lie_on_both(kinds: tuple[str, str]) -> None:
     """Objects through a common point meet there, and their intersection lies on both."""
     rng = np.random.default_rng(7)
@@ -644,7 +645,7 @@ BAD = (
 )
 
 
-@pytest.mark.parametrize("case", BAD, ids=lambda case: case[2][:24])
+@all_cases("case", BAD)
 def test_bad_input(case: Any) -> None:
     call, error, text = case
     with pytest.raises(error, match=text):

@@ -12,6 +12,7 @@ from algorithms.kinematics import Robot
 from algorithms.kinematics.denavit_hartenberg import Joint
 from algorithms.kinematics.inverse import Solutions, Status, elbow_angle
 from generated import arms, pga3
+from tests.support.all_cases import all_cases
 
 Rows = list[dict[str, Any]]
 QUARTER, SLIDE = pi / 2, "prismatic"
@@ -320,10 +321,8 @@ def test_singular_poses_are_flagged_and_solved(rows: Rows, q: list[float]) -> No
     assert np.abs(pose_by_matrices(rows, found.q[found.valid]) - pose).max() < 1e-10
 
 
-@pytest.mark.parametrize(
-    ("rows", "joint", "value"), [(PUMA560, 4, 0.0), (UR5, 4, 0.0), (UR5, 2, 0.0), (STANFORD, 4, pi)]
-)
-@pytest.mark.parametrize("away", [0.0, 1e-14, 1e-10, 1e-8, 1e-7, 1e-6, 1e-4])
+@all_cases("rows, joint, value", [(PUMA560, 4, 0.0), (UR5, 4, 0.0), (UR5, 2, 0.0), (STANFORD, 4, pi)])
+@all_cases("away", [0.0, 1e-14, 1e-10, 1e-8, 1e-7, 1e-6, 1e-4])
 def test_near_singular_poses_are_reached(rows: Rows, joint: int, value: float, away: float) -> None:
     q = configurations(rows, 300, 18)
     q[:, joint] = value + away

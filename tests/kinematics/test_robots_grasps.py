@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from algorithms.kinematics.grasps import grasp
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 RNG = np.random.default_rng(0)
 
@@ -54,8 +55,8 @@ def test_a_flag_determines_the_motor() -> None:
             assert same(pga3.move_line(one, ln), moved[1]) < 1e-9 and same(pga3.move_plane(one, h), moved[2]) < 1e-9
 
 
-@pytest.mark.parametrize(
-    ("kinds", "freedoms"),
+@all_cases(
+    "kinds, freedoms",
     [
         ("x", 3),
         ("l", 2),

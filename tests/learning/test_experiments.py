@@ -10,6 +10,7 @@ import pytest
 
 from algorithms.learning import Algebra
 from algorithms.learning.experiments import encoder, lorenz, moebius, placed, taken, trained
+from tests.support.all_cases import all_cases
 
 ROOT = Path(__file__).parents[2]
 
@@ -29,8 +30,8 @@ def test_complex_network_learns_a_moebius_map() -> None:
     assert error < 0.02 and count == 62
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 5, 9])
-@pytest.mark.parametrize("name", ["R", "C", "G(3)"])
+@all_cases("count", [1, 2, 3, 5, 9])
+@all_cases("name", ["R", "C", "G(3)"])
 def test_placed_numbers_are_taken_again(name: str, count: int) -> None:
     values = np.random.default_rng(0).normal(size=(4, count))
     assert np.array_equal(taken(placed(values, Algebra.of(name)), count, Algebra.of(name)), values)

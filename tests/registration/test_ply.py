@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from algorithms.registration import Ply, read_ply
+from tests.support.all_cases import all_cases
 
 FORMS = ["ascii", "binary_little_endian", "binary_big_endian"]
 HEADER = """ply
@@ -118,8 +119,8 @@ def test_every_truncated_file_is_refused(form: str, tmp_path: Path) -> None:
             read_ply(path)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
+@all_cases(
+    "text, message",
     [
         ("", "line 1: ''; expected 'ply'"),
         ("OFF\n", "line 1: 'OFF'; expected 'ply'"),

@@ -10,6 +10,7 @@ import pytest
 from scipy import ndimage
 
 from algorithms.shapes import SegmentStatus, segment
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 
@@ -59,8 +60,8 @@ def test_types_and_automatic_seed(kind: type) -> None:
     assert dice(whole, volume > 50) > 0.95
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
+@all_cases(
+    "change, message",
     [
         ({"seed": (99, 0, 0)}, "outside"),
         ({"seed": (1, 2)}, "expected 3 indices"),

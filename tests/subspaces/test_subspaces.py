@@ -32,6 +32,7 @@ from gacompiler.algebra import duality, factorization, versors
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA3, STA, orthogonal
 from gacompiler.algebra.multivector import Multivector
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(20)
 
@@ -67,7 +68,7 @@ def relative(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.max(np.abs(a - b)) / np.max(np.abs(b)))
 
 
-@pytest.mark.parametrize("n", range(1, 11))
+@all_cases("n", range(1, 11))
 def test_coefficients_are_minors(n: int) -> None:
     for k in range(n + 1):
         rows = RANDOM.normal(size=(3, k, n))
@@ -435,7 +436,7 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("name", BAD)
+@all_cases("name", BAD)
 def test_bad_arguments_are_named(name: str) -> None:
     call, kind, words = BAD[name]
     with pytest.raises(kind, match=words):

@@ -6,6 +6,7 @@ from rig_scenes import motor
 
 from algorithms.vision import Camera, DegenerateError, Distortion, rectify
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 LENS = Distortion("brown", (-0.2, 0.05, 1e-3, -2e-3))
 FIRST = Camera.from_intrinsics((800.0, 790.0), (640, 400), distortion=LENS)
@@ -21,10 +22,8 @@ def points(seed):
     return np.c_[rng.uniform(-1, 1, (60, 2)), rng.uniform(4, 8, 60)]
 
 
-@pytest.mark.parametrize("lens", [None, Distortion("fisheye", (0.01, -0.002))])
-@pytest.mark.parametrize(
-    "shift", [(1.0, 0.1, 0.2), (-1.0, 0.0, 0.1), (0.1, 1.0, 0.0), (1e-3, 1e-4, 0), (4e3, 0, 500.0)]
-)
+@all_cases("lens", [None, Distortion("fisheye", (0.01, -0.002))])
+@all_cases("shift", [(1.0, 0.1, 0.2), (-1.0, 0.0, 0.1), (0.1, 1.0, 0.0), (1e-3, 1e-4, 0), (4e3, 0, 500.0)])
 def test_rows_are_equal_and_pixels_are_those_of_the_new_cameras(shift, lens):
     second, scale = other(shift, lens=lens), np.linalg.norm(shift)
     found = rectify(FIRST, second, SIZE, second_size=(640, 480))

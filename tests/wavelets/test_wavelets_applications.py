@@ -17,6 +17,7 @@ from algorithms.wavelets import (
     similarity_distance,
     texture_features,
 )
+from tests.support.all_cases import all_cases
 
 TEXTURES = ("brick", "grass", "gravel")
 
@@ -234,8 +235,8 @@ def test_noise_is_estimated_and_removed() -> None:
     assert denoise(np.arange(64).reshape(8, 8), 1).shape == (8, 8)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda f: similarity_distance(f, f[:-1], [(0, 0)]), "second: shape .*expected that of the other image"),
         (lambda f: similarity_distance(f, f * np.nan, [(0, 0)]), "second: a number is not finite"),

@@ -19,6 +19,7 @@ from algorithms.wavelets import (
     sphere_wavelet,
 )
 from generated import cga3, vga2, vga3
+from tests.support.all_cases import all_cases
 
 
 def turns(count: int) -> np.ndarray:
@@ -196,8 +197,8 @@ def test_wavelets_on_the_sphere_preserve_the_norm_and_are_equivariant() -> None:
     assert np.abs(first - second).max() < 1e-12 * np.abs(first).max()
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda f: clifford_wavelet_nd(f[..., :3], [1.0], np.eye(2)), "field: shape .*n = 2, 3 or 6 dimensions"),
         (lambda f: clifford_wavelet_nd(f, [1.0], 2 * np.eye(2)), "turns: not orthogonal"),

@@ -15,6 +15,7 @@ from algorithms.wavelets import (
     similarity_versor,
 )
 from generated import cga2, cga3, vga2, vga3
+from tests.support.all_cases import all_cases
 
 ROTOR = vga3.rotor_from_rotation_vector(np.array([0.3, -0.5, 0.7]))
 IDENTITY = np.eye(16)[0]
@@ -212,8 +213,8 @@ def test_fields_are_reconstructed(dimension: int) -> None:
     assert single.field.shape == field.shape
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda f, x: conformal_wavelet(f, x[:-1], IDENTITY), r"points: shape \(9, 3\); expected \(10, 3\)"),
         (lambda f, x: conformal_wavelet(f, x * np.inf, IDENTITY), "points: a number is not finite"),

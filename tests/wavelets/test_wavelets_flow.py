@@ -14,6 +14,7 @@ from selection import some_slow
 from algorithms.wavelets import optical_flow
 from algorithms.wavelets.separable import gabor_rows, half_taps, sampled_rows
 from generated import filters, images
+from tests.support.all_cases import all_cases
 
 data = pytest.importorskip("skimage.data")
 
@@ -212,8 +213,8 @@ def test_workers_change_nothing_and_progress_is_reported() -> None:
     assert reported == [(k, 28) for k in range(1, 29)]
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda x: optical_flow(x, x[:-1]), r"second: shape \(39, 50\); expected that of the first image"),
         (lambda x: optical_flow(x, x * np.nan), "second: a number is not finite"),

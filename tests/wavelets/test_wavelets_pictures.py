@@ -31,6 +31,7 @@ from algorithms.wavelets.pictures import (
     draw_spectrum,
     draw_textures,
 )
+from tests.support.all_cases import all_cases
 
 
 def normal(*shape: int, seed: int = 0) -> np.ndarray:
@@ -131,8 +132,8 @@ def test_denoised_and_textures(tmp_path: Path) -> None:
     saved(figure, tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda f: draw_spectrum(f), "spectrum: shape"),
         (lambda f: draw_phases(np.full((3, 4, 4), np.nan)), "q: a number is not finite"),
