@@ -44,11 +44,11 @@ def compare(system: Mamdani, inputs: np.ndarray, method: str) -> int:
 @pytest.mark.parametrize("method", METHODS)
 def test_random_rule_bases_agree_with_numpy(method: str, implication: str) -> None:
     compared = 0
-    for seed in range(8):
+    for seed in range(4):
         rng = np.random.default_rng(seed)
         system = on_own_places(rng, random_rule_base(rng, method, implication=implication))
         compared += compare(system, random_inputs(rng, system, 8), method)
-    assert compared > 40
+    assert compared > 20
 
 
 @pytest.mark.parametrize("method", METHODS)

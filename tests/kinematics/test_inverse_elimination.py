@@ -50,7 +50,7 @@ ARMS = {
 def test_all_branches(name: str) -> None:
     rows = ARMS[name]
     slides = np.array([row.get("kind") == "prismatic" for row in rows])
-    q = np.random.default_rng(3).uniform(-pi, pi, (60 if name == "sixteen" else 20, 6))
+    q = np.random.default_rng(3).uniform(-pi, pi, (60 if name == "sixteen" else 12, 6))
     q[:, slides] /= pi
     poses = pose_by_matrices(rows, q)
     found = Robot.from_dh(rows).inverse(poses)

@@ -16,7 +16,7 @@ from tests.support.all_cases import all_cases
 
 Rows = list[dict[str, Any]]
 QUARTER, SLIDE = pi / 2, "prismatic"
-POSES = 2000
+POSES = 800
 
 PUMA560: Rows = [
     {"d": 0.67183, "alpha": QUARTER},

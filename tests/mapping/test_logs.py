@@ -131,7 +131,7 @@ def test_memory_does_not_grow_with_the_log() -> None:
         return found
 
     peak(10)
-    assert peak(3000) < peak(100) + 20_000
+    assert peak(1000) < peak(100) + 20_000
 
 
 def test_graph_of_killian_court() -> None:

@@ -33,13 +33,13 @@ def errors(found: Match, truth: Reals) -> tuple[float, float]:
 def test_rooms_with_boxes(rng: np.random.Generator, n: int) -> None:
     """Motions of about a metre and 16 degrees are found without a prior."""
     found = []
-    for _ in range(12):
+    for _ in range(8):
         walls = room(rng, 12)
         a, b = pair(rng, walls)
         m = match_scans(scan_at(rng, walls, a, n=n), scan_at(rng, walls, b, n=n))
         found.append((*errors(m, motion(a, b)), m.status))
     good = [shift < 0.1 and turn < 1 for shift, turn, _ in found]
-    assert sum(good) >= 11
+    assert sum(good) >= 7
     assert all(ok for ok, (_, _, status) in zip(good, found, strict=True) if status is MappingStatus.OK)
 
 

@@ -91,7 +91,7 @@ def test_shifts_of_rough_textures_are_not_drawn_to_whole_pixels(power: float, mo
         part = texture[32 - down : 32 - down + fine * size, 32 - right : 32 - right + fine * size]
         return np.asarray(part.reshape(size, fine, size, fine).mean((1, 3)))
 
-    for right, down in ((1, 2), (3, -6), (9, 7)):
+    for right, down in ((1, 2), (9, -7)):
         shifts = nearest_shifts(seen(0, 0), seen(right, down), right / fine, down / fine)
         for found, true in zip(shifts, (right / fine, down / fine), strict=True):
             assert np.median(found) == pytest.approx(true, abs=most)

@@ -46,6 +46,7 @@ def shown(figure: Any, panel: int = 0) -> np.ndarray:
 
 def saved(figure: Any, path: Path) -> None:
     """The figure can be saved and does not have a single colour."""
+    figure.set_layout_engine("none")  # which takes longer than drawing
     figure.savefig(path / "figure.png", dpi=40)
     with Image.open(path / "figure.png") as image:
         assert len(set(image.convert("L").resize((100, 100)).tobytes())) > 10
