@@ -93,8 +93,17 @@ class Keyframes:
 
     def parts(self, rows: Reals, origin: int) -> list[Surface]:
         """Return the surfaces of some poses, each in the frame of the pose `origin`."""
-        motors = relative(self.motors[origin], self.motors[rows])
-        return [self.surfaces[row].moved(motor) for row, motor in zip(rows, motors, strict=True)]
+        if not len(rows):
+            return []
+        # All points in one call, which takes less time than a call for each surface.
+        chosen = [self.surfaces[row] for row in rows]
+        counts = [len(each.points) for each in chosen]
+        whole = Surface(*(np.concatenate(each) for each in zip(*((x.points, x.normals) for x in chosen), strict=True)))
+        moved = whole.moved(np.repeat(relative(self.motors[origin], self.motors[rows]), counts, axis=0))
+        ends = np.cumsum(counts)[:-1]
+        return [
+            Surface(*each) for each in zip(np.split(moved.points, ends), np.split(moved.normals, ends), strict=True)
+        ]
 
     def optimise(self) -> OptimisedPoses:
         """Make the poses agree with all measured motions."""

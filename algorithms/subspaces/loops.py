@@ -176,7 +176,7 @@ def _jacobi(work: Any, other: Any, b: int) -> float:
     return determinant
 
 
-@njit(**_COMPILED)
+@njit(**_INLINED)
 def _length(rows: Any, e: int, i: int) -> float:
     total = 0.0
     for j in range(rows.shape[2]):
@@ -184,124 +184,118 @@ def _length(rows: Any, e: int, i: int) -> float:
     return np.sqrt(total)  # type: ignore[no-any-return]
 
 
-@njit(**_INLINED)
-def join_one(
-    e: int, one: Any, two: Any, a: int, b: int, tolerance: float, work: Any, mixed: Any, r: Any, added: Any, met: Any
-) -> tuple[int, float]:
-    """Compute join and meet of two subspaces with orthonormal rows `one` and `two`.
+@njit(**_COMPILED)
+def _reorthogonalize(added: Any, e: int, s: int, one: Any, a: int) -> None:
+    """Make a unit row orthogonal to `one` and to the rows above it once more."""
+    _project_out(added, e, s, one, e, a)
+    _project_out(added, e, s, added, e, s)
+    length = _length(added, e, s)
+    for j in range(added.shape[2]):
+        added[e, s, j] /= length
+
+
+@njit(**_COMPILED)
+def join_batch(one: Any, two: Any, tolerance: float, ranks: Any, factors: Any, added: Any, met: Any) -> None:
+    """Compute joins and meets of subspaces with orthonormal rows `one` and `two`.
 
     The number of directions of `two` outside `one` is the number of principal angles whose sines exceed the tolerance.
     These sines are the singular values of the rest of `two` after projecting out `one`. Pivoted QR decomposition bounds
     them from below, by ``3 / sqrt(4**r + 6 r - 1)`` times the last pivot (Lawson & Hanson 1974, ch. 6), and from above,
     by the norm of the remainder. If the bounds are inconclusive, Jacobi rotations decide.
 
-    Return the number of rows in `added` and a factor. If ``c`` is the factor times the outer product of `added`, then
-    ``join = one ^ c`` and ``two = meet ^ c``, up to components in `one`. `met` receives the rows of the meet.
+    `ranks` receives the numbers of rows in `added`, and `factors` a factor. If ``c`` is the factor times the outer
+    product of `added`, then ``join = one ^ c`` and ``two = meet ^ c``, up to components in `one`. `met` receives the
+    rows of the meet.
     """
-    n = one.shape[2]
-    for i in range(b):
-        for j in range(n):
-            work[0, i, j] = two[e, i, j]
-            mixed[0, i, j] = two[e, i, j]
-        _project_out(work, 0, i, one, e, a)
-    factor, rank, left, power = 1.0, 0, 0.0, 1.0
-    for s in range(b):
-        longest, at, left = -1.0, s, 0.0
-        for i in range(s, b):
-            length = 0.0
-            for j in range(n):
-                length += work[0, i, j] * work[0, i, j]
-            left += length
-            if length > longest:
-                longest, at = length, i
-        left = np.sqrt(left)
-        if longest <= tolerance * tolerance:
-            break
-        if at != s:
-            _swap(work, s, at)
-            _swap(mixed, s, at)
-            for h in range(s):
-                r[h, s], r[h, at] = r[h, at], r[h, s]
-            factor = -factor
-        longest = np.sqrt(longest)
-        reciprocal = 1.0 / longest
-        for j in range(n):
-            added[e, s, j] = work[0, s, j] * reciprocal
-        if longest < REORTHOGONALIZE:
-            _project_out(added, e, s, one, e, a)
-            _project_out(added, e, s, added, e, s)
-            again = _length(added, e, s)
-            for j in range(n):
-                added[e, s, j] /= again
-        r[s, s] = longest
-        for i in range(s + 1, b):
-            dot = 0.0
-            for j in range(n):
-                dot += added[e, s, j] * work[0, i, j]
-            r[s, i] = dot
-            for j in range(n):
-                work[0, i, j] -= dot * added[e, s, j]
-        rank += 1
-        power *= 4.0
-        left = 0.0
-    least = r[rank - 1, rank - 1] * 3.0 / np.sqrt(power + 6.0 * rank - 1.0) if rank else 2.0
-    if least > tolerance and left <= min(tolerance, ROUNDING):
-        for s in range(rank):
-            factor *= r[s, s]
-        # vectors of `two` that lie in `one`: mixed[rank:] - X mixed[:rank] with R11 X = R12, column by column
-        for i in range(rank, b):
-            for j in range(n):
-                met[e, i - rank, j] = mixed[0, i, j]
-            for s in range(rank - 1, -1, -1):
-                x = r[s, i]
-                for h in range(s + 1, rank):
-                    x -= r[s, h] * r[h, b]
-                x /= r[s, s]
-                r[s, b] = x
-                for j in range(n):
-                    met[e, i - rank, j] -= x * mixed[0, s, j]
-        factor *= orthonormalize(met, e, b - rank)
-    else:
+    a, n = one.shape[1], one.shape[2]
+    b = two.shape[1]
+    work, mixed, r = np.empty((1, b, n)), np.empty((1, b, n)), np.zeros((b + 1, b + 1))
+    for e in range(len(one)):
         for i in range(b):
             for j in range(n):
                 work[0, i, j] = two[e, i, j]
                 mixed[0, i, j] = two[e, i, j]
             _project_out(work, 0, i, one, e, a)
-            _project_out(work, 0, i, one, e, a)
-        factor = _jacobi(work, mixed, b)
-        rank = 0
+        factor, rank, left, power = 1.0, 0, 0.0, 1.0
         for s in range(b):
-            length = _length(work, 0, s)
-            if length <= tolerance:
+            longest, at, left = -1.0, s, 0.0
+            for i in range(s, b):
+                length = 0.0
+                for j in range(n):
+                    length += work[0, i, j] * work[0, i, j]
+                left += length
+                if length > longest:
+                    longest, at = length, i
+            left = np.sqrt(left)
+            if longest <= tolerance * tolerance:
                 break
+            if at != s:
+                _swap(work, s, at)
+                _swap(mixed, s, at)
+                for h in range(s):
+                    r[h, s], r[h, at] = r[h, at], r[h, s]
+                factor = -factor
+            longest = np.sqrt(longest)
+            reciprocal = 1.0 / longest
             for j in range(n):
-                added[e, s, j] = work[0, s, j] / length
-            _project_out(added, e, s, one, e, a)
-            _project_out(added, e, s, added, e, s)
-            again = _length(added, e, s)
-            for j in range(n):
-                added[e, s, j] /= again
-            factor *= length
+                added[e, s, j] = work[0, s, j] * reciprocal
+            if longest < REORTHOGONALIZE:
+                _reorthogonalize(added, e, s, one, a)
+            r[s, s] = longest
+            for i in range(s + 1, b):
+                dot = 0.0
+                for j in range(n):
+                    dot += added[e, s, j] * work[0, i, j]
+                r[s, i] = dot
+                for j in range(n):
+                    work[0, i, j] -= dot * added[e, s, j]
             rank += 1
+            power *= 4.0
+            left = 0.0
+        least = r[rank - 1, rank - 1] * 3.0 / np.sqrt(power + 6.0 * rank - 1.0) if rank else 2.0
+        if least > tolerance and left <= min(tolerance, ROUNDING):
+            for s in range(rank):
+                factor *= r[s, s]
+            # vectors of `two` that lie in `one`: mixed[rank:] - X mixed[:rank] with R11 X = R12, column by column
+            for i in range(rank, b):
+                for j in range(n):
+                    met[e, i - rank, j] = mixed[0, i, j]
+                for s in range(rank - 1, -1, -1):
+                    x = r[s, i]
+                    for h in range(s + 1, rank):
+                        x -= r[s, h] * r[h, b]
+                    x /= r[s, s]
+                    r[s, b] = x
+                    for j in range(n):
+                        met[e, i - rank, j] -= x * mixed[0, s, j]
+            factor *= orthonormalize(met, e, b - rank)
+        else:
+            for i in range(b):
+                for j in range(n):
+                    work[0, i, j] = two[e, i, j]
+                    mixed[0, i, j] = two[e, i, j]
+                for _ in range(2):
+                    _project_out(work, 0, i, one, e, a)
+            factor = _jacobi(work, mixed, b)
+            rank = 0
+            for s in range(b):
+                length = _length(work, 0, s)
+                if length <= tolerance:
+                    break
+                for j in range(n):
+                    added[e, s, j] = work[0, s, j] / length
+                _reorthogonalize(added, e, s, one, a)
+                factor *= length
+                rank += 1
+            for i in range(rank, b):
+                for j in range(n):
+                    met[e, i - rank, j] = mixed[0, i, j]
+        if rank * (b - rank) & 1:
+            factor = -factor
         for i in range(rank, b):
             for j in range(n):
-                met[e, i - rank, j] = mixed[0, i, j]
-    if rank * (b - rank) & 1:
-        factor = -factor
-    for i in range(rank, b):
-        for j in range(n):
-            added[e, i, j] = 0.0
-    for i in range(b - rank, met.shape[1]):
-        for j in range(n):
-            met[e, i, j] = 0.0
-    return rank, factor
-
-
-@njit(**_COMPILED)
-def join_batch(one: Any, two: Any, tolerance: float, rank: Any, factor: Any, added: Any, met: Any) -> None:
-    """Apply `join_one` to each element."""
-    a, n = one.shape[1], one.shape[2]
-    b = two.shape[1]
-    work, mixed, r = np.empty((1, b, n)), np.empty((1, b, n)), np.zeros((b + 1, b + 1))
-    for e in range(len(one)):
-        rank[e], factor[e] = join_one(e, one, two, a, b, tolerance, work, mixed, r, added, met)
+                added[e, i, j] = 0.0
+        for i in range(b - rank, met.shape[1]):
+            for j in range(n):
+                met[e, i, j] = 0.0
+        ranks[e], factors[e] = rank, factor

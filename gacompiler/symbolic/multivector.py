@@ -373,4 +373,5 @@ def _named(value: Any) -> bool:
 
 def _acts(other: Any) -> bool:
     """Return whether `other` is an operator on fields, whose own methods define sums and products."""
-    return getattr(other, "acts_on_fields", False) is True
+    # Of the class: for an instance of a multivector without it, similar names of methods would be searched for.
+    return getattr(type(other), "acts_on_fields", False) is True

@@ -241,14 +241,14 @@ class TestCurvilinear:
             chart.components(curl)
 
 
-@pytest.mark.parametrize("algebra", [VGA2, STA, OBLIQUE, CGA2], ids=lambda algebra: algebra.name)
+@pytest.mark.parametrize("algebra", [STA, OBLIQUE, CGA2], ids=lambda algebra: algebra.name)
 def test_operators_in_any_signature(algebra: Algebra) -> None:
     chart = cartesian(algebra, " ".join(f"x{k}" for k in range(algebra.dimension)))
     field = multivector(
         algebra,
         {
             algebra.spelling(blade)[1]: sympy.Function(f"F{blade}")(*chart.parameters)
-            for blade in algebra.blades(0, 1, 2)[:: 1 if algebra.dimension < 4 else 3]
+            for blade in algebra.blades(0, 1, 2)[::3]
         },
     )
     derivative = chart.derivative(field)

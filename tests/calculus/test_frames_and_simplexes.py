@@ -17,9 +17,10 @@ from algorithms.calculus import (
     reciprocal_frame,
 )
 from algorithms.subspaces import Blade, outer_product
+from tests.support.all_cases import all_cases
 
 
-@pytest.mark.parametrize(("k", "n"), [(1, 1), (1, 3), (2, 3), (3, 3), (2, 5), (4, 6), (8, 8), (3, 12)])
+@all_cases("k, n", [(1, 1), (1, 3), (2, 3), (3, 3), (2, 5), (4, 6), (8, 8), (3, 12)])
 def test_reciprocal_frames(k: int, n: int) -> None:
     rng = np.random.default_rng(k)
     frame = rng.normal(size=(40, k, n)) * 10.0 ** rng.uniform(-9, 9, (40, k, 1))

@@ -11,6 +11,7 @@ import pytest
 
 from algorithms.calculus import FUNCTIONS, multivector_function
 from generated import vga3
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 EXACT = {
@@ -31,7 +32,7 @@ def inside(name: str) -> tuple[float, float]:
     }.get(name, (-3, 3))  # fmt: skip
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+@all_cases("name", FUNCTIONS)
 def test_numbers(name: str) -> None:
     """In 40 digits: the derivative, the values of two real numbers, the complex value."""
     low, high = inside(name)
@@ -69,7 +70,7 @@ def direction() -> tuple[Array, Any, list[Any]]:
         return x, values, [vectors[:, k] * one[k] for k in range(8)]
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+@all_cases("name", FUNCTIONS)
 def test_multivectors_of_space(name: str) -> None:
     """A function of ``x`` in 30 digits by the eigenvectors of the matrix that multiplies by ``x``."""
     low, high = inside(name)

@@ -20,7 +20,7 @@ def test_end_effector_is_found_while_the_robot_moves(name: str) -> None:
     rng = np.random.default_rng(8)
     robot = Robot.named(name)
     t, squares = 25, []
-    for _ in range(20):
+    for _ in range(10):
         q = rng.uniform(-1, 1, robot.n_joints) + np.linspace(0, 1, t)[:, None] * rng.uniform(-1, 1, robot.n_joints)
         first = np.diag([0.17**2] * 3 + [0.05**2] * 3)
         x = np.sqrt(np.diag(first)) * rng.normal(size=6)

@@ -146,8 +146,8 @@ def test_steady_state_solves_the_riccati_equation(p: Problem) -> None:
 
 
 def test_innovations_have_their_covariance(rng: np.random.Generator) -> None:
-    """Squared innovations and errors of 300 filters, run as one batch, are in the 95 % band."""
-    p, n_runs, t = PROBLEMS[1], 300, 30
+    """Squared innovations and errors of 120 filters, run as one batch, are in the 95 % band."""
+    p, n_runs, t = PROBLEMS[1], 120, 30
     truths, measurements = (np.array(x) for x in zip(*(simulated(rng, p, t) for _ in range(n_runs)), strict=True))
     found = KalmanFilter(np.zeros((n_runs, 4)), *p[1:]).run(measurements)
     assert found.states.shape == (n_runs, t, 4)

@@ -62,7 +62,7 @@ def test_rows_of_a_line_are_its_motion(rng: np.random.Generator) -> None:
     assert np.linalg.matrix_rank(np.concatenate([rows, motion]), tol=1e-9) == 4
 
 
-@pytest.mark.parametrize("n_runs", some_slow([200, 1000], 1000))
+@pytest.mark.parametrize("n_runs", some_slow([100, 1000], 1000))
 def test_innovations_and_errors_have_their_covariance(rng: np.random.Generator, n_runs: int) -> None:
     """Normalised errors and innovations of all runs are in the 95 % band of their chi-square distributions."""
     n_lines, n_steps = 5, 2
@@ -218,7 +218,7 @@ def test_long_recording_remains_a_unit_motor(rng: np.random.Generator) -> None:
 
 def test_points_and_planes(rng: np.random.Generator) -> None:
     squares = {"points": [], "planes": []}  # type: dict[str, list[float]]
-    for _ in range(200):
+    for _ in range(80):
         start = motor(rng)
         truth = disturbed(rng, start, NEAR)
         f = MotorFilter(start, NEAR)
@@ -348,7 +348,7 @@ def test_contradiction_is_reported(rng: np.random.Generator) -> None:
 def test_constant_twist(rng: np.random.Generator) -> None:
     """The twist of a screw motion is found from lines, and the error of both is as large as predicted."""
     squares = []
-    for _ in range(20):
+    for _ in range(10):
         start, twist = motor(rng), 0.3 * rng.normal(size=6)
         f = MotorFilter(start, NEAR, model="constant twist", twist_covariance=0.25)
         truth = disturbed(rng, start, NEAR)
@@ -368,7 +368,7 @@ def test_constant_twist(rng: np.random.Generator) -> None:
 def test_linear_filter_of_the_book(rng: np.random.Generator) -> None:
     """It converges, and its errors are larger than those of the error-state filter on the same lines."""
     ours, theirs = [], []
-    for _ in range(40):
+    for _ in range(20):
         start = motor(rng)
         truth = disturbed(rng, start, NEAR)
         f, g = MotorFilter(start, NEAR), LinearMotorFilter(start, np.eye(8) * 0.1)

@@ -297,14 +297,14 @@ def test_linear_measurements_lose_nothing() -> None:
 
 def test_window_is_near_the_batch() -> None:
     """With rotations, the last state is within a hundredth of its deviation of the batch."""
-    truth, motions, places = walk(40, 3)
+    truth, motions, places = walk(24, 3)
     smoother = MotorSmoother(8.5)
     assert run(smoother, truth, motions, places, 3) == SmoothingStatus.OK
     graph = MotorGraph()
     graph.add_priors(0, truth[0], DEVIATIONS**2)
-    graph.add_motions(np.arange(39), np.arange(1, 40), motions, DEVIATIONS**2)
-    graph.add_positions(np.arange(40), places, np.full(3, 0.01))
-    batch = smooth_motors(graph, truth, marginals=[39])
+    graph.add_motions(np.arange(23), np.arange(1, 24), motions, DEVIATIONS**2)
+    graph.add_positions(np.arange(24), places, np.full(3, 0.01))
+    batch = smooth_motors(graph, truth, marginals=[23])
     off = matrix_logarithm(np.linalg.inv(matrices(batch.motors[-1])) @ matrices(smoother.motors[-1]))
     assert (np.abs(off) < 0.01 * np.sqrt(np.diag(batch.covariances[0]))).all()
     assert smoother.found is not None

@@ -14,6 +14,7 @@ from scipy.stats import chi2
 from algorithms.arguments import Reals
 from algorithms.estimation import MotorGraph, SmoothingStatus, preintegrate, smooth_motors
 from generated import motor_graphs, pga3
+from tests.support.all_cases import all_cases
 
 ONE = np.eye(8)[0]
 DEVIATIONS = np.array([0.02] * 3 + [0.05] * 3)
@@ -241,7 +242,7 @@ BAD: list[tuple[Callable[[MotorGraph], Any], type[Exception], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("call", "error", "text"), BAD)
+@all_cases("call, error, text", BAD)
 def test_bad_input_is_named(call: Callable[[MotorGraph], Any], error: type[Exception], text: str) -> None:
     graph = MotorGraph()
     with pytest.raises(error, match=text):

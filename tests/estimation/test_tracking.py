@@ -35,7 +35,7 @@ MOVES = {"point": pga3.move_point, "line": pga3.move_line, "plane": pga3.move_pl
 def test_jacobians_by_complex_steps(name: str, kind: str) -> None:
     rng = np.random.default_rng(0)
     robot, camera = Robot.named(name), mount()
-    for _ in range(10):
+    for _ in range(4):
         q = rng.uniform(-2, 2, robot.n_joints)
         element = scene(rng, robot, q, kind, camera)
         for mirror in (0.0, 0.6, 1.0) if kind == "point" else (0.0,):
@@ -290,19 +290,22 @@ def test_gaze_from_anywhere(count: int) -> None:
     assert bad.status.tolist() == [4, 4, 3] and not bad.rates.any()
 
 
+THOUSAND = [("point", 1000, 1000), ("line", 1000, 1000), ("plane", 1000, 994)]
+
+
 @pytest.mark.parametrize(
-    ("kind", "fewest"), some_slow([("point", 1000), ("line", 1000), ("plane", 994)], ("plane", 994))
+    ("kind", "count", "fewest"), some_slow([("point", 300, 300), ("line", 300, 300), *THOUSAND], *THOUSAND)
 )
-def test_a_thousand_starts_of_an_arm(kind: str, fewest: int) -> None:
+def test_a_thousand_starts_of_an_arm(kind: str, count: int, fewest: int) -> None:
     """All six joints are up to 1 radian away. Few planes are missed, most of them from the other side."""
     rng = np.random.default_rng(5)
     robot = Robot.named("ur5")
-    goals = rng.uniform(-np.pi, np.pi, (1000, 6))
+    goals = rng.uniform(-np.pi, np.pi, (count, 6))
     elements = scene(rng, robot, goals, kind)
     mirror = {"mirror": 1.0} if kind == "point" else {}
     goal = IMAGES[kind](robot, goals, elements, **mirror).values
     tracker = Tracker(robot, gain=3.0, threshold=0.01, damping=0.05, **mirror)
-    reached, _ = converged(tracker, kind, goals + rng.uniform(-1, 1, (1000, 6)), elements, goal)
+    reached, _ = converged(tracker, kind, goals + rng.uniform(-1, 1, (count, 6)), elements, goal)
     assert reached.sum() >= fewest
 
 
@@ -315,8 +318,8 @@ def test_aim() -> None:
     )
     skew = pan_tilt_head(axes / np.linalg.norm(axes[:, :3], axis=1, keepdims=True), eye)
     for head in (pan_tilt_head(), skew):
-        aimed = rng.uniform([-2.8, -1.2], [2.8, 1.2], (200, 2))
-        points = pga3.move_point(head.forward(aimed), np.array([0.0, 0.0, 1.0]) * rng.uniform(0.5, 5, (200, 1)))
+        aimed = rng.uniform([-2.8, -1.2], [2.8, 1.2], (60, 2))
+        points = pga3.move_point(head.forward(aimed), np.array([0.0, 0.0, 1.0]) * rng.uniform(0.5, 5, (60, 1)))
         found = aim(head, points, near=aimed + 0.2 * rng.normal(size=aimed.shape))
         assert found.reached.all() and np.abs(found.q - aimed).max() < 1e-8
     simple = aim(pan_tilt_head(), [2.0, 0.5, 0.4])

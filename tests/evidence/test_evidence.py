@@ -34,12 +34,13 @@ from algorithms.evidence import (
     undetermined,
 )
 from algorithms.vision import VisionStatus
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 
 
-@pytest.mark.parametrize(("n", "freedom"), [(1, 3), (2, 4), (6, 20), (200, 4), (3, np.inf)])
-@pytest.mark.parametrize("probability", [0.5, 1e-3, 1e-9])
+@all_cases("n, freedom", [(1, 3), (2, 4), (6, 20), (200, 4), (3, np.inf)])
+@all_cases("probability", [0.5, 1e-3, 1e-9])
 def test_ratios_of_mean_squares(n: int, freedom: float, probability: float) -> None:
     known = (
         scipy.stats.chi2(n).isf(probability) / n if np.isinf(freedom) else scipy.stats.f(n, freedom).isf(probability)

@@ -13,6 +13,7 @@ from algorithms.estimation import EstimationStatus, MotorFilter, RotorFilter, es
 from algorithms.vision import Camera, VisionStatus, calibrate_from_planes, localizations, localize, triangulation
 from algorithms.wavelets import disparity, optical_flow
 from generated import pga3, vga3
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])
@@ -28,7 +29,7 @@ def angle(pose: Array, turn: Rotation) -> float:
     return float(np.degrees((found * turn).magnitude()))
 
 
-@pytest.mark.parametrize("seed", range(10))
+@all_cases("seed", range(10))
 def test_both_poses_of_a_small_marker(seed: int) -> None:
     """The truth is one of the two poses, or the bound contains it."""
     rng = np.random.default_rng(seed)

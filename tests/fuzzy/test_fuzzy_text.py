@@ -10,6 +10,7 @@ import pytest
 from random_rule_bases import random_rule_base
 
 from algorithms.fuzzy import And, Conclusion, Is, Mamdani, Not, Or, Rule, grasp_controller
+from tests.support.all_cases import all_cases
 
 TEXT = """\
 # a comment
@@ -41,8 +42,8 @@ def test_texts_are_read_as_they_were_written() -> None:
     assert Mamdani.parse(grasp_controller().to_text()) == grasp_controller()
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
+@all_cases(
+    "old, new, message",
     [
         ("x is low and", "x is lo and", "line 9: first: x has no set 'lo'; expected low, high"),
         ("x is high or", "z is high or", "line 9: first: no input 'z'; expected x"),

@@ -18,6 +18,7 @@ from random_rule_bases import (
 )
 
 from algorithms.fuzzy import Conclusion, FuzzySet, FuzzyStatus, FuzzyVariable, Is, Mamdani, Rule
+from tests.support.all_cases import all_cases
 
 METHODS = ("centroid", "bisector", "mom", "som", "lom")
 LOW, HIGH = FuzzySet("low", "triangle", (0, 0, 0.4)), FuzzySet("high", "triangle", (0.6, 1, 1))
@@ -43,11 +44,11 @@ def compare(system: Mamdani, inputs: np.ndarray, method: str) -> int:
 @pytest.mark.parametrize("method", METHODS)
 def test_random_rule_bases_agree_with_numpy(method: str, implication: str) -> None:
     compared = 0
-    for seed in range(8):
+    for seed in range(4):
         rng = np.random.default_rng(seed)
         system = on_own_places(rng, random_rule_base(rng, method, implication=implication))
         compared += compare(system, random_inputs(rng, system, 8), method)
-    assert compared > 40
+    assert compared > 20
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -104,8 +105,8 @@ def test_long_batches_agree_with_single_inputs() -> None:
     assert system.evaluate(x[:0]).values.shape == (0, 1)
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
+@all_cases(
+    "make, message",
     [
         (lambda: FuzzyVariable.at("x", [0, 2, 1], (LOW,)), "variable x: 1.0 after 2.0 in the grid; expected numbers"),
         (lambda: FuzzyVariable.at("x", [0, 1, 1], (LOW,)), "variable x: 1.0 after 1.0 in the grid; expected numbers"),

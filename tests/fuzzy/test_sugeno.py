@@ -23,6 +23,7 @@ from algorithms.fuzzy import (
     Rule,
     Sugeno,
 )
+from tests.support.all_cases import all_cases
 
 TEXT = """\
 method and product or max
@@ -211,8 +212,8 @@ def test_texts_are_read_as_they_were_written() -> None:
         assert Sugeno.parse(system.to_text()) == system
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
+@all_cases(
+    "old, new, message",
     [
         ("slow 2", "slow", "line 9: the end of the line; expected a constant"),
         ("+ 3 x", "3 x", "line 10: '3'; expected one of \\+, -"),

@@ -18,6 +18,7 @@ from algorithms.motors import (
     similarity_from_points,
 )
 from generated import cga3, pga3
+from tests.support.all_cases import all_cases
 
 LEADING = (2, 5)
 """No two axes of a batch are of the same length, so that none can be taken for another."""
@@ -166,9 +167,9 @@ def test_cylinders_and_cones_in_batches_and_through_flat_points(fit: Callable[..
         assert not fit(flat).determined
 
 
-@pytest.mark.parametrize("size", UNITS)
-@pytest.mark.parametrize("far", [1.0, 1e5])
-@pytest.mark.parametrize(
+@all_cases("size", UNITS)
+@all_cases("far", [1.0, 1e5])
+@all_cases(
     "fit",
     [
         *(fit_plane, fit_line, fit_circle, fit_sphere, fit_cylinder, fit_cone),

@@ -11,6 +11,7 @@ import pytest
 from algorithms.geometry import angle, distance, meet, nearest_on_circles, project, similarity_between, versor_between
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA2, VGA3
 from generated import cga3, pga3
+from tests.support.all_cases import all_cases
 
 Vector = np.ndarray[Any, Any]
 P, A, D, N = np.array([1.0, 2, 3]), np.array([0.0, -1, 2]), np.array([2.0, 1, -2]) / 3, np.array([2.0, 3, 6]) / 7
@@ -121,7 +122,7 @@ OTHERS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("x", OTHERS, ids=lambda x: str(getattr(x, "layout", type(x).__name__)))
+@all_cases("x", OTHERS)
 def test_other_elements_are_refused_by_the_name_of_the_parameter(x: Any) -> None:
     point, circle = PGA3.point(1, 2, 3), CGA3.circle([0, 0, 0], [0, 0, 1], 2.0)
     for function in (distance, angle, meet, project, versor_between, similarity_between):

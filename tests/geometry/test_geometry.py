@@ -36,6 +36,7 @@ from algorithms.geometry import (
 from algorithms.geometry.circles import nearest_angles
 from algorithms.geometry.pairs import ANGLES, DISTANCES, MEETS, PROJECTIONS
 from generated import cga2, cga3, pga3
+from tests.support.all_cases import all_cases
 
 RNG = np.random.default_rng(11)
 UP = np.array([0, 0, 40.0])
@@ -239,12 +240,12 @@ def test_every_pair_of_kinds_has_a_distance() -> None:
 def test_distances_are_least(kinds: tuple[str, str]) -> None:
     """Alternating projections from many points of both objects reach the distance and never a smaller one."""
     rng = np.random.default_rng(5)
-    n = 20
+    n = 10
     (one, samples, on_one), (two, others, on_two) = objects(kinds[0], n, rng), objects(kinds[1], n, rng)
     found = distance(kinds[0], one, kinds[1], two)
     close(distance(kinds[1], two, kinds[0], one), found, 1e-12)
     x = np.concatenate([samples, on_one(others)], 1)
-    for _ in range(300):
+    for _ in range(200):
         y = on_two(x)
         x = on_one(y)
     near = length(x - y).min(-1)
@@ -293,7 +294,7 @@ def test_angles_of_kinds() -> None:
     ).all()
 
 
-@pytest.mark.parametrize("kinds", [pair for pair in PAIRS if "point" not in pair[0]], ids=" ".join)
+@all_cases("kinds", [pair for pair in PAIRS if "point" not in pair[0]])
 def test_meets_lie_on_both(kinds: tuple[str, str]) -> None:
     """Objects through a common point meet there, and their intersection lies on both."""
     rng = np.random.default_rng(7)
@@ -502,7 +503,7 @@ def test_fits_of_exact_points() -> None:
 def test_fits_of_noisy_points_are_least_squares() -> None:
     """scipy minimises the same sums from the true figures."""
     rng = np.random.default_rng(14)
-    for _ in range(10):
+    for _ in range(4):
         centre, normal, radius, _ = circles(1, rng)
         points = on_circle(centre, normal, radius, rng.uniform(0, 4, (1, 30)))[0] + 0.03 * rng.normal(size=(30, 3))
 
@@ -644,7 +645,7 @@ BAD = (
 )
 
 
-@pytest.mark.parametrize("case", BAD, ids=lambda case: case[2][:24])
+@all_cases("case", BAD)
 def test_bad_input(case: Any) -> None:
     call, error, text = case
     with pytest.raises(error, match=text):

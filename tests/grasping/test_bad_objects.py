@@ -13,13 +13,14 @@ from algorithms.grasping import (
 )
 from algorithms.grasping.meshes import surface_of
 from generated import pga3
+from tests.support.all_cases import all_cases
 from tests.support.scans import box, scan, sphere
 
 BOX = box(0.05, 0.07, 0.12)
 
 
-@pytest.mark.parametrize(
-    ("mesh", "status"),
+@all_cases(
+    "mesh, status",
     [
         (box(0.6, 0.6, 0.6), GraspStatus.TOO_LARGE),
         (sphere(3.0), GraspStatus.TOO_LARGE),
@@ -35,7 +36,7 @@ BOX = box(0.05, 0.07, 0.12)
         ((np.zeros((8, 3)), BOX[1]), GraspStatus.TOO_THIN),
     ],
 )
-@pytest.mark.parametrize("style", [1, 2, 3])
+@all_cases("style", [1, 2, 3])
 def test_the_status_names_the_cause_and_the_hand_does_not_move(mesh, status, style):
     plan = plan_grasps(*mesh, style)
     assert plan.status == status and len(plan) == 1
@@ -93,8 +94,8 @@ def test_unused_vertices_do_not_matter():
     assert np.isclose(plan[0].quality, plan_grasps(vertices, faces)[0].quality)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "text"),
+@all_cases(
+    "arguments, error, text",
     [
         ((BOX[0] * np.nan, BOX[1]), ValueError, "finite"),
         ((BOX[0] * np.inf, BOX[1]), ValueError, "finite"),

@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from algorithms.grasping import ForceStatus, contact_forces, contact_wrenches, grasp_quality
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 GRIPPER = np.array([[0.02, 0, 0], [-0.02, 0, 0]]), np.array([[1.0, 0, 0], [-1, 0, 0]])
 """Two fingers that press a box from both sides."""
@@ -111,8 +112,8 @@ def test_no_load_needs_no_force_and_one_finger_slips() -> None:
     assert contact_forces(np.zeros((0, 3)), np.zeros((0, 3)), [1, 0, 0, 0, 0, 0]).status == ForceStatus.SLIPS
 
 
-@pytest.mark.parametrize(
-    ("more", "error", "text"),
+@all_cases(
+    "more, error, text",
     [
         ({"load": np.zeros(5)}, ValueError, "load"),
         ({"load": np.zeros((2, 6))}, ValueError, r"load: shape \(2, 6\)"),

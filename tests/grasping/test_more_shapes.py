@@ -44,7 +44,7 @@ def test_small_and_thin_objects_are_held_well(name, style):
     vertices, faces = SHAPES[name]()
     plan = plan_grasps(vertices, faces, style)
     check(plan, vertices, faces)
-    assert plan[0].quality > 0.8 * random_best(vertices, faces, 1000)
+    assert plan[0].quality > 0.8 * random_best(vertices, faces, 300)
 
 
 def test_samples_of_a_regular_mesh_are_on_all_sides():

@@ -7,6 +7,7 @@ import pytest
 
 import algorithms.grasping
 from algorithms.moved import _finder
+from tests.support.all_cases import all_cases
 
 MOVED = {
     "algorithms.fuzzy": "And Conclusion FuzzyOutput FuzzySet FuzzyStatus FuzzyVariable Is Mamdani Not Or Rule "
@@ -29,7 +30,7 @@ def test_old_names_are_the_same_objects(place: str) -> None:
         assert found is getattr(importlib.import_module(place), name) and caught[0].filename == __file__
 
 
-@pytest.mark.parametrize("old", sorted(_finder.places))
+@all_cases("old", sorted(_finder.places))
 def test_old_modules_are_the_same_objects(old: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delitem(sys.modules, old, raising=False)
     place = _finder.places[old]

@@ -175,7 +175,7 @@ def test_a_wall_in_the_way_is_avoided_or_named():
     truth = motor((0, 0, 0.4), TARGET)
     wall = SceneObject("wall", MODEL, motor((0, 0, 0), (0.2, -0.25, 0.2)), *box(0.02, 0.3, 0.5))
     built = scene(truth, [wall])
-    views = scene(truth).render("box", 0.3)
+    _, views = robot_and_views()
     obstacles = scene_obstacles(built, without="box")
     found = guided_grasp(built.robot, HOME, MODEL, views, plans_of_box(), mount=MOUNT, obstacles=obstacles)
     assert found.status == LoopStatus.OK
@@ -193,10 +193,15 @@ def plans_of_box():
     return plan_grasps(VERTICES, FACES, style=1, count=2)
 
 
-def looped(obstacles, **more):
+@cache
+def robot_and_views():
     built = scene(motor((0, 0, 0.4), TARGET))
-    views = built.render("box", 0.3)
-    return guided_grasp(built.robot, HOME, MODEL, views, plans_of_box(), mount=MOUNT, obstacles=obstacles, **more)
+    return built.robot, built.render("box", 0.3)
+
+
+def looped(obstacles, **more):
+    robot, views = robot_and_views()
+    return guided_grasp(robot, HOME, MODEL, views, plans_of_box(), mount=MOUNT, obstacles=obstacles, **more)
 
 
 def test_an_object_in_a_cage_has_no_approach():
@@ -267,11 +272,11 @@ def test_capsules_between_joint_frames_are_rigid(name):
 
 def test_clearances_of_capsules():
     rng = np.random.default_rng(0)
-    p, q, r, s = rng.normal(size=(4, 200, 3))
-    q[:50], s[25:75] = p[:50], r[25:75]
-    q[75:100] = p[75:100] + 2 * (s[75:100] - r[75:100])
+    p, q, r, s = rng.normal(size=(4, 80, 3))
+    q[:20], s[10:30] = p[:20], r[10:30]
+    q[30:40] = p[30:40] + 2 * (s[30:40] - r[30:40])
     found = collisions.capsule_pair_clearance(p, q, r, s, 0.0)
-    sampled = [apart((p[k], q[k]), (r[k], s[k]), 200) for k in range(200)]
+    sampled = [apart((p[k], q[k]), (r[k], s[k]), 200) for k in range(80)]
     assert (found <= np.array(sampled) + 1e-12).all() and np.abs(found - sampled).max() < 0.02
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from algorithms.kinematics import Robot, Status
 from algorithms.kinematics.inverse.meets import GEOMETRIES
+from tests.support.all_cases import all_cases
 
 SHOULDER = [
     {"d": 0.3, "alpha": pi / 2},
@@ -43,9 +44,9 @@ def test_the_same_branches(robot: str, method: str) -> None:
     assert np.abs(reached - poses[:, None])[found.valid].max() < 1e-10
 
 
-@pytest.mark.parametrize("method", ["motors", *GEOMETRIES])
-@pytest.mark.parametrize("five", [0.0, 1e-12, 1e-10, 1e-8, 1e-6])
-@pytest.mark.parametrize("robot", ["puma560", "stanford", "ur5", "shoulder", "offset"])
+@all_cases("method", ["motors", *GEOMETRIES])
+@all_cases("five", [0.0, 1e-12, 1e-10, 1e-8, 1e-6])
+@all_cases("robot", ["puma560", "stanford", "ur5", "shoulder", "offset"])
 def test_straight_wrists(robot: str, five: float, method: str) -> None:
     """Circles degenerate to points, and points are on axes: the pose is reached by the same number of branches."""
     rows = {"shoulder": SHOULDER, "offset": OFFSET}

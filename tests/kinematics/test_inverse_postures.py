@@ -47,7 +47,7 @@ CASES = [(arm, name) for arm in ARMS for name in POSTURES]
 def test_no_regular_branch_is_missing(arm: str, name: str) -> None:
     rows = ARMS[arm]
     turns = np.array([row.get("kind") != "prismatic" for row in rows])
-    q = posture(name, 40)
+    q = posture(name, 16)
     q = q[regular(rows, q)]
     poses = pose_by_matrices(rows, q)
     found = Robot.from_dh(rows).inverse(poses)

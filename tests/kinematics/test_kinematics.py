@@ -10,6 +10,7 @@ import pytest
 
 from algorithms.kinematics import Robot
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 QUARTER = pi / 2
 PUMA560: list[dict[str, Any]] = [
@@ -211,8 +212,8 @@ def test_wrong_joint_variables(q: Any, error: type[Exception], message: str) -> 
             method(q)
 
 
-@pytest.mark.parametrize(
-    ("rows", "convention", "error", "message"),
+@all_cases(
+    "rows, convention, error, message",
     [
         ([{"a": 1.0}, {"alfa": 1.0}], "standard", ValueError, "row 1: unknown key 'alfa'; expected d, a, alpha, theta"),
         ([{"a": float("nan")}], "standard", ValueError, "row 0: a: nan; expected a finite number"),

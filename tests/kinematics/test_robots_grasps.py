@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from algorithms.kinematics.grasps import grasp
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 RNG = np.random.default_rng(0)
 
@@ -54,8 +55,8 @@ def test_a_flag_determines_the_motor() -> None:
             assert same(pga3.move_line(one, ln), moved[1]) < 1e-9 and same(pga3.move_plane(one, h), moved[2]) < 1e-9
 
 
-@pytest.mark.parametrize(
-    ("kinds", "freedoms"),
+@all_cases(
+    "kinds, freedoms",
     [
         ("x", 3),
         ("l", 2),
@@ -125,8 +126,7 @@ FREE: dict[str, tuple[dict[str, list[np.ndarray]], int, Callable[[np.ndarray], n
 """Elements held at the origin, the number of remaining degrees of freedom, and the free motions as matrices."""
 
 
-@pytest.mark.parametrize("length", [0.1, 3.0])
-@pytest.mark.parametrize("name", FREE)
+@pytest.mark.parametrize(("name", "length"), [(name, (0.1, 3.0)[k % 2]) for k, name in enumerate(FREE)])
 def test_the_nearest_grasp_is_the_one_that_a_search_finds(name: str, length: float) -> None:
     """All grasps are one grasp after motions that preserve the features of the gripper; scipy minimises over these."""
     held, freedoms, motion = FREE[name]

@@ -23,6 +23,7 @@ from algorithms.kinematics import (
 )
 from gacompiler.gac_runtime.build import STEM
 from generated import robots
+from tests.support.all_cases import all_cases
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -103,7 +104,7 @@ def error(found: Any, expected: Any) -> float:
     return max(float(np.abs(a - b).max() / max(1.0, np.abs(b).max())) for a, b in pairs)
 
 
-@pytest.mark.parametrize("name", METHODS)
+@all_cases("name", METHODS)
 def test_one_configuration_equals_its_element_of_a_batch(robot: Robot, name: str) -> None:
     method, rows = getattr(robot, name), states(robot, 2, 3)[: METHODS[name]]
     batch, one = method(*rows), method(*rows[:, 1, 2])
@@ -119,7 +120,7 @@ def test_one_configuration_equals_its_element_of_a_batch(robot: Robot, name: str
         assert part.shape[:2] == (0, 3)
 
 
-@pytest.mark.parametrize("name", METHODS)
+@all_cases("name", METHODS)
 def test_kinds_of_numbers(robot: Robot, name: str) -> None:
     method, rows = getattr(robot, name), states(robot, 4)[: METHODS[name]]
     expected = method(*rows)
@@ -142,7 +143,7 @@ def test_kinds_of_numbers(robot: Robot, name: str) -> None:
     assert error(method(*whole), method(*whole.astype(float))) == 0.0
 
 
-@pytest.mark.parametrize("name", METHODS)
+@all_cases("name", METHODS)
 def test_wrong_arguments_are_rejected_by_name(robot: Robot, name: str) -> None:
     method, rows, count = getattr(robot, name), states(robot, 4), METHODS[name]
     for k in range(count):
@@ -162,7 +163,7 @@ def test_wrong_arguments_are_rejected_by_name(robot: Robot, name: str) -> None:
                 call(rows[k, :3])
 
 
-@pytest.mark.parametrize("name", METHODS)
+@all_cases("name", METHODS)
 def test_a_nan_affects_only_its_configuration(robot: Robot, name: str) -> None:
     method, rows = getattr(robot, name), states(robot, 3)[: METHODS[name]]
     expected = parts(method(*rows))

@@ -23,6 +23,7 @@ from algorithms.kinematics import (
 )
 from algorithms.kinematics.masses import fault_of
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 INERTIAL = """<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.2 0.1 -0.4"/><mass value="1.5"/>
 <inertia ixx="0.3" ixy="0.01" ixz="-0.02" iyy="0.4" iyz="0.03" izz="0.2"/></inertial>"""
@@ -244,7 +245,7 @@ BAD = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("parts", "error", "message"), BAD.values(), ids=BAD)
+@all_cases("parts, error, message", BAD.values())
 def test_invalid_files(parts: list[str], error: type[DescriptionError], message: str, tmp_path: Path) -> None:
     with pytest.raises(error, match=message) as caught:
         Robot.from_urdf(written(tmp_path, parts))

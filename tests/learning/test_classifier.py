@@ -18,6 +18,7 @@ from algorithms.learning import (
     load_classifier,
     train_classifier,
 )
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(0)
 LABELS = np.arange(120) % 6
@@ -79,8 +80,8 @@ def test_confusion_matrix() -> None:
         confusion_matrix([0, 1], [1], [0, 1])
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
+@all_cases(
+    "change, message",
     [
         ({"features": np.full((120, 3), np.nan)}, "finite"),
         ({"features": np.ones(120)}, "expected (n, d)"),

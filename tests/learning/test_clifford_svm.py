@@ -14,6 +14,7 @@ from algorithms.learning.codes import code_distance, code_of_classes
 from algorithms.learning.gram import expanded
 from algorithms.learning.svm_experiments import curves, multivectors_of_points, point_sets, spirals
 from algorithms.learning.svm_kernels import KernelSettings, kernel_named
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(3)
 
@@ -45,8 +46,8 @@ def test_signs_are_those_of_products_of_vectors(p: int, q: int) -> None:
         assert (sign, word) == (table.sign[a, b], words[a ^ b])
 
 
-@pytest.mark.parametrize("algebra", [(0, 2), (3, 0), (1, 1), (2, 1)])
-@pytest.mark.parametrize("name", ["linear", "gabor", "scalar"])
+@all_cases("algebra", [(0, 2), (3, 0), (1, 1), (2, 1)])
+@all_cases("name", ["linear", "gabor", "scalar"])
 def test_gram_matrices_are_symmetric_and_positive_semidefinite(algebra: tuple[int, int], name: str) -> None:
     signs = blade_signs(*algebra)
     x = RANDOM.normal(size=(12, 3, signs.size))
@@ -83,9 +84,9 @@ def _violation(machine: CliffordSVC, x: np.ndarray, y: np.ndarray) -> float:
     return float(max(short.max(), wide.max()))
 
 
-@pytest.mark.parametrize("name", ["scalar", "gabor", "linear"])
-@pytest.mark.parametrize("C", [0.1, 1.0])
-@pytest.mark.parametrize("cache_size", [200.0, 0.02])
+@all_cases("name", ["scalar", "gabor", "linear"])
+@all_cases("C", [0.1, 1.0])
+@all_cases("cache_size", [200.0, 0.02])
 def test_conditions_of_optimality_hold(name: str, C: float, cache_size: float) -> None:
     random = np.random.default_rng(7)
     x = random.normal(size=(60, 3, 4))

@@ -9,14 +9,15 @@ import pytest
 
 from algorithms.learning import CliffordSVC, CliffordSVR, MachineStatus
 from algorithms.learning.estimators import ContradictionWarning
+from tests.support.all_cases import all_cases
 
 X = np.random.default_rng(0).normal(size=(20, 3))
 Y = (X[:, 0] > 0).astype(int)
 M = np.random.default_rng(1).normal(size=(20, 2, 4))
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "text"),
+@all_cases(
+    "x, y, text",
     [
         (np.where(np.arange(60).reshape(20, 3) == 4, np.nan, X), Y, "nan at \\(1, 1\\)"),
         (X, np.zeros(20), "greater than one"),
@@ -35,8 +36,8 @@ def test_samples_that_cannot_be_used(x: np.ndarray, y: np.ndarray, text: str) ->
         CliffordSVC().fit(x, y)
 
 
-@pytest.mark.parametrize(
-    ("parameters", "text"),
+@all_cases(
+    "parameters, text",
     [
         ({"kernel": "sigmoid"}, "kernel: 'sigmoid'"),
         ({"C": 0}, "C: 0"),

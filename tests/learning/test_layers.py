@@ -13,6 +13,7 @@ from algorithms.learning.base import Layer
 from algorithms.learning.equivariant import GradeLinear, GradeProduct, Invariants
 from algorithms.learning.linear import Linear, Rotor, TwoSided, left_matrix, right_matrix, simplified_pull
 from algorithms.learning.rounds import ConformalNeuron, Hypersphere, Radial
+from tests.support.all_cases import all_cases
 from tests.support.layer_gradients import check_gradient
 
 ALGEBRAS = ["R", "C", "H", "G(1)", "G(2)", "G(1,1)", "G(3)", "G(0,3)", "G(3,0,1)", "G(3,1)", "G(4,1)", "G(2,0,1)"]
@@ -24,8 +25,8 @@ ANY = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ALGEBRAS)
-@pytest.mark.parametrize("layer", ANY, ids=str)
+@all_cases("name", ALGEBRAS)
+@all_cases("layer", ANY)
 def test_gradients(layer: Layer, name: str) -> None:
     check_gradient(layer, Algebra.of(name))
 
@@ -49,8 +50,8 @@ def test_gradients_of_rounds(layer: Layer, name: str) -> None:
     check_gradient(layer, Algebra.of(name))
 
 
-@pytest.mark.parametrize("name", [*ALGEBRAS, "G(2,2)", "G(3,3)"])
-@pytest.mark.parametrize("side", ["left", "right"])
+@all_cases("name", [*ALGEBRAS, "G(2,2)", "G(3,3)"])
+@all_cases("side", ["left", "right"])
 def test_matrices_of_spinors_give_the_products_of_the_table(
     name: str, side: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

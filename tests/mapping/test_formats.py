@@ -30,6 +30,7 @@ from algorithms.mapping import (
 )
 from algorithms.mapping.pose_graph import GraphStatus, optimise_poses
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 YAML = "image: map.pgm\nresolution: 0.05 # metres\norigin: [-1.5, 2, 0.25]\nnegate: 0\n"
 YAML += "occupied_thresh: 0.65\nfree_thresh: 0.196\n"
@@ -243,7 +244,7 @@ WRONG: list[tuple[Read, str, str]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("read", "text", "error"), WRONG)
+@all_cases("read, text, error", WRONG)
 def test_files_of_other_kinds_are_one_error(tmp_path: Path, read: Read, text: str, error: str) -> None:
     path = tmp_path / "file.txt"
     path.write_text(text)

@@ -10,7 +10,9 @@ from test_building import DATA, house_log, motors, poses_of, with_noise
 
 from algorithms.arguments import Reals
 from algorithms.mapping import Mapper, Scan, ScanStatus, build_map, optimise_poses, read_g2o
+from algorithms.mapping.keyframes import Keyframes
 from algorithms.mapping.motions import relative
+from algorithms.mapping.surfaces import Surface
 from generated import pga2
 
 
@@ -127,3 +129,24 @@ def test_messages() -> None:
         mapper.add(corridor(0, np.random.default_rng(0)), [0, 0])
     with pytest.raises(TypeError, match="time: 'now'; expected a number of seconds"):
         mapper.add(corridor(0, np.random.default_rng(0)), time="now")  # type: ignore[arg-type]
+
+
+def test_parts_of_a_submap_are_surfaces_in_another_frame() -> None:
+    """Surfaces of different lengths, one of them empty, by matrices."""
+    rng, path = np.random.default_rng(0), Keyframes()
+    poses = [(0.0, 0.0, 0.0), (0.4, 1.0, -2.0), (-1.3, 2.0, 0.5), (2.0, -3.0, 1.0)]
+    motors = pga2.motor_from_angle_translation(*(np.array(poses)[:, each] for each in (0, slice(1, 3))))
+    for k, n in enumerate((3, 0, 5, 2)):
+        motion = pga2.motor_product(pga2.motor_inverse(motors[max(k - 1, 0)]), motors[k])
+        path.add(Surface(rng.normal(size=(n, 2)), rng.normal(size=(n, 2))), motion, np.eye(3))
+    found = path.parts(np.array([3, 0, 1, 2]), 2)
+    frames = []
+    for angle, *place in poses:
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        frames.append((turn, np.array(place)))
+    (back, origin) = frames[2]
+    for part, row in zip(found, (3, 0, 1, 2), strict=True):
+        turn, place = frames[row]
+        np.testing.assert_allclose(part.points, (path.surfaces[row].points @ turn.T + place - origin) @ back, atol=1e-6)
+        np.testing.assert_allclose(part.normals, path.surfaces[row].normals @ turn.T @ back, atol=1e-6)
+    assert path.parts(np.zeros(0, int), 2) == []

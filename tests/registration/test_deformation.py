@@ -43,7 +43,7 @@ def test_a_part_of_a_face_is_consistent_with_the_whole() -> None:
 
 def test_uncertainties_grow_with_noise() -> None:
     rng = np.random.default_rng(0)
-    source = rng.uniform(size=(200, 2))
+    source = rng.uniform(size=(120, 2))
     bent = source + 0.05 * np.sin(3 * source[:, ::-1])
     medians = []
     for noise in (0.0, 0.004):

@@ -105,8 +105,8 @@ def test_bumps_of_a_sheet_distinguish_its_sides(height, count):
     rng = np.random.default_rng(7)
     sheets = []
     for _ in range(2):
-        points = filled(rng, RECTANGLE, 1800)
-        points[:, 2] = height * np.sin(3 * points[:, 0] + 2 * points[:, 1]) + 0.002 * rng.normal(size=1800)
+        points = filled(rng, RECTANGLE, 800)
+        points[:, 2] = height * np.sin(3 * points[:, 0] + 2 * points[:, 1]) + 0.002 * rng.normal(size=800)
         sheets.append(points)
     result = register(placed(sheets[0]), sheets[1])
     assert len(result.poses.motors) == count

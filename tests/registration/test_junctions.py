@@ -80,11 +80,11 @@ def test_three_planes_meet_in_a_junction(low: float, error: float) -> None:
 
 def test_curves_surfaces_and_noise_have_no_junctions() -> None:
     rng = np.random.default_rng(3)
-    sphere = rng.normal(size=(1000, 3))
+    sphere = rng.normal(size=(600, 3))
     sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
     ring = sphere[:200, :2] / np.linalg.norm(sphere[:200, :2], axis=1, keepdims=True)
     line = rng.uniform(-1, 1, (100, 1)) * [1, 0.5, 0.2]
-    noise = rng.uniform(-1, 1, (400, 2))
+    noise = rng.uniform(-1, 1, (250, 2))
     for points in (sphere, _among_outliers(sphere, rng, 0.5), ring, _among_outliers(ring, rng), line, noise):
         assert len(extract_junctions(points, sigma=0.2).points) == 0
 

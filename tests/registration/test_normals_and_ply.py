@@ -14,7 +14,7 @@ from algorithms.registration import VoteStatus, estimate_normals, read_ply
 
 def test_normals_of_a_torus_point_outwards() -> None:
     rng = np.random.default_rng(0)
-    a, b = rng.uniform(0, 2 * np.pi, (2, 4000))
+    a, b = rng.uniform(0, 2 * np.pi, (2, 2500))
     outwards = np.stack([np.cos(a) * np.cos(b), np.sin(a) * np.cos(b), np.sin(b)], 1)
     points = np.stack([np.cos(a), np.sin(a), 0 * a], 1) + 0.4 * outwards
     found = estimate_normals(points)
@@ -96,19 +96,19 @@ def _principal(points: np.ndarray, count: int) -> np.ndarray:
     return np.asarray(np.linalg.eigh(np.einsum("nki,nkj->nij", offsets, offsets))[1][:, :, 0])
 
 
-@pytest.mark.parametrize(("noise", "outliers"), [(0.0, 0), (0.003, 0), (0.02, 0), (0.005, 1500)])
+@pytest.mark.parametrize(("noise", "outliers"), [(0.003, 0), (0.02, 0), (0.005, 800)])
 def test_normals_are_better_than_principal_axes(noise: float, outliers: int) -> None:
     """A tilted ellipsoid, whose normals are those of its gradient."""
     rng = np.random.default_rng(outliers + 7)
-    sphere = rng.normal(size=(1500, 3))
+    sphere = rng.normal(size=(800, 3))
     sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
     axes = np.array([1.0, 0.8, 0.5])
     truth = sphere / axes
     truth /= np.linalg.norm(truth, axis=1, keepdims=True)
-    points = np.concatenate([sphere * axes + noise * rng.normal(size=(1500, 3)), rng.uniform(-1, 1, (outliers, 3))])
+    points = np.concatenate([sphere * axes + noise * rng.normal(size=(800, 3)), rng.uniform(-1, 1, (outliers, 3))])
 
     def error(normals: np.ndarray) -> float:
-        cosine = np.abs((normals[:1500] * truth).sum(1))
+        cosine = np.abs((normals[:800] * truth).sum(1))
         return float(np.arccos(np.minimum(cosine, 1)).mean())
 
     assert error(estimate_normals(points).normals) <= min(error(_principal(points, k)) for k in (10, 20, 50))

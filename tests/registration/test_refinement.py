@@ -31,7 +31,7 @@ def test_covariance_is_that_of_simulations(to):
     directions = rng.normal(size=(60, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     squares = []
-    for _ in range(60):
+    for _ in range(25):
         motor = small_motor(rng, 0.002)
         noisy = target + 0.02 * rng.normal(size=target.shape)
         source = pga3.move_point(pga3.motor_inverse(motor), noisy)

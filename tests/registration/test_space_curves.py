@@ -76,8 +76,8 @@ def test_curves_are_single_polylines(curve: Any, n: int, sigma: float, ends: int
 
 def test_two_planes_meet_in_a_curve() -> None:
     rng = np.random.default_rng(0)
-    points = rng.uniform(-1, 1, (1600, 3))
-    points[:800, 2] = points[800:, 0] = 0
+    points = rng.uniform(-1, 1, (1000, 3))
+    points[:500, 2] = points[500:, 0] = 0
     found = extract_curves(_among_outliers(points, rng, 0.5), sigma=0.2)
     away = np.hypot(found.vertices[:, 0], found.vertices[:, 2]) / 0.2
     assert _parts(found) == (1, 2) and np.median(away) < 0.06 and away.max() < 0.2
@@ -96,7 +96,7 @@ def test_linked_rings_are_two_closed_curves() -> None:
 
 def test_results_move_with_the_points() -> None:
     rng = np.random.default_rng(2)
-    points = _helix(rng.uniform(0, 2 * np.pi, 300))
+    points = _helix(rng.uniform(0, 2 * np.pi, 200))
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     here = extract_curves(points, sigma=0.2)
     there = extract_curves(1e3 * (points @ turn.T) + [5, -9, 7], sigma=200.0)
@@ -108,10 +108,10 @@ def test_results_move_with_the_points() -> None:
 
 def test_surfaces_and_noise_have_no_curves() -> None:
     rng = np.random.default_rng(3)
-    sphere = rng.normal(size=(1000, 3))
+    sphere = rng.normal(size=(600, 3))
     sphere /= np.linalg.norm(sphere, axis=1, keepdims=True)
     assert len(extract_curves(sphere, sigma=0.2).pieces) == 0
-    assert len(extract_curves(_among_outliers(sphere[:700], rng, 0.5), sigma=0.2).pieces) == 0
+    assert len(extract_curves(_among_outliers(sphere[:500], rng, 0.5), sigma=0.2).pieces) == 0
     for n, sigma in ((200, 0.3), (200, 0.2)):
         assert len(extract_curves(rng.uniform(-1, 1, (n, 3)), sigma=sigma).pieces) == 0
 

@@ -177,7 +177,6 @@ def _sphere(n: int, half: float, seed: int) -> tuple[Array, Array]:
     [
         pytest.param(2500, 2, 0.15, 0.998, 0.8, marks=pytest.mark.slow),
         pytest.param(2500, 1.5, 0.2, 0.995, 1.0, marks=pytest.mark.slow),
-        (2500, 1.5, 0.12, 0.995, 1.5),
         (1000, 1.5, 0.2, 0.99, 2.2),
     ],
 )

@@ -10,12 +10,13 @@ import pytest
 
 from gacompiler.algebra.coefficients import divide, scalar_function, scale
 from gacompiler.rings.decimals import digits, from_decimal, to_decimal
+from tests.support.all_cases import all_cases
 
 FUNCTIONS = ("sqrt", "sin", "cos", "exp", "log", "acos")
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
-@pytest.mark.parametrize("number", [Fraction(2, 7), Fraction(1, 2**40), Fraction(99, 100)])
+@all_cases("name", FUNCTIONS)
+@all_cases("number", [Fraction(2, 7), Fraction(1, 2**40), Fraction(99, 100)])
 def test_functions_agree_with_mpmath(name: str, number: Fraction) -> None:
     with digits(80):
         found = from_decimal(scalar_function(name, to_decimal(number)))

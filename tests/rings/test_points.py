@@ -11,6 +11,7 @@ import pytest
 from gacompiler.algebra.catalog import CATALOG, PGA3, VGA2, VGA3
 from gacompiler.algebra.layout import Layout
 from gacompiler.rings.points import DIGITS, POOL, point
+from tests.support.all_cases import all_cases
 
 OWN = [
     VGA3.layout("ABOUT_E1", "1 e12 e13", unit=True),
@@ -27,7 +28,7 @@ UNITS = [
 ]
 
 
-@pytest.mark.parametrize("layout", [*UNITS, *OWN], ids=str)
+@all_cases("layout", [*UNITS, *OWN])
 def test_points_of_unit_layouts_are_rational_and_have_no_zeros(layout: Layout) -> None:
     taken: set[int] = set()
     found = [point(layout, Random(seed), taken=taken) for seed in range(3)]

@@ -22,6 +22,7 @@ from gacompiler.rings.groebner import completed, union
 from gacompiler.rings.ideal import Ideal, s_polynomial
 from gacompiler.rings.points import point
 from gacompiler.rings.polynomial import Polynomial, PolynomialRing, total_terms
+from tests.support.all_cases import all_cases
 
 SYMBOLS = sympy.symbols("x0:4")
 
@@ -225,7 +226,7 @@ UNIT_LAYOUTS = [
 ]
 
 
-@pytest.mark.parametrize("layout", UNIT_LAYOUTS, ids=str)
+@all_cases("layout", UNIT_LAYOUTS)
 def test_normal_forms_keep_values_on_the_relations(layout: Layout) -> None:
     """A polynomial and its normal form agree wherever the relations hold; relations and multiples reduce to zero."""
     random = Random(str(layout))
@@ -271,7 +272,7 @@ def test_ideals_complete_their_relations() -> None:
     assert not ideal.reduce(x - y).is_zero
 
 
-@pytest.mark.parametrize("seed", range(8))
+@all_cases("seed", range(8))
 def test_leading_terms_of_s_polynomials_cancel(seed: int) -> None:
     """Against ``lcm / LT(p) p - lcm / LT(q) q`` of sympy."""
     random = Random(300 + seed)

@@ -19,6 +19,7 @@ import pytest
 
 from algorithms.kinematics.named import TABLES
 from gacompiler.robots.descriptions import robot_spec
+from tests.support.all_cases import all_cases
 
 ROOT = Path(__file__).parents[2]
 STARTS = (
@@ -152,8 +153,8 @@ def test_no_number_of_the_text_depends_on_the_machine() -> None:
     assert {entry for *_, entry in found} == set(ALLOWED)  # remove entries that are not needed
 
 
-@pytest.mark.parametrize(
-    ("source", "what"),
+@all_cases(
+    "source, what",
     [
         ("def f(h, c):\n    return h @ c", "@"),
         ("import numpy as np\nx = np.dot(a, b)", "np.dot"),

@@ -6,7 +6,7 @@ import pytest
 from algorithms.shapes import ColourStatus, segment_colour
 
 RED, GREY = np.array([0.8, 0.25, 0.15]), np.array([0.4, 0.45, 0.5])
-FINE = 8
+FINE = 4
 
 
 def drawn(*discs, size=(120, 160), colour=RED, behind=GREY, noise=0.0, shading=0.0):

@@ -56,7 +56,7 @@ def test_coins_that_are_ok_are_right() -> None:
 def test_unseen_images(blur: float, noise: float, bias: float, share: float) -> None:
     rng = np.random.default_rng(7)
     certain = []
-    for _ in range(5):
+    for _ in range(3):
         mask = blob(rng)
         image = ndimage.gaussian_filter(mask.astype(float), blur) + bias * np.indices(mask.shape)[0] / len(mask)
         found = trace_contour(image + noise * rng.normal(size=mask.shape))

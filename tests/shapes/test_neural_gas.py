@@ -57,29 +57,37 @@ def _disc(rng: Any, n: int) -> Array:
         (_crossing, 1400, 1, (1, 3, 0)),
         (_knot, 1100, 1, (1, 1, 0)),
         (_sphere, 2500, 2, (1, 0, 1)),
-        (_torus, 5000, 2, (1, 2, 1)),
-        (_disc, 2500, 2, (1, 0, 0)),
+        (_torus, 3000, 2, (1, 2, 1)),
+        (_disc, 1500, 2, (1, 0, 0)),
     ],
 )
-@pytest.mark.parametrize("noise", [0.0, 0.01])
-def test_topology_and_error(shape: Any, n: int, dimension: int, betti: tuple[int, int, int], noise: float) -> None:
+def test_topology_and_error(shape: Any, n: int, dimension: int, betti: tuple[int, int, int]) -> None:
     rng = np.random.default_rng(n)
     points = shape(rng, n)
-    points = points + noise * rng.normal(size=points.shape)
     points.setflags(write=False)
     found = neural_gas(points, dimension=dimension)
-    assert found.betti == betti or found.status != GasStatus.OK
-    assert found.betti == betti or noise > 0
+    assert found.betti == betti
     centres, label = kmeans2(points, len(found.nodes), minit="++", seed=1, iter=30)
     assert found.error < 1.02 * np.sqrt(((points - centres[label]) ** 2).sum(1).mean())
     module = pga2 if points.shape[1] == 2 else pga3
     np.testing.assert_allclose(module.move_point(found.motors, np.zeros(points.shape[1])), found.nodes, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("shape", "n", "dimension", "betti"),
+    [(_crossing, 1400, 1, (1, 3, 0)), (_knot, 1100, 1, (1, 1, 0)), (_sphere, 1500, 2, (1, 0, 1))],
+)
+def test_topology_with_noise(shape: Any, n: int, dimension: int, betti: tuple[int, int, int]) -> None:
+    rng = np.random.default_rng(n)
+    points = shape(rng, n)
+    found = neural_gas(points + 0.01 * rng.normal(size=points.shape), dimension=dimension)
+    assert found.betti == betti or found.status != GasStatus.OK
+
+
 def test_parts_are_counted_and_axes_are_normals() -> None:
     rng = np.random.default_rng(1)
-    points = _sphere(rng, 5000)
-    points[2500:] += [4.0, 0, 0]
+    points = _sphere(rng, 3000)
+    points[1500:] += [4.0, 0, 0]
     found = neural_gas(points)
     assert found.betti == (2, 0, 2)
     outwards = found.nodes - np.where(found.nodes[:, :1] > 2, [4.0, 0, 0], 0)

@@ -10,6 +10,7 @@ import pytest
 from scipy import ndimage
 
 from algorithms.shapes import SegmentStatus, segment
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 
@@ -59,8 +60,8 @@ def test_types_and_automatic_seed(kind: type) -> None:
     assert dice(whole, volume > 50) > 0.95
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
+@all_cases(
+    "change, message",
     [
         ({"seed": (99, 0, 0)}, "outside"),
         ({"seed": (1, 2)}, "expected 3 indices"),
@@ -94,10 +95,10 @@ def test_organs_of_a_real_volume(label: int, count: int, least: float) -> None:
 
 
 def blocks(contrast: float, noise: float) -> Array:
-    """A block of 20 x 20 x 20 voxels in another density, with a rod of three voxels across through the volume."""
-    volume = np.zeros((40, 40, 40))
-    volume[10:30, 10:30, 10:30] = contrast
-    volume[34:37, 34:37] = contrast
+    """A block of 18 x 18 x 18 voxels in another density, with a rod of three voxels across through the volume."""
+    volume = np.zeros((30, 30, 30))
+    volume[6:24, 6:24, 6:24] = contrast
+    volume[26:29, 26:29] = contrast
     return volume + noise * np.random.default_rng(5).normal(size=volume.shape)
 
 
@@ -106,14 +107,14 @@ def test_result_has_a_status_and_converts_to_its_mask() -> None:
     assert found.status == SegmentStatus.OK and found.confidence >= 0.85
     assert np.array_equal(np.asarray(found), found.mask) and np.asarray(found, float).sum() == found.mask.sum()
     assert found.interval[0] > 5 and found.seeds.tolist() == [[20, 20, 20]]
-    truth = np.zeros((40, 40, 40), bool)
-    truth[10:30, 10:30, 10:30] = True
+    truth = np.zeros((30, 30, 30), bool)
+    truth[6:24, 6:24, 6:24] = True
     assert dice(found.mask, truth) > 0.97
 
 
 def test_density_of_a_seed_is_that_of_its_region() -> None:
     """A seed in a thin rod gives the density of what surrounds the rod, so that the status must not be OK."""
-    found = segment(blocks(10.0, 0.5), (35, 35, 20))
+    found = segment(blocks(10.0, 0.5), (27, 27, 20))
     assert found.status != SegmentStatus.OK
 
 

@@ -17,12 +17,12 @@ def egg(count: int, seed: int = 0) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def before() -> Surface:
-    return surface(egg(5000))
+    return surface(egg(3000))
 
 
 def test_motion_of_nodes_is_that_of_the_shape(before: Surface) -> None:
     motor = pga3.motor_exponential([0.05, 0.04, -0.06, 0.5, -0.3, 0.2])
-    moved = pga3.move_point(motor, egg(5000, 7))
+    moved = pga3.move_point(motor, egg(3000, 7))
     found = surface(moved, start=before)
     assert found.status is SurfaceStatus.OK
     np.testing.assert_array_equal(found.triangles, before.triangles)
@@ -37,10 +37,10 @@ def test_motion_of_nodes_is_that_of_the_shape(before: Surface) -> None:
 
 
 def test_a_shape_that_deforms_and_one_of_another_genus(before: Surface) -> None:
-    bent = egg(5000, 3)
+    bent = egg(3000, 3)
     bent = bent * [1.1, 0.9, 1] + np.column_stack([np.zeros((len(bent), 2)), 0.1 * bent[:, 0] ** 2])
     assert surface(bent, start=before).status is SurfaceStatus.OK
     rng = np.random.default_rng(0)
-    u, v = rng.uniform(0, 2 * np.pi, (2, 5000))
+    u, v = rng.uniform(0, 2 * np.pi, (2, 3000))
     ring = np.column_stack([(3 + np.cos(v)) * np.cos(u), (3 + np.cos(v)) * np.sin(u), np.sin(v)])
     assert surface(ring, start=before).status is not SurfaceStatus.OK

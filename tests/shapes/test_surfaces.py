@@ -29,7 +29,7 @@ def off_torus(points: Array) -> Array:
 
 
 def test_torus_has_genus_one_and_motors() -> None:
-    found = surface(torus(6000))
+    found = surface(torus(4000))
     assert found.status is SurfaceStatus.OK and (found.components, found.genus) == (1, 1)
     middles = found.nodes[found.triangles].mean(1)
     assert off_torus(middles).mean() < 0.003 * found.diagonal and off_torus(middles).max() < 0.02 * found.diagonal
@@ -82,7 +82,7 @@ def test_two_balls_of_a_mask_with_spacing() -> None:
 
 
 def test_gap_is_reported() -> None:
-    points = torus(5000)
+    points = torus(3000)
     found = surface(points[np.linalg.norm(points - [3, 0, 1], axis=1) > 0.7])
     assert found.status is not SurfaceStatus.OK
 

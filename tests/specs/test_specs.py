@@ -188,8 +188,9 @@ def test_products_of_all_pairs_of_basis_blades_are_those_of_an_independent_table
     (found,) = interpret(program, {"a": list(a), "b": list(b)}, float).values()
     products = np.einsum("iab,jbc->ijac", blades, blades).reshape(size * size, -1)
     expected = products @ inverse.T
-    for pair, (row, truth) in enumerate(zip(np.array(np.broadcast_arrays(*found)).T, expected, strict=True)):
-        assert np.allclose(row, truth, rtol=0, atol=1e-9), (stored[pair // size], stored[pair % size])
+    off = np.abs(np.array(np.broadcast_arrays(*found)).T - expected).max(1)
+    wrong = [(stored[pair // size], stored[pair % size]) for pair in np.flatnonzero(~(off <= 1e-9))]
+    assert len(off) == size * size and not wrong
 
 
 def matrix_representation(gram: Any) -> list[np.ndarray]:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from algorithms.speech import band_filters, band_powers, bark_image, phoneme_features, read_wav
+from tests.support.all_cases import all_cases
 
 RATE = 8000
 NOISE = np.random.default_rng(0).normal(size=4000) / 10
@@ -81,8 +82,8 @@ def test_features() -> None:
     assert np.allclose(phoneme_features(2 * image)[:10] - found[:10], np.log(4))
 
 
-@pytest.mark.parametrize(
-    ("samples", "rate", "message"),
+@all_cases(
+    "samples, rate, message",
     [
         (np.zeros(4000), RATE, "not silent"),
         (np.clip(20 * NOISE, -1, 1), RATE, "clipping"),

@@ -31,6 +31,7 @@ from gacompiler.structure.matrix_algebras import (
 )
 from gacompiler.structure.representation import Representation, complex_generators, representation
 from gacompiler.structure.summary import matrix_lines
+from tests.support.all_cases import all_cases
 
 TABLE = """
 R
@@ -122,7 +123,7 @@ def blade_sign(vectors: list[int], squares: list[int]) -> tuple[tuple[int, ...],
     return tuple(kept), sign
 
 
-@pytest.mark.parametrize(("p", "q"), [s for s in SIGNATURES if sum(s) <= 4] + [(5, 0), (4, 1), (0, 5)])
+@all_cases("p, q", [s for s in SIGNATURES if sum(s) <= 4] + [(5, 0), (4, 1), (0, 5)])
 def test_products_of_all_pairs_of_blades(p: int, q: int) -> None:
     """The whole multiplication table, signs counted by sorting."""
     n, squares = p + q, [1] * p + [-1] * q
@@ -139,7 +140,7 @@ def test_products_of_all_pairs_of_blades(p: int, q: int) -> None:
     assert np.linalg.matrix_rank(np.array([m.ravel() for m in matrices.values()])) == 2**n
 
 
-@pytest.mark.parametrize(("p", "q"), [s for s in SIGNATURES if 0 < sum(s) <= 5])
+@all_cases("p, q", [s for s in SIGNATURES if 0 < sum(s) <= 5])
 def test_matrices_are_irreducible_over_their_numbers(p: int, q: int) -> None:
     """Schur: what commutes with one half is R, C or H."""
     found = representation(orthogonal(p, q))
@@ -150,7 +151,7 @@ def test_matrices_are_irreducible_over_their_numbers(p: int, q: int) -> None:
     assert size**2 - np.linalg.matrix_rank(system) == {"R": 1, "C": 2, "H": 4}[found.kind.numbers]
 
 
-@pytest.mark.parametrize("three", DEGENERATE, ids=str)
+@all_cases("three", DEGENERATE)
 def test_degenerate_metrics(three: tuple[int, int, int]) -> None:
     p, q, r = three
     algebra = orthogonal(p, q, r)
@@ -171,7 +172,7 @@ def test_names_with_a_degenerate_part() -> None:
     assert str(even_subalgebra(2, 0, 1)) == "C ⊗̂ Λ(1)"
 
 
-@pytest.mark.parametrize("algebra", list(CATALOG.values()), ids=lambda algebra: algebra.name)
+@all_cases("algebra", list(CATALOG.values()))
 def test_algebras_by_name_in_their_own_bases(algebra: Algebra) -> None:
     """Null bases too: no change of basis is made."""
     found = representation(algebra)
@@ -213,7 +214,7 @@ def test_complex_double_and_dual_numbers_and_quaternions() -> None:
     assert parts == np.eye(4).tolist()
 
 
-@pytest.mark.parametrize("n", range(8))
+@all_cases("n", range(8))
 def test_complex_algebras(n: int) -> None:
     """Anticommutators, and ``2**n`` products of generators that are independent over the complex numbers."""
     generators = complex_generators(n)
@@ -275,7 +276,7 @@ ISOMORPHISMS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("case", ISOMORPHISMS, ids=lambda case: f"{case[0].__name__}{case[1:]}")
+@all_cases("case", ISOMORPHISMS)
 def test_isomorphisms(case: tuple) -> None:
     """Homomorphisms that are one to one; the image commutes with the factor, or is all even elements."""
     make, *numbers = case
@@ -292,7 +293,7 @@ def test_isomorphisms(case: tuple) -> None:
         assert even_subalgebra(*numbers) == matrix_algebra(*signature(found.source))
 
 
-@pytest.mark.parametrize(("p", "q"), [s for s in SIGNATURES if sum(s) <= 6])
+@all_cases("p, q", [s for s in SIGNATURES if sum(s) <= 6])
 def test_involutions_on_matrices(p: int, q: int) -> None:
     algebra = orthogonal(p, q)
     found = representation(algebra)
@@ -306,7 +307,7 @@ def radon_hurwitz(i: int) -> int:
     return (0, 1, 2, 2, 3, 3, 3, 3)[i % 8] + 4 * (i // 8)
 
 
-@pytest.mark.parametrize(("p", "q"), [s for s in SIGNATURES if sum(s) <= 5])
+@all_cases("p, q", [s for s in SIGNATURES if sum(s) <= 5])
 def test_idempotents_and_ideals(p: int, q: int) -> None:
     """The dimension of a minimal left ideal is ``2**(n - k)``, k = q - r_(q-p) (Lounesto 2001, §17.5)."""
     algebra = orthogonal(p, q)
@@ -344,7 +345,7 @@ def test_invalid_spinors_are_rejected() -> None:
         LeftIdeal(representation(orthogonal(3)), 5)
 
 
-@pytest.mark.parametrize("three", [(2, 0, 0), (3, 0, 0), (1, 3, 0), (4, 1, 0), *DEGENERATE[:-1]], ids=str)
+@all_cases("three", [(2, 0, 0), (3, 0, 0), (1, 3, 0), (4, 1, 0), *DEGENERATE[:-1]])
 def test_centre_is_all_that_commutes(three: tuple[int, int, int]) -> None:
     algebra = orthogonal(*three)
     blades = [

@@ -40,6 +40,7 @@ from gacompiler.structure.unitary import (
     unitary_of_rotor,
     vector_of_complex,
 )
+from tests.support.all_cases import all_cases
 
 RNG = np.random.default_rng(50)
 ALGEBRAS = [VGA3, PGA2, PGA3, STA, CGA3, G33, orthogonal(4), orthogonal(2, 2), orthogonal(1, 1, 2)]
@@ -209,7 +210,7 @@ def test_exponential_reaches_all_rotations(n: int) -> None:
         assert np.abs(np.array(membership(rotor).action, float) - rotation).max() < 1e-12
 
 
-@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda algebra: algebra.name)
+@all_cases("algebra", ALGEBRAS)
 def test_bivectors_and_skew_matrices(algebra: Algebra) -> None:
     bivector = Multivector(algebra, {b: int(RNG.integers(-9, 10)) for b in algebra.blades(2)})
     matrix = vector_matrix(bivector).tolist()

@@ -31,6 +31,7 @@ from gacompiler.structure.general_linear import (
 )
 from gacompiler.structure.groups import membership
 from gacompiler.structure.representation import representation
+from tests.support.all_cases import all_cases
 
 RNG = np.random.default_rng(70)
 
@@ -316,7 +317,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@all_cases("case", CASES)
 def test_directed_distances(case: str) -> None:
     """Compare with least squares on plain vectors, in both orders, for all pairs of points, lines and planes."""
     space = Horosphere(3)

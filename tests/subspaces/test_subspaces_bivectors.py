@@ -10,6 +10,7 @@ from scipy.stats import ortho_group
 from algorithms.subspaces import BivectorParts, bivectors, split_bivectors
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA3, PGA3, STA, null_pairs, orthogonal
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(22)
 
@@ -54,8 +55,8 @@ def check(found: BivectorParts, bivector: np.ndarray, n: int, gram: np.ndarray, 
             assert np.abs(one @ two - two @ one).max() < tolerance * 100 * size**2
 
 
-@pytest.mark.parametrize("n", range(2, 13))
-@pytest.mark.parametrize("scale", [1e-8, 1.0, 1e8])
+@all_cases("n", range(2, 13))
+@all_cases("scale", [1e-8, 1.0, 1e8])
 def test_euclidean_bivectors(n: int, scale: float) -> None:
     bivectors = scale * RANDOM.normal(size=(20, n * (n - 1) // 2))
     found = split_bivectors(bivectors, n)

@@ -24,6 +24,7 @@ from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA3, PGA3, STA, VGA3, orthogonal
 from gacompiler.algebra.multivector import Multivector
 from gacompiler.algebra.versors import inverse, norm_squared, sandwich
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(21)
 
@@ -171,8 +172,8 @@ def test_all_maps_of_rigid_bodies(n: int) -> None:
         assert len(found) <= n
 
 
-@pytest.mark.parametrize("scale", [1e-8, 1.0, 1e8])
-@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
+@all_cases("scale", [1e-8, 1.0, 1e8])
+@all_cases("algebra", ALGEBRAS)
 def test_versors_are_factorised(algebra: Algebra, scale: float) -> None:
     n, gram = algebra.dimension, gram_of(algebra)
     for count in range(min(n, 5) + 1):
@@ -279,7 +280,7 @@ BAD = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BAD)
+@all_cases("name", BAD)
 def test_bad_arguments_are_named(name: str) -> None:
     call, kind, words = BAD[name]
     with pytest.raises(kind, match=words):

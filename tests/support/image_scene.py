@@ -18,7 +18,7 @@ THINGS = {"ball": (BALL, *sphere(0.04)), "can": (CAN, *cylinder(0.033, 0.1)), "b
 TRUTH = motor((0.2, 0.3, 0.5), TARGET)
 NEAR = pga3.motor_product(TRUTH, motor((0.04, 0.03, -0.04), (0.002, 0.003, -0.002)))
 HALF_TURNS = [motor(np.pi * axis, (0, 0, 0)) for axis in (np.zeros(3), *np.eye(3))]
-SETTINGS = ImageSettings(blur=0.6, noise=0.01)
+SETTINGS = ImageSettings(blur=0.6, noise=0.01, samples=4)
 SIZE = (320, 240)
 PLACES = np.array([[1.0, -0.3, 0.6], [0.9, 0.5, 0.6]])
 CAMERAS = tuple(

@@ -37,6 +37,7 @@ from gacompiler.symbolic import (
     to_kernel,
     unknowns,
 )
+from tests.support.all_cases import all_cases
 
 t, r, theta = symbols("t r theta")
 a, b = symbols("a b", layout=VGA3.VECTOR)
@@ -64,8 +65,8 @@ SERIES: dict[str, tuple[Any, Callable[[int], float]]] = {
 }
 
 
-@pytest.mark.parametrize("name", list(SERIES))
-@pytest.mark.parametrize(
+@all_cases("name", list(SERIES))
+@all_cases(
     "element",
     [
         multivector(VGA3, {"1": t, "e1": 1, "e3": 2}),
@@ -73,7 +74,6 @@ SERIES: dict[str, tuple[Any, Callable[[int], float]]] = {
         multivector(STA, {"g10": t, "1": 1}),
         multivector(PGA3, {"e01": t, "1": sympy.Rational(1, 2)}),
     ],
-    ids=str,
 )
 def test_waves_are_their_power_series(name: str, element: SymbolicMultivector) -> None:
     function, coefficient = SERIES[name]

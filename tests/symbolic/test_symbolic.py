@@ -51,6 +51,7 @@ from gacompiler.symbolic import (
     undual,
     unknowns,
 )
+from tests.support.all_cases import all_cases
 
 x, y, z, t = sympy.symbols("x y z t", real=True)
 p, q = sympy.symbols("p q", positive=True)
@@ -81,7 +82,7 @@ EXPRESSIONS = [
 ]
 
 
-@pytest.mark.parametrize("expression", EXPRESSIONS, ids=str)
+@all_cases("expression", EXPRESSIONS)
 def test_the_ring_round_trips_expressions_of_sympy(expression: Any) -> None:
     back = Expanded.of(expression).expression
     assert sympy.simplify(back - expression) == 0
@@ -144,7 +145,7 @@ def test_infinite_numbers_are_rejected(value: Any) -> None:
             Expanded.of(each)
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "zero",
     [
         (x + y) * (x - y) - x**2 + y**2,
@@ -156,7 +157,6 @@ def test_infinite_numbers_are_rejected(value: Any) -> None:
         x / x - 1,
         sympy.sqrt(6) / sympy.sqrt(2) / sympy.sqrt(3) - 1,
     ],
-    ids=str,
 )
 def test_sums_that_cancel_are_zero_by_form(zero: Any) -> None:
     assert Expanded.of(zero).is_zero
@@ -262,8 +262,8 @@ def test_operands_mix() -> None:
     assert a == +a
 
 
-@pytest.mark.parametrize(
-    ("operation", "message"),
+@all_cases(
+    "operation, message",
     [
         (lambda a: a * np.ones(3), "array of shape"),
         (lambda a: np.ones(3) * a, "array of shape"),

@@ -10,6 +10,7 @@ from bundle_scenes import BundleScene, bundle_scene, disturbed
 
 from algorithms.vision import BundleAdjustment, BundleStep, Camera, Observations, VisionStatus, bundle_adjust
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 
@@ -207,8 +208,8 @@ def test_inputs_of_all_kinds() -> None:
     np.testing.assert_allclose(mixed.residuals, expected.residuals[order], atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
+@all_cases(
+    "change, message",
     [
         (dict(observations=([0], [0])), r"observations: 2 arrays; expected 3"),
         (dict(observations=([9], [0], [[1.0, 2.0]])), r"observations: cameras 9 to 9; expected 0 to 3"),

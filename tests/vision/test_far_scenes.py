@@ -30,6 +30,7 @@ from algorithms.vision import (
     trifocal_tensor,
 )
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 K = np.array([[800.0, 0, 320], [0, 790.0, 240], [0, 0, 1]])
 FAR = [(1.0, 0.0), (2.0**-10, 0.0), (2.0**10, 0.0), (1.0, 2.0**20), (2.0**-10, 2.0**20)]
@@ -132,8 +133,8 @@ def test_tensors_of_far_cameras_fit_their_pixels(unit, far):
     assert np.abs(np.einsum("ijkm,ni,nj,nk,nm->n", four / np.linalg.norm(four), *lines)).max() < 1e-12
 
 
-@pytest.mark.parametrize(("unit", "far"), FAR)
-@pytest.mark.parametrize("threshold", [None, 2.0])
+@all_cases("unit, far", FAR)
+@all_cases("threshold", [None, 2.0])
 def test_poses_have_all_digits(unit, far, threshold):
     points, centres, _, pixels = scene(np.random.default_rng(93), unit, far)
     found = localize(points, pixels[0], K, threshold=threshold)

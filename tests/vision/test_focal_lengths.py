@@ -59,7 +59,7 @@ def test_poses_and_focal_lengths_are_as_stated(n, wrong, tilt):
 @pytest.mark.parametrize(("n", "wrong"), [(40, 0.0), (100, 0.4)])
 def test_motions_and_focal_lengths_are_as_stated(n, wrong):
     off = []
-    for seed in range(10):
+    for seed in range(6):
         one, two, focal, motion, bad = seen_pairs(np.random.default_rng([83, n, seed]), n, wrong=wrong)
         found = relative_pose_unknown_focal(one, two, CENTRE, threshold=1.5 if wrong else None)
         if found.status == VisionStatus.DEGENERATE:
@@ -69,7 +69,7 @@ def test_motions_and_focal_lengths_are_as_stated(n, wrong):
         assert (found.points[found.inliers & np.isfinite(found.points[:, 0])][:, 2] > 0).all()
         frame = pga3.motor_to_matrix(found.motor)
         off.append(deviations_off(found.covariance, found.focal - focal, motion, frame))
-    assert len(off) >= 8 and np.max(off) < 5 and np.median(off) > 0.1
+    assert len(off) >= 5 and np.max(off) < 5 and np.median(off) > 0.1
 
 
 def test_planes_parallel_to_the_image_leave_the_focal_length_undetermined():
@@ -83,7 +83,7 @@ def test_planes_parallel_to_the_image_leave_the_focal_length_undetermined():
 @pytest.mark.parametrize("kind", ["plane", "parallel", "fixation", "rotation"])
 @pytest.mark.parametrize("wrong", [0.0, 0.3])
 def test_arrangements_that_leave_the_focal_length_of_two_views_undetermined(kind, wrong):
-    for seed in range(6):
+    for seed in range(3):
         one, two, *_ = seen_pairs(np.random.default_rng([85, seed]), 80, kind, wrong=wrong)
         found = relative_pose_unknown_focal(one, two, CENTRE, threshold=1.5 if wrong else None)
         expected = (VisionStatus.DEGENERATE, VisionStatus.AMBIGUOUS)[: 2 if kind == "plane" else 1]

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from algorithms.vision import Camera, HandEyeStatus, calibrate_endoscope, hand_eye, hand_eye_from_poses
 from algorithms.vision import hand_eye_noise as noises
 from generated import cga3, pga3
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 
@@ -48,8 +49,8 @@ def test_the_equation_vanishes_on_the_motor_between_both_places() -> None:
     np.testing.assert_allclose((pga3.motor_equation(one, two) @ other[..., None])[..., 0], products, atol=1e-13)
 
 
-@pytest.mark.parametrize("n_motions", [2, 3, 10])
-@pytest.mark.parametrize("length", [1e-3, 1, 1e3])
+@all_cases("n_motions", [2, 3, 10])
+@all_cases("length", [1e-3, 1, 1e3])
 def test_exact_motions_give_the_exact_pose(n_motions: int, length: float) -> None:
     rng = np.random.default_rng(n_motions)
     x, a = poses(rng, 500, length=length), poses(rng, 500, n_motions, length=length)
@@ -154,9 +155,9 @@ def test_noise_of_either_end_of_motions_is_treated_equally() -> None:
 @pytest.mark.parametrize("whose", ["hand", "camera"])
 def test_the_source_of_noise_is_optional(whose: Any) -> None:
     rng = np.random.default_rng(23)
-    x, z, hands = poses(rng, 200), poses(rng, 200), poses(rng, 200, 10)
+    x, z, hands = poses(rng, 80), poses(rng, 80), poses(rng, 80, 10)
     eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None]
-    noise = poses(rng, 200, 10, angle=4e-3, length=1e-3)
+    noise = poses(rng, 80, 10, angle=4e-3, length=1e-3)
     if whose == "hand":
         hands = hands @ noise
     else:

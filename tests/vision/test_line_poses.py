@@ -48,7 +48,7 @@ def test_few_points_and_lines_without_noise(n_points, n_lines):
 @pytest.mark.parametrize(("n_points", "n_lines", "wrong"), [(2, 3, 0.0), (10, 20, 0.0), (40, 40, 0.5), (0, 60, 0.4)])
 def test_errors_are_as_stated(n_points, n_lines, wrong):
     ratios = []
-    for seed in range(8):
+    for seed in range(5):
         points, pixels, lines, image, pose, bad, bad_lines = seen_lines(
             np.random.default_rng([112, n_lines, seed]), n_points, n_lines, wrong=wrong
         )
@@ -64,7 +64,7 @@ def test_errors_are_as_stated(n_points, n_lines, wrong):
 def test_lines_improve_a_pose():
     """The error of many scenes with lines is less than with their points alone."""
     errors = []
-    for seed in range(20):
+    for seed in range(10):
         points, pixels, lines, image, pose, *_ = seen_lines(np.random.default_rng([113, seed]), 8, 30)
         both = localize(points, pixels, K, lines=lines, image_lines=image)
         errors.append([off(both.pose, pose)[1], off(localize(points, pixels, K).pose, pose)[1]])

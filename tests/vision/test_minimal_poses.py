@@ -23,7 +23,7 @@ def pixels(pose: Array, places: Array) -> tuple[Array, Array]:
 
 def test_every_pose_shows_the_pixels_and_the_true_one_is_among_them() -> None:
     rng, counts = np.random.default_rng(1), np.zeros(5, int)
-    for k in range(300):
+    for k in range(150):
         pose = pga3.motor_from_rotation_vector_translation(0.4 * rng.normal(size=3), rng.normal(size=3))
         places = np.asarray(pga3.move_point(pose, rng.normal((0, 0, 5), size=(3, 3)))) + 1e4 * (k % 2)
         pose = pga3.motor_product(
@@ -39,7 +39,7 @@ def test_every_pose_shows_the_pixels_and_the_true_one_is_among_them() -> None:
             again, depths = pixels(each, places)
             assert np.abs(again - image).max() < 1e-3 and (depths > 0).all()
             assert abs(each @ pga3.normalize_motor(each) - each @ each) < 1e-9 * (each @ each)
-    assert not counts[0] and counts[2] > 100 and counts[4] > 5
+    assert not counts[0] and counts[2] > 50 and counts[4] > 2
 
 
 def test_lenses_and_invalid_input() -> None:

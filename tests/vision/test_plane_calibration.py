@@ -222,7 +222,7 @@ def test_what_the_views_do_not_determine_has_a_status() -> None:
         )  # fmt: skip
     rng = np.random.default_rng(110)
     for model in ("brown", "fisheye"):
-        noise = [rng.uniform(0, 480, view.shape) for view in views]
+        noise = [rng.uniform(0, 480, view.shape) for view in views[:4]]
         assert calibrate_from_planes(BOARD, noise, distortion=model).status != VisionStatus.OK
 
 

@@ -17,6 +17,7 @@ from algorithms.vision import (
     triangulate,
 )
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 
 def random_camera(rng: np.random.Generator) -> tuple[Camera, np.ndarray]:
@@ -259,8 +260,8 @@ def test_degenerate_cameras() -> None:
         fundamental_matrix(np.zeros((3, 4)), left)
 
 
-@pytest.mark.parametrize(
-    ("call", "error", "message"),
+@all_cases(
+    "call, error, message",
     [
         (lambda: fundamental_matrix(np.eye(3), np.eye(4)[:3]), ValueError, r"first: shape \(3, 3\); expected"),
         (lambda: fundamental_matrix(np.eye(4)[:3], np.eye(4)[:3] * 1j), TypeError, "second: dtype complex128"),

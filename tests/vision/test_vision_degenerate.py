@@ -28,6 +28,7 @@ from algorithms.vision import (
 )
 from algorithms.vision.status import distinct
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 RNG = np.random.default_rng(31)
@@ -381,9 +382,7 @@ def test_the_table_has_all_public_functions() -> None:
     assert not {name for name, _, _ in TABLE} & set(NOT_APPLICABLE)
 
 
-@pytest.mark.parametrize(
-    ("name", "call", "expected"), TABLE, ids=[f"{name}-{r.name}-{k}" for k, (name, _, r) in enumerate(TABLE)]
-)
+@all_cases("name, call, expected", TABLE)
 def test_wrong_results_are_reported(name: str, call: Callable[[], Any], expected: Result) -> None:
     with np.errstate(all="ignore"):
         if expected == Result.REFUSED:

@@ -51,19 +51,19 @@ def in_views(rng: np.random.Generator, noise: float, method: Any, n_scenes: int 
 
 def test_views_give_the_invariants_of_space_to_the_accuracy_of_pixels() -> None:
     """The error is 1e-12 wherever the last digit of the pixels permits, according to the reported deviation."""
-    two, three, floor = in_views(np.random.default_rng(1), 0.0, "points", 8)
+    two, three, floor = in_views(np.random.default_rng(1), 0.0, "points", 4)
     assert (floor < 1e-13).mean() > 0.97
     assert max(two[floor < 1e-13].max(), three[floor < 1e-13].max()) < 1e-12
     assert (two < 40 * floor + 1e-13).all() and (three < 40 * floor + 1e-13).all()
-    two, three, _ = in_views(np.random.default_rng(1), 0.0, "joins", 4)
+    two, three, _ = in_views(np.random.default_rng(1), 0.0, "joins", 2)
     assert (two < 1e-12).mean() > 0.95 and (three < 1e-12).mean() > 0.97 and max(two.max(), three.max()) < 1e-7
 
 
 def test_the_deviation_of_invariants_under_noise() -> None:
     """Compare with the spread of invariants of noisy pixels."""
     rng = np.random.default_rng(8)
-    cameras, _, _, pixels = scene(rng, 3, 120)
-    views = [v.reshape(20, 6, 2) for v in pixels]
+    cameras, _, _, pixels = scene(rng, 3, 60)
+    views = [v.reshape(10, 6, 2) for v in pixels]
     noisy = [v + 0.01 * rng.normal(size=(400, *v.shape)) for v in views]
     matrix, tensor = fundamental_matrix(*cameras[:2]), trifocal_tensor(*cameras)
     for known in ({"fundamental": matrix}, {"tensor": tensor}):
@@ -71,7 +71,7 @@ def test_the_deviation_of_invariants_under_noise() -> None:
         found = invariants_3d(*noisy[:count], **known)
         middle = np.quantile(found, [0.16, 0.84], axis=0)
         deviation = invariants_3d_deviation(*views[:count], noise=0.01, **known)
-        assert deviation.shape == (20, 3)
+        assert deviation.shape == (10, 3)
         assert np.median((middle[1] - middle[0]) / (2 * deviation)) == pytest.approx(1, abs=0.1)
     with pytest.raises(ValueError, match="2 or 3 views"):
         invariants_3d_deviation(views[0])
@@ -102,11 +102,9 @@ def test_the_deviation_is_computed_for_each_set_alone() -> None:
 
 
 def test_three_views_are_at_least_as_accurate_as_two_under_noise() -> None:
-    """The table of the page: medians for 0.1, 0.2, 0.5 and 1 pixels."""
+    """The first and the last row of the table of the page: medians for 0.1 and 1 pixels."""
     for noise, of_two, of_three in (
         (0.1, 0.0026, 0.0017),
-        (0.2, 0.0053, 0.0035),
-        (0.5, 0.013, 0.009),
         (1.0, 0.026, 0.017),
     ):
         two, three, _ = in_views(np.random.default_rng(2), noise, "points", 12)

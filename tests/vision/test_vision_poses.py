@@ -10,6 +10,7 @@ from pose_scenes import INTRINSICS, bent_board, camera_error, seen_from_somewher
 from selection import some_slow
 
 from algorithms.vision import VisionStatus, localizations, localize
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 
@@ -51,8 +52,8 @@ def check(views: list[tuple[Array, Array, Array, Array]], degrees: float) -> Non
             assert away < 0.1 * np.linalg.norm(points.mean(0) - centre)
 
 
-@pytest.mark.parametrize("n_points", [4, 5, 6, 7, 10])
-@pytest.mark.parametrize("thickness", [0.0, 0.1, 1.0])
+@all_cases("n_points", [4, 5, 6, 7, 10])
+@all_cases("thickness", [0.0, 0.1, 1.0])
 def test_few_exact_points(n_points: int, thickness: float) -> None:
     rng = np.random.default_rng(n_points)
     for _ in range(3):

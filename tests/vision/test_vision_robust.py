@@ -18,6 +18,7 @@ from algorithms.vision import (
     robust_fundamental_matrix,
     robust_homography,
 )
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])
@@ -106,8 +107,8 @@ def test_the_confidence_is_reached_or_the_status_reports_it() -> None:
     assert robust_homography(flat, moved).status == VisionStatus.OK
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
+@all_cases(
+    "arguments, message",
     [
         ({"threshold": -1}, "threshold: -1"),
         ({"threshold": 0.0}, "threshold: 0"),

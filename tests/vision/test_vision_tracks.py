@@ -99,7 +99,7 @@ def test_all_correct_observations_are_used() -> None:
     """With noise only, also if half of the observations are hidden."""
     rng = np.random.default_rng(6)
     kept = asked = 0
-    for _ in range(4):
+    for _ in range(2):
         exact = images(rng, 8)
         seen = rng.random(exact.shape[:2]) < 0.5
         found = factorize(exact + 0.5 * rng.normal(size=exact.shape), seen)

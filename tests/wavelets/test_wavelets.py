@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from algorithms.wavelets import iqft, irqft, qft, rqft
+from tests.support.all_cases import all_cases
 
 SIDES = ("two", "left", "right")
 SIZES = ((6, 5), (4, 7), (8, 8), (1, 5), (5, 1), (1, 1), (3, 4), (2, 2))
@@ -69,8 +70,8 @@ def camera() -> np.ndarray:
     return data.camera()
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("side", SIDES)
+@all_cases("size", SIZES)
+@all_cases("side", SIDES)
 def test_direct_sum_and_inverse(side: str, size: tuple[int, int]) -> None:
     field = quaternions(*size)
     spectrum = qft(field, side)
@@ -79,8 +80,8 @@ def test_direct_sum_and_inverse(side: str, size: tuple[int, int]) -> None:
     assert np.abs(iqft(field, side) - direct(field, side, sign=1.0) / np.prod(size)).max() < 1e-13
 
 
-@pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize(
+@all_cases("side", SIDES)
+@all_cases(
     "axes",
     [(a, b) for a in "ijk" for b in "ijk"]
     + [(OBLIQUE, ACROSS), (OBLIQUE, "j"), ("k", "k"), ("j", (0.0, -1.0, 0.0)), (OBLIQUE, (-0.6, 0.0, -0.8))]
@@ -90,7 +91,6 @@ def test_direct_sum_and_inverse(side: str, size: tuple[int, int]) -> None:
         ("j", (1e-7, np.sqrt(1 - 1e-14), 0.0)),
         ("k", (1e-5, 0.0, -np.sqrt(1 - 1e-10))),
     ],
-    ids=str,
 )
 def test_all_axes(side: str, axes: Any) -> None:
     """Axes at all angles, named or not, of quaternions and of real images."""
@@ -101,9 +101,9 @@ def test_all_axes(side: str, axes: Any) -> None:
     assert np.abs(qft(field[..., 0], side, axes) - direct(embedded(field[..., 0]), side, axes)).max() < 1e-12
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("axes", [("i", "j"), ("k", "k"), (OBLIQUE, "k"), ("i", (-1.0, 0.0, 0.0))])
+@all_cases("size", SIZES)
+@all_cases("side", SIDES)
+@all_cases("axes", [("i", "j"), ("k", "k"), (OBLIQUE, "k"), ("i", (-1.0, 0.0, 0.0))])
 def test_half_of_the_frequencies_of_real_images(side: str, axes: Any, size: tuple[int, int]) -> None:
     image = quaternions(2, *size)[..., 0]
     half = rqft(image, side, axes, "ortho")
@@ -118,15 +118,15 @@ def test_half_of_the_frequencies_of_real_images(side: str, axes: Any, size: tupl
     assert np.abs(irqft(single, size[1], side, axes) - image).max() < 1e-5
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("side", SIDES)
+@all_cases("size", SIZES)
+@all_cases("side", SIDES)
 def test_a_real_image_is_a_quaternion_image(side: str, size: tuple[int, int]) -> None:
     field = quaternions(*size)[..., 0]
     assert np.abs(qft(field, side) - qft(embedded(field), side)).max() < 1e-13
 
 
-@pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("axes", [("i", "j"), ("i", "i"), ("k", "i"), ("j", (0.0, -1.0, 0.0))], ids=str)
+@all_cases("side", SIDES)
+@all_cases("axes", [("i", "j"), ("i", "i"), ("k", "i"), ("j", (0.0, -1.0, 0.0))])
 def test_norms_equal_those_of_scipy(side: str, axes: Any) -> None:
     field = quaternions(6, 5)
     plain = qft(field, side, axes)
@@ -248,8 +248,8 @@ def test_empty_batches() -> None:
             assert qft(np.empty((0, 6, 5)), side, axes).shape == (0, 6, 5, 4)
 
 
-@pytest.mark.parametrize(
-    ("call", "error", "message"),
+@all_cases(
+    "call, error, message",
     [
         (lambda f: qft(f, side="both"), ValueError, "side: 'both'; expected 'two', 'left', 'right'"),
         (lambda f: qft(f, axes=("i", "l")), ValueError, "axes: 'l'; expected 'i', 'j', 'k' or a unit vector"),
@@ -276,8 +276,8 @@ def test_bad_input(call: Any, error: type[Exception], message: str) -> None:
         call(quaternions(6, 5))
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("side", SIDES)
+@all_cases("value", [np.nan, np.inf, -np.inf])
+@all_cases("side", SIDES)
 def test_a_pixel_that_is_not_finite_is_rejected(side: str, value: float) -> None:
     """A NaN or infinity would affect every frequency."""
     field = quaternions(6, 5)

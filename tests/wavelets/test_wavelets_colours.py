@@ -14,6 +14,7 @@ from test_wavelets_inputs import CALLS
 from algorithms.wavelets import discrete_wavelet, from_rgb, iqft, qft, real_product_fft, rqft, to_rgb
 from algorithms.wavelets.colours import GREY
 from algorithms.wavelets.pictures import draw_colours, draw_denoised, draw_flow
+from tests.support.all_cases import all_cases
 
 IMAGES = [
     name
@@ -87,8 +88,8 @@ def test_wrong_colour_images() -> None:
         draw_colours(q + np.eye(4)[0])
 
 
-@pytest.mark.parametrize("name", IMAGES)
-@pytest.mark.parametrize(("channels", "word"), [(1, "one channel"), (2, "grey and alpha"), (3, "RGB"), (4, "RGBA")])
+@all_cases("name", IMAGES)
+@all_cases("channels, word", [(1, "one channel"), (2, "grey and alpha"), (3, "RGB"), (4, "RGBA")])
 def test_pictures_with_channels_are_rejected(name: str, channels: int, word: str) -> None:
     """Errors name the function, for bytes and floats; only `qft` accepts four channels of floats, as quaternions."""
     call, shape = CALLS[name]
@@ -101,7 +102,7 @@ def test_pictures_with_channels_are_rejected(name: str, channels: int, word: str
             call(each)
 
 
-@pytest.mark.parametrize("name", [name for name in IMAGES if name not in ONE and name != "real_product_fft"])
+@all_cases("name", [name for name in IMAGES if name not in ONE and name != "real_product_fft"])
 def test_channels_are_transformed_as_a_stack(name: str) -> None:
     call, shape = CALLS[name]
     picture = np.random.default_rng(0).normal(size=(*shape, 3))

@@ -7,6 +7,7 @@ import pytest
 
 from algorithms.wavelets import complex_pyramid, discrete_wavelet
 from algorithms.wavelets.discrete import MODES
+from tests.support.all_cases import all_cases
 
 LOW = np.array([1 - 1j, 4 - 1j, 4 + 1j, 1 + 1j]) / 10
 HIGH = np.array([-1 - 2j, 5 + 2j, -5 + 2j, 1 - 2j]) / 14
@@ -65,8 +66,8 @@ def test_the_image_is_reconstructed(size: tuple[int, ...]) -> None:
     assert np.abs(pyramid.inverse() - image).max() < 1e-9
 
 
-@pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("name", ["haar", "db3", "sym4", "coif1", "bior2.4"])
+@all_cases("mode", MODES)
+@all_cases("name", ["haar", "db3", "sym4", "coif1", "bior2.4"])
 def test_signals_and_volumes_equal_those_of_pywavelets(name: str, mode: str) -> None:
     pywt = pytest.importorskip("pywt")
     signal, volume = normal(150), normal(21, 24, 33)

@@ -15,6 +15,7 @@ from algorithms.wavelets import (
     similarity_versor,
 )
 from generated import cga2, cga3, vga2, vga3
+from tests.support.all_cases import all_cases
 
 ROTOR = vga3.rotor_from_rotation_vector(np.array([0.3, -0.5, 0.7]))
 IDENTITY = np.eye(16)[0]
@@ -73,8 +74,8 @@ def test_the_transform_is_equivariant_under_similarities() -> None:
 
 def test_moved_wavelets_preserve_their_norm() -> None:
     """Also for transversions, the scalar part of W of a moved wavelet with itself is the norm of the original."""
-    step, sigma, frequency = 0.05, 0.25, 6.0
-    points = grid(64, step)
+    step, sigma, frequency = 0.08, 0.25, 6.0
+    points = grid(40, step)
     for versor in (
         IDENTITY,
         transversion(np.array([0.2, -0.1, 0.15])),
@@ -212,8 +213,8 @@ def test_fields_are_reconstructed(dimension: int) -> None:
     assert single.field.shape == field.shape
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda f, x: conformal_wavelet(f, x[:-1], IDENTITY), r"points: shape \(9, 3\); expected \(10, 3\)"),
         (lambda f, x: conformal_wavelet(f, x * np.inf, IDENTITY), "points: a number is not finite"),

@@ -10,6 +10,7 @@ import scipy.ndimage
 import scipy.signal
 
 from algorithms.wavelets import convolve, correlate
+from tests.support.all_cases import all_cases
 
 BOUNDARIES = ("reflect", "constant", "nearest", "mirror", "wrap")
 SIZES = [
@@ -34,8 +35,8 @@ def close(found: np.ndarray, expected: np.ndarray, field: np.ndarray, mask: np.n
     assert np.abs(found - expected).max() < 1e-14 * np.abs(field).max() * np.abs(mask).sum()
 
 
-@pytest.mark.parametrize("method", ["auto", "direct", "fft"])
-@pytest.mark.parametrize(("size", "small"), SIZES)
+@all_cases("method", ["auto", "direct", "fft"])
+@all_cases("size, small", SIZES)
 def test_scipy(size: tuple[int, ...], small: tuple[int, ...], method: str) -> None:
     field, mask = normal(*size), normal(*small, seed=1)
     for own, signal, image in (
@@ -88,8 +89,8 @@ def test_stacks_types_and_sizes_of_numbers() -> None:
         convolve(np.ldexp(stack, 900), np.ldexp(mask, 900))
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda f: convolve(f, f[:3, :3], "edge"), "mode: 'edge'; expected 'full', 'same', 'valid', 'reflect'"),
         (lambda f: convolve(f, f[:3, :3], method="fast"), "method: 'fast'"),

@@ -10,6 +10,7 @@ import pytest
 
 from algorithms.wavelets import discrete_wavelet, dual_tree, wavelet_filters
 from algorithms.wavelets.discrete import MODES, analysis
+from tests.support.all_cases import all_cases
 
 FEW = ("haar", "db2", "db7", "sym5", "coif2", "bior1.3", "bior3.5", "bior6.8")
 
@@ -30,8 +31,8 @@ def test_one_level_equals_that_of_pywavelets(mode: str) -> None:
             assert np.abs(one - other).max() < 1e-10 * max(1, np.abs(other).max()), (name, size)
 
 
-@pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("name", FEW)
+@all_cases("mode", MODES)
+@all_cases("name", FEW)
 def test_images_equal_those_of_pywavelets(name: str, mode: str) -> None:
     pywt = pytest.importorskip("pywt")
     image = signal(81, 72)
@@ -44,8 +45,8 @@ def test_images_equal_those_of_pywavelets(name: str, mode: str) -> None:
             assert np.abs(found.detail[level][key] - other).max() < 1e-10 * scale
 
 
-@pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("name", FEW)
+@all_cases("mode", MODES)
+@all_cases("name", FEW)
 def test_the_inverse_reconstructs_signals_images_and_volumes(name: str, mode: str) -> None:
     for shape, axes in (((131,), None), ((33, 40), None), ((19, 20, 21), (0, 1, 2)), ((3, 64, 2), (1,))):
         x = signal(*shape)
@@ -94,8 +95,8 @@ def test_types_are_preserved() -> None:
     assert np.abs(discrete_wavelet(integers, "haar", 2).inverse() - integers).max() < 1e-12
 
 
-@pytest.mark.parametrize(
-    ("call", "error", "message"),
+@all_cases(
+    "call, error, message",
     [
         (lambda x: discrete_wavelet(x, "db99"), ValueError, "wavelet: 'db99'; expected 'haar', 'db1' to 'db38'"),
         (

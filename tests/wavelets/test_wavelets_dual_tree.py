@@ -10,6 +10,7 @@ import pytest
 
 from algorithms.wavelets import QuaternionPyramid, discrete_wavelet, dual_tree
 from algorithms.wavelets.filters import LEVEL_ONE_ANALYSIS, LEVEL_ONE_SYNTHESIS, QSHIFT
+from tests.support.all_cases import all_cases
 
 KNOWN = Path(__file__).parents[1] / "support" / "golden" / "dtcwt.npz"
 """Coefficients of random signals, images and a volume, of the dtcwt package run in its own environment."""
@@ -148,8 +149,8 @@ def test_energy_of_signals_hardly_changes_under_shifts() -> None:
     assert (spread < 0.02).all() and (other > 10 * spread).all(), (spread, other)
 
 
-@pytest.mark.parametrize(
-    ("call", "error", "message"),
+@all_cases(
+    "call, error, message",
     [
         (lambda x: dual_tree(x[0], 6), ValueError, "levels: 6; expected at most 5, as 50 numbers have"),
         (lambda x: dual_tree(x, 6), ValueError, "levels: 6; expected at most 5, as arrays of 40 x 50 numbers have"),

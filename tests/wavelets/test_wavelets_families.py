@@ -10,6 +10,7 @@ import scipy.integrate
 
 from algorithms.wavelets import wavelet_filters, wavelet_names
 from algorithms.wavelets.families import Filters
+from tests.support.all_cases import all_cases
 
 EXACT = [name for name in wavelet_names() if name != "dmey"]
 ORTHOGONAL = [name for name in EXACT if name[:4] not in ("bior", "rbio")]
@@ -25,7 +26,7 @@ def moments(name: str) -> int:
     return int(name.strip("dbsymcoif")) * (2 if name.startswith("coif") else 1)
 
 
-@pytest.mark.parametrize("name", EXACT)
+@all_cases("name", EXACT)
 def test_filters_are_dual_to_the_last_digit(name: str) -> None:
     """Even shifts of analysis and synthesis filters are dual, up to the rounding of the taps."""
     filters = wavelet_filters(name)
@@ -40,7 +41,7 @@ def test_filters_are_dual_to_the_last_digit(name: str) -> None:
     assert filters.low.sum() == pytest.approx(np.sqrt(2), rel=4e-16)
 
 
-@pytest.mark.parametrize("name", EXACT)
+@all_cases("name", EXACT)
 def test_moments_vanish(name: str) -> None:
     """Legendre polynomials of lower degree than the number of moments, which the name gives, have no details."""
     filters = wavelet_filters(name)
@@ -52,7 +53,7 @@ def test_moments_vanish(name: str) -> None:
         assert abs(sums[count]) > 1e-14, "one more moment would vanish"
 
 
-@pytest.mark.parametrize("order", range(1, 18))
+@all_cases("order", range(1, 18))
 def test_moments_of_coiflets(order: int) -> None:
     """The moments 1 to 2 K - 1 of the scaling function vanish about tap 2 K."""
     low = wavelet_filters(f"coif{order}").low_back
@@ -88,7 +89,7 @@ def test_zeros_of_daubechies_wavelets(order: int) -> None:
     assert (early >= np.cumsum(low[::-1] ** 2) - 1e-15).all()
 
 
-@pytest.mark.parametrize("order", range(4, 13))
+@all_cases("order", range(4, 13))
 def test_symlets_have_nearly_the_most_linear_phase(order: int) -> None:
     """Of all choices of zeros, at most a few are more symmetric, by at most 15 %."""
     w = np.linspace(0, np.pi, 400)[1:-1]
@@ -144,7 +145,7 @@ def test_filters_are_kept() -> None:
     )
 
 
-@pytest.mark.parametrize("name", ["db0", "db39", "sym1", "sym21", "coif18", "bior4.2", "rbio", "", "DB4", "db4 "])
+@all_cases("name", ["db0", "db39", "sym1", "sym21", "coif18", "bior4.2", "rbio", "", "DB4", "db4 "])
 def test_unknown_names(name: str) -> None:
     with pytest.raises(ValueError, match=r"wavelet: '.*'; expected 'haar', 'db1' to 'db38'"):
         wavelet_filters(name)

@@ -21,6 +21,7 @@ from gacompiler import compile as compile_kernel
 from gacompiler import kernel
 from gacompiler.algebra.catalog import orthogonal
 from generated import cga3, pga2, pga3, quaternion, sta, vga2, vga3
+from tests.support.all_cases import all_cases
 
 PLANE, SPACE = ("", "1", "2", "12"), ("", "1", "2", "3", "12", "13", "23", "123")
 SPACETIME = ("", *"1234", "12", "13", "23", "14", "24", "34", "123", "124", "134", "234", "1234")
@@ -78,8 +79,8 @@ def field(*shape: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).normal(size=shape)
 
 
-@pytest.mark.parametrize("size", [(6, 5), (7, 8), (1, 3), (1, 1)])
-@pytest.mark.parametrize("side", ["left", "right"])
+@all_cases("size", [(6, 5), (7, 8), (1, 3), (1, 1)])
+@all_cases("side", ["left", "right"])
 def test_plane(side: str, size: tuple[int, int]) -> None:
     f = field(*size, 4)
     root = ("12", (0, 1))
@@ -195,8 +196,8 @@ def test_batches_precision_and_workers() -> None:
             transform(stack)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (
             lambda f: clifford_fft(f[..., :3]),
@@ -272,8 +273,8 @@ def test_convolution_in_all_algebras(name: str) -> None:
         assert np.abs(wrapped - periodic(f, h, by)).max() < 1e-13 * scale
 
 
-@pytest.mark.parametrize("mode", ["full", "same", "valid"])
-@pytest.mark.parametrize("size", [(3, 3), (2, 4), (1, 5), (6, 5)])
+@all_cases("mode", ["full", "same", "valid"])
+@all_cases("size", [(3, 3), (2, 4), (1, 5), (6, 5)])
 def test_scalars_equal_those_of_scipy(mode: str, size: tuple[int, int]) -> None:
     f, h = field(7, 6, 4) * [1, 0, 0, 0], field(*size, 4, seed=1) * [1, 0, 0, 0]
     for method in ("direct", "fft"):

@@ -26,6 +26,7 @@ from algorithms.wavelets import (
     volume_time_fft,
 )
 from generated import pga3, quaternion, vga2, vga3
+from tests.support.all_cases import all_cases
 
 
 @lru_cache
@@ -58,8 +59,8 @@ def in_sequence(f: np.ndarray, n: int, sign: float = -1) -> np.ndarray:
     return result
 
 
-@pytest.mark.parametrize("size", [(6, 5), (3, 4, 5), (1, 3), (2, 1, 3)])
-@pytest.mark.parametrize("side", ["left", "right"])
+@all_cases("size", [(6, 5), (3, 4, 5), (1, 3), (2, 1, 3)])
+@all_cases("side", ["left", "right"])
 def test_pseudoscalar(size: tuple[int, ...], side: str) -> None:
     n = len(size)
     f, names = field(*size, 2**n), blades(n)
@@ -219,8 +220,8 @@ def test_batches_and_types() -> None:
 E12 = np.eye(4)[3]
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda f: pseudoscalar_fft(f[..., :3]), r"field: shape \(6, 5, 3\); expected n axes of space"),
         (lambda f: pseudoscalar_fft(f[..., :2]), "1 dimensions, where the pseudoscalar has square 1"),

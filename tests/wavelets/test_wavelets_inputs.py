@@ -11,6 +11,7 @@ import pytest
 
 from algorithms import wavelets as w
 from generated import cga3, vga2
+from tests.support.all_cases import all_cases
 
 IDENTITY = np.eye(16)[0]
 NO_TURN = np.array([1.0, 0, 0, 0])
@@ -168,7 +169,7 @@ def test_all_public_functions_are_listed() -> None:
     assert takes_levels <= set(LEVELS)
 
 
-@pytest.mark.parametrize("name", CALLS)
+@all_cases("name", CALLS)
 def test_integers_are_floats(name: str) -> None:
     call, shape = CALLS[name]
     integers = whole(shape)
@@ -179,8 +180,8 @@ def test_integers_are_floats(name: str) -> None:
     assert np.array_equal(call(integers.tolist() if name != "similarity_distance" else integers), expected)
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-@pytest.mark.parametrize("name", CALLS)
+@all_cases("value", [np.nan, np.inf])
+@all_cases("name", CALLS)
 def test_numbers_that_are_not_finite_are_rejected(name: str, value: float) -> None:
     call, shape = CALLS[name]
     array = whole(shape).astype(float)
@@ -189,7 +190,7 @@ def test_numbers_that_are_not_finite_are_rejected(name: str, value: float) -> No
         call(array)
 
 
-@pytest.mark.parametrize("name", CALLS)
+@all_cases("name", CALLS)
 def test_other_types_of_numbers_are_rejected(name: str) -> None:
     call, shape = CALLS[name]
     for array in (np.ones(shape, complex), np.full(shape, "a"), np.ones(shape, object)):
@@ -197,7 +198,7 @@ def test_other_types_of_numbers_are_rejected(name: str) -> None:
             call(array)
 
 
-@pytest.mark.parametrize("name", CALLS)
+@all_cases("name", CALLS)
 def test_wrong_shapes_are_rejected(name: str) -> None:
     """A scalar, an axis of length 0, and a wrong number of coefficients."""
     call, shape = CALLS[name]
@@ -211,7 +212,7 @@ def test_wrong_shapes_are_rejected(name: str) -> None:
             call(np.ones((*shape[:-1], 5)))
 
 
-@pytest.mark.parametrize("name", CALLS)
+@all_cases("name", CALLS)
 def test_masked_numbers_are_rejected(name: str) -> None:
     """A mask would be ignored; arrays without masked elements are accepted."""
     call, shape = CALLS[name]
@@ -237,8 +238,8 @@ SHAPES_ONLY = {
 QUADRATIC = {"orbit_energies", "orbit_energy"}
 
 
-@pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("name", [name for name in CALLS if name not in ("texture_features",)])
+@all_cases("dtype", [np.float64, np.float32])
+@all_cases("name", [name for name in CALLS if name not in ("texture_features",)])
 @pytest.mark.filterwarnings("error")
 def test_numbers_of_any_size(name: str, dtype: type) -> None:
     """Scaling by powers of 2 scales all results, up to 1e-300 and 1e300; larger numbers may only raise an error."""
@@ -293,14 +294,14 @@ def test_amplitudes_and_phases_of_any_size() -> None:
     assert np.ptp(w.local_phase(both, (0.1, 0.2)).confidence, 0).max() < 1e-12
 
 
-@pytest.mark.parametrize("name", LEVELS)
+@all_cases("name", LEVELS)
 def test_too_many_levels_are_rejected(name: str) -> None:
     for levels in (12, -1, 1.5, True):
         with pytest.raises(ValueError, match=f"levels: {levels}; expected"):
             LEVELS[name](levels)
 
 
-@pytest.mark.parametrize("name", [name for name in CALLS if "workers" in options(name)])
+@all_cases("name", [name for name in CALLS if "workers" in options(name)])
 def test_workers_change_nothing(name: str) -> None:
     call, shape = CALLS[name]
     array = np.random.default_rng(1).normal(size=shape)
@@ -311,7 +312,7 @@ def test_workers_change_nothing(name: str) -> None:
         call(array, workers=0)
 
 
-@pytest.mark.parametrize("name", [name for name in CALLS if "progress" in options(name)])
+@all_cases("name", [name for name in CALLS if "progress" in options(name)])
 def test_progress_reaches_the_total(name: str) -> None:
     call, shape = CALLS[name]
     array = np.random.default_rng(1).normal(size=shape)
@@ -326,7 +327,7 @@ def test_all_functions_of_arrays_have_workers() -> None:
     assert {name for name in CALLS if "workers" not in options(name)} == set(ALONE)
 
 
-@pytest.mark.parametrize("name", CALLS)
+@all_cases("name", CALLS)
 def test_read_only_arrays_and_single_precision(name: str) -> None:
     """The result of float32 is float32, near that of float64."""
     call, shape = CALLS[name]

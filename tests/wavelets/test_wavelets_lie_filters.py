@@ -14,6 +14,7 @@ from algorithms.wavelets.lie_filters import GENERATORS
 from gacompiler.specs.lie_filters import BIVECTORS
 from gacompiler.specs.lie_filters import GENERATORS as MATRICES
 from gacompiler.structure.general_linear import bivector_of_linear_map, linear_map_of_bivector
+from tests.support.all_cases import all_cases
 
 SIZE = 81
 Y, X = np.mgrid[:SIZE, :SIZE] - SIZE // 2
@@ -169,8 +170,8 @@ def test_stacks_types_and_ranges() -> None:
         orbit_energy(1e200 * image, "x")
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
+@all_cases(
+    "change, message",
     [
         ({"image": np.ones((20, 20, 3))}, "looks like"),
         ({"image": np.full((20, 20), np.nan)}, "finite"),

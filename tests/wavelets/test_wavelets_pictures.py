@@ -31,6 +31,7 @@ from algorithms.wavelets.pictures import (
     draw_spectrum,
     draw_textures,
 )
+from tests.support.all_cases import all_cases
 
 
 def normal(*shape: int, seed: int = 0) -> np.ndarray:
@@ -45,6 +46,7 @@ def shown(figure: Any, panel: int = 0) -> np.ndarray:
 
 def saved(figure: Any, path: Path) -> None:
     """The figure can be saved and does not have a single colour."""
+    figure.set_layout_engine("none")  # which takes longer than drawing
     figure.savefig(path / "figure.png", dpi=40)
     with Image.open(path / "figure.png") as image:
         assert len(set(image.convert("L").resize((100, 100)).tobytes())) > 10
@@ -131,8 +133,8 @@ def test_denoised_and_textures(tmp_path: Path) -> None:
     saved(figure, tmp_path)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda f: draw_spectrum(f), "spectrum: shape"),
         (lambda f: draw_phases(np.full((3, 4, 4), np.nan)), "q: a number is not finite"),

@@ -17,6 +17,7 @@ from algorithms.wavelets import (
     universal_threshold,
 )
 from algorithms.wavelets.shrinkage import _gains
+from tests.support.all_cases import all_cases
 
 NUMBERS = np.array([-3.0, -1, -0.5, 0, 0.5, 1.5, 2, 8])
 
@@ -133,8 +134,8 @@ def test_denoising_of_pure_noise_and_of_clean_signals() -> None:
     assert denoise_wavelet(volume, "haar", axes=(0, 1, 2)).std() < 0.6
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda x: shrink(x, -1), "threshold: -1.0; expected finite numbers, 0 or more"),
         (lambda x: shrink(x, np.nan), "threshold: nan; expected"),

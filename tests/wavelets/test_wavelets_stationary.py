@@ -17,6 +17,7 @@ from algorithms.wavelets import (
     wavelet_packets,
 )
 from algorithms.wavelets.discrete import MODES
+from tests.support.all_cases import all_cases
 
 
 def normal(*shape: int, seed: int = 0) -> np.ndarray:
@@ -36,8 +37,8 @@ def test_stationary_transform_is_the_sum(size: int) -> None:
     assert np.abs(found.approx - x).max() < 1e-14
 
 
-@pytest.mark.parametrize("name", ["haar", "db4", "bior2.6", "rbio5.5", "coif3"])
-@pytest.mark.parametrize("is_tight", [False, True])
+@all_cases("name", ["haar", "db4", "bior2.6", "rbio5.5", "coif3"])
+@all_cases("is_tight", [False, True])
 def test_inverse_of_the_stationary_transform(name: str, is_tight: bool) -> None:
     for shape, axes in (((40,), None), ((31,), None), ((17, 24), None), ((5, 6, 9), (0, 1, 2)), ((3, 50, 2), (1,))):
         x = normal(*shape)
@@ -78,7 +79,7 @@ def test_levels_by_default() -> None:
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize("mode", MODES)
+@all_cases("mode", MODES)
 def test_packets_are_repeated_transforms(mode: str) -> None:
     x = normal(45)
     packets = wavelet_packets(x, "db2", 3, mode)
@@ -152,7 +153,7 @@ def test_packets_of_images_and_volumes() -> None:
     assert packets.band("aadddd") == (1, 1, 2)
 
 
-@pytest.mark.parametrize("mode", MODES)
+@all_cases("mode", MODES)
 def test_one_level_of_any_size(mode: str) -> None:
     for size, name in product((1, 2, 3, 8), ("haar", "db4", "bior3.1")):
         x = normal(size)
@@ -163,8 +164,8 @@ def test_one_level_of_any_size(mode: str) -> None:
     assert idwt(*dwt(x, "db3", mode, 1), "db3", mode, -2).shape == (4, 10, 3)
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda x: stationary_wavelet(x, levels=6), "levels: 6; expected at most 5, as 40 numbers have"),
         (lambda x: stationary_wavelet(x * np.nan), "signal: a number is not finite"),

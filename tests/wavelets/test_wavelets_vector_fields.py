@@ -9,6 +9,7 @@ import pytest
 
 from algorithms.wavelets import derivative_mask, divergence_and_curl, match_template
 from generated import vga2, vga3
+from tests.support.all_cases import all_cases
 
 
 def normal(*shape: int, seed: int = 0) -> np.ndarray:
@@ -129,8 +130,8 @@ def test_a_whole_pattern_is_rotated_in_space() -> None:
     assert abs(found.rotor @ rotor) > 1 - 1e-6
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda f: match_template(f, f[:4, :5]), "template: shape .*odd sizes that fit"),
         (lambda f: match_template(f[:3], f[:5, :5]), "odd sizes that fit"),
