@@ -16,7 +16,7 @@ from ..arguments import Reals
 _LEVELS = 24
 """A limit on work: number of distance levels, the threshold, half of it, a quarter, ...; exact points need more."""
 _LEAST = 1e-300
-"""From floating point: a distance that is 0."""
+"""From floating point: a distance that is 0, or a probability that has few digits."""
 _NEAREST = 16
 """From a probability, whose relative error is then a quarter: fractions of wrong pairs at small distances are
 extrapolated from this number of nearest ones."""
@@ -101,7 +101,24 @@ def _log_chosen(n: int, count: Reals, share: Reals, chosen: int) -> Reals:
     """Return logarithms of the number of choices of points to fit, times the probability of the other inliers."""
     if n <= chosen:
         return np.full(np.broadcast(count, share).shape, np.inf)
-    choices = scipy.special.gammaln(n + 1) - scipy.special.gammaln(chosen + 1) - scipy.special.gammaln(n - chosen + 1)
+    others = np.asarray(count) - chosen
+    logs = _log_choices(n, chosen) + _log_tail(np.maximum(others, 1), n - chosen, np.asarray(share, float))
+    return np.where(others <= 0, np.inf, logs)
+
+
+def _log_choices(n: int, k: Reals | int) -> Reals:
+    """Return the logarithm of the number of ways to choose k of n."""
+    gamma = scipy.special.gammaln
+    return np.asarray(gamma(n + 1) - gamma(np.asarray(k) + 1) - gamma(n - np.asarray(k) + 1))
+
+
+def _log_tail(count: Reals, n: int, share: Reals) -> Reals:
+    """Return the logarithm of the probability of `count` or more successes in n trials, also where it underflows.
+
+    There, the terms of the sum fall at least as fast as a geometric series from the first one on, whose sum is a bound.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
-        logs = choices + np.log(scipy.special.bdtrc(np.asarray(count) - chosen - 1, n - chosen, share))
-    return np.where(np.asarray(count) <= chosen, np.inf, logs)
+        tail = scipy.special.bdtrc(count - 1, n, share)
+        first = _log_choices(n, count) + count * np.log(share) + (n - count) * np.log1p(-share)
+        ratio = (n - count) * share / ((count + 1) * (1 - share))
+        return np.asarray(np.where(tail > _LEAST, np.log(tail), first - np.log1p(-ratio)))

@@ -39,6 +39,8 @@ _PARTS, _NARROWED = (1.0, 0.5, 0.25, 0.1), 4
 inliers, and how often."""
 _ATTEMPTS = 3
 """A limit on work: attempts for each motion; those that find the tail of another motion count."""
+_ROUNDING = 32 * np.finfo(float).eps
+"""From floating point: the error of a moved point, relative to the largest coordinate, in some thirty operations."""
 _BINS, _PEAKS = 400, 3
 """Bins of the logarithm of ratios of lengths between 1/20 and 20, and peaks that are tried."""
 
@@ -203,6 +205,7 @@ def _with_line(found: MatchRegistration, points: Reals) -> MatchRegistration:
 
 def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistration:
     """Return the least likely motion by chance over the tolerances of lengths."""
+    rounding = _ROUNDING * max(np.abs(x).max(), np.abs(y).max())
     middle_x, middle_y = np.median(x, 0), np.median(y, 0)
     x, y = x - middle_x, y - middle_y
     size = float(np.sqrt(np.mean(y * y) * 3))
@@ -225,20 +228,21 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
     if best.log_chance > np.log10(_FREEDOM.false_alarms):
         return _none(RegistrationStatus.NO_SUPPORT, len(x), best.log_chance)
     if tolerance is None:
-        best = _narrowed(best, x, y)
+        best = _narrowed(best, x, y, rounding)
     motor = between_places(best.motor, middle_x, middle_y)
     return replace(best, motor=motor)
 
 
-def _narrowed(found: MatchRegistration, x: Reals, y: Reals) -> MatchRegistration:
+def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float) -> MatchRegistration:
     """Return a motion of a part of the inliers, if these are not the matches of one motion with normal noise.
 
     The residuals of one motion are nowhere denser than a normal distribution. If several similar motions were taken
-    for one, the inliers of one of them are denser than that by more than chance explains.
+    for one, the inliers of one of them are denser than that by more than chance explains. Residuals that consist of
+    rounding errors are not normal, and many of them are zero.
     """
     for _ in range(_NARROWED):
         rows = np.flatnonzero(found.inliers)
-        if len(rows) < 2 * _FEWEST or found.residual <= 0:
+        if len(rows) < 2 * _FEWEST or found.residual <= rounding:
             break
         seeds = np.random.default_rng(0).permutation(len(rows))[:_SEEDS]
         one, two = kernels.lengths_of_pairs(x[rows][seeds], y[rows][seeds], x[rows], y[rows])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from math import comb
+from fractions import Fraction
+from math import comb, log
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,15 @@ def test_false_alarms() -> None:
     tail = scipy.stats.binom(n - 2, 3 * share).sf(count - 3)
     found = float(log_false_alarms(n, np.asarray(count), np.asarray(share), free))
     assert found == pytest.approx(np.log(comb(n, 2) * tail))
+
+
+@pytest.mark.parametrize(("n", "count", "share"), [(1000, 100, 1e-15), (50, 50, 1e-9), (500, 300, 1e-3)])
+def test_false_alarms_that_underflow(n: int, count: int, share: float) -> None:
+    free = Freedom(sample_size=0, parameters=0, codimension=1, solutions=1, false_alarms=1.0)
+    found = float(log_false_alarms(n, np.asarray(count), np.asarray(share), free))
+    p = Fraction(share)
+    exact = sum(comb(n, j) * p**j * (1 - p) ** (n - j) for j in range(count, n + 1))
+    assert found == pytest.approx(log(exact.numerator) - log(exact.denominator), rel=1e-9)
 
 
 def test_the_threshold_that_is_least_by_chance() -> None:

@@ -41,6 +41,15 @@ def test_nine_of_ten_matches_are_wrong(count, right, seeds):
         assert found.inliers[:right].mean() > 0.7 and found.inliers[right:].sum() <= 2
 
 
+@pytest.mark.parametrize("noise", [0, 1e-15, 1e-6, 1e-4, 1e-3])
+def test_every_right_match_is_found_whatever_the_noise(noise):
+    # Probabilities of a hundred near matches underflow, and rounding errors are no distribution of noise.
+    for seed in range(4):
+        x, y, _ = matches(seed, 1000, [100], noise=noise)
+        found = register_matches(x, y)
+        assert found.inliers[:100].sum() >= 95 and found.inliers[100:].sum() <= 2
+
+
 def test_wrong_matches_alone_are_no_motion():
     for count, seeds in ((10, 12), (20, 12), (300, 2)):
         for seed in range(seeds):

@@ -90,7 +90,9 @@ def test_lens_minimum_is_scipys(model: str) -> None:
             return super().residuals(motions, moves, np.append(lens, np.zeros(4 + n - len(lens))))
 
     expected = scipys(Part(*start, scene.table, model), 4, 25, len(names))
-    assert found.cost == pytest.approx(expected, rel=1e-9)
+    # With derivatives by differences, scipy stops a little above the minimum, on some processors by more than 1e-9.
+    assert found.cost <= (1 + 1e-9) * expected
+    assert found.cost == pytest.approx(expected, rel=1e-7)
     assert found.lens_covariance.shape == (1, len(names), len(names))
 
 
