@@ -13,7 +13,7 @@ project = "gacompiler"
 author = copyright = "gacompiler contributors"
 release = gacompiler.__version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "website.mathml"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "website.mathml", "website.names"]
 root_doc = "index"
 exclude_patterns = ["pictures"]
 
