@@ -228,7 +228,8 @@ def _difference(a: Any, b: Any) -> Any:
     if not isfinite(a):
         return a
     if isinstance(a, (int, float, Fraction)) and isinstance(b, (int, Fraction)):
-        return Fraction(a) - b
+        (n, d), (m, e) = a.as_integer_ratio(), (b.numerator, b.denominator)
+        return (n * e - m * d) / (d * e)  # Python rounds a quotient of integers once.
     return to_mpmath(a) - to_mpmath(b)
 
 

@@ -53,12 +53,12 @@ def _elements(kernel: Kernel, make: Callable[[Layout], list[Any] | None]) -> dic
     """Return the coefficients of an element for each element of the inputs, or None if one cannot be made."""
     values: dict[str, Any] = {}
     for parameter in kernel.parameters:
-        step = parameter.layout.size
-        for start in range(0, len(parameter.components), step):
+        step, components = parameter.layout.size, parameter.components
+        for start in range(0, len(components), step):
             found = make(parameter.layout)
             if found is None:
                 return None
-            values.update(zip(parameter.components[start : start + step], found, strict=True))
+            values.update(zip(components[start : start + step], found, strict=True))
     return values
 
 

@@ -56,7 +56,8 @@ def point(
     if not layout.has_relations and whole:
         return [random.randint(-(10**6), 10**6) for _ in layout.stored]
     if not layout.has_relations:
-        return [spread * _coefficient(random, near_one) for _ in layout.stored]
+        found = [_coefficient(random, near_one) for _ in layout.stored]
+        return found if spread == 1 else [spread * value for value in found]
     taken = set() if taken is None else taken
     number = random.choice([k for k in range(POOL) if k not in taken] or [0])
     taken.add(number)
