@@ -216,7 +216,7 @@ def random_kernel(seed: int) -> tuple[Kernel, Value, dict[str, Any]]:
     return kernel(**dict(zip(names, types, strict=True)), w=index("n"))(function), value, env
 
 
-@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 300))])
+@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 90))])
 def test_random_kernels_equal_numpy(seed: int) -> None:
     definition, value, env = random_kernel(seed)
     (found,) = exact(definition, **env)
@@ -224,7 +224,7 @@ def test_random_kernels_equal_numpy(seed: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(7))
 def test_gradients_of_gradients_of_random_kernels_are_those_of_unrolled_loops(seed: int) -> None:
     """Compiling proves it. The reverse mode stores what loops in loops overwrite; unrolled loops overwrite nothing."""
     definition, _, env = random_kernel(seed)
