@@ -35,6 +35,7 @@ from gacompiler.algebra.catalog import (
 from gacompiler.algebra.multivector import Multivector
 from gacompiler.algebra.signs import inertia
 from gacompiler.errors import KernelError
+from gacompiler.passes.effort import DEFAULT
 
 N = 20_000
 CATALOG = (VGA2, VGA3, PGA2, PGA3, CGA2, CGA3, STA)
@@ -72,9 +73,14 @@ def bivectors(algebra: Algebra) -> Layout:
     return algebra.layout("BIVECTORS", " ".join(algebra.spelling(blade)[1] for blade in algebra.blades(2)))
 
 
+def effort(algebra: Algebra) -> int:
+    """The effort of compiling; where a search for cheaper forms takes seconds, the formulas are tested without it."""
+    return 0 if algebra in LONG else DEFAULT
+
+
 @cache
 def functions(algebra: Algebra) -> tuple[Function, Function, Function]:
-    """exp, log and sqrt of one algebra on arrays: in C where the closed form has two numbers, otherwise by numpy."""
+    """exp, log and sqrt of one algebra: those of STA in C, otherwise by numpy."""
 
     @kernel(b=bivectors(algebra), returns=algebra.even)
     def exponential(b):  # type: ignore[no-untyped-def]
@@ -88,8 +94,8 @@ def functions(algebra: Algebra) -> tuple[Function, Function, Function]:
     def root(r):  # type: ignore[no-untyped-def]
         return ga.sqrt(r)
 
-    backend = None if algebra in (CGA3, STA) else "arrays"
-    compiled = [ga.compile(each, backend=backend) for each in (exponential, logarithm, root)]
+    backend = None if algebra is STA else "arrays"
+    compiled = [ga.compile(each, backend=backend, effort=effort(algebra)) for each in (exponential, logarithm, root)]
     return compiled[0], compiled[1], compiled[2]
 
 
@@ -263,7 +269,7 @@ def test_derivatives_equal_those_of_the_series(algebra: Algebra, rng: np.random.
     def exponential(b):  # type: ignore[no-untyped-def]
         return ga.exp(b)
 
-    derived = ga.compile(jvp(exponential, "b"), backend="arrays")
+    derived = ga.compile(jvp(exponential, "b"), backend="arrays", effort=effort(algebra))
     n = len(algebra.blades(2))
     special_ones = [grade_2(algebra, parse(algebra, planes[0])) for planes in PLANES[algebra]]
     for b in (np.zeros(n), *special_ones, *rng.normal(size=(5, n))):
@@ -282,7 +288,7 @@ def test_derivatives_of_logarithm_and_exponential_are_inverse(rng: np.random.Gen
         return ga.log(ga.exp(b), unit=True)
 
     b, tangent = 0.5 * rng.normal(size=(2, 50, 6))
-    value, slope = ga.compile(jvp(both, "b"), backend="arrays")(b, tangent)
+    value, slope = ga.compile(jvp(both, "b"), backend="arrays", effort=0)(b, tangent)
     assert np.abs(value - b).max() < 1e-14 and np.abs(slope - tangent).max() < 1e-12
 
 
@@ -391,7 +397,7 @@ def powers(layout: Layout) -> Function:
     def part(a, t):  # type: ignore[no-untyped-def]
         return ga.power(a, t)
 
-    return ga.compile(part, backend="arrays")
+    return ga.compile(part, backend="arrays", effort=effort(layout.algebra))
 
 
 @pytest.mark.parametrize("algebra", some_slow([*CATALOG, FOUR], CGA2, FOUR, CGA3, STA), ids=name_of)
@@ -440,7 +446,7 @@ def test_derivatives_of_parts_of_small_turns(algebra: Algebra, t: float, rng: np
         return ga.interpolate(a, b, t)
 
     grow, grow_part, grow_between = (
-        ga.compile(jvp(definition, wrt), backend="arrays")
+        ga.compile(jvp(definition, wrt), backend="arrays", effort=0)
         for definition, wrt in ((exponential, "b"), (part, "r"), (between, "b"))
     )
     b, change = rng.normal(size=(2, 400, len(algebra.blades(2))))

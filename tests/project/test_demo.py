@@ -20,7 +20,7 @@ def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]
 
 
 @pytest.mark.parametrize(
-    "backend", [pytest.param("", marks=pytest.mark.slow), pytest.param("numba", marks=pytest.mark.peers)]
+    "backend", [pytest.param("", marks=pytest.mark.slow), pytest.param("arrays", marks=pytest.mark.slow)]
 )
 def test_demo(tmp_path: Path, backend: str) -> None:
     """Run on real input with existing builds and without a C library; check the pictures and the key figures."""

@@ -100,7 +100,7 @@ def test_a_damaged_target_and_a_whole_source(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "outliers_in"), list(zip(OBJECTS, ["source", "target"] * 4, strict=False)))
+@pytest.mark.parametrize(("name", "outliers_in"), list(zip(OBJECTS[:4], ["source", "target"] * 2, strict=True)))
 def test_one_cloud_has_outliers_and_the_other_one_is_cut(name, outliers_in):
     source, target, matrix = split_scene(name, 21, outliers_in)
     result = register(source, target)
