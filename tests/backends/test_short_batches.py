@@ -360,7 +360,7 @@ def test_nothing_leaks(either: ModuleType) -> None:
     either.move_point(m, p), either.normalize(v)  # numba keeps references to compiled code
     held = [m, p, v, out, np.dtype(float), np.dtype("f4"), np.ndarray, either.move_point, None, "out"]
     counts = [sys.getrefcount(each) for each in held]
-    for _ in range(500):
+    for _ in range(100):
         either.move_point(m, p, out=out)
         either.move_point(m, p)
         either.normalize(v)

@@ -52,7 +52,7 @@ from gacompiler.ir.procedure_cost import procedure_costs
 from gacompiler.ir.program import Argument, Program, Result
 from gacompiler.ir.rows import Counter, Previous
 
-LENGTHS = ({"n": 1, "m": 1, "k": 1}, {"n": 5, "m": 3, "k": 7}, {"n": 0, "m": 0, "k": 0})
+LENGTHS = ({"n": 0, "m": 0, "k": 0}, {"n": 5, "m": 3, "k": 7})
 JOINTS, VARIABLES = 6, 5
 
 
