@@ -74,7 +74,7 @@ QUICK = ("forward", "tree", "picked", "newton")
 """Examples that numba compiles in quick tests: a product of motors, a tree, an index table, an iteration."""
 
 
-def on_examples(names: Sequence[str], *quick: str, slow: Sequence[str] = NAMES[::2]) -> pytest.MarkDecorator:
+def on_examples(names: Sequence[str], *quick: str, slow: Sequence[str] = NAMES[::3]) -> pytest.MarkDecorator:
     """Examples on every backend; numba compiles those in `quick`, and in slow tests those in `slow`."""
     cases = [
         pytest.param(backend, name, marks=pytest.mark.slow if backend != "arrays" and name not in quick else ())

@@ -9,7 +9,7 @@ from algorithms.registration import RegistrationStatus, register
 from benchmarks.registration_scenes import OBJECTS, clouds, error, least_error, scene, split_scene
 from generated import pga3
 
-STARTS = [*((name, None) for name in OBJECTS), ("bunny", 0.0), ("PowerDrill", np.pi)]
+STARTS = [*((name, None) for name in OBJECTS[::2]), ("bunny", 0.0), ("PowerDrill", np.pi)]
 """Objects and angles; a bunny from any rotation is among the blocks of the page."""
 
 
@@ -119,10 +119,10 @@ def box(rng, count, sides):
     return points * sides
 
 
-BOXES = [((1, 0.7, 0.4), 4, True), ((1, 0.7, 0.4), 4, False), ((1, 1, 0.5), 8, True), ((1, 1, 0.5), 8, False)]
+BOXES = [((1, 0.7, 0.4), 4, True), ((1, 1, 0.5), 8, False)]
 
 
-@pytest.mark.parametrize(("sides", "count", "same"), some_slow(BOXES, *BOXES[:3]))
+@pytest.mark.parametrize(("sides", "count", "same"), some_slow(BOXES, BOXES[0]))
 @pytest.mark.slow
 def test_all_rotations_of_boxes_are_reported(sides, count, same):
     rng = np.random.default_rng(4)
