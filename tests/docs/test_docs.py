@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import shlex
 import sys
@@ -14,6 +15,7 @@ import pytest
 from click.testing import CliRunner
 from compiled_once import let_commands_compile_once
 
+import gacompiler
 from gacompiler.cli import main
 from generated import pga3
 
@@ -44,9 +46,13 @@ def test_blocks_print_what_is_shown(page: Path, monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.parametrize("name", ["speed", "loops"])
 @pytest.mark.slow
 def test_blocks_of_a_page_run(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Execute the blocks in one namespace, from top to bottom, including their assertions; without a C compiler."""
+    """Execute the blocks in one namespace, from top to bottom, including their assertions.
+
+    There is no C compiler and no search for cheaper forms, which takes most of the time and changes no result.
+    """
     assert pga3.backend, "loaded before the environment changes"
     monkeypatch.setenv("GAC_BACKEND", "arrays")
+    monkeypatch.setattr(gacompiler, "compile", functools.partial(gacompiler.compile, effort=0))
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / f"{name}.md").read_text(), re.DOTALL)
     assert len(blocks) >= 4
     exec(compile("\n".join(blocks), f"docs/{name}.md", "exec"), {"__name__": name})

@@ -100,10 +100,11 @@ def test_converges_from_afar(rng: np.random.Generator, n_lines: int, n_steps: in
 
 
 @pytest.mark.slow
-def test_a_thousand_runs_converge_from_afar(rng: np.random.Generator) -> None:
-    test_converges_from_afar(rng, 6, 2, 1000)
-    test_converges_from_afar(rng, 1, 15, 1000)
-    test_converges_from_afar(rng, 2, 7, 1000)
+def test_many_runs_converge_from_afar(rng: np.random.Generator) -> None:
+    """No failure of 300 runs: with 95 % confidence, fewer than one run in a hundred fails."""
+    test_converges_from_afar(rng, 6, 2, 300)
+    test_converges_from_afar(rng, 1, 15, 60)
+    test_converges_from_afar(rng, 2, 7, 300)
 
 
 def batch(start: Reals, model: Reals, measured: Reals) -> Reals:

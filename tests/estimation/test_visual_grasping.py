@@ -46,8 +46,8 @@ def test_grasps_with_noise_are_accurate() -> None:
 
 @pytest.mark.slow
 def test_grasps_of_many_random_starts() -> None:
-    assert all(succeeds(seed, GraspSettings(), 1e-6, 1e-6) for seed in range(150))
-    assert all(succeeds(seed, NOISY, 5e-4, np.radians(0.1)) for seed in range(3000, 3050))
+    assert all(succeeds(seed, GraspSettings(), 1e-6, 1e-6) for seed in range(40))
+    assert all(succeeds(seed, NOISY, 5e-4, np.radians(0.1)) for seed in range(3000, 3015))
 
 
 def test_the_errors_are_0_at_the_goal_only() -> None:

@@ -216,7 +216,7 @@ def random_kernel(seed: int) -> tuple[Kernel, Value, dict[str, Any]]:
     return kernel(**dict(zip(names, types, strict=True)), w=index("n"))(function), value, env
 
 
-@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 300))])
+@pytest.mark.parametrize("seed", [*range(12), *(pytest.param(k, marks=pytest.mark.slow) for k in range(12, 72))])
 def test_random_kernels_equal_numpy(seed: int) -> None:
     definition, value, env = random_kernel(seed)
     (found,) = exact(definition, **env)
@@ -224,7 +224,7 @@ def test_random_kernels_equal_numpy(seed: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(7))
 def test_gradients_of_gradients_of_random_kernels_are_those_of_unrolled_loops(seed: int) -> None:
     """Compiling proves it. The reverse mode stores what loops in loops overwrite; unrolled loops overwrite nothing."""
     definition, _, env = random_kernel(seed)
@@ -385,7 +385,7 @@ def test_a_kalman_filter_of_any_size(n: int, m: int) -> None:
     half, noise, h, x, z = (rng.normal(size=shape) for shape in [(n, n), (m, m), (m, n), (n,), (m,)])
     p, r = half @ half.T + np.eye(n), noise @ noise.T + np.eye(m)
     gain = p @ h.T @ np.linalg.inv(h @ p @ h.T + r)
-    mean, covariance = gacompiler.compile(kalman)(x, p, h, r, z)
+    mean, covariance = gacompiler.compile(kalman, "arrays", effort=0)(x, p, h, r, z)
     assert np.allclose(mean, x + gain @ (z - h @ x), rtol=1e-10, atol=1e-12)
     assert np.allclose(covariance, (np.eye(n) - gain @ h) @ p, rtol=1e-10, atol=1e-10)
 
@@ -403,7 +403,7 @@ def test_arrays_that_are_iterated() -> None:
 
     b = np.random.default_rng(5).normal(size=(6, 6))
     a = b @ b.T
-    found, converged, _ = gacompiler.compile(dominant)(a, np.ones(6))
+    found, converged, _ = gacompiler.compile(dominant, effort=0)(a, np.ones(6))
     wanted = np.linalg.eigh(a)[1][:, -1]
     assert converged and np.abs(found * np.sign(found[0]) - wanted * np.sign(wanted[0])).max() < 1e-12
 

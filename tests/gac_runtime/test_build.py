@@ -32,7 +32,7 @@ case "$*" in
 *) echo "$*" >> "{folder}/calls" ;;
 esac
 {first}
-exec {compiler} "$@"
+exec {compiler} "$@" -O0
 """
 
 

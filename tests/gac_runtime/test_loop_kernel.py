@@ -72,9 +72,11 @@ def loops(request: pytest.FixtureRequest) -> ModuleType:
 
 QUICK = ("forward", "tree", "picked", "newton")
 """Examples that numba compiles in quick tests: a product of motors, a tree, an index table, an iteration."""
+SOME = [name for name in NAMES[::3] if name not in QUICK]
+"""Examples that numba compiles in slow tests; it takes about a second for each."""
 
 
-def on_examples(names: Sequence[str], *quick: str, slow: Sequence[str] = NAMES) -> pytest.MarkDecorator:
+def on_examples(names: Sequence[str], *quick: str, slow: Sequence[str] = SOME) -> pytest.MarkDecorator:
     """Examples on every backend; numba compiles those in `quick`, and in slow tests those in `slow`."""
     cases = [
         pytest.param(backend, name, marks=pytest.mark.slow if backend != "arrays" and name not in quick else ())
@@ -528,7 +530,7 @@ def in_python(bound: Any, *arrays: Any, **named: Any) -> Any:
 
 
 @pytest.mark.parametrize("leading", [(), (1,), (2,), (7,), (2, 3)])
-@pytest.mark.parametrize("name", some_slow(NAMES, *(name for name in NAMES if name not in QUICK)))
+@pytest.mark.parametrize("name", some_slow([*QUICK, *SOME], *SOME))
 def test_the_extension_runs_batches(
     quick_module: ModuleType, name: str, leading: tuple[int, ...], rng: np.random.Generator
 ) -> None:

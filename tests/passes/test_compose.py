@@ -157,17 +157,17 @@ def test_a_pair_of_catalog_kernels() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("spec", "count"), [("pga2", 20), ("vga3", 20), ("pga3", 8), ("cga2", 3)])
+@pytest.mark.parametrize(("spec", "count"), [("pga2", 8), ("vga3", 8), ("pga3", 4)])
 def test_pairs_of_catalog_kernels(spec: str, count: int) -> None:
-    """One pair in fifty may cost more than its parts: its program is rejected because it is less accurate."""
+    """Of all pairs, one in fifty costs more than its parts: its program is rejected because it is less accurate."""
     chosen = Random(6).sample(list(pairs(spec)), count)
-    assert len(found := exceptions((check(*pair) for pair in chosen), count // 2)) <= -(-count // 50), found
+    assert exceptions((check(*pair) for pair in chosen), count // 2) == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("spec", "count"), [("pga2", 8), ("vga3", 8), ("pga3", 4)])
+@pytest.mark.parametrize(("spec", "count"), [("pga2", 3), ("vga3", 3)])
 def test_triples_of_catalog_kernels(spec: str, count: int) -> None:
-    """One triple in ten may cost more than its parts."""
+    """Of all triples, one in ten costs more than its parts."""
     random = Random(7)
     known = list(pairs(spec))
     results = []
@@ -177,7 +177,7 @@ def test_triples_of_catalog_kernels(spec: str, count: int) -> None:
         if below:
             second, innermost = random.choice(below)
             results.append(check(outer, place, composed(inner, second, innermost)))
-    assert len(found := exceptions(results, 2)) <= -(-count // 10), found
+    assert exceptions(results, 2) == []
 
 
 @kernel(m=PGA3.even, p=POINT)

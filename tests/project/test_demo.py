@@ -19,11 +19,10 @@ def run(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]
     )
 
 
-@pytest.mark.parametrize(
-    "backend", [pytest.param("", marks=pytest.mark.slow), pytest.param("numba", marks=pytest.mark.peers)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["", "arrays"])
 def test_demo(tmp_path: Path, backend: str) -> None:
-    """Run on real input with existing builds and without a C library; check the pictures and the key figures."""
+    """Run on real input with existing builds, and without a library; check the pictures and the key figures."""
     image = pytest.importorskip("PIL.Image")
     pytest.importorskip("skimage.data")
     done = run("-m", "algorithms.demo", "--out", str(tmp_path / "new" / "folder"), GAC_BACKEND=backend)

@@ -50,7 +50,7 @@ def corners_reached(result, corners, limit):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("corners", "count"), [(ISOSCELES, 2), (SQUARE, 8), (TRIANGLE, 6), (ELL, 1)])
+@pytest.mark.parametrize(("corners", "count"), [(ISOSCELES, 2), (TRIANGLE, 6)])
 def test_outlines_of_polygons(corners, count):
     rng = np.random.default_rng(2)
     source, target = (drawn(rng, corners, 900) + 0.002 * rng.normal(size=(900, 3)) for _ in range(2))
@@ -62,9 +62,7 @@ def test_outlines_of_polygons(corners, count):
     assert result.inliers.mean() > 0.9 and result.residual < 0.01 and not len(result.free)
 
 
-@pytest.mark.parametrize(
-    ("corners", "count"), some_slow([(SQUARE, 8), (RECTANGLE, 4), (ELL, 1)], (SQUARE, 8), (ELL, 1))
-)
+@pytest.mark.parametrize(("corners", "count"), [(SQUARE, 8), (ELL, 1)])
 @pytest.mark.slow
 def test_filled_polygons(corners, count):
     rng = np.random.default_rng(11)
@@ -91,7 +89,7 @@ def test_a_disc_is_free_about_its_axis_and_has_two_sides():
 
 
 @pytest.mark.slow  # A flat cloud is among the blocks of the page.
-@pytest.mark.parametrize("thickness", [0.0, 3e-3, 0.05, 0.2])
+@pytest.mark.parametrize("thickness", [0.0, 0.05])
 def test_every_thickness_of_a_scan(thickness):
     bunny = clouds()["bunny"] * [1, 1, thickness]
     result = register(placed(bunny), bunny)

@@ -9,7 +9,7 @@ from algorithms.registration import RegistrationStatus, register
 from benchmarks.registration_scenes import OBJECTS, clouds, error, least_error, scene, split_scene
 from generated import pga3
 
-STARTS = [*((name, None) for name in OBJECTS), ("bunny", 0.0), ("PowerDrill", np.pi)]
+STARTS = [*((name, None) for name in OBJECTS[::2]), ("bunny", 0.0), ("PowerDrill", np.pi)]
 """Objects and angles; a bunny from any rotation is among the blocks of the page."""
 
 
@@ -100,7 +100,7 @@ def test_a_damaged_target_and_a_whole_source(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "outliers_in"), list(zip(OBJECTS, ["source", "target"] * 4, strict=False)))
+@pytest.mark.parametrize(("name", "outliers_in"), list(zip(OBJECTS[:4], ["source", "target"] * 2, strict=True)))
 def test_one_cloud_has_outliers_and_the_other_one_is_cut(name, outliers_in):
     source, target, matrix = split_scene(name, 21, outliers_in)
     result = register(source, target)
@@ -119,10 +119,10 @@ def box(rng, count, sides):
     return points * sides
 
 
-BOXES = [((1, 0.7, 0.4), 4, True), ((1, 0.7, 0.4), 4, False), ((1, 1, 0.5), 8, True), ((1, 1, 0.5), 8, False)]
+BOXES = [((1, 0.7, 0.4), 4, True), ((1, 1, 0.5), 8, False)]
 
 
-@pytest.mark.parametrize(("sides", "count", "same"), some_slow(BOXES, *BOXES[:3]))
+@pytest.mark.parametrize(("sides", "count", "same"), some_slow(BOXES, BOXES[0]))
 @pytest.mark.slow
 def test_all_rotations_of_boxes_are_reported(sides, count, same):
     rng = np.random.default_rng(4)

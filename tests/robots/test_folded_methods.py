@@ -50,7 +50,7 @@ def written(robot: str, folder: Path, methods: tuple[str, ...]) -> Callable[[Rob
     """Functions that attach to a robot the module written for it."""
     name, text = robot_spec(robot, None, None, (), methods)
     (folder / f"{name}.py").write_text(text)
-    write(render(compile_spec(load_spec(folder / f"{name}.py"))), folder / "out")
+    write(render(compile_spec(load_spec(folder / f"{name}.py"), effort=0)), folder / "out")
     module = load_module(folder / "out" / f"{name}.py", f"_{name}", "arrays")
     return lambda found: found.with_module(module)
 

@@ -97,7 +97,6 @@ def normalised(notebook: Any) -> Any:
                     output.execution_count = count
                 if "image/png" in output.get("data", {}):
                     output.data.pop("text/plain", None)
-                    output.data["image/png"] = _with_palette(output.data["image/png"])
     return notebook
 
 
@@ -187,6 +186,9 @@ def main() -> None:
         if missing:
             sys.exit(f"{path.name}: needs {', '.join(missing)} so that all outputs can be stored; make .venv/.peers")
         notebook = execute(path)
+        for data in (output.data for cell in notebook.cells for output in cell.get("outputs", []) if "data" in output):
+            if "image/png" in data:
+                data["image/png"] = _with_palette(data["image/png"])
         nbformat.write(notebook, path)
         print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB")
 
