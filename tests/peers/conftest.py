@@ -25,7 +25,8 @@ def pytest_pycollect_makemodule() -> None:
 def interpreted_clifford() -> None:
     """Import clifford with its functions in Python: numba would compile them for each algebra, in seconds."""
     with contextlib.suppress(ImportError), pytest.MonkeyPatch.context() as patch:
-        import numba.typed  # which is not usable in Python
+        import numba
+        import sparse  # noqa: F401 - used by clifford, and not usable in Python
 
         compiled = numba.njit
 
