@@ -199,7 +199,7 @@ def test_both_backends_have_the_functions_of_angles(modules: dict[str, ModuleTyp
 
 @pytest.mark.slow
 def test_gcc_vectorises_every_loop(both: tuple[ModuleType, ModuleType], tmp_path: Path) -> None:
-    assert scalar_loops(Path(str(both[0].__file__)).with_suffix(".c"), tmp_path) == []
+    assert scalar_loops(Path(str(both[0].__file__)).with_suffix(".c"), tmp_path, "F64") == []
 
 
 @pytest.mark.parametrize("double", [True, False], ids=["double", "float"])

@@ -1,7 +1,7 @@
 """Run under the address and undefined-behaviour sanitizers: kernels on arrays of every kind, and on other objects.
 
-``python sanitized.py FOLDER ROUNDS MODULE...`` imports the modules from the folder, where their library was built with
-the sanitizers; they end the process at the first access out of bounds.
+``python sanitized.py FOLDER LIBRARY ROUNDS MODULE...`` imports the modules from the folder. The library of all of them
+was built with the sanitizers, which end the process at the first access out of bounds.
 """
 
 import ctypes
@@ -70,7 +70,7 @@ def call_with_loops(random: np.random.Generator, kernel: Any, leading: tuple[int
     kernel(*arrays)
 
 
-def main(folder: str, name: str, rounds: int) -> None:
+def main(folder: str, name: str, library: ctypes.CDLL, rounds: int) -> None:
     """Call every kernel that the library has `rounds` times."""
     spec = importlib.util.spec_from_file_location(name, Path(folder) / f"{name}.py")
     assert spec is not None and spec.loader is not None
@@ -78,7 +78,6 @@ def main(folder: str, name: str, rounds: int) -> None:
     sys.modules[name] = module
     spec.loader.exec_module(module)
     assert module.backend == "c", module.backend
-    library = ctypes.CDLL(str(Path(folder) / "all.so"))
     random = np.random.default_rng(1)
     count = 0
     with np.errstate(all="ignore"):
@@ -120,5 +119,5 @@ if __name__ == "__main__":
     # Modules find their runtime in this folder. The extension is compiled by the command that the environment names.
     sys.path.insert(0, sys.argv[1])
     importlib.import_module("gac_runtime.build").build_extension(Path(sys.argv[1]))
-    for name in sys.argv[3:]:
-        main(sys.argv[1], name, int(sys.argv[2]))
+    for name in sys.argv[4:]:
+        main(sys.argv[1], name, ctypes.CDLL(sys.argv[2]), int(sys.argv[3]))

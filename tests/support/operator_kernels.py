@@ -19,9 +19,9 @@ def two_results(a, s):
     return s * s * scalar_product(a, a), s * a
 
 
-@kernel(q=array(SCALAR, "n"), axes=array(PGA3.LINE, "n"), tool=PGA3.MOTOR)
+@kernel(q=array(SCALAR, "n"), axes=array(VGA3.BIVECTOR, "n"), tool=VGA3.ROTOR)
 def arm(q, axes, tool):
-    """Return the pose by the product of exponentials."""
+    """Return the orientation by the product of exponentials; that of poses is compiled for three times as long."""
     return fold(lambda m, a, axis: m * (cos(a / 2) - sin(a / 2) * axis), 1, q, axes) * tool
 
 
