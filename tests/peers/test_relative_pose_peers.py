@@ -27,13 +27,10 @@ def poselib_error(scene: Views, threshold: float) -> float:
 @pytest.mark.parametrize("wrong", [0.0, 0.3, 0.6, 0.8])
 @pytest.mark.parametrize("flat", [False, True])
 def test_as_many_and_as_accurate_as_poselib(flat: bool, wrong: float) -> None:
-    """Of 20 scenes, as many poses are right; on a plane, where PoseLib returns one of two motions, we return both.
-
-    Of the scenes with most wrong pairs, which take long, there are 8.
-    """
+    """Of 20 scenes, as many poses are right; on a plane, where PoseLib returns one of two motions, we return both."""
     rng = np.random.default_rng([round(10 * wrong), flat])
     ours, theirs = [], []
-    for _ in range(8 if wrong == 0.8 else 20):
+    for _ in range(20):
         scene = views(rng, plane(rng, 200) if flat else cloud(rng, 200), noise=0.5, wrong=wrong)
         found = relative_pose(scene.first, scene.second, K, threshold=1.5)
         off = [degrees_off(matrix, scene.turn, scene.shift) for matrix in pga3.motor_to_matrix(found.motors)]
@@ -42,8 +39,7 @@ def test_as_many_and_as_accurate_as_poselib(flat: bool, wrong: float) -> None:
         theirs.append(poselib_error(scene, 1.5))
     assert (np.array(ours) < 5).sum() >= (np.array(theirs) < 5).sum() - (wrong == 0.8)
     ratio = np.log(np.maximum(ours, 1e-3)) - np.log(np.maximum(theirs, 1e-3))
-    # The mean ratio of paired errors varies less than a ratio of medians: by a factor of 1.13 for 8 scenes.
-    assert np.exp(ratio.mean()) <= (1.1 * 1.13**2 if wrong == 0.8 else 1.1)
+    assert np.exp(ratio.mean()) <= 1.1  # The mean ratio of paired errors varies less than a ratio of medians.
 
 
 def test_without_wrong_pairs_as_accurate_as_opencv() -> None:

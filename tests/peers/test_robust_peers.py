@@ -39,36 +39,36 @@ def compared(
 @pytest.mark.parametrize("share", [0.9, 0.95])
 def test_a_plane_with_most_points(share: float) -> None:
     """A fifth of 375 pairs is wrong; our F is correct wherever its status is OK."""
-    states, errors = compared(round(100 * share), 15, 375, share, 0.2)
-    assert states[VisionStatus.OK] >= 13 and set(states) <= {VisionStatus.OK, VisionStatus.DEGENERATE}
+    states, errors = compared(round(100 * share), 30, 375, share, 0.2)
+    assert states[VisionStatus.OK] >= 28 and set(states) <= {VisionStatus.OK, VisionStatus.DEGENERATE}
     ours, theirs, others = np.median(errors, 0)
     assert ours <= 1.3 * min(theirs, others)
     assert errors[:, 0].max() < 5
 
 
 def test_many_wrong_pairs() -> None:
-    states, errors = compared(7, 6, 300, 0.0, 0.7)
-    assert states[VisionStatus.OK] >= 3 and set(states) <= {VisionStatus.OK, VisionStatus.NOT_CONVERGED}
+    states, errors = compared(7, 12, 300, 0.0, 0.7)
+    assert states[VisionStatus.OK] >= 6 and set(states) <= {VisionStatus.OK, VisionStatus.NOT_CONVERGED}
     ours, theirs, others = np.median(errors, 0)
     assert ours <= 1.3 * max(theirs, others) and errors[:, 0].max() < 1.5
 
 
 def test_some_wrong_pairs() -> None:
     for n_points in (50, 200):
-        states, errors = compared(n_points, 20, n_points, 0.0, 0.3)
-        assert states[VisionStatus.OK] >= 19
+        states, errors = compared(n_points, 30, n_points, 0.0, 0.3)
+        assert states[VisionStatus.OK] >= 29
         ours, theirs, others = np.median(errors, 0)
         assert ours <= 1.15 * min(theirs, others)
 
 
 def test_planes_with_wrong_pairs_are_never_scenes() -> None:
     for n_points, wrong in ((40, 0.2), (200, 0.0), (200, 0.2), (500, 0.5)):
-        assert set(compared(n_points, 25, n_points, 1.0, wrong)[0]) == {VisionStatus.DEGENERATE}
+        assert set(compared(n_points, 50, n_points, 1.0, wrong)[0]) == {VisionStatus.DEGENERATE}
 
 
 def test_random_pairs_are_never_scenes() -> None:
     rng = np.random.default_rng(0)
-    for n_points, trials in ((12, 60), (20, 100), (30, 10), (100, 2), (500, 1), (2000, 1)):
+    for n_points, trials in ((12, 200), (20, 300), (30, 20), (100, 5), (500, 2), (2000, 2)):
         for _ in range(trials):
             found = robust_fundamental_matrix(*rng.uniform(0, [640, 480], (2, n_points, 2)))
             assert found.status == VisionStatus.NO_CONSENSUS
