@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import pytest
 
@@ -30,8 +30,8 @@ def pytest_collection_finish() -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def builds() -> Iterator[Callable[..., None]]:
-    """Compile operations on objects only where a test waits for them; return what starts builds in the background.
+def builds() -> Iterator[None]:
+    """Compile operations on objects only where a test waits for them.
 
     Otherwise the C compiler builds each operation that any test uses once, in the background: 1,100 libraries with an
     empty cache, a third of the CPU seconds of all tests. Results do not depend on it. Programs that tests start do as
@@ -43,13 +43,5 @@ def builds() -> Iterator[Callable[..., None]]:
     for job in background.QUEUE.waiting:
         background.QUEUE.finish(job)
     start, background.Queue.start = background.Queue.start, lambda queue: None  # type: ignore[method-assign]
-    yield start
+    yield
     background.Queue.start = start  # type: ignore[method-assign]
-
-
-@pytest.fixture
-def builds_in_background(builds: Callable[..., None], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Build operations in the background, as users' programs do."""
-    from gacompiler.objects import background
-
-    monkeypatch.setattr(background.Queue, "start", builds)

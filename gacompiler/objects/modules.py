@@ -24,11 +24,10 @@ from gacompiler.generation.spec_files import load_spec
 from gacompiler.runtime import compile
 try:
     (kernel,) = load_spec(Path(spec)).kernels
-    compile(kernel, "c")
+    path = sys.modules[compile(kernel, "c").__module__].__file__
 except BaseException:
     os.remove(spec)
     raise
-(path,) = (module.__file__ for name, module in sys.modules.items() if name.startswith(f"_gac_{kernel.name}_"))
 Path(spec).write_text(path)
 os.replace(spec, target)
 """

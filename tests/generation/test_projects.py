@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import math
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from programs import needs
 
 from gacompiler.cli import main
 
@@ -36,12 +36,6 @@ def forward(q):
 '''
 LIFTED = "1, 0, 0, 0, 0, 0, -0.5, 0"
 """The translation by one along the third axis."""
-
-
-def needs(*programs: str) -> pytest.MarkDecorator:
-    """Skip a test if a program is not installed."""
-    missing = [program for program in programs if not shutil.which(program)]
-    return pytest.mark.skipif(bool(missing), reason=f"no {' '.join(missing)} on the PATH")
 
 
 def generate(*words: str | Path) -> str:
@@ -126,7 +120,9 @@ target_link_libraries(CXX my-cmake::my-cmake)
 """
 
 
-@needs("cmake", "gcc", "g++", "nm")
+@needs("cmake")
+@needs("g++")
+@needs("nm")
 @pytest.mark.slow
 def test_cmake_library_and_what_programs_link(place: Path) -> None:
     package, programs, inside = place / "my-cmake", place / "programs", place / "inside"

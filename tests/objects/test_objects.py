@@ -7,7 +7,6 @@ import pickle
 import re
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -24,7 +23,20 @@ from gacompiler.algebra.layout import SCALAR, Layout
 from gacompiler.algebra.meanings import MEANINGS
 from gacompiler.backends.python_text import function_text
 from gacompiler.errors import AlgebraError, LayoutError
-from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, STA, VGA2, VGA3, MultivectorArray, Space, library, operators
+from gacompiler.objects import (
+    CGA2,
+    CGA3,
+    PGA2,
+    PGA3,
+    STA,
+    VGA2,
+    VGA3,
+    MultivectorArray,
+    Space,
+    background,
+    library,
+    operators,
+)
 from gacompiler.objects import arrays as arrays_module
 from gacompiler.objects.definitions import BINARY, UNARY
 from generated import pga3
@@ -424,7 +436,6 @@ def test_a_program_without_c_prints_the_same(capsys: pytest.CaptureFixture[str])
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("builds_in_background")
 def test_large_arrays_run_like_generated_modules(monkeypatch: pytest.MonkeyPatch) -> None:
     found = operators.operator_of(BINARY["sandwich"], (PGA3.ROTOR, PGA3.DIRECTION))
     if found.wait() is None:
@@ -436,13 +447,10 @@ def test_large_arrays_run_like_generated_modules(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(operators, "ENOUGH_WORK", 100)
     at_once = rotors >> directions
     assert found._module is None and np.array_equal(at_once.values, before.values), "made in the background"
-    for _ in range(6000):
-        if found._module is not None:
-            break
-        time.sleep(0.02)
-        assert np.array_equal((rotors >> directions).values, before.values) or found._module is not None
-    assert found._module is not None, found._module_job
+    assert found._module_job is not None
+    background.QUEUE.finish(found._module_job)
     after = rotors >> directions
+    assert found._module is not None
     assert np.allclose(before.values, after.values, rtol=0, atol=1e-14)
     assert found._module.layouts["out"].name == "PGA3.DIRECTION"
 
