@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from fractions import Fraction
-from math import comb, log
+from math import comb
 from pathlib import Path
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 import scipy.optimize
@@ -116,9 +116,10 @@ def test_false_alarms() -> None:
 def test_false_alarms_that_underflow(n: int, count: int, share: float) -> None:
     free = Freedom(sample_size=0, parameters=0, codimension=1, solutions=1, false_alarms=1.0)
     found = float(log_false_alarms(n, np.asarray(count), np.asarray(share), free))
-    p = Fraction(share)
-    exact = sum(comb(n, j) * p**j * (1 - p) ** (n - j) for j in range(count, n + 1))
-    assert found == pytest.approx(log(exact.numerator) - log(exact.denominator), rel=1e-9)
+    with mpmath.workdps(40):
+        p = mpmath.mpf(share)
+        tail = mpmath.fsum(comb(n, j) * p**j * (1 - p) ** (n - j) for j in range(count, n + 1))
+        assert found == pytest.approx(float(mpmath.log(tail)), rel=1e-9)
 
 
 def test_the_threshold_that_is_least_by_chance() -> None:
