@@ -102,12 +102,12 @@ def _log_chosen(n: int, count: Reals, share: Reals, chosen: int) -> Reals:
     if n <= chosen:
         return np.full(np.broadcast(count, share).shape, np.inf)
     others = np.asarray(count) - chosen
-    logs = _log_choices(n, chosen) + _log_tail(np.maximum(others, 1), n - chosen, np.asarray(share, float))
+    logs = log_choices(n, chosen) + _log_tail(np.maximum(others, 1), n - chosen, np.asarray(share, float))
     return np.where(others <= 0, np.inf, logs)
 
 
-def _log_choices(n: int, k: Reals | int) -> Reals:
-    """Return the logarithm of the number of ways to choose k of n."""
+def log_choices(n: int, k: Reals | int) -> Reals:
+    """Return the logarithm of the number of combinations of n things taken k at a time."""
     gamma = scipy.special.gammaln
     return np.asarray(gamma(n + 1) - gamma(np.asarray(k) + 1) - gamma(n - np.asarray(k) + 1))
 
@@ -119,6 +119,6 @@ def _log_tail(count: Reals, n: int, share: Reals) -> Reals:
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         tail = scipy.special.bdtrc(count - 1, n, share)
-        first = _log_choices(n, count) + count * np.log(share) + (n - count) * np.log1p(-share)
+        first = log_choices(n, count) + count * np.log(share) + (n - count) * np.log1p(-share)
         ratio = (n - count) * share / ((count + 1) * (1 - share))
         return np.asarray(np.where(tail > _LEAST, np.log(tail), first - np.log1p(-ratio)))

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from ..arguments import Reals
-from ..evidence import Freedom, least_by_chance
+from ..evidence import Freedom, least_by_chance, log_choices
 from .sphere_maps import Map, fitted_map, stretch
 
 _FOLDS = 5
@@ -64,8 +64,7 @@ def log_chance(
         counted = np.searchsorted(wrong, np.maximum(limits, least), side="right") / len(wrong)
         return np.asarray(counted * np.minimum(limits / least, 1) ** _FREEDOM.codimension)
 
-    poses = scipy.special.gammaln([len(first) + 1, _POSE + 1, max(len(first) - _POSE, 0) + 1]) @ [1, -1, -1]
-    return least_by_chance(distances, share, _FREEDOM)[0] + float(max(poses, 0))
+    return least_by_chance(distances, share, _FREEDOM)[0] + float(log_choices(max(len(first), _POSE), _POSE))
 
 
 def _displaced(balls: Reals, reach: float) -> Reals:

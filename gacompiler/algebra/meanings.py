@@ -7,7 +7,7 @@ from functools import partial
 
 from ..errors import OperandError
 from . import duality, involutions, versors
-from .coefficients import scalar_function
+from .coefficients import Coefficient, scalar_function
 from .multivector import Multivector
 from .operations import SCALAR_FUNCTIONS, Operation
 
@@ -31,7 +31,13 @@ def _scalar(operation: Operation, *arguments: Multivector) -> Multivector:
     return first.lift(scalar_function(operation.value, *(argument.scalar for argument in arguments)))
 
 
-ARITHMETIC = (Operation.GEOMETRIC_PRODUCT, Operation.ADD, Operation.SUBTRACT, Operation.NEGATE)
+ARITHMETIC: Mapping[Operation, Callable[..., Coefficient | None]] = {
+    Operation.GEOMETRIC_PRODUCT: lambda x, y: None if x is None or y is None else x * y,
+    Operation.ADD: lambda x, y: y if x is None else x if y is None else x + y,
+    Operation.SUBTRACT: lambda x, y: x if y is None else -y if x is None else x - y,
+    Operation.NEGATE: lambda x: None if x is None else -x,
+}
+"""Operations on scalars, as functions of their coefficients; None is an exact zero, which has no term."""
 
 
 def arithmetic(operation: Operation, scalars: Sequence[Multivector]) -> Multivector:
@@ -39,15 +45,7 @@ def arithmetic(operation: Operation, scalars: Sequence[Multivector]) -> Multivec
 
     Kernels on matrices of numbers consist of hundreds of these.
     """
-    x = scalars[0].terms.get(0)
-    y = scalars[-1].terms.get(0)
-    if operation is Operation.GEOMETRIC_PRODUCT:
-        found = None if x is None or y is None else x * y
-    elif operation is Operation.NEGATE:
-        found = None if x is None else -x
-    else:
-        other = y if y is None or operation is Operation.ADD else -y
-        found = other if x is None else x if other is None else x + other
+    found = ARITHMETIC[operation](*[each.terms.get(0) for each in scalars])
     return Multivector(scalars[0].algebra, {} if found is None else {0: found})
 
 

@@ -7,13 +7,13 @@ here to bare coefficients: a multivector for each would take ten times as long a
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from operator import add, mul, neg, sub
 from typing import Any
 
 from ..algebra.coefficients import is_zero, scalar_function
 from ..algebra.layout import SCALARS
+from ..algebra.meanings import ARITHMETIC
 from ..algebra.multivector import Multivector
-from ..algebra.operations import SCALAR_FUNCTIONS, Operation
+from ..algebra.operations import SCALAR_FUNCTIONS
 from .expression import IS_EXACT, Expression, apply_operation, topological
 
 Value = Any
@@ -103,13 +103,7 @@ def _scalar_step(expression: Expression) -> Callable[..., Value] | None:
     if operation in _FUNCTIONS:
         name = operation.value
         return lambda *values: scalar_function(name, *[0 if value is None else value for value in values])
-    return _ARITHMETIC.get(operation)
+    return ARITHMETIC.get(operation)
 
 
 _FUNCTIONS = frozenset(SCALAR_FUNCTIONS)
-_ARITHMETIC: Mapping[Operation, Callable[..., Value]] = {
-    Operation.GEOMETRIC_PRODUCT: lambda a, b: None if a is None or b is None else mul(a, b),
-    Operation.ADD: lambda a, b: b if a is None else a if b is None else add(a, b),
-    Operation.SUBTRACT: lambda a, b: a if b is None else neg(b) if a is None else sub(a, b),
-    Operation.NEGATE: lambda a: None if a is None else neg(a),
-}

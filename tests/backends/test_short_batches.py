@@ -276,11 +276,10 @@ def test_a_copied_dtype_is_treated_as_the_original(tmp_path: Path) -> None:
     """The first call of a kernel under numba may have unpickled arrays, whose dtype is a copy of numpy's."""
     module = load_implementations(module_source("copied", MOVE_POINT), tmp_path, ("numba",))["numba"]
     m, p = made(MOVE_POINT, (12,))
-    for real in ("f8",):
-        a, b = (pickle.loads(pickle.dumps(x.astype(real))) for x in (m, p))
-        for given in ((a[::2], b[::2]), (a, b), (np.asfortranarray(a), b), (a[0], b[0])):
-            found = module.move_point(*given)
-            assert found.dtype == real
+    a, b = pickle.loads(pickle.dumps((m, p)))
+    for given in ((a[::2], b[::2]), (a, b), (np.asfortranarray(a), b), (a[0], b[0])):
+        found = module.move_point(*given)
+        assert found.dtype == "f8"
     found = module.move_point(m, p)
     each = np.array([module.move_point(*one) for one in zip(m, p, strict=True)])
     np.testing.assert_array_equal(found, each)

@@ -57,22 +57,22 @@ def test_rotations_and_translations_under_noise(of_hand: float) -> None:
     noises = (1e-3, 4e-3, 16e-3)
     for level, n_poses in enumerate((4, 8, 20)):
         for of_turn, turn in enumerate(noises):
-            for shift in (noises[(level + of_turn) % 3],):
-                x, z = rigid(rng, (N_TRIALS,), 1, 0.3), rigid(rng, (N_TRIALS,), 1, 1)
-                hands = rigid(rng, (N_TRIALS, n_poses), 0.8, 1)
-                eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None]
-                views = np.linalg.inv(eyes) @ rigid(rng, (N_TRIALS, n_poses), turn, shift)
-                hands = hands @ rigid(rng, (N_TRIALS, n_poses), of_hand * turn, of_hand * shift)
-                found = hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(np.linalg.inv(views)))
-                assert (found.status == HandEyeStatus.OK).all()
-                ours = errors(pga3.motor_to_matrix(found.motor), x)
-                theirs = {}
-                for method in METHODS:
-                    each = [by_opencv(cv2, method, *pair) for pair in zip(hands, views, strict=True)]
-                    theirs[method] = errors(np.array(each), x)
-                assert ours[0] <= 1.02 * theirs["DANIILIDIS"][0]
-                best += ours[1] <= min(shift for _, shift in theirs.values())
-                settings += 1
+            shift = noises[(level + of_turn) % 3]
+            x, z = rigid(rng, (N_TRIALS,), 1, 0.3), rigid(rng, (N_TRIALS,), 1, 1)
+            hands = rigid(rng, (N_TRIALS, n_poses), 0.8, 1)
+            eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None]
+            views = np.linalg.inv(eyes) @ rigid(rng, (N_TRIALS, n_poses), turn, shift)
+            hands = hands @ rigid(rng, (N_TRIALS, n_poses), of_hand * turn, of_hand * shift)
+            found = hand_eye_from_poses(pga3.motor_from_matrix(hands), pga3.motor_from_matrix(np.linalg.inv(views)))
+            assert (found.status == HandEyeStatus.OK).all()
+            ours = errors(pga3.motor_to_matrix(found.motor), x)
+            theirs = {}
+            for method in METHODS:
+                each = [by_opencv(cv2, method, *pair) for pair in zip(hands, views, strict=True)]
+                theirs[method] = errors(np.array(each), x)
+            assert ours[0] <= 1.02 * theirs["DANIILIDIS"][0]
+            best += ours[1] <= min(shift for _, shift in theirs.values())
+            settings += 1
     assert best >= 0.9 * settings
 
 
