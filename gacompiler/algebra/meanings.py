@@ -34,10 +34,13 @@ def _scalar(operation: Operation, *arguments: Multivector) -> Multivector:
 ARITHMETIC: Mapping[Operation, Callable[..., Coefficient | None]] = {
     Operation.GEOMETRIC_PRODUCT: lambda x, y: None if x is None or y is None else x * y,
     Operation.ADD: lambda x, y: y if x is None else x if y is None else x + y,
-    Operation.SUBTRACT: lambda x, y: x if y is None else -y if x is None else x - y,
+    Operation.SUBTRACT: lambda x, y: x if y is None else -y if x is None else x + -y,
     Operation.NEGATE: lambda x: None if x is None else -x,
 }
-"""Operations on scalars, as functions of their coefficients; None is an exact zero, which has no term."""
+"""Operations on scalars, as functions of their coefficients; None is an exact zero, which has no term.
+
+A difference is the sum with a negated term, as for multivectors, so that both give the same text.
+"""
 
 
 def arithmetic(operation: Operation, scalars: Sequence[Multivector]) -> Multivector:
