@@ -1,5 +1,6 @@
 """Kinematics and dynamics of robots by motors."""
 
+from . import tasks
 from .bodies import Body
 from .denavit_hartenberg import Row, Table
 from .errors import (
@@ -14,7 +15,9 @@ from .errors import (
 )
 from .floating import FloatingRobot
 from .inverse import Solutions, Status, elbow_angle
+from .reaching import Reached, Reaching, ReachStatus
 from .robot import Robot
+from .tasks import Task
 
 __all__ = [
     "Body",
@@ -26,11 +29,16 @@ __all__ = [
     "JointCountError",
     "MissingInertiaError",
     "NotFiniteError",
+    "ReachStatus",
+    "Reached",
+    "Reaching",
     "Robot",
     "Row",
     "Solutions",
     "Status",
     "Table",
+    "Task",
     "UnknownJointTypeError",
     "elbow_angle",
+    "tasks",
 ]

@@ -90,7 +90,7 @@ class Differential(Changes):
         return self._evaluate("jacobian", q) if found is None else found
 
     def _jacobian_of_link(self, name: str, q: ArrayLike) -> Reals:
-        joint, tool = self._carrier(name)
+        joint, tool = self.carrier(name)
         if joint >= 0:
             return self._run(self._computed.jacobian_of(joint, tool), ("q",), q)  # type: ignore[no-any-return]
         given = self._variables(q, "q")[0]
@@ -282,7 +282,7 @@ class Differential(Changes):
         found[..., path] = np.swapaxes(twist_on(twists[..., path, :], now[..., None, :]), -1, -2)
         return self._reduced(found)
 
-    def _carrier(self, link: str) -> tuple[int, Reals]:
+    def carrier(self, link: str) -> tuple[int, Reals]:
         """Return the joint that carries a link, -1 for the base, and the link's motor at home."""
         if link not in self.links:
             raise DescriptionError(f"{self.name}: no link {link!r}; expected one of {', '.join(self.links) or 'none'}")

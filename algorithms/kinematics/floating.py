@@ -140,8 +140,8 @@ class FloatingRobot(Robot):
 
     def link(self, name: str, q: ArrayLike) -> Reals:
         """As `Robot.link`; a link that the base does not carry is fixed in the world."""
-        now, there = self._at(q), self._carrier(name)[1]
-        if self._carrier(name)[0] >= 0:
+        now, there = self._at(q), self.carrier(name)[1]
+        if self.carrier(name)[0] >= 0:
             there = pga3.motor_product(now.base, self._still_base.link(name, now.x))
         return np.broadcast_to(there, now.base.shape).astype(now.base.dtype)
 

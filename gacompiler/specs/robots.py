@@ -104,7 +104,7 @@ def _minus(a, b):
     return tuple(x - y for x, y in zip(a, b, strict=True))
 
 
-def _rotated(rotor, vector):
+def rotated(rotor, vector):
     """Rotate a vector."""
     return _direction(sandwich(rotor, _line(vector, (0, 0, 0))))
 
@@ -124,7 +124,7 @@ def _to_child(pose, line):
 
 def _after(pose, own):
     """Compose the pose of the parent in the base frame with the pose of a frame in the parent."""
-    return Pose(pose.rotor * own.rotor, _plus(pose.place, _rotated(pose.rotor, own.place)))
+    return Pose(pose.rotor * own.rotor, _plus(pose.place, rotated(pose.rotor, own.place)))
 
 
 def _motor(pose):
@@ -156,13 +156,13 @@ def momentum_of(inertia, twist):
 def _first_moment(inertia, pose):
     """Compute the mass, and the mass times the centre in the reference frame of the pose."""
     mass, *h = inertia[:4]
-    return mass, _plus(_rotated(pose.rotor, h), tuple(mass * x for x in pose.place))
+    return mass, _plus(rotated(pose.rotor, h), tuple(mass * x for x in pose.place))
 
 
 def placed(inertia, pose):
     """Transform an inertia about the origin of a frame to the origin of the reference frame of the pose."""
     mass, hx, hy, hz, xx, xy, xz, yy, yz, zz = inertia
-    columns = [_rotated(pose.rotor, axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+    columns = [rotated(pose.rotor, axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
     rows = list(zip(*columns, strict=True))
     h = tuple(_dot(row, (hx, hy, hz)) for row in rows)
     half = [[_dot(row, column) for row in rows] for column in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))]
@@ -193,7 +193,7 @@ def own_poses(q, variables, ratios, offsets, places, screws, turns):
     return each(_pose, gather(q, variables), ratios, offsets, places, screws, turns)
 
 
-def _in_base(own, parents):
+def in_base(own, parents):
     """Compute the poses of the joints' frames in the base frame from those in the frames of their parents."""
     return scan(_after, Pose(1, (0, 0, 0)), own, parents=parents)
 
@@ -256,7 +256,7 @@ def jacobian(q, variables, ratios, offsets, places, screws, turns, tip):
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = scan(_after, Pose(1, (0, 0, 0)), own)
     last = fold(lambda _, pose: pose, Pose(1, (0, 0, 0)), poses)
-    point = _plus(last.place, _rotated(last.rotor, tip))
+    point = _plus(last.place, rotated(last.rotor, tip))
 
     def column(pose, screw, ratio):
         axis = sandwich(pose.rotor, screw)
@@ -273,7 +273,7 @@ def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, tip, qd)
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = scan(_after, Pose(1, (0, 0, 0)), own)
     last = fold(lambda _, pose: pose, Pose(1, (0, 0, 0)), poses)
-    point = _plus(last.place, _rotated(last.rotor, tip))
+    point = _plus(last.place, rotated(last.rotor, tip))
     axes = each(to_parent, poses, screws)
 
     def outward(carrier, axis, speed, ratio):
@@ -297,7 +297,7 @@ def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, tip, qd)
 def twists_of_joints(q, parents, variables, ratios, offsets, places, screws, turns):
     """Compute the twists of the joints at unit speed, as lines in the base frame."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = _in_base(own, parents)
+    poses = in_base(own, parents)
     return each(to_parent, poses, screws)
 
 
@@ -317,7 +317,7 @@ def mass_matrix(
     joints are the same; the product of the ratios of both joints; and the rotor inertia if the joints are the same.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = _in_base(own, parents)
+    poses = in_base(own, parents)
     axes = each(to_parent, poses, screws)
     bodies = each(placed, inertias, poses)
     composite = accumulate(lambda carried, body: _plus(carried, body), (0,) * 10, bodies, parents=parents)
@@ -338,7 +338,7 @@ def forward_dynamics(
     Each joint must have its own variable. The result is NaN if a joint moves no inertia.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = _in_base(own, parents)
+    poses = in_base(own, parents)
     axes = each(to_parent, poses, screws)
     speeds = each(lambda speed, ratio: speed * ratio, gather(qd, variables), ratios)
     twists = scan(lambda carrier, axis, speed: carrier + speed * axis, _NO_LINE, axes, speeds, parents=parents)
@@ -458,7 +458,7 @@ def inverse_mass_matrix(
     and `mirrored`, which equals `columns`, or -1 if the joints are the same.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = _in_base(own, parents)
+    poses = in_base(own, parents)
     axes = each(to_parent, poses, screws)
 
     def inward(carried, pose, body, axis, rotor):
@@ -514,7 +514,7 @@ def inverse_dynamics(
 def gravity_forces(q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity):
     """Compute the joint forces and torques that hold the robot at rest."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = _in_base(own, parents)
+    poses = in_base(own, parents)
 
     def inward(carried, pose, inertia, screw, ratio):
         mass, first = _first_moment(inertia, pose)
@@ -550,7 +550,7 @@ def kinetic_energy(q, parents, variables, ratios, offsets, places, screws, turns
 def potential_energy(q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity):
     """Compute the potential energy, which is 0 if all centres of mass are at the origin."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = _in_base(own, parents)
+    poses = in_base(own, parents)
     return total(lambda inertia, pose: -_dot(gravity, _first_moment(inertia, pose)[1]), inertias, poses)
 
 
@@ -558,7 +558,7 @@ def potential_energy(q, parents, variables, ratios, offsets, places, screws, tur
 def centre_of_mass(q, parents, variables, ratios, offsets, places, screws, turns, inertias):
     """Compute the mass of the moving links and their centre of mass in the base frame."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = _in_base(own, parents)
+    poses = in_base(own, parents)
 
     mass, moment = total(_first_moment, inertias, poses)
     return mass, assemble(
@@ -573,7 +573,7 @@ def centroidal_momentum_matrix(q, parents, variables, ratios, offsets, places, s
     A row contains an angular momentum about the centre of mass, then a linear momentum.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = _in_base(own, parents)
+    poses = in_base(own, parents)
     bodies = each(placed, inertias, poses)
     composite = accumulate(_plus, (0,) * 10, bodies, parents=parents)
     mass, *moment = total(lambda body: tuple(body[:4]), bodies)
@@ -653,7 +653,7 @@ def inverse_dynamics_derivatives(
     map of a body has an angular part only: ``B w = (2 w x P, N w)``.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = _in_base(own, parents)
+    poses = in_base(own, parents)
     axes = each(to_parent, poses, screws)
     speeds = each(lambda speed, ratio: ratio * speed, gather(qd, variables), ratios)
     rates = each(lambda rate, ratio: ratio * rate, gather(qdd, variables), ratios)
@@ -731,7 +731,7 @@ def coriolis_matrix(
     The last five tables are those of `inverse_dynamics_derivatives`.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = _in_base(own, parents)
+    poses = in_base(own, parents)
     axes = each(to_parent, poses, screws)
 
     def outward(carrier, axis, speed, ratio):
@@ -817,7 +817,7 @@ def torque_regressor(
     The inertias are those of the table, ten numbers per joint; forces of armatures are omitted.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = _in_base(own, parents)
+    poses = in_base(own, parents)
     axes = each(to_parent, poses, screws)
 
     motions = _motions(own, parents, screws, gather(qd, variables), gather(qdd, variables), ratios, gravity)
