@@ -405,7 +405,7 @@ class Robot(Simulated):
             Where the search begins, such as the current configuration. The default is 0, moved into the limits.
         rest : array_like, (..., n), optional
             A configuration that is to be approached as far as the tasks leave the robot free, in the sum of squared
-            differences; those of angles are multiplied by the size of the robot. Without it, a robot stays where the
+            differences; those of angles are multiplied by the size of the robot. Without it, a robot remains where the
             descent from `near` leads it.
 
         Returns

@@ -1,4 +1,7 @@
-"""Tasks of robots: what a point, a direction or a frame of a link is to do. `Robot.reach` fulfils several at once."""
+"""Tasks of robots: what a point, a direction or a frame of a link is to do. `Robot.reach` fulfils several at once.
+
+Most lines describe the parameters of nine functions of a few lines each.
+"""
 
 from __future__ import annotations
 

@@ -89,7 +89,7 @@ def test_elements_are_targets() -> None:
     assert found.status == ReachStatus.REACHED
     assert np.abs(PANDA.pose(found.q)[:3, 3] - [0.4, 0.1, 0.5]).max() < 3e-9
     with pytest.raises(TypeError, match="plane"):
-        tasks.on_plane(PGA3.point(0, 0, 1))  # type: ignore[arg-type]
+        tasks.on_plane(PGA3.point(0, 0, 1))
 
 
 def test_the_current_configuration_is_kept() -> None:
@@ -229,7 +229,7 @@ def test_what_is_not_finite_and_empty_batches() -> None:
         (lambda: PANDA.reach(tasks.position([0, 0, 0]), near=np.zeros(6)), ValueError, "near"),
         (lambda: tasks.position([0, 0]), ValueError, "target"),
         (lambda: tasks.position([0, 0, 0], weight=0), ValueError, "weight: 0"),
-        (lambda: tasks.position([0, 0, 0], link=3), TypeError, "link: int"),
+        (lambda: tasks.position([0, 0, 0], link=3), TypeError, "link: int"),  # type: ignore[arg-type]
         (lambda: tasks.direction([0, 0, 0]), ValueError, "length 0"),
         (lambda: tasks.direction([0, 0, 1], axis=[np.nan, 0, 0]), ValueError, "axis"),
         (lambda: tasks.on_plane([[1, 0, 0, 1], [0, 1, 0, 1]]), ValueError, "several directions"),
@@ -245,3 +245,11 @@ def test_wrong_arguments(call: Any, error: type[Exception], message: str) -> Non
 def test_a_floating_base_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FloatingBaseError, match="the base floats"):
         Robot.from_urdf(written(tmp_path, TWO_ARMS), base="floating").reach(tasks.position([0, 0, 0], link="left"))
+
+
+def test_blocks_of_the_page_run() -> None:
+    text = (Path(__file__).parents[2] / "docs/robots.md").read_text()
+    section = text[text.index("## Several tasks") : text.index("## Robots whose base floats")]
+    blocks = re.findall(r"```python\n(.*?)```", section, re.DOTALL)
+    assert len(blocks) == 2
+    exec("\n".join(blocks), {})
