@@ -16,6 +16,7 @@ from .errors import (
 from .floating import FloatingRobot
 from .inverse import Solutions, Status, elbow_angle
 from .reaching import Reached, Reaching, ReachStatus
+from .retiming import RetimingStatus, TimedPath, retime
 from .robot import Robot
 from .tasks import Task
 
@@ -32,13 +33,16 @@ __all__ = [
     "ReachStatus",
     "Reached",
     "Reaching",
+    "RetimingStatus",
     "Robot",
     "Row",
     "Solutions",
     "Status",
     "Table",
     "Task",
+    "TimedPath",
     "UnknownJointTypeError",
     "elbow_angle",
+    "retime",
     "tasks",
 ]
