@@ -283,7 +283,13 @@ class Differential(Changes):
         return self._reduced(found)
 
     def carrier(self, link: str) -> tuple[int, Reals]:
-        """Return the joint that carries a link, -1 for the base, and the link's motor at home."""
+        """Return the joint that carries a link of a URDF file, -1 for the base, and the link's motor at home, (8,).
+
+        Raises
+        ------
+        DescriptionError
+            If the link is unknown.
+        """
         if link not in self.links:
             raise DescriptionError(f"{self.name}: no link {link!r}; expected one of {', '.join(self.links) or 'none'}")
         return self.links[link]

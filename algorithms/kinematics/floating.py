@@ -310,6 +310,7 @@ class FloatingRobot(Robot):
         elbow: ArrayLike | None = None,
         method: str = "motors",
         near: ArrayLike | None = None,
+        link: str | None = None,
         way: str | None = None,
     ) -> Solutions:
         """Raise a FloatingBaseError: the base alone reaches every pose."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from types import NoneType
@@ -303,6 +304,7 @@ class Robot(Simulated):
         elbow: ArrayLike | None = None,
         method: str = "motors",
         near: ArrayLike | None = None,
+        link: str | None = None,
         way: str | None = None,
     ) -> Solutions:
         """Return all configurations that reach the given poses.
@@ -340,6 +342,8 @@ class Robot(Simulated):
             A reference configuration, or one for each pose, such as the current one. `nearest` is then the branch
             closest to it, and of the angles that differ by multiples of 2 pi the closest one within the limits is
             chosen. For redundant arms, the search begins at it and remains within the limits where possible.
+        link : str, optional
+            The name of a link of a URDF file that is to have the poses, instead of the end effector.
         way : str, optional
             Deprecated name of `method`.
 
@@ -351,8 +355,8 @@ class Robot(Simulated):
         Raises
         ------
         TypeError, ValueError
-            If an argument has a wrong shape or type, a joint does not exist, or `elbow` or `method` does not apply to
-            the arm.
+            If an argument has a wrong shape or type, a joint does not exist, `elbow` or `method` does not apply to the
+            arm, or the link is unknown or fixed to the base.
         """
         if way is not None:
             warnings.warn(
@@ -361,6 +365,8 @@ class Robot(Simulated):
                 stacklevel=2,
             )
             method = way
+        if link is not None:
+            return _to_link(self, link).inverse(poses, locked=locked, elbow=elbow, method=method, near=near)
         if not isinstance(locked, (Mapping, NoneType)):
             raise TypeError(
                 f"{self.name}: locked: {type(locked).__name__}; expected a mapping of joints to values, such as "
@@ -458,6 +464,15 @@ class Robot(Simulated):
         kinds = tuple(self.kinds[j] for j in path)
         limits = self.limits[variables]
         return Robot(self.name, kinds, self.axes[path], self.home[path], tool=self.tool, limits=limits), variables
+
+
+@lru_cache(maxsize=64)
+def _to_link(robot: Robot, link: str) -> Robot:
+    """Return the robot whose end effector is a link, the same object for equal arguments."""
+    joint, motor = robot.carrier(link)
+    if joint < 0:
+        raise DescriptionError(f"{robot.name}: link {link!r} is fixed to the base; expected one that a joint moves")
+    return replace(robot, tip=joint, tool=motor, module=None)
 
 
 _Kind = TypeVar("_Kind", bound=Robot)

@@ -154,6 +154,19 @@ def test_a_tree_with_a_mimic_joint(tmp_path: Path) -> None:
     assert (ahead - behind) / (2 * h) == pytest.approx((hand.gravity(q) * qd).sum(-1), abs=1e-6)
 
 
+def test_inverse_kinematics_of_a_link(tmp_path: Path) -> None:
+    """Of a link before the end effector, which the last joint does not move."""
+    arm = Robot.from_urdf(written(tmp_path, ARM), tip="tool")
+    q = np.array([[0.3, 0.2, 0.5], [-0.4, 0.1, 0.0]])
+    found = arm.inverse(arm.link("two", q), link="two")
+    assert np.abs(arm.link("two", found.nearest) - arm.link("two", q)).max() < 1e-9
+    assert np.abs(found.nearest[:, :2] - q[:, :2]).max() < 1e-8 and (found.nearest[:, 2] == 0).all()
+    with pytest.raises(DescriptionError, match="no link 'three'"):
+        arm.inverse(arm.forward(q), link="three")
+    with pytest.raises(DescriptionError, match="'base' is fixed to the base"):
+        arm.inverse(arm.forward(q), link="base")
+
+
 def test_floating_and_planar(tmp_path: Path) -> None:
     free = Robot.from_urdf(written(tmp_path, ARM), base="euler")
     assert (
