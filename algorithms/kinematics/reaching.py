@@ -17,6 +17,7 @@ from ..arguments import Reals, real_array
 from .denavit_hartenberg import Joint
 from .differential import Differential
 from .errors import DescriptionError, FloatingBaseError
+from .inverse.search import REACHED
 from .tables import carried_by, followed, joints_of, path_to
 from .tasks import Task
 
@@ -26,8 +27,6 @@ _ROUNDS = 4, 16, 96
 """Limit on work: random starts of each round where the previous ones have failed."""
 _AROUND = 0.05
 """Standard deviation of starts around a configuration, relative to the ranges of the variables."""
-_REACHED = 1e-9
-"""Tasks are fulfilled to this distance, relative to the size of the robot."""
 _ENOUGH = 1e-15
 """Errors up to this, relative to the size, are rounding errors."""
 _PULLS = 0.1, 0.01, 1e-3
@@ -121,7 +120,7 @@ class Reaching:
         weights = np.array([task.weight * (self._size if task.is_angle else 1.0) for task in self._tasks])
         # Squared norms of the parts become those of their tasks, without weights.
         self._shares = (self._owners[:, None] == np.arange(len(self._tasks))) / weights**2
-        self._tolerances = np.array([_REACHED * (1.0 if task.is_angle else self._size) for task in self._tasks])
+        self._tolerances = np.array([REACHED * (1.0 if task.is_angle else self._size) for task in self._tasks])
         joints, carried = self._moving(links)
         self._moves = np.array([(carried[:, self._owners == k] != 0).any(1) for k in range(len(self._tasks))])
         table = joints_of(robot)

@@ -12,7 +12,8 @@ from .chain import SAME, Chain, apart, paired
 _STEPS, _STARTS = 60, 24
 _BRANCHES = 8
 """Number of configurations that a search keeps."""
-_REACHED = 1e-9
+REACHED = 1e-9
+"""A goal is reached to this distance, relative to the arm's size."""
 _AROUND = 0.05
 """Standard deviation of starts around a configuration, relative to the ranges of the joints."""
 
@@ -78,7 +79,7 @@ def search_within(chain: Chain, goals: Reals, hints: Hints) -> Reals:
         begin, ends = paired(starts[missed], goals[missed, None])
         q, error, _ = chain.descent_inside(begin, ends, low, high, float(_STEPS))
         found[missed] = _distinct(chain, q, error)
-        missed = missed[error.min(-1) > _REACHED * chain.size]
+        missed = missed[error.min(-1) > REACHED * chain.size]
         if not len(missed):
             return found
     found[missed] = search(chain, goals[missed])
@@ -101,7 +102,7 @@ def search(chain: Chain, goals: Reals, starts: Reals | int = _STARTS) -> Reals:
 
 def _distinct(chain: Chain, q: Reals, error: Reals) -> Reals:
     """Return distinct ones of configurations (N, S, n) in the order of their starts, or the nearest if none reaches."""
-    reached = error <= _REACHED * chain.size
+    reached = error <= REACHED * chain.size
     order = np.argsort(np.where(reached, -1.0, error), axis=-1, kind="stable")
     q, reached = np.take_along_axis(q, order[..., None], 1), np.take_along_axis(reached, order, 1)
     same = np.tril(apart(q[:, :, None], q[:, None], np.array(chain.slides)) < SAME, -1).any(-1) | ~reached
