@@ -30,7 +30,7 @@ _NO_MOTOR = {np.dtype(np.float64): 1e-9, np.dtype(np.float32): 1e-6}
 """Tolerated deviation of a motor from a unit motor, and of a matrix from a rigid motion, for numbers of about 1."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Changes(Model):
     """A robot with methods that return modified copies."""
 

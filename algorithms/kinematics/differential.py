@@ -15,7 +15,7 @@ from .changes import Changes
 from .errors import DescriptionError
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Differential(Changes):
     """A robot with differential kinematics."""
 

@@ -12,7 +12,7 @@ from ..arguments import Reals
 from .differential import Differential
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Dynamics(Differential):
     """A robot with inertial parameters. Methods raise `MissingInertiaError` if the parameters are unknown."""
 

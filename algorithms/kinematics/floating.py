@@ -38,7 +38,7 @@ _BERNOULLI = (1 / 2, 1 / 12, 0.0, -1 / 720, 0.0, 1 / 30240, 0.0, -1 / 1209600, 0
 
 
 @for_base("floating")
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class FloatingRobot(Robot):
     """A robot with a floating base, as returned by ``Robot.from_urdf(path, base="floating")``.
 

@@ -18,10 +18,12 @@ from .constants import Floats
 from .denavit_hartenberg import Joint
 from .errors import DescriptionError, JointCountError, NotFiniteError, UnknownJointTypeError
 from .methods import Attempts
-from .tables import path_to
+from .tables import followed, path_to
 
 _FLOAT64 = np.dtype(np.float64)
 _FLOATS = (_FLOAT64, np.dtype(np.float32))
+_SHOWN = 40
+"""The largest number of joints that `repr` lists, which fill a screen."""
 
 STANDARD_GRAVITY = (0.0, 0.0, -9.81)
 """The default gravitational acceleration of robots, m/s²."""
@@ -31,7 +33,7 @@ def _empty() -> Floats:
     return np.empty(0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Model:
     """The constants of a robot. Immutable: arrays are read-only copies.
 
@@ -154,6 +156,24 @@ class Model:
             fill(name, kept)
         fill("_computed", Computed(self, folded.kernels_of(self)))
         fill("_attempts", self._computed.attempts)
+
+    def __repr__(self) -> str:
+        """Return what the robot is in one screen: its joints with their limits, and what is known of it."""
+        own = len(self.kinds)
+        masses = "unknown masses" if not self.bodies.size else f"{self.bodies[:, 0].sum():.4g} kg"
+        ends = self.joint_names[self.tip]
+        head = f"{type(self).__name__} {self.name!r}: {own} joints, {self.n_joints} variables, {masses}"
+        variables = followed(self)[0]
+        rows = []
+        for joint in range(min(own, _SHOWN)):
+            low, high = self.limits[variables[joint], :2]
+            parent = self.parents[joint]
+            on = "" if parent == joint - 1 else f", on {'the base' if parent < 0 else self.joint_names[parent]}"
+            rows.append(
+                f"  {self.joint_names[joint]:20} {self.kinds[joint].value:10} {low:8.4g} to {high:<8.4g}{on}".rstrip()
+            )
+        more = [f"  ... and {own - _SHOWN} more"] if own > _SHOWN else []
+        return "\n".join([f"{head}; the end effector is carried by {ends}", *rows, *more])
 
     def __reduce__(self) -> tuple[Any, ...]:
         kept = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.init}

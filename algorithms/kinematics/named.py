@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from math import pi, radians
 from types import MappingProxyType
 
+from . import lengths
 from .bodies import Body
 from .denavit_hartenberg import Convention, Joint, Row, Table
 
@@ -147,7 +148,9 @@ IIWA = Table(
     limits=_degrees(*((-170, 170), (-120, 120)) * 3, (-175, 175)),
 )
 
-TABLES: Mapping[str, Table] = MappingProxyType({t.name: t for t in (PUMA560, STANFORD, UR5, PANDA, IIWA)})
+TABLES: Mapping[str, Table] = MappingProxyType(
+    {t.name: t for t in (PUMA560, STANFORD, UR5, PANDA, IIWA, *lengths.TABLES)}
+)
 
 OTHER_NAMES: Mapping[str, str] = MappingProxyType({"kukaiiwa": "iiwa", "frankapanda": "panda"})
 """Alternative names, in lower case, letters and digits only."""

@@ -33,7 +33,7 @@ _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Robot(Simulated):
     """A robot: a chain or a tree of joints.
 
@@ -43,9 +43,11 @@ class Robot(Simulated):
 
     @classmethod
     def named(cls, name: str) -> Robot:
-        """Return a predefined robot: puma560, stanford, ur5, panda or iiwa.
+        """Return a predefined robot.
 
-        Case, spaces and hyphens are ignored. The names KUKA iiwa and Franka Panda are accepted, too.
+        With masses: puma560, stanford, ur5 and panda. Lengths only: iiwa, ur3, ur10, ur3e, ur5e, ur10e, ur16e, ur20,
+        ur30, irb140, kr5, cobra600, sawyer, jaco, mico and crx10ia. Case, spaces and hyphens are ignored. The names
+        KUKA iiwa and Franka Panda are accepted, too. ``named.TABLES[name].source`` says where the numbers are from.
 
         Raises
         ------

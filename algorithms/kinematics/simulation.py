@@ -15,7 +15,7 @@ Torque = Callable[[float, Reals, Reals], ArrayLike]
 """Joint forces as a function of time, joint variables (..., n) and velocities (..., n)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, repr=False)
 class Simulated(Dynamics):
     """A robot whose motion can be simulated."""
 

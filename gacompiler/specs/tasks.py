@@ -225,9 +225,8 @@ def reach(
         free = each(lambda x, b: select(equal(x, b), 1, 0), wish, bounded)
         used = each(lambda b, x, f: (1 - f) * (b - x), bounded, old.q, free)
         matrix = each(lambda row, f: each(lambda x, g: f * g * x, row, free), old.equations.matrix, free)
-        right = each(
-            lambda b, row, f: f * (b - matrices.dot(row, used)), old.equations.right, old.equations.matrix, free
-        )
+        taken = matrices.times(old.equations.matrix, used)
+        right = each(lambda b, t, f: f * (b - t), old.equations.right, taken, free)
         change = solved(matrix, right, damping)
         return each(
             lambda b, x, dx, f, least, most: select(f > 0, inside(x + dx, least, most), b),

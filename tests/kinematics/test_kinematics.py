@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from algorithms.kinematics import Robot
+from algorithms.kinematics.named import TABLES
 from generated import pga3
 from tests.support.all_cases import all_cases
 
@@ -242,3 +243,14 @@ def test_wrong_tables(rows: Any, convention: Any, error: type[Exception], messag
 def test_unknown_robot() -> None:
     with pytest.raises(ValueError, match="robot 'puma': unknown; expected one of puma560, stanford, ur5, panda"):
         Robot.named("puma")
+
+
+def test_a_robot_is_shown_in_one_screen() -> None:
+    lines = repr(Robot.named("panda")).splitlines()
+    assert lines[0] == "Robot 'panda': 7 joints, 7 variables, 16.06 kg; the end effector is carried by joint 6"
+    assert lines[4] == "  joint 3              revolute     -3.072 to -0.0698" and len(lines) == 8
+    many = repr(Robot.from_dh([{"a": 0.1}] * 60)).splitlines()
+    assert len(many) == 42 and many[-1] == "  ... and 20 more" and "unknown masses" in many[0]
+    for name, table in TABLES.items():
+        arm = Robot.named(name)
+        assert table.source and np.isfinite(arm.pose(np.zeros(arm.n_joints))).all()
