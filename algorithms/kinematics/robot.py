@@ -18,7 +18,7 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from ..elements import LINE, MOTOR, elements
-from . import urdf
+from . import mjcf, urdf
 from .bodies import Body, moved
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
 from .errors import DescriptionError, JointCountError
@@ -177,6 +177,7 @@ class Robot(Simulated):
         Parameters
         ----------
         path : str or Path
+            The name of a file, or a text of XML. Files of xacro must be expanded first.
         tip : str, optional
             The link that is the end effector. By default the moving link separated from the base by the largest number
             of joints, fixed joints included; the first one if there are several.
@@ -213,6 +214,38 @@ class Robot(Simulated):
         """
         fields = urdf.read(path, tip, locked, base)
         return _BY_BASE.get(base, cls)(**fields)
+
+    @classmethod
+    def from_mjcf(
+        cls, path: str | Path, tip: str | None = None, locked: Iterable[str] = (), base: str = "fixed"
+    ) -> Robot:
+        """Return a robot from a file of MuJoCo (MJCF): a tree of bodies with hinge, slide and free joints.
+
+        Parameters
+        ----------
+        path : str or Path
+            The name of a file, which may include others, or a text of XML.
+        tip, locked, base
+            As in `from_urdf`; links are bodies. A free joint on the only body of the world is a floating base.
+
+        Returns
+        -------
+        Robot
+            Limits are ranges, and forces of ``actuatorfrcrange``; velocities are unlimited. Armature is kept. Joints
+            that an <equality> makes follow others linearly have no variable. Variables are those of MuJoCo, with `ref`.
+
+        Raises
+        ------
+        OSError, TypeError, CyclicTreeError, UnknownJointTypeError, NotFiniteError, JointCountError, DescriptionError
+            As in `from_urdf`. Ball joints are unknown. Inertias are not computed from geometry: methods of dynamics
+            raise a `MissingInertiaError` for bodies with geometry and without <inertial>.
+
+        Warns
+        -----
+        InertiaWarning
+            As in `from_urdf`.
+        """
+        return _BY_BASE.get(base, cls)(**mjcf.read(path, tip, locked, base))
 
     def forward(self, q: ArrayLike) -> Reals:
         """Return the pose of the end effector as a motor.

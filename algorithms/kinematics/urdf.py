@@ -35,6 +35,9 @@ from .masses import fault_of, joined, placed
 
 _X, _Y, _Z = np.eye(3)
 _MOST = np.sqrt(np.finfo(float).max)
+_XACRO = "xacro"
+TEXT = "text"
+"""How errors name a robot that is described by a text rather than a file."""
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 
 
@@ -82,24 +85,49 @@ class _Found:
     depths: dict[str, int] = field(default_factory=dict)
 
 
-def read(path: str | Path, tip: str | None, locked: Iterable[str], base: str) -> dict[str, Any]:
-    """Return the fields of a `Model` from a file; see `Robot.from_urdf`."""
-    if not isinstance(path, (str, PathLike)):
-        raise TypeError(f"path: {path!r} of type {type(path).__name__}; expected the name of a file, or a Path")
-    where = str(path)
+def read(source: str | Path, tip: str | None, locked: Iterable[str], base: str) -> dict[str, Any]:
+    """Return the fields of a `Model` from a file or its text; see `Robot.from_urdf`."""
+    root, where, _ = root_of(source, "robot")
+    links = _links(root, where)
+    name = root.get("name", "robot" if where == TEXT else Path(where).stem)
+    return fields_of(name, links, _joints(root, links, where), tip, locked, base, where)
+
+
+def root_of(source: str | Path, *tags: str) -> tuple[ElementTree.Element, str, Path | None]:
+    """Return the root element of a file or of a text of XML, how to name it in errors, and the folder of a file."""
+    if not isinstance(source, (str, PathLike)):
+        raise TypeError(
+            f"path: {source!r} of type {type(source).__name__}; expected the name of a file, a Path, or a text of XML"
+        )
+    is_text = isinstance(source, str) and source.lstrip().startswith("<")
+    where = TEXT if is_text else str(source)
     try:
-        root = ElementTree.parse(path).getroot()
+        root = ElementTree.fromstring(str(source).lstrip()) if is_text else ElementTree.parse(source).getroot()
     except ElementTree.ParseError as error:
         raise DescriptionError(f"{where}: not XML ({error})") from None
-    if root.tag != "robot":
-        raise DescriptionError(f"{where}: <{root.tag}>; expected <robot>")
+    if root.tag not in tags:
+        raise DescriptionError(f"{where}: <{root.tag}>; expected <{tags[0]}>")
+    macros = next((each.tag for each in root.iter() if _XACRO in each.tag), None)
+    if macros is not None:
+        raise DescriptionError(f"{where}: a macro of xacro; expand the file first: xacro robot.xacro > robot.urdf")
+    return root, where, None if is_text else Path(source).parent
+
+
+def fields_of(
+    name: str,
+    links: dict[str, Link],
+    joints: list[Connection],
+    tip: str | None,
+    locked: Iterable[str],
+    base: str,
+    where: str,
+) -> dict[str, Any]:
+    """Return the fields of a `Model` from links and joints."""
     if base not in ("fixed", "floating", "euler"):
         raise ValueError(f"base: {base!r}; expected 'fixed', 'floating' or 'euler'")
-    links = _links(root, where)
     for link in links.values():
         if link.fault:
-            warn(f"{where}: link {link.name!r}: {link.fault}; no rigid body has such an inertia", InertiaWarning, 3)
-    joints = _joints(root, links, where)
+            warn(f"{where}: link {link.name!r}: {link.fault}; no rigid body has such an inertia", InertiaWarning, 4)
     held = {locked} if isinstance(locked, str) else set(locked)
     unknown = held - {joint.name for joint in joints}
     if unknown:
@@ -123,7 +151,7 @@ def read(path: str | Path, tip: str | None, locked: Iterable[str], base: str) ->
         raise DescriptionError(f"{where}: link {last!r} does not move; expected an end effector that a joint carries")
     coupling, limits = _coupling(found, where)
     return {
-        "name": root.get("name", Path(path).stem),
+        "name": name,
         "kinds": tuple(found.kinds),
         "axes": np.array(found.axes),
         "home": np.array(found.home),
@@ -143,9 +171,10 @@ def _names(joints: Sequence[Connection]) -> str:
     return ", ".join(joint.name for joint in joints)
 
 
-def _numbers(
+def numbers(
     element: ElementTree.Element | None, key: str, default: str | None, count: int, where: str, infinite: bool = False
 ) -> Floats:
+    """Return the numbers of an attribute, or raise an error if they are missing, too few, too many or not finite."""
     text = default if element is None else element.get(key, default)
     if text is None:
         raise DescriptionError(f"{where}: no {key}; expected a number")
@@ -163,7 +192,7 @@ def _numbers(
 def _number(
     element: ElementTree.Element | None, key: str, default: str | None, where: str, infinite: bool = False
 ) -> float:
-    return float(_numbers(element, key, default, 1, where, infinite)[0])
+    return float(numbers(element, key, default, 1, where, infinite)[0])
 
 
 def _length(vector: Floats) -> float:
@@ -177,10 +206,10 @@ def _length(vector: Floats) -> float:
 
 def _motor(element: ElementTree.Element | None, where: str) -> Floats:
     """Return the motor of an <origin>."""
-    r, p, y = _numbers(element, "rpy", "0 0 0", 3, where)
+    r, p, y = numbers(element, "rpy", "0 0 0", 3, where)
     rotors = [pga3.rotor_from_axis_angle(axis, angle) for axis, angle in ((_Z, y), (_Y, p), (_X, r))]
     motors = [pga3.motor_from_rotor_translation(rotor, np.zeros(3)) for rotor in rotors]
-    motors[0] = pga3.motor_from_rotor_translation(rotors[0], _numbers(element, "xyz", "0 0 0", 3, where))
+    motors[0] = pga3.motor_from_rotor_translation(rotors[0], numbers(element, "xyz", "0 0 0", 3, where))
     return pga3.motor_product(pga3.motor_product(motors[0], motors[1]), motors[2])  # type: ignore[no-any-return]
 
 
@@ -246,7 +275,7 @@ def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> li
                 f"{here}: link {ends[1]!r} is carried by {carried[ends[1]]!r} already; expected a tree"
             )
         carried[ends[1]] = name
-        axis = _numbers(element.find("axis"), "xyz", "1 0 0", 3, here)
+        axis = numbers(element.find("axis"), "xyz", "1 0 0", 3, here)
         length = _length(axis)
         if type_ not in ("fixed", "floating") and length == 0:
             raise DescriptionError(f"{here}: axis of length 0; expected a nonzero direction")

@@ -282,12 +282,23 @@ def test_the_end_effector_moves_if_anything_does(tmp_path: Path) -> None:
     assert Robot.from_urdf(written(tmp_path, parts), base="floating").tip == 5  # a robot whose joints all move
 
 
+def test_texts_and_macros(tmp_path: Path) -> None:
+    path = written(tmp_path, ARM)
+    text = path.read_text()
+    found, same = Robot.from_urdf(text), Robot.from_urdf(path)
+    assert found.name == same.name and np.array_equal(found.axes, same.axes)
+    with pytest.raises(DescriptionError, match="text: <mujoco>; expected <robot>"):
+        Robot.from_urdf("<mujoco/>")
+    with pytest.raises(DescriptionError, match="expand the file first"):
+        Robot.from_urdf('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arm/></robot>')
+
+
 @pytest.mark.parametrize("wrong", [5, 0, True, None, 2.5, b"robot.urdf", ["robot.urdf"]])
 def test_invalid_file_names_are_not_opened(wrong: Any, tmp_path: Path) -> None:
     held = os.open(written(tmp_path, ARM), os.O_RDONLY)
     try:
         for path in (wrong, held):
-            with pytest.raises(TypeError, match=r"path: .*; expected the name of a file, or a Path"):
+            with pytest.raises(TypeError, match=r"path: .*; expected the name of a file, a Path, or a text"):
                 Robot.from_urdf(path)
         assert os.lseek(held, 0, os.SEEK_CUR) == 0
     finally:

@@ -1,0 +1,283 @@
+"""Robots from MuJoCo's MJCF files: bodies, joints, inertias, limits, defaults, and joints coupled by equality.
+
+Geometry, actuators, tendons, sensors and contacts are ignored. Angles are in degrees unless the file says otherwise
+(https://mujoco.readthedocs.io/en/stable/XMLreference.html).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from math import radians
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from generated import pga3
+
+from .constants import Floats
+from .errors import DescriptionError, UnknownJointTypeError
+from .masses import fault_of, placed
+from .urdf import Connection, Link, fields_of, numbers, root_of
+
+Element = ElementTree.Element
+_WORLD = "world"
+_FREE = (-np.inf, np.inf, np.inf, np.inf)
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+@dataclass(slots=True)
+class _File:
+    """What is read from a file."""
+
+    where: str
+    degrees: bool
+    sequence: str
+    always_limited: bool
+    classes: dict[str, dict[str, dict[str, str]]]
+    links: dict[str, Link] = field(default_factory=dict)
+    joints: list[Connection] = field(default_factory=list)
+    rotors: dict[str, float] = field(default_factory=dict)
+    mimics: dict[str, tuple[str, float, float]] = field(default_factory=dict)
+
+    def angle(self, number: float) -> float:
+        return radians(number) if self.degrees else number
+
+
+def read(source: str | Path, tip: str | None, locked: Iterable[str], base: str) -> dict[str, Any]:
+    """Return the fields of a `Model` from a file; see `Robot.from_mjcf`."""
+    root, where, folder = root_of(source, "mujoco")
+    _include(root, folder, where)
+    compiler: dict[str, str] = {}
+    for element in root.findall("compiler"):
+        compiler |= element.attrib
+    file = _File(
+        where,
+        compiler.get("angle", "degree") == "degree",
+        compiler.get("eulerseq", "xyz"),
+        compiler.get("autolimits", "true") == "true",
+        _classes(root),
+    )
+    for element in root.findall("equality/joint"):
+        _couple(file, element)
+    file.links[_WORLD] = Link(_WORLD, None)
+    for world in root.findall("worldbody"):
+        _children(file, world, _WORLD, np.eye(8)[0], "main")
+    if len(file.links) == 1:
+        raise DescriptionError(f"{where}: no body; expected at least one in <worldbody>")
+    missing = file.mimics.keys() - {joint.name for joint in file.joints}
+    if missing:
+        raise DescriptionError(f"{where}: equality of joint {sorted(missing)[0]!r}, which is no joint")
+    name = root.get("model", "robot")
+    found = fields_of(name, file.links, file.joints, tip, locked, base, where)
+    found["armature"] = np.array([file.rotors.get(joint, 0.0) for joint in found["joint_names"]])
+    return found
+
+
+def _include(root: Element, folder: Path | None, where: str) -> None:
+    """Replace each <include> by the children of the root of its file."""
+    for parent in list(root.iter()):
+        for place, child in reversed(list(enumerate(parent))):
+            if child.tag == "include":
+                name = child.get("file", "")
+                if folder is None:
+                    raise DescriptionError(f"{where}: <include file={name!r}> in a text; expected a file")
+                inner, there, inside = root_of(folder / name, "mujoco", "mujocoinclude")
+                _include(inner, inside, there)
+                parent[place : place + 1] = list(inner)
+
+
+def _classes(root: Element) -> dict[str, dict[str, dict[str, str]]]:
+    """Return for each class of defaults the attributes of each kind of element."""
+    found: dict[str, dict[str, dict[str, str]]] = {"main": {}}
+
+    def visit(element: Element, inherited: Mapping[str, dict[str, str]], name: str) -> None:
+        own = {tag: dict(attributes) for tag, attributes in (found.get(name) or inherited).items()}
+        for child in element:
+            if child.tag != "default":
+                own[child.tag] = own.get(child.tag, {}) | child.attrib
+        found[name] = own
+        for child in element.findall("default"):
+            visit(child, own, child.get("class", "main"))
+
+    for element in root.findall("default"):
+        visit(element, found["main"], element.get("class", "main"))
+    return found
+
+
+def _couple(file: _File, element: Element) -> None:
+    """Record that a joint follows another one linearly."""
+    if element.get("active", "true") != "true":
+        return
+    follower, leader = element.get("joint1", ""), element.get("joint2")
+    here = f"{file.where}: equality of joint {follower!r}"
+    offset, factor, *rest = numbers(element, "polycoef", "0 1 0 0 0", 5, here)
+    if leader is None or any(rest):
+        raise DescriptionError(f"{here}: constant or not linear; expected joint2 and polycoef='a b 0 0 0'")
+    file.mimics[follower] = leader, float(factor), float(offset)
+
+
+def _children(file: _File, element: Element, parent: str, frame: Floats, name: str) -> None:
+    """Read the bodies inside an element whose frame is given relative to the link `parent`; `name` is their class."""
+    for child in element:
+        if child.tag == "frame":
+            there = pga3.motor_product(frame, _frame(file, child, f"{file.where}: frame of {parent!r}"))
+            _children(file, child, parent, there, child.get("childclass", name))
+        elif child.tag == "body":
+            _body(file, child, parent, frame, child.get("childclass", name))
+        elif child.tag in ("replicate", "attach", "composite", "flexcomp"):
+            raise DescriptionError(f"{file.where}: <{child.tag}> inside {parent!r}; expected bodies and joints")
+
+
+def _body(file: _File, element: Element, parent: str, frame: Floats, name: str) -> None:
+    own = element.get("name", f"body {len(file.links)}")
+    here = f"{file.where}: body {own!r}"
+    if own in file.links:
+        raise DescriptionError(f"{here}: two bodies of this name; expected different names")
+    there = pga3.motor_product(frame, _frame(file, element, here))
+    before = parent
+    # A joint turns about its own place in the body; links between it and the body have no mass.
+    for joint in _joints(file, element, name):
+        there, before = _joint(file, joint, own, before, there)
+    if before != parent and np.array_equal(there, np.eye(8)[0]):
+        file.joints[-1].child = own
+        del file.links[before]
+    else:
+        file.joints.append(Connection(f"{own} fixed", "fixed", before, own, there, np.zeros(3), _FREE, None))
+    file.links[own] = _link(file, element, own, here)
+    _children(file, element, own, np.eye(8)[0], name)
+
+
+def _joints(file: _File, element: Element, name: str) -> Iterator[dict[str, str]]:
+    for child in element:
+        if child.tag == "freejoint":
+            yield {"type": "free", **child.attrib}
+        elif child.tag == "joint":
+            kind = child.get("class", name)
+            if kind not in file.classes:
+                raise DescriptionError(f"{file.where}: class {kind!r} of a joint is no <default>")
+            yield {"type": "hinge", **file.classes[kind].get("joint", {}), **child.attrib}
+
+
+def _joint(file: _File, joint: Mapping[str, str], body: str, parent: str, frame: Floats) -> tuple[Floats, str]:
+    """Append a joint; return the rest of the way to the frame of the body, and the link that the joint carries."""
+    own = joint.get("name", f"{body} joint {len(file.joints)}")
+    here = f"{file.where}: joint {own!r}"
+    attributes = Element("joint", dict(joint))
+    kinds = {"hinge": "revolute", "slide": "prismatic", "free": "floating"}
+    kind = joint["type"]
+    if kind not in kinds:
+        raise UnknownJointTypeError(f"{here}: type {kind!r}; expected hinge, slide or free")
+    place = np.zeros(3) if kind == "free" else numbers(attributes, "pos", "0 0 0", 3, here)
+    axis = numbers(attributes, "axis", "0 0 1", 3, here)
+    length = float(np.linalg.norm(axis))
+    if length == 0:
+        raise DescriptionError(f"{here}: axis of length 0; expected a nonzero direction")
+    axis = axis / length
+    turns = kind == "hinge"
+    start = float(numbers(attributes, "ref", "0", 1, here)[0])
+    start = file.angle(start) if turns else start
+    back = _turn(axis, -start, here) if turns else _shift(-start * axis)
+    origin = pga3.motor_product(pga3.motor_product(frame, _shift(place)), back)
+    link = f"{body} on {own}"
+    file.links[link] = Link(link, np.zeros(10))
+    if kind != "free":
+        file.rotors[own] = float(numbers(attributes, "armature", "0", 1, here)[0])
+    limits = _limits(file, attributes, turns, here) if kind != "free" else _FREE
+    connection = Connection(own, kinds[kind], parent, link, origin, axis, limits, file.mimics.get(own))
+    file.joints.append(connection)
+    return _shift(-place), link
+
+
+def _limits(file: _File, joint: Element, turns: bool, here: str) -> tuple[float, float, float, float]:
+    limited = joint.get("limited", "auto")
+    if limited == "false" or (limited == "auto" and not (file.always_limited and "range" in joint.attrib)):
+        low, high = -np.inf, np.inf
+    else:
+        low, high = (file.angle(x) if turns else float(x) for x in numbers(joint, "range", "0 0", 2, here))
+    effort = np.inf
+    if "actuatorfrcrange" in joint.attrib:
+        effort = float(np.abs(numbers(joint, "actuatorfrcrange", None, 2, here)).min())
+    if low > high:
+        raise DescriptionError(f"{here}: range {low} to {high}; expected the lower limit first")
+    return low, high, np.inf, effort
+
+
+def _link(file: _File, element: Element, name: str, here: str) -> Link:
+    """Return a link with its <inertial>; without one, bodies with geometry have an unknown inertia."""
+    inertial = element.find("inertial")
+    if inertial is None:
+        return Link(name, None if element.find("geom") is not None else np.zeros(10))
+    mass = float(numbers(inertial, "mass", None, 1, here)[0])
+    if "fullinertia" in inertial.attrib:
+        xx, yy, zz, xy, xz, yz = numbers(inertial, "fullinertia", None, 6, here)
+    else:
+        (xx, yy, zz), (xy, xz, yz) = numbers(inertial, "diaginertia", None, 3, here), (0.0, 0.0, 0.0)
+    tensor = [float(x) for x in (xx, xy, xz, yy, yz, zz)]
+    if mass < 0 or min(xx, yy, zz) < 0:
+        raise DescriptionError(f"{here}: mass {mass}, inertia {tensor}; expected no negative mass, ixx, iyy, izz")
+    body = placed(_frame(file, inertial, here), np.array([mass, 0, 0, 0, *tensor]))
+    return Link(name, body, fault_of(tensor))
+
+
+def _shift(place: Floats) -> Floats:
+    return np.asarray(pga3.motor_from_rotor_translation(np.eye(4)[0], place))
+
+
+def _frame(file: _File, element: Element, here: str) -> Floats:
+    """Return the motor of the pos and the orientation of an element."""
+    place = numbers(element, "pos", "0 0 0", 3, here)
+    return np.asarray(pga3.motor_product(_shift(place), _rotation(file, element, here)))
+
+
+def _rotation(file: _File, element: Element, here: str) -> Floats:
+    """Return the motor of the orientation of an element."""
+    given = [key for key in ("quat", "axisangle", "euler", "xyaxes", "zaxis") if key in element.attrib]
+    if len(given) > 1:
+        raise DescriptionError(f"{here}: {' and '.join(given)}; expected one orientation")
+    match given[0] if given else "":
+        case "quat":
+            return _of_quaternion(numbers(element, "quat", None, 4, here), here)
+        case "axisangle":
+            *axis, angle = numbers(element, "axisangle", None, 4, here)
+            return _turn(np.array(axis), file.angle(float(angle)), here)
+        case "euler":
+            whole: Floats = np.eye(8)[0]
+            for letter, angle in zip(file.sequence, numbers(element, "euler", None, 3, here), strict=True):
+                turn = _turn(np.array(_AXES[letter.lower()]), file.angle(float(angle)), here)
+                # Small letters are axes that turn with the body, capital letters are fixed ones.
+                pair = (whole, turn) if letter.islower() else (turn, whole)
+                whole = np.asarray(pga3.motor_product(*pair))
+            return whole
+        case "xyaxes":
+            x, y = numbers(element, "xyaxes", None, 6, here).reshape(2, 3)
+            x = x / np.linalg.norm(x)
+            y = y - (y @ x) * x
+            y = y / np.linalg.norm(y)
+            rotor = pga3.rotor_from_matrix(np.stack([x, y, np.cross(x, y)], -1))
+            return np.asarray(pga3.motor_from_rotor_translation(rotor, np.zeros(3)))
+        case "zaxis":
+            x, y, z = map(float, numbers(element, "zaxis", None, 3, here))
+            aside = float(np.hypot(x, y))
+            return _turn(np.array([-y, x, 0.0] if aside else [1.0, 0.0, 0.0]), float(np.arctan2(aside, z)), here)
+        case _:
+            return np.eye(8)[0]
+
+
+def _of_quaternion(quaternion: Floats, here: str) -> Floats:
+    length = float(np.linalg.norm(quaternion))
+    if length == 0:
+        raise DescriptionError(f"{here}: quat of length 0; expected a quaternion w x y z")
+    w, *axis = quaternion / length
+    size = float(np.linalg.norm(axis))
+    return _turn(np.array(axis), 2 * float(np.arctan2(size, w)), here) if size else np.eye(8)[0]
+
+
+def _turn(axis: Floats, angle: float, here: str) -> Floats:
+    length = float(np.linalg.norm(axis))
+    if length == 0:
+        raise DescriptionError(f"{here}: axis of length 0; expected a nonzero direction")
+    rotor = pga3.rotor_from_axis_angle(axis / length, angle)
+    return np.asarray(pga3.motor_from_rotor_translation(rotor, np.zeros(3)))
