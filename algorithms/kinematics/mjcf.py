@@ -250,13 +250,13 @@ def _rotation(file: _File, element: Element, here: str) -> Floats:
                 # Small letters are axes that turn with the body, capital letters are fixed ones.
                 pair = (whole, turn) if letter.islower() else (turn, whole)
                 whole = np.asarray(pga3.motor_product(*pair))
-            return whole
+            return np.asarray(whole)
         case "xyaxes":
-            x, y = numbers(element, "xyaxes", None, 6, here).reshape(2, 3)
-            x = x / np.linalg.norm(x)
-            y = y - (y @ x) * x
-            y = y / np.linalg.norm(y)
-            rotor = pga3.rotor_from_matrix(np.stack([x, y, np.cross(x, y)], -1))
+            first, second = numbers(element, "xyaxes", None, 6, here).reshape(2, 3)
+            first = first / np.linalg.norm(first)
+            second = second - (second @ first) * first
+            second = second / np.linalg.norm(second)
+            rotor = pga3.rotor_from_matrix(np.stack([first, second, np.cross(first, second)], -1))
             return np.asarray(pga3.motor_from_rotor_translation(rotor, np.zeros(3)))
         case "zaxis":
             x, y, z = map(float, numbers(element, "zaxis", None, 3, here))
