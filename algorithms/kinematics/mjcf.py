@@ -24,6 +24,8 @@ from .urdf import Connection, Link, fields_of, numbers, root_of
 
 Element = ElementTree.Element
 _WORLD = "world"
+_STILL: Floats = np.eye(8)[0]
+"""The motor that moves nothing."""
 _FREE = (-np.inf, np.inf, np.inf, np.inf)
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -64,7 +66,7 @@ def read(source: str | Path, tip: str | None, locked: Iterable[str], base: str) 
         _couple(file, element)
     file.links[_WORLD] = Link(_WORLD, None)
     for world in root.findall("worldbody"):
-        _children(file, world, _WORLD, np.eye(8)[0], "main")
+        _children(file, world, _WORLD, _STILL, "main")
     if len(file.links) == 1:
         raise DescriptionError(f"{where}: no body; expected at least one in <worldbody>")
     missing = file.mimics.keys() - {joint.name for joint in file.joints}
@@ -141,13 +143,13 @@ def _body(file: _File, element: Element, parent: str, frame: Floats, name: str) 
     # A joint turns about its own place in the body; links between it and the body have no mass.
     for joint in _joints(file, element, name):
         there, before = _joint(file, joint, own, before, there)
-    if before != parent and np.array_equal(there, np.eye(8)[0]):
+    if before != parent and np.array_equal(there, _STILL):
         file.joints[-1].child = own
         del file.links[before]
     else:
         file.joints.append(Connection(f"{own} fixed", "fixed", before, own, there, np.zeros(3), _FREE, None))
     file.links[own] = _link(file, element, own, here)
-    _children(file, element, own, np.eye(8)[0], name)
+    _children(file, element, own, _STILL, name)
 
 
 def _joints(file: _File, element: Element, name: str) -> Iterator[dict[str, str]]:
@@ -244,7 +246,7 @@ def _rotation(file: _File, element: Element, here: str) -> Floats:
             *axis, angle = numbers(element, "axisangle", None, 4, here)
             return _turn(np.array(axis), file.angle(float(angle)), here)
         case "euler":
-            whole: Floats = np.eye(8)[0]
+            whole = _STILL
             for letter, angle in zip(file.sequence, numbers(element, "euler", None, 3, here), strict=True):
                 turn = _turn(np.array(_AXES[letter.lower()]), file.angle(float(angle)), here)
                 # Small letters are axes that turn with the body, capital letters are fixed ones.
@@ -263,7 +265,7 @@ def _rotation(file: _File, element: Element, here: str) -> Floats:
             aside = float(np.hypot(x, y))
             return _turn(np.array([-y, x, 0.0] if aside else [1.0, 0.0, 0.0]), float(np.arctan2(aside, z)), here)
         case _:
-            return np.eye(8)[0]
+            return _STILL
 
 
 def _of_quaternion(quaternion: Floats, here: str) -> Floats:
@@ -272,7 +274,7 @@ def _of_quaternion(quaternion: Floats, here: str) -> Floats:
         raise DescriptionError(f"{here}: quat of length 0; expected a quaternion w x y z")
     w, *axis = quaternion / length
     size = float(np.linalg.norm(axis))
-    return _turn(np.array(axis), 2 * float(np.arctan2(size, w)), here) if size else np.eye(8)[0]
+    return _turn(np.array(axis), 2 * float(np.arctan2(size, w)), here) if size else _STILL
 
 
 def _turn(axis: Floats, angle: float, here: str) -> Floats:
