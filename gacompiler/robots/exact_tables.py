@@ -13,6 +13,9 @@ from .inertias import Inertia
 
 Tables = dict[str, Any]
 
+_FIXED_BASE: Tables = {
+    name: [] for name in ("base", "freedoms", "trunk", "moved", "moved_coordinates", "moved_freedoms")
+}
 _MOTOR = ("1", "e12", "e13", "e23", "e01", "e02", "e03", "e0123")
 
 
@@ -23,6 +26,7 @@ def tables_of_joints(chain: Chain, joints: Sequence[int] | None = None) -> Table
     variables, ratios, offsets = chain.followed
     rows = {
         "variables": [variables[k] for k in taken],
+        "coordinates": [variables[k] for k in taken],
         "ratios": [ratios[k] for k in taken],
         "offsets": [offsets[k] for k in taken],
         "places": [plus(points[k], points[p] if p >= 0 else ZERO, -1) for k, p in _with_parents(chain, taken)],
@@ -31,7 +35,8 @@ def tables_of_joints(chain: Chain, joints: Sequence[int] | None = None) -> Table
         ],
         "turns": [int(chain.kinds[k] == "revolute") for k in taken],
     }
-    return rows | ({"parents": list(chain.parents)} if joints is None else {})
+    rates = {"rates": [0] * chain.n_variables}
+    return rows | _FIXED_BASE | rates | ({"parents": list(chain.parents)} if joints is None else {})
 
 
 def _with_parents(chain: Chain, joints: Sequence[int]) -> list[tuple[int, int]]:
@@ -50,8 +55,8 @@ def tables_of_pairs(chain: Chain) -> Tables:
     return {
         "lower": [lower for lower, _ in pairs],
         "upper": [upper for _, upper in pairs],
-        "lower_variables": [variables[lower] for lower, _ in pairs],
-        "upper_variables": [variables[upper] for _, upper in pairs],
+        "lower_coordinates": [variables[lower] for lower, _ in pairs],
+        "upper_coordinates": [variables[upper] for _, upper in pairs],
         "is_strict": [int(lower != upper) for lower, upper in pairs],
     }
 
