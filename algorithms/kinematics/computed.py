@@ -35,7 +35,6 @@ from .tables import (
     pairs_of,
     path_to,
     pushes_of,
-    spread_out,
 )
 
 Method = Any
@@ -208,6 +207,26 @@ class Computed:
         """The twists of the joints at unit speed, (..., N, 6)."""
         return self._bound(robots.twists_of_joints, **self._all)
 
+    # Motions.
+
+    @cached_property
+    def _places(self) -> dict[str, Any]:
+        """The variables of the joints, each once, and their coordinates."""
+        model = self._model
+        coordinates = np.arange(FREEDOMS if is_floating(model) else 0, model.n_joints)
+        variables = coordinates + (model.n_positions - model.n_joints)
+        return self._base | {"variables": variables, "coordinates": coordinates}
+
+    @_BoundOnce
+    def integrate(self) -> Method:
+        """The configuration reached from q with rates v."""
+        return self._bound(robots.integrate, **self._places)
+
+    @_BoundOnce
+    def difference(self) -> Method:
+        """The rates that lead from q0 to q1."""
+        return self._bound(robots.difference, **self._places)
+
     # Dynamics.
 
     @cached_property
@@ -252,12 +271,9 @@ class Computed:
         """The inverse of the mass matrix, (..., m, m), from q."""
         if self._model.coupling.size:
             return _Composed(self._inverse_of_mass_matrix, self._shapes)
-        joints = self._joints.relative_to_first
-        joints, inertias, armature = spread_out(self._model, joints, self.inertias, self._model.armature)
-        pushes = pushes_of(joints)
+        pushes = pushes_of(self._model)
         tables = {entry.name: getattr(pushes, entry.name) for entry in fields(pushes)}
-        own = {"parents": joints.parents, **_named(joints), "inertias": inertias, "armature": armature}
-        return self._bound(robots.inverse_mass_matrix, **self._base | own | tables)
+        return self._bound(robots.inverse_mass_matrix, **self._heavy | tables)
 
     @_BoundOnce
     def coriolis_matrix(self) -> Method:

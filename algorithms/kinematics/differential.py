@@ -22,46 +22,51 @@ class Differential(Changes):
     def integrate(self, q: ArrayLike, v: ArrayLike) -> Reals:
         """Return the configuration reached from `q` with constant rates `v` for unit time.
 
-        This is ``q + v``, except for a floating base.
+        This is ``q + v``, except for a floating base, which follows a screw motion.
 
         Parameters
         ----------
-        q : array_like, (..., n)
+        q : array_like, (..., n), or (..., 8 + m) if the base floats
         v : array_like, (..., n)
             Rates multiplied by the time step.
 
         Returns
         -------
-        array, (..., n)
+        array, of the shape of `q`
+            The motor of a floating base is a unit motor.
 
         Raises
         ------
         TypeError, ValueError
             As in `jacobian`.
         """
-        shape, (start, step) = self._together((q, "q"), (v, "v"))
-        return (start + step).reshape(*shape, self.n_joints)
+        attempt = self._attempts.integrate
+        found: Reals | None = attempt(q, v)
+        return self._run(self._computed.integrate, ("q", "v"), q, v) if found is None else found  # type: ignore[no-any-return]
 
     def difference(self, q0: ArrayLike, q1: ArrayLike) -> Reals:
         """Return the constant rates that lead from `q0` to `q1` in unit time.
 
-        This is ``q1 - q0``, except for a floating base. Full revolutions of a joint are not removed.
+        This is ``q1 - q0``, except for a floating base: ``integrate(q0, v)`` is `q1`. Full revolutions of a joint are not
+        removed.
 
         Parameters
         ----------
-        q0, q1 : array_like, (..., n)
+        q0, q1 : array_like, (..., n), or (..., 8 + m) if the base floats
 
         Returns
         -------
         array, (..., n)
+            A floating base rotates by an angle in [0, pi]. Its motor may have either sign.
 
         Raises
         ------
         TypeError, ValueError
             As in `jacobian`.
         """
-        shape, (start, end) = self._together((q0, "q0"), (q1, "q1"))
-        return (end - start).reshape(*shape, self.n_joints)
+        attempt = self._attempts.difference
+        found: Reals | None = attempt(q0, q1)
+        return self._run(self._computed.difference, ("q0", "q1"), q0, q1) if found is None else found  # type: ignore[no-any-return]
 
     def jacobian(self, q: ArrayLike, link: str | None = None) -> Reals:
         """Return the geometric Jacobian of the end effector, or of another link, in the base frame.

@@ -54,56 +54,6 @@ class FloatingRobot(Robot):
         if not is_floating(self):
             raise FloatingBaseError(f"{self.name}: joint 0 is {self.kinds[0].value}; expected a floating base")
 
-    # Configurations.
-
-    def integrate(self, q: ArrayLike, v: ArrayLike) -> Reals:
-        """Return the configuration reached from `q` with constant velocities `v` for unit time.
-
-        The base follows a screw motion.
-
-        Parameters
-        ----------
-        q : array_like, (..., 8 + m)
-        v : array_like, (..., 6 + m)
-            Velocities multiplied by the time step.
-
-        Returns
-        -------
-        array, (..., 8 + m)
-            With a unit motor.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If an argument has a wrong shape.
-        """
-        shape, (start, rates) = self._together((q, "q"), (v, "v"))
-        step = pga3.motor_from_twist(_line(rates))
-        moved = pga3.normalize_motor(pga3.motor_product(pga3.normalize_motor(start[:, :MOTOR]), step))
-        return np.concatenate([moved, start[:, MOTOR:] + rates[:, FREEDOMS:]], axis=-1).reshape(*shape, -1)
-
-    def difference(self, q0: ArrayLike, q1: ArrayLike) -> Reals:
-        """Return the constant velocities v from `q0` to `q1` in unit time, such that ``integrate(q0, v)`` is `q1`.
-
-        Parameters
-        ----------
-        q0, q1 : array_like, (..., 8 + m)
-
-        Returns
-        -------
-        array, (..., 6 + m)
-            The base rotates by an angle in [0, pi]. Its motor may have either sign.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If an argument has a wrong shape.
-        """
-        shape, (start, end) = self._together((q0, "q0"), (q1, "q1"))
-        poses = (pga3.normalize_motor(q[:, :MOTOR]) for q in (start, end))
-        velocities = pga3.twist_to_velocities(pga3.motor_to_twist(pga3.motor_relative(*poses)))
-        return np.concatenate([*velocities, end[:, MOTOR:] - start[:, MOTOR:]], axis=-1).reshape(*shape, -1)
-
     # Kinematics of elements.
 
     def twists_of_joints(self, q: ArrayLike) -> Reals:

@@ -51,6 +51,8 @@ METHODS: Mapping[str, Entry] = MappingProxyType(
         "centre_of_mass": _kernel(*_MASSES),
         "centroidal_momentum_matrix": _kernel(*_MASSES),
         "twists_of_joints": _kernel(),
+        "integrate": _kernel(),
+        "difference": _kernel(),
         "torque_regressor": _kernel(),
         "inverse_mass_matrix": _kernel(),
         "pose": Entry(calls=("forward",)),

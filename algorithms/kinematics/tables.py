@@ -199,20 +199,6 @@ def without_base(model: Constants) -> range:
     return range(int(is_floating(model)), len(model.kinds))
 
 
-def spread_out(model: Constants, joints: Joints, inertias: Floats, armature: Floats) -> tuple[Joints, Floats, Floats]:
-    """Return the tables with a floating base as six joints, none of which moves, and the last of which has its body."""
-    if not is_floating(model):
-        return joints, inertias, armature
-    more = FREEDOMS - 1
-    parents = np.concatenate([np.arange(-1, more), joints.parents[1:] + more])
-    rows = [np.concatenate([np.zeros((more, *row.shape[1:]), row.dtype), row]) for row in joints.rows]
-    found = Joints(parents, *rows)
-    found.coordinates[:FREEDOMS] = range(FREEDOMS)
-    found.screws[range(FREEDOMS), (2, 1, 0, 3, 4, 5)] = 1, -1, 1, 1, 1, 1  # angular x, y, z over linear
-    zeros = np.zeros((more, inertias.shape[1]))
-    return found, np.concatenate([zeros, inertias]), np.concatenate([np.zeros(FREEDOMS), armature[1:]])
-
-
 def homes_of(model: Constants) -> tuple[Floats, Floats]:
     """Return rotors (N, 4) and positions (N, 3) of the links' frames, relative to the frames of the joints."""
     rotors, places = pga3.motor_to_rotor_translation(model.home)
@@ -279,6 +265,13 @@ class Pushes:
         1 where the moved joint is the pushed joint or an ancestor of it, otherwise 0.
     factors : array, (R,)
     rows, columns, mirrored : array of int, (R,)
+    at_base : array of int, (G,)
+        For each joint on a floating base, the row over P of its pair with the base.
+    moved_coordinates : array of int, (G,)
+    moved_freedoms : array of int, (G, 6)
+    moved_factors : array, (G,)
+    first, second, first_rows, second_rows, first_mirrored : array of int, (S,)
+        All pairs of these joints.
     """
 
     below: Indices
@@ -292,34 +285,59 @@ class Pushes:
     rows: Indices
     columns: Indices
     mirrored: Indices
+    at_base: Indices
+    moved_coordinates: Indices
+    moved_freedoms: Indices
+    moved_factors: Floats
+    first: Indices
+    second: Indices
+    first_rows: Indices
+    second_rows: Indices
+    first_mirrored: Indices
 
 
-def pushes_of(table: Joints) -> Pushes:
-    """Return the pairs of each pushed joint with its ancestors, and with the joints of its tree up to its own index."""
-    parents, count = table.parents.tolist(), len(table.parents)
-    ratios = np.where(table.ratios == 0, 1.0, table.ratios)
-    paths: list[tuple[int, ...]] = []
-    for joint, parent in enumerate(parents):
-        paths.append((*(paths[parent] if parent >= 0 else ()), joint))
-    upwards = [(pushed, carrier) for pushed in range(count) for carrier in reversed(paths[pushed])]
+def pushes_of(model: Constants) -> Pushes:
+    """Return the pairs of each pushed joint with its ancestors, and with the joints of its tree up to its own index.
+
+    The joints that a floating base carries are the roots of trees.
+    """
+    coordinates, ratios, _ = followed(model)
+    pushable, root = without_base(model), int(is_floating(model))
+    paths = {joint: path_to(model, joint) for joint in pushable}
+    upwards = [(pushed, carrier) for pushed in pushable for carrier in reversed(paths[pushed])]
     place = {pair: row for row, pair in enumerate(upwards)}
     below = [-1 if pushed == carrier else row - 1 for row, (pushed, carrier) in enumerate(upwards)]
     moved = [
-        (pushed, joint) for pushed in range(count) for joint in range(pushed + 1) if paths[joint][0] == paths[pushed][0]
+        (pushed, joint)
+        for pushed in pushable
+        for joint in pushable
+        if joint <= pushed and paths[joint][root] == paths[pushed][root]
     ]
     after = {pair: row for row, pair in enumerate(moved)}
-    pushed, joints = (np.array(side, np.int64) for side in zip(*moved, strict=True))
-    columns = table.coordinates[pushed]
+    pushed, joints = np.array(moved, np.int64).reshape(-1, 2).T
+    columns = coordinates[pushed]
+    carried = np.array([joint for joint in pushable if root], np.int64)
+    first, second = np.array([(a, b) for a in range(len(carried)) for b in range(a + 1)], np.int64).reshape(-1, 2).T
+    first_rows = coordinates[carried[first]]
     return Pushes(
         below=np.array(below, np.int64),
         carriers=np.array([carrier for _, carrier in upwards], np.int64),
         is_own=np.array([float(row < 0) for row in below]),
-        before=np.array([after.get((push, parents[joint]), -1) for push, joint in moved], np.int64),
+        before=np.array([after.get((push, model.parents[joint]), -1) for push, joint in moved], np.int64),
         joints=joints,
         pairs=np.array([place.get(pair, 0) for pair in moved], np.int64),
         is_carrier=np.array([float(pair in place) for pair in moved]),
         factors=1 / (ratios[pushed] * ratios[joints]),
-        rows=table.coordinates[joints],
+        rows=coordinates[joints],
         columns=columns,
         mirrored=np.where(pushed == joints, -1, columns),
+        at_base=np.array([place[joint, 0] for joint in carried], np.int64),
+        moved_coordinates=coordinates[carried],
+        moved_freedoms=np.tile(np.arange(FREEDOMS), (len(carried), 1)),
+        moved_factors=1 / ratios[carried],
+        first=first,
+        second=second,
+        first_rows=first_rows,
+        second_rows=coordinates[carried[second]],
+        first_mirrored=np.where(first == second, -1, first_rows),
     )

@@ -42,10 +42,12 @@ from gacompiler import (
     commutator,
     cos,
     each,
+    exp,
     fold,
     gather,
     index,
     kernel,
+    log,
     sandwich,
     scan,
     scatter,
@@ -493,7 +495,7 @@ def forward_dynamics(
 
     def rate_of_base(_, body, wrench, *forces):
         rest = [force - power for force, power in zip(forces, _powers(wrench), strict=True)]
-        return _line(*_halves(_rates_of_base(body, rest)))
+        return _twist_under(_factored(body), rest)
 
     upwards = _upwards(_gravity_on_base(q, base, gravity))
     start = fold(rate_of_base, upwards, *gather(carried, trunk), *gather(tau, freedoms))
@@ -505,29 +507,36 @@ def forward_dynamics(
     return _with_base(found, columns, freedoms, qd)
 
 
-def _halves(numbers):
-    """Return the angular and the linear part of six numbers."""
-    return tuple(numbers[:3]), tuple(numbers[3:])
+def _factored(body):
+    """Factorise the inertia of a floating base, ``L^T D L``: six inverses of D, and the fifteen entries of L by rows.
 
-
-def _rates_of_base(body, forces):
-    """Solve for the rates of a floating base under six forces, by elimination; linear rates are eliminated first."""
+    The last freedoms, which are linear, are eliminated first.
+    """
     angular, mixed, linear = _symmetric(body.inertia[:6]), body.inertia[6:15], _symmetric(body.inertia[15:])
     rows = [[*angular[i], *mixed[3 * i : 3 * i + 3]] for i in range(3)]
     rows += [[*mixed[i::3], *linear[i]] for i in range(3)]
-    found, sizes, factors = list(forces), [None] * 6, [None] * 6
+    sizes, factors = [None] * 6, [None] * 6
     for k in reversed(range(6)):
         sizes[k] = _inverse(rows[k][k], body.spread if k < 3 else body.mass)
         factors[k] = [sizes[k] * x for x in rows[k][:k]]
         for i, factor in enumerate(factors[k]):
             for j in range(i + 1):
                 rows[i][j] = rows[i][j] - factor * rows[k][j]
-            found[i] = found[i] - factor * found[k]
+    return (*sizes, *(x for row in factors for x in row))
+
+
+def _twist_under(factored, forces):
+    """Compute the rates of a floating base under six forces, as a twist."""
+    sizes, factors, found = factored[:6], factored[6:], list(forces)
+    rows = [factors[k * (k - 1) // 2 : k * (k + 1) // 2] for k in range(6)]
+    for k in reversed(range(6)):
+        for i in range(k):
+            found[i] = found[i] - rows[k][i] * found[k]
     for k in range(6):
         found[k] = sizes[k] * found[k]
         for i in range(k):
-            found[k] = found[k] - factors[k][i] * found[i]
-    return found
+            found[k] = found[k] - rows[k][i] * found[i]
+    return _line(found[:3], found[3:])
 
 
 def _inverse(inertia, terms):
@@ -609,26 +618,33 @@ def _without(inertia, momentum, size):
     before=index("r"), joints=index("r", into="n"), pairs=index("r", into="p"),
     is_carrier=array(SCALAR, "r", shared=True), factors=array(SCALAR, "r", shared=True),
     rows=index("r", into="m"), columns=index("r", into="m"), mirrored=index("r", into="m"),
-    **RATES,
+    **FORCES_ON_BASE, at_base=index("g", into="p"), moved_coordinates=index("g", into="m"),
+    moved_freedoms=index("g", 6, into="m"), moved_factors=array(SCALAR, "g", shared=True),
+    first=index("s", into="g"), second=index("s", into="g"), first_rows=index("s", into="m"),
+    second_rows=index("s", into="m"), first_mirrored=index("s", into="m"), **RATES,
 )  # fmt: skip
 def inverse_mass_matrix(
     q, parents, variables, ratios, offsets, places, screws, turns, inertias, armature,
     below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns, mirrored,
-    rates,
+    freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors,
+    first, second, first_rows, second_rows, first_mirrored, rates,
 ):  # fmt: skip
     """Compute the inverse of `mass_matrix` by articulated bodies: accelerations under a unit force of each joint.
 
     Each joint must have its own variable. The result is NaN for the tree of a joint that moves no inertia.
-
-    A floating base is six joints here, which do not depend on `q`.
 
     The three tables over p list each pair of a pushed joint and a joint that carries it or is the same joint: the
     preceding pair, whose joint is carried by this one (-1 if the joint is the pushed one), the joint, and whether it is
     the pushed one. The first pair is joint 0 with itself. The other tables, over r, list each pair of a pushed joint
     and a moved joint of the same tree that does not come after it: the pair of the moved joint's parent, or -1; the
     moved joint; the pair over p of the same joints if the moved joint carries the pushed one (`is_carrier` is 1),
-    otherwise any pair; the inverse of the product of their ratios; the variables of the moved and of the pushed joint;
+    otherwise any pair; the inverse of the product of their ratios; the coordinates of the moved and of the pushed joint;
     and `mirrored`, which equals `columns`, or -1 if the joints are the same.
+
+    A floating base is at rest in these pairs, but has a pair over p with each pushed joint, `at_base`. The trees are
+    those of the joints on it, which exchange forces through the base: with its own inverse inertia A and the wrenches W
+    on it under unit forces, ``W^T A W`` is added. The tables over g list its joints, with the inverses of their ratios,
+    and those over s all pairs of them.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = _in_base(own, parents)
@@ -638,8 +654,7 @@ def inverse_mass_matrix(
         apparent = _apparent(carried, placed(body, pose), axis, rotor)
         return apparent.left, (apparent.momentum, apparent.size)
 
-    apparent = accumulate(inward, _NOTHING, poses, inertias, axes, armature, parents=parents, keep=True)
-    momenta, sizes = apparent[1]
+    left, (momenta, sizes) = accumulate(inward, _NOTHING, poses, inertias, axes, armature, parents=parents, keep=True)
 
     def push(carried, axis, momentum, size, is_pushed):
         wrench, _ = carried
@@ -647,7 +662,7 @@ def inverse_mass_matrix(
         return wrench + rate * momentum, rate
 
     at_carriers = gather((axes, momenta, sizes), carriers)
-    _, pushed = scan(push, (_NO_LINE, 0), *at_carriers, is_own, parents=below)
+    wrenches, pushed = scan(push, (_NO_LINE, 0), *at_carriers, is_own, parents=below)
 
     def outward(carrier, axis, momentum, size, own_rate, is_pushed):
         twist, _ = carrier
@@ -658,7 +673,28 @@ def inverse_mass_matrix(
     _, found = scan(outward, (_NO_LINE, 0), *at_joints, gather(pushed, pairs), is_carrier, parents=before)
     entries = each(lambda rate, factor: factor * rate, found, factors)
     both = (rates, rates)
-    return scatter(entries, (rows, columns), both, start=scatter(entries, (mirrored, rows), both))
+    own_entries = scatter(entries, (rows, columns), both, start=scatter(entries, (mirrored, rows), both))
+
+    factored = fold(lambda _, body: _factored(body), (0,) * 21, gather(left, trunk))
+
+    def response(wrench, factor):
+        # The wrench of the joints on the base is opposite to that of the base on the joints.
+        wrench = factor * wrench
+        return wrench, _twist_under(factored, [-power for power in _powers(wrench)])
+
+    forces, twists = each(response, gather(wrenches, at_base), moved_factors)
+    exchanged = each(lambda wrench, twist: -(twist & wrench), gather(forces, first), gather(twists, second))
+    rates_of_base = each(lambda twist: (*_direction(twist), *_moment(twist)), twists)
+    blocks = [(exchanged, first_rows, second_rows), (exchanged, second_rows, first_mirrored)]
+    for i, entry in enumerate(rates_of_base):
+        blocks += [(entry, moved_freedoms[i], moved_coordinates), (entry, moved_coordinates, moved_freedoms[i])]
+
+    def own_block(_):
+        columns = [_twist_under(factored, unit) for unit in UNITS]
+        return tuple((*_direction(column), *_moment(column)) for column in columns)
+
+    own = each(own_block, gather(armature, trunk))
+    return _with_blocks(own_entries, [*blocks, *_square(own, freedoms)], rates)
 
 
 @kernel(
@@ -786,6 +822,48 @@ def centroidal_momentum_matrix(
 
     found = scatter(each(column, composite, poses, screws, ratios), coordinates, rates)
     return _with_base(found, each(columns_of_base, gather(composite, trunk), *gather(q, base)), freedoms, rates)
+
+
+# Motions of configurations.
+
+
+JOINT_PLACES = {"variables": index("j", into="k"), "coordinates": index("j", into="m")}
+
+
+def _unit_motor(*numbers):
+    """Return the unit motor of an even element ``x``: ``x (x ~x)**(-1/2)``, in which ``x ~x`` is a dual number."""
+    x = assemble(PGA3, dict(zip(MOTOR.blades, numbers, strict=True)))
+    study = x * ~x
+    size = study["1"]
+    return x * (1 - study["e0123"] / (2 * size) * assemble(PGA3, {"e0123": 1})) / sqrt(size)
+
+
+@kernel(q=POSITIONS, v=VALUES, **JOINT_PLACES, **BASE, **FREEDOMS)
+def integrate(q, v, variables, coordinates, base, freedoms):
+    """Compute the configuration reached with constant rates `v` in unit time; a floating base moves along a screw.
+
+    The tables over j list the variables of the joints and their coordinates.
+    """
+    found = scatter(each(lambda x, rate: x + rate, gather(q, variables), gather(v, coordinates)), variables, q)
+
+    def moved(motor, rates):
+        end = _unit_motor(*motor) * exp(-_line(rates[:3], rates[3:]) / 2)
+        return tuple(_unit_motor(*(end[name] for name in MOTOR.blades))[name] for name in MOTOR.blades)
+
+    return _with_base(found, each(moved, gather(q, base), gather(v, freedoms)), base, q)
+
+
+@kernel(q0=POSITIONS, q1=POSITIONS, **JOINT_PLACES, **BASE, **FREEDOMS, **RATES)
+def difference(q0, q1, variables, coordinates, base, freedoms, rates):
+    """Compute the constant rates that lead from `q0` to `q1` in unit time, with an angle of the base in [0, pi]."""
+    joints = each(lambda start, end: end - start, gather(q0, variables), gather(q1, variables))
+
+    def twist(start, end):
+        found = -2 * log(~_unit_motor(*start) * _unit_motor(*end))
+        return (*_direction(found), *_moment(found))
+
+    found = scatter(joints, coordinates, rates)
+    return _with_base(found, each(twist, gather(q0, base), gather(q1, base)), freedoms, rates)
 
 
 # Derivatives of the joint forces.
@@ -953,11 +1031,16 @@ def inverse_dynamics_derivatives(
     return by_q, _with_blocks(by_qd, _blocks_of_base(rows_by_qd, columns_by_qd, own_by_qd, *places), qd)
 
 
+def _square(columns, freedoms):
+    """Return the entries of the block of the base, whose columns are given, for `_with_blocks`."""
+    return [(x, freedoms[i], freedoms[k]) for k, column in enumerate(columns) for i, x in enumerate(column)]
+
+
 def _blocks_of_base(rows, columns, own, moved_coordinates, moved_freedoms, freedoms):
     """Return the entries of a matrix in the rows and columns of the base, for `_with_blocks`: `own` by column."""
     blocks = [(entries, moved_freedoms[i], moved_coordinates) for i, entries in enumerate(rows)]
     blocks += [(entries, moved_coordinates, moved_freedoms[i]) for i, entries in enumerate(columns)]
-    return blocks + [(x, freedoms[i], freedoms[k]) for k, column in enumerate(own) for i, x in enumerate(column)]
+    return blocks + _square(own, freedoms)
 
 
 @kernel(
