@@ -93,13 +93,15 @@ class Computed:
     own : mapping of str to Kernel
     attempts : Attempts
         Fast calls of the kernels that have been used.
+    of_links : dict of str to tuple of Method
+        The kernels of poses and Jacobians of the links that have been used, None for links that do not move.
     """
 
     def __init__(self, model: Constants, own: Mapping[str, Any]) -> None:
         self._model = model
         self.own = own
         self.attempts = Attempts()
-        self._paths: dict[tuple[int, bytes], tuple[Method, Method]] = {}
+        self.of_links: dict[str, tuple[Method, Method] | None] = {}
 
     def _bound(self, kernel: Any, **tables: Any) -> Method:
         """Bind the tables that a kernel takes; configurations and rates must have the robot's lengths."""
@@ -145,18 +147,15 @@ class Computed:
 
     # Kinematics.
 
-    def _along(self, joint: int, tool: Floats) -> tuple[Method, Method]:
+    def along(self, joint: int, tool: Floats) -> tuple[Method, Method]:
         """Return the kernels of pose and Jacobian of a frame that a joint carries; `tool` is its motor at home."""
-        key = joint, tool.tobytes()
-        if key not in self._paths:
-            inside = carried_by(self._model, joint, tool)
-            tip = pga3.motor_to_rotor_translation(inside)[1]
-            joints, near = self._chain_to(joint)
-            self._paths[key] = (
-                self._bound(robots.forward, **_named(joints), **self._base, tool=inside),
-                self._bound(robots.jacobian, **_named(near), **self._base, tip=tip).returning("out", transposed=True),
-            )
-        return self._paths[key]
+        inside = carried_by(self._model, joint, tool)
+        tip = pga3.motor_to_rotor_translation(inside)[1]
+        joints, near = self._chain_to(joint)
+        return (
+            self._bound(robots.forward, **_named(joints), **self._base, tool=inside),
+            self._bound(robots.jacobian, **_named(near), **self._base, tip=tip).returning("out", transposed=True),
+        )
 
     def _chain_to(self, joint: int) -> tuple[Joints, Joints]:
         """Return the joints that move a link, and with a fixed base moved to the first of them.
@@ -170,31 +169,41 @@ class Computed:
         found = self._joints.along(path)
         return found, found.relative_to_first
 
-    def forward_to(self, joint: int, tool: Floats) -> Method:
-        """Return the kernel of the motor (..., 8) of a frame that a joint carries."""
-        return self._along(joint, tool)[0]
-
-    def jacobian_of(self, joint: int, tool: Floats) -> Method:
-        """Return the kernel of the Jacobian (..., 6, m) of a frame that a joint carries."""
-        return self._along(joint, tool)[1]
+    @cached_property
+    def _of_tip(self) -> tuple[Method, Method]:
+        return self.along(self._model.tip, self._model.tool)
 
     @_BoundOnce
     def forward(self) -> Method:
         """The motor of the end effector, (..., 8)."""
-        return self.forward_to(self._model.tip, self._model.tool)
+        return self._of_tip[0]
 
     @_BoundOnce
     def jacobian(self) -> Method:
         """Velocities of the end effector for unit rates, (..., 6, m)."""
-        return self.jacobian_of(self._model.tip, self._model.tool)
+        return self._of_tip[1]
+
+    @cached_property
+    def _to_tip(self) -> dict[str, Any]:
+        """The tables of the joints that move the end effector."""
+        own = _named(self._chain_to(self._model.tip)[1])
+        inside = carried_by(self._model, self._model.tip, self._model.tool)
+        return own | self._base | {"tip": pga3.motor_to_rotor_translation(inside)[1]}
 
     @_BoundOnce
     def jacobian_rate(self) -> Method:
         """The time derivative of `jacobian`, from q and qd."""
-        own = _named(self._chain_to(self._model.tip)[1])
-        inside = carried_by(self._model, self._model.tip, self._model.tool)
-        tip = pga3.motor_to_rotor_translation(inside)[1]
-        return self._bound(robots.jacobian_rate, **own, **self._base, tip=tip).returning("out", transposed=True)
+        return self._bound(robots.jacobian_rate, **self._to_tip).returning("out", transposed=True)
+
+    @_BoundOnce
+    def velocity(self) -> Method:
+        """The velocity of the end effector, (..., 6), from q and qd."""
+        return self._bound(robots.velocity, **self._to_tip)
+
+    @_BoundOnce
+    def acceleration(self) -> Method:
+        """The acceleration of the end effector, (..., 6), from q, qd and qdd."""
+        return self._bound(robots.acceleration, **self._to_tip)
 
     @_BoundOnce
     def forward_all(self) -> Method:
@@ -354,6 +363,11 @@ class Computed:
     def centre_of_mass(self) -> Method:
         """The centre of mass of all moving links, from q."""
         return self._bound(robots.centre_of_mass, **self._all, inertias=self.inertias).returning("out_1")
+
+    @_BoundOnce
+    def centroidal_momentum(self) -> Method:
+        """The momentum about the centre of mass, (..., 6), from q and qd."""
+        return self._bound(robots.centroidal_momentum, **self._heavy)
 
     @_BoundOnce
     def centroidal_momentum_matrix(self) -> Method:

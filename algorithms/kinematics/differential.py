@@ -12,6 +12,7 @@ from generated import pga3
 from ..arguments import Reals, real_array
 from ..elements import LINE, PLANE, elements
 from .changes import Changes
+from .computed import Method
 from .errors import DescriptionError
 
 
@@ -42,13 +43,13 @@ class Differential(Changes):
         """
         attempt = self._attempts.integrate
         found: Reals | None = attempt(q, v)
-        return self._run(self._computed.integrate, ("q", "v"), q, v) if found is None else found  # type: ignore[no-any-return]
+        return self._run(self._computed.integrate, ("q", "v"), q, v) if found is None else found
 
     def difference(self, q0: ArrayLike, q1: ArrayLike) -> Reals:
         """Return the constant rates that lead from `q0` to `q1` in unit time.
 
-        This is ``q1 - q0``, except for a floating base: ``integrate(q0, v)`` is `q1`. Full revolutions of a joint are not
-        removed.
+        This is ``q1 - q0``, except for a floating base: ``integrate(q0, v)`` is `q1`. Full revolutions of a joint are
+        not removed.
 
         Parameters
         ----------
@@ -66,7 +67,7 @@ class Differential(Changes):
         """
         attempt = self._attempts.difference
         found: Reals | None = attempt(q0, q1)
-        return self._run(self._computed.difference, ("q0", "q1"), q0, q1) if found is None else found  # type: ignore[no-any-return]
+        return self._run(self._computed.difference, ("q0", "q1"), q0, q1) if found is None else found
 
     def jacobian(self, q: ArrayLike, link: str | None = None) -> Reals:
         """Return the geometric Jacobian of the end effector, or of another link, in the base frame.
@@ -95,9 +96,8 @@ class Differential(Changes):
         return self._evaluate("jacobian", q) if found is None else found
 
     def _jacobian_of_link(self, name: str, q: ArrayLike) -> Reals:
-        joint, tool = self._carrier(name)
-        if joint >= 0:
-            return self._run(self._computed.jacobian_of(joint, tool), ("q",), q)  # type: ignore[no-any-return]
+        if (kernels := self._kernels_of(name)) is not None:
+            return self._attempted(kernels[1], q)
         given = self._variables(q, "q")[0]
         return np.zeros((*given.shape[:-1], 6, self.n_joints), given.dtype)
 
@@ -134,9 +134,9 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
-        found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), speeds)
-        return found.reshape(*shape, 6)
+        attempt = self._attempts.velocity
+        found: Reals | None = attempt(q, qd)
+        return self._evaluate("velocity", q, qd) if found is None else found
 
     def acceleration(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
         """Return the acceleration of the end effector, (..., 6): angular over that of its origin, base frame.
@@ -150,10 +150,9 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        shape, (flat, speeds, rates) = self._together((q, "q"), (qd, "qd"), (qdd, "qdd"))
-        found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), rates)
-        found += np.einsum("bij,bj->bi", self.jacobian_rate(flat, speeds), speeds)
-        return found.reshape(*shape, 6)
+        attempt = self._attempts.acceleration
+        found: Reals | None = attempt(q, qd, qdd)
+        return self._evaluate("acceleration", q, qd, qdd) if found is None else found
 
     def manipulability(self, q: ArrayLike) -> Reals:
         """Return Yoshikawa's manipulability measure (...), which is 0 at singular configurations.
@@ -286,6 +285,14 @@ class Differential(Changes):
         found = np.zeros((*q.shape[:-1], len(element), len(self.kinds)), q.dtype)
         found[..., path] = np.swapaxes(twist_on(twists[..., path, :], now[..., None, :]), -1, -2)
         return self._reduced(found)
+
+    def _kernels_of(self, link: str) -> tuple[Method, Method] | None:
+        """Return the kernels of the pose and of the Jacobian of a link, or None if it does not move."""
+        known = self._computed.of_links
+        if link not in known:
+            joint, tool = self._carrier(link)
+            known[link] = self._computed.along(joint, tool) if joint >= 0 else None
+        return known[link]
 
     def _carrier(self, link: str) -> tuple[int, Reals]:
         """Return the joint that carries a link, -1 for the base, and the link's motor at home."""

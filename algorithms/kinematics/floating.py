@@ -61,7 +61,8 @@ class FloatingRobot(Robot):
         shape, (flat,) = self._together((q, "q"))
         base = pga3.move_line(pga3.normalize_motor(flat[:, None, :MOTOR]), _TWISTS.astype(flat.dtype))
         joints = Robot.twists_of_joints(self, flat)[:, 1:]
-        return np.concatenate([base, joints], axis=1).reshape(*shape, -1, 6)
+        found: Reals = np.concatenate([base, joints], axis=1)
+        return found.reshape(*shape, -1, 6)
 
     def _jacobian_of(self, q: ArrayLike, element: Reals, move: pga3.Kernel, twist_on: pga3.Kernel) -> Reals:
         """Compute with the base at the origin, and move the result."""
@@ -74,7 +75,7 @@ class FloatingRobot(Robot):
         found[..., path] = np.swapaxes(twist_on(twists[:, path], now[:, None]), -1, -2)
         columns = np.swapaxes(self._reduced(found), -1, -2)
         move = pga3.move_direction if move is pga3.move_point else move
-        moved = move(pga3.normalize_motor(flat[:, None, :MOTOR]), columns)
+        moved: Reals = move(pga3.normalize_motor(flat[:, None, :MOTOR]), columns)
         return np.swapaxes(moved, -1, -2).reshape(*shape, len(element), -1)
 
     def _reduced(self, columns: Reals) -> Reals:

@@ -56,14 +56,14 @@ METHODS: Mapping[str, Entry] = MappingProxyType(
         "torque_regressor": _kernel(),
         "inverse_mass_matrix": _kernel(),
         "pose": Entry(calls=("forward",)),
-        "velocity": Entry(calls=("jacobian",)),
+        "velocity": _kernel(),
         "manipulability": Entry(calls=("jacobian",)),
-        "acceleration": Entry(calls=("jacobian", "jacobian_rate")),
+        "acceleration": _kernel(),
         "forward_dynamics_derivatives": Entry(
             calls=("inverse_mass_matrix", "inverse_dynamics_derivatives", "forward_dynamics")
         ),
         "simulate": Entry(calls=("forward_dynamics",)),
-        "centroidal_momentum": Entry(calls=("centroidal_momentum_matrix",)),
+        "centroidal_momentum": _kernel(),
         "link": Entry(),
         "inverse": Entry(),
         "jacobian_of_point": Entry(),

@@ -206,6 +206,11 @@ class Model:
             return tuple(np.asarray(each, arrays[0].dtype)[()] for each in found)
         return np.asarray(found, arrays[0].dtype)[()]
 
+    def _attempted(self, kernel: Method, q: ArrayLike) -> Reals:
+        """Call a kernel of variables: fast if the extension accepts them, otherwise after checks."""
+        found: Reals | None = kernel.attempt(q)
+        return self._run(kernel, ("q",), q) if found is None else found
+
     def _variables(self, value: ArrayLike, name: str) -> tuple[Reals, Reals]:
         """Return joint variables or their rates as an array, and as rows."""
         length, meaning = self._expected(name)

@@ -401,6 +401,47 @@ def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, coordina
     return _with_base(found, each(columns_of_base, *gather(q, base)), freedoms, qd)
 
 
+TO_TIP = {"q": POSITIONS, **JOINTS, **COORDINATES, "tip": VECTOR}
+
+
+def _tip_and_axes(start, own, screws, tip):
+    """Compute the place of the end effector, and the twists of the joints at unit speed, as `jacobian` does."""
+    poses = scan(_after, start, own)
+    last = fold(lambda _, pose: pose, start, poses)
+    return _plus(last.place, _rotated(last.rotor, tip)), each(to_parent, poses, screws)
+
+
+@kernel(**TO_TIP, qd=VALUES, **BASE, **FREEDOMS, returns=array(SCALAR, 6))
+def velocity(q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd, base, freedoms):
+    """Compute the angular and linear velocities of the end effector, with the tables of `jacobian`."""
+    own, start = own_poses(q, variables, ratios, offsets, places, screws, turns), _turned_base(q, base)
+    point, axes = _tip_and_axes(start, own, screws, tip)
+    first = sandwich(start.rotor, _twist_of_base(qd, freedoms))
+    final = fold(
+        lambda twist, axis, speed, ratio: twist + ratio * speed * axis,
+        first, axes, gather(qd, coordinates), ratios,
+    )  # fmt: skip
+    return (*_direction(final), *_plus(_moment(final), _cross(_direction(final), point)))
+
+
+@kernel(**TO_TIP, qd=VALUES, qdd=VALUES, **BASE, **FREEDOMS, returns=array(SCALAR, 6))
+def acceleration(q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd, qdd, base, freedoms):
+    """Compute the angular acceleration and that of the origin of the end effector, with the tables of `jacobian`."""
+    own, start = own_poses(q, variables, ratios, offsets, places, screws, turns), _turned_base(q, base)
+    point, axes = _tip_and_axes(start, own, screws, tip)
+
+    def outward(carried, axis, speed, rate, ratio):
+        turned = ratio * speed * axis
+        twist = carried.twist + turned
+        return Motion(twist, carried.rate + ratio * rate * axis + commutator(turned, carried.twist))
+
+    first = Motion(*(sandwich(start.rotor, _twist_of_base(rates, freedoms)) for rates in (qd, qdd)))
+    final = fold(outward, first, axes, gather(qd, coordinates), gather(qdd, coordinates), ratios)
+    w, turning = _direction(final.twist), _direction(final.rate)
+    speed = _plus(_moment(final.twist), _cross(w, point))
+    return (*turning, *_plus(_plus(_moment(final.rate), _cross(turning, point)), _cross(w, speed)))
+
+
 @kernel(q=POSITIONS, parents=PARENTS, **JOINTS, **BASE, returns=array(LINE, "n"))
 def twists_of_joints(q, parents, variables, ratios, offsets, places, screws, turns, base):
     """Compute the twists of the joints at unit speed, as lines in the world."""
@@ -638,8 +679,8 @@ def inverse_mass_matrix(
     the pushed one. The first pair is joint 0 with itself. The other tables, over r, list each pair of a pushed joint
     and a moved joint of the same tree that does not come after it: the pair of the moved joint's parent, or -1; the
     moved joint; the pair over p of the same joints if the moved joint carries the pushed one (`is_carrier` is 1),
-    otherwise any pair; the inverse of the product of their ratios; the coordinates of the moved and of the pushed joint;
-    and `mirrored`, which equals `columns`, or -1 if the joints are the same.
+    otherwise any pair; the inverse of the product of their ratios; the coordinates of the moved and of the pushed
+    joint; and `mirrored`, which equals `columns`, or -1 if the joints are the same.
 
     A floating base is at rest in these pairs, but has a pair over p with each pushed joint, `at_base`. The trees are
     those of the joints on it, which exchange forces through the base: with its own inverse inertia A and the wrenches W
@@ -822,6 +863,34 @@ def centroidal_momentum_matrix(
 
     found = scatter(each(column, composite, poses, screws, ratios), coordinates, rates)
     return _with_base(found, each(columns_of_base, gather(composite, trunk), *gather(q, base)), freedoms, rates)
+
+
+@kernel(
+    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, inertias=BODIES, **BASE, **FREEDOMS,
+    returns=array(SCALAR, 6),
+)  # fmt: skip
+def centroidal_momentum(
+    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, inertias, base, freedoms
+):
+    """Compute the angular momentum about the centre of mass, then the linear momentum."""
+    own, start = own_poses(q, variables, ratios, offsets, places, screws, turns), _turned_base(q, base)
+    poses = scan(_after, start, own, parents=parents)
+    speeds = gather(qd, coordinates)
+    still = sandwich(start.rotor, _twist_of_base(qd, freedoms))
+
+    def outward(carried, pose, screw, speed, ratio):
+        return carried + ratio * speed * to_parent(pose, screw)
+
+    twists = scan(outward, still, poses, screws, speeds, ratios, parents=parents)
+
+    def of_body(inertia, pose, twist):
+        mass, first = _first_moment(inertia, pose)
+        seen = momentum_of(inertia, _to_child(pose, twist))
+        return mass, first, to_parent(pose, seen)
+
+    mass, first, momentum = total(of_body, inertias, poses, twists)
+    force = _direction(momentum)
+    return (*_minus(_moment(momentum), _cross(tuple(x / mass for x in first), force)), *force)
 
 
 # Motions of configurations.
