@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NoReturn, Self
+from typing import NoReturn, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,8 +42,8 @@ class FloatingRobot(Robot):
     Accelerations are the time derivatives of these components. Derivatives with respect to `q` are taken along
     ``integrate(q, dv)``.
 
-    Kinematic results are expressed in the world frame, as for a robot with a fixed base. `inverse`, `with_module` and
-    `with_base` raise a `FloatingBaseError`.
+    Kinematic results are expressed in the world frame, as for a robot with a fixed base. `inverse` and `with_base`
+    raise a `FloatingBaseError`.
 
     Relative to the largest entry, forces and accelerations of G1, Talos, ANYmal and Solo differ from those of Pinocchio
     by less than 1e-12, within 1,000 km of the origin, at any attitude.
@@ -100,10 +100,6 @@ class FloatingRobot(Robot):
     def with_base(self, base: ArrayLike) -> Self:
         """Raise a FloatingBaseError: `q` determines the pose of the base."""
         self._refuse("with_base", "q determines its pose; use integrate to move it")
-
-    def with_module(self, module: Any) -> Self:
-        """Raise a FloatingBaseError: specialised kernels require a fixed base."""
-        self._refuse("with_module", "specialised kernels require a fixed base; load the robot with base='fixed'")
 
     def inverse(
         self,

@@ -196,12 +196,12 @@ _INERTIAL = [
 UNITS = tuple(tuple(int(i == k) for i in range(6)) for k in range(6))
 
 
-def _freedom(k):
+def freedom(k):
     """Return the twist of a floating base in its frame for a unit rate: angular x, y, z, then linear."""
     return _line(UNITS[k][:3], UNITS[k][3:])
 
 
-def _powers(wrench):
+def powers_of(wrench):
     """Return the powers of a wrench on the freedoms of the base: torque about its origin over force."""
     return (*_moment(wrench), *_direction(wrench))
 
@@ -361,7 +361,7 @@ def jacobian(q, variables, ratios, offsets, places, screws, turns, coordinates, 
 
     def columns_of_base(*motor):
         turned = Pose(_pose_of_base(*motor).rotor, (0, 0, 0))
-        return tuple(column(turned, _freedom(k), 1) for k in range(6))
+        return tuple(column(turned, freedom(k), 1) for k in range(6))
 
     found = scatter(each(column, poses, screws, ratios), coordinates, rates)
     return _with_base(found, each(columns_of_base, *gather(q, base)), freedoms, rates)
@@ -394,7 +394,7 @@ def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, coordina
 
     def columns_of_base(*motor):
         rotor = _pose_of_base(*motor).rotor
-        turned = [sandwich(rotor, _freedom(k)) for k in range(6)]
+        turned = [sandwich(rotor, freedom(k)) for k in range(6)]
         return tuple(column(axis, commutator(axis, first), 1) for axis in turned)
 
     found = scatter(each(column, axes, axis_rates, ratios), coordinates, qd)
@@ -481,10 +481,10 @@ def mass_matrix(
     found = scatter(entries, (columns, mirrored), both, start=scatter(entries, (rows, columns), both))
 
     def of_joint(momentum, ratio):
-        return tuple(ratio * power for power in _powers(momentum))
+        return tuple(ratio * power for power in powers_of(momentum))
 
     def of_base(body):
-        columns = [_powers(momentum_of(body, _freedom(k))) for k in range(6)]
+        columns = [powers_of(momentum_of(body, freedom(k))) for k in range(6)]
         return tuple(columns[k][i] for i, k in _INERTIAL)
 
     shared = each(of_joint, gather(momenta, moved), gather(ratios, moved))
@@ -535,7 +535,7 @@ def forward_dynamics(
         return rate + own_rate * axis, own_rate
 
     def rate_of_base(_, body, wrench, *forces):
-        rest = [force - power for force, power in zip(forces, _powers(wrench), strict=True)]
+        rest = [force - power for force, power in zip(forces, powers_of(wrench), strict=True)]
         return _twist_under(_factored(body), rest)
 
     upwards = _upwards(_gravity_on_base(q, base, gravity))
@@ -721,7 +721,7 @@ def inverse_mass_matrix(
     def response(wrench, factor):
         # The wrench of the joints on the base is opposite to that of the base on the joints.
         wrench = factor * wrench
-        return wrench, _twist_under(factored, [-power for power in _powers(wrench)])
+        return wrench, _twist_under(factored, [-power for power in powers_of(wrench)])
 
     forces, twists = each(response, gather(wrenches, at_base), moved_factors)
     exchanged = each(lambda wrench, twist: -(twist & wrench), gather(forces, first), gather(twists, second))
@@ -763,7 +763,7 @@ def inverse_dynamics(
         lambda force, inertia, rate, ratio: ratio * (force + inertia * ratio * rate),
         forces, armature, gather(qdd, coordinates), ratios,
     )  # fmt: skip
-    return _with_base(scatter(joints, coordinates, qd), each(_powers, gather(wrenches, trunk)), freedoms, qd)
+    return _with_base(scatter(joints, coordinates, qd), each(powers_of, gather(wrenches, trunk)), freedoms, qd)
 
 
 @kernel(
@@ -786,7 +786,7 @@ def gravity_forces(
         return wrench, ratio * (to_parent(pose, screw) & wrench)
 
     wrenches, forces = accumulate(inward, _NO_LINE, poses, inertias, screws, ratios, parents=parents, keep=True)
-    return _with_base(scatter(forces, coordinates, rates), each(_powers, gather(wrenches, trunk)), freedoms, rates)
+    return _with_base(scatter(forces, coordinates, rates), each(powers_of, gather(wrenches, trunk)), freedoms, rates)
 
 
 # Energies and momenta.
@@ -857,7 +857,7 @@ def centroidal_momentum_matrix(
 
     def columns_of_base(body, *motor):
         rotor = _pose_of_base(*motor).rotor
-        angular = tuple(column(body, Pose(rotor, (0, 0, 0)), _freedom(k), 1) for k in range(3))
+        angular = tuple(column(body, Pose(rotor, (0, 0, 0)), freedom(k), 1) for k in range(3))
         linear = [tuple(mass * x for x in _rotated(rotor, UNITS[k][:3])) for k in range(3)]
         return (*angular, *((0, 0, 0, *momentum) for momentum in linear))
 
@@ -899,7 +899,7 @@ def centroidal_momentum(
 JOINT_PLACES = {"variables": index("j", into="k"), "coordinates": index("j", into="m")}
 
 
-def _unit_motor(*numbers):
+def unit_motor(*numbers):
     """Return the unit motor of an even element ``x``: ``x (x ~x)**(-1/2)``, in which ``x ~x`` is a dual number."""
     x = assemble(PGA3, dict(zip(MOTOR.blades, numbers, strict=True)))
     study = x * ~x
@@ -916,8 +916,8 @@ def integrate(q, v, variables, coordinates, base, freedoms):
     found = scatter(each(lambda x, rate: x + rate, gather(q, variables), gather(v, coordinates)), variables, q)
 
     def moved(motor, rates):
-        end = _unit_motor(*motor) * exp(-_line(rates[:3], rates[3:]) / 2)
-        return tuple(_unit_motor(*(end[name] for name in MOTOR.blades))[name] for name in MOTOR.blades)
+        end = unit_motor(*motor) * exp(-_line(rates[:3], rates[3:]) / 2)
+        return tuple(unit_motor(*(end[name] for name in MOTOR.blades))[name] for name in MOTOR.blades)
 
     return _with_base(found, each(moved, gather(q, base), gather(v, freedoms)), base, q)
 
@@ -928,7 +928,7 @@ def difference(q0, q1, variables, coordinates, base, freedoms, rates):
     joints = each(lambda start, end: end - start, gather(q0, variables), gather(q1, variables))
 
     def twist(start, end):
-        found = -2 * log(~_unit_motor(*start) * _unit_motor(*end))
+        found = -2 * log(~unit_motor(*start) * unit_motor(*end))
         return (*_direction(found), *_moment(found))
 
     found = scatter(joints, coordinates, rates)
@@ -1073,11 +1073,11 @@ def inverse_dynamics_derivatives(
     by_qd = scatter(found.below_by_qd, below, (qd, qd), start=scatter(found.above_by_qd, above, (qd, qd)))
 
     # The base is carried by the world, which is at rest and accelerates upwards. Its own axes move with it.
-    rises = [commutator(_freedom(k), upwards) for k in range(3)]
-    turnings = [commutator(_freedom(k), first) for k in range(6)]
+    rises = [commutator(freedom(k), upwards) for k in range(3)]
+    turnings = [commutator(freedom(k), first) for k in range(6)]
 
     def with_base(below, ratio):
-        rows = _powers(below.of_carriers), _powers(below.by_speed)
+        rows = powers_of(below.of_carriers), powers_of(below.by_speed)
         by_place = tuple(rise & below.momentum for rise in rises)
         by_speed = [
             _dot(below.coriolis, UNITS[k][:3]) + (turning & below.momentum) for k, turning in enumerate(turnings)
@@ -1085,9 +1085,9 @@ def inverse_dynamics_derivatives(
         return tuple(tuple(ratio * x for x in part) for part in (*rows, by_place, tuple(by_speed)))
 
     def of_base(sums):
-        by_place = [_powers(momentum_of(sums.inertia, rise)) for rise in rises]
+        by_place = [powers_of(momentum_of(sums.inertia, rise)) for rise in rises]
         by_speed = [
-            _powers(_coriolis(sums.turning, sums.momentum, _freedom(k)) + momentum_of(sums.inertia, turning))
+            powers_of(_coriolis(sums.turning, sums.momentum, freedom(k)) + momentum_of(sums.inertia, turning))
             for k, turning in enumerate(turnings)
         ]
         return tuple(by_place), tuple(by_speed)
@@ -1164,17 +1164,17 @@ def coriolis_matrix(
     )  # fmt: skip
     found = scatter(up, (upper_coordinates, lower_coordinates), (qd, qd))
     found = scatter(down, (lower_coordinates, upper_coordinates), (qd, qd), start=found)
-    turnings = [commutator(_freedom(k), first) for k in range(6)]
+    turnings = [commutator(freedom(k), first) for k in range(6)]
 
     def with_base(below, ratio):
         momentum, coriolis, by_speed = below
         columns = [_dot(coriolis, UNITS[k][:3]) + (turning & momentum) for k, turning in enumerate(turnings)]
-        return tuple(ratio * x for x in _powers(by_speed)), tuple(ratio * x for x in columns)
+        return tuple(ratio * x for x in powers_of(by_speed)), tuple(ratio * x for x in columns)
 
     def of_base(sums):
         inertia, turning, p = sums
         return tuple(
-            _powers((Fraction(1, 2) * _coriolis(turning, p, _freedom(k))) + momentum_of(inertia, turned))
+            powers_of((Fraction(1, 2) * _coriolis(turning, p, freedom(k))) + momentum_of(inertia, turned))
             for k, turned in enumerate(turnings)
         )
 
@@ -1252,7 +1252,7 @@ def torque_regressor(
     found = scatter(entries, (upper_coordinates, lower), (qd, parents))
 
     def rows_of_base(*own_wrenches):
-        return tuple(zip(*map(_powers, own_wrenches), strict=True))
+        return tuple(zip(*map(powers_of, own_wrenches), strict=True))
 
     rows = each(rows_of_base, *gather(wrenches, moved))
     for i, row in enumerate(rows):

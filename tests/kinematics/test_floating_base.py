@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from test_urdf import ARM, FINGERS, joint, link, place, written
 
-from algorithms.kinematics import FloatingBaseError, FloatingRobot, Robot
+from algorithms.kinematics import DescriptionError, FloatingBaseError, FloatingRobot, Robot
 from algorithms.kinematics.denavit_hartenberg import Joint
 from generated import pga3, ur5
 
@@ -336,9 +336,10 @@ def test_changes_of_a_floating_robot(robot: Robot) -> None:
     again = pickle.loads(pickle.dumps(robot))
     assert np.array_equal(again.inverse_dynamics(q, v, a), robot.inverse_dynamics(q, v, a))
     assert set(robot.uses.values()) == {"generated.robots"}
+    with pytest.raises(DescriptionError, match=r"arm: module generated.ur5 .* different .*joints"):
+        robot.with_module(ur5)
     for call in (
         lambda: robot.with_base(np.eye(4)),
-        lambda: robot.with_module(ur5),
         lambda: robot.inverse(np.eye(4)),
         lambda: replace(robot, kinds=(Joint.REVOLUTE, *robot.kinds[1:]), limits=np.empty(0)),
     ):
