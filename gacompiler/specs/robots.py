@@ -730,11 +730,12 @@ def inverse_mass_matrix(
     for i, entry in enumerate(rates_of_base):
         blocks += [(entry, moved_freedoms[i], moved_coordinates), (entry, moved_coordinates, moved_freedoms[i])]
 
-    def own_block(_):
-        columns = [_twist_under(factored, unit) for unit in UNITS]
+    def own_block(body):
+        # Factors that are taken from outside would be applied to units outside the loop, for a fixed base, too.
+        columns = [_twist_under(_factored(body), unit) for unit in UNITS]
         return tuple((*_direction(column), *_moment(column)) for column in columns)
 
-    own = each(own_block, gather(armature, trunk))
+    own = each(own_block, gather(left, trunk))
     return _with_blocks(own_entries, [*blocks, *_square(own, freedoms)], rates)
 
 
