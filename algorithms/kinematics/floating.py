@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NoReturn, Self
+from typing import ClassVar, NoReturn, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +22,7 @@ from ..arguments import Reals
 from .errors import FloatingBaseError
 from .inverse import Solutions
 from .robot import Robot, for_base
-from .tables import FREEDOMS, MOTOR, is_floating
+from .tables import FREEDOMS, MOTOR
 
 _BERNOULLI = (1 / 2, 1 / 12, 0.0, -1 / 720, 0.0, 1 / 30240, 0.0, -1 / 1209600, 0.0, 1 / 47900160)
 """Bernoulli numbers divided by factorials, with the signs for velocities in the moving frame."""
@@ -49,10 +49,7 @@ class FloatingRobot(Robot):
     by less than 1e-12, within 1,000 km of the origin, at any attitude.
     """
 
-    def __post_init__(self) -> None:
-        Robot.__post_init__(self)
-        if not is_floating(self):
-            raise FloatingBaseError(f"{self.name}: joint 0 is {self.kinds[0].value}; expected a floating base")
+    _floats: ClassVar[bool] = True
 
     # Kinematics of elements.
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from importlib import import_module
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +16,7 @@ from . import folded
 from .computed import Computed, Method
 from .constants import Floats
 from .denavit_hartenberg import Joint
-from .errors import DescriptionError, JointCountError, NotFiniteError, UnknownJointTypeError
+from .errors import DescriptionError, FloatingBaseError, JointCountError, NotFiniteError, UnknownJointTypeError
 from .methods import Attempts
 from .tables import FREEDOMS, MOTOR, is_floating, path_to
 
@@ -94,6 +94,8 @@ class Model:
     coupling: Floats = field(default_factory=_empty)
     links: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
     module: Any = None
+    _floats: ClassVar[bool] = False
+    """Whether the base of the robots of this class floats."""
     _computed: Computed = field(init=False, repr=False)
     """The kernels of `module` that were generated from the same constants, and those of `generated.robots`."""
     _attempts: Attempts = field(init=False, repr=False)
@@ -132,8 +134,11 @@ class Model:
         for kind in self.kinds:
             if not isinstance(kind, Joint):
                 raise UnknownJointTypeError(f"{self.name}: kind {kind!r}; expected Joint.REVOLUTE or Joint.PRISMATIC")
-        if Joint.FLOATING in self.kinds[1:] or (is_floating(self) and -1 in self.parents[1:]):
-            raise DescriptionError(f"{self.name}: a floating base is joint 0, which carries all others")
+        if is_floating(self) != self._floats:
+            wanted = "a base that floats" if self._floats else "one that does not float, or a FloatingRobot"
+            raise FloatingBaseError(f"{self.name}: joint 0 is {self.kinds[0].value}; expected {wanted}")
+        if Joint.FLOATING in self.kinds[1:] or (self._floats and -1 in self.parents[1:]):
+            raise FloatingBaseError(f"{self.name}: a floating base is joint 0, which carries all others")
         if not np.isfinite(self.bodies).all() or np.isnan(self.limits).any() or not np.isfinite(self.coupling).all():
             raise NotFiniteError(f"{self.name}: bodies, limits or coupling with a NaN; expected numbers")
         for joint, (low, high, speed, effort) in enumerate(self.limits):

@@ -342,6 +342,9 @@ def test_changes_of_a_floating_robot(robot: Robot) -> None:
         lambda: robot.with_base(np.eye(4)),
         lambda: robot.inverse(np.eye(4)),
         lambda: replace(robot, kinds=(Joint.REVOLUTE, *robot.kinds[1:]), limits=np.empty(0)),
+        lambda: replace(robot, kinds=(*robot.kinds[:-1], Joint.FLOATING), limits=np.empty(0)),
+        lambda: replace(robot, parents=(-1, -1, *robot.parents[2:])),
+        lambda: Robot(robot.name, robot.kinds, robot.axes, robot.home),
     ):
         with pytest.raises(FloatingBaseError, match="arm: "):
             call()
