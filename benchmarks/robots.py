@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
@@ -20,6 +21,11 @@ _SPAN = 1e-3
 _ROBOTS = {"ur5": ("ur_description/urdf/ur5_robot.urdf", ()), "panda": ("panda_description/urdf/panda.urdf", (7, 8))}
 """Files of example-robot-data, and their locked joints (fingers)."""
 _TREE = "talos_data/robots/talos_reduced.urdf"
+_FLOATING = {
+    "anymal": "anymal_b_simple_description/robots/anymal.urdf",
+    "g1": "g1_description/urdf/g1_29dof_rev_1_0.urdf",
+    "talos": _TREE,
+}
 _BATCH, _LARGE = 10_000, 4_000
 _SINGLE = {
     "forward": "q",
@@ -76,6 +82,13 @@ def page(quick: bool = False) -> str:
     large = 100 if quick else _LARGE
     parts += [f"## Batches of {large:,}, generic kernels\n", _batches(rounds, large)]
     parts += [
+        f"## Floating bases, batches of {large // 4:,}\n",
+        markdown.paragraph(
+            "The base is a free flyer, `JointModelFreeFlyer` of Pinocchio. Kernels are generic: of each robot a single",
+            "call, a batch, and Pinocchio.",
+        ),
+        "",
+        _floating(rounds, large // 4),
         "## Inverse kinematics\n",
         markdown.paragraph(
             "All solution branches are computed, in batches.",
@@ -147,6 +160,44 @@ def _batches(rounds: int, batch: int) -> str:
     return markdown.table(("", *robots), lines)
 
 
+def _floating(rounds: int, batch: int) -> str:
+    from algorithms.kinematics import InertiaWarning, Robot
+    from generated import pga3
+
+    columns: list[str] = []
+    figures: dict[str, list[str]] = {method: [] for method in _SINGLE}
+    for name, path in _FLOATING.items():
+        if not installed("pinocchio") or not _file(path).exists():
+            continue
+        import pinocchio as pin
+
+        with catch_warnings():  # ANYmal's base has the inertia of a line
+            simplefilter("ignore", InertiaWarning)
+            robot = Robot.from_urdf(_file(path), base="floating")
+        rng = np.random.default_rng(0)
+        motors = pga3.motor_from_rotation_vector_translation(*rng.uniform(-1, 1, (2, batch, 3)))
+        joints = rng.uniform(-1, 1, (batch, robot.n_positions - motors.shape[1]))
+        v, a = rng.uniform(-1, 1, (2, batch, robot.n_joints))
+        rows = {"q": np.concatenate([motors, joints], axis=1), "v": v, "a": a}
+        model = pin.buildModelFromUrdf(str(_file(path)), pin.JointModelFreeFlyer())
+        place = pin.neutral(model)
+        place[-joints.shape[1] :] = joints[0]
+        theirs = _calls(pin, model, place, v[0].copy(), a[0].copy())
+        columns += [name, f"{name}, batch", f"{name}, Pinocchio"]
+        for method, letters in _SINGLE.items():
+            function = getattr(robot, method)
+            here = {
+                "one": _bound(function, *(rows[key][0].copy() for key in letters)),
+                "batch": _bound(function, *(rows[key] for key in letters)),
+                "Pinocchio": theirs[method],
+            }
+            spent = minimum_times(here, rounds, _SPAN)
+            figures[method] += [
+                f"{1e6 * seconds / (batch if kind == 'batch' else 1):.3f}" for kind, seconds in spent.items()
+            ]
+    return markdown.table(("", *columns), [(f"`{method}`", *row) for method, row in figures.items()])
+
+
 def _bound(function: Callable[..., Any], *values: Any) -> Callable[[], object]:
     return lambda: function(*values)
 
@@ -165,6 +216,10 @@ def _pinocchio(path: str, locked: tuple[int, ...], q: Any, v: Any, a: Any) -> di
     model = pin.buildModelFromUrdf(str(_file(path)))
     if locked:
         model = pin.buildReducedModel(model, [joint + 1 for joint in locked], pin.neutral(model))
+    return _calls(pin, model, q, v, a)
+
+
+def _calls(pin: Any, model: Any, q: Any, v: Any, a: Any) -> dict[str, Callable[[], object]]:
     data = model.createData()
     return {
         "forward": lambda: pin.forwardKinematics(model, data, q),

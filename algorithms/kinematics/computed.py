@@ -19,11 +19,17 @@ from .constants import Constants, Floats
 from .definite import solved
 from .methods import Attempts
 from .tables import (
+    FREEDOMS,
+    Base,
     Joints,
     Pairs,
+    armature_of,
+    base_of,
     carried_by,
+    divided,
     homes_of,
     inertias_of,
+    is_floating,
     joints_of,
     origins_of,
     pairs_of,
@@ -35,7 +41,7 @@ Method = Any
 """A kernel with bound tables (`LoopKernel.bind`): a function of the variables, their rates and forces."""
 
 _FLOAT64 = np.dtype(np.float64)
-_JOINTS = ("variables", "ratios", "offsets", "places", "screws", "turns")
+_JOINTS = ("variables", "coordinates", "ratios", "offsets", "places", "screws", "turns")
 
 
 class _BoundOnce(cached_property[Any]):
@@ -55,16 +61,16 @@ class _Composed:
     """A function of several kernels, with the interface of a kernel."""
 
     run: Callable[..., Any]
-    n: int
-    """The number of variables."""
+    shapes: tuple[tuple[int], ...]
+    """The shapes of configurations, and of rates and forces."""
 
     def __call__(self, *rows: Floats) -> Any:
         return self.run(*rows)
 
     def attempt(self, *rows: Any) -> Any:
         """Return the result for a single configuration in double precision, otherwise None."""
-        for row in rows:
-            if type(row) is not np.ndarray or row.dtype is not _FLOAT64 or row.shape != (self.n,):
+        for k, row in enumerate(rows):
+            if type(row) is not np.ndarray or row.dtype is not _FLOAT64 or row.shape != self.shapes[min(k, 1)]:
                 return None
         return self.run(*rows)
 
@@ -87,32 +93,45 @@ class Computed:
     own : mapping of str to Kernel
     attempts : Attempts
         Fast calls of the kernels that have been used.
+    of_links : dict of str to tuple of Method
+        The kernels of poses and Jacobians of the links that have been used, None for links that do not move.
     """
 
     def __init__(self, model: Constants, own: Mapping[str, Any]) -> None:
         self._model = model
         self.own = own
         self.attempts = Attempts()
-        self._paths: dict[tuple[int, bytes], tuple[Method, Method]] = {}
+        self.of_links: dict[str, tuple[Method, Method] | None] = {}
 
-    @property
-    def _lengths(self) -> dict[str, int]:
-        """The expected length of the arguments: the number of variables."""
-        return {"m": self._model.n_joints}
+    def _bound(self, kernel: Any, **tables: Any) -> Method:
+        """Bind the tables that a kernel takes; configurations and rates must have the robot's lengths."""
+        taken = {name: table for name, table in tables.items() if name in kernel.argument_names}
+        lengths = {"k": self._model.n_positions, "m": self._model.n_joints}
+        known = {name: length for name, length in lengths.items() if name in kernel.lengths}
+        return kernel.bind(known, **taken)
 
     @cached_property
     def _joints(self) -> Joints:
         return joints_of(self._model)
 
     @cached_property
+    def _base(self) -> dict[str, Any]:
+        """The tables of the base, and the numbers that stand for its coordinates."""
+        own = base_of(self._model)
+        return {entry.name: getattr(own, entry.name) for entry in fields(Base)} | {
+            "rates": np.zeros(self._model.n_joints)
+        }
+
+    @cached_property
     def _all(self) -> dict[str, Any]:
-        return {"parents": self._joints.parents, **_named(self._joints)}
+        return {"parents": self._joints.parents, **_named(self._joints), **self._base}
 
     @cached_property
     def _heavy(self) -> dict[str, Any]:
         """The joints with inertias. The base is moved to the first joint, which does not change the forces."""
         joints = self._joints.relative_to_first
-        return {"parents": joints.parents, **_named(joints), "inertias": self.inertias}
+        armature = armature_of(self._model)
+        return self._all | _named(joints) | {"inertias": self.inertias, "armature": armature, "gravity": self._gravity}
 
     @cached_property
     def _pairs(self) -> Pairs:
@@ -120,8 +139,7 @@ class Computed:
 
     @cached_property
     def _pair_tables(self) -> dict[str, Any]:
-        names = ("lower", "upper", "lower_variables", "upper_variables", "is_strict")
-        return {name: getattr(self._pairs, name) for name in names}
+        return {entry.name: getattr(self._pairs, entry.name) for entry in fields(Pairs)}
 
     @property
     def _gravity(self) -> Floats:
@@ -129,57 +147,94 @@ class Computed:
 
     # Kinematics.
 
-    def _along(self, joint: int, tool: Floats) -> tuple[Method, Method]:
+    def along(self, joint: int, tool: Floats) -> tuple[Method, Method]:
         """Return the kernels of pose and Jacobian of a frame that a joint carries; `tool` is its motor at home."""
-        key = joint, tool.tobytes()
-        if key not in self._paths:
-            joints = self._joints.along(path_to(self._model, joint))
-            inside = carried_by(self._model, joint, tool)
-            tip = pga3.motor_to_rotor_translation(inside)[1]
-            self._paths[key] = (
-                robots.forward.bind(self._lengths, **_named(joints), tool=inside),
-                robots.jacobian.bind(self._lengths, **_named(joints.relative_to_first), tip=tip).returning(
-                    "out", transposed=True
-                ),
-            )
-        return self._paths[key]
+        inside = carried_by(self._model, joint, tool)
+        tip = pga3.motor_to_rotor_translation(inside)[1]
+        joints, near = self._chain_to(joint)
+        return (
+            self._bound(robots.forward, **_named(joints), **self._base, tool=inside),
+            self._bound(robots.jacobian, **_named(near), **self._base, tip=tip).returning("out", transposed=True),
+        )
 
-    def forward_to(self, joint: int, tool: Floats) -> Method:
-        """Return the kernel of the motor (..., 8) of a frame that a joint carries."""
-        return self._along(joint, tool)[0]
+    def _chain_to(self, joint: int) -> tuple[Joints, Joints]:
+        """Return the joints that move a link, and with a fixed base moved to the first of them.
 
-    def jacobian_of(self, joint: int, tool: Floats) -> Method:
-        """Return the kernel of the Jacobian (..., 6, m) of a frame that a joint carries."""
-        return self._along(joint, tool)[1]
+        A floating base is left out if there are other joints: its row does not move.
+        """
+        path = path_to(self._model, joint)
+        if is_floating(self._model):
+            found = self._joints.along(path[1:] or path)
+            return found, found
+        found = self._joints.along(path)
+        return found, found.relative_to_first
+
+    @cached_property
+    def _of_tip(self) -> tuple[Method, Method]:
+        return self.along(self._model.tip, self._model.tool)
 
     @_BoundOnce
     def forward(self) -> Method:
         """The motor of the end effector, (..., 8)."""
-        return self.forward_to(self._model.tip, self._model.tool)
+        return self._of_tip[0]
 
     @_BoundOnce
     def jacobian(self) -> Method:
         """Velocities of the end effector for unit rates, (..., 6, m)."""
-        return self.jacobian_of(self._model.tip, self._model.tool)
+        return self._of_tip[1]
+
+    @cached_property
+    def _to_tip(self) -> dict[str, Any]:
+        """The tables of the joints that move the end effector."""
+        own = _named(self._chain_to(self._model.tip)[1])
+        inside = carried_by(self._model, self._model.tip, self._model.tool)
+        return own | self._base | {"tip": pga3.motor_to_rotor_translation(inside)[1]}
 
     @_BoundOnce
     def jacobian_rate(self) -> Method:
         """The time derivative of `jacobian`, from q and qd."""
-        own = _named(self._joints.along(self._model.path).relative_to_first)
-        inside = carried_by(self._model, self._model.tip, self._model.tool)
-        tip = pga3.motor_to_rotor_translation(inside)[1]
-        return robots.jacobian_rate.bind(self._lengths, **own, tip=tip).returning("out", transposed=True)
+        return self._bound(robots.jacobian_rate, **self._to_tip).returning("out", transposed=True)
+
+    @_BoundOnce
+    def velocity(self) -> Method:
+        """The velocity of the end effector, (..., 6), from q and qd."""
+        return self._bound(robots.velocity, **self._to_tip)
+
+    @_BoundOnce
+    def acceleration(self) -> Method:
+        """The acceleration of the end effector, (..., 6), from q, qd and qdd."""
+        return self._bound(robots.acceleration, **self._to_tip)
 
     @_BoundOnce
     def forward_all(self) -> Method:
         """The motors of all frames, (..., N, 8)."""
         rotors, places = homes_of(self._model)
-        return robots.forward_all.bind(self._lengths, **self._all, home_rotors=rotors, home_places=places)
+        return self._bound(robots.forward_all, **self._all, home_rotors=rotors, home_places=places)
 
     @_BoundOnce
     def twists_of_joints(self) -> Method:
         """The twists of the joints at unit speed, (..., N, 6)."""
-        return robots.twists_of_joints.bind(self._lengths, **self._all)
+        return self._bound(robots.twists_of_joints, **self._all)
+
+    # Motions.
+
+    @cached_property
+    def _places(self) -> dict[str, Any]:
+        """The variables of the joints, each once, and their coordinates."""
+        model = self._model
+        coordinates = np.arange(FREEDOMS if is_floating(model) else 0, model.n_joints)
+        variables = coordinates + (model.n_positions - model.n_joints)
+        return self._base | {"variables": variables, "coordinates": coordinates}
+
+    @_BoundOnce
+    def integrate(self) -> Method:
+        """The configuration reached from q with rates v."""
+        return self._bound(robots.integrate, **self._places)
+
+    @_BoundOnce
+    def difference(self) -> Method:
+        """The rates that lead from q0 to q1."""
+        return self._bound(robots.difference, **self._places)
 
     # Dynamics.
 
@@ -191,75 +246,72 @@ class Computed:
     @_BoundOnce
     def inverse_dynamics(self) -> Method:
         """Joint forces, from q, qd and qdd."""
-        armature = self._model.armature
-        return robots.inverse_dynamics.bind(self._lengths, **self._heavy, armature=armature, gravity=self._gravity)
+        return self._bound(robots.inverse_dynamics, **self._heavy)
 
     @_BoundOnce
     def coriolis(self) -> Method:
         """Joint forces without gravity and accelerations, from q and qd."""
         still = {"gravity": np.zeros(3), "qdd": np.zeros(self._model.n_joints)}
-        return robots.inverse_dynamics.bind(self._lengths, **self._heavy, armature=self._model.armature, **still)
+        return self._bound(robots.inverse_dynamics, **self._heavy | still)
 
     @_BoundOnce
     def gravity(self) -> Method:
         """Joint forces that hold the robot at rest, from q."""
-        return robots.gravity_forces.bind(self._lengths, **self._heavy, gravity=self._gravity)
+        return self._bound(robots.gravity_forces, **self._heavy)
 
     @_BoundOnce
     def mass_matrix(self) -> Method:
         """The mass matrix, (..., m, m)."""
         pairs, ratios = self._pairs, self._joints.ratios
         lower, upper = pairs.lower, pairs.upper
-        return robots.mass_matrix.bind(
-            self._lengths,
-            **self._heavy,
-            lower=lower,
-            upper=upper,
-            rows=pairs.lower_variables,
-            columns=pairs.upper_variables,
-            mirrored=np.where(lower == upper, -1, pairs.lower_variables),
-            factors=ratios[lower] * ratios[upper],
-            armature=np.where(lower == upper, self._model.armature[lower], 0.0),
-        )
+        own = {
+            "lower": lower,
+            "upper": upper,
+            "rows": pairs.lower_coordinates,
+            "columns": pairs.upper_coordinates,
+            "mirrored": np.where(lower == upper, -1, pairs.lower_coordinates),
+            "factors": ratios[lower] * ratios[upper],
+            "armature": np.where(lower == upper, self._model.armature[lower], 0.0),
+        }
+        return self._bound(robots.mass_matrix, **self._heavy | own)
 
     @_BoundOnce
     def inverse_mass_matrix(self) -> Method:
         """The inverse of the mass matrix, (..., m, m), from q."""
         if self._model.coupling.size:
-            return _Composed(self._inverse_of_mass_matrix, self._model.n_joints)
+            return _Composed(self._inverse_of_mass_matrix, self._shapes)
         pushes = pushes_of(self._model)
-        tables = {field.name: getattr(pushes, field.name) for field in fields(pushes)}
-        return robots.inverse_mass_matrix.bind(self._lengths, **self._heavy, armature=self._model.armature, **tables)
+        tables = {entry.name: getattr(pushes, entry.name) for entry in fields(pushes)}
+        return self._bound(robots.inverse_mass_matrix, **self._heavy | tables)
 
     @_BoundOnce
     def coriolis_matrix(self) -> Method:
         """The matrix of Christoffel symbols, (..., m, m), from q and qd."""
-        return robots.coriolis_matrix.bind(self._lengths, **self._heavy, **self._pair_tables)
+        return self._bound(robots.coriolis_matrix, **self._heavy, **self._pair_tables)
 
     @_BoundOnce
     def inverse_dynamics_derivatives(self) -> Method:
         """Derivatives of the forces with respect to q and qd, (..., m, m) each, from q, qd and qdd."""
-        return robots.inverse_dynamics_derivatives.bind(
-            self._lengths, **self._heavy, gravity=self._gravity, **self._pair_tables
-        )
+        return self._bound(robots.inverse_dynamics_derivatives, **self._heavy, **self._pair_tables)
 
     @_BoundOnce
     def forward_dynamics(self) -> Method:
         """Accelerations, from q, qd and tau."""
         if self._model.coupling.size:
-            return _Composed(self._accelerations_by_mass_matrix, self._model.n_joints)
-        armature = self._model.armature
-        return robots.forward_dynamics.bind(self._lengths, **self._heavy, armature=armature, gravity=self._gravity)
+            return _Composed(self._accelerations_by_mass_matrix, self._shapes)
+        return self._bound(robots.forward_dynamics, **self._heavy, inverse_ratios=divided(self._joints.ratios))
 
     # Robots with mimic joints, whose joints accelerate together: the articulated-body algorithm does not apply.
+
+    @property
+    def _shapes(self) -> tuple[tuple[int], ...]:
+        return (self._model.n_positions,), (self._model.n_joints,)
 
     @cached_property
     def _held(self) -> Method:
         """Joint forces for zero acceleration, from q and qd."""
-        armature, still = self._model.armature, np.zeros(self._model.n_joints)
-        return robots.inverse_dynamics.bind(
-            self._lengths, **self._heavy, armature=armature, gravity=self._gravity, qdd=still
-        )
+        still = np.zeros(self._model.n_joints)
+        return self._bound(robots.inverse_dynamics, **self._heavy | {"qdd": still})
 
     def _inverse_of_mass_matrix(self, q: Floats) -> Floats:
         return solved(self.mass_matrix(q), np.eye(self._model.n_joints), self._largest_inertias)
@@ -280,34 +332,44 @@ class Computed:
                 away = origins[joint] - origins[carrier]
                 about = spread + 2 * abs(away @ h) + mass * (away @ away)
                 rotor = model.armature[joint] if joint == carrier else 0.0
+                if carrier == 0 and is_floating(model):
+                    found[:FREEDOMS] += (about,) * 3 + (mass,) * 3
+                    continue
                 reflected = (about if joints.turns[carrier] else mass) + rotor
-                found[joints.variables[carrier]] += joints.ratios[carrier] ** 2 * reflected
+                found[joints.coordinates[carrier]] += joints.ratios[carrier] ** 2 * reflected
         return found
 
     @_BoundOnce
     def torque_regressor(self) -> Method:
         """The matrix from inertial parameters to forces, (..., m, N, 10), from q, qd and qdd."""
-        joints = self._joints.relative_to_first
-        tables = {"parents": joints.parents, **_named(joints)}
-        pairs = {name: self._pair_tables[name] for name in ("lower", "upper", "upper_variables")}
-        return robots.torque_regressor.bind(self._lengths, **tables, gravity=self._gravity, **pairs)
+        # A floating base moves all links, its own included.
+        links = np.arange(len(self._model.kinds))[: is_floating(self._model) * len(self._model.kinds)]
+        moved = {"moved": links, "moved_freedoms": np.tile(np.arange(FREEDOMS), (len(links), 1))}
+        near = _named(self._joints.relative_to_first)
+        tables = self._all | near | self._pair_tables | moved | {"gravity": self._gravity}
+        return self._bound(robots.torque_regressor, **tables)
 
     @_BoundOnce
     def kinetic_energy(self) -> Method:
         """The kinetic energy, from q and qd."""
-        return robots.kinetic_energy.bind(self._lengths, **self._heavy, armature=self._model.armature)
+        return self._bound(robots.kinetic_energy, **self._heavy)
 
     @_BoundOnce
     def potential_energy(self) -> Method:
         """The potential energy, from q."""
-        return robots.potential_energy.bind(self._lengths, **self._all, inertias=self.inertias, gravity=self._gravity)
+        return self._bound(robots.potential_energy, **self._all, inertias=self.inertias, gravity=self._gravity)
 
     @_BoundOnce
     def centre_of_mass(self) -> Method:
         """The centre of mass of all moving links, from q."""
-        return robots.centre_of_mass.bind(self._lengths, **self._all, inertias=self.inertias).returning("out_1")
+        return self._bound(robots.centre_of_mass, **self._all, inertias=self.inertias).returning("out_1")
+
+    @_BoundOnce
+    def centroidal_momentum(self) -> Method:
+        """The momentum about the centre of mass, (..., 6), from q and qd."""
+        return self._bound(robots.centroidal_momentum, **self._heavy)
 
     @_BoundOnce
     def centroidal_momentum_matrix(self) -> Method:
         """The matrix of momenta about the centre of mass at unit rates, (..., 6, m)."""
-        return robots.centroidal_momentum_matrix.bind(self._lengths, **self._heavy).returning("out_0", transposed=True)
+        return self._bound(robots.centroidal_momentum_matrix, **self._heavy).returning("out", transposed=True)

@@ -24,7 +24,7 @@ class Constants(Protocol):
 
     @property
     def kinds(self) -> tuple[Joint, ...]:
-        """(N,), revolute or prismatic."""
+        """(N,), revolute or prismatic; joint 0 may be floating."""
 
     @property
     def parents(self) -> tuple[int, ...]:
@@ -76,4 +76,8 @@ class Constants(Protocol):
 
     @property
     def n_joints(self) -> int:
+        """The number of rates."""
+
+    @property
+    def n_positions(self) -> int:
         """The number of variables."""

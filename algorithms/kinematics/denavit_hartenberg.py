@@ -12,10 +12,15 @@ from .errors import JointCountError, NotFiniteError, UnknownJointTypeError
 
 
 class Joint(Enum):
-    """The type of a joint: revolute about its axis z (radians) or prismatic along it (metres)."""
+    """The type of a joint: revolute about its axis z (radians) or prismatic along it (metres), or a floating base."""
 
     REVOLUTE = "revolute"
     PRISMATIC = "prismatic"
+    FLOATING = "floating"
+
+
+_SINGLE = {kind: kind for kind in (Joint.REVOLUTE, Joint.PRISMATIC)}
+"""The types of joints with one variable."""
 
 
 class Convention(Enum):
@@ -123,9 +128,9 @@ def _row(row: Mapping[str, object], where: str) -> Row:
     numbers = {key: _number(row[key], f"{where}: {key}") for key in _LENGTHS_AND_ANGLES if key in row}
     kind = row.get("kind", Joint.REVOLUTE)
     try:
-        return Row(**numbers, kind=Joint(kind))
-    except ValueError:
-        expected = " or ".join(repr(joint.value) for joint in Joint)
+        return Row(**numbers, kind=_SINGLE[Joint(kind)])
+    except (ValueError, KeyError):
+        expected = " or ".join(repr(joint.value) for joint in _SINGLE)
         raise UnknownJointTypeError(f"{where}: kind {kind!r}; expected {expected}") from None
 
 

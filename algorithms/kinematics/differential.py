@@ -12,6 +12,7 @@ from generated import pga3
 from ..arguments import Reals, real_array
 from ..elements import LINE, PLANE, elements
 from .changes import Changes
+from .computed import Method
 from .errors import DescriptionError
 
 
@@ -22,46 +23,51 @@ class Differential(Changes):
     def integrate(self, q: ArrayLike, v: ArrayLike) -> Reals:
         """Return the configuration reached from `q` with constant rates `v` for unit time.
 
-        This is ``q + v``, except for a floating base.
+        This is ``q + v``, except for a floating base, which follows a screw motion.
 
         Parameters
         ----------
-        q : array_like, (..., n)
+        q : array_like, (..., n), or (..., 8 + m) if the base floats
         v : array_like, (..., n)
             Rates multiplied by the time step.
 
         Returns
         -------
-        array, (..., n)
+        array, of the shape of `q`
+            The motor of a floating base is a unit motor.
 
         Raises
         ------
         TypeError, ValueError
             As in `jacobian`.
         """
-        shape, (start, step) = self._together((q, "q"), (v, "v"))
-        return (start + step).reshape(*shape, self.n_joints)
+        attempt = self._attempts.integrate
+        found: Reals | None = attempt(q, v)
+        return self._run(self._computed.integrate, ("q", "v"), q, v) if found is None else found
 
     def difference(self, q0: ArrayLike, q1: ArrayLike) -> Reals:
         """Return the constant rates that lead from `q0` to `q1` in unit time.
 
-        This is ``q1 - q0``, except for a floating base. Full revolutions of a joint are not removed.
+        This is ``q1 - q0``, except for a floating base: ``integrate(q0, v)`` is `q1`. Full revolutions of a joint are
+        not removed.
 
         Parameters
         ----------
-        q0, q1 : array_like, (..., n)
+        q0, q1 : array_like, (..., n), or (..., 8 + m) if the base floats
 
         Returns
         -------
         array, (..., n)
+            A floating base rotates by an angle in [0, pi]. Its motor may have either sign.
 
         Raises
         ------
         TypeError, ValueError
             As in `jacobian`.
         """
-        shape, (start, end) = self._together((q0, "q0"), (q1, "q1"))
-        return (end - start).reshape(*shape, self.n_joints)
+        attempt = self._attempts.difference
+        found: Reals | None = attempt(q0, q1)
+        return self._run(self._computed.difference, ("q0", "q1"), q0, q1) if found is None else found
 
     def jacobian(self, q: ArrayLike, link: str | None = None) -> Reals:
         """Return the geometric Jacobian of the end effector, or of another link, in the base frame.
@@ -90,9 +96,8 @@ class Differential(Changes):
         return self._evaluate("jacobian", q) if found is None else found
 
     def _jacobian_of_link(self, name: str, q: ArrayLike) -> Reals:
-        joint, tool = self.carrier(name)
-        if joint >= 0:
-            return self._run(self._computed.jacobian_of(joint, tool), ("q",), q)  # type: ignore[no-any-return]
+        if (kernels := self._kernels_of(name)) is not None:
+            return self._attempted(kernels[1], q)
         given = self._variables(q, "q")[0]
         return np.zeros((*given.shape[:-1], 6, self.n_joints), given.dtype)
 
@@ -129,9 +134,9 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
-        found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), speeds)
-        return found.reshape(*shape, 6)
+        attempt = self._attempts.velocity
+        found: Reals | None = attempt(q, qd)
+        return self._evaluate("velocity", q, qd) if found is None else found
 
     def acceleration(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
         """Return the acceleration of the end effector, (..., 6): angular over that of its origin, base frame.
@@ -145,10 +150,9 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        shape, (flat, speeds, rates) = self._together((q, "q"), (qd, "qd"), (qdd, "qdd"))
-        found: Reals = np.einsum("bij,bj->bi", self.jacobian(flat), rates)
-        found += np.einsum("bij,bj->bi", self.jacobian_rate(flat, speeds), speeds)
-        return found.reshape(*shape, 6)
+        attempt = self._attempts.acceleration
+        found: Reals | None = attempt(q, qd, qdd)
+        return self._evaluate("acceleration", q, qd, qdd) if found is None else found
 
     def manipulability(self, q: ArrayLike) -> Reals:
         """Return Yoshikawa's manipulability measure (...), which is 0 at singular configurations.
@@ -281,6 +285,14 @@ class Differential(Changes):
         found = np.zeros((*q.shape[:-1], len(element), len(self.kinds)), q.dtype)
         found[..., path] = np.swapaxes(twist_on(twists[..., path, :], now[..., None, :]), -1, -2)
         return self._reduced(found)
+
+    def _kernels_of(self, link: str) -> tuple[Method, Method] | None:
+        """Return the kernels of the pose and of the Jacobian of a link, or None if it does not move."""
+        known = self._computed.of_links
+        if link not in known:
+            joint, tool = self.carrier(link)
+            known[link] = self._computed.along(joint, tool) if joint >= 0 else None
+        return known[link]
 
     def carrier(self, link: str) -> tuple[int, Reals]:
         """Return the joint that carries a link of a URDF file, -1 for the base, and the link's motor at home, (8,).

@@ -297,9 +297,9 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        shape, (flat, speeds) = self._together((q, "q"), (qd, "qd"))
-        found: Reals = np.einsum("bij,bj->bi", self.centroidal_momentum_matrix(flat), speeds)
-        return found.reshape(*shape, 6)
+        attempt = self._attempts.centroidal_momentum
+        found: Reals | None = attempt(q, qd)
+        return self._evaluate("centroidal_momentum", q, qd) if found is None else found
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Reals:
         """Return the kinetic energy ``qdᵀ H qd / 2``, (...), J.

@@ -26,7 +26,7 @@ class NotFiniteError(DescriptionError):
 
 
 class FloatingBaseError(DescriptionError):
-    """A method that requires a fixed base, called for a robot whose base floats."""
+    """A method that requires a fixed base, called for a robot whose base floats; or a wrong floating base."""
 
 
 class InertiaWarning(UserWarning):

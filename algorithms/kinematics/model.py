@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from importlib import import_module
 from types import MappingProxyType
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,9 +16,9 @@ from . import folded
 from .computed import Computed, Method
 from .constants import Floats
 from .denavit_hartenberg import Joint
-from .errors import DescriptionError, JointCountError, NotFiniteError, UnknownJointTypeError
+from .errors import DescriptionError, FloatingBaseError, JointCountError, NotFiniteError, UnknownJointTypeError
 from .methods import Attempts
-from .tables import followed, path_to
+from .tables import FREEDOMS, MOTOR, followed, is_floating, path_to
 
 _FLOAT64 = np.dtype(np.float64)
 _FLOATS = (_FLOAT64, np.dtype(np.float32))
@@ -46,9 +46,10 @@ class Model:
     ----------
     name : str
     kinds : tuple of Joint
-        One for each of the N joints. Parents precede their children.
+        One for each of the N joints. Parents precede their children. Joint 0 of a robot whose base floats is its base.
     axes : array, (N, 6)
-        Unit lines of the joints at home, in the base frame: e12, e13, e23, e01, e02, e03.
+        Unit lines of the joints at home, in the base frame: e12, e13, e23, e01, e02, e03. That of a floating base is
+        not used.
     home : array, (N, 8)
         Motors of the frames after every joint at home: 1, e12, e13, e23, e01, e02, e03, e0123.
     parents : tuple of int
@@ -95,6 +96,8 @@ class Model:
     coupling: Floats = field(default_factory=_empty)
     links: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
     module: Any = None
+    _floats: ClassVar[bool] = False
+    """Whether the base of the robots of this class floats."""
     _computed: Computed = field(init=False, repr=False)
     """The kernels of `module` that were generated from the same constants, and those of `generated.robots`."""
     _attempts: Attempts = field(init=False, repr=False)
@@ -118,7 +121,7 @@ class Model:
             fill("tool", self.home[self.tip].copy())
         if not self.armature.size:
             fill("armature", np.zeros(count))
-        n = self.coupling.shape[1] - 1 if self.coupling.size else count
+        n = self.n_joints
         if not self.limits.size:
             fill("limits", np.tile([-np.inf, np.inf, np.inf, np.inf], (n, 1)))
         if self.limits.shape != (n, 4):
@@ -133,6 +136,11 @@ class Model:
         for kind in self.kinds:
             if not isinstance(kind, Joint):
                 raise UnknownJointTypeError(f"{self.name}: kind {kind!r}; expected Joint.REVOLUTE or Joint.PRISMATIC")
+        if is_floating(self) != self._floats:
+            wanted = "a base that floats" if self._floats else "one that does not float, or a FloatingRobot"
+            raise FloatingBaseError(f"{self.name}: joint 0 is {self.kinds[0].value}; expected {wanted}")
+        if Joint.FLOATING in self.kinds[1:] or (self._floats and -1 in self.parents[1:]):
+            raise FloatingBaseError(f"{self.name}: a floating base is joint 0, which carries all others")
         if not np.isfinite(self.bodies).all() or np.isnan(self.limits).any() or not np.isfinite(self.coupling).all():
             raise NotFiniteError(f"{self.name}: bodies, limits or coupling with a NaN; expected numbers")
         for joint, (low, high, speed, effort) in enumerate(self.limits):
@@ -182,13 +190,15 @@ class Model:
 
     @property
     def n_joints(self) -> int:
-        """The number of joint variables."""
-        return self.coupling.shape[1] - 1 if self.coupling.size else len(self.kinds)
+        """The number of rates and of forces. It is the number of variables, too, except for floating bases."""
+        if self.coupling.size:
+            return int(self.coupling.shape[1]) - 1
+        return len(self.kinds) + (FREEDOMS - 1 if is_floating(self) else 0)
 
     @property
     def n_positions(self) -> int:
         """The length of `q`. It equals `n_joints` except for floating bases."""
-        return self.n_joints
+        return self.n_joints + (MOTOR - FREEDOMS if is_floating(self) else 0)
 
     @property
     def uses(self) -> Mapping[str, str]:
@@ -213,7 +223,7 @@ class Model:
     def _run(self, kernel: Method, names: Sequence[str], *values: ArrayLike) -> Any:
         """Check and broadcast variables, rates and forces, and call a kernel. float32 gives float32."""
         shape, rows = self._together(*zip(values, names, strict=True))
-        arrays = [row.reshape(*shape, self.n_joints) for row in rows]
+        arrays = [row.reshape(*shape, row.shape[-1]) for row in rows]
         found = kernel(*(array.astype(_FLOAT64, copy=False) for array in arrays))
         if arrays[0].dtype is _FLOAT64:
             return found
@@ -221,25 +231,41 @@ class Model:
             return tuple(np.asarray(each, arrays[0].dtype)[()] for each in found)
         return np.asarray(found, arrays[0].dtype)[()]
 
+    def _attempted(self, kernel: Method, q: ArrayLike) -> Reals:
+        """Call a kernel of variables: fast if the extension accepts them, otherwise after checks."""
+        found: Reals | None = kernel.attempt(q)
+        return self._run(kernel, ("q",), q) if found is None else found
+
     def _variables(self, value: ArrayLike, name: str) -> tuple[Reals, Reals]:
         """Return joint variables or their rates as an array, and as rows."""
-        if type(value) is np.ndarray and value.dtype in _FLOATS and value.shape[-1:] == (self.n_joints,):
-            return value, value if value.ndim == 2 else value.reshape(-1, self.n_joints)
-        array = real_array(value, f"{self.name}: {name}", (self.n_joints,), f"{self.n_joints} joint variables")
-        return array, array.reshape(-1, self.n_joints)
+        length, meaning = self._expected(name)
+        if type(value) is np.ndarray and value.dtype in _FLOATS and value.shape[-1:] == (length,):
+            return value, value if value.ndim == 2 else value.reshape(-1, length)
+        array = real_array(value, f"{self.name}: {name}", (length,), meaning)
+        return array, array.reshape(-1, length)
+
+    def _expected(self, name: str) -> tuple[int, str]:
+        """Return the length of an argument, and what it consists of."""
+        if not is_floating(self):
+            return self.n_joints, f"{self.n_joints} joint variables"
+        count = self.n_joints - FREEDOMS
+        if name in ("q", "q0", "q1"):
+            return self.n_positions, f"a motor and {count} joint variables"
+        return self.n_joints, f"{FREEDOMS} of the base, {count} of joints"
 
     def _together(self, *values: tuple[ArrayLike, str]) -> tuple[tuple[int, ...], list[Reals]]:
         """Return the broadcast leading axes of several arguments, and each argument as rows."""
         arrays = [self._variables(value, name)[0] for value, name in values]
-        if all(a.shape == arrays[0].shape and a.dtype == arrays[0].dtype for a in arrays):
-            return arrays[0].shape[:-1], [a.reshape(-1, self.n_joints) for a in arrays]
-        dtype = np.result_type(*arrays)
-        try:
-            together = np.broadcast_arrays(*arrays)
-        except ValueError:
-            shapes = ", ".join(f"{name} {a.shape}" for (_, name), a in zip(values, arrays, strict=True))
-            raise ValueError(f"{self.name}: {shapes}; expected leading axes that broadcast") from None
-        return together[0].shape[:-1], [a.reshape(-1, self.n_joints).astype(dtype, copy=False) for a in together]
+        lead, dtype = arrays[0].shape[:-1], arrays[0].dtype
+        if not all(a.shape[:-1] == lead and a.dtype == dtype for a in arrays):
+            dtype = np.result_type(*arrays)
+            try:
+                lead = np.broadcast_shapes(*(a.shape[:-1] for a in arrays))
+            except ValueError:
+                shapes = ", ".join(f"{name} {a.shape}" for (_, name), a in zip(values, arrays, strict=True))
+                raise ValueError(f"{self.name}: {shapes}; expected leading axes that broadcast") from None
+            arrays = [np.broadcast_to(a, (*lead, a.shape[-1])).astype(dtype, copy=False) for a in arrays]
+        return lead, [a.reshape(-1, a.shape[-1]) for a in arrays]
 
     def _reduced(self, columns: Reals) -> Reals:
         """Convert derivatives with respect to all joints (..., N) to those with respect to the variables (..., n)."""

@@ -27,6 +27,7 @@ _ROUNDS = 4, 16, 96
 """Limit on work: random starts of each round where the previous ones have failed."""
 _AROUND = 0.05
 """Standard deviation of starts around a configuration, relative to the ranges of the variables."""
+_JOINTS = ("variables", "ratios", "offsets", "places", "screws", "turns")
 _ENOUGH = 1e-15
 """Errors up to this, relative to the size, are rounding errors."""
 _PULLS = 0.1, 0.01, 1e-3
@@ -124,9 +125,7 @@ class Reaching:
         joints, carried = self._moving(links)
         self._moves = np.array([(carried[:, self._owners == k] != 0).any(1) for k in range(len(self._tasks))])
         table = joints_of(robot)
-        tree = {"parents": table.parents} | dict(
-            zip(("variables", "ratios", "offsets", "places", "screws", "turns"), table.rows, strict=True)
-        )
+        tree = {name: getattr(table, name) for name in ("parents", *_JOINTS)}
         tasks = {
             "links": links,
             "kinds": np.array([float(part.kind) for part in parts]),

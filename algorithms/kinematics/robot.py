@@ -306,11 +306,10 @@ class Robot(Simulated):
         TypeError, ValueError
             As in `forward`, and if the link is unknown.
         """
-        joint, tool = self.carrier(name)
-        if joint >= 0:
-            return self._run(self._computed.forward_to(joint, tool), ("q",), q)  # type: ignore[no-any-return]
+        if (kernels := self._kernels_of(name)) is not None:
+            return self._attempted(kernels[0], q)
         given = self._variables(q, "q")[0]
-        return np.broadcast_to(tool, (*given.shape[:-1], 8)).astype(given.dtype)
+        return np.broadcast_to(self.carrier(name)[1], (*given.shape[:-1], 8)).astype(given.dtype)
 
     def pose(self, q: ArrayLike) -> Reals:
         """Return the pose of the end effector as a matrix that acts on columns (x, y, z, 1).

@@ -2,7 +2,7 @@
 
 Each joint has a frame in its link, with the origin on the joint's axis. The tables store these frames relative to each
 other. So their values do not depend on the distance of the robot from the origin, except for the positions of joints
-that the base carries.
+that the base carries. A floating base is joint 0, whose row has a screw and a ratio of 0.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Joints:
 
     Attributes
     ----------
-    parents, variables : array of int, (N,)
+    parents, variables, coordinates : array of int, (N,)
     ratios, offsets : array, (N,)
     places : array, (N, 3)
     screws : array, (N, 6)
@@ -37,6 +37,7 @@ class Joints:
 
     parents: Indices
     variables: Indices
+    coordinates: Indices
     ratios: Floats
     offsets: Floats
     places: Floats
@@ -46,7 +47,7 @@ class Joints:
     @property
     def rows(self) -> tuple[NDArray[np.generic], ...]:
         """All columns except the parents, in the order of the kernels' parameters."""
-        return self.variables, self.ratios, self.offsets, self.places, self.screws, self.turns
+        return self.variables, self.coordinates, self.ratios, self.offsets, self.places, self.screws, self.turns
 
     @property
     def relative_to_first(self) -> Joints:
@@ -68,15 +69,15 @@ class Pairs:
     ----------
     lower, upper : array of int, (P,)
         A joint, and the same joint or one of its ancestors.
-    lower_variables, upper_variables : array of int, (P,)
+    lower_coordinates, upper_coordinates : array of int, (P,)
     is_strict : array, (P,)
         1 where the joints differ, otherwise 0.
     """
 
     lower: Indices
     upper: Indices
-    lower_variables: Indices
-    upper_variables: Indices
+    lower_coordinates: Indices
+    upper_coordinates: Indices
     is_strict: Floats
 
 
@@ -106,20 +107,96 @@ def joints_of(model: Constants) -> Joints:
             places[joint] -= origins[parent]
         if model.kinds[joint] is Joint.REVOLUTE:
             screws[joint, :3] = axis[:3]
-        else:
+        elif model.kinds[joint] is Joint.PRISMATIC:
             screws[joint, 3:] = axis[2], -axis[1], axis[0]
     turns = np.array([float(kind is Joint.REVOLUTE) for kind in model.kinds])
-    return Joints(np.array(model.parents, np.int64), *followed(model), places, screws, turns)
+    coordinates, ratios, offsets = followed(model)
+    variables = coordinates + (model.n_positions - model.n_joints)
+    return Joints(np.array(model.parents, np.int64), variables, coordinates, ratios, offsets, places, screws, turns)
 
 
 def followed(model: Constants) -> tuple[Indices, Floats, Floats]:
-    """Return the variable that each joint follows, the ratio, and the offset."""
+    """Return the coordinate that each joint follows, the ratio, and the offset; 0 for a floating base."""
     count = len(model.kinds)
     if not model.coupling.size:
-        return np.arange(count), np.ones(count), np.zeros(count)
+        first = model.n_joints - count
+        coordinates, ratios = np.arange(first, first + count), np.ones(count)
+        if is_floating(model):
+            coordinates[0], ratios[0] = 0, 0
+        return coordinates, ratios, np.zeros(count)
     ratios = model.coupling[:, :-1]
-    variables = np.abs(ratios).argmax(axis=1)
-    return variables, np.ascontiguousarray(ratios[np.arange(count), variables]), model.coupling[:, -1].copy()
+    coordinates = np.abs(ratios).argmax(axis=1)
+    return coordinates, np.ascontiguousarray(ratios[np.arange(count), coordinates]), model.coupling[:, -1].copy()
+
+
+FREEDOMS = 6
+"""The number of rates of a floating base."""
+MOTOR = 8
+"""The number of its variables."""
+
+
+def is_floating(model: Constants) -> bool:
+    """Return whether joint 0 is a floating base."""
+    return model.kinds[0] is Joint.FLOATING
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Base:
+    """The tables of a floating base; without rows if the base is fixed.
+
+    Attributes
+    ----------
+    base : array of int, (c, 8)
+        The numbers of its motor in `q`; c is 1 or 0.
+    freedoms : array of int, (c, 6)
+        The places of its rates in `qd`.
+    trunk : array of int, (c,)
+        Its joint.
+    moved, moved_coordinates : array of int, (f,)
+        The joints that it carries, and their coordinates.
+    moved_freedoms : array of int, (f, 6)
+        The freedoms of the base, for each of them.
+    """
+
+    base: Indices
+    freedoms: Indices
+    trunk: Indices
+    moved: Indices
+    moved_coordinates: Indices
+    moved_freedoms: Indices
+
+
+def base_of(model: Constants) -> Base:
+    """Return the tables of the base."""
+    count = int(is_floating(model))
+    moved = np.arange(1, len(model.kinds))[: count * len(model.kinds)]
+    freedoms = np.arange(FREEDOMS)
+    return Base(
+        base=np.tile(np.arange(MOTOR), (count, 1)),
+        freedoms=np.tile(freedoms, (count, 1)),
+        trunk=np.zeros(count, np.int64),
+        moved=moved,
+        moved_coordinates=followed(model)[0][moved],
+        moved_freedoms=np.tile(freedoms, (len(moved), 1)),
+    )
+
+
+def armature_of(model: Constants) -> Floats:
+    """Return the rotor inertias (N,), with 1 for a floating base, whose row does not move and may not be singular."""
+    found = np.array(model.armature)
+    if is_floating(model):
+        found[0] = 1
+    return found
+
+
+def divided(ratios: Floats) -> Floats:
+    """Return the inverses of ratios, but 0 for 0."""
+    return np.divide(1, ratios, out=np.zeros_like(ratios), where=ratios != 0)
+
+
+def without_base(model: Constants) -> range:
+    """Return the joints that have one variable each."""
+    return range(int(is_floating(model)), len(model.kinds))
 
 
 def homes_of(model: Constants) -> tuple[Floats, Floats]:
@@ -162,11 +239,11 @@ def path_to(model: Constants, joint: int) -> tuple[int, ...]:
 
 def pairs_of(model: Constants) -> Pairs:
     """Return all pairs of a joint and itself or one of its ancestors."""
-    pairs = [(joint, carrier) for joint in range(len(model.kinds)) for carrier in path_to(model, joint)]
-    lower, upper = zip(*pairs, strict=True)
-    below, above = np.array(lower), np.array(upper)
-    variables = followed(model)[0]
-    return Pairs(below, above, variables[below], variables[above], (below != above).astype(float))
+    joints, floating = without_base(model), is_floating(model)
+    pairs = [(joint, carrier) for joint in joints for carrier in path_to(model, joint)[floating:]]
+    below, above = np.array(pairs, np.int64).reshape(-1, 2).T
+    coordinates = followed(model)[0]
+    return Pairs(below, above, coordinates[below], coordinates[above], (below != above).astype(float))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,6 +265,13 @@ class Pushes:
         1 where the moved joint is the pushed joint or an ancestor of it, otherwise 0.
     factors : array, (R,)
     rows, columns, mirrored : array of int, (R,)
+    at_base : array of int, (G,)
+        For each joint on a floating base, the row over P of its pair with the base.
+    moved_coordinates : array of int, (G,)
+    moved_freedoms : array of int, (G, 6)
+    moved_factors : array, (G,)
+    first, second, first_rows, second_rows, first_mirrored : array of int, (S,)
+        All pairs of these joints.
     """
 
     below: Indices
@@ -201,24 +285,40 @@ class Pushes:
     rows: Indices
     columns: Indices
     mirrored: Indices
+    at_base: Indices
+    moved_coordinates: Indices
+    moved_freedoms: Indices
+    moved_factors: Floats
+    first: Indices
+    second: Indices
+    first_rows: Indices
+    second_rows: Indices
+    first_mirrored: Indices
 
 
 def pushes_of(model: Constants) -> Pushes:
-    """Return the pairs of each pushed joint with its ancestors, and with the joints of its tree up to its own index."""
-    variables, ratios, _ = followed(model)
-    upwards = [(pushed, carrier) for pushed in range(len(model.kinds)) for carrier in reversed(path_to(model, pushed))]
+    """Return the pairs of each pushed joint with its ancestors, and with the joints of its tree up to its own index.
+
+    The joints that a floating base carries are the roots of trees.
+    """
+    coordinates, ratios, _ = followed(model)
+    pushable, root = without_base(model), int(is_floating(model))
+    paths = {joint: path_to(model, joint) for joint in pushable}
+    upwards = [(pushed, carrier) for pushed in pushable for carrier in reversed(paths[pushed])]
     place = {pair: row for row, pair in enumerate(upwards)}
     below = [-1 if pushed == carrier else row - 1 for row, (pushed, carrier) in enumerate(upwards)]
-    roots = [path_to(model, joint)[0] for joint in range(len(model.kinds))]
     moved = [
         (pushed, joint)
-        for pushed in range(len(model.kinds))
-        for joint in range(pushed + 1)
-        if roots[joint] == roots[pushed]
+        for pushed in pushable
+        for joint in pushable
+        if joint <= pushed and paths[joint][root] == paths[pushed][root]
     ]
     after = {pair: row for row, pair in enumerate(moved)}
-    pushed, joints = (np.array(side, np.int64) for side in zip(*moved, strict=True))
-    columns = variables[pushed]
+    pushed, joints = np.array(moved, np.int64).reshape(-1, 2).T
+    columns = coordinates[pushed]
+    carried = np.array([joint for joint in pushable if root], np.int64)
+    first, second = np.array([(a, b) for a in range(len(carried)) for b in range(a + 1)], np.int64).reshape(-1, 2).T
+    first_rows = coordinates[carried[first]]
     return Pushes(
         below=np.array(below, np.int64),
         carriers=np.array([carrier for _, carrier in upwards], np.int64),
@@ -228,7 +328,16 @@ def pushes_of(model: Constants) -> Pushes:
         pairs=np.array([place.get(pair, 0) for pair in moved], np.int64),
         is_carrier=np.array([float(pair in place) for pair in moved]),
         factors=1 / (ratios[pushed] * ratios[joints]),
-        rows=variables[joints],
+        rows=coordinates[joints],
         columns=columns,
         mirrored=np.where(pushed == joints, -1, columns),
+        at_base=np.array([place[joint, 0] for joint in carried], np.int64),
+        moved_coordinates=coordinates[carried],
+        moved_freedoms=np.tile(np.arange(FREEDOMS), (len(carried), 1)),
+        moved_factors=1 / ratios[carried],
+        first=first,
+        second=second,
+        first_rows=first_rows,
+        second_rows=coordinates[carried[second]],
+        first_mirrored=np.where(first == second, -1, first_rows),
     )

@@ -32,6 +32,7 @@ from .errors import (
     UnknownJointTypeError,
 )
 from .masses import fault_of, joined, placed
+from .tables import FREEDOMS
 
 _X, _Y, _Z = np.eye(3)
 _MOST = np.sqrt(np.finfo(float).max)
@@ -376,7 +377,12 @@ def _walk(
         todo.extend((joint, frame, carrier, depth + 1) for joint in reversed(carried.get(link, ())))
 
     carried, todo = _carried(joints), list[tuple[Connection, Floats, int, int]]()
-    place(start, identity, several("base", identity, _FREE, -1) if base != "fixed" else -1, 0)
+    carrier = -1
+    if base == "floating":
+        carrier = add(Joint.FLOATING, "base", identity, np.zeros(3), -1, None)
+    elif base == "euler":
+        carrier = several("base", identity, _FREE, -1)
+    place(start, identity, carrier, 0)
     while todo:
         joint, frame, carrier, depth = todo.pop()
         there = _known(pga3.motor_product(frame, joint.origin), f"{where}: link {joint.child!r}: its place")
@@ -415,11 +421,14 @@ def _in_plane(axis: Floats) -> list[tuple[str, Joint, Floats]]:
 
 def _coupling(found: _Found, where: str) -> tuple[Floats, Floats]:
     """Return the coupling matrix of mimic joints, empty if there are none, and the limits of the variables."""
+    # A floating base, which is joint 0, has six rates.
+    more = FREEDOMS - 1 if found.kinds[:1] == [Joint.FLOATING] else 0
     free = [k for k, mimic in enumerate(found.mimics) if mimic is None]
+    limits = np.array([found.limits[k] for k in (0,) * more + tuple(free)])
     if len(free) == len(found.kinds):
-        return np.empty(0), np.array(found.limits)
-    rows = np.zeros((len(found.kinds), len(free) + 1))
-    for joint in range(len(found.kinds)):
+        return np.empty(0), limits
+    rows = np.zeros((len(found.kinds), more + len(free) + 1))
+    for joint in range(1 if more else 0, len(found.kinds)):
         factor, offset, leader, seen = 1.0, 0.0, joint, [joint]
         while (mimic := found.mimics[leader]) is not None:
             if mimic[0] not in found.names:
@@ -432,5 +441,5 @@ def _coupling(found: _Found, where: str) -> tuple[Floats, Floats]:
             if leader in seen:
                 raise CyclicTreeError(f"{where}: joints {', '.join(found.names[k] for k in seen)} mimic each other")
             seen.append(leader)
-        rows[joint, free.index(leader)], rows[joint, -1] = factor, offset
-    return rows, np.array([found.limits[k] for k in free])
+        rows[joint, more + free.index(leader)], rows[joint, -1] = factor, offset
+    return rows, limits

@@ -233,6 +233,7 @@ def _build(sources: list[Path], force: bool = False, portable: bool = False) -> 
 @command(
     "gac robot panda.urdf -o out",
     "gac robot panda.urdf --tip panda_link8 --lock panda_finger_joint1 --lock panda_finger_joint2",
+    "gac robot anymal.urdf --base floating",
     "gac robot ur5                a robot known by name to algorithms.kinematics",
     "gac robot ur5 --method gravity --method forward_dynamics",
     "gac robot ur5 --method all --target rust   write out/ur5.rs, but no C",
@@ -242,6 +243,13 @@ def _build(sources: list[Path], force: bool = False, portable: bool = False) -> 
 @click.option("--name", help="Name of the module [default: the name of the robot].")
 @click.option("--tip", help="Link of the end effector [default: the link most joints away from the base].")
 @click.option("--lock", multiple=True, help="Joint to lock at position 0; may be repeated.")
+@click.option(
+    "--base",
+    type=click.Choice(["fixed", "floating", "euler"]),
+    default="fixed",
+    show_default=True,
+    help="How the first link moves: not at all, by a motor and a twist, or by six joints.",
+)
 @click.option(
     "--method",
     "methods",
@@ -261,6 +269,7 @@ def robot(
     name: str | None,
     tip: str | None,
     lock: tuple[str, ...],
+    base: str,
     methods: tuple[str, ...],
     targets: tuple[str, ...],
     no_build: bool,
@@ -274,7 +283,7 @@ def robot(
     ROBOT is a URDF file or the name of a known robot. The kernels take vectors of all joint variables. The spec is
     saved in the folder specs/ next to the module, for use with `gac show` and `gac verify`.
     """
-    module, text = robot_spec(robot, name, tip, lock, methods)
+    module, text = robot_spec(robot, name, tip, lock, methods, base)
     path = output / "specs" / f"{module}.py"
     write({path.name: text}, path.parent)
     spec = load_spec(path, f"gac robot {robot}")

@@ -228,6 +228,8 @@ def written_out(kernel: Kernel, given: Mapping[str, Any]) -> Any:
         rows = given[parameter.name]
         if isinstance(parameter.type, IndexOf):
             columns = zip(*rows, strict=True) if parameter.type.columns else [rows]
+            if not rows:
+                columns = [()] * max(parameter.type.columns, 1)
             tables = tuple(Unrolled(tuple(column)) for column in columns)
             arguments.append(tables if parameter.type.columns else tables[0])
         else:

@@ -360,7 +360,9 @@ def gather(rows: Any, index: Any) -> Any:
     if isinstance(index, tuple) and all(isinstance(each, (Index, Unrolled)) for each in index):
         return tuple(gather(rows, each) for each in index)
     if isinstance(index, Unrolled):
-        return like(rows, [Unrolled(tuple(array.elements[k] for k in index.elements)) for array in arrays])
+        chosen = [tuple(array.elements[k] for k in index.elements) for array in arrays]
+        others = [None if index.elements else next(iter(array.elements), None) for array in arrays]
+        return like(rows, [Unrolled(rows, other) for rows, other in zip(chosen, others, strict=True)])
     is_unrolled("gather()", rows if isinstance(rows, tuple) else (rows,))
     if not isinstance(index, Index):
         raise KernelError("gather()", f"{type(index).__name__} as index", 'an index table, index("n", into="m")')

@@ -236,10 +236,12 @@ class Rows(Array):
 class Unrolled(Array):
     """An array of known length, during tracing without loops.
 
-    The elements of an index table are integers, and those of an array with several axes are arrays.
+    The elements of an index table are integers, and those of an array with several axes are arrays. If an index table
+    without rows selects none of the rows of an array, `other` is one of them.
     """
 
     elements: tuple[Any, ...]
+    other: Any = None
 
     @property
     def length(self) -> int:

@@ -70,7 +70,12 @@ def _chosen(condition: Any, new: Any, old: Any) -> Any:
 
 def unrolled_each(body: Callable[..., Any], rows: Sequence[Any]) -> Any:
     """Evaluate `each` over arrays of known length."""
-    return columns_of([_lifted("each()", body(*row)) for row, _ in _rows_within("each()", rows, None)])
+    found = [_lifted("each()", body(*row)) for row, _ in _rows_within("each()", rows, None)]
+    if found:
+        return columns_of(found)
+    # Without rows, the structure of the result is that for the row that was not selected.
+    result = body(*(like(structure, [array.other for array in leaves_of(structure)]) for structure in rows))
+    return like(result, [Unrolled(()) for _ in leaves_of(result)])
 
 
 def unrolled_total(body: Callable[..., Any], rows: Sequence[Any], within: tuple[Any, Any] | None = None) -> Any:

@@ -74,6 +74,10 @@ def _largest_inertias(chain: Chain) -> list[Fraction]:
         for carrier in path_to(chain, joint):
             away = plus(points[joint], points[carrier], -1)
             about = spread + 2 * abs(dot(away, h)) + mass * dot(away, away)
+            if chain.kinds[carrier] == "floating":
+                for freedom, bound in enumerate((about,) * 3 + (mass,) * 3):
+                    found[freedom] += bound
+                continue
             inertia = about if chain.kinds[carrier] == "revolute" else mass
             if joint == carrier and chain.armature:
                 inertia += exact(chain.armature[joint])

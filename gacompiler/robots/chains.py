@@ -13,6 +13,8 @@ from hashlib import sha256
 from ..errors import SpecError
 
 Number = float | Fraction
+FREEDOMS = 6
+"""The number of rates of a floating base."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +26,8 @@ class Chain:
     Attributes
     ----------
     kinds : tuple of str
-        The kind of each joint, "revolute" or "prismatic". A joint comes after its parent.
+        The kind of each joint, "revolute" or "prismatic". A joint comes after its parent. Joint 0 may be "floating":
+        the base, which carries all others and whose axis is not used.
     parents : tuple of int
         The parent of each joint, the joint that carries it, or -1 for the base.
     axes : tuple of 6-tuples
@@ -43,6 +46,7 @@ class Chain:
         mass matrix.
     variables : tuple of int, optional
         The variable of each joint, if several joints depend on the same variable: ``x = ratio q[variable] + offset``.
+        They are counted as the rates, of which a floating base has the first six.
     ratios, offsets : tuple, optional
         The ratio and the offset of each joint, required with `variables`.
     home : tuple of 8-tuples, optional
@@ -77,10 +81,12 @@ class Chain:
             if found not in wanted:
                 raise SpecError("Chain()", f"{found} {name} for {n} joints", "one for each joint")
         for joint, (kind, parent) in enumerate(zip(self.kinds, self.parents, strict=True)):
-            if kind not in ("revolute", "prismatic"):
+            if kind not in ("revolute", "prismatic") and (kind, joint) != ("floating", 0):
                 raise SpecError(f"Chain(): joint {joint}", f"kind {kind!r}", "'revolute' or 'prismatic'")
             if not -1 <= parent < joint:
                 raise SpecError(f"Chain(): joint {joint}", f"parent {parent}", "an earlier joint, or -1 for the base")
+            if self.is_floating and joint and parent < 0:
+                raise SpecError(f"Chain(): joint {joint}", "parent -1", "an earlier joint, since the base floats")
 
     @property
     def n_joints(self) -> int:
@@ -89,13 +95,28 @@ class Chain:
 
     @property
     def n_variables(self) -> int:
-        """The number of variables, which is less than the number of joints if joints share variables."""
-        return max(self.variables) + 1 if self.variables else len(self.kinds)
+        """The number of rates, which is less than the number of joints if joints share variables."""
+        if self.variables:
+            return max(self.variables) + 1
+        return len(self.kinds) + (FREEDOMS - 1 if self.is_floating else 0)
+
+    @property
+    def n_positions(self) -> int:
+        """The number of variables. A floating base has a motor, which is two numbers more than its rates."""
+        return self.n_variables + (2 if self.is_floating else 0)
+
+    @property
+    def is_floating(self) -> bool:
+        """Whether joint 0 is a floating base."""
+        return self.kinds[:1] == ("floating",)
 
     @property
     def followed(self) -> tuple[Sequence[int], Sequence[Fraction], Sequence[Fraction]]:
-        """The variable, the ratio and the offset of each joint."""
+        """The variable, counted as the rates, the ratio and the offset of each joint; 0 for a floating base."""
         n = len(self.kinds)
+        if not self.variables and self.is_floating:
+            own = (0, *range(FREEDOMS, FREEDOMS + n - 1))
+            return own, (Fraction(0), *(Fraction(1),) * (n - 1)), (Fraction(0),) * n
         if not self.variables:
             return range(n), (Fraction(1),) * n, (Fraction(0),) * n
         return self.variables, tuple(map(exact, self.ratios)), tuple(map(exact, self.offsets))

@@ -17,7 +17,12 @@ from .spec_text import spec_text
 
 
 def robot_spec(
-    robot: str, name: str | None, tip: str | None, locked: Sequence[str], methods: Sequence[str] = ()
+    robot: str,
+    name: str | None,
+    tip: str | None,
+    locked: Sequence[str],
+    methods: Sequence[str] = (),
+    base: str = "fixed",
 ) -> tuple[str, str]:
     """Return the name of a robot's module and the text of its spec.
 
@@ -32,6 +37,8 @@ def robot_spec(
         The end effector and the locked joints, as for `Robot.from_urdf`.
     methods : sequence of str, optional
         The kernels, as for `methods_of`.
+    base : str, optional
+        "fixed", "floating" or "euler", as for `Robot.from_urdf`.
 
     Raises
     ------
@@ -44,9 +51,9 @@ def robot_spec(
 
     try:
         if robot.endswith((".urdf", ".xml")) or Path(robot).is_file():
-            found, source = Robot.from_urdf(robot, tip, locked), f"From {Path(robot).name}."
-        elif tip is not None or locked:
-            raise SpecError(robot, "a robot known by name", "a URDF file for --tip and --lock")
+            found, source = Robot.from_urdf(robot, tip, locked, base), f"From {Path(robot).name}."
+        elif tip is not None or locked or base != "fixed":
+            raise SpecError(robot, "a robot known by name", "a URDF file for --tip, --lock and --base")
         else:
             found, source = Robot.from_table(table_of(robot)), "From the table of that name in algorithms.kinematics."
     except OSError as error:

@@ -257,8 +257,7 @@ def centroidal_momentum_matrix(chain: Chain, q: Scalars) -> Rows:
 
 def _centroidal_momentum_matrix(chain: Chain, q: Scalars) -> Any:
     tables = tables_of_joints(chain) | {"inertias": _bodies_of(chain)}
-    rows, _ = written_out(spec.centroidal_momentum_matrix, {"q": q, **tables})
-    return rows
+    return written_out(spec.centroidal_momentum_matrix, {"q": q, **tables})
 
 
 # Tables.

@@ -7,13 +7,14 @@ from typing import Any
 
 from ..algebra.catalog import PGA3
 from ..algebra.multivector import Multivector
-from .chains import Chain, exact
+from .chains import FREEDOMS, Chain, exact
 from .frames import LENGTHS, ZERO, Vector, directions_and_moments, line_of, origins, plus, rounded
 from .inertias import Inertia
 
 Tables = dict[str, Any]
 
-_MOTOR = ("1", "e12", "e13", "e23", "e01", "e02", "e03", "e0123")
+MOTOR = ("1", "e12", "e13", "e23", "e01", "e02", "e03", "e0123")
+"""The coefficients of a motor."""
 
 
 def tables_of_joints(chain: Chain, joints: Sequence[int] | None = None) -> Tables:
@@ -21,17 +22,39 @@ def tables_of_joints(chain: Chain, joints: Sequence[int] | None = None) -> Table
     points, lines = origins(chain), directions_and_moments(chain)
     taken = range(chain.n_joints) if joints is None else joints
     variables, ratios, offsets = chain.followed
+    shift = chain.n_positions - chain.n_variables
     rows = {
-        "variables": [variables[k] for k in taken],
+        "variables": [variables[k] + shift for k in taken],
+        "coordinates": [variables[k] for k in taken],
         "ratios": [ratios[k] for k in taken],
         "offsets": [offsets[k] for k in taken],
         "places": [plus(points[k], points[p] if p >= 0 else ZERO, -1) for k, p in _with_parents(chain, taken)],
-        "screws": [
-            line_of(lines[k][0], ZERO) if chain.kinds[k] == "revolute" else line_of(ZERO, lines[k][0]) for k in taken
-        ],
+        "screws": [_screw(chain.kinds[k], lines[k][0]) for k in taken],
         "turns": [int(chain.kinds[k] == "revolute") for k in taken],
     }
-    return rows | ({"parents": list(chain.parents)} if joints is None else {})
+    rates = {"rates": [0] * chain.n_variables}
+    return rows | _tables_of_base(chain) | rates | ({"parents": list(chain.parents)} if joints is None else {})
+
+
+def _screw(kind: str, direction: Vector) -> Multivector:
+    """Return the twist of a joint at unit speed, 0 for a floating base."""
+    if kind == "revolute":
+        return line_of(direction, ZERO)
+    return line_of(ZERO, direction if kind == "prismatic" else ZERO)
+
+
+def _tables_of_base(chain: Chain) -> Tables:
+    """Return the tables of a floating base, without rows if the base is fixed."""
+    count, freedoms = int(chain.is_floating), list(range(FREEDOMS))
+    moved = list(range(1, chain.n_joints)) * count
+    return {
+        "base": [list(range(len(MOTOR)))] * count,
+        "freedoms": [freedoms] * count,
+        "trunk": [0] * count,
+        "moved": moved,
+        "moved_coordinates": [chain.followed[0][joint] for joint in moved],
+        "moved_freedoms": [freedoms] * len(moved),
+    }
 
 
 def _with_parents(chain: Chain, joints: Sequence[int]) -> list[tuple[int, int]]:
@@ -45,13 +68,14 @@ def rows_of(inertias: Sequence[Inertia]) -> list[tuple[Any, ...]]:
 
 def tables_of_pairs(chain: Chain) -> Tables:
     """Return the tables of pairs of each joint with itself and with every joint that carries it."""
-    pairs = [(joint, carrier) for joint in range(chain.n_joints) for carrier in path_to(chain, joint)]
+    first = int(chain.is_floating)
+    pairs = [(joint, carrier) for joint in range(first, chain.n_joints) for carrier in path_to(chain, joint)[first:]]
     variables = chain.followed[0]
     return {
         "lower": [lower for lower, _ in pairs],
         "upper": [upper for _, upper in pairs],
-        "lower_variables": [variables[lower] for lower, _ in pairs],
-        "upper_variables": [variables[upper] for _, upper in pairs],
+        "lower_coordinates": [variables[lower] for lower, _ in pairs],
+        "upper_coordinates": [variables[upper] for _, upper in pairs],
         "is_strict": [int(lower != upper) for lower, upper in pairs],
     }
 
@@ -67,13 +91,13 @@ def path_to(chain: Chain, joint: int) -> list[int]:
 
 def motor_of(numbers: Sequence[Any]) -> Multivector:
     """Return the motor with eight given coefficients."""
-    return PGA3.multivector(dict(zip(_MOTOR, map(exact, numbers), strict=True)))
+    return PGA3.multivector(dict(zip(MOTOR, map(exact, numbers), strict=True)))
 
 
 def rotor_and_place(motor: Multivector, origin: Vector) -> tuple[Multivector, Vector]:
     """Return the rotor of a frame in the home position, and its origin relative to another origin."""
     point = motor * PGA3.multivector({"e123": 1}) * ~motor
     found = [rounded(point[name] / point["e123"], LENGTHS) for name in ("e032", "e013", "e021")]
-    rotor = PGA3.multivector({name: motor[name] for name in _MOTOR[:4]})
+    rotor = PGA3.multivector({name: motor[name] for name in MOTOR[:4]})
     x, y, z = (rounded(a - b, LENGTHS) for a, b in zip(found, origin, strict=True))
     return rotor, (x, y, z)

@@ -23,7 +23,10 @@ Rows = tuple[tuple[Any, ...], ...]
 @lru_cache(maxsize=64)
 def _traced(method: Callable[..., Any], chain: Chain, names: tuple[str, ...]) -> Traced:
     """Trace a method with symbols, and fold the constants in its result."""
-    symbols = tuple(Parameter(name, array(SCALAR, chain.n_variables)).symbols() for name in names)
+    lengths = [chain.n_positions if name == "q" else chain.n_variables for name in names]
+    symbols = tuple(
+        Parameter(name, array(SCALAR, length)).symbols() for name, length in zip(names, lengths, strict=True)
+    )
     value = _plain(method(chain, *symbols))
     folded = with_constants_folded([lift(leaf) for leaf in leaves_of(value)])
     return Traced(symbols, like(value, with_constants_folded(by_whole_angles(folded))))

@@ -83,7 +83,8 @@ def _base_parameters(chain: Chain) -> tuple[tuple[Inertia, ...], Inertia]:
             rows = tuple(tuple(level * ((i == j) - d[i] * d[j]) for j in range(3)) for i in range(3))
             carried: Inertia = (mass, (along * x, along * y, along * z), rows)  # type: ignore[assignment]
         else:
-            carried = (Fraction(0), ZERO, tensor)
+            # All parameters of a floating base affect its forces.
+            carried = (Fraction(0), ZERO, tensor if chain.kinds[joint] == "prismatic" else (ZERO, ZERO, ZERO))
         found[joint] = _sum(found[joint], carried, -1)
         parent = chain.parents[joint]
         if parent >= 0:

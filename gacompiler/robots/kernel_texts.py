@@ -94,10 +94,11 @@ def methods_of(given: Sequence[str], robot: str, lacks: str) -> tuple[str, ...]:
     return tuple(name for name, method in METHODS.items() if name in requested and not (lacks and method.has_masses))
 
 
-def kernel_text(name: str) -> str:
-    """Return the definition of a kernel in a spec."""
+def kernel_text(name: str, is_floating: bool = False) -> str:
+    """Return the definition of a kernel in a spec; if the base floats, `q` has another type than rates."""
     method = METHODS[name]
-    types = ", ".join(f"{argument}=JOINTS" for argument in method.arguments.split(", "))
+    kinds = {"q": "POSITIONS"} if is_floating else {}
+    types = ", ".join(f"{argument}={kinds.get(argument, 'JOINTS')}" for argument in method.arguments.split(", "))
     return f'''
 
 @kernel({types}, returns={method.returns})

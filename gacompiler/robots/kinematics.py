@@ -14,9 +14,11 @@ from ..frontend.loop_trace import written_out
 from ..frontend.operations import cos, sin
 from ..specs import robots as spec
 from .chains import Chain
-from .exact_tables import motor_of, path_to, rotor_and_place, tables_of_joints
+from .exact_tables import MOTOR, motor_of, path_to, rotor_and_place, tables_of_joints
 from .folding import Rows, Scalars, folded, need
 from .frames import ZERO, directions_and_moments, line_of, origins
+
+_spec: Any = spec  # specs have no types
 
 
 def forward(chain: Chain, q: Scalars) -> Any:
@@ -39,8 +41,12 @@ def _forward(chain: Chain, q: Scalars) -> Any:
     # A single motor takes fewer operations than the rotor and position used in the loops for a general robot.
     found: Any = lift(1)
     lines, (variables, ratios, offsets) = directions_and_moments(chain), chain.followed
+    shift = chain.n_positions - chain.n_variables
     for joint in path_to(chain, chain.tip):
-        half = (ratios[joint] * q[variables[joint]] + offsets[joint]) / 2
+        if chain.kinds[joint] == "floating":
+            found = _spec.unit_motor(*q[: len(MOTOR)])
+            continue
+        half = (ratios[joint] * q[variables[joint] + shift] + offsets[joint]) / 2
         direction, moment = lines[joint]
         if chain.kinds[joint] == "prismatic":
             factor = 1 - half * line_of(ZERO, direction)
@@ -114,6 +120,8 @@ def _jacobian_rate(chain: Chain, q: Scalars, qd: Scalars) -> Any:
 
 def _of_end_effector(definition: Kernel, chain: Chain, **given: Scalars) -> Any:
     path = path_to(chain, chain.tip)
+    # A floating base is left out if there are other joints: its row does not move.
+    path = path[chain.is_floating :] or path
     if not path:
         return ((0,) * chain.n_variables,) * 6
     _, tip = rotor_and_place(motor_of(chain.tool), origins(chain)[chain.tip])

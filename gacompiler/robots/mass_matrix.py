@@ -17,7 +17,7 @@ from ..frontend.operations import cos, regressive_product, sin
 from ..frontend.rows import Unrolled
 from ..frontend.unrolled import columns_of
 from ..specs import robots
-from .chains import Chain, exact
+from .chains import FREEDOMS, Chain, exact
 from .exact_tables import Tables, rows_of, tables_of_joints
 from .inertias import base_parameters
 
@@ -41,14 +41,25 @@ def composite_bodies(chain: Chain, q: Sequence[Expression]) -> Rows:
     n rows of n scalars
     """
     tables, parents = tables_of_joints(chain), chain.parents
-    variables, ratios, screws = tables["variables"], tables["ratios"], tables["screws"]
+    variables, ratios, screws = tables["coordinates"], tables["ratios"], tables["screws"]
     poses = _poses(tables, q)
     bodies = rows_of(base_parameters(chain))
     found: list[list[Any]] = [[0] * chain.n_variables for _ in range(chain.n_variables)]
     for joint in reversed(range(chain.n_joints)):
+        if chain.kinds[joint] == "floating":
+            for column in range(FREEDOMS):
+                momentum = _spec.momentum_of(bodies[joint], lift(_spec.freedom(column)))
+                for row, power in enumerate(_spec.powers_of(momentum)):
+                    found[row][column] = power
+            break
         wrench = _spec.momentum_of(bodies[joint], lift(screws[joint]))
         upper, row = joint, variables[joint]
         while upper >= 0:
+            if chain.kinds[upper] == "floating":
+                for freedom, power in enumerate(_spec.powers_of(wrench)):
+                    found[freedom][row] = found[freedom][row] + ratios[joint] * power
+                    found[row][freedom] = found[row][freedom] + ratios[joint] * power
+                break
             entry = ratios[joint] * ratios[upper] * regressive_product(screws[upper], wrench)["1"]
             column = variables[upper]
             found[row][column] = found[row][column] + entry
@@ -62,7 +73,7 @@ def composite_bodies(chain: Chain, q: Sequence[Expression]) -> Rows:
             upper = parents[upper]
         carrier = parents[joint]
         if carrier >= 0:
-            x = ratios[joint] * q[variables[joint]] + tables["offsets"][joint]
+            x = ratios[joint] * q[tables["variables"][joint]] + tables["offsets"][joint]
             moved = _moved(bodies[joint], poses[joint], screws[joint], x)
             bodies[carrier] = tuple(a + b for a, b in zip(bodies[carrier], moved, strict=True))
     return tuple(map(tuple, found))

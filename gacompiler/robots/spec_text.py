@@ -45,6 +45,7 @@ def spec_text(name: str, chain: Chain, source: str, methods: Sequence[str]) -> s
             *wrap(source, 118),
             "",
             "Joint variables are in radians, or in metres for prismatic joints.",
+            *(_FLOATING if chain.is_floating else ()),
             '"""',
             "",
             "from gacompiler import SCALAR, array, kernel, robots",
@@ -53,11 +54,18 @@ def spec_text(name: str, chain: Chain, source: str, methods: Sequence[str]) -> s
             "ROBOT = robots.Chain(",
             f"{''.join(parts)})",
             "__doc__ = robots.signed(__doc__, ROBOT)",
+            *((f"POSITIONS = array(SCALAR, {chain.n_positions})",) if chain.is_floating else ()),
             f"JOINTS = array(SCALAR, {chain.n_variables})",
             "",
         )
     )
-    return own + "".join(kernel_text(method) for method in methods)
+    return own + "".join(kernel_text(method, chain.is_floating) for method in methods)
+
+
+_FLOATING = (
+    "The base floats: `q` begins with its motor, of any norm and sign. Rates and forces begin with six numbers",
+    "in its frame, angular x, y, z over linear x, y, z.",
+)
 
 
 def _followed(chain: Chain) -> str:

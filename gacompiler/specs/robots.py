@@ -6,16 +6,28 @@ pose in the frame of the parent is the translator of `place` times ``exp(-x / 2 
 a line through the origin, that of a prismatic joint a line at infinity, and both are the joint's twist at unit speed.
 Twists, momenta and wrenches are lines; ``twist & wrench`` is a power.
 
+The base may float: then `q` begins with its motor, of any norm and sign, and rates and forces begin with six numbers
+in its frame, angular over linear. Its link is a row of the tables with a screw, a ratio and an offset of 0, which
+carries all others. Dynamics are computed in the frame of the base, which turns gravity instead of the robot, so they do
+not depend on where the base is.
+
 Tables, shared by all configurations of a batch:
 
     parents     the joint that carries each joint, -1 for the base
-    variables   the variable of each joint: ``x = ratio q[variable] + offset``
+    variables   the variable of each joint in `q`: ``x = ratio q[variable] + offset``
+    coordinates the place of its rate in `qd`, and of its force
     ratios, offsets
     places      the origin of the frame in that of the parent at x = 0
     screws      the twist of the joint at unit speed in its own frame
     turns       1 for a revolute joint, 0 for a prismatic one
     inertias    mass, mass times centre, and the tensor about the frame's origin, xx xy xz yy yz zz, in the link's frame
     armature    inertia of the motor's rotor, reflected to the joint
+    base        the numbers of the base's motor in `q`: one row if it floats, otherwise none
+    freedoms    the places of its rates in `qd`, and of its forces
+    trunk       its row in the other tables
+    moved       the joints that a floating base carries
+    moved_coordinates, moved_freedoms  the coordinates of these joints, and the freedoms of the base, for each
+    rates       any m numbers: only their count is used, for results over the coordinates
 """
 
 from fractions import Fraction
@@ -30,15 +42,18 @@ from gacompiler import (
     commutator,
     cos,
     each,
+    exp,
     fold,
     gather,
     index,
     kernel,
+    log,
     sandwich,
     scan,
     scatter,
     select,
     sin,
+    sqrt,
     total,
 )
 from gacompiler.algebra.catalog import PGA3
@@ -46,8 +61,16 @@ from gacompiler.algebra.catalog import PGA3
 LINE, MOTOR, POINT, ROTOR = PGA3.LINE, PGA3.MOTOR, PGA3.POINT, PGA3.ROTOR
 VECTOR = array(SCALAR, 3)
 
-VALUES = array(SCALAR, "m")
-PARENTS, VARIABLES = index("n"), index("n", into="m")
+POSITIONS, VALUES = array(SCALAR, "k"), array(SCALAR, "m")
+PARENTS = index("n")
+COORDINATES, RATES = {"coordinates": index("n", into="m")}, {"rates": array(SCALAR, "m", shared=True)}
+BASE, FREEDOMS = {"base": index("c", 8, into="k")}, {"freedoms": index("c", 6, into="m")}
+FORCES_ON_BASE = FREEDOMS | {"trunk": index("c", into="n")}
+MOVED = FORCES_ON_BASE | {
+    "moved": index("f", into="n"),
+    "moved_coordinates": index("f", into="m"),
+    "moved_freedoms": index("f", 6, into="m"),
+}
 NUMBERS = array(SCALAR, "n", shared=True)
 LINES, VECTORS = array(LINE, "n", shared=True), array(SCALAR, "n", 3, shared=True)
 ROTORS = array(ROTOR, "n", shared=True)
@@ -133,6 +156,70 @@ def _motor(pose):
     return assemble(PGA3, {"1": 1, "e01": -x / 2, "e02": -y / 2, "e03": -z / 2}) * pose.rotor
 
 
+# The base.
+
+
+def _pose_of_base(*motor):
+    """Compute the pose of a floating base from the coefficients of its motor, whose norm and sign do not matter."""
+    rotor = assemble(PGA3, dict(zip(("1", "e12", "e13", "e23"), motor[:4], strict=True)))
+    ideal = assemble(PGA3, dict(zip(("e01", "e02", "e03", "e0123"), motor[4:], strict=True)))
+    size = sum(x * x for x in motor[:4])
+    moved = ideal * ~rotor
+    return Pose(rotor / sqrt(size), tuple(-2 * moved[name] / size for name in ("e01", "e02", "e03")))
+
+
+def _base(q, base):
+    """Compute the pose of the base in the world, the identity if it is fixed."""
+    return fold(lambda _, *motor: _pose_of_base(*motor), Pose(1, (0, 0, 0)), *gather(q, base))
+
+
+def _turned_base(q, base):
+    """Compute the pose of the base relative to its own origin, in the directions of the world."""
+    return Pose(fold(lambda _, *motor: _pose_of_base(*motor).rotor, 1, *gather(q, base)), (0, 0, 0))
+
+
+def _twist_of_base(rates, freedoms):
+    """Return the twist of the base in its frame, or its rate of change."""
+    return fold(lambda _, *own: _line(own[:3], own[3:]), _NO_LINE, *gather(rates, freedoms))
+
+
+def _gravity_on_base(q, base, gravity):
+    """Compute gravity in the frame of the base."""
+    return fold(lambda _, *motor: rotated(~_pose_of_base(*motor).rotor, gravity), tuple(gravity), *gather(q, base))
+
+
+_INERTIAL = [
+    (i, k) for i in range(6) for k in range(6)
+    if (i < 3 and k < 3) or i == k or ((i < 3) != (k < 3) and i % 3 != k % 3)
+]  # fmt: skip
+"""The entries of the matrix of an inertia on twists that are not 0: the mass is diagonal, the first moment skew."""
+UNITS = tuple(tuple(int(i == k) for i in range(6)) for k in range(6))
+
+
+def freedom(k):
+    """Return the twist of a floating base in its frame for a unit rate: angular x, y, z, then linear."""
+    return _line(UNITS[k][:3], UNITS[k][3:])
+
+
+def powers_of(wrench):
+    """Return the powers of a wrench on the freedoms of the base: torque about its origin over force."""
+    return (*_moment(wrench), *_direction(wrench))
+
+
+def _with_base(found, columns, freedoms, onto):
+    """Add six rows of the base, each an array over `freedoms`, to a result over the coordinates."""
+    for column, place in zip(columns, freedoms, strict=True):
+        found = scatter(column, place, onto, start=found)
+    return found
+
+
+def _with_blocks(found, blocks, onto):
+    """Add entries to a matrix over the coordinates: arrays, and the tables of their rows and columns."""
+    for entries, rows, columns in blocks:
+        found = scatter(entries, (rows, columns), (onto, onto), start=found)
+    return found
+
+
 # Joints.
 
 
@@ -179,7 +266,7 @@ def placed(inertia, pose):
 
 
 JOINTS = {
-    "variables": VARIABLES,
+    "variables": index("n", into="k"),
     "ratios": NUMBERS,
     "offsets": NUMBERS,
     "places": VECTORS,
@@ -203,15 +290,21 @@ def _upwards(gravity):
     return _line((0, 0, 0), tuple(-g for g in gravity))
 
 
-def _motions(own, parents, screws, speeds, rates, ratios, gravity):
-    """Compute the motions of the links, each in its own frame."""
+def _motion_of_base(q, base, qd, qdd, freedoms, gravity):
+    """Return the motion of the base in its frame, relative to free fall."""
+    upwards = _upwards(_gravity_on_base(q, base, gravity))
+    return Motion(_twist_of_base(qd, freedoms), upwards + _twist_of_base(qdd, freedoms))
+
+
+def _motions(own, parents, screws, speeds, rates, ratios, start):
+    """Compute the motions of the links, each in its own frame, from that of the base."""
 
     def outward(carrier, pose, axis, speed, rate, ratio):
         own_twist = ratio * speed * axis
         twist = _to_child(pose, carrier.twist) + own_twist
         return Motion(twist, _to_child(pose, carrier.rate) + ratio * rate * axis + commutator(own_twist, twist))
 
-    return scan(outward, Motion(_NO_LINE, _upwards(gravity)), own, screws, speeds, rates, ratios, parents=parents)
+    return scan(outward, start, own, screws, speeds, rates, ratios, parents=parents)
 
 
 def _inertial_wrench(inertia, motion):
@@ -219,21 +312,22 @@ def _inertial_wrench(inertia, motion):
     return momentum_of(inertia, motion.rate) + commutator(momentum_of(inertia, motion.twist), motion.twist)
 
 
-@kernel(q=VALUES, parents=PARENTS, **JOINTS, home_rotors=ROTORS, home_places=VECTORS, returns=array(MOTOR, "n"))
-def forward_all(q, parents, variables, ratios, offsets, places, screws, turns, home_rotors, home_places):
-    """Compute the motors of frames carried by the links, in the base frame.
+@kernel(
+    q=POSITIONS, parents=PARENTS, **JOINTS, home_rotors=ROTORS, home_places=VECTORS, **BASE, returns=array(MOTOR, "n")
+)
+def forward_all(q, parents, variables, ratios, offsets, places, screws, turns, home_rotors, home_places, base):
+    """Compute the motors of frames carried by the links, in the world.
 
     `home_rotors` and `home_places` are their poses in the frames of the joints.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    base = Pose(1, (0, 0, 0))
-    poses = scan(_after, base, own, parents=parents)
+    poses = scan(_after, _base(q, base), own, parents=parents)
     return each(lambda pose, rotor, place: _motor(_after(pose, Pose(rotor, place))), poses, home_rotors, home_places)
 
 
-@kernel(q=VALUES, **JOINTS, tool=MOTOR)
-def forward(q, variables, ratios, offsets, places, screws, turns, tool):
-    """Compute the motor of the end effector in the base frame.
+@kernel(q=POSITIONS, **JOINTS, tool=MOTOR, **BASE)
+def forward(q, variables, ratios, offsets, places, screws, turns, tool, base):
+    """Compute the motor of the end effector in the world.
 
     The tables contain the joints from the base to the end effector, and `tool` is the motor of the end effector in the
     frame of the last joint.
@@ -243,19 +337,20 @@ def forward(q, variables, ratios, offsets, places, screws, turns, tool):
         return _after(pose, _pose(*joint))
 
     joints = (gather(q, variables), ratios, offsets, places, screws, turns)
-    return _motor(fold(after, Pose(1, (0, 0, 0)), *joints)) * tool
+    return _motor(fold(after, _base(q, base), *joints)) * tool
 
 
-@kernel(q=VALUES, **JOINTS, tip=VECTOR, returns=array(SCALAR, "m", 6))
-def jacobian(q, variables, ratios, offsets, places, screws, turns, tip):
+@kernel(q=POSITIONS, **JOINTS, **COORDINATES, tip=VECTOR, **BASE, **FREEDOMS, **RATES, returns=array(SCALAR, "m", 6))
+def jacobian(q, variables, ratios, offsets, places, screws, turns, coordinates, tip, base, freedoms, rates):
     """Compute the angular and linear velocities of the end effector for unit rates of the variables.
 
     The tables contain the joints from the base to the end effector, and `tip` is the origin of the end effector in the
     frame of the last joint.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own)
-    last = fold(lambda _, pose: pose, Pose(1, (0, 0, 0)), poses)
+    start = _turned_base(q, base)
+    poses = scan(_after, start, own)
+    last = fold(lambda _, pose: pose, start, poses)
     point = _plus(last.place, rotated(last.rotor, tip))
 
     def column(pose, screw, ratio):
@@ -264,15 +359,21 @@ def jacobian(q, variables, ratios, offsets, places, screws, turns, tip):
         linear = _plus(_moment(axis), _cross(_direction(axis), away))
         return tuple(ratio * x for x in (*_direction(axis), *linear))
 
-    return scatter(each(column, poses, screws, ratios), variables, q)
+    def columns_of_base(*motor):
+        turned = Pose(_pose_of_base(*motor).rotor, (0, 0, 0))
+        return tuple(column(turned, freedom(k), 1) for k in range(6))
+
+    found = scatter(each(column, poses, screws, ratios), coordinates, rates)
+    return _with_base(found, each(columns_of_base, *gather(q, base)), freedoms, rates)
 
 
-@kernel(q=VALUES, **JOINTS, tip=VECTOR, qd=VALUES, returns=array(SCALAR, "m", 6))
-def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, tip, qd):
+@kernel(q=POSITIONS, **JOINTS, **COORDINATES, tip=VECTOR, qd=VALUES, **BASE, **FREEDOMS, returns=array(SCALAR, "m", 6))
+def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd, base, freedoms):
     """Compute the time derivative of `jacobian` for the rates `qd` of the variables."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = scan(_after, Pose(1, (0, 0, 0)), own)
-    last = fold(lambda _, pose: pose, Pose(1, (0, 0, 0)), poses)
+    start = _turned_base(q, base)
+    poses = scan(_after, start, own)
+    last = fold(lambda _, pose: pose, start, poses)
     point = _plus(last.place, rotated(last.rotor, tip))
     axes = each(to_parent, poses, screws)
 
@@ -280,8 +381,9 @@ def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, tip, qd)
         twist, _ = carrier
         return twist + ratio * speed * axis, commutator(axis, twist)
 
-    twists, axis_rates = scan(outward, (_NO_LINE, _NO_LINE), axes, gather(qd, variables), ratios)
-    final = fold(lambda _, twist: twist, _NO_LINE, twists)
+    first = sandwich(start.rotor, _twist_of_base(qd, freedoms))
+    twists, axis_rates = scan(outward, (first, _NO_LINE), axes, gather(qd, coordinates), ratios)
+    final = fold(lambda _, twist: twist, first, twists)
     velocity = _plus(_moment(final), _cross(_direction(final), point))
 
     def column(axis, axis_rate, ratio):
@@ -290,31 +392,80 @@ def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, tip, qd)
         linear = _plus(_moment(axis_rate), swept)
         return tuple(ratio * x for x in (*turning, *linear))
 
-    return scatter(each(column, axes, axis_rates, ratios), variables, q)
+    def columns_of_base(*motor):
+        rotor = _pose_of_base(*motor).rotor
+        turned = [sandwich(rotor, freedom(k)) for k in range(6)]
+        return tuple(column(axis, commutator(axis, first), 1) for axis in turned)
+
+    found = scatter(each(column, axes, axis_rates, ratios), coordinates, qd)
+    return _with_base(found, each(columns_of_base, *gather(q, base)), freedoms, qd)
 
 
-@kernel(q=VALUES, parents=PARENTS, **JOINTS, returns=array(LINE, "n"))
-def twists_of_joints(q, parents, variables, ratios, offsets, places, screws, turns):
-    """Compute the twists of the joints at unit speed, as lines in the base frame."""
+TO_TIP = {"q": POSITIONS, **JOINTS, **COORDINATES, "tip": VECTOR}
+
+
+def _tip_and_axes(start, own, screws, tip):
+    """Compute the place of the end effector, and the twists of the joints at unit speed, as `jacobian` does."""
+    poses = scan(_after, start, own)
+    last = fold(lambda _, pose: pose, start, poses)
+    return _plus(last.place, rotated(last.rotor, tip)), each(to_parent, poses, screws)
+
+
+@kernel(**TO_TIP, qd=VALUES, **BASE, **FREEDOMS, returns=array(SCALAR, 6))
+def velocity(q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd, base, freedoms):
+    """Compute the angular and linear velocities of the end effector, with the tables of `jacobian`."""
+    own, start = own_poses(q, variables, ratios, offsets, places, screws, turns), _turned_base(q, base)
+    point, axes = _tip_and_axes(start, own, screws, tip)
+    first = sandwich(start.rotor, _twist_of_base(qd, freedoms))
+    final = fold(
+        lambda twist, axis, speed, ratio: twist + ratio * speed * axis,
+        first, axes, gather(qd, coordinates), ratios,
+    )  # fmt: skip
+    return (*_direction(final), *_plus(_moment(final), _cross(_direction(final), point)))
+
+
+@kernel(**TO_TIP, qd=VALUES, qdd=VALUES, **BASE, **FREEDOMS, returns=array(SCALAR, 6))
+def acceleration(q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd, qdd, base, freedoms):
+    """Compute the angular acceleration and that of the origin of the end effector, with the tables of `jacobian`."""
+    own, start = own_poses(q, variables, ratios, offsets, places, screws, turns), _turned_base(q, base)
+    point, axes = _tip_and_axes(start, own, screws, tip)
+
+    def outward(carried, axis, speed, rate, ratio):
+        turned = ratio * speed * axis
+        twist = carried.twist + turned
+        return Motion(twist, carried.rate + ratio * rate * axis + commutator(turned, carried.twist))
+
+    first = Motion(*(sandwich(start.rotor, _twist_of_base(rates, freedoms)) for rates in (qd, qdd)))
+    final = fold(outward, first, axes, gather(qd, coordinates), gather(qdd, coordinates), ratios)
+    w, turning = _direction(final.twist), _direction(final.rate)
+    speed = _plus(_moment(final.twist), _cross(w, point))
+    return (*turning, *_plus(_plus(_moment(final.rate), _cross(turning, point)), _cross(w, speed)))
+
+
+@kernel(q=POSITIONS, parents=PARENTS, **JOINTS, **BASE, returns=array(LINE, "n"))
+def twists_of_joints(q, parents, variables, ratios, offsets, places, screws, turns, base):
+    """Compute the twists of the joints at unit speed, as lines in the world."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = in_base(own, parents)
+    poses = scan(_after, _base(q, base), own, parents=parents)
     return each(to_parent, poses, screws)
 
 
 @kernel(
-    q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES,
+    q=POSITIONS, parents=PARENTS, **JOINTS, inertias=BODIES,
     lower=index("p", into="n"), upper=index("p", into="n"), rows=index("p", into="m"), columns=index("p", into="m"),
     mirrored=index("p", into="m"), factors=array(SCALAR, "p", shared=True), armature=array(SCALAR, "p", shared=True),
+    **MOVED, **RATES,
 )  # fmt: skip
 def mass_matrix(
     q, parents, variables, ratios, offsets, places, screws, turns, inertias,
     lower, upper, rows, columns, mirrored, factors, armature,
+    freedoms, trunk, moved, moved_coordinates, moved_freedoms, rates,
 ):  # fmt: skip
     """Compute the joint-space mass matrix by the composite rigid body algorithm (Walker and Orin 1982).
 
-    The last seven tables list pairs of a joint `lower` and a joint `upper` that carries it or is the same joint: the
-    variables `rows` of the lower joint and `columns` of the upper joint; `mirrored`, which equals `rows`, or -1 if the
-    joints are the same; the product of the ratios of both joints; and the rotor inertia if the joints are the same.
+    Seven tables list pairs of a joint `lower` and a joint `upper` that carries it or is the same joint: the coordinates
+    `rows` of the lower joint and `columns` of the upper joint; `mirrored`, which equals `rows`, or -1 if the joints are
+    the same; the product of the ratios of both joints; and the rotor inertia if the joints are the same.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = in_base(own, parents)
@@ -326,35 +477,56 @@ def mass_matrix(
         lambda momentum, axis, factor, rotor: factor * ((axis & momentum) + rotor),
         gather(momenta, lower), gather(axes, upper), factors, armature,
     )  # fmt: skip
-    return scatter(entries, (columns, mirrored), (q, q), start=scatter(entries, (rows, columns), (q, q)))
+    both = (rates, rates)
+    found = scatter(entries, (columns, mirrored), both, start=scatter(entries, (rows, columns), both))
+
+    def of_joint(momentum, ratio):
+        return tuple(ratio * power for power in powers_of(momentum))
+
+    def of_base(body):
+        columns = [powers_of(momentum_of(body, freedom(k))) for k in range(6)]
+        return tuple(columns[k][i] for i, k in _INERTIAL)
+
+    shared = each(of_joint, gather(momenta, moved), gather(ratios, moved))
+    blocks = [(power, moved_freedoms[i], moved_coordinates) for i, power in enumerate(shared)]
+    blocks += [(power, moved_coordinates, moved_freedoms[i]) for i, power in enumerate(shared)]
+    own_block = zip(_INERTIAL, each(of_base, gather(composite, trunk)), strict=True)
+    return _with_blocks(found, [*blocks, *((x, freedoms[i], freedoms[k]) for (i, k), x in own_block)], rates)
 
 
-@kernel(q=VALUES, parents=PARENTS, **JOINTS, qd=VALUES, tau=VALUES, inertias=BODIES, armature=NUMBERS, gravity=VECTOR)
+@kernel(
+    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, tau=VALUES, inertias=BODIES, armature=NUMBERS,
+    gravity=VECTOR, inverse_ratios=NUMBERS, **BASE, **FORCES_ON_BASE,
+)  # fmt: skip
 def forward_dynamics(
-    q, parents, variables, ratios, offsets, places, screws, turns, qd, tau, inertias, armature, gravity
-):
+    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, tau, inertias, armature, gravity,
+    inverse_ratios, base, freedoms, trunk,
+):  # fmt: skip
     """Compute the joint accelerations from joint forces by the articulated body algorithm (Featherstone 1983).
 
-    Each joint must have its own variable. The result is NaN if a joint moves no inertia.
+    Each joint must have its own variable. The result is NaN if a joint moves no inertia. `inverse_ratios` are the
+    inverses of the ratios, but 0 for the link of a floating base, which must have an armature.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = in_base(own, parents)
     axes = each(to_parent, poses, screws)
-    speeds = each(lambda speed, ratio: speed * ratio, gather(qd, variables), ratios)
-    twists = scan(lambda carrier, axis, speed: carrier + speed * axis, _NO_LINE, axes, speeds, parents=parents)
+    speeds = each(lambda speed, ratio: speed * ratio, gather(qd, coordinates), ratios)
+    first = _twist_of_base(qd, freedoms)
+    twists = scan(lambda carrier, axis, speed: carrier + speed * axis, first, axes, speeds, parents=parents)
 
     def inward(carried, pose, body, axis, twist, speed, force, ratio, rotor):
         outer, wrench = carried
         own_body = placed(body, pose)
         apparent = _apparent(outer, own_body, axis, rotor)
         wrench = wrench + commutator(momentum_of(own_body, twist), twist)
-        rest = force / ratio - (axis & wrench)
+        rest = force * ratio - (axis & wrench)
         drag = speed * commutator(axis, twist)
         passed = wrench + _articulated(apparent.left.inertia, drag) + (rest * apparent.size) * apparent.momentum
         return (apparent.left, passed), (apparent.momentum, apparent.size, rest, drag)
 
-    joints = (poses, inertias, axes, twists, speeds, gather(tau, variables), ratios, armature)
-    _, (momenta, sizes, rests, drags) = accumulate(inward, (_NOTHING, _NO_LINE), *joints, parents=parents, keep=True)
+    joints = (poses, inertias, axes, twists, speeds, gather(tau, coordinates), inverse_ratios, armature)
+    carried, kept = accumulate(inward, (_NOTHING, _NO_LINE), *joints, parents=parents, keep=True)
+    momenta, sizes, rests, drags = kept
 
     def outward(carrier, momentum, size, rest, drag, axis):
         rate, _ = carrier
@@ -362,9 +534,59 @@ def forward_dynamics(
         own_rate = size * (rest - (rate & momentum))
         return rate + own_rate * axis, own_rate
 
-    base = (_upwards(gravity), 0)
-    _, rates = scan(outward, base, momenta, sizes, rests, drags, axes, parents=parents)
-    return scatter(each(lambda rate, ratio: rate / ratio, rates, ratios), variables, q)
+    def rate_of_base(_, body, wrench, *forces):
+        rest = [force - power for force, power in zip(forces, powers_of(wrench), strict=True)]
+        return _twist_under(_factored(body), rest)
+
+    upwards = _upwards(_gravity_on_base(q, base, gravity))
+    start = fold(rate_of_base, upwards, *gather(carried, trunk), *gather(tau, freedoms))
+    _, rates = scan(outward, (start, 0), momenta, sizes, rests, drags, axes, parents=parents)
+    found = scatter(each(lambda rate, ratio: rate * ratio, rates, inverse_ratios), coordinates, qd)
+    # The acceleration of the base is that relative to free fall.
+    own_rate = start - upwards
+    columns = each(lambda *_: (*_direction(own_rate), *_moment(own_rate)), *gather(tau, freedoms))
+    return _with_base(found, columns, freedoms, qd)
+
+
+def _factored(body):
+    """Factorise the inertia of a floating base, ``L^T D L``: six inverses of D, and the fifteen entries of L by rows.
+
+    The last freedoms, which are linear, are eliminated first.
+    """
+    angular, mixed, linear = _symmetric(body.inertia[:6]), body.inertia[6:15], _symmetric(body.inertia[15:])
+    rows = [[*angular[i], *mixed[3 * i : 3 * i + 3]] for i in range(3)]
+    rows += [[*mixed[i::3], *linear[i]] for i in range(3)]
+    sizes, factors = [None] * 6, [None] * 6
+    for k in reversed(range(6)):
+        sizes[k] = _inverse(rows[k][k], body.spread if k < 3 else body.mass)
+        factors[k] = [sizes[k] * x for x in rows[k][:k]]
+        for i, factor in enumerate(factors[k]):
+            for j in range(i + 1):
+                rows[i][j] = rows[i][j] - factor * rows[k][j]
+    return (*sizes, *(x for row in factors for x in row))
+
+
+def _twist_under(factored, forces):
+    """Compute the rates of a floating base under six forces, as a twist."""
+    sizes, factors, found = factored[:6], factored[6:], list(forces)
+    rows = [factors[k * (k - 1) // 2 : k * (k + 1) // 2] for k in range(6)]
+    for k in reversed(range(6)):
+        for i in range(k):
+            found[i] = found[i] - rows[k][i] * found[k]
+    for k in range(6):
+        found[k] = sizes[k] * found[k]
+        for i in range(k):
+            found[k] = found[k] - rows[k][i] * found[i]
+    return _line(found[:3], found[3:])
+
+
+def _inverse(inertia, terms):
+    """Return the inverse of an apparent inertia, a sum that may cancel.
+
+    It is 0 / 0 if the inertia is no larger than the rounding errors of its terms, or NaN.
+    """
+    moves = absolute(inertia) > NO_INERTIA * absolute(terms)
+    return select(moves, 1, 0) / select(moves, inertia, 0)
 
 
 class Articulated(NamedTuple):
@@ -391,12 +613,9 @@ def _apparent(carried, body, axis, rotor):
     inertia = _plus(carried.inertia, _as_matrices(body))
     momentum = _articulated(inertia, axis)
     apparent = (axis & momentum) + rotor
-    # The apparent inertia at the joint is a sum that may cancel. If it is not larger than the rounding errors of its
-    # terms, or NaN, `size` is 0 / 0.
     mass, spread = carried.mass + body[0], carried.spread + body[4] + body[7] + body[9]
     w, v = _direction(axis), _moment(axis)
-    moves = absolute(apparent) > NO_INERTIA * absolute(spread * _dot(w, w) + mass * _dot(v, v) + rotor)
-    size = select(moves, 1, 0) / select(moves, apparent, 0)
+    size = _inverse(apparent, spread * _dot(w, w) + mass * _dot(v, v) + rotor)
     return Apparent(momentum, size, Articulated(_without(inertia, momentum, size), mass, spread))
 
 
@@ -435,15 +654,21 @@ def _without(inertia, momentum, size):
 
 
 @kernel(
-    q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES, armature=NUMBERS,
+    q=POSITIONS, parents=PARENTS, **JOINTS, inertias=BODIES, armature=NUMBERS,
     below=index("p"), carriers=index("p", into="n"), is_own=array(SCALAR, "p", shared=True),
     before=index("r"), joints=index("r", into="n"), pairs=index("r", into="p"),
     is_carrier=array(SCALAR, "r", shared=True), factors=array(SCALAR, "r", shared=True),
     rows=index("r", into="m"), columns=index("r", into="m"), mirrored=index("r", into="m"),
+    **FORCES_ON_BASE, at_base=index("g", into="p"), moved_coordinates=index("g", into="m"),
+    moved_freedoms=index("g", 6, into="m"), moved_factors=array(SCALAR, "g", shared=True),
+    first=index("s", into="g"), second=index("s", into="g"), first_rows=index("s", into="m"),
+    second_rows=index("s", into="m"), first_mirrored=index("s", into="m"), **RATES,
 )  # fmt: skip
 def inverse_mass_matrix(
     q, parents, variables, ratios, offsets, places, screws, turns, inertias, armature,
     below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns, mirrored,
+    freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors,
+    first, second, first_rows, second_rows, first_mirrored, rates,
 ):  # fmt: skip
     """Compute the inverse of `mass_matrix` by articulated bodies: accelerations under a unit force of each joint.
 
@@ -454,8 +679,13 @@ def inverse_mass_matrix(
     the pushed one. The first pair is joint 0 with itself. The other tables, over r, list each pair of a pushed joint
     and a moved joint of the same tree that does not come after it: the pair of the moved joint's parent, or -1; the
     moved joint; the pair over p of the same joints if the moved joint carries the pushed one (`is_carrier` is 1),
-    otherwise any pair; the inverse of the product of their ratios; the variables of the moved and of the pushed joint;
-    and `mirrored`, which equals `columns`, or -1 if the joints are the same.
+    otherwise any pair; the inverse of the product of their ratios; the coordinates of the moved and of the pushed
+    joint; and `mirrored`, which equals `columns`, or -1 if the joints are the same.
+
+    A floating base is at rest in these pairs, but has a pair over p with each pushed joint, `at_base`. The trees are
+    those of the joints on it, which exchange forces through the base: with its own inverse inertia A and the wrenches W
+    on it under unit forces, ``W^T A W`` is added. The tables over g list its joints, with the inverses of their ratios,
+    and those over s all pairs of them.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = in_base(own, parents)
@@ -465,8 +695,7 @@ def inverse_mass_matrix(
         apparent = _apparent(carried, placed(body, pose), axis, rotor)
         return apparent.left, (apparent.momentum, apparent.size)
 
-    apparent = accumulate(inward, _NOTHING, poses, inertias, axes, armature, parents=parents, keep=True)
-    momenta, sizes = apparent[1]
+    left, (momenta, sizes) = accumulate(inward, _NOTHING, poses, inertias, axes, armature, parents=parents, keep=True)
 
     def push(carried, axis, momentum, size, is_pushed):
         wrench, _ = carried
@@ -474,7 +703,7 @@ def inverse_mass_matrix(
         return wrench + rate * momentum, rate
 
     at_carriers = gather((axes, momenta, sizes), carriers)
-    _, pushed = scan(push, (_NO_LINE, 0), *at_carriers, is_own, parents=below)
+    wrenches, pushed = scan(push, (_NO_LINE, 0), *at_carriers, is_own, parents=below)
 
     def outward(carrier, axis, momentum, size, own_rate, is_pushed):
         twist, _ = carrier
@@ -482,15 +711,42 @@ def inverse_mass_matrix(
         return twist + rate * axis, rate
 
     at_joints = gather((axes, momenta, sizes), joints)
-    _, rates = scan(outward, (_NO_LINE, 0), *at_joints, gather(pushed, pairs), is_carrier, parents=before)
-    entries = each(lambda rate, factor: factor * rate, rates, factors)
-    return scatter(entries, (rows, columns), (q, q), start=scatter(entries, (mirrored, rows), (q, q)))
+    _, found = scan(outward, (_NO_LINE, 0), *at_joints, gather(pushed, pairs), is_carrier, parents=before)
+    entries = each(lambda rate, factor: factor * rate, found, factors)
+    both = (rates, rates)
+    own_entries = scatter(entries, (rows, columns), both, start=scatter(entries, (mirrored, rows), both))
+
+    factored = fold(lambda _, body: _factored(body), (0,) * 21, gather(left, trunk))
+
+    def response(wrench, factor):
+        # The wrench of the joints on the base is opposite to that of the base on the joints.
+        wrench = factor * wrench
+        return wrench, _twist_under(factored, [-power for power in powers_of(wrench)])
+
+    forces, twists = each(response, gather(wrenches, at_base), moved_factors)
+    exchanged = each(lambda wrench, twist: -(twist & wrench), gather(forces, first), gather(twists, second))
+    rates_of_base = each(lambda twist: (*_direction(twist), *_moment(twist)), twists)
+    blocks = [(exchanged, first_rows, second_rows), (exchanged, second_rows, first_mirrored)]
+    for i, entry in enumerate(rates_of_base):
+        blocks += [(entry, moved_freedoms[i], moved_coordinates), (entry, moved_coordinates, moved_freedoms[i])]
+
+    def own_block(body):
+        # Factors that are taken from outside would be applied to units outside the loop, for a fixed base, too.
+        columns = [_twist_under(_factored(body), unit) for unit in UNITS]
+        return tuple((*_direction(column), *_moment(column)) for column in columns)
+
+    own = each(own_block, gather(left, trunk))
+    return _with_blocks(own_entries, [*blocks, *_square(own, freedoms)], rates)
 
 
-@kernel(q=VALUES, parents=PARENTS, **JOINTS, qd=VALUES, qdd=VALUES, inertias=BODIES, armature=NUMBERS, gravity=VECTOR)
+@kernel(
+    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, qdd=VALUES, inertias=BODIES, armature=NUMBERS,
+    gravity=VECTOR, **BASE, **FORCES_ON_BASE,
+)  # fmt: skip
 def inverse_dynamics(
-    q, parents, variables, ratios, offsets, places, screws, turns, qd, qdd, inertias, armature, gravity
-):
+    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, qdd, inertias, armature, gravity,
+    base, freedoms, trunk,
+):  # fmt: skip
     """Compute the joint forces for given accelerations by Newton-Euler recursion (Luh, Walker and Paul 1980).
 
     The forces of revolute joints are torques.
@@ -501,44 +757,54 @@ def inverse_dynamics(
         wrench = _inertial_wrench(inertia, motion) + carried
         return to_parent(pose, wrench), axis & wrench
 
-    motions = _motions(own, parents, screws, gather(qd, variables), gather(qdd, variables), ratios, gravity)
-    _, forces = accumulate(inward, _NO_LINE, motions, own, inertias, screws, parents=parents, keep=True)
+    start = _motion_of_base(q, base, qd, qdd, freedoms, gravity)
+    motions = _motions(own, parents, screws, gather(qd, coordinates), gather(qdd, coordinates), ratios, start)
+    wrenches, forces = accumulate(inward, _NO_LINE, motions, own, inertias, screws, parents=parents, keep=True)
     joints = each(
         lambda force, inertia, rate, ratio: ratio * (force + inertia * ratio * rate),
-        forces, armature, gather(qdd, variables), ratios,
+        forces, armature, gather(qdd, coordinates), ratios,
     )  # fmt: skip
-    return scatter(joints, variables, q)
+    return _with_base(scatter(joints, coordinates, qd), each(powers_of, gather(wrenches, trunk)), freedoms, qd)
 
 
-@kernel(q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES, gravity=VECTOR)
-def gravity_forces(q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity):
+@kernel(
+    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, inertias=BODIES, gravity=VECTOR, **BASE, **FORCES_ON_BASE,
+    **RATES,
+)  # fmt: skip
+def gravity_forces(
+    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, inertias, gravity,
+    base, freedoms, trunk, rates,
+):  # fmt: skip
     """Compute the joint forces and torques that hold the robot at rest."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = in_base(own, parents)
+    turned = _gravity_on_base(q, base, gravity)
 
     def inward(carried, pose, inertia, screw, ratio):
         mass, first = _first_moment(inertia, pose)
-        force = tuple(-mass * g for g in gravity)
-        wrench = carried + _line(force, tuple(-x for x in _cross(first, gravity)))
+        force = tuple(-mass * g for g in turned)
+        wrench = carried + _line(force, tuple(-x for x in _cross(first, turned)))
         return wrench, ratio * (to_parent(pose, screw) & wrench)
 
-    _, forces = accumulate(inward, _NO_LINE, poses, inertias, screws, ratios, parents=parents, keep=True)
-    return scatter(forces, variables, q)
+    wrenches, forces = accumulate(inward, _NO_LINE, poses, inertias, screws, ratios, parents=parents, keep=True)
+    return _with_base(scatter(forces, coordinates, rates), each(powers_of, gather(wrenches, trunk)), freedoms, rates)
 
 
 # Energies and momenta.
 
 
-@kernel(q=VALUES, parents=PARENTS, **JOINTS, qd=VALUES, inertias=BODIES, armature=NUMBERS)
-def kinetic_energy(q, parents, variables, ratios, offsets, places, screws, turns, qd, inertias, armature):
+@kernel(q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, inertias=BODIES, armature=NUMBERS, **FREEDOMS)
+def kinetic_energy(
+    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, inertias, armature, freedoms
+):
     """Compute the kinetic energy, including that of the motors' rotors."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
 
     def outward(carrier, pose, axis, speed, ratio):
         return _to_child(pose, carrier) + ratio * speed * axis
 
-    speeds = gather(qd, variables)
-    twists = scan(outward, _NO_LINE, own, screws, speeds, ratios, parents=parents)
+    speeds = gather(qd, coordinates)
+    twists = scan(outward, _twist_of_base(qd, freedoms), own, screws, speeds, ratios, parents=parents)
 
     def energy(twist, inertia, rotor, speed, ratio):
         return ((twist & momentum_of(inertia, twist)) + rotor * (ratio * speed) * (ratio * speed)) / 2
@@ -546,19 +812,19 @@ def kinetic_energy(q, parents, variables, ratios, offsets, places, screws, turns
     return total(energy, twists, inertias, armature, speeds, ratios)
 
 
-@kernel(q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES, gravity=VECTOR)
-def potential_energy(q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity):
+@kernel(q=POSITIONS, parents=PARENTS, **JOINTS, inertias=BODIES, gravity=VECTOR, **BASE)
+def potential_energy(q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity, base):
     """Compute the potential energy, which is 0 if all centres of mass are at the origin."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = in_base(own, parents)
+    poses = scan(_after, _base(q, base), own, parents=parents)
     return total(lambda inertia, pose: -_dot(gravity, _first_moment(inertia, pose)[1]), inertias, poses)
 
 
-@kernel(q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES)
-def centre_of_mass(q, parents, variables, ratios, offsets, places, screws, turns, inertias):
-    """Compute the mass of the moving links and their centre of mass in the base frame."""
+@kernel(q=POSITIONS, parents=PARENTS, **JOINTS, inertias=BODIES, **BASE)
+def centre_of_mass(q, parents, variables, ratios, offsets, places, screws, turns, inertias, base):
+    """Compute the mass of the moving links and their centre of mass in the world."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = in_base(own, parents)
+    poses = scan(_after, _base(q, base), own, parents=parents)
 
     mass, moment = total(_first_moment, inertias, poses)
     return mass, assemble(
@@ -566,14 +832,19 @@ def centre_of_mass(q, parents, variables, ratios, offsets, places, screws, turns
     )
 
 
-@kernel(q=VALUES, parents=PARENTS, **JOINTS, inertias=BODIES, returns=(array(SCALAR, "m", 6), VECTOR))
-def centroidal_momentum_matrix(q, parents, variables, ratios, offsets, places, screws, turns, inertias):
-    """Compute the momenta about the centre of mass for unit rates of the variables, and the centre of mass.
+@kernel(
+    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, inertias=BODIES, **BASE, **FORCES_ON_BASE, **RATES,
+    returns=array(SCALAR, "m", 6),
+)  # fmt: skip
+def centroidal_momentum_matrix(
+    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, inertias, base, freedoms, trunk, rates
+):
+    """Compute the momenta about the centre of mass for unit rates of the variables.
 
     A row contains an angular momentum about the centre of mass, then a linear momentum.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    poses = in_base(own, parents)
+    poses = scan(_after, _turned_base(q, base), own, parents=parents)
     bodies = each(placed, inertias, poses)
     composite = accumulate(_plus, (0,) * 10, bodies, parents=parents)
     mass, *moment = total(lambda body: tuple(body[:4]), bodies)
@@ -585,7 +856,84 @@ def centroidal_momentum_matrix(q, parents, variables, ratios, offsets, places, s
         about = tuple(ratio * x - y for x, y in zip(_moment(momentum), _cross(centre, force), strict=True))
         return (*about, *force)
 
-    return scatter(each(column, composite, poses, screws, ratios), variables, q), centre
+    def columns_of_base(body, *motor):
+        rotor = _pose_of_base(*motor).rotor
+        angular = tuple(column(body, Pose(rotor, (0, 0, 0)), freedom(k), 1) for k in range(3))
+        linear = [tuple(mass * x for x in rotated(rotor, UNITS[k][:3])) for k in range(3)]
+        return (*angular, *((0, 0, 0, *momentum) for momentum in linear))
+
+    found = scatter(each(column, composite, poses, screws, ratios), coordinates, rates)
+    return _with_base(found, each(columns_of_base, gather(composite, trunk), *gather(q, base)), freedoms, rates)
+
+
+@kernel(
+    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, inertias=BODIES, **BASE, **FREEDOMS,
+    returns=array(SCALAR, 6),
+)  # fmt: skip
+def centroidal_momentum(
+    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, inertias, base, freedoms
+):
+    """Compute the angular momentum about the centre of mass, then the linear momentum."""
+    own, start = own_poses(q, variables, ratios, offsets, places, screws, turns), _turned_base(q, base)
+    poses = scan(_after, start, own, parents=parents)
+    speeds = gather(qd, coordinates)
+    still = sandwich(start.rotor, _twist_of_base(qd, freedoms))
+
+    def outward(carried, pose, screw, speed, ratio):
+        return carried + ratio * speed * to_parent(pose, screw)
+
+    twists = scan(outward, still, poses, screws, speeds, ratios, parents=parents)
+
+    def of_body(inertia, pose, twist):
+        mass, first = _first_moment(inertia, pose)
+        seen = momentum_of(inertia, _to_child(pose, twist))
+        return mass, first, to_parent(pose, seen)
+
+    mass, first, momentum = total(of_body, inertias, poses, twists)
+    force = _direction(momentum)
+    return (*_minus(_moment(momentum), _cross(tuple(x / mass for x in first), force)), *force)
+
+
+# Motions of configurations.
+
+
+JOINT_PLACES = {"variables": index("j", into="k"), "coordinates": index("j", into="m")}
+
+
+def unit_motor(*numbers):
+    """Return the unit motor of an even element ``x``: ``x (x ~x)**(-1/2)``, in which ``x ~x`` is a dual number."""
+    x = assemble(PGA3, dict(zip(MOTOR.blades, numbers, strict=True)))
+    study = x * ~x
+    size = study["1"]
+    return x * (1 - study["e0123"] / (2 * size) * assemble(PGA3, {"e0123": 1})) / sqrt(size)
+
+
+@kernel(q=POSITIONS, v=VALUES, **JOINT_PLACES, **BASE, **FREEDOMS)
+def integrate(q, v, variables, coordinates, base, freedoms):
+    """Compute the configuration reached with constant rates `v` in unit time; a floating base moves along a screw.
+
+    The tables over j list the variables of the joints and their coordinates.
+    """
+    found = scatter(each(lambda x, rate: x + rate, gather(q, variables), gather(v, coordinates)), variables, q)
+
+    def moved(motor, rates):
+        end = unit_motor(*motor) * exp(-_line(rates[:3], rates[3:]) / 2)
+        return tuple(unit_motor(*(end[name] for name in MOTOR.blades))[name] for name in MOTOR.blades)
+
+    return _with_base(found, each(moved, gather(q, base), gather(v, freedoms)), base, q)
+
+
+@kernel(q0=POSITIONS, q1=POSITIONS, **JOINT_PLACES, **BASE, **FREEDOMS, **RATES)
+def difference(q0, q1, variables, coordinates, base, freedoms, rates):
+    """Compute the constant rates that lead from `q0` to `q1` in unit time, with an angle of the base in [0, pi]."""
+    joints = each(lambda start, end: end - start, gather(q0, variables), gather(q1, variables))
+
+    def twist(start, end):
+        found = -2 * log(~unit_motor(*start) * unit_motor(*end))
+        return (*_direction(found), *_moment(found))
+
+    found = scatter(joints, coordinates, rates)
+    return _with_base(found, each(twist, gather(q0, base), gather(q1, base)), freedoms, rates)
 
 
 # Derivatives of the joint forces.
@@ -630,23 +978,27 @@ class Entries(NamedTuple):
 PAIRS = {
     "lower": index("p", into="n"),
     "upper": index("p", into="n"),
-    "lower_variables": index("p", into="m"),
-    "upper_variables": index("p", into="m"),
+    "lower_coordinates": index("p", into="m"),
+    "upper_coordinates": index("p", into="m"),
     "is_strict": array(SCALAR, "p", shared=True),
 }
 
 
 @kernel(
-    q=VALUES, parents=PARENTS, **JOINTS, qd=VALUES, qdd=VALUES, inertias=BODIES, gravity=VECTOR, **PAIRS,
+    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, qdd=VALUES, inertias=BODIES, gravity=VECTOR,
+    **PAIRS, **BASE, **MOVED,
 )  # fmt: skip
 def inverse_dynamics_derivatives(
-    q, parents, variables, ratios, offsets, places, screws, turns, qd, qdd, inertias, gravity,
-    lower, upper, lower_variables, upper_variables, is_strict,
+    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, qdd, inertias, gravity,
+    lower, upper, lower_coordinates, upper_coordinates, is_strict,
+    base, freedoms, trunk, moved, moved_coordinates, moved_freedoms,
 ):  # fmt: skip
     """Compute the derivatives of the joint forces with respect to the variables and to their rates, two matrices.
 
-    The last five tables list pairs of a joint `lower` and a joint `upper` that carries it or is the same joint: their
-    variables, and 1 if the joints are different, otherwise 0. Armatures are omitted, since their forces depend on
+    Those with respect to the pose of a floating base are along small motions in its frame.
+
+    Five tables list pairs of a joint `lower` and a joint `upper` that carries it or is the same joint: their
+    coordinates, and 1 if the joints are different, otherwise 0. Armatures are omitted, since their forces depend on
     neither.
 
     The formulas are those of Singh, Russo and Wensing (*IEEE Robotics and Autom. Letters* 7:1635, 2022), whose Coriolis
@@ -655,8 +1007,8 @@ def inverse_dynamics_derivatives(
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = in_base(own, parents)
     axes = each(to_parent, poses, screws)
-    speeds = each(lambda speed, ratio: ratio * speed, gather(qd, variables), ratios)
-    rates = each(lambda rate, ratio: ratio * rate, gather(qdd, variables), ratios)
+    speeds = each(lambda speed, ratio: ratio * speed, gather(qd, coordinates), ratios)
+    rates = each(lambda rate, ratio: ratio * rate, gather(qdd, coordinates), ratios)
 
     def outward(carrier, axis, speed, rate):
         twist = carrier.twist + speed * axis
@@ -668,8 +1020,10 @@ def inverse_dynamics_derivatives(
             commutator(axis, carrier.rate) + commutator(axis_rate, carrier.twist),
         )
 
-    base = Change(_NO_LINE, _upwards(gravity), _NO_LINE, _NO_LINE)
-    changes = scan(outward, base, axes, speeds, rates, parents=parents)
+    upwards = _upwards(_gravity_on_base(q, base, gravity))
+    first = _twist_of_base(qd, freedoms)
+    start = Change(first, upwards + _twist_of_base(qdd, freedoms), _NO_LINE, _NO_LINE)
+    changes = scan(outward, start, axes, speeds, rates, parents=parents)
 
     def of_body(body, pose, change):
         inertia = placed(body, pose)
@@ -715,20 +1069,61 @@ def inverse_dynamics_derivatives(
         of_pair, gather(covectors, lower), gather(ratios, lower), gather(axes, upper), gather(changes, upper),
         is_strict, gather(ratios, upper),
     )  # fmt: skip
-    above, below = (upper_variables, lower_variables), (lower_variables, upper_variables)
-    by_q = scatter(found.below_by_q, below, (q, q), start=scatter(found.above_by_q, above, (q, q)))
-    by_qd = scatter(found.below_by_qd, below, (q, q), start=scatter(found.above_by_qd, above, (q, q)))
-    return by_q, by_qd
+    above, below = (upper_coordinates, lower_coordinates), (lower_coordinates, upper_coordinates)
+    by_q = scatter(found.below_by_q, below, (qd, qd), start=scatter(found.above_by_q, above, (qd, qd)))
+    by_qd = scatter(found.below_by_qd, below, (qd, qd), start=scatter(found.above_by_qd, above, (qd, qd)))
+
+    # The base is carried by the world, which is at rest and accelerates upwards. Its own axes move with it.
+    rises = [commutator(freedom(k), upwards) for k in range(3)]
+    turnings = [commutator(freedom(k), first) for k in range(6)]
+
+    def with_base(below, ratio):
+        rows = powers_of(below.of_carriers), powers_of(below.by_speed)
+        by_place = tuple(rise & below.momentum for rise in rises)
+        by_speed = [
+            _dot(below.coriolis, UNITS[k][:3]) + (turning & below.momentum) for k, turning in enumerate(turnings)
+        ]
+        return tuple(tuple(ratio * x for x in part) for part in (*rows, by_place, tuple(by_speed)))
+
+    def of_base(sums):
+        by_place = [powers_of(momentum_of(sums.inertia, rise)) for rise in rises]
+        by_speed = [
+            powers_of(_coriolis(sums.turning, sums.momentum, freedom(k)) + momentum_of(sums.inertia, turning))
+            for k, turning in enumerate(turnings)
+        ]
+        return tuple(by_place), tuple(by_speed)
+
+    at_moved = gather((covectors, ratios), moved)
+    rows_by_q, rows_by_qd, columns_by_q, columns_by_qd = each(with_base, *at_moved)
+    own_by_q, own_by_qd = each(of_base, gather(composites, trunk))
+    places = moved_coordinates, moved_freedoms, freedoms
+    by_q = _with_blocks(by_q, _blocks_of_base(rows_by_q, columns_by_q, own_by_q, *places), qd)
+    return by_q, _with_blocks(by_qd, _blocks_of_base(rows_by_qd, columns_by_qd, own_by_qd, *places), qd)
 
 
-@kernel(q=VALUES, parents=PARENTS, **JOINTS, qd=VALUES, inertias=BODIES, **PAIRS)
+def _square(columns, freedoms):
+    """Return the entries of the block of the base, whose columns are given, for `_with_blocks`."""
+    return [(x, freedoms[i], freedoms[k]) for k, column in enumerate(columns) for i, x in enumerate(column)]
+
+
+def _blocks_of_base(rows, columns, own, moved_coordinates, moved_freedoms, freedoms):
+    """Return the entries of a matrix in the rows and columns of the base, for `_with_blocks`: `own` by column."""
+    blocks = [(entries, moved_freedoms[i], moved_coordinates) for i, entries in enumerate(rows)]
+    blocks += [(entries, moved_coordinates, moved_freedoms[i]) for i, entries in enumerate(columns)]
+    return blocks + _square(own, freedoms)
+
+
+@kernel(
+    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, inertias=BODIES, **PAIRS, **MOVED,
+)  # fmt: skip
 def coriolis_matrix(
-    q, parents, variables, ratios, offsets, places, screws, turns, qd, inertias,
-    lower, upper, lower_variables, upper_variables, is_strict,
+    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, inertias,
+    lower, upper, lower_coordinates, upper_coordinates, is_strict,
+    freedoms, trunk, moved, moved_coordinates, moved_freedoms,
 ):  # fmt: skip
     """Compute the Coriolis matrix of Christoffel symbols: half the derivative of the Coriolis forces by the rates.
 
-    The last five tables are those of `inverse_dynamics_derivatives`.
+    The tables are those of `inverse_dynamics_derivatives`.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = in_base(own, parents)
@@ -738,7 +1133,8 @@ def coriolis_matrix(
         twist, _ = carrier
         return twist + ratio * speed * axis, commutator(axis, twist)
 
-    twists, axis_rates = scan(outward, (_NO_LINE, _NO_LINE), axes, gather(qd, variables), ratios, parents=parents)
+    first = _twist_of_base(qd, freedoms)
+    twists, axis_rates = scan(outward, (first, _NO_LINE), axes, gather(qd, coordinates), ratios, parents=parents)
 
     def of_body(body, pose, twist):
         inertia = placed(body, pose)
@@ -767,8 +1163,26 @@ def coriolis_matrix(
         of_pair, gather(covectors, lower), gather(ratios, lower), gather(axes, upper), gather(axis_rates, upper),
         is_strict, gather(ratios, upper),
     )  # fmt: skip
-    found = scatter(up, (upper_variables, lower_variables), (q, q))
-    return scatter(down, (lower_variables, upper_variables), (q, q), start=found)
+    found = scatter(up, (upper_coordinates, lower_coordinates), (qd, qd))
+    found = scatter(down, (lower_coordinates, upper_coordinates), (qd, qd), start=found)
+    turnings = [commutator(freedom(k), first) for k in range(6)]
+
+    def with_base(below, ratio):
+        momentum, coriolis, by_speed = below
+        columns = [_dot(coriolis, UNITS[k][:3]) + (turning & momentum) for k, turning in enumerate(turnings)]
+        return tuple(ratio * x for x in powers_of(by_speed)), tuple(ratio * x for x in columns)
+
+    def of_base(sums):
+        inertia, turning, p = sums
+        return tuple(
+            powers_of((Fraction(1, 2) * _coriolis(turning, p, freedom(k))) + momentum_of(inertia, turned))
+            for k, turned in enumerate(turnings)
+        )
+
+    rows, columns = each(with_base, gather(covectors, moved), gather(ratios, moved))
+    own_block = each(of_base, gather(composites, trunk))
+    blocks = _blocks_of_base(rows, columns, own_block, moved_coordinates, moved_freedoms, freedoms)
+    return _with_blocks(found, blocks, qd)
 
 
 def _coriolis(turning, p, twist):
@@ -806,27 +1220,42 @@ def _turning(inertia, twist):
 
 
 @kernel(
-    q=VALUES, parents=PARENTS, **JOINTS, qd=VALUES, qdd=VALUES, gravity=VECTOR, lower=PAIRS["lower"],
-    upper=PAIRS["upper"], upper_variables=PAIRS["upper_variables"], returns=array(SCALAR, "m", "n", 10),
+    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, qdd=VALUES, gravity=VECTOR,
+    lower=PAIRS["lower"], upper=PAIRS["upper"], upper_coordinates=PAIRS["upper_coordinates"], **BASE, **FREEDOMS,
+    moved=index("f", into="n"), moved_freedoms=index("f", 6, into="m"), returns=array(SCALAR, "m", "n", 10),
 )  # fmt: skip
 def torque_regressor(
-    q, parents, variables, ratios, offsets, places, screws, turns, qd, qdd, gravity, lower, upper, upper_variables
-):
+    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, qdd, gravity,
+    lower, upper, upper_coordinates, base, freedoms, moved, moved_freedoms,
+):  # fmt: skip
     """Compute the regressor of the joint forces, ``tau = sum(regressor * inertias)``.
 
-    The inertias are those of the table, ten numbers per joint; forces of armatures are omitted.
+    The inertias are those of the table, ten numbers per joint; forces of armatures are omitted. `moved` are all links
+    of a robot whose base floats, that of the base included.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = in_base(own, parents)
     axes = each(to_parent, poses, screws)
+    start = _motion_of_base(q, base, qd, qdd, freedoms, gravity)
+    motions = _motions(own, parents, screws, gather(qd, coordinates), gather(qdd, coordinates), ratios, start)
 
-    motions = _motions(own, parents, screws, gather(qd, variables), gather(qdd, variables), ratios, gravity)
-
-    def entry(axis, pose, motion, ratio):
-        # The wrench is linear in the inertia; this is its power on the axis, in the link's frame.
-        seen = _to_child(pose, axis)
+    def wrenches_of(pose, motion):
+        # The wrench is linear in the inertia.
         units = [tuple(int(k == i) for i in range(10)) for k in range(10)]
-        return tuple(ratio * (seen & _inertial_wrench(unit, motion)) for unit in units)
+        return tuple(to_parent(pose, _inertial_wrench(unit, motion)) for unit in units)
 
-    entries = each(entry, gather(axes, upper), gather(poses, lower), gather(motions, lower), gather(ratios, upper))
-    return scatter(entries, (upper_variables, lower), (q, parents))
+    wrenches = each(wrenches_of, poses, motions)
+
+    def entry(axis, ratio, *own_wrenches):
+        return tuple(ratio * (axis & wrench) for wrench in own_wrenches)
+
+    entries = each(entry, gather(axes, upper), gather(ratios, upper), *gather(wrenches, lower))
+    found = scatter(entries, (upper_coordinates, lower), (qd, parents))
+
+    def rows_of_base(*own_wrenches):
+        return tuple(zip(*map(powers_of, own_wrenches), strict=True))
+
+    rows = each(rows_of_base, *gather(wrenches, moved))
+    for i, row in enumerate(rows):
+        found = scatter(row, (moved_freedoms[i], moved), (qd, parents), start=found)
+    return found

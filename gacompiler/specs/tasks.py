@@ -132,7 +132,7 @@ def _rate(axis, placed, kind):
     return _chosen(kind, velocity, turned, (-nearer, 0, 0), seen)
 
 
-TREE = {"parents": robots.PARENTS, **robots.JOINTS}
+TREE = {"parents": robots.PARENTS, **robots.JOINTS, "variables": index("n", into="m")}
 TASKS = {
     "links": index("k", into="n"),
     "kinds": array(SCALAR, "k", shared=True),

@@ -96,7 +96,7 @@ def test_kernels_that_each_method_uses() -> None:
     assert own(robot.with_payload(5.0)) == moves == own(robot.with_armature(np.ones(6)))
     assert own(robot.with_base(BASE)) == set() == own(replace(robot, module=None))
     assert robot.with_gravity((0, 0, -1.62)).uses["gravity"] == "generated.robots"
-    assert robot.uses["acceleration"] == "generated.ur5, generated.robots"
+    assert robot.uses["manipulability"] == "generated.ur5" and robot.uses["acceleration"] == "generated.robots"
     # a robot with coupled joints has variables that no kernel of the module has
     coupled = replace(robot, coupling=np.eye(6, 7), limits=np.empty(0))
     assert set(coupled.uses.values()) == {"generated.robots"}

@@ -279,7 +279,7 @@ def test_the_end_effector_moves_if_anything_does(tmp_path: Path) -> None:
     assert Robot.from_urdf(written(tmp_path, parts), tip="two").tip == 1
     with pytest.raises(DescriptionError, match="link 'imu' does not move"):
         Robot.from_urdf(written(tmp_path, parts), tip="imu")
-    assert Robot.from_urdf(written(tmp_path, parts), base="floating").tip == 5  # a robot whose joints all move
+    assert Robot.from_urdf(written(tmp_path, parts), base="floating").tip == 0  # a robot whose joints all move
 
 
 def test_texts_and_macros(tmp_path: Path) -> None:

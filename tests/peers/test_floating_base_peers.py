@@ -1,7 +1,8 @@
-"""Robots with a floating base against Pinocchio's free flyer: near the origin and far from it, at any attitude."""
+"""Free flyers and planar joints against Pinocchio: near the origin and far from it, at any attitude."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 from warnings import catch_warnings, simplefilter
 
@@ -50,7 +51,7 @@ def test_dynamics_of_free_flyers(name: str, distance: float) -> None:
         robot = Robot.from_urdf(path, base="floating")
     data = model.createData()
     rng = np.random.default_rng(4)
-    joints = [model.getJointId(joint) for joint in robot.joint_names[6:]]
+    joints = [model.getJointId(joint) for joint in robot.joint_names[1:]]
     at = [3, 4, 5, 0, 1, 2, *(model.idx_vs[j] for j in joints)]  # Pinocchio has linear before angular
     places = [model.idx_qs[j] for j in joints]
     frame = model.getFrameId(next(n for n, (j, m) in robot.links.items() if j == robot.tip and (m == robot.tool).all()))
@@ -98,3 +99,35 @@ def test_dynamics_of_free_flyers(name: str, distance: float) -> None:
         "integrate": worst(pga3.motor_to_matrix(robot.integrate(q, v)[:, :8]), theirs["integrate"]),
     }
     assert max(found.values()) <= LIMIT, {what: f"{error:.1e}" for what, error in found.items()}
+
+
+PLANE = """<robot name="cart"><link name="world"/>
+<link name="cart"><inertial><origin xyz="0.1 -0.2 0.3" rpy="0.2 0.1 -0.4"/><mass value="3"/>
+<inertia ixx="0.3" ixy="0.01" ixz="-0.02" iyy="0.4" iyz="0.03" izz="0.2"/></inertial></link>
+<link name="arm"><inertial><origin xyz="0.3 0.1 0"/><mass value="2"/>
+<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.2"/></inertial></link>
+<joint name="plane" type="planar"><parent link="world"/><child link="cart"/>
+<origin xyz="1 2 3" rpy="0.3 -0.2 0.5"/><axis xyz="0 0 1"/></joint>
+<joint name="turn" type="continuous"><parent link="cart"/><child link="arm"/>
+<origin xyz="0 0.2 0.1" rpy="0.1 0 0"/><axis xyz="0 1 0"/></joint></robot>"""
+
+
+def test_planar_joints(tmp_path: Path) -> None:
+    """Both move along x, then y. Pinocchio's velocities are those in the frame of the moved link."""
+    pin = pytest.importorskip("pinocchio")
+    path = tmp_path / "cart.urdf"
+    path.write_text(PLANE)
+    robot, model = Robot.from_urdf(path, tip="arm"), pin.buildModelFromUrdf(str(path))
+    data = model.createData()
+    assert robot.joint_names == ("plane.x", "plane.y", "plane.turn", "turn")
+    for q, v, a in np.random.default_rng(8).normal(size=(10, 3, 4)):
+        c, s = np.cos(q[2]), np.sin(q[2])
+        back = np.eye(4)
+        back[:2, :2] = [[c, s], [-s, c]]
+        x = np.array([q[0], q[1], c, s, np.cos(q[3]), np.sin(q[3])])
+        speeds, rates = back @ v, back @ a
+        rates[:2] += v[2] * np.array([speeds[1], -speeds[0]])
+        tau = back.T @ pin.rnea(model, data, x, speeds, rates)
+        assert worst(robot.inverse_dynamics(q, v, a)[None], tau[None]) < 1e-14
+        pin.framesForwardKinematics(model, data, x)
+        assert np.abs(robot.pose(q) - data.oMf[model.getFrameId("arm")].homogeneous).max() < 1e-14

@@ -46,9 +46,9 @@ TREE = "".join([
 """Two branches, a slide, an oblique axis, and a joint that follows one of the other branch."""
 
 
-def written(robot: str, folder: Path, methods: tuple[str, ...]) -> Callable[[Robot], Robot]:
+def written(robot: str, folder: Path, methods: tuple[str, ...], base: str = "fixed") -> Callable[[Robot], Robot]:
     """Functions that attach to a robot the module written for it."""
-    name, text = robot_spec(robot, None, None, (), methods)
+    name, text = robot_spec(robot, None, None, (), methods, base)
     (folder / f"{name}.py").write_text(text)
     write(render(compile_spec(load_spec(folder / f"{name}.py"), effort=0)), folder / "out")
     module = load_module(folder / "out" / f"{name}.py", f"_{name}", "arrays")
@@ -56,8 +56,8 @@ def written(robot: str, folder: Path, methods: tuple[str, ...]) -> Callable[[Rob
 
 
 def check(robot: Robot, plain: Robot, methods: tuple[str, ...]) -> None:
-    n = plain.n_joints
-    rows = np.random.default_rng(1).uniform(-2, 2, (3, 5, n))
+    rng, m = np.random.default_rng(1), plain.n_positions
+    rows = [rng.uniform(-2, 2, (5, n)) for n in (m, plain.n_joints, plain.n_joints)]
     for method in methods:
         count = len(METHODS[method].arguments.split(", "))
         assert robot.uses[method] != GENERIC, method
@@ -67,7 +67,7 @@ def check(robot: Robot, plain: Robot, methods: tuple[str, ...]) -> None:
             assert part.shape == truth.shape, method
             assert np.abs(part - truth).max() < 1e-10 * max(1.0, np.abs(truth).max()), method
         with pytest.raises((TypeError, ValueError), match=r"expected"):
-            getattr(robot, method)(*np.zeros((count, n + 1)))
+            getattr(robot, method)(*np.zeros((count, m + 1)))
 
 
 FEW = ("forward", "kinetic_energy")
@@ -88,6 +88,21 @@ def test_every_method_of_a_tree_with_prismatic_and_mimic_joints(which: str, tmp_
     other = replace(plain, coupling=plain.coupling * 1.001)
     with pytest.raises(DescriptionError, match="different joints"):
         other.with_module(robot.module)
+
+
+@pytest.mark.parametrize("which", some_slow(["few", "all"], "all"))
+@pytest.mark.slow
+def test_every_method_of_a_tree_on_a_floating_base(which: str, tmp_path: Path) -> None:
+    """The motors of its configurations are random numbers, of any norm and off the Study quadric."""
+    methods = ("forward", "gravity", "mass_matrix") if which == "few" else tuple(METHODS)
+    path = tmp_path / "tree.urdf"
+    path.write_text(TREE.replace('<link name="base"/>', link("base", 2.0)))
+    plain = Robot.from_urdf(path, base="floating")
+    assert plain.n_positions == 11 and plain.n_joints == 9 and len(plain.kinds) == 5
+    check(written(str(path), tmp_path, methods, "floating")(plain), plain, methods)
+    fixed = Robot.from_urdf(path)
+    with pytest.raises(DescriptionError, match="different"):
+        fixed.with_module(written(str(path), tmp_path, ("forward",), "floating")(plain).module)
 
 
 def test_the_command_writes_the_kernels_that_robots_look_for() -> None:

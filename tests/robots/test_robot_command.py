@@ -103,8 +103,9 @@ def test_unknown_robots(tmp_path: Path) -> None:
         robot_spec("r2d2", None, None, ())
     with pytest.raises(SpecError, match="No such file"):
         robot_spec(str(tmp_path / "none.urdf"), None, None, ())
-    with pytest.raises(SpecError, match="for --tip and --lock"):
-        robot_spec("ur5", None, "tool", ())
+    for options in ({"tip": "tool"}, {"base": "floating"}):
+        with pytest.raises(SpecError, match="for --tip, --lock and --base"):
+            robot_spec("ur5", None, **{"tip": None, "locked": (), **options})
     with pytest.raises(SpecError, match="not a valid module name"):
         robot_spec("ur5", "3 d", None, ())
 
@@ -115,9 +116,11 @@ def test_invalid_chains() -> None:
         (("revolute",), (-1, 0), "2 parents for 1 joints"),
         (("round",), (-1,), "kind 'round'"),
         (("revolute",), (0,), "parent 0"),
+        (("revolute", "floating"), (-1, 0), "kind 'floating'"),
+        (("floating", "revolute"), (-1, -1), "since the base floats"),
     ):
         with pytest.raises(SpecError, match=message):
-            robots.Chain(kinds, parents, (z,), 0, tool)
+            robots.Chain(kinds, parents, (z,) * len(kinds), 0, tool)
     with pytest.raises(SpecError, match="no inertias"):
         robots.gravity(robots.Chain(("revolute",), (-1,), (z,), 0, tool), (0,))
     with pytest.raises(SpecError, match="no home"):
