@@ -280,8 +280,8 @@ def robot(
 ) -> None:
     """Generate a module (.py, .pyi, .c, .h) for one robot, with its constants folded into the kernels.
 
-    ROBOT is a URDF file or the name of a known robot. The kernels take vectors of all joint variables. The spec is
-    saved in the folder specs/ next to the module, for use with `gac show` and `gac verify`.
+    ROBOT is a file of URDF or MuJoCo, or the name of a known robot. The kernels take vectors of all joint variables.
+    The spec is saved in the folder specs/ next to the module, for use with `gac show` and `gac verify`.
     """
     module, text = robot_spec(robot, name, tip, lock, methods, base)
     path = output / "specs" / f"{module}.py"

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from xml.etree import ElementTree
 
 from ..errors import SpecError
 from .chains import Chain
@@ -29,7 +30,7 @@ def robot_spec(
     Parameters
     ----------
     robot : str
-        A URDF file, or the name of a robot known to `algorithms.kinematics`.
+        A file of URDF or of MuJoCo (MJCF), or the name of a robot known to `algorithms.kinematics`.
     name : str or None
         The name of the module; by default the name of the robot, with other characters replaced by _.
     tip : str or None
@@ -51,13 +52,14 @@ def robot_spec(
 
     try:
         if robot.endswith((".urdf", ".xml")) or Path(robot).is_file():
-            found, source = Robot.from_urdf(robot, tip, locked, base), f"From {Path(robot).name}."
+            read = Robot.from_mjcf if _root_of(robot) == "mujoco" else Robot.from_urdf
+            found, source = read(robot, tip, locked, base), f"From {Path(robot).name}."
         elif tip is not None or locked or base != "fixed":
-            raise SpecError(robot, "a robot known by name", "a URDF file for --tip, --lock and --base")
+            raise SpecError(robot, "a robot known by name", "a file for --tip, --lock and --base")
         else:
             found, source = Robot.from_table(table_of(robot)), "From the table of that name in algorithms.kinematics."
     except OSError as error:
-        raise SpecError(robot, error.strerror or str(error), "a URDF file, or the name of a robot") from None
+        raise SpecError(robot, error.strerror or str(error), "a URDF or MJCF file, or the name of a robot") from None
     except ValueError as error:
         raise SpecError(robot, str(error)) from None
     module = name or re.sub(r"\W+", "_", found.name)
@@ -83,3 +85,11 @@ def robot_spec(
         home=tuple(tuple(map(float, row)) for row in found.home) if "forward_all" in written else (),
     )
     return module, spec_text(module, chain, source, written)
+
+
+def _root_of(path: str) -> str:
+    """Return the name of the root element of a file; empty if it is not XML, which its reader reports."""
+    try:
+        return ElementTree.parse(path).getroot().tag
+    except ElementTree.ParseError:
+        return ""

@@ -10,6 +10,7 @@ import pytest
 from test_urdf import joint, link, place
 
 from algorithms.kinematics import DescriptionError, FloatingRobot, Robot, UnknownJointTypeError
+from gacompiler.robots.descriptions import robot_spec
 from generated import pga3
 
 ARM = """<mujoco model="arm">
@@ -160,3 +161,10 @@ def test_a_free_joint_is_a_floating_base() -> None:
 def test_wrong_files(change: tuple[str, str], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         Robot.from_mjcf(ARM.replace(*change, 1))
+
+
+def test_gac_robot_takes_these_files(tmp_path: Path) -> None:
+    path = tmp_path / "hand.xml"
+    path.write_text(FINGERS.replace("<mujoco>", '<mujoco model="hand">'))
+    name, text = robot_spec(str(path), None, "left", (), ("forward",))
+    assert name == "hand" and "From hand.xml." in text
