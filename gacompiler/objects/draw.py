@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import AlgebraError
+from ..extras import needs
 from .scene import (
     Arrow,
     Circle,
@@ -73,7 +74,8 @@ def draw(
 def draw_scene(scene: Scene, ax: Any = None) -> Any:
     """Draw a scene with matplotlib, as `draw` does, and return the axes."""
     if ax is None:
-        from matplotlib import pyplot
+        with needs("pictures", "draw"):
+            from matplotlib import pyplot
 
         kind = {"projection": "3d"} if scene.dimension == 3 else {}
         ax = pyplot.figure(figsize=(6, 6)).add_subplot(**kind)

@@ -24,6 +24,7 @@ import numpy as np
 
 from ..algebra.algebra import Algebra
 from ..errors import AlgebraError, LayoutError
+from ..extras import needs
 from ..generation.files import write
 from .arrays import MultivectorArray
 from .exchange import Matrix, algebra_of, change_of_basis, dense_of, of_dense
@@ -150,7 +151,8 @@ def _elements(x: MultivectorArray) -> Matrix:
 
 
 def _colour(name: str) -> int:
-    from matplotlib.colors import to_rgb
+    with needs("pictures", "save_ganja"):
+        from matplotlib.colors import to_rgb
 
     try:
         red, green, blue = (round(255 * part) for part in to_rgb(name))

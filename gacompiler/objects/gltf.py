@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..extras import needs
 from .scene import (
     Arrow,
     Circle,
@@ -130,7 +131,8 @@ def _stored(found: dict[str, Any], data: bytearray, numbers: Any, target: int) -
 
 
 def _material(found: dict[str, Any], colour: str, opacity: float) -> int:
-    from matplotlib.colors import to_rgb
+    with needs("pictures", "save"):
+        from matplotlib.colors import to_rgb
 
     linear = [x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in to_rgb(colour)]  # sRGB, IEC 61966
     material = {

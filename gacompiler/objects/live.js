@@ -132,9 +132,9 @@ function start(data, kernel) {
   const middle = data.limits.map(([a, b]) => (a + b) / 2), extent = Math.max(...data.limits.map(([a, b]) => b - a));
   const fresh = () => ({ points: data.points.map((x) => Float64Array.from(x)), values: data.sliders.map((x) => x.start) });
   const facing = () => ({ middle: [...middle], zoom: 1, yaw: 0.65, pitch: 0.45 });
-  let state = fresh(), view = facing(), width = 0, height = 0, waiting = false;
+  let state = fresh(), view = facing(), width = 0, height = 0, waiting = false, floor = "";
   const layer = (name) => svg.appendChild(document.createElementNS("http://www.w3.org/2000/svg", name));
-  const style = layer("style"), drawing = layer("g"), handles = layer("g"), words = layer("g");
+  const style = layer("style"), ground = layer("g"), drawing = layer("g"), handles = layer("g"), words = layer("g");
   style.textContent = data.items.map((item, k) => `.c${k} { --c: color-mix(in oklab, ${CSS.supports("color", item.colour) ? item.colour : "gray"} var(--part), var(--mix)); }`).join("\n");
 
   const unit = () => (Math.min(width, height) / extent) * view.zoom;
@@ -290,7 +290,9 @@ function start(data, kernel) {
       });
     });
     parts.sort((a, b) => b[0] - a[0]);
-    drawing.innerHTML = grid() + parts.map((part) => part[1]).join("");
+    const below = grid();
+    if (below !== floor) ground.innerHTML = floor = below; // unless the view changes, the browser keeps what it painted
+    drawing.innerHTML = parts.map((part) => part[1]).join("");
     grips.forEach((grip, k) => { const [x, y] = project(state.points[k]); grip.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})`); });
     wanted.sort((a, b) => (data.items[b.k].point !== undefined) - (data.items[a.k].point !== undefined));
     words.innerHTML = labelled(wanted, taken);

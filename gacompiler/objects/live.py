@@ -19,6 +19,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3
 from ..algebra.layout import SCALAR, Layout
 from ..errors import AlgebraError, GacError, LayoutError
+from ..extras import needs
 from ..frontend.expression import Expression, topological
 from ..frontend.kernel import Kernel, Parameter, array, trace
 from ..passes.decide import decide
@@ -259,7 +260,8 @@ class LiveScene:
         }
 
     def _svg(self) -> str:
-        from matplotlib import pyplot
+        with needs("pictures", "save"):
+            from matplotlib import pyplot
 
         from .draw import draw_scene
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BackendError
+from ..extras import needs
 from .live_items import is_element
 from .scene import (
     Arrow,
@@ -94,10 +94,8 @@ def view(
         if file is not None:
             live.save(file)
         return live
-    try:
+    with needs("pictures", "view"):
         graph_objects = importlib.import_module("plotly.graph_objects")
-    except ImportError:
-        raise BackendError("view", "plotly is not installed", remedy="pip install plotly, or use draw()") from None
     scene = scene_of(items, labels, colours, limits)
     figure = graph_objects.Figure()
     for item in scene.items:

@@ -18,7 +18,7 @@ from matplotlib import pyplot
 from matplotlib.patches import Circle as Round
 
 from gacompiler.errors import AlgebraError, BackendError, LayoutError
-from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, VGA3, draw, view
+from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, VGA3, draw, save_ganja, view
 from gacompiler.objects.scene import Circle, Line, Plane, PointPair, Points, Sphere, clipped, polygon, shapes_of
 
 RNG = np.random.default_rng(0)
@@ -169,10 +169,19 @@ def test_error_messages(wrong: Any, error: type[Exception], message: str) -> Non
         wrong()
 
 
-def test_interactive_pictures_name_a_missing_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "plotly", None)
-    monkeypatch.setitem(sys.modules, "plotly.graph_objects", None)
-    with pytest.raises(BackendError, match="pip install plotly"):
+def test_pictures_name_a_missing_library(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    p = PGA3.point(1, 2, 3)
+    for library in ("plotly", "plotly.graph_objects", "matplotlib", "matplotlib.colors"):
+        monkeypatch.setitem(sys.modules, library, None)
+    for where, call in (
+        ("draw", lambda: draw(p)),
+        ("save", lambda: view(p, drag=[p]).save(tmp_path / "scene.svg")),
+        ("save", lambda: view(p, drag=[p]).save(tmp_path / "scene.gltf")),
+        ("save_ganja", lambda: save_ganja(tmp_path / "scene.html", p)),
+    ):
+        with pytest.raises(BackendError, match=rf"{where}: matplotlib is not .* 'gacompiler\[pictures\]'"):
+            call()
+    with pytest.raises(BackendError, match=r"view: plotly is not installed; run: pip install 'gacompiler\[pictures\]'"):
         view(PGA3.point(1, 2, 3))
 
 
