@@ -6,12 +6,8 @@ They are dependencies of the distribution and lack only where it was installed w
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-
-from .errors import BackendError
 
 COMPILER = ("jinja2", "mpmath")
 """The packages that every compilation needs; others are loaded on demand."""
@@ -29,30 +25,3 @@ if missing:
     if is_command:
         sys.exit(f"gac: error: {line}")
     raise ImportError(line)
-
-
-def remedy_of(extra: str) -> str:
-    """Return how to install an extra of the distribution."""
-    return f"run: pip install 'gacompiler[{extra}]'"
-
-
-@contextmanager
-def needs(extra: str, where: str) -> Iterator[None]:
-    """Import packages of an extra of the distribution in the body of a ``with`` statement.
-
-    Parameters
-    ----------
-    extra : str
-    where : str
-        What needs the packages: a command, or a function.
-
-    Raises
-    ------
-    BackendError
-        If a package is missing.
-    """
-    try:
-        yield
-    except ModuleNotFoundError as error:
-        package = str(error.name).partition(".")[0]
-        raise BackendError(where, f"{package} is not installed", remedy=remedy_of(extra)) from None

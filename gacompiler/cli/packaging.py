@@ -9,8 +9,7 @@ from pathlib import Path
 
 import click
 
-from ..errors import SpecError
-from ..extras import needs
+from ..errors import SpecError, needs
 from ..generation.cache import Cache
 from ..generation.files import write
 from ..generation.spec_files import load_spec

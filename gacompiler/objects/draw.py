@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import AlgebraError
-from ..extras import needs
+from ..errors import AlgebraError, needs
 from .scene import (
     Arrow,
     Circle,

@@ -23,8 +23,7 @@ from typing import Any
 import numpy as np
 
 from ..algebra.algebra import Algebra
-from ..errors import AlgebraError, LayoutError
-from ..extras import needs
+from ..errors import AlgebraError, LayoutError, needs
 from ..generation.files import write
 from .arrays import MultivectorArray
 from .exchange import Matrix, algebra_of, change_of_basis, dense_of, of_dense

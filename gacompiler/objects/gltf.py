@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..extras import needs
+from ..errors import needs
 from .scene import (
     Arrow,
     Circle,

@@ -18,8 +18,7 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3
 from ..algebra.layout import SCALAR, Layout
-from ..errors import AlgebraError, GacError, LayoutError
-from ..extras import needs
+from ..errors import AlgebraError, GacError, LayoutError, needs
 from ..frontend.expression import Expression, topological
 from ..frontend.kernel import Kernel, Parameter, array, trace
 from ..passes.decide import decide

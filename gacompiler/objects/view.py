@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..extras import needs
+from ..errors import needs
 from .live_items import is_element
 from .scene import (
     Arrow,

@@ -64,7 +64,10 @@ class Environment:
         pip = [sys.executable, "-m", "pip", "--isolated", "--python", str(self.python)]
         known = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}  # pip would look there.
         done = subprocess.run(
-            [*pip, "install", "--no-index", *["--no-deps"] * alone, *map(str, wheels)], capture_output=True, text=True, env=known
+            [*pip, "install", "--no-index", *["--no-deps"] * alone, *map(str, wheels)],
+            capture_output=True,
+            text=True,
+            env=known,
         )
         assert done.returncode == 0, done.stderr
 
