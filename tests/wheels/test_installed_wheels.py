@@ -6,6 +6,7 @@ import json
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -127,6 +128,16 @@ def test_the_wheel_has_every_file(pure: Path, source: Path) -> None:
     paths = [path for name in SHIPPED for path in (source / name).rglob("*") if path.is_file()]
     wanted = {path.relative_to(source).as_posix() for path in paths}
     assert len(wanted) > 200 and wanted <= names, sorted(wanted - names)
+
+
+def test_an_editable_installation_is_a_path(source: Path, tmp_path: Path) -> None:
+    """Type checkers follow a path, but not a finder, which is what setuptools installs by default."""
+    program = f"from setuptools import build_meta; print(build_meta.build_editable({str(tmp_path)!r}))"
+    subprocess.run([sys.executable, "-c", program], cwd=source, check=True, capture_output=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        (path,) = [name for name in archive.namelist() if "dist-info" not in name]
+        assert path.endswith(".pth") and archive.read(path).decode().strip() == str(source)
 
 
 def test_generated_modules_need_numpy_alone(installed: Environment) -> None:
