@@ -72,7 +72,7 @@ function shapesOf(data, kernel, points, values) {
   return data.items.map((item) => {
     if (item.shapes) return item.shapes;
     if (item.point !== undefined) return [{ type: "Points", places: [Array.from(points[item.point])] }];
-    const own = item.numbers ?? numbers.slice(item.start, item.start + item.size);
+    const own = numbers.slice(item.start, item.start + item.size);
     const shape = shapeOf(item.kind, own, data.dimension);
     return shape ? [shape] : null;
   });
