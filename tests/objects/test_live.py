@@ -284,6 +284,31 @@ def test_a_point_is_dragged_in_a_browser(tmp_path: Path) -> None:
                 assert width <= 1 or height <= 4, "labels do not cover one another"
 
 
+COVERED = """(() => {
+  const boxes = [...document.querySelectorAll("svg > g:last-of-type text")].map((text) => text.getBBox());
+  const inside = (box, p) => p.x > box.x && p.x < box.x + box.width && p.y > box.y + 3 && p.y < box.y + box.height - 4;
+  let found = 0;
+  for (const line of document.querySelectorAll("svg g[class^=c] > path"))
+    for (let at = 0; at < line.getTotalLength(); at++)
+      found += boxes.some((box) => inside(box, line.getPointAtLength(at)));
+  return [boxes.length, found];
+})()"""
+
+
+@needs_browser
+@pytest.mark.slow
+def test_labels_cover_no_lines(tmp_path: Path) -> None:
+    """A point is dragged across a line: all labels leave both lines free."""
+    drag = [PGA2.point(*each) for each in ((0, -1), (0, 1), (0.8, -1), (1.6, 1), (0.4, 0))]
+    live = view(lambda a, b, c, d, x: {"one": a & b, "other": c & d, "moved": x}, drag=drag)
+    live.save(tmp_path / "scene.html")
+    with browser.Browser(800, 500) as page:
+        page.open(tmp_path / "scene.html", "window.liveScene && document.querySelector('.handle[transform]')")
+        for k in range(12):
+            page.run(f"liveScene.state().points[4].set([{0.2 * k - 0.8}, 0]); liveScene.redraw()")
+            assert page.run(COVERED) == [3, 0], k
+
+
 @needs_browser
 @pytest.mark.slow
 def test_a_point_is_dragged_by_a_finger(tmp_path: Path) -> None:
