@@ -14,10 +14,10 @@ MODULES := $(foreach end,py c h,$(SPECS:gacompiler/specs/%.py=generated/%.$(end)
 COMPILER := $(shell find gacompiler -name '*.py' -o -name '*.jinja')
 
 # Kernels run on numba where there is no C compiler. Its libraries are as large as all others of the demonstration.
-DEMO := $(if $(shell command -v $(CC) cc gcc clang),demo,demo,algorithms)
+DEMO := $(if $(shell command -v $(CC) cc gcc clang),demo,demo,compiler)
 
 # All but `peers`, which takes longer than the others together.
-EXTRAS := compiler,algorithms,pictures,notebooks,volumes,test
+EXTRAS := compiler,pictures,notebooks,volumes,test
 
 # Steps that must follow one another are lines of a recipe, so that they do under `make -j` too.
 MAKEFLAGS += --no-print-directory

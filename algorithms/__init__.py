@@ -3,4 +3,4 @@
 from importlib.util import find_spec
 
 if find_spec("scipy") is None:
-    raise ImportError("algorithms needs scipy; run: pip install 'gacompiler[algorithms]'")
+    raise ImportError("algorithms needs scipy; run: pip install scipy")

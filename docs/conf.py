@@ -39,6 +39,9 @@ toc_object_entries = False
 
 # All files are local: no fonts, styles or scripts are loaded from the network.
 html_extra_path = [str(Path(__file__).parents[1] / "build" / "site-scenes")]
+html_static_path = ["website/static"]
+html_css_files = ["site.css"]
+pygments_dark_style = "github-dark"
 html_theme = "furo"
 html_title = f"gacompiler {release}"
 html_math_renderer = "mathml"

@@ -1,7 +1,9 @@
-"""The exceptions of this package: one hierarchy, with messages of one form."""
+"""The exceptions of this package: one hierarchy, with messages of one form, and the error for a missing package."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Self
 
 LONGEST = 500
@@ -103,3 +105,30 @@ class StaleError(GacError):
 
 class ProofError(GacError):
     """Raised for a generated kernel that differs from its definition."""
+
+
+def remedy_of(extra: str) -> str:
+    """Return how to install an extra of the distribution."""
+    return f"run: pip install 'gacompiler[{extra}]'"
+
+
+@contextmanager
+def needs(extra: str, where: str) -> Iterator[None]:
+    """Import packages of an extra of the distribution in the body of a ``with`` statement.
+
+    Parameters
+    ----------
+    extra : str
+    where : str
+        What needs the packages: a command, or a function.
+
+    Raises
+    ------
+    BackendError
+        If a package is missing.
+    """
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        package = str(error.name).partition(".")[0]
+        raise BackendError(where, f"{package} is not installed", remedy=remedy_of(extra)) from None

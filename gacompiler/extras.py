@@ -1,4 +1,7 @@
-"""The dependencies of gacompiler besides numpy (the extra ``compiler``). Importing this module checks for them."""
+"""Packages that an installation may lack. Importing this module checks for those that all of gacompiler needs.
+
+They are dependencies of the distribution and lack only where it was installed without them, for generated modules.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ is_command = Path(sys.argv[0]).stem in ("gac", "-m")
 missing = sorted(name for name in (*COMPILER, *COMMAND * is_command) if find_spec(name) is None)
 if missing:
     line = (
-        f"gacompiler needs {', '.join(missing)}; run: pip install 'gacompiler[compiler]'; "
+        f"gacompiler needs {', '.join(missing)}; run: pip install {' '.join(missing)}; "
         "generated modules, as in `from generated import pga3`, need only numpy"
     )
     if is_command:

@@ -13,7 +13,7 @@ from typing import Any
 
 from .backends import build_extension, build_module, find_compiler, no_compiler
 from .cache_folder import cache_folder, cache_part
-from .errors import BackendError, KernelError
+from .errors import BackendError, KernelError, remedy_of
 from .frontend.kernel import Kernel
 from .generation.cache import open_cache
 from .generation.compiling import render_spec
@@ -37,8 +37,8 @@ def compile(kernel: Kernel, backend: str | None = None, *, effort: int = DEFAULT
     kernel : Kernel
         A function decorated with ``@kernel``.
     backend : {"c", "numba", "arrays"}, optional
-        The backend that runs the kernel; by default ``c`` if a C compiler is found, else ``numba``. ``arrays`` uses
-        plain array expressions and also accepts torch and jax arrays.
+        The backend that runs the kernel; by default ``c`` if a C compiler is found, else ``numba`` if it is
+        installed. ``arrays`` uses plain array expressions and also accepts torch and jax arrays.
     effort : {0, 1, 2, 3}, optional
         How much work is spent on reducing the number of operations. 0 keeps the author's structure, and 3 is for
         kernels that are compiled once and may take hours. The results are the same up to rounding.
@@ -72,13 +72,20 @@ def compile(kernel: Kernel, backend: str | None = None, *, effort: int = DEFAULT
             "compile()", f"an object of type {type(kernel).__name__}", "a function decorated with @kernel(...)"
         )
     if backend is None:
-        backend = "c" if find_compiler() else "numba"
+        backend = "c" if find_compiler() else _without_compiler()
     if backend not in BACKENDS:
         raise BackendError("compile()", f"backend {backend!r}", "one of " + ", ".join(BACKENDS))
+    if backend == "numba" != _without_compiler():
+        raise BackendError("compile()", "numba is not installed", remedy=remedy_of("compiler"))
     key = (kernel, backend, effort_of(effort).level, cost_model(cost).name)
     if key not in _compiled:
         _compiled[key] = _compile(kernel, backend, effort, cost)
     return _compiled[key]
+
+
+def _without_compiler() -> str:
+    """Return the backend for machines without a C compiler."""
+    return "numba" if importlib.util.find_spec("numba") else "arrays"
 
 
 def _compile(kernel: Kernel, backend: str, effort: int, cost: str) -> Any:
@@ -98,7 +105,7 @@ def _loaded(kernel: Kernel, digest: str, backend: str) -> Any:
     """Return the kernel of a module in the cache folder."""
     folder = _folder(kernel.name, digest)
     if backend == "c" and build_module(folder / f"{kernel.name}.c") is None:
-        raise BackendError("compile()", no_compiler(), remedy='use backend="numba"')
+        raise BackendError("compile()", no_compiler(), remedy=f'use backend="{_without_compiler()}"')
     # The extension makes calls faster, also with the numba backend.
     with contextlib.suppress(BackendError):
         build_extension(cache_folder())

@@ -10,7 +10,9 @@ from pathlib import Path
 from .markdown import headings
 from .places import CONTENTS, ROOT
 
-_LINK = re.compile(r"\]\(([^)#:]+)\)")
+_LINK = re.compile(r"\]\(([^)#:]+)(#[^)]*)?\)")
+_BUTTONS = re.compile(r"\n(\*\*\[(?:.+\n)+)(?=\n)")
+"""The paragraph of links in bold type, which the site shows as buttons."""
 
 
 def listed() -> dict[str, list[str]]:
@@ -31,7 +33,8 @@ def index(more: Mapping[str, Sequence[str]]) -> str:
     more : mapping of str to list of str
         The groups of generated pages by title: paths from the root, without suffix.
     """
-    text = _LINK.sub(lambda match: f"]({_from_root(match[1])})", CONTENTS.read_text())
+    text = _LINK.sub(lambda match: f"]({_from_root(match[1])}{match[2] or ''})", CONTENTS.read_text())
+    text = _BUTTONS.sub(r"\n```{container} hero\n\1\n```\n", text, count=1)
     for title, paths in more.items():
         text += f"\n## {title}\n\n" + "".join(f"- [](/{path}.md)\n" for path in paths)
     groups = {**listed(), **more}
@@ -43,7 +46,7 @@ def with_links_to_index(text: str, page: str) -> str:
 
     def led(match: re.Match[str]) -> str:
         target = posixpath.normpath(posixpath.join(posixpath.dirname(page), match[1]))
-        return "](/index.md)" if target == CONTENTS.relative_to(ROOT).as_posix() else match[0]
+        return f"](/index.md{match[2] or ''})" if target == CONTENTS.relative_to(ROOT).as_posix() else match[0]
 
     return _LINK.sub(led, text)
 

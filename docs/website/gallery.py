@@ -1,4 +1,4 @@
-"""Write the gallery of all pictures in pages, in the demonstration and in notebooks, with their sources."""
+"""Write the gallery: live scenes with their programs, and all pictures in pages, the demonstration and notebooks."""
 
 from __future__ import annotations
 
@@ -13,9 +13,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from . import scenes
 from .contents import title_of
 from .markdown import first_sentence, images
-from .places import DOCS, ROOT, notebooks, pages
+from .places import CONTENTS, DOCS, ROOT, notebooks, pages
+
+INDEX = "index.md"
+"""The page that the table of contents becomes."""
 
 _DEMO = "algorithms/demo/programs.py"
 _ENDINGS = {"image/png": "png", "image/svg+xml": "svg"}
@@ -33,12 +37,22 @@ class Picture:
 
 def page(pictures: list[Picture]) -> str:
     """Return the page of the gallery."""
-    parts = ["# Gallery\n", "Every picture links to the page, program or notebook that it belongs to.\n"]
+    parts = ["# Gallery\n", "## Scenes\n", "Points can be dragged; each program begins with the imports of its page.\n"]
+    for place in (CONTENTS, *pages()):
+        name = INDEX if place == CONTENTS else place.relative_to(ROOT).as_posix()
+        title = title_of(place.read_text())
+        for scene, block in scenes.blocks(place.read_text()).items():
+            heading = scene.removesuffix("_scene").replace("_", " ").capitalize()
+            parts.append(f"### {heading}\n\nFrom [{title}](/{name}).\n")
+            parts.append(scenes.frame("", scenes.file_of(name, scene), 360))
+            parts.append(f"```python\n{block}```\n")
+    parts += ["## Pictures\n", "Every picture links to the page, program or notebook that it belongs to.\n"]
+    parts.append("````{container} pictures\n")
     for each in pictures:
         about = f"{each.caption.rstrip('.')}. {each.made_by}"
         alt = re.sub(r"[`*\n]", "", each.caption)
-        parts.append(f"```{{figure}} /{each.path}\n:alt: {alt}\n:width: 100%\n\n{about}\n```\n")
-    return "\n".join(parts)
+        parts.append(f"```{{figure}} /{each.path}\n:alt: {alt}\n\n{about}\n```\n")
+    return "\n".join(parts) + "````\n"
 
 
 def of_pages() -> list[Picture]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from ..errors import SpecError
+from ..errors import SpecError, needs
 from ..generation.cache import Cache
 from ..generation.files import write
 from ..generation.spec_files import load_spec
@@ -83,8 +83,9 @@ def package(
 
     If the argument is a wheel instead of spec files, compiled libraries are added for all generated modules in it.
     """
-    from ..wheels.archive import read_wheel
-    from ..wheels.distribution import Distribution, distribution, package_files, retagged
+    with needs("compiler", "gac package"):
+        from ..wheels.archive import read_wheel
+        from ..wheels.distribution import Distribution, distribution, package_files, retagged
 
     if no_build and (levels or pythons or platforms):
         raise click.UsageError("--no-build compiles nothing, so --target-level, --python and --platform cannot be used")
@@ -119,7 +120,8 @@ def _compiled(
     files: Mapping[str, bytes], levels: Sequence[int], pythons: Sequence[str], compiler: Sequence[str] | None
 ) -> tuple[str, dict[str, bytes]]:
     """Compile the modules of a wheel by a compiler, which is that of the environment if it is None."""
-    from ..wheels.libraries import compiled_files
+    with needs("compiler", "gac package"):
+        from ..wheels.libraries import compiled_files
 
     chosen = os.environ.get("CC")
     if compiler is not None:

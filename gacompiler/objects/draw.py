@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import AlgebraError
+from ..errors import AlgebraError, needs
 from .scene import (
+    AXES,
     Arrow,
     Circle,
+    Frame,
     Item,
     Line,
     Plane,
@@ -42,7 +44,8 @@ def draw(
     ----------
     *objects : MultivectorArray
         Blades: points, directions, lines, planes, point pairs, circles, spheres. An array of points is drawn as a
-        cloud. Vectors of conformal algebras are drawn as their dual rounds or flats.
+        cloud, and a motor as the axes that it moves, in red, green and blue. Vectors of conformal algebras are drawn as
+        their dual rounds or flats.
     labels, colours : sequence of str, optional
         One for each object; colours as in matplotlib.
     limits : optional
@@ -73,7 +76,8 @@ def draw(
 def draw_scene(scene: Scene, ax: Any = None) -> Any:
     """Draw a scene with matplotlib, as `draw` does, and return the axes."""
     if ax is None:
-        from matplotlib import pyplot
+        with needs("pictures", "draw"):
+            from matplotlib import pyplot
 
         kind = {"projection": "3d"} if scene.dimension == 3 else {}
         ax = pyplot.figure(figsize=(6, 6)).add_subplot(**kind)
@@ -138,6 +142,9 @@ def _in_both(ax: Any, shape: Shape, item: Item, scene: Scene) -> None:
             ends = clipped(shape, scene.limits)
             if ends is not None:
                 ax.plot(*ends.T, color=item.colour)
+        case Frame(places):
+            for end, colour in zip(places[1:], AXES, strict=False):
+                ax.plot(*np.array([places[0], end]).T, color=colour)
         case PointPair(centre, direction, radius, imaginary):
             ends = centre + np.outer([-radius, radius], direction)
             ax.plot(*ends.T, color=item.colour, marker="o", linewidth=1, linestyle=_dashes(imaginary))

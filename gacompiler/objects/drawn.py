@@ -28,6 +28,13 @@ _WEIGHT = Definition(
 DIMENSIONS: dict[Algebra, int] = {PGA2: 2, CGA2: 2, PGA3: 3, CGA3: 3}
 
 
+def is_of_motors(layout: Layout) -> bool:
+    """Whether elements of a layout are even, and more than numbers."""
+    grades = sorted({blade.bit_count() for blade in layout.support})
+    is_even = not any(grade % 2 for grade in grades)
+    return layout.algebra in DIMENSIONS and grades[0] == 0 and len(grades) > 1 and is_even
+
+
 def kind_of(where: str, layout: Layout) -> str:
     """Return the kind of picture of elements of a layout.
 
@@ -44,7 +51,7 @@ def kind_of(where: str, layout: Layout) -> str:
     """
     algebra, d = layout.algebra, DIMENSIONS.get(layout.algebra, 0)
     grades = sorted({blade.bit_count() for blade in layout.support})
-    if d and grades[0] == 0 and len(grades) > 1 and not any(grade % 2 for grade in grades):
+    if is_of_motors(layout):
         return "frame"
     if not d or len(grades) != 1 or grades[0] in (0, algebra.dimension):
         raise AlgebraError(

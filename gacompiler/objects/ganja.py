@@ -23,11 +23,11 @@ from typing import Any
 import numpy as np
 
 from ..algebra.algebra import Algebra
-from ..errors import AlgebraError, LayoutError
+from ..errors import AlgebraError, LayoutError, needs
 from ..generation.files import write
 from .arrays import MultivectorArray
 from .exchange import Matrix, algebra_of, change_of_basis, dense_of, of_dense
-from .scene import COLOURS, shapes_of
+from .scene import COLOURS, Frame, shapes_of
 from .spaces import Space
 
 GENERATED_PGA3 = "1 e0 e1 e2 e3 e01 e02 e03 e12 e31 e23 e021 e013 e032 e123 e0123"
@@ -123,7 +123,8 @@ def save_ganja(
             raise LayoutError("save_ganja", f"{len(given)} {name}", f"{len(objects)}, one for each object")
     scene: list[Any] = []
     for k, x in enumerate(objects):
-        shapes_of(x)
+        if any(isinstance(shape, Frame) for shape in shapes_of(x)):
+            raise AlgebraError("save_ganja", "a motor", "blades", "save the objects that it moves")
         first, own = objects[0].algebra, x.algebra
         if own != first:
             raise AlgebraError("save_ganja", f"objects of {first.name} and {own.name}", "one algebra")
@@ -150,7 +151,8 @@ def _elements(x: MultivectorArray) -> Matrix:
 
 
 def _colour(name: str) -> int:
-    from matplotlib.colors import to_rgb
+    with needs("pictures", "save_ganja"):
+        from matplotlib.colors import to_rgb
 
     try:
         red, green, blue = (round(255 * part) for part in to_rgb(name))

@@ -9,13 +9,17 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Iterator
+from itertools import repeat
 from typing import Any
 
 import numpy as np
 
+from ..errors import needs
 from .scene import (
+    AXES,
     Arrow,
     Circle,
+    Frame,
     Line,
     Plane,
     PointPair,
@@ -55,12 +59,13 @@ def gltf_of(scene: Scene) -> str:
     for item in scene.items:
         primitives = []
         for shape in item.shapes:
-            for mode, places, corners in _parts(shape, scene, radius):
+            colours = AXES if isinstance(shape, Frame) else repeat(item.colour)
+            for (mode, places, corners), colour in zip(_parts(shape, scene, radius), colours, strict=False):
                 primitive = {"attributes": {"POSITION": _stored(found, data, _in_space(places), _PLACES)}, "mode": mode}
                 if corners is not None:
                     primitive["indices"] = _stored(found, data, corners, _INDICES)
                 is_thin = isinstance(shape, (Sphere, Plane))
-                primitives.append({**primitive, "material": _material(found, item.colour, 0.3 if is_thin else 1.0)})
+                primitives.append({**primitive, "material": _material(found, colour, 0.3 if is_thin else 1.0)})
         if primitives:
             found["nodes"][0]["children"].append(len(found["nodes"]))
             name = {"name": item.label} if item.label else {}
@@ -88,6 +93,8 @@ def _parts(shape: Shape, scene: Scene, radius: float) -> Iterator[Part]:
             if corners is not None:
                 n = len(corners)
                 yield _TRIANGLES, corners, np.array([[0, k, k + 1] for k in range(1, n - 1)])
+        case Frame(places):
+            yield from ((_LINES, np.array([places[0], end]), None) for end in places[1:])
         case PointPair(centre, direction, half, _):
             ends = centre + np.outer([-half, half], direction)
             yield _LINES, ends, None
@@ -130,7 +137,8 @@ def _stored(found: dict[str, Any], data: bytearray, numbers: Any, target: int) -
 
 
 def _material(found: dict[str, Any], colour: str, opacity: float) -> int:
-    from matplotlib.colors import to_rgb
+    with needs("pictures", "save"):
+        from matplotlib.colors import to_rgb
 
     linear = [x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in to_rgb(colour)]  # sRGB, IEC 61966
     material = {

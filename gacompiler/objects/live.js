@@ -72,7 +72,7 @@ function shapesOf(data, kernel, points, values) {
   return data.items.map((item) => {
     if (item.shapes) return item.shapes;
     if (item.point !== undefined) return [{ type: "Points", places: [Array.from(points[item.point])] }];
-    const own = item.numbers ?? numbers.slice(item.start, item.start + item.size);
+    const own = numbers.slice(item.start, item.start + item.size);
     const shape = shapeOf(item.kind, own, data.dimension);
     return shape ? [shape] : null;
   });
@@ -132,9 +132,9 @@ function start(data, kernel) {
   const middle = data.limits.map(([a, b]) => (a + b) / 2), extent = Math.max(...data.limits.map(([a, b]) => b - a));
   const fresh = () => ({ points: data.points.map((x) => Float64Array.from(x)), values: data.sliders.map((x) => x.start) });
   const facing = () => ({ middle: [...middle], zoom: 1, yaw: 0.65, pitch: 0.45 });
-  let state = fresh(), view = facing(), width = 0, height = 0, waiting = false;
+  let state = fresh(), view = facing(), width = 0, height = 0, waiting = false, floor = "";
   const layer = (name) => svg.appendChild(document.createElementNS("http://www.w3.org/2000/svg", name));
-  const style = layer("style"), drawing = layer("g"), handles = layer("g"), words = layer("g");
+  const style = layer("style"), ground = layer("g"), drawing = layer("g"), handles = layer("g"), words = layer("g");
   style.textContent = data.items.map((item, k) => `.c${k} { --c: color-mix(in oklab, ${CSS.supports("color", item.colour) ? item.colour : "gray"} var(--part), var(--mix)); }`).join("\n");
 
   const unit = () => (Math.min(width, height) / extent) * view.zoom;
@@ -164,7 +164,12 @@ function start(data, kernel) {
   };
 
   const path = (places, close = false) => places.map((p, k) => `${k ? "L" : "M"}${p[0].toFixed(2)} ${p[1].toFixed(2)}`).join("") + (close ? "Z" : "");
-  const stroke = (places, more = "") => `<path d="${path(places.map(project))}" fill="none" stroke="var(--c)" stroke-width="2.5" stroke-linecap="round" stroke-linejoin="round" ${more}/>`;
+  const WIDTH = 2.5, strokes = []; // polylines of the picture, which labels leave free
+  const stroke = (places, more = "") => {
+    const flat = places.map(project);
+    strokes.push(flat);
+    return `<path d="${path(flat)}" fill="none" stroke="var(--c)" stroke-width="${WIDTH}" stroke-linecap="round" stroke-linejoin="round" ${more}/>`;
+  };
   const dashes = (shape) => (shape.imaginary ? 'stroke-dasharray="6 5"' : "");
   const disc = (p, radius = 5) => { const [x, y] = project(p); return `<circle cx="${x.toFixed(2)}" cy="${y.toFixed(2)}" r="${radius}" fill="var(--c)"/>`; };
   const tip = (from, to) => {
@@ -239,7 +244,21 @@ function start(data, kernel) {
     return out.join("");
   }
 
-  // Labels are placed where they cover neither points nor one another; the previous side is preferred.
+  // The length of a segment inside of a box.
+  function lengthIn([left, top, right, bottom], a, b) {
+    if (Math.max(a[0], b[0]) < left || Math.min(a[0], b[0]) > right) return 0;
+    if (Math.max(a[1], b[1]) < top || Math.min(a[1], b[1]) > bottom) return 0;
+    let low = 0, high = 1;
+    for (const [from, step, least, most] of [[a[0], b[0] - a[0], left, right], [a[1], b[1] - a[1], top, bottom]]) {
+      if (step === 0) continue;
+      const [s, t] = [(least - from) / step, (most - from) / step];
+      low = Math.max(low, Math.min(s, t));
+      high = Math.min(high, Math.max(s, t));
+    }
+    return Math.max(0, high - low) * Math.hypot(b[0] - a[0], b[1] - a[1]);
+  }
+
+  // Labels are placed where they cover the least area of points, lines and one another; the previous side is preferred.
   const measure = document.createElement("canvas").getContext("2d"), sides = new Map();
   measure.font = "600 15px system-ui, sans-serif";
   const CANDIDATES = [12, 24, 38, 54].flatMap((far) => [[1, -1], [1, 1], [-1, -1], [-1, 1], [0, -1], [0, 1], [1, 0], [-1, 0]].map(([x, y]) => [x * far, y * far * 0.9]));
@@ -248,9 +267,19 @@ function start(data, kernel) {
     return wanted.map(({ k, place, label }) => {
       const [x, y] = project(place), wide = measure.measureText(label).width;
       const boxOf = ([dx, dy]) => { const left = x + dx - (dx < 0 ? wide : dx ? 0 : wide / 2); return [left - 2, y + dy - 9, left + wide + 2, y + dy + 9]; };
-      const cost = (n) => { const box = boxOf(CANDIDATES[n]); const outside = box[0] < 4 || box[2] > width - 4 || box[1] < 4 || box[3] > height - 22; return boxes.reduce((sum, b) => sum + overlap(box, b), outside ? 1e5 : 0); };
+      const cost = (n) => {
+        const box = boxOf(CANDIDATES[n]);
+        const outside = box[0] < 4 || box[2] > width - 4 || box[1] < 4 || box[3] > height - 22;
+        let lines = 0;
+        for (const each of strokes) for (let m = 1; m < each.length; m++) lines += lengthIn(box, each[m - 1], each[m]);
+        return boxes.reduce((sum, b) => sum + overlap(box, b), WIDTH * lines + (outside ? 1e5 : 0));
+      };
       let best = sides.get(k) ?? 0;
-      if (cost(best) > 0) CANDIDATES.forEach((_, n) => { if (cost(n) < cost(best)) best = n; });
+      let least = cost(best);
+      for (let n = 0; least > 0 && n < CANDIDATES.length; n++) {
+        const own = cost(n);
+        if (own < least) [best, least] = [n, own];
+      }
       sides.set(k, best);
       const box = boxOf(CANDIDATES[best]);
       boxes.push(box);
@@ -277,6 +306,7 @@ function start(data, kernel) {
   function redraw() {
     waiting = false;
     const all = shapesOf(data, kernel, state.points, state.values), parts = [], wanted = [], missing = [];
+    strokes.length = 0;
     const taken = state.points.map((p) => { const [x, y] = project(p); return [x - 12, y - 12, x + 12, y + 12]; });
     all.forEach((shapes, k) => {
       const item = data.items[k];
@@ -290,7 +320,9 @@ function start(data, kernel) {
       });
     });
     parts.sort((a, b) => b[0] - a[0]);
-    drawing.innerHTML = grid() + parts.map((part) => part[1]).join("");
+    const below = grid();
+    if (below !== floor) ground.innerHTML = floor = below; // unless the view changes, the browser keeps what it painted
+    drawing.innerHTML = parts.map((part) => part[1]).join("");
     grips.forEach((grip, k) => { const [x, y] = project(state.points[k]); grip.setAttribute("transform", `translate(${x.toFixed(2)} ${y.toFixed(2)})`); });
     wanted.sort((a, b) => (data.items[b.k].point !== undefined) - (data.items[a.k].point !== undefined));
     words.innerHTML = labelled(wanted, taken);

@@ -18,7 +18,7 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3
 from ..algebra.layout import SCALAR, Layout
-from ..errors import AlgebraError, GacError, LayoutError
+from ..errors import AlgebraError, GacError, LayoutError, needs
 from ..frontend.expression import Expression, topological
 from ..frontend.kernel import Kernel, Parameter, array, trace
 from ..passes.decide import decide
@@ -109,7 +109,7 @@ class LiveScene:
         ----------
         path : path
             ``.html`` for the live scene, in one file that needs no network. ``.svg`` for a picture by matplotlib and
-            ``.gltf`` for a model, both of the scene as it starts and without motors.
+            ``.gltf`` for a model, both of the scene as it starts.
 
         Raises
         ------
@@ -230,13 +230,11 @@ class LiveScene:
             raise AlgebraError("view", f"a result of type {type(x).__name__}", "objects", REMEDY)
         if not np.isfinite(x.values).all():
             raise AlgebraError("view", f"object {k} with coefficients that are not finite", "finite ones")
-        if _is_motor(x):
-            return {**named, "kind": "frame", "numbers": [float(n) for n in numbers_of(x, "frame", 0)]}
         return {**named, "shapes": [_plain(shape) for shape in shapes_of(x)]}
 
     @cached_property
     def _scene(self) -> Scene:
-        """The objects that can be drawn as they start, without motors, which are drawn in a browser only."""
+        """The objects that can be drawn as they start."""
         rows = list(zip(self._start, self.labels, self.colours, strict=True))
         kept = [row for row in rows if _has_shape(row[0])] or [(x, "", COLOURS[0]) for x in self.points]
         if not kept:
@@ -259,7 +257,8 @@ class LiveScene:
         }
 
     def _svg(self) -> str:
-        from matplotlib import pyplot
+        with needs("pictures", "save"):
+            from matplotlib import pyplot
 
         from .draw import draw_scene
 
@@ -298,14 +297,8 @@ def _point(k: int, x: Any) -> Any:
     raise AlgebraError("view", f"drag[{k}] is {what}", "a single finite point of PGA2, PGA3, CGA2 or CGA3")
 
 
-def _is_motor(x: Any) -> bool:
-    return kind_of("view", x.layout) == "frame"
-
-
 def _has_shape(x: Any) -> bool:
     """Whether an object has a picture where the scene starts; the line through a point and itself has none."""
-    if _is_motor(x):
-        return False
     try:
         return bool(shapes_of(x))
     except AlgebraError:

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ..algebra.algebra import Algebra
 from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3
 from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray
 from .checks import require_blade
 from .conformal import CGA2 as _PLANE
 from .conformal import CGA3 as _ROOM
+from .drawn import DIMENSIONS, is_of_motors, numbers_of
 
 Vectors = Any
 """Arrays of coordinates along the last axis."""
@@ -79,7 +79,17 @@ class Sphere:
     is_imaginary: bool
 
 
-Shape = Points | Arrow | Line | Plane | PointPair | Circle | Sphere
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A motor, as the origin and the ends of the unit vectors that it moves, ``(1 + d, d)``."""
+
+    places: Vectors
+
+
+Shape = Points | Arrow | Line | Plane | PointPair | Circle | Sphere | Frame
+
+AXES = ("#d62728", "#2ca02c", "#1f77b4")
+"""Colours of the axes of a frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +128,7 @@ def scene_of(
     Raises
     ------
     AlgebraError
-        If there are no objects, an object cannot be drawn (a motor, a screw), or the dimensions of algebras differ.
+        If there are no objects, an object cannot be drawn (a screw), or the dimensions of algebras differ.
     LayoutError
         If the number of labels, colours or limits is wrong.
     """
@@ -131,7 +141,7 @@ def scene_of(
     dimensions = set()
     for k, each in enumerate(objects):
         shapes = tuple(shapes_of(each))
-        dimensions.add(_DIMENSIONS[each.algebra])
+        dimensions.add(DIMENSIONS[each.algebra])
         label = labels[k] if labels is not None else ""
         items.append(Item(shapes, label, colours[k] if colours is not None else COLOURS[k % len(COLOURS)]))
     if len(dimensions) > 1:
@@ -143,31 +153,41 @@ def scene_of(
 
 
 def shapes_of(x: Any) -> list[Shape]:
-    """Return the shapes of a blade, or of each blade in an array; zeros are omitted.
+    """Return the shapes of a blade or motor, or of each one in an array; zeros are omitted.
 
     Raises
     ------
     AlgebraError
-        If `x` is not a blade, or not of PGA2, PGA3, CGA2 or CGA3.
+        If `x` is neither a blade nor a motor, or not of PGA2, PGA3, CGA2 or CGA3.
     """
-    if not isinstance(x, MultivectorArray) or x.algebra not in _DIMENSIONS:
+    if not isinstance(x, MultivectorArray) or x.algebra not in DIMENSIONS:
         what = x.algebra.name if isinstance(x, MultivectorArray) else type(x).__name__
-        raise AlgebraError("draw", f"an object of {what}", "blades of PGA2, PGA3, CGA2 or CGA3")
+        raise AlgebraError("draw", f"an object of {what}", "blades and motors of PGA2, PGA3, CGA2 or CGA3")
+    if is_of_motors(x.layout):
+        return [_frame(each) for each in _listed(x)]
     grades = sorted({blade.bit_count() for blade in x.layout.support})
     if len(grades) != 1 or grades[0] in (0, x.algebra.dimension):
-        raise AlgebraError(
-            "draw", f"a {x.layout} of grades {grades}", "a point, line, plane or round",
-            "draw the objects that it moves; the axis of a motor is .log()",
-        )  # fmt: skip
+        raise AlgebraError("draw", f"a {x.layout} of grades {grades}", "a point, line, plane, round or motor")
     require_blade("draw", x)
     cloud = _cloud(x)
     if cloud is not None:
         return [cloud]
-    flat = x.reshape(-1) if x.ndim > 1 else x
-    elements = list(flat) if flat.shape else [flat]
-    elements = [each for each in elements if np.any(each.values) or each.layout.fixed]
     make: Callable[[Any, int], Shape] = _conformal if x.algebra in (CGA2, CGA3) else _projective
-    return _gathered(make(each, grades[0]) for each in elements)
+    return _gathered(make(each, grades[0]) for each in _listed(x))
+
+
+def _listed(x: Any) -> list[Any]:
+    """Return the elements of an array, without zeros."""
+    flat = x.reshape(-1) if x.ndim > 1 else x
+    return [each for each in (list(flat) if flat.shape else [flat]) if np.any(each.values) or each.layout.fixed]
+
+
+def _frame(motor: Any) -> Frame:
+    if not np.all(motor.is_versor()):
+        raise AlgebraError("draw", "an even element that moves no points to points", "a motor")
+    d = DIMENSIONS[motor.algebra]
+    moved = np.array([float(x) for x in numbers_of(motor, "frame", 0)]).reshape(d + 1, d + 1)
+    return Frame(moved[:, :d] / moved[:, d:])
 
 
 def _cloud(x: Any) -> Points | None:
@@ -184,9 +204,6 @@ def _gathered(shapes: Iterable[Shape]) -> list[Shape]:
     places = [shape.places for shape in found if isinstance(shape, Points)]
     rest: list[Shape] = [shape for shape in found if not isinstance(shape, Points)]
     return [Points(np.concatenate(places)), *rest] if places else rest
-
-
-_DIMENSIONS: dict[Algebra, int] = {PGA2: 2, CGA2: 2, PGA3: 3, CGA3: 3}
 
 
 def _projective(x: Any, grade: int) -> Shape:
@@ -214,7 +231,7 @@ def _point_or_direction(coordinates: Vectors, weight: float) -> Shape:
 
 
 def _conformal(x: Any, grade: int) -> Shape:
-    d = _DIMENSIONS[x.algebra]
+    d = DIMENSIONS[x.algebra]
     space: Any = _ROOM if d == 3 else _PLANE
     names = "e1 e2 e3" if d == 3 else "e1 e2"
     if grade == 1:
@@ -261,7 +278,7 @@ def _length(what: str, vector: Vectors) -> float:
 def _extent(shape: Shape) -> Vectors:
     """Return points that the picture should contain."""
     match shape:
-        case Points(places):
+        case Points(places) | Frame(places):
             return places
         case Arrow(direction):
             return np.array([np.zeros_like(direction), direction])
@@ -352,7 +369,7 @@ def net_of(sphere: Sphere, n: int = 25) -> tuple[Vectors, Vectors, Vectors]:
 def anchor(shape: Shape, limits: Vectors) -> Vectors:
     """Return the position of a label."""
     match shape:
-        case Points(places):
+        case Points(places) | Frame(places):
             return places[0]
         case Arrow(direction):
             return direction

@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import BackendError
+from ..errors import needs
 from .live_items import is_element
 from .scene import (
+    AXES,
     Arrow,
     Circle,
+    Frame,
     Item,
     Line,
     Plane,
@@ -50,7 +52,7 @@ def view(
     *items : MultivectorArray or callable
         Objects, as in `draw`. A function makes the scene live: it takes the dragged points in order, and sliders by the
         names of its parameters, and returns an object, a list of objects, or a dictionary of objects by label. Motors
-        are drawn as moved coordinate axes in live scenes. The function is recorded as a kernel: in place of functions
+        are drawn as moved coordinate axes. The function is recorded as a kernel: in place of functions
         of numpy, use those of `gacompiler`, such as `gacompiler.cos`.
     drag : MultivectorArray or sequence of these, optional
         Single points that can be dragged, where they start. Those that are also items are drawn themselves.
@@ -94,10 +96,8 @@ def view(
         if file is not None:
             live.save(file)
         return live
-    try:
+    with needs("pictures", "view"):
         graph_objects = importlib.import_module("plotly.graph_objects")
-    except ImportError:
-        raise BackendError("view", "plotly is not installed", remedy="pip install plotly, or use draw()") from None
     scene = scene_of(items, labels, colours, limits)
     figure = graph_objects.Figure()
     for item in scene.items:
@@ -150,6 +150,13 @@ def _trace(shape: Shape, item: Item, scene: Scene) -> tuple[str, dict[str, Any]]
         case Line():
             ends = clipped(shape, scene.limits)
             return None if ends is None else lines(ends)
+        case Frame(places):
+            gaps = np.full_like(places[0], np.nan)
+            axes = np.concatenate([[places[0], end, gaps] for end in places[1:]])
+            colours = np.repeat(AXES[: len(places) - 1], 3).tolist()
+            if scene.dimension == 3:
+                return scatter, {**_coordinates(axes), "mode": "lines", "line": {"color": colours}}
+            return scatter, {**_coordinates(axes), "mode": "lines+markers", "marker": {"color": colours}}
         case PointPair(centre, direction, radius, imaginary):
             return lines(centre + np.outer([-radius, radius], direction), imaginary, "lines+markers")
         case Circle(centre, None, radius, imaginary):

@@ -162,3 +162,10 @@ def test_names_between_colons_are_not_replaced_by_pictures() -> None:
     """Regression test: ``:one:`` in a message was printed as an emoji."""
     result = run("verify", "missing.py:one")
     assert result.exit_code and "missing.py:one: no such file" in result.output + result.stderr
+
+
+def test_a_misspelt_command_is_answered_with_its_name() -> None:
+    found = CliRunner().invoke(main, ["generat", "my_kernels.py"])
+    assert found.exit_code == 2 and "No such command 'generat'" in found.output
+    assert found.output.count("Did you mean 'generate'?") == 1
+    assert "Did you mean" not in CliRunner().invoke(main, ["quaternion"]).output

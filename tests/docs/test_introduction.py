@@ -41,7 +41,8 @@ def test_the_other_libraries_are_those_of_the_page() -> None:
 @pytest.mark.slow
 def test_the_front_page_has_a_scene() -> None:
     text, files = scenes.shown((DOCS / "README.md").read_text(), "index.md")
-    assert list(files) == ["index-front_scene.html"] and 'src="scenes/index-front_scene.html"' in text
+    assert list(files) == ["index-mirror_scene.html", "index-sphere_scene.html"]
+    assert all(f'src="scenes/{name}"' in text for name in files)
 
 
 PAGE = """# A page

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -55,6 +56,35 @@ def compares(path: Path) -> bool:
 def test_notebook_prints_its_stored_output(path: Path) -> None:
     assert not missing_peers(read(path))
     check_outputs(path)
+
+
+@each_notebook
+def test_the_needs_say_what_to_install(path: Path) -> None:
+    """Packages that cells import without a tag are dependencies, or named with a command that installs them."""
+    notebook = read(path)
+    (needs,) = re.findall(r"^\*\*Needs\*\*(.*?)(?:\n\n|\Z)", notebook.cells[0].source, re.MULTILINE | re.DOTALL)
+    cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    sources = "\n".join(c.source for c in cells if not any("peer:" in tag for tag in c.metadata.get("tags", ())))
+    found = {name for name in re.findall(r"^ *(?:import|from) (\w+)", sources, re.MULTILINE)}
+    found -= {
+        "algorithms",
+        "gacompiler",
+        "generated",
+        "numpy",
+        "scipy",
+        "sympy",
+        "chessboard",
+        "tests",
+        *sys.stdlib_module_names,
+    }
+    packages = {
+        "cv2": "gacompiler[peers]",
+        "matplotlib": "gacompiler[pictures]",
+        "skimage": "scikit-image",
+        "pywt": "pywavelets",
+    }
+    commands = " ".join(re.findall(r"`(pip install .*?)`", needs))
+    assert [name for name in found if packages[name] not in commands] == []
 
 
 def test_there_are_twenty_notebooks_and_the_readme_counts_them() -> None:

@@ -159,6 +159,37 @@ def test_the_compiler_in_pyodide_gives_the_same_code(place: Path) -> None:
         assert {**here, "seconds": 0} == {**there, "seconds": 0}
 
 
+@pytest.mark.skipif(PROGRAM is None, reason="no Chromium on the PATH")
+@pytest.mark.slow
+def test_the_page_has_the_colours_of_the_site_and_says_that_it_needs_a_server(place: Path) -> None:
+    frame = place / "site.html"
+    frame.write_text('<body data-theme="dark"><iframe src="playground.html" width="600" height="500"></iframe>')
+    with Browser(800, 600) as page:
+        page.open(place / "playground.html", "document.getElementById('status')")
+        assert "http.server" in page.run("document.getElementById('status').textContent")
+        assert page.run("document.documentElement.className") == ""
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), served_from(place)) as server, Browser(800, 600) as page:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        page.call("Page.navigate", url=f"http://127.0.0.1:{server.server_port}/site.html")
+        inner = "document.querySelector('iframe')?.contentDocument"
+        for _ in range(100):
+            if page.run(f"new Promise(done => setTimeout(() => done(Boolean({inner}?.querySelector('option'))), 50))"):
+                break
+        assert page.run(f"{inner}.documentElement.className") == "dark"
+        assert page.run(f"{inner}.getElementById('status').textContent") == ""
+        server.shutdown()
+
+
+def served_from(folder: Path) -> Any:
+    """A handler that serves a folder without messages."""
+
+    class Quiet(http.server.SimpleHTTPRequestHandler):
+        def log_message(self, *_: Any) -> None:
+            pass
+
+    return functools.partial(Quiet, directory=str(folder))
+
+
 @pytest.fixture
 def address(tmp_path: Path) -> Iterator[str]:
     """The address of the page, on a server of this process."""
@@ -166,11 +197,7 @@ def address(tmp_path: Path) -> Iterator[str]:
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(content)
 
-    class Quiet(http.server.SimpleHTTPRequestHandler):
-        def log_message(self, *_: Any) -> None:
-            pass
-
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(tmp_path)))
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), served_from(tmp_path))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield f"http://127.0.0.1:{server.server_port}/playground.html"
     server.shutdown()

@@ -36,6 +36,7 @@ def test_the_table_of_contents_has_every_page_and_notebook() -> None:
 def test_the_index_has_links_from_the_root_and_a_navigation_for_every_group() -> None:
     text = contents.index({"Generated code": ["modules/index"]})
     assert "](docs/tutorials/calling.md)" in text and "](README.md)" in text
+    assert "```{container} hero\n**[" in text and "](README.md#install)**" in text
     assert [group for group in contents.listed() if f":caption: {group}\n" not in text] == []
     assert "\n/docs/speed\n" in text and "\n/notebooks/conformal_geometry\n" in text and "\n/modules/index\n" in text
 
@@ -137,7 +138,11 @@ def test_the_gallery_has_every_picture_of_the_pages() -> None:
     assert all(len(each.caption) > 10 for each in found)
     growth = next(each for each in found if each.path.endswith("growth.svg"))
     assert "`make bench PAGE=growth`" in growth.made_by and "(/docs/growth.md)" in growth.made_by
-    assert "{figure} /docs/growth.svg" in gallery.page(found)
+    text = gallery.page(found)
+    assert "{figure} /docs/growth.svg" in text
+    shown = re.findall(r'src="scenes/(.*?)"', text)
+    assert len(shown) == len(set(shown)) >= 7 and "index-mirror_scene.html" in shown
+    assert text.count("\nmirror_scene\n") == 1, "the program of each scene is shown"
 
 
 def test_the_gallery_has_stored_pictures_of_notebooks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,8 +18,20 @@ from matplotlib import pyplot
 from matplotlib.patches import Circle as Round
 
 from gacompiler.errors import AlgebraError, BackendError, LayoutError
-from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, VGA3, draw, view
-from gacompiler.objects.scene import Circle, Line, Plane, PointPair, Points, Sphere, clipped, polygon, shapes_of
+from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, VGA3, draw, save_ganja, view
+from gacompiler.objects.scene import (
+    Circle,
+    Frame,
+    Line,
+    Plane,
+    PointPair,
+    Points,
+    Sphere,
+    clipped,
+    polygon,
+    scene_of,
+    shapes_of,
+)
 
 RNG = np.random.default_rng(0)
 
@@ -149,13 +161,37 @@ def test_flats_are_cut_at_the_limits() -> None:
     assert clipped(Line(np.array([0, 0, 2.0]), np.array([1.0, 0, 0])), limits) is None
 
 
+def test_a_motor_is_drawn_as_the_axes_that_it_moves() -> None:
+    """A quarter turn about z, and then a translation, in space and in the plane, of unit norm and not."""
+    moved = np.array([[1, 2, 3], [1, 3, 3], [0, 2, 3], [1, 2, 4]])
+    for space in (PGA3, CGA3):
+        motor = space.translator(1, 2, 3) * space.rotor([0, 0, 1], np.pi / 2)
+        for each in (motor, -2 * motor):
+            (shape,) = shapes_of(each)
+            assert isinstance(shape, Frame) and np.allclose(shape.places, moved, atol=1e-12)
+    axes = draw(motor, labels=["m"])
+    ends = [np.transpose(line.get_data_3d()) for line in axes.lines]
+    assert np.allclose(ends, [[moved[0], end] for end in moved[1:]], atol=1e-12)
+    assert [line.get_color() for line in axes.lines] == ["#d62728", "#2ca02c", "#1f77b4"]
+    assert np.all((np.array(scene_of([motor]).limits).T[0] < moved) & (moved < np.array(scene_of([motor]).limits).T[1]))
+    flat = PGA2.translator(1, 2) * PGA2.rotor(np.pi / 2)
+    (shape,) = shapes_of(flat)
+    assert np.allclose(shape.places, [[1, 2], [1, 3], [0, 2]], atol=1e-12) and len(draw(flat).lines) == 2
+    assert len(shapes_of(PGA3.rotor([0, 0, 1], np.array([0.1, 0.2])))) == 2
+
+
 @pytest.mark.parametrize(
     ("wrong", "error", "message"),
     [
         (lambda: draw(), AlgebraError, "no object"),
         (lambda: draw(VGA3.e1), AlgebraError, "PGA2, PGA3, CGA2 or CGA3"),
         (lambda: draw(3.0), AlgebraError, "object of float"),
-        (lambda: draw(PGA3.rotor([0, 0, 1], 1.0)), AlgebraError, "motor"),
+        (
+            lambda: draw(PGA3.e1 + PGA3.e12),
+            AlgebraError,
+            "plane, round or motor",
+        ),
+        (lambda: draw(1 + PGA3.e0123 + PGA3.e12), AlgebraError, "moves no points to points"),
         (lambda: draw(PGA3.of(PGA3.LINE, 1, 2, 3, 4, 5, 6)), AlgebraError, "not a blade"),
         (lambda: draw(PGA3.e0), AlgebraError, "infinity"),
         (lambda: draw(PGA3.point(1, 2, 3), PGA2.point(1, 2)), AlgebraError, "separately"),
@@ -169,10 +205,19 @@ def test_error_messages(wrong: Any, error: type[Exception], message: str) -> Non
         wrong()
 
 
-def test_interactive_pictures_name_a_missing_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "plotly", None)
-    monkeypatch.setitem(sys.modules, "plotly.graph_objects", None)
-    with pytest.raises(BackendError, match="pip install plotly"):
+def test_pictures_name_a_missing_library(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    p = PGA3.point(1, 2, 3)
+    for library in ("plotly", "plotly.graph_objects", "matplotlib", "matplotlib.colors"):
+        monkeypatch.setitem(sys.modules, library, None)
+    for where, call in (
+        ("draw", lambda: draw(p)),
+        ("save", lambda: view(p, drag=[p]).save(tmp_path / "scene.svg")),
+        ("save", lambda: view(p, drag=[p]).save(tmp_path / "scene.gltf")),
+        ("save_ganja", lambda: save_ganja(tmp_path / "scene.html", p)),
+    ):
+        with pytest.raises(BackendError, match=rf"{where}: matplotlib is not .* 'gacompiler\[pictures\]'"):
+            call()
+    with pytest.raises(BackendError, match=r"view: plotly is not installed; run: pip install 'gacompiler\[pictures\]'"):
         view(PGA3.point(1, 2, 3))
 
 
@@ -198,5 +243,8 @@ def test_interactive_pictures(tmp_path: Path) -> None:
     assert len(cloud.x) == 60 and cloud.mode == "markers"
     text = file.read_text()
     assert "plotly" in text and not re.search(r"<script[^>]*\ssrc=", text), "the file needs no network"
+    (axes,) = view(CGA3.translator(1, 2, 3)).data
+    assert np.allclose([axes.x[1::3], axes.y[1::3], axes.z[1::3]], np.eye(3) + np.array([[1], [2], [3]]))
+    assert axes.line.color[::3] == ("#d62728", "#2ca02c", "#1f77b4")
     flat = view(CGA2.circle([1, 2], 3), PGA2.point(1, 1))
     assert np.allclose(np.hypot(np.array(flat.data[0].x) - 1, np.array(flat.data[0].y) - 2), 3)

@@ -156,7 +156,7 @@ def test_objects_that_ganja_does_not_support_are_rejected(tmp_path: Path) -> Non
         (lambda: save_ganja(tmp_path / "a.json", p, labels=["a", "b"]), "2 labels; expected 1"),
         (lambda: save_ganja(tmp_path / "a.json", p, colours=["reddish"]), "the colour 'reddish'"),
         (lambda: save_ganja(tmp_path / "a.json", p, CGA3.point(1, 2, 3)), "PGA3 and CGA3; expected one algebra"),
-        (lambda: save_ganja(tmp_path / "a.json", PGA3.motor([0, 0, 1], 0.5)), "a point, line, plane or round"),
+        (lambda: save_ganja(tmp_path / "a.json", PGA3.motor([0, 0, 1], 0.5)), "a motor; expected blades"),
     ):
         with pytest.raises(GacError, match=words):
             call()

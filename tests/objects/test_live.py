@@ -163,7 +163,13 @@ def test_pages_need_no_network_and_quote_what_they_contain(tmp_path: Path) -> No
 def test_pictures_and_models_of_scenes(tmp_path: Path) -> None:
     """The places in a model are on the object: a sphere at its radius, a plane on its equation, ends on a line."""
     live = view(
-        lambda a, b: {"s": CGA3.sphere(b, 1.25), "l": CGA3.line(a, b), "e": CGA3.plane([0, 0, 1], 0.25), "a": a},
+        lambda a, b: {
+            "s": CGA3.sphere(b, 1.25),
+            "l": CGA3.line(a, b),
+            "e": CGA3.plane([0, 0, 1], 0.25),
+            "m": CGA3.motor([0, 0, 1], np.pi / 2, translation=[1, 2, 3]),
+            "a": a,
+        },
         drag=[A, B],
     )
     live.save(tmp_path / "scene.svg")
@@ -175,6 +181,7 @@ def test_pictures_and_models_of_scenes(tmp_path: Path) -> None:
         "s",
         "l",
         "e",
+        "m",
         "a",
     ]
 
@@ -186,11 +193,14 @@ def test_pictures_and_models_of_scenes(tmp_path: Path) -> None:
         assert len(found) == entry["count"] * (3 if kind == "<f4" else 1)
         return found.reshape(-1, 3)
 
-    sphere, line, plane, _ = (
+    sphere, line, plane, frame, _ = (
         [array(p["attributes"]["POSITION"]) for p in mesh["primitives"]] for mesh in model["meshes"]
     )
     assert np.allclose(np.linalg.norm(sphere[0] - [1.5, 0, 0], axis=1), 1.25, atol=1e-6)
     assert np.allclose(line[0][:, 1:], 0, atol=1e-6) and np.allclose(plane[0][:, 2], 0.25)
+    assert np.allclose(frame, [[[1, 2, 3], end] for end in ([1, 3, 3], [0, 2, 3], [1, 2, 4])], atol=1e-6)
+    red, green, blue = (model["materials"][p["material"]] for p in model["meshes"][3]["primitives"])
+    assert np.argmax(blue["pbrMetallicRoughness"]["baseColorFactor"][:3]) == 2 and red != green != blue
     corners = array(model["meshes"][0]["primitives"][0]["indices"])
     assert corners.max() < len(sphere[0])
     a, b, c = (sphere[0][corners[:, k]] - [1.5, 0, 0] for k in range(3))
@@ -272,6 +282,31 @@ def test_a_point_is_dragged_in_a_browser(tmp_path: Path) -> None:
             for b in boxes[:k]:
                 width, height = min(a[2], b[2]) - max(a[0], b[0]), min(a[3], b[3]) - max(a[1], b[1])
                 assert width <= 1 or height <= 4, "labels do not cover one another"
+
+
+COVERED = """(() => {
+  const boxes = [...document.querySelectorAll("svg > g:last-of-type text")].map((text) => text.getBBox());
+  const inside = (box, p) => p.x > box.x && p.x < box.x + box.width && p.y > box.y + 3 && p.y < box.y + box.height - 4;
+  let found = 0;
+  for (const line of document.querySelectorAll("svg g[class^=c] > path"))
+    for (let at = 0; at < line.getTotalLength(); at++)
+      found += boxes.some((box) => inside(box, line.getPointAtLength(at)));
+  return [boxes.length, found];
+})()"""
+
+
+@needs_browser
+@pytest.mark.slow
+def test_labels_cover_no_lines(tmp_path: Path) -> None:
+    """A point is dragged across a line: all labels leave both lines free."""
+    drag = [PGA2.point(*each) for each in ((0, -1), (0, 1), (0.8, -1), (1.6, 1), (0.4, 0))]
+    live = view(lambda a, b, c, d, x: {"one": a & b, "other": c & d, "moved": x}, drag=drag)
+    live.save(tmp_path / "scene.html")
+    with browser.Browser(800, 500) as page:
+        page.open(tmp_path / "scene.html", "window.liveScene && document.querySelector('.handle[transform]')")
+        for k in range(12):
+            page.run(f"liveScene.state().points[4].set([{0.2 * k - 0.8}, 0]); liveScene.redraw()")
+            assert page.run(COVERED) == [3, 0], k
 
 
 @needs_browser

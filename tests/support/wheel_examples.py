@@ -59,12 +59,15 @@ class Environment:
         for path in (*own.glob("numpy"), *own.glob("numpy.libs"), *own.glob("numpy-*.dist-info")):
             (self.site / path.name).symlink_to(path)
 
-    def install(self, *wheels: Path) -> None:
-        """Install wheels; their dependencies must already be present."""
+    def install(self, *wheels: Path, alone: bool = False) -> None:
+        """Install wheels; unless it is `alone`, their dependencies must already be present."""
         pip = [sys.executable, "-m", "pip", "--isolated", "--python", str(self.python)]
         known = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}  # pip would look there.
         done = subprocess.run(
-            [*pip, "install", "--no-index", *map(str, wheels)], capture_output=True, text=True, env=known
+            [*pip, "install", "--no-index", *["--no-deps"] * alone, *map(str, wheels)],
+            capture_output=True,
+            text=True,
+            env=known,
         )
         assert done.returncode == 0, done.stderr
 

@@ -92,7 +92,7 @@ def test_metadata(pure: Path) -> None:
 
 def test_bounds_are_those_of_the_project() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert project["dependencies"] == [REQUIRES_NUMPY]
+    assert REQUIRES_NUMPY in project["dependencies"]
     assert project["requires-python"] == REQUIRES_PYTHON
 
 
