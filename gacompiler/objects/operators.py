@@ -31,6 +31,7 @@ from ..ir.scalar import Graph
 from ..passes.accuracy import Gate
 from ..passes.candidate import Candidate
 from ..passes.decide import Decision, decide
+from ..passes.interruption import is_interrupted
 from ..passes.lower import Slot, pick
 from ..passes.prove import prove_program
 from ..passes.record import Compilation
@@ -40,6 +41,7 @@ from ..passes.schedule import schedule
 from .background import QUEUE, Job
 from .caches import cached_by_name, key_of
 from .definitions import Definition
+from .kept_programs import Kept, place_of
 from .library import LIBRARY, NUMPY
 from .modules import load_made, module_job
 from .native import Build, Native, is_wanted
@@ -80,15 +82,24 @@ class Operator:
 
     def __init__(self, definition: Definition, layouts: tuple[Layout, ...]) -> None:
         self.definition = definition
-        record = compiled(definition, layouts)
-        assert record.decision is not None
-        (self.result,) = record.decision.layouts
-        self.kernel, self.program = record.kernel, record.program
+        place = place_of(definition, layouts)
+        kept = place and place.get()
+        if kept:
+            self.program, self.result = kept.program, kept.result
+            kernel = _kernel(definition, layouts)
+            self.kernel = replace(kernel, returns=kept.result) if kept.declares else kernel
+        else:
+            record = compiled(definition, layouts)
+            assert record.decision is not None
+            (self.result,) = record.decision.layouts
+            self.kernel, self.program = record.kernel, record.program
+            if place and not is_interrupted():
+                place.put(Kept(self.program, self.result, self.kernel.returns is not None))
         self._native: Native | None = None
         self._build = Build(self.program) if is_wanted() else None
         self._shapes = [argument.shape for argument in self.program.arguments]
         self._is_exact = not is_transcendental(self.program)
-        self._operations = max(1, record.cost.total)
+        self._operations = max(1, cost(self.program).total)
         self._python: dict[bool, Callable[..., None]] = {}
         self._module: Any = None
         self._module_job: Job | None = None
