@@ -89,7 +89,7 @@ class Conformal(Rigid[M]):
 
     def dilator(self, factor: Argument[M]) -> M:
         """Create the versor that scales by a positive factor about the origin."""
-        if is_symbolic(factor):
+        if (type(factor) is float and factor > 0) or is_symbolic(factor):
             return self._make(_DILATOR, factor)
         factors = np.asarray(numbers("dilator", factor))
         if np.any(factors <= 0):
