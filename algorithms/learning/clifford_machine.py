@@ -46,7 +46,7 @@ class CliffordMachine(Estimator):
     def _plain(self, value: Any, name: str) -> Any:
         """Return elements of the algebra with all blades; without an algebra, points and vectors as coordinates."""
         if self.algebra is None:
-            return coordinates(value, name, (-1,))
+            return coordinates(value, name, (-1,), "vectors")
         p, q, *_ = self.algebra
         return with_all_blades(value, name, (p, q, 0), np.arange(signs_of_algebra(self.algebra).size))
 

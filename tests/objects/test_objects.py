@@ -40,7 +40,7 @@ from gacompiler.objects import (
 from gacompiler.objects import arrays as arrays_module
 from gacompiler.objects.definitions import BINARY, UNARY
 from generated import cga3, pga3
-from generated.gac_runtime.layout import layout
+from generated.gac_runtime.layout import layout as plain_layout
 
 OBLIQUE = Space(Algebra("oblique", "a b c", [[2, 1, 0], [1, -1, 3], [0, 3, 0]]))
 """An algebra with an indefinite, oblique metric and a null vector."""
@@ -398,7 +398,7 @@ def test_names_of_equal_classes_and_spaces_of_signatures() -> None:
     m = PGA3.motor([0, 0, 1], 0.5, 2)
     with pytest.raises(TypeError, match=r"generated\.pga3\.Motor \* generated\.cga3\.Motor"):
         pga3.Motor(m.values) * cga3.Motor(m.values)
-    content = {"__slots__": (), "__module__": "own", "layout": layout("OWN.MOTOR", "1 e12")}
+    content = {"__slots__": (), "__module__": "own", "layout": plain_layout("OWN.MOTOR", "1 e12")}
     own = type("Motor", (pga3.Motor.__base__,), content)(1, 0)
     for call in (lambda: m * own, lambda: sandwich(m, own)):
         with pytest.raises(TypeError, match=r"gacompiler\.objects\.arrays\.Motor and own\.Motor"):
