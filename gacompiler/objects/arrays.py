@@ -36,12 +36,13 @@ from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normali
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential, longer
 from .geometry import Geometry
 from .inverses import inverted
+from .layouts import chosen_layout, layout_of
 from .logarithms import versor_logarithm
 from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
 from .normalizing import normalized
 from .numpy_functions import NumpyFunctions
-from .operators import OBSERVERS, Operator, chosen_layout, layout_of, operator_of
+from .operators import OBSERVERS, Operator, operator_of
 from .printing import latex_of, repr_of, text_of
 from .scalars import ScalarMethods
 from .tables import table_of

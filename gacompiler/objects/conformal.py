@@ -22,7 +22,7 @@ from .caches import cached_by_name
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of, round_arguments
 from .expressions import is_symbolic, layout_in
-from .operators import layout_of
+from .layouts import layout_of
 from .shapes import CENTRE, SQUARED
 from .spaces import Argument, M, define, numbers, unit
 

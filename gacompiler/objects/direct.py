@@ -17,7 +17,7 @@ from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3
 from ..algebra.layout import SCALAR, Layout
 from ..errors import GacError
 from .definitions import Definition
-from .operators import layout_of
+from .layouts import layout_of
 from .spaces import define
 
 OFTEN = 1000

@@ -17,7 +17,7 @@ from ..errors import LayoutError
 from ..frontend.expression import Expression
 from ..frontend.functions import sqrt
 from ..frontend.operations import assemble
-from .operators import layout_of
+from .layouts import layout_of
 
 
 def is_symbolic(x: Any) -> bool:

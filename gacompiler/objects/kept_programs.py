@@ -18,6 +18,7 @@ from ..generation.fingerprint import PROGRAM_SOURCES, stamp
 from ..generation.plain import packed_program, program_of
 from ..ir.program import Program
 from .definitions import Definition
+from .layouts import layout_of
 from .plain_data import packed
 
 _SOURCES = (*PROGRAM_SOURCES, "objects", "symbolic", "calculus")
@@ -48,17 +49,25 @@ class Place(NamedTuple):
             return None
         try:
             program, layout, declares = found
-            result = _restored(self.algebra, layout)
+            result = self._restored(layout)
             return None if result is None else Kept(program_of(program), result, bool(declares))
         except (GacError, LookupError, TypeError, ValueError):
             return None
 
     def put(self, kept: Kept) -> None:
         """Keep a program, unless its layout could not be restored."""
-        layout = kept.result
-        name = None if layout.is_scalar else [layout.name, *layout.blades]
-        if _restored(self.algebra, name) is layout:
+        name = None if kept.result.is_scalar else [kept.result.name, *kept.result.blades]
+        if self._restored(name) is kept.result:
             self.cache.put(self.key, [packed_program(kept.program), name, kept.declares])
+
+    def _restored(self, name: Any) -> Layout | None:
+        """Return the layout of a result by its name and blades; None if the algebra has no such layout."""
+        if name is None:
+            return SCALAR
+        found = self.algebra.named_layout(name[0])
+        if found is None:
+            found = layout_of(self.algebra, [self.algebra.blade(each)[1] for each in name[1:]])
+        return found if [found.name, *found.blades] == list(name) else None
 
 
 def place_of(definition: Definition, layouts: Sequence[Layout]) -> Place | None:
@@ -86,15 +95,3 @@ def _described(algebra: Algebra) -> Any:
     spellings = [algebra.spelling(blade)[1] for blade in algebra.blades()]
     named = [packed(each)[1] for each in algebra.layouts.values()]
     return algebra.name, algebra.vectors, gram, spellings, repr(algebra.conjugates), named
-
-
-def _restored(algebra: Algebra, name: Any) -> Layout | None:
-    """Return the layout of a result by its name and blades; None if this algebra has no layout of that name."""
-    if name is None:
-        return SCALAR
-    found = algebra.named_layout(name[0])
-    if found is None:
-        from .operators import layout_of  # which imports this file
-
-        found = layout_of(algebra, [algebra.blade(each)[1] for each in name[1:]])
-    return found if [found.name, *found.blades] == list(name) else None

@@ -24,7 +24,7 @@ from .checks import check_relations, refuse
 from .definitions import Definition
 from .expressions import assembled, by_blade, is_symbolic
 from .expressions import unit as symbolic_unit
-from .operators import layout_of
+from .layouts import layout_of
 
 if TYPE_CHECKING:
     from .names import AnySpace
