@@ -227,8 +227,9 @@ class Operator:
                 f"{self.definition.name}: complex coefficients; expected real ones, since the operation has roots, "
                 "absolute values or transcendental functions"
             )
+        # As np.moveaxis, which takes longer than a short operation.
         parts = [
-            np.moveaxis(a.astype(dtype, copy=False), -1, 0) if shape else a.astype(dtype, copy=False)
+            a.astype(dtype, copy=False).transpose(a.ndim - 1, *range(a.ndim - 1)) if shape else a.astype(dtype)
             for a, shape in zip(arrays, self._shapes, strict=True)
         ]
         shape = self.program.results[0].shape
