@@ -159,6 +159,8 @@ class Value(_Value[Kind]):
         (base, *_) = cls.__bases__
         if base is not Value:
             raise TypeError(f"{base.__name__} cannot be subclassed")
+        if "__slots__" not in vars(cls):  # the extension stores coefficients where a dictionary would begin
+            raise TypeError(f"{cls.__name__} has no __slots__; expected __slots__ = ()")
         cls.family = families.setdefault(cls.__module__, Family())
         cls.family.types.setdefault((cls.layout.identity, cls.layout.unit), cls)
         cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])

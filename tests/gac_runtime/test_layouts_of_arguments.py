@@ -180,6 +180,11 @@ def test_lists_of_elements_are_arrays_of_them() -> None:
         cga3.plane_from_normal([VGA3.bivector(1, 2, 3)], 1.0)
 
 
+def test_types_of_values_have_no_dictionary() -> None:
+    with pytest.raises(TypeError, match=r"Own has no __slots__; expected __slots__ = \(\)"):
+        type("Own", (pga3.Motor.__base__,), {"layout": pga3.Motor.layout})
+
+
 def test_the_algebra_is_compared_before_the_norm() -> None:
     """Otherwise the message would advise to normalize an element that is refused afterwards."""
     for other in (VGA3.bivector(1, 2, 3), 2 * VGA3.rotor([0, 0, 1], 1.0), CGA3.sphere([0, 0, 0], 2)):
