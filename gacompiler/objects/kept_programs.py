@@ -7,12 +7,13 @@ with functions that have no name, such as the implied coefficients of an own lay
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 from ..algebra.algebra import Algebra
 from ..algebra.catalog import CATALOG
 from ..algebra.layout import SCALAR, Layout
-from ..errors import GacError
+from ..errors import BackendError, GacError
 from ..generation.cache import Cache, key_of, open_cache
 from ..generation.fingerprint import PROGRAM_SOURCES, stamp
 from ..generation.plain import packed_program, program_of
@@ -58,6 +59,7 @@ class Place(NamedTuple):
         """Keep a program, unless its layout could not be restored."""
         name = None if kept.result.is_scalar else [kept.result.name, *kept.result.blades]
         if self._restored(name) is kept.result:
+            _prune(self.cache)
             self.cache.put(self.key, [packed_program(kept.program), name, kept.declares])
 
     def _restored(self, name: Any) -> Layout | None:
@@ -70,11 +72,20 @@ class Place(NamedTuple):
         return found if [found.name, *found.blades] == list(name) else None
 
 
+@cache
+def _prune(folder: Cache) -> None:
+    """Keep the cache within its limit, once in a process, before its first entry."""
+    folder.prune()
+
+
 def place_of(definition: Definition, layouts: Sequence[Layout]) -> Place | None:
     """Return where the program of an operation is kept; None without a cache, or if the operands have no name."""
     sources = stamp(_SOURCES)
-    cache = None if sources is None else open_cache()
-    if cache is None or sources is None:
+    try:
+        folder = open_cache()
+    except BackendError:  # operations do not need a cache
+        folder = None
+    if folder is None or sources is None:
         return None
     unit, algebra = definition.unit, definition.algebra_of(layouts)
     try:
@@ -84,7 +95,7 @@ def place_of(definition: Definition, layouts: Sequence[Layout]) -> Place | None:
         return None
     what = (definition.name, definition.parameters, definition.text, definition.keeps)
     checked = unit and (unit.__module__, unit.__qualname__)
-    return Place(cache, key_of("operation", sources, repr((what, checked, described, operands))), algebra)
+    return Place(folder, key_of("operation", sources, repr((what, checked, described, operands))), algebra)
 
 
 def _described(algebra: Algebra) -> Any:

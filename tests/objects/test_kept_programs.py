@@ -83,6 +83,22 @@ def test_layouts_with_functions_are_traced_in_each_process(process: Any) -> None
     assert operators.operator_of(BINARY["add"], (point, point)).result.size == 3
 
 
+def test_operations_need_no_cache(process: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    for size in ("0", "many"):
+        monkeypatch.setenv("GAC_CACHE_SIZE", size)
+        process()
+        assert place_of(*CALLS[0]) is None and operators.operator_of(*CALLS[0]).result == PGA3.LINE
+
+
+def test_the_cache_is_kept_within_its_limit(process: Any, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    folder = tmp_path / "compilations"
+    folder.mkdir(mode=0o700)
+    (folder / "old").write_bytes(bytes(2_000_000))
+    monkeypatch.setenv("GAC_CACHE_SIZE", "1")
+    operators.operator_of(*CALLS[0])
+    assert [path.name for path in folder.iterdir()] == [place.key for place in [place_of(*CALLS[0])] if place]
+
+
 @pytest.mark.parametrize("damage", [None, [1, 2, 3], [[], None, True], {"program": 1}])
 def test_damaged_entries_are_traced_again(process: Any, damage: Any) -> None:
     call = CALLS[0]
