@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,18 @@ Reals = NDArray[Any]
 _FLOAT32, _FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 _FLOATS = (_FLOAT64, _FLOAT32)
 _LARGE = 1e60
-_COORDINATES = {"PGA2.POINT", "PGA3.POINT", "CGA2.POINT", "CGA3.POINT", "VGA2.VECTOR", "VGA3.VECTOR"}
-"""Layouts whose coefficients are coordinates."""
+_VECTORS = {"VGA2.VECTOR", "VGA3.VECTOR"}
+_COORDINATES = (
+    (
+        re.compile(r".*\b(points?|places?|pixels?|vertices|corners|starts and ends|x,? y(,? z)?)\b"),
+        {"PGA2.POINT", "PGA3.POINT", "CGA2.POINT", "CGA3.POINT", *_VECTORS},
+    ),
+    (
+        re.compile(r"(a |unit |wave |two |three )*(vectors?|directions?|velocities|electric fields)( as rows)?$"),
+        {"PGA2.DIRECTION", "PGA3.DIRECTION", *_VECTORS},
+    ),
+)
+"""Meanings of arguments, and the layouts whose coefficients are the coordinates of what is meant."""
 
 
 def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning: str = "") -> Reals:
@@ -26,7 +37,8 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     ----------
     value : array_like, (..., *shape)
         Real numbers. float32 is kept; integers and booleans, which are exact, are converted to float64. Masked arrays
-        are accepted if no element is masked, and points and vectors as their coordinates.
+        are accepted if no element is masked. Points are accepted as their coordinates if points are meant, directions
+        if vectors are meant, and vectors of VGA2 and VGA3 in both cases.
     name : str
         The name of the argument, for error messages.
     shape : tuple of int
@@ -75,13 +87,14 @@ def _has_shape(array: Reals, shape: tuple[int, ...]) -> bool:
 
 
 def coordinates(value: Any, name: str, shape: tuple[int, ...] = (), meaning: str = "") -> Any:
-    """Return points and vectors as their coordinates, also in lists and arrays of them, and all else unchanged.
+    """Return elements as coordinates, also in lists and arrays of them, and all else unchanged.
+
+    The arguments are those of `real_array`.
 
     Raises
     ------
     TypeError
-        If the value is or has another element: its coefficients depend on the layout. The other arguments are those of
-        `real_array`.
+        If the value is or has an element of another kind than what is meant.
     """
     value, is_list = entries_of(value)
     if is_list:
@@ -90,7 +103,8 @@ def coordinates(value: Any, name: str, shape: tuple[int, ...] = (), meaning: str
     if stored is None:
         return value
     values, own = stored
-    if own.name not in _COORDINATES or not shape or shape[-1] not in (-1, len(own.blades)):
+    meant = next((names for words, names in _COORDINATES if words.match(meaning)), ())
+    if own.name not in meant or not shape or shape[-1] not in (-1, len(own.blades)):
         raise TypeError(f"{name} is {own.name}; expected {_shape_text(shape, meaning)}")
     return values
 

@@ -73,7 +73,7 @@ def track_end_effector(
     seen = real_array(measured, "measured", (len(positions), len(model), 6)).astype(float)
     poses = robot.forward(positions)
     motions = pga3.motor_product(poses[1:], pga3.motor_inverse(poses[:-1]))
-    spread = np.asarray(covariance, float)
+    spread = real_array(covariance, "covariance", (6,), "variances or rows of a matrix").astype(float)
     limit = gate_of(LINES.n_numbers) if gate is None else gate
     follower = MotorFilter(poses[0], spread if spread.ndim == 2 else np.diag(spread), gate=limit)
     motors, covariances, status = [], [], []

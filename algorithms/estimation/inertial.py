@@ -70,8 +70,8 @@ def preintegrate(
     >>> rising.duration, rising.place.round(6).tolist()
     (1.0, [0.0, 0.0, 5.405])
     """
-    turning = finite(real_array(rates, "rates", (-1, 3)).astype(float), "rates")
-    pushing = finite(real_array(forces, "forces", (len(turning), 3)).astype(float), "forces")
+    turning = finite(real_array(rates, "rates", (-1, 3), "vectors").astype(float), "rates")
+    pushing = finite(real_array(forces, "forces", (len(turning), 3), "vectors").astype(float), "forces")
     if turning.ndim != 2 or len(turning) < 2:
         raise ValueError(f"rates: shape {turning.shape}; expected (n, 3), at least two samples")
     times = finite(real_array(dt, "dt").astype(float), "dt")

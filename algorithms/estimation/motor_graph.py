@@ -341,7 +341,7 @@ def _made(
 
 
 def _rows(value: ArrayLike, name: str, length: int) -> Reals:
-    return finite(real_array(value, name, (length,)).astype(float), name)
+    return finite(real_array(value, name, (length,), "vectors" if length == 3 else "").astype(float), name)
 
 
 def checked_motors(value: ArrayLike, name: str) -> Reals:

@@ -112,10 +112,10 @@ def estimate_orientation(
     """
     s = settings or OrientationSettings()
     per_second = positive_rate(rate)
-    rates, forces = (real_array(x, name, (-1, 3)).astype(float) for x, name in ((gyr, "gyr"), (acc, "acc")))
+    rates, forces = (real_array(x, name, (-1, 3), "vectors").astype(float) for x, name in ((gyr, "gyr"), (acc, "acc")))
     shape = rates.shape[:-2]
     n = rates.shape[-2]
-    fields = np.full((n, 3), np.nan) if mag is None else real_array(mag, "mag", (-1, 3)).astype(float)
+    fields = np.full((n, 3), np.nan) if mag is None else real_array(mag, "mag", (-1, 3), "vectors").astype(float)
     for name, other in (("acc", forces), ("mag", fields)):
         if other.shape[-2] != n:
             raise ValueError(f"{name}: {other.shape[-2]} samples; expected {n}, as many as gyr has")

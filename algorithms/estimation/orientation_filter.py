@@ -166,7 +166,7 @@ class OrientationFilter:
         return status if status.ndim else s(int(status))
 
     def _checked(self, value: ArrayLike, name: str) -> Reals:
-        array = real_array(value, name, (3,)).astype(float)
+        array = real_array(value, name, (3,), "a vector").astype(float)
         if self._shape is None:
             self._shape, self._no_field = array.shape, np.full(array.shape, np.nan)
         if array.shape != self._shape:

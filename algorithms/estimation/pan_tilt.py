@@ -12,6 +12,7 @@ from generated import pga3
 from generated import tracking as kernels
 
 from ..arguments import Reals, real_array
+from ..elements import LINE, MOTOR, elements
 from ..kinematics import Body, Robot
 from .body_eye import BodyEye
 from .image_jacobians import Chain, chain_of
@@ -33,6 +34,7 @@ _BODIES = (
 _LIMITS = ((-2.9, 2.9, 4.0, 20.0), (-1.4, 1.4, 4.0, 20.0))
 
 
+@elements(axes=LINE, eye=MOTOR)
 def pan_tilt_head(
     axes: ArrayLike | None = None,
     eye: ArrayLike | None = None,

@@ -73,7 +73,7 @@ class RotorFilter:
 
     def predict(self, rate: ArrayLike, dt: float, noise: float = 0.0) -> EstimationStatus:
         """Predict the rotor after a time at an angular rate (3,) in the moving frame, with its noise in rad2/s."""
-        turn = real_array(rate, "rate", (3,)).astype(float)
+        turn = real_array(rate, "rate", (3,), "a vector").astype(float)
         if not (np.isfinite(turn).all() and np.isfinite(dt) and dt >= 0):
             self._status = EstimationStatus.BAD_TIME
             return self._status
@@ -194,7 +194,8 @@ def _unit_rotor(value: ArrayLike) -> Reals:
 
 
 def _pair(vectors: ArrayLike, measured: ArrayLike) -> tuple[Reals, Reals]:
-    one, two = (real_array(x, n, (-1, 3)).astype(float) for x, n in ((vectors, "vectors"), (measured, "measured")))
+    pairs = ((vectors, "vectors"), (measured, "measured"))
+    one, two = (real_array(x, name, (-1, 3), "vectors").astype(float) for x, name in pairs)
     if one.ndim != 2 or one.shape != two.shape:
         raise ValueError(f"measured: shape {two.shape}; expected {one.shape} as for vectors, one row for each vector")
     return one, two

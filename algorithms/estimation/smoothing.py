@@ -143,11 +143,11 @@ def checked_start(motors: ArrayLike, velocities: ArrayLike | None, biases: Array
         raise ValueError(f"motors: shape {poses.shape}; expected (n, 8)")
     n = len(poses)
     found = [poses]
-    for value, name, length in ((velocities, "velocities", 3), (biases, "biases", 6)):
-        given = np.zeros((n, length)) if value is None else finite(real_array(value, name, (n, length)), name)
+    for value, name, length, meaning in ((velocities, "velocities", 3, "vectors"), (biases, "biases", 6, "")):
+        given = np.zeros((n, length)) if value is None else real_array(value, name, (n, length), meaning)
         if given.ndim != 2:
             raise ValueError(f"{name}: shape {given.shape}; expected ({n}, {length})")
-        found.append(given.astype(float))
+        found.append(finite(given, name).astype(float))
     return States(*found)
 
 

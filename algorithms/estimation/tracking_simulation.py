@@ -64,6 +64,7 @@ class Prediction:
 
     def add(self, time: float, place: Reals) -> None:
         """Add a measurement; it is skipped if it is not finite or not later than the last."""
+        place = real_array(place, "place", (3,), "a point")
         if not (np.isfinite(place).all() and time > self.time):
             self.n_skipped += 1
             return

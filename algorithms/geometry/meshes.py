@@ -61,7 +61,8 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
     -----
     Every ray is tested against every triangle, at about 5 ns per pair. For millions of triangles use a tree instead.
     """
-    starts, along = real_array(origins, "origins", (3,)), real_array(directions, "directions", (3,))
+    starts = real_array(origins, "origins", (3,), "points")
+    along = real_array(directions, "directions", (3,), "directions")
     corners = real_array(vertices, "vertices", (-1, 3), "vertices as rows")
     numbers = np.asarray(faces)
     if corners.ndim != 2:

@@ -38,7 +38,7 @@ def stereographic_projection(points: ArrayLike) -> Reals:
     Near the pole ``1 - z`` is computed as ``p**2 / (1 + z)`` to avoid cancellation. The relative error of images is
     1e-15 (`tests/geometry/test_stereographic.py`).
     """
-    array = real_array(points, "points")
+    array = real_array(points, "points", (-1,), "points")
     if not array.ndim or array.shape[-1] < 2:
         raise ValueError(f"points: shape {array.shape}; expected (..., n + 1), n at least 1, points of the unit sphere")
     squares = (array * array).sum(-1)
@@ -73,7 +73,7 @@ def inverse_stereographic_projection(points: ArrayLike) -> Reals:
     TypeError, ValueError
         If `points` is not an array of real numbers with at least one coordinate.
     """
-    array = real_array(points, "points")
+    array = real_array(points, "points", (-1,), "points")
     if not array.ndim or array.shape[-1] < 1:
         raise ValueError(f"points: shape {array.shape}; expected (..., n), n at least 1")
     largest = np.abs(array).max(-1, keepdims=True)

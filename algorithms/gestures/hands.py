@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from ..arguments import Reals
+from ..arguments import Reals, real_array
 from ..wavelets.checks import image_stack
 
 SECTORS, _RINGS, _DIRECTIONS = 36, 5, 8
@@ -48,7 +48,7 @@ def hand_descriptor(images: ArrayLike) -> Reals:
 
 def turned_descriptor(descriptor: ArrayLike, sectors: int) -> Reals:
     """Return the descriptor of images that are rotated by a number of sectors, from x to y."""
-    array = np.asarray(descriptor, dtype=float)
+    array = real_array(descriptor, "descriptor").astype(float)
     if array.shape[-3:] != (SECTORS, _RINGS, _DIRECTIONS):
         raise ValueError(f"descriptor: shape {array.shape}; expected (..., {SECTORS}, {_RINGS}, {_DIRECTIONS})")
     return np.roll(array, sectors, -3)

@@ -103,7 +103,7 @@ class Changes(Model):
         TypeError, ValueError
             If `gravity` is not an array of three finite numbers.
         """
-        return replace(self, free_fall=_finite(gravity, f"{self.name}: gravity", (3,), "x, y, z"))
+        return replace(self, free_fall=_finite(gravity, f"{self.name}: gravity", (3,), "a vector"))
 
     def with_payload(
         self, mass: float, centre: Sequence[float] = (0.0, 0.0, 0.0), tensor: Sequence[float] = (0.0,) * 6

@@ -64,6 +64,11 @@ class Algebra:
         return f"G({self.p},{self.q},{self.r})"
 
     @property
+    def signature(self) -> tuple[int, int, int]:
+        """The numbers of vectors with the squares 1, -1 and 0."""
+        return self.p, self.q, self.r
+
+    @property
     def n(self) -> int:
         """The number of vectors."""
         return self.p + self.q + self.r

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import coordinates
+from .all_blades import restorer, with_all_blades
 from .blade_signs import Signs, blade_signs, signs_of_algebra
 from .estimators import Estimator, checked_samples, convergence_warning, is_number
 from .gram import GramRows, check_definite, check_finite
@@ -37,7 +39,23 @@ class CliffordMachine(Estimator):
 
     def _samples(self, x: object) -> Floats:
         self._check_parameters()
-        return checked_samples(x, None if self.algebra is None else signs_of_algebra(self.algebra).size)
+        return checked_samples(
+            self._plain(x, "X"), None if self.algebra is None else signs_of_algebra(self.algebra).size
+        )
+
+    def _plain(self, value: Any, name: str) -> Any:
+        """Return elements of the algebra with all blades; without an algebra, points and vectors as coordinates."""
+        if self.algebra is None:
+            return coordinates(value, name, (-1,), "vectors")
+        p, q, *_ = self.algebra
+        return with_all_blades(value, name, (p, q, 0), np.arange(signs_of_algebra(self.algebra).size))
+
+    def _like(self, x: Any, values: Floats) -> Any:
+        """Return values with all blades as elements if `x` has elements of the algebra."""
+        if self.algebra is None or values.shape[1:] != (signs_of_algebra(self.algebra).size,):
+            return values
+        p, q, *_ = self.algebra
+        return restorer(x, (p, q, 0), np.arange(values.shape[-1]))(values)
 
     def _train(self, samples: Floats, targets: Floats, lower: Floats, upper: Floats, width: float) -> Solution:
         """Solve the dual problem of targets (m, n), and set the attributes of the fitted machine."""
@@ -114,12 +132,15 @@ class CliffordMachine(Estimator):
     def _is_precomputed(self) -> bool:
         return isinstance(self.kernel, str) and self.kernel == "precomputed"
 
-    def multivectors(self, X: Any) -> Floats:
-        """Return the values of the machine as multivectors (n, 2**k), with coefficients ordered by bitmap."""
+    def multivectors(self, X: Any) -> Any:
+        """Return the values of the machine as multivectors (n, 2**k), with coefficients ordered by bitmap.
+
+        If the samples are elements of the algebra, the values are too.
+        """
         values = self._values(X)
         found = np.zeros((len(values), self._blades.size))
         found[:, : values.shape[1]] = values
-        return found
+        return self._like(X, found)
 
     def __getstate__(self) -> dict[str, Any]:
         state = self.__dict__.copy()

@@ -45,10 +45,10 @@ class CliffordSVR(CliffordMachine):
 
         Parameters
         ----------
-        X : array or sparse matrix, (n, d) or (n, d, 2**k)
+        X : array or sparse matrix, (n, d) or (n, d, 2**k), or elements, (n, d)
             The samples, or with the kernel "precomputed" their Gram matrix (n, n).
-        y : array, (n,) or (n, m)
-            The targets.
+        y : array, (n,) or (n, m), or elements, (n,)
+            The targets. Elements of `algebra` have all of its blades.
         sample_weight : float or array, (n,), optional
             Factors of `C`, 1 by default.
 
@@ -65,7 +65,7 @@ class CliffordSVR(CliffordMachine):
         if not is_number(self.epsilon) or self.epsilon < 0:
             raise ValueError(f"epsilon: {self.epsilon!r}; expected a number of at least 0")
         samples = self._samples(X)
-        targets = _checked_targets(y, len(samples))
+        targets = _checked_targets(self._plain(y, "y"), len(samples))
         self._is_flat = targets.ndim == 1
         rows = np.ascontiguousarray(np.atleast_2d(targets.T))
         bound = np.broadcast_to(self.C * checked_weights(sample_weight, len(samples)), rows.shape)
@@ -73,14 +73,17 @@ class CliffordSVR(CliffordMachine):
         self._learn_features(X, samples)
         return self
 
-    def predict(self, X: Any) -> Floats:
-        """Return the values (n,) or (n, m) for samples."""
-        values = self._values(X)
+    def predict(self, X: Any) -> Any:
+        """Return the values (n,) or (n, m) for samples; elements if the samples are, and m is the number of blades."""
+        return self._like(X, self._predicted(X))
+
+    def _predicted(self, x: Any) -> Floats:
+        values = self._values(x)
         return np.asarray(values[:, 0] if self._is_flat else values)
 
     def score(self, X: Any, y: Any) -> float:
         """Return the coefficient of determination, the mean of all components."""
-        truth, found = np.asarray(y, float), self.predict(X)
+        truth, found = np.asarray(self._plain(y, "y"), float), self._predicted(X)
         spread = ((truth - truth.mean(0)) ** 2).sum(0)
         return float(np.mean(1 - ((truth - found) ** 2).sum(0) / np.where(spread > 0, spread, 1)))
 

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import finite, real_array
+from ..arguments import coordinates, finite, real_array
 from . import activations, delays, equivariant, linear, particles, rounds
 from .algebra import Algebra, Array
+from .all_blades import restorer, with_all_blades
 from .base import Layer
 from .chains import joined
 from .losses import LOSSES
@@ -103,9 +104,12 @@ class Network:
         return found
 
     def inputs(self, x: ArrayLike) -> Array:
-        """Check inputs, (samples, channels, blades), and convert them to the type of the parameters."""
-        array = real_array(x, "X")
+        """Check inputs, (samples, channels, blades), and convert them to the type of the parameters.
+
+        Elements of the algebra, (samples, channels), are converted to the order of blades of the network.
+        """
         algebra, size = self.algebra, self.algebra.size
+        array = real_array(with_all_blades(x, "X", algebra.signature, algebra.bitmaps), "X")
         if array.ndim == 2 and size == 1:
             array = array[..., None]
         if array.ndim != 3 or array.shape[1:] != (self.channels, size):
@@ -121,12 +125,12 @@ class Network:
         if samples == 0:
             raise ValueError("X: no samples; expected at least one for a loss or gradient")
         if self.loss_name == "entropy":
-            labels = np.asarray(y)
+            labels = np.asarray(coordinates(y, "y"))
             is_label = labels.dtype.kind in "iu" and labels.shape == (samples,)
             if not is_label or labels.min() < 0 or labels.max() >= channels:
                 raise ValueError(f"y: expected {samples} integer labels from 0 to {channels - 1}, one for each channel")
             return labels
-        array = real_array(y, "y")
+        array = real_array(with_all_blades(y, "y", algebra.signature, algebra.bitmaps), "y")
         if array.ndim == 2 and algebra.size == 1:
             array = array[..., None]
         if array.shape != (samples, channels, algebra.size):
@@ -162,8 +166,9 @@ class Network:
         return np.concatenate([*(one.ravel() for one in own), *gradients, np.zeros(0, d.dtype)])
 
     def predict(self, x: ArrayLike) -> Array:
-        """Return the results, (samples, channels, blades)."""
-        return self.forward(self.inputs(x))[-1]
+        """Return the results, (samples, channels, blades); for elements, elements if the algebra is the same."""
+        algebra, _ = self.stages[-1]
+        return restorer(x, algebra.signature, algebra.bitmaps)(self.forward(self.inputs(x))[-1])  # type: ignore[no-any-return]
 
     def loss(self, x: ArrayLike, y: ArrayLike) -> float:
         """Return the mean loss."""

@@ -203,12 +203,12 @@ def wall_recall_precision(
     RecallPrecision
         Fractions of the length; NaN if there is nothing to compare.
     """
-    sets = [real_array(x, name, (2, 2)).astype(float).reshape(-1, 2, 2)
+    sets = [real_array(x, name, (2, 2), "starts and ends").astype(float).reshape(-1, 2, 2)
             for x, name in ((walls, "walls"), (found, "found"))]  # fmt: skip
     samples, directions = zip(*(_sampled(x, step) for x in sets), strict=True)
     keep = np.ones(len(samples[0]), bool)
     if seen is not None:
-        hits = real_array(seen, "seen", (2,)).astype(float).reshape(-1, 2)
+        hits = real_array(seen, "seen", (2,), "points").astype(float).reshape(-1, 2)
         keep = _nearest(samples[0], hits, n_hits) <= 5 * step
     recalled = _covered(samples[0][keep], directions[0][keep], sets[1], distance, angle)
     precise = _covered(samples[1], directions[1], sets[0], distance, angle)

@@ -123,7 +123,7 @@ def stereo_points(
     covariances : array, (..., 6)
         Upper triangles, row by row.
     """
-    places = real_array(pixels, "pixels", (2,)).astype(float)
+    places = real_array(pixels, "pixels", (2,), "x y in pixels").astype(float)
     shifts = real_array(disparities, "disparities").astype(float)
     known = np.where(pair.valid(shifts), shifts + pair.offset, np.nan)
     image = np.concatenate([places, np.expand_dims(known, -1)], -1)
@@ -154,7 +154,7 @@ def stereo_lines(pair: RectifiedPair, left: ArrayLike, right: ArrayLike, pose: A
     """
     planes = []
     for ends, shift, aside in ((left, 0.0, 0.0), (right, pair.offset, pair.baseline)):
-        pixels = real_array(ends, "left" if aside == 0 else "right", (2, 2)).astype(float)
+        pixels = real_array(ends, "left" if aside == 0 else "right", (2, 2), "two pixels of each line").astype(float)
         x = (pixels[..., 0] - pair.centre[0] - shift) / pair.focal_length
         y = (pixels[..., 1] - pair.centre[1]) / pair.focal_length
         rays = np.stack([x + aside, y, np.ones_like(x)], -1)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga2
 
-from ..arguments import Reals
+from ..arguments import Reals, real_array
 from .built_map import BuildSettings, BuiltMap, MapStep, Progress, ScanStatus
 from .keyframes import IDENTITY, Keyframes
 from .line_map import LineMap
@@ -54,7 +54,7 @@ def _pose(odometry: ArrayLike | None) -> Reals | None:
     """Return odometry as x, y and angle; None if it is not finite."""
     if odometry is None:
         return None
-    pose = np.asarray(odometry, float)
+    pose = real_array(odometry, "odometry").astype(float)
     if pose.shape not in ((3,), (4,)):
         raise ValueError(f"odometry: shape {pose.shape}; expected (3,), x, y and angle, or (4,), a motor")
     if not np.isfinite(pose).all():

@@ -48,13 +48,13 @@ class MapObject:
     @classmethod
     def circle(cls, centre: ArrayLike, radius: float, name: str = "") -> MapObject:
         """Construct a circle."""
-        motor = pga2.motor_from_angle_translation(0.0, real_array(centre, "centre", (2,)))
+        motor = pga2.motor_from_angle_translation(0.0, real_array(centre, "centre", (2,), "a point"))
         return cls(ObjectKind.CIRCLE, np.asarray(motor), np.array([0.0, 0.0, radius]), name)
 
     @classmethod
     def segment(cls, start: ArrayLike, end: ArrayLike, name: str = "") -> MapObject:
         """Construct a segment, with the x axis along it."""
-        a, b = (real_array(x, name_, (2,)).astype(float) for x, name_ in ((start, "start"), (end, "end")))
+        a, b = (real_array(x, name_, (2,), "a point").astype(float) for x, name_ in ((start, "start"), (end, "end")))
         angle, length = np.arctan2(*(b - a)[::-1]), float(np.hypot(*(b - a)))
         motor = pga2.motor_from_angle_translation(angle, (a + b) / 2)
         return cls(ObjectKind.SEGMENT, np.asarray(motor), np.array([length / 2, 0.0, 0.0]), name)
@@ -216,7 +216,7 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
         may be off by all of it.
     """
     places = real_array(points, "points", (2,), "points").astype(float).reshape(-1, 2)
-    eye = real_array(viewpoint, "viewpoint", (2,)).astype(float)
+    eye = real_array(viewpoint, "viewpoint", (2,), "a place").astype(float)
     inliers = np.isfinite(places).all(1)
     if inliers.sum() < 2 * _FEWEST:
         return ObjectFit(None, np.nan, np.zeros(len(places), bool), FitStatus.TOO_FEW)

@@ -107,7 +107,7 @@ class PlanarPath:
         TypeError, ValueError
             If an argument has a different shape or type.
         """
-        corners = real_array(points, "points", (2,)).astype(float).reshape(-1, 2)
+        corners = real_array(points, "points", (2,), "points").astype(float).reshape(-1, 2)
         if not (np.isfinite(corners).all() and np.isfinite(radius)):
             return _nothing(PathStatus.NOT_FINITE)
         steps = np.diff(corners, axis=0)
@@ -179,7 +179,7 @@ class PlanarPath:
 
     def locate(self, points: ArrayLike, low: float = -_FAR, high: float = _FAR) -> Located:
         """Return the nearest points of the path, at positions from `low` to `high`, to points (..., 2)."""
-        places = real_array(points, "points", (2,)).astype(float)
+        places = real_array(points, "points", (2,), "points").astype(float)
         angles, shifts = (np.asarray(x) for x in pga2.motor_to_angle_translation(self.starts))
         starts = np.concatenate([shifts, np.cos(angles)[:, None], np.sin(angles)[:, None]], 1)
         spans = np.stack([self.positions, self.lengths], 1)

@@ -164,7 +164,7 @@ def simulate_scan(
     """
     device = scanner or Scanner()
     motor = real_array(pose, "pose", (4,), "a motor").astype(float).reshape(1, 4)
-    places = None if people is None else real_array(people, "people", (2,)).astype(float).reshape(1, -1, 2)
+    places = None if people is None else real_array(people, "people", (2,), "places").astype(float).reshape(1, -1, 2)
     ranges, walls, status = _measured(plan, motor, device, places, np.random.default_rng(seed))
     return SimulatedScan(_scan(ranges[0], device), walls[0], PlanStatus(int(status[0])))
 

@@ -37,7 +37,7 @@ class Summits:
 
 def finite_tokens(points: ArrayLike, dimensions: tuple[int, ...]) -> Reals:
     """Return the finite points of an array (n, d) with a dimension that is allowed."""
-    places = real_array(points, "points", (-1,)).astype(float)
+    places = real_array(points, "points", (-1,), "points").astype(float)
     if places.ndim == 1 and places.size == 0:
         places = places.reshape(0, dimensions[-1])
     if places.ndim != 2 or places.shape[1] not in dimensions:

@@ -236,7 +236,7 @@ def _spacing(points: Reals) -> float:
 
 
 def _cloud(value: ArrayLike, name: str) -> Reals:
-    array = real_array(value, name, (-1,)).astype(float)
+    array = real_array(value, name, (-1,), "points").astype(float)
     if array.ndim != 2 or array.shape[1] not in (2, 3):
         raise ValueError(f"{name}: shape {array.shape}; expected (n, 2) or (n, 3)")
     moderate(array[np.isfinite(array).all(1)], name)

@@ -156,7 +156,8 @@ def separate_motions(
     random directions, whatever its distances are. A further motion must have more inliers than these directions give by
     chance; otherwise they are inliers of the previous motion.
     """
-    x, y = np.array(real_array(source, "source", (3,)), float), np.asarray(real_array(target, "target", (3,)), float)
+    pairs = ((source, "source"), (target, "target"))
+    x, y = (np.array(real_array(p, name, (3,), "points"), float) for p, name in pairs)
     found: list[MatchRegistration] = []
     for _ in range(_ATTEMPTS * most):
         motion = register_matches(x, y, tolerance=tolerance)

@@ -84,7 +84,7 @@ def draw_joint_space(
     TypeError, ValueError
         If an array has another type or shape.
     """
-    x, y = real_array(source, "source", (-1, 3)), real_array(target, "target", (-1, 3))
+    x, y = (real_array(x, name, (-1, 3), "points") for x, name in ((source, "source"), (target, "target")))
     right = np.asarray(inliers, bool)
     if not x.shape == y.shape == (*right.shape, 3):
         raise ValueError(
@@ -117,7 +117,7 @@ def _axis(figure: Figure, rows: int, columns: int, number: int, title: str) -> A
 
 def _few(value: ArrayLike, name: str) -> Reals:
     """Return finite points (n, 3), at most about `_MOST`."""
-    points = real_array(value, name, (-1, 3))
+    points = real_array(value, name, (-1, 3), "points")
     if points.ndim != 2:
         raise ValueError(f"{name}: shape {points.shape}; expected (n, 3)")
     points = points[np.isfinite(points).all(1)]

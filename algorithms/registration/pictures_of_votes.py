@@ -69,7 +69,7 @@ def plot_curves(points: ArrayLike, curves: Extremal, junctions: Junctions, size:
     size : float, optional
         The width of the figure in inches.
     """
-    tokens = real_array(points, "points", (-1, 3))
+    tokens = real_array(points, "points", (-1, 3), "points")
     figure = Figure(figsize=(size, 0.5 * size), layout="constrained")
     left, right = (figure.add_subplot(1, 2, k, projection="3d") for k in (1, 2))
     left.plot(*tokens.T, ".", ms=1.5, color="0.3")
@@ -107,7 +107,7 @@ def plot_deformation(source: ArrayLike, target: ArrayLike, found: Deformation, s
     TypeError, ValueError
         If an array has another type or shape.
     """
-    before, goal = (real_array(x, name, (-1,)) for x, name in ((source, "source"), (target, "target")))
+    before, goal = (real_array(x, name, (-1,), "points") for x, name in ((source, "source"), (target, "target")))
     figure = Figure(figsize=(size, 0.5 * size), layout="constrained")
     clouds: list[tuple[str, Reals]] = [("before", before), ("after", found.points)]
     for axis, (title, cloud) in zip(figure.subplots(1, 2), clouds, strict=True):

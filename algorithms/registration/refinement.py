@@ -211,9 +211,12 @@ def refine(
     TypeError, ValueError
         If an argument has a wrong shape or type, or is not finite, or lines have no directions.
     """
-    x, y = (finite(real_array(p, n, (-1, 3)), n).astype(float) for p, n in ((source, "source"), (target, "target")))
+    pairs = ((source, "source"), (target, "target"))
+    x, y = (finite(real_array(p, name, (-1, 3), "points"), name).astype(float) for p, name in pairs)
     start = finite(real_array(motor, "motor", (8,)), "motor").astype(float)
-    along = None if directions is None else finite(real_array(directions, "directions", (len(y), 3)), "directions")
+    along = None
+    if directions is not None:
+        along = finite(real_array(directions, "directions", (len(y), 3), "directions"), "directions")
     if to not in _MEASURED or (to == "lines" and along is None):
         raise ValueError(f"to: {to!r} without directions; expected planes, points, or lines with directions")
     cloud = cloud_of(y)

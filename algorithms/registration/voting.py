@@ -158,7 +158,7 @@ def tensor_vote(
         found, _ = _passes(tokens, sources, weights, int(count))
         return _spread(found, places, own)
     _, sources = _passes(tokens, sources, weights, int(count) - 1)
-    return _dense(tokens, sources, weights[count > 1], _places(at, "at", places.shape[1]))
+    return _dense(tokens, sources, weights[count > 1], _rows(at, "at", places.shape[1], "points"))
 
 
 class VoteField:
@@ -205,8 +205,8 @@ def _passes(tokens: _Tokens, sources: _Sources, curvatures: tuple[float, float],
     return found, sources
 
 
-def _places(value: ArrayLike, name: str, dimension: int) -> Reals:
-    array = real_array(value, name, (dimension,)).astype(float)
+def _rows(value: ArrayLike, name: str, dimension: int, meaning: str) -> Reals:
+    array = real_array(value, name, (dimension,), meaning).astype(float)
     if array.ndim != 2:
         raise ValueError(f"{name}: shape {array.shape}; expected (n, {dimension})")
     return array
@@ -227,7 +227,7 @@ class _Sources:
 
 
 def _tokens(points: ArrayLike, normals: ArrayLike | None, tangents: ArrayLike | None) -> tuple[Reals, _Sources | None]:
-    places = real_array(points, "points", (-1,)).astype(float)
+    places = real_array(points, "points", (-1,), "points").astype(float)
     if places.ndim == 1 and places.size == 0:
         places = places.reshape(0, 3)
     if places.ndim != 2 or places.shape[1] not in (2, 3):
@@ -238,7 +238,7 @@ def _tokens(points: ArrayLike, normals: ArrayLike | None, tangents: ArrayLike | 
     if normals is None and tangents is None:
         return places, None
     name = "tangents" if normals is None else "normals"
-    given = _places(tangents if normals is None else normals, name, d)  # type: ignore[arg-type]
+    given = _rows(tangents if normals is None else normals, name, d, "directions")  # type: ignore[arg-type]
     if len(given) != n:
         raise ValueError(f"{name}: {len(given)} rows; expected {n}, one for each point")
     length = np.linalg.norm(given, axis=1)

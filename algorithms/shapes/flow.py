@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from generated import shapes
 
-from ..arguments import Reals
+from ..arguments import Reals, real_array
 from .images import checked_image, checked_spacing
 
 _FACTOR, _SPREAD = 4.0, 16.0
@@ -116,7 +116,7 @@ def streamline_samples(flow: Reals, starts: Reals, count: int = 60, length: floa
     turned : array of bool, (n,)
         Whether the flow turned back, so that the sample is where streamlines converge.
     """
-    at = np.array(starts, float)
+    at = np.array(real_array(starts, "starts", (len(flow),), "points"), float)
     steps = np.full(len(at), length)
     turned = np.zeros(len(at), bool)
     before = np.zeros_like(at)

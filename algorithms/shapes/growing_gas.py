@@ -106,7 +106,7 @@ def neural_gas(
     TypeError, ValueError
         If an argument has a wrong shape or type, or is out of its range.
     """
-    array = real_array(points, "points", (-1,)).astype(float)
+    array = real_array(points, "points", (-1,), "points").astype(float)
     if array.ndim != 2 or array.shape[1] not in (2, 3):
         raise ValueError(f"points: shape {array.shape}; expected (m, 2) or (m, 3)")
     d = array.shape[1]

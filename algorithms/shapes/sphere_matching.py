@@ -65,7 +65,7 @@ class SphereRegistration:
 
     def warp(self, points: ArrayLike) -> Reals:
         """Return the images (n, 3) of points of the first model."""
-        x = finite(real_array(points, "points", (3,)).astype(float), "points")
+        x = finite(real_array(points, "points", (3,), "points").astype(float), "points")
         moved = (x.reshape(-1, 3) - self._start) / self._unit
         for step in self._maps:
             moved = step(moved) if len(moved) else moved
@@ -77,7 +77,7 @@ class SphereRegistration:
 
     def unwarp(self, points: ArrayLike, steps: int = 12) -> Reals:
         """Return the points whose images are given, by a fixed-point iteration of the displacement."""
-        x = finite(real_array(points, "points", (3,)).astype(float), "points")
+        x = finite(real_array(points, "points", (3,), "points").astype(float), "points")
         found = x - self._end + self._start
         for _ in range(steps):
             found = found - (self.warp(found) - x)

@@ -81,7 +81,7 @@ class Surface:
         move : callable, optional
             `pga3.move_plane`, `pga3.move_line` or `pga3.move_point`.
         """
-        return np.asarray(move(self.motors, np.asarray(entity, float)))
+        return np.asarray(move(self.motors, entity))  # type: ignore[arg-type]
 
 
 def surface(
@@ -131,11 +131,11 @@ def surface(
         mask = checked_image(array, "mask", (3,)) > 0
         samples, euler = samples_of_mask(mask, checked_spacing(spacing, 3))
     else:
-        points = finite(real_array(array, "points", (-1, 3)).astype(float), "points")
+        points = finite(real_array(array, "points", (-1, 3), "points").astype(float), "points")
         _check_count(len(points))
         given = None
         if normals is not None:
-            given = finite(real_array(normals, "normals", (len(points), 3)).astype(float), "normals")
+            given = finite(real_array(normals, "normals", (len(points), 3), "vectors").astype(float), "normals")
         samples, outliers = samples_of_points(points, given)
     _check_count(len(samples.places))
     if start is not None:

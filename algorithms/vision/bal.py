@@ -74,7 +74,7 @@ class BalProblem:
         TypeError, ValueError
             If a camera has pixels that are not square, or a skew, or if arguments have other shapes.
         """
-        places = finite(real_array(points, "points", (-1, 3)), "points").astype(np.float64)
+        places = finite(real_array(points, "points", (-1, 3), "points"), "points").astype(np.float64)
         camera, point, pixels = checked_table(observations, len(cameras), len(places))
         k = np.zeros(2) if coefficients is None else real_array(coefficients, "coefficients", (2,), "k1 k2")
         matrices = np.array([each.intrinsics for each in cameras]).reshape(-1, 3, 3)

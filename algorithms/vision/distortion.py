@@ -86,7 +86,7 @@ class Distortion:
         TypeError, ValueError
             If `directions` is not an array of directions.
         """
-        array = real_array(directions, "directions", (3,), "x y z")
+        array = real_array(directions, "directions", (3,), "directions")
         exact = np.asarray(array, np.float64)
         with np.errstate(all="ignore"):
             if self.model == "brown":

@@ -134,7 +134,7 @@ class LandmarkMap:
         TypeError, ValueError
             If `directions` are not directions, or if `noise` is not a positive number.
         """
-        array = real_array(directions, "directions", (-1, 3), "x y z")
+        array = real_array(directions, "directions", (-1, 3), "directions")
         if array.ndim != 2:
             raise ValueError(f"directions: shape {array.shape}; expected (n, 3), one set")
         size = finite_number(noise, "noise")

@@ -75,7 +75,7 @@ def localize_by_landmarks(
         return LandmarkPose(np.full(8, np.nan), VisionStatus.TOO_FEW, np.nan, none)
     seen = []
     for g, group in enumerate(groups):
-        directions = real_array(group, f"groups[{g}]", (-1, 3), "x y z").astype(np.float64)
+        directions = real_array(group, f"groups[{g}]", (-1, 3), "directions").astype(np.float64)
         found = learned.recognize(directions, size)
         if found.status == VisionStatus.OK:
             matched = found.matches >= 0

@@ -58,7 +58,7 @@ def similarity_versor(shift: ArrayLike, rotor: ArrayLike, scale: ArrayLike) -> R
     TypeError, ValueError
         If arguments are not real numbers of these shapes, or if a scale is not positive.
     """
-    place = real_array(shift, "shift", (-1,), "x y or x y z")
+    place = real_array(shift, "shift", (-1,), "vectors")
     algebra = _CONFORMAL[_dimension(place, "shift")]
     unit_rotor, factor = real_array(rotor, "rotor", (2 * place.shape[-1] - 2,)), real_array(scale, "scale")
     for name, array in (("shift", place), ("rotor", unit_rotor), ("scale", factor)):

@@ -41,6 +41,10 @@ class Family:
         self.types: dict[tuple[Any, bool], Any] = {}
 
 
+_FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
+    "*": operator.mul, "^": operator.xor, "&": operator.and_, "+": operator.add, "-": operator.sub,
+    "/": operator.truediv, "|": operator.or_, ">>": operator.rshift, "()": lambda a, b: a(b),
+}  # fmt: skip
 families: dict[str, Family] = {}
 """The families by name of their module."""
 
@@ -155,6 +159,8 @@ class Value(_Value[Kind]):
         (base, *_) = cls.__bases__
         if base is not Value:
             raise TypeError(f"{base.__name__} cannot be subclassed")
+        if "__slots__" not in vars(cls):  # the extension stores coefficients where a dictionary would begin
+            raise TypeError(f"{cls.__name__} has no __slots__; expected __slots__ = ()")
         cls.family = families.setdefault(cls.__module__, Family())
         cls.family.types.setdefault((cls.layout.identity, cls.layout.unit), cls)
         cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])
@@ -269,6 +275,11 @@ def _operate(symbol: str, *operands: Any) -> Any:
     family = next(operand.family for operand in operands if isinstance(operand, Value))
     found = family.operators.get((symbol, types))
     if found is None:
+        other = next((x for x in operands if hasattr(x, "stored") and not isinstance(x, Value)), None)
+        if other is not None and symbol in _FUNCTIONS:  # the operators of the other element have any operands
+            return _FUNCTIONS[symbol](
+                *[other.like(x.layout, x.__array__().copy()) if isinstance(x, Value) else x for x in operands]
+            )
         combined = None if symbol == "()" else _sum_or_multiple(symbol, *operands)
         if combined is not None:
             return combined

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import platform
 from collections.abc import Iterable, Iterator
 from functools import cache
@@ -38,6 +39,19 @@ def fingerprint(sources: tuple[str, ...] = TEXT_SOURCES) -> str | None:
     return hashlib.sha256(repr((found, versions, jinja2.__version__)).encode()).hexdigest()
 
 
+@cache
+def stamp(sources: tuple[str, ...]) -> str | None:
+    """Compute a digest of the names, sizes and times of files and folders of this package, which reads none of them.
+
+    It differs between copies of the same sources. Return None under the same conditions as `fingerprint`.
+    """
+    states = [(path, os.stat(path)) for path in _paths(str(_PACKAGE), sources)]
+    if not states or any(state.st_mtime_ns > LOADED for _, state in states):
+        return None
+    rows = [(path, state.st_size, state.st_mtime_ns, state.st_ctime_ns) for path, state in states]
+    return hashlib.sha256(repr((rows, platform.python_version(), mpmath.__version__)).encode()).hexdigest()
+
+
 def digest(root: Path, names: Iterable[str], newest: int) -> str | None:
     """Compute a digest of the names and contents of files below `root`.
 
@@ -52,7 +66,7 @@ def digest(root: Path, names: Iterable[str], newest: int) -> str | None:
         A modification time in nanoseconds.
     """
     whole, n_files = hashlib.sha256(), 0
-    for path in _files(root, names):
+    for path in map(Path, _paths(str(root), names)):
         content = path.read_bytes()
         whole.update(f"{path.relative_to(root).as_posix()}\n{len(content)}\n".encode())
         whole.update(content)
@@ -62,7 +76,11 @@ def digest(root: Path, names: Iterable[str], newest: int) -> str | None:
     return whole.hexdigest() if n_files else None
 
 
-def _files(root: Path, names: Iterable[str]) -> Iterator[Path]:
+def _paths(root: str, names: Iterable[str]) -> Iterator[str]:
     for name in names:
-        paths = [root / name] if (root / name).is_file() else sorted((root / name).rglob("*"))
-        yield from (path for path in paths if path.is_file() and "__pycache__" not in path.parts)
+        path = os.path.join(root, name)
+        if os.path.isfile(path):
+            yield path
+        for folder, folders, files in os.walk(path):
+            folders[:] = sorted(set(folders) - {"__pycache__"})
+            yield from (os.path.join(folder, file) for file in sorted(files))

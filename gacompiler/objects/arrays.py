@@ -36,12 +36,13 @@ from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normali
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential, longer
 from .geometry import Geometry
 from .inverses import inverted
+from .layouts import chosen_layout, layout_of
 from .logarithms import versor_logarithm
 from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
 from .normalizing import normalized
 from .numpy_functions import NumpyFunctions
-from .operators import OBSERVERS, Operator, chosen_layout, layout_of, operator_of
+from .operators import OBSERVERS, Operator, operator_of
 from .printing import latex_of, repr_of, text_of
 from .scalars import ScalarMethods
 from .tables import table_of
@@ -762,9 +763,8 @@ def apply(definition: Definition, *operands: Any) -> Any:
         return definition.function(definition.algebra or symbolic.algebra)(*operands)
     algebra = definition.algebra
     refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
+    operands = _without_values(definition.name, operands)
     for each in operands:
-        if hasattr(type(each), "family"):
-            raise _of_another_module(definition.name, operands)
         if isinstance(each, refused) and not np.ndim(each) == 0:
             raise OperandError(
                 definition.name,
@@ -922,7 +922,8 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
             "division", f"{a} / 0", "a divisor other than zero", "in an array, such quotients are infinite or NaN"
         )
     if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
-        raise _of_another_module(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
+        a, b = _without_values(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
+        return _OPERATORS[symbol, 2](a, b)
     if symbol in ("()", ">>"):
         role = _roles.get(first)
         if role is not None:
@@ -989,11 +990,27 @@ def _other_slots(own: Layout, wanted: Layout) -> list[str]:
     ]
 
 
-def _of_another_module(where: str, operands: tuple[Any, ...]) -> OperandError:
-    """Return the error for an operand of a type of a generated module, which may have the name of a type of objects."""
-    names = " and ".join(f"{type(each).__module__}.{type(each).__name__}" for each in operands)
-    remedy = "convert one of them, as in PGA3.of(PGA3.MOTOR, x) or generated.pga3.Motor(x)"
-    return OperandError(where, names, "operands of one module", remedy)
+def _without_values(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return operands with values of generated modules, which have a `family`, as multivectors.
+
+    Raises
+    ------
+    OperandError
+        If the algebra of a value is neither that of another operand nor in the catalog.
+    """
+    if not any(hasattr(type(each), "family") for each in operands):
+        return operands
+    own = next((each.algebra for each in operands if isinstance(each, MultivectorArray)), SCALARS)
+    found = []
+    for each in operands:
+        is_value = hasattr(type(each), "family")
+        layout = layout_from_plain(each.layout, own) if is_value else None
+        if is_value and layout is None:
+            names = " and ".join(f"{type(each).__module__}.{type(each).__name__}" for each in operands)
+            remedy = "convert one of them, as in PGA3.of(PGA3.MOTOR, x) or generated.pga3.Motor(x)"
+            raise OperandError(where, names, "operands of one module", remedy)
+        found.append(each if layout is None else wrap(layout, np.array(each.__array__())))
+    return tuple(found)
 
 
 def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:

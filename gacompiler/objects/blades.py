@@ -13,7 +13,7 @@ import numpy as np
 from ..algebra.catalog import QUATERNIONS
 from ..errors import AlgebraError
 from .elements import Elements
-from .operators import layout_of
+from .layouts import layout_of
 from .shapes import Reals, dense, grades_in, rounding
 
 

@@ -22,7 +22,7 @@ from .caches import cached_by_name
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of, round_arguments
 from .expressions import is_symbolic, layout_in
-from .operators import layout_of
+from .layouts import layout_of
 from .shapes import CENTRE, SQUARED
 from .spaces import Argument, M, define, numbers, unit
 
@@ -89,7 +89,7 @@ class Conformal(Rigid[M]):
 
     def dilator(self, factor: Argument[M]) -> M:
         """Create the versor that scales by a positive factor about the origin."""
-        if is_symbolic(factor):
+        if (type(factor) is float and factor > 0) or is_symbolic(factor):
             return self._make(_DILATOR, factor)
         factors = np.asarray(numbers("dilator", factor))
         if np.any(factors <= 0):

@@ -29,7 +29,7 @@ from .forms import COEFFICIENTS, Form, Given, SquaredRadius, forms_of
 from .native import extension
 from .operators import OBSERVERS, operator_of
 from .poses import Poses
-from .spaces import Argument, M, Space, in_algebra, numbers, of_floats, stacked
+from .spaces import Argument, M, Space, in_algebra, numbers, of_floats, single_of_numbers, stacked
 
 _KNOWN: dict[tuple[Any, ...], Form] = {}
 """The form that was found for arguments that look alike."""
@@ -77,9 +77,12 @@ class Rigid(Poses[M], Space[M]):
 
     def point(self, *coordinates: Argument[M]) -> M:
         """Create points from coordinates, or from an array with these along its last axis; also accepts points."""
+        single = single_of_numbers(self._point_layout, coordinates)
+        if single is not None:
+            return single
         if len(coordinates) == 1 and isinstance(coordinates[0], (MultivectorArray, Expression)):
             return self._object("point", self._given("point", coordinates[0]))
-        return self.of(self.algebra.POINT, *coordinates)
+        return self.of(self._point_layout, *coordinates)
 
     def line(self, *arguments: Argument[M], direction: Argument[M] | None = None) -> M:
         """Create the line through two points, through a point along a direction, or from coefficients.
@@ -109,6 +112,8 @@ class Rigid(Poses[M], Space[M]):
 
     def translator(self, *coordinates: Argument[M]) -> M:
         """Create the translator by coordinates or by a direction."""
+        if len(coordinates) == self._d and all(type(x) is float or type(x) is int for x in coordinates):
+            return self._construct("translator", (coordinates,))
         return self._construct("translator", (self._shift("translator", coordinates),))
 
     def random_motor(
@@ -158,15 +163,15 @@ class Rigid(Poses[M], Space[M]):
 
     def _construct(self, name: str, arguments: Sequence[Any]) -> Any:
         """Create an object by the first matching form of the table."""
-        symbolic = is_symbolic(arguments)
         look = type(self), name, *look_of(arguments)
-        direct = None if OBSERVERS or symbolic else _DIRECT.get(look, 0)
+        direct = None if OBSERVERS else _DIRECT.get(look, 0)
         if type(direct) is tuple:
             form, holder, call = direct
             made = called(form, holder, call, arguments)
             if made is not None:
                 return made
-        elif direct is not None and direct >= 0:
+        symbolic = is_symbolic(arguments)
+        if type(direct) is int and direct >= 0 and not symbolic:
             self._count(look, name, arguments)
         given = [self._given(name, each) for each in arguments]
         forms = forms_of(name, self._d)

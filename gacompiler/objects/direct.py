@@ -8,13 +8,16 @@ result is not finite, or the arguments are not clearly valid, the constructor ru
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from ..algebra.algebra import Algebra
-from ..algebra.catalog import CGA3, PGA3
+from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3
 from ..algebra.layout import SCALAR, Layout
+from ..errors import GacError
 from .definitions import Definition
+from .layouts import layout_of
 from .spaces import define
 
 OFTEN = 1000
@@ -32,6 +35,8 @@ class Direct(NamedTuple):
     layouts: tuple[Layout, ...]
     is_valid: Callable[[Numbers], bool]
     """Whether the coefficients of all arguments are clearly valid."""
+    more: tuple[float, ...] = ()
+    """Numbers for the last of the layouts, which are no arguments."""
 
 
 def _has_axis(numbers: Numbers) -> bool:
@@ -53,12 +58,41 @@ def _is_line(numbers: Numbers) -> bool:
 
 
 def _are_apart(numbers: Numbers) -> bool:
-    a, b, c, x, y, z = numbers
-    return abs(a - x) + abs(b - y) + abs(c - z) > _CLEARLY * max(map(abs, numbers))
+    """Whether the numbers are the coordinates of two different points."""
+    half = len(numbers) // 2
+    return sum(abs(a - b) for a, b in zip(numbers[:half], numbers[half:], strict=True)) > _CLEARLY * _size(numbers)
+
+
+def _are_corners(numbers: Numbers) -> bool:
+    """Whether the numbers are the coordinates of three points of a triangle."""
+    d = len(numbers) // 3
+    p, q, r = numbers[:d], numbers[d : 2 * d], numbers[2 * d :]
+    a, b = [x - y for x, y in zip(q, p, strict=True)], [x - y for x, y in zip(r, p, strict=True)]
+    area = sum(abs(a[i] * b[k] - a[k] * b[i]) for i, k in ((0, 1), (0, d - 1), (1, d - 1)))
+    return area > _CLEARLY * _size(numbers) * max(*map(abs, a), *map(abs, b))
+
+
+def _has_direction(numbers: Numbers) -> bool:
+    """Whether the second half of the numbers is a direction, in the scale of the first half, a point."""
+    half = len(numbers) // 2
+    return _CLEARLY * _size(numbers) < sum(map(abs, numbers[half:])) < 1e100
+
+
+def _has_normal(numbers: Numbers) -> bool:
+    """Whether the first of the numbers, all but the last, are a normal."""
+    return 1e-100 < sum(map(abs, numbers[:-1])) < 1e100
+
+
+def _has_normal_and_radius(numbers: Numbers) -> bool:
+    return _has_axis(numbers[3:6]) and _has_radius(numbers)
 
 
 def _has_radius(numbers: Numbers) -> bool:
     return numbers[-1] >= 0
+
+
+def _size(numbers: Numbers) -> float:
+    return max(map(abs, numbers))
 
 
 _SCREW = "ga.exp(-angle / 2 * AXIS) * (1 + distance / 2 * (AXIS * {A}.multivector({'e0123': 1})))"
@@ -67,15 +101,55 @@ _TRANSLATED = (
     "1 - (t['e032'] * {A}.multivector({'e01': 1}) + t['e013'] * {A}.multivector({'e02': 1})"
     " + t['e021'] * {A}.multivector({'e03': 1})) / 2"
 )
-_PLANE = " + ".join(f"{each[0]} * {{A}}.multivector({{'{each[1:]}': 1}})" for each in ("ae1", "be2", "ce3", "de0"))
+_NORMAL = "ga.normalize(n['e032'] * {A}.e1 + n['e013'] * {A}.e2 + n['e021'] * {A}.e3)"
+_TRANSLATED2 = "1 + (t['e01'] * {A}.e20 - t['e20'] * {A}.e01) / 2"
+_SPHERE = "(centre - radius * radius / 2 * {A}.einf) * {A}.pseudoscalar"
+_CIRCLE = (
+    "((ga.normalize(n) + ga.scalar_product(ga.normalize(n), centre) * {A}.einf)"
+    " ^ (centre - radius * radius / 2 * {A}.einf)) * {A}.pseudoscalar"
+)
+_TURNED3 = "ga.exp(-angle / 2 * ga.normalize(axis) * {A}.e123)"
 _DIRECTION, _LINE = PGA3.DIRECTION, PGA3.LINE
+_VECTOR2, _VECTOR3 = (layout_of(each, each.blades(1)[: each.dimension - 2]) for each in (CGA2, CGA3))
+_P2, _P3, _C2, _C3 = (each.POINT for each in (PGA2, PGA3, CGA2, CGA3))
 _ABOUT_LINE, _ABOUT_AXIS = (_SCREW.replace("AXIS", axis) for axis in ("ga.normalize(axis)", _THROUGH_ORIGIN))
 
 
 def _motor(layouts: tuple[Layout, ...], parameters: str, text: str) -> Direct:
-    return Direct(define("motor", parameters, text, unit=True), layouts, _is_line if layouts[0] == _LINE else _has_axis)
+    return _versor("motor", layouts, parameters, text, _is_line if layouts[0] == _LINE else _has_axis)
 
 
+def _versor(
+    name: str, layouts: tuple[Layout, ...], parameters: str, text: str, valid: Callable[[Numbers], bool]
+) -> Direct:
+    return Direct(define(name, parameters, _with_blades(text), unit=True), layouts, valid)
+
+
+def _blade(
+    name: str, layouts: tuple[Layout, ...], parameters: str, text: str, valid: Callable[[Numbers], bool]
+) -> Direct:
+    return Direct(define(name, parameters, _with_blades(text)), layouts, valid)
+
+
+def _with_blades(text: str) -> str:
+    """Return a text with ``{A}.e12`` for basis blades, which algebras have not as attributes."""
+    return re.sub(r"\{A\}\.(e\w+)", r"{A}.multivector({'\1': 1})", text)
+
+
+def _flats(point: Layout, vector: Layout) -> dict[str, list[Direct]]:
+    """Return the forms that the plane and space of conformal algebra have in common."""
+    return {
+        "translator": [_versor("translator", (vector,), "t", "1 - t * {A}.einf / 2", _is_moderate)],
+        "line": [
+            _blade("line", (point, point), "p q", "p ^ q ^ {A}.einf", _are_apart),
+            _blade("line", (point, vector), "p d", "p ^ d ^ {A}.einf", _has_direction),
+        ],
+        "point_pair": [_blade("point_pair", (point, point), "p q", "p ^ q", _are_apart)],
+        "circle": [_blade("circle", (point, point, point), "p q r", "p ^ q ^ r", _are_corners)],
+    }
+
+
+_COMMON2, _COMMON3 = _flats(_C2, _VECTOR2), _flats(_C3, _VECTOR3)
 _FORMS: dict[tuple[Algebra, str], list[Direct]] = {
     (PGA3, "motor"): [
         _motor((_LINE, SCALAR, SCALAR), "axis angle distance", _ABOUT_LINE),
@@ -87,33 +161,79 @@ _FORMS: dict[tuple[Algebra, str], list[Direct]] = {
     ],
     (PGA3, "rotor"): [
         _motor((_LINE, SCALAR), "axis angle", "ga.exp(-angle / 2 * ga.normalize(axis))"),
+        # About an axis through the origin, too, the result is a motor.
+        _motor((_DIRECTION, SCALAR, SCALAR), "axis angle distance", _ABOUT_AXIS)._replace(more=(0.0,)),
     ],
-    (PGA3, "translator"): [Direct(define("translator", "t", _TRANSLATED, unit=True), (_DIRECTION,), _is_moderate)],
-    (PGA3, "plane"): [Direct(define("plane", "a b c d", _PLANE), 4 * (SCALAR,), _has_axis)],
-    (PGA3, "line"): [Direct(define("line", "p q", "p & q"), (PGA3.POINT, PGA3.POINT), _are_apart)],
-    (CGA3, "sphere"): [
-        Direct(
-            define(
-                "sphere", "centre radius",
-                "(centre - radius * radius / 2 * {A}.multivector({'einf': 1})) * {A}.pseudoscalar",
-            ),
-            (CGA3.POINT, SCALAR), _has_radius,
+    (PGA3, "translator"): [_versor("translator", (_DIRECTION,), "t", _TRANSLATED, _is_moderate)],
+    (PGA3, "plane"): [
+        _blade("plane", 4 * (SCALAR,), "a b c d", "a * {A}.e1 + b * {A}.e2 + c * {A}.e3 + d * {A}.e0", _has_axis),
+        _blade("plane", (_DIRECTION, SCALAR), "n distance", f"{_NORMAL} - distance * {{A}}.e0", _has_normal),
+        _blade("plane", (_P3, _P3, _P3), "p q r", "p & q & r", _are_corners),
+    ],
+    (PGA3, "line"): [
+        _blade("line", (_P3, _P3), "p q", "p & q", _are_apart),
+        _blade("line", (_P3, _DIRECTION), "p d", "p & d", _has_direction),
+    ],
+    (PGA2, "line"): [
+        _blade("line", (_P2, _P2), "p q", "p & q", _are_apart),
+        _blade("line", (_P2, PGA2.DIRECTION), "p d", "p & d", _has_direction),
+        _blade("line", 3 * (SCALAR,), "a b c", "a * {A}.e1 + b * {A}.e2 + c * {A}.e0", _has_normal),
+    ],
+    (PGA2, "translator"): [_versor("translator", (PGA2.DIRECTION,), "t", _TRANSLATED2, _is_moderate)],
+    (PGA2, "rotor"): [_versor("rotor", (SCALAR, _P2), "angle centre", "ga.exp(-angle / 2 * centre)", _is_moderate)],
+    (PGA2, "motor"): [
+        _versor(
+            "motor", (SCALAR, PGA2.DIRECTION), "angle t", f"({_TRANSLATED2}) * ga.exp(-angle / 2 * {{A}}.e12)",
+            _is_moderate,
         )
     ],
+    **{(CGA2, name): forms for name, forms in _COMMON2.items()},
+    **{(CGA3, name): forms for name, forms in _COMMON3.items()},
+    (CGA2, "circle"): [*_COMMON2["circle"], _blade("circle", (_C2, SCALAR), "centre radius", _SPHERE, _has_radius)],
+    (CGA2, "motor"): [
+        _versor(
+            "motor", (SCALAR, _VECTOR2), "angle t", "(1 - t * {A}.einf / 2) * ga.exp(-angle / 2 * {A}.e12)",
+            _is_moderate,
+        )
+    ],
+    (CGA3, "circle"): [
+        *_COMMON3["circle"],
+        _blade("circle", (_C3, _VECTOR3, SCALAR), "centre n radius", _CIRCLE, _has_normal_and_radius),
+    ],
+    (CGA3, "sphere"): [_blade("sphere", (_C3, SCALAR), "centre radius", _SPHERE, _has_radius)],
+    (CGA3, "plane"): [
+        _blade(
+            "plane", (_VECTOR3, SCALAR), "n distance",
+            "-(ga.normalize(n) + distance * {A}.einf) * {A}.pseudoscalar", _has_normal,
+        ),
+        _blade("plane", (_C3, _C3, _C3), "p q r", "p ^ q ^ r ^ {A}.einf", _are_corners),
+    ],
+    (CGA3, "rotor"): [_versor("rotor", (_VECTOR3, SCALAR), "axis angle", _TURNED3, _has_axis)],
+    (CGA3, "motor"): [
+        _versor(
+            "motor", (_VECTOR3, SCALAR, SCALAR), "axis angle distance",
+            f"(1 - distance / 2 * (ga.normalize(axis) * {{A}}.einf)) * {_TURNED3}", _has_axis,
+        ),
+        _versor(
+            "motor", (_VECTOR3, SCALAR, _VECTOR3), "axis angle t", f"(1 - t * {{A}}.einf / 2) * {_TURNED3}", _has_axis
+        ),
+    ],
 }  # fmt: skip
+_PLACES = (_P2, _P3, _C2, _C3, PGA2.DIRECTION, PGA3.DIRECTION, _VECTOR2, _VECTOR3)
+"""Layouts whose elements may be passed as lists of coordinates."""
 
 
 def form_of(algebra: Algebra, name: str, arguments: Sequence[Any]) -> Direct | None:
     """Return the form of a constructor for arguments: elements, numbers, and lists of coordinates."""
     for form in _FORMS.get((algebra, name), ()):
-        if len(form.layouts) == len(arguments) and all(map(_fits, form.layouts, arguments)):
+        if len(form.layouts) - len(form.more) == len(arguments) and all(map(_fits, form.layouts, arguments)):
             return form
     return None
 
 
 def _fits(layout: Layout, x: Any) -> bool:
     if type(x) in (list, tuple):
-        return layout in (PGA3.POINT, PGA3.DIRECTION, CGA3.POINT) and len(x) == 3
+        return layout in _PLACES and len(x) == layout.size
     return layout is SCALAR if type(x) in (float, int) else getattr(x, "layout", None) == layout and x.shape == ()
 
 
@@ -134,7 +254,7 @@ def called(form: Direct, holder: Any, call: Any, arguments: Sequence[Any]) -> An
     try:
         if not form.is_valid(numbers):
             return None
-        made = call(holder(*numbers))
-    except (TypeError, OverflowError):  # other things than numbers
+        made = call(holder(*numbers, *form.more))
+    except (TypeError, OverflowError, GacError):  # other things than numbers
         return None
     return made if math.isfinite(sum(made._numbers())) else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -138,6 +139,12 @@ class Spacetime(Space[M]):
 
     def boost(self, *velocity: Argument[M]) -> M:
         """Create the boost that maps g0 to the velocity of an observer with (x, y, z) below 1, the speed of light."""
+        if len(velocity) == 3 and all(type(x) is float or type(x) is int for x in velocity):
+            single: tuple[Any, ...] = velocity
+            speed = math.hypot(*single)
+            if speed < 1:
+                factor = math.atanh(speed) / speed if speed > 0 else 1.0
+                return self._make(_EXP_HALF, self.of(_SPACE, *[x * factor for x in single]))
         v = stacked("boost", ("x", "y", "z"), velocity)
         speed = np.sqrt(np.sum(v * v, axis=-1))
         if np.any(speed >= 1):

@@ -18,8 +18,8 @@ from ..algebra.algebra import Algebra
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
 from ..generation.files import write
-from .arrays import MultivectorArray, of_rows
-from .operators import layout_of
+from .arrays import MultivectorArray, of_rows, wrap
+from .layouts import layout_of
 from .plain_data import packed, unpacked
 from .spaces import Space
 
@@ -104,7 +104,7 @@ def load(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 def _restored(about: Mapping[str, Any], values: Matrix) -> Any:
     if "layout" in about:
-        return unpacked(about["algebra"], about["layout"], values)
+        return wrap(unpacked(about["algebra"], about["layout"]), values)
     return values.item() if values.ndim == 0 else values
 
 

@@ -17,11 +17,13 @@ from ..errors import LayoutError
 from ..frontend.expression import Expression
 from ..frontend.functions import sqrt
 from ..frontend.operations import assemble
-from .operators import layout_of
+from .layouts import layout_of
 
 
 def is_symbolic(x: Any) -> bool:
     """Whether a value is an expression, or coordinates with at least one."""
+    if type(x) is float or type(x) is int:
+        return False
     if isinstance(x, (list, tuple)):
         return any(map(is_symbolic, x))
     return isinstance(x, Expression) or (isinstance(x, np.ndarray) and x.dtype == object and is_symbolic(list(x)))

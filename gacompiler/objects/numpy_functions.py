@@ -15,7 +15,7 @@ import numpy as np
 
 from ..algebra.layout import SCALARS, Layout
 from ..errors import AlgebraError
-from .operators import chosen_layout, layout_of
+from .layouts import chosen_layout, layout_of
 
 _REMEDY = "use a method of multivectors, or their coefficients: x.values, x['e12']"
 _REFUSED = ("out", "dtype", "where", "initial", "prepend", "append", "casting", "returned", "subok")

@@ -11,14 +11,14 @@ from __future__ import annotations
 import keyword
 import re
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from random import Random
 from typing import Any
 
 import numpy as np
 
-from ..algebra.layout import SCALAR, SCALARS, Layout
+from ..algebra.layout import Layout
 from ..backends.python_text import function_text
 from ..backends.transcendental import is_transcendental
 from ..errors import KernelError, SpecError
@@ -31,6 +31,7 @@ from ..ir.scalar import Graph
 from ..passes.accuracy import Gate
 from ..passes.candidate import Candidate
 from ..passes.decide import Decision, decide
+from ..passes.interruption import is_interrupted
 from ..passes.lower import Slot, pick
 from ..passes.prove import prove_program
 from ..passes.record import Compilation
@@ -38,8 +39,10 @@ from ..passes.rewrite import rewrite
 from ..passes.samples import samples
 from ..passes.schedule import schedule
 from .background import QUEUE, Job
-from .caches import cached_by_name, key_of
+from .caches import key_of
 from .definitions import Definition
+from .kept_programs import Kept, place_of
+from .layouts import chosen_layout
 from .library import LIBRARY, NUMPY
 from .modules import load_made, module_job
 from .native import Build, Native, is_wanted
@@ -80,15 +83,24 @@ class Operator:
 
     def __init__(self, definition: Definition, layouts: tuple[Layout, ...]) -> None:
         self.definition = definition
-        record = compiled(definition, layouts)
-        assert record.decision is not None
-        (self.result,) = record.decision.layouts
-        self.kernel, self.program = record.kernel, record.program
+        place = place_of(definition, layouts)
+        kept = place and place.get()
+        if kept:
+            self.program, self.result = kept.program, kept.result
+            kernel = _kernel(definition, layouts)
+            self.kernel = replace(kernel, returns=kept.result) if kept.declares else kernel
+        else:
+            record = compiled(definition, layouts)
+            assert record.decision is not None
+            (self.result,) = record.decision.layouts
+            self.kernel, self.program = record.kernel, record.program
+            if place and not is_interrupted():
+                place.put(Kept(self.program, self.result, self.kernel.returns is not None))
         self._native: Native | None = None
         self._build = Build(self.program) if is_wanted() else None
         self._shapes = [argument.shape for argument in self.program.arguments]
         self._is_exact = not is_transcendental(self.program)
-        self._operations = max(1, record.cost.total)
+        self._operations = max(1, cost(self.program).total)
         self._python: dict[bool, Callable[..., None]] = {}
         self._module: Any = None
         self._module_job: Job | None = None
@@ -215,8 +227,9 @@ class Operator:
                 f"{self.definition.name}: complex coefficients; expected real ones, since the operation has roots, "
                 "absolute values or transcendental functions"
             )
+        # As np.moveaxis, which takes longer than a short operation.
         parts = [
-            np.moveaxis(a.astype(dtype, copy=False), -1, 0) if shape else a.astype(dtype, copy=False)
+            a.astype(dtype, copy=False).transpose(a.ndim - 1, *range(a.ndim - 1)) if shape else a.astype(dtype)
             for a, shape in zip(arrays, self._shapes, strict=True)
         ]
         shape = self.program.results[0].shape
@@ -305,51 +318,6 @@ def _is_refuted(kernel: Kernel, layout: Layout) -> bool:
         size = max(map(abs, (*found.values(), *wanted.values())), default=0.0)
         return any(abs(found.get(blade, 0.0) - x) > _CLEARLY * size for blade, x in wanted.items())
     return False
-
-
-def chosen_layout(layout: Layout, unit: bool) -> Layout:
-    """Return the layout for a result: one of unit elements if it is known to be one, else a named one if possible.
-
-    Coefficients that are constant for this operation are stored unless they are fixed in a named layout. Otherwise
-    sums of points would have a new layout after every summand.
-    """
-    if layout.is_scalar or layout.algebra == SCALARS:
-        return layout
-    named = list(layout.algebra.layouts.values())
-    if unit:
-        units = [each for each in (*named, layout.algebra.UNIT_EVEN) if each.unit and not each.implied]
-        same = next((each for each in units if _same(each, layout)), None)
-        wider = [each for each in units if layout.support <= each.support and not each.fixed]
-        if same is not None or wider:
-            return same or min(wider, key=lambda each: each.size)
-    if layout in named:
-        return layout
-    blades = {slot.blade for slot in (*layout.stored, *(slot for slot, _ in layout.fixed))}
-    return layout_of(layout.algebra, blades)
-
-
-@cached_by_name
-def _layout_of(algebra: Any, blades: frozenset[int]) -> Layout:
-    if blades == {0}:
-        return SCALAR
-    for each in (*algebra.layouts.values(), algebra.even, algebra.full):
-        if {s.blade for s in each.stored} == blades and not (each.fixed or each.implied or each.has_relations):
-            return each
-    order = sorted(blades, key=lambda blade: (blade.bit_count(), blade))
-    names = " ".join(algebra.spelling(blade)[1] for blade in order)
-    return algebra.layout(f"({names})", names)
-
-
-def layout_of(algebra: Any, blades: Iterable[int]) -> Layout:
-    """Return the unconstrained layout that stores these blades, a named one if the algebra has it."""
-    return _layout_of(algebra, frozenset(blades))
-
-
-def _same(a: Layout, b: Layout) -> bool:
-    def content(layout: Layout) -> tuple[Any, ...]:
-        return {slot.blade for slot in layout.stored}, {slot.blade: slot.sign * x for slot, x in layout.fixed}
-
-    return content(a) == content(b)
 
 
 def _kernel(definition: Definition, layouts: tuple[Layout, ...]) -> Kernel:

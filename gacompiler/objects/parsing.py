@@ -12,7 +12,7 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
 from .arrays import MultivectorArray, of_rows
-from .operators import layout_of
+from .layouts import layout_of
 
 PRINTED = 1e-5
 """Tolerance for the constraints of a layout on coefficients that were printed with six digits."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
-
 from ..algebra.algebra import Algebra
 from ..algebra.catalog import CATALOG
 from ..algebra.layout import Layout
@@ -38,17 +36,15 @@ def packed(layout: Layout) -> tuple[Any, Any]:
     return whole, (layout.name, " ".join(layout.blades), fixed, layout.unit)
 
 
-def unpacked(algebra: Any, layout: Any, values: np.ndarray[Any, Any]) -> Any:
-    """Create multivectors from the result of `packed` and their coefficients."""
-    from .arrays import wrap
-
+def unpacked(algebra: Any, layout: Any) -> Layout:
+    """Return the layout of the result of `packed`."""
     if isinstance(algebra, str):
         owner = CATALOG[algebra]
     else:
         name, vectors, gram, spellings = algebra
         owner = Algebra(name, vectors, [[Fraction(x) for x in row] for row in gram], spellings)
     if isinstance(layout, str):
-        return wrap(getattr(owner, layout), values)
+        found: Layout = getattr(owner, layout)
+        return found
     name, blades, fixed, unit = layout
-    made = owner.layout(name, blades, fixed={k: Fraction(v) for k, v in fixed.items()}, unit=unit)
-    return wrap(made, values)
+    return owner.layout(name, blades, fixed={k: Fraction(v) for k, v in fixed.items()}, unit=unit)

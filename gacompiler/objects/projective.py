@@ -34,7 +34,7 @@ class Projective(Rigid[M]):
 
     def direction(self, *coordinates: Argument[M]) -> M:
         """Create directions (points at infinity) from coordinates, or an array with these along its last axis."""
-        return self.of(self.algebra.DIRECTION, *coordinates)
+        return self.of(self._direction_layout, *coordinates)
 
     def coordinates(self, points: M) -> Array:
         """Return the coordinates of points with nonzero weight, along the last axis."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
@@ -24,7 +24,7 @@ from .checks import check_relations, refuse
 from .definitions import Definition
 from .expressions import assembled, by_blade, is_symbolic
 from .expressions import unit as symbolic_unit
-from .operators import layout_of
+from .layouts import layout_of
 
 if TYPE_CHECKING:
     from .names import AnySpace
@@ -124,11 +124,11 @@ class Space(Immutable, Generic[M]):
         """
         if layout.algebra is not self.algebra and layout.algebra != self.algebra:
             raise AlgebraError("of", f"the layout {layout}", f"one of {self.algebra.name}")
-        if is_symbolic(coefficients):
-            return assembled(layout, coefficients)
-        single = _single_of_numbers(layout, coefficients)
+        single = single_of_numbers(layout, coefficients)
         if single is not None:
             return single
+        if is_symbolic(coefficients):
+            return assembled(layout, coefficients)
         if len(coefficients) == 1 and isinstance(coefficients[0], MultivectorArray):
             element: Any = coefficients[0]
             return element.as_layout(layout)
@@ -189,11 +189,16 @@ class Space(Immutable, Generic[M]):
 
     def vector(self, *coordinates: Argument[M]) -> M:
         """Create vectors from one coordinate per basis vector, or an array with the coordinates along its last axis."""
-        return self.of(layout_of(self.algebra, self.algebra.blades(1)), *coordinates)
+        return self.of(self._of_grade[0], *coordinates)
 
     def bivector(self, *coordinates: Argument[M]) -> M:
         """Create bivectors from one coordinate per basis bivector, in the order of their bitmaps: e12 e13 e23 ..."""
-        return self.of(layout_of(self.algebra, self.algebra.blades(2)), *coordinates)
+        return self.of(self._of_grade[1], *coordinates)
+
+    @cached_property
+    def _of_grade(self) -> tuple[Layout, Layout]:
+        """The layouts of vectors and bivectors."""
+        return layout_of(self.algebra, self.algebra.blades(1)), layout_of(self.algebra, self.algebra.blades(2))
 
     def basis(self) -> tuple[M, ...]:
         """Return the basis vectors."""
@@ -212,24 +217,42 @@ class Space(Immutable, Generic[M]):
         """Create multivectors with these blades from coordinates; multivectors are returned unchanged."""
         if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
             return coordinates[0]
-        layout = layout_of(self.algebra, {self.algebra.blade(name)[1] for name in names.split()})
-        return wrap(layout, stacked(what, tuple(names.split()), coordinates))
+        layout = _layout_with(self.algebra, names)
+        single = single_of_numbers(layout, coordinates)
+        return wrap(layout, stacked(what, tuple(names.split()), coordinates)) if single is None else single
 
 
-def _single_of_numbers(layout: Layout, coefficients: tuple[Any, ...]) -> Any:
+_NUMBERS = frozenset((float, int, np.float64))
+_SINGLE: dict[int, tuple[Any, int, Layout]] = {}
+"""The types of single multivectors and their sizes by the identity of layouts, which are kept alive."""
+
+
+def single_of_numbers(layout: Layout, coefficients: Sequence[Any]) -> Any:
     """Return a single multivector from numbers, without the arrays that take most of the time; None for all else."""
-    if layout.has_relations or layout.is_scalar:
-        return None
-    if len(coefficients) == 1 and type(array := coefficients[0]) is np.ndarray:
-        single = single_type(layout) if array.shape == (layout.size,) and array.dtype == np.float64 else None
-        return None if single is None else single(array)
-    if len(coefficients) != layout.size:
+    known = _SINGLE.get(id(layout))
+    if known is None:
+        single = None if layout.has_relations or layout.is_scalar else single_type(layout)
+        if single is None:
+            return None
+        known = _SINGLE[id(layout)] = single, layout.size, layout
+    single, size, _ = known
+    if len(coefficients) == 1:
+        (given,) = coefficients
+        if type(given) is np.ndarray:
+            return single(given) if given.shape == (size,) and given.dtype == np.float64 else None
+        if size > 1 and (type(given) is list or type(given) is tuple):
+            coefficients = given
+    if len(coefficients) != size:
         return None
     for each in coefficients:
-        if type(each) is not float and type(each) is not int:
+        if type(each) not in _NUMBERS:
             return None
-    single = single_type(layout)
-    return None if single is None else single(*coefficients)
+    return single(*coefficients)
+
+
+@cached_by_name
+def _layout_with(algebra: Algebra, names: str) -> Layout:
+    return layout_of(algebra, {algebra.blade(name)[1] for name in names.split()})
 
 
 def define(name: str, parameters: str, text: str, *, unit: bool = False) -> Definition:

@@ -16,7 +16,7 @@ from ..algebra.versors import SMALL_DIMENSION, n_vectors
 from ..errors import ZeroDivisorError
 from .caches import cached_by_name
 from .definitions import BINARY, Definition
-from .operators import chosen_layout, layout_of
+from .layouts import chosen_layout, layout_of
 
 MOST_PAIRS = 1 << 13
 """Number of pairs of blades from which a product is computed by a table: compiling one takes a millisecond for each."""

@@ -88,9 +88,10 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     if stored is None or layout is None:
         return value
     values, own = stored
+    found = converted(where, values, own, layout)
     if layout.unit and not own.unit:
         value.require_unit(where)
-    return converted(where, values, own, layout)
+    return found
 
 
 def in_order(kernel: str, names: list[str], arrays: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:

@@ -178,3 +178,15 @@ def test_lists_of_elements_are_arrays_of_them() -> None:
         pga3.move_point(MOTOR, [points[0], PGA3.point(np.ones((2, 3)))])
     with pytest.raises(TypeError, match=r"argument normal\[0\] is VGA3\.BIVECTOR"):
         cga3.plane_from_normal([VGA3.bivector(1, 2, 3)], 1.0)
+
+
+def test_types_of_values_have_no_dictionary() -> None:
+    with pytest.raises(TypeError, match=r"Own has no __slots__; expected __slots__ = \(\)"):
+        type("Own", (pga3.Motor.__base__,), {"layout": pga3.Motor.layout})
+
+
+def test_the_algebra_is_compared_before_the_norm() -> None:
+    """Otherwise the message would advise to normalize an element that is refused afterwards."""
+    for other in (VGA3.bivector(1, 2, 3), 2 * VGA3.rotor([0, 0, 1], 1.0), CGA3.sphere([0, 0, 0], 2)):
+        with pytest.raises(TypeError, match=rf"argument m is {other.algebra.name}.*; expected PGA3\.MOTOR"):
+            pga3.motor_to_matrix(other)

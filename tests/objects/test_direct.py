@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gacompiler.errors import GacError, LayoutError
-from gacompiler.objects import CGA3, PGA3, constructors, direct, operators
+from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, constructors, direct, operators
 
 RANDOM = np.random.default_rng(5)
 
@@ -24,7 +24,34 @@ CASES: dict[str, Callable[[], tuple[Callable[..., Any], tuple[Any, ...]]]] = {
     "motor with a translation": lambda: (PGA3.motor, (tuple(three()), *three(), 0.25)),
     "rotor about a line": lambda: (PGA3.rotor, (PGA3.line(three(), three()), 2.5)),
     "translator": lambda: (PGA3.translator, tuple(three())),
+    "rotor about an axis": lambda: (PGA3.rotor, (three(), 2.5)),
     "plane": lambda: (PGA3.plane, (*three(), 2)),
+    "plane by a normal": lambda: (PGA3.plane, (three(), -1.5)),
+    "plane through points": lambda: (PGA3.plane, (three(), three(), three())),
+    "line along a direction": lambda: (PGA3.line, (PGA3.point(*three()), three())),
+    "line of the plane": lambda: (PGA2.line, (three()[:2], three()[:2])),
+    "line of the plane along a direction": lambda: (PGA2.line, (PGA2.point(*three()[:2]), three()[:2])),
+    "line of an equation": lambda: (PGA2.line, tuple(three())),
+    "translator of the plane": lambda: (PGA2.translator, tuple(three()[:2])),
+    "rotor of the plane": lambda: (PGA2.rotor, (0.7, three()[:2])),
+    "motor of the plane": lambda: (PGA2.motor, (0.7, *three()[:2])),
+    "conformal motor of the plane": lambda: (CGA2.motor, (0.7, *three()[:2])),
+    "conformal line of the plane": lambda: (CGA2.line, (three()[:2], three()[:2])),
+    "conformal translator of the plane": lambda: (CGA2.translator, tuple(three()[:2])),
+    "circle of the plane": lambda: (CGA2.circle, (three()[:2], 0.5)),
+    "circle through points of the plane": lambda: (CGA2.circle, (three()[:2], three()[:2], three()[:2])),
+    "point pair of the plane": lambda: (CGA2.point_pair, (three()[:2], three()[:2])),
+    "conformal translator": lambda: (CGA3.translator, tuple(three())),
+    "conformal line": lambda: (CGA3.line, (three(), three())),
+    "conformal line along a direction": lambda: (CGA3.line, (CGA3.point(*three()), three())),
+    "conformal plane": lambda: (CGA3.plane, (three(), -0.5)),
+    "conformal plane through points": lambda: (CGA3.plane, (three(), three(), three())),
+    "point pair": lambda: (CGA3.point_pair, (three(), three())),
+    "circle": lambda: (CGA3.circle, (three(), three(), 2)),
+    "circle through points": lambda: (CGA3.circle, (three(), three(), three())),
+    "conformal rotor": lambda: (CGA3.rotor, (three(), 0.5)),
+    "conformal motor": lambda: (CGA3.motor, (three(), 0.5, 2.5)),
+    "conformal motor with a translation": lambda: (CGA3.motor, (three(), 0.5, *three())),
     "line through coordinates": lambda: (PGA3.line, (three(), three())),
     "line through points": lambda: (PGA3.line, (PGA3.point(*three()), PGA3.point(*three()))),
     "sphere": lambda: (CGA3.sphere, (three(), abs(three()[0]))),

@@ -39,7 +39,8 @@ from gacompiler.objects import (
 )
 from gacompiler.objects import arrays as arrays_module
 from gacompiler.objects.definitions import BINARY, UNARY
-from generated import pga3
+from generated import cga3, pga3
+from generated.gac_runtime.layout import layout as plain_layout
 
 OBLIQUE = Space(Algebra("oblique", "a b c", [[2, 1, 0], [1, -1, 3], [0, 3, 0]]))
 """An algebra with an indefinite, oblique metric and a null vector."""
@@ -395,14 +396,38 @@ def test_operators_do_not_run_python_after_first_use(symbol: str, monkeypatch: p
 
 def test_names_of_equal_classes_and_spaces_of_signatures() -> None:
     m = PGA3.motor([0, 0, 1], 0.5, 2)
-    for call in (lambda: m * pga3.Motor(m), lambda: pga3.Motor(m) * m, lambda: sandwich(m, pga3.Point([1, 2, 3]))):
-        with pytest.raises(TypeError, match=r"gacompiler\.objects\.arrays\.Motor.*") as caught:
+    with pytest.raises(TypeError, match=r"generated\.pga3\.Motor \* generated\.cga3\.Motor"):
+        pga3.Motor(m.values) * cga3.Motor(m.values)
+    content = {"__slots__": (), "__module__": "own", "layout": plain_layout("OWN.MOTOR", "1 e12")}
+    own = type("Motor", (pga3.Motor.__base__,), content)(1, 0)
+    for call in (lambda: m * own, lambda: sandwich(m, own)):
+        with pytest.raises(TypeError, match=r"gacompiler\.objects\.arrays\.Motor and own\.Motor"):
             call()
-        assert "generated.pga3." in str(caught.value)
     assert Cl(3, 0, 1) is PGA3 and Space(2, 1) == Cl(2, 1) and (Cl(2, 1).e3 ** 2) == -1
     with pytest.raises(AlgebraError, match=r"as in G = Cl\(3\)"):
         _, _ = Cl(3)
     assert sympy.latex(PGA3.point(1, 2, 3)) == PGA3.point(1, 2, 3)._repr_latex_().strip("$")
+
+
+@pytest.mark.parametrize("name", OPERATORS)
+def test_values_of_modules_are_operands_of_objects(name: str) -> None:
+    """Also at the second call, and where the other operand is an array of elements."""
+    run = OPERATORS[name]
+    m, p = PGA3.motor([0, 0, 1], 0.5, 2), PGA3.point(1, 2, 3)
+    motor, point = pga3.Motor(m.values), pga3.Point(p.values)
+    for one, value in ((m, motor), (p, point)):
+        for other in (m, p, 2 * PGA3.point(3, 1, 0) * np.ones(2)):
+            for _ in range(2):
+                for found, wanted in (
+                    (run(value, other), run(one, other)),
+                    (run(other, value), run(other, one)),
+                ):
+                    assert np.all(found.isclose(wanted) if hasattr(found, "isclose") else found == wanted), (one, other)
+    assert (m >> point) == (m >> p) == (motor >> p) == motor(p) == m(point) and (m / motor).isclose(1)
+    assert (motor / m).isclose(1) and p.join(point).isclose(p & p)
+    for mixed in (lambda: run(VGA3.vector(1, 2, 3), point), lambda: run(motor, CGA3.motor([0, 0, 1], 1.0))):
+        with pytest.raises(AlgebraError, match="expected one algebra"):
+            mixed()
 
 
 def test_quotients() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -145,6 +146,33 @@ def test_points_of_other_layouts_are_refused(x: Any) -> None:
             continue
         with pytest.raises(TypeError, match=rf"^{name} is "):
             run(many)
+
+
+def test_points_are_no_directions_and_no_numbers() -> None:
+    """Elements are coordinates where points or vectors are meant, and neither angles, colours nor covariances."""
+    point, direction, vector = PGA3.point(1, 2, 3), PGA3.direction(1, 2, 3), VGA3.vector(1, 2, 3)
+    corners = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    hit = {
+        "directions": lambda x: geometry.hit_mesh([0.2, 0.2, -1], x, corners, [[0, 1, 2]]),
+        "origins": lambda x: geometry.hit_mesh(x, [0.0, 0, 1], corners, [[0, 1, 2]]),
+    }
+    for x in (direction, vector):
+        np.testing.assert_equal(asdict(hit["directions"](x)), asdict(hit["directions"]([1.0, 2, 3])))
+    hit["origins"](point), hit["origins"](vector)
+    others: dict[str, Callable[[Any], Any]] = {
+        "directions": hit["directions"],
+        "angles": lambda x: motors.rotor_from_euler("zyx", x),
+        "matrix": lambda x: motors.matrix_to_euler("zyx", [x, x, x]),
+        "semi_axes": lambda x: geometry.ellipsoid([0.0, 1], [0.0, 1], x),
+        "rate": lambda x: estimation.RotorFilter([1.0, 0, 0, 0], np.eye(3)).predict(x, 0.1, 1.0),
+        "size": lambda x: calculus.free_dirac(np.zeros((4, 4, 4, 8)), x, 1.0, 0.1),
+        "covariance": lambda x: estimation.KalmanFilter(np.zeros(3), [x, x, x], *4 * [np.eye(3)]),
+    }
+    for name, run in others.items():
+        with pytest.raises(TypeError, match=rf"^{name}(\[0\])? is PGA3\.POINT"):
+            run(point)
+    with pytest.raises(TypeError, match=r"^origins is PGA3\.DIRECTION"):
+        hit["origins"](direction)
 
 
 def test_lists_of_elements_keep_their_meaning() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from generated import pga3
 
-from ...arguments import Reals
+from ...arguments import Reals, real_array
 from .status import GraspStage, VisualStatus
 from .steps import GraspSettings, GraspState, GraspStep, grasp_step
 
@@ -103,6 +103,7 @@ class VisualScene:
 
     def moved(self, motion: Reals, closing: float = 1.0) -> VisualScene:
         """Return the scene after a motion of the hand, as in `GraspStep`."""
+        motion = real_array(motion, "motion", (6,), "a twist")
         turn, origin = motion[:3], pga3.move_point(self.hand, np.zeros(3))
         turned = pga3.move_point(pga3.motor_from_rotation_vector_translation(turn, np.zeros(3)), origin)
         motor = pga3.motor_from_rotation_vector_translation(turn, origin - turned + motion[3:])

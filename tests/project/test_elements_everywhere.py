@@ -1,0 +1,64 @@
+"""Every public function of the chapters, as tests call it, with elements of every layout in place of its arrays.
+
+The result is that of the array if the coefficients of the element are what the function takes; else it raises an error.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FILES = {
+    "calculus": "frames_and_simplexes grid_derivatives integrals linear_functions maxwell spinors",
+    "estimation": (
+        "body_eye clocks end_effector kalman motor_filter motor_smoother orientation_filter rotor_filter "
+        "smoothing tracking tracking_simulation visual_grasping "
+    ),
+    "fuzzy": "fuzzy_text sugeno",
+    "geometry": "geometry geometry_rounds stereographic",
+    "gestures": "gestures",
+    "grasping": "grasp_loop quality",
+    "kinematics": "arm_paths floating_base kinematics_rates robots_single",
+    "learning": "charges classifier clifford_svm elements_as_samples layers network pictures",
+    "mapping": (
+        "floor_plans formats line_map localization logs map_3d map_objects mapper paths relocator scan_simulation "
+        "trust "
+    ),
+    "motors": "motors",
+    "registration": "pictures_of_rigid tensor_voting_page",
+    "shapes": "contours cubes flow volume_warps",
+    "subspaces": "subspaces subspaces_bivectors subspaces_versors",
+    "vision": "bundle_files image_tracking lenses linear_cameras rectification scene_images vision vision_degenerate",
+    "wavelets": (
+        "wavelets_colours wavelets_discrete wavelets_inputs wavelets_lie_filters wavelets_phase "
+        "wavelets_shrinkage wavelets_space wavelets_stationary "
+    ),
+}
+"""Tests of each chapter that together call most of its functions, and take little time."""
+LEAST = {
+    "calculus": 32, "estimation": 145, "fuzzy": 1, "geometry": 15, "gestures": 3, "grasping": 15, "kinematics": 42,
+    "learning": 30, "mapping": 27, "motors": 28, "registration": 7, "shapes": 5, "subspaces": 10, "vision": 102,
+    "wavelets": 52,
+}  # fmt: skip
+"""How many pairs of a function and a parameter they examine at least."""
+FOLDER = Path(__file__).parents[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chapter", FILES)
+def test_elements_are_what_functions_take_or_are_refused(chapter: str, tmp_path: Path) -> None:
+    files = [str(FOLDER / chapter / f"test_{name}.py") for name in FILES[chapter].split()]
+    written = tmp_path / "found.json"
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "elements_everywhere", "-p", "no:cacheprovider", *files]
+    run = subprocess.run(
+        command, capture_output=True, text=True, check=False, cwd=FOLDER.parent,
+        env={**os.environ, "ELEMENTS_FOUND": str(written), "PYTHONPATH": f"{FOLDER / 'support'}:{FOLDER.parent}"},
+    )  # fmt: skip
+    assert written.exists(), run.stdout + run.stderr
+    found = json.loads(written.read_text())
+    assert not found["wrong"] and found["pairs"] >= LEAST[chapter], (found, run.stdout)
