@@ -242,6 +242,11 @@ def outer_cos(a: Any) -> Any:
     return (outer_exp(a) + outer_exp(-a)) / 2
 
 
+def outer_tan(a: Any) -> Any:
+    """Compute the quotient of `outer_sin` by `outer_cos`, which must have an inverse (Roelfs & De Keninck 2023)."""
+    return outer_sin(a) * scalar.inverse(outer_cos(a))
+
+
 def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:
     """Interpolate between two unit versors along the shorter path: ``a (~a b)**t``.
 
