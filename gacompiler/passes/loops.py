@@ -83,7 +83,7 @@ def compile_loops(
             form = _form(part)
             if form not in alike:
                 alike[form] = compile_kernel(part, forms=False, effort=effort, cost=cost)
-            parts[statement.kernel.name] = alike[form]
+            parts[statement.kernel.name] = _named(alike[form], part)
     except ZeroDivisionError as error:
         raise KernelError(
             kernel.where, "it divides by an expression that is zero", "a divisor that can differ from zero"
@@ -97,6 +97,13 @@ def compile_loops(
     procedure = fuse(_procedure(kernel, traced, tables, body))
     prove_procedure(kernel, traced.results, procedure)
     return LoopCompilation(kernel, traced, tuple(parts.values()), procedure)
+
+
+def _named(known: Compilation, part: Kernel) -> Compilation:
+    """Return the compilation of a part as that of another one of the same form, whose program has its own name."""
+    assert known.best is not None
+    best = replace(known.best, program=replace(known.program, name=part.name))
+    return known if known.kernel is part else replace(known, kernel=part, best=best)
 
 
 def _form(part: Kernel) -> Any:

@@ -37,7 +37,7 @@ def numbers(monkeypatch: pytest.MonkeyPatch) -> Any:
         "iterate": iterate, "select": lambda condition, a, b: a if condition else b, "absolute": abs, "maximum": max,
         "sqrt": lambda x: math.sqrt(x) if x >= 0 else math.nan, "Fraction": lambda a, b=1: a / b, "HUGE": 1e300,
     }  # fmt: skip
-    constants = "SMALL SCALED HALF CONVERGED NOISE RESIDUAL".split()
+    constants = ["SMALL", "SCALED", "HALF", "CONVERGED", "NOISE", "RESIDUAL"]
     changed |= {name: float(getattr(many_vectors, name)) for name in constants}
     for name, value in changed.items():
         monkeypatch.setattr(many_vectors, name, value)
