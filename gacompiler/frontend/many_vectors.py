@@ -180,7 +180,8 @@ def _rows(body: Callable[[Vector], Vector], a: Matrix) -> Matrix:
         rows, k = state
         return (*rows[1:], body(rows[0])), k + 1
 
-    return iterate(step, (a, 0), lambda _, new: new[1] >= n, n)[0][0]
+    found: Matrix = iterate(step, (a, 0), lambda _, new: new[1] >= n, n)[0][0]
+    return found
 
 
 def _product(a: Matrix, b: Matrix) -> Matrix:
@@ -288,7 +289,7 @@ def _times_blade(space: Signature, values: Sequence[Any], bits: Sequence[Any], i
 
 def _largest(space: Signature, values: Sequence[Any]) -> list[Any]:
     """Return the bits of the number of the largest coefficient, without that of the last vector."""
-    sizes, bits = [absolute(x) for x in values], []
+    sizes, bits = [absolute(x) for x in values], list[Any]()
     for _ in range(space.n - 1):  # the highest bit first
         half = len(sizes) // 2
         low, high = sizes[:half], sizes[half:]
@@ -324,7 +325,8 @@ def _exponential(space: Signature, generator: Matrix) -> Vector:
         square = _map(lambda x, y: 2 * x + y, rest, _product(rest, rest))
         return square, tuple(_times_blade(space, signed, bits, inverse=False)), k + 1
 
-    return iterate(step, start, lambda _, new: new[2] >= 2, 2)[0][1]
+    found: Vector = iterate(step, start, lambda _, new: new[2] >= 2, 2)[0][1]
+    return found
 
 
 def _exponential_of_matrix(a: Matrix) -> Matrix:
@@ -446,7 +448,8 @@ def _polar(space: Signature, a: Matrix) -> Matrix:
     def step(u: Matrix) -> Matrix:
         return _map(lambda x, y: (x + y) * HALF, u, _adjoint(space, _inverse(u)))
 
-    return iterate(step, a, _is_close, STEPS)[0]
+    found: Matrix = iterate(step, a, _is_close, STEPS)[0]
+    return found
 
 
 def _half_turn(space: Signature, rest: Matrix) -> tuple[Matrix, Matrix]:

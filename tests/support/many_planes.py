@@ -41,9 +41,9 @@ def frame(algebra: Algebra) -> Multivector:
 def turn(algebra: Algebra, name: str, angle: Any) -> Multivector:
     """The exponential of a multiple of a blade whose square is 1 or -1."""
     blade = algebra.multivector({name: mpmath.mpf(1)})
-    if (blade * blade).scalar < 0:
-        return mpmath.cos(angle) + mpmath.sin(angle) * blade
-    return mpmath.cosh(angle) + mpmath.sinh(angle) * blade
+    is_turn = (blade * blade).scalar < 0
+    even, odd = (mpmath.cos, mpmath.sin) if is_turn else (mpmath.cosh, mpmath.sinh)
+    return algebra.scalar(even(angle)) + blade.map(lambda value: value * odd(angle))
 
 
 def exact_exp(x: Multivector) -> Multivector:
