@@ -27,6 +27,7 @@ from .frontend.functions import odd_part as odd_part
 from .frontend.functions import outer_cos as outer_cos
 from .frontend.functions import outer_exp as outer_exp
 from .frontend.functions import outer_sin as outer_sin
+from .frontend.functions import outer_tan as outer_tan
 from .frontend.functions import power as power
 from .frontend.functions import sqrt as sqrt
 from .frontend.kernel import Kernel as Kernel
@@ -64,8 +65,8 @@ if not TYPE_CHECKING:
         "all_rows", "any_row", "array", "compile", "count_rows", "cubic_roots", "each", "eigenvalues_symmetric",
         "eigenvectors_symmetric", "even_part", "exp", "first_row", "fold", "gather", "hessian_vector", "index",
         "interpolate", "inverse_matrix", "iterate", "jacobian", "jvp", "kernel", "least", "log",
-        "matrix_determinant", "matrix_of", "odd_part", "outer_cos", "outer_exp", "outer_sin", "pick", "power",
-        "quadratic_roots", "quartic_roots", "random_integer", "read_cluscript", "robots", "row_numbers", "scan",
-        "scatter", "solve_linear", "solve_symmetric", "sqrt", "total", "transpose", "uniform", "vjp", "window",
+        "matrix_determinant", "matrix_of", "odd_part", "outer_cos", "outer_exp", "outer_sin", "outer_tan", "pick",
+        "power", "quadratic_roots", "quartic_roots", "random_integer", "read_cluscript", "robots", "row_numbers",
+        "scan", "scatter", "solve_linear", "solve_symmetric", "sqrt", "total", "transpose", "uniform", "vjp", "window",
         *frontend.operations.__all__,
     ])  # fmt: skip

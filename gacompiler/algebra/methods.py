@@ -102,6 +102,7 @@ class Methods:
     outer_exp = unary("outer_exp")
     outer_sin = unary("outer_sin")
     outer_cos = unary("outer_cos")
+    outer_tan = unary("outer_tan")
 
 
 class Unordered:

@@ -28,6 +28,7 @@ from typing import Any
 
 from ..algebra.multivector import Multivector
 from ..algebra.signs import Signs
+from .many_vectors import has_many_vectors, versor_exponential
 from .operations import absolute, cos, exp, maximum, select, sin, sqrt
 from .scaling import exponential_by_squaring
 from .squares import Form, Value, blades_of, form_of
@@ -56,6 +57,8 @@ Pair = tuple[Value, Value]
 def exponential(b: Any) -> Any:
     """Return ``exp(b)`` for an element without scalar part."""
     form = form_of(b.algebra, blades_of(b))
+    if form is None and has_many_vectors(b) and all(blade.bit_count() == 2 for blade in b.blades):
+        return versor_exponential(b)
     if form is None:
         return exponential_by_squaring(b)
     square = b * b

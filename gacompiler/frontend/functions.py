@@ -20,6 +20,7 @@ from .exponentials import exponential
 from .expression import Expression
 from .facts import is_unit
 from .logarithms import number_logarithm, number_square_root, unit_versor_logarithm, unit_versor_square_root
+from .many_vectors import has_many_vectors, versor_logarithm
 from .operands import check_operand, own_operations
 from .powers import number_power, unit_versor_power, weights
 from .squares import blades_of, form_of
@@ -47,12 +48,15 @@ def exp(a: Any) -> Any:
     The closed forms are accurate to a few units in the last place of the largest coefficient, also near 0 and at full
     rotations. The square of `a` must not overflow, and a boost is limited by the range of the exponential.
 
-    Every other argument, including bivectors over six or more basis vectors, is evaluated by scaling and squaring of a
-    Taylor polynomial in more than double precision (`gacompiler.frontend.scaling`), with about fifty products. The
-    error is at most 3e-14 of the largest coefficient where the root of the sum of squared coefficients is up to 1000,
-    as measured by ``tests/frontend/test_large_exponentials.py``. Above 1024 the result may be NaN, and far above it
-    always is. The result is also NaN or infinite if a coefficient overflows, for example for a boost by 710. It is
-    never finite and wrong.
+    For bivectors over six to eight orthogonal basis vectors with the squares 1 and -1, a kernel needs ``loops=True``.
+    Their exponentials are computed by matrices (`gacompiler.frontend.many_vectors`).
+
+    Every other argument is evaluated by scaling and squaring of a Taylor polynomial in more than double precision
+    (`gacompiler.frontend.scaling`), with about fifty products. The error is at most 3e-14 of the largest coefficient
+    where the root of the sum of squared coefficients is up to 1000, as measured by
+    ``tests/frontend/test_large_exponentials.py``. Above 1024 the result may be NaN, and far above it always is. The
+    result is also NaN or infinite if a coefficient overflows, for example for a boost by 710. It is never finite and
+    wrong.
 
     For multivectors with numbers of mpmath, `exp`, `log`, `sqrt` and `power` have all digits of mpmath.
     """
@@ -74,7 +78,8 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
     Parameters
     ----------
     a : scalar or multivector
-        An even versor over up to five basis vectors, or a scalar plus a part whose square is a scalar.
+        An even versor over up to five basis vectors, or a scalar plus a part whose square is a scalar. In kernels with
+        ``loops=True``, also an even unit versor over six to eight orthogonal vectors with the squares 1 and -1.
     unit : bool, optional
         Whether `a` is a unit versor. By default this is inferred from its layout and the operations on it. With a part
         of grade 4, `a` must be a unit versor.
@@ -116,6 +121,8 @@ def _logarithm(a: Any, unit: bool | None, along: Any) -> Any:
     if is_precise(a):
         found = by_doubles(lambda x: _logarithm(x, unit, along), a)
         return corrected_logarithm(a, found) if _is_versor(a, unit) else found
+    if has_many_vectors(a):
+        return versor_logarithm(a)
     return unit_versor_logarithm(a) if _is_versor(a, unit) else number_logarithm(a, along)
 
 
@@ -155,6 +162,8 @@ def _square_root(a: Any, unit: bool | None, along: Any) -> Any:
         if _is_versor(a, unit):
             return precise_exponential(_logarithm(a, unit, along).map(lambda x: x / 2))
         return by_doubles(lambda x: _square_root(x, unit, along), a)
+    if has_many_vectors(a):
+        return exponential(versor_logarithm(a) / 2)
     return unit_versor_square_root(a) if _is_versor(a, unit) else number_square_root(a, along)
 
 
@@ -187,7 +196,7 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
         return _power_of_scalar(a, t)
     if isinstance(t, (float, Fraction)) and t == Fraction(1, 2):
         return sqrt(a, unit=unit, along=along)
-    if is_precise(a):
+    if is_precise(a) or has_many_vectors(a):
         return exp(t * log(a, unit=unit, along=along))
     found = unit_versor_power(a, t) if _is_versor(a, unit) else number_power(a, t, along)
     return exp(t * log(a, unit=unit, along=along)) if found is None else found
@@ -242,6 +251,11 @@ def outer_cos(a: Any) -> Any:
     return (outer_exp(a) + outer_exp(-a)) / 2
 
 
+def outer_tan(a: Any) -> Any:
+    """Compute the quotient of `outer_sin` by `outer_cos`, which must have an inverse (Roelfs & De Keninck 2023)."""
+    return outer_sin(a) * scalar.inverse(outer_cos(a))
+
+
 def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:
     """Interpolate between two unit versors along the shorter path: ``a (~a b)**t``.
 
@@ -266,6 +280,7 @@ def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:
     a, b = (x if hasattr(type(x), "norm_squared") else scalar.as_element("interpolate()", x) for x in (a, b))
     ratio = ~a * b
     is_own = own_operations((ratio,)) is not None
+    is_own = is_own or has_many_vectors(ratio)
     found = None if is_own or _is_scalar(ratio) or not _is_versor(ratio, unit) else weights(ratio, t)
     return a * power(ratio, t, unit=unit) if found is None else a * found[0] + b * found[1]
 

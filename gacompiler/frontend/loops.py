@@ -472,8 +472,23 @@ def iterate(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_
         raise KernelError("iterate()", f"at_most={at_most!r}", "a positive integer")
     if not is_recording():
         return unrolled_iterate(body, start, until, at_most)
+    return _recorded(body, start, until, at_most, carry_layouts(current(), "iterate()", body, start, ()))
+
+
+def iterate_scalars(body: Callable[..., Any], start: Any, until: Callable[..., Any], at_most: int) -> Any:
+    """Repeat a step as `iterate` does, on a carry of scalars only.
+
+    Their layouts need no inference, so that bodies of loops within each other are traced once and not once per round.
+    """
+    if not is_recording():
+        return unrolled_iterate(body, start, until, at_most)
+    return _recorded(body, start, until, at_most, (SCALAR,) * len(leaves_of(start)))
+
+
+def _recorded(
+    body: Callable[..., Any], start: Any, until: Callable[..., Any], at_most: int, layouts: Sequence[Layout]
+) -> Any:
     recorder = current()
-    layouts = carry_layouts(recorder, "iterate()", body, start, ())
     stems = stems_of(body, [start])[0]
     values = [*lifted("iterate()", start, arrays=True), lift(0), lift(0)]
     old = recorder.tables(stems, (), layouts, start)

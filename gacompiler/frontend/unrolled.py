@@ -29,6 +29,11 @@ def steps_limited(n: int) -> Iterator[None]:
         _MOST_STEPS.reset(token)
 
 
+def is_limited() -> bool:
+    """Return whether iterations are unrolled for a few steps only, for a comparison."""
+    return _MOST_STEPS.get() is not None
+
+
 def unrolled_fold(
     body: Callable[..., Any],
     start: Any,

@@ -8,11 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
+from ..algebra.operations import Operation
 from ..errors import GacError, KernelError
+from ..frontend.expression import topological
 from ..frontend.kernel import ArrayOf, Kernel, Parameter
 from ..frontend.loop_trace import LoopTrace, trace_loops
 from ..frontend.recorded import Compute, Recorded, computes
+from ..frontend.traced import Traced
 from ..ir.cost_models import COUNTS
 from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Table, statements
 from ..ir.procedure_cost import Costs, procedure_costs
@@ -72,10 +76,14 @@ def compile_loops(
     traced = traced or trace_loops(kernel, LayoutInference())
     try:
         parts: dict[str, Compilation] = {}
+        alike: dict[Any, Compilation] = {}
         renamed = _numbered(kernel, traced)
         for statement in computes(traced.statements):
             part = replace(statement.kernel, name=renamed[statement.kernel.name])
-            parts[statement.kernel.name] = compile_kernel(part, forms=False, effort=effort, cost=cost)
+            form = _form(part)
+            if form not in alike:
+                alike[form] = compile_kernel(part, forms=False, effort=effort, cost=cost)
+            parts[statement.kernel.name] = _named(alike[form], part)
     except ZeroDivisionError as error:
         raise KernelError(
             kernel.where, "it divides by an expression that is zero", "a divisor that can differ from zero"
@@ -89,6 +97,34 @@ def compile_loops(
     procedure = fuse(_procedure(kernel, traced, tables, body))
     prove_procedure(kernel, traced.results, procedure)
     return LoopCompilation(kernel, traced, tuple(parts.values()), procedure)
+
+
+def _named(known: Compilation, part: Kernel) -> Compilation:
+    """Return the compilation of a part as that of another one of the same form, whose program has its own name."""
+    assert known.best is not None
+    best = replace(known.best, program=replace(known.program, name=part.name))
+    return known if known.kernel is part else replace(known, kernel=part, best=best)
+
+
+def _form(part: Kernel) -> Any:
+    """Return a description of a part that only depends on the order of the names of its parameters.
+
+    Functions for kernels, such as products of matrices, leave the same parts at every place where they are called.
+    """
+    function = part.function
+    assert isinstance(function, Traced)
+    names = [parameter.name for parameter in part.parameters]
+    ranks = tuple(sorted(range(len(names)), key=names.__getitem__))
+    places = {symbol: k for k, symbol in enumerate(function.symbols)}
+    numbers: dict[Any, int] = {}
+    nodes = []
+    for node in topological(function.value):
+        own = places[node] if node.operation is Operation.INPUT else node.data
+        nodes.append((node.operation, own, node.algebra, *(numbers[each] for each in node.arguments)))
+        numbers[node] = len(numbers)
+    results = tuple(numbers[each] for each in function.value)
+    types = tuple(parameter.type for parameter in part.parameters)
+    return ranks, types, part.returns, tuple(nodes), results
 
 
 def _numbered(kernel: Kernel, traced: LoopTrace) -> dict[str, str]:

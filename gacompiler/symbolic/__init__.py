@@ -9,6 +9,12 @@ VGA3: (a_e1*b_e2 - a_e2*b_e1)*e12 + (a_e1*b_e3 - a_e3*b_e1)*e13 + (a_e2*b_e3 - a
 
 from typing import TYPE_CHECKING
 
+from ..frontend.functions import even_part as even_part
+from ..frontend.functions import odd_part as odd_part
+from ..frontend.functions import outer_cos as outer_cos
+from ..frontend.functions import outer_exp as outer_exp
+from ..frontend.functions import outer_sin as outer_sin
+from ..frontend.functions import outer_tan as outer_tan
 from . import functions
 from .construct import multivector as multivector
 from .construct import symbols as symbols
@@ -17,9 +23,10 @@ from .conversion import DerivedProgram as DerivedProgram
 from .conversion import from_kernel as from_kernel
 from .conversion import program_of as program_of
 from .conversion import to_kernel as to_kernel
+from .factors import factorize_blade as factorize_blade
+from .factors import factorize_versor as factorize_versor
 from .functions import *  # noqa: F403
 from .multivector import SymbolicMultivector as SymbolicMultivector
-from .predicates import factorize_blade as factorize_blade
 from .predicates import is_blade as is_blade
 from .predicates import is_null as is_null
 from .predicates import is_versor as is_versor
@@ -37,7 +44,8 @@ from .waves import tanh as tanh
 if not TYPE_CHECKING:
     # Type checkers cannot evaluate a computed list; for them, `as` and `*` above declare the exported names.
     __all__ = sorted([
-        "DerivedProgram", "SymbolicMultivector", "cos", "cosh", "equal", "factorize_blade", "from_kernel", "is_blade",
-        "is_null", "is_versor", "multivector", "program_of", "reduce", "relations", "sin", "sinh", "solve", "symbols",
+        "DerivedProgram", "SymbolicMultivector", "cos", "cosh", "equal", "even_part", "factorize_blade",
+        "factorize_versor", "from_kernel", "is_blade", "is_null", "is_versor", "multivector", "odd_part", "outer_cos",
+        "outer_exp", "outer_sin", "outer_tan", "program_of", "reduce", "relations", "sin", "sinh", "solve", "symbols",
         "tan", "tanh", "to_kernel", "unknowns", *functions.__all__,
     ])  # fmt: skip

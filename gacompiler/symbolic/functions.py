@@ -77,12 +77,12 @@ def grade(a: Any, *grades: int) -> SymbolicMultivector:
     return required("grade()", a).grade(*grades)
 
 
-def exp(a: SymbolicMultivector) -> SymbolicMultivector:
+def exp(a: Any) -> Any:
     """Return the exponential in closed form.
 
     Parameters
     ----------
-    a : SymbolicMultivector
+    a : scalar or SymbolicMultivector
         A scalar plus a part `b`. The square of `b` must be a scalar, or a scalar plus an element that squares to zero
         and commutes with `b`. This holds for all blades, and for all bivectors in up to three dimensions and in
         projective algebras.
@@ -98,6 +98,8 @@ def exp(a: SymbolicMultivector) -> SymbolicMultivector:
     cosh(sqrt(s))`` and ``S(s) = sinh(sqrt(s)) / sqrt(s)``. Where `s` has a negative sign, these are written as
     trigonometric functions.
     """
+    if not isinstance(a, Multivector):
+        return sympy.exp(a)
     lifted = required("exp()", a)
     b = lifted.keep(bool)
     size, rest = factor_of(b)
@@ -149,32 +151,72 @@ def signless(root: Any) -> Any:
     return sympy.Mul(*((b.args[0] if isinstance(b, sympy.Abs) else b) ** e for b, e in factors))
 
 
-def log(a: SymbolicMultivector) -> SymbolicMultivector:
-    """Return the principal logarithm of a scalar plus a part `b` whose square is a scalar.
+def log(a: Any) -> Any:
+    """Return the principal logarithm of a scalar, of a scalar plus a part `b` whose square is a scalar, or of a motor.
 
     This is half the logarithm of the squared size, and the angle in [0, pi] along `b`; see `exp` for the forms of `b`.
+    The exponential is `a` itself, never ``-a``. For `b` with a positive square, it is real where the scalar is larger
+    than the root of that square, and otherwise complex.
+
+    Parameters
+    ----------
+    a : scalar or SymbolicMultivector
+        Of grades 0, 2 and 4, as a screw motion, it must satisfy ``a ~a = 1``, and its part of grade 4 must be null.
     """
+    if not isinstance(a, Multivector):
+        return sympy.log(a)
+    if (screw := _screw(a)) is not None:
+        w, b, p, s = screw
+        negative, root = _signed_root(s)
+        ratio = (sympy.atan2(root, w) if negative else sympy.atanh(root / w)) / root
+        return symbolic(b * ratio + (p * b).grade(2) * ((1 - w * ratio) / s))
     w, b, s = split_number("log()", a)
     if s == 0:
         return symbolic(b / w + sympy.log(w)) if b.terms else symbolic(b + sympy.log(w))
     negative, root = _signed_root(s)
+    if not negative and w == 0:  # the values root and -root have the logarithms of two real numbers, one negative
+        return symbolic(
+            b * ((sympy.log(root) - sympy.log(-root)) / (2 * root)) + sympy.log(s) / 2 + sympy.I * sympy.pi / 2
+        )
     angle = sympy.atan2(root, w) if negative else sympy.atanh(root / w)
     return symbolic(b * (angle / root) + sympy.log(sympy.simplify(w**2 - s)) / 2)
 
 
-def sqrt(a: SymbolicMultivector) -> SymbolicMultivector:
-    """Return the square root with a positive scalar part, of a scalar plus a part whose square is a scalar."""
+def sqrt(a: Any) -> Any:
+    """Return the square root with a positive scalar part, of the elements that `log` takes.
+
+    The square of the root is `a` itself, never ``-a``.
+    """
+    if not isinstance(a, Multivector):
+        return sympy.sqrt(a)
+    if (screw := _screw(a)) is not None:
+        size = 2 + 2 * screw[0]
+        return symbolic((a + 1) * (1 - screw[2] / size) / sympy.sqrt(size))
     w, b, s = split_number("sqrt()", a)
     root = sympy.sqrt(sympy.simplify((w + sympy.sqrt(sympy.simplify(w**2 - s))) / 2))
     return symbolic(b / (2 * root) + root)
 
 
-def power(a: SymbolicMultivector, t: Any) -> SymbolicMultivector:
+def power(a: Any, t: Any) -> Any:
     """Return a product of equal factors, the square root, or ``exp(t * log(a))`` for any other exponent."""
     exponent = Expanded.of(t).expression
+    if not isinstance(a, Multivector):
+        return sympy.sympify(a) ** exponent
     if exponent.is_Integer:
         return symbolic(a ** int(exponent))
     return sqrt(a) if exponent == sympy.Rational(1, 2) else exp(symbolic(log(a) * exponent))
+
+
+def _screw(a: Multivector) -> tuple[Any, SymbolicMultivector, SymbolicMultivector, Any] | None:
+    """Split a motor into its parts of grades 0, 2 and 4, and the scalar part of the square of that of grade 2.
+
+    The result is None if the part of grade 4 is zero or not null.
+    """
+    lifted = reduce(symbolic(a))
+    b, p = lifted.grade(2), lifted.grade(4)
+    if not p.terms or not set(lifted.grades) <= {0, 2, 4} or not _vanishes(reduce(p * p)):
+        return None
+    return lifted["1"], b, p, sympy.factor(reduce(b * b)["1"])
 
 
 def split_number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:

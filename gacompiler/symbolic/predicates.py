@@ -1,14 +1,12 @@
-"""Predicates of symbolic multivectors that are proved by normal forms, and the factors of blades."""
+"""Predicates of symbolic multivectors that are proved by normal forms."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from ..algebra.blades import reordering_sign
-from ..algebra.factorization import factorize_blade as exact_factors
-from ..rings.symbolic import Expanded
 from .functions import norm_squared
-from .multivector import SymbolicMultivector, required, symbolic
+from .multivector import SymbolicMultivector, required
 from .relations import reduce
 
 
@@ -22,14 +20,14 @@ def is_blade(a: SymbolicMultivector, *given: Any) -> bool:
         Relations, as for `reduce`: multivectors made by `symbols`, or expressions that vanish.
     """
     lifted = reduce(required("is_blade()", a), *given)
-    if len(lifted.grades) != 1:
-        return not lifted.terms
+    if len(lifted.grades) != 1 or lifted.grades == (0,):
+        return not any(lifted.grades)
     # The contractions of a blade onto itself by all blades of one grade less are vectors within it.
-    vectors = [_without(blade, lifted) for blade in lifted.algebra.blades(lifted.grades[0] - 1)]
+    vectors = [without(blade, lifted) for blade in lifted.algebra.blades(lifted.grades[0] - 1)]
     return all(not reduce(vector ^ lifted, *given).terms for vector in vectors)
 
 
-def _without(blade: int, x: SymbolicMultivector) -> SymbolicMultivector:
+def without(blade: int, x: SymbolicMultivector) -> SymbolicMultivector:
     """Return the vector that remains of each basis blade of `x` without those of `blade`, which needs no metric."""
     terms = {
         other ^ blade: value if reordering_sign(blade, other ^ blade) > 0 else -value
@@ -59,17 +57,3 @@ def is_versor(a: SymbolicMultivector, *given: Any) -> bool:
 def is_null(a: SymbolicMultivector, *given: Any) -> bool:
     """Return whether the squared norm, the scalar part of ``a ~a``, is proved to be 0; relations as for `reduce`."""
     return not reduce(norm_squared(required("is_null()", a)), *given).terms
-
-
-def factorize_blade(a: SymbolicMultivector) -> tuple[Any, tuple[SymbolicMultivector, ...]]:
-    """Return a scalar and vectors whose outer product, times the scalar, is the blade `a`.
-
-    The scalar is the first coefficient, which must not vanish. Each vector has the coefficient 1 in one direction.
-
-    Raises
-    ------
-    AlgebraError
-        If the element is zero, has mixed grades, or is not an outer product of vectors.
-    """
-    found = exact_factors(required("factorize_blade()", a))
-    return Expanded.of(found.scale).expression, tuple(map(symbolic, found.vectors))

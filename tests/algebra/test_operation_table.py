@@ -131,7 +131,8 @@ def test_nothing_has_no_row() -> None:
     assert set(frontend.__all__) - names == {"assemble", "coefficient", "grade", "join", "meet"}
     assert names - set(frontend.__all__) == {"exp", "log", "sqrt"}, "of multivectors too, in frontend/functions.py"
     assert set(symbolic_functions.__all__) - set(MULTIVECTOR) == {"exp", "grade", "log", "power", "sqrt"}
-    others = {"even_part", "exp", "join", "log", "meet", "odd_part", "outer_cos", "outer_exp", "outer_sin", "power"}
+    outer = {"outer_cos", "outer_exp", "outer_sin", "outer_tan"}
+    others = {"even_part", "exp", "join", "log", "meet", "odd_part", "power"} | outer
     assert {name for name in vars(Methods) if not name.startswith("_")} == {*MULTIVECTOR, *others, "sqrt"}
     further = {"exp", "log", "sqrt", "power"}
     assert {*UNARY, *BINARY} - further == {

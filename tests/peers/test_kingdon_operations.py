@@ -54,7 +54,7 @@ OPERATIONS: dict[str, tuple[str, Callable[..., Any], Callable[..., Any]]] = {
     "outerexp": ("small", lambda a: a.outerexp(), lambda s, a: a.outer_exp()),
     "outersin": ("small", lambda a: a.outersin(), lambda s, a: a.outer_sin()),
     "outercos": ("small", lambda a: a.outercos(), lambda s, a: a.outer_cos()),
-    "outertan": ("small", lambda a: a.outertan(), lambda s, a: a.outer_sin() / a.outer_cos()),
+    "outertan": ("small", lambda a: a.outertan(), lambda s, a: a.outer_tan()),
     "power 3": ("v", lambda a: a**3, lambda s, a: a**3),
     "power -2": ("R", lambda a: a**-2, lambda s, a: a**-2),
     "grade": ("a", lambda a: a.grade(1, 2), lambda s, a: a.grade(1, 2)),

@@ -21,16 +21,22 @@ from gacompiler.symbolic import (
     SymbolicMultivector,
     cos,
     cosh,
+    equal,
     exp,
     factorize_blade,
+    factorize_versor,
     is_blade,
     is_null,
     is_versor,
+    log,
     multivector,
     outer_product,
+    outer_tan,
+    power,
     reduce,
     sin,
     sinh,
+    sqrt,
     symbols,
     tan,
     tanh,
@@ -109,7 +115,7 @@ def test_predicates() -> None:
     assert is_blade(general, pluecker)  # the quadric of blades
     assert is_versor(a * b) and is_versor(a) and is_versor(MOTOR, MOTOR)
     assert not is_versor(MOTOR) and not is_versor(1 + a) and not is_versor(0 * a)
-    assert not is_versor(unknowns("R", orthogonal(4), 0, 2, 4))
+    assert not is_versor(unknowns("R", orthogonal(4), 0, 2, 4)) and is_blade(multivector(VGA3, t))
     light, point = multivector(STA, {"g0": 1, "g1": 1}), symbols("p", layout=CGA3.POINT)
     assert is_null(light) and is_null(point, point) and not is_null(a) and not is_versor(light)
 
@@ -125,6 +131,70 @@ def test_factors_of_blades() -> None:
         assert len(vectors) == blade.grades[0] and not reduce(product - blade).terms
     with pytest.raises(AlgebraError, match="factors of a blade"):
         factorize_blade(unknowns("B", orthogonal(4), 2))
+
+
+def plane(algebra: Algebra, name: str, angle: Any) -> SymbolicMultivector:
+    return exp(angle * multivector(algebra, {name: 1}))
+
+
+NULL = multivector(orthogonal(2, 2), {"e1": 1, "e3": 1}) ^ multivector(orthogonal(2, 2), {"e2": 1, "e4": 1})
+VERSORS: list[tuple[SymbolicMultivector, int, tuple[Any, ...]]] = [
+    (multivector(VGA3, t), 0, ()),
+    (a, 1, ()),
+    (a * b, 2, ()),
+    (plane(VGA3, "e12", theta), 2, ()),
+    (MOTOR, 4, (MOTOR,)),
+    (plane(STA, "g10", t) * plane(STA, "g12", r), 2, ()),
+    (plane(orthogonal(4), "e12", t) * plane(orthogonal(4), "e34", r), 4, ()),
+    (symbols("T", layout=CGA3.TRANSLATOR), 2, ()),
+    (1 + t * NULL, 4, ()),  # the exception of Scherk: all vectors of the null plane are null
+]
+
+
+@all_cases("case", VERSORS)
+def test_factors_of_versors(case: tuple[SymbolicMultivector, int, tuple[Any, ...]]) -> None:
+    versor, number, given = case
+    scale, vectors = factorize_versor(versor, *given)
+    product = multivector(versor.algebra, scale)
+    for vector in vectors:
+        assert vector.grades == (1,)
+        product = product * vector
+    assert len(vectors) == number and equal(product, versor, *given)
+
+
+def test_elements_without_factors() -> None:
+    light = multivector(STA, {"g0": 1, "g1": 1})
+    for element in (MOTOR, 0 * a, 1 + a, unknowns("R", orthogonal(4), 0, 2, 4), light):
+        with pytest.raises(AlgebraError, match="factors of a versor"):
+            factorize_versor(element)
+
+
+def test_logarithms_and_roots_of_motors() -> None:
+    """The exponential of the logarithm is the motor itself, also for more than half a turn."""
+    screw = exp(-theta / 2 * multivector(PGA3, {"e12": 1, "e03": t, "e13": 2, "e01": 1}))
+    for angle in (0.7, 4.0, 6.1):
+        values = {theta: angle, t: 0.3}
+        number = screw.subs(values)
+        known = numbers(number, {})
+        for found in (exp(log(screw)), sqrt(screw) ** 2, power(screw, sympy.Rational(1, 3)) ** 3):
+            value = numbers(found, values)
+            assert max(abs(value.get(k, 0) - known.get(k, 0)) for k in {*value, *known}) < 1e-12
+
+
+def test_logarithms_of_vectors_are_complex() -> None:
+    """A vector of Euclidean space has the values ``norm`` and ``-norm``."""
+    values = {symbol: k + 1 for k, symbol in enumerate(a.coefficients.values())}
+    found = numbers(exp(log(a)), values)
+    assert all(abs(found.get(blade, 0) - x) < 1e-12 for blade, x in numbers(a, values).items())
+    assert all(abs(x) < 1e-12 for blade, x in found.items() if blade.bit_count() != 1)
+
+
+def test_functions_of_scalars_and_outer_functions() -> None:
+    assert (exp(t), log(t), sqrt(t), power(t, r)) == (sympy.exp(t), sympy.log(t), sympy.sqrt(t), t**r)
+    planes = multivector(orthogonal(4), {"e12": t, "e13": 2, "e34": r})
+    tangent = planes.outer_tan()
+    assert tangent == gacompiler.outer_tan(planes) and equal(tangent * (1 + (planes ^ planes) / 2), planes)
+    assert outer_tan(a) == a
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,108 @@
+"""Exponentials, logarithms and powers over six to eight vectors in kernels, against exponentials of mpmath."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from many_planes import ANGLES, example, size
+
+import gacompiler as ga
+from gacompiler import SCALAR, Cl
+from gacompiler.algebra.algebra import Algebra
+from gacompiler.algebra.layout import Layout
+from gacompiler.errors import KernelError
+from gacompiler.frontend import many_vectors
+
+
+def bivectors(algebra: Algebra) -> Layout:
+    return algebra.layout("bivectors", " ".join(algebra.spelling(blade)[1] for blade in algebra.blades(2)))
+
+
+@pytest.fixture
+def numbers(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """The module with loops and selections of floats, so that it runs without compilation."""
+
+    def iterate(body: Any, start: Any, until: Any, at_most: int) -> Any:
+        for step in range(1, at_most + 1):
+            new = body(start)
+            if until(start, new):
+                return new, 1, step
+            start = new
+        return start, 0, at_most
+
+    changed = {
+        "iterate": iterate, "select": lambda condition, a, b: a if condition else b, "absolute": abs, "maximum": max,
+        "sqrt": lambda x: math.sqrt(x) if x >= 0 else math.nan, "Fraction": lambda a, b=1: a / b, "HUGE": 1e300,
+    }  # fmt: skip
+    constants = ["SMALL", "SCALED", "HALF", "CONVERGED", "NOISE", "RESIDUAL"]
+    changed |= {name: float(getattr(many_vectors, name)) for name in constants}
+    for name, value in changed.items():
+        monkeypatch.setattr(many_vectors, name, value)
+    return many_vectors
+
+
+@pytest.mark.parametrize("signature", [(6,), (3, 3), (4, 2), (7,), (8,), (4, 4)], ids=str)
+@pytest.mark.parametrize("name", ["equal", "nearly equal", "near zero", "two near pi", "pi - 1e-13"])
+def test_formulas(numbers: Any, signature: tuple[int, ...], name: str) -> None:
+    b, versor = example(signature, ANGLES[name])
+    space = numbers.signature_of(Cl(*signature).algebra)
+    spelled = {blade: space.algebra.spelling(blade) for blade in (*space.blades, *space.algebra.blades(2))}
+    coefficients = np.array([spelled[k][0] * float(versor[spelled[k][1]]) for k in space.blades])
+    known = {k: spelled[k][0] * float(b[spelled[k][1]]) for k in space.algebra.blades(2)}
+    logarithm = numbers._bivector_terms(space, numbers._logarithm(space, list(coefficients)))
+    # Rounding errors of boosts are relative to the squares of their coefficients.
+    limit = 1e-14 * max(size(versor), 1.0) ** 2
+    errors = [abs(value - known[1 << i | 1 << j]) for (i, j), value in logarithm.items()]
+    assert max(errors) <= limit * max(map(abs, known.values()))
+    power = numbers._exponential(space, numbers._matrix_of(space, lambda i, j: known[1 << i | 1 << j]))
+    assert np.abs(np.array(power) - coefficients).max() <= limit
+
+
+def test_one_has_the_logarithm_zero(numbers: Any) -> None:
+    space = numbers.signature_of(Cl(6).algebra)
+    one = [float(blade == 0) for blade in space.blades]
+    for sign in (1, -1):
+        assert not np.any(np.array(numbers._logarithm(space, [sign * x for x in one]), float))
+
+
+@pytest.mark.parametrize("function", [ga.log, ga.sqrt, lambda r: ga.power(r, 0.3), ga.exp], ids=str)
+def test_kernels_without_loops_are_refused(function: Any) -> None:
+    algebra = Cl(6).algebra
+    layout = bivectors(algebra) if function is ga.exp else algebra.UNIT_EVEN
+
+    @ga.kernel(r=layout)
+    def of_versor(r: Any) -> Any:
+        return function(r)
+
+    with pytest.raises(KernelError, match=r"6 basis vectors in a kernel without loops.*loops=True") as refused:
+        ga.compile(of_versor)
+    assert len(str(refused.value)) < 320 and "\n" not in str(refused.value)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("signature", [(6,), (4, 2)], ids=str)
+def test_compiled(signature: tuple[int, ...]) -> None:
+    """Kernels agree with mpmath, also in batches; where there is no logarithm the result is NaN."""
+    algebra = Cl(*signature).algebra
+
+    @ga.kernel(r=algebra.UNIT_EVEN, loops=True)
+    def logarithm(r: Any) -> Any:
+        return ga.log(r)
+
+    @ga.kernel(b=bivectors(algebra), t=SCALAR, loops=True)
+    def exponential(b: Any, t: Any) -> Any:
+        return ga.exp(t * b)
+
+    log, exp = ga.compile(logarithm, effort=0), ga.compile(exponential, effort=0)
+    examples = [example(signature, angles) for angles in ANGLES.values()]
+    planes = np.array([b.as_layout(bivectors(algebra)).values for b, _ in examples])
+    versors = np.array([versor.as_layout(algebra.even).values for _, versor in examples])
+    limits = 1e-14 * np.maximum(np.abs(versors).max(-1), 1) ** 2
+    assert (np.abs(log(versors) - planes).max(-1) <= limits * np.abs(planes).max(-1)).all()
+    assert (np.abs(exp(planes, 1.0) - versors).max(-1) <= limits).all()
+    half = np.eye(algebra.even.size)[algebra.even.blades.index("e1234")]
+    spoiled = log(np.array([versors[1], half, np.nan * half]))
+    assert np.isnan(spoiled).all(-1).tolist() == [False, True, True]
