@@ -1,10 +1,11 @@
-"""Fundamental matrices, homographies and cameras by linear equations between normalised coordinates.
+"""Fundamental matrices, homographies and cameras by linear equations between normalised coordinates, and poses of them.
 
-Equations are solved by the null vector of their coefficients (module `matrices`). Points are normalised to mean 0 and
-mean square d, their number of coordinates (Hartley, *In Defense of the Eight-Point Algorithm*, 1997).
+Points are normalised to mean 0 and mean square d, their number of coordinates (Hartley, *In Defense of the Eight-Point
+Algorithm*, 1997).
 """
 
-from gacompiler import SCALAR, absolute, array, each, equal, fold, kernel, matrices, maximum, select, sqrt, total
+from gacompiler import SCALAR, array, each, kernel, matrices, select, sqrt
+from gacompiler.specs.families.linear_equations import normalized, solution, undone
 from gacompiler.specs.projective2 import homography_equations
 from gacompiler.specs.projective3 import epipolar_equation
 
@@ -30,63 +31,24 @@ def _unit(matrix):
     return tuple(tuple(x / size for x in row) for row in matrix)
 
 
-def _normalized(points, dimension):
-    """Return points of mean 0 and mean square norm `dimension`, and the similarity that maps the points to them.
+@kernel(first=PIXELS, second=PIXELS, returns=THREE)
+def fundamental_of_pixels(first, second):
+    """Compute the fundamental matrix of rank 2 and norm 1 that pairs of pixels fit best (eight-point algorithm).
 
-    A spread of at most eight roundings of the largest coordinate is not scaled up.
+    The unit vector of its entries has the least squares of ``x' F x`` for normalised pixels. The nearest matrix of rank
+    2 is taken before the normalisation is undone.
     """
-    sums, count = total(lambda p: (tuple(p), 1), points)
-    mean = tuple(x / count for x in sums)
-    square = total(lambda p: sum((x - m) * (x - m) for x, m in zip(p, mean, strict=True)), points)
-    largest = fold(lambda m, p: _largest(m, p), 0, points)
-    spread = sqrt(square / (count * dimension))
-    is_rounding = equal(largest + spread / 16, largest)
-    scale = 1 / select(is_rounding, _largest(1, mean), spread)
-    shift = tuple(-scale * m for m in mean)
-    # Differences from the mean are exact far from the origin, where sums with a shift would round each point.
-    moved = each(lambda p: tuple(scale * (x - m) for x, m in zip(p, mean, strict=True)), points)
-    rows = [(*(scale if j == i else 0 for j in range(dimension)), shift[i]) for i in range(dimension)]
-    return moved, (*rows, (*(0 for _ in range(dimension)), 1))
-
-
-def _largest(start, numbers):
-    for x in numbers:
-        start = maximum(start, absolute(x))
-    return start
-
-
-def _undone(similarity):
-    """Return the inverse of a similarity of the plane."""
-    (scale, _, x), (_, _, y), _ = similarity
-    return (1 / scale, 0, -x / scale), (0, 1 / scale, -y / scale), (0, 0, 1)
-
-
-@kernel(first=PIXELS, second=PIXELS, returns=(array(SCALAR, "n", 9), THREE, THREE))
-def epipolar_equations(first, second):
-    """Compute the equations ``x' F x = 0`` of normalised pixels, and the two similarities of pixels.
-
-    Returns
-    -------
-    equations
-        For each pair, the coefficients of the entries of F, row by row.
-    left, right
-        The similarities that normalise the first and the second pixels.
-    """
-    (one, left), (two, right) = _normalized(first, 2), _normalized(second, 2)
-    return each(epipolar_equation, one, two), left, right
-
-
-@kernel(entries=array(SCALAR, 9), left=THREE, right=THREE, returns=THREE)
-def fundamental_of_entries(entries, left, right):
-    """Compute the fundamental matrix of rank 2 and norm 1 from the solution of `epipolar_equations`.
-
-    The nearest matrix of rank 2 is subtracted before the normalisation is undone.
-    """
-    matrix = tuple(tuple(entries[3 * i : 3 * i + 3]) for i in range(3))
+    (one, left), (two, right) = normalized(first, 2), normalized(second, 2)
+    entries, _, _ = solution(lambda x, y: [epipolar_equation(x, y)], one, two)
+    matrix = _rows(entries, 3)
     _, vectors = matrices.three_singular_vectors(matrix)
     null = tuple(row[2] for row in vectors)
     rank_two = tuple(tuple(x - _dot(row, null) * v for x, v in zip(row, null, strict=True)) for row in matrix)
     return _unit(_times(tuple(zip(*right, strict=True)), _times(rank_two, left)))
+
+
+def _rows(entries, width):
+    return tuple(tuple(entries[i : i + width]) for i in range(0, len(entries), width))
 
 
 @kernel(first=PIXELS, second=PIXELS, returns=(array(SCALAR, "n", 2, 9), THREE, THREE))
@@ -100,7 +62,7 @@ def plane_equations(first, second):
     left, right
         The similarities that normalise the first and the second pixels.
     """
-    (one, left), (two, right) = _normalized(first, 2), _normalized(second, 2)
+    (one, left), (two, right) = normalized(first, 2), normalized(second, 2)
     return each(homography_equations, one, two), left, right
 
 
@@ -108,7 +70,7 @@ def plane_equations(first, second):
 def homography_of_entries(entries, left, right):
     """Compute the homography of norm 1 from the solution of `plane_equations`."""
     matrix = tuple(tuple(entries[3 * i : 3 * i + 3]) for i in range(3))
-    return _unit(_times(_undone(right), _times(matrix, left)))
+    return _unit(_times(undone(right), _times(matrix, left)))
 
 
 @kernel(places=PLACES, pixels=PIXELS, returns=(array(SCALAR, "n", 2, 12), FOUR, THREE))
@@ -122,7 +84,7 @@ def camera_equations(places, pixels):
     left, right
         The similarities that normalise points and pixels.
     """
-    (one, left), (two, right) = _normalized(places, 3), _normalized(pixels, 2)
+    (one, left), (two, right) = normalized(places, 3), normalized(pixels, 2)
 
     def equations(place, pixel):
         x, nothing = (*place, 1), (0, 0, 0, 0)
@@ -135,7 +97,7 @@ def camera_equations(places, pixels):
 def camera_of_entries(entries, left, right):
     """Compute the camera matrix of norm 1 from the solution of `camera_equations`."""
     matrix = tuple(tuple(entries[4 * i : 4 * i + 4]) for i in range(3))
-    return _unit(_times(_undone(right), _times(matrix, left)))
+    return _unit(_times(undone(right), _times(matrix, left)))
 
 
 def _nearest_rotation(matrix):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from generated import camera_poses, pga3, relative_poses, robust_views
+from generated import camera_poses, linear_views, pga3, relative_poses, robust_views
 
 Array = np.ndarray[Any, Any]
 K = np.array([[700.0, 3, 320], [0, 690, 240], [0, 0, 1]])
@@ -185,3 +185,36 @@ def test_squares_of_pairs() -> None:
         assert square == pytest.approx(step @ step, rel=1e-3)
         whole = robust_views.truncated_plane_squares(matrix, first, second + 0.1, 1e-3)
         assert whole == pytest.approx(np.minimum(robust_views.plane_squares(matrix, first, second + 0.1), 1e-3).sum())
+
+
+def thin_views(rng: np.random.Generator, n: int, depth: float, noise: float) -> tuple[Array, Array]:
+    """Pixels of points in two images, of which the depths differ little."""
+    places = rng.normal(size=(n, 3)) * (1, 1, depth)
+    first, second = (seen(K @ motion(rng), places) for _ in range(2))
+    return first + noise * rng.normal(size=first.shape), second + noise * rng.normal(size=second.shape)
+
+
+@pytest.mark.parametrize(
+    ("n", "depth", "noise", "least"), [(8, 1, 0, 1e-5), (20, 1e-3, 0, 1e-7), (50, 1e-2, 0.3, 1e-4)]
+)
+def test_sums_of_products_have_the_solutions_of_singular_vectors(
+    n: int, depth: float, noise: float, least: float
+) -> None:
+    """Without the corrections, the solution has half of the digits: errors are the square of the condition."""
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        first, second = thin_views(rng, n, depth, noise)
+        similarities, rows = [], []
+        for x in (first, second):
+            scale = 1 / np.sqrt(x.var(0).mean())
+            similarities.append(
+                np.array([[scale, 0, -scale * x[:, 0].mean()], [0, scale, -scale * x[:, 1].mean()], [0, 0, 1]])
+            )
+            rows.append(np.column_stack([scale * (x - x.mean(0)), np.ones(n)]))
+        _, values, vectors = np.linalg.svd(np.einsum("ni,nj->nij", rows[1], rows[0]).reshape(n, 9))
+        u, s, v = np.linalg.svd(vectors[8].reshape(3, 3))
+        wanted = similarities[1].T @ (u[:, :2] * s[:2] @ v[:2]) @ similarities[0]
+        wanted /= np.linalg.norm(wanted)
+        found = linear_views.fundamental_of_pixels(first, second)
+        if values[7] > least * values[0]:
+            assert min(np.abs(found - wanted).max(), np.abs(found + wanted).max()) < 1e-13 * values[0] / values[7]
