@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -132,8 +133,7 @@ def localize(
     places, image = places.astype(np.float64), image.astype(np.float64)
     centroid = places.mean(0)
     known = pixel_noise(k, noise)
-    seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
-    scene = _Scene(places - centroid, image, seen, k, known)
+    scene = _Scene(places - centroid, image, k, known)
     inliers: Reals = np.ones(len(places), bool)
     if threshold is not None:
         estimate = robust_estimate(_problem(scene), threshold, seed, confidence, max_samples)
@@ -163,18 +163,16 @@ def localize(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Scene:
-    """The points (n, 3) about their centroid, their pixels and directions (n, 2), and the camera."""
+    """The points (n, 3) about their centroid, their pixels (n, 2), and the camera."""
 
     places: Reals
     image: Reals
-    seen: Reals
     k: Reals
     noise: Noise
 
     def minima(self, inliers: Reals) -> Poses:
         """Return all minima (1, s) of the distances of some of the points."""
-        places, image, seen = (each[None, inliers] for each in (self.places, self.image, self.seen))
-        return all_poses(places, image, seen, self.k, _STEPS, self.noise)
+        return all_poses(self.places[None, inliers], self.image[None, inliers], self.k, _STEPS, self.noise)
 
     def status(self, found: Poses, inliers: Reals) -> tuple[Reals, Reals]:
         """Return the status (1,) of the best of the minima, and which of them are likely (1, s)."""
@@ -227,7 +225,8 @@ def _without_wrong_pixels(scene: _Scene) -> Reals | None:
 
 def _problem(scene: _Scene) -> Problem:
     """Return the problem of poses [R | t] from samples of three points, for points relative to their centroid."""
-    places, image, seen, k = scene.places, scene.image, scene.seen, scene.k
+    places, image, k = scene.places, scene.image, scene.k
+    seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
 
     def solve(sets: Reals) -> Reals:
         return three_points(places[sets], seen[sets]).reshape(-1, 3, 4)
@@ -248,9 +247,15 @@ def _problem(scene: _Scene) -> Problem:
 def checked_intrinsics(intrinsics: ArrayLike) -> Reals:
     """Return the matrix K after validation; raise ValueError if it is invalid."""
     k = real_array(intrinsics, "intrinsics", (3, 3), "the matrix K")
-    if k.ndim != 2 or not np.isfinite(k).all() or np.tril(k, -1).any() or not np.diag(k).all():
+    if k.ndim != 2 or not _is_triangular(k.tolist()):
         raise ValueError("intrinsics: not an upper triangular matrix with inverse; expected that of a camera")
     return np.asarray(k / k[2, 2])
+
+
+def _is_triangular(rows: list[list[float]]) -> bool:
+    """Return whether a matrix is upper triangular and regular, with finite numbers."""
+    (a, _, _), (below, b, _), (left, right, c) = rows
+    return bool(not (below or left or right) and a and b and c and all(isfinite(x) for row in rows for x in row))
 
 
 def intrinsics_of_camera(camera: Camera | ArrayLike) -> Reals:

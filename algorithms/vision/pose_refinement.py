@@ -58,13 +58,13 @@ def pixel_noise(k: Reals, noise: float | None = None) -> Noise:
     return Noise(_USUAL * _USUAL * abs(float(k[0, 0] * k[1, 1])), _WEIGHT)
 
 
-def all_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int, noise: Noise) -> Poses:
+def all_poses(places: Reals, image: Reals, k: Reals, n_steps: int, noise: Noise) -> Poses:
     """Return the minima (b, s) from all starts: first those with all points in front of the camera, the least first.
 
-    `places` (b, n, 3) are relative to their centroids, `image` (b, n, 2) are pixels, `seen` their directions x/z, y/z.
-    The last start is the reversal of the best minimum that the others lead to.
+    `places` (b, n, 3) are relative to their centroids, `image` (b, n, 2) are pixels. The last start is the reversal of
+    the best minimum that the others lead to.
     """
-    found = ordered(_followed(pose_starts(places, seen), np.inf, places, image, k, n_steps, noise))
+    found = ordered(_followed(pose_starts(places, image, k), np.inf, places, image, k, n_steps, noise))
     best = found.at((slice(None), slice(1)))
     least = np.where(best.in_front & np.isfinite(best.cost), best.cost, np.inf)[:, 0]
     again = _followed(reversed_pose(best.matrix, places[:, None]), least, places, image, k, n_steps, noise)
@@ -166,9 +166,8 @@ def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = No
     The unit of translations is the distance of the centroid of the points from the camera, unless it is given.
     """
     variance = noise.raised(pose.cost, 2 * n_points - _PARAMETERS)
-    spread = variance * np.linalg.inv(pose.normal)
-    largest = [np.linalg.eigvalsh(part)[-1] for part in (spread[:3, :3], spread[3:, 3:])]
-    return np.asarray(np.sqrt(np.maximum(largest, 0)) * [1, _depth(pose.matrix) if unit is None else unit])
+    largest = np.maximum(camera_poses.largest_variances(pose.normal), 0)
+    return np.asarray(np.sqrt(variance * largest) * [1, _depth(pose.matrix) if unit is None else unit])
 
 
 def _offsets(found: Poses, i: int, unit: Reals) -> Reals:
@@ -211,10 +210,4 @@ def camera_motors(matrix: Reals, centroid: Reals) -> Reals:
 
     The centre of the camera is computed relative to the centroid, which preserves accuracy far from the origin.
     """
-    u, _, v = np.linalg.svd(np.where(np.isfinite(matrix[..., :3]), matrix[..., :3], 0))
-    back = np.swapaxes(u @ v, 1, 2)
-    whole = np.tile(np.eye(4), (len(matrix), 1, 1))
-    whole[:, :3, :3] = back
-    whole[:, :3, 3] = centroid - (back @ matrix[..., 3:])[..., 0]
-    motor = pga3.motor_from_matrix(whole)
-    return np.asarray(motor * np.where(motor[:, :1] < 0, -1, 1))
+    return np.asarray(camera_poses.motor_of_pose(matrix, centroid))

@@ -155,6 +155,36 @@ def descend_pose(pose, k, places, pixels, limit, at_most):
     return pose, found.table, (found.cost, found.ended, found.steps, found.cost - found.gain)
 
 
+@kernel(pose=POSE, centroid=array(SCALAR, 3), returns=PGA3.MOTOR)
+def motor_of_pose(pose, centroid):
+    """Compute the unit motor from the camera to the world, for a pose of points about their centroid.
+
+    The centre of the camera is computed relative to the centroid, which preserves accuracy far from the origin.
+    """
+    back, shift = _parts(pose)
+    back = transposed(back)
+    centre = [c - dot(row, shift) for c, row in zip(centroid, back, strict=True)]
+    return translator_of(centre) * rotor_of(quaternion_of_matrix(back))
+
+
+@kernel(normal=array(SCALAR, 6, 6), returns=array(SCALAR, 2))
+def largest_variances(normal):
+    """Compute the largest variances of directions of the rotation and of the translation, for residuals of variance 1.
+
+    They are the inverses of the least eigenvalues of normal equations from which the other part is eliminated.
+    """
+    found = []
+    for own, other in ((range(3), range(3, 6)), (range(3, 6), range(3))):
+        part = [[normal[i][j] for j in other] for i in other]
+        across = [[normal[i][j] for j in other] for i in own]
+        solved = [ga.solve_symmetric(part, row)[0] for row in across]
+        left = [[normal[i][j] - dot(across[a], solved[b]) for b, j in enumerate(own)] for a, i in enumerate(own)]
+        found.append(
+            1 / ga.eigenvalues_symmetric([[(left[a][b] + left[b][a]) / 2 for b in range(3)] for a in range(3)])[0]
+        )
+    return tuple(found)
+
+
 @kernel(matrix=THREE, seen=array(SCALAR, 3), returns=(PGA3.MOTOR, PGA3.MOTOR, array(SCALAR, 2, 3)))
 def motions_of_homography(matrix, seen):
     """Compute the two motions, and normals of the plane, of the homography of directions in two cameras.

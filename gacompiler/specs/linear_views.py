@@ -4,8 +4,8 @@ Points are normalised to mean 0 and mean square d, their number of coordinates (
 Algorithm*, 1997).
 """
 
-from gacompiler import SCALAR, array, each, kernel, matrices, select, sqrt
-from gacompiler.specs.families.linear_equations import normalized, solution, undone
+from gacompiler import SCALAR, array, each, kernel, matrices, select, sqrt, total
+from gacompiler.specs.families.linear_equations import BELOW_ROUNDING, normalized, solution, undone
 from gacompiler.specs.projective2 import homography_equations
 from gacompiler.specs.projective3 import epipolar_equation
 
@@ -85,12 +85,12 @@ def camera_equations(places, pixels):
         The similarities that normalise points and pixels.
     """
     (one, left), (two, right) = normalized(places, 3), normalized(pixels, 2)
+    return each(_camera_equations, one, two), left, right
 
-    def equations(place, pixel):
-        x, nothing = (*place, 1), (0, 0, 0, 0)
-        return (*x, *nothing, *(-pixel[0] * a for a in x)), (*nothing, *x, *(-pixel[1] * a for a in x))
 
-    return each(equations, one, two), left, right
+def _camera_equations(place, pixel):
+    x, nothing = (*place, 1), (0, 0, 0, 0)
+    return (*x, *nothing, *(-pixel[0] * a for a in x)), (*nothing, *x, *(-pixel[1] * a for a in x))
 
 
 @kernel(entries=array(SCALAR, 12), left=FOUR, right=THREE, returns=CAMERA)
@@ -124,9 +124,8 @@ def _or_one(x):
     return select(x > 0, x, 1)
 
 
-@kernel(camera=CAMERA, returns=CAMERA)
-def pose_of_camera(camera):
-    """Compute the pose [R | t] nearest to a camera matrix of points around the origin, which is in front of it.
+def _pose_of_camera(camera):
+    """Return the pose [R | t] nearest to a camera matrix of points around the origin, which is in front of it.
 
     The sign is determined by the depth of the origin: the determinant is unreliable for thin scenes.
     """
@@ -146,6 +145,10 @@ def pose_of_plane(homography, axes):
     axes
         The first two rows are the axes of the coordinates.
     """
+    return _pose_of_plane(homography, axes)
+
+
+def _pose_of_plane(homography, axes):
     columns = tuple(zip(*homography, strict=True))
     size = sqrt(sqrt(_dot(columns[0], columns[0]) * _dot(columns[1], columns[1])))
     factor = select(homography[2][2] < 0, -1, 1) / _or_one(size)
@@ -154,19 +157,27 @@ def pose_of_plane(homography, axes):
     return tuple((*row, s) for row, s in zip(_times(rotation, _frame(axes)), shift, strict=True))
 
 
-@kernel(pose=CAMERA, axes=THREE, returns=CAMERA)
-def reversed_pose(pose, axes):
-    """Mirror a plane through the origin in the plane perpendicular to the line of sight (Necker reversal).
+def _axes(places):
+    """Return axes, as rows, in the order of the extents of points about the origin along them."""
+    moments = total(lambda p: tuple(tuple(a * b for b in p) for a in p), places)
+    size = sum(moments[k][k] for k in range(3)) * BELOW_ROUNDING
+    # Of one point the order of the other axes would be that of roundings.
+    rows = [[x + (3 - i) * size if i == j else x for j, x in enumerate(row)] for i, row in enumerate(moments)]
+    return tuple(zip(*matrices.three_singular_vectors(rows)[1], strict=True))
+
+
+@kernel(pose=CAMERA, places=PLACES, returns=CAMERA)
+def reversed_pose(pose, places):
+    """Mirror the plane of the largest extents of points in that perpendicular to the line of sight (Necker reversal).
 
     The pose [R | t] of both planes has the same image under parallel projection: if a pose is a minimum of the
-    distances in the image of points in the plane, another minimum is near the reversed one.
-
-    Parameters
-    ----------
-    pose
-    axes
-        The first two rows are orthonormal axes of the plane.
+    distances in the image of points in the plane, another minimum is near the reversed one. Points are relative to
+    their centroid.
     """
+    return _reversed_pose(pose, _axes(places))
+
+
+def _reversed_pose(pose, axes):
     frame, shift = _frame(axes), tuple(row[3] for row in pose)
     normal = _scaled(shift)
     columns = [tuple(_dot(row[:3], axis) for row in pose) for axis in frame]
@@ -181,3 +192,37 @@ def reversed_pose(pose, axes):
 def _frame(axes):
     """Return a right-handed frame of which the first two axes are given."""
     return axes[0], axes[1], _cross(axes[0], axes[1])
+
+
+@kernel(places=PLACES, pixels=PIXELS, k=THREE, returns=array(SCALAR, 3, 3, 4))
+def starts_of_pose(places, pixels, k):
+    """Compute three candidates for the pose [R | t] of a camera, from linear equations.
+
+    The first is that of the homography of the plane of the largest extents, the second its `reversed_pose`, and the
+    third that of a camera matrix, for points in space.
+
+    Parameters
+    ----------
+    places
+        Points relative to their centroid.
+    pixels
+    k
+        The upper triangular matrix of the camera, with 1 in its last row.
+    """
+    axes = _axes(places)
+    inverse = _inverse_of_intrinsics(k)
+    seen = each(lambda p: tuple(_dot(row, (*p, 1)) for row in inverse), pixels)
+    flat = each(lambda p: tuple(_dot(axis, p) for axis in axes[:2]), places)
+    (one, left), (two, right) = normalized(flat, 2), normalized(seen, 2)
+    entries, _, _ = solution(homography_equations, one, two)
+    plane = _pose_of_plane(_unit(_times(undone(right), _times(_rows(entries, 3), left))), axes)
+    one, left = normalized(places, 3)
+    entries, _, _ = solution(_camera_equations, one, two)
+    space = _pose_of_camera(_unit(_times(undone(right), _times(_rows(entries, 4), left))))
+    return plane, _reversed_pose(plane, axes), space
+
+
+def _inverse_of_intrinsics(k):
+    """Return the first two rows of the inverse of an upper triangular matrix with 1 in its last row."""
+    (a, skew, x), (_, b, y), _ = k
+    return (1 / a, -skew / (a * b), (skew * y / b - x) / a), (0, 1 / b, -y / b)

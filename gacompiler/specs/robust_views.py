@@ -43,8 +43,6 @@ OPEN = Fraction(1, 10**14)
 """The solution of the equations is not unique if the eighth squared singular value is below this part of the first."""
 ROUNDING = Fraction(1, 10**20)
 """A squared distance below this part of the squared extent of the pixels is rounding."""
-BELOW_ROUNDING = Fraction(1, 10**30)
-"""Less than the rounding of a number near 1."""
 VAST = 10**300
 """More than any coordinate."""
 ALL = 10**20
@@ -324,8 +322,7 @@ def _plane_of(first, second):
     """Return the homography by linear equations, in pixels."""
     (one, left), (two, right) = normalized(first, 2), normalized(second, 2)
     entries, _, _ = solution(homography_equations, one, two)
-    # Few pairs have solutions that take them to infinity, where rounding would decide.
-    matrix = entries[:3], entries[3:6], (*entries[6:8], entries[8] + BELOW_ROUNDING)
+    matrix = entries[:3], entries[3:6], entries[6:]
     entries = unit([x for row in product(undone(right), product(matrix, left)) for x in row])
     return entries[:3], entries[3:6], entries[6:]
 

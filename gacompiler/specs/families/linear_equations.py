@@ -13,6 +13,8 @@ from gacompiler.specs.families.two_views import unit
 
 LEAST_PIVOT = Fraction(1, 2**52)
 """A pivot below this part of the trace is rounding."""
+BELOW_ROUNDING = Fraction(1, 10**30)
+"""Less than the rounding of a number near 1."""
 SINGLE = Fraction(1, 10**8)
 """A matrix is that of one vector, after it is squared, if the others have less than this part of its trace."""
 LARGER = Fraction(9, 8)
@@ -105,7 +107,8 @@ def solution(equations, *rows):
         return (*unit([y - s for y, s in zip(x, step, strict=True)]), dot(step, step))
 
     found, _, _ = iterate(corrected, (*start, 1), lambda _, new: new[n] <= CORRECTED, CORRECTIONS)
-    return found[:n], table, rest
+    # Where equations are few, components are 0 in exact numbers, and rounding would decide what follows from them.
+    return tuple(x + (k * k + 1) * BELOW_ROUNDING for k, x in enumerate(found[:n])), table, rest
 
 
 def rows_of(size):
