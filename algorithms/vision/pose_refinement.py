@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from generated import camera_poses, pga3
 
 from ..arguments import Reals
-from ..evidence import WRONG, Noise, differ, largest_likely, likely
-from ..evidence.triangles import from_triangle
+from ..evidence import WRONG, Noise, differ, likely, likely_bounds
 from .pose_starts import pose_starts, reversed_pose
 from .robust import ALL
 from .status import VisionStatus
@@ -24,7 +23,7 @@ _USUAL = 1e-3
 """The usual noise of pixels, in focal lengths: most points are located to half a pixel, by cameras of 500 pixels,"""
 _WEIGHT = 4.0
 """and the number of residuals that this is worth: a noise of a seventh to five times as much is not a contradiction."""
-_SOON = 25
+_SOON = 25.0
 """A limit on work: the number of iterations between tests whether a start can still lead to a likely minimum."""
 _PARAMETERS = 6
 
@@ -48,7 +47,11 @@ class Poses:
 
     def at(self, index: Reals | int | tuple[Reals | slice | int, ...]) -> Poses:
         """Return the poses at an index of the leading axes."""
-        return Poses(*(getattr(self, field.name)[index] for field in fields(self)))
+        return Poses(*(part[index] for part in self.parts()))
+
+    def parts(self) -> tuple[Reals, Reals, Reals, Reals, Reals, Reals]:
+        """Return all arrays."""
+        return self.matrix, self.cost, self.normal, self.converged, self.in_front, self.lowest
 
 
 def pixel_noise(k: Reals, noise: float | None = None) -> Noise:
@@ -68,8 +71,7 @@ def all_poses(places: Reals, image: Reals, k: Reals, n_steps: int, noise: Noise)
     best = found.at((slice(None), slice(1)))
     least = np.where(best.in_front & np.isfinite(best.cost), best.cost, np.inf)[:, 0]
     again = _followed(reversed_pose(best.matrix, places[:, None]), least, places, image, k, n_steps, noise)
-    names = [field.name for field in fields(Poses)]
-    return ordered(Poses(*(np.concatenate([getattr(found, name), getattr(again, name)], 1) for name in names)))
+    return ordered(Poses(*(np.concatenate(both, 1) for both in zip(found.parts(), again.parts(), strict=True))))
 
 
 def _followed(
@@ -81,21 +83,11 @@ def _followed(
     `least` (b,) and by the least cost of poses with all points in front of the camera, which have yet to decrease. In
     1,200 scenes of markers, boards and 4 to 30 points, statuses equal those of 1,000 iterations from all starts.
     """
-    b, s = starts.shape[:2]
-    n, sets, done = places.shape[1], np.repeat(np.arange(b), s), 0
-    found = refined_poses(starts.reshape(-1, 3, 4), places[sets], image[sets], k, 0)
-    while done < n_steps:
-        valid = np.where(found.in_front & np.isfinite(found.cost), found.cost, np.inf).reshape(b, s).min(1)
-        limit = largest_likely(np.minimum(valid, least), 2 * n, 2 * n - _PARAMETERS, noise)[sets]
-        rest = np.flatnonzero(~found.converged & np.isfinite(found.cost) & ~(found.lowest > limit))
-        if not len(rest):
-            break
-        steps = min(_SOON, n_steps - done)
-        more = refined_poses(found.matrix[rest], places[sets[rest]], image[sets[rest]], k, steps)
-        for field in fields(Poses):
-            getattr(found, field.name)[rest] = getattr(more, field.name)
-        done += steps
-    return Poses(*(each.reshape(b, s, *each.shape[1:]) for each in (getattr(found, f.name) for f in fields(Poses))))
+    n = places.shape[1]
+    bounds = np.array(likely_bounds(2 * n, 2 * n - _PARAMETERS, noise))
+    found, normal, numbers = camera_poses.follow_poses(starts, k, places, image, least, bounds, _SOON, float(n_steps))
+    cost = np.where(numbers[..., 0] < ALL, numbers[..., 0], np.nan)
+    return Poses(found, cost, normal, numbers[..., 1] > 0, numbers[..., 3] > 0, numbers[..., 2])
 
 
 def ordered(found: Poses) -> Poses:
@@ -136,9 +128,9 @@ def judged_poses(
     """
     n = places.shape[1]
     best, freedom = found.at((slice(None), 0)), 2 * n - _PARAMETERS
-    extent = np.linalg.svd(places if ends is None else ends, compute_uv=False)
-    values = np.linalg.eigvalsh(np.where(np.isfinite(best.normal), best.normal, 0))
-    left_open = (extent[:, 1] <= OPEN * extent[:, 0]) | ~(values[:, 0] > OPEN**2 * values[:, -1])
+    are_few, left_open = np.moveaxis(
+        camera_poses.undetermined_pose(places if ends is None else ends, best.normal), 1, 0
+    )
     explained = best.cost <= min(WRONG ** (1 / (n - 3)), EXPLAINED) * spread
     explained &= ~noise.contradicted(best.cost, freedom)
     explained &= ~noise.outlying(squares, 2, best.cost[:, None] - squares, freedom - 2).any(1)
@@ -156,8 +148,8 @@ def judged_poses(
         rivals[:, i + 1 :] &= (apart | ~rivals[:, i : i + 1])[:, i + 1 :]
     status = np.where(rivals[:, 1:].any(1), VisionStatus.AMBIGUOUS, VisionStatus.OK)
     status = np.where(best.converged & best.in_front & explained, status, VisionStatus.NOT_CONVERGED)
-    status = np.where(left_open, VisionStatus.DEGENERATE, status)
-    return np.where(_n_distinct(places if ends is None else ends) < 4, VisionStatus.TOO_FEW, status), rivals
+    status = np.where(left_open > 0, VisionStatus.DEGENERATE, status)
+    return np.where(are_few > 0, VisionStatus.TOO_FEW, status), rivals
 
 
 def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = None) -> Reals:
@@ -184,25 +176,9 @@ def motions_between(first: Reals, second: Reals, unit: Reals | float) -> Reals:
     return np.concatenate([rotation, shift / unit], -1)
 
 
-def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: int) -> Poses:
-    """Return the minima near poses (b, 3, 4), with steps on the manifold of motions."""
-    found, triangle, numbers = camera_poses.descend_pose(start, k, places, image, ALL, n_steps + 1.0)
-    cost = np.where(numbers[..., 0] < ALL, numbers[..., 0], np.nan)
-    depths = (places @ found[:, 2, :3, None])[..., 0] + found[:, 2, 3:]
-    in_front = np.asarray((depths > 0).all(1))
-    normal = from_triangle(triangle, _PARAMETERS)
-    return Poses(np.asarray(found), cost, normal, numbers[:, 1] > 0, in_front, numbers[:, 3])
-
-
 def _depth(matrix: Reals) -> Reals:
     """Return the distances of the centroids of points from cameras (..., 3, 4): the unit of translations."""
     return np.asarray(np.maximum(np.sqrt((matrix[..., 3] ** 2).sum(-1)), 1e-300))
-
-
-def _n_distinct(places: Reals) -> Reals:
-    """Return the number of distinct points (b, n, 3), by their order along a generic direction."""
-    along = np.sort(places[..., 0] + np.sqrt(2) * places[..., 1] + np.sqrt(3) * places[..., 2], axis=1)
-    return np.asarray(1 + (np.diff(along, axis=1) > 0).sum(1))
 
 
 def camera_motors(matrix: Reals, centroid: Reals) -> Reals:
