@@ -131,7 +131,7 @@ def localize(
     if status != VisionStatus.OK:
         return no_localization(status, len(places))
     places, image = places.astype(np.float64), image.astype(np.float64)
-    centroid = places.mean(0)
+    centroid = places.sum(0) / len(places)
     known = pixel_noise(k, noise)
     scene = _Scene(places - centroid, image, k, known)
     inliers: Reals = np.ones(len(places), bool)
@@ -142,19 +142,19 @@ def localize(
         inliers = estimate.inliers
     found = scene.minima(inliers)
     states, likely = scene.status(found, inliers)
-    undetermined = states[0] in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
+    status = VisionStatus(int(states[0]))
+    undetermined = status in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
     if threshold is None and len(places) >= _FEWEST and not undetermined and scene.suspicious(found):
         agreed = _without_wrong_pixels(scene)
         if agreed is None:
-            reason = VisionStatus.NO_CONSENSUS if states[0] == VisionStatus.OK else VisionStatus(int(states[0]))
-            return no_localization(reason, len(places))
+            return no_localization(VisionStatus.NO_CONSENSUS if status == VisionStatus.OK else status, len(places))
         inliers, found = agreed, scene.minima(agreed)
         states, likely = scene.status(found, inliers)
-    status = VisionStatus(int(states[0]))
+        status = VisionStatus(int(states[0]))
     if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
         return no_localization(status, len(places))
     rows = found.matrix[0, likely[0]]
-    poses = camera_motors(rows, np.broadcast_to(centroid, (len(rows), 3)))
+    poses = camera_motors(rows, centroid)
     pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
     best, n_used = found.at((0, 0)), int(inliers.sum())
     residual = float(np.sqrt(best.cost / n_used))
@@ -172,11 +172,17 @@ class _Scene:
 
     def minima(self, inliers: Reals) -> Poses:
         """Return all minima (1, s) of the distances of some of the points."""
-        return all_poses(self.places[None, inliers], self.image[None, inliers], self.k, _STEPS, self.noise)
+        return all_poses(*self._some(inliers), self.k, _STEPS, self.noise)
 
     def status(self, found: Poses, inliers: Reals) -> tuple[Reals, Reals]:
         """Return the status (1,) of the best of the minima, and which of them are likely (1, s)."""
-        return pose_status(found, self.places[None, inliers], self.image[None, inliers], self.k, self.noise)
+        return pose_status(found, *self._some(inliers), self.k, self.noise)
+
+    def _some(self, inliers: Reals) -> tuple[Reals, Reals]:
+        """Return some of the points (1, k, 3) and their pixels (1, k, 2)."""
+        if inliers.all():
+            return self.places[None], self.image[None]
+        return self.places[None, inliers], self.image[None, inliers]
 
     def squares(self, pose: Reals) -> Reals:
         """Return the squared distances (n,) of all pixels in a pose (3, 4)."""

@@ -17,6 +17,7 @@ from gacompiler import (
     matrices,
     maximum,
     minimum,
+    row_numbers,
     select,
     sqrt,
     total,
@@ -30,6 +31,7 @@ from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.sights import rotor_of, translator_of
 from gacompiler.specs.families.triangles import pose_between
 from gacompiler.specs.families.two_views import applied, product, rotation_matrix, transposed, turned_by, unit
+from gacompiler.specs.linear_views import axes_of, reversed_about
 
 THREE, POSE, NUMBERS = array(SCALAR, 3, 3), array(SCALAR, 3, 4), array(SCALAR, "n")
 PIXELS, PLACES = array(SCALAR, "n", 2, shared=True), array(SCALAR, "n", 3, shared=True)
@@ -188,18 +190,19 @@ def _whole(table):
 
 
 @kernel(
-    starts=array(SCALAR, "s", 3, 4), k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, least=SCALAR,
-    bounds=array(SCALAR, 2, 2), soon=SCALAR, at_most=SCALAR,
+    starts=array(SCALAR, "s", 3, 4), k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, bounds=array(SCALAR, 2, 2),
+    soon=SCALAR, at_most=SCALAR,
     returns=(array(SCALAR, "s", 3, 4), array(SCALAR, "s", 6, 6), array(SCALAR, "s", 4)),
 )  # fmt: skip
-def follow_poses(starts, k, places, pixels, least, bounds, soon, at_most):
+def follow_poses(starts, k, places, pixels, bounds, soon, at_most):
     """Find the poses of least `pixel_squares` near others, unless these cannot lead to one that is near the best.
 
     Parameters
     ----------
-    starts, k, places, pixels
-    least
-        The least sum of squares of poses that are known.
+    starts
+        The last one is not used: its place is for the `reversed_pose` of the best minimum, which is followed too.
+    k, places, pixels
+        Points are relative to their centroid.
     bounds
         Descents end where linear equations leave more than ``a + b x`` for both rows (a, b), and the least sum x of
         poses with all points in front of the camera.
@@ -217,41 +220,68 @@ def follow_poses(starts, k, places, pixels, least, bounds, soon, at_most):
         Of each, the sum of squares, 1 if a minimum was reached, else 0, the sum that linear equations would leave, and
         1 if all points are in front of the camera, else 0.
     """
+    numbers = row_numbers(starts)
+    last = fold(maximum, 0, numbers)
 
     def reached(pose, steps):
         after, table, (cost, ended, _, lowest, ahead) = _descended(pose, k, places, pixels, ALL, steps)
         return (*(x for row in after for x in row), *table, cost, ended, lowest, ahead)
 
-    def limit_of(rows):
-        best = fold(lambda found, row: select(row[36] > 0, _less(row[33], found), found), least, rows)
+    def less(best, row, is_used):
+        return select(is_used > 0, select(row[36] > 0, select(row[33] < best, 1, 0), 0), 0)
+
+    def limit_of(rows, of_last):
+        def lesser(best, row, number):
+            return select(less(best, row, maximum(of_last, number < last)) > 0, row[33], best)
+
+        best = fold(lesser, UNKNOWN, rows, numbers)
         return maximum(*(a + b * best for a, b in bounds))
 
-    def goes_on(row, limit):
-        return select(row[34] > 0, 0, select(row[33] < ALL, select(row[35] > limit, 0, 1), 0))
+    def goes_on(row, number, limit, of_last):
+        is_open = select(row[34] > 0, 0, select(row[33] < ALL, select(row[35] > limit, 0, 1), 0))
+        return select(equal(of_last, equal(number, last)), is_open, 0)
 
-    def stepped(state):
-        rows, done, _ = state
-        limit, steps = limit_of(rows), minimum(soon, at_most - done)
+    def followed(rows, of_last):
+        def stepped(state):
+            before, done, _ = state
+            limit, steps = limit_of(before, of_last), minimum(soon, at_most - done)
 
-        def further(row):
-            active = goes_on(row, limit)
-            pose = row[:4], row[4:8], row[8:12]
-            return choose(active > 0, reached(pose, select(active > 0, steps + 1, 0)), row)
+            def further(row, number):
+                active = goes_on(row, number, limit, of_last)
+                return choose(active > 0, reached(_pose_of(row), select(active > 0, steps + 1, 0)), row)
 
-        after = each(further, rows)
-        next_limit = limit_of(after)
-        going = fold(lambda found, row: maximum(found, goes_on(row, next_limit)), 0, after)
-        return after, done + steps, going
+            after = each(further, before, numbers)
+            next_limit = limit_of(after, of_last)
 
-    first = each(lambda pose: reached(pose, 1), starts)
-    (found, _, _), _, _ = iterate(stepped, (first, 0, 1), lambda _, new: new[2] <= 0, at_most)
-    poses = each(lambda row: (row[:4], row[4:8], row[8:12]), found)
-    return poses, each(lambda row: _whole(row[12:33]), found), each(lambda row: row[33:37], found)
+            def any_goes_on(found, row, number):
+                return maximum(found, goes_on(row, number, next_limit, of_last))
+
+            return after, done + steps, fold(any_goes_on, 0, after, numbers)
+
+        return iterate(stepped, (rows, 0, 1), lambda _, new: new[2] <= 0, at_most)[0][0]
+
+    found = followed(each(lambda pose, number: reached(pose, number < last), starts, numbers), 0)
+
+    def better(best, row, number):
+        # Without a pose in front of the camera, the one with the least sum is reversed.
+        is_used = number < last
+        ahead = less(select(best[36] > 0, best[33], UNKNOWN), row, is_used)
+        behind = select(best[36] > 0, 0, select(row[36] > 0, 0, select(row[33] < best[33], is_used, 0)))
+        return choose(maximum(ahead, behind) > 0, row, best)
+
+    best = fold(better, (*(0 for _ in range(33)), UNKNOWN, 0, 0, 0), found, numbers)
+    mirrored = reversed_about(_pose_of(best), axes_of(places))
+
+    def filled(row, number):
+        is_last = equal(number, last)
+        return choose(is_last, reached(mirrored, is_last), row)
+
+    found = followed(each(filled, found, numbers), 1)
+    return each(_pose_of, found), each(lambda row: _whole(row[12:33]), found), each(lambda row: row[33:37], found)
 
 
-def _less(x, y):
-    """Return the smaller number; y if x is not a number."""
-    return select(x < y, x, y)
+def _pose_of(row):
+    return row[:4], row[4:8], row[8:12]
 
 
 @kernel(places=OWN_PLACES, normal=array(SCALAR, 6, 6), returns=array(SCALAR, 2))

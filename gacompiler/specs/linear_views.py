@@ -157,7 +157,7 @@ def _pose_of_plane(homography, axes):
     return tuple((*row, s) for row, s in zip(_times(rotation, _frame(axes)), shift, strict=True))
 
 
-def _axes(places):
+def axes_of(places):
     """Return axes, as rows, in the order of the extents of points about the origin along them."""
     moments = total(lambda p: tuple(tuple(a * b for b in p) for a in p), places)
     size = sum(moments[k][k] for k in range(3)) * BELOW_ROUNDING
@@ -174,10 +174,10 @@ def reversed_pose(pose, places):
     distances in the image of points in the plane, another minimum is near the reversed one. Points are relative to
     their centroid.
     """
-    return _reversed_pose(pose, _axes(places))
+    return reversed_about(pose, axes_of(places))
 
 
-def _reversed_pose(pose, axes):
+def reversed_about(pose, axes):
     frame, shift = _frame(axes), tuple(row[3] for row in pose)
     normal = _scaled(shift)
     columns = [tuple(_dot(row[:3], axis) for row in pose) for axis in frame]
@@ -209,7 +209,7 @@ def starts_of_pose(places, pixels, k):
     k
         The upper triangular matrix of the camera, with 1 in its last row.
     """
-    axes = _axes(places)
+    axes = axes_of(places)
     inverse = _inverse_of_intrinsics(k)
     seen = each(lambda p: tuple(_dot(row, (*p, 1)) for row in inverse), pixels)
     flat = each(lambda p: tuple(_dot(axis, p) for axis in axes[:2]), places)
@@ -219,7 +219,7 @@ def starts_of_pose(places, pixels, k):
     one, left = normalized(places, 3)
     entries, _, _ = solution(_camera_equations, one, two)
     space = _pose_of_camera(_unit(_times(undone(right), _times(_rows(entries, 4), left))))
-    return plane, _reversed_pose(plane, axes), space
+    return plane, reversed_about(plane, axes), space
 
 
 def _inverse_of_intrinsics(k):

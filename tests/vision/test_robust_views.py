@@ -221,18 +221,32 @@ def test_poses_that_cannot_be_likely_are_not_followed() -> None:
     pixels = seen(K @ pose, places) + rng.normal(size=(30, 2))
     near, far = (pose + spread * rng.normal(size=(3, 4)) for spread in (0.01, 0.5))
     wanted, normal, numbers = camera_poses.descend_pose(near, K, places, pixels, ALL, 201.0)
-    for starts in (np.array([near, far]), np.array([far, near])):
-        which = 0 if starts[0] is near or np.array_equal(starts[0], near) else 1
-        none = np.array([[0.0, 0], [0, 0]])
-        found, _, reached = camera_poses.follow_poses(starts, K, places, pixels, np.inf, none, 25.0, 200.0)
-        assert not reached[:, 1].any()  # no start leaves less than nothing
-        limits = np.array([[0.0, 2], [0, 2]])
-        found, normals, reached = camera_poses.follow_poses(starts, K, places, pixels, np.inf, limits, 25.0, 200.0)
+    for which in range(2):
+        starts = np.array([far, far, far])
+        starts[which] = near
+        # No start leaves less than nothing.
+        _, _, reached = camera_poses.follow_poses(starts, K, places, pixels, np.zeros((2, 2)), 25.0, 200.0)
+        assert not reached[:, 1].any()
+        bounds = np.array([[0.0, 2], [0, 2]])
+        found, normals, reached = camera_poses.follow_poses(starts, K, places, pixels, bounds, 25.0, 200.0)
         assert found[which] == pytest.approx(wanted, abs=1e-8) and normals[which] == pytest.approx(normal, rel=1e-5)
         assert reached[which] == pytest.approx(numbers[[0, 1, 3, 4]]) and reached[which, 1] == 1
         assert not reached[1 - which, 1] and reached[1 - which, 2] > 2 * reached[which, 0]
-        _, _, reached = camera_poses.follow_poses(starts, K, places, pixels, 1e-9, limits, 25.0, 200.0)
-        assert not reached[:, 1].any()  # a better pose is known
+
+
+def test_the_last_pose_is_where_the_reversal_of_the_best_one_leads() -> None:
+    rng = np.random.default_rng(9)
+    places = rng.normal(size=(12, 3)) * (0.1, 0.1, 0)
+    places -= places.mean(0)
+    pose = motion(rng)
+    pixels = seen(K @ pose, places) + 0.1 * rng.normal(size=(12, 2))
+    starts = np.array([pose, np.full((3, 4), np.nan)])
+    all_of_them = np.array([[1e9, 0], [0, 0]])
+    found, _, reached = camera_poses.follow_poses(starts, K, places, pixels, all_of_them, 25.0, 200.0)
+    mirrored = linear_views.reversed_pose(found[0], places)
+    wanted, _, numbers = camera_poses.descend_pose(mirrored, K, places, pixels, ALL, 201.0)
+    assert found[1] == pytest.approx(wanted, abs=1e-6) and reached[1, 0] == pytest.approx(numbers[0], rel=1e-6)
+    assert np.abs(found[0] - found[1]).max() > 0.1 and reached[:, 1].all() and reached[:, 3].all()
 
 
 @pytest.mark.parametrize("thickness", [1e-4, 1e-9])
