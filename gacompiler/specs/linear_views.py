@@ -178,6 +178,7 @@ def reversed_pose(pose, places):
 
 
 def reversed_about(pose, axes):
+    """Return `reversed_pose` for axes, as rows, of which the first two span the plane."""
     frame, shift = _frame(axes), tuple(row[3] for row in pose)
     normal = _scaled(shift)
     columns = [tuple(_dot(row[:3], axis) for row in pose) for axis in frame]
