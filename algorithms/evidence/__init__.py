@@ -1,6 +1,6 @@
 """One theory of evidence for all estimators: noise, chance, consensus, ambiguity, observability, gates and statuses."""
 
-from .ambiguity import differ, largest_likely, likely
+from .ambiguity import differ, largest_likely, likely, likely_bounds
 from .chance import Freedom, by_chance, least_by_chance, log_choices, log_false_alarms
 from .consensus import Consensus, Hypothesis, Problem, check_sampling, consensus, explained_by_chance, polished
 from .gates import certain_deviations, gate_of, is_lost
@@ -34,6 +34,7 @@ __all__ = [
     "largest_ratio",
     "least_by_chance",
     "likely",
+    "likely_bounds",
     "log_choices",
     "log_false_alarms",
     "minima",

@@ -51,11 +51,20 @@ def largest_likely(least: Reals, n_residuals: int, freedom: int, noise: Noise, u
     -------
     array, (...)
     """
+    (a, b), (c, d) = likely_bounds(n_residuals, freedom, noise, unlike)
+    return np.asarray(np.maximum(a + b * least, c + d * least))
+
+
+def likely_bounds(
+    n_residuals: int, freedom: int, noise: Noise, unlike: float = 0.0
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return rows (a, b) of which the larger ``a + b x`` is `largest_likely` for the least sum of squares x."""
     bound = _largest_difference(float(np.ceil(unlike)))
     if np.isinf(noise.weight):
-        return np.asarray(least + bound * noise.raised(least, freedom))
-    known = noise.weight * noise.variance
-    return np.asarray(least + (known + least) * np.expm1(bound / (noise.weight + n_residuals)))
+        return (bound * noise.variance, 1.0), (0.0, 1.0 + bound / max(freedom, 1))
+    raised = float(np.expm1(bound / (noise.weight + n_residuals)))
+    row = raised * noise.weight * noise.variance, 1.0 + raised
+    return row, row
 
 
 @lru_cache(maxsize=1000)

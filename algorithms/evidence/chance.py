@@ -50,18 +50,17 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
     points are inliers independently, with the same probability as wrong pairs. The smaller bound over all distance
     levels is used.
     """
-    nearest = wrong[np.isfinite(wrong)]
+    nearest = np.sort(wrong[np.isfinite(wrong)])
     if not len(nearest):
         return False
-    k = min(_NEAREST, max(len(nearest) // 2, 1)) - 1
-    base = np.partition(nearest, k)[k]
+    base = nearest[min(_NEAREST, max(len(nearest) // 2, 1)) - 1]
     levels = np.arange(_LEVELS)
     limits = threshold / 2.0**levels
-    within = np.array([np.count_nonzero(nearest <= limit) for limit in np.append(limits[limits >= base], base)])
+    within = np.searchsorted(nearest, np.append(limits[limits >= base], base), side="right")
     extrapolated = within[-1] * (limits / max(base, _LEAST)) ** freedom.codimension
     counted = within[np.minimum(levels, len(within) - 1)]
     share = np.where(limits >= base, counted, extrapolated) / len(wrong)
-    counts = np.array([np.count_nonzero(distances <= limit) for limit in limits])
+    counts = np.searchsorted(np.sort(distances), limits, side="right")
     bounds = (levels + 1) * np.log(2) + log_false_alarms(len(distances), counts, share, freedom)
     return bool(bounds.min() > np.log(freedom.false_alarms))
 

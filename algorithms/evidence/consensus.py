@@ -142,7 +142,7 @@ def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: n
         model[None], np.tile(first[order], (repeats, *(1,) * (first.ndim - 1))), second[order[partner]]
     )
     return len(once) <= problem.freedom.sample_size or by_chance(
-        np.nan_to_num(distances, nan=np.inf), wrong[0], threshold, problem.freedom
+        without_nan(distances), wrong[0], threshold, problem.freedom
     )
 
 
@@ -165,14 +165,19 @@ def partners_of_others(n: int) -> tuple[int, Indices]:
 def _costs(problem: Problem, models: Reals, threshold: float, where: slice | Indices) -> Reals:
     """Return the sums (m,) of truncated squared distances of some items."""
     first, second = problem.first[where], problem.second[where]
-    return np.nan_to_num(problem.costs(models, first, second, threshold), nan=np.inf)
+    return without_nan(problem.costs(models, first, second, threshold))
 
 
 def _hypothesis(problem: Problem, model: Reals, threshold: float) -> Hypothesis:
     """Return a model with its cost and its inliers."""
-    distances = np.nan_to_num(problem.distances(model[None], problem.first, problem.second)[0], nan=np.inf)
-    cost = np.minimum(distances, threshold) ** 2
-    return Hypothesis(float(cost.sum()), model, distances <= threshold)
+    distances = without_nan(problem.distances(model[None], problem.first, problem.second)[0])
+    truncated = np.minimum(distances, threshold)
+    return Hypothesis(float(truncated @ truncated), model, distances <= threshold)
+
+
+def without_nan(numbers: Reals) -> Reals:
+    """Return numbers with infinity in the place of NaN."""
+    return np.where(np.isnan(numbers), np.inf, numbers)
 
 
 def _promising(problem: Problem, models: Reals, threshold: float, rng: np.random.Generator) -> Reals:

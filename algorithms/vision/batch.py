@@ -13,8 +13,6 @@ from math import prod
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import projective2
-
 from ..arguments import Reals, finite_number, real_array
 from .camera import Camera, pinhole_pixels
 from .degeneracy import degenerate
@@ -131,13 +129,11 @@ def localizations(
     matrix, plain = pinhole_pixels(intrinsics, pixels, "pixels", (-1, 2))
     places, image, leading = _sets(points, plain, "points", "pixels", (3, 2))
     k = checked_intrinsics(matrix)
-    inverse = np.linalg.inv(k)
 
     def solve(a: Reals, b: Reals) -> tuple[Reals, Reals]:
         centroid = a.mean(1)
         about = a - centroid[:, None]
-        seen = np.asarray(projective2.transform_point(inverse, b))
-        found = all_poses(about, b, seen, k, n_steps, pixel_noise(k))
+        found = all_poses(about, b, k, n_steps, pixel_noise(k))
         return camera_motors(found.matrix[:, 0], centroid), pose_status(found, about, b, k, pixel_noise(k))[0]
 
     return _all(solve, places, image, leading, 4, (8,))

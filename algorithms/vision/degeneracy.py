@@ -3,31 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import scipy
 
-from generated import projective3, robust_views
+from generated import robust_views
 
 from ..arguments import Reals
 from ..evidence import Freedom, Noise, Problem, by_chance, explained_by_chance
 from ..evidence.consensus import N_WRONG, Indices
-from .normalization import extents, normalized, undone
-from .planes import linear_homography
-from .robust import ALL
 
-_FLAT = 1e-7
-"""Points are on a line if their extent across it is below this fraction of the extent along it."""
-_OPEN = 1e-7
-"""The solution of the equations is not unique if the eighth singular value is below this fraction of the first,"""
 _RATIO = 1.1
-"""or, if noise is unknown, below this multiple of the ninth: scenes seen from nearby places have ratios of 1.5."""
+"""If noise is unknown, equations have several solutions if their eighth singular value is below this multiple of the
+ninth: scenes seen from nearby places have ratios of 1.5."""
 _CONFIDENCE = 0.995
 """Probability of detecting planes by the residuals of F, if all F had the freedom of those of points in space."""
 _SURELY = 0.999
 """Probability of detecting planes if the noise of pixels is known."""
-_ROUNDING = 1e-10
-"""Distances below this fraction of the image size are rounding errors."""
 _USUAL_NOISE = 1.2e-3
 """Prior standard deviation of pixels, as a fraction of the extent of the image that they cover,"""
 _WEIGHT = 4.0
@@ -56,24 +49,32 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
     times as large count as equal.
     """
     n = first.shape[-2]
-    size = np.maximum(np.ptp(first, -2).max(-1), np.ptp(second, -2).max(-1))
-    if known is None:
-        freedom = max(n - 9, 1) + _WEIGHT
-        variance = (_left_by_f(matrix, first, second) + _WEIGHT * (_USUAL_NOISE * size) ** 2) / freedom
-    else:
-        freedom, variance = np.inf, np.full(size.shape, known**2)
-    variance = margin * variance
-    rounding = (_ROUNDING * size) ** 2
-    (thin, long), (other_thin, other_long) = extents(first), extents(second)
-    across = np.minimum(thin, other_thin) ** 2 / (n - 2)
-    line = across <= np.maximum((_LINE if known is None else 1) * _quantile(n - 2, freedom) * variance, rounding)
-    flat = (thin <= _FLAT * long) | (other_thin <= _FLAT * other_long)
-    allowed = (2 * n - 8) * np.maximum(_quantile(2 * n - 8, freedom) * variance, rounding)
-    plane = _left_by_plane(first, second).sum(-1) <= allowed
-    result = flat | line | plane | _several(first, second, known is None)
+    variance = (margin * known**2, 0.0, 0.0) if known is not None else _parts_of_variance(n, margin)
+    limits = _limits(n, known is None)
+    off = robust_views.least_plane_squares(first, second)
+    result = np.asarray(robust_views.are_degenerate(matrix, first, second, off, *variance, *limits) > 0)
     if known is not None:
-        result |= _plane_but_one(first, second, known) | few_places(first, second, known)
-    return np.asarray(result)
+        result |= _plane_but_one(first, second, np.asarray(off), known) | few_places(first, second, known)
+    return result
+
+
+def _freedom(n: int) -> float:
+    """Return the number of residuals by which n pairs and the prior determine the noise."""
+    return max(n - 9, 1) + _WEIGHT
+
+
+def _parts_of_variance(n: int, margin: float) -> tuple[float, float, float]:
+    """Return the known variance, and the parts of squared extents and of squares that F leaves."""
+    freedom = _freedom(n)
+    return 0.0, margin * _WEIGHT * _USUAL_NOISE**2 / freedom, margin / freedom
+
+
+@lru_cache(maxsize=4096)
+def _limits(n: int, is_estimated: bool) -> tuple[float, float, float]:
+    """Return the limits of sums of squares on a line and on a plane, relative to the variance, and `_RATIO`."""
+    freedom = _freedom(n) if is_estimated else np.inf
+    line = (n - 2) * (_LINE if is_estimated else 1) * _quantile(n - 2, freedom)
+    return line, (2 * n - 8) * _quantile(2 * n - 8, freedom), _RATIO if is_estimated and n > 8 else 0.0
 
 
 def _quantile(n: int, freedom: float) -> float:
@@ -83,37 +84,15 @@ def _quantile(n: int, freedom: float) -> float:
     return float(scipy.special.fdtri(n, freedom, _CONFIDENCE))
 
 
-def _left_by_f(matrix: Reals, first: Reals, second: Reals) -> Reals:
-    """Return the sum of squared Sampson distances after one more step towards its minimum, to first order.
-
-    It is also meaningful for an F from linear equations, for which rank 2 leaves much more than noise.
-    """
-    size = np.sqrt((first.var((-1, -2)) + second.var((-1, -2))) / 2)
-    size = np.where(size > 0, size, 1.0)
-    (one, left), (two, right) = normalized(first, 1 / size), normalized(second, 1 / size)
-    start = np.swapaxes(undone(right), -1, -2) @ matrix @ undone(left)
-    _, numbers = robust_views.descend_fundamental(start, one, two, ALL, 1.0)
-    return np.asarray(numbers[..., 3] * size**2)
-
-
-def _left_by_plane(first: Reals, second: Reals) -> Reals:
-    """Return squared distances (..., n) to pairs that fit a homography, fitted in the direction that leaves less."""
-    forward, _ = linear_homography(first, second)
-    back, _ = linear_homography(second, first)
-    off, other = robust_views.plane_squares(forward, first, second), robust_views.plane_squares(back, second, first)
-    smaller = np.nan_to_num(off.sum(-1), nan=np.inf) <= np.nan_to_num(other.sum(-1), nan=np.inf)
-    return np.where(smaller[..., None], off, other)
-
-
-def _plane_but_one(first: Reals, second: Reals, noise: float) -> Reals:
+def _plane_but_one(first: Reals, second: Reals, off: Reals, noise: float) -> Reals:
     """Return whether all points but one fit a plane, which leaves one parameter of F undetermined."""
     n = first.shape[-2]
     if n <= 8:
         return np.zeros(first.shape[:-2], np.bool_)
-    worst = np.argsort(_left_by_plane(first, second), axis=-1)[..., -_SUSPECTS:]
+    worst = np.argsort(off, axis=-1)[..., -_SUSPECTS:]
     others = np.arange(n - 1) + (np.arange(n - 1) >= worst[..., None])
     one, two = (np.take_along_axis(x[..., None, :, :], others[..., None], -2) for x in (first, second))
-    left = _left_by_plane(one, two).sum(-1).min(-1)
+    left = np.asarray(robust_views.least_plane_squares(one, two)).sum(-1).min(-1)
     return np.asarray(left <= (2 * n - 10) * _quantile(2 * n - 10, np.inf) * noise**2)
 
 
@@ -125,24 +104,6 @@ def few_places(first: Reals, second: Reals, noise: float, least: int = 8) -> Rea
         chosen = np.take_along_axis(pairs, left.argmax(-1)[..., None, None], -2)
         left &= ((pairs - chosen) ** 2).sum(-1) > 2 * noise**2 * scipy.special.chdtri(4, 1 - _SURELY)
     return np.asarray(~left.any(-1))
-
-
-def _several(first: Reals, second: Reals, noisy: bool) -> Reals:
-    """Return whether the linear equations of point sets (..., n, 2) have several solutions, as for repeated points.
-
-    Exact multiplicity is detected up to rounding. With noise and more than eight points, solutions are several if the
-    two smallest singular values are similar.
-    """
-    n = first.shape[-2]
-    rows = projective3.epipolar_equation(normalized(first)[0], normalized(second)[0])
-    if n < 8:
-        return np.zeros(rows.shape[:-2], np.bool_)
-    transposed = np.swapaxes(rows, -1, -2)
-    values = np.sqrt(np.maximum(np.linalg.eigvalsh(rows @ transposed if n == 8 else transposed @ rows), 0))
-    several = values[..., -8] <= _OPEN * values[..., -1]
-    if noisy and n > 8:
-        several |= values[..., -8] <= _RATIO * values[..., 0]
-    return np.asarray(several)
 
 
 def displaced_by_chance(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -130,10 +131,9 @@ def localize(
     if status != VisionStatus.OK:
         return no_localization(status, len(places))
     places, image = places.astype(np.float64), image.astype(np.float64)
-    centroid = places.mean(0)
+    centroid = places.sum(0) / len(places)
     known = pixel_noise(k, noise)
-    seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
-    scene = _Scene(places - centroid, image, seen, k, known)
+    scene = _Scene(places - centroid, image, k, known)
     inliers: Reals = np.ones(len(places), bool)
     if threshold is not None:
         estimate = robust_estimate(_problem(scene), threshold, seed, confidence, max_samples)
@@ -142,19 +142,19 @@ def localize(
         inliers = estimate.inliers
     found = scene.minima(inliers)
     states, likely = scene.status(found, inliers)
-    undetermined = states[0] in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
+    status = VisionStatus(int(states[0]))
+    undetermined = status in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
     if threshold is None and len(places) >= _FEWEST and not undetermined and scene.suspicious(found):
         agreed = _without_wrong_pixels(scene)
         if agreed is None:
-            reason = VisionStatus.NO_CONSENSUS if states[0] == VisionStatus.OK else VisionStatus(int(states[0]))
-            return no_localization(reason, len(places))
+            return no_localization(VisionStatus.NO_CONSENSUS if status == VisionStatus.OK else status, len(places))
         inliers, found = agreed, scene.minima(agreed)
         states, likely = scene.status(found, inliers)
-    status = VisionStatus(int(states[0]))
+        status = VisionStatus(int(states[0]))
     if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
         return no_localization(status, len(places))
     rows = found.matrix[0, likely[0]]
-    poses = camera_motors(rows, np.broadcast_to(centroid, (len(rows), 3)))
+    poses = camera_motors(rows, centroid)
     pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
     best, n_used = found.at((0, 0)), int(inliers.sum())
     residual = float(np.sqrt(best.cost / n_used))
@@ -163,22 +163,26 @@ def localize(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Scene:
-    """The points (n, 3) about their centroid, their pixels and directions (n, 2), and the camera."""
+    """The points (n, 3) about their centroid, their pixels (n, 2), and the camera."""
 
     places: Reals
     image: Reals
-    seen: Reals
     k: Reals
     noise: Noise
 
     def minima(self, inliers: Reals) -> Poses:
         """Return all minima (1, s) of the distances of some of the points."""
-        places, image, seen = (each[None, inliers] for each in (self.places, self.image, self.seen))
-        return all_poses(places, image, seen, self.k, _STEPS, self.noise)
+        return all_poses(*self._some(inliers), self.k, _STEPS, self.noise)
 
     def status(self, found: Poses, inliers: Reals) -> tuple[Reals, Reals]:
         """Return the status (1,) of the best of the minima, and which of them are likely (1, s)."""
-        return pose_status(found, self.places[None, inliers], self.image[None, inliers], self.k, self.noise)
+        return pose_status(found, *self._some(inliers), self.k, self.noise)
+
+    def _some(self, inliers: Reals) -> tuple[Reals, Reals]:
+        """Return some of the points (1, k, 3) and their pixels (1, k, 2)."""
+        if inliers.all():
+            return self.places[None], self.image[None]
+        return self.places[None, inliers], self.image[None, inliers]
 
     def squares(self, pose: Reals) -> Reals:
         """Return the squared distances (n,) of all pixels in a pose (3, 4)."""
@@ -227,7 +231,8 @@ def _without_wrong_pixels(scene: _Scene) -> Reals | None:
 
 def _problem(scene: _Scene) -> Problem:
     """Return the problem of poses [R | t] from samples of three points, for points relative to their centroid."""
-    places, image, seen, k = scene.places, scene.image, scene.seen, scene.k
+    places, image, k = scene.places, scene.image, scene.k
+    seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
 
     def solve(sets: Reals) -> Reals:
         return three_points(places[sets], seen[sets]).reshape(-1, 3, 4)
@@ -248,9 +253,15 @@ def _problem(scene: _Scene) -> Problem:
 def checked_intrinsics(intrinsics: ArrayLike) -> Reals:
     """Return the matrix K after validation; raise ValueError if it is invalid."""
     k = real_array(intrinsics, "intrinsics", (3, 3), "the matrix K")
-    if k.ndim != 2 or not np.isfinite(k).all() or np.tril(k, -1).any() or not np.diag(k).all():
+    if k.ndim != 2 or not _is_triangular(k.tolist()):
         raise ValueError("intrinsics: not an upper triangular matrix with inverse; expected that of a camera")
     return np.asarray(k / k[2, 2])
+
+
+def _is_triangular(rows: list[list[float]]) -> bool:
+    """Return whether a matrix is upper triangular and regular, with finite numbers."""
+    (a, _, _), (below, b, _), (left, right, c) = rows
+    return bool(not (below or left or right) and a and b and c and all(isfinite(x) for row in rows for x in row))
 
 
 def intrinsics_of_camera(camera: Camera | ArrayLike) -> Reals:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from generated import camera_poses, pga3
 
 from ..arguments import Reals
-from ..evidence import WRONG, Noise, differ, largest_likely, likely
-from ..evidence.triangles import from_triangle
-from .pose_starts import pose_starts, reversed_pose
+from ..evidence import WRONG, Noise, differ, likely, likely_bounds
+from .pose_starts import pose_starts
 from .robust import ALL
 from .status import VisionStatus
 
@@ -24,7 +23,7 @@ _USUAL = 1e-3
 """The usual noise of pixels, in focal lengths: most points are located to half a pixel, by cameras of 500 pixels,"""
 _WEIGHT = 4.0
 """and the number of residuals that this is worth: a noise of a seventh to five times as much is not a contradiction."""
-_SOON = 25
+_SOON = 25.0
 """A limit on work: the number of iterations between tests whether a start can still lead to a likely minimum."""
 _PARAMETERS = 6
 
@@ -48,7 +47,11 @@ class Poses:
 
     def at(self, index: Reals | int | tuple[Reals | slice | int, ...]) -> Poses:
         """Return the poses at an index of the leading axes."""
-        return Poses(*(getattr(self, field.name)[index] for field in fields(self)))
+        return Poses(*(part[index] for part in self.parts()))
+
+    def parts(self) -> tuple[Reals, Reals, Reals, Reals, Reals, Reals]:
+        """Return all arrays."""
+        return self.matrix, self.cost, self.normal, self.converged, self.in_front, self.lowest
 
 
 def pixel_noise(k: Reals, noise: float | None = None) -> Noise:
@@ -58,44 +61,22 @@ def pixel_noise(k: Reals, noise: float | None = None) -> Noise:
     return Noise(_USUAL * _USUAL * abs(float(k[0, 0] * k[1, 1])), _WEIGHT)
 
 
-def all_poses(places: Reals, image: Reals, seen: Reals, k: Reals, n_steps: int, noise: Noise) -> Poses:
+def all_poses(places: Reals, image: Reals, k: Reals, n_steps: int, noise: Noise) -> Poses:
     """Return the minima (b, s) from all starts: first those with all points in front of the camera, the least first.
 
-    `places` (b, n, 3) are relative to their centroids, `image` (b, n, 2) are pixels, `seen` their directions x/z, y/z.
-    The last start is the reversal of the best minimum that the others lead to.
+    `places` (b, n, 3) are relative to their centroids, `image` (b, n, 2) are pixels. The last start is the reversal of
+    the best minimum that the others lead to.
+
+    Iterations end if the cost of the linear problem at a pose is larger than that of any likely minimum. That is
+    bounded by the least cost of poses with all points in front of the camera, which have yet to decrease. In 1,200
+    scenes of markers, boards and 4 to 30 points, statuses equal those of 1,000 iterations from all starts.
     """
-    found = ordered(_followed(pose_starts(places, seen), np.inf, places, image, k, n_steps, noise))
-    best = found.at((slice(None), slice(1)))
-    least = np.where(best.in_front & np.isfinite(best.cost), best.cost, np.inf)[:, 0]
-    again = _followed(reversed_pose(best.matrix, places[:, None]), least, places, image, k, n_steps, noise)
-    names = [field.name for field in fields(Poses)]
-    return ordered(Poses(*(np.concatenate([getattr(found, name), getattr(again, name)], 1) for name in names)))
-
-
-def _followed(
-    starts: Reals, least: Reals | float, places: Reals, image: Reals, k: Reals, n_steps: int, noise: Noise
-) -> Poses:
-    """Return the minima from starts (b, s, 3, 4); where these cannot be likely, iterations end before.
-
-    They end if the cost of the linear problem at a pose is larger than that of any likely minimum. That is bounded by
-    `least` (b,) and by the least cost of poses with all points in front of the camera, which have yet to decrease. In
-    1,200 scenes of markers, boards and 4 to 30 points, statuses equal those of 1,000 iterations from all starts.
-    """
-    b, s = starts.shape[:2]
-    n, sets, done = places.shape[1], np.repeat(np.arange(b), s), 0
-    found = refined_poses(starts.reshape(-1, 3, 4), places[sets], image[sets], k, 0)
-    while done < n_steps:
-        valid = np.where(found.in_front & np.isfinite(found.cost), found.cost, np.inf).reshape(b, s).min(1)
-        limit = largest_likely(np.minimum(valid, least), 2 * n, 2 * n - _PARAMETERS, noise)[sets]
-        rest = np.flatnonzero(~found.converged & np.isfinite(found.cost) & ~(found.lowest > limit))
-        if not len(rest):
-            break
-        steps = min(_SOON, n_steps - done)
-        more = refined_poses(found.matrix[rest], places[sets[rest]], image[sets[rest]], k, steps)
-        for field in fields(Poses):
-            getattr(found, field.name)[rest] = getattr(more, field.name)
-        done += steps
-    return Poses(*(each.reshape(b, s, *each.shape[1:]) for each in (getattr(found, f.name) for f in fields(Poses))))
+    n, starts = places.shape[1], pose_starts(places, image, k)
+    starts = np.concatenate([starts, starts[:, :1]], 1)
+    bounds = np.array(likely_bounds(2 * n, 2 * n - _PARAMETERS, noise))
+    found, normal, numbers = camera_poses.follow_poses(starts, k, places, image, bounds, _SOON, float(n_steps))
+    cost = np.where(numbers[..., 0] < ALL, numbers[..., 0], np.nan)
+    return ordered(Poses(found, cost, normal, numbers[..., 1] > 0, numbers[..., 3] > 0, numbers[..., 2]))
 
 
 def ordered(found: Poses) -> Poses:
@@ -115,7 +96,8 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     """
     best = found.at((slice(None), 0))
     squares = np.asarray(camera_poses.pixel_squares(best.matrix, k, places, image))
-    spread = ((image - image.mean(1, keepdims=True)) ** 2).sum((1, 2))
+    centred = image - image.sum(1, keepdims=True) / image.shape[1]
+    spread = np.einsum("bni,bni->b", centred, centred)
     return judged_poses(found, places, squares, spread, noise, _depth(found.matrix))
 
 
@@ -136,9 +118,7 @@ def judged_poses(
     """
     n = places.shape[1]
     best, freedom = found.at((slice(None), 0)), 2 * n - _PARAMETERS
-    extent = np.linalg.svd(places if ends is None else ends, compute_uv=False)
-    values = np.linalg.eigvalsh(np.where(np.isfinite(best.normal), best.normal, 0))
-    left_open = (extent[:, 1] <= OPEN * extent[:, 0]) | ~(values[:, 0] > OPEN**2 * values[:, -1])
+    undetermined = np.asarray(camera_poses.undetermined_pose(places if ends is None else ends, best.normal)) > 0
     explained = best.cost <= min(WRONG ** (1 / (n - 3)), EXPLAINED) * spread
     explained &= ~noise.contradicted(best.cost, freedom)
     explained &= ~noise.outlying(squares, 2, best.cost[:, None] - squares, freedom - 2).any(1)
@@ -147,17 +127,17 @@ def judged_poses(
     costs = np.where(found.in_front, costs, np.inf)
     rivals = likely(costs, 2 * n, freedom, noise)
     rivals[:, 0] = True
-    known = np.where(np.isfinite(found.normal), found.normal, 0)
     for i in range(rivals.shape[1] - 1):
         if not rivals[:, i + 1 :].any():
             break
+        known = np.where(np.isfinite(found.normal[:, i : i + 1]), found.normal[:, i : i + 1], 0)
         offsets = _offsets(found, i, unit[:, i : i + 1])
-        apart = differ(offsets, known[:, i : i + 1], noise.raised(found.cost[:, i : i + 1], freedom))
+        apart = differ(offsets, known, noise.raised(found.cost[:, i : i + 1], freedom))
         rivals[:, i + 1 :] &= (apart | ~rivals[:, i : i + 1])[:, i + 1 :]
     status = np.where(rivals[:, 1:].any(1), VisionStatus.AMBIGUOUS, VisionStatus.OK)
     status = np.where(best.converged & best.in_front & explained, status, VisionStatus.NOT_CONVERGED)
-    status = np.where(left_open, VisionStatus.DEGENERATE, status)
-    return np.where(_n_distinct(places if ends is None else ends) < 4, VisionStatus.TOO_FEW, status), rivals
+    status = np.where(undetermined[:, 1], VisionStatus.DEGENERATE, status)
+    return np.where(undetermined[:, 0], VisionStatus.TOO_FEW, status), rivals
 
 
 def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = None) -> Reals:
@@ -166,9 +146,8 @@ def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = No
     The unit of translations is the distance of the centroid of the points from the camera, unless it is given.
     """
     variance = noise.raised(pose.cost, 2 * n_points - _PARAMETERS)
-    spread = variance * np.linalg.inv(pose.normal)
-    largest = [np.linalg.eigvalsh(part)[-1] for part in (spread[:3, :3], spread[3:, 3:])]
-    return np.asarray(np.sqrt(np.maximum(largest, 0)) * [1, _depth(pose.matrix) if unit is None else unit])
+    largest = np.maximum(camera_poses.largest_variances(pose.normal), 0)
+    return np.asarray(np.sqrt(variance * largest) * [1, _depth(pose.matrix) if unit is None else unit])
 
 
 def _offsets(found: Poses, i: int, unit: Reals) -> Reals:
@@ -185,36 +164,14 @@ def motions_between(first: Reals, second: Reals, unit: Reals | float) -> Reals:
     return np.concatenate([rotation, shift / unit], -1)
 
 
-def refined_poses(start: Reals, places: Reals, image: Reals, k: Reals, n_steps: int) -> Poses:
-    """Return the minima near poses (b, 3, 4), with steps on the manifold of motions."""
-    found, triangle, numbers = camera_poses.descend_pose(start, k, places, image, ALL, n_steps + 1.0)
-    cost = np.where(numbers[..., 0] < ALL, numbers[..., 0], np.nan)
-    depths = (places @ found[:, 2, :3, None])[..., 0] + found[:, 2, 3:]
-    in_front = np.asarray((depths > 0).all(1))
-    normal = from_triangle(triangle, _PARAMETERS)
-    return Poses(np.asarray(found), cost, normal, numbers[:, 1] > 0, in_front, numbers[:, 3])
-
-
 def _depth(matrix: Reals) -> Reals:
     """Return the distances of the centroids of points from cameras (..., 3, 4): the unit of translations."""
     return np.asarray(np.maximum(np.sqrt((matrix[..., 3] ** 2).sum(-1)), 1e-300))
 
 
-def _n_distinct(places: Reals) -> Reals:
-    """Return the number of distinct points (b, n, 3), by their order along a generic direction."""
-    along = np.sort(places[..., 0] + np.sqrt(2) * places[..., 1] + np.sqrt(3) * places[..., 2], axis=1)
-    return np.asarray(1 + (np.diff(along, axis=1) > 0).sum(1))
-
-
 def camera_motors(matrix: Reals, centroid: Reals) -> Reals:
-    """Return unit motors (b, 8) from camera to world frame, for poses (b, 3, 4) of points about centroids (b, 3).
+    """Return unit motors (b, 8) from camera to world frame, for poses (b, 3, 4) of points about a centroid (..., 3).
 
     The centre of the camera is computed relative to the centroid, which preserves accuracy far from the origin.
     """
-    u, _, v = np.linalg.svd(np.where(np.isfinite(matrix[..., :3]), matrix[..., :3], 0))
-    back = np.swapaxes(u @ v, 1, 2)
-    whole = np.tile(np.eye(4), (len(matrix), 1, 1))
-    whole[:, :3, :3] = back
-    whole[:, :3, 3] = centroid - (back @ matrix[..., 3:])[..., 0]
-    motor = pga3.motor_from_matrix(whole)
-    return np.asarray(motor * np.where(motor[:, :1] < 0, -1, 1))
+    return np.asarray(camera_poses.motor_of_pose(matrix, centroid))

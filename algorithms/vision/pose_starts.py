@@ -10,30 +10,28 @@ from itertools import combinations
 
 import numpy as np
 
-from generated import camera_poses, linear_views, matrices
+from generated import camera_poses, linear_views, matrices, projective2
 
 from ..arguments import Reals
 from .normalization import homogeneous
-from .planes import linear_homography
 
 _FEW = 7
 """Number of points up to which linear equations are ill-conditioned or underdetermined; triples are tried too."""
 _TRIPLES = 10
 
 
-def pose_starts(places: Reals, seen: Reals) -> Reals:
-    """Return candidates [R | t] (..., s, 3, 4) for centred points (..., n, 3) and their images x/z, y/z (..., n, 2).
+def pose_starts(places: Reals, image: Reals, k: Reals) -> Reals:
+    """Return candidates [R | t] (..., s, 3, 4) for centred points (..., n, 3) and their pixels (..., n, 2).
 
     Two candidates are for points near a plane and agree with its homography to first order, one is for points in space
     (n at least 6), and for few points the best of those that fit three points exactly are added. Missing ones are NaN.
     """
     n = places.shape[-2]
-    found = [*_from_plane(places, seen)]
-    if n >= 6:
-        found.append(_from_space(places, seen))
-    if n <= _FEW:
-        found += list(_from_triples(places, seen))
-    return np.stack(found, -3)
+    found = np.asarray(linear_views.starts_of_pose(places, image, k))
+    if n > _FEW:
+        return found
+    seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
+    return np.concatenate([found if n >= 6 else found[..., :2, :, :], _from_triples(places, seen)], -3)
 
 
 def reversed_pose(pose: Reals, places: Reals) -> Reals:
@@ -42,7 +40,7 @@ def reversed_pose(pose: Reals, places: Reals) -> Reals:
     Both have the same image under parallel projection (Necker reversal): the other minimum of the distances in the
     image is near the reversed pose of points that are in a plane, and are small or distant.
     """
-    return np.asarray(linear_views.reversed_pose(pose, _plane_axes(places)))
+    return np.asarray(linear_views.reversed_pose(pose, places))
 
 
 def three_points(places: Reals, seen: Reals) -> Reals:
@@ -56,31 +54,13 @@ def three_points(places: Reals, seen: Reals) -> Reals:
 
 def linear_camera_and_gap(places: Reals, pixels: Reals) -> tuple[Reals, float]:
     """Return the camera matrix of one set of points, and the ratio of the eleventh to the first singular value."""
-    matrix, gap = _camera(places, pixels)
-    return matrix, float(gap)
-
-
-def _camera(places: Reals, pixels: Reals) -> tuple[Reals, Reals]:
     equations, left, right = linear_views.camera_equations(places, pixels)
     entries, gap, _ = matrices.null_vector(equations.reshape(*equations.shape[:-3], -1, 12))
-    return np.asarray(linear_views.camera_of_entries(entries, left, right)), np.asarray(gap)
-
-
-def _from_space(places: Reals, seen: Reals) -> Reals:
-    matrix, _ = _camera(places, seen)
-    return np.asarray(linear_views.pose_of_camera(np.where(np.isfinite(matrix), matrix, 0)))
-
-
-def _from_plane(places: Reals, seen: Reals) -> tuple[Reals, Reals]:
-    """Return the pose by the homography of the plane of largest extent, and its reversal."""
-    axes = _plane_axes(places)
-    matrix, _ = linear_homography(places @ np.swapaxes(axes[..., :2, :], -1, -2), seen)
-    pose = np.asarray(linear_views.pose_of_plane(np.where(np.isfinite(matrix), matrix, 0), axes))
-    return pose, np.asarray(linear_views.reversed_pose(pose, axes))
+    return np.asarray(linear_views.camera_of_entries(entries, left, right)), float(gap)
 
 
 def _from_triples(places: Reals, seen: Reals) -> Reals:
-    """Return the poses (4, ..., 3, 4) of triples with all points in front of the camera and the least residuals."""
+    """Return the poses (..., 4, 3, 4) of triples with all points in front of the camera and the least residuals."""
     every = np.array(list(combinations(range(places.shape[-2]), 3)))
     triples = every[np.linspace(0, len(every) - 1, min(_TRIPLES, len(every))).round().astype(int)]
     found = three_points(places[..., triples, :], seen[..., triples, :])
@@ -90,9 +70,4 @@ def _from_triples(places: Reals, seen: Reals) -> Reals:
         off = ((in_camera[..., :2] / in_camera[..., 2:] - seen[..., None, :, :]) ** 2).sum((-1, -2))
     off = np.where((in_camera[..., 2] > 0).all(-1), off, np.inf)
     best = np.argsort(off, axis=-1)[..., :4]
-    return np.moveaxis(np.take_along_axis(found, best[..., None, None], -3), -3, 0)
-
-
-def _plane_axes(places: Reals) -> Reals:
-    """Return axes, as rows (..., 3, 3), of which the first two are those of the largest extents of centred points."""
-    return np.swapaxes(matrices.singular_vectors(places)[1], -1, -2)
+    return np.take_along_axis(found, best[..., None, None], -3)

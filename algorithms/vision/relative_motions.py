@@ -6,12 +6,13 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from generated import linear_views, matrices, pga3, relative_poses
+from generated import matrices, pga3, relative_poses
 
 from ..arguments import Reals
 from ..evidence import Freedom, Noise, Problem, all_or_some_sets, differ
 from ..evidence.consensus import Indices
 from ..evidence.triangles import from_triangle
+from .fundamental import eight_points
 from .robust import ALL
 
 _STEPS = 50
@@ -144,9 +145,7 @@ class Scene:
         """Return the matrix of the eight-point algorithm, if there are enough pairs."""
         if len(one) < 9:
             return np.empty((0, 3, 3))
-        equations, left, right = linear_views.epipolar_equations(one, two)
-        entries, _, _ = matrices.null_vector(equations)
-        found = np.asarray(linear_views.fundamental_of_entries(entries, left, right)) * np.sqrt(2)
+        found = eight_points(one, two) * np.sqrt(2)
         return found[None] if np.isfinite(found).all() else np.empty((0, 3, 3))
 
     def _distinct(self, found: Motions, n: int) -> Motions:

@@ -13,7 +13,7 @@ from ..arguments import Reals, real_array
 from ..evidence import Freedom, Problem, check_sampling, polished
 from ..evidence.consensus import Indices
 from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line
-from .fundamental import Pixels, of_seven
+from .fundamental import seven_points
 from .normalization import extents, homogeneous
 from .planes import homography_problem
 from .robust import RobustEstimate, estimate, no_estimate, robust_estimate
@@ -28,7 +28,7 @@ _SIGMAS = 5.0
 """Pairs within this many standard deviations of the others of a plane give no information about points off it."""
 _SAMPLES = 600
 """Number of samples, enough to find a plane with a third of the pairs."""
-_STEPS = 50
+_STEPS = 50.0
 """A limit on work: the number of steps of a descent."""
 _SHALLOW = 4.0
 """Points of a plane with more than this multiple of the variance that F leaves are points in space."""
@@ -104,13 +104,12 @@ def robust_fundamental_matrix(
 
 def _problem(first: Reals, second: Reals) -> Problem:
     """Return the problem of fundamental matrices from samples of seven pairs."""
-    pixels = Pixels.of(first, second)
 
     def solve(sets: Indices) -> Reals:
-        return of_seven(pixels.one[sets], pixels.two[sets], pixels.left, pixels.right).reshape(-1, 3, 3)
+        return seven_points(first[sets], second[sets]).reshape(-1, 3, 3)
 
     def descend(model: Reals, threshold: float) -> Reals:
-        return pixels.descended(model, threshold, _STEPS)
+        return np.asarray(robust_views.descend_fundamental(model, first, second, threshold * threshold, _STEPS)[0])
 
     return Problem(first, second, _FREEDOM, solve, _distances, _costs, descend)
 

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from generated import pga3, projective2
+from generated import pga3
 
 from ..arguments import Reals
 from ..evidence import WRONG, largest_ratio
@@ -77,8 +77,7 @@ def _poses(camera: Camera, places: Reals, pixels: Reals) -> Reals:
     flat = np.insert(places[usable], 2, 0, axis=1)[None]
     middle = flat.mean(1, keepdims=True)
     image, noise = image[None, usable], pixel_noise(k)
-    seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
-    found = all_poses(flat - middle, image, seen, k, _STEPS, noise)
+    found = all_poses(flat - middle, image, k, _STEPS, noise)
     status, likely = pose_status(found, flat - middle, image, k, noise)
     freedom = 2 * flat.shape[1] - N_POSE
     if status[0] in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE) or noise.contradicted(found.cost[0, 0], freedom):

@@ -3,20 +3,43 @@
 A pose [R | t] takes the frame of the points to that of the camera. Pixels are those of the matrix K.
 """
 
+from fractions import Fraction
+
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, kernel, matrices, maximum, minimum, select, sqrt, total
+from gacompiler import (
+    SCALAR,
+    array,
+    each,
+    equal,
+    fold,
+    iterate,
+    kernel,
+    matrices,
+    maximum,
+    minimum,
+    row_numbers,
+    select,
+    sqrt,
+    total,
+)
 from gacompiler.algebra.catalog import PGA3
-from gacompiler.specs.families.covariances import cross, dot
+from gacompiler.specs.families.covariances import choose, cross, dot, square, triangle
 from gacompiler.specs.families.descents import TINY, UNKNOWN, descend, truncated_equations
 from gacompiler.specs.families.essential import nonzero, times
+from gacompiler.specs.families.linear_equations import dominant, inverse_of, quotient
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.sights import rotor_of, translator_of
 from gacompiler.specs.families.triangles import pose_between
 from gacompiler.specs.families.two_views import applied, product, rotation_matrix, transposed, turned_by, unit
+from gacompiler.specs.linear_views import axes_of, reversed_about
 
 THREE, POSE, NUMBERS = array(SCALAR, 3, 3), array(SCALAR, 3, 4), array(SCALAR, "n")
 PIXELS, PLACES = array(SCALAR, "n", 2, shared=True), array(SCALAR, "n", 3, shared=True)
 OWN_PIXELS, OWN_PLACES = array(SCALAR, "n", 2), array(SCALAR, "n", 3)
+OPEN = Fraction(1, 10**14)
+"""An eigenvalue below this part of the largest is rounding."""
+ROOT_OF_TWO, ROOT_OF_THREE = Fraction(1414213562373095, 10**15), Fraction(1732050807568877, 10**15)
+"""Coordinates of a direction in which different points have different places."""
 ALL = 10**20
 """A squared distance of pixels beyond which no limit is meant."""
 
@@ -55,8 +78,8 @@ def poses_of_three(places, seen):
     poses, there = [], []
     for v in roots:
         u = _at(numerator, v) / nonzero(_at(denominator, v))
-        square = 1 + v * v - 2 * v * beta
-        first = sqrt(b / maximum(square, TINY))
+        opposite = 1 + v * v - 2 * v * beta
+        first = sqrt(b / maximum(opposite, TINY))
         depths = first, u * first, v * first
         points = [tuple(d * x for x in ray) for d, ray in zip(depths, rays, strict=True)]
         poses.append(pose_between(places, points))
@@ -103,26 +126,8 @@ def truncated_pixel_squares(pose, k, places, pixels, limit):
     return total(lambda x, y: minimum(_pixel_square(rotation, shift, k, x, y), limit), places, pixels)
 
 
-@kernel(
-    pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, limit=SCALAR, at_most=SCALAR,
-    returns=(POSE, array(SCALAR, 21), array(SCALAR, 4)),
-)  # fmt: skip
-def descend_pose(pose, k, places, pixels, limit, at_most):
-    """Find the pose near another with the least `pixel_squares`, each at most `limit`.
-
-    Steps of Levenberg and Marquardt are by a rotation vector that follows the pose, and by a translation in units of
-    the distance of the origin from the camera. Points behind the camera count as `limit`, unless it is 1e20 or more:
-    all points are used then, and those behind the camera have the images that the formulas give.
-
-    Returns
-    -------
-    pose
-    triangle
-        The upper triangle of the normal equations, by a step.
-    numbers
-        The sum of truncated squares, 1 if a minimum was reached, else 0, the number of steps, and the sum that linear
-        equations at the pose would leave.
-    """
+def _descended(pose, k, places, pixels, limit, at_most):
+    """Return what `descend_pose` does, with the upper triangle of the matrix."""
     start, offset = _parts(pose)
     beyond = select(limit < ALL, 2 * limit, 0)
 
@@ -132,13 +137,13 @@ def descend_pose(pose, k, places, pixels, limit, at_most):
 
         def of(place, pixel):
             off, (u, v, z) = _seen(rotation, shift, k, place, pixel)
-            square = dot(off, off) + select(z > 0, 0, beyond)
+            distance = dot(off, off) + select(z > 0, 0, beyond)
             nearness = size / nonzero(z)
             turned = ((-u * v, 1 + u * u, -v), (-1 - v * v, u * v, u))
             shifted = ((nearness, 0, -u * nearness), (0, nearness, -v * nearness))
             change = [(*a, *b) for a, b in zip(turned, shifted, strict=True)]
             columns = [tuple(dot(row[:2], column) for row in k[:2]) for column in zip(*change, strict=True)]
-            return truncated_equations(columns, off, square, limit)
+            return truncated_equations(columns, off, distance, limit)
 
         return total(of, places, pixels)
 
@@ -152,7 +157,193 @@ def descend_pose(pose, k, places, pixels, limit, at_most):
     found = descend((*quaternion_of_matrix(start), *offset), 6, equations, moved, at_most)
     rows = rotation_matrix(found.state[:4])
     pose = tuple((*row, s) for row, s in zip(rows, found.state[4:], strict=True))
-    return pose, found.table, (found.cost, found.ended, found.steps, found.cost - found.gain)
+    ahead = fold(lambda found, x: select(dot(rows[2], x) + pose[2][3] > 0, found, 0), 1, places)
+    return pose, found.table, (found.cost, found.ended, found.steps, found.cost - found.gain, ahead)
+
+
+@kernel(
+    pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, limit=SCALAR, at_most=SCALAR,
+    returns=(POSE, array(SCALAR, 6, 6), array(SCALAR, 5)),
+)  # fmt: skip
+def descend_pose(pose, k, places, pixels, limit, at_most):
+    """Find the pose near another with the least `pixel_squares`, each at most `limit`.
+
+    Steps of Levenberg and Marquardt are by a rotation vector that follows the pose, and by a translation in units of
+    the distance of the origin from the camera. Points behind the camera count as `limit`, unless it is 1e20 or more:
+    all points are used then, and those behind the camera have the images that the formulas give.
+
+    Returns
+    -------
+    pose
+    normal
+        The matrix of the normal equations, by a step.
+    numbers
+        The sum of truncated squares, 1 if a minimum was reached, else 0, the number of steps, the sum that linear
+        equations at the pose would leave, and 1 if all points are in front of the camera, else 0.
+    """
+    pose, table, numbers = _descended(pose, k, places, pixels, limit, at_most)
+    return pose, _whole(table), numbers
+
+
+def _whole(table):
+    return tuple(tuple(row) for row in square(table, 6))
+
+
+@kernel(
+    starts=array(SCALAR, "s", 3, 4), k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, bounds=array(SCALAR, 2, 2),
+    soon=SCALAR, at_most=SCALAR,
+    returns=(array(SCALAR, "s", 3, 4), array(SCALAR, "s", 6, 6), array(SCALAR, "s", 4)),
+)  # fmt: skip
+def follow_poses(starts, k, places, pixels, bounds, soon, at_most):
+    """Find the poses of least `pixel_squares` near others, unless these cannot lead to one that is near the best.
+
+    Parameters
+    ----------
+    starts
+        The last one is not used: its place is for the `reversed_pose` of the best minimum, which is followed too.
+    k, places, pixels
+        Points are relative to their centroid.
+    bounds
+        Descents end where linear equations leave more than ``a + b x`` for both rows (a, b), and the least sum x of
+        poses with all points in front of the camera.
+    soon
+        The number of steps between tests.
+    at_most
+        The maximum number of steps from each start.
+
+    Returns
+    -------
+    poses
+    normals
+        Of each, the matrix of the normal equations.
+    numbers
+        Of each, the sum of squares, 1 if a minimum was reached, else 0, the sum that linear equations would leave, and
+        1 if all points are in front of the camera, else 0.
+    """
+    numbers = row_numbers(starts)
+    last = fold(maximum, 0, numbers)
+
+    def reached(pose, steps):
+        after, table, (cost, ended, _, lowest, ahead) = _descended(pose, k, places, pixels, ALL, steps)
+        return (*(x for row in after for x in row), *table, cost, ended, lowest, ahead)
+
+    def less(best, row, is_used):
+        return select(is_used > 0, select(row[36] > 0, select(row[33] < best, 1, 0), 0), 0)
+
+    def limit_of(rows, of_last):
+        def lesser(best, row, number):
+            return select(less(best, row, maximum(of_last, number < last)) > 0, row[33], best)
+
+        best = fold(lesser, UNKNOWN, rows, numbers)
+        return maximum(*(a + b * best for a, b in bounds))
+
+    def goes_on(row, number, limit, of_last):
+        is_open = select(row[34] > 0, 0, select(row[33] < ALL, select(row[35] > limit, 0, 1), 0))
+        return select(equal(of_last, equal(number, last)), is_open, 0)
+
+    def followed(rows, of_last):
+        def stepped(state):
+            before, done, _ = state
+            limit, steps = limit_of(before, of_last), minimum(soon, at_most - done)
+
+            def further(row, number):
+                active = goes_on(row, number, limit, of_last)
+                return choose(active > 0, reached(_pose_of(row), select(active > 0, steps + 1, 0)), row)
+
+            after = each(further, before, numbers)
+            next_limit = limit_of(after, of_last)
+
+            def any_goes_on(found, row, number):
+                return maximum(found, goes_on(row, number, next_limit, of_last))
+
+            return after, done + steps, fold(any_goes_on, 0, after, numbers)
+
+        return iterate(stepped, (rows, 0, 1), lambda _, new: new[2] <= 0, at_most)[0][0]
+
+    found = followed(each(lambda pose, number: reached(pose, number < last), starts, numbers), 0)
+
+    def better(best, row, number):
+        # Without a pose in front of the camera, the one with the least sum is reversed.
+        is_used = number < last
+        ahead = less(select(best[36] > 0, best[33], UNKNOWN), row, is_used)
+        behind = select(best[36] > 0, 0, select(row[36] > 0, 0, select(row[33] < best[33], is_used, 0)))
+        return choose(maximum(ahead, behind) > 0, row, best)
+
+    best = fold(better, (*(0 for _ in range(33)), UNKNOWN, 0, 0, 0), found, numbers)
+    mirrored = reversed_about(_pose_of(best), axes_of(places))
+
+    def filled(row, number):
+        is_last = equal(number, last)
+        return choose(is_last, reached(mirrored, is_last), row)
+
+    found = followed(each(filled, found, numbers), 1)
+    return each(_pose_of, found), each(lambda row: _whole(row[12:33]), found), each(lambda row: row[33:37], found)
+
+
+def _pose_of(row):
+    return row[:4], row[4:8], row[8:12]
+
+
+@kernel(places=OWN_PLACES, normal=array(SCALAR, 6, 6), returns=array(SCALAR, 2))
+def undetermined_pose(places, normal):
+    """Determine whether there are fewer than four distinct points, and whether these or a motion leave a pose open.
+
+    Points on a line do, and motions that change no pixels: both are found by eigenvalues below rounding.
+
+    Parameters
+    ----------
+    places
+    normal
+        The matrix of the normal equations of a pose.
+    """
+
+    def counted(carry, p):
+        *seen, count = carry
+        along = p[0] + ROOT_OF_TWO * p[1] + ROOT_OF_THREE * p[2]
+        is_new = 1
+        for k, other in enumerate(seen):
+            is_new = select(count > k, select(equal(along, other), 0, is_new), is_new)
+        kept = [select(equal(count, k), select(is_new, along, other), other) for k, other in enumerate(seen)]
+        return (*kept, count + is_new)
+
+    *_, count = fold(counted, (0, 0, 0, 0), places)
+    moments = total(lambda p: tuple(p[i] * p[j] for i in range(3) for j in range(i, 3)), places)
+    _, middle, large = ga.eigenvalues_symmetric(square(moments, 3))
+    table = triangle(normal)
+    least = quotient(table, dominant(inverse_of(table, 6), 6))
+    most = quotient(table, dominant(table, 6))
+    is_open = select(middle <= OPEN * large, 1, select(least > OPEN * most, 0, 1))
+    return count < 4, is_open
+
+
+@kernel(pose=POSE, centroid=array(SCALAR, 3), returns=PGA3.MOTOR)
+def motor_of_pose(pose, centroid):
+    """Compute the unit motor from the camera to the world, for a pose of points about their centroid.
+
+    The centre of the camera is computed relative to the centroid, which preserves accuracy far from the origin.
+    """
+    back, shift = _parts(pose)
+    back = transposed(back)
+    centre = [c - dot(row, shift) for c, row in zip(centroid, back, strict=True)]
+    return translator_of(centre) * rotor_of(quaternion_of_matrix(back))
+
+
+@kernel(normal=array(SCALAR, 6, 6), returns=array(SCALAR, 2))
+def largest_variances(normal):
+    """Compute the largest variances of directions of the rotation and of the translation, for residuals of variance 1.
+
+    They are the inverses of the least eigenvalues of normal equations from which the other part is eliminated.
+    """
+    found = []
+    for own, other in ((range(3), range(3, 6)), (range(3, 6), range(3))):
+        part = [[normal[i][j] for j in other] for i in other]
+        across = [[normal[i][j] for j in other] for i in own]
+        solved = [ga.solve_symmetric(part, row)[0] for row in across]
+        left = [[normal[i][j] - dot(across[a], solved[b]) for b, j in enumerate(own)] for a, i in enumerate(own)]
+        found.append(
+            1 / ga.eigenvalues_symmetric([[(left[a][b] + left[b][a]) / 2 for b in range(3)] for a in range(3)])[0]
+        )
+    return tuple(found)
 
 
 @kernel(matrix=THREE, seen=array(SCALAR, 3), returns=(PGA3.MOTOR, PGA3.MOTOR, array(SCALAR, 2, 3)))

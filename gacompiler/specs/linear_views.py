@@ -1,10 +1,11 @@
-"""Fundamental matrices, homographies and cameras by linear equations between normalised coordinates.
+"""Fundamental matrices, homographies and cameras by linear equations between normalised coordinates, and poses of them.
 
-Equations are solved by the null vector of their coefficients (module `matrices`). Points are normalised to mean 0 and
-mean square d, their number of coordinates (Hartley, *In Defense of the Eight-Point Algorithm*, 1997).
+Points are normalised to mean 0 and mean square d, their number of coordinates (Hartley, *In Defense of the Eight-Point
+Algorithm*, 1997).
 """
 
-from gacompiler import SCALAR, absolute, array, each, equal, fold, kernel, matrices, maximum, select, sqrt, total
+from gacompiler import SCALAR, array, each, kernel, matrices, select, sqrt, total
+from gacompiler.specs.families.linear_equations import BELOW_ROUNDING, normalized, solution, undone
 from gacompiler.specs.projective2 import homography_equations
 from gacompiler.specs.projective3 import epipolar_equation
 
@@ -30,63 +31,24 @@ def _unit(matrix):
     return tuple(tuple(x / size for x in row) for row in matrix)
 
 
-def _normalized(points, dimension):
-    """Return points of mean 0 and mean square norm `dimension`, and the similarity that maps the points to them.
+@kernel(first=PIXELS, second=PIXELS, returns=THREE)
+def fundamental_of_pixels(first, second):
+    """Compute the fundamental matrix of rank 2 and norm 1 that pairs of pixels fit best (eight-point algorithm).
 
-    A spread of at most eight roundings of the largest coordinate is not scaled up.
+    The unit vector of its entries has the least squares of ``x' F x`` for normalised pixels. The nearest matrix of rank
+    2 is taken before the normalisation is undone.
     """
-    sums, count = total(lambda p: (tuple(p), 1), points)
-    mean = tuple(x / count for x in sums)
-    square = total(lambda p: sum((x - m) * (x - m) for x, m in zip(p, mean, strict=True)), points)
-    largest = fold(lambda m, p: _largest(m, p), 0, points)
-    spread = sqrt(square / (count * dimension))
-    is_rounding = equal(largest + spread / 16, largest)
-    scale = 1 / select(is_rounding, _largest(1, mean), spread)
-    shift = tuple(-scale * m for m in mean)
-    # Differences from the mean are exact far from the origin, where sums with a shift would round each point.
-    moved = each(lambda p: tuple(scale * (x - m) for x, m in zip(p, mean, strict=True)), points)
-    rows = [(*(scale if j == i else 0 for j in range(dimension)), shift[i]) for i in range(dimension)]
-    return moved, (*rows, (*(0 for _ in range(dimension)), 1))
-
-
-def _largest(start, numbers):
-    for x in numbers:
-        start = maximum(start, absolute(x))
-    return start
-
-
-def _undone(similarity):
-    """Return the inverse of a similarity of the plane."""
-    (scale, _, x), (_, _, y), _ = similarity
-    return (1 / scale, 0, -x / scale), (0, 1 / scale, -y / scale), (0, 0, 1)
-
-
-@kernel(first=PIXELS, second=PIXELS, returns=(array(SCALAR, "n", 9), THREE, THREE))
-def epipolar_equations(first, second):
-    """Compute the equations ``x' F x = 0`` of normalised pixels, and the two similarities of pixels.
-
-    Returns
-    -------
-    equations
-        For each pair, the coefficients of the entries of F, row by row.
-    left, right
-        The similarities that normalise the first and the second pixels.
-    """
-    (one, left), (two, right) = _normalized(first, 2), _normalized(second, 2)
-    return each(epipolar_equation, one, two), left, right
-
-
-@kernel(entries=array(SCALAR, 9), left=THREE, right=THREE, returns=THREE)
-def fundamental_of_entries(entries, left, right):
-    """Compute the fundamental matrix of rank 2 and norm 1 from the solution of `epipolar_equations`.
-
-    The nearest matrix of rank 2 is subtracted before the normalisation is undone.
-    """
-    matrix = tuple(tuple(entries[3 * i : 3 * i + 3]) for i in range(3))
+    (one, left), (two, right) = normalized(first, 2), normalized(second, 2)
+    entries, _, _ = solution(lambda x, y: [epipolar_equation(x, y)], one, two)
+    matrix = _rows(entries, 3)
     _, vectors = matrices.three_singular_vectors(matrix)
     null = tuple(row[2] for row in vectors)
     rank_two = tuple(tuple(x - _dot(row, null) * v for x, v in zip(row, null, strict=True)) for row in matrix)
     return _unit(_times(tuple(zip(*right, strict=True)), _times(rank_two, left)))
+
+
+def _rows(entries, width):
+    return tuple(tuple(entries[i : i + width]) for i in range(0, len(entries), width))
 
 
 @kernel(first=PIXELS, second=PIXELS, returns=(array(SCALAR, "n", 2, 9), THREE, THREE))
@@ -100,7 +62,7 @@ def plane_equations(first, second):
     left, right
         The similarities that normalise the first and the second pixels.
     """
-    (one, left), (two, right) = _normalized(first, 2), _normalized(second, 2)
+    (one, left), (two, right) = normalized(first, 2), normalized(second, 2)
     return each(homography_equations, one, two), left, right
 
 
@@ -108,7 +70,7 @@ def plane_equations(first, second):
 def homography_of_entries(entries, left, right):
     """Compute the homography of norm 1 from the solution of `plane_equations`."""
     matrix = tuple(tuple(entries[3 * i : 3 * i + 3]) for i in range(3))
-    return _unit(_times(_undone(right), _times(matrix, left)))
+    return _unit(_times(undone(right), _times(matrix, left)))
 
 
 @kernel(places=PLACES, pixels=PIXELS, returns=(array(SCALAR, "n", 2, 12), FOUR, THREE))
@@ -122,20 +84,20 @@ def camera_equations(places, pixels):
     left, right
         The similarities that normalise points and pixels.
     """
-    (one, left), (two, right) = _normalized(places, 3), _normalized(pixels, 2)
+    (one, left), (two, right) = normalized(places, 3), normalized(pixels, 2)
+    return each(_camera_equations, one, two), left, right
 
-    def equations(place, pixel):
-        x, nothing = (*place, 1), (0, 0, 0, 0)
-        return (*x, *nothing, *(-pixel[0] * a for a in x)), (*nothing, *x, *(-pixel[1] * a for a in x))
 
-    return each(equations, one, two), left, right
+def _camera_equations(place, pixel):
+    x, nothing = (*place, 1), (0, 0, 0, 0)
+    return (*x, *nothing, *(-pixel[0] * a for a in x)), (*nothing, *x, *(-pixel[1] * a for a in x))
 
 
 @kernel(entries=array(SCALAR, 12), left=FOUR, right=THREE, returns=CAMERA)
 def camera_of_entries(entries, left, right):
     """Compute the camera matrix of norm 1 from the solution of `camera_equations`."""
     matrix = tuple(tuple(entries[4 * i : 4 * i + 4]) for i in range(3))
-    return _unit(_times(_undone(right), _times(matrix, left)))
+    return _unit(_times(undone(right), _times(matrix, left)))
 
 
 def _nearest_rotation(matrix):
@@ -162,9 +124,8 @@ def _or_one(x):
     return select(x > 0, x, 1)
 
 
-@kernel(camera=CAMERA, returns=CAMERA)
-def pose_of_camera(camera):
-    """Compute the pose [R | t] nearest to a camera matrix of points around the origin, which is in front of it.
+def _pose_of_camera(camera):
+    """Return the pose [R | t] nearest to a camera matrix of points around the origin, which is in front of it.
 
     The sign is determined by the depth of the origin: the determinant is unreliable for thin scenes.
     """
@@ -184,6 +145,10 @@ def pose_of_plane(homography, axes):
     axes
         The first two rows are the axes of the coordinates.
     """
+    return _pose_of_plane(homography, axes)
+
+
+def _pose_of_plane(homography, axes):
     columns = tuple(zip(*homography, strict=True))
     size = sqrt(sqrt(_dot(columns[0], columns[0]) * _dot(columns[1], columns[1])))
     factor = select(homography[2][2] < 0, -1, 1) / _or_one(size)
@@ -192,19 +157,28 @@ def pose_of_plane(homography, axes):
     return tuple((*row, s) for row, s in zip(_times(rotation, _frame(axes)), shift, strict=True))
 
 
-@kernel(pose=CAMERA, axes=THREE, returns=CAMERA)
-def reversed_pose(pose, axes):
-    """Mirror a plane through the origin in the plane perpendicular to the line of sight (Necker reversal).
+def axes_of(places):
+    """Return axes, as rows, in the order of the extents of points about the origin along them."""
+    moments = total(lambda p: tuple(tuple(a * b for b in p) for a in p), places)
+    size = sum(moments[k][k] for k in range(3)) * BELOW_ROUNDING
+    # Of one point the order of the other axes would be that of roundings.
+    rows = [[x + (3 - i) * size if i == j else x for j, x in enumerate(row)] for i, row in enumerate(moments)]
+    return tuple(zip(*matrices.three_singular_vectors(rows)[1], strict=True))
+
+
+@kernel(pose=CAMERA, places=PLACES, returns=CAMERA)
+def reversed_pose(pose, places):
+    """Mirror the plane of the largest extents of points in that perpendicular to the line of sight (Necker reversal).
 
     The pose [R | t] of both planes has the same image under parallel projection: if a pose is a minimum of the
-    distances in the image of points in the plane, another minimum is near the reversed one.
-
-    Parameters
-    ----------
-    pose
-    axes
-        The first two rows are orthonormal axes of the plane.
+    distances in the image of points in the plane, another minimum is near the reversed one. Points are relative to
+    their centroid.
     """
+    return reversed_about(pose, axes_of(places))
+
+
+def reversed_about(pose, axes):
+    """Return `reversed_pose` for axes, as rows, of which the first two span the plane."""
     frame, shift = _frame(axes), tuple(row[3] for row in pose)
     normal = _scaled(shift)
     columns = [tuple(_dot(row[:3], axis) for row in pose) for axis in frame]
@@ -219,3 +193,37 @@ def reversed_pose(pose, axes):
 def _frame(axes):
     """Return a right-handed frame of which the first two axes are given."""
     return axes[0], axes[1], _cross(axes[0], axes[1])
+
+
+@kernel(places=PLACES, pixels=PIXELS, k=THREE, returns=array(SCALAR, 3, 3, 4))
+def starts_of_pose(places, pixels, k):
+    """Compute three candidates for the pose [R | t] of a camera, from linear equations.
+
+    The first is that of the homography of the plane of the largest extents, the second its `reversed_pose`, and the
+    third that of a camera matrix, for points in space.
+
+    Parameters
+    ----------
+    places
+        Points relative to their centroid.
+    pixels
+    k
+        The upper triangular matrix of the camera, with 1 in its last row.
+    """
+    axes = axes_of(places)
+    inverse = _inverse_of_intrinsics(k)
+    seen = each(lambda p: tuple(_dot(row, (*p, 1)) for row in inverse), pixels)
+    flat = each(lambda p: tuple(_dot(axis, p) for axis in axes[:2]), places)
+    (one, left), (two, right) = normalized(flat, 2), normalized(seen, 2)
+    entries, _, _ = solution(homography_equations, one, two)
+    plane = _pose_of_plane(_unit(_times(undone(right), _times(_rows(entries, 3), left))), axes)
+    one, left = normalized(places, 3)
+    entries, _, _ = solution(_camera_equations, one, two)
+    space = _pose_of_camera(_unit(_times(undone(right), _times(_rows(entries, 4), left))))
+    return plane, reversed_about(plane, axes), space
+
+
+def _inverse_of_intrinsics(k):
+    """Return the first two rows of the inverse of an upper triangular matrix with 1 in its last row."""
+    (a, skew, x), (_, b, y), _ = k
+    return (1 / a, -skew / (a * b), (skew * y / b - x) / a), (0, 1 / b, -y / b)

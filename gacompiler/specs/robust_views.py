@@ -1,16 +1,24 @@
 """Homographies and fundamental matrices of random samples, and those near them with the least truncated squares.
 
 Homographies come from four pairs of pixels and fundamental matrices from seven. Descents use all pairs whose squared
-distance is below a limit.
+distance is below a limit. Tests of fundamental matrices use both, so that all of it is in one file.
 """
 
 from fractions import Fraction
 
 import gacompiler as ga
-from gacompiler import SCALAR, absolute, array, each, kernel, matrices, maximum, minimum, select, sqrt, total
+from gacompiler import SCALAR, absolute, array, each, fold, kernel, matrices, maximum, minimum, select, sqrt, total
 from gacompiler.specs.families.covariances import choose, cross, dot
-from gacompiler.specs.families.descents import descend, truncated_equations
+from gacompiler.specs.families.descents import LEAST_DAMPING, UNKNOWN, descend, step_of, truncated_equations
 from gacompiler.specs.families.essential import nonzero, null_space
+from gacompiler.specs.families.linear_equations import (
+    dominant,
+    moved_and_scaled,
+    normalized,
+    quotient,
+    solution,
+    undone,
+)
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.two_views import (
     applied,
@@ -22,11 +30,23 @@ from gacompiler.specs.families.two_views import (
     turned_by,
     unit,
 )
+from gacompiler.specs.projective2 import homography_equations
+from gacompiler.specs.projective3 import epipolar_equation
 
 THREE, NUMBERS = array(SCALAR, 3, 3), array(SCALAR, "n")
 PIXELS, OWN_PIXELS = array(SCALAR, "n", 2, shared=True), array(SCALAR, "n", 2)
 FLAT = Fraction(1, 1000)
 """A triangle whose height is below this part of its longest side leaves the homography of four points undetermined."""
+FLAT_SQUARE = Fraction(1, 10**14)
+"""Points are on a line if their sum of squares across it is below this part of that along it."""
+OPEN = Fraction(1, 10**14)
+"""The solution of the equations is not unique if the eighth squared singular value is below this part of the first."""
+ROUNDING = Fraction(1, 10**20)
+"""A squared distance below this part of the squared extent of the pixels is rounding."""
+VAST = 10**300
+"""More than any coordinate."""
+ALL = 10**20
+"""A squared distance, in units of the size of the images, that no pixels reach."""
 SMALL = Fraction(1, 10**28)
 """A sum of squares of coordinates near 1 that is rounding."""
 AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
@@ -185,9 +205,10 @@ def descend_homography(matrix, first, second, limit, at_most):
 def fundamentals_of_seven(first, second):
     """Compute the fundamental matrices of norm 1 that seven pairs of pixels fit, and their number: 1 or 3.
 
-    They are the singular ones of the matrices that fit. Pixels are normalised, of the order of 1.
+    They are the singular ones of the matrices that fit.
     """
-    pairs = [[unit((*p, 1)) for p in seven] for seven in (first, second)]
+    (one, left), (two, right) = _seven_normalized(first), _seven_normalized(second)
+    pairs = [[unit((*p, 1)) for p in seven] for seven in (one, two)]
     basis = null_space([[b * a for b in y for a in x] for x, y in zip(*pairs, strict=True)])
     a, b = ((each_[:3], each_[3:6], each_[6:]) for each_ in basis)
     outer = [[cross(m[j], m[k]) for j, k in ((1, 2), (2, 0), (0, 1))] for m in (a, b)]
@@ -201,62 +222,186 @@ def fundamentals_of_seven(first, second):
     scaled, fixed = choose(swap, flat[0], flat[1]), choose(swap, flat[1], flat[0])
     found = []
     for x in real:
-        entries = unit([x * p + q for p, q in zip(scaled, fixed, strict=True)])
-        found.append((entries[:3], entries[3:6], entries[6:]))
+        entries = [x * p + q for p, q in zip(scaled, fixed, strict=True)]
+        found.append(_of_pixels((entries[:3], entries[3:6], entries[6:]), left, right))
     return tuple(found), number
+
+
+def _seven_normalized(points):
+    """Return seven points relative to their mean, times a scale, and the similarity that maps the points to them."""
+    mean = tuple(sum(p[k] for p in points) / 7 for k in (0, 1))
+    off = [[x - m for x, m in zip(p, mean, strict=True)] for p in points]
+    size = sum(dot(p, p) for p in off)
+    scale = 1 / sqrt(nonzero(size) / 14)
+    rows = (scale, 0, -scale * mean[0]), (0, scale, -scale * mean[1]), (0, 0, 1)
+    return [tuple(scale * x for x in p) for p in off], rows
+
+
+def _of_pixels(matrix, left, right):
+    """Return the fundamental matrix of norm 1 of pixels, from that of pixels after similarities."""
+    entries = unit([x for row in product(transposed(right), product(matrix, left)) for x in row])
+    return entries[:3], entries[3:6], entries[6:]
+
+
+def _pixels_normalized(first, second):
+    """Return pixels relative to their mean with the same scale in both images, the similarities, and the scale."""
+    sums, others, count = total(lambda x, y: (tuple(x), tuple(y), 1), first, second)
+    means = [tuple(x / count for x in each_) for each_ in (sums, others)]
+
+    def squares(x, y):
+        off = [a - b for p, mean in zip((x, y), means, strict=True) for a, b in zip(p, mean, strict=True)]
+        return dot(off, off)
+
+    scale = 1 / sqrt(nonzero(total(squares, first, second) / (4 * count)))
+    return *moved_and_scaled(first, means[0], scale), *moved_and_scaled(second, means[1], scale), scale
+
+
+class _RankTwo:
+    """Fundamental matrices near another: ``U diag(1, s, 0) V'`` with rotations U and V (Bartoli and Sturm 2004)."""
+
+    def __init__(self, matrix, first, second):
+        self.one, self.left, self.two, self.right, self.scale = _pixels_normalized(first, second)
+        matrix = product(transposed(undone(self.right)), product(matrix, undone(self.left)))
+        values, right = matrices.three_singular_vectors(matrix)
+        images = product(matrix, right)
+        one, two = (unit([row[k] for row in images]) for k in (0, 1))
+        u = transposed((one, two, cross(one, two)))
+        v = [[row[k] for row in right] for k in (0, 1)]
+        v = transposed((*v, cross(*v)))
+        self.start = (*quaternion_of_matrix(u), *quaternion_of_matrix(v), values[1] / nonzero(values[0]))
+
+    def equations(self, state, limit):
+        """Return the sums over all pairs for a step in six angles and s, with each square at most `limit`."""
+        left, back = rotation_matrix(state[:4]), rotation_matrix(state[4:8])
+        current = self.matrix(state)
+        columns = transposed(current)
+        changes = [transposed([cross(axis, column) for column in columns]) for axis in AXES]
+        changes += [[cross(axis, row) for row in current] for axis in AXES]
+        changes.append([[row[1] * other[1] for other in back] for row in left])
+
+        def of(x, y):
+            return sampson_sums(sampson(current, columns, x, y), x, y, changes, limit)
+
+        return total(of, self.one, self.two)
+
+    def matrix(self, state):
+        """Return the matrix of a state, for normalised pixels."""
+        left, back = rotation_matrix(state[:4]), rotation_matrix(state[4:8])
+        return product([(row[0], state[8] * row[1]) for row in left], transposed(back)[:2])
 
 
 @kernel(
     matrix=THREE, first=OWN_PIXELS, second=OWN_PIXELS, limit=SCALAR, at_most=SCALAR,
-    returns=(THREE, array(SCALAR, 4)),
+    returns=(THREE, array(SCALAR, 3)),
 )  # fmt: skip
 def descend_fundamental(matrix, first, second, limit, at_most):
     """Find the matrix of rank 2 near another with the least squares of Sampson distances, each at most `limit`.
-
-    It is ``U diag(1, s, 0) V'`` with rotations U and V (Bartoli and Sturm 2004). Steps of Levenberg and Marquardt are
-    in six angles and s. Pixels are normalised, of the order of 1, with the same scale in both images.
 
     Returns
     -------
     matrix
         Of norm 1.
     numbers
-        The sum of truncated squares, 1 if a minimum was reached, else 0, the number of steps, and the sum that linear
-        equations at the matrix would leave.
+        The sum of truncated squares, 1 if a minimum was reached, else 0, and the number of steps.
     """
-    values, right = matrices.three_singular_vectors(matrix)
-    images = product(matrix, right)
-    one, two = (unit([row[k] for row in images]) for k in (0, 1))
-    u = transposed((one, two, cross(one, two)))
-    v = [[row[k] for row in right] for k in (0, 1)]
-    v = transposed((*v, cross(*v)))
-
-    def factors(state):
-        return rotation_matrix(state[:4]), rotation_matrix(state[4:8]), state[8]
-
-    def whole(left, back, ratio):
-        scaled = [(row[0], ratio * row[1]) for row in left]
-        return product(scaled, transposed(back)[:2])
-
-    def equations(state):
-        left, back, ratio = factors(state)
-        current = whole(left, back, ratio)
-        columns = transposed(current)
-        changes = [transposed([cross(axis, column) for column in columns]) for axis in AXES]
-        changes += [[cross(axis, row) for row in current] for axis in AXES]
-        changes.append([[row[1] * other[1] for other in back] for row in left])
-        reverse = transposed(current)
-        return total(lambda x, y: sampson_sums(sampson(current, reverse, x, y), x, y, changes, limit), first, second)
+    near = _RankTwo(matrix, first, second)
+    square = near.scale * near.scale
+    bound = minimum(limit * square, ALL)
 
     def moved(state, step):
         return (*turned_by(state[:4], step[:3]), *turned_by(state[4:8], step[3:6]), state[8] + step[6])
 
-    start = (*quaternion_of_matrix(u), *quaternion_of_matrix(v), values[1] / nonzero(values[0]))
-    found = descend(start, 7, equations, moved, at_most, SMALL)
-    entries = unit([x for row in whole(*factors(found.state)) for x in row])
-    return (entries[:3], entries[3:6], entries[6:]), (
-        found.cost,
-        found.ended,
-        found.steps,
-        maximum(found.cost - found.gain, 0),
-    )
+    found = descend(near.start, 7, lambda state: near.equations(state, bound), moved, at_most, SMALL)
+    return _of_pixels(near.matrix(found.state), near.left, near.right), (found.cost / square, found.ended, found.steps)
+
+
+# What else pairs of pixels fit.
+
+
+def _plane_of(first, second):
+    """Return the homography by linear equations, in pixels."""
+    (one, left), (two, right) = normalized(first, 2), normalized(second, 2)
+    entries, _, _ = solution(homography_equations, one, two)
+    matrix = entries[:3], entries[3:6], entries[6:]
+    entries = unit([x for row in product(undone(right), product(matrix, left)) for x in row])
+    return entries[:3], entries[3:6], entries[6:]
+
+
+@kernel(first=OWN_PIXELS, second=OWN_PIXELS, returns=NUMBERS)
+def least_plane_squares(first, second):
+    """Compute `plane_squares` of the homography by linear equations, in the direction that leaves less."""
+    forward, back = _plane_of(first, second), _plane_of(second, first)
+
+    def squares(x, y):
+        return _plane_square(forward, x, y), _plane_square(back, y, x)
+
+    left, other = total(squares, first, second)
+    return each(lambda x, y: choose(left <= other, *([each_] for each_ in squares(x, y)))[0], first, second)
+
+
+def _extents(points):
+    """Return the least and the largest sum of squares of points about their mean, along directions, and their size."""
+    sums, count = total(lambda p: (tuple(p), 1), points)
+    mean = tuple(x / count for x in sums)
+
+    def products(p):
+        x, y = p[0] - mean[0], p[1] - mean[1]
+        return x * x, x * y, y * y
+
+    def bounds(found, p):
+        return tuple((minimum(low, x), maximum(high, x)) for (low, high), x in zip(found, p, strict=True))
+
+    xx, xy, yy = total(products, points)
+    (left, right), (down, up) = fold(bounds, ((VAST, -VAST), (VAST, -VAST)), points)
+    large = (xx + yy + sqrt((xx - yy) * (xx - yy) + 4 * xy * xy)) / 2
+    return maximum(xx * yy - xy * xy, 0) / nonzero(large), large, maximum(right - left, up - down)
+
+
+@kernel(
+    matrix=THREE, first=OWN_PIXELS, second=OWN_PIXELS, off=NUMBERS, known=SCALAR, by_size=SCALAR, by_rest=SCALAR,
+    line=SCALAR, plane=SCALAR, ratio=SCALAR, returns=SCALAR,
+)  # fmt: skip
+def are_degenerate(matrix, first, second, off, known, by_size, by_rest, line, plane, ratio):
+    """Determine whether pairs of pixels also fit a line, a plane, or other fundamental matrices.
+
+    The variance of pixels is the sum of three parts.
+
+    Parameters
+    ----------
+    matrix
+        A fundamental matrix.
+    first, second
+    off
+        Their `least_plane_squares`.
+    known
+        The variance if it is known, else 0.
+    by_size
+        The part for a unit of the squared extent of the pixels.
+    by_rest
+        The part for a unit of the squares that a step from the matrix leaves.
+    line
+        Points are on a line if their sum of squares across it is at most this multiple of the variance.
+    plane
+        Pairs are those of a plane if the sum of `off` is at most this multiple of the variance.
+    ratio
+        Equations of eight or more pairs have several solutions if their two smallest singular values have at most this
+        ratio.
+    """
+    near = _RankTwo(matrix, first, second)
+    *table, cost = near.equations(near.start, UNKNOWN)
+    _, gain = step_of(table[:28], table[28:], LEAST_DAMPING)
+    rest = maximum(cost - gain, 0) / (near.scale * near.scale)
+    (thin, long, size), (other_thin, other_long, other_size) = _extents(first), _extents(second)
+    square = maximum(size, other_size) * maximum(size, other_size)
+    variance = known + by_size * square + by_rest * rest
+    count, left = total(lambda x: (1, x), off)
+    on_line = minimum(thin, other_thin) <= maximum(line * variance, ROUNDING * square * (count - 2))
+    flat = select(thin <= FLAT_SQUARE * long, 1, other_thin <= FLAT_SQUARE * other_long)
+    on_plane = left <= maximum(plane * variance, ROUNDING * square * (2 * count - 8))
+    (one, _), (two, _) = normalized(first, 2), normalized(second, 2)
+    entries, sums, inverse = solution(lambda x, y: [epipolar_equation(x, y)], one, two)
+    least, largest = (maximum(quotient(sums, v), 0) for v in (entries, dominant(sums, 9)))
+    second_least = maximum(quotient(sums, dominant(inverse, 9)), 0)
+    several = select(second_least <= OPEN * largest, 1, second_least <= ratio * ratio * least)
+    several = select(count < 8, 0, several)
+    return maximum(maximum(on_line, flat), maximum(on_plane, several))

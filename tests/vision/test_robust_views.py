@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from generated import camera_poses, pga3, relative_poses, robust_views
+from generated import camera_poses, linear_views, pga3, relative_poses, robust_views
 
 Array = np.ndarray[Any, Any]
 K = np.array([[700.0, 3, 320], [0, 690, 240], [0, 0, 1]])
@@ -110,7 +110,7 @@ def test_descents_end_in_the_minima_of_scipy(seed: int) -> None:
     pose, places = motion(rng), rng.normal(size=(60, 3))
     pixels = seen(K @ pose, places) + rng.normal(size=(n, 2))
     pixels[wrong] += 80
-    found, triangle, numbers = camera_poses.descend_pose(pose, K, places, pixels, 25.0, 50.0)
+    found, normal, numbers = camera_poses.descend_pose(pose, K, places, pixels, 25.0, 50.0)
     used = camera_poses.pixel_squares(found, K, places, pixels) < 25
 
     def of_pose(step: Array) -> Array:
@@ -120,7 +120,7 @@ def test_descents_end_in_the_minima_of_scipy(seed: int) -> None:
     known = minimum(of_pose, np.zeros(6)) + 25 * (~used).sum()
     assert numbers[1] and numbers[0] == pytest.approx(known, rel=1e-10) and numbers[3] == pytest.approx(known)
     assert (used == ~wrong).all()
-    spread = np.linalg.inv(_square(triangle, 6))
+    spread = np.linalg.inv(normal)
     jacobian = scipy.optimize.approx_fprime(np.zeros(6), of_pose, 1e-7)
     assert np.sqrt(np.diag(spread)[:3]) == pytest.approx(
         np.sqrt(np.diag(np.linalg.inv(jacobian.T @ jacobian))[:3]), 0.3
@@ -156,12 +156,6 @@ def test_descents_end_in_the_minima_of_scipy(seed: int) -> None:
     assert relative_poses.truncated_squares(fitted, x, y, 2e-5) == pytest.approx(numbers[0])
 
 
-def _square(triangle: Array, n: int) -> Array:
-    matrix = np.zeros((n, n))
-    matrix[np.triu_indices(n)] = triangle
-    return matrix + np.triu(matrix, 1).T
-
-
 def test_squares_of_pairs() -> None:
     rng = np.random.default_rng(4)
     pose, places = motion(rng), rng.normal(size=(20, 3))
@@ -185,3 +179,98 @@ def test_squares_of_pairs() -> None:
         assert square == pytest.approx(step @ step, rel=1e-3)
         whole = robust_views.truncated_plane_squares(matrix, first, second + 0.1, 1e-3)
         assert whole == pytest.approx(np.minimum(robust_views.plane_squares(matrix, first, second + 0.1), 1e-3).sum())
+
+
+def thin_views(rng: np.random.Generator, n: int, depth: float, noise: float) -> tuple[Array, Array]:
+    """Pixels of points in two images, of which the depths differ little."""
+    places = rng.normal(size=(n, 3)) * (1, 1, depth)
+    first, second = (seen(K @ motion(rng), places) for _ in range(2))
+    return first + noise * rng.normal(size=first.shape), second + noise * rng.normal(size=second.shape)
+
+
+@pytest.mark.parametrize(
+    ("n", "depth", "noise", "least"), [(8, 1, 0, 1e-5), (20, 1e-3, 0, 1e-7), (50, 1e-2, 0.3, 1e-4)]
+)
+def test_sums_of_products_have_the_solutions_of_singular_vectors(
+    n: int, depth: float, noise: float, least: float
+) -> None:
+    """Without the corrections, the solution has half of the digits: errors are the square of the condition."""
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        first, second = thin_views(rng, n, depth, noise)
+        similarities, rows = [], []
+        for x in (first, second):
+            scale = 1 / np.sqrt(x.var(0).mean())
+            similarities.append(
+                np.array([[scale, 0, -scale * x[:, 0].mean()], [0, scale, -scale * x[:, 1].mean()], [0, 0, 1]])
+            )
+            rows.append(np.column_stack([scale * (x - x.mean(0)), np.ones(n)]))
+        _, values, vectors = np.linalg.svd(np.einsum("ni,nj->nij", rows[1], rows[0]).reshape(n, 9))
+        u, s, v = np.linalg.svd(vectors[8].reshape(3, 3))
+        wanted = similarities[1].T @ (u[:, :2] * s[:2] @ v[:2]) @ similarities[0]
+        wanted /= np.linalg.norm(wanted)
+        found = linear_views.fundamental_of_pixels(first, second)
+        if values[7] > least * values[0]:
+            assert min(np.abs(found - wanted).max(), np.abs(found + wanted).max()) < 1e-13 * values[0] / values[7]
+
+
+def test_poses_that_cannot_be_likely_are_not_followed() -> None:
+    """Other starts reach the minimum of single descents, whichever of them is first."""
+    rng = np.random.default_rng(3)
+    pose, places = motion(rng), rng.normal(size=(30, 3))
+    pixels = seen(K @ pose, places) + rng.normal(size=(30, 2))
+    near, far = (pose + spread * rng.normal(size=(3, 4)) for spread in (0.01, 0.5))
+    wanted, normal, numbers = camera_poses.descend_pose(near, K, places, pixels, ALL, 201.0)
+    for which in range(2):
+        starts = np.array([far, far, far])
+        starts[which] = near
+        # No start leaves less than nothing.
+        _, _, reached = camera_poses.follow_poses(starts, K, places, pixels, np.zeros((2, 2)), 25.0, 200.0)
+        assert not reached[:, 1].any()
+        bounds = np.array([[0.0, 2], [0, 2]])
+        found, normals, reached = camera_poses.follow_poses(starts, K, places, pixels, bounds, 25.0, 200.0)
+        assert found[which] == pytest.approx(wanted, abs=1e-8) and normals[which] == pytest.approx(normal, rel=1e-5)
+        assert reached[which] == pytest.approx(numbers[[0, 1, 3, 4]]) and reached[which, 1] == 1
+        assert not reached[1 - which, 1] and reached[1 - which, 2] > 2 * reached[which, 0]
+
+
+def test_the_last_pose_is_where_the_reversal_of_the_best_one_leads() -> None:
+    rng = np.random.default_rng(9)
+    places = rng.normal(size=(12, 3)) * (0.1, 0.1, 0)
+    places -= places.mean(0)
+    pose = motion(rng)
+    pixels = seen(K @ pose, places) + 0.1 * rng.normal(size=(12, 2))
+    starts = np.array([pose, np.full((3, 4), np.nan)])
+    all_of_them = np.array([[1e9, 0], [0, 0]])
+    found, _, reached = camera_poses.follow_poses(starts, K, places, pixels, all_of_them, 25.0, 200.0)
+    mirrored = linear_views.reversed_pose(found[0], places)
+    wanted, _, numbers = camera_poses.descend_pose(mirrored, K, places, pixels, ALL, 201.0)
+    assert found[1] == pytest.approx(wanted, abs=1e-6) and reached[1, 0] == pytest.approx(numbers[0], rel=1e-6)
+    assert np.abs(found[0] - found[1]).max() > 0.1 and reached[:, 1].all() and reached[:, 3].all()
+
+
+@pytest.mark.parametrize("thickness", [1e-4, 1e-9])
+def test_points_on_a_line_and_repeated_points_leave_a_pose_open(thickness: float) -> None:
+    places = np.random.default_rng(4).normal(size=(12, 3)) * (thickness, 1, thickness)
+    turned = np.linalg.qr(np.random.default_rng(5).normal(size=(6, 6)))[0]
+    for least in (1e-10, 1e-18):
+        normal = turned * (least, 1, 2, 3, 4, 5) @ turned.T
+        few, is_open = camera_poses.undetermined_pose(places, normal)
+        assert not few and bool(is_open) == (thickness < 1e-7 or least < 1e-14)
+    for n in (3, 4):
+        assert camera_poses.undetermined_pose(np.tile(places[:n], (3, 1)), normal)[0] == (n < 4)
+
+
+def test_variances_are_those_of_the_inverse_normal_equations() -> None:
+    rows = np.random.default_rng(6).normal(size=(20, 6))
+    inverse = np.linalg.inv(rows.T @ rows)
+    wanted = [np.linalg.eigvalsh(inverse[:3, :3])[-1], np.linalg.eigvalsh(inverse[3:, 3:])[-1]]
+    assert camera_poses.largest_variances(rows.T @ rows) == pytest.approx(wanted, rel=1e-12)
+
+
+def test_the_centre_of_a_camera_is_relative_to_the_points() -> None:
+    rng = np.random.default_rng(7)
+    pose, centroid = motion(rng), np.array([1e9, 0, -1e9])
+    frame = pga3.motor_to_matrix(camera_poses.motor_of_pose(pose, centroid))
+    assert frame[:3, :3] == pytest.approx(pose[:, :3].T, abs=1e-14)
+    assert frame[:3, 3] == pytest.approx(centroid - pose[:, :3].T @ pose[:, 3], abs=1e-6)
