@@ -16,6 +16,7 @@ half turn in a plane, in which ``M`` is nearly -1, is removed before; that plane
 ``exp(2 B)``.
 
 Iterations are loops in emitted text, with the statements of one step of an elimination or one row of a product.
+Exponentials and logarithms share most of these loops, and are one file.
 """
 
 from __future__ import annotations
