@@ -152,6 +152,11 @@ class Base:
         The places of its rates in `qd`.
     trunk : array of int, (c,)
         Its joint.
+    units : array, (e, 6)
+        Its twists at unit rates, in its frame; e is 6 or 0.
+    unit_freedoms : array of int, (e,)
+    own_freedoms : array of int, (e, 6)
+        All freedoms, for each of them.
     moved, moved_coordinates : array of int, (f,)
         The joints that it carries, and their coordinates.
     moved_freedoms : array of int, (f, 6)
@@ -161,6 +166,9 @@ class Base:
     base: Indices
     freedoms: Indices
     trunk: Indices
+    units: Floats
+    unit_freedoms: Indices
+    own_freedoms: Indices
     moved: Indices
     moved_coordinates: Indices
     moved_freedoms: Indices
@@ -171,10 +179,14 @@ def base_of(model: Constants) -> Base:
     count = int(is_floating(model))
     moved = np.arange(1, len(model.kinds))[: count * len(model.kinds)]
     freedoms = np.arange(FREEDOMS)
+    units = pga3.twist_from_velocities(np.eye(FREEDOMS)[:, :3], np.eye(FREEDOMS)[:, 3:])
     return Base(
         base=np.tile(np.arange(MOTOR), (count, 1)),
         freedoms=np.tile(freedoms, (count, 1)),
         trunk=np.zeros(count, np.int64),
+        units=units[: count * FREEDOMS],
+        unit_freedoms=freedoms[: count * FREEDOMS],
+        own_freedoms=np.tile(freedoms, (count * FREEDOMS, 1)),
         moved=moved,
         moved_coordinates=followed(model)[0][moved],
         moved_freedoms=np.tile(freedoms, (len(moved), 1)),

@@ -245,6 +245,8 @@ def _sized(given: Any, lengths: Mapping[str, int]) -> Any:
 
 def _columns(rows: Sequence[Any], given: RowsOf) -> Any:
     """Return arrays of known length in the structure of a row, from a sequence of rows."""
+    if not rows and len(given.lengths) == 1 and not given.shape:
+        return Unrolled((), given.layout.algebra.multivector({}))
 
     def columns(rows: Any, axes: int) -> Any:
         if not axes:

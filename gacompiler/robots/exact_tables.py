@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
 from ..algebra.catalog import PGA3
@@ -15,6 +16,10 @@ Tables = dict[str, Any]
 
 MOTOR = ("1", "e12", "e13", "e23", "e01", "e02", "e03", "e0123")
 """The coefficients of a motor."""
+_ONE, _NONE = Fraction(1), Fraction(0)
+_AXES = (_ONE, _NONE, _NONE), (_NONE, _ONE, _NONE), (_NONE, _NONE, _ONE)
+_UNITS = [(axis, ZERO) for axis in _AXES] + [(ZERO, axis) for axis in _AXES]
+"""The directions and moments of the twists of a floating base at unit rates."""
 
 
 def tables_of_joints(chain: Chain, joints: Sequence[int] | None = None) -> Tables:
@@ -51,6 +56,9 @@ def _tables_of_base(chain: Chain) -> Tables:
         "base": [list(range(len(MOTOR)))] * count,
         "freedoms": [freedoms] * count,
         "trunk": [0] * count,
+        "units": [line_of(*twist) for twist in _UNITS] * count,
+        "unit_freedoms": freedoms * count,
+        "own_freedoms": [freedoms] * count * FREEDOMS,
         "moved": moved,
         "moved_coordinates": [chain.followed[0][joint] for joint in moved],
         "moved_freedoms": [freedoms] * len(moved),

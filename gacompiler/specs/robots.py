@@ -25,6 +25,7 @@ Tables, shared by all configurations of a batch:
     base        the numbers of the base's motor in `q`: one row if it floats, otherwise none
     freedoms    the places of its rates in `qd`, and of its forces
     trunk       its row in the other tables
+    units, unit_freedoms, own_freedoms  its twists at unit rates, the freedom of each, and all freedoms for each
     moved       the joints that a floating base carries
     moved_coordinates, moved_freedoms  the coordinates of these joints, and the freedoms of the base, for each
     rates       any m numbers: only their count is used, for results over the coordinates
@@ -65,8 +66,14 @@ POSITIONS, VALUES = array(SCALAR, "k"), array(SCALAR, "m")
 PARENTS = index("n")
 COORDINATES, RATES = {"coordinates": index("n", into="m")}, {"rates": array(SCALAR, "m", shared=True)}
 BASE, FREEDOMS = {"base": index("c", 8, into="k")}, {"freedoms": index("c", 6, into="m")}
-FORCES_ON_BASE = FREEDOMS | {"trunk": index("c", into="n")}
-MOVED = FORCES_ON_BASE | {
+TRUNK = {"trunk": index("c", into="n")}
+FORCES_ON_BASE = FREEDOMS | TRUNK
+OWN = TRUNK | {
+    "units": array(LINE, "e", shared=True),
+    "unit_freedoms": index("e", into="m"),
+    "own_freedoms": index("e", 6, into="m"),
+}
+MOVED = OWN | {
     "moved": index("f", into="n"),
     "moved_coordinates": index("f", into="m"),
     "moved_freedoms": index("f", 6, into="m"),
@@ -188,11 +195,6 @@ def _gravity_on_base(q, base, gravity):
     return fold(lambda _, *motor: rotated(~_pose_of_base(*motor).rotor, gravity), tuple(gravity), *gather(q, base))
 
 
-_INERTIAL = [
-    (i, k) for i in range(6) for k in range(6)
-    if (i < 3 and k < 3) or i == k or ((i < 3) != (k < 3) and i % 3 != k % 3)
-]  # fmt: skip
-"""The entries of the matrix of an inertia on twists that are not 0: the mass is diagonal, the first moment skew."""
 UNITS = tuple(tuple(int(i == k) for i in range(6)) for k in range(6))
 
 
@@ -459,7 +461,7 @@ def twists_of_joints(q, parents, variables, ratios, offsets, places, screws, tur
 def mass_matrix(
     q, parents, variables, ratios, offsets, places, screws, turns, inertias,
     lower, upper, rows, columns, mirrored, factors, armature,
-    freedoms, trunk, moved, moved_coordinates, moved_freedoms, rates,
+    trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms, rates,
 ):  # fmt: skip
     """Compute the joint-space mass matrix by the composite rigid body algorithm (Walker and Orin 1982).
 
@@ -483,15 +485,12 @@ def mass_matrix(
     def of_joint(momentum, ratio):
         return tuple(ratio * power for power in powers_of(momentum))
 
-    def of_base(body):
-        columns = [powers_of(momentum_of(body, freedom(k))) for k in range(6)]
-        return tuple(columns[k][i] for i, k in _INERTIAL)
-
     shared = each(of_joint, gather(momenta, moved), gather(ratios, moved))
     blocks = [(power, moved_freedoms[i], moved_coordinates) for i, power in enumerate(shared)]
     blocks += [(power, moved_coordinates, moved_freedoms[i]) for i, power in enumerate(shared)]
-    own_block = zip(_INERTIAL, each(of_base, gather(composite, trunk)), strict=True)
-    return _with_blocks(found, [*blocks, *((x, freedoms[i], freedoms[k]) for (i, k), x in own_block)], rates)
+    whole = fold(lambda _, body: body, (0,) * 10, gather(composite, trunk))
+    own_rows = each(lambda unit: powers_of(momentum_of(whole, unit)), units)
+    return _with_blocks(found, blocks + _square(own_rows, own_freedoms, unit_freedoms), rates)
 
 
 @kernel(
@@ -736,7 +735,8 @@ def inverse_mass_matrix(
         return tuple((*_direction(column), *_moment(column)) for column in columns)
 
     own = each(own_block, gather(left, trunk))
-    return _with_blocks(own_entries, [*blocks, *_square(own, freedoms)], rates)
+    blocks += [(x, freedoms[i], freedoms[k]) for k, column in enumerate(own) for i, x in enumerate(column)]
+    return _with_blocks(own_entries, blocks, rates)
 
 
 @kernel(
@@ -986,12 +986,12 @@ PAIRS = {
 
 @kernel(
     q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, qdd=VALUES, inertias=BODIES, gravity=VECTOR,
-    **PAIRS, **BASE, **MOVED,
+    **PAIRS, **BASE, **FREEDOMS, **MOVED,
 )  # fmt: skip
 def inverse_dynamics_derivatives(
     q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, qdd, inertias, gravity,
     lower, upper, lower_coordinates, upper_coordinates, is_strict,
-    base, freedoms, trunk, moved, moved_coordinates, moved_freedoms,
+    base, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms,
 ):  # fmt: skip
     """Compute the derivatives of the joint forces with respect to the variables and to their rates, two matrices.
 
@@ -1085,41 +1085,40 @@ def inverse_dynamics_derivatives(
         ]
         return tuple(tuple(ratio * x for x in part) for part in (*rows, by_place, tuple(by_speed)))
 
-    def of_base(sums):
-        by_place = [powers_of(momentum_of(sums.inertia, rise)) for rise in rises]
-        by_speed = [
-            powers_of(_coriolis(sums.turning, sums.momentum, freedom(k)) + momentum_of(sums.inertia, turning))
-            for k, turning in enumerate(turnings)
-        ]
-        return tuple(by_place), tuple(by_speed)
+    whole = fold(lambda _, sums: sums, zero, gather(composites, trunk))
+
+    def of_base(unit):
+        by_place = momentum_of(whole.inertia, commutator(unit, upwards))
+        by_speed = _coriolis(whole.turning, whole.momentum, unit) + momentum_of(whole.inertia, commutator(unit, first))
+        return powers_of(by_place), powers_of(by_speed)
 
     at_moved = gather((covectors, ratios), moved)
     rows_by_q, rows_by_qd, columns_by_q, columns_by_qd = each(with_base, *at_moved)
-    own_by_q, own_by_qd = each(of_base, gather(composites, trunk))
-    places = moved_coordinates, moved_freedoms, freedoms
+    own_by_q, own_by_qd = each(of_base, units)
+    places = moved_coordinates, moved_freedoms, own_freedoms, unit_freedoms
     by_q = _with_blocks(by_q, _blocks_of_base(rows_by_q, columns_by_q, own_by_q, *places), qd)
     return by_q, _with_blocks(by_qd, _blocks_of_base(rows_by_qd, columns_by_qd, own_by_qd, *places), qd)
 
 
-def _square(columns, freedoms):
-    """Return the entries of the block of the base, whose columns are given, for `_with_blocks`."""
-    return [(x, freedoms[i], freedoms[k]) for k, column in enumerate(columns) for i, x in enumerate(column)]
+def _square(rows, own_freedoms, unit_freedoms):
+    """Return the entries of the block of the base for `_with_blocks`: six rows, each an array over its units."""
+    return [(x, own_freedoms[i], unit_freedoms) for i, x in enumerate(rows)]
 
 
-def _blocks_of_base(rows, columns, own, moved_coordinates, moved_freedoms, freedoms):
-    """Return the entries of a matrix in the rows and columns of the base, for `_with_blocks`: `own` by column."""
+def _blocks_of_base(rows, columns, own, moved_coordinates, moved_freedoms, own_freedoms, unit_freedoms):
+    """Return the entries of a matrix in the rows and columns of the base, for `_with_blocks`."""
     blocks = [(entries, moved_freedoms[i], moved_coordinates) for i, entries in enumerate(rows)]
     blocks += [(entries, moved_coordinates, moved_freedoms[i]) for i, entries in enumerate(columns)]
-    return blocks + _square(own, freedoms)
+    return blocks + _square(own, own_freedoms, unit_freedoms)
 
 
 @kernel(
-    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, inertias=BODIES, **PAIRS, **MOVED,
+    q=POSITIONS, parents=PARENTS, **JOINTS, **COORDINATES, qd=VALUES, inertias=BODIES, **PAIRS, **FREEDOMS, **MOVED,
 )  # fmt: skip
 def coriolis_matrix(
     q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, inertias,
     lower, upper, lower_coordinates, upper_coordinates, is_strict,
-    freedoms, trunk, moved, moved_coordinates, moved_freedoms,
+    freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms,
 ):  # fmt: skip
     """Compute the Coriolis matrix of Christoffel symbols: half the derivative of the Coriolis forces by the rates.
 
@@ -1172,16 +1171,15 @@ def coriolis_matrix(
         columns = [_dot(coriolis, UNITS[k][:3]) + (turning & momentum) for k, turning in enumerate(turnings)]
         return tuple(ratio * x for x in powers_of(by_speed)), tuple(ratio * x for x in columns)
 
-    def of_base(sums):
-        inertia, turning, p = sums
-        return tuple(
-            powers_of((Fraction(1, 2) * _coriolis(turning, p, freedom(k))) + momentum_of(inertia, turned))
-            for k, turned in enumerate(turnings)
-        )
+    inertia, turning, p = fold(lambda _, sums: sums, zero, gather(composites, trunk))
+
+    def of_base(unit):
+        return powers_of((Fraction(1, 2) * _coriolis(turning, p, unit)) + momentum_of(inertia, commutator(unit, first)))
 
     rows, columns = each(with_base, gather(covectors, moved), gather(ratios, moved))
-    own_block = each(of_base, gather(composites, trunk))
-    blocks = _blocks_of_base(rows, columns, own_block, moved_coordinates, moved_freedoms, freedoms)
+    own_rows = each(of_base, units)
+    places = moved_coordinates, moved_freedoms, own_freedoms, unit_freedoms
+    blocks = _blocks_of_base(rows, columns, own_rows, *places)
     return _with_blocks(found, blocks, qd)
 
 
