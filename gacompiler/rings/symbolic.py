@@ -228,6 +228,19 @@ class Expanded:
             total = total + product
         return total
 
+    def derivative(self, variable: Any) -> Expanded:
+        """Return the derivative by a symbol, by the product rule; only generators are differentiated by sympy."""
+        total = Expanded({})
+        for monomial, value in self.terms.items():
+            for k, (g, e) in enumerate(monomial):
+                inner = _derivative(_generators[g], variable)
+                if inner.terms:
+                    # Read as a product, since powers of sums and numbers have forms of their own.
+                    outer = Expanded({((g, exact(e - 1)),): 1}) if e != 1 else Expanded({(): 1})
+                    rest = Expanded({(*monomial[:k], *monomial[k + 1 :]): _plain(value * e)})
+                    total = total + rest * outer * inner
+        return total
+
     def __eq__(self, other: object) -> bool:
         try:
             return dict(self.terms) == dict(Expanded.of(other).terms)
@@ -366,6 +379,13 @@ SHORT = 1024
 
 def _sympy_number(value: Number) -> Any:
     return sympy.Rational(value.numerator, value.denominator) if isinstance(value, Fraction) else sympy.sympify(value)
+
+
+@lru_cache(maxsize=4096)
+def _derivative(generator: Any, variable: Any) -> Expanded:
+    if generator.is_Symbol:
+        return Expanded({(): 1} if generator == variable else {})
+    return Expanded.of(sympy.diff(generator, variable))
 
 
 @lru_cache(maxsize=4096)

@@ -186,6 +186,8 @@ class SymbolicMultivector(Immutable, Multivector):
 
     def diff(self, *variables: Any) -> SymbolicMultivector:
         """Differentiate with respect to scalar symbols, with the arguments of `sympy.diff`."""
+        if len(variables) == 1 and isinstance(variables[0], sympy.Symbol):
+            return SymbolicMultivector(self.algebra, {b: v.derivative(variables[0]) for b, v in self.terms.items()})
         return SymbolicMultivector(self.algebra, {b: sympy.diff(v, *variables) for b, v in self.expressions.items()})
 
     def integrate(self, *variables: Any) -> SymbolicMultivector:

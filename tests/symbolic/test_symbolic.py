@@ -89,6 +89,13 @@ def test_the_ring_round_trips_expressions_of_sympy(expression: Any) -> None:
     assert (Expanded.of(expression) - expression).is_zero
 
 
+@all_cases("expression", EXPRESSIONS)
+def test_derivatives_of_the_ring_are_those_of_sympy(expression: Any) -> None:
+    for variable in (x, p):
+        found = Expanded.of(expression).derivative(variable)
+        assert sympy.simplify(found.expression - sympy.diff(expression, variable)) == 0
+
+
 def value(expression: Any) -> complex:
     f = sympy.Function("f")
     numbers = {x: 0.7, y: -1.3, z: 2.1, t: 0.4, p: 1.9, q: 0.6}
