@@ -36,7 +36,7 @@ def fundamental_of_pixels(first, second):
     """Compute the fundamental matrix of rank 2 and norm 1 that pairs of pixels fit best (eight-point algorithm).
 
     The unit vector of its entries has the least squares of ``x' F x`` for normalised pixels. The nearest matrix of rank
-    2 is taken before the normalisation is undone.
+    2 is taken before the normalisation is undone. The result for fewer than eight pairs is 0.
     """
     (one, left), (two, right) = normalized(first, 2), normalized(second, 2)
     entries, _, _ = solution(lambda x, y: [epipolar_equation(x, y)], one, two)
@@ -44,7 +44,14 @@ def fundamental_of_pixels(first, second):
     _, vectors = matrices.three_singular_vectors(matrix)
     null = tuple(row[2] for row in vectors)
     rank_two = tuple(tuple(x - _dot(row, null) * v for x, v in zip(row, null, strict=True)) for row in matrix)
-    return _unit(_times(tuple(zip(*right, strict=True)), _times(rank_two, left)))
+    return _if_enough(8, first, _unit(_times(tuple(zip(*right, strict=True)), _times(rank_two, left))))
+
+
+def _if_enough(least, rows, matrix, otherwise=((0,) * 4,) * 3):
+    """Return a matrix if there are enough rows to determine it, or else another one."""
+    is_enough = total(lambda _: 1, rows) >= least
+    pairs = [zip(row, other[: len(row)], strict=True) for row, other in zip(matrix, otherwise, strict=True)]
+    return tuple(tuple(select(is_enough, x, y) for x, y in row) for row in pairs)
 
 
 def _rows(entries, width):
@@ -172,9 +179,9 @@ def reversed_pose(pose, places):
 
     The pose [R | t] of both planes has the same image under parallel projection: if a pose is a minimum of the
     distances in the image of points in the plane, another minimum is near the reversed one. Points are relative to
-    their centroid.
+    their centroid; fewer than three leave the pose as it is.
     """
-    return reversed_about(pose, axes_of(places))
+    return _if_enough(3, places, reversed_about(pose, axes_of(places)), pose)
 
 
 def reversed_about(pose, axes):
@@ -200,7 +207,7 @@ def starts_of_pose(places, pixels, k):
     """Compute three candidates for the pose [R | t] of a camera, from linear equations.
 
     The first is that of the homography of the plane of the largest extents, the second its `reversed_pose`, and the
-    third that of a camera matrix, for points in space.
+    third that of a camera matrix, for points in space. Those for which there are too few points, four or six, are 0.
 
     Parameters
     ----------
@@ -220,7 +227,8 @@ def starts_of_pose(places, pixels, k):
     one, left = normalized(places, 3)
     entries, _, _ = solution(_camera_equations, one, two)
     space = _pose_of_camera(_unit(_times(undone(right), _times(_rows(entries, 4), left))))
-    return plane, reversed_about(plane, axes), space
+    flat_ones = [_if_enough(4, places, pose) for pose in (plane, reversed_about(plane, axes))]
+    return (*flat_ones, _if_enough(6, places, space))
 
 
 def _inverse_of_intrinsics(k):

@@ -329,14 +329,22 @@ def _plane_of(first, second):
 
 @kernel(first=OWN_PIXELS, second=OWN_PIXELS, returns=NUMBERS)
 def least_plane_squares(first, second):
-    """Compute `plane_squares` of the homography by linear equations, in the direction that leaves less."""
+    """Compute `plane_squares` of the homography by linear equations, in the direction that leaves less.
+
+    The equations of fewer than four pairs have exact solutions.
+    """
     forward, back = _plane_of(first, second), _plane_of(second, first)
 
     def squares(x, y):
         return _plane_square(forward, x, y), _plane_square(back, y, x)
 
-    left, other = total(squares, first, second)
-    return each(lambda x, y: choose(left <= other, *([each_] for each_ in squares(x, y)))[0], first, second)
+    left, other, count = total(lambda x, y: (*squares(x, y), 1), first, second)
+
+    def of(x, y):
+        own, back_own = squares(x, y)
+        return select(count >= 4, select(left <= other, own, back_own), 0)
+
+    return each(of, first, second)
 
 
 def _extents(points):
