@@ -555,7 +555,7 @@ def _factored(body):
     angular, mixed, linear = _symmetric(body.inertia[:6]), body.inertia[6:15], _symmetric(body.inertia[15:])
     rows = [[*angular[i], *mixed[3 * i : 3 * i + 3]] for i in range(3)]
     rows += [[*mixed[i::3], *linear[i]] for i in range(3)]
-    sizes, factors = [None] * 6, [None] * 6
+    sizes, factors = list[Any]([None] * 6), list[Any]([None] * 6)
     for k in reversed(range(6)):
         sizes[k] = _inverse(rows[k][k], body.spread if k < 3 else body.mass)
         factors[k] = [sizes[k] * x for x in rows[k][:k]]
