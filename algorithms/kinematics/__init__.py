@@ -14,7 +14,7 @@ from .errors import (
     UnknownJointTypeError,
 )
 from .floating import FloatingRobot
-from .inverse import BranchStatus, SelfMotion, Solutions, Status, elbow_angle
+from .inverse import SelfMotion, Solutions, Status, elbow_angle
 from .reaching import Reached, Reaching, ReachStatus
 from .retiming import RetimingStatus, TimedPath, retime
 from .robot import Robot
@@ -22,7 +22,6 @@ from .tasks import Task
 
 __all__ = [
     "Body",
-    "BranchStatus",
     "CyclicTreeError",
     "DescriptionError",
     "FloatingBaseError",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from generated import pga3
 from generated import tasks as kernels
 
 from ..arguments import Reals, real_array
+from ..evidence import Status
 from .denavit_hartenberg import Joint
 from .differential import Differential
 from .errors import DescriptionError, FloatingBaseError
@@ -36,15 +36,15 @@ its square, 1e-6 of the size; from there, the descent without it converges quadr
 descent follows a narrow valley in small steps."""
 
 
-class ReachStatus(IntEnum):
+class ReachStatus(Status):
     """Outcome for one configuration.
 
-    ``REACHED``: all tasks are fulfilled to 1e-9 of the robot's size, within the limits. ``NEAREST``: the sum of the
+    ``OK``: all tasks are fulfilled to 1e-9 of the robot's size, within the limits. ``NEAREST``: the sum of the
     squared weighted distances has a local minimum, the smallest one of some hundred starts; this does not prove that
     the tasks cannot be fulfilled. ``NOT_FINITE``: a target or `near` is NaN or infinite.
     """
 
-    REACHED = 0
+    OK = 0
     NEAREST = 1
     NOT_FINITE = 2
 
@@ -200,14 +200,14 @@ class Reaching:
             finite &= np.isfinite(home).all(1)
         if finite.all():
             q, left, reached = self._searched(goals, start, home)
-            status = np.where(reached, ReachStatus.REACHED, ReachStatus.NEAREST)
+            status = np.where(reached, ReachStatus.OK, ReachStatus.NEAREST)
         else:
             q = np.full((len(goals), count), np.nan)
             left = np.full((len(goals), len(self._tasks)), np.nan)
             status = np.full(len(goals), ReachStatus.NOT_FINITE)
             rows = None if home is None else home[finite]
             q[finite], left[finite], reached = self._searched(goals[finite], start[finite], rows)
-            status[finite] = np.where(reached, ReachStatus.REACHED, ReachStatus.NEAREST)
+            status[finite] = np.where(reached, ReachStatus.OK, ReachStatus.NEAREST)
         for k, task in enumerate(self._tasks):
             left[:, k] = task.measure(left[:, k])
         return Reached(

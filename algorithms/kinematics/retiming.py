@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike
 from generated import retiming as kernels
 
 from ..arguments import Reals, finite, real_array
+from ..evidence import Status
 from .robot import Robot
 
 _STAGES = 500
@@ -24,14 +24,14 @@ _FLAT = 1e-12
 """Coefficients of the acceleration along the path up to this, relative to their largest, are rounding errors."""
 
 
-class RetimingStatus(IntEnum):
+class RetimingStatus(Status):
     """Outcome of `retime`.
 
-    ``TIMED``: the limits hold at the ends of all stages. ``TOO_HEAVY``: somewhere on the path, torques that hold the
+    ``OK``: the limits hold at the ends of all stages. ``TOO_HEAVY``: somewhere on the path, torques that hold the
     robot still exceed the limits. ``NOT_FINITE``: a torque along the path is NaN or infinite.
     """
 
-    TIMED = 0
+    OK = 0
     TOO_HEAVY = 1
     NOT_FINITE = 2
 
@@ -44,7 +44,7 @@ class TimedPath:
     ----------
     status : RetimingStatus
     duration : float
-        In seconds; NaN unless the status is TIMED.
+        In seconds; NaN unless the status is OK.
     times : array, (N + 1,)
         When the ends of the stages are passed, s.
     places : array, (N + 1,)
@@ -71,7 +71,7 @@ class TimedPath:
         Returns
         -------
         q, qd, qdd : array, (..., n)
-            Variables, rates and accelerations. They are NaN unless the status is TIMED.
+            Variables, rates and accelerations. They are NaN unless the status is OK.
 
         Raises
         ------
@@ -194,7 +194,7 @@ def _passed(
     speeds = np.sqrt(np.concatenate([[0.0], ends]))
     lasting = 2 * steps / (speeds[1:] + speeds[:-1])
     times = np.concatenate([[0.0], np.cumsum(lasting)])
-    return TimedPath(RetimingStatus.TIMED, float(times[-1]), times, places, speeds, curve)
+    return TimedPath(RetimingStatus.OK, float(times[-1]), times, places, speeds, curve)
 
 
 def _lines(push: Reals, pull: Reals, held: Reals, most: Reals) -> tuple[Reals, Reals, Reals]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from algorithms.kinematics import BranchStatus, Robot, SelfMotion, elbow_angle
+from algorithms.kinematics import Robot, SelfMotion, elbow_angle
 from generated import pga3
 
 STEP = 0.1
@@ -27,7 +27,7 @@ def test_branches_are_those_of_the_circle_of_the_elbow(seed: int) -> None:
     arm = Robot.named("iiwa")
     pose = random_pose(arm, seed)[1]
     curves = arm.self_motions(pose, step=STEP)
-    assert len(curves) == 8 and all(curve.status is BranchStatus.CLOSED for curve in curves)
+    assert len(curves) == 8 and all(curve.is_closed for curve in curves)
     for curve in curves:
         # Each configuration is one of the branches for its own elbow angle, and the curve goes once around.
         some = curve.q[::10]

@@ -1,8 +1,8 @@
 """Inverse kinematics of serial arms: all configurations that reach a pose."""
 
 from .redundant import elbow_angle
-from .self_motion import BranchStatus, SelfMotion, self_motions
+from .self_motion import SelfMotion, self_motions
 from .solutions import Solutions, Status
 from .solve import inverse
 
-__all__ = ["BranchStatus", "SelfMotion", "Solutions", "Status", "elbow_angle", "inverse", "self_motions"]
+__all__ = ["SelfMotion", "Solutions", "Status", "elbow_angle", "inverse", "self_motions"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,17 +23,6 @@ _SHORTEST = 1 / 1024
 """A curve ends where steps this much shorter than the given one do not lead on."""
 
 
-class BranchStatus(IntEnum):
-    """How a branch of a self-motion ends.
-
-    ``CLOSED``: it returns to its first configuration. ``OPEN``: it ends at a singular configuration in both directions,
-    or after 4,000 configurations.
-    """
-
-    CLOSED = 0
-    OPEN = 1
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class SelfMotion:
     """One branch of a self-motion.
@@ -48,13 +36,15 @@ class SelfMotion:
         length of the curve of configurations.
     within_limits : array of bool, (k,)
         Whether each configuration, with angles shifted by whole turns where possible, is within the limits.
-    status : BranchStatus
+    is_closed : bool
+        Whether the branch returns to its first configuration. Otherwise it ends at singular configurations, or after
+        4,000 configurations in both directions.
     """
 
     q: Reals
     parameter: Reals
     within_limits: NDArray[np.bool_]
-    status: BranchStatus
+    is_closed: bool
 
 
 def self_motions(robot: Model, pose: ArrayLike, step: float) -> tuple[SelfMotion, ...]:
@@ -78,10 +68,10 @@ def self_motions(robot: Model, pose: ArrayLike, step: float) -> tuple[SelfMotion
     slides = np.array(chain.slides)
     found = []
     while len(starts):
-        curve, status = _branch(chain, starts[0], goal, size)
+        curve, is_closed = _branch(chain, starts[0], goal, size)
         lengths = np.linalg.norm(np.diff(curve, axis=0), axis=-1)
         found.append(
-            SelfMotion(curve, np.concatenate([[0.0], np.cumsum(lengths)]), _within(robot, curve, slides), status)
+            SelfMotion(curve, np.concatenate([[0.0], np.cumsum(lengths)]), _within(robot, curve, slides), is_closed)
         )
         near = np.array([apart(start, curve, slides).min() for start in starts])
         near[0] = 0.0
@@ -89,13 +79,13 @@ def self_motions(robot: Model, pose: ArrayLike, step: float) -> tuple[SelfMotion
     return tuple(found)
 
 
-def _branch(chain: Chain, start: Reals, goal: Reals, step: float) -> tuple[Reals, BranchStatus]:
+def _branch(chain: Chain, start: Reals, goal: Reals, step: float) -> tuple[Reals, bool]:
     """Return the configurations of the branch through a start, and whether it is closed."""
     ahead, is_closed = _followed(chain, start, goal, step, 1.0)
     if is_closed:
-        return ahead, BranchStatus.CLOSED
+        return ahead, True
     back, _ = _followed(chain, start, goal, step, -1.0)
-    return np.concatenate([back[:0:-1], ahead]), BranchStatus.OPEN
+    return np.concatenate([back[:0:-1], ahead]), False
 
 
 def _followed(chain: Chain, start: Reals, goal: Reals, step: float, sign: float) -> tuple[Reals, bool]:
