@@ -75,14 +75,26 @@ def modules(which: str) -> dict[str, ModuleSource]:
     return {"loops": loop_module("loops", *EXAMPLES, *HARD), "robots": robots()}
 
 
-def of_robot(procedure: Procedure, rng: np.random.Generator, count: int) -> LoopCall:
-    """A kernel of the robots on a random tree of joints; some joints share a variable."""
-    lengths = {"n": JOINTS, "m": VARIABLES, "p": 2 * JOINTS, "r": 3 * JOINTS}
+def of_robot(procedure: Procedure, rng: np.random.Generator, count: int, floats: bool) -> LoopCall:
+    """A kernel of the robots on a random tree of joints; some joints share a variable, and the base may float."""
+    lengths = {"n": JOINTS, "m": VARIABLES, "k": VARIABLES, "j": VARIABLES, "p": 2 * JOINTS, "r": 3 * JOINTS}
+    lengths |= dict.fromkeys("cefgs", 0)
+    if floats:
+        lengths |= {"c": 1, "e": 6, "f": JOINTS - 1, "g": 4, "s": 5, "k": VARIABLES + 8}
+    given = arguments(procedure, lengths, rng, (count,))
+    # Tables of the same name may list different pairs for different lengths.
+    known = tables_of_robot(rng, "mirrored" in index_rules(procedure))
+    given |= {name: array for name, array in known.items() if name in given and len(given[name]) == len(array)}
+    return LoopCall("robots", procedure, {name: lengths[name] for name in procedure.lengths}, given, count)
+
+
+def tables_of_robot(rng: np.random.Generator, mirrored: bool) -> dict[str, Any]:
+    """Tables whose numbers are not any numbers: the tree, unit screws and rotors, and inertias of bodies."""
     parents = np.array([rng.integers(-1, k) for k in range(JOINTS)])
     # One tree of a different shape: branches at the base and at a joint.
     parents[:4] = -1, 0, 0, -1
     pairs = [(k, k) for k in range(JOINTS)] + [(k, parents[k]) for k in range(JOINTS) if parents[k] >= 0]
-    lower, upper = np.array((pairs * 2)[: lengths["p"]]).T
+    lower, upper = np.array((pairs * 2)[: 2 * JOINTS]).T
     variables = np.append(np.arange(VARIABLES), 2)
     directions = rng.normal(size=(JOINTS, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
@@ -93,10 +105,12 @@ def of_robot(procedure: Procedure, rng: np.random.Generator, count: int) -> Loop
     known: dict[str, Any] = {
         "parents": parents,
         "variables": variables,
+        "coordinates": variables,
         "lower": lower,
         "upper": upper,
-        "lower_variables": variables[lower],
-        "upper_variables": variables[upper],
+        "lower_coordinates": variables[lower],
+        "upper_coordinates": variables[upper],
+        "base": VARIABLES + np.arange(8)[None],
         "turns": turns,
         "screws": np.hstack([directions * turns[:, None], np.where(turns[:, None], 0, moments)]),
         "inertias": np.array(
@@ -104,13 +118,10 @@ def of_robot(procedure: Procedure, rng: np.random.Generator, count: int) -> Loop
         ),
         "home_rotors": rotors / np.linalg.norm(rotors, axis=1)[:, None],
     }
-    if "mirrored" in index_rules(procedure):
+    if mirrored:
         known |= {"rows": variables[lower], "columns": variables[upper]}
         known["mirrored"] = np.where(lower == upper, -1, variables[lower])
-    given = arguments(procedure, lengths, rng, (count,))
-    # Tables of the same name may list different pairs for different lengths.
-    given |= {name: array for name, array in known.items() if name in given and len(given[name]) == len(array)}
-    return LoopCall("robots", procedure, {name: lengths[name] for name in procedure.lengths}, given, count)
+    return known
 
 
 @cache
@@ -124,7 +135,8 @@ def calls(which: str) -> tuple[LoopCall, ...]:
             given = arguments(loop.procedure, lengths, rng, (count,))
             found.append(LoopCall("loops", loop.procedure, lengths, given, count))
     if "robots" in modules(which):
-        found += [of_robot(loop.procedure, rng, 2) for loop in modules(which)["robots"].loops]
+        kernels = [loop.procedure for loop in modules(which)["robots"].loops]
+        found += [of_robot(kernel, rng, 2, floats) for kernel in kernels for floats in (False, True)]
     return tuple(found)
 
 
