@@ -68,7 +68,9 @@ def test_one_has_the_logarithm_zero(numbers: Any) -> None:
         assert not np.any(np.array(numbers._logarithm(space, [sign * x for x in one]), float))
 
 
-@pytest.mark.parametrize("function", [ga.log, ga.sqrt, lambda r: ga.power(r, 0.3), ga.exp], ids=["log", "sqrt", "power", "exp"])
+@pytest.mark.parametrize(
+    "function", [ga.log, ga.sqrt, lambda r: ga.power(r, 0.3), ga.exp], ids=["log", "sqrt", "power", "exp"]
+)
 def test_kernels_without_loops_are_refused(function: Any) -> None:
     algebra = Cl(6).algebra
     layout = bivectors(algebra) if function is ga.exp else algebra.UNIT_EVEN
