@@ -59,7 +59,7 @@ class FloatingRobot(Robot):
         base = pga3.move_line(pga3.normalize_motor(flat[:, None, :MOTOR]), _TWISTS.astype(flat.dtype))
         joints = Robot.twists_of_joints(self, flat)[:, 1:]
         found: Reals = np.concatenate([base, joints], axis=1)
-        return found.reshape(*shape, -1, 6)
+        return found.reshape(*shape, FREEDOMS - 1 + len(self.kinds), 6)
 
     def _jacobian_of(self, q: ArrayLike, element: Reals, move: pga3.Kernel, twist_on: pga3.Kernel) -> Reals:
         """Compute with the base at the origin, and move the result."""

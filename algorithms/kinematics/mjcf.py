@@ -1,6 +1,8 @@
 """Robots from MuJoCo's MJCF files: bodies, joints, inertias, limits, defaults, and joints coupled by equality.
 
-Geometry, actuators, tendons, sensors and contacts are ignored. Angles are in degrees unless the file says otherwise
+Geometry, actuators, tendons, sensors, contacts, dampings and friction are ignored. What would change the motion or the
+masses of the robot and is not supported raises an error: closed loops, ball joints, masses that are computed from
+geometry or scaled. Angles are in degrees unless the file says otherwise
 (https://mujoco.readthedocs.io/en/stable/XMLreference.html).
 """
 
@@ -8,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import count
 from math import radians
 from pathlib import Path
 from typing import Any
@@ -20,7 +23,7 @@ from generated import pga3
 from .constants import Floats
 from .errors import DescriptionError, UnknownJointTypeError
 from .masses import fault_of, placed
-from .urdf import Connection, Link, fields_of, numbers, root_of
+from .urdf import Connection, Link, fields_of, length_of, numbers, root_of
 
 Element = ElementTree.Element
 _WORLD = "world"
@@ -43,6 +46,7 @@ class _File:
     joints: list[Connection] = field(default_factory=list)
     rotors: dict[str, float] = field(default_factory=dict)
     mimics: dict[str, tuple[str, float, float]] = field(default_factory=dict)
+    starts: dict[str, float] = field(default_factory=dict)
 
     def angle(self, number: float) -> float:
         return radians(number) if self.degrees else number
@@ -51,10 +55,9 @@ class _File:
 def read(source: str | Path, tip: str | None, locked: Iterable[str], base: str) -> dict[str, Any]:
     """Return the fields of a `Model` from a file; see `Robot.from_mjcf`."""
     root, where, folder = root_of(source, "mujoco")
-    _include(root, folder, where)
-    compiler: dict[str, str] = {}
-    for element in root.findall("compiler"):
-        compiler |= element.attrib
+    _include(root, folder, where, set())
+    compiler = _merged(root, "compiler")
+    _need_supported(root, compiler, where)
     file = _File(
         where,
         compiler.get("angle", "degree") == "degree",
@@ -72,22 +75,62 @@ def read(source: str | Path, tip: str | None, locked: Iterable[str], base: str) 
     missing = file.mimics.keys() - {joint.name for joint in file.joints}
     if missing:
         raise DescriptionError(f"{where}: equality of joint {sorted(missing)[0]!r}, which is no joint")
+    for joint in file.joints:
+        if joint.mimic is not None:
+            # The distances from the initial configuration are coupled.
+            leader, factor, offset = joint.mimic
+            shift = file.starts.get(joint.name, 0.0) - factor * file.starts.get(leader, 0.0)
+            joint.mimic = leader, factor, offset + shift
     name = root.get("model", "robot")
     found = fields_of(name, file.links, file.joints, tip, locked, base, where)
+    unknown = [
+        name for name, link in file.links.items() if link.body is None and found["links"].get(name, (-1,))[0] >= 0
+    ]
+    found["without_inertia"] = tuple(unknown)
+    if "gravity" in (option := _merged(root, "option")):
+        found["free_fall"] = numbers(Element("option", option), "gravity", None, 3, where)
     found["armature"] = np.array([file.rotors.get(joint, 0.0) for joint in found["joint_names"]])
     return found
 
 
-def _include(root: Element, folder: Path | None, where: str) -> None:
-    """Replace each <include> by the children of the root of its file."""
+def _merged(root: Element, tag: str) -> dict[str, str]:
+    """Return the attributes of all elements of a kind, of which later ones replace earlier ones."""
+    found: dict[str, str] = {}
+    for element in root.findall(tag):
+        found |= element.attrib
+    return found
+
+
+def _need_supported(root: Element, compiler: Mapping[str, str], where: str) -> None:
+    """Raise an error for settings that change the robot and are not supported."""
+    angle, sequence = compiler.get("angle", "degree"), compiler.get("eulerseq", "xyz")
+    if angle not in ("degree", "radian"):
+        raise DescriptionError(f"{where}: compiler angle={angle!r}; expected 'degree' or 'radian'")
+    if len(sequence) != 3 or not set(sequence.lower()) <= set(_AXES):
+        raise DescriptionError(f"{where}: compiler eulerseq={sequence!r}; expected three of the letters xyzXYZ")
+    if compiler.get("inertiafromgeom", "auto") == "true":
+        raise DescriptionError(f"{where}: compiler inertiafromgeom='true'; expected bodies with <inertial>")
+    for key in ("boundmass", "boundinertia", "settotalmass"):
+        if key in compiler:
+            raise DescriptionError(f"{where}: compiler {key}; expected the masses of the bodies themselves")
+    for kind in ("connect", "weld"):
+        if root.find(f"equality/{kind}") is not None:
+            raise DescriptionError(f"{where}: <equality> with <{kind}>, a closed loop; expected a tree")
+
+
+def _include(root: Element, folder: Path | None, where: str, seen: set[Path]) -> None:
+    """Replace each <include> by the children of the root of its file, whose name is relative to the first file."""
     for parent in list(root.iter()):
         for place, child in reversed(list(enumerate(parent))):
             if child.tag == "include":
                 name = child.get("file", "")
                 if folder is None:
                     raise DescriptionError(f"{where}: <include file={name!r}> in a text; expected a file")
-                inner, there, inside = root_of(folder / name, "mujoco", "mujocoinclude")
-                _include(inner, inside, there)
+                path = (folder / name).resolve()
+                if path in seen:
+                    raise DescriptionError(f"{where}: <include file={name!r}> again; expected each file once")
+                inner, there, _ = root_of(folder / name, "mujoco", "mujocoinclude")
+                _include(inner, folder, there, seen | {path})
                 parent[place : place + 1] = list(inner)
 
 
@@ -125,6 +168,9 @@ def _children(file: _File, element: Element, parent: str, frame: Floats, name: s
     """Read the bodies inside an element whose frame is given relative to the link `parent`; `name` is their class."""
     for child in element:
         if child.tag == "frame":
+            for tag in ("joint", "freejoint", "inertial"):
+                if child.find(tag) is not None:
+                    raise DescriptionError(f"{file.where}: <{tag}> in a <frame> of {parent!r}; expected it in the body")
             there = pga3.motor_product(frame, _frame(file, child, f"{file.where}: frame of {parent!r}"))
             _children(file, child, parent, there, child.get("childclass", name))
         elif child.tag == "body":
@@ -134,7 +180,7 @@ def _children(file: _File, element: Element, parent: str, frame: Floats, name: s
 
 
 def _body(file: _File, element: Element, parent: str, frame: Floats, name: str) -> None:
-    own = element.get("name", f"body {len(file.links)}")
+    own = element.get("name") or next(free for k in count() if (free := f"body {k}") not in file.links)
     here = f"{file.where}: body {own!r}"
     if own in file.links:
         raise DescriptionError(f"{here}: two bodies of this name; expected different names")
@@ -167,6 +213,8 @@ def _joint(file: _File, joint: Mapping[str, str], body: str, parent: str, frame:
     """Append a joint; return the rest of the way to the frame of the body, and the link that the joint carries."""
     own = joint.get("name", f"{body} joint {len(file.joints)}")
     here = f"{file.where}: joint {own!r}"
+    if any(each.name == own for each in file.joints):
+        raise DescriptionError(f"{here}: two joints of this name; expected different names")
     attributes = Element("joint", dict(joint))
     kinds = {"hinge": "revolute", "slide": "prismatic", "free": "floating"}
     kind = joint["type"]
@@ -174,13 +222,10 @@ def _joint(file: _File, joint: Mapping[str, str], body: str, parent: str, frame:
         raise UnknownJointTypeError(f"{here}: type {kind!r}; expected hinge, slide or free")
     place = np.zeros(3) if kind == "free" else numbers(attributes, "pos", "0 0 0", 3, here)
     axis = numbers(attributes, "axis", "0 0 1", 3, here)
-    length = float(np.linalg.norm(axis))
-    if length == 0:
-        raise DescriptionError(f"{here}: axis of length 0; expected a nonzero direction")
-    axis = axis / length
+    axis = _unit(axis, here)
     turns = kind == "hinge"
     start = float(numbers(attributes, "ref", "0", 1, here)[0])
-    start = file.angle(start) if turns else start
+    start = file.starts[own] = file.angle(start) if turns else start
     back = _turn(axis, -start, here) if turns else _shift(-start * axis)
     origin = pga3.motor_product(pga3.motor_product(frame, _shift(place)), back)
     link = f"{body} on {own}"
@@ -211,7 +256,7 @@ def _link(file: _File, element: Element, name: str, here: str) -> Link:
     """Return a link with its <inertial>; without one, bodies with geometry have an unknown inertia."""
     inertial = element.find("inertial")
     if inertial is None:
-        return Link(name, None if element.find("geom") is not None else np.zeros(10))
+        return Link(name, None if _has_geometry(element) else np.zeros(10))
     mass = float(numbers(inertial, "mass", None, 1, here)[0])
     if "fullinertia" in inertial.attrib:
         xx, yy, zz, xy, xz, yz = numbers(inertial, "fullinertia", None, 6, here)
@@ -222,6 +267,12 @@ def _link(file: _File, element: Element, name: str, here: str) -> Link:
         raise DescriptionError(f"{here}: mass {mass}, inertia {tensor}; expected no negative mass, ixx, iyy, izz")
     body = placed(_frame(file, inertial, here), np.array([mass, 0, 0, 0, *tensor]))
     return Link(name, body, fault_of(tensor))
+
+
+def _has_geometry(element: Element) -> bool:
+    """Return whether a body has geometry of its own, which would give it a mass."""
+    frames = [child for child in element if child.tag == "frame"]
+    return element.find("geom") is not None or any(map(_has_geometry, frames))
 
 
 def _shift(place: Floats) -> Floats:
@@ -255,31 +306,40 @@ def _rotation(file: _File, element: Element, here: str) -> Floats:
             return np.asarray(whole)
         case "xyaxes":
             first, second = numbers(element, "xyaxes", None, 6, here).reshape(2, 3)
-            first = first / np.linalg.norm(first)
-            second = second - (second @ first) * first
-            second = second / np.linalg.norm(second)
+            first = _unit(first, here)
+            second = _unit(second - _along(second, first) * first, here)
             rotor = pga3.rotor_from_matrix(np.stack([first, second, np.cross(first, second)], -1))
             return np.asarray(pga3.motor_from_rotor_translation(rotor, np.zeros(3)))
         case "zaxis":
-            x, y, z = map(float, numbers(element, "zaxis", None, 3, here))
-            aside = float(np.hypot(x, y))
+            x, y, z = map(float, _unit(numbers(element, "zaxis", None, 3, here), here))
+            aside = length_of(np.array([x, y, 0.0]))
             return _turn(np.array([-y, x, 0.0] if aside else [1.0, 0.0, 0.0]), float(np.arctan2(aside, z)), here)
         case _:
             return _STILL
 
 
 def _of_quaternion(quaternion: Floats, here: str) -> Floats:
-    length = float(np.linalg.norm(quaternion))
-    if length == 0:
+    w, *axis = map(float, quaternion)
+    size = length_of(np.array(axis))
+    if size == 0 and w == 0:
         raise DescriptionError(f"{here}: quat of length 0; expected a quaternion w x y z")
-    w, *axis = quaternion / length
-    size = float(np.linalg.norm(axis))
     return _turn(np.array(axis), 2 * float(np.arctan2(size, w)), here) if size else _STILL
 
 
 def _turn(axis: Floats, angle: float, here: str) -> Floats:
-    length = float(np.linalg.norm(axis))
-    if length == 0:
-        raise DescriptionError(f"{here}: axis of length 0; expected a nonzero direction")
-    rotor = pga3.rotor_from_axis_angle(axis / length, angle)
+    rotor = pga3.rotor_from_axis_angle(_unit(axis, here), angle)
     return np.asarray(pga3.motor_from_rotor_translation(rotor, np.zeros(3)))
+
+
+def _unit(vector: Floats, here: str) -> Floats:
+    """Return the unit vector of a direction."""
+    length = length_of(vector)
+    if length == 0:
+        raise DescriptionError(f"{here}: direction of length 0; expected a nonzero direction")
+    return vector / length
+
+
+def _along(a: Floats, b: Floats) -> float:
+    """Return the product of vectors, with the same order of summation on every machine."""
+    x, y, z = (float(p) * float(q) for p, q in zip(a, b, strict=True))
+    return x + y + z

@@ -171,15 +171,17 @@ class Model:
         masses = "unknown masses" if not self.bodies.size else f"{self.bodies[:, 0].sum():.4g} kg"
         ends = self.joint_names[self.tip]
         head = f"{type(self).__name__} {self.name!r}: {own} joints, {self.n_joints} variables, {masses}"
-        variables = followed(self)[0]
+        variables, ratios, offsets = followed(self)
         rows = []
         for joint in range(min(own, _SHOWN)):
             low, high = self.limits[variables[joint], :2]
+            leader = int(np.argmax(variables == variables[joint]))
+            free = f"{low:8.4g} to {high:<8.4g}"
+            bound = f"{ratios[joint]:.4g} times {self.joint_names[leader]}, plus {offsets[joint]:.4g}"
             parent = self.parents[joint]
             on = "" if parent == joint - 1 else f", on {'the base' if parent < 0 else self.joint_names[parent]}"
-            rows.append(
-                f"  {self.joint_names[joint]:20} {self.kinds[joint].value:10} {low:8.4g} to {high:<8.4g}{on}".rstrip()
-            )
+            what = free if leader == joint else bound
+            rows.append(f"  {self.joint_names[joint]:20} {self.kinds[joint].value:10} {what}{on}".rstrip())
         more = [f"  ... and {own - _SHOWN} more"] if own > _SHOWN else []
         return "\n".join([f"{head}; the end effector is carried by {ends}", *rows, *more])
 

@@ -1,4 +1,4 @@
-"""Configurations in which a robot fulfils several tasks at once, within the limits of its joints."""
+"""Configurations in which a robot fulfils several tasks at once, within the limits of its variables."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from ..arguments import Reals, real_array
 from ..evidence import Status
 from .denavit_hartenberg import Joint
 from .differential import Differential
-from .errors import DescriptionError, FloatingBaseError
+from .errors import DescriptionError
 from .inverse.search import REACHED
-from .tables import carried_by, followed, joints_of, path_to
+from .tables import carried_by, followed, joints_of, need_fixed_base, path_to
 from .tasks import Task
 
 _STEPS = 60.0
@@ -56,7 +56,7 @@ class Reached:
     Attributes
     ----------
     q : array, (..., n)
-        Variables within the limits of all joints; NaN where the status is NOT_FINITE.
+        Variables within their limits; NaN where the status is NOT_FINITE.
     status : array of int, (...)
         Values of `ReachStatus`.
     distances : array, (..., tasks)
@@ -96,8 +96,7 @@ class Reaching:
     """
 
     def __init__(self, robot: Differential, tasks: Task | Iterable[Any]) -> None:
-        if robot.n_positions != robot.n_joints:
-            raise FloatingBaseError(f"{robot.name}: reach: the base floats; expected a robot whose base is fixed")
+        need_fixed_base(robot, "reach")
         self._robot = robot
         self._tasks = list(_flat(tasks))
         if not self._tasks:
@@ -118,7 +117,9 @@ class Reaching:
         frames = [self._frame(task) for task in self._tasks]
         links = np.array([frames[owner][0] for owner in self._owners], np.int64)
         motors = np.array([frames[owner][1] for owner in self._owners])
-        weights = np.array([task.weight * (self._size if task.is_angle else 1.0) for task in self._tasks])
+        # Only ratios of weights matter; the errors of the tasks are compared with the size.
+        largest = max(task.weight for task in self._tasks)
+        weights = np.array([task.weight / largest * (self._size if task.is_angle else 1.0) for task in self._tasks])
         # Squared norms of the parts become those of their tasks, without weights.
         self._shares = (self._owners[:, None] == np.arange(len(self._tasks))) / weights**2
         self._tolerances = np.array([REACHED * (1.0 if task.is_angle else self._size) for task in self._tasks])
@@ -165,7 +166,7 @@ class Reaching:
         near : array_like, (..., n), optional
             As in `Robot.reach`.
         targets : array_like, (..., parts, 3), optional
-            Other targets of the same tasks, as `targets` of this object returns them.
+            Other targets of the same tasks, as `targets` of this object returns them. Directions are unit vectors.
         rest : array_like, (..., n), optional
             As in `Robot.reach`.
 
@@ -218,8 +219,11 @@ class Reaching:
 
     @property
     def targets(self) -> Reals:
-        """The targets of all parts, (..., parts, 3): one part for each task, and three for orientations."""
-        return self._targets
+        """A copy of the targets of all parts, (..., parts, 3): one for each task, and three for orientations.
+
+        Directions are unit vectors.
+        """
+        return self._targets.copy()
 
     def _searched(self, goals: Reals, near: Reals, rest: Reals | None) -> tuple[Reals, Reals, NDArray[np.bool_]]:
         """Return configurations (N, n) that reach the goals or have the smallest error, and what `_judged` returns."""
@@ -251,8 +255,9 @@ class Reaching:
         """Yield the starts of each further round, (N, S, n): first around `near`, then anywhere within the limits."""
         rng = np.random.default_rng(7)
         wide = np.where(self._turns, np.pi, self._size)
-        low = np.where(np.isfinite(self._low), self._low, -wide)
-        high = np.where(np.isfinite(self._high), self._high, wide)
+        # Where one limit is infinite, the range begins or ends at the other one.
+        low = np.where(np.isfinite(self._low), self._low, np.minimum(-wide, self._high - 2 * wide))
+        high = np.where(np.isfinite(self._high), self._high, np.maximum(wide, low + 2 * wide))
         yield near[:, None] + _AROUND * (high - low) * rng.normal(size=(_ROUNDS[0], len(low)))
         for count in _ROUNDS:
             yield np.broadcast_to(rng.uniform(low, high, (count, len(low))), (len(near), count, len(low)))

@@ -15,6 +15,7 @@ from generated import retiming as kernels
 from ..arguments import Reals, finite, real_array
 from ..evidence import Status
 from .robot import Robot
+from .tables import need_fixed_base
 
 _STAGES = 500
 """Default number of stages of a path. Motions are longer than the shortest one by a share of about one stage."""
@@ -28,7 +29,7 @@ class RetimingStatus(Status):
     """Outcome of `retime`.
 
     ``OK``: the limits hold at the ends of all stages. ``TOO_HEAVY``: somewhere on the path, torques that hold the
-    robot still exceed the limits. ``NOT_FINITE``: a torque along the path is NaN or infinite.
+    robot still reach or exceed the limits. ``NOT_FINITE``: a torque along the path is NaN or infinite.
     """
 
     OK = 0
@@ -86,11 +87,11 @@ class TimedPath:
         since = clipped - self.times[stage]
         speed = self.speeds[stage] + rate * since
         place = self.places[stage] + (self.speeds[stage] + speed) / 2 * since
-        inside = ((when >= self.times[0]) & (when <= self.times[-1]))[..., None]
+        outside = ((when < self.times[0]) | (when > self.times[-1]))[..., None]
         slope, bend = self._path(place, 1), self._path(place, 2)
         qd = slope * speed[..., None]
         qdd = slope * rate[..., None] + bend * (speed**2)[..., None]
-        return self._path(place), np.where(inside, qd, 0.0), np.where(inside, qdd, 0.0)
+        return self._path(place), np.where(outside, 0.0, qd), np.where(outside, 0.0, qdd)
 
 
 def retime(
@@ -110,7 +111,7 @@ def retime(
         With a fixed base; with inertias if there are limits of torque.
     path : array_like, (k, n), or spline
         Configurations, through which a cubic spline is laid whose parameter is the distance along them; or a spline of
-        `scipy.interpolate` over its own interval, at least twice differentiable.
+        `scipy.interpolate` of degree 2 or more over its own interval, with a continuous first derivative.
     velocity, acceleration, torque : array_like, () or (n,), optional
         Bounds of the absolute values: rad/s, rad/s², N m; or m/s, m/s², N. The default of `velocity` are the limits of
         the robot; those of the others are infinite. At least one of `acceleration` and `torque` is needed. The limits
@@ -129,6 +130,8 @@ def retime(
     TypeError, ValueError
         If an argument has a wrong shape or is not finite, a bound is not positive, nothing limits the acceleration, or
         two successive configurations are equal.
+    FloatingBaseError
+        If the base floats.
     MissingInertiaError
         If there are limits of torque and the robot has no inertias.
 
@@ -145,14 +148,14 @@ def retime(
     >>> found = retime(arm, [[0, 0, 0, -1.5, 0, 1.5, 0], [1, 0.5, 0, -1, 0, 1, 0]], acceleration=5.0)
     >>> q, qd, qdd = found.at(np.linspace(0, found.duration, 100))
     """
-    if robot.n_positions != robot.n_joints:
-        raise ValueError(f"{robot.name}: retime: the base floats; expected a robot whose base is fixed")
+    need_fixed_base(robot, "retime")
     if acceleration is None and torque is None:
         raise ValueError("acceleration, torque: none; expected at least one of them, since one must limit the motion")
     if isinstance(stages, bool) or not isinstance(stages, (int, np.integer)) or stages < 2:
         raise ValueError(f"stages: {stages!r}; expected an integer of 2 or more")
     curve = _curve(robot, path)
-    fastest = _bounds(robot, robot.limits[:, 2] if velocity is None else velocity, "velocity")
+    own = velocity is None
+    fastest = _bounds(robot, robot.limits[:, 2] if own else velocity, "limits of velocity" if own else "velocity")
     places = np.linspace(0.0, 1.0, stages + 1)
     q, slope, bend = (np.ascontiguousarray(curve(places, k)) for k in range(3))
     rows = []
@@ -167,7 +170,7 @@ def retime(
     nothing = np.full(stages + 1, np.nan)
     if not np.isfinite([push, pull, held]).all():
         return TimedPath(RetimingStatus.NOT_FINITE, np.nan, nothing, places, nothing, curve)
-    if (np.abs(held) > most).any():
+    if (np.abs(held) >= most).any():
         return TimedPath(RetimingStatus.TOO_HEAVY, np.nan, nothing, places, nothing, curve)
     with np.errstate(divide="ignore"):
         top = ((fastest / np.abs(slope)) ** 2).min(-1)
@@ -186,7 +189,7 @@ def _passed(
     above, below, slopes = (np.ascontiguousarray(np.concatenate(parts, -1)) for parts in zip(*lines, strict=True))
     still = [_still(*side) for side in sides]
     bounds = np.minimum(np.minimum(top[:-1], still[0]), still[1])
-    if not (np.isfinite(above).any(-1) | (bounds < _UNLIMITED)).all():
+    if not np.isfinite(above).any(-1).all():
         raise ValueError("acceleration, torque: nothing limits the motion on a part of the path; give finite bounds")
     reachable = kernels.reachable_speeds(above, below, slopes, bounds, steps, 0.0)
     after = np.append(reachable[1:], 0.0)
@@ -236,6 +239,9 @@ def _curve(robot: Robot, path: Any) -> Callable[..., Any]:
     if isinstance(path, (scipy.interpolate.PPoly, scipy.interpolate.BSpline)):
         knots = path.x if isinstance(path, scipy.interpolate.PPoly) else path.t[path.k : len(path.t) - path.k]
         ends = knots[0], knots[-1]
+        degree = len(path.c) - 1 if isinstance(path, scipy.interpolate.PPoly) else path.k
+        if degree < 2:
+            raise ValueError(f"{robot.name}: path: a spline of degree {degree}; expected 2 or more, without corners")
         if path(ends[0]).shape != (count,):
             raise ValueError(f"{robot.name}: path: values of shape {path(ends[0]).shape}; expected ({count},)")
         size = ends[1] - ends[0]

@@ -17,7 +17,7 @@ from generated import pga3
 
 from .constants import Constants, Floats
 from .denavit_hartenberg import Joint
-from .errors import MissingInertiaError
+from .errors import FloatingBaseError, MissingInertiaError
 
 Indices = NDArray[np.int64]
 
@@ -138,6 +138,12 @@ MOTOR = 8
 def is_floating(model: Constants) -> bool:
     """Return whether joint 0 is a floating base."""
     return model.kinds[0] is Joint.FLOATING
+
+
+def need_fixed_base(model: Constants, method: str) -> None:
+    """Raise a FloatingBaseError if the base of a robot floats."""
+    if is_floating(model):
+        raise FloatingBaseError(f"{model.name}: {method}: the base floats; expected a robot whose base is fixed")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,6 +17,7 @@ from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import DIRECTION, LINE, MOTOR, PLANE, POINT, elements
+from .inverse.solve import unit_motors
 
 ORIGIN = (0.0, 0.0, 0.0)
 FORWARD = (0.0, 0.0, 1.0)
@@ -301,7 +302,7 @@ def orientation(target: ArrayLike, *, link: str | None = None, weight: float = 1
     Raises
     ------
     TypeError, ValueError
-        As in `position`, and if a matrix is not a rotation.
+        As in `position`. Where a matrix is no rigid motion, the status of the result is NOT_FINITE.
     """
     turned = _matrices(target)[..., :3, :3]
     parts = [Part(Kind.DIRECTION, turned[..., k], direction=_EYE[k]) for k in range(3)]
@@ -350,7 +351,7 @@ def _task(
 
 
 def _vectors(value: ArrayLike, name: str) -> Reals:
-    return real_array(value, name, (3,), "coordinates x, y, z")
+    return real_array(value, name, (3,), "coordinates x, y, z").copy()
 
 
 def _vector(value: ArrayLike, name: str) -> Reals:
@@ -373,21 +374,19 @@ def _unit(value: ArrayLike, name: str) -> Reals:
 
 
 def _common_unit(directions: Reals, name: str) -> Reals:
-    """Return the unit vector of parallel directions (N, 3)."""
-    units = _units(finite(directions, name), name)
-    if not np.allclose(np.cross(units, units[0]), 0, atol=1e-12):
+    """Return the unit vector of parallel directions (N, 3), in double precision."""
+    if not len(directions):
+        return np.array(FORWARD)
+    units = _units(finite(directions, name).astype(float), name)
+    # Directions of computed elements agree to some rounding errors of their precision.
+    if not np.allclose(np.cross(units, units[0]), 0, atol=4096 * np.finfo(directions.dtype).eps):
         raise ValueError(f"{name}: several directions; expected parallel ones, one problem for each direction")
     return np.asarray(units[0])
 
 
 def _matrices(target: ArrayLike) -> Reals:
     """Return poses as matrices; those that are no rigid motions are NaN."""
-    array = real_array(target, "target", (), "motors (..., 8) or matrices (..., 4, 4)")
-    if array.shape[-2:] == (4, 4):
-        return np.asarray(pga3.motor_to_matrix(pga3.motor_from_matrix(array)))
-    if array.shape[-1:] != (8,):
-        raise ValueError(f"target: shape {array.shape}; expected motors (..., 8) or matrices (..., 4, 4)")
-    return np.asarray(pga3.motor_to_matrix(array))
+    return np.asarray(pga3.motor_to_matrix(unit_motors(target, "target")))
 
 
 def _length(norm: Reals) -> Reals:

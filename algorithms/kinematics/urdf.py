@@ -196,7 +196,7 @@ def _number(
     return float(numbers(element, key, default, 1, where, infinite)[0])
 
 
-def _length(vector: Floats) -> float:
+def length_of(vector: Floats) -> float:
     """Return the length of a vector, with the same order of summation on every machine.
 
     `gac robot` writes the results into specs.
@@ -277,7 +277,7 @@ def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> li
             )
         carried[ends[1]] = name
         axis = numbers(element.find("axis"), "xyz", "1 0 0", 3, here)
-        length = _length(axis)
+        length = length_of(axis)
         if type_ not in ("fixed", "floating") and length == 0:
             raise DescriptionError(f"{here}: axis of length 0; expected a nonzero direction")
         mimic = element.find("mimic")

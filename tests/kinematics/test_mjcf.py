@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from test_urdf import joint, link, place
 
-from algorithms.kinematics import DescriptionError, FloatingRobot, Robot, UnknownJointTypeError
+from algorithms.kinematics import DescriptionError, FloatingRobot, MissingInertiaError, Robot, UnknownJointTypeError
 from gacompiler.robots.descriptions import robot_spec
 from generated import pga3
 
@@ -168,3 +168,64 @@ def test_gac_robot_takes_these_files(tmp_path: Path) -> None:
     path.write_text(FINGERS.replace("<mujoco>", '<mujoco model="hand">'))
     name, text = robot_spec(str(path), None, "left", (), ("forward",))
     assert name == "hand" and "From hand.xml." in text
+
+
+def body(inside: str, name: str = "b") -> str:
+    return f'<mujoco><worldbody><body name="{name}">{inside}</body></worldbody></mujoco>'
+
+
+INERTIAL = '<inertial pos="0 0 0" mass="1" diaginertia=".1 .1 .1"/>'
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<joint pos=".1 0 0"/><geom size=".1"/>',
+        "<joint/><frame><geom size='.1'/></frame>",
+        f'<joint/>{INERTIAL}<body name="c"><geom size=".1"/></body>',
+    ],
+)
+def test_masses_that_geometry_would_give_are_unknown(inside: str) -> None:
+    robot = Robot.from_mjcf(body(inside))
+    with pytest.raises(MissingInertiaError):
+        robot.mass_matrix(np.zeros(1))
+
+
+def test_gravity_and_masses_of_welded_bodies() -> None:
+    text = body(f'<joint axis="0 1 0"/>{INERTIAL}<body name="c" pos="1 0 0">{INERTIAL}</body>')
+    robot = Robot.from_mjcf(text.replace("<mujoco>", '<mujoco><option gravity="0 0 -2"/>'))
+    assert robot.gravity(np.zeros(1)) == pytest.approx([-2.0]) and robot.mass_matrix([0.0])[0, 0] == pytest.approx(1.2)
+
+
+def test_couplings_are_those_of_distances_from_the_initial_configuration() -> None:
+    inside = f'<joint name="j" type="slide" axis="1 0 0" ref="0.5"/>{INERTIAL}<body name="c">'
+    inside += f'<joint name="k" type="slide" axis="1 0 0" ref="0.2"/>{INERTIAL}</body>'
+    text = body(inside).replace("</mujoco>", "")
+    text += '<equality><joint joint1="k" joint2="j" polycoef="0 2 0 0 0"/></equality></mujoco>'
+    robot = Robot.from_mjcf(text)
+    assert robot.pose([0.5])[0, 3] == pytest.approx(0) and robot.pose([0.6])[0, 3] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (body(f"{INERTIAL}<frame><joint/></frame>"), "<joint> in a <frame> of 'b'"),
+        (body(f'<joint name="a"/><joint name="a"/>{INERTIAL}'), "two joints of this name"),
+        (body("<joint/>").replace("<mujoco>", '<mujoco><compiler inertiafromgeom="true"/>'), "inertiafromgeom"),
+        (body("<joint/>").replace("<mujoco>", '<mujoco><compiler angle="rad"/>'), "expected 'degree' or 'radian'"),
+        (body("<joint/>").replace("<mujoco>", '<mujoco><compiler eulerseq="xyw"/>'), "three of the letters"),
+        (body("<joint/>").replace("</mujoco>", "<equality><weld/></equality></mujoco>"), "a closed loop"),
+        (body('<body zaxis="0 0 0"/>'), "direction of length 0"),
+        (body('<body xyaxes="1 0 0 2 0 0"/>'), "direction of length 0"),
+    ],
+)
+def test_what_is_not_supported_is_refused(text: str, message: str) -> None:
+    with pytest.raises(DescriptionError, match=message):
+        Robot.from_mjcf(text)
+
+
+def test_a_file_that_includes_itself(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_text('<mujoco><include file="robot.xml"/></mujoco>')
+    with pytest.raises(DescriptionError, match="expected each file once"):
+        Robot.from_mjcf(path)

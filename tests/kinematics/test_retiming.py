@@ -88,6 +88,16 @@ def test_splines_are_paths_of_their_own() -> None:
     assert times[0] == pytest.approx(times[1], rel=1e-9) and times[2] == pytest.approx(times[0], rel=0.2)
 
 
+def test_torques_that_only_hold_the_robot_do_not_move_it() -> None:
+    body = Body(1.0, (0.0, 0.0, 0.0), (0.0,) * 6)
+    robot = Robot.from_dh([{"a": 0.5}], bodies=[body]).with_gravity([0, -9.81, 0])
+    holding = float(abs(robot.gravity([0.0])[0]))
+    assert retime(robot, [[0.0], [0.5]], torque=holding).status is RetimingStatus.TOO_HEAVY
+    found = retime(robot, [[0.0], [0.5]], torque=1.01 * holding)
+    assert found.status is RetimingStatus.OK and np.isfinite(found.duration)
+    assert all(np.isnan(part).all() for part in found.at(np.nan))
+
+
 def test_a_load_that_cannot_be_held() -> None:
     path = [[0, 0.2, 0, -0.5, 0, 1.5, 0], [0, 1.5, 0, -0.3, 0, 1.5, 0]]
     found = retime(PANDA, path, torque=TORQUE / 10)
@@ -102,6 +112,8 @@ def test_a_load_that_cannot_be_held() -> None:
         ({"acceleration": np.nan}, "positive numbers"),
         ({"acceleration": [1.0, 2.0]}, "acceleration: shape"),
         ({"acceleration": np.inf}, "nothing limits the motion"),
+        ({"acceleration": np.inf, "velocity": 1.0}, "nothing limits the motion"),
+        ({"acceleration": 1.0, "path": make_interp_spline([0, 1, 2], [[0.0], [1.0], [0.0]], k=1)}, "degree 1"),
         ({"acceleration": 1.0, "stages": 1}, "stages: 1"),
         ({"acceleration": 1.0, "path": [[0.0], [0.0]]}, "rows 0 and 1 are equal"),
         ({"acceleration": 1.0, "path": [[0.0]]}, "at least two rows"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,4 +73,20 @@ def test_wrong_arguments_and_poses_out_of_reach() -> None:
     with pytest.raises(ValueError, match="expected an arm with seven joints"):
         Robot.named("ur5").self_motions(pose)
     with pytest.raises(ValueError, match="pose: shape"):
+        arm.self_motions(np.tile(pose, (2, 1)))
+    with pytest.raises(ValueError, match="pose: NaN"):
         arm.self_motions(np.full(8, np.nan))
+
+
+def test_limits_of_one_side_only() -> None:
+    """Angles of at most -3.5 are all angles after whole turns; at least 10 too."""
+    arm = Robot.named("iiwa")
+    pose = random_pose(arm, 1)[1]
+    wide = np.tile([-np.inf, np.inf, np.inf, np.inf], (7, 1))
+    for side in ((-np.inf, -3.5), (10.0, np.inf)):
+        limits = wide.copy()
+        limits[0, :2] = side
+        assert all(curve.within_limits.all() for curve in replace(arm, limits=limits).self_motions(pose, step=0.3))
+    narrow = wide.copy()
+    narrow[:, :2] = -0.1, 0.1
+    assert not any(curve.within_limits.all() for curve in replace(arm, limits=narrow).self_motions(pose, step=0.3))

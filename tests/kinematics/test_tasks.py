@@ -160,6 +160,42 @@ def test_rest_is_approached_as_far_as_the_tasks_allow() -> None:
         assert ((q - READY) ** 2).sum() < (1 + 1e-4) * best.fun
 
 
+@pytest.mark.parametrize("weight", [1e-9, 1.0, 1e9])
+def test_only_ratios_of_weights_matter(weight: float) -> None:
+    goals = [tasks.position([0.4, 0.1, 0.5], weight=weight), tasks.direction([0, 0, -1], weight=2 * weight)]
+    assert PANDA.reach(goals, near=READY).status == ReachStatus.OK
+
+
+def test_motors_of_any_norm_and_limits_of_one_side() -> None:
+    motor = PANDA.forward(READY)
+    found = PANDA.reach(tasks.pose(-3 * motor), near=READY + 0.1)
+    assert found.status == ReachStatus.OK
+    assert np.abs(PANDA.pose(found.q) - pga3.motor_to_matrix(motor)).max() < 3e-9
+    assert PANDA.reach(tasks.orientation(np.diag([2.0, 1, 1, 1])), near=READY).status == ReachStatus.NOT_FINITE
+    limits = PANDA.limits.copy()
+    for side in ((4.0, np.inf), (-np.inf, -4.0)):
+        limits[0, :2] = side
+        found = replace(PANDA, limits=limits).reach(tasks.position([0.1, 0.2, 5.0]), near=READY)
+        assert found.status == ReachStatus.NEAREST and side[0] <= found.q[0] <= side[1]
+
+
+def test_lines_in_single_precision_and_none() -> None:
+    places = np.random.default_rng(9).uniform(0.2, 0.5, (5, 3)).astype(np.float32)
+    lines = pga3.normalize_line(pga3.join_points(places, places + np.float32([0.3, -0.2, 0.5])))
+    assert lines.dtype == np.float32
+    assert (PANDA.reach(tasks.on_line(lines), near=READY).status == ReachStatus.OK).all()
+    for task in (tasks.on_line(np.zeros((0, 6))), tasks.on_plane(np.zeros((0, 4)))):
+        assert PANDA.reach(task, near=READY).status.shape == (0,)
+
+
+def test_a_task_does_not_change_with_its_arguments() -> None:
+    target = np.array([0.4, 0.1, 0.5])
+    reaching = Reaching(PANDA, tasks.position(target))
+    target[:] = 9
+    reaching.targets[:] = 9
+    assert reaching(READY).status == ReachStatus.OK
+
+
 TWO_ARMS = [
     *[link(name) for name in ("base", "body", "left", "left hand", "right", "right hand", "fixed")],
     joint("turn", "revolute", "base", "body", place("0 0 0.5") + '<axis xyz="0 0 1"/><limit lower="-2" upper="2"/>'),

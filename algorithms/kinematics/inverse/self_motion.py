@@ -58,8 +58,11 @@ def self_motions(robot: Model, pose: ArrayLike, step: float) -> tuple[SelfMotion
     motor = real_array(plain(pose, "pose", MOTOR), f"{robot.name}: pose")
     if motor.shape == (4, 4):
         motor = pga3.motor_from_matrix(motor)
-    if motor.shape != (8,) or not np.isfinite(motor).all():
-        raise ValueError(f"{robot.name}: pose: shape {motor.shape}; expected one finite motor (8,) or matrix (4, 4)")
+    if motor.shape != (8,):
+        raise ValueError(f"{robot.name}: pose: shape {motor.shape}; expected one motor (8,) or matrix (4, 4)")
+    motor = pga3.normalize_motor(motor.astype(float))
+    if not np.isfinite(motor).all():
+        raise ValueError(f"{robot.name}: pose: NaN, infinite or no rigid motion; expected a finite motor or matrix")
     goal = pga3.motor_between_frames(robot.tool, motor)
     rng = np.random.default_rng(7)
     begin = rng.uniform(chain.ranges[:, 0], chain.ranges[:, 1], (_STARTS, len(chain)))
@@ -122,6 +125,9 @@ def _tangent(chain: Chain, q: Reals) -> Reals:
 def _within(robot: Model, curve: Reals, slides: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return whether configurations are within the limits after whole turns of revolute joints."""
     low, high = robot.limits[:, 0], robot.limits[:, 1]
-    turn = np.where(slides, 1.0, 2 * np.pi)
-    lowest = curve - np.where(slides | np.isinf(low), 0.0, turn * np.floor((curve - low) / turn))
-    return np.asarray(((lowest >= low) & (lowest <= high)).all(-1))
+    turn = 2 * np.pi
+    # The lowest value within the lower limit or, without one, the highest within the upper limit.
+    up = np.where(slides | np.isinf(low), 0.0, turn * np.floor((curve - low) / turn))
+    down = np.where(slides | np.isfinite(low) | np.isinf(high), 0.0, turn * np.ceil((curve - high) / turn))
+    shifted = curve - up - down
+    return np.asarray(((shifted >= low) & (shifted <= high)).all(-1))

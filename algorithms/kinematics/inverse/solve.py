@@ -73,7 +73,7 @@ def inverse(
         raise ValueError(
             f"{robot.name}: method {method!r} with elbow; expected method 'motors', or locked instead of elbow"
         )
-    goals = _motors(robot, poses)
+    goals = unit_motors(poses, f"{robot.name}: poses")
     shape, count = goals.shape[:-1], int(np.prod(goals.shape[:-1]))
     if locked and elbow is not None:
         raise ValueError(f"{robot.name}: locked and elbow are both given; expected at most one of them")
@@ -180,9 +180,9 @@ def _configurations(robot: Model, near: ArrayLike, shape: tuple[int, ...]) -> Re
         ) from None
 
 
-def _motors(robot: Model, poses: ArrayLike) -> Reals:
-    """Return poses as unit motors in double precision."""
-    array = real_array(plain(poses, f"{robot.name}: poses", MOTOR), f"{robot.name}: poses", ())
+def unit_motors(poses: ArrayLike, name: str) -> Reals:
+    """Return motors or matrices as unit motors in double precision; NaN for matrices that are no rigid motions."""
+    array = real_array(plain(poses, name, MOTOR), name, ())
     if array.shape[-2:] == (4, 4):
         matrices = array.astype(float)
         found = pga3.motor_from_matrix(matrices)
@@ -190,7 +190,7 @@ def _motors(robot: Model, poses: ArrayLike) -> Reals:
         away[..., :3, 3] = 0.0
         found[np.abs(away).max((-2, -1)) > _MOTION] = np.nan
         return found
-    motors = real_array(array, f"{robot.name}: poses", (8,), "motors, or matrices (..., 4, 4)")
+    motors = real_array(array, name, (8,), "motors, or matrices (..., 4, 4)")
     return pga3.normalize_motor(motors.astype(float))
 
 
