@@ -25,5 +25,7 @@ def extra(name: str, module: str) -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
-        package = str(error.name).partition(".")[0]
+        package = (error.name or "").partition(".")[0]
+        if package in ("", "gacompiler", "generated", "algorithms"):
+            raise
         raise ImportError(f"{module} needs {package}; run: pip install 'gacompiler[{name}]'") from None

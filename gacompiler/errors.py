@@ -112,6 +112,17 @@ def remedy_of(extra: str) -> str:
     return f"run: pip install 'gacompiler[{extra}]'"
 
 
+OWN_PACKAGES = ("gacompiler", "generated", "algorithms")
+
+
+def missing_package(error: ModuleNotFoundError) -> str:
+    """Return the package whose absence an error reports; raise the error if it is none of others."""
+    package = (error.name or "").partition(".")[0]
+    if not package or package in OWN_PACKAGES:
+        raise error
+    return package
+
+
 @contextmanager
 def needs(extra: str, where: str) -> Iterator[None]:
     """Import packages of an extra of the distribution in the body of a ``with`` statement.
@@ -130,5 +141,5 @@ def needs(extra: str, where: str) -> Iterator[None]:
     try:
         yield
     except ModuleNotFoundError as error:
-        package = str(error.name).partition(".")[0]
+        package = missing_package(error)
         raise BackendError(where, f"{package} is not installed", remedy=remedy_of(extra)) from None

@@ -154,8 +154,10 @@ def retime(
     if isinstance(stages, bool) or not isinstance(stages, (int, np.integer)) or stages < 2:
         raise ValueError(f"stages: {stages!r}; expected an integer of 2 or more")
     curve = _curve(robot, path)
-    own = velocity is None
-    fastest = _bounds(robot, robot.limits[:, 2] if own else velocity, "limits of velocity" if own else "velocity")
+    if velocity is None:
+        fastest = _bounds(robot, robot.limits[:, 2], "limits of velocity")
+    else:
+        fastest = _bounds(robot, velocity, "velocity")
     places = np.linspace(0.0, 1.0, stages + 1)
     q, slope, bend = (np.ascontiguousarray(curve(places, k)) for k in range(3))
     rows = []

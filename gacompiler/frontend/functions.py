@@ -122,8 +122,15 @@ def _logarithm(a: Any, unit: bool | None, along: Any) -> Any:
         found = by_doubles(lambda x: _logarithm(x, unit, along), a)
         return corrected_logarithm(a, found) if _is_versor(a, unit) else found
     if has_many_vectors(a):
+        _need_unit_versor("log", unit, along)
         return versor_logarithm(a)
     return unit_versor_logarithm(a) if _is_versor(a, unit) else number_logarithm(a, along)
+
+
+def _need_unit_versor(what: str, unit: bool | None, along: Any) -> None:
+    """Raise an error for options of numbers over six vectors or more, of which only unit versors have a logarithm."""
+    if unit is False or along is not None:
+        raise OperandError(f"{what}()", "unit=False or along= over six vectors or more", "a unit versor")
 
 
 def _value(what: str, a: Any, run: Callable[[], Any]) -> Any:
@@ -163,6 +170,7 @@ def _square_root(a: Any, unit: bool | None, along: Any) -> Any:
             return precise_exponential(_logarithm(a, unit, along).map(lambda x: x / 2))
         return by_doubles(lambda x: _square_root(x, unit, along), a)
     if has_many_vectors(a):
+        _need_unit_versor("sqrt", unit, along)
         return exponential(versor_logarithm(a) / 2)
     return unit_versor_square_root(a) if _is_versor(a, unit) else number_square_root(a, along)
 

@@ -159,8 +159,9 @@ class Value(_Value[Kind]):
         (base, *_) = cls.__bases__
         if base is not Value:
             raise TypeError(f"{base.__name__} cannot be subclassed")
-        if "__slots__" not in vars(cls):  # the extension stores coefficients where a dictionary would begin
-            raise TypeError(f"{cls.__name__} has no __slots__; expected __slots__ = ()")
+        # The extension stores coefficients where a dictionary or a field of another base would begin.
+        if cls.__dictoffset__ or cls.__weakrefoffset__ or cls.__basicsize__ != Value.__basicsize__:
+            raise TypeError(f"{cls.__name__} has fields of its own; expected __slots__ = () and no base with fields")
         cls.family = families.setdefault(cls.__module__, Family())
         cls.family.types.setdefault((cls.layout.identity, cls.layout.unit), cls)
         cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])

@@ -41,11 +41,15 @@ def fingerprint(sources: tuple[str, ...] = TEXT_SOURCES) -> str | None:
 
 @cache
 def stamp(sources: tuple[str, ...]) -> str | None:
-    """Compute a digest of the names, sizes and times of files and folders of this package, which reads none of them.
+    """Compute a digest of the names, sizes and times of files of this package, which reads none of them.
 
-    It differs between copies of the same sources. Return None under the same conditions as `fingerprint`.
+    It differs between copies of the same sources. Return None under the same conditions as `fingerprint`, and if a file
+    vanishes meanwhile.
     """
-    states = [(path, os.stat(path)) for path in _paths(str(_PACKAGE), sources)]
+    try:
+        states = [(path, os.stat(path)) for path in _paths(str(_PACKAGE), sources)]
+    except OSError:  # a file that has just been removed
+        return None
     if not states or any(state.st_mtime_ns > LOADED for _, state in states):
         return None
     rows = [(path, state.st_size, state.st_mtime_ns, state.st_ctime_ns) for path, state in states]
@@ -83,4 +87,5 @@ def _paths(root: str, names: Iterable[str]) -> Iterator[str]:
             yield path
         for folder, folders, files in os.walk(path):
             folders[:] = sorted(set(folders) - {"__pycache__"})
-            yield from (os.path.join(folder, file) for file in sorted(files))
+            paths = (os.path.join(folder, file) for file in sorted(files))
+            yield from filter(os.path.isfile, paths)  # locks of editors are links that lead nowhere

@@ -255,6 +255,6 @@ def called(form: Direct, holder: Any, call: Any, arguments: Sequence[Any]) -> An
         if not form.is_valid(numbers):
             return None
         made = call(holder(*numbers, *form.more))
-    except (TypeError, OverflowError, GacError):  # other things than numbers
+    except (TypeError, ValueError, OverflowError, GacError):  # other things than numbers
         return None
     return made if math.isfinite(sum(made._numbers())) else None

@@ -162,6 +162,11 @@ def log(a: Any) -> Any:
     ----------
     a : scalar or SymbolicMultivector
         Of grades 0, 2 and 4, as a screw motion, it must satisfy ``a ~a = 1``, and its part of grade 4 must be null.
+
+    Raises
+    ------
+    AlgebraError
+        If `a` has another form, or is a motor whose ``a ~a`` is a number other than 1.
     """
     if not isinstance(a, Multivector):
         return sympy.log(a)
@@ -216,6 +221,9 @@ def _screw(a: Multivector) -> tuple[Any, SymbolicMultivector, SymbolicMultivecto
     b, p = lifted.grade(2), lifted.grade(4)
     if not p.terms or not set(lifted.grades) <= {0, 2, 4} or not _vanishes(reduce(p * p)):
         return None
+    rest = reduce(lifted * ~lifted - 1)
+    if not _vanishes(rest) and all(sympy.sympify(x).is_number for x in rest.expressions.values()):
+        raise AlgebraError("log()", f"a ~a = {rest + 1}", "a unit motor", "divide it by its norm")
     return lifted["1"], b, p, sympy.factor(reduce(b * b)["1"])
 
 

@@ -13,7 +13,7 @@ import gacompiler as ga
 from gacompiler import SCALAR, Cl
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.layout import Layout
-from gacompiler.errors import KernelError
+from gacompiler.errors import GacError, KernelError
 from gacompiler.frontend import many_vectors
 
 
@@ -82,6 +82,17 @@ def test_kernels_without_loops_are_refused(function: Any) -> None:
     with pytest.raises(KernelError, match=r"6 basis vectors in a kernel without loops.*loops=True") as refused:
         ga.compile(of_versor)
     assert len(str(refused.value)) < 320 and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("options", [{"unit": False}, {"along": 1}])
+@pytest.mark.parametrize("function", [ga.log, ga.sqrt], ids=["log", "sqrt"])
+def test_options_of_numbers_are_refused(function: Any, options: dict[str, Any]) -> None:
+    @ga.kernel(r=Cl(6).algebra.UNIT_EVEN, loops=True)
+    def of_versor(r: Any) -> Any:
+        return function(r, **options)
+
+    with pytest.raises(GacError, match="a unit versor"):
+        ga.compile(of_versor)
 
 
 @pytest.mark.slow

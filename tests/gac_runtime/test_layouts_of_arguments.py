@@ -181,8 +181,12 @@ def test_lists_of_elements_are_arrays_of_them() -> None:
 
 
 def test_types_of_values_have_no_dictionary() -> None:
-    with pytest.raises(TypeError, match=r"Own has no __slots__; expected __slots__ = \(\)"):
+    with pytest.raises(TypeError, match=r"Own has fields of its own; expected __slots__ = \(\)"):
         type("Own", (pga3.Motor.__base__,), {"layout": pga3.Motor.layout})
+    mixed = type("Mixed", (), {})
+    content = {"layout": pga3.Motor.layout, "__slots__": (), "__module__": "own"}
+    with pytest.raises(TypeError, match="Own has fields of its own"):
+        type("Own", (pga3.Motor.__base__, mixed), content)
 
 
 def test_the_algebra_is_compared_before_the_norm() -> None:

@@ -203,6 +203,7 @@ def test_a_digest_is_of_names_and_contents(tmp_path: Path) -> None:
     assert len(set(found)) == 6 and None not in found
     (tmp_path / "folder" / "__pycache__" / "b.pyc").write_text("x")
     (tmp_path / "another.py").write_text("x")
+    (tmp_path / "folder" / ".#b.py").symlink_to("nobody@host")  # as editors lock files
     assert now() == found[-1]
     os.utime(tmp_path / "folder" / "b.py", ns=(0, 10**18))
     for path in ("a.py", "folder/d.jinja"):

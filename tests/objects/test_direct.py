@@ -105,6 +105,7 @@ def test_invalid_arguments_raise_the_errors_of_constructors() -> None:
         lambda: PGA3.motor([0, 0, 0], 0.5), lambda: PGA3.motor(screw, 0.5), lambda: PGA3.motor(["a", 0, 1], 0.5),
         lambda: PGA3.line([1, 2, 3], [1, 2, 3]), lambda: CGA3.sphere([0, 0, 0], -1.0),
         lambda: CGA3.sphere([[0, 0], 0, 0], 1.0), lambda: PGA3.motor([0, 0, 1, 2], 0.5),
+        lambda: PGA3.motor([np.arange(1.0, 4), 0.0, 1.0], 0.5),
     ):  # fmt: skip
         with pytest.raises(GacError):
             wrong()

@@ -181,6 +181,15 @@ def test_logarithms_and_roots_of_motors() -> None:
             assert max(abs(value.get(k, 0) - known.get(k, 0)) for k in {*value, *known}) < 1e-12
 
 
+def test_motors_that_are_not_unit_have_no_logarithm_here() -> None:
+    screw = exp(-theta / 2 * multivector(PGA3, {"e12": 1, "e03": t, "e13": 2, "e01": 1}))
+    wrong = multivector(PGA3, {"1": 1, "e12": 1, "e03": 1, "e0123": 5})
+    for element in (2 * screw, wrong):
+        for function in (log, sqrt):
+            with pytest.raises(AlgebraError, match="a unit motor"):
+                function(element)
+
+
 def test_logarithms_of_vectors_are_complex() -> None:
     """A vector of Euclidean space has the values ``norm`` and ``-norm``."""
     values = {symbol: k + 1 for k, symbol in enumerate(a.coefficients.values())}
