@@ -32,6 +32,18 @@ def test_deviations_of_invariants_are_per_unit_of_pixels(unit: float) -> None:
     np.testing.assert_allclose(two, one, rtol=1e-4)
 
 
+@pytest.mark.parametrize("unit", [1e-6, 1e12, 1e30])
+def test_a_refined_fundamental_matrix_is_that_of_any_unit(unit: float) -> None:
+    rng = np.random.default_rng(4)
+    first, second = views_of(2, rng.uniform(-1, 1, (40, 3)))[1]
+    second = second + rng.normal(size=second.shape)
+    scale = np.diag([unit, unit, 1.0])
+    matrix = scale @ fundamental_matrix(unit * first, unit * second) @ scale
+    expected = fundamental_matrix(first, second)
+    matrix *= np.sign((matrix * expected).sum()) * np.linalg.norm(expected) / np.linalg.norm(matrix)
+    np.testing.assert_allclose(matrix, expected, atol=1e-9 * np.abs(expected).max())
+
+
 def test_singular_values_are_relative_to_the_first() -> None:
     """Test any unit, and one missing view of a point that the others determine."""
     rng = np.random.default_rng(2)
