@@ -25,6 +25,7 @@ from .constants import Floats
 from .errors import DescriptionError, MissingInertiaError
 from .masses import joined, placed
 from .model import Model
+from .tables import is_floating
 
 _NO_MOTOR = {np.dtype(np.float64): 1e-9, np.dtype(np.float32): 1e-6}
 """Tolerated deviation of a motor from a unit motor, and of a matrix from a rigid motion, for numbers of about 1."""
@@ -170,11 +171,13 @@ class Changes(Model):
         Raises
         ------
         TypeError, ValueError
-            For a wrong shape, or numbers that are not finite or negative.
+            For a wrong shape, numbers that are not finite or negative, or an inertia of a floating base.
         """
         given = _finite(armature, f"{self.name}: armature", (len(self.kinds),), "one for each joint")
         if (given < 0).any():
             raise DescriptionError(f"{self.name}: armature {given}; expected no negative number")
+        if is_floating(self) and given[0]:
+            raise DescriptionError(f"{self.name}: armature {given[0]} of joint 0, the floating base; expected 0")
         return replace(self, armature=given)
 
     def with_module(self, module: Any) -> Self:

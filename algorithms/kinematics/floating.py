@@ -116,7 +116,7 @@ class FloatingRobot(Robot):
         raise FloatingBaseError(f"{self.name}: {name}: the base floats, and {why}")
 
     def _arm(self) -> tuple[Robot, list[int]]:
-        self._refuse("inverse", "the base alone reaches every pose; load the robot with base='fixed'")
+        self._refuse("self_motions", "the base alone reaches every pose; load the robot with base='fixed'")
 
 
 def _line(v: Reals) -> Reals:

@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from test_urdf import ARM, FINGERS, joint, link, place, written
 
-from algorithms.kinematics import DescriptionError, FloatingBaseError, FloatingRobot, Robot
+from algorithms.kinematics import DescriptionError, FloatingBaseError, FloatingRobot, Robot, retime
 from algorithms.kinematics.denavit_hartenberg import Joint
 from generated import pga3, ur5
 
@@ -348,3 +348,14 @@ def test_changes_of_a_floating_robot(robot: Robot) -> None:
     ):
         with pytest.raises(FloatingBaseError, match="arm: "):
             call()
+
+
+def test_what_a_floating_base_has_not(robot: Robot) -> None:
+    with pytest.raises(FloatingBaseError, match="self_motions"):
+        robot.self_motions(np.eye(4))
+    with pytest.raises(FloatingBaseError, match="retime"):
+        retime(robot, np.zeros((2, robot.n_joints)), acceleration=1.0)
+    with pytest.raises(DescriptionError, match="the floating base; expected 0"):
+        robot.with_armature(np.ones(len(robot.kinds)))
+    none = robot.twists_of_joints(np.zeros((0, robot.n_positions)))
+    assert none.shape == (0, 5 + len(robot.kinds), 6)
