@@ -7,7 +7,7 @@ Decimals are numbers with a fraction inside functions, other than halves. Tables
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -35,7 +35,13 @@ class Counts(NamedTuple):
 
 def is_number(node: ast.AST) -> bool:
     """Return whether a node is a literal number."""
-    return isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) and not isinstance(node.value, bool)
+    return number_of(node) is not None
+
+
+def number_of(node: ast.AST) -> int | float | None:
+    """Return the value of a literal number, or None."""
+    value = node.value if isinstance(node, ast.Constant) else None
+    return value if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
 
 def is_numeric(value: ast.expr | None) -> bool:
@@ -66,8 +72,14 @@ def decimals(tree: ast.AST) -> Iterator[tuple[int, int]]:
     for function in ast.walk(tree):
         if isinstance(function, ast.FunctionDef):
             for node in ast.walk(function):
-                if is_number(node) and isinstance(node, ast.Constant) and (2 * node.value) % 1:
+                value = number_of(node)
+                if value is not None and isinstance(node, ast.Constant) and (2 * value) % 1:
                     yield node.lineno, node.col_offset
+
+
+def together(counts: Iterable[Counts]) -> Counts:
+    """Return sums of counts."""
+    return Counts(*(sum(column) for column in zip(*counts, strict=True)))
 
 
 def main() -> None:
@@ -76,8 +88,8 @@ def main() -> None:
     for path in sorted(ALGORITHMS.rglob("*.py")):
         chapter = path.relative_to(ALGORITHMS).parts[0].removesuffix(".py")
         chapters.setdefault(chapter, []).append(counts_of(path.read_text()))
-    rows = {name: Counts(*map(sum, zip(*found, strict=True))) for name, found in chapters.items()}
-    rows["all"] = Counts(*map(sum, zip(*rows.values(), strict=True)))
+    rows = {name: together(found) for name, found in chapters.items()}
+    rows["all"] = together(rows.values())
     print(f"{'chapter':16} {'constants':>10} {'unexplained':>12} {'decimals':>10}")
     for name, row in rows.items():
         if any(row):
