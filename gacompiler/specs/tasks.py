@@ -13,8 +13,8 @@ The rows contain the weight of a task and, where only a part of a vector matters
 plane on which the point is to lie, for example. Tables of the tasks and of the variables:
 
     links       the joint whose link carries the point and the direction
-    points, directions
-                in the frame of that joint
+    points      the points in the frame of that joint
+    directions  the directions in that frame
     rows        three rows of three numbers
     radii
     joints      for each variable the joint by which it moves the tasks
