@@ -181,7 +181,9 @@ class _RustText(StatementText):
         return [f"{assigned} = {self._value(source)};"]
 
     def _summed(self, source: Place, target: Place) -> list[str]:
-        function = "_add_row" if self._procedure.table(target.table).shape else "_add"
+        table = self._procedure.table(target.table)
+        # Where both rows are parts of work arrays, Rust cannot infer how long they are.
+        function = f"_add_row::<T, {table.size}>" if table.shape else "_add"
         return [f"{function}({self._value(source)}, {self._written(target)});"]
 
     def _cleared(self, table: Table) -> list[str]:
