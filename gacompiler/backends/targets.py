@@ -169,7 +169,7 @@ def render_target(template: str, module: ModuleSource, note: str, **values: obje
 
 
 def _wrapped(lines: list[str]) -> list[str]:
-    """Strip trailing spaces, and break long lines of code after a comma or before a conditional operator."""
+    """Strip trailing spaces, and break long lines of code after a comma, or before a conditional operator or a sum."""
     wrapped, in_comment = [], False
     for line in map(str.rstrip, lines):
         indent = " " * (len(line) - len(line.lstrip()))
@@ -180,7 +180,7 @@ def _wrapped(lines: list[str]) -> list[str]:
             wrapped.append(line)
             continue
         parts = textwrap.wrap(
-            re.sub(r"(?<![,;]) (?![?:] )", _KEPT, line.strip()),
+            re.sub(r"(?<![,;]) (?!(?:[?:]|\+=) )", _KEPT, line.strip()),
             _WIDTH,
             initial_indent=indent,
             subsequent_indent=f"{indent}    ",
