@@ -66,7 +66,8 @@ def call_with_loops(random: np.random.Generator, kernel: Any, leading: tuple[int
         least = -1 if table.rule.endswith("-1") else 0
         earlier = table.rule.startswith("an earlier")
         most = [k if earlier else lengths[table.into] for k in range(core[0])]
-        arrays.append(np.array([random.integers(least, max(end, least + 1)) for end in most], np.int64))
+        rows = [random.integers(least, max(end, least + 1), core[1:]) for end in most]
+        arrays.append(np.array(rows, np.int64))
     kernel(*arrays)
 
 

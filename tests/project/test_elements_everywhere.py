@@ -23,7 +23,7 @@ FILES = {
     "geometry": "geometry geometry_rounds stereographic",
     "gestures": "gestures",
     "grasping": "grasp_loop quality",
-    "kinematics": "arm_paths floating_base kinematics_rates robots_single",
+    "kinematics": "arm_paths floating_base kinematics_rates retiming robots_single robots_trajectories self_motions tasks",
     "learning": "charges classifier clifford_svm elements_as_samples layers network pictures",
     "mapping": (
         "floor_plans formats line_map localization logs map_3d map_objects mapper paths relocator scan_simulation "
@@ -41,7 +41,7 @@ FILES = {
 }
 """Tests of each chapter that together call most of its functions, and take little time."""
 LEAST = {
-    "calculus": 32, "estimation": 145, "fuzzy": 1, "geometry": 15, "gestures": 3, "grasping": 15, "kinematics": 42,
+    "calculus": 32, "estimation": 145, "fuzzy": 1, "geometry": 15, "gestures": 3, "grasping": 15, "kinematics": 25,
     "learning": 30, "mapping": 27, "motors": 28, "registration": 7, "shapes": 5, "subspaces": 10, "vision": 102,
     "wavelets": 52,
 }  # fmt: skip

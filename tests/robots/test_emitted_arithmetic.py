@@ -49,6 +49,7 @@ ALLOWED: Mapping[str, str] = {
     "gacompiler/objects": "numeric objects, which are names of the package, and which no spec uses",
     "gacompiler/algebra/coefficients.py": "the table of functions of numbers in double; constants are exact, and "
     "errors that are printed are measured with functions that are rounded correctly (`passes.accuracy.run_in_double`)",
+    "algorithms/evidence": "names the statuses of methods that no text calls",
     "algorithms/kinematics": "takes joint variables, which no text has: see the test of lines that run",
 }
 """Files and folders that may use them elsewhere, and why no text depends on it."""
