@@ -23,7 +23,9 @@ FILES = {
     "geometry": "geometry geometry_rounds stereographic",
     "gestures": "gestures",
     "grasping": "grasp_loop quality",
-    "kinematics": "arm_paths floating_base kinematics_rates retiming robots_single robots_trajectories self_motions tasks",
+    "kinematics": (
+        "arm_paths floating_base kinematics_rates retiming robots_single robots_trajectories self_motions tasks "
+    ),
     "learning": "charges classifier clifford_svm elements_as_samples layers network pictures",
     "mapping": (
         "floor_plans formats line_map localization logs map_3d map_objects mapper paths relocator scan_simulation "
