@@ -103,16 +103,19 @@ def public() -> Iterator[tuple[Any, str, Any]]:
 
 
 def record() -> None:
-    """Replace public functions and methods by ones that record their calls."""
+    """Replace public functions and methods, inherited ones included, by ones that record their calls."""
     seen = set()
     for module, name, value in list(public()):
         if inspect.isfunction(value):
             setattr(module, name, recorded(value, (module.__name__, name, "")))
-        elif inspect.isclass(value) and value not in seen:
-            seen.add(value)
-            for word, method in list(vars(value).items()):
-                if inspect.isfunction(method) and not word.startswith("_"):
-                    setattr(value, word, recorded(method, (module.__name__, name, word)))
+        elif inspect.isclass(value):
+            for base in value.__mro__:
+                if base in seen or not base.__module__.startswith("algorithms."):
+                    continue
+                seen.add(base)
+                for word, method in list(vars(base).items()):
+                    if inspect.isfunction(method) and not word.startswith("_"):
+                        setattr(base, word, recorded(method, (module.__name__, name, word)))
 
 
 def strangers(array: Any) -> Iterator[Any]:
