@@ -23,13 +23,12 @@ from generated import pga3
 from .constants import Floats
 from .errors import DescriptionError, UnknownJointTypeError
 from .masses import fault_of, placed
-from .urdf import Connection, Link, fields_of, length_of, numbers, root_of
+from .urdf import UNLIMITED, Connection, Link, fields_of, length_of, numbers, root_of
 
 Element = ElementTree.Element
 _WORLD = "world"
 _STILL: Floats = np.eye(8)[0]
 """The motor that moves nothing."""
-_FREE = (-np.inf, np.inf, np.inf, np.inf)
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -193,7 +192,7 @@ def _body(file: _File, element: Element, parent: str, frame: Floats, name: str) 
         file.joints[-1].child = own
         del file.links[before]
     else:
-        file.joints.append(Connection(f"{own} fixed", "fixed", before, own, there, np.zeros(3), _FREE, None))
+        file.joints.append(Connection(f"{own} fixed", "fixed", before, own, there, np.zeros(3), UNLIMITED, None))
     file.links[own] = _link(file, element, own, here)
     _children(file, element, own, _STILL, name)
 
@@ -232,7 +231,7 @@ def _joint(file: _File, joint: Mapping[str, str], body: str, parent: str, frame:
     file.links[link] = Link(link, np.zeros(10))
     if kind != "free":
         file.rotors[own] = float(numbers(attributes, "armature", "0", 1, here)[0])
-    limits = _limits(file, attributes, turns, here) if kind != "free" else _FREE
+    limits = _limits(file, attributes, turns, here) if kind != "free" else UNLIMITED
     connection = Connection(own, kinds[kind], parent, link, origin, axis, limits, file.mimics.get(own))
     file.joints.append(connection)
     return _shift(-place), link

@@ -187,10 +187,9 @@ def _passed(
     # At the end of a stage, x is larger by 2 step u.
     sides = [(push[:-1], pull[:-1], held[:-1], most[:-1])]
     sides.append((push[1:] + 2 * steps[:, None] * pull[1:], pull[1:], held[1:], most[1:]))
-    lines = [_lines(*side) for side in sides]
-    above, below, slopes = (np.ascontiguousarray(np.concatenate(parts, -1)) for parts in zip(*lines, strict=True))
-    still = [_still(*side) for side in sides]
-    bounds = np.minimum(np.minimum(top[:-1], still[0]), still[1])
+    lines = zip(*(_lines(*side) for side in sides), strict=True)
+    above, below, slopes, free = (np.ascontiguousarray(np.concatenate(parts, -1)) for parts in lines)
+    bounds = np.minimum(top[:-1], free.min(-1))
     if not np.isfinite(above).any(-1).all():
         raise ValueError("acceleration, torque: nothing limits the motion on a part of the path; give finite bounds")
     reachable = kernels.reachable_speeds(above, below, slopes, bounds, steps, 0.0)
@@ -202,22 +201,19 @@ def _passed(
     return TimedPath(RetimingStatus.OK, float(times[-1]), times, places, speeds, curve)
 
 
-def _lines(push: Reals, pull: Reals, held: Reals, most: Reals) -> tuple[Reals, Reals, Reals]:
-    """Return limits of u as ``below + slope x <= u <= above + slope x``; infinite where u has no influence."""
+def _lines(push: Reals, pull: Reals, held: Reals, most: Reals) -> tuple[Reals, Reals, Reals, Reals]:
+    """Return limits of u as ``below + slope x <= u <= above + slope x``, and the limits of x where u has no influence.
+
+    Limits that there are not are infinite.
+    """
     moves = np.abs(push) > _FLAT * np.abs(push).max(initial=0.0)
     divisor = np.where(moves, push, 1.0)
     ends = np.stack([(most - held) / divisor, (-most - held) / divisor])
     above, below = np.where(moves, ends.max(0), np.inf), np.where(moves, ends.min(0), -np.inf)
-    return above, below, np.where(moves, -pull / divisor, 0.0)
-
-
-def _still(push: Reals, pull: Reals, held: Reals, most: Reals) -> Reals:
-    """Return the largest x of each stage that is allowed where u has no influence."""
-    moves = np.abs(push) > _FLAT * np.abs(push).max(initial=0.0)
     free = np.where(pull > 0, most - held, most + held)
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = np.where(moves | (pull == 0), np.inf, free / np.abs(pull))
-    return np.asarray(found.min(-1))
+        largest = np.where(moves | (pull == 0), np.inf, free / np.abs(pull))
+    return above, below, np.where(moves, -pull / divisor, 0.0), largest
 
 
 def _like(rows: list[tuple[Reals, Reals, Reals, Reals]]) -> list[tuple[Reals, ...]]:

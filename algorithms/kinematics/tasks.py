@@ -155,9 +155,8 @@ def on_plane(plane: ArrayLike, *, link: str | None = None, point: ArrayLike = OR
     array = real_array(plane, "plane", (4,), "coefficients of a plane")
     normal = _common_unit(array[..., :3].reshape(-1, 3), "plane")
     sizes = array[..., :3] @ normal
-    rows = np.zeros((3, 3))
-    rows[0] = normal
-    part = Part(Kind.PLACE, -(array[..., 3] / sizes)[..., None] * normal, rows, _vector(point, "point"))
+    place = -(array[..., 3] / sizes)[..., None] * normal
+    part = Part(Kind.PLACE, place, _rows_along(normal), _vector(point, "point"))
     return _task("on_plane", [part], link, weight, _length)
 
 
@@ -242,8 +241,7 @@ def across(normal: ArrayLike, *, link: str | None = None, axis: ArrayLike = FORW
     TypeError, ValueError
         As in `direction`.
     """
-    rows = np.zeros((3, 3))
-    rows[0] = _unit(normal, "normal")
+    rows = _rows_along(_unit(normal, "normal"))
     return _task(
         "across", [Part(Kind.DIRECTION, np.zeros(3), rows, direction=_unit(axis, "axis"))], link, weight, _sine, True
     )
@@ -387,6 +385,11 @@ def _common_unit(directions: Reals, name: str) -> Reals:
 def _matrices(target: ArrayLike) -> Reals:
     """Return poses as matrices; those that are no rigid motions are NaN."""
     return np.asarray(pga3.motor_to_matrix(unit_motors(target, "target")))
+
+
+def _rows_along(normal: Reals) -> Reals:
+    """Return rows of which the first one measures along a normal, and the others nothing."""
+    return np.stack([normal, np.zeros(3), np.zeros(3)])
 
 
 def _length(norm: Reals) -> Reals:

@@ -36,6 +36,8 @@ from .tables import FREEDOMS
 
 _X, _Y, _Z = np.eye(3)
 _MOST = np.sqrt(np.finfo(float).max)
+UNLIMITED = (-np.inf, np.inf, np.inf, np.inf)
+"""Lower and upper limit, velocity and effort of a joint without limits."""
 _XACRO = "xacro"
 TEXT = "text"
 """How errors name a robot that is described by a text rather than a file."""
@@ -304,7 +306,7 @@ def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> li
 
 def _limits(element: ElementTree.Element | None, type_: str, where: str) -> tuple[float, float, float, float]:
     if element is None or type_ == "fixed":  # limits of fixed joints are meaningless
-        return -np.inf, np.inf, np.inf, np.inf
+        return UNLIMITED
     free = type_ in ("continuous", "floating", "planar")
     low = -np.inf if free else _number(element, "lower", "0", where, infinite=True)
     high = np.inf if free else _number(element, "upper", "0", where, infinite=True)
@@ -358,8 +360,7 @@ def _walk(
         found.parents.append(parent)
         found.names.append(name)
         single = connection is not None and connection.type in ("revolute", "continuous", "prismatic")
-        free = (-np.inf, np.inf, np.inf, np.inf)
-        found.limits.append(connection.limits if single and connection is not None else free)
+        found.limits.append(connection.limits if single and connection is not None else UNLIMITED)
         found.mimics.append(connection.mimic if single and connection is not None else None)
         found.bodies.append([])
         return len(found.kinds) - 1
