@@ -46,6 +46,7 @@ from gacompiler import (
     total,
 )
 from gacompiler.specs import robots
+from gacompiler.specs.families.covariances import cross, dot
 from gacompiler.specs.reaching import CEILING, CLOSE, ROUNDING, SETTLED, START
 
 VALUES = array(SCALAR, "m")
@@ -75,15 +76,7 @@ class State(NamedTuple):
 
 
 def _times(rows, vector):
-    return tuple(sum(a * x for a, x in zip(row, vector, strict=True)) for row in rows)
-
-
-def _dot(a, b):
-    return sum(x * y for x, y in zip(a, b, strict=True))
-
-
-def _cross(a, b):
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return tuple(dot(row, vector) for row in rows)
 
 
 def _chosen(kind, *vectors):
@@ -106,7 +99,7 @@ class Placed(NamedTuple):
 def _placed(pose, point, direction, target):
     place = tuple(x + y for x, y in zip(pose.place, robots.rotated(pose.rotor, point), strict=True))
     gap = tuple(x - y for x, y in zip(target, place, strict=True))
-    away = sqrt(_dot(gap, gap))
+    away = sqrt(dot(gap, gap))
     toward = tuple(x / select(away > 0, away, 1) for x in gap)
     return Placed(place, robots.rotated(pose.rotor, direction), toward, away)
 
@@ -122,9 +115,9 @@ def _left(placed, kind, target, radius):
 def _rate(axis, placed, kind):
     """Compute how fast the vector of a task decreases while a joint turns about an axis that moves the task's link."""
     turning, moment = (axis["e23"], -axis["e13"], axis["e12"]), (axis["e01"], axis["e02"], axis["e03"])
-    velocity = tuple(x + y for x, y in zip(moment, _cross(turning, placed.place), strict=True))
-    turned = _cross(turning, placed.along)
-    nearer = _dot(placed.toward, velocity)
+    velocity = tuple(x + y for x, y in zip(moment, cross(turning, placed.place), strict=True))
+    turned = cross(turning, placed.along)
+    nearer = dot(placed.toward, velocity)
     seen = tuple(
         x + (v - nearer * u) / select(placed.away > 0, placed.away, 1)
         for x, v, u in zip(turned, velocity, placed.toward, strict=True)
@@ -157,7 +150,7 @@ def distances_to_tasks(
 
     def distance(pose, kind, point, direction, row, radius, target):
         left = _times(row, _left(_placed(pose, point, direction, target), kind, target, radius))
-        return sqrt(_dot(left, left))
+        return sqrt(dot(left, left))
 
     return each(distance, gather(poses, links), kinds, points, directions, rows, radii, targets)
 
@@ -200,12 +193,12 @@ def reach(
 
         def entries(first, i, pull):
             return each(
-                lambda second, j: total(_dot, first, second) + select(equal(i, j), pull, 0), columns, own
+                lambda second, j: total(dot, first, second) + select(equal(i, j), pull, 0), columns, own
             )  # fmt: skip
 
         matrix = each(entries, columns, own, pulls)
-        right = each(lambda one, pull, gap: total(_dot, one, left) + pull * gap, columns, pulls, apart)
-        error = total(_dot, left, left) + total(lambda pull, gap: pull * gap * gap, pulls, apart)
+        right = each(lambda one, pull, gap: total(dot, one, left) + pull * gap, columns, pulls, apart)
+        error = total(dot, left, left) + total(lambda pull, gap: pull * gap * gap, pulls, apart)
         return Equations(matrix, right, sqrt(error))
 
     def inside(x, least, most):
