@@ -342,7 +342,23 @@ def forward(q, variables, ratios, offsets, places, screws, turns, tool, base):
     return _motor(fold(after, _base(q, base), *joints)) * tool
 
 
-@kernel(q=POSITIONS, **JOINTS, **COORDINATES, tip=VECTOR, **BASE, **FREEDOMS, **RATES, returns=array(SCALAR, "m", 6))
+TO_TIP = {"q": POSITIONS, **JOINTS, **COORDINATES, "tip": VECTOR}
+
+
+def _poses_and_tip(start, own, tip):
+    """Compute the poses of the joints' frames in the base frame, and the place of the end effector."""
+    poses = scan(_after, start, own)
+    last = fold(lambda _, pose: pose, start, poses)
+    return poses, _plus(last.place, rotated(last.rotor, tip))
+
+
+def _tip_and_axes(start, own, screws, tip):
+    """Compute the place of the end effector, and the twists of the joints at unit speed."""
+    poses, point = _poses_and_tip(start, own, tip)
+    return point, each(to_parent, poses, screws)
+
+
+@kernel(**TO_TIP, **BASE, **FREEDOMS, **RATES, returns=array(SCALAR, "m", 6))
 def jacobian(q, variables, ratios, offsets, places, screws, turns, coordinates, tip, base, freedoms, rates):
     """Compute the angular and linear velocities of the end effector for unit rates of the variables.
 
@@ -350,10 +366,7 @@ def jacobian(q, variables, ratios, offsets, places, screws, turns, coordinates, 
     frame of the last joint.
     """
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
-    start = _turned_base(q, base)
-    poses = scan(_after, start, own)
-    last = fold(lambda _, pose: pose, start, poses)
-    point = _plus(last.place, rotated(last.rotor, tip))
+    poses, point = _poses_and_tip(_turned_base(q, base), own, tip)
 
     def column(pose, screw, ratio):
         axis = sandwich(pose.rotor, screw)
@@ -369,15 +382,12 @@ def jacobian(q, variables, ratios, offsets, places, screws, turns, coordinates, 
     return _with_base(found, each(columns_of_base, *gather(q, base)), freedoms, rates)
 
 
-@kernel(q=POSITIONS, **JOINTS, **COORDINATES, tip=VECTOR, qd=VALUES, **BASE, **FREEDOMS, returns=array(SCALAR, "m", 6))
+@kernel(**TO_TIP, qd=VALUES, **BASE, **FREEDOMS, returns=array(SCALAR, "m", 6))
 def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd, base, freedoms):
     """Compute the time derivative of `jacobian` for the rates `qd` of the variables."""
     own = own_poses(q, variables, ratios, offsets, places, screws, turns)
     start = _turned_base(q, base)
-    poses = scan(_after, start, own)
-    last = fold(lambda _, pose: pose, start, poses)
-    point = _plus(last.place, rotated(last.rotor, tip))
-    axes = each(to_parent, poses, screws)
+    point, axes = _tip_and_axes(start, own, screws, tip)
 
     def outward(carrier, axis, speed, ratio):
         twist, _ = carrier
@@ -401,16 +411,6 @@ def jacobian_rate(q, variables, ratios, offsets, places, screws, turns, coordina
 
     found = scatter(each(column, axes, axis_rates, ratios), coordinates, qd)
     return _with_base(found, each(columns_of_base, *gather(q, base)), freedoms, qd)
-
-
-TO_TIP = {"q": POSITIONS, **JOINTS, **COORDINATES, "tip": VECTOR}
-
-
-def _tip_and_axes(start, own, screws, tip):
-    """Compute the place of the end effector, and the twists of the joints at unit speed, as `jacobian` does."""
-    poses = scan(_after, start, own)
-    last = fold(lambda _, pose: pose, start, poses)
-    return _plus(last.place, rotated(last.rotor, tip)), each(to_parent, poses, screws)
 
 
 @kernel(**TO_TIP, qd=VALUES, **BASE, **FREEDOMS, returns=array(SCALAR, 6))
