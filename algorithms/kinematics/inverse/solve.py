@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from generated import pga3
+from generated import arms, pga3
 
 from ...arguments import Reals, finite, real_array
 from ...elements import MOTOR, plain
@@ -154,18 +154,12 @@ def _shifted_into_limits(robot: Model, q: Reals, wanted: Reals | None, held: fro
     Of several multiples, the one nearest to `wanted`, or to 0, is chosen. Joints in `held` are unchanged. Return (...)
     whether all variables are within their limits.
     """
-    low, high = robot.limits[:, 0], robot.limits[:, 1]
-    free = np.array([joint not in held for joint in range(len(robot.kinds))])
-    turns = free & np.array([kind.value == "revolute" for kind in robot.kinds])
-    away = q if wanted is None else q - wanted
-    wish = np.where(turns, np.rint(-away / (2 * np.pi)), 0.0)
-    fewest = np.ceil((low - _AT_LIMIT - q) / (2 * np.pi))
-    most = np.floor((high + _AT_LIMIT - q) / (2 * np.pi))
-    possible = turns & (fewest <= most)
-    q += 2 * np.pi * np.where(possible, np.minimum(np.maximum(wish, fewest), most), wish)
-    np.copyto(q, low, where=free & (q < low) & (q >= low - _AT_LIMIT))
-    np.copyto(q, high, where=free & (q > high) & (q <= high + _AT_LIMIT))
-    return np.asarray(((q >= low) & (q <= high)).all(-1))
+    free = np.array([float(joint not in held) for joint in range(len(robot.kinds))])
+    turns = free * np.array([float(kind.value == "revolute") for kind in robot.kinds])
+    low, high = robot.limits.T[:2]
+    given = np.broadcast_arrays(q, low, high, 0.0 if wanted is None else wanted, turns, _AT_LIMIT * free)
+    q[...], inside = arms.brought_within_limits(*given)
+    return np.asarray(inside.all(-1))
 
 
 def _configurations(robot: Model, near: ArrayLike, shape: tuple[int, ...]) -> Reals:
