@@ -10,7 +10,6 @@ angle between the two. It is negative, down to -1, if there is no solution; then
 error. It is 0 if the solutions coincide, or if all angles are equally good. Angles are in radians, in [-pi, pi].
 """
 
-import math
 from fractions import Fraction
 
 import gacompiler as ga
@@ -342,31 +341,6 @@ def elbow_frame(shoulder, wrist, hinge):
     """
     line = ga.normalize(shoulder & wrist)
     return pga3.motor_from_flag(shoulder, line, ga.normalize(line & direction_of_line(hinge)))
-
-
-@kernel(**dict.fromkeys(("q", "low", "high", "wanted", "turns", "slack"), SCALAR), returns=(SCALAR, SCALAR))
-def brought_within_limits(q, low, high, wanted, turns, slack):
-    """Return a joint variable within its limits if a whole number of turns brings it there, and whether it is there.
-
-    Parameters
-    ----------
-    q, low, high
-        The variable and its limits, which may be infinite.
-    wanted
-        Of several numbers of turns, the one that brings the variable nearest to this value is taken.
-    turns
-        1 if whole turns may be added; 0 for slides, and for joints that are held.
-    slack
-        Variables beyond a limit by up to this much, by rounding, are set to the limit.
-    """
-    whole = Fraction(2 * math.pi)
-    wish = ga.floor((wanted - q) / whole + Fraction(1, 2))
-    fewest, most = -ga.floor((q + slack - low) / whole), ga.floor((high + slack - q) / whole)
-    inside = ga.select(fewest <= most, ga.minimum(ga.maximum(wish, fewest), most), wish)
-    q = ga.select(turns > 0, q + whole * inside, q)
-    q = ga.select(q < low, ga.select(q >= low - slack, low, q), q)
-    q = ga.select(q > high, ga.select(q <= high + slack, high, q), q)
-    return q, ga.select(q >= low, ga.select(q <= high, 1, 0), 0)
 
 
 @kernel(p=POINT, line=LINE, returns=array(SCALAR, 14))

@@ -10,6 +10,7 @@ triangular factor of the Jacobian that Givens rotations update joint by joint, s
 all digits of the largest one, rather than to half of them as in normal equations.
 """
 
+import math
 from fractions import Fraction
 from functools import reduce
 from typing import Any, NamedTuple
@@ -21,11 +22,14 @@ from gacompiler import (
     cos,
     each,
     equal,
+    floor,
     fold,
     iterate,
     kernel,
+    least,
     maximum,
     minimum,
+    pick,
     scan,
     select,
     sin,
@@ -38,6 +42,7 @@ LINE, MOTOR = PGA3.LINE, PGA3.MOTOR
 VARIABLES = array(SCALAR, "n")
 NUMBERS, AXES = array(SCALAR, "n", shared=True), array(LINE, "n", shared=True)
 SIX = range(6)
+HALF_TURN = Fraction(math.pi)
 
 START = Fraction(1, 100)
 """Initial damping relative to the squared error."""
@@ -249,3 +254,107 @@ def descend_inside(q, goal, low, high, axes, turns, size, enough, at_most):
         )  # fmt: skip
 
     return _descent(each(inside, q, low, high), move, goal, axes, turns, size, enough, at_most)
+
+
+def _within(q, low, high, wanted, turns, slack):
+    whole = 2 * HALF_TURN
+    wish = floor((wanted - q) / whole + Fraction(1, 2))
+    fewest, most = -floor((q + slack - low) / whole), floor((high + slack - q) / whole)
+    inside = select(fewest <= most, minimum(maximum(wish, fewest), most), wish)
+    q = select(turns > 0, q + whole * inside, q)
+    q = select(q < low, select(q >= low - slack, low, q), q)
+    return select(q > high, select(q <= high + slack, high, q), q)
+
+
+def _inside(q, low, high):
+    return select(q >= low, select(q <= high, 1, 0), 0)
+
+
+@kernel(**dict.fromkeys(("q", "low", "high", "wanted", "turns", "slack"), SCALAR), returns=(SCALAR, SCALAR))
+def brought_within_limits(q, low, high, wanted, turns, slack):
+    """Return a joint variable within its limits if a whole number of turns brings it there, and whether it is there.
+
+    Parameters
+    ----------
+    q, low, high
+        The variable and its limits, which may be infinite.
+    wanted
+        Of several numbers of turns, the one that brings the variable nearest to this value is taken.
+    turns
+        1 if whole turns may be added; 0 for slides, and for joints that are held.
+    slack
+        Variables beyond a limit by up to this much, by rounding, are set to the limit.
+    """
+    q = _within(q, low, high, wanted, turns, slack)
+    return q, _inside(q, low, high)
+
+
+BRANCHES, OF_BRANCHES = array(SCALAR, "b", "n"), array(SCALAR, "b")
+FAR = 10**30
+"""Larger than any squared distance of configurations."""
+
+
+@kernel(
+    q=BRANCHES, gap=OF_BRANCHES, off=OF_BRANCHES, wanted=VARIABLES, near=SCALAR, turns=NUMBERS, low=NUMBERS,
+    high=NUMBERS, slack=NUMBERS, right=SCALAR, exact=SCALAR, rough=SCALAR, no_root=SCALAR, coincide=SCALAR,
+    returns=(BRANCHES, OF_BRANCHES, OF_BRANCHES, VARIABLES, SCALAR, SCALAR),
+)  # fmt: skip
+def judged_branches(q, gap, off, wanted, near, turns, low, high, slack, right, exact, rough, no_root, coincide):
+    """Judge the branches that a closed form returns for a goal.
+
+    Parameters
+    ----------
+    q, gap, off
+        Branches, their discriminants, and the distances of their motors from the goal, as of `distance_to_goal`.
+    wanted, near
+        If `near` is positive, angles are brought near to those of `wanted`, and branches near to it are preferred.
+    slack
+        Variables beyond a limit by up to this much, by rounding, are set to the limit.
+    right
+        A branch is valid if its motor differs from the goal by at most this.
+    exact, rough, no_root
+        Branches that differ by more than `exact` and less than `rough` are in doubt, unless their discriminant is at
+        most `no_root`.
+    coincide
+        Branches whose discriminants are at most this are singular. They are in doubt if they differ by `rough` or more.
+
+    Returns
+    -------
+    q
+        The branches within limits, where whole turns bring them there.
+    valid, within
+        For each branch, 1 or 0: whether it reaches the goal, and whether it does so within the limits.
+    best
+        The valid branch to prefer, within the limits if there is one.
+    singular, doubtful
+        1 or 0: whether a valid branch is singular; whether a branch is in doubt, or none is valid.
+    """
+    valid = each(lambda away: select(away <= right, 1, 0), off)
+    singular = each(lambda root: select(absolute(root) <= coincide, 1, 0), gap)
+
+    def is_in_doubt(away, root, alike):
+        polishable = select(away > exact, select(away < rough, select(root > no_root, 1, 0), 0), 0)
+        return maximum(polishable, alike * select(away >= rough, select(away < FAR, 1, 0), 0))
+
+    doubts = each(is_in_doubt, off, gap, singular)
+
+    def placed(x, *limits):
+        # The atan2 of -0 and a negative number is -pi.
+        return _within(select(equal(x, -HALF_TURN), HALF_TURN, x), *limits)
+
+    moved = each(lambda branch: each(placed, branch, low, high, wanted, turns, slack), q)
+
+    def is_inside(reaches, branch):
+        return fold(lambda all_of, x, least, most: all_of * _inside(x, least, most), reaches, branch, low, high)
+
+    within = each(is_inside, valid, moved)
+    some = fold(maximum, 0, within)
+
+    def distance(branch, reaches, inside):
+        away = fold(lambda sum, x, other: sum + (x - other) * (x - other), 0, branch, wanted)
+        return select(select(some > 0, inside, reaches) > 0, select(near > 0, away, 0), FAR)
+
+    _, best = least(distance, moved, valid, within)
+    is_singular = fold(lambda any_of, reaches, alike: maximum(any_of, reaches * alike), 0, valid, singular)
+    is_doubtful = 1 - fold(maximum, 0, valid) * (1 - fold(maximum, 0, doubts))
+    return moved, valid, within, pick(moved, best, 0), is_singular, is_doubtful

@@ -31,11 +31,15 @@ class Status(IntEnum):
 
 
 class Branches(NamedTuple):
-    """Branches q (N, B, n) of a method, their discriminants (N, B), and whether none is missing, (N,)."""
+    """Branches q (N, B, n) of a method, their discriminants (N, B), and whether none is missing, (N,) or (1,)."""
 
     q: NDArray[Any]
     gap: NDArray[Any]
-    complete: NDArray[np.bool_]
+    complete: NDArray[np.bool_] = np.ones(1, bool)
+
+    def at(self, rows: slice) -> Branches:
+        """Return those of some goals."""
+        return Branches(self.q[rows], self.gap[rows], self.complete[rows])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

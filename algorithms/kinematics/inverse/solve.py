@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from generated import arms, pga3
+from generated import pga3, reaching
 
 from ...arguments import Reals, finite, real_array
 from ...elements import MOTOR, plain
 from ..model import Model
-from .chain import COINCIDE, SAME, Chain, apart, chain_of
+from .chain import COINCIDE, SAME, Chain, Method, apart, chain_of
 from .closed import Closed, closed_form
 from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
@@ -95,49 +96,95 @@ def inverse(
     goals = pga3.motor_between_frames(robot.tool, goals)
     values = {joint: np.where(is_finite, value, 0.0) for joint, value in values.items()}
     chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
-    if angles is not None:
-        arm, turns = elbow_circle(robot), np.where(is_finite, angles, 0.0)
-        found = _checked(chain, goals, lambda motors, block: arm.solve(motors, turns[block]), arm.name)
-    else:
+    form = None if values else elbow_circle(robot) if angles is not None else _form(chain, method)
+    if form is None:
         found = _with_locked(chain, goals, values, method, Hints(robot.limits[:, :2], wanted))
-    branches, n = found.q.shape[1:]
-    status, within = np.empty(count, np.int8), np.empty((count, branches), bool)
-    for start in range(0, count, _BLOCK):
-        block = slice(start, start + _BLOCK)
-        here = None if wanted is None else wanted[block]
-        _judge(robot, found, is_finite, block, status[block], within[block], here, frozenset(values))
+        judged = _judge(robot, found, wanted, frozenset(values))
+    else:
+        turns = () if angles is None else (np.where(is_finite, angles, 0.0),)
+        judged = _judged(robot, chain, form, goals, turns, wanted)
+    lost = ~is_finite
+    if lost.any():
+        judged.status[lost] = Status.NOT_FINITE
+        judged.valid[lost] = judged.within[lost] = False
+        judged.q[lost] = judged.nearest[lost] = np.nan
+    branches, n = judged.q.shape[1:]
     return Solutions(
-        found.q.reshape(*shape, branches, n),
-        found.valid.reshape(*shape, branches),
-        status.reshape(shape),
-        found.nearest.reshape(*shape, n),
-        found.method,
-        within.reshape(*shape, branches),
+        judged.q.reshape(*shape, branches, n),
+        judged.valid.reshape(*shape, branches),
+        judged.status.reshape(shape),
+        judged.nearest.reshape(*shape, n),
+        judged.method,
+        judged.within.reshape(*shape, branches),
     )
 
 
-def _judge(
-    robot: Model,
-    found: _Found,
-    is_finite: NDArray[np.bool_],
-    block: slice,
-    status: NDArray[np.int8],
-    within: NDArray[np.bool_],
-    wanted: Reals | None,
-    held: frozenset[int],
-) -> None:
-    """Set the status and the branches within limits for a block of poses, and set invalid branches to NaN."""
-    q, valid, nearest = found.q[block], found.valid[block], found.nearest[block]
-    status[:] = Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND
-    status[~found.complete[block]] = Status.NOT_FOUND
+@dataclass(frozen=True, slots=True, eq=False)
+class _Judged:
+    """What `Solutions` has, for goals in one axis, (N,)."""
+
+    q: Reals
+    valid: NDArray[np.bool_]
+    status: NDArray[np.int8]
+    nearest: Reals
+    method: str
+    within: NDArray[np.bool_]
+
+
+_COLUMNS = ("q", "valid", "status", "nearest", "within")
+"""The arrays of `_Judged`, with a row for each goal."""
+
+
+@lru_cache(maxsize=256)
+def _judgement(chain: Chain, limits: bytes) -> Method:
+    """Return the kernel that judges the branches of a robot with the given limits, (2, n)."""
+    low, high = np.frombuffer(limits).reshape(2, -1)
+    return reaching.judged_branches.bind(
+        turns=chain.tables["turns"], low=low, high=high, slack=np.full(len(chain), _AT_LIMIT), right=_RIGHT,
+        exact=_EXACT, rough=_ROUGH, no_root=_NO_ROOT, coincide=COINCIDE,
+    )  # fmt: skip
+
+
+def _judged(
+    robot: Model, chain: Chain, form: Any, goals: Reals, turns: tuple[Reals, ...], wanted: Reals | None
+) -> _Judged:
+    """Solve and judge goals by kernels, and those whose branches are in doubt as `_checked` does."""
+    judge = _judgement(chain, robot.limits.T[:2].tobytes())
+    parts = []
+    for start in range(0, max(len(goals), 1), _BLOCK):
+        here = goals[start : start + _BLOCK]
+        solved = Branches(*form.solve(here, *(turn[start : start + _BLOCK] for turn in turns)))
+        q, gap = np.ascontiguousarray(solved.q), np.ascontiguousarray(solved.gap)
+        near = np.zeros((len(q), len(chain))) if wanted is None else wanted[start : start + _BLOCK]
+        has_wish = np.full(len(q), float(wanted is not None))
+        moved, valid, within, nearest, singular, doubtful = judge(
+            q, gap, chain.distance(q, here[:, None]), near, has_wish
+        )
+        status = np.where(solved.complete, np.where(singular > 0, Status.SINGULAR, Status.FOUND), Status.INCOMPLETE)
+        part = _Judged(moved, valid > 0, status.astype(np.int8), nearest, form.name, within > 0)
+        part.q[~part.valid] = np.nan
+        rows = np.flatnonzero(doubtful)
+        if len(rows):
+            given = Branches(q[rows], gap[rows], np.broadcast_to(solved.complete, len(q))[rows])
+            found = _checked(chain, here[rows], lambda _, block: given.at(block), form.name)
+            again = _judge(robot, found, None if wanted is None else near[rows], frozenset())
+            for name in _COLUMNS:
+                getattr(part, name)[rows] = getattr(again, name)
+        parts.append(part)
+    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
+    return parts[0] if len(parts) == 1 else _Judged(**columns, method=form.name)
+
+
+def _judge(robot: Model, found: _Found, wanted: Reals | None, held: frozenset[int]) -> _Judged:
+    """Return the statuses of poses and the branches within limits; set invalid branches to NaN."""
+    q, valid, nearest = found.q, found.valid, found.nearest
+    status = np.full(len(q), Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
+    status[~found.complete] = Status.NOT_FOUND
     status[valid.any(-1)] = Status.FOUND
-    status[(valid & (np.abs(found.gap[block]) <= COINCIDE)).any(-1)] = Status.SINGULAR
-    status[valid.any(-1) & ~found.complete[block]] = Status.INCOMPLETE
-    lost = ~is_finite[block]
-    if lost.any():
-        status[lost], valid[lost], nearest[lost] = Status.NOT_FINITE, False, np.nan
+    status[(valid & (np.abs(found.gap) <= COINCIDE)).any(-1)] = Status.SINGULAR
+    status[valid.any(-1) & ~found.complete] = Status.INCOMPLETE
     q[~valid] = np.nan
-    within[:] = valid & _shifted_into_limits(robot, q, None if wanted is None else wanted[:, None], held)
+    within = valid & _shifted_into_limits(robot, q, None if wanted is None else wanted[:, None], held)
     _shifted_into_limits(robot, nearest, wanted, held)
     some = np.flatnonzero(valid.any(-1))
     chosen = np.where(within[some].any(-1, keepdims=True), within[some], valid[some])
@@ -146,6 +193,7 @@ def _judge(
     else:
         best = np.where(chosen, np.square(q[some] - wanted[some, None]).sum(-1), np.inf).argmin(-1)
     nearest[some] = q[some, best]
+    return _Judged(q, valid, status, nearest, found.method, within)
 
 
 def _shifted_into_limits(robot: Model, q: Reals, wanted: Reals | None, held: frozenset[int]) -> NDArray[np.bool_]:
@@ -158,7 +206,7 @@ def _shifted_into_limits(robot: Model, q: Reals, wanted: Reals | None, held: fro
     turns = free * np.array([float(kind.value == "revolute") for kind in robot.kinds])
     low, high = robot.limits.T[:2]
     given = np.broadcast_arrays(q, low, high, 0.0 if wanted is None else wanted, turns, _AT_LIMIT * free)
-    q[...], inside = arms.brought_within_limits(*given)
+    q[...], inside = reaching.brought_within_limits(*given)
     return np.asarray(inside.all(-1))
 
 
