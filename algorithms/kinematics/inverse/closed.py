@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from generated import arms, pga3
+from generated import arms, closed_arms, pga3
 
 from ...arguments import Reals
 from .chain import COINCIDE, TOLERANCE, Chain, common_point, direction, parallel
@@ -84,6 +84,8 @@ class SphericalWrist:
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""
+        if self.regional.is_two_sums:
+            return closed_arms.spherical_wrist(goals, self.chain.axes, *self.regional.two_sums)
         q, gap = self.regional.solve(pga3.move_point(goals, self.regional.point))
         arm = self.regional.chain.motion_of_all(q)
         wrist, gap_wrist = arms.wrist_turns(*self.chain.axes[3:], pga3.motor_relative(arm, goals[:, None]))  # type: ignore[call-overload]
@@ -100,6 +102,8 @@ class ThreeParallel:
 
     chain: Chain
     point: Reals
+    plane: Reals
+    """The plane through the point that is orthogonal to the three axes."""
     signs: Reals
     """1 or -1 for each of the three axes: whether it has the direction of the first of them or the opposite."""
 
@@ -115,24 +119,11 @@ class ThreeParallel:
         if point is None or parallel(axes[0], axes[1]):
             return None
         signs = np.sign(direction(axes[1:4]) @ direction(axes[1]))
-        return cls(chain, point, signs)
+        return cls(chain, point, pga3.plane_orthogonal_to_line(point, axes[1]), signs)
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""
-        axes = self.chain.axes
-        plane = pga3.plane_orthogonal_to_line(self.point, axes[1])
-        one, gap = arms.turns_to_plane(-axes[0], pga3.move_point(goals, self.point), plane)
-        rest = pga3.motor_relative(self.chain.motion(0, one), goals[:, None])
-        normal = pga3.move_line(pga3.motor_inverse(rest), axes[1])
-        *wrist, gap_wrist = arms.turns_about_two_axes(axes[4], axes[5], normal, axes[1])
-        q, gap = joined(one[..., None], gap[:, None], np.stack(wrist, -2), gap_wrist)
-        rest = np.repeat(rest, 2, axis=1)
-        tail = pga3.motor_product(self.chain.motion(4, q[..., 1]), self.chain.motion(5, q[..., 2]))
-        middle, gap_middle = arms.planar_turns(  # type: ignore[call-overload]
-            *(axes[1:4] * self.signs[:, None]), pga3.motor_between_frames(tail, rest)
-        )
-        ahead, gap = joined(q, gap, middle * self.signs, gap_middle)
-        return ahead[..., [0, 3, 4, 5, 1, 2]], gap
+        return closed_arms.three_parallel_axes(goals, self.chain.axes, self.point, self.plane, self.signs)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import arms, pga3
+from generated import arms, closed_arms, pga3
 
 from ...arguments import Reals, real_array
 from ..model import Model
 from .chain import Chain, chain_of, common_point, parallel
-from .closed import joined
 
 _ON_AXIS = 1e-20
 """Squared sines up to this count as 0."""
@@ -43,22 +43,7 @@ class ElbowCircle:
 
     def solve(self, goals: Reals, elbow: Reals) -> tuple[Reals, Reals]:
         """Return variables (N, 8, 7) and discriminants (N, 8) for motors (N, 8) and elbow angles (N,)."""
-        axes, shoulder = self.chain.axes, self.shoulder
-        goal = pga3.move_point(goals, self.wrist)
-        four, gap = arms.turns_to_sphere(axes[3], self.wrist, shoulder, pga3.distance_points(shoulder, goal))
-        bend = self.chain.motion(3, four)
-        before = arms.elbow_frame(shoulder, pga3.move_point(bend, self.wrist), axes[3])
-        line, start, gap_start = self.reference(goal)
-        after = pga3.motor_product(pga3.motor_from_line(line, elbow), arms.elbow_frame(shoulder, goal, start))
-        upper = pga3.motor_between_frames(before, after[:, None])
-        ahead, gap_ahead = arms.wrist_turns(*axes[:3], upper)  # type: ignore[call-overload]
-        rest = pga3.motor_relative(pga3.motor_product(upper, bend), goals[:, None])
-        behind, gap_behind = arms.wrist_turns(*axes[4:], rest)  # type: ignore[call-overload]
-        gap = np.minimum(gap[:, None], gap_start[:, None])
-        q, gap = joined(four[..., None], gap, ahead, gap_ahead)
-        q = q[..., [1, 2, 3, 0]]
-        behind, gap_behind = np.repeat(behind, 2, axis=1), np.repeat(gap_behind, 2, axis=1)
-        return joined(q, gap, behind, gap_behind)
+        return closed_arms.elbow_circle(goals, elbow, self.chain.axes, self.shoulder, self.wrist)
 
     def reference(self, goal: Reals) -> tuple[Reals, Reals, Reals]:
         """Return the line to the wrist, the reference of the elbow angle, and a squared sine.
@@ -100,9 +85,12 @@ def elbow_angle(robot: Model, q: ArrayLike) -> Reals:
     return arms.turn_between_lines(line, start, pga3.move_line(upper, arm.chain.axes[3]))  # type: ignore[no-any-return]
 
 
+_form = lru_cache(maxsize=256)(ElbowCircle.of)
+
+
 def elbow_circle(robot: Model) -> ElbowCircle:
     """Return the closed form of a robot, or raise a `ValueError`."""
-    arm = ElbowCircle.of(chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds)))
+    arm = _form(chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds)))
     if arm is None:
         raise ValueError(
             f"{robot.name}: elbow: not an arm with spherical shoulder and wrist; expected seven revolute joints, the "

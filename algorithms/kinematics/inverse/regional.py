@@ -71,6 +71,17 @@ class Regional:
             return None
         return cls(chain, point, order, mix, frame, mix @ _equations(chain, frame, 2, chain.axes[2], point))
 
+    @property
+    def is_two_sums(self) -> bool:
+        """Whether all joints are revolute, and one equation has a single variable."""
+        return not any(self.chain.slides) and self.order is not _Order.TOGETHER
+
+    @property
+    def two_sums(self) -> tuple[Reals, Reals, Reals, Reals, float]:
+        """What `closed_arms.spherical_wrist` takes after the axes."""
+        order = 1.0 if self.order is _Order.FIRST_THEN_THIRD else -1.0
+        return self.point, self.frame[0], self.mix, self.third, order
+
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """Return all branches for goals of the point.
 

@@ -37,9 +37,9 @@ class Branches(NamedTuple):
     gap: NDArray[Any]
     complete: NDArray[np.bool_] = np.ones(1, bool)
 
-    def at(self, rows: slice) -> Branches:
-        """Return those of some goals."""
-        return Branches(self.q[rows], self.gap[rows], self.complete[rows])
+    def of_block(self, _goals: NDArray[Any], block: slice) -> Branches:
+        """Return those of a block of goals."""
+        return Branches(self.q[block], self.gap[block], self.complete[block])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

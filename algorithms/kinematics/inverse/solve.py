@@ -28,8 +28,8 @@ _BLOCK = 2048
 """Number of poses in a block, such that the data of a block fit into the second-level cache."""
 _RIGHT = 2e-11
 """A branch is valid if the coefficients of its motor differ by less than this (lengths relative to the arm's size)."""
-_EXACT = 1e-13
-"""Branches with larger errors than this, up to `_ROUGH`, are polished."""
+_EXACT = 2.0**-46
+"""Branches with larger errors than this, 64 rounding errors, and up to `_ROUGH` are polished."""
 _ROUGH, _NO_ROOT = 1e-3, -1e-6
 """Branches with a discriminant below the second number have no solution, whatever the rounding; they are skipped."""
 _SINGULAR = 1e-8
@@ -75,7 +75,7 @@ def inverse(
             f"{robot.name}: method {method!r} with elbow; expected method 'motors', or locked instead of elbow"
         )
     goals = unit_motors(poses, f"{robot.name}: poses")
-    shape, count = goals.shape[:-1], int(np.prod(goals.shape[:-1]))
+    shape = goals.shape[:-1]
     if locked and elbow is not None:
         raise ValueError(f"{robot.name}: locked and elbow are both given; expected at most one of them")
     values = {
@@ -166,13 +166,16 @@ def _judged(
         rows = np.flatnonzero(doubtful)
         if len(rows):
             given = Branches(q[rows], gap[rows], np.broadcast_to(solved.complete, len(q))[rows])
-            found = _checked(chain, here[rows], lambda _, block: given.at(block), form.name)
+            found = _checked(chain, here[rows], given.of_block, form.name)
             again = _judge(robot, found, None if wanted is None else near[rows], frozenset())
             for name in _COLUMNS:
                 getattr(part, name)[rows] = getattr(again, name)
         parts.append(part)
-    columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
-    return parts[0] if len(parts) == 1 else _Judged(**columns, method=form.name)
+    if len(parts) == 1:
+        return parts[0]
+    return _Judged(
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}, method=form.name
+    )
 
 
 def _judge(robot: Model, found: _Found, wanted: Reals | None, held: frozenset[int]) -> _Judged:

@@ -1,0 +1,140 @@
+"""All branches of the commonest arms, one kernel for each structure: the subproblems of `arms`, composed.
+
+Axes are unit lines at the zero configuration, and a goal is the motion of all joints together. Each branch is returned
+with its discriminant, the smallest of the equations that lead to it, as in `arms`. A discriminant of 0 of the joints
+solved first is kept, because the following ones depend on the angle of a freely rotating joint.
+"""
+
+from fractions import Fraction
+
+import gacompiler as ga
+from gacompiler import SCALAR, array, kernel
+from gacompiler.algebra.catalog import PGA3
+from gacompiler.specs import arms
+
+LINE, POINT, PLANE, MOTOR = PGA3.UNIT_LINE, PGA3.POINT, PGA3.PLANE, PGA3.MOTOR
+PROFILE = array(SCALAR, 2, 3)
+COINCIDE = Fraction(1, 10**12)
+"""Branches with discriminants up to this coincide to 1e-6 radians."""
+ON_AXIS = Fraction(1, 10**20)
+"""Squared sines up to this count as 0."""
+
+
+def _motion(axis, q):
+    """Compute the motor of a rotation."""
+    return ga.cos(q / 2) - ga.sin(q / 2) * axis
+
+
+def _smaller(gap, more):
+    return ga.select(ga.absolute(gap) <= COINCIDE, gap, ga.minimum(gap, more))
+
+
+@kernel(
+    goal=MOTOR, axes=array(LINE, 6), point=POINT, plane=PLANE, signs=array(SCALAR, 3),
+    returns=(array(SCALAR, 8, 6), array(SCALAR, 8)),
+)  # fmt: skip
+def three_parallel_axes(goal, axes, point, plane, signs):
+    """Solve six joints of which the second to fourth are parallel and the last two intersect.
+
+    Parameters
+    ----------
+    goal, axes
+        The motion, and the axes of the joints.
+    point, plane
+        Where the last two axes intersect, and the plane through this point orthogonal to the parallel axes.
+    signs
+        1 or -1 for each of the parallel axes: whether it has the direction of the first of them.
+    """
+    ones, gap_one = arms.turns_to_plane(-axes[0], goal * point * ~goal, plane)
+    parallel = [sign * axis for sign, axis in zip(signs, axes[1:4], strict=True)]
+    branches, gaps = [], []
+    for one in ones:
+        rest = ~_motion(axes[0], one) * goal
+        *wrists, gap_wrist = arms.turns_about_two_axes(axes[4], axes[5], ~rest * axes[1] * rest, axes[1])
+        for five, six in wrists:
+            middles, gap_middle = arms.planar_turns(*parallel, rest * ~(_motion(axes[4], five) * _motion(axes[5], six)))
+            for middle in middles:
+                branches.append((one, *(sign * q for sign, q in zip(signs, middle, strict=True)), five, six))
+                gaps.append(_smaller(_smaller(gap_one, gap_wrist), gap_middle))
+    return tuple(branches), tuple(gaps)
+
+
+@kernel(
+    goal=MOTOR, axes=array(LINE, 6), centre=POINT, base=POINT, mix=array(SCALAR, 2, 2), third=PROFILE, order=SCALAR,
+    returns=(array(SCALAR, 8, 6), array(SCALAR, 8)),
+)  # fmt: skip
+def spherical_wrist(goal, axes, centre, base, mix, third, order):
+    """Solve six revolute joints of which the last three intersect, and of the others two intersect or are parallel.
+
+    Parameters
+    ----------
+    goal, axes
+        The motion, and the axes of the joints.
+    centre, base
+        The point in which the last three axes intersect, and a point of the second axis.
+    mix
+        Combines height and distance about the second axis such that one equation has a single variable.
+    third
+        The side of the third joint in the combined equations, as returned by `arms.circle_profile`.
+    order
+        Positive if the first joint is solved before the third one, negative if after it.
+    """
+    goal_point = goal * centre * ~goal
+    height, distance = arms.circle_profile(axes[1], base, -axes[0], goal_point)
+    first = tuple(tuple(a * x + b * y for x, y in zip(height, distance, strict=True)) for a, b in mix)
+    known, wanted = (
+        tuple(
+            tuple(ga.select(order > 0, x, y) for x, y in zip(*rows, strict=True)) for rows in zip(*sides, strict=True)
+        )
+        for sides in ((first, third), (third, first))
+    )
+    branches, gaps = [], []
+    for (a, b), gap in zip(*arms.turns_of_two_sums(known, wanted), strict=True):
+        one, three = ga.select(order > 0, a, b), ga.select(order > 0, b, a)
+        two = arms.turn_between_points(
+            axes[1], arms.turned_point(axes[2], centre, three), arms.turned_point(-axes[0], goal_point, one)
+        )
+        arm = _motion(axes[0], one) * _motion(axes[1], two) * _motion(axes[2], three)
+        wrists, gap_wrist = arms.wrist_turns(*axes[3:], ~arm * goal)
+        for wrist in wrists:
+            branches.append((one, two, three, *wrist))
+            gaps.append(_smaller(gap, gap_wrist))
+    return tuple(branches), tuple(gaps)
+
+
+@kernel(
+    goal=MOTOR, elbow=SCALAR, axes=array(LINE, 7), shoulder=POINT, wrist=POINT,
+    returns=(array(SCALAR, 8, 7), array(SCALAR, 8)),
+)  # fmt: skip
+def elbow_circle(goal, elbow, axes, shoulder, wrist):
+    """Solve seven joints of which the first three intersect and the last three do, for a given elbow angle.
+
+    Parameters
+    ----------
+    goal, axes
+        The motion, and the axes of the joints.
+    elbow
+        The angle of the fourth axis about the line from shoulder to wrist, from the commutator product of the line and
+        the first axis; of the second axis, if the wrist is on the first one.
+    shoulder, wrist
+        The points in which the first and the last three axes intersect.
+    """
+    goal_point = goal * wrist * ~goal
+    line = ga.normalize(shoulder & goal_point)
+    across, spare = ga.commutator(line, axes[0]), ga.commutator(line, axes[1])
+    sine_squared = ga.norm_squared(across)
+    start = ga.select(sine_squared > ON_AXIS, across, spare)
+    after = _motion(line, elbow) * arms.elbow_frame(shoulder, goal_point, start)
+    away = goal_point - shoulder
+    length = ga.sqrt(away["e032"] * away["e032"] + away["e013"] * away["e013"] + away["e021"] * away["e021"])
+    fours, gap_four = arms.turns_to_sphere(axes[3], wrist, shoulder, length)
+    branches, gaps = [], []
+    for four in fours:
+        bend = _motion(axes[3], four)
+        upper = after * ~arms.elbow_frame(shoulder, bend * wrist * ~bend, axes[3])
+        aheads, gap_ahead = arms.wrist_turns(*axes[:3], upper)
+        behinds, gap_behind = arms.wrist_turns(*axes[4:], ~(upper * bend) * goal)
+        gap = _smaller(_smaller(ga.minimum(gap_four, sine_squared), gap_ahead), gap_behind)
+        branches += [(*ahead, four, *behind) for ahead in aheads for behind in behinds]
+        gaps += [gap] * 4
+    return tuple(branches), tuple(gaps)
