@@ -1,8 +1,8 @@
-"""Inverse kinematics of a robot: selection of the method, and validation of all branches."""
+"""Inverse kinematics of a robot: selection of the method, and judgement of its branches."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -15,46 +15,20 @@ from generated import pga3, reaching
 from ...arguments import Reals, finite, real_array
 from ...elements import MOTOR, plain
 from ..model import Model
-from .chain import COINCIDE, SAME, Chain, Method, apart, chain_of
+from .chain import COINCIDE, Chain, Method, chain_of
 from .closed import Closed, closed_form
 from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
 from .redundant import elbow_circle
-from .search import Hints, descend, search, search_within
+from .search import Hints, search, search_within
 from .slides import ThreeSlides, TwoSlides
 from .solutions import Branches, Solutions, Status
+from .validation import BLOCK, EXACT, NO_ROOT, RIGHT, ROUGH, Found, checked
 
-_BLOCK = 2048
-"""Number of poses in a block, such that the data of a block fit into the second-level cache."""
-_RIGHT = 2e-11
-"""A branch is valid if the coefficients of its motor differ by less than this (lengths relative to the arm's size)."""
-_EXACT = 2.0**-46
-"""Branches with larger errors than this, 64 rounding errors, and up to `_ROUGH` are polished."""
-_ROUGH, _NO_ROOT = 1e-3, -1e-6
-"""Branches with a discriminant below the second number have no solution, whatever the rounding; they are skipped."""
-_SINGULAR = 1e-8
-"""Poses missed by less than this may be reachable: the root of the rounding errors is the accuracy at a singularity."""
-_STEPS, _FEW = 60, 8
-"""Maximum steps of a descent to the nearest reachable pose, and number of starts where no start is known."""
 _MOTION = 1e-3
 """A matrix is a rigid motion if no entry of its rotation differs by more than this from that of its motor."""
 _AT_LIMIT = 1e-11
 """Variables beyond a limit by rounding errors up to this are set to the limit. The pose remains valid."""
-
-Solver = Callable[[Reals, slice], tuple[Reals, Reals] | Branches]
-"""Returns branches and discriminants of a block of goals, and whether all branches are among them if that may fail."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Found:
-    """Branches of a batch of goals: q (N, B, n), valid (N, B), discriminants (N, B), nearest (N, n), complete (N,)."""
-
-    q: Reals
-    valid: NDArray[np.bool_]
-    gap: Reals
-    nearest: Reals
-    method: str
-    complete: NDArray[np.bool_]
 
 
 def inverse(
@@ -140,22 +114,22 @@ def _judgement(chain: Chain, limits: bytes) -> Method:
     """Return the kernel that judges the branches of a robot with the given limits, (2, n)."""
     low, high = np.frombuffer(limits).reshape(2, -1)
     return reaching.judged_branches.bind(
-        turns=chain.tables["turns"], low=low, high=high, slack=np.full(len(chain), _AT_LIMIT), right=_RIGHT,
-        exact=_EXACT, rough=_ROUGH, no_root=_NO_ROOT, coincide=COINCIDE,
+        turns=chain.tables["turns"], low=low, high=high, slack=np.full(len(chain), _AT_LIMIT), right=RIGHT,
+        exact=EXACT, rough=ROUGH, no_root=NO_ROOT, coincide=COINCIDE,
     )  # fmt: skip
 
 
 def _judged(
     robot: Model, chain: Chain, form: Any, goals: Reals, turns: tuple[Reals, ...], wanted: Reals | None
 ) -> _Judged:
-    """Solve and judge goals by kernels, and those whose branches are in doubt as `_checked` does."""
+    """Solve and judge goals by kernels, and those whose branches are in doubt as `checked` does."""
     judge = _judgement(chain, robot.limits.T[:2].tobytes())
     parts = []
-    for start in range(0, max(len(goals), 1), _BLOCK):
-        here = goals[start : start + _BLOCK]
-        solved = Branches(*form.solve(here, *(turn[start : start + _BLOCK] for turn in turns)))
+    for start in range(0, max(len(goals), 1), BLOCK):
+        here = goals[start : start + BLOCK]
+        solved = Branches(*form.solve(here, *(turn[start : start + BLOCK] for turn in turns)))
         q, gap = np.ascontiguousarray(solved.q), np.ascontiguousarray(solved.gap)
-        near = np.zeros((len(q), len(chain))) if wanted is None else wanted[start : start + _BLOCK]
+        near = np.zeros((len(q), len(chain))) if wanted is None else wanted[start : start + BLOCK]
         has_wish = np.full(len(q), float(wanted is not None))
         moved, valid, within, nearest, singular, doubtful = judge(
             q, gap, chain.distance(q, here[:, None]), near, has_wish
@@ -166,7 +140,7 @@ def _judged(
         rows = np.flatnonzero(doubtful)
         if len(rows):
             given = Branches(q[rows], gap[rows], np.broadcast_to(solved.complete, len(q))[rows])
-            found = _checked(chain, here[rows], given.of_block, form.name)
+            found = checked(chain, here[rows], given.of_block, form.name)
             again = _judge(robot, found, None if wanted is None else near[rows], frozenset())
             for name in _COLUMNS:
                 getattr(part, name)[rows] = getattr(again, name)
@@ -178,7 +152,7 @@ def _judged(
     )
 
 
-def _judge(robot: Model, found: _Found, wanted: Reals | None, held: frozenset[int]) -> _Judged:
+def _judge(robot: Model, found: Found, wanted: Reals | None, held: frozenset[int]) -> _Judged:
     """Return the statuses of poses and the branches within limits; set invalid branches to NaN."""
     q, valid, nearest = found.q, found.valid, found.nearest
     status = np.full(len(q), Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
@@ -263,13 +237,13 @@ def _form(chain: Chain, geometry: str) -> Closed | None:
     return form
 
 
-def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str, hints: Hints) -> _Found:
+def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geometry: str, hints: Hints) -> Found:
     """Return the branches where some joints have given values, (N,) each."""
     if not values:
         form = _form(chain, geometry)
         if form is None:
-            return _checked(chain, goals, lambda motors, block: _searched(chain, motors, hints.at(block)), "search")
-        return _checked(chain, goals, lambda motors, _: form.solve(motors), form.name)
+            return checked(chain, goals, lambda motors, block: _searched(chain, motors, hints.at(block)), "search")
+        return checked(chain, goals, lambda motors, _: form.solve(motors), form.name)
     joint = max(values)
     value, others = values[joint], {j: v for j, v in values.items() if j != joint}
     if joint in (0, len(chain) - 1):
@@ -293,12 +267,12 @@ def _with_locked(chain: Chain, goals: Reals, values: Mapping[int, Reals], geomet
         q[chosen, here], valid[chosen, here], gap[chosen, here] = part.q, part.valid, part.gap
         nearest[chosen], complete[chosen] = part.nearest, part.complete
     methods = {part.method for _, part in parts}
-    return _Found(q, valid, gap, nearest, "search" if "search" in methods else parts[0][1].method, complete)
+    return Found(q, valid, gap, nearest, "search" if "search" in methods else parts[0][1].method, complete)
 
 
-def _inserted(found: _Found, joint: int, value: Reals) -> _Found:
+def _inserted(found: Found, joint: int, value: Reals) -> Found:
     q = np.insert(found.q, joint, value[:, None], axis=-1)
-    return _Found(
+    return Found(
         q, found.valid, found.gap, np.insert(found.nearest, joint, value, axis=-1), found.method, found.complete
     )
 
@@ -307,98 +281,3 @@ def _searched(chain: Chain, goals: Reals, hints: Hints) -> Branches:
     # Arms with up to six joints have few branches, of which limits would hide some.
     q = search_within(chain, goals, hints) if len(chain) > 6 else search(chain, goals)
     return Branches(q, np.ones(q.shape[:2]), np.zeros(len(q), bool))
-
-
-def _checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> _Found:
-    """Validate the branches of a solver against the goals, and polish those with small errors."""
-    found: _Found | None = None
-    rough: list[tuple[Reals, Reals, Reals, Reals]] = []
-    free: list[tuple[Reals, Reals, Reals, Reals]] = []
-    for start in range(0, max(len(goals), 1), _BLOCK):
-        block = slice(start, start + _BLOCK)
-        q, gap, *complete = solve(goals[block], block)
-        off = chain.distance(q, goals[block, None])
-        if found is None:
-            shape = len(goals), *q.shape[1:]
-            found = _Found(
-                np.empty(shape),
-                np.empty(shape[:2], bool),
-                np.empty(shape[:2]),
-                np.empty((shape[0], shape[2])),
-                method,
-                np.ones(shape[0], bool),
-            )
-        # arctan2(-0.0, x) is -pi for negative x.
-        q[q == -np.pi] = np.pi
-        valid = off <= _RIGHT
-        near = (off > _EXACT) & (off < _ROUGH) & (gap > _NO_ROOT)
-        if near.any():
-            rows, branches = np.nonzero(near)
-            rough.append((rows + start, branches, q[near], off[near]))
-        loose = (off >= _ROUGH) & (np.abs(gap) <= COINCIDE) & np.isfinite(off)
-        if loose.any():
-            rows, branches = np.nonzero(loose)
-            free.append((rows + start, branches, q[loose], off[loose]))
-        # The first valid branch, or the one with the smallest error if no branch is valid.
-        best = np.argmax(valid, axis=-1)
-        lost = ~valid.any(-1)
-        best[lost] = np.argmin(np.where(np.isfinite(off[lost]), off[lost], np.inf), axis=-1)
-        found.nearest[block] = q[np.arange(len(q)), best]
-        q[~valid] = np.nan
-        found.q[block], found.valid[block], found.gap[block] = q, valid, gap
-        if complete:
-            found.complete[block] = complete[0]
-    assert found is not None  # even an empty batch of goals has one block
-    if rough:
-        _polished(chain, goals, found, *(np.concatenate(part) for part in zip(*rough, strict=True)))
-    if free:
-        _freed(chain, goals, found, *(np.concatenate(part) for part in zip(*free, strict=True)))
-    missed = np.flatnonzero(~found.valid.any(-1))
-    if len(missed):
-        begin = found.nearest[missed]
-        nowhere = ~np.isfinite(begin).all(-1)
-        if nowhere.any():
-            begin[nowhere] = search(chain, goals[missed[nowhere]], _FEW)[:, 0]
-        reached, _, distance = descend(chain, begin, goals[missed], _STEPS)
-        # Next to singularities, or if a joint rotates freely, the goal may be reachable from elsewhere.
-        lost = ((np.abs(found.gap[missed]) <= COINCIDE).any(-1) | (distance < _SINGULAR)) & (distance > _RIGHT)
-        if lost.any():
-            reached[lost] = search(chain, goals[missed[lost]])[:, 0]
-        found.nearest[missed] = chain.wrapped(reached)
-        distance = chain.distance(reached, goals[missed])
-        right = missed[distance <= _RIGHT]
-        found.complete[missed[(distance > _RIGHT) & (distance < _SINGULAR)]] = False
-        found.q[right, 0], found.valid[right, 0] = found.nearest[right], True
-        # The equations had no solution although the pose is reachable: this happens at singularities.
-        found.gap[right, 0] = 0.0
-    return found
-
-
-def _polished(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: Reals, q: Reals, off: Reals) -> None:
-    """Polish branches (K, n) with errors (K,), and insert those that become valid."""
-    better, _, distance = descend(chain, q, goals[rows], _STEPS)
-    improved = distance < off
-    q = np.where(improved[:, None], chain.wrapped(better), q)
-    right = np.where(improved, distance, off) <= _RIGHT
-    rows, branches, q = rows[right], branches[right], q[right]
-    found.q[rows, branches], found.valid[rows, branches] = q, True
-    found.nearest[rows] = found.q[rows, found.valid[rows].argmax(-1)]
-
-
-def _freed(chain: Chain, goals: Reals, found: _Found, rows: Reals, branches: Reals, q: Reals, off: Reals) -> None:
-    """Correct branches (K, n), with errors (K,), in which the angle of a freely rotating joint is infeasible.
-
-    For each pose without a valid singular branch, the branch with the smallest error is moved until it reaches the
-    goal, and inserted unless it duplicates another one.
-    """
-    has_one = np.any(found.valid & (np.abs(found.gap) <= COINCIDE), axis=-1)
-    order = np.argsort(off)
-    order = order[~has_one[rows[order]]]
-    first = order[np.unique(rows[order], return_index=True)[1]]
-    rows, branches = rows[first], branches[first]
-    better, _, distance = descend(chain, q[first], goals[rows], _STEPS)
-    better = chain.wrapped(better)
-    known = (apart(found.q[rows], better[:, None], np.array(chain.slides)) < SAME).any(-1)
-    right = (distance <= _RIGHT) & ~known
-    rows, branches = rows[right], branches[right]
-    found.q[rows, branches], found.valid[rows, branches] = better[right], True
