@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy
@@ -65,27 +66,28 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
     return bool(bounds.min() > np.log(freedom.false_alarms))
 
 
-def least_by_chance(distances: Reals, share: Callable[[Reals], Reals], freedom: Freedom) -> tuple[float, float]:
+def least_by_chance(distances: Reals, share: Callable[[Reals], Reals], freedom: Freedom) -> tuple[Any, Any]:
     """Return the threshold with which the inliers of a model are least likely by chance.
 
     Parameters
     ----------
-    distances : array, (n,)
-        Of all points from the model.
+    distances : array, (..., n)
+        Of all points from the model, or from each model.
     share : callable
-        Function from distances to the probability that a wrong point is as near.
+        Function from distances (..., n) to the probability that a wrong point is as near.
     freedom : Freedom
 
     Returns
     -------
-    logarithm, threshold : float
+    logarithm, threshold : float, or array (...)
         The natural logarithm of the expected number of models by chance with as many inliers, and the largest distance
         of an inlier.
     """
-    limits = np.sort(distances)
-    logs = log_false_alarms(len(limits), np.arange(1, len(limits) + 1), share(limits), freedom) + np.log(len(limits))
-    k = int(np.argmin(logs))
-    return float(logs[k]), float(limits[k])
+    limits = np.sort(distances, axis=-1)
+    n = limits.shape[-1]
+    logs = log_false_alarms(n, np.arange(1, n + 1), share(limits), freedom) + np.log(n)
+    k = np.argmin(logs, axis=-1)[..., None]
+    return tuple(np.take_along_axis(row, k, -1)[..., 0][()] for row in (logs, limits))  # type: ignore[return-value]
 
 
 def log_false_alarms(n: int, count: Reals, share: Reals, freedom: Freedom) -> Reals:

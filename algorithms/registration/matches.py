@@ -280,10 +280,9 @@ def _fitted(
         motors = kernels.motor_of_rotor(vectors[:, :, 0], x_mean, y_mean)
         off = np.linalg.norm(pga3.move_point(motors[:, None], x) - y, axis=-1)
         weights = (off < (tolerance or reach)).astype(float)
-    chances = [_log_chance(row, y, tolerance, room) for row in off]
-    k = int(np.argmin([chance for chance, _ in chances]))
-    chance, radius = chances[k]
-    inliers = off[k] <= radius
+    chances, radii = _log_chance(off, y, tolerance, room)
+    k = int(np.argmin(chances))
+    chance, inliers = float(chances[k]), off[k] <= radii[k]
     form, x_mean, y_mean = form_about_means(x, y, inliers.astype(float))
     values, vectors = np.linalg.eigh(form)
     motor = kernels.motor_of_rotor(vectors[:, 0], x_mean, y_mean)
@@ -294,8 +293,11 @@ def _fitted(
     return MatchRegistration(motor, 1.0, inliers, status, residual, chance, np.zeros((0, 6)))
 
 
-def _log_chance(off: Reals, y: Reals, tolerance: float | None, room: float | None = None) -> tuple[float, float]:
-    """Return the least expected number of chance motions over the radius of inliers, as a logarithm, and the radius."""
+def _log_chance(off: Reals, y: Reals, tolerance: float | None, room: float | None = None) -> tuple[Reals, Reals]:
+    """Return the least expected number of chance motions over the radius of inliers, as a logarithm, and the radius.
+
+    The distances are those of several motions, (k, n), and the results (k,).
+    """
     # The volume of a normal distribution of this spread; that of a uniform one is larger.
     spread = y.std(0)
     if room is None:
@@ -306,8 +308,8 @@ def _log_chance(off: Reals, y: Reals, tolerance: float | None, room: float | Non
         return np.asarray(np.minimum(4 / 3 * np.pi * np.maximum(radii, floor) ** 3 / room, 1))
 
     distances = off if tolerance is None else np.where(off <= tolerance, off, np.inf)
-    logarithm, radius = least_by_chance(distances, share, _FREEDOM)
-    return logarithm / np.log(10), max(radius, floor)
+    logarithms, radii = least_by_chance(distances, share, _FREEDOM)
+    return logarithms / np.log(10), np.maximum(radii, floor)
 
 
 def _likely_scales(x: Reals, y: Reals) -> list[float]:

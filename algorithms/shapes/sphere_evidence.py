@@ -64,7 +64,7 @@ def log_chance(
         counted = np.searchsorted(wrong, np.maximum(limits, least), side="right") / len(wrong)
         return np.asarray(counted * np.minimum(limits / least, 1) ** _FREEDOM.codimension)
 
-    return least_by_chance(distances, share, _FREEDOM)[0] + float(log_choices(max(len(first), _POSE), _POSE))
+    return float(least_by_chance(distances, share, _FREEDOM)[0]) + float(log_choices(max(len(first), _POSE), _POSE))
 
 
 def _displaced(balls: Reals, reach: float) -> Reals:
