@@ -65,7 +65,7 @@ METHODS: Mapping[str, Entry] = MappingProxyType(
         "simulate": Entry(calls=("forward_dynamics",)),
         "centroidal_momentum": _kernel(),
         "link": Entry(),
-        "inverse": Entry(),
+        "inverse": Entry(_WHERE),
         "jacobian_of_point": Entry(),
         "jacobian_of_line": Entry(),
         "jacobian_of_plane": Entry(),

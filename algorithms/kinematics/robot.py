@@ -408,7 +408,8 @@ class Robot(Simulated):
             )
         arm, variables = self._arm()
         if arm is self:
-            return _inverse(self, poses, locked=locked, elbow=elbow, method=method, near=near)
+            own = self._computed.own.get("inverse")
+            return _inverse(self, poses, locked=locked, elbow=elbow, method=method, near=near, own=own)
         for joint in locked or {}:
             if joint not in variables:
                 raise ValueError(

@@ -237,6 +237,7 @@ def _build(sources: list[Path], force: bool = False, portable: bool = False) -> 
     "gac robot ur5                a robot known by name to algorithms.kinematics",
     "gac robot ur5 --method gravity --method forward_dynamics",
     "gac robot ur5 --method all --target rust   write out/ur5.rs, but no C",
+    "gac robot ur5 --inverse      also all configurations that reach a pose",
 )
 @click.argument("robot")
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=Path("out"), show_default=True)
@@ -257,6 +258,9 @@ def _build(sources: list[Path], force: bool = False, portable: bool = False) -> 
     multiple=True,
     help=f"Kernel to generate; may be repeated [default: {', '.join(DEFAULT)}].",
 )
+@click.option(
+    "--inverse", is_flag=True, help="Also generate the kernel of inverse kinematics, where it has a closed form."
+)
 @target_option
 @click.option("--no-build", is_flag=True, help="Do not compile the C files.")
 @jobs_option
@@ -271,6 +275,7 @@ def robot(
     lock: tuple[str, ...],
     base: str,
     methods: tuple[str, ...],
+    inverse: bool,
     targets: tuple[str, ...],
     no_build: bool,
     jobs: int,
@@ -283,7 +288,7 @@ def robot(
     ROBOT is a file of URDF or MuJoCo, or the name of a known robot. The kernels take vectors of all joint variables.
     The spec is saved in the folder specs/ next to the module, for use with `gac show` and `gac verify`.
     """
-    module, text = robot_spec(robot, name, tip, lock, methods, base)
+    module, text = robot_spec(robot, name, tip, lock, methods, base, inverse)
     path = output / "specs" / f"{module}.py"
     write({path.name: text}, path.parent)
     spec = load_spec(path, f"gac robot {robot}")

@@ -19,6 +19,7 @@ from .dynamics import (
 )
 from .formulas import lagrange_equations, row_motor
 from .inertias import base_parameters
+from .inverse import elbow_circle, spherical_wrist, three_parallel_axes
 from .kinematics import forward, forward_all, jacobian, jacobian_rate
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "centroidal_momentum_matrix",
     "coriolis",
     "coriolis_matrix",
+    "elbow_circle",
     "forward",
     "forward_all",
     "forward_dynamics",
@@ -42,6 +44,8 @@ __all__ = [
     "potential_energy",
     "row_motor",
     "signed",
+    "spherical_wrist",
+    "three_parallel_axes",
 ]
 
 

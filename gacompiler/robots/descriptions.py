@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 from ..errors import SpecError
 from .chains import Chain
 from .kernel_texts import methods_of
-from .spec_text import spec_text
+from .spec_text import inverse_text, spec_text
 
 
 def robot_spec(
@@ -24,6 +24,7 @@ def robot_spec(
     locked: Sequence[str],
     methods: Sequence[str] = (),
     base: str = "fixed",
+    inverse: bool = False,
 ) -> tuple[str, str]:
     """Return the name of a robot's module and the text of its spec.
 
@@ -40,13 +41,17 @@ def robot_spec(
         The kernels, as for `methods_of`.
     base : str, optional
         "fixed", "floating" or "euler", as for `Robot.from_urdf`.
+    inverse : bool, optional
+        Whether to write the kernel `inverse`, too.
 
     Raises
     ------
     SpecError
-        If the file or robot does not exist, or the file is not a valid description.
+        If the file or robot does not exist, or the file is not a valid description, or the inverse kinematics of the
+        robot has no closed form.
     """
     from algorithms.kinematics import Robot
+    from algorithms.kinematics.inverse.redundant import tables_of
     from algorithms.kinematics.named import table_of
     from algorithms.kinematics.tables import followed
 
@@ -84,7 +89,11 @@ def robot_spec(
         offsets=tuple(map(float, offsets)),
         home=tuple(tuple(map(float, row)) for row in found.home) if "forward_all" in written else (),
     )
-    return module, spec_text(module, chain, source, written)
+    try:
+        solver = inverse_text(*tables_of(found), found.joint_names) if inverse else ""
+    except ValueError as error:
+        raise SpecError(robot, str(error)) from None
+    return module, spec_text(module, chain, source, written, solver)
 
 
 def _root_of(path: str) -> str:

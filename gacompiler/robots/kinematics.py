@@ -34,10 +34,11 @@ def forward(chain: Chain, q: Scalars) -> Any:
     multivector
         An even element, which is a unit motor up to the rounding of the constants.
     """
-    return folded(_forward, chain, q=q)
+    return folded(motor_of_variables, chain, q=q)
 
 
-def _forward(chain: Chain, q: Scalars) -> Any:
+def motor_of_variables(chain: Chain, q: Scalars) -> Any:
+    """Compute the motor of the end effector without folding the constants."""
     # A single motor takes fewer operations than the rotor and position used in the loops for a general robot.
     found: Any = lift(1)
     lines, (variables, ratios, offsets) = directions_and_moments(chain), chain.followed

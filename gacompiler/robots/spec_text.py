@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from textwrap import wrap
+from typing import Any
 
 from .chains import Chain, Number, exact
 from .kernel_texts import kernel_text
 
 
-def spec_text(name: str, chain: Chain, source: str, methods: Sequence[str]) -> str:
+def spec_text(name: str, chain: Chain, source: str, methods: Sequence[str], inverse: str = "") -> str:
     """Return the text of the spec of one robot, with its constants and kernels.
 
     Parameters
@@ -25,6 +26,8 @@ def spec_text(name: str, chain: Chain, source: str, methods: Sequence[str]) -> s
         The origin of the numbers, in a sentence or two.
     methods : sequence of str
         The kernels, as names of functions of `gacompiler.robots`.
+    inverse : str, optional
+        The text of the kernel `inverse`, as returned by `inverse_text`.
     """
     parts = [
         _literal("kinds", [f'"{kind}"' for kind in chain.kinds]),
@@ -59,7 +62,48 @@ def spec_text(name: str, chain: Chain, source: str, methods: Sequence[str]) -> s
             "",
         )
     )
-    return own + "".join(kernel_text(method, chain.is_floating) for method in methods)
+    return own + "".join(kernel_text(method, chain.is_floating) for method in methods) + inverse
+
+
+def inverse_text(function: str, tables: Mapping[str, Any], joints: Sequence[str]) -> str:
+    """Return the definition of the kernel `inverse` of a robot.
+
+    Parameters
+    ----------
+    function : str
+        A function of `gacompiler.robots.inverse`.
+    tables : mapping
+        What it takes after the pose and, for an elbow circle, the elbow angle: numbers, or rows of them.
+    joints : sequence of str
+        Names of the joints.
+    """
+    elbow = function == "elbow_circle"
+    arguments, types = ("pose, elbow", "pose=PGA3.MOTOR, elbow=SCALAR") if elbow else ("pose", "pose=PGA3.MOTOR")
+    given = "".join(f"        {name}={_plain(value)!r},\n" for name, value in tables.items())
+    variables = "\n".join(wrap(f"Joint variables: {', '.join(joints)}.", 114, subsequent_indent="    "))
+    return f'''
+
+@kernel({types}, returns=(array(SCALAR, 8, {len(joints)}), array(SCALAR, 8), array(SCALAR, 8)))
+def inverse({arguments}):
+    """All configurations that reach a pose of the end effector, a unit motor of either sign.
+
+    Returns eight branches, the discriminant of each, and its error: the largest difference between coefficients of the
+    pose that it reaches and the given one, of the sign that fits. Branches with errors above rounding are no solutions.
+
+    {variables}
+    """
+    return robots.{function}(
+        ROBOT,
+        {arguments},
+{given}    )
+'''
+
+
+def _plain(value: Any) -> Any:
+    """Return numbers and rows of numbers as constants of a spec."""
+    if isinstance(value, bool):
+        return value
+    return tuple(map(_plain, value)) if hasattr(value, "__iter__") else _nice(float(value))
 
 
 _FLOATING = (

@@ -45,6 +45,11 @@ def three_parallel_axes(goal, axes, point, plane, signs):
     signs
         1 or -1 for each of the parallel axes: whether it has the direction of the first of them.
     """
+    return branches_of_three_parallel_axes(goal, axes, point, plane, signs)
+
+
+def branches_of_three_parallel_axes(goal, axes, point, plane, signs):
+    """Compute `three_parallel_axes`, also for constants."""
     ones, gap_one = arms.turns_to_plane(-axes[0], goal * point * ~goal, plane)
     parallel = [sign * axis for sign, axis in zip(signs, axes[1:4], strict=True)]
     branches, gaps = [], []
@@ -79,18 +84,31 @@ def spherical_wrist(goal, axes, centre, base, mix, third, order):
     order
         Positive if the first joint is solved before the third one, negative if after it.
     """
+    return branches_of_spherical_wrist(goal, axes, centre, base, mix, third, order > 0)
+
+
+def _chosen(condition, a, b):
+    """Return the first value if a condition holds, which may be known already."""
+    if isinstance(condition, bool):
+        return a if condition else b
+    return ga.select(condition, a, b)
+
+
+def branches_of_spherical_wrist(goal, axes, centre, base, mix, third, is_first_before_third):
+    """Compute `spherical_wrist`, also for constants."""
     goal_point = goal * centre * ~goal
     height, distance = arms.circle_profile(axes[1], base, -axes[0], goal_point)
     first = tuple(tuple(a * x + b * y for x, y in zip(height, distance, strict=True)) for a, b in mix)
     known, wanted = (
         tuple(
-            tuple(ga.select(order > 0, x, y) for x, y in zip(*rows, strict=True)) for rows in zip(*sides, strict=True)
+            tuple(_chosen(is_first_before_third, x, y) for x, y in zip(*rows, strict=True))
+            for rows in zip(*sides, strict=True)
         )
         for sides in ((first, third), (third, first))
     )
     branches, gaps = [], []
     for (a, b), gap in zip(*arms.turns_of_two_sums(known, wanted), strict=True):
-        one, three = ga.select(order > 0, a, b), ga.select(order > 0, b, a)
+        one, three = _chosen(is_first_before_third, a, b), _chosen(is_first_before_third, b, a)
         two = arms.turn_between_points(
             axes[1], arms.turned_point(axes[2], centre, three), arms.turned_point(-axes[0], goal_point, one)
         )
@@ -119,6 +137,11 @@ def elbow_circle(goal, elbow, axes, shoulder, wrist):
     shoulder, wrist
         The points in which the first and the last three axes intersect.
     """
+    return branches_of_elbow_circle(goal, elbow, axes, shoulder, wrist)
+
+
+def branches_of_elbow_circle(goal, elbow, axes, shoulder, wrist):
+    """Compute `elbow_circle`, also for constants."""
     goal_point = goal * wrist * ~goal
     line = ga.normalize(shoulder & goal_point)
     across, spare = ga.commutator(line, axes[0]), ga.commutator(line, axes[1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from ...arguments import Reals
 from .chain import COINCIDE, TOLERANCE, Chain, common_point, direction, parallel
 from .regional import Regional
 from .solutions import Branches
+
+Tables = dict[str, Any]
+"""The constants of a closed form, for the kernel of one robot."""
 
 
 class Closed(Protocol):
@@ -82,6 +85,15 @@ class SphericalWrist:
         regional = Regional.of(chain.part(0, 3), centre)
         return None if regional is None else cls(chain, regional)
 
+    @property
+    def tables(self) -> Tables:
+        """What `gacompiler.robots.spherical_wrist` takes; empty if the first three joints need a quartic, or slide."""
+        if not self.regional.is_two_sums:
+            return {}
+        names = ("centre", "base", "mix", "third", "is_first_before_third")
+        *rows, order = self.regional.two_sums
+        return dict(zip(names, (*rows, order > 0), strict=True))
+
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""
         if self.regional.is_two_sums:
@@ -120,6 +132,11 @@ class ThreeParallel:
             return None
         signs = np.sign(direction(axes[1:4]) @ direction(axes[1]))
         return cls(chain, point, pga3.plane_orthogonal_to_line(point, axes[1]), signs)
+
+    @property
+    def tables(self) -> Tables:
+        """What `gacompiler.robots.three_parallel_axes` takes."""
+        return {"point": self.point, "plane": self.plane, "signs": self.signs}
 
     def solve(self, goals: Reals) -> tuple[Reals, Reals]:
         """As in `Closed`."""

@@ -30,12 +30,16 @@ class Status(IntEnum):
     INCOMPLETE = 5
 
 
+EVERY = np.ones(1, bool)
+"""Of every goal, all branches were found."""
+
+
 class Branches(NamedTuple):
     """Branches q (N, B, n) of a method, their discriminants (N, B), and whether none is missing, (N,) or (1,)."""
 
     q: NDArray[Any]
     gap: NDArray[Any]
-    complete: NDArray[np.bool_] = np.ones(1, bool)
+    complete: NDArray[np.bool_] = EVERY
 
     def of_block(self, _goals: NDArray[Any], block: slice) -> Branches:
         """Return those of a block of goals."""

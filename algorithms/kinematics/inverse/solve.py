@@ -22,7 +22,7 @@ from .meets import GEOMETRIES, Meets
 from .redundant import elbow_circle
 from .search import Hints, search, search_within
 from .slides import ThreeSlides, TwoSlides
-from .solutions import Branches, Solutions, Status
+from .solutions import EVERY, Branches, Solutions, Status
 from .validation import BLOCK, EXACT, NO_ROOT, RIGHT, ROUGH, Found, checked
 
 _MOTION = 1e-3
@@ -39,8 +39,12 @@ def inverse(
     elbow: ArrayLike | None = None,
     method: str = "motors",
     near: ArrayLike | None = None,
+    own: Method | None = None,
 ) -> Solutions:
-    """Return all configurations of a robot that reach the given poses; see `Robot.inverse`."""
+    """Return all configurations of a robot that reach the given poses; see `Robot.inverse`.
+
+    `own` is the kernel of the robot's own module, if that has one.
+    """
     if method != "motors" and method not in GEOMETRIES:
         expected = " or ".join(map(repr, ("motors", *GEOMETRIES)))
         raise ValueError(f"{robot.name}: method {method!r}; expected {expected}")
@@ -64,10 +68,12 @@ def inverse(
     wanted = None if near is None else _configurations(robot, near, shape)
     given = list(values.values()) + ([] if angles is None else [angles])
     goals = goals.reshape(-1, 8)
-    is_finite = np.isfinite(goals).all(-1) & np.all([np.isfinite(value) for value in given], axis=0)
+    is_finite = np.asarray(np.isfinite(goals).all(-1))
+    for value in given:
+        is_finite &= np.isfinite(value)
     # Non-finite poses are replaced by the home pose here and marked as invalid at the end.
-    goals = np.where(is_finite[:, None], goals, robot.tool)
-    goals = pga3.motor_between_frames(robot.tool, goals)
+    poses = np.where(is_finite[:, None], goals, robot.tool)
+    goals = pga3.motor_between_frames(robot.tool, poses)
     values = {joint: np.where(is_finite, value, 0.0) for joint, value in values.items()}
     chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
     form = None if values else elbow_circle(robot) if angles is not None else _form(chain, method)
@@ -76,9 +82,12 @@ def inverse(
         judged = _judge(robot, found, wanted, frozenset(values))
     else:
         turns = () if angles is None else (np.where(is_finite, angles, 0.0),)
-        judged = _judged(robot, chain, form, goals, turns, wanted)
+        if own is None or method != "motors":
+            judged = _judged(robot, chain, form.solve, form.name, (goals, *turns), goals, wanted)
+        else:
+            judged = _judged(robot, chain, lambda *given: own(*given)[:2], form.name, (poses, *turns), goals, wanted)
     lost = ~is_finite
-    if lost.any():
+    if np.count_nonzero(lost):
         judged.status[lost] = Status.NOT_FINITE
         judged.valid[lost] = judged.within[lost] = False
         judged.q[lost] = judged.nearest[lost] = np.nan
@@ -105,6 +114,7 @@ class _Judged:
     within: NDArray[np.bool_]
 
 
+_FOUND = np.array([Status.FOUND, Status.SINGULAR], np.int8)
 _COLUMNS = ("q", "valid", "status", "nearest", "within")
 """The arrays of `_Judged`, with a row for each goal."""
 
@@ -120,35 +130,39 @@ def _judgement(chain: Chain, limits: bytes) -> Method:
 
 
 def _judged(
-    robot: Model, chain: Chain, form: Any, goals: Reals, turns: tuple[Reals, ...], wanted: Reals | None
+    robot: Model, chain: Chain, solve: Any, name: str, known: tuple[Reals, ...], goals: Reals, wanted: Reals | None
 ) -> _Judged:
-    """Solve and judge goals by kernels, and those whose branches are in doubt as `checked` does."""
+    """Solve and judge goals by kernels, and those whose branches are in doubt as `checked` does.
+
+    `solve` gets blocks of the arrays `known`, and returns at least branches and discriminants.
+    """
     judge = _judgement(chain, robot.limits.T[:2].tobytes())
     parts = []
     for start in range(0, max(len(goals), 1), BLOCK):
         here = goals[start : start + BLOCK]
-        solved = Branches(*form.solve(here, *(turn[start : start + BLOCK] for turn in turns)))
+        solved = Branches(*solve(*(array[start : start + BLOCK] for array in known)))
         q, gap = np.ascontiguousarray(solved.q), np.ascontiguousarray(solved.gap)
         near = np.zeros((len(q), len(chain))) if wanted is None else wanted[start : start + BLOCK]
-        has_wish = np.full(len(q), float(wanted is not None))
+        has_wish = np.zeros(len(q)) if wanted is None else np.ones(len(q))
         moved, valid, within, nearest, singular, doubtful = judge(
             q, gap, chain.distance(q, here[:, None]), near, has_wish
         )
-        status = np.where(solved.complete, np.where(singular > 0, Status.SINGULAR, Status.FOUND), Status.INCOMPLETE)
-        part = _Judged(moved, valid > 0, status.astype(np.int8), nearest, form.name, within > 0)
+        part = _Judged(moved, valid > 0, _FOUND[singular.astype(np.int8)], nearest, name, within > 0)
+        if solved.complete is not EVERY:
+            part.status[~solved.complete] = Status.INCOMPLETE
         part.q[~part.valid] = np.nan
-        rows = np.flatnonzero(doubtful)
-        if len(rows):
+        if np.count_nonzero(doubtful):
+            rows = np.flatnonzero(doubtful)
             given = Branches(q[rows], gap[rows], np.broadcast_to(solved.complete, len(q))[rows])
-            found = checked(chain, here[rows], given.of_block, form.name)
+            found = checked(chain, here[rows], given.of_block, name)
             again = _judge(robot, found, None if wanted is None else near[rows], frozenset())
-            for name in _COLUMNS:
-                getattr(part, name)[rows] = getattr(again, name)
+            for column in _COLUMNS:
+                getattr(part, column)[rows] = getattr(again, column)
         parts.append(part)
     if len(parts) == 1:
         return parts[0]
     return _Judged(
-        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}, method=form.name
+        **{column: np.concatenate([getattr(part, column) for part in parts]) for column in _COLUMNS}, method=name
     )
 
 
