@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -76,16 +76,15 @@ def inverse(
     goals = pga3.motor_between_frames(robot.tool, poses)
     values = {joint: np.where(is_finite, value, 0.0) for joint, value in values.items()}
     chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
-    form = None if values else elbow_circle(robot) if angles is not None else _form(chain, method)
-    if form is None:
+    arm = _reduced(chain, goals, values)
+    form = None if arm is None else elbow_circle(robot) if angles is not None else _form(arm.chain, method)
+    if arm is None or form is None:
         found = _with_locked(chain, goals, values, method, Hints(robot.limits[:, :2], wanted))
         judged = _judge(robot, found, wanted, frozenset(values))
     else:
+        solve, known = (form.solve, arm.goals) if own is None or arm.held or method != "motors" else (own, poses)
         turns = () if angles is None else (np.where(is_finite, angles, 0.0),)
-        if own is None or method != "motors":
-            judged = _judged(robot, chain, form.solve, form.name, (goals, *turns), goals, wanted)
-        else:
-            judged = _judged(robot, chain, lambda *given: own(*given)[:2], form.name, (poses, *turns), goals, wanted)
+        judged = _judged(robot, chain, goals, arm, _Solver(solve, (known, *turns), form.name), wanted)
     lost = ~is_finite
     if np.count_nonzero(lost):
         judged.status[lost] = Status.NOT_FINITE
@@ -119,51 +118,96 @@ _COLUMNS = ("q", "valid", "status", "nearest", "within")
 """The arrays of `_Judged`, with a row for each goal."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Reduced:
+    """An arm without its locked joints: the chain and its goals, (N, 8), and the values of the others, (N,)."""
+
+    chain: Chain
+    goals: Reals
+    held: dict[int, Reals]
+
+    def whole(self, q: Reals, start: int) -> Reals:
+        """Return the variables of all joints of a block of goals, (N, B, n), in C order."""
+        if not self.held:
+            return np.ascontiguousarray(q)
+        n = q.shape[-1] + len(self.held)
+        found = np.empty((*q.shape[:-1], n))
+        found[..., [joint for joint in range(n) if joint not in self.held]] = q
+        for joint, value in self.held.items():
+            found[..., joint] = value[start : start + len(q), None]
+        return found
+
+
+def _reduced(chain: Chain, goals: Reals, values: Mapping[int, Reals]) -> _Reduced | None:
+    """Return an arm without locked joints; None if a joint between others has several values, or there is no goal.
+
+    It moves the axes of the joints after it, so that each value gives a different arm.
+    """
+    for joint in sorted(values, reverse=True):
+        value = values[joint]
+        if joint not in (0, len(chain) - 1):
+            if not len(value) or np.count_nonzero(value != value[0]):
+                return None
+            value = value[0]
+        chain, goals = chain.lock(joint, value, goals)
+    return _Reduced(chain, goals, {joint: values[joint] for joint in sorted(values)})
+
+
+class _Solver(NamedTuple):
+    """A closed form: a function of blocks of arrays, which returns at least branches and discriminants."""
+
+    solve: Callable[..., Any]
+    known: tuple[Reals, ...]
+    name: str
+
+    def at(self, start: int) -> Branches:
+        """Return the branches of a block of goals."""
+        found = self.solve(*(array[start : start + BLOCK] for array in self.known))
+        return found if isinstance(found, Branches) else Branches(*found[:2])
+
+
 @lru_cache(maxsize=256)
-def _judgement(chain: Chain, limits: bytes) -> Method:
+def _judgement(chain: Chain, limits: bytes, held: tuple[int, ...]) -> Method:
     """Return the kernel that judges the branches of a robot with the given limits, (2, n)."""
     low, high = np.frombuffer(limits).reshape(2, -1)
+    free = np.array([float(joint not in held) for joint in range(len(chain))])
     return reaching.judged_branches.bind(
-        turns=chain.tables["turns"], low=low, high=high, slack=np.full(len(chain), _AT_LIMIT), right=RIGHT,
-        exact=EXACT, rough=ROUGH, no_root=NO_ROOT, coincide=COINCIDE,
+        turns=free * chain.tables["turns"], low=low, high=high, slack=free * _AT_LIMIT, right=RIGHT, exact=EXACT,
+        rough=ROUGH, no_root=NO_ROOT, coincide=COINCIDE,
     )  # fmt: skip
 
 
-def _judged(
-    robot: Model, chain: Chain, solve: Any, name: str, known: tuple[Reals, ...], goals: Reals, wanted: Reals | None
-) -> _Judged:
-    """Solve and judge goals by kernels, and those whose branches are in doubt as `checked` does.
-
-    `solve` gets blocks of the arrays `known`, and returns at least branches and discriminants.
-    """
-    judge = _judgement(chain, robot.limits.T[:2].tobytes())
+def _judged(robot: Model, chain: Chain, goals: Reals, arm: _Reduced, solver: _Solver, wanted: Reals | None) -> _Judged:
+    """Solve and judge goals by kernels, and those whose branches are in doubt as `checked` does."""
+    judge = _judgement(chain, robot.limits.T[:2].tobytes(), tuple(arm.held))
     parts = []
     for start in range(0, max(len(goals), 1), BLOCK):
         here = goals[start : start + BLOCK]
-        solved = Branches(*solve(*(array[start : start + BLOCK] for array in known)))
-        q, gap = np.ascontiguousarray(solved.q), np.ascontiguousarray(solved.gap)
+        solved = solver.at(start)
+        q, gap = arm.whole(solved.q, start), np.ascontiguousarray(solved.gap)
         near = np.zeros((len(q), len(chain))) if wanted is None else wanted[start : start + BLOCK]
         has_wish = np.zeros(len(q)) if wanted is None else np.ones(len(q))
         moved, valid, within, nearest, singular, doubtful = judge(
             q, gap, chain.distance(q, here[:, None]), near, has_wish
         )
-        part = _Judged(moved, valid > 0, _FOUND[singular.astype(np.int8)], nearest, name, within > 0)
+        part = _Judged(moved, valid > 0, _FOUND[singular.astype(np.int8)], nearest, solver.name, within > 0)
         if solved.complete is not EVERY:
             part.status[~solved.complete] = Status.INCOMPLETE
         part.q[~part.valid] = np.nan
         if np.count_nonzero(doubtful):
             rows = np.flatnonzero(doubtful)
-            given = Branches(q[rows], gap[rows], np.broadcast_to(solved.complete, len(q))[rows])
-            found = checked(chain, here[rows], given.of_block, name)
-            again = _judge(robot, found, None if wanted is None else near[rows], frozenset())
+            given = Branches(solved.q[rows], gap[rows], np.broadcast_to(solved.complete, len(q))[rows])
+            found = checked(arm.chain, arm.goals[start + rows], given.of_block, solver.name)
+            for joint, value in arm.held.items():
+                found = _inserted(found, joint, value[start + rows])
+            again = _judge(robot, found, None if wanted is None else near[rows], frozenset(arm.held))
             for column in _COLUMNS:
                 getattr(part, column)[rows] = getattr(again, column)
         parts.append(part)
     if len(parts) == 1:
         return parts[0]
-    return _Judged(
-        **{column: np.concatenate([getattr(part, column) for part in parts]) for column in _COLUMNS}, method=name
-    )
+    columns = {column: np.concatenate([getattr(part, column) for part in parts]) for column in _COLUMNS}
+    return _Judged(**columns, method=solver.name)
 
 
 def _judge(robot: Model, found: Found, wanted: Reals | None, held: frozenset[int]) -> _Judged:
