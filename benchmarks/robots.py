@@ -58,6 +58,8 @@ _ARMS = {
     "grid of one angle, two slides": ("general", {"slides": (1, 4)}),
 }
 """For each method of inverse kinematics: the robot, and options. `general` is a robot with random parameters."""
+_COMPLETE = ("puma560", "stanford", "ur3", "ur5", "ur10", "ur20", "irb140", "kr5", "jaco", "crx10ia")
+_MANY, _FEW = 100_000, 2_000
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -93,10 +95,20 @@ def page(quick: bool = False) -> str:
         markdown.paragraph(
             "All solution branches are computed, in batches.",
             "*Recall* is the fraction of random configurations that are found among the solutions for their own poses.",
-            f"Times are microseconds per pose, the minimum of {max(rounds // 4, 1)} runs.",
+            "Times are microseconds per pose of a batch, and of single calls, the minimum of "
+            f"{max(rounds // 4, 1)} runs.",
         ),
         "",
         _inverse(max(rounds // 4, 1), batch),
+        "## Completeness\n",
+        markdown.paragraph(
+            "Regular configurations, whose Jacobian has no singular value below 0.01, that are not among the solutions",
+            f"for their own poses, of {_MANY:,} configurations for each entry, or {_FEW:,} where the method is an",
+            "elimination: random ones, with the fourth angle 0, with multiples of 90 degrees for the last three, and",
+            "of 15 degrees for all.",
+        ),
+        "",
+        _completeness(quick),
     ]
     return "\n".join(parts)
 
@@ -267,8 +279,40 @@ def _inverse(rounds: int, batch: int) -> str:
         away = np.abs((found.q - q[:, None] + np.pi) % (2 * np.pi) - np.pi).max(-1)
         recall = np.mean(np.where(found.valid, away, np.inf).min(-1) < 1e-5)
         call = _bound(partial(arm.inverse, **options), motors)
-        spent = minimum_times({name: call}, rounds, _SPAN)
-        lines.append(
-            (name, arm.name, str(found.valid.sum(-1).max()), f"{recall:.4f}", f"{1e6 * spent[name] / count:.2f}")
-        )
-    return markdown.table(("method", "robot", "maximum number of branches", "recall", "time per pose"), lines)
+        first = {key: value[0] if key == "elbow" and np.ndim(value) else value for key, value in options.items()}
+        one = _bound(partial(arm.inverse, **first), motors[0])
+        spent = minimum_times({"batch": call, "one": one}, rounds, _SPAN)
+        times = (f"{1e6 * spent['batch'] / count:.2f}", f"{1e6 * spent['one']:.0f}")
+        lines.append((name, arm.name, str(found.valid.sum(-1).max()), f"{recall:.4f}", *times))
+    return markdown.table(("method", "robot", "maximum number of branches", "recall", "batch", "single"), lines)
+
+
+def _completeness(quick: bool) -> str:
+    from algorithms.kinematics import Robot
+
+    rng, lines = np.random.default_rng(77), []
+    for name in _COMPLETE:
+        arm = Robot.named(name)
+        n, slides = arm.n_joints, np.array([kind.value == "prismatic" for kind in arm.kinds])
+        method = arm.inverse(arm.forward(np.ones(n))).method
+        count = 100 if quick else _FEW if method == "elimination" else _MANY
+        missing = []
+        for kind in ("random", "fourth", "wrist", "all"):
+            q = rng.uniform(-np.pi, np.pi, (count, n))
+            if kind == "fourth":
+                q[:, 3] = 0.0
+            elif kind == "wrist":
+                q[:, 3:] = rng.integers(-1, 3, (count, 3)) * np.pi / 2
+            elif kind == "all":
+                q = rng.integers(-11, 13, (count, n)) * np.pi / 12
+            q[:, slides] = rng.uniform(0.1, 1.0, (count, int(slides.sum())))
+            q = q[np.linalg.svd(arm.jacobian(q), compute_uv=False)[:, -1] > 0.01]
+            found = arm.inverse(arm.forward(q))
+            turns = np.where(slides, np.inf, 2 * np.pi)
+            away = np.abs(found.q - q[:, None])
+            away = np.where(found.valid, np.minimum(away, np.abs(away - turns)).max(-1), np.inf).min(-1)
+            missing.append(f"{int((away > 1e-4).sum())} of {len(q):,}")
+        lines.append((name, method, *missing))
+    return markdown.table(
+        ("robot", "method", "random", "fourth angle 0", "wrist, 90 degrees", "all, 15 degrees"), lines
+    )
