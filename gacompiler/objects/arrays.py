@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self, overload
 
 import numpy as np
 
-from ..algebra import catalog
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.methods import Unordered
@@ -30,13 +29,13 @@ from ..frontend.operands import own_operations
 from ..gac_runtime.annotations import Numbers, Real
 from ..gac_runtime.layout import Layout as PlainLayout
 from ..gac_runtime.layout import check_unit
-from .caches import cached_by_name, key_of
+from .caches import key_of
 from .checks import check_relations
 from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normalize_of, power_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential, longer
 from .geometry import Geometry
 from .inverses import inverted
-from .layouts import chosen_layout, layout_of
+from .layouts import chosen_layout, layout_from_plain, layout_of, plain_layout
 from .logarithms import versor_logarithm
 from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
@@ -594,30 +593,6 @@ def single_type(layout: Layout) -> Any:
             extension().set_number(_Number, Scalar)
     _by_identity[id(layout)] = _single_types[key], layout
     return _single_types[key]
-
-
-@cached_by_name
-def plain_layout(layout: Layout) -> PlainLayout:
-    """Return a layout in the form of generated modules."""
-    from ..generation.sources import layout_text  # not at the start, since it loads all stages and printers
-
-    text = layout_text(layout)
-    return PlainLayout(text.name, text.blades, text.fixed, text.unit, text.implied)
-
-
-@cached_by_name
-def layout_from_plain(plain: PlainLayout, own: Algebra) -> Layout | None:
-    """Return the layout of a generated module in an algebra or in the catalog; None if its algebra is in neither."""
-    algebra = own if own.name == plain.algebra else vars(catalog).get(plain.algebra)
-    if not isinstance(algebra, Algebra):
-        return None
-    for each in (*algebra.layouts.values(), algebra.full, algebra.even, algebra.UNIT_EVEN):
-        if plain_layout(each)[1:] == plain[1:]:
-            return each
-    if plain.implied:
-        return None
-    fixed = {blade: Fraction(value) for blade, value in plain.fixed}
-    return algebra.layout(f"({' '.join(plain.blades)})", " ".join(plain.blades), fixed=fixed, unit=plain.unit)
 
 
 def _normalization(layout: Layout) -> Definition:

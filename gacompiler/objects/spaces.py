@@ -18,13 +18,13 @@ from ..errors import AlgebraError, LayoutError
 from ..frontend.expression import Expression
 from ..gac_runtime.annotations import Numbers, Stored
 from ..gac_runtime.arrays import plain
-from .arrays import MultivectorArray, apply, of_rows, plain_layout, single_type, wrap
+from .arrays import MultivectorArray, apply, of_rows, single_type, wrap
 from .caches import cached_by_name
 from .checks import check_relations, refuse
 from .definitions import Definition
 from .expressions import assembled, by_blade, is_symbolic
 from .expressions import unit as symbolic_unit
-from .layouts import layout_of
+from .layouts import layout_of, plain_layout
 
 if TYPE_CHECKING:
     from .names import AnySpace
