@@ -5,11 +5,12 @@ from __future__ import annotations
 import itertools
 import operator
 import sys
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Generic, NoReturn, TypeVar
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from .array_element import OPERATORS, ArrayElement
 from .arrays import FLOAT64, plain
 from .documentation import layout_text
 from .extension import extension
@@ -41,31 +42,14 @@ class Family:
         self.types: dict[tuple[Any, bool], Any] = {}
 
 
-_FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
-    "*": operator.mul, "^": operator.xor, "&": operator.and_, "+": operator.add, "-": operator.sub,
-    "/": operator.truediv, "|": operator.or_, ">>": operator.rshift, "()": lambda a, b: a(b),
-}  # fmt: skip
 families: dict[str, Family] = {}
 """The families by name of their module."""
 
 
-def _two(symbol: str) -> tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]:
-    """Return a binary operator and its reflection."""
+class _PythonValue(ArrayElement):
+    """The base class of values without the extension."""
 
-    def forward(a: Any, b: Any) -> Any:
-        return _operate(symbol, a, b)
-
-    def backward(b: Any, a: Any) -> Any:
-        return _operate(symbol, a, b)
-
-    return forward, backward
-
-
-class _PythonValue:
-    """The base class of values without the extension, which stores a read-only array."""
-
-    __slots__ = ("_array",)
-    _array: Any
+    __slots__ = ()
 
     def __new__(cls, *coefficients: Any) -> Any:
         if not hasattr(cls, "layout"):
@@ -73,8 +57,12 @@ class _PythonValue:
         value = object.__new__(cls)
         array = _coefficients(cls, coefficients)
         array.flags.writeable = False
-        object.__setattr__(value, "_array", array)
+        value._hold(array.view())  # a view of such an array can never be written
         return value
+
+    @staticmethod
+    def _operate(symbol: str, *operands: Any) -> Any:
+        return _operate(symbol, *operands)
 
     @classmethod
     def _adopt(
@@ -83,40 +71,18 @@ class _PythonValue:
         for k, name in enumerate(names):
             setattr(cls, name, property(operator.itemgetter(k)))
 
-    def __setattr__(self, name: str, value: Any = None) -> NoReturn:
-        raise AttributeError(f"{type(self).__name__} is immutable; cannot set or delete {name}")
-
-    __delattr__: Any = __setattr__
-
     def __len__(self) -> int:
-        return len(self._array)
+        return len(self.values)
 
     def __getitem__(self, index: int) -> float:
-        return float(self._array[operator.index(index)])
+        return float(self.values[operator.index(index)])
 
     def __eq__(self, other: Any) -> Any:
         if type(self) is not type(other):
             return NotImplemented
-        return bool((self._array == other._array).all())
+        return bool((self.values == other.values).all())
 
-    def __hash__(self) -> int:
-        return hash(tuple(x if x == x else 0.0 for x in self._array.tolist()))
-
-    def __call__(self, *operands: Any) -> Any:
-        return _operate("()", self, *operands)
-
-    __mul__, __rmul__ = _two("*")
-    __xor__, __rxor__ = _two("^")
-    __and__, __rand__ = _two("&")
-    __add__, __radd__ = _two("+")
-    __sub__, __rsub__ = _two("-")
-    __truediv__, __rtruediv__ = _two("/")
-
-    def __invert__(self) -> Any:
-        return _operate("~", self)
-
-    def __neg__(self) -> Any:
-        return _operate("-", self)
+    __hash__ = ArrayElement.__hash__
 
 
 Kind = TypeVar("Kind", covariant=True)
@@ -125,7 +91,9 @@ if TYPE_CHECKING:
     class _Value(Generic[Kind]):
         """What type checkers know of both base classes; the kind is the literal name of the layout."""
 
-        _array: Any
+        @property
+        def values(self) -> np.ndarray[Any, Any]:
+            """The coefficients."""
 
         def __len__(self) -> int: ...
         def __iter__(self) -> Iterator[float]: ...
@@ -154,6 +122,8 @@ class Value(_Value[Kind]):
     __array_ufunc__ = None
     layout: Layout
     family: Family
+    if extension is not None:
+        values = property(np.frombuffer, doc="The coefficients. Read-only.")
 
     def __init_subclass__(cls) -> None:
         (base, *_) = cls.__bases__
@@ -172,11 +142,9 @@ class Value(_Value[Kind]):
                 setattr(cls, _field(blade), number(text))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
-        view: Any = self
-        array: np.ndarray[Any, Any] = np.frombuffer(view) if extension is not None else self._array.view()
         if copy or (dtype is not None and dtype != FLOAT64):
-            return np.array(array, dtype)
-        return array
+            return np.array(self.values, dtype)
+        return self.values
 
     def __reduce__(self) -> tuple[Any, ...]:
         if getattr(sys.modules.get(self.__module__), type(self).__name__, None) is type(self):
@@ -277,8 +245,8 @@ def _operate(symbol: str, *operands: Any) -> Any:
     found = family.operators.get((symbol, types))
     if found is None:
         other = next((x for x in operands if hasattr(x, "stored") and not isinstance(x, Value)), None)
-        if other is not None and symbol in _FUNCTIONS:  # the operators of the other element have any operands
-            return _FUNCTIONS[symbol](
+        if other is not None and (symbol, len(operands)) in OPERATORS:  # those of the other element have any operands
+            return OPERATORS[symbol, len(operands)](
                 *[other.like(x.layout, x.__array__().copy()) if isinstance(x, Value) else x for x in operands]
             )
         combined = None if symbol == "()" else _sum_or_multiple(symbol, *operands)

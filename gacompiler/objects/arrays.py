@@ -27,6 +27,7 @@ from ..errors import AlgebraError, LayoutError, OperandError, ZeroDivisorError
 from ..frontend.expression import Expression
 from ..frontend.operands import own_operations
 from ..gac_runtime.annotations import Numbers, Real
+from ..gac_runtime.array_element import OPERATORS, ArrayElement
 from ..gac_runtime.layout import Layout as PlainLayout
 from ..gac_runtime.layout import check_unit
 from .caches import key_of
@@ -488,34 +489,14 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         return wrap, (self.layout, np.array(self.values))
 
 
-def _forward(symbol: str) -> Any:
-    def method(self: Any, other: Any) -> Any:
-        return operate(symbol, self, other)
-
-    return method
-
-
-def _backward(symbol: str) -> Any:
-    def method(self: Any, other: Any) -> Any:
-        return operate(symbol, other, self)
-
-    return method
-
-
-class _Array(MultivectorArray):
+class _Array(ArrayElement, MultivectorArray):
     """An array of multivectors, or a single one that is not of doubles or exists without the extension."""
 
-    __slots__ = ("layout", "values")
+    __slots__ = ("layout",)
 
     def __init__(self, layout: Layout, values: np.ndarray[Any, Any]) -> None:
-        if values.flags.writeable:
-            values = values.view()
-            values.flags.writeable = False
         object.__setattr__(self, "layout", layout)
-        object.__setattr__(self, "values", values)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError(f"multivectors are immutable; cannot set {name}")
+        self._hold(values)
 
     def __eq__(self, other: object) -> Any:
         """Whether all coefficients are equal, for each element; multivectors of different layouts are never equal."""
@@ -529,28 +510,7 @@ class _Array(MultivectorArray):
         found = self.__eq__(other)
         return found if found is NotImplemented else np.logical_not(found)
 
-    def __hash__(self) -> int:
-        if self.shape:
-            raise TypeError("an array of multivectors is not hashable")
-        return hash(tuple(x if x == x else 0.0 for x in self.values.tolist()))
-
-    def __call__(self, other: Any) -> Any:
-        return operate("()", self, other)
-
-    def __invert__(self) -> Any:
-        return operate("~", self)
-
-    def __neg__(self) -> Any:
-        return operate("-", self)
-
-    __mul__, __rmul__ = _forward("*"), _backward("*")
-    __xor__, __rxor__ = _forward("^"), _backward("^")
-    __and__, __rand__ = _forward("&"), _backward("&")
-    __or__, __ror__ = _forward("|"), _backward("|")
-    __add__, __radd__ = _forward("+"), _backward("+")
-    __sub__, __rsub__ = _forward("-"), _backward("-")
-    __truediv__, __rtruediv__ = _forward("/"), _backward("/")
-    __rshift__, __rrshift__ = _forward(">>"), _backward(">>")
+    __hash__ = ArrayElement.__hash__
 
 
 class Scalar(ScalarMethods):
@@ -864,16 +824,6 @@ def _is_single(kind: type) -> bool:
 
 
 _ABSENT: Any = object()
-_FORWARD: dict[str, Callable[[Any, Any], Any]] = {
-    "*": operator.mul, "^": operator.xor, "&": operator.and_, "|": operator.or_, "+": operator.add, "-": operator.sub,
-    "/": operator.truediv, ">>": operator.rshift,
-}  # fmt: skip
-
-
-_OPERATORS: dict[tuple[str, int], Callable[..., Any]] = {
-    **{(symbol, 2): run for symbol, run in _FORWARD.items()},
-    ("()", 2): lambda a, b: a(b), ("~", 1): operator.invert, ("-", 1): operator.neg,
-}  # fmt: skip
 
 
 def _predates_extension(x: _Array) -> bool:
@@ -891,14 +841,14 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     """Apply a Python operator to operands that include a multivector, and bind it to the types of single ones."""
     first, second = type(a), type(b)
     if (first is _Array and _predates_extension(a)) or (second is _Array and _predates_extension(b)):
-        return _OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
+        return OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
     if symbol == "/" and not np.shape(a) and second in (int, float, Scalar, np.float64) and b == 0:
         raise ZeroDivisorError(
             "division", f"{a} / 0", "a divisor other than zero", "in an array, such quotients are infinite or NaN"
         )
     if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
         a, b = _without_values(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
-        return _OPERATORS[symbol, 2](a, b)
+        return OPERATORS[symbol, 2](a, b)
     if symbol in ("()", ">>"):
         role = _roles.get(first)
         if role is not None:
@@ -910,9 +860,9 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
         if not isinstance(a, (MultivectorArray, Multivector)):
             raise TypeError(f"the left operand of >> must be a versor; found {first.__name__}")
     elif first in _NUMBERS and second is not _Array and _Number is not None:
-        return _FORWARD[symbol](_Number(a), b)
+        return OPERATORS[symbol, 2](_Number(a), b)
     elif second in _NUMBERS and first is not _Array and _Number is not None:
-        return _FORWARD[symbol](a, _Number(b))
+        return OPERATORS[symbol, 2](a, _Number(b))
     operands, types = ((a,), (first,)) if b is _ABSENT else ((a, b), (first, second))
     if not all(map(_is_operand, operands)):
         return NotImplemented

@@ -72,6 +72,7 @@ ALLOWED: dict[str, set[str]] = {
         *(
             "cache_folder",
             "gac_runtime.annotations",
+            "gac_runtime.array_element",
             "gac_runtime.arrays",
             "gac_runtime.extension_file",
             "gac_runtime.layout",
