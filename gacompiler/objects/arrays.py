@@ -275,7 +275,10 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         if n < 2:
             return self if n else wrap(SCALAR, np.ones(self.shape))
         if n <= _LARGEST_POWER:
-            return _run_of(power_of(n))[0](self)
+            found = _run_of(power_of(n))[0](self)
+            if _is_single(type(self)) and extension() is not None:
+                _bind_operation(f"**{n}", power_of(n), self)
+            return found
         return self ** (n - n // 2) * self ** (n // 2)
 
     def __rpow__(self, base: float) -> Self:
@@ -690,9 +693,12 @@ def apply(definition: Definition, *operands: Any) -> Any:
     OperandError
         If an operand is a list, or an array where one of numbers has no use but one of coordinates would have.
     """
-    known = _PACKED.get((id(definition), *map(type, operands)))
+    types = tuple(map(type, operands))
+    known = _PACKED.get((id(definition), *types))
     if known is not None and not OBSERVERS:
         return known.call(known.holder(*_flat(operands)))
+    if _Array in types and (result := _known_result(definition, operands)) is not None:
+        return result
     symbolic = next((each for each in operands if isinstance(each, Expression)), None)
     if symbolic is not None:
         return definition.function(definition.algebra or symbolic.algebra)(*operands)
@@ -719,7 +725,26 @@ def apply(definition: Definition, *operands: Any) -> Any:
     found = operator_of(definition, layouts)
     if found.native is not None:
         _pack(definition, operands, layouts, found)
+    if _Array in types and all(isinstance(x, MultivectorArray) and x.algebra is not SCALARS for x in operands):
+        _KNOWN[id(definition), *map(id, layouts)] = found, found.result.is_scalar, definition, layouts
     return wrap(found.result, found([values for _, values in lifted]))
+
+
+_KNOWN: dict[tuple[int, ...], tuple[Operator, bool, Definition, tuple[Layout, ...]]] = {}
+"""Operations on arrays, and whether their results are numbers, by definition and layouts, which are kept alive."""
+
+
+def _known_result(definition: Definition, operands: tuple[Any, ...]) -> Any:
+    """Return the result of an operation that was applied to arrays of these layouts before; None for all others."""
+    try:
+        known = _KNOWN.get((id(definition), *[id(x.layout) for x in operands]))
+    except AttributeError:  # a number
+        return None
+    if known is None:
+        return None
+    found, is_scalar, *_ = known
+    out = found([x.values for x in operands])
+    return wrap(found.result, out) if is_scalar or out.ndim == 1 else _Array(found.result, out)
 
 
 class _Packed(NamedTuple):
@@ -840,6 +865,11 @@ def _as_single(x: Any) -> Any:
 def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     """Apply a Python operator to operands that include a multivector, and bind it to the types of single ones."""
     first, second = type(a), type(b)
+    if first is _Array and (second is _Array or b is _ABSENT) and symbol != "/":
+        operands = (a,) if b is _ABSENT else (a, b)
+        definition = SYMBOLS.get((symbol, len(operands)))
+        if definition is not None and (result := _known_result(definition, operands)) is not None:
+            return result
     if (first is _Array and _predates_extension(a)) or (second is _Array and _predates_extension(b)):
         return OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
     if symbol == "/" and not np.shape(a) and second in (int, float, Scalar, np.float64) and b == 0:
@@ -877,16 +907,21 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
             definition = QUOTIENT
     result = apply(definition, *operands)
     if extension() is not None and all(map(_is_single, types)):
-        layouts = tuple(_layout(x) for x in operands)
-        if table_of(definition, layouts) is None:
-            found = operator_of(definition, layouts)
-            native = found.native
-            _bind(symbol, types, found, native and native.element)
+        _bind_operation(symbol, definition, *operands)
     return result
 
 
 def _layout(x: Any) -> Layout:
     return SCALAR if x.layout.is_scalar else x.layout
+
+
+def _bind_operation(symbol: str, definition: Definition, *operands: Any) -> None:
+    """Let a Python operator on single multivectors of these types run the compiled function if there is one."""
+    layouts = tuple(_layout(x) for x in operands)
+    if table_of(definition, layouts) is None:
+        found = operator_of(definition, layouts)
+        native = found.native
+        _bind(symbol, tuple(map(type, operands)), found, native and native.element)
 
 
 def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | None) -> None:

@@ -140,6 +140,10 @@ class Space(Immutable, Generic[M]):
 
     def multivector(self, coefficients: Mapping[str, Numbers | complex]) -> M:
         """Create multivectors from numbers or arrays by blade, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
+        key = id(self.algebra), *coefficients
+        known = _BY_NAMES.get(key)
+        if known is not None and _NUMBERS.issuperset(map(type, coefficients.values())):
+            return known[0](*[sign * coefficients[name] for name, sign in known[1]])
         if not coefficients:
             raise LayoutError("multivector", "no coefficients", 'coefficients by blade, as in {"1": 2}')
         blades = {name: self.algebra.blade(name) for name in coefficients}
@@ -148,6 +152,10 @@ class Space(Immutable, Generic[M]):
             signed = {blade: given[name] * sign for name, (sign, blade) in blades.items()}
             return by_blade(self.algebra, signed)
         layout = layout_of(self.algebra, {blade for _, blade in blades.values()})
+        if layout.size == len(blades) and not layout.is_scalar and (single := single_type(layout)) is not None:
+            names = {blade: (name, sign) for name, (sign, blade) in blades.items()}
+            signed_names = [(names[slot.blade][0], names[slot.blade][1] * slot.sign) for slot in layout.stored]
+            _BY_NAMES[key] = single, signed_names, self.algebra
         parts: dict[int, Any] = {}
         for name, (sign, blade) in blades.items():
             parts[blade] = parts.get(blade, 0) + sign * numbers(f"coefficient of {name}", coefficients[name])
@@ -225,6 +233,8 @@ class Space(Immutable, Generic[M]):
 _NUMBERS = frozenset((float, int, np.float64))
 _SINGLE: dict[int, tuple[Any, int, Layout]] = {}
 """The types of single multivectors and their sizes by the identity of layouts, which are kept alive."""
+_BY_NAMES: dict[tuple[Any, ...], tuple[Any, list[tuple[str, int]], Algebra]] = {}
+"""Types of single multivectors and the names of their blades with signs, by an algebra, kept alive, and given names."""
 
 
 def single_of_numbers(layout: Layout, coefficients: Sequence[Any]) -> Any:

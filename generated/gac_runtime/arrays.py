@@ -13,6 +13,9 @@ from .layout import Layout, converted
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 
+PATIENCE = 1 << 15
+"""Largest work of a call that holds the GIL, a few microseconds, in bytes; an operation counts as four bytes."""
+
 
 def as_array(definition: Definition, name: str, value: Any) -> np.ndarray[Any, Any]:
     """Convert an argument of a kernel to an array of a supported dtype.
