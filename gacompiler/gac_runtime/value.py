@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import operator
 import sys
 from collections.abc import Iterator
@@ -10,14 +9,13 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from .array_element import OPERATORS, ArrayElement
+from .array_element import OPERATORS, ArrayElement, adopt, field_of
 from .arrays import FLOAT64, plain
 from .documentation import layout_text
 from .extension import extension
 from .kernel import Kernel
-from .layout import Layout, check_unit, coefficients, converted, number
+from .layout import Layout, check_unit, coefficients, converted
 
-_next_index = itertools.count().__next__
 _NUMBERS = (int, float, np.integer, np.floating)
 """Types of the numbers by which values can be multiplied."""
 
@@ -66,7 +64,7 @@ class _PythonValue(ArrayElement):
 
     @classmethod
     def _adopt(
-        cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, is_unit: bool
+        cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, *is_unit: bool
     ) -> None:
         for k, name in enumerate(names):
             setattr(cls, name, property(operator.itemgetter(k)))
@@ -101,7 +99,7 @@ if TYPE_CHECKING:
         def __hash__(self) -> int: ...
         @classmethod
         def _adopt(
-            cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, is_unit: bool
+            cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, *is_unit: bool
         ) -> None: ...
 
 else:
@@ -122,7 +120,7 @@ class Value(_Value[Kind]):
     __array_ufunc__ = None
     layout: Layout
     family: Family
-    if extension is not None:
+    if extension is not None and not TYPE_CHECKING:
         values = property(np.frombuffer, doc="The coefficients. Read-only.")
 
     def __init_subclass__(cls) -> None:
@@ -135,11 +133,7 @@ class Value(_Value[Kind]):
         cls.family = families.setdefault(cls.__module__, Family())
         cls.family.types.setdefault((cls.layout.identity, cls.layout.unit), cls)
         cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])
-        names = tuple(map(_field, cls.layout.blades))
-        cls._adopt(_next_index(), names, _operate, _coefficients, cls.layout.identity, cls.layout.unit)
-        for blade, text in cls.layout.fixed:
-            if text != "implied":
-                setattr(cls, _field(blade), number(text))
+        adopt(cls, cls.layout, _operate, _coefficients)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
         if copy or (dtype is not None and dtype != FLOAT64):
@@ -176,7 +170,7 @@ class Value(_Value[Kind]):
 
     def __repr__(self) -> str:
         text = ""
-        fixed = [(blade, getattr(self, _field(blade))) for blade, value in self.layout.fixed if value != "implied"]
+        fixed = [(blade, getattr(self, field_of(blade))) for blade, value in self.layout.fixed if value != "implied"]
         for blade, x in (*zip(self.layout.blades, self, strict=True), *fixed):
             if x:
                 number = repr(abs(x)).removesuffix(".0")
@@ -214,11 +208,6 @@ def _square(x: Value[Any]) -> np.ndarray[Any, Any] | None:
         one = [blade == "1" for blade in product.layouts["out"].blades]
         return np.asarray(product(values, reverse[0](values)) - one)
     return None
-
-
-def _field(blade: str) -> str:
-    """Return the attribute name of a blade's coefficient."""
-    return "scalar" if blade == "1" else blade.replace("^", "_")
 
 
 def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:

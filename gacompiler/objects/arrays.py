@@ -7,7 +7,6 @@ array and a layout. Both kinds are in one file because each creates objects of t
 
 from __future__ import annotations
 
-import itertools
 import operator
 from collections.abc import Callable, Iterator
 from decimal import Decimal
@@ -27,7 +26,7 @@ from ..errors import AlgebraError, LayoutError, OperandError, ZeroDivisorError
 from ..frontend.expression import Expression
 from ..frontend.operands import own_operations
 from ..gac_runtime.annotations import Numbers, Real
-from ..gac_runtime.array_element import OPERATORS, ArrayElement
+from ..gac_runtime.array_element import OPERATORS, ArrayElement, adopt, next_index
 from ..gac_runtime.layout import Layout as PlainLayout
 from ..gac_runtime.layout import check_unit
 from .caches import key_of
@@ -534,7 +533,6 @@ _single_types: dict[Any, type | None] = {}
 _by_identity: dict[int, tuple[type | None, Layout]] = {}
 """The same by the identity of the layout, because comparing layouts is slow; the entry keeps the layout alive."""
 _normalizations: dict[int, tuple[Definition, Layout]] = {}
-_next_index = itertools.count().__next__
 _NUMBERS = (float, int, Scalar)
 _Number: Any = None
 """The type that the extension uses for numbers in operations with single multivectors."""
@@ -569,10 +567,6 @@ def _make_single_type(layout: Layout) -> type | None:
     if found is None:
         return None
 
-    def values(self: Any) -> np.ndarray[Any, Any]:
-        return np.frombuffer(self)
-
-    names = tuple("scalar" if blade == "1" else blade.replace("^", "_") for blade in layout.blades)
     body: dict[str, Any] = {
         "__slots__": (),
         "__doc__": f"One {layout}.",
@@ -581,14 +575,13 @@ def _make_single_type(layout: Layout) -> type | None:
         "__eq__": found.Value.__eq__,
         "__ne__": found.Value.__ne__,
         "layout": layout,
-        "values": property(values),
+        "values": property(np.frombuffer),
         "shape": (),
-        "_names": names,
     }
     word = "".join(part.capitalize() for part in layout.name.split("_"))
     made = type(word if word.isidentifier() else "Multivector", (MultivectorArray, found.Value), body)
-    identity = plain_layout(layout).identity
-    made._adopt(_next_index(), names, operate, _coefficients, identity, layout.unit, True)  # type: ignore[attr-defined]
+    plain = plain_layout(layout)
+    adopt(made, plain._replace(blades=layout.blades), operate, _coefficients, is_entry=True)  # numbers have none there
     return made
 
 
@@ -622,7 +615,7 @@ def role_type(definition: Definition, layout: Layout | None) -> Any:
     """
     names = () if layout is None else layout.blades
     made: Any = type(definition.name, (extension().Value,), {"__slots__": (), "_names": names})
-    made._adopt(_next_index(), tuple(f"_{k}" for k in range(len(names))), operate, _coefficients, None)
+    made._adopt(next_index(), tuple(f"_{k}" for k in range(len(names))), operate, _coefficients, None)
     _roles[made] = _Role(definition, layout)
     return made
 
@@ -725,7 +718,9 @@ def apply(definition: Definition, *operands: Any) -> Any:
     found = operator_of(definition, layouts)
     if found.native is not None:
         _pack(definition, operands, layouts, found)
-    if _Array in types and all(isinstance(x, MultivectorArray) and x.algebra is not SCALARS for x in operands):
+    if _Array in types and all(
+        type(x) in _NUMBERS or (isinstance(x, MultivectorArray) and x.algebra is not SCALARS) for x in operands
+    ):
         _KNOWN[id(definition), *map(id, layouts)] = found, found.result.is_scalar, definition, layouts
     return wrap(found.result, found([values for _, values in lifted]))
 
@@ -737,13 +732,13 @@ _KNOWN: dict[tuple[int, ...], tuple[Operator, bool, Definition, tuple[Layout, ..
 def _known_result(definition: Definition, operands: tuple[Any, ...]) -> Any:
     """Return the result of an operation that was applied to arrays of these layouts before; None for all others."""
     try:
-        known = _KNOWN.get((id(definition), *[id(x.layout) for x in operands]))
-    except AttributeError:  # a number
+        known = _KNOWN.get((id(definition), *[id(SCALAR) if type(x) in _NUMBERS else id(x.layout) for x in operands]))
+    except AttributeError:  # an array of numbers, or no operand at all
         return None
     if known is None:
         return None
     found, is_scalar, *_ = known
-    out = found([x.values for x in operands])
+    out = found([np.array(x, float) if type(x) in _NUMBERS else x.values for x in operands])
     return wrap(found.result, out) if is_scalar or out.ndim == 1 else _Array(found.result, out)
 
 
@@ -797,7 +792,7 @@ def packed(definition: Definition, layouts: tuple[Layout, ...], found: Operator)
     if size not in _HOLDERS:
         names = tuple(f"_{k}" for k in range(size))
         holder: Any = type("Operands", (extension().Value,), {"__slots__": (), "_names": names})
-        holder._adopt(_next_index(), names, operate, _no_numbers, None)
+        holder._adopt(next_index(), names, operate, _no_numbers, None)
         _HOLDERS[size] = holder
     role = role_type(definition, None)
     extension().bind_operator("()", (role, _HOLDERS[size]), result, native.packed, False)
@@ -865,7 +860,7 @@ def _as_single(x: Any) -> Any:
 def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     """Apply a Python operator to operands that include a multivector, and bind it to the types of single ones."""
     first, second = type(a), type(b)
-    if first is _Array and (second is _Array or b is _ABSENT) and symbol != "/":
+    if (first is _Array or second is _Array) and (symbol != "/" or second in _NUMBERS):
         operands = (a,) if b is _ABSENT else (a, b)
         definition = SYMBOLS.get((symbol, len(operands)))
         if definition is not None and (result := _known_result(definition, operands)) is not None:

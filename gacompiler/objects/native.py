@@ -169,8 +169,9 @@ def _target(text: str, command: tuple[str, ...]) -> Path:
 
 def _loaded(path: Path) -> Native:
     library = ctypes.CDLL(str(path))
-    functions = (getattr(library, name) for name in ("element", "marked", "left", "packed", "loop"))
-    return Native(*(ctypes.cast(each, ctypes.c_void_p).value or 0 for each in functions), library)
+    names = Native._fields[:-1]
+    addresses = {name: ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0 for name in names}
+    return Native(**addresses, library=library)
 
 
 def c_text(program: Program) -> str:

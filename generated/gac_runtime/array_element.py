@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import itertools
 import operator
+import sys
 from collections.abc import Callable
 from typing import Any, NoReturn
 
 import numpy as np
+
+from .layout import Layout, number
 
 OPERATORS: dict[tuple[str, int], Callable[..., Any]] = {
     ("*", 2): operator.mul, ("^", 2): operator.xor, ("&", 2): operator.and_, ("|", 2): operator.or_,
@@ -26,6 +30,35 @@ def _two(symbol: str) -> tuple[Callable[[Any, Any], Any], Callable[[Any, Any], A
         return b._operate(symbol, a, b)
 
     return forward, backward
+
+
+next_index = itertools.count().__next__
+"""Numbers of the types of elements, by which operators are found."""
+
+
+def field_of(blade: str) -> str:
+    """Return the attribute name of a blade's coefficient."""
+    return "scalar" if blade == "1" else blade.replace("^", "_")
+
+
+def adopt(cls: Any, layout: Layout, operate: Any, coefficients: Any, is_entry: bool = False) -> None:
+    """Make a class a type of single elements of a layout, with their coefficients as attributes.
+
+    Parameters
+    ----------
+    cls : type
+        A subclass of the extension's type of values, or of the class that replaces it.
+    operate, coefficients : callable
+        Apply operators that the extension does not know, and convert arguments of the type that it does not read.
+    is_entry : bool
+        Whether arrays of numpy hold the elements themselves; otherwise they hold the coefficients.
+    """
+    # The attributes of the class keep interned names alive, of which the extension has the addresses.
+    names = tuple(sys.intern(field_of(blade)) for blade in layout.blades)
+    cls._adopt(next_index(), names, operate, coefficients, layout.identity, layout.unit, is_entry)
+    for blade, text in layout.fixed:
+        if text != "implied":
+            setattr(cls, field_of(blade), number(text))
 
 
 class ArrayElement:

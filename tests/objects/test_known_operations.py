@@ -84,3 +84,25 @@ def test_arrays_that_the_extension_does_not_read() -> None:
         np.testing.assert_allclose((MOTORS >> many).values.reshape(6, 5, 3), wanted, rtol=1e-13)
         with pytest.raises(ValueError, match="do not broadcast"):
             MOTORS >> POINTS[:4]
+
+
+def test_numbers_beside_arrays() -> None:
+    values = POINTS.values
+    for _ in range(2):
+        for two in (2, 2.0):
+            np.testing.assert_array_equal((two * POINTS).values, (POINTS * two).values)
+            np.testing.assert_array_equal((two * POINTS)["e032"], 2 * values[..., 0])
+            np.testing.assert_array_equal((two * POINTS)["e123"], np.full((6, 5), 2.0))
+            np.testing.assert_array_equal((POINTS / two)["e013"], values[..., 1] / 2)
+            assert (two ^ POINTS).isclose(two * POINTS).all() and (POINTS - two)["1"].max() == -2
+        assert np.isinf((POINTS / 0)["e123"]).all() and (POINTS.reshape(30) / 4)[7] == POINTS[1, 2] / 4
+        with pytest.raises(OperandError):
+            np.ones(5) ^ POINTS
+        compiled()
+
+
+def test_blades_and_layouts_of_spaces_with_equal_names() -> None:
+    other = Space(Algebra("PGA3", "e1 e2 e3 e0", [1, 1, -1, 0]))
+    for _ in range(2):
+        assert (PGA3.e3 * PGA3.e3, other.e3 * other.e3, PGA3.e21.e12) == (1, -1, -1)
+        assert PGA3.POINT == PGA3.algebra.POINT and not hasattr(other, "POINT")
