@@ -145,7 +145,8 @@ static PyTypeObject *array_type, *number_type, *single_type;
 static PyTypeObject *scalar_type;
 static PyObject *double_type, *float_type;
 static NewArray new_array;
-static PyObject *word_out, *word_in_python, *word_kind, *word_power, *word_reflected_power, *word_backend, *word_num_threads;
+static PyObject *word_out, *word_in_python, *word_kind, *word_power, *word_reflected_power;
+static PyObject *word_backend, *word_num_threads;
 
 /* Python's operators on two values, the call of a value, and the operators on one, as C and Python name them. Powers
    with these exponents are operators on one value. */
@@ -673,7 +674,7 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     Py_XDECREF(capsule);
     for (Py_ssize_t k = 0; k < size && !failed; k++) {
         PyMemberDef *field = &kind->fields[k];
-        /* The name lives as long as the tuple, which is kept alive by the layout of the class. */
+        /* The name is interned, and lives as long as the attribute of the class. */
         field->name = PyUnicode_AsUTF8(PyTuple_GET_ITEM(names, k));
         field->type = T_DOUBLE;
         field->offset = (Py_ssize_t)(offsetof(Value, x) + (size_t)k * sizeof(double));
