@@ -7,6 +7,7 @@ array and a layout. Both kinds are in one file because each creates objects of t
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterator
 from decimal import Decimal
@@ -369,6 +370,8 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
 
     def _determined(self, what: str, found: Any) -> Any:
         """Return a result; raise if a single one is NaN, although this element is not."""
+        if _is_single(type(found)) and math.isfinite(sum(found._numbers())):
+            return found
         if not np.shape(found) and np.isnan(found.values).any() and np.isfinite(self.values).all():
             raise AlgebraError(
                 what, f"{self}, which has no {_WORDS[what]}, or many", f"a versor or number with one {_WORDS[what]}",
@@ -534,6 +537,8 @@ _by_identity: dict[int, tuple[type | None, Layout]] = {}
 """The same by the identity of the layout, because comparing layouts is slow; the entry keeps the layout alive."""
 _normalizations: dict[int, tuple[Definition, Layout]] = {}
 _NUMBERS = (float, int, Scalar)
+_MANY = frozenset((_Array, np.ndarray))
+"""Types of operands of which there may be many elements, so that an operation does not go through the extension."""
 _Number: Any = None
 """The type that the extension uses for numbers in operations with single multivectors."""
 
@@ -690,7 +695,7 @@ def apply(definition: Definition, *operands: Any) -> Any:
     known = _PACKED.get((id(definition), *types))
     if known is not None and not OBSERVERS:
         return known.call(known.holder(*_flat(operands)))
-    if _Array in types and (result := _known_result(definition, operands)) is not None:
+    if not _MANY.isdisjoint(types) and (result := _known_result(definition, operands)) is not None:
         return result
     symbolic = next((each for each in operands if isinstance(each, Expression)), None)
     if symbolic is not None:
@@ -718,27 +723,38 @@ def apply(definition: Definition, *operands: Any) -> Any:
     found = operator_of(definition, layouts)
     if found.native is not None:
         _pack(definition, operands, layouts, found)
-    if _Array in types and all(
-        type(x) in _NUMBERS or (isinstance(x, MultivectorArray) and x.algebra is not SCALARS) for x in operands
-    ):
-        _KNOWN[id(definition), *map(id, layouts)] = found, found.result.is_scalar, definition, layouts
+    if not _MANY.isdisjoint(types) and not (np.ndarray in types and definition in _OF_MULTIVECTORS):
+        key = _known_key(definition, operands)
+        if key is not None:
+            _KNOWN[key] = found, found.result.is_scalar, definition, layouts
     return wrap(found.result, found([values for _, values in lifted]))
 
 
-_KNOWN: dict[tuple[int, ...], tuple[Operator, bool, Definition, tuple[Layout, ...]]] = {}
+_KNOWN: dict[tuple[int, ...] | None, tuple[Operator, bool, Definition, tuple[Layout, ...]]] = {}
 """Operations on arrays, and whether their results are numbers, by definition and layouts, which are kept alive."""
 
 
+def _known_key(definition: Definition, operands: tuple[Any, ...]) -> tuple[int, ...] | None:
+    """Return what identifies a definition and the kinds of its operands: layouts, numbers or arrays of doubles."""
+    key = [id(definition)]
+    for x in operands:
+        kind = type(x)
+        if kind in _NUMBERS or (kind is np.ndarray and x.dtype == np.float64):
+            key.append(id(kind))
+        elif isinstance(x, MultivectorArray) and x.layout.algebra is not SCALARS:
+            key.append(id(x.layout))
+        else:
+            return None
+    return tuple(key)
+
+
 def _known_result(definition: Definition, operands: tuple[Any, ...]) -> Any:
-    """Return the result of an operation that was applied to arrays of these layouts before; None for all others."""
-    try:
-        known = _KNOWN.get((id(definition), *[id(SCALAR) if type(x) in _NUMBERS else id(x.layout) for x in operands]))
-    except AttributeError:  # an array of numbers, or no operand at all
-        return None
+    """Return the result of an operation that was applied to operands of these kinds before; None for all others."""
+    known = _KNOWN.get(_known_key(definition, operands))
     if known is None:
         return None
     found, is_scalar, *_ = known
-    out = found([np.array(x, float) if type(x) in _NUMBERS else x.values for x in operands])
+    out = found([x.values if isinstance(x, MultivectorArray) else np.asarray(x, float) for x in operands])
     return wrap(found.result, out) if is_scalar or out.ndim == 1 else _Array(found.result, out)
 
 
@@ -860,7 +876,7 @@ def _as_single(x: Any) -> Any:
 def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     """Apply a Python operator to operands that include a multivector, and bind it to the types of single ones."""
     first, second = type(a), type(b)
-    if (first is _Array or second is _Array) and (symbol != "/" or second in _NUMBERS):
+    if (first in _MANY or second in _MANY) and (symbol != "/" or second in _NUMBERS or second is np.ndarray):
         operands = (a,) if b is _ABSENT else (a, b)
         definition = SYMBOLS.get((symbol, len(operands)))
         if definition is not None and (result := _known_result(definition, operands)) is not None:
@@ -934,6 +950,8 @@ def unit_layout(layout: Layout) -> Layout | None:
 
 def _has_many_vectors(layout: Layout) -> bool:
     """Return whether a layout has even versors over more vectors than kernels of logarithms support."""
+    if layout.algebra.dimension <= MOST_VECTORS:
+        return False
     blades = layout.support
     return n_vectors(blades) > MOST_VECTORS and not any(blade.bit_count() & 1 for blade in blades) and len(blades) > 2
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
+from operator import sub
 from typing import Any, NamedTuple
 
 from ..algebra.algebra import Algebra
@@ -60,14 +61,14 @@ def _is_line(numbers: Numbers) -> bool:
 def _are_apart(numbers: Numbers) -> bool:
     """Whether the numbers are the coordinates of two different points."""
     half = len(numbers) // 2
-    return sum(abs(a - b) for a, b in zip(numbers[:half], numbers[half:], strict=True)) > _CLEARLY * _size(numbers)
+    return sum(map(abs, map(sub, numbers[:half], numbers[half:]))) > _CLEARLY * _size(numbers)
 
 
 def _are_corners(numbers: Numbers) -> bool:
     """Whether the numbers are the coordinates of three points of a triangle."""
     d = len(numbers) // 3
     p, q, r = numbers[:d], numbers[d : 2 * d], numbers[2 * d :]
-    a, b = [x - y for x, y in zip(q, p, strict=True)], [x - y for x, y in zip(r, p, strict=True)]
+    a, b = [*map(sub, q, p)], [*map(sub, r, p)]
     area = sum(abs(a[i] * b[k] - a[k] * b[i]) for i, k in ((0, 1), (0, d - 1), (1, d - 1)))
     return area > _CLEARLY * _size(numbers) * max(*map(abs, a), *map(abs, b))
 

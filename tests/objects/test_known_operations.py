@@ -96,8 +96,13 @@ def test_numbers_beside_arrays() -> None:
             np.testing.assert_array_equal((POINTS / two)["e013"], values[..., 1] / 2)
             assert (two ^ POINTS).isclose(two * POINTS).all() and (POINTS - two)["1"].max() == -2
         assert np.isinf((POINTS / 0)["e123"]).all() and (POINTS.reshape(30) / 4)[7] == POINTS[1, 2] / 4
-        with pytest.raises(OperandError):
-            np.ones(5) ^ POINTS
+        for many in (np.arange(5.0), np.arange(5), np.arange(5, dtype=np.float32)):
+            np.testing.assert_allclose((many * POINTS)["e021"], values[..., 2] * many, rtol=1e-6)
+            np.testing.assert_allclose((POINTS * many)["e123"], np.tile(many, (6, 1)), rtol=1e-6)
+            np.testing.assert_allclose((many * POINTS[0, 0]).values[:, 1:], many[:, None] * values[0, 0], rtol=1e-6)
+            with pytest.raises(OperandError):
+                many ^ POINTS
+        assert (np.array(2.0) ^ POINTS).isclose(2 * POINTS).all()
         compiled()
 
 
