@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from ..algebra import catalog
+from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from ..gac_runtime.layout import Layout as PlainLayout
 from ..rings.polynomial import PolynomialRing
@@ -16,13 +18,20 @@ def plain_layout(layout: Layout, proved: bool = True) -> PlainLayout:
     fixed = tuple((slot.name, str(value)) for slot, value in layout.fixed)
     implied = tuple((slot.name, "implied") for slot, _ in layout.implied)
     return PlainLayout(
-        layout.name if layout.is_scalar else str(layout),
+        layout.name if layout.is_scalar else f"{algebra_name(layout.algebra)}.{layout.name}",
         () if layout.is_scalar else layout.blades,
         (*fixed, *implied),
         layout.unit and proved,
         _formulas(layout),
         layout.user_relations is not None and proved,
     )
+
+
+def algebra_name(algebra: Algebra) -> str:
+    """Return the name of an algebra, with the products of its vectors if the catalog has another one of that name."""
+    known = vars(catalog).get(algebra.name)
+    is_other = isinstance(known, Algebra) and known != algebra
+    return f"{algebra.name}{algebra.gram}".replace(" ", "") if is_other else algebra.name
 
 
 def _formulas(layout: Layout) -> tuple[tuple[str, str], ...]:

@@ -57,7 +57,7 @@ def layout_of(algebra: Any, blades: Iterable[int]) -> Layout:
 @cached_by_name
 def layout_from_plain(plain: PlainLayout, own: Algebra) -> Layout | None:
     """Return the layout of a generated module in an algebra or in the catalog; None if its algebra is in neither."""
-    algebra = own if own.name == plain.algebra else vars(catalog).get(plain.algebra)
+    algebra = own if layouts.algebra_name(own) == plain.algebra else vars(catalog).get(plain.algebra)
     if not isinstance(algebra, Algebra):
         return None
     for each in (*algebra.layouts.values(), algebra.full, algebra.even, algebra.UNIT_EVEN):

@@ -11,9 +11,9 @@ import pytest
 
 from gacompiler import Algebra
 from gacompiler.backends.python import _layout as printed_layout
-from gacompiler.errors import LayoutError
+from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.generation.layouts import plain_layout
-from gacompiler.objects import CGA3, PGA3, VGA3
+from gacompiler.objects import CGA3, PGA3, VGA3, Space
 from generated import arms, cga3, pga3, robots, vga3
 from generated.gac_runtime.layout import layout
 
@@ -218,3 +218,16 @@ def test_modules_store_whether_a_layout_has_relations() -> None:
     plain, names = plain_layout(own), {"_layout": layout}
     exec(printed_layout("OWN", plain), names)
     assert plain.related and plain.has_meaning and names["OWN"] == plain
+
+
+def test_elements_of_another_algebra_with_the_name_of_a_known_one_are_refused() -> None:
+    other = Space(Algebra("PGA3", "e1 e2 e3 e0", [1, 1, -1, 0]))
+    vector = other.vector(1, 2, 3, 4)
+    assert plain_layout(vector.layout).algebra == "PGA3((1,0,0,0),(0,1,0,0),(0,0,-1,0),(0,0,0,0))"
+    same = Space(Algebra("PGA3", "e1 e2 e3 e0", [1, 1, 1, 0], "e01 e02 e03 e021 e013 e032 e0123"))
+    plane = pga3.Plane(1, 2, 3, 4)
+    assert same.algebra == PGA3.algebra and (same.vector(1, 2, 3, 4) ^ plane).layout.algebra == PGA3.algebra
+    for _ in range(2):
+        for wrong in (lambda: pga3.meet_planes(vector, vector), lambda: pga3.Plane(vector), lambda: plane ^ vector):
+            with pytest.raises((TypeError, AlgebraError), match="PGA3"):
+                wrong()

@@ -30,7 +30,7 @@ def test_powers_are_products_before_and_after_they_are_compiled() -> None:
     assert m**0 == 1 and m**1 == m and (m**4).isclose(m * m * m * m) and (m**-2).isclose(~(m * m))
     assert (m**2.0).isclose(m * m) and (2**v).isclose((np.log(2) * v).exp())
     with pytest.raises(OperandError):
-        m**"2"
+        m ** "2"
 
 
 def test_equality_and_order_of_single_elements() -> None:
