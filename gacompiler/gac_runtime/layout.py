@@ -44,10 +44,12 @@ class Layout(NamedTuple):
     def identity(self) -> str:
         """A text that is the same for all layouts with the same coefficients, in all packages and processes.
 
-        It is interned: one object in all copies of this file in a process, so that the extension compares addresses.
+        Relations other than ``x ~x = 1`` are functions, which are only known by the name of their layout. The text is
+        interned: one object in all copies of this file in a process, so that the extension compares addresses.
         """
         formulas = dict(self.implied)
-        others = (f"; {blade} = {formulas.get(blade, value)}" for blade, value in self.fixed)
+        others = [f"; {blade} = {formulas.get(blade, value)}" for blade, value in self.fixed]
+        others += [f"; relations of {self.name}"] * self.related
         return sys.intern(f"{self.algebra}: {' '.join(self.blades)}{''.join(others)}")
 
     @property

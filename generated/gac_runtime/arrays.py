@@ -70,8 +70,8 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     Raises
     ------
     TypeError
-        If an element cannot be converted to the layout, or is not of unit norm where it has to be, or an array has
-        masked entries.
+        If an element cannot be converted to the layout, may not satisfy its relations, or is not of unit norm where it
+        has to be, or if an array has masked entries.
     ValueError
         If the elements of a list have different shapes.
     """
@@ -92,6 +92,10 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
         return value
     values, own = stored
     found = converted(where, values, own, layout)
+    if layout.related and own.identity != layout.identity:
+        raise TypeError(
+            f"{where} is {own.name}; expected {layout.name}, whose relations it may not satisfy; convert it"
+        )
     if layout.unit and not own.unit:
         value.require_unit(where)
     return found

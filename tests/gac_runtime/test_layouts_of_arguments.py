@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gacompiler import Algebra
+import gacompiler
+from gacompiler import Algebra, kernel
 from gacompiler.backends.python import _layout as printed_layout
 from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.generation.layouts import plain_layout
@@ -231,3 +232,19 @@ def test_elements_of_another_algebra_with_the_name_of_a_known_one_are_refused() 
         for wrong in (lambda: pga3.meet_planes(vector, vector), lambda: pga3.Plane(vector), lambda: plane ^ vector):
             with pytest.raises((TypeError, AlgebraError), match="PGA3"):
                 wrong()
+
+
+def test_relations_of_a_layout_are_those_of_its_elements_only() -> None:
+    algebra = Algebra("G", "e1 e2 e3", [1, 1, 1])
+    across = algebra.multivector({"e1": 1, "e2": -1})
+    own = algebra.layout("DIAGONAL", "e1 e2 e3", relations=lambda x: x | across)
+
+    @kernel(x=own)
+    def multiplied(x: Any) -> Any:
+        return x * across
+
+    run, space = gacompiler.compile(multiplied, "arrays"), Space(algebra)
+    for _ in range(2):
+        np.testing.assert_array_equal(np.asarray(run(space.of(own, 1, 1, 2)), float), run([1.0, 1, 2]))
+        with pytest.raises(TypeError, match=r"argument x is G\.VECTOR; expected G\.DIAGONAL, whose relations"):
+            run(space.of(algebra.layout("VECTOR", "e1 e2 e3"), 1, 5, 2))
