@@ -14,7 +14,7 @@ from .build import (
 )
 from .c import c_header, c_source, standalone_c_source
 from .documentation import body_is_intact
-from .module import KernelSource, LayoutText, ModuleSource
+from .module import KernelSource, ModuleSource
 from .printers import as_printed
 from .python import check_names, python_source, python_stub, runtime_files, standalone_python_source, taken_names
 from .python_loop_reader import python_procedures
@@ -29,7 +29,6 @@ from .readers import (
 
 __all__ = [
     "KernelSource",
-    "LayoutText",
     "ModuleSource",
     "Read",
     "as_printed",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ..gac_runtime.layout import Layout
 from ..ir.cost import Cost
 from ..ir.procedure import Procedure
 from ..ir.program import Program
@@ -14,41 +15,13 @@ NOTHING = "nothing"
 
 
 @dataclass(frozen=True, slots=True)
-class LayoutText:
-    """A layout as stored in a generated module, with plain names and numbers."""
-
-    name: str
-    """Name for documentation, such as ``PGA3.MOTOR``."""
-    blades: tuple[str, ...]
-    """Names of the stored coefficients, in order."""
-    fixed: tuple[tuple[str, str], ...] = ()
-    """Coefficients that are the same for every element, with their values: ``("e123", "1")``."""
-    unit: bool = False
-    """Whether ``x ~x = 1`` is assumed."""
-    related: bool = False
-    """Whether other relations are assumed."""
-    implied: tuple[tuple[str, str], ...] = ()
-    """Coefficients implied by the stored ones, with their formulas: ``("einf", "1/2*e1*e1 + 1/2*e2*e2")``."""
-
-    @property
-    def is_scalar(self) -> bool:
-        """Whether its elements are numbers."""
-        return self.name == "SCALAR" and not self.blades
-
-    @property
-    def has_meaning(self) -> bool:
-        """Whether it assumes relations between its coefficients."""
-        return self.unit or self.related
-
-
-@dataclass(frozen=True, slots=True)
 class KernelSource:
     """One kernel, ready to print."""
 
     program: Program
     summary: str
     """The author's docstring, dedented."""
-    layouts: tuple[tuple[str, LayoutText], ...]
+    layouts: tuple[tuple[str, Layout], ...]
     """The layouts of the arguments and then of the results, with their names in the program."""
     cost: Cost
     relations: tuple[str, ...] = ()
@@ -77,7 +50,7 @@ class LoopSource:
     procedure : Procedure
     summary : str
         The author's docstring, dedented.
-    layouts : tuple of (str, LayoutText)
+    layouts : tuple of (str, Layout)
         The layouts of arguments and results by the names of their tables; index tables have none.
     costs : tuple of (str, Cost)
         Operations with the number of times they run: ``""`` for once, ``"n"`` for each row, ``"n*m"``.
@@ -89,7 +62,7 @@ class LoopSource:
 
     procedure: Procedure
     summary: str
-    layouts: tuple[tuple[str, LayoutText], ...]
+    layouts: tuple[tuple[str, Layout], ...]
     costs: tuple[tuple[str, Cost], ...]
     relations: tuple[str, ...] = ()
     error: str = ""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ..errors import BackendError
 from ..gac_runtime.definition import INTERFACE, result_names
+from ..gac_runtime.layout import Layout
 from ..gac_runtime.names import RUNTIME, digest, library_label
 from ..ir.cost import Cost
 from ..ir.program import Argument, Program, Result
@@ -16,7 +17,7 @@ from ..ir.uniform import Uniform
 from .c import c_source, environment, standalone_c_source
 from .c_batch import C_ENDINGS, FORM_PARTS, form_name
 from .documentation import stamp
-from .module import KernelSource, LayoutText, LoopSource, ModuleSource
+from .module import KernelSource, LoopSource, ModuleSource
 from .printers import C_MACRO_NAMES, Names
 from .python_loops import costs_text, kernel_names, loop_text
 from .python_text import form_functions, function_text
@@ -158,10 +159,10 @@ def check_names(module: ModuleSource) -> None:
             taken[own] = f"kernel {loops.procedure.name}"
 
 
-def _layout_names(module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]) -> dict[LayoutText, str]:
+def _layout_names(module: ModuleSource, types: Mapping[str, tuple[str, Layout]]) -> dict[Layout, str]:
     """Return the layouts of kernels and types, without duplicates, with the names of their variables."""
     taken = {*taken_names(), *_names_of_kernels(module), *(name for name, _ in types.values())}
-    names: dict[LayoutText, str] = {}
+    names: dict[Layout, str] = {}
     of_kernels = [layout for kernel in module.kernels for _, layout in kernel.layouts]
     of_kernels += [layout for loops in module.loops for _, layout in loops.layouts]
     for layout in (*of_kernels, *(layout for _, layout in types.values())):
@@ -178,7 +179,7 @@ def _layout_names(module: ModuleSource, types: Mapping[str, tuple[str, LayoutTex
     return names
 
 
-def _layout(name: str, layout: LayoutText) -> str:
+def _layout(name: str, layout: Layout) -> str:
     """Print the declaration of a layout."""
     implied = dict(layout.implied)
     options = {
@@ -188,6 +189,7 @@ def _layout(name: str, layout: LayoutText) -> str:
     parts = [_string(layout.name), _string(" ".join(layout.blades))]
     parts += [f"{option}={_string(text)}" for option, text in options.items() if text]
     parts += ["unit=True"] if layout.unit else []
+    parts += ["related=True"] if layout.related else []
     return "\n".join(_call(f"{name} = _layout", parts))
 
 
@@ -195,7 +197,7 @@ def _equations(pairs: Iterable[tuple[str, str]]) -> str:
     return ", ".join(f"{blade} = {value}" for blade, value in pairs)
 
 
-def _kernel(kernel: KernelSource, layouts: Mapping[LayoutText, str]) -> list[str]:
+def _kernel(kernel: KernelSource, layouts: Mapping[Layout, str]) -> list[str]:
     """Print a kernel, the decorated function of one element, and its uniform variants."""
     program, name = kernel.program, kernel.program.name
     text = function_text(program)
@@ -214,7 +216,7 @@ def _kernel(kernel: KernelSource, layouts: Mapping[LayoutText, str]) -> list[str
     return lines
 
 
-def _loops(kernel: LoopSource, layouts: Mapping[LayoutText, str], printed: set[str]) -> list[str]:
+def _loops(kernel: LoopSource, layouts: Mapping[Layout, str], printed: set[str]) -> list[str]:
     """Print a kernel with loops: its parts that are not printed yet, and the decorated function of one element."""
     text, known = loop_text(kernel.procedure), dict(kernel.layouts)
     lines = [line for name, part in text.parts.items() if name not in printed for line in (*part, "", "")]

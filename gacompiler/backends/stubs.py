@@ -12,7 +12,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from .module import KernelSource, LayoutText, LoopSource, ModuleSource
+from ..gac_runtime.layout import Layout
+from .module import KernelSource, LoopSource, ModuleSource
 from .values import combined_types, operator_rows
 
 _HEAD = """\
@@ -42,15 +43,15 @@ class Stub:
     Attributes
     ----------
     module : ModuleSource
-    types : mapping of str to (str, LayoutText)
+    types : mapping of str to (str, Layout)
         The value types by the names of their layouts.
-    layouts : mapping of LayoutText to str
+    layouts : mapping of Layout to str
         The layouts with the names of their variables.
     """
 
     module: ModuleSource
-    types: Mapping[str, tuple[str, LayoutText]]
-    layouts: Mapping[LayoutText, str]
+    types: Mapping[str, tuple[str, Layout]]
+    layouts: Mapping[Layout, str]
 
     def text(self) -> str:
         """Return the text below the header of the file."""
@@ -69,10 +70,10 @@ class Stub:
         return "\n".join([*(part for line in lines for part in _wrapped(line)), ""])
 
     @cached_property
-    def _by_name(self) -> dict[str, LayoutText]:
+    def _by_name(self) -> dict[str, Layout]:
         return dict(self.types.values())
 
-    def _type(self, name: str, layout: LayoutText) -> list[str]:
+    def _type(self, name: str, layout: Layout) -> list[str]:
         """Print a value type with its coefficients and operators."""
         fields = [_field(blade) for blade in layout.blades]
         fixed = [_field(blade) for blade, value in layout.fixed if value != "implied"]
@@ -108,7 +109,7 @@ class Stub:
                 if operands[0] == name:
                     yield " ".join(operands[1:]), result
         known = {operands[1] for operands, _ in self._rows.get(symbol, ()) if operands[0] == name and operands[1:]}
-        number = LayoutText("", ("1",))
+        number = Layout("", ("1",))
         if symbol in "+-":
             others = {} if reflected else {each: layout for each, layout in self._by_name.items() if each not in known}
             for other, layout in {**others, "float": number}.items():
@@ -128,7 +129,7 @@ class Stub:
             found.setdefault(symbol, []).append((operands, result))
         return found
 
-    def _sum(self, symbol: str, a: LayoutText, b: LayoutText) -> str | None:
+    def _sum(self, symbol: str, a: Layout, b: Layout) -> str | None:
         """Return the type of a sum, as the runtime chooses it; equal fixed coefficients cancel in a difference."""
         stored = {*a.blades, *b.blades}
         one, two = dict(a.fixed), dict(b.fixed)
@@ -139,14 +140,14 @@ class Stub:
         }
         return self._combined(stored | rest, [each for each in (a, b) if each.name])
 
-    def _multiple(self, layout: LayoutText) -> str | None:
+    def _multiple(self, layout: Layout) -> str | None:
         return self._combined({*layout.blades, *dict(layout.fixed)}, [layout])
 
-    def _negative(self, layout: LayoutText) -> str | None:
+    def _negative(self, layout: Layout) -> str | None:
         own = next(name for name, each in self.types.values() if each == layout)
         return own if layout.unit and not layout.fixed else self._multiple(layout)
 
-    def _combined(self, blades: set[str], values: Sequence[LayoutText]) -> str | None:
+    def _combined(self, blades: set[str], values: Sequence[Layout]) -> str | None:
         algebras = {each.name.rpartition(".")[0] for each in values}
         sums = combined_types(self.types)
         own = [name for name, layout in self.types.values() if layout in values and name in sums]
@@ -176,8 +177,8 @@ class Stub:
         name: str,
         base: str,
         summary: str,
-        inputs: Sequence[tuple[str, LayoutText | None, bool, bool]],
-        results: Sequence[tuple[LayoutText | None, bool]],
+        inputs: Sequence[tuple[str, Layout | None, bool, bool]],
+        results: Sequence[tuple[Layout | None, bool]],
         fields: Sequence[str],
     ) -> list[str]:
         """Print the class of a kernel and the kernel."""
@@ -227,9 +228,7 @@ class Stub:
             lines.append(f"    def __call__({parts}) -> {result}: ...")
         return [*lines, "", f"{name}: _{_title(name)}"]
 
-    def _record(
-        self, record: str, fields: Sequence[str], results: Sequence[tuple[LayoutText | None, bool]]
-    ) -> list[str]:
+    def _record(self, record: str, fields: Sequence[str], results: Sequence[tuple[Layout | None, bool]]) -> list[str]:
         """Print the type of named results, which is generic if some have coefficients."""
         kinds = ["_R" if layout is not None and layout.blades else "Array" if is_array else "Real"
                  for layout, is_array in results]  # fmt: skip
@@ -239,13 +238,13 @@ class Stub:
             *(f"    {field}: {kind}" for field, kind in zip(fields, kinds, strict=True)),
         ]
 
-    def _alias(self, layout: LayoutText | None) -> str:
+    def _alias(self, layout: Layout | None) -> str:
         """Return the alias of the values that are accepted for a layout; empty if there are none."""
         if layout is None or not layout.blades or not any(fits(each, layout) for _, each in self.types.values()):
             return ""
         return f"_{self.layouts[layout]}"
 
-    def _type_of(self, layout: LayoutText | None) -> str:
+    def _type_of(self, layout: Layout | None) -> str:
         """Return the type of a value with this layout; the runtime creates one if the module names none."""
         if layout is None:
             return "Array"
@@ -253,7 +252,7 @@ class Stub:
         return next(same, f"Value[Literal[{_string(layout.name)}]]")
 
 
-def fits(own: LayoutText, wanted: LayoutText) -> bool:
+def fits(own: Layout, wanted: Layout) -> bool:
     """Whether the coefficients of elements can be those of another layout, as the runtime converts them."""
     if own.name.rpartition(".")[0] != wanted.name.rpartition(".")[0]:
         return False
@@ -266,7 +265,7 @@ def fits(own: LayoutText, wanted: LayoutText) -> bool:
     )
 
 
-def _identity(layout: LayoutText) -> tuple[object, ...]:
+def _identity(layout: Layout) -> tuple[object, ...]:
     return layout.name.rpartition(".")[0], layout.blades, layout.fixed, layout.implied, layout.unit
 
 

@@ -6,10 +6,11 @@ import keyword
 from collections.abc import Collection, Mapping
 from itertools import product
 
-from .module import LayoutText, ModuleSource
+from ..gac_runtime.layout import Layout
+from .module import ModuleSource
 
 
-def value_types(module: ModuleSource, taken: Collection[str]) -> dict[str, tuple[str, LayoutText]]:
+def value_types(module: ModuleSource, taken: Collection[str]) -> dict[str, tuple[str, Layout]]:
     """Return the value types of a module by the names of their layouts, as pairs of a type name and a layout.
 
     Parameters
@@ -18,13 +19,13 @@ def value_types(module: ModuleSource, taken: Collection[str]) -> dict[str, tuple
     taken : collection of str
         Names that the module uses for other purposes.
     """
-    layouts: dict[str, LayoutText] = {}
+    layouts: dict[str, Layout] = {}
     for kernel in module.kernels:
         for _, layout in kernel.layouts:
             known = layouts.get(layout.name)
             if layout.blades and (known is None or (layout.unit and not known.unit)):
                 layouts[layout.name] = layout
-    found: dict[str, tuple[str, LayoutText]] = {}
+    found: dict[str, tuple[str, Layout]] = {}
     names = set(taken)
     for layout in (*layouts.values(), *_sums(layouts.values())):
         name = _type_name(layout.name.rpartition(".")[2])
@@ -37,7 +38,7 @@ def value_types(module: ModuleSource, taken: Collection[str]) -> dict[str, tuple
     return found
 
 
-def _sums(layouts: Collection[LayoutText]) -> list[LayoutText]:
+def _sums(layouts: Collection[Layout]) -> list[Layout]:
     """Return layouts for sums and multiples of elements, such as motors or points of weight 1, if none exists yet."""
     plain = {(_algebra(layout), frozenset(layout.blades)) for layout in layouts if is_plain(layout)}
     found = []
@@ -45,22 +46,22 @@ def _sums(layouts: Collection[LayoutText]) -> list[LayoutText]:
         blades = (*layout.blades, *(blade for blade, _ in layout.fixed))
         if not is_plain(layout) and (_algebra(layout), frozenset(blades)) not in plain:
             plain.add((_algebra(layout), frozenset(blades)))
-            found.append(LayoutText(f"{layout.name}_SUM", blades))
+            found.append(Layout(f"{layout.name}_SUM", blades))
     return found
 
 
-def is_plain(layout: LayoutText) -> bool:
+def is_plain(layout: Layout) -> bool:
     """Whether any coefficients form an element, so that sums of elements are elements too."""
     return not layout.has_meaning and not layout.fixed
 
 
-def combined_types(types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
+def combined_types(types: Mapping[str, tuple[str, Layout]]) -> list[str]:
     """Return the types that sums and multiples may have, in order of their number of coefficients."""
     plain = [(name, layout) for name, layout in types.values() if is_plain(layout)]
     return [name for name, layout in sorted(plain, key=lambda each: len(each[1].blades))]
 
 
-def _algebra(layout: LayoutText) -> str:
+def _algebra(layout: Layout) -> str:
     return layout.name.rpartition(".")[0]
 
 
@@ -75,7 +76,7 @@ def class_text(name: str, variable: str) -> list[str]:
 
 
 def operator_rows(
-    module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]
+    module: ModuleSource, types: Mapping[str, tuple[str, Layout]]
 ) -> list[tuple[str, tuple[str, ...], str, str, bool]]:
     """Return the rows of the operator table: symbol, operands, result, kernel, and whether to swap operands."""
     rows: dict[tuple[str, tuple[str, ...]], tuple[str, str, bool]] = {}
@@ -96,7 +97,7 @@ def operator_rows(
     return [(*key, *row) for key, row in rows.items()]
 
 
-def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
+def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, Layout]]) -> list[str]:
     """Return the text of `operator_rows`."""
     return [
         f'("{symbol}", ({", ".join(operands)}{"," if len(operands) == 1 else ""}), {result}, {kernel}, {swapped})'
@@ -104,7 +105,7 @@ def operator_lines(module: ModuleSource, types: Mapping[str, tuple[str, LayoutTe
     ]
 
 
-def _result_type(layout: LayoutText, types: Mapping[str, tuple[str, LayoutText]]) -> str | None:
+def _result_type(layout: Layout, types: Mapping[str, tuple[str, Layout]]) -> str | None:
     """Return the type of a result: that of its layout, or of one with the same coefficients and no relations."""
     if not layout.blades:
         return "float"
@@ -113,7 +114,7 @@ def _result_type(layout: LayoutText, types: Mapping[str, tuple[str, LayoutText]]
     return next((name for name, other in types.values() if _same(layout, other) and not other.has_meaning), None)
 
 
-def _accepted_types(layout: LayoutText, types: Mapping[str, tuple[str, LayoutText]]) -> list[str]:
+def _accepted_types(layout: Layout, types: Mapping[str, tuple[str, Layout]]) -> list[str]:
     """Return the types whose values belong to a layout: its own, and more specific ones if it has no relations."""
     own = types[layout.name][0]
     if layout.has_meaning:
@@ -124,5 +125,5 @@ def _accepted_types(layout: LayoutText, types: Mapping[str, tuple[str, LayoutTex
     ]
 
 
-def _same(a: LayoutText, b: LayoutText) -> bool:
+def _same(a: Layout, b: Layout) -> bool:
     return _algebra(a) == _algebra(b) and (a.blades, a.fixed) == (b.blades, b.fixed)

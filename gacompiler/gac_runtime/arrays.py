@@ -13,6 +13,9 @@ from .layout import Layout, converted
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
 
+PATIENCE = 1 << 15
+"""Largest work of a call that holds the GIL, a few microseconds, in bytes; an operation counts as four bytes."""
+
 
 def as_array(definition: Definition, name: str, value: Any) -> np.ndarray[Any, Any]:
     """Convert an argument of a kernel to an array of a supported dtype.
@@ -67,8 +70,8 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     Raises
     ------
     TypeError
-        If an element cannot be converted to the layout, or is not of unit norm where it has to be, or an array has
-        masked entries.
+        If an element cannot be converted to the layout, may not satisfy its relations, or is not of unit norm where it
+        has to be, or if an array has masked entries.
     ValueError
         If the elements of a list have different shapes.
     """
@@ -89,6 +92,10 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
         return value
     values, own = stored
     found = converted(where, values, own, layout)
+    if layout.related and own.identity != layout.identity:
+        raise TypeError(
+            f"{where} is {own.name}; expected {layout.name}, whose relations it may not satisfy; convert it"
+        )
     if layout.unit and not own.unit:
         value.require_unit(where)
     return found

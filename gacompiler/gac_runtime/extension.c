@@ -145,9 +145,11 @@ static PyTypeObject *array_type, *number_type, *single_type;
 static PyTypeObject *scalar_type;
 static PyObject *double_type, *float_type;
 static NewArray new_array;
-static PyObject *word_out, *word_in_python, *word_kind, *word_backend, *word_num_threads;
+static PyObject *word_out, *word_in_python, *word_kind, *word_power, *word_reflected_power;
+static PyObject *word_backend, *word_num_threads;
 
-/* Python's operators on two values, the call of a value, and the operators on one, as C and Python name them. */
+/* Python's operators on two values, the call of a value, and the operators on one, as C and Python name them. Powers
+   with these exponents are operators on one value. */
 #define BINARY(OPERATOR)                                                                        \
     OPERATOR(multiply, "*")                                                                     \
     OPERATOR(xor, "^")                                                                          \
@@ -160,14 +162,17 @@ static PyObject *word_out, *word_in_python, *word_kind, *word_backend, *word_num
 #define UNARY(OPERATOR)                                                                         \
     OPERATOR(invert, "~")                                                                       \
     OPERATOR(negative, "-")
+#define POWERS(OPERATOR)                                                                        \
+    OPERATOR(square, "**2")                                                                     \
+    OPERATOR(cube, "**3")
 #define SYMBOL(name, text) SYMBOL_##name,
 #define ONE_OPERAND(name, text) 1,
 #define TWO_OPERANDS(name, text) 2,
 #define TEXT(name, text) text,
 
-enum { BINARY(SYMBOL) SYMBOL_call, UNARY(SYMBOL) N_SYMBOLS };
+enum { BINARY(SYMBOL) SYMBOL_call, UNARY(SYMBOL) POWERS(SYMBOL) N_SYMBOLS };
 
-static const Py_ssize_t N_OPERANDS[] = {BINARY(TWO_OPERANDS) 2, UNARY(ONE_OPERAND)};
+static const Py_ssize_t N_OPERANDS[] = {BINARY(TWO_OPERANDS) 2, UNARY(ONE_OPERAND) POWERS(ONE_OPERAND)};
 static PyObject *symbols[N_SYMBOLS];
 
 /* Arguments that need no conversion: numbers, and arrays of one shape in C order. */
@@ -272,6 +277,7 @@ struct Kind {
     int is_unit; /* Whether kernels take the values for arguments of unit norm without looking at their coefficients. */
     int is_entry; /* Whether arrays of numpy hold the values themselves; otherwise they hold the coefficients. */
     PyMemberDef *fields;
+    richcmpfunc order; /* Compares by order, as the Python methods of the class do; NULL if it has none. */
     Operation *operations[N_SYMBOLS];
     Py_ssize_t n_operations[N_SYMBOLS];
     int n_spares;
@@ -499,6 +505,24 @@ static PyObject *operate_one(int symbol, PyObject *a)
 BINARY(VALUE_BINARY)
 UNARY(VALUE_UNARY)
 
+/* The power of a class that defines it in Python, where no compiled function is known for the exponent. */
+static PyObject *value_power(PyObject *a, PyObject *b, PyObject *modulus)
+{
+    if (modulus != Py_None)
+        Py_RETURN_NOTIMPLEMENTED;
+    if (!is_value(a))
+        return PyObject_CallMethodObjArgs(b, word_reflected_power, a, NULL);
+    if (PyLong_CheckExact(b)) {
+        int overflow;
+        const long exponent = PyLong_AsLongAndOverflow(b, &overflow);
+        const Kind *kind = ((Value *)a)->kind;
+        const int symbol = exponent == 2 ? SYMBOL_square : SYMBOL_cube;
+        if ((exponent == 2 || exponent == 3) && kind->n_operations[symbol])
+            return run_operation(&kind->operations[symbol][0], ((Value *)a)->x, NULL);
+    }
+    return PyObject_CallMethodObjArgs(a, word_power, b, NULL);
+}
+
 static PyObject *value_vectorcall(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names)
 {
     const Py_ssize_t n = PyVectorcall_NARGS(nargsf);
@@ -520,6 +544,8 @@ static PyObject *value_vectorcall(PyObject *self, PyObject *const *args, size_t 
 
 static PyObject *value_compare(PyObject *a, PyObject *b, int how)
 {
+    if (how != Py_EQ && how != Py_NE && is_value(a) && ((Value *)a)->kind->order != NULL)
+        return ((Value *)a)->kind->order(a, b, how);
     if ((how != Py_EQ && how != Py_NE) || !is_value(a) || !is_value(b) || ((Value *)a)->kind != ((Value *)b)->kind)
         Py_RETURN_NOTIMPLEMENTED;
     int same = 1;
@@ -648,7 +674,7 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     Py_XDECREF(capsule);
     for (Py_ssize_t k = 0; k < size && !failed; k++) {
         PyMemberDef *field = &kind->fields[k];
-        /* The name lives as long as the tuple, which is kept alive by the layout of the class. */
+        /* The name is interned, and lives as long as the attribute of the class. */
         field->name = PyUnicode_AsUTF8(PyTuple_GET_ITEM(names, k));
         field->type = T_DOUBLE;
         field->offset = (Py_ssize_t)(offsetof(Value, x) + (size_t)k * sizeof(double));
@@ -662,6 +688,13 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     /* A class made by Python does not take short calls from its base before Python 3.12, and lets its objects be
        collected, for which they would need a header; numbers refer to nothing. No class is derived from this one. */
     type->tp_flags = (type->tp_flags | Py_TPFLAGS_HAVE_VECTORCALL) & ~(unsigned long)Py_TPFLAGS_HAVE_GC;
+    /* A class that defines `<` or powers in Python has slots that look up their methods by name, also that of `==`. */
+    if (type->tp_richcompare != value_compare) {
+        kind->order = type->tp_richcompare;
+        type->tp_richcompare = value_compare;
+    }
+    if (type->tp_as_number->nb_power != NULL)
+        type->tp_as_number->nb_power = value_power;
     type->tp_vectorcall = type_vectorcall;
     type->tp_dealloc = value_dealloc;
     type->tp_free = PyObject_Free;
@@ -2052,7 +2085,7 @@ static struct PyModuleDef definition = {
 /* The name contains a digest of this text, which is known only when it is compiled. */
 PyMODINIT_FUNC INIT(void)
 {
-    static const char *const texts[] = {BINARY(TEXT) "()", UNARY(TEXT)};
+    static const char *const texts[] = {BINARY(TEXT) "()", UNARY(TEXT) POWERS(TEXT)};
     PyObject *module = PyModule_Create(&definition);
     PyObject *call = PyType_FromSpec(&call_spec), *value = PyType_FromSpec(&value_spec);
     PyObject *loops = PyType_FromSpec(&loops_spec);
@@ -2064,6 +2097,8 @@ PyMODINIT_FUNC INIT(void)
              (word_in_python = PyUnicode_InternFromString("_in_python")) == NULL ||
              (word_backend = PyUnicode_InternFromString("backend")) == NULL ||
              (word_num_threads = PyUnicode_InternFromString("num_threads")) == NULL ||
+             (word_power = PyUnicode_InternFromString("__pow__")) == NULL ||
+             (word_reflected_power = PyUnicode_InternFromString("__rpow__")) == NULL ||
              (word_kind = PyUnicode_InternFromString("_kind")) == NULL;
     for (int k = 0; k < N_SYMBOLS && !failed; k++)
         failed = (symbols[k] = PyUnicode_InternFromString(texts[k])) == NULL;

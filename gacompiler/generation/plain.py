@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
-from ..backends.module import KernelSource, LayoutText
+from ..backends.module import KernelSource
 from ..frontend.kernel import Kernel
+from ..gac_runtime.layout import Layout
 from ..ir.cost import cost
 from ..ir.program import Argument, Line, Operand, Program, Result
 from ..ir.scalar import Op
@@ -23,7 +24,7 @@ def packed(compiled: Compiled) -> dict[str, Any]:
     return {
         "program": packed_program(source.program),
         "uniform": [[form.same, packed_program(form.prepare), packed_program(form.apply)] for form in source.uniform],
-        "layouts": [[name, packed_layout(layout)] for name, layout in source.layouts],
+        "layouts": source.layouts,
         "relations": source.relations,
         "operator": source.operator,
         "error": source.error,
@@ -86,15 +87,10 @@ def _operand(data: Any) -> Operand:
     return data if isinstance(data, str) else Fraction(*data)
 
 
-def packed_layout(layout: LayoutText) -> list[Any]:
-    """Convert a layout to plain data."""
-    return [layout.name, layout.blades, layout.fixed, layout.unit, layout.related, layout.implied]
-
-
-def layout_of(data: Any) -> LayoutText:
-    """Restore a layout from the data returned by `packed_layout`."""
-    name, blades, fixed, unit, related, implied = data
-    return LayoutText(name, tuple(blades), tuple(map(tuple, fixed)), unit, related, tuple(map(tuple, implied)))
+def layout_of(data: Any) -> Layout:
+    """Restore a layout, a tuple of plain data, from lists."""
+    name, blades, fixed, unit, implied, related = data
+    return Layout(name, tuple(blades), tuple(map(tuple, fixed)), unit, tuple(map(tuple, implied)), related)
 
 
 def packed_slots(slots: Sequence[Sequence[Slot]]) -> list[Any]:

@@ -14,7 +14,7 @@ from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repe
 from ..ir.program import Program
 from ..ir.rows import At, Counter, Following, Numbered, Parent, Previous, Shifted, Through
 from .compiled import CompiledLoops, CompiledPart
-from .plain import layout_of, packed_layout, packed_program, packed_slots, program_of, slots_of
+from .plain import layout_of, packed_program, packed_slots, program_of, slots_of
 
 _ROWS = (Counter, Through, Previous, Parent, Following, Numbered, Shifted, At)
 _KINDS: Mapping[str, type] = {kind.__name__: kind for kind in (*_ROWS, Place, Apply, Add, Copy, Clear, Loop, Repeat)}
@@ -25,7 +25,7 @@ def packed_loops(compiled: CompiledLoops) -> dict[str, Any]:
     source = compiled.source
     return {
         "procedure": packed_procedure(source.procedure),
-        "layouts": [[name, packed_layout(layout)] for name, layout in source.layouts],
+        "layouts": source.layouts,
         "costs": [[often, *cost.as_dict().values()] for often, cost in source.costs],
         "relations": source.relations,
         "error": source.error,

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..algebra.layout import Layout
 from ..algebra.operations import BY_NAME, Operation
-from ..backends.module import KernelSource, LayoutText, LoopSource
+from ..backends.module import KernelSource, LoopSource
 from ..frontend.kernel import Parameter
 from ..frontend.rows import IndexOf
 from ..passes.accuracy import measured_error
@@ -14,7 +13,7 @@ from ..passes.loop_accuracy import measured_loop_error
 from ..passes.loops import LoopCompilation
 from ..passes.record import Compilation
 from ..passes.single_operation import single_operation
-from ..rings.polynomial import PolynomialRing
+from .layouts import plain_layout
 
 _WITH_OPERATORS = {
     1: (Operation.REVERSE, Operation.NEGATE),
@@ -26,44 +25,13 @@ _WITH_OPERATORS = {
 """Operations that have an operator on values of generated modules, by number of operands."""
 
 
-def layout_text(layout: Layout, proved: bool = True) -> LayoutText:
-    """Convert a layout to the form stored in generated modules.
-
-    With `proved` false, the layout is not marked as unit or related: the result has these properties only for arguments
-    that satisfy more relations than their layouts state.
-    """
-    fixed = tuple((slot.name, str(value)) for slot, value in layout.fixed)
-    implied = tuple((slot.name, "implied") for slot, _ in layout.implied)
-    name = layout.name if layout.is_scalar else str(layout)
-    return LayoutText(
-        name,
-        () if layout.is_scalar else layout.blades,
-        (*fixed, *implied),
-        layout.unit and proved,
-        layout.user_relations is not None and proved,
-        _implied(layout),
-    )
-
-
-def _implied(layout: Layout) -> tuple[tuple[str, str], ...]:
-    """Return the coefficients implied by the stored ones, each with its formula as a sum of products."""
-    ring = PolynomialRing()
-    stored = {name: ring.variable(name) for name in layout.blades}
-    found = []
-    for slot, function in layout.implied:
-        polynomial = ring.lift(function(stored))
-        terms = ["*".join([str(factor), *(ring.names[k] for k in m)]) for m, factor in polynomial.terms.items()]
-        found.append((slot.name, " + ".join(terms) or "0"))
-    return tuple(found)
-
-
 def kernel_source(record: Compilation) -> KernelSource:
     """Return the data that printers need of a compiled kernel."""
     kernel, decision, trace = record.kernel, record.decision, record.trace
     assert decision is not None and trace is not None
-    layouts = [(parameter.name, layout_text(parameter.layout)) for parameter in kernel.parameters]
+    layouts = [(parameter.name, plain_layout(parameter.layout)) for parameter in kernel.parameters]
     layouts += [
-        (output.name, layout_text(layout, proved))
+        (output.name, plain_layout(layout, proved))
         for output, layout, proved in zip(trace.outputs, decision.layouts, decision.related, strict=True)
     ]
     operation = single_operation(record, _WITH_OPERATORS)
@@ -89,8 +57,8 @@ def loop_source(record: LoopCompilation) -> LoopSource:
     """Return the data that printers need of a compiled kernel with loops."""
     kernel = record.kernel
     with_layouts = [parameter for parameter in kernel.parameters if not isinstance(parameter.type, IndexOf)]
-    layouts = [(parameter.name, layout_text(parameter.layout)) for parameter in with_layouts]
-    layouts += [(name, layout_text(table.leaf.layout)) for name, table in record.trace.results]
+    layouts = [(parameter.name, plain_layout(parameter.layout)) for parameter in with_layouts]
+    layouts += [(name, plain_layout(table.leaf.layout)) for name, table in record.trace.results]
     worst, n = measured_loop_error(kernel, record.procedure)
     return LoopSource(
         record.procedure,

@@ -7,7 +7,7 @@ array and a layout. Both kinds are in one file because each creates objects of t
 
 from __future__ import annotations
 
-import itertools
+import math
 import operator
 from collections.abc import Callable, Iterator
 from decimal import Decimal
@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self, overload
 
 import numpy as np
 
-from ..algebra import catalog
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.methods import Unordered
@@ -28,15 +27,16 @@ from ..errors import AlgebraError, LayoutError, OperandError, ZeroDivisorError
 from ..frontend.expression import Expression
 from ..frontend.operands import own_operations
 from ..gac_runtime.annotations import Numbers, Real
+from ..gac_runtime.array_element import OPERATORS, ArrayElement, adopt, next_index
 from ..gac_runtime.layout import Layout as PlainLayout
 from ..gac_runtime.layout import check_unit
-from .caches import cached_by_name, key_of
+from .caches import key_of
 from .checks import check_relations
 from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normalize_of, power_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential, longer
 from .geometry import Geometry
 from .inverses import inverted
-from .layouts import chosen_layout, layout_of
+from .layouts import chosen_layout, layout_from_plain, layout_of, plain_layout
 from .logarithms import versor_logarithm
 from .methods import Engine, Operations, curried, run_by
 from .native import extension, extension_is_settled
@@ -275,7 +275,10 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         if n < 2:
             return self if n else wrap(SCALAR, np.ones(self.shape))
         if n <= _LARGEST_POWER:
-            return _run_of(power_of(n))[0](self)
+            found = _run_of(power_of(n))[0](self)
+            if _is_single(type(self)) and extension() is not None:
+                _bind_operation(f"**{n}", power_of(n), self)
+            return found
         return self ** (n - n // 2) * self ** (n // 2)
 
     def __rpow__(self, base: float) -> Self:
@@ -367,6 +370,8 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
 
     def _determined(self, what: str, found: Any) -> Any:
         """Return a result; raise if a single one is NaN, although this element is not."""
+        if _is_single(type(found)) and math.isfinite(sum(found._numbers())):
+            return found
         if not np.shape(found) and np.isnan(found.values).any() and np.isfinite(self.values).all():
             raise AlgebraError(
                 what, f"{self}, which has no {_WORDS[what]}, or many", f"a versor or number with one {_WORDS[what]}",
@@ -489,34 +494,14 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         return wrap, (self.layout, np.array(self.values))
 
 
-def _forward(symbol: str) -> Any:
-    def method(self: Any, other: Any) -> Any:
-        return operate(symbol, self, other)
-
-    return method
-
-
-def _backward(symbol: str) -> Any:
-    def method(self: Any, other: Any) -> Any:
-        return operate(symbol, other, self)
-
-    return method
-
-
-class _Array(MultivectorArray):
+class _Array(ArrayElement, MultivectorArray):
     """An array of multivectors, or a single one that is not of doubles or exists without the extension."""
 
-    __slots__ = ("layout", "values")
+    __slots__ = ("layout",)
 
     def __init__(self, layout: Layout, values: np.ndarray[Any, Any]) -> None:
-        if values.flags.writeable:
-            values = values.view()
-            values.flags.writeable = False
         object.__setattr__(self, "layout", layout)
-        object.__setattr__(self, "values", values)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        raise AttributeError(f"multivectors are immutable; cannot set {name}")
+        self._hold(values)
 
     def __eq__(self, other: object) -> Any:
         """Whether all coefficients are equal, for each element; multivectors of different layouts are never equal."""
@@ -530,28 +515,7 @@ class _Array(MultivectorArray):
         found = self.__eq__(other)
         return found if found is NotImplemented else np.logical_not(found)
 
-    def __hash__(self) -> int:
-        if self.shape:
-            raise TypeError("an array of multivectors is not hashable")
-        return hash(tuple(x if x == x else 0.0 for x in self.values.tolist()))
-
-    def __call__(self, other: Any) -> Any:
-        return operate("()", self, other)
-
-    def __invert__(self) -> Any:
-        return operate("~", self)
-
-    def __neg__(self) -> Any:
-        return operate("-", self)
-
-    __mul__, __rmul__ = _forward("*"), _backward("*")
-    __xor__, __rxor__ = _forward("^"), _backward("^")
-    __and__, __rand__ = _forward("&"), _backward("&")
-    __or__, __ror__ = _forward("|"), _backward("|")
-    __add__, __radd__ = _forward("+"), _backward("+")
-    __sub__, __rsub__ = _forward("-"), _backward("-")
-    __truediv__, __rtruediv__ = _forward("/"), _backward("/")
-    __rshift__, __rrshift__ = _forward(">>"), _backward(">>")
+    __hash__ = ArrayElement.__hash__
 
 
 class Scalar(ScalarMethods):
@@ -572,8 +536,9 @@ _single_types: dict[Any, type | None] = {}
 _by_identity: dict[int, tuple[type | None, Layout]] = {}
 """The same by the identity of the layout, because comparing layouts is slow; the entry keeps the layout alive."""
 _normalizations: dict[int, tuple[Definition, Layout]] = {}
-_next_index = itertools.count().__next__
 _NUMBERS = (float, int, Scalar)
+_MANY = frozenset((_Array, np.ndarray))
+"""Types of operands of which there may be many elements, so that an operation does not go through the extension."""
 _Number: Any = None
 """The type that the extension uses for numbers in operations with single multivectors."""
 
@@ -596,30 +561,6 @@ def single_type(layout: Layout) -> Any:
     return _single_types[key]
 
 
-@cached_by_name
-def plain_layout(layout: Layout) -> PlainLayout:
-    """Return a layout in the form of generated modules."""
-    from ..generation.sources import layout_text  # not at the start, since it loads all stages and printers
-
-    text = layout_text(layout)
-    return PlainLayout(text.name, text.blades, text.fixed, text.unit, text.implied)
-
-
-@cached_by_name
-def layout_from_plain(plain: PlainLayout, own: Algebra) -> Layout | None:
-    """Return the layout of a generated module in an algebra or in the catalog; None if its algebra is in neither."""
-    algebra = own if own.name == plain.algebra else vars(catalog).get(plain.algebra)
-    if not isinstance(algebra, Algebra):
-        return None
-    for each in (*algebra.layouts.values(), algebra.full, algebra.even, algebra.UNIT_EVEN):
-        if plain_layout(each)[1:] == plain[1:]:
-            return each
-    if plain.implied:
-        return None
-    fixed = {blade: Fraction(value) for blade, value in plain.fixed}
-    return algebra.layout(f"({' '.join(plain.blades)})", " ".join(plain.blades), fixed=fixed, unit=plain.unit)
-
-
 def _normalization(layout: Layout) -> Definition:
     if id(layout) not in _normalizations:
         _normalizations[id(layout)] = normalize_of(layout), layout
@@ -631,10 +572,6 @@ def _make_single_type(layout: Layout) -> type | None:
     if found is None:
         return None
 
-    def values(self: Any) -> np.ndarray[Any, Any]:
-        return np.frombuffer(self)
-
-    names = tuple("scalar" if blade == "1" else blade.replace("^", "_") for blade in layout.blades)
     body: dict[str, Any] = {
         "__slots__": (),
         "__doc__": f"One {layout}.",
@@ -643,14 +580,13 @@ def _make_single_type(layout: Layout) -> type | None:
         "__eq__": found.Value.__eq__,
         "__ne__": found.Value.__ne__,
         "layout": layout,
-        "values": property(values),
+        "values": property(np.frombuffer),
         "shape": (),
-        "_names": names,
     }
     word = "".join(part.capitalize() for part in layout.name.split("_"))
     made = type(word if word.isidentifier() else "Multivector", (MultivectorArray, found.Value), body)
-    identity = plain_layout(layout).identity
-    made._adopt(_next_index(), names, operate, _coefficients, identity, layout.unit, True)  # type: ignore[attr-defined]
+    plain = plain_layout(layout)
+    adopt(made, plain._replace(blades=layout.blades), operate, _coefficients, is_entry=True)  # numbers have none there
     return made
 
 
@@ -684,7 +620,7 @@ def role_type(definition: Definition, layout: Layout | None) -> Any:
     """
     names = () if layout is None else layout.blades
     made: Any = type(definition.name, (extension().Value,), {"__slots__": (), "_names": names})
-    made._adopt(_next_index(), tuple(f"_{k}" for k in range(len(names))), operate, _coefficients, None)
+    made._adopt(next_index(), tuple(f"_{k}" for k in range(len(names))), operate, _coefficients, None)
     _roles[made] = _Role(definition, layout)
     return made
 
@@ -755,9 +691,12 @@ def apply(definition: Definition, *operands: Any) -> Any:
     OperandError
         If an operand is a list, or an array where one of numbers has no use but one of coordinates would have.
     """
-    known = _PACKED.get((id(definition), *map(type, operands)))
+    types = tuple(map(type, operands))
+    known = _PACKED.get((id(definition), *types))
     if known is not None and not OBSERVERS:
         return known.call(known.holder(*_flat(operands)))
+    if not _MANY.isdisjoint(types) and (result := _known_result(definition, operands)) is not None:
+        return result
     symbolic = next((each for each in operands if isinstance(each, Expression)), None)
     if symbolic is not None:
         return definition.function(definition.algebra or symbolic.algebra)(*operands)
@@ -784,7 +723,39 @@ def apply(definition: Definition, *operands: Any) -> Any:
     found = operator_of(definition, layouts)
     if found.native is not None:
         _pack(definition, operands, layouts, found)
+    if not _MANY.isdisjoint(types) and not (np.ndarray in types and definition in _OF_MULTIVECTORS):
+        key = _known_key(definition, operands)
+        if key is not None:
+            _KNOWN[key] = found, found.result.is_scalar, definition, layouts
     return wrap(found.result, found([values for _, values in lifted]))
+
+
+_KNOWN: dict[tuple[int, ...] | None, tuple[Operator, bool, Definition, tuple[Layout, ...]]] = {}
+"""Operations on arrays, and whether their results are numbers, by definition and layouts, which are kept alive."""
+
+
+def _known_key(definition: Definition, operands: tuple[Any, ...]) -> tuple[int, ...] | None:
+    """Return what identifies a definition and the kinds of its operands: layouts, numbers or arrays of doubles."""
+    key = [id(definition)]
+    for x in operands:
+        kind = type(x)
+        if kind in _NUMBERS or (kind is np.ndarray and x.dtype == np.float64):
+            key.append(id(kind))
+        elif isinstance(x, MultivectorArray) and x.layout.algebra is not SCALARS:
+            key.append(id(x.layout))
+        else:
+            return None
+    return tuple(key)
+
+
+def _known_result(definition: Definition, operands: tuple[Any, ...]) -> Any:
+    """Return the result of an operation that was applied to operands of these kinds before; None for all others."""
+    known = _KNOWN.get(_known_key(definition, operands))
+    if known is None:
+        return None
+    found, is_scalar, *_ = known
+    out = found([x.values if isinstance(x, MultivectorArray) else np.asarray(x, float) for x in operands])
+    return wrap(found.result, out) if is_scalar or out.ndim == 1 else _Array(found.result, out)
 
 
 class _Packed(NamedTuple):
@@ -837,7 +808,7 @@ def packed(definition: Definition, layouts: tuple[Layout, ...], found: Operator)
     if size not in _HOLDERS:
         names = tuple(f"_{k}" for k in range(size))
         holder: Any = type("Operands", (extension().Value,), {"__slots__": (), "_names": names})
-        holder._adopt(_next_index(), names, operate, _no_numbers, None)
+        holder._adopt(next_index(), names, operate, _no_numbers, None)
         _HOLDERS[size] = holder
     role = role_type(definition, None)
     extension().bind_operator("()", (role, _HOLDERS[size]), result, native.packed, False)
@@ -889,16 +860,6 @@ def _is_single(kind: type) -> bool:
 
 
 _ABSENT: Any = object()
-_FORWARD: dict[str, Callable[[Any, Any], Any]] = {
-    "*": operator.mul, "^": operator.xor, "&": operator.and_, "|": operator.or_, "+": operator.add, "-": operator.sub,
-    "/": operator.truediv, ">>": operator.rshift,
-}  # fmt: skip
-
-
-_OPERATORS: dict[tuple[str, int], Callable[..., Any]] = {
-    **{(symbol, 2): run for symbol, run in _FORWARD.items()},
-    ("()", 2): lambda a, b: a(b), ("~", 1): operator.invert, ("-", 1): operator.neg,
-}  # fmt: skip
 
 
 def _predates_extension(x: _Array) -> bool:
@@ -915,15 +876,20 @@ def _as_single(x: Any) -> Any:
 def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
     """Apply a Python operator to operands that include a multivector, and bind it to the types of single ones."""
     first, second = type(a), type(b)
+    if (first in _MANY or second in _MANY) and (symbol != "/" or second in _NUMBERS or second is np.ndarray):
+        operands = (a,) if b is _ABSENT else (a, b)
+        definition = SYMBOLS.get((symbol, len(operands)))
+        if definition is not None and (result := _known_result(definition, operands)) is not None:
+            return result
     if (first is _Array and _predates_extension(a)) or (second is _Array and _predates_extension(b)):
-        return _OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
+        return OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
     if symbol == "/" and not np.shape(a) and second in (int, float, Scalar, np.float64) and b == 0:
         raise ZeroDivisorError(
             "division", f"{a} / 0", "a divisor other than zero", "in an array, such quotients are infinite or NaN"
         )
     if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
         a, b = _without_values(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
-        return _OPERATORS[symbol, 2](a, b)
+        return OPERATORS[symbol, 2](a, b)
     if symbol in ("()", ">>"):
         role = _roles.get(first)
         if role is not None:
@@ -935,9 +901,9 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
         if not isinstance(a, (MultivectorArray, Multivector)):
             raise TypeError(f"the left operand of >> must be a versor; found {first.__name__}")
     elif first in _NUMBERS and second is not _Array and _Number is not None:
-        return _FORWARD[symbol](_Number(a), b)
+        return OPERATORS[symbol, 2](_Number(a), b)
     elif second in _NUMBERS and first is not _Array and _Number is not None:
-        return _FORWARD[symbol](a, _Number(b))
+        return OPERATORS[symbol, 2](a, _Number(b))
     operands, types = ((a,), (first,)) if b is _ABSENT else ((a, b), (first, second))
     if not all(map(_is_operand, operands)):
         return NotImplemented
@@ -952,16 +918,21 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
             definition = QUOTIENT
     result = apply(definition, *operands)
     if extension() is not None and all(map(_is_single, types)):
-        layouts = tuple(_layout(x) for x in operands)
-        if table_of(definition, layouts) is None:
-            found = operator_of(definition, layouts)
-            native = found.native
-            _bind(symbol, types, found, native and native.element)
+        _bind_operation(symbol, definition, *operands)
     return result
 
 
 def _layout(x: Any) -> Layout:
     return SCALAR if x.layout.is_scalar else x.layout
+
+
+def _bind_operation(symbol: str, definition: Definition, *operands: Any) -> None:
+    """Let a Python operator on single multivectors of these types run the compiled function if there is one."""
+    layouts = tuple(_layout(x) for x in operands)
+    if table_of(definition, layouts) is None:
+        found = operator_of(definition, layouts)
+        native = found.native
+        _bind(symbol, tuple(map(type, operands)), found, native and native.element)
 
 
 def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | None) -> None:
@@ -979,6 +950,8 @@ def unit_layout(layout: Layout) -> Layout | None:
 
 def _has_many_vectors(layout: Layout) -> bool:
     """Return whether a layout has even versors over more vectors than kernels of logarithms support."""
+    if layout.algebra.dimension <= MOST_VECTORS:
+        return False
     blades = layout.support
     return n_vectors(blades) > MOST_VECTORS and not any(blade.bit_count() & 1 for blade in blades) and len(blades) > 2
 

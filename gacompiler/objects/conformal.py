@@ -21,6 +21,7 @@ from .arrays import MultivectorArray
 from .caches import cached_by_name
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of, round_arguments
+from .direct import ROTATE, SCREW
 from .expressions import is_symbolic, layout_in
 from .layouts import layout_of
 from .shapes import CENTRE, SQUARED
@@ -47,15 +48,6 @@ _TRANSLATOR = define("translator", "direction", _on("1 - direction * einf / 2"),
 _DILATOR = define("dilator", "factor", 'ga.exp(ga.log(factor) / 2 * {A}.multivector({"e0inf": 1}))', unit=True)
 _ROTOR2 = define("rotor", "angle", 'ga.exp(-angle / 2 * {A}.multivector({"e12": 1}))', unit=True)
 _ROTOR3 = define("rotor", "axis angle", 'ga.exp(-angle / 2 * axis * {A}.multivector({"e123": 1}))', unit=True)
-# A line times the pseudoscalar is the bivector that generates the rotations about it; its square is a number.
-_ABOUT = "(line * {A}.pseudoscalar / ga.sqrt(ga.scalar_product(line, line)))"
-_ROTATE = define("rotor", "line angle", f"ga.cos(angle / 2) - ga.sin(angle / 2) * {_ABOUT}", unit=True)
-_SCREW = define(
-    "motor", "line angle distance",
-    f"(ga.cos(angle / 2) - ga.sin(angle / 2) * {_ABOUT})"
-    f' * (1 + distance / 2 * ({_ABOUT} * {{A}}.multivector({{"e123inf": 1}})))',
-    unit=True,
-)  # fmt: skip
 
 
 @cached_by_name
@@ -344,13 +336,13 @@ class SpaceConformal(Conformal[M]):
         rotated = unit(name, axis)
         if centre is None:
             return self._make(_ROTOR3, rotated, angle)
-        return self._make(_ROTATE, self._spanned(centre, rotated), angle)
+        return self._make(ROTATE, self._spanned(centre, rotated), angle)
 
     def _rotate_about(self, name: str, line: Any, angle: Any) -> Any:
-        return self._make(_ROTATE, self._axis(name, self._as_line(line)), angle)
+        return self._make(ROTATE, self._axis(name, self._as_line(line)), angle)
 
     def _screw(self, name: str, line: Any, angle: Any, distance: Any) -> Any:
-        return self._make(_SCREW, self._axis(name, self._as_line(line)), angle, distance)
+        return self._make(SCREW, self._axis(name, self._as_line(line)), angle, distance)
 
     def _as_line(self, x: Any) -> Any:
         """Convert a circle that is flat to the layout of lines."""

@@ -39,6 +39,8 @@ _EXACT = 1 << 53
 """Integers below are doubles."""
 _EPSILON = float(np.finfo(np.float64).eps)
 
+_ELEMENTS = (MultivectorArray, Multivector, Expression)
+
 
 class Rigid(Poses[M], Space[M]):
     """Common base of the spaces of algebras with points, rotors and translators."""
@@ -105,7 +107,7 @@ class Rigid(Poses[M], Space[M]):
         """
         if direction is not None:
             arguments = (*arguments, self._along_coordinates(direction))
-        elif [isinstance(x, (MultivectorArray, Multivector, Expression)) for x in arguments] == [True, False]:
+        elif len(arguments) == 2 and isinstance(arguments[0], _ELEMENTS) and not isinstance(arguments[1], _ELEMENTS):
             # Coordinates after an object are a direction; coordinates after coordinates are a point.
             arguments = arguments[0], self._along_coordinates(arguments[1])
         return self._construct("line", arguments)

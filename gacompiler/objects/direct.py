@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Sequence
+from operator import sub
 from typing import Any, NamedTuple
 
 from ..algebra.algebra import Algebra
@@ -60,16 +61,30 @@ def _is_line(numbers: Numbers) -> bool:
 def _are_apart(numbers: Numbers) -> bool:
     """Whether the numbers are the coordinates of two different points."""
     half = len(numbers) // 2
-    return sum(abs(a - b) for a, b in zip(numbers[:half], numbers[half:], strict=True)) > _CLEARLY * _size(numbers)
+    return sum(map(abs, map(sub, numbers[:half], numbers[half:]))) > _CLEARLY * _size(numbers)
 
 
 def _are_corners(numbers: Numbers) -> bool:
     """Whether the numbers are the coordinates of three points of a triangle."""
     d = len(numbers) // 3
     p, q, r = numbers[:d], numbers[d : 2 * d], numbers[2 * d :]
-    a, b = [x - y for x, y in zip(q, p, strict=True)], [x - y for x, y in zip(r, p, strict=True)]
+    a, b = [*map(sub, q, p)], [*map(sub, r, p)]
     area = sum(abs(a[i] * b[k] - a[k] * b[i]) for i, k in ((0, 1), (0, d - 1), (1, d - 1)))
     return area > _CLEARLY * _size(numbers) * max(*map(abs, a), *map(abs, b))
+
+
+def _are_vertices(numbers: Numbers) -> bool:
+    """Whether the numbers are the coordinates of four points of space that are no plane."""
+    p, q, r, s = (numbers[k : k + 3] for k in (0, 3, 6, 9))
+    a, b, c = [*map(sub, q, p)], [*map(sub, r, p)], [*map(sub, s, p)]
+    volume = sum(a[i] * (b[j] * c[k] - b[k] * c[j]) for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)))
+    return abs(volume) > _CLEARLY * _size(numbers) * _size([*a, *b, *c]) ** 2
+
+
+def _is_conformal_line(numbers: Numbers) -> bool:
+    """Whether the first six numbers are a line of CGA3 that is not at infinity."""
+    e12, e13, e23, e1, e2, e3, *_ = numbers
+    return _is_line((e3, e2, e1, e23, e13, e12))
 
 
 def _has_direction(numbers: Numbers) -> bool:
@@ -108,6 +123,15 @@ _CIRCLE = (
     "((ga.normalize(n) + ga.scalar_product(ga.normalize(n), centre) * {A}.einf)"
     " ^ (centre - radius * radius / 2 * {A}.einf)) * {A}.pseudoscalar"
 )
+# A line times the pseudoscalar is the bivector that generates the rotations about it; its square is a number.
+_ABOUT = "(line * {A}.pseudoscalar / ga.sqrt(ga.scalar_product(line, line)))"
+ROTATE = define("rotor", "line angle", f"ga.cos(angle / 2) - ga.sin(angle / 2) * {_ABOUT}", unit=True)
+SCREW = define(
+    "motor", "line angle distance",
+    f"(ga.cos(angle / 2) - ga.sin(angle / 2) * {_ABOUT})"
+    f' * (1 + distance / 2 * ({_ABOUT} * {{A}}.multivector({{"e123inf": 1}})))',
+    unit=True,
+)  # fmt: skip
 _TURNED3 = "ga.exp(-angle / 2 * ga.normalize(axis) * {A}.e123)"
 _DIRECTION, _LINE = PGA3.DIRECTION, PGA3.LINE
 _VECTOR2, _VECTOR3 = (layout_of(each, each.blades(1)[: each.dimension - 2]) for each in (CGA2, CGA3))
@@ -180,7 +204,14 @@ _FORMS: dict[tuple[Algebra, str], list[Direct]] = {
         _blade("line", 3 * (SCALAR,), "a b c", "a * {A}.e1 + b * {A}.e2 + c * {A}.e0", _has_normal),
     ],
     (PGA2, "translator"): [_versor("translator", (PGA2.DIRECTION,), "t", _TRANSLATED2, _is_moderate)],
-    (PGA2, "rotor"): [_versor("rotor", (SCALAR, _P2), "angle centre", "ga.exp(-angle / 2 * centre)", _is_moderate)],
+    (PGA2, "rotor"): [
+        _versor("rotor", (SCALAR, _P2), "angle centre", "ga.exp(-angle / 2 * centre)", _is_moderate),
+        # About the origin, too, the result is a motor.
+        _versor(
+            "rotor", (SCALAR, SCALAR), "angle distance", "ga.exp(-angle / 2 * {A}.e12) * (1 + distance * {A}.e01)",
+            _is_moderate,
+        )._replace(more=(0.0,)),
+    ],
     (PGA2, "motor"): [
         _versor(
             "motor", (SCALAR, PGA2.DIRECTION), "angle t", f"({_TRANSLATED2}) * ga.exp(-angle / 2 * {{A}}.e12)",
@@ -200,7 +231,10 @@ _FORMS: dict[tuple[Algebra, str], list[Direct]] = {
         *_COMMON3["circle"],
         _blade("circle", (_C3, _VECTOR3, SCALAR), "centre n radius", _CIRCLE, _has_normal_and_radius),
     ],
-    (CGA3, "sphere"): [_blade("sphere", (_C3, SCALAR), "centre radius", _SPHERE, _has_radius)],
+    (CGA3, "sphere"): [
+        _blade("sphere", (_C3, SCALAR), "centre radius", _SPHERE, _has_radius),
+        _blade("sphere", 4 * (_C3,), "p q r s", "p ^ q ^ r ^ s", _are_vertices),
+    ],
     (CGA3, "plane"): [
         _blade(
             "plane", (_VECTOR3, SCALAR), "n distance",
@@ -208,8 +242,12 @@ _FORMS: dict[tuple[Algebra, str], list[Direct]] = {
         ),
         _blade("plane", (_C3, _C3, _C3), "p q r", "p ^ q ^ r ^ {A}.einf", _are_corners),
     ],
-    (CGA3, "rotor"): [_versor("rotor", (_VECTOR3, SCALAR), "axis angle", _TURNED3, _has_axis)],
+    (CGA3, "rotor"): [
+        _versor("rotor", (_VECTOR3, SCALAR), "axis angle", _TURNED3, _has_axis),
+        Direct(ROTATE, (CGA3.LINE, SCALAR), _is_conformal_line),
+    ],
     (CGA3, "motor"): [
+        Direct(SCREW, (CGA3.LINE, SCALAR, SCALAR), _is_conformal_line),
         _versor(
             "motor", (_VECTOR3, SCALAR, SCALAR), "axis angle distance",
             f"(1 - distance / 2 * (ga.normalize(axis) * {{A}}.einf)) * {_TURNED3}", _has_axis,

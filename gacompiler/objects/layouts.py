@@ -1,12 +1,19 @@
-"""Layouts of results: those of unit elements and those with names where there are any."""
+"""Layouts of results, those of unit elements and with names where there are any, and layouts of generated modules."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from fractions import Fraction
 from typing import Any
 
+from ..algebra import catalog
+from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
+from ..gac_runtime.layout import Layout as PlainLayout
+from ..generation import layouts
 from .caches import cached_by_name
+
+plain_layout = cached_by_name(layouts.plain_layout)
 
 
 def chosen_layout(layout: Layout, unit: bool) -> Layout:
@@ -45,6 +52,21 @@ def _layout_of(algebra: Any, blades: frozenset[int]) -> Layout:
 def layout_of(algebra: Any, blades: Iterable[int]) -> Layout:
     """Return the unconstrained layout that stores these blades, a named one if the algebra has it."""
     return _layout_of(algebra, frozenset(blades))
+
+
+@cached_by_name
+def layout_from_plain(plain: PlainLayout, own: Algebra) -> Layout | None:
+    """Return the layout of a generated module in an algebra or in the catalog; None if its algebra is in neither."""
+    algebra = own if layouts.algebra_name(own) == plain.algebra else vars(catalog).get(plain.algebra)
+    if not isinstance(algebra, Algebra):
+        return None
+    for each in (*algebra.layouts.values(), algebra.full, algebra.even, algebra.UNIT_EVEN):
+        if plain_layout(each)[1:] == plain[1:]:
+            return each
+    if plain.implied:
+        return None
+    fixed = {blade: Fraction(value) for blade, value in plain.fixed}
+    return algebra.layout(f"({' '.join(plain.blades)})", " ".join(plain.blades), fixed=fixed, unit=plain.unit)
 
 
 def _same(a: Layout, b: Layout) -> bool:

@@ -13,7 +13,6 @@ import os
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -53,6 +52,16 @@ _HEAD = """\
 #define LESS_EQUAL(a, b) ((double)((a) <= (b)))
 #define EQUAL(a, b) ((double)((a) == (b)))
 #define SELECT(condition, a, b) ((condition) != 0 ? (a) : (b))
+
+/* The coefficients of an element, which are copied if they do not follow each other in memory. */
+static const double *dense(const char *start, ptrdiff_t step, int n, double *copy)
+{
+    if (step == (ptrdiff_t)sizeof(double))
+        return (const double *)start;
+    for (int k = 0; k < n; k++)
+        copy[k] = *(const double *)(start + k * step);
+    return copy;
+}
 """
 
 
@@ -67,8 +76,8 @@ class Native(NamedTuple):
     """Function that copies the first operand; its first parameter is an unused pointer."""
     packed: int
     """Function on one element whose operands follow each other in memory; its first parameter is an unused pointer."""
-    loop: Callable[..., None]
-    """Loop; takes a number of elements, then a pointer and a step in bytes for each argument and for the result."""
+    loop: int
+    """Loop over elements, with the parameters of the loops of generated modules; results are in C order."""
     library: Any
 
 
@@ -87,7 +96,6 @@ class Build:
     """
 
     def __init__(self, program: Program) -> None:
-        self._program = program
         text, command = c_text(program), (*(find_compiler() or ("cc",)), *FLAGS)
         target = _target(text, command)
         self.job = Job(target, partial(_prepared, target, text, command))
@@ -113,7 +121,7 @@ class Build:
             If the compiler has failed.
         """
         if self.job.is_done:
-            return _loaded(self._program, self.job.target)
+            return _loaded(self.job.target)
         QUEUE.start()
         if self.job.failure and not self._was_reported:
             self._was_reported = True
@@ -133,7 +141,7 @@ class Build:
         """
         if not self.job.is_done:
             QUEUE.finish(self.job)
-        return _loaded(self._program, self.job.target)
+        return _loaded(self.job.target)
 
 
 _COMPILE = """\
@@ -159,18 +167,11 @@ def _target(text: str, command: tuple[str, ...]) -> Path:
     return own_folder() / f"{digest}.so"
 
 
-def _loaded(program: Program, path: Path) -> Native:
+def _loaded(path: Path) -> Native:
     library = ctypes.CDLL(str(path))
-    loop = library.loop
-    pair: list[Any] = [ctypes.c_void_p, ctypes.c_ssize_t]
-    loop.argtypes = [ctypes.c_ssize_t, *(pair * (len(program.arguments) + 1))]
-    loop.restype = None
-    element, marked, left, packed = (_address(library, name) for name in ("element", "marked", "left", "packed"))
-    return Native(element, marked, left, packed, loop, library)
-
-
-def _address(library: Any, name: str) -> int:
-    return ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0
+    names = Native._fields[:-1]
+    addresses = {name: ctypes.cast(getattr(library, name), ctypes.c_void_p).value or 0 for name in names}
+    return Native(**addresses, library=library)
 
 
 def c_text(program: Program) -> str:
@@ -178,11 +179,15 @@ def c_text(program: Program) -> str:
     n = len(program.arguments)
     pointers = ", ".join(f"const double *a{k}" for k in range(n))
     call = ", ".join(f"{'' if argument.shape else '*'}a{k}" for k, argument in enumerate(program.arguments))
-    steps = ", ".join(f"const char *p{k}, ptrdiff_t s{k}" for k in range(n))
-    reads = ", ".join(f"(const double *)p{k}" for k in range(n))
-    moves = ", ".join(f"p{k} += s{k}" for k in range(n))
     sizes = [len(argument.components) for argument in program.arguments]
     places = ", ".join(f"all + {sum(sizes[:k])}" for k in range(n))
+    axes = [len(argument.shape) for argument in program.arguments]
+    starts = [f"starts[{k}] + i * steps[{k}]" for k in range(n)]
+    read = [
+        f"dense({start}, steps[{n + 1 + sum(axes[:k])}], {size}, a{k})" if axis else f"(const double *)({start})"
+        for k, (start, size, axis) in enumerate(zip(starts, sizes, axes, strict=True))
+    ]
+    rooms = ", ".join(f"a{k}[{size}]" for k, (size, axis) in enumerate(zip(sizes, axes, strict=True)) if axis)
     lines = [
         _HEAD,
         *kernel_text(program),
@@ -195,10 +200,11 @@ def c_text(program: Program) -> str:
         f"{{ (void)unused; for (int k = 0; k < {sizes[0]}; k++) out[k] = a[k]; }}",
         f"void packed(const double *unused, const double *all, double *out) {{ (void)unused; one({places}, out); }}",
         "",
-        f"void loop(ptrdiff_t n, {steps}, char *out, ptrdiff_t step)",
+        "void loop(char **starts, const ptrdiff_t *dimensions, const ptrdiff_t *steps)",
         "{",
-        f"    for (; n > 0; n--, {moves}, out += step)",
-        f"        one({reads}, (double *)out);",
+        f"    double {rooms};" if rooms else "",
+        "    for (ptrdiff_t i = 0; i < dimensions[0]; i++)",
+        f"        one({', '.join(read)}, (double *)(starts[{n}] + i * steps[{n}]));",
         "}",
         "",
     ]

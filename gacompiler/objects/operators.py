@@ -9,7 +9,9 @@ justify the cost, another process compiles the operation in the same manner as g
 from __future__ import annotations
 
 import keyword
+import math
 import re
+import sys
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -25,6 +27,7 @@ from ..errors import KernelError, SpecError
 from ..frontend.expression import evaluate, outside_functions
 from ..frontend.facts import is_unit
 from ..frontend.kernel import Kernel, Parameter, trace
+from ..gac_runtime.arrays import PATIENCE
 from ..ir.cost import cost
 from ..ir.program import Argument, Program
 from ..ir.scalar import Graph
@@ -45,7 +48,7 @@ from .kept_programs import Kept, place_of
 from .layouts import chosen_layout
 from .library import LIBRARY, NUMPY
 from .modules import load_made, module_job
-from .native import Build, Native, is_wanted
+from .native import Build, Native, extension, is_wanted
 
 ENOUGH_WORK = 500_000_000
 """Number of scalar operations on arrays after which an operation is compiled as a generated module, which takes about
@@ -97,10 +100,12 @@ class Operator:
             if place and not is_interrupted():
                 place.put(Kept(self.program, self.result, self.kernel.returns is not None))
         self._native: Native | None = None
+        self._call: Any = None
         self._build = Build(self.program) if is_wanted() else None
         self._shapes = [argument.shape for argument in self.program.arguments]
         self._is_exact = not is_transcendental(self.program)
         self._operations = max(1, cost(self.program).total)
+        self._out = self.program.results[0].shape
         self._python: dict[bool, Callable[..., None]] = {}
         self._module: Any = None
         self._module_job: Job | None = None
@@ -116,6 +121,11 @@ class Operator:
     def _computed(self, arrays: Sequence[np.ndarray[Any, Any]]) -> np.ndarray[Any, Any]:
         if self._module is not None and not any(a.dtype.kind == "c" for a in arrays):
             return np.asarray(self._module(*arrays))
+        if self._call is not None:
+            out: np.ndarray[Any, Any] | None = self._call.attempt(*arrays)
+            if out is not None:
+                self._count(out.size // math.prod(self._out))
+                return out
         leadings = [a.shape[: a.ndim - len(shape)] for a, shape in zip(arrays, self._shapes, strict=True)]
         try:
             leading = leadings[0] if len(set(leadings)) == 1 else np.broadcast_shapes(*leadings)
@@ -123,14 +133,29 @@ class Operator:
             shapes = " and ".join(map(str, leadings))
             raise ValueError(f"{self.definition.name}: shapes {shapes} do not broadcast") from None
         is_double = not any(a.dtype != np.float64 for a in arrays)
-        found = self.native if is_double else None
-        if found is None:
-            in_chunks = is_double and not self._is_exact and self.state in ("waiting", "running")
-            return (self._in_chunks if in_chunks else self._in_python)(arrays, leading)
-        self._work += self._operations * int(np.prod(leading))
+        if is_double and self._call is None and self._has_call():
+            return self._computed(arrays)
+        if self._native is not None:  # for arrays that the extension does not read, or without it
+            self._count(math.prod(leading))
+        in_chunks = is_double and not self._is_exact and self.state not in ("text", "failed")
+        return (self._in_chunks if in_chunks else self._in_python)(arrays, leading)
+
+    def _count(self, n_elements: int) -> None:
+        """Count the work on arrays, and compile the operation as a generated module when it was enough."""
+        self._work += self._operations * n_elements
         if self._work > ENOUGH_WORK:
             self._begin_module()
-        return self._in_loop(found, arrays, leading)
+
+    def _has_call(self) -> bool:
+        """Whether the extension can run the compiled function on arrays, which it reads directly."""
+        found, calls = self.native, extension()
+        if found is not None and calls is not None:
+            call = calls.Call()
+            ways = (found.loop, 0, 0), (0, 0, 0)
+            patience = PATIENCE // (4 * self._operations)
+            if call._bind(tuple(self._shapes), (self._out,), 0, ways, sys.maxsize, patience):
+                self._call = call
+        return self._call is not None
 
     @property
     def state(self) -> str:
@@ -188,36 +213,22 @@ class Operator:
 
         This avoids waiting for the compiler, and the results do not depend on how fast it is.
         """
-        n, shape = int(np.prod(leading)), self.program.results[0].shape
+        n = math.prod(leading)
         flat = [np.broadcast_to(a, leading + s).reshape(n, *s) for a, s in zip(arrays, self._shapes, strict=True)]
-        out = np.empty((n, *shape))
+        out = np.empty((n, *self._out))
         for start in range(0, n, FEW):
-            found = self.native
-            stop = n if found is not None else min(n, start + FEW)
-            part, length = [a[start:stop] for a in flat], (stop - start,)
-            out[start:stop] = self._in_python(part, length) if found is None else self._in_loop(found, part, length)
-            if stop == n:
-                break
-        return out.reshape(leading + shape)
-
-    def _in_loop(
-        self, found: Native, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]
-    ) -> np.ndarray[Any, Any]:
-        out = np.empty(leading + self.program.results[0].shape)
-        n = int(np.prod(leading))
-        given: list[int] = [n]
-        kept = []
-        for array, shape in zip(arrays, self._shapes, strict=True):
-            same = array.size == int(np.prod(shape))
-            used = np.ascontiguousarray(array if same else np.broadcast_to(array, leading + shape))
-            kept.append(used)
-            given += [used.__array_interface__["data"][0], 0 if same else 8 * int(np.prod(shape))]
-        found.loop(*given, out.__array_interface__["data"][0], 8 * int(np.prod(self.program.results[0].shape)))
-        return out
+            if self._has_call():
+                rest = self._call.attempt(*(a[start:] for a in flat))
+                if rest is not None:
+                    out[start:] = rest
+                    break
+            stop = min(n, start + FEW)
+            out[start:stop] = self._in_python([a[start:stop] for a in flat], (stop - start,))
+        return out.reshape(leading + self._out)
 
     def _in_python(self, arrays: Sequence[np.ndarray[Any, Any]], leading: tuple[int, ...]) -> np.ndarray[Any, Any]:
         dtype = np.result_type(np.float32, *(array.dtype for array in arrays))
-        few = dtype == np.float64 and not self._is_exact and int(np.prod(leading)) <= FEW
+        few = dtype == np.float64 and not self._is_exact and math.prod(leading) <= FEW
         if few not in self._python:
             names: dict[str, Any] = dict(LIBRARY if few else NUMPY)
             exec("\n".join(function_text(self.program)), names)
@@ -232,13 +243,12 @@ class Operator:
             a.astype(dtype, copy=False).transpose(a.ndim - 1, *range(a.ndim - 1)) if shape else a.astype(dtype)
             for a, shape in zip(arrays, self._shapes, strict=True)
         ]
-        shape = self.program.results[0].shape
-        out = np.empty(leading + (shape or (1,)), dtype)
+        out = np.empty(leading + (self._out or (1,)), dtype)
         with np.errstate(all="ignore"):
             found: Any = self._python[few](*parts)
-        for k, entry in enumerate(found if shape else (found,)):
+        for k, entry in enumerate(found if self._out else (found,)):
             out[..., k] = entry
-        return out if shape else out[..., 0]
+        return out if self._out else out[..., 0]
 
 
 _OPERATORS: dict[Any, Operator] = {}

@@ -18,13 +18,13 @@ from ..errors import AlgebraError, LayoutError
 from ..frontend.expression import Expression
 from ..gac_runtime.annotations import Numbers, Stored
 from ..gac_runtime.arrays import plain
-from .arrays import MultivectorArray, apply, of_rows, plain_layout, single_type, wrap
+from .arrays import MultivectorArray, apply, of_rows, single_type, wrap
 from .caches import cached_by_name
 from .checks import check_relations, refuse
 from .definitions import Definition
 from .expressions import assembled, by_blade, is_symbolic
 from .expressions import unit as symbolic_unit
-from .layouts import layout_of
+from .layouts import layout_of, plain_layout
 
 if TYPE_CHECKING:
     from .names import AnySpace
@@ -80,12 +80,21 @@ class Space(Immutable, Generic[M]):
         def __getattr__(self, name: str) -> Any:
             if name.startswith("_") or name == "algebra":
                 raise AttributeError(name)
+            known = _ATTRIBUTES.get((id(self.algebra), name))
+            if known is not None:
+                return known[0]
             try:
                 sign, blade = self.algebra.blade(name)
             except AlgebraError:
-                return getattr(self.algebra, name)
-            layout = layout_of(self.algebra, {blade})
-            return wrap(layout, np.array([float(sign * layout.stored[0].sign)]))
+                found = getattr(self.algebra, name)
+                is_final = isinstance(found, Layout)
+            else:
+                layout = layout_of(self.algebra, {blade})
+                found = wrap(layout, np.array([float(sign * layout.stored[0].sign)]))
+                is_final = single_type(layout) is not None  # otherwise it is an array until the extension exists
+            if is_final:
+                _ATTRIBUTES[id(self.algebra), name] = found, self.algebra
+            return found
 
     def __eq__(self, other: object) -> bool:
         """Whether two spaces have the same constructors in the same algebra."""
@@ -140,14 +149,23 @@ class Space(Immutable, Generic[M]):
 
     def multivector(self, coefficients: Mapping[str, Numbers | complex]) -> M:
         """Create multivectors from numbers or arrays by blade, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
+        key = id(self.algebra), *coefficients
+        given: Mapping[str, Any] = coefficients
+        known = _BY_NAMES.get(key)
+        if known is not None and _NUMBERS.issuperset(map(type, given.values())):
+            found: M = known[0](*[sign * given[name] for name, sign in known[1]])
+            return found
         if not coefficients:
             raise LayoutError("multivector", "no coefficients", 'coefficients by blade, as in {"1": 2}')
         blades = {name: self.algebra.blade(name) for name in coefficients}
         if is_symbolic(list(coefficients.values())):
-            given: Mapping[str, Any] = coefficients
             signed = {blade: given[name] * sign for name, (sign, blade) in blades.items()}
             return by_blade(self.algebra, signed)
         layout = layout_of(self.algebra, {blade for _, blade in blades.values()})
+        if layout.size == len(blades) and not layout.is_scalar and (single := single_type(layout)) is not None:
+            names = {blade: (name, sign) for name, (sign, blade) in blades.items()}
+            signed_names = [(names[slot.blade][0], names[slot.blade][1] * slot.sign) for slot in layout.stored]
+            _BY_NAMES[key] = single, signed_names, self.algebra
         parts: dict[int, Any] = {}
         for name, (sign, blade) in blades.items():
             parts[blade] = parts.get(blade, 0) + sign * numbers(f"coefficient of {name}", coefficients[name])
@@ -225,6 +243,10 @@ class Space(Immutable, Generic[M]):
 _NUMBERS = frozenset((float, int, np.float64))
 _SINGLE: dict[int, tuple[Any, int, Layout]] = {}
 """The types of single multivectors and their sizes by the identity of layouts, which are kept alive."""
+_ATTRIBUTES: dict[tuple[int, str], tuple[Any, Algebra]] = {}
+"""Basis blades and layouts by the identity of an algebra, which is kept alive, and their names."""
+_BY_NAMES: dict[tuple[Any, ...], tuple[Any, list[tuple[str, int]], Algebra]] = {}
+"""Types of single multivectors and the names of their blades with signs, by an algebra, kept alive, and given names."""
 
 
 def single_of_numbers(layout: Layout, coefficients: Sequence[Any]) -> Any:

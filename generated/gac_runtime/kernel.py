@@ -16,6 +16,7 @@ import numpy as np
 from . import checked
 from .arrays import (
     FLOAT64,
+    PATIENCE,
     as_array,
     as_returned,
     checked_outs,
@@ -34,9 +35,6 @@ from .functions import evaluate, namespace_of, namespace_operands
 from .layout import Layout
 from .library import Library
 from .threads import LEAST_WORK, checked_threads, default_threads
-
-_PATIENCE = 1 << 15
-"""Largest work of a call that holds the GIL, a few microseconds, in bytes; an operation counts as four bytes."""
 
 
 class Settings(Protocol):
@@ -361,7 +359,7 @@ class Kernel(checked.Switched, Call):
                 self._addresses[dtype.itemsize == 4] = loop.addresses
             shapes, out_shapes = tuple(self.definition.shapes), tuple(self.definition.out_shapes)
             if extension is not None and shapes:
-                limits = (LEAST_WORK - 1) // self._work, _PATIENCE // self._work
+                limits = (LEAST_WORK - 1) // self._work, PATIENCE // self._work
                 space = self._settings.namespace
                 layouts = self._identities, self._units
                 self._binding = shapes, out_shapes, function, tuple(self._addresses), *limits, space, *layouts

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import Any, NamedTuple
 
 import numpy as np
-
-from .extension import extension
 
 
 class Layout(NamedTuple):
@@ -25,6 +24,8 @@ class Layout(NamedTuple):
         Whether ``x ~x = 1`` is assumed.
     implied : tuple of (str, str)
         Coefficients that follow from the stored ones, as sums of products, ``1/2*e1*e1 + 1/2*e2*e2``.
+    related : bool
+        Whether other relations are assumed.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Layout(NamedTuple):
     fixed: tuple[tuple[str, str], ...] = ()
     unit: bool = False
     implied: tuple[tuple[str, str], ...] = ()
+    related: bool = False
 
     @property
     def algebra(self) -> str:
@@ -39,25 +41,40 @@ class Layout(NamedTuple):
         return self.name.rpartition(".")[0]
 
     @property
-    def identity(self) -> tuple[Any, ...]:
-        """One object for all layouts with the same coefficients, in all modules and packages of this process."""
-        key = (self.algebra, self.blades, self.fixed, self.implied)
-        return _IDENTITIES.setdefault(key, key)
+    def identity(self) -> str:
+        """A text that is the same for all layouts with the same coefficients, in all packages and processes.
 
+        Relations other than ``x ~x = 1`` are functions, which are only known by the name of their layout. The text is
+        interned: one object in all copies of this file in a process, so that the extension compares addresses.
+        """
+        formulas = dict(self.implied)
+        others = [f"; {blade} = {formulas.get(blade, value)}" for blade, value in self.fixed]
+        others += [f"; relations of {self.name}"] * self.related
+        return sys.intern(f"{self.algebra}: {' '.join(self.blades)}{''.join(others)}")
 
-_IDENTITIES: dict[Any, tuple[Any, ...]] = {} if extension is None else vars(extension).setdefault("layouts", {})
-"""Kept by the extension where it exists, since a process may have several copies of this file."""
+    @property
+    def is_scalar(self) -> bool:
+        """Whether its elements are numbers."""
+        return self.name == "SCALAR" and not self.blades
+
+    @property
+    def has_meaning(self) -> bool:
+        """Whether it assumes relations between its coefficients."""
+        return self.unit or self.related
+
 
 SCALAR = Layout("SCALAR", ())
 """The layout of numbers, which have no axis of coefficients."""
 
 
-def layout(name: str, blades: str, fixed: str = "", implied: str = "", unit: bool = False) -> Layout:
+def layout(
+    name: str, blades: str, fixed: str = "", implied: str = "", unit: bool = False, related: bool = False
+) -> Layout:
     """Create a layout from the notation of generated modules.
 
     Parameters
     ----------
-    name, unit
+    name, unit, related
         As in `Layout`.
     blades : str
         Names of the stored coefficients, separated by spaces.
@@ -67,7 +84,7 @@ def layout(name: str, blades: str, fixed: str = "", implied: str = "", unit: boo
     """
     formulas = _pairs(implied)
     values = (*_pairs(fixed), *((blade, "implied") for blade, _ in formulas))
-    return Layout(name, tuple(blades.split()), values, unit, formulas)
+    return Layout(name, tuple(blades.split()), values, unit, formulas, related)
 
 
 def _pairs(text: str) -> tuple[tuple[str, str], ...]:
@@ -92,7 +109,7 @@ def converted(where: str, values: Any, own: Layout, wanted: Layout) -> Any:
         coefficient that is not zero, or one of its fixed coefficients has another value. Implied coefficients may
         differ by rounding errors.
     """
-    if own.identity is wanted.identity:
+    if own.identity == wanted.identity:
         return values
     expected = f"{wanted.name or 'numbers'} ({' '.join(wanted.blades)})"
     if own.algebra != wanted.algebra:

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import itertools
 import operator
 import sys
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Generic, NoReturn, TypeVar
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
+from .array_element import OPERATORS, ArrayElement, adopt, field_of
 from .arrays import FLOAT64, plain
 from .documentation import layout_text
 from .extension import extension
 from .kernel import Kernel
-from .layout import Layout, check_unit, coefficients, converted, number
+from .layout import Layout, check_unit, coefficients, converted
 
-_next_index = itertools.count().__next__
 _NUMBERS = (int, float, np.integer, np.floating)
 """Types of the numbers by which values can be multiplied."""
 
@@ -41,31 +40,14 @@ class Family:
         self.types: dict[tuple[Any, bool], Any] = {}
 
 
-_FUNCTIONS: dict[str, Callable[[Any, Any], Any]] = {
-    "*": operator.mul, "^": operator.xor, "&": operator.and_, "+": operator.add, "-": operator.sub,
-    "/": operator.truediv, "|": operator.or_, ">>": operator.rshift, "()": lambda a, b: a(b),
-}  # fmt: skip
 families: dict[str, Family] = {}
 """The families by name of their module."""
 
 
-def _two(symbol: str) -> tuple[Callable[[Any, Any], Any], Callable[[Any, Any], Any]]:
-    """Return a binary operator and its reflection."""
+class _PythonValue(ArrayElement):
+    """The base class of values without the extension."""
 
-    def forward(a: Any, b: Any) -> Any:
-        return _operate(symbol, a, b)
-
-    def backward(b: Any, a: Any) -> Any:
-        return _operate(symbol, a, b)
-
-    return forward, backward
-
-
-class _PythonValue:
-    """The base class of values without the extension, which stores a read-only array."""
-
-    __slots__ = ("_array",)
-    _array: Any
+    __slots__ = ()
 
     def __new__(cls, *coefficients: Any) -> Any:
         if not hasattr(cls, "layout"):
@@ -73,50 +55,32 @@ class _PythonValue:
         value = object.__new__(cls)
         array = _coefficients(cls, coefficients)
         array.flags.writeable = False
-        object.__setattr__(value, "_array", array)
+        value._hold(array.view())  # a view of such an array can never be written
         return value
+
+    @staticmethod
+    def _operate(symbol: str, *operands: Any) -> Any:
+        return _operate(symbol, *operands)
 
     @classmethod
     def _adopt(
-        cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, is_unit: bool
+        cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, *is_unit: bool
     ) -> None:
         for k, name in enumerate(names):
             setattr(cls, name, property(operator.itemgetter(k)))
 
-    def __setattr__(self, name: str, value: Any = None) -> NoReturn:
-        raise AttributeError(f"{type(self).__name__} is immutable; cannot set or delete {name}")
-
-    __delattr__: Any = __setattr__
-
     def __len__(self) -> int:
-        return len(self._array)
+        return len(self.values)
 
     def __getitem__(self, index: int) -> float:
-        return float(self._array[operator.index(index)])
+        return float(self.values[operator.index(index)])
 
     def __eq__(self, other: Any) -> Any:
         if type(self) is not type(other):
             return NotImplemented
-        return bool((self._array == other._array).all())
+        return bool((self.values == other.values).all())
 
-    def __hash__(self) -> int:
-        return hash(tuple(x if x == x else 0.0 for x in self._array.tolist()))
-
-    def __call__(self, *operands: Any) -> Any:
-        return _operate("()", self, *operands)
-
-    __mul__, __rmul__ = _two("*")
-    __xor__, __rxor__ = _two("^")
-    __and__, __rand__ = _two("&")
-    __add__, __radd__ = _two("+")
-    __sub__, __rsub__ = _two("-")
-    __truediv__, __rtruediv__ = _two("/")
-
-    def __invert__(self) -> Any:
-        return _operate("~", self)
-
-    def __neg__(self) -> Any:
-        return _operate("-", self)
+    __hash__ = ArrayElement.__hash__
 
 
 Kind = TypeVar("Kind", covariant=True)
@@ -125,7 +89,9 @@ if TYPE_CHECKING:
     class _Value(Generic[Kind]):
         """What type checkers know of both base classes; the kind is the literal name of the layout."""
 
-        _array: Any
+        @property
+        def values(self) -> np.ndarray[Any, Any]:
+            """The coefficients."""
 
         def __len__(self) -> int: ...
         def __iter__(self) -> Iterator[float]: ...
@@ -133,7 +99,7 @@ if TYPE_CHECKING:
         def __hash__(self) -> int: ...
         @classmethod
         def _adopt(
-            cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, is_unit: bool
+            cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, *is_unit: bool
         ) -> None: ...
 
 else:
@@ -154,6 +120,8 @@ class Value(_Value[Kind]):
     __array_ufunc__ = None
     layout: Layout
     family: Family
+    if extension is not None and not TYPE_CHECKING:
+        values = property(np.frombuffer, doc="The coefficients. Read-only.")
 
     def __init_subclass__(cls) -> None:
         (base, *_) = cls.__bases__
@@ -165,18 +133,12 @@ class Value(_Value[Kind]):
         cls.family = families.setdefault(cls.__module__, Family())
         cls.family.types.setdefault((cls.layout.identity, cls.layout.unit), cls)
         cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])
-        names = tuple(map(_field, cls.layout.blades))
-        cls._adopt(_next_index(), names, _operate, _coefficients, cls.layout.identity, cls.layout.unit)
-        for blade, text in cls.layout.fixed:
-            if text != "implied":
-                setattr(cls, _field(blade), number(text))
+        adopt(cls, cls.layout, _operate, _coefficients)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
-        view: Any = self
-        array: np.ndarray[Any, Any] = np.frombuffer(view) if extension is not None else self._array.view()
         if copy or (dtype is not None and dtype != FLOAT64):
-            return np.array(array, dtype)
-        return array
+            return np.array(self.values, dtype)
+        return self.values
 
     def __reduce__(self) -> tuple[Any, ...]:
         if getattr(sys.modules.get(self.__module__), type(self).__name__, None) is type(self):
@@ -208,7 +170,7 @@ class Value(_Value[Kind]):
 
     def __repr__(self) -> str:
         text = ""
-        fixed = [(blade, getattr(self, _field(blade))) for blade, value in self.layout.fixed if value != "implied"]
+        fixed = [(blade, getattr(self, field_of(blade))) for blade, value in self.layout.fixed if value != "implied"]
         for blade, x in (*zip(self.layout.blades, self, strict=True), *fixed):
             if x:
                 number = repr(abs(x)).removesuffix(".0")
@@ -248,11 +210,6 @@ def _square(x: Value[Any]) -> np.ndarray[Any, Any] | None:
     return None
 
 
-def _field(blade: str) -> str:
-    """Return the attribute name of a blade's coefficient."""
-    return "scalar" if blade == "1" else blade.replace("^", "_")
-
-
 def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
     """Return a new array with the coefficients of a value."""
     name, size, wanted = cls.__name__, len(cls.layout.blades), " ".join(cls.layout.blades)
@@ -277,8 +234,8 @@ def _operate(symbol: str, *operands: Any) -> Any:
     found = family.operators.get((symbol, types))
     if found is None:
         other = next((x for x in operands if hasattr(x, "stored") and not isinstance(x, Value)), None)
-        if other is not None and symbol in _FUNCTIONS:  # the operators of the other element have any operands
-            return _FUNCTIONS[symbol](
+        if other is not None and (symbol, len(operands)) in OPERATORS:  # those of the other element have any operands
+            return OPERATORS[symbol, len(operands)](
                 *[other.like(x.layout, x.__array__().copy()) if isinstance(x, Value) else x for x in operands]
             )
         combined = None if symbol == "()" else _sum_or_multiple(symbol, *operands)

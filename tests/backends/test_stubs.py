@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from gacompiler.backends.module import LayoutText
 from gacompiler.backends.stubs import fits
+from gacompiler.gac_runtime.layout import Layout
 
 GENERATED = Path(__file__).parents[2] / "generated"
 MODULES = ("pga3", "cga2", "sta", "filters", "kalman", "arms")
@@ -67,8 +67,8 @@ def test_operators_in_a_stub_are_those_of_the_types(name: str) -> None:
 
 
 def test_layouts_whose_coefficients_can_be_those_of_another() -> None:
-    point = LayoutText("A.POINT", ("e1", "e2"), (("e0", "1"),))
-    vector, direction = LayoutText("A.VECTOR", ("e1", "e2", "e0")), LayoutText("A.DIRECTION", ("e1", "e2"))
+    point = Layout("A.POINT", ("e1", "e2"), (("e0", "1"),))
+    vector, direction = Layout("A.VECTOR", ("e1", "e2", "e0")), Layout("A.DIRECTION", ("e1", "e2"))
     assert fits(point, vector) and fits(vector, point) and fits(direction, vector)
     assert not fits(direction, point) and not fits(point, direction) and not fits(vector, direction)
-    assert not fits(LayoutText("B.VECTOR", ("e1", "e2", "e0")), vector)
+    assert not fits(Layout("B.VECTOR", ("e1", "e2", "e0")), vector)

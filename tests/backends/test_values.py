@@ -19,8 +19,9 @@ from alone import alone
 from backend_programs import extension_of, load
 from one_element import load_implementations, outcome
 
-from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
+from gacompiler.backends.module import KernelSource, ModuleSource
 from gacompiler.backends.values import value_types
+from gacompiler.gac_runtime.layout import Layout
 from gacompiler.generation.compiling import compile_spec
 from gacompiler.generation.sources import kernel_source
 from gacompiler.generation.spec_files import load_spec
@@ -406,13 +407,13 @@ def test_attributes_and_help_of_a_type(module: ModuleType) -> None:
 
 def test_names_of_types() -> None:
     layouts = [
-        LayoutText("A.UNIT_LINE", ("e1",), unit=True),
-        LayoutText("A.full", ("e1",)),
-        LayoutText("B.UNIT_LINE", ("e1",)),
-        LayoutText("A.(e1 e2)", ("e1", "e2")),
-        LayoutText("SCALAR", ()),
-        LayoutText("A.KERNEL", ("e1",)),
-        LayoutText("A.MyOwn_layout", ("e1",)),
+        Layout("A.UNIT_LINE", ("e1",), unit=True),
+        Layout("A.full", ("e1",)),
+        Layout("B.UNIT_LINE", ("e1",)),
+        Layout("A.(e1 e2)", ("e1", "e2")),
+        Layout("SCALAR", ()),
+        Layout("A.KERNEL", ("e1",)),
+        Layout("A.MyOwn_layout", ("e1",)),
     ]
     kernel = KernelSource(None, "", tuple((str(k), each) for k, each in enumerate(layouts)), None)  # type: ignore[arg-type]
     found = value_types(ModuleSource("m", "", "", "", (kernel,)), {"Kernel"})

@@ -9,9 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gacompiler.errors import LayoutError
-from gacompiler.objects import CGA3, PGA3, VGA3
+import gacompiler
+from gacompiler import Algebra, kernel
+from gacompiler.backends.python import _layout as printed_layout
+from gacompiler.errors import AlgebraError, LayoutError
+from gacompiler.generation.layouts import plain_layout
+from gacompiler.objects import CGA3, PGA3, VGA3, Space
 from generated import arms, cga3, pga3, robots, vga3
+from generated.gac_runtime.layout import layout
 
 ANGLE = 1.0
 TURN = np.array([[np.cos(ANGLE), -np.sin(ANGLE), 0], [np.sin(ANGLE), np.cos(ANGLE), 0], [0, 0, 1]])
@@ -194,3 +199,52 @@ def test_the_algebra_is_compared_before_the_norm() -> None:
     for other in (VGA3.bivector(1, 2, 3), 2 * VGA3.rotor([0, 0, 1], 1.0), CGA3.sphere([0, 0, 0], 2)):
         with pytest.raises(TypeError, match=rf"argument m is {other.algebra.name}.*; expected PGA3\.MOTOR"):
             pga3.motor_to_matrix(other)
+
+
+def test_layouts_have_one_identity_in_all_packages_and_processes() -> None:
+    """It is text, so that no process has to know another one, and one object in all copies of the runtime."""
+    point = plain_layout(CGA3.POINT)
+    assert point.identity == "CGA3: e1 e2 e3; e0 = 1; einf = 1/2*e1*e1 + 1/2*e2*e2 + 1/2*e3*e3"
+    assert type(point) is not type(cga3.POINT) and point == cga3.POINT and point.identity is cga3.POINT.identity
+    assert pickle.loads(pickle.dumps(cga3.POINT)).identity is point.identity
+    motors = [pga3.MOTOR, pga3.EVEN, arms.MOTOR, robots.MOTOR, plain_layout(PGA3.MOTOR), plain_layout(PGA3.EVEN)]
+    assert len({id(each.identity) for each in motors}) == 1
+    others = [pga3.DIRECTION, pga3.POINT, pga3.TRIVECTOR, cga3.POINT, vga3.VECTOR, layout("VGA3.X", "e1 e3 e2")]
+    assert len({each.identity for each in others}) == len(others)
+
+
+def test_modules_store_whether_a_layout_has_relations() -> None:
+    algebra = Algebra("G", "e1 e2 e3", [1, 1, 1])
+    own = algebra.layout("OWN", "e1 e2", relations=lambda x: x * x - 1)
+    plain, names = plain_layout(own), {"_layout": layout}
+    exec(printed_layout("OWN", plain), names)
+    assert plain.related and plain.has_meaning and names["OWN"] == plain
+
+
+def test_elements_of_another_algebra_with_the_name_of_a_known_one_are_refused() -> None:
+    other = Space(Algebra("PGA3", "e1 e2 e3 e0", [1, 1, -1, 0]))
+    vector = other.vector(1, 2, 3, 4)
+    assert plain_layout(vector.layout).algebra == "PGA3((1,0,0,0),(0,1,0,0),(0,0,-1,0),(0,0,0,0))"
+    same = Space(Algebra("PGA3", "e1 e2 e3 e0", [1, 1, 1, 0], "e01 e02 e03 e021 e013 e032 e0123"))
+    plane = pga3.Plane(1, 2, 3, 4)
+    assert same.algebra == PGA3.algebra and (same.vector(1, 2, 3, 4) ^ plane).layout.algebra == PGA3.algebra
+    for _ in range(2):
+        for wrong in (lambda: pga3.meet_planes(vector, vector), lambda: pga3.Plane(vector), lambda: plane ^ vector):
+            with pytest.raises((TypeError, AlgebraError), match="PGA3"):
+                wrong()
+
+
+def test_relations_of_a_layout_are_those_of_its_elements_only() -> None:
+    algebra = Algebra("G", "e1 e2 e3", [1, 1, 1])
+    across = algebra.multivector({"e1": 1, "e2": -1})
+    own = algebra.layout("DIAGONAL", "e1 e2 e3", relations=lambda x: x | across)
+
+    @kernel(x=own)
+    def multiplied(x: Any) -> Any:
+        return x * across
+
+    run, space = gacompiler.compile(multiplied, "arrays"), Space(algebra)
+    for _ in range(2):
+        np.testing.assert_array_equal(np.asarray(run(space.of(own, 1, 1, 2)), float), run([1.0, 1, 2]))
+        with pytest.raises(TypeError, match=r"argument x is G\.VECTOR; expected G\.DIAGONAL, whose relations"):
+            run(space.of(algebra.layout("VECTOR", "e1 e2 e3"), 1, 5, 2))

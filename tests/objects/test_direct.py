@@ -55,6 +55,10 @@ CASES: dict[str, Callable[[], tuple[Callable[..., Any], tuple[Any, ...]]]] = {
     "line through coordinates": lambda: (PGA3.line, (three(), three())),
     "line through points": lambda: (PGA3.line, (PGA3.point(*three()), PGA3.point(*three()))),
     "sphere": lambda: (CGA3.sphere, (three(), abs(three()[0]))),
+    "sphere through points": lambda: (CGA3.sphere, (three(), three(), three(), three())),
+    "conformal rotor about a line": lambda: (CGA3.rotor, (CGA3.line(three(), three()), 0.5)),
+    "conformal motor about a line": lambda: (CGA3.motor, (3 * CGA3.line(three(), three()), *three()[:2])),
+    "rotor of the plane about the origin": lambda: (PGA2.rotor, (0.7,)),
     "sphere about a point": lambda: (CGA3.sphere, (CGA3.point(*three()), 2)),
 }
 

@@ -53,7 +53,7 @@ ALLOWED: dict[str, set[str]] = {
     },
     "generation": {
         *("generation", "errors", "algebra", "rings", "ir", "frontend", "passes", "cluscript", "backends"),
-        *("cache_folder", "load_time", "mpmath", "jinja2"),
+        *("cache_folder", "gac_runtime.layout", "load_time", "mpmath", "jinja2"),
     },
     "program_text": {"ir", "passes", "backends"},
     "verify_loops": {"errors", "ir", "frontend", "passes", "backends", "generation", "program_text", "numpy"},
@@ -72,6 +72,7 @@ ALLOWED: dict[str, set[str]] = {
         *(
             "cache_folder",
             "gac_runtime.annotations",
+            "gac_runtime.array_element",
             "gac_runtime.arrays",
             "gac_runtime.extension_file",
             "gac_runtime.layout",

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from gacompiler.backends import c_header, c_source, python_source, runtime_files
-from gacompiler.backends.module import KernelSource, LayoutText, ModuleSource
+from gacompiler.backends.module import KernelSource, ModuleSource
+from gacompiler.gac_runtime.layout import Layout
 from gacompiler.generation.files import write as write_files
 from gacompiler.ir.cost import cost
 from gacompiler.ir.interpret import interpret
@@ -113,7 +114,7 @@ OPERATIONS = tuple(operation(op) for op in Op if op not in LEAVES)
 def kernel_source(program: Program, **more: Any) -> KernelSource:
     """A kernel with numbered layouts."""
     layouts = tuple(
-        (part.name, LayoutText(f"TEST.{part.name.upper()}", tuple(f"e{k}" for k in range(part.shape[0]))))
+        (part.name, Layout(f"TEST.{part.name.upper()}", tuple(f"e{k}" for k in range(part.shape[0]))))
         for part in (*program.arguments, *program.results)
         if len(part.shape) == 1
     )

@@ -45,10 +45,11 @@ from gacompiler import (
     window,
 )
 from gacompiler.algebra.catalog import CGA3, PGA3
-from gacompiler.backends.module import LayoutText, LoopSource, ModuleSource
+from gacompiler.backends.module import LoopSource, ModuleSource
 from gacompiler.backends.python_loops import index_rules
 from gacompiler.frontend.expression import lift
 from gacompiler.frontend.kernel import Kernel
+from gacompiler.gac_runtime.layout import Layout
 from gacompiler.ir.procedure import Procedure, Storage, Table
 from gacompiler.ir.run_procedure import run_procedure
 from gacompiler.passes.loops import compile_loops
@@ -615,7 +616,7 @@ def loop_source(definition: Kernel) -> LoopSource:
     for parameter in definition.parameters:
         layout = getattr(parameter.type, "layout", parameter.type if hasattr(parameter.type, "stored") else None)
         if layout is not None and not layout.is_scalar:
-            layouts.append((parameter.name, LayoutText(str(layout), tuple(s.name for s in layout.stored))))
+            layouts.append((parameter.name, Layout(str(layout), tuple(s.name for s in layout.stored))))
     return LoopSource(
         compiled.procedure, definition.summary, tuple(layouts), compiled.costs, ("a = a",), "1 ulp, 64 inputs"
     )
