@@ -17,8 +17,6 @@ from .robust import ALL
 
 _STEPS = 50
 """A limit on work: the number of iterations from each start,"""
-_SOON = 10
-"""and that of the iterations of models of samples."""
 _ROUNDS = 60
 """A limit on work: the number of selections of pairs that agree with a rotation,"""
 _MEDIANS = 3.0
@@ -112,11 +110,9 @@ class Scene:
             square = threshold * threshold
             return np.asarray(relative_poses.truncated_squares(self.fundamental(models), first, second, square))
 
-        def descend(model: Reals, threshold: float) -> Reals:
-            start = relative_poses.motions_of_essential(model)[0]
-            return np.asarray(
-                relative_poses.essential_of_motion(self.descended(start[None], threshold**2, _SOON).motors[0])
-            )
+        def descend(models: Reals, threshold: float, at_most: float) -> Reals:
+            starts = relative_poses.motions_of_essential(models)[0]
+            return np.asarray(relative_poses.essential_of_motion(self.descended(starts, threshold**2, at_most).motors))
 
         return Problem(self.first, self.second, FREEDOM, solve, distances, costs, descend)
 
