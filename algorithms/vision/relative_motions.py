@@ -82,14 +82,14 @@ class Scene:
         """Return the matrices of pixels for essential matrices (m, 3, 3)."""
         return np.asarray(self.right.T @ essential @ self.left)
 
-    def descended(self, motors: Reals, limit: float = ALL, at_most: int = _STEPS) -> Motions:
+    def descended(self, motors: Reals, limit: float = ALL, at_most: float = _STEPS) -> Motions:
         """Return the minima near motors (m, 8)."""
         found, triangles, numbers = relative_poses.descend_motion(
             motors, self.left, self.right, self.first, self.second, limit, float(at_most)
         )
         return Motions(found, numbers[:, 0], from_triangle(triangles, 5), numbers[:, 1] > 0)
 
-    def descended_in_front(self, motors: Reals, limit: float = ALL, at_most: int = _STEPS) -> Motions:
+    def descended_in_front(self, motors: Reals, limit: float = ALL, at_most: float = _STEPS) -> Motions:
         """Return the minima near motors (m, 8) of the squares of `explained`."""
         found, triangles, numbers = relative_poses.descend_motion_in_front(
             motors, self.left, self.right, self.two, self.first, self.second, limit, float(at_most)

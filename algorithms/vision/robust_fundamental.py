@@ -123,8 +123,8 @@ def _costs(models: Reals, first: Reals, second: Reals, threshold: float) -> Real
 def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: Seed) -> RobustEstimate:
     """Return the estimate, unless partners displaced in random directions from a linear map agree as well."""
     places = homogeneous(problem.first)
-    good = (side.compress(found.inliers, axis=0) for side in (places, problem.second))
-    linear = np.linalg.lstsq(*good, rcond=None)[0]
+    one, two = (side.compress(found.inliers, axis=0) for side in (places, problem.second))
+    linear = np.linalg.lstsq(one, two, rcond=None)[0]
     if displaced_by_chance(problem, found.model, places @ linear, threshold, seed, problem.freedom):
         return no_estimate(VisionStatus.NO_CONSENSUS, len(places), n_samples=found.n_samples)
     return found
