@@ -136,18 +136,23 @@ def hidden_by_a_line(
 ) -> bool:
     """Return whether pairs off the line with the most points, in either image, could agree with a model by chance."""
     rng = np.random.default_rng(seed)
-    for points in (problem.first, problem.second):
-        good = points.compress(inliers, axis=0)
-        a, b = good[rng.integers(0, len(good), (2, _LINES))]
-        # Lines as functions: the distance, times that of the two points.
-        u, v = a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]
-        lines, limits = np.stack([u, v, -u * a[:, 0] - v * a[:, 1]], -1), WIDE * threshold * np.hypot(u, v)
-        most = np.argmax(robust_views.count_near_line(lines, good, limits))
-        off = np.abs(points @ lines[most, :2] + lines[most, 2]) >= limits[most]
-        if off.all():
-            continue
-        one, two = (side.compress(off, axis=0) for side in (problem.first, problem.second))
+
+    def agree_by_chance(some: Indices) -> bool:
+        one, two = (side.compress(some, axis=0) for side in (problem.first, problem.second))
         rest = replace(problem, first=one, second=two, freedom=freedom)
-        if len(one) <= freedom.sample_size or explained_by_chance(rest, model, threshold, rng):
-            return True
-    return False
+        return len(one) <= freedom.sample_size or explained_by_chance(rest, model, threshold, rng)
+
+    off = [_off_a_line(points, inliers, WIDE * threshold, rng) for points in (problem.first, problem.second)]
+    # In most scenes the pairs off both lines suffice.
+    return agree_by_chance(off[0] & off[1]) and any(agree_by_chance(each) for each in off if not each.all())
+
+
+def _off_a_line(points: Reals, inliers: Indices, distance: float, rng: np.random.Generator) -> Indices:
+    """Return which points are off the line through two inliers near which most inliers are."""
+    good = points.compress(inliers, axis=0)
+    a, b = good[rng.integers(0, len(good), (2, _LINES))]
+    # Lines as functions: the distance, times that of the two points.
+    u, v = a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]
+    lines, limits = np.stack([u, v, -u * a[:, 0] - v * a[:, 1]], -1), distance * np.hypot(u, v)
+    most = np.argmax(robust_views.count_near_line(lines, good, limits))
+    return np.asarray(np.abs(points @ lines[most, :2] + lines[most, 2]) >= limits[most])
