@@ -132,7 +132,7 @@ def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.G
     """Return the best models of some samples, the best one first, and their costs."""
     models = problem.solve(sets)
     models = _promising(problem, models.compress(_are_finite(models), axis=0), threshold, rng)
-    costs = _costs(problem, models, threshold)
+    costs = _costs(problem, models, threshold) if len(models) else np.zeros(0)
     order = np.argsort(costs, kind="stable")[:_REFINED]
     return models.take(order, axis=0), costs.take(order)
 
