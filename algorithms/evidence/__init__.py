@@ -7,7 +7,7 @@ from .gates import certain_deviations, gate_of, is_lost
 from .least_squares import Minima, minima
 from .noise import Noise, deviation_of_most, explains, largest_ratio
 from .observability import rank, spectrum, undetermined
-from .sampling import all_or_some_sets, random_sets, random_subsets
+from .sampling import Seed, all_or_some_sets, random_sets, random_subsets
 from .status import WRONG, Status
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "Minima",
     "Noise",
     "Problem",
+    "Seed",
     "Status",
     "all_or_some_sets",
     "by_chance",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import lgamma, log
 from typing import Any
 
 import numpy as np
@@ -51,19 +52,39 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
     points are inliers independently, with the same probability as wrong pairs. The smaller bound over all distance
     levels is used.
     """
-    nearest = np.sort(wrong[np.isfinite(wrong)])
-    if not len(nearest):
+    finite = wrong[np.isfinite(wrong)]
+    if not len(finite):
         return False
-    base = nearest[min(_NEAREST, max(len(nearest) // 2, 1)) - 1]
+    rank = min(_NEAREST, max(len(finite) // 2, 1)) - 1
+    base = float(np.partition(finite, rank)[rank])
+    n, count = len(distances), int(np.count_nonzero(distances <= threshold))
+    if _are_far_from_chance(n, count, _expected(finite, base, threshold, freedom) / len(wrong), freedom):
+        return False
     levels = np.arange(_LEVELS)
     limits = threshold / 2.0**levels
-    within = np.searchsorted(nearest, np.append(limits[limits >= base], base), side="right")
-    extrapolated = within[-1] * (limits / max(base, _LEAST)) ** freedom.codimension
-    counted = within[np.minimum(levels, len(within) - 1)]
-    share = np.where(limits >= base, counted, extrapolated) / len(wrong)
+    share = np.array([_expected(finite, base, limit, freedom) for limit in limits]) / len(wrong)
     counts = np.searchsorted(np.sort(distances), limits, side="right")
-    bounds = (levels + 1) * np.log(2) + log_false_alarms(len(distances), counts, share, freedom)
+    bounds = (levels + 1) * np.log(2) + log_false_alarms(n, counts, share, freedom)
     return bool(bounds.min() > np.log(freedom.false_alarms))
+
+
+def _expected(wrong: Reals, base: float, limit: float, freedom: Freedom) -> float:
+    """Return how many wrong pairs are expected within a limit, extrapolated if it is below the distance `base`."""
+    if limit >= base:
+        return float(np.count_nonzero(wrong <= limit))
+    return float(np.count_nonzero(wrong <= base)) * (limit / max(base, _LEAST)) ** freedom.codimension
+
+
+def _are_far_from_chance(n: int, count: int, share: float, freedom: Freedom) -> bool:
+    """Return whether Chernoff's bound on the tail, which is larger, suffices at the first level: the usual case."""
+    others, agreeing = n - freedom.parameters, count - freedom.parameters
+    if not 0 < share * others < agreeing:
+        return False
+    rest = others - agreeing
+    tail = agreeing * log(share * others / agreeing) + (rest * log((1 - share) * others / rest) if rest else 0.0)
+    chosen = lgamma(n + 1) - lgamma(freedom.parameters + 1) - lgamma(others + 1)
+    moved = log(freedom.solutions) + freedom.parameters * log(2) + chosen + tail
+    return moved + log(2) <= log(freedom.false_alarms)
 
 
 def least_by_chance(distances: Reals, share: Callable[[Reals], Reals], freedom: Freedom) -> tuple[Any, Any]:

@@ -11,16 +11,25 @@ from numpy.typing import NDArray
 
 from ..arguments import Reals, finite_number
 from .chance import Freedom, by_chance
-from .sampling import random_subsets
+from .sampling import Seed, random_subsets
 
-_BATCHES = (32, 64, 128, 256)
-"""A limit on work: numbers of samples that are solved and scored at once; the last one is used for further batches."""
+_BATCH, _LARGEST = 16, 256
+"""A limit on work: samples that are solved and scored at once, for each item of a sample and at most; each batch is
+twice as large as the one before."""
 _SUBSET = 64
 """A limit on work: if there are many items, models are first scored on this number of them,"""
 _KEPT = 32
 """and this number of models is scored on all items."""
-_REFINED = 4
-"""A limit on work: models of samples that are refined together; truncated squares have several minima."""
+_REFINED = 2
+"""A limit on work: the best models of samples, of which each is improved"""
+_SOON = 3.0
+"""by this number of steps, so that the best one of them is followed to a minimum,"""
+_STEPS = 50.0
+"""in this number of steps."""
+_INNER = 32
+"""A limit on work: samples of the inliers of the best model, which almost always include a better one."""
+_ROUNDS = 4
+"""A limit on work: how often a minimum is left in search of a lower one."""
 N_WRONG = 5000
 """A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
 _ROUNDING = 1e-9
@@ -46,8 +55,9 @@ class Problem:
     costs: Callable[[Reals, Reals, Reals, float], Reals]
     """Function from models (m, ...), both sides (k, ...) of pairs and a threshold to sums (m,) of truncated squared
     distances."""
-    descend: Callable[[Reals, float], Reals]
-    """Function from a model and a threshold to the model near it with the least truncated squares."""
+    descend: Callable[[Reals, float, float], Reals]
+    """Function from models (m, ...), a threshold and a largest number of steps to the models near them with the least
+    truncated squares."""
 
 
 class Hypothesis(NamedTuple):
@@ -64,13 +74,11 @@ class Hypothesis(NamedTuple):
 class Consensus:
     """Result of `consensus`."""
 
-    hypotheses: list[Hypothesis]
-    """The best model first; the others are those whose inliers it does not share for the most part."""
+    best: Hypothesis | None
+    """None if no sample has a model."""
     n_samples: int
     reached: bool
     """Whether a sample without wrong items was drawn with the given confidence."""
-    by_chance: bool
-    """Whether chance explains the inliers of the best model."""
 
 
 def check_sampling(threshold: float, confidence: float, max_samples: int) -> None:
@@ -85,99 +93,151 @@ def check_sampling(threshold: float, confidence: float, max_samples: int) -> Non
         raise ValueError(f"max_samples: {max_samples}; expected at least 1")
 
 
-def consensus(problem: Problem, threshold: float, seed: int, confidence: float, max_samples: int) -> Consensus:
+def consensus(
+    problem: Problem, threshold: float, seed: Seed, confidence: float, max_samples: int, at_once: bool = False
+) -> Consensus:
     """Return the model with the least truncated squared distances (MSAC); new best models are refined.
 
     Samples are drawn until one of them is free of wrong items with the given confidence. Chum, Matas and Kittler,
-    *Locally optimized RANSAC*, DAGM 2003.
+    *Locally optimized RANSAC*, DAGM 2003. Whether chance explains the inliers is for `explained_by_chance` to say. If
+    few models are expected to have a consensus, all samples can be drawn `at_once`, so that one model is refined.
     """
     rng = np.random.default_rng(seed)
     n, size = len(problem.first), problem.freedom.sample_size
-    found = list[Hypothesis]()
-    drawn, wanted, round_, least = 0, np.inf, 0, np.inf
+    best, lowest, least = None, np.inf, np.inf
+    drawn, wanted, round_ = 0, np.inf, 0
     while drawn < min(wanted, max_samples):
-        batch = min(_BATCHES[min(round_, len(_BATCHES) - 1)], max_samples - drawn)
+        left = max_samples - drawn
+        batch = left if at_once else min(_BATCH * size << round_, _LARGEST, left)
         drawn, round_ = drawn + batch, round_ + 1
-        models = problem.solve(random_subsets(rng, n, size, batch))
-        models = models[np.isfinite(models).reshape(len(models), -1).all(-1)] if len(models) else models
-        models = _promising(problem, models, threshold, rng)
-        if not len(models):
-            continue
-        costs = _costs(problem, models, threshold, slice(None))
-        order = np.argsort(costs, kind="stable")[:_REFINED]
-        if costs[order[0]] >= least:
+        models, costs = _best_of(problem, random_subsets(rng, n, size, batch), threshold, rng)
+        if not len(models) or costs[0] >= least:
             continue
         # Refine each new best sample. If compared with refined models, few would be, and maybe not the right one.
-        least = costs[order[0]]
-        for k in order:
-            found = _merged(found, polished(problem, models[k], threshold))
-        share = float(found[0].inliers.mean())
-        wanted = np.log(1 - confidence) / min(np.log1p(-min(share**size, 1 - 1e-12)), -1e-300)
-    explained = not found or explained_by_chance(problem, found[0].model, threshold, rng)
-    return Consensus(found, drawn, bool(drawn >= wanted), explained)
+        least = costs[0]
+        model, cost = _followed(problem, models, costs, threshold)
+        if cost < lowest:
+            best, lowest = model, cost
+            share = np.count_nonzero(_distances(problem, best) <= threshold) / n
+            wanted = np.log(1 - confidence) / min(np.log1p(-min(share**size, 1 - 1e-12)), -1e-300)
+    if best is None:
+        return Consensus(None, drawn, reached=False)
+    if drawn >= wanted:
+        best, lowest = _among_inliers(problem, best, lowest, threshold, rng)
+        best, lowest = polished(problem, best, threshold)
+    return Consensus(Hypothesis(lowest, best, _distances(problem, best) <= threshold), drawn, bool(drawn >= wanted))
 
 
-def _merged(found: list[Hypothesis], new: Hypothesis) -> list[Hypothesis]:
-    """Return hypotheses by cost, of which no two share most of their inliers."""
-    kept = list[Hypothesis]()
-    for each in sorted([*found, new], key=lambda one: one.cost):
-        if all(2 * (each.inliers & one.inliers).sum() <= each.inliers.sum() for one in kept):
-            kept.append(each)
-    return kept
+def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.Generator) -> tuple[Reals, Reals]:
+    """Return the best models of some samples, the best one first, and their costs."""
+    models = problem.solve(sets)
+    models = _promising(problem, models.compress(_are_finite(models), axis=0), threshold, rng)
+    costs = _costs(problem, models, threshold) if len(models) else np.zeros(0)
+    order = np.argsort(costs, kind="stable")[:_REFINED]
+    return models.take(order, axis=0), costs.take(order)
 
 
-def polished(problem: Problem, model: Reals, threshold: float) -> Hypothesis:
-    """Return a model that is refined until its cost stops decreasing."""
-    return _improved(problem, _hypothesis(problem, model, threshold), threshold)
+def _among_inliers(
+    problem: Problem, model: Reals, cost: float, threshold: float, rng: np.random.Generator
+) -> tuple[Reals, float]:
+    """Return the minimum to which samples of inliers lead, if it is lower than that of a model."""
+    inliers = np.flatnonzero(_distances(problem, model) <= threshold)
+    if len(inliers) > problem.freedom.sample_size:
+        sets = inliers.take(random_subsets(rng, len(inliers), problem.freedom.sample_size, _INNER))
+        models, costs = _best_of(problem, sets, threshold, rng)
+        if len(models):
+            found, lower = _followed(problem, models, costs, threshold)
+            return (found, lower) if lower < cost else (model, cost)
+    return model, cost
+
+
+def _followed(problem: Problem, models: Reals, costs: Reals, threshold: float) -> tuple[Reals, float]:
+    """Return the minimum near the best of some models, and its cost.
+
+    Twice the threshold helps from farther away; then follows the threshold.
+    """
+    new = problem.descend(models, 2 * threshold, _SOON)
+    lower = _finite_costs(problem, new, threshold)
+    k = int(np.minimum(costs, lower).argmin())
+    model, cost = (new[k], lower[k]) if lower[k] < costs[k] else (models[k], costs[k])
+    new = problem.descend(model[None], threshold, _STEPS)
+    lower = _finite_costs(problem, new, threshold)
+    return (new[0], float(lower[0])) if lower[0] < cost else (model, float(cost))
+
+
+def polished(problem: Problem, model: Reals, threshold: float) -> tuple[Reals, float]:
+    """Return the lowest minimum to which a model leads, and its cost.
+
+    Truncated squares have several minima, which differ in the items near the threshold. Half and twice the threshold
+    lead away from one and back to others.
+    """
+    cost = float(_costs(problem, model[None], threshold)[0])
+    for _ in range(_ROUNDS):
+        away = np.concatenate([problem.descend(model[None], limit, _STEPS) for limit in (threshold / 2, 2 * threshold)])
+        found = problem.descend(away, threshold, _STEPS)
+        costs = _finite_costs(problem, found, threshold)
+        k = int(costs.argmin())
+        if costs[k] >= cost * (1 - _ROUNDING):
+            break
+        model, cost = found[k], float(costs[k])
+    return model, cost
 
 
 def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: np.random.Generator) -> bool:
     """Return whether shuffled partners could agree with a model as well. Repeated items count once."""
-    once = _without_repeats(problem)
-    first, second = problem.first[once], problem.second[once]
+    first, second = _without_repeats(problem)
+    if len(first) <= problem.freedom.sample_size:
+        return True
     distances = problem.distances(model[None], first, second)[0]
-    order = rng.permutation(len(once))
-    repeats, partner = partners_of_others(len(once))
-    wrong = problem.distances(
-        model[None], np.tile(first[order], (repeats, *(1,) * (first.ndim - 1))), second[order[partner]]
-    )
-    return len(once) <= problem.freedom.sample_size or by_chance(
-        without_nan(distances), wrong[0], threshold, problem.freedom
-    )
+    order = rng.permutation(len(first))
+    wrong = problem.distances(model[None], *unrelated(first.take(order, axis=0), second.take(order, axis=0)))[0]
+    return by_chance(without_nan(distances), wrong, threshold, problem.freedom)
 
 
-def _without_repeats(problem: Problem) -> Indices:
-    """Return the indices of different pairs."""
+def unrelated(first: Reals, second: Reals) -> tuple[Reals, Reals]:
+    """Return about `N_WRONG` pairs of items with the partners of others."""
+    n = len(first)
+    shifts, twice = range(1, min(n - 1, -(-N_WRONG // n)) + 1), np.concatenate([second, second])
+    return np.concatenate([first] * len(shifts)), np.concatenate([twice[n - k : 2 * n - k] for k in shifts])
+
+
+def _without_repeats(problem: Problem) -> tuple[Reals, Reals]:
+    """Return the different pairs."""
     n = len(problem.first)
     one, two = problem.first.reshape(n, -1), problem.second.reshape(n, -1)
     column = np.sort(one[:, 0])
     if (column[1:] != column[:-1]).all():  # the usual case, in a fraction of the time of sorting rows
-        return np.arange(n)
-    return np.unique(np.concatenate([one, two], -1), axis=0, return_index=True)[1]
+        return problem.first, problem.second
+    rows = np.concatenate([one, two], -1)
+    order = np.lexsort(rows.T)
+    in_order = rows.take(order, axis=0)
+    once = order.compress(np.append(True, (in_order[1:] != in_order[:-1]).any(1)))
+    return problem.first.take(once, axis=0), problem.second.take(once, axis=0)
 
 
-def partners_of_others(n: int) -> tuple[int, Indices]:
-    """Return how often n pairs are repeated for about `N_WRONG` wrong ones, and which other pair each partner is of."""
-    shifts = np.arange(1, min(n - 1, -(-N_WRONG // n)) + 1)
-    return len(shifts), ((np.arange(n) - shifts[:, None]) % n).ravel()
+def _costs(problem: Problem, models: Reals, threshold: float) -> Reals:
+    """Return the sums (m,) of truncated squared distances."""
+    return without_nan(problem.costs(models, problem.first, problem.second, threshold))
 
 
-def _costs(problem: Problem, models: Reals, threshold: float, where: slice | Indices) -> Reals:
-    """Return the sums (m,) of truncated squared distances of some items."""
-    first, second = problem.first[where], problem.second[where]
-    return without_nan(problem.costs(models, first, second, threshold))
+def _finite_costs(problem: Problem, models: Reals, threshold: float) -> Reals:
+    """Return the sums (m,) of truncated squared distances, or infinity for models that are not finite."""
+    return np.where(_are_finite(models), _costs(problem, models, threshold), np.inf)
 
 
-def _hypothesis(problem: Problem, model: Reals, threshold: float) -> Hypothesis:
-    """Return a model with its cost and its inliers."""
-    distances = without_nan(problem.distances(model[None], problem.first, problem.second)[0])
-    truncated = np.minimum(distances, threshold)
-    return Hypothesis(float(truncated @ truncated), model, distances <= threshold)
+def _distances(problem: Problem, model: Reals) -> Reals:
+    """Return the distances (n,) of all items."""
+    return without_nan(problem.distances(model[None], problem.first, problem.second)[0])
+
+
+def _are_finite(models: Reals) -> Reals:
+    """Return whether models (m, ...) are finite, as (m,)."""
+    return np.asarray(np.isfinite(np.add.reduce(models, axis=tuple(range(1, models.ndim)))))
 
 
 def without_nan(numbers: Reals) -> Reals:
     """Return numbers with infinity in the place of NaN."""
-    return np.where(np.isnan(numbers), np.inf, numbers)
+    return np.asarray(np.fmin(numbers, np.inf))
 
 
 def _promising(problem: Problem, models: Reals, threshold: float, rng: np.random.Generator) -> Reals:
@@ -185,20 +245,7 @@ def _promising(problem: Problem, models: Reals, threshold: float, rng: np.random
     n = len(problem.first)
     if n <= 2 * _SUBSET or len(models) <= 2 * _KEPT:
         return models
-    costs = _costs(problem, models, threshold, rng.integers(0, n, _SUBSET))
+    some = rng.integers(0, n, _SUBSET)
+    first, second = problem.first.take(some, axis=0), problem.second.take(some, axis=0)
+    costs = without_nan(problem.costs(models, first, second, threshold))
     return np.asarray(models[np.argpartition(costs, _KEPT)[:_KEPT]])
-
-
-def _improved(problem: Problem, best: Hypothesis, threshold: float) -> Hypothesis:
-    """Refine a model with twice the threshold, which helps from farther away, and then with the threshold."""
-    for limit in (2 * threshold, threshold):
-        best = _better(problem, best, problem.descend(best.model, limit), threshold) or best
-    return best
-
-
-def _better(problem: Problem, best: Hypothesis, model: Reals, threshold: float) -> Hypothesis | None:
-    """Return the hypothesis of a model if its cost is less than that of the best one."""
-    if not np.isfinite(model).all():
-        return None
-    found = _hypothesis(problem, model, threshold)
-    return found if found.cost < best.cost * (1 - _ROUNDING) else None

@@ -8,6 +8,9 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
+Seed = int | np.random.Generator
+"""The seed of random numbers, or a generator that goes on; to make one takes as long as many a test."""
+
 
 def random_sets(n_items: int, size: int, count: int) -> NDArray[np.intp]:
     """Return `count` sets (count, size) of different items out of `n_items`; they depend only on these numbers."""
@@ -16,13 +19,16 @@ def random_sets(n_items: int, size: int, count: int) -> NDArray[np.intp]:
 
 
 def random_subsets(rng: np.random.Generator, n_items: int, size: int, count: int) -> NDArray[np.intp]:
-    """Return `count` sets (count, size) of different items, all equally likely (Floyd's algorithm)."""
-    sets = np.empty((count, size), np.intp)
-    for k in range(size):
-        last = n_items - size + k
-        drawn = rng.integers(0, last + 1, count)
-        sets[:, k] = np.where((sets[:, :k] == drawn[:, None]).any(1), last, drawn)
-    return sets
+    """Return `count` sets (count, size) of different items, all equally likely."""
+    if n_items < size * size:
+        return rng.permuted(np.tile(np.arange(n_items), (count, 1)), axis=1)[:, :size]
+    sets = np.empty((0, size), np.intp)
+    while len(sets) < count:
+        # Fewer than size^2 / 2n of the sets have an item twice and are left out: twice as many more are drawn.
+        drawn = rng.integers(0, n_items, (count + count * size * size // n_items + size, size))
+        in_order = np.sort(drawn, axis=1)
+        sets = np.concatenate([sets, drawn[(in_order[:, 1:] != in_order[:, :-1]).all(1)]])
+    return sets[:count]
 
 
 def all_or_some_sets(n_items: int, size: int, most: int) -> NDArray[np.intp]:

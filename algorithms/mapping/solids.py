@@ -155,9 +155,9 @@ class _Scene:
             self.points, self.spreads, freedom, partial(solve, self.points), self._distances, self._costs, self._better
         )
         found = consensus(problem, self.gate, _SEED, _CONFIDENCE, _SAMPLES)
-        if not found.hypotheses:
+        if found.best is None:
             return _Found(FitStatus.DEGENERATE, np.zeros(5)), nothing
-        vector, inliers, converged = self._refined(found.hypotheses[0].model, self.gate)
+        vector, inliers, converged = self._refined(found.best.model, self.gate)
         if not np.isfinite(vector).all() or inliers.sum() <= _FEWEST[self.kind]:
             return _Found(FitStatus.DEGENERATE, vector), inliers
         squares = self.squares(vector, self.points, self.spreads, self.eyes)
@@ -185,14 +185,15 @@ class _Scene:
     def _costs(self, models: Reals, points: Reals, spreads: Reals, threshold: float) -> Reals:
         return np.asarray((np.minimum(self._distances(models, points, spreads), threshold) ** 2).sum(-1))
 
-    def _better(self, model: Reals, threshold: float) -> Reals:
-        """Return a better model of the points within a threshold, for `consensus`."""
-        near = self._distances(model[None], self.points, self.spreads)[0] <= threshold
-        if near.sum() <= _FEWEST[self.kind]:
-            return model
-        return fit_round(
-            kernels.sphere_step, self.points[near], self.spreads[near], model, curved=self.kind == SolidKind.SPHERE
-        )[0]
+    def _better(self, models: Reals, threshold: float, _: float) -> Reals:
+        """Return better models of the points within a threshold, for `consensus`."""
+        found, curved = models.copy(), self.kind == SolidKind.SPHERE
+        for k, near in enumerate(self._distances(models, self.points, self.spreads) <= threshold):
+            if near.sum() > _FEWEST[self.kind]:
+                found[k] = fit_round(
+                    kernels.sphere_step, self.points[near], self.spreads[near], models[k], curved=curved
+                )[0]
+        return found
 
     def _refined(self, vector: Reals, gate: float) -> tuple[Reals, Indices, bool]:
         """Return the vector with the least squares of the points within a gate, these, and whether it converged."""

@@ -11,7 +11,7 @@ import scipy
 from generated import robust_views
 
 from ..arguments import Reals
-from ..evidence import Freedom, Noise, Problem, by_chance, explained_by_chance
+from ..evidence import Freedom, Noise, Problem, Seed, by_chance, explained_by_chance
 from ..evidence.consensus import N_WRONG, Indices
 
 _RATIO = 1.1
@@ -29,6 +29,8 @@ WIDE = 2.5
 """Pairs within this multiple of the threshold of a plane or line give no information about points off it."""
 _LINE = 3.0
 """On a line F leaves less than a homography on a plane does: the variance across it may be larger by this factor."""
+_LINES = 50
+"""A limit on work: the number of lines through two points of an image."""
 _SUSPECTS = 16
 """Number of points with the largest distances from a plane among which the only one off it is sought."""
 
@@ -107,7 +109,7 @@ def few_places(first: Reals, second: Reals, noise: float, least: int = 8) -> Rea
 
 
 def displaced_by_chance(
-    problem: Problem, model: Reals, expected: Reals, threshold: float, seed: int, freedom: Freedom
+    problem: Problem, model: Reals, expected: Reals, threshold: float, seed: Seed, freedom: Freedom
 ) -> bool:
     """Return whether partners displaced as far, but in random directions, agree with a model as well.
 
@@ -116,35 +118,41 @@ def displaced_by_chance(
     """
     rng = np.random.default_rng(seed)
     distances = np.nan_to_num(problem.distances(model[None], problem.first, problem.second)[0], nan=np.inf)
+    n = len(problem.first)
+    repeats = -(-N_WRONG // (2 * n))
+    angles = rng.uniform(0, 2 * np.pi, (repeats, n))
+    directions, firsts = np.stack([np.cos(angles), np.sin(angles)], -1), np.concatenate([problem.first] * repeats)
     for place in (expected, problem.first):
-        size = np.linalg.norm(problem.second - place, axis=1)
-        repeats = -(-N_WRONG // (2 * len(size)))
-        angles = rng.uniform(0, 2 * np.pi, (repeats, len(size)))
-        partners = place + size[:, None] * np.stack([np.cos(angles), np.sin(angles)], -1)
-        wrong = problem.distances(model[None], np.tile(problem.first, (repeats, 1)), partners.reshape(-1, 2))[0]
+        off = problem.second - place
+        partners = place + np.hypot(off[:, 0], off[:, 1])[:, None] * directions
+        wrong = problem.distances(model[None], firsts, partners.reshape(-1, 2))[0]
         if by_chance(distances, wrong, threshold, freedom):
             return True
     return False
 
 
 def hidden_by_a_line(
-    problem: Problem, model: Reals, inliers: Indices, threshold: float, seed: int, freedom: Freedom
+    problem: Problem, model: Reals, inliers: Indices, threshold: float, seed: Seed, freedom: Freedom
 ) -> bool:
     """Return whether pairs off the line with the most points, in either image, could agree with a model by chance."""
     rng = np.random.default_rng(seed)
-    for points in (problem.first, problem.second):
-        good = points[inliers]
-        a, b = (good[rng.integers(0, len(good), 50)] for _ in range(2))
-        along = b - a
-        normal = np.stack([-along[:, 1], along[:, 0]], -1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-        across = np.abs(normal @ points.T - (normal * a).sum(1, keepdims=True))
-        near = across <= WIDE * threshold
-        off = ~near[near[:, inliers].sum(1).argmax()]
-        if off.all():
-            continue
-        rest = replace(problem, first=problem.first[off], second=problem.second[off], freedom=freedom)
-        if off.sum() <= freedom.sample_size or explained_by_chance(rest, model, threshold, rng):
-            return True
-    return False
+
+    def agree_by_chance(some: Indices) -> bool:
+        one, two = (side.compress(some, axis=0) for side in (problem.first, problem.second))
+        rest = replace(problem, first=one, second=two, freedom=freedom)
+        return len(one) <= freedom.sample_size or explained_by_chance(rest, model, threshold, rng)
+
+    off = [_off_a_line(points, inliers, WIDE * threshold, rng) for points in (problem.first, problem.second)]
+    # In most scenes the pairs off both lines suffice.
+    return agree_by_chance(off[0] & off[1]) and any(agree_by_chance(each) for each in off if not each.all())
+
+
+def _off_a_line(points: Reals, inliers: Indices, distance: float, rng: np.random.Generator) -> Indices:
+    """Return which points are off the line through two inliers near which most inliers are."""
+    good = points.compress(inliers, axis=0)
+    a, b = good[rng.integers(0, len(good), (2, _LINES))]
+    # Lines as functions: the distance, times that of the two points.
+    u, v = a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]
+    lines, limits = np.stack([u, v, -u * a[:, 0] - v * a[:, 1]], -1), distance * np.hypot(u, v)
+    most = np.argmax(robust_views.count_near_line(lines, good, limits))
+    return np.asarray(np.abs(points @ lines[most, :2] + lines[most, 2]) >= limits[most])

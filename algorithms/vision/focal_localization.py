@@ -32,8 +32,6 @@ from .status import VisionStatus, check_points, distinct
 
 _STEPS = 100.0
 """A limit on work: the number of iterations from each start,"""
-_SOON = 10.0
-"""and that of iterations from a sample."""
 _SETS = 60
 """A limit on work: the number of sets of five points whose cameras are starts,"""
 _BEST = 12
@@ -213,9 +211,10 @@ class _Scene:
         def costs(models: Reals, places: Reals, pixels: Reals, threshold: float) -> Reals:
             return np.asarray(camera_poses.truncated_pixel_squares(models, one, places, pixels, threshold**2))
 
-        def descend(model: Reals, threshold: float) -> Reals:
-            pose, focal, _, _ = focal_poses.descend_camera(model, self.places, self.image, threshold**2, _SOON)
-            return np.asarray(focal_matrix(float(focal)) @ pose)
+        def descend(models: Reals, threshold: float, at_most: float) -> Reals:
+            poses, focal, _, _ = focal_poses.descend_camera(models, self.places, self.image, threshold**2, at_most)
+            scale = np.where(np.arange(3) < 2, np.asarray(focal)[:, None], 1)
+            return np.asarray(scale[:, :, None] * poses)
 
         return Problem(self.places, self.image, _FREEDOM, self.of_sets, distances, costs, descend)
 

@@ -18,7 +18,7 @@ from .degeneracy import usual_noise
 from .focal_localization import FACTOR, checked_centre, focal_matrix
 from .relative_motions import Scene
 from .relative_pose import CONFIDENCE, MAX_SAMPLES, estimate_motion, lost_by_chance, share_of_wrong_pairs
-from .robust import ALL
+from .robust import ALL, consensus_status
 from .status import VisionStatus, check_points, distinct
 
 _STEPS = 60.0
@@ -125,13 +125,12 @@ def relative_pose_unknown_focal(
     pairs = _Pairs(one - middle, two - middle)
     n_samples, starts, inliers = 0, np.empty((0, 10)), np.ones(len(one), bool)
     if threshold is not None:
-        found = consensus(pairs.problem(), threshold, seed, CONFIDENCE, MAX_SAMPLES)
-        n_samples = found.n_samples
-        if not found.hypotheses or found.by_chance:
-            return _nothing(VisionStatus.NO_CONSENSUS, len(one), n_samples)
-        if not found.reached:
-            return _nothing(VisionStatus.NOT_CONVERGED, len(one), n_samples)
-        starts, inliers = found.hypotheses[0].model[None], np.asarray(found.hypotheses[0].inliers)
+        problem = pairs.problem()
+        found = consensus(problem, threshold, seed, CONFIDENCE, MAX_SAMPLES)
+        n_samples, status = found.n_samples, consensus_status(problem, found, threshold, seed)
+        if status != VisionStatus.OK or found.best is None:
+            return _nothing(status, len(one), n_samples)
+        starts, inliers = found.best.model[None], np.asarray(found.best.inliers)
     return pairs.result(inliers, starts, middle, threshold, seed, n_samples)
 
 
@@ -242,12 +241,13 @@ class _Pairs:
         def costs(models: Reals, first: Reals, second: Reals, threshold: float) -> Reals:
             return np.asarray(relative_poses.truncated_squares(_fundamental(models), first, second, threshold**2))
 
-        def descend(model: Reals, threshold: float) -> Reals:
-            motor = relative_poses.motions_of_essential(model[:9].reshape(3, 3))[0]
-            motor, focal, _, _ = focal_poses.descend_motion_and_focal(
-                motor, float(model[9]), self.first, self.second, threshold**2, _SOON
+        def descend(models: Reals, threshold: float, at_most: float) -> Reals:
+            motors = relative_poses.motions_of_essential(models[:, :9].reshape(-1, 3, 3))[0]
+            motors, focal, _, _ = focal_poses.descend_motion_and_focal(
+                motors, models[:, 9], self.first, self.second, threshold**2, at_most
             )
-            return np.append(np.asarray(relative_poses.essential_of_motion(motor)).ravel(), focal)
+            essential = np.asarray(relative_poses.essential_of_motion(motors))
+            return np.concatenate([essential.reshape(-1, 9), np.asarray(focal)[:, None]], 1)
 
         return Problem(self.first, self.second, _FREEDOM, self.of_sets, distances, costs, descend)
 

@@ -19,8 +19,6 @@ from .status import VisionStatus
 
 _STEPS = 200.0
 """A limit on work: the number of iterations from each start,"""
-_SOON = 10.0
-"""and that of iterations from a sample."""
 _SETS = 60
 """A limit on work: the number of triples whose poses are starts, if no threshold is given,"""
 _BEST = 12
@@ -180,8 +178,8 @@ class _Scene:
         def costs(models: Reals, items: Reals, pixels: Reals, threshold: float) -> Reals:
             return np.asarray(line_poses.truncated_item_squares(models, k, dual, items, pixels, threshold**2))
 
-        def descend(model: Reals, threshold: float) -> Reals:
-            found, _, _ = line_poses.descend_item_pose(model, k, dual, self.items, self.pixels, threshold**2, _SOON)
+        def descend(models: Reals, threshold: float, at_most: float) -> Reals:
+            found, _, _ = line_poses.descend_item_pose(models, k, dual, self.items, self.pixels, threshold**2, at_most)
             return np.asarray(found)
 
         return Problem(self.items, self.pixels, _FREEDOM, self.of_sets, distances, costs, descend)

@@ -29,8 +29,6 @@ from .status import VisionStatus, check_points
 
 _STEPS = 200
 """A limit on work: the number of iterations from each start."""
-_SOON = 10.0
-"""A limit on work: the number of iterations from a sample."""
 _SETS = 400
 """A limit on work: the number of samples of three points if some pixels seem wrong and no threshold is given: 12 points
 have 220 of them, and if half of many pixels are wrong, 50 of these are free of wrong ones."""
@@ -136,7 +134,7 @@ def localize(
     scene = _Scene(places - centroid, image, k, known)
     inliers: Reals = np.ones(len(places), bool)
     if threshold is not None:
-        estimate = robust_estimate(_problem(scene), threshold, seed, confidence, max_samples)
+        estimate = robust_estimate(_problem(scene), threshold, np.random.default_rng(seed), confidence, max_samples)
         if estimate.status != VisionStatus.OK:
             return no_localization(estimate.status, len(places))
         inliers = estimate.inliers
@@ -235,7 +233,7 @@ def _problem(scene: _Scene) -> Problem:
     seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
 
     def solve(sets: Reals) -> Reals:
-        return three_points(places[sets], seen[sets]).reshape(-1, 3, 4)
+        return three_points(places.take(sets, axis=0), seen.take(sets, axis=0)).reshape(-1, 3, 4)
 
     def distances(models: Reals, points: Reals, pixels: Reals) -> Reals:
         return np.sqrt(camera_poses.pixel_squares(models, k, points, pixels))
@@ -243,8 +241,8 @@ def _problem(scene: _Scene) -> Problem:
     def costs(models: Reals, points: Reals, pixels: Reals, threshold: float) -> Reals:
         return np.asarray(camera_poses.truncated_pixel_squares(models, k, points, pixels, threshold * threshold))
 
-    def descend(model: Reals, threshold: float) -> Reals:
-        found, _, _ = camera_poses.descend_pose(model, k, places, image, threshold * threshold, _SOON)
+    def descend(models: Reals, threshold: float, at_most: float) -> Reals:
+        found, _, _ = camera_poses.descend_pose(models, k, places, image, threshold * threshold, at_most)
         return np.asarray(found)
 
     return Problem(places, image, _FREEDOM, solve, distances, costs, descend)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from generated import robust_views
+
 from ..arguments import Reals
 
 
@@ -48,15 +50,11 @@ def undone(matrix: Reals) -> Reals:
 
 def extents(points: Reals) -> tuple[Reals, Reals]:
     """Return the least and the largest singular value of centred points (..., n, d); in 2D to 1e-8 of the largest."""
-    centred = points - points.mean(-2, keepdims=True)
     if points.shape[-1] != 2:
-        values = np.linalg.svd(centred, compute_uv=False)
+        values = np.linalg.svd(points - points.mean(-2, keepdims=True), compute_uv=False)
         return values[..., -1], values[..., 0]
-    x, y = centred[..., 0], centred[..., 1]
-    xx, xy, yy = (x * x).sum(-1), (x * y).sum(-1), (y * y).sum(-1)
-    large = (xx + yy + np.hypot(xx - yy, 2 * xy)) / 2
-    small = np.maximum(xx * yy - xy * xy, 0) / np.maximum(large, np.finfo(float).tiny)
-    return np.sqrt(small), np.sqrt(large)
+    small, large = np.moveaxis(np.sqrt(robust_views.extents_of_pixels(points)), -1, 0)
+    return small, large
 
 
 def flatness(points: Reals) -> Reals:

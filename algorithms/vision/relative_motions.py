@@ -17,8 +17,6 @@ from .robust import ALL
 
 _STEPS = 50
 """A limit on work: the number of iterations from each start,"""
-_SOON = 10
-"""and that of the iterations of models of samples."""
 _ROUNDS = 60
 """A limit on work: the number of selections of pairs that agree with a rotation,"""
 _MEDIANS = 3.0
@@ -84,14 +82,14 @@ class Scene:
         """Return the matrices of pixels for essential matrices (m, 3, 3)."""
         return np.asarray(self.right.T @ essential @ self.left)
 
-    def descended(self, motors: Reals, limit: float = ALL, at_most: int = _STEPS) -> Motions:
+    def descended(self, motors: Reals, limit: float = ALL, at_most: float = _STEPS) -> Motions:
         """Return the minima near motors (m, 8)."""
         found, triangles, numbers = relative_poses.descend_motion(
             motors, self.left, self.right, self.first, self.second, limit, float(at_most)
         )
         return Motions(found, numbers[:, 0], from_triangle(triangles, 5), numbers[:, 1] > 0)
 
-    def descended_in_front(self, motors: Reals, limit: float = ALL, at_most: int = _STEPS) -> Motions:
+    def descended_in_front(self, motors: Reals, limit: float = ALL, at_most: float = _STEPS) -> Motions:
         """Return the minima near motors (m, 8) of the squares of `explained`."""
         found, triangles, numbers = relative_poses.descend_motion_in_front(
             motors, self.left, self.right, self.two, self.first, self.second, limit, float(at_most)
@@ -112,11 +110,9 @@ class Scene:
             square = threshold * threshold
             return np.asarray(relative_poses.truncated_squares(self.fundamental(models), first, second, square))
 
-        def descend(model: Reals, threshold: float) -> Reals:
-            start = relative_poses.motions_of_essential(model)[0]
-            return np.asarray(
-                relative_poses.essential_of_motion(self.descended(start[None], threshold**2, _SOON).motors[0])
-            )
+        def descend(models: Reals, threshold: float, at_most: float) -> Reals:
+            starts = relative_poses.motions_of_essential(models)[0]
+            return np.asarray(relative_poses.essential_of_motion(self.descended(starts, threshold**2, at_most).motors))
 
         return Problem(self.first, self.second, FREEDOM, solve, distances, costs, descend)
 

@@ -21,7 +21,7 @@ from ..evidence import (
     log_false_alarms,
     rank,
 )
-from ..evidence.consensus import partners_of_others
+from ..evidence.consensus import unrelated
 from ..evidence.observability import spectrum
 from .camera import Camera
 from .degeneracy import displaced_by_chance, few_places, hidden_by_a_line
@@ -29,7 +29,7 @@ from .localization import intrinsics_of_camera
 from .normalization import extents
 from .pose_refinement import pixel_noise
 from .relative_motions import FREEDOM, Motions, Scene, halfway, joined, steps_to
-from .robust import ALL
+from .robust import ALL, consensus_status
 from .status import VisionStatus, check_points, distinct
 
 CONFIDENCE = 0.999
@@ -143,12 +143,12 @@ def relative_pose(
         return estimate_motion(scene, np.ones(len(one), bool), np.empty((0, 3, 3)), None, seed, 0)
     problem = scene.problem()
     found = consensus(problem, threshold, seed, CONFIDENCE, MAX_SAMPLES)
-    if not found.hypotheses or found.by_chance:
-        return _no_pose(VisionStatus.NO_CONSENSUS, len(one), n_samples=found.n_samples)
-    if not found.reached:
-        return _no_pose(VisionStatus.NOT_CONVERGED, len(one), n_samples=found.n_samples)
-    best = found.hypotheses[0]
-    return estimate_motion(scene, np.asarray(best.inliers), best.model[None], threshold, seed, found.n_samples)
+    status = consensus_status(problem, found, threshold, seed)
+    if status != VisionStatus.OK or found.best is None:
+        return _no_pose(status, len(one), n_samples=found.n_samples)
+    return estimate_motion(
+        scene, np.asarray(found.best.inliers), found.best.model[None], threshold, seed, found.n_samples
+    )
 
 
 def estimate_motion(
@@ -261,8 +261,7 @@ def lost_by_chance(share: float, squares: Reals, limit: float) -> bool:
 def share_of_wrong_pairs(scene: Scene, motor: Reals, limit: float) -> float:
     """Return the fraction of pairs with the partners of others that a motion explains."""
     matrix = scene.fundamental(np.asarray(relative_poses.essential_of_motion(motor)))
-    repeats, partner = partners_of_others(len(scene.first))
-    wrong = relative_poses.squared_distances(matrix, np.tile(scene.first, (repeats, 1)), scene.second[partner])
+    wrong = relative_poses.squared_distances(matrix, *unrelated(scene.first, scene.second))
     return max(float(np.mean(wrong <= limit)), 1 / int(wrong.size))
 
 

@@ -20,8 +20,6 @@ from .status import VisionStatus, check_points, distinct
 
 _STEPS = 200.0
 """A limit on work: the number of iterations from each start."""
-_SOON = 10.0
-"""A limit on work: the number of iterations from a sample."""
 _SETS = 60
 """A limit on work: the number of triples of points whose poses are starts, if no threshold is given,"""
 _BEST = 12
@@ -139,8 +137,8 @@ class _Rig:
         def costs(models: Reals, places: Reals, sights: Reals, threshold: float) -> Reals:
             return np.asarray(rig_poses.truncated_sight_squares(models, places, sights, threshold**2))
 
-        def descend(model: Reals, threshold: float) -> Reals:
-            found, _, _ = rig_poses.descend_rig_pose(model, self.places, self.sights, threshold**2, _SOON)
+        def descend(models: Reals, threshold: float, at_most: float) -> Reals:
+            found, _, _ = rig_poses.descend_rig_pose(models, self.places, self.sights, threshold**2, at_most)
             return np.asarray(found)
 
         return Problem(self.places, self.sights, _FREEDOM, self.of_sets, distances, costs, descend)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arguments import Reals
-from ..evidence import Problem, consensus
-from ..evidence.consensus import Indices
+from ..evidence import Consensus, Problem, Seed, consensus, explained_by_chance
 from .status import VisionStatus
 
 ALL = 1e20
@@ -37,24 +36,37 @@ def no_estimate(
 
 
 def robust_estimate(
-    problem: Problem, threshold: float, seed: int, confidence: float, max_samples: int
+    problem: Problem, threshold: float, seed: Seed, confidence: float, max_samples: int
 ) -> RobustEstimate:
     """Return the consensus of a problem.
 
     The status is NO_CONSENSUS for a model with no more inliers than expected by chance, and NOT_CONVERGED if
     `max_samples` is too small for the confidence.
     """
-    found, n = consensus(problem, threshold, seed, confidence, max_samples), len(problem.first)
-    if not found.hypotheses:
-        return no_estimate(VisionStatus.NO_CONSENSUS, n, n_samples=found.n_samples)
-    _, model, inliers = found.hypotheses[0]
-    if found.by_chance or not found.reached:
-        status = VisionStatus.NO_CONSENSUS if found.by_chance else VisionStatus.NOT_CONVERGED
-        return no_estimate(status, n, model.shape, found.n_samples)
-    return estimate(problem, model, inliers, found.n_samples)
+    found = consensus(problem, threshold, seed, confidence, max_samples)
+    return consensus_estimate(problem, found, threshold, seed)
 
 
-def estimate(problem: Problem, model: Reals, inliers: Indices, n_samples: int) -> RobustEstimate:
+def consensus_estimate(problem: Problem, found: Consensus, threshold: float, seed: Seed) -> RobustEstimate:
+    """Return the best model of a consensus, unless its status is not OK."""
+    status = consensus_status(problem, found, threshold, seed)
+    if status != VisionStatus.OK or found.best is None:
+        shape = (3, 3) if found.best is None else found.best.model.shape
+        return no_estimate(status, len(problem.first), shape, found.n_samples)
+    return estimate(problem, found.best.model, threshold, found.n_samples)
+
+
+def consensus_status(problem: Problem, found: Consensus, threshold: float, seed: Seed) -> VisionStatus:
+    """Return NO_CONSENSUS if chance explains the best model, NOT_CONVERGED if too few samples were drawn, or OK."""
+    rng = np.random.default_rng(seed)
+    if found.best is None or explained_by_chance(problem, found.best.model, threshold, rng):
+        return VisionStatus.NO_CONSENSUS
+    return VisionStatus.OK if found.reached else VisionStatus.NOT_CONVERGED
+
+
+def estimate(problem: Problem, model: Reals, threshold: float, n_samples: int) -> RobustEstimate:
     """Return the result for an accepted model."""
-    rest = problem.distances(model[None], problem.first[inliers], problem.second[inliers])[0]
-    return RobustEstimate(model, VisionStatus.OK, inliers, float(np.sqrt(np.mean(rest**2))), n_samples)
+    distances = problem.distances(model[None], problem.first, problem.second)[0]
+    inliers = distances <= threshold
+    rest = distances.compress(inliers)
+    return RobustEstimate(model, VisionStatus.OK, inliers, float(np.sqrt(rest @ rest / len(rest))), n_samples)

@@ -10,13 +10,12 @@ from numpy.typing import ArrayLike
 from generated import projective2, relative_poses, robust_views
 
 from ..arguments import Reals, real_array
-from ..evidence import Freedom, Problem, check_sampling, polished
-from ..evidence.consensus import Indices
+from ..evidence import Freedom, Problem, Seed, check_sampling, consensus, polished
+from ..evidence.consensus import Indices, without_nan
 from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line
-from .fundamental import seven_points
 from .normalization import extents, homogeneous
 from .planes import homography_problem
-from .robust import RobustEstimate, estimate, no_estimate, robust_estimate
+from .robust import RobustEstimate, consensus_estimate, estimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points
 
 _FREEDOM = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3, false_alarms=1.0)
@@ -28,8 +27,6 @@ _SIGMAS = 5.0
 """Pairs within this many standard deviations of the others of a plane give no information about points off it."""
 _SAMPLES = 600
 """Number of samples, enough to find a plane with a third of the pairs."""
-_STEPS = 50.0
-"""A limit on work: the number of steps of a descent."""
 _SHALLOW = 4.0
 """Points of a plane with more than this multiple of the variance that F leaves are points in space."""
 
@@ -87,15 +84,15 @@ def robust_fundamental_matrix(
         return no_estimate(status, len(one))
     one, two = one.astype(np.float64), two.astype(np.float64)
 
-    problem = _problem(one, two)
+    problem, rng = _problem(one, two), np.random.default_rng(seed)
     if min(extents(one)[0], extents(two)[0]) <= threshold * np.sqrt(len(one)):
         return no_estimate(VisionStatus.DEGENERATE, len(one))  # all on one line
-    found = robust_estimate(problem, threshold, seed, confidence, max_samples)
+    found = robust_estimate(problem, threshold, rng, confidence, max_samples)
     if found.status != VisionStatus.OK:
         return found
-    found = _beyond_a_plane(problem, found, threshold, seed, confidence)
+    found = _beyond_a_plane(problem, found, threshold, rng, confidence)
     if found.status == VisionStatus.OK and (
-        hidden_by_a_line(problem, found.model, found.inliers, threshold, seed, _OFF_A_LINE)
+        hidden_by_a_line(problem, found.model, found.inliers, threshold, rng, _OFF_A_LINE)
         or degenerate(found.model, one[found.inliers], two[found.inliers])
     ):
         return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
@@ -106,10 +103,11 @@ def _problem(first: Reals, second: Reals) -> Problem:
     """Return the problem of fundamental matrices from samples of seven pairs."""
 
     def solve(sets: Indices) -> Reals:
-        return seven_points(first[sets], second[sets]).reshape(-1, 3, 3)
+        models, number = robust_views.fundamentals_of_seven(first.take(sets, axis=0), second.take(sets, axis=0))
+        return np.asarray(models[np.arange(3) < number[:, None]])
 
-    def descend(model: Reals, threshold: float) -> Reals:
-        return np.asarray(robust_views.descend_fundamental(model, first, second, threshold * threshold, _STEPS)[0])
+    def descend(models: Reals, threshold: float, at_most: float) -> Reals:
+        return np.asarray(robust_views.descend_fundamental(models, first, second, threshold * threshold, at_most)[0])
 
     return Problem(first, second, _FREEDOM, solve, _distances, _costs, descend)
 
@@ -122,22 +120,27 @@ def _costs(models: Reals, first: Reals, second: Reals, threshold: float) -> Real
     return np.asarray(relative_poses.truncated_squares(models, first, second, threshold * threshold))
 
 
-def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: int) -> RobustEstimate:
+def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: Seed) -> RobustEstimate:
     """Return the estimate, unless partners displaced in random directions from a linear map agree as well."""
     places = homogeneous(problem.first)
-    linear = np.linalg.lstsq(places[found.inliers], problem.second[found.inliers], rcond=None)[0]
+    one, two = (side.compress(found.inliers, axis=0) for side in (places, problem.second))
+    linear = np.linalg.lstsq(one, two, rcond=None)[0]
     if displaced_by_chance(problem, found.model, places @ linear, threshold, seed, problem.freedom):
         return no_estimate(VisionStatus.NO_CONSENSUS, len(places), n_samples=found.n_samples)
     return found
 
 
 def _beyond_a_plane(
-    problem: Problem, found: RobustEstimate, threshold: float, seed: int, confidence: float
+    problem: Problem, found: RobustEstimate, threshold: float, seed: Seed, confidence: float
 ) -> RobustEstimate:
     """Return the estimate, or a better one, if pairs off the plane with the most inliers determine it."""
     one, two = problem.first, problem.second
-    planar = homography_problem(one[found.inliers], two[found.inliers], in_both=True)
-    plane = robust_estimate(planar, WIDE * threshold, seed, confidence, _SAMPLES)
+    good = one.compress(found.inliers, axis=0), two.compress(found.inliers, axis=0)
+    planar = homography_problem(*good, in_both=True)
+    flat = consensus(planar, WIDE * threshold, seed, confidence, _SAMPLES, at_once=True)
+    if not flat.reached:
+        return _in_space(problem, found, threshold, seed)
+    plane = consensus_estimate(planar, flat, WIDE * threshold, seed)
     if plane.status != VisionStatus.OK:
         return _in_space(problem, found, threshold, seed)
     tolerance = max(WIDE * threshold, _SIGMAS * plane.distance / np.sqrt(2))
@@ -149,12 +152,13 @@ def _beyond_a_plane(
     if parallax.status == VisionStatus.OK and not displaced_by_chance(
         rest, parallax.model, expected, threshold, seed, rest.freedom
     ):
-        models = np.array([found.model, parallax.model, polished(problem, parallax.model, threshold).model])
+        models = np.array([found.model, parallax.model, polished(problem, parallax.model, threshold)[0]])
         # Pairs off the plane decide: an F that is wrong there is freer to fit the noise of those on the plane.
-        squares = np.nan_to_num(problem.distances(models, one[off], two[off]) ** 2, nan=np.inf)
-        best = models[np.argmin(np.minimum(squares, threshold**2).sum(1))]
-        inliers = problem.distances(best[None], one, two)[0] <= threshold
-        return estimate(problem, best, inliers, found.n_samples)
+        # Among those that explain as many of them, up to one, all pairs decide.
+        left = without_nan(problem.costs(models, one[off], two[off], threshold))
+        costs = np.where(left <= left.min() + threshold**2, problem.costs(models, one, two, threshold), np.inf)
+        best = models[np.argmin(costs)]
+        return estimate(problem, best, threshold, found.n_samples)
     if parallax.status == VisionStatus.NOT_CONVERGED:
         return no_estimate(parallax.status, len(one), n_samples=found.n_samples)
     if len(off) < len(one) and not degenerate(found.model, one[on_plane], two[on_plane], margin=_SHALLOW):
@@ -163,7 +167,7 @@ def _beyond_a_plane(
 
 
 def _parallax(
-    problem: Problem, plane: Reals, on_plane: Indices, threshold: float, seed: int, confidence: float
+    problem: Problem, plane: Reals, on_plane: Indices, threshold: float, seed: Seed, confidence: float
 ) -> RobustEstimate:
     """Return F of the plane and the epipole with which pairs off the plane agree: the common point of their lines."""
     one, two = problem.first[~on_plane], problem.second[~on_plane]

@@ -365,6 +365,22 @@ def _extents(points):
     return maximum(xx * yy - xy * xy, 0) / nonzero(large), large, maximum(right - left, up - down)
 
 
+@kernel(points=OWN_PIXELS, returns=array(SCALAR, 2))
+def extents_of_pixels(points):
+    """Compute the least and the largest sum of squares of points about their mean, along directions.
+
+    The least one is exact to 1e-16 of the largest.
+    """
+    thin, long, _ = _extents(points)
+    return thin, long
+
+
+@kernel(line=array(SCALAR, 3), points=PIXELS, limit=SCALAR, returns=SCALAR)
+def count_near_line(line, points, limit):
+    """Count the points at which the function ``a x + b y + c`` of a line is less than a limit in size."""
+    return total(lambda p: select(absolute(line[0] * p[0] + line[1] * p[1] + line[2]) < limit, 1, 0), points)
+
+
 @kernel(
     matrix=THREE, first=OWN_PIXELS, second=OWN_PIXELS, off=NUMBERS, known=SCALAR, by_size=SCALAR, by_rest=SCALAR,
     line=SCALAR, plane=SCALAR, ratio=SCALAR, returns=SCALAR,

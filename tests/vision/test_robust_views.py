@@ -181,6 +181,16 @@ def test_squares_of_pairs() -> None:
         assert whole == pytest.approx(np.minimum(robust_views.plane_squares(matrix, first, second + 0.1), 1e-3).sum())
 
 
+def test_points_near_lines_and_extents() -> None:
+    rng = np.random.default_rng(6)
+    points, lines, limits = rng.normal(size=(30, 2)) * [3, 1] + 50, rng.normal(size=(5, 3)), rng.uniform(0, 80, 5)
+    near = np.abs(lines[:, :2] @ points.T + lines[:, 2:]) < limits[:, None]
+    assert (robust_views.count_near_line(lines, points, limits) == near.sum(1)).all() and 0 < near.mean() < 1
+    assert robust_views.count_near_line(np.zeros(3), points, 0.0) == 0
+    values = np.linalg.svd(points - points.mean(0), compute_uv=False)
+    assert robust_views.extents_of_pixels(points) == pytest.approx(values[::-1] ** 2, rel=1e-12)
+
+
 def thin_views(rng: np.random.Generator, n: int, depth: float, noise: float) -> tuple[Array, Array]:
     """Pixels of points in two images, of which the depths differ little."""
     places = rng.normal(size=(n, 3)) * (1, 1, depth)
