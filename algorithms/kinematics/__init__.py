@@ -1,7 +1,9 @@
 """Kinematics and dynamics of robots by motors."""
 
-from . import tasks
+from . import contacts, tasks
 from .bodies import Body
+from .constrained import Constrained, ConstraintStatus, Response
+from .contacts import Constraint
 from .denavit_hartenberg import Row, Table
 from .errors import (
     CyclicTreeError,
@@ -22,6 +24,9 @@ from .tasks import Task
 
 __all__ = [
     "Body",
+    "Constrained",
+    "Constraint",
+    "ConstraintStatus",
     "CyclicTreeError",
     "DescriptionError",
     "FloatingBaseError",
@@ -33,6 +38,7 @@ __all__ = [
     "ReachStatus",
     "Reached",
     "Reaching",
+    "Response",
     "RetimingStatus",
     "Robot",
     "Row",
@@ -43,6 +49,7 @@ __all__ = [
     "Task",
     "TimedPath",
     "UnknownJointTypeError",
+    "contacts",
     "elbow_angle",
     "retime",
     "tasks",
