@@ -1,9 +1,13 @@
-"""Dynamics of robots whose links are held by contacts and closed loops: accelerations, forces and impacts."""
+"""Dynamics of robots whose links are held by contacts and closed loops: accelerations, forces and impacts.
+
+One class in one file.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import isfinite
 from typing import Any, NamedTuple
 
@@ -29,9 +33,9 @@ class ConstraintStatus(Status):
     """Outcome for one configuration.
 
     ``OK``: the accelerations and forces are determined. ``REDUNDANT``: some constraints, or forces, follow from others.
-    The result is right; of all forces that give it, those with the smallest sum of squares are returned. ``CONTRADICTORY``:
-    constraints contradict each other, or no forces hold the passive joints; only some are satisfied. ``NO_INERTIA``: a
-    joint moves no inertia. ``NOT_FINITE``: an argument is NaN or infinite.
+    The result is right; of all forces that give it, those with the smallest sum of squares are returned.
+    ``CONTRADICTORY``: constraints contradict each other, or no forces hold the passive joints; only some are satisfied.
+    ``NO_INERTIA``: a joint moves no inertia. ``NOT_FINITE``: an argument is NaN or infinite.
     """
 
     OK = 0
@@ -120,7 +124,7 @@ class Constrained:
                 raise TypeError(f"constraints: {type(each).__name__}; expected those of algorithms.kinematics.contacts")
         self._robot = robot
         ends = np.cumsum([0, *(len(each.rows) for each in given)])
-        self.parts = tuple(slice(int(a), int(b)) for a, b in zip(ends[:-1], ends[1:], strict=True))
+        self.parts = tuple(slice(int(a), int(b)) for a, b in pairwise(ends))
         self._count = int(ends[-1])
         self._passive = self._coordinates_of(passive)
         table = joints_of(robot)
@@ -304,14 +308,14 @@ class Constrained:
     def _solved(self, given: _Given, force: Reals, matrix: Reals, wanted: Reals) -> Response:
         mass = self._robot.mass_matrix(given.rows[0])
         found, forces, count, left, upper, steps = self._constrained(mass, force, matrix, wanted)
-        if np.any(count < self._count):
+        if count.min(initial=self._count) < self._count if count.ndim else count < self._count:
             forces = self._smallest(upper, steps)
         return self._response(given, found, forces, count, left)
 
     def _response(self, given: _Given, found: Reals, forces: Reals, count: Any, left: Any) -> Response:
         # What remains of a row and of its right-hand side may each be this part of its terms.
         is_single = found.ndim == 1
-        if is_single and isfinite(found.sum() + forces.sum()):
+        if is_single and isfinite(np.dot(found, found) + np.dot(forces, forces)):
             status = ConstraintStatus.OK if count == self._count else ConstraintStatus.REDUNDANT
             if left > 2 * _DEPENDENT:
                 status = ConstraintStatus.CONTRADICTORY
@@ -355,7 +359,7 @@ class Constrained:
             joint, motor = self._carrier(each.link)
             if joint < 0:
                 raise DescriptionError(
-                    f"{robot.name}: {each.name}: link {each.link!r} is fixed to the base; expected one that a joint moves"
+                    f"{robot.name}: {each.name}: link {each.link!r} is fixed to the base; expected one that moves"
                 )
             other, held = (-1, np.array(IDENTITY)) if each.other is None else self._carrier(each.other)
             target = np.zeros(3) if each.target is None else each.target
@@ -383,7 +387,9 @@ class Constrained:
         held_rows = np.array([pair[:3] for pair in pairs], np.int64).reshape(-1, 3)
         names = dict(zip(("held", "movers", "places_of"), map(np.ascontiguousarray, held_rows.T), strict=True))
         return {
-            **{name: np.array(values, kind) for (name, kind), values in zip(_ROWS.items(), found.values(), strict=True)},
+            **{
+                name: np.array(values, kind) for (name, kind), values in zip(_ROWS.items(), found.values(), strict=True)
+            },
             **names,
             "factors": np.array([pair[3] for pair in pairs]),
             "lifted": np.array(lifted, np.int64),
@@ -410,4 +416,4 @@ def _times(matrix: Reals, vector: Reals) -> Reals:
     """Return the product of matrices and vectors."""
     if matrix.ndim == 2:
         return np.dot(matrix, vector)  # type: ignore[no-any-return]
-    return (matrix @ vector[..., None])[..., 0]  # type: ignore[no-any-return]
+    return (matrix @ vector[..., None])[..., 0]

@@ -1,9 +1,9 @@
 """Robots whose links are held: closed loops, and contacts with the ground, as constraints on twists.
 
-The joints are those of `gacompiler.specs.robots`. A row of a constraint is a wrench of unit size, a line ``W`` through a
-point of one link. It holds a twist if the power is zero: ``W & (V - V')``, where ``V`` is the twist of that link and
-``V'`` that of the other, to which the wrench is fixed, or of the ground. The forces of constraints are multiples of
-these wrenches, exerted by the other link on the first. Tables of the rows:
+The joints are those of `gacompiler.specs.robots`. A row of a constraint is a wrench of unit size, a line ``W`` through
+a point of one link. The power ``W & (V - V')`` is to be zero, where ``V`` is the twist of that link and ``V'`` that of
+the other, to which the wrench is fixed, or of the ground. The forces of constraints are multiples of these wrenches,
+exerted by the other link on the first. Tables of the rows:
 
     owners      the joint that carries the first link
     points      the point of the row, in the frame of that joint
@@ -81,7 +81,6 @@ class Row(NamedTuple):
     wrench: Any
     drift: Any
     gap: Any
-
 
 
 def _velocity(twist, place):
@@ -175,69 +174,78 @@ class Projection(NamedTuple):
 
     Attributes
     ----------
-    columns : the equations: orthonormal up to the present one, and zero if they depend on others
+    equations : what remains of the equations, as columns; orthonormal up to the present one, and 0 if they depend on
+        others
     upper : their products with the given equations, an upper triangular matrix
-    x, steps : the vector, and its steps along the columns
+    x, steps : the vector, and its steps along the equations
+    squared : the squared length of the first vector, and of all steps
     count : the number of independent equations
     left : the largest contradiction of dependent equations, relative to their terms
     """
 
-    columns: Any
+    equations: Any
     upper: Any
     x: Any
     steps: Any
+    squared: Any
     count: Any
     left: Any
 
 
-def projected(rows, wanted, start, least):
-    """Move a vector to the nearest one that satisfies ``rows x = wanted``.
+def projected(equations, wanted, start, least):
+    """Move a vector to the nearest one that satisfies ``equations^T x = wanted``.
 
-    The equations are made orthonormal one by one (Gram and Schmidt, each twice, Golub and Van Loan 5.2.8), and the
-    vector is moved along each. Those of which less than the part `least` remains are left out.
+    The equations, which are columns, are made orthonormal one by one (Gram and Schmidt, Golub and Van Loan, *Matrix
+    Computations*, 5.2.8), and the vector is moved along each. Those of which less than the part `least` remains are
+    left out. The inner loops are over equations, which vector lanes share.
     """
-    numbers = row_numbers(rows)
-    sizes = each(matrices.dot, rows, rows)
-    zeros = each(lambda _: 0, numbers)
-    squared = matrices.dot(start, start)
+    numbers = row_numbers(wanted)
+    zeros = each(lambda _: 0, wanted)
+    sizes = total(lambda row: each(lambda c: c * c, row), equations)
 
     def step(old, k):
-        column = pick(old.columns, k, 0)
-
-        def without(column):
-            shares = each(lambda other, j: select(j < k, matrices.dot(other, column), 0), old.columns, numbers)
-            taken = total(lambda other, share: each(lambda y: share * y, other), old.columns, shares)
-            return each(lambda y, z: y - z, column, taken)
-
-        column = without(column)
-        left = matrices.dot(column, column)
-        size = pick(sizes, k, 0)
+        column = each(lambda row: pick(row, k, 0), old.equations)
+        left, size, value = matrices.dot(column, column), pick(sizes, k, 0), pick(wanted, k, 0)
         keeps = left > least * least * size
         scale = select(keeps, 1, 0) / sqrt(select(keeps, left, 1))
         unit = each(lambda y: scale * y, column)
-        along = each(lambda other, j: select(j < k, 0, matrices.dot(unit, other)), old.columns, numbers)
-        columns = each(
-            lambda other, share, j: each(
-                lambda y, z: select(equal(j, k), z, select(j < k, y, y - share * z)), other, unit
-            ),
-            old.columns, along, numbers,
-        )  # fmt: skip
-        given, value = pick(rows, k, 0), pick(wanted, k, 0)
-        gap = value - matrices.dot(given, old.x)
+        products = total(lambda row, u: each(lambda c: u * c, row), old.equations, unit)
+        along = each(lambda c, j: select(j < k, 0, c), products, numbers)
+        gap = value - matrices.dot(each(lambda row: pick(row, k, 0), equations), old.x)
         length = gap * scale
-        terms = absolute(value) + sqrt(size * (matrices.dot(old.x, old.x) + squared))
+        terms = absolute(value) + sqrt(size * old.squared)
         contradiction = select(keeps, 0, absolute(gap) / select(terms > 0, terms, 1))
         return Projection(
-            columns,
+            each(
+                lambda row, u: each(lambda c, y, j: select(equal(j, k), u, c - y * u), row, along, numbers),
+                old.equations, unit,
+            ),
             each(lambda row, i: each(lambda y, z: select(equal(i, k), z, y), row, along), old.upper, numbers),
             each(lambda y, z: y + length * z, old.x, unit),
             each(lambda y, i: select(equal(i, k), length, y), old.steps, numbers),
+            old.squared + length * length,
             old.count + select(keeps, 1, 0),
             maximum(old.left, contradiction),
-        )
+        )  # fmt: skip
 
-    begun = Projection(rows, each(lambda _: zeros, numbers), start, zeros, 0, 0)
-    return fold(step, begun, numbers)
+    squared = matrices.dot(start, start)
+    return fold(step, Projection(equations, each(lambda _: zeros, wanted), start, zeros, squared, 0, 0), numbers)
+
+
+def _substituted(lower, columns):
+    """Solve ``L X = columns`` for a lower triangular matrix with ones on its diagonal."""
+    numbers = row_numbers(lower)
+
+    def step(rows, k):
+        solved = pick(rows, k, 0)
+
+        def reduced(row, factors, i):
+            factor = select(i > k, pick(factors, k, 0), 0)
+            return each(lambda x, y: x - factor * y, row, solved)
+
+        return each(reduced, rows, lower, numbers)
+
+    return fold(step, columns, numbers)
 
 
 @kernel(
@@ -256,16 +264,19 @@ def constrained(mass, force, rows, wanted, largest):
     """
     lower, pivots, _ = matrices.ldlt(mass)
 
-    def root(pivot, most):
+    def inverse_root(pivot, most):
         moves = pivot > robots.NO_INERTIA * most
-        return sqrt(select(moves, pivot, 0) / select(moves, 1, 0))
+        return select(moves, 1, 0) / sqrt(select(moves, pivot, 0))
 
-    roots = each(root, pivots, largest)
-    lower = each(lambda row: each(lambda x, y: x * y, row, roots), lower)
-    free = matrices.solve_lower(lower, force)
-    white = each(lambda row: matrices.solve_lower(lower, row), rows)
+    # In coordinates in which the kinetic energy is the sum of squares, the nearest accelerations are a projection.
+    scales = each(inverse_root, pivots, largest)
+    white = each(
+        lambda row, scale: each(lambda x: scale * x, row), _substituted(lower, matrices.transpose(rows)), scales
+    )
+    free = each(lambda x, scale: scale * x, matrices.solve_lower(lower, force), scales)
     found = projected(white, wanted, free, DEPENDENT)
-    accelerations = matrices.solve_upper(matrices.transpose(lower), found.x)
+    scaled = each(lambda x, scale: scale * x, found.x, scales)
+    accelerations = matrices.solve_upper(matrices.transpose(lower), scaled)
     multipliers = matrices.solve_upper(found.upper, found.steps)
     return accelerations, multipliers, found.count, found.left, found.upper, found.steps
 
@@ -276,7 +287,7 @@ def smallest_multipliers(upper, steps):
 
     `upper` are the products of independent rows with all rows, and `steps` what the multipliers must add up to.
     """
-    return projected(upper, steps, each(lambda _: 0, steps), 0).x
+    return projected(matrices.transpose(upper), steps, each(lambda _: 0, steps), 0).x
 
 
 @kernel(
@@ -288,5 +299,6 @@ def balanced(rows, wanted):
 
     Returns the multipliers, the number of independent rows, and the largest contradiction of dependent rows.
     """
-    found = projected(rows, wanted, each(lambda _: 0, pick(rows, 0, 0)), DEPENDENT)
+    columns = matrices.transpose(rows)
+    found = projected(columns, wanted, each(lambda _: 0, columns), DEPENDENT)
     return found.x, found.count, found.left

@@ -18,35 +18,14 @@ from algorithms.kinematics import (
 )
 from generated import pga3
 from tests.support.all_cases import all_cases
+from tests.support.described_robots import bar, body, described, quadruped, turning
 
 G = 9.81
 OK, REDUNDANT, CONTRADICTORY, NO_INERTIA, NOT_FINITE = ConstraintStatus
 
 
-def body(name: str, mass: float, centre: str, tensor: tuple[float, float, float]) -> str:
-    ixx, iyy, izz = tensor
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/>'
-        f'<inertia ixx="{ixx}" ixy="0" ixz="0" iyy="{iyy}" iyz="0" izz="{izz}"/></inertial></link>'
-    )
-
-
-def bar(name: str, mass: float, length: float) -> str:
-    """A uniform thin bar along x."""
-    inertia = mass * length**2 / 12
-    return body(name, mass, f"{length / 2} 0 0", (0.0, inertia, inertia))
-
-
-def turning(name: str, parent: str, child: str, place: str, axis: str = "0 -1 0") -> str:
-    """A joint whose positive angles lift a bar along x."""
-    return (
-        f'<joint name="{name}" type="continuous"><parent link="{parent}"/><child link="{child}"/>'
-        f'<origin xyz="{place}"/><axis xyz="{axis}"/></joint>'
-    )
-
-
 def robot_of(*parts: str, base: str = "fixed") -> Robot:
-    return Robot.from_urdf(f"<robot name='r'>{''.join(parts)}</robot>", base=base)
+    return Robot.from_urdf(described(*parts), base=base)
 
 
 CRANK, COUPLER, LENGTH, WIDTH = 1.3, 2.1, 0.7, 1.6
@@ -61,9 +40,7 @@ def parallelogram() -> tuple[Robot, Constraint]:
         turning("c", "base", "rocker", f"{WIDTH} 0 0"),
     )  # fmt: skip
     y = [0, 1, 0]
-    return robot, contacts.hinge(
-        "rocker", [LENGTH, 0, 0], axis=y, other_axis=y, other="coupler", target=[WIDTH, 0, 0]
-    )
+    return robot, contacts.hinge("rocker", [LENGTH, 0, 0], axis=y, other_axis=y, other="coupler", target=[WIDTH, 0, 0])
 
 
 def test_a_parallelogram_is_a_pendulum() -> None:
@@ -72,7 +49,7 @@ def test_a_parallelogram_is_a_pendulum() -> None:
     linkage = Constrained(robot, loop)
     angle, speed = np.linspace(-2, 2, 8), np.linspace(3, -1, 8)
     q, qd = np.outer(angle, [1, -1, 1]), np.outer(speed, [1, -1, 1])
-    assert np.abs(linkage.errors(q)).max() < 1e-15 and np.abs(linkage.errors(q + [0, 0, 0.1])).max() > 0.01
+    assert np.abs(linkage.errors(q)).max() < 1e-15 and np.abs(linkage.errors(q + np.array([0, 0, 0.1]))).max() > 0.01
     found = linkage.forward_dynamics(q, qd, np.zeros(3))
     assert (found.status == REDUNDANT).all()  # a hinge in space holds a linkage in a plane three times too often
     inertia = (2 / 3 * CRANK + COUPLER) * LENGTH**2
@@ -194,16 +171,8 @@ def test_energy_and_constraints_are_conserved() -> None:
     assert arm.kinetic_energy(*state) + arm.potential_energy(state[0]) == pytest.approx(energy, abs=1e-5)
 
 
-def quadruped() -> Robot:
-    """A body of 20 kg with four legs of three joints, symmetrical to both vertical planes."""
-    parts = [body("body", 20.0, "0 0 0", (0.5, 1.0, 1.2))]
-    for name, x, y in (("lf", 0.3, 0.2), ("rf", 0.3, -0.2), ("lh", -0.3, 0.2), ("rh", -0.3, -0.2)):
-        parts += [body(f"{name}_{link}", 1.0, "0 0 -0.1", (0.01, 0.01, 0.005)) for link in ("hip", "thigh", "shank")]
-        ends = ((f"{x} {y} 0", "1 0 0"), (f"0 {y / 4} 0", "0 1 0"), ("0 0 -0.3", "0 1 0"))
-        carriers = ("body", f"{name}_hip", f"{name}_thigh")
-        for (place, axis), carrier, link in zip(ends, carriers, ("hip", "thigh", "shank"), strict=True):
-            parts.append(turning(f"{name}_{link}", carrier, f"{name}_{link}", place, axis))
-    return robot_of(*parts, base="floating")
+def standing() -> Robot:
+    return Robot.from_urdf(quadruped(), base="floating")
 
 
 def feet(robot: Robot, *, at: Any = None) -> list[Constraint]:
@@ -216,15 +185,15 @@ def feet(robot: Robot, *, at: Any = None) -> list[Constraint]:
 
 def test_a_quadruped_stands() -> None:
     """Each foot carries a quarter of the weight; the torques that inverse dynamics finds keep it where it is."""
-    robot = quadruped()
+    robot = standing()
     bend = np.array([0.0, 0.6, -1.2, 0.0, 0.6, -1.2, 0.0, -0.6, 1.2, 0.0, -0.6, 1.2])
     q, still = np.concatenate([UPRIGHT, bend]), np.zeros(18)
-    standing = Constrained(robot, feet(robot))
-    held = standing.inverse_dynamics(q, still, still)
+    stand = Constrained(robot, feet(robot))
+    held = stand.inverse_dynamics(q, still, still)
     assert held.status == REDUNDANT and not held.result[:6].any()
     weight = robot.bodies[:, 0].sum() * G
     assert np.allclose(held.forces.reshape(4, 3), [0, 0, weight / 4], atol=1e-11)
-    again = standing.forward_dynamics(q, still, held.result)
+    again = stand.forward_dynamics(q, still, held.result)
     assert again.status == OK and np.abs(again.result).max() < 1e-11
     assert np.abs(again.forces - held.forces).max() < 1e-10  # the torques determine how the feet push each other
     # it falls over on one foot
@@ -241,7 +210,7 @@ def random_states(robot: Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.
 
 def test_the_principle_of_gauss() -> None:
     """Accelerations solve the equations of motion with multipliers; forces of constraints do no work on them."""
-    robot = quadruped()
+    robot = standing()
     place = np.random.default_rng(1).normal(size=(4, 3))
     pinned = Constrained(robot, [*feet(robot, at=place)[:2], contacts.hinge(
         "lh_shank", [0, 0.1, 0], axis=[0.48, 0.6, 0.64], other="rf_shank", other_axis=[0, 0.6, 0.8])])  # fmt: skip
@@ -259,7 +228,7 @@ def test_the_principle_of_gauss() -> None:
 
 def test_rates_of_errors_are_velocities() -> None:
     """Differences of the errors of contacts, and of their velocities, at configurations that violate them."""
-    robot = quadruped()
+    robot = standing()
     held = Constrained(robot, feet(robot, at=np.random.default_rng(1).normal(size=(4, 3))))
     q, qd, _ = random_states(robot, 4)
     h, still = 1e-5, np.zeros(18)
@@ -274,7 +243,7 @@ def test_rates_of_errors_are_velocities() -> None:
 
 def test_rates_of_angles() -> None:
     """The errors of a weld between two links change like its velocities where they vanish."""
-    robot = quadruped()
+    robot = standing()
     q, qd, _ = random_states(robot, 1)
     links = "lf_shank", "rh_shank"
     frame = pga3.normalize_motor(np.random.default_rng(3).normal(size=8))
@@ -350,6 +319,7 @@ def test_shapes_and_types() -> None:
 
 ARM = Robot.named("ur5")
 POINT = contacts.point()
+
 
 @all_cases(
     "call, error, text",
