@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
-from types import NoneType
+from types import MappingProxyType, NoneType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -31,6 +31,7 @@ from .tasks import Task
 
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
+_NO_ARGUMENTS: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -170,14 +171,20 @@ class Robot(Simulated):
 
     @classmethod
     def from_urdf(
-        cls, path: str | Path, tip: str | None = None, locked: Iterable[str] = (), base: str = "fixed"
+        cls,
+        path: str | Path,
+        tip: str | None = None,
+        locked: Iterable[str] = (),
+        base: str = "fixed",
+        arguments: Mapping[str, Any] = _NO_ARGUMENTS,
     ) -> Robot:
         """Return a robot from a URDF file: a tree of links with revolute, continuous, prismatic and fixed joints.
 
         Parameters
         ----------
         path : str or Path
-            The name of a file, or a text of XML. Files of xacro must be expanded first.
+            The name of a file, or a text of XML. Macros of xacro are expanded: properties, expressions, conditions,
+            macros and includes (`algorithms.kinematics.xacro`).
         tip : str, optional
             The link that is the end effector. By default the moving link separated from the base by the largest number
             of joints, fixed joints included; the first one if there are several.
@@ -189,6 +196,8 @@ class Robot(Simulated):
             "euler" base is singular at a pitch of 90 degrees. If the only joint on the root link of the file is of type
             floating, the first link is the one that this joint carries. Any other floating joint is replaced by the
             same six joints, and a planar joint by three.
+        arguments : mapping of str, optional
+            Values of the arguments that a file of xacro declares, ``<xacro:arg>``.
 
         Returns
         -------
@@ -212,7 +221,7 @@ class Robot(Simulated):
             If the inertia tensor of a link is not physically consistent: a principal moment is negative, or larger than
             the sum of the other two.
         """
-        fields = urdf.read(path, tip, locked, base)
+        fields = urdf.read(path, tip, locked, base, arguments)
         return _BY_BASE.get(base, cls)(**fields)
 
     @classmethod
