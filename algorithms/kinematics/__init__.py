@@ -21,6 +21,7 @@ from .reaching import Reached, Reaching, ReachStatus
 from .retiming import RetimingStatus, TimedPath, retime
 from .robot import Robot
 from .tasks import Task
+from .view import RobotView
 
 __all__ = [
     "Body",
@@ -41,6 +42,7 @@ __all__ = [
     "Response",
     "RetimingStatus",
     "Robot",
+    "RobotView",
     "Row",
     "SelfMotion",
     "Solutions",

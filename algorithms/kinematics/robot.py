@@ -28,6 +28,7 @@ from .named import FOLDED, table_of
 from .reaching import Reached, Reaching
 from .simulation import Simulated
 from .tasks import Task
+from .view import RobotView, view_of
 
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
@@ -521,6 +522,41 @@ class Robot(Simulated):
         array(0, dtype=int8)
         """
         return Reaching(self, tasks)(near, rest=rest)
+
+    def view(
+        self,
+        urdf: str | Path | None = None,
+        *,
+        q: ArrayLike | None = None,
+        arguments: Mapping[str, Any] = _NO_ARGUMENTS,
+    ) -> RobotView:
+        """Return a view of the robot for a browser, with a slider for each variable.
+
+        Parameters
+        ----------
+        urdf : str or Path, optional
+            A file or text of URDF, whose links look like their <visual> elements: boxes, cylinders, spheres, and convex
+            hulls of meshes of STL and OBJ; like <collision> where a mesh is of another format. By default, lines
+            connect the joints.
+        q : array_like, (n,), or (8 + m,) if the base floats, optional
+            Where the sliders start, moved into the limits. The default is 0.
+        arguments : mapping of str, optional
+            As in `from_urdf`.
+
+        Returns
+        -------
+        RobotView
+            A notebook displays it, and ``save(path)`` writes one HTML file, which needs no network. The frames are
+            computed in the browser by emitted JavaScript.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `q` has a wrong shape or the file does not describe a robot.
+        OSError
+            If the file cannot be read.
+        """
+        return view_of(self, q, urdf, arguments)
 
     def _arm(self) -> tuple[Robot, list[int]]:
         """Return the chain from the base to the end effector as a robot, and the indices of its variables."""
