@@ -93,6 +93,8 @@ class Computed:
     own : mapping of str to Kernel
     attempts : Attempts
         Fast calls of the kernels that have been used.
+    reaching : tuple or None
+        The fixed parts of the last tasks of `Robot.reach`, and the object that computes them.
     of_links : dict of str to tuple of Method
         The kernels of poses and Jacobians of the links that have been used, None for links that do not move.
     """
@@ -101,6 +103,7 @@ class Computed:
         self._model = model
         self.own = own
         self.attempts = Attempts()
+        self.reaching: tuple[Any, Any] | None = None
         self.of_links: dict[str, tuple[Method, Method] | None] = {}
 
     def _bound(self, kernel: Any, **tables: Any) -> Method:

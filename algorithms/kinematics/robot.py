@@ -25,7 +25,7 @@ from .errors import DescriptionError, JointCountError
 from .inverse import SelfMotion, Solutions, self_motions
 from .inverse import inverse as _inverse
 from .named import FOLDED, table_of
-from .reaching import Reached, Reaching
+from .reaching import Reached, reached
 from .simulation import Simulated
 from .tasks import Task
 from .view import RobotView, view_of
@@ -521,7 +521,7 @@ class Robot(Simulated):
         >>> found.status
         array(0, dtype=int8)
         """
-        return Reaching(self, tasks)(near, rest=rest)
+        return reached(self, tasks, near, rest)
 
     def view(
         self,
