@@ -20,6 +20,7 @@ from generated import pga3
 from ..arguments import Reals, finite_number
 from ..evidence import Status
 from .contacts import IDENTITY, Constraint
+from .definite import NO_INERTIA
 from .dynamics import Dynamics
 from .errors import DescriptionError
 from .tables import FREEDOMS, base_of, carried_by, followed, is_floating, joints_of, path_to
@@ -203,11 +204,17 @@ class Constrained:
         if not len(self._passive):
             return self._response(given, tau, np.zeros((*at.shape[:-1], self._count)), 0, 0.0)
         rows, wanted = (np.ascontiguousarray(each) for each in (matrix[..., self._passive, :], tau[..., self._passive]))
-        forces, count, left = kernels.balanced(rows, wanted)
+        forces, count, left = kernels.balanced(rows, wanted, self._noise_of(rates, rising))
         tau = tau - _times(matrix, forces)
         # What remains of the forces of passive joints are rounding errors, or what the constraints cannot exert.
         tau[..., self._passive] *= 0.0
         return self._response(given, tau, forces, count, left)
+
+    def _noise_of(self, rates: Reals, rising: Reals) -> Any:
+        """Return the rounding errors of forces: those of the largest terms, inertias times accelerations."""
+        robot = self._robot
+        fastest = np.abs(rising).max(-1) + np.square(rates).max(-1) + np.linalg.norm(robot.free_fall)
+        return NO_INERTIA * robot._computed.largest_inertias.max() * fastest
 
     def impact(self, q: ArrayLike, qd: ArrayLike, restitution: float = 0.0) -> Response:
         """Return the velocities after the constraints have been closed suddenly, and their impulses.

@@ -192,12 +192,13 @@ class Projection(NamedTuple):
     left: Any
 
 
-def projected(equations, wanted, start, least):
+def projected(equations, wanted, start, least, noise=0):
     """Move a vector to the nearest one that satisfies ``equations^T x = wanted``.
 
     The equations, which are columns, are made orthonormal one by one (Gram and Schmidt, Golub and Van Loan, *Matrix
     Computations*, 5.2.8), and the vector is moved along each. Those of which less than the part `least` remains are
-    left out. The inner loops are over equations, which vector lanes share.
+    left out, and contradict the others if their right-hand sides are off by more than `noise`. The inner loops are over
+    equations, which vector lanes share.
     """
     numbers = row_numbers(wanted)
     zeros = each(lambda _: 0, wanted)
@@ -214,7 +215,7 @@ def projected(equations, wanted, start, least):
         gap = value - matrices.dot(each(lambda row: pick(row, k, 0), equations), old.x)
         length = gap * scale
         terms = absolute(value) + sqrt(size * old.squared)
-        contradiction = select(keeps, 0, absolute(gap) / select(terms > 0, terms, 1))
+        contradiction = select(keeps, 0, maximum(absolute(gap) - noise, 0) / select(terms > 0, terms, 1))
         return Projection(
             each(
                 lambda row, u: each(lambda c, y, j: select(equal(j, k), u, c - y * u), row, along, numbers),
@@ -232,20 +233,30 @@ def projected(equations, wanted, start, least):
     return fold(step, Projection(equations, each(lambda _: zeros, wanted), start, zeros, squared, 0, 0), numbers)
 
 
-def _substituted(lower, columns):
-    """Solve ``L X = columns`` for a lower triangular matrix with ones on its diagonal."""
-    numbers = row_numbers(lower)
+def eliminated(mass, columns, force):
+    """Eliminate the variables below the diagonal of a symmetric matrix, in its own columns and in others.
 
-    def step(rows, k):
-        solved = pick(rows, k, 0)
+    With ``mass = L D L^T``, the results are ``D L^T``, ``L^-1 columns`` and ``L^-1 force``. Whole rows are subtracted,
+    also where they are zero up to rounding, so that the inner loops are without conditions.
+    """
+    numbers = row_numbers(mass)
 
-        def reduced(row, factors, i):
-            factor = select(i > k, pick(factors, k, 0), 0)
-            return each(lambda x, y: x - factor * y, row, solved)
+    def step(old, k):
+        above, others, value = (pick(part, k, 0) for part in old)
+        pivot = pick(above, k, 0)
+        inverse = select(equal(pivot, 0), 0, 1 / select(equal(pivot, 0), 1, pivot))
 
-        return each(reduced, rows, lower, numbers)
+        def reduced(row, own, right, i):
+            factor = select(i > k, inverse * pick(row, k, 0), 0)
+            return (
+                each(lambda x, y: x - factor * y, row, above),
+                each(lambda x, y: x - factor * y, own, others),
+                right - factor * value,
+            )
 
-    return fold(step, columns, numbers)
+        return each(reduced, *old, numbers)
+
+    return fold(step, (mass, columns, force), numbers)
 
 
 @kernel(
@@ -262,21 +273,19 @@ def constrained(mass, force, rows, wanted, largest):
     `smallest_multipliers`. All are NaN if a pivot of the mass matrix is zero up to the rounding errors of `largest`,
     the largest inertias of the variables.
     """
-    lower, pivots, _ = matrices.ldlt(mass)
+    upper, columns, free = eliminated(mass, matrices.transpose(rows), force)
+    pivots = each(lambda row, i: pick(row, i, 0), upper, row_numbers(upper))
 
-    def inverse_root(pivot, most):
+    def root(pivot, most):
         moves = pivot > robots.NO_INERTIA * most
-        return select(moves, 1, 0) / sqrt(select(moves, pivot, 0))
+        return sqrt(select(moves, pivot, 0)) / select(moves, 1, 0)
 
     # In coordinates in which the kinetic energy is the sum of squares, the nearest accelerations are a projection.
-    scales = each(inverse_root, pivots, largest)
-    white = each(
-        lambda row, scale: each(lambda x: scale * x, row), _substituted(lower, matrices.transpose(rows)), scales
-    )
-    free = each(lambda x, scale: scale * x, matrices.solve_lower(lower, force), scales)
-    found = projected(white, wanted, free, DEPENDENT)
-    scaled = each(lambda x, scale: scale * x, found.x, scales)
-    accelerations = matrices.solve_upper(matrices.transpose(lower), scaled)
+    roots = each(root, pivots, largest)
+    inverses = each(lambda size: 1 / size, roots)
+    white = each(lambda row, scale: each(lambda x: scale * x, row), columns, inverses)
+    found = projected(white, wanted, each(lambda x, scale: scale * x, free, inverses), DEPENDENT)
+    accelerations = matrices.solve_upper(upper, each(lambda x, size: x * size, found.x, roots))
     multipliers = matrices.solve_upper(found.upper, found.steps)
     return accelerations, multipliers, found.count, found.left, found.upper, found.steps
 
@@ -291,14 +300,15 @@ def smallest_multipliers(upper, steps):
 
 
 @kernel(
-    rows=array(SCALAR, "u", "r"), wanted=array(SCALAR, "u"),
+    rows=array(SCALAR, "u", "r"), wanted=array(SCALAR, "u"), noise=SCALAR,
     returns=(array(SCALAR, "r"), SCALAR, SCALAR),
 )  # fmt: skip
-def balanced(rows, wanted):
+def balanced(rows, wanted, noise):
     """Compute the multipliers with the smallest sum of squares that satisfy ``rows multipliers = wanted``.
 
+    `noise` are the rounding errors of `wanted`, which cancel where nothing is wanted.
     Returns the multipliers, the number of independent rows, and the largest contradiction of dependent rows.
     """
     columns = matrices.transpose(rows)
-    found = projected(columns, wanted, each(lambda _: 0, columns), DEPENDENT)
+    found = projected(columns, wanted, each(lambda _: 0, columns), DEPENDENT, noise)
     return found.x, found.count, found.left

@@ -200,6 +200,17 @@ def test_a_quadruped_stands() -> None:
     assert Constrained(robot, feet(robot)[:1]).inverse_dynamics(q, still, still).status == CONTRADICTORY
 
 
+def test_nothing_is_needed_in_free_fall() -> None:
+    """All forces cancel up to rounding, in any attitude, which contradicts no constraint."""
+    robot = standing()
+    q, still, _ = random_states(robot, 20)
+    still[:] = 0
+    falling = still.copy()
+    falling[:, 3:6] = -G * pga3.motor_to_matrix(q[:, :8])[:, 2, :3]
+    found = Constrained(robot, feet(robot)[:1]).inverse_dynamics(q, still, falling)
+    assert (found.status == OK).all() and np.abs(found.forces).max() < 1e-10
+
+
 def random_states(robot: Robot, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(2)
     q = rng.uniform(-1, 1, (count, robot.n_positions))
@@ -292,7 +303,9 @@ def test_statuses() -> None:
                   held.inverse_dynamics(q, q, bad), held.impact(q, bad)):  # fmt: skip
         assert found.status.tolist()[1] == NOT_FINITE
         assert found.status[0] == found.status[2] != NOT_FINITE
-    # a point that two links pull apart: a block held at two places, one of which is to move
+    one = held.forward_dynamics(bad[1], q[1], q[1])
+    assert one.status == NOT_FINITE and one.status.shape == () and one.status.dtype == np.int8
+    # the end effector is held where it is, and pulled elsewhere
     two = Constrained(arm, [contacts.weld(), contacts.weld(target=UPRIGHT)])
     assert two.forward_dynamics(q, q, q, frequency=1.0).status.tolist() == [CONTRADICTORY] * 3
     light = robot_of(
