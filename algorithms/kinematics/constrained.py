@@ -141,6 +141,7 @@ class Constrained:
         self._constrained = kernels.constrained.bind(
             {"m": robot.n_joints, "r": self._count}, largest=robot._computed.largest_inertias
         )
+        self._balanced = kernels.balanced.bind({"u": len(self._passive), "r": self._count})
         self._smallest = kernels.smallest_multipliers.bind({"r": self._count})
         self._lengths = robot.n_positions, robot.n_joints, robot.n_joints
         self._still = np.zeros(robot.n_joints)
@@ -204,7 +205,7 @@ class Constrained:
         if not len(self._passive):
             return self._response(given, tau, np.zeros((*at.shape[:-1], self._count)), 0, 0.0)
         rows, wanted = (np.ascontiguousarray(each) for each in (matrix[..., self._passive, :], tau[..., self._passive]))
-        forces, count, left = kernels.balanced(rows, wanted, self._noise_of(rates, rising))
+        forces, count, left = self._balanced(rows, wanted, self._noise_of(rates, rising))
         tau = tau - _times(matrix, forces)
         # What remains of the forces of passive joints are rounding errors, or what the constraints cannot exert.
         tau[..., self._passive] *= 0.0

@@ -174,8 +174,7 @@ class Projection(NamedTuple):
 
     Attributes
     ----------
-    equations : what remains of the equations, as columns; orthonormal up to the present one, and 0 if they depend on
-        others
+    equations : what remains of the equations, as columns: nothing of those up to the present one
     upper : their products with the given equations, an upper triangular matrix
     x, steps : the vector, and its steps along the equations
     squared : the squared length of the first vector, and of all steps
@@ -217,10 +216,7 @@ def projected(equations, wanted, start, least, noise=0):
         terms = absolute(value) + sqrt(size * old.squared)
         contradiction = select(keeps, 0, maximum(absolute(gap) - noise, 0) / select(terms > 0, terms, 1))
         return Projection(
-            each(
-                lambda row, u: each(lambda c, y, j: select(equal(j, k), u, c - y * u), row, along, numbers),
-                old.equations, unit,
-            ),
+            each(lambda row, u: each(lambda c, y: c - y * u, row, along), old.equations, unit),
             each(lambda row, i: each(lambda y, z: select(equal(i, k), z, y), row, along), old.upper, numbers),
             each(lambda y, z: y + length * z, old.x, unit),
             each(lambda y, i: select(equal(i, k), length, y), old.steps, numbers),
