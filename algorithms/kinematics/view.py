@@ -24,6 +24,8 @@ _TABLES = ("parents", "variables", "ratios", "offsets", "places", "screws", "tur
 _SAMPLES = 200
 """Random configurations whose points the picture must show; more would hardly enlarge it."""
 _BONES, _TIP = "#2f7de1", "tip"
+_SLIDERS = 8
+"""The largest number of sliders that a notebook shows below the picture without scrolling."""
 _ROOM = 1.05
 """The picture is larger than what the samples reach by this factor."""
 _DIGITS = 9
@@ -171,7 +173,7 @@ class RobotView:
         return kernel + _PROGRAM.replace("/*ROBOT*/", _json(robot))
 
     def _repr_html_(self) -> str:
-        height = 440 + 44 * len(self.sliders)
+        height = 440 + 44 * min(len(self.sliders), _SLIDERS)
         page = html.escape(self.html())
         return f'<iframe srcdoc="{page}" title="robot" style="width:100%;height:{height}px;border:0"></iframe>'
 

@@ -25,6 +25,14 @@ Faces = Sequence[Sequence[int]]
 _SIDES, _RINGS = 20, 9
 """Corners of circles, and circles of latitude of spheres with their poles."""
 _GREY = "#8a939c"
+_CORNERS = 120
+"""The largest number of corners of a hull: with those of all meshes of a humanoid, a page has less than a megabyte."""
+_HEIGHTS = 1 - (2 * np.arange(_CORNERS) + 1) / _CORNERS
+_TURNS = np.pi * (3 - np.sqrt(5)) * np.arange(_CORNERS)
+_DIRECTIONS = np.stack([np.cos(_TURNS), np.sin(_TURNS), _HEIGHTS], -1) * np.sqrt(
+    np.stack([1 - _HEIGHTS**2, 1 - _HEIGHTS**2, np.ones(_CORNERS)], -1)
+)
+"""Directions that are spread evenly, on a spiral."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,7 +134,9 @@ def _turned(profile: Reals) -> tuple[Reals, Faces]:
 
 
 def _hull(points: Reals, name: str) -> tuple[Reals, Faces] | str:
-    """Return the convex hull of the vertices of a mesh; its name if they are in a plane."""
+    """Return the convex hull of a mesh, of its outermost points if it has many; its name if it is flat."""
+    if len(points) > _CORNERS:
+        points = points[np.unique((points @ _DIRECTIONS.T).argmax(0))]
     try:
         hull = scipy.spatial.ConvexHull(points)
     except (scipy.spatial.QhullError, ValueError):

@@ -79,6 +79,19 @@ def test_visual_elements(path: Path) -> None:
     assert visuals_of(ARM, {})[1] == ["package://arm/meshes/tip.stl"]  # a text has no folder
 
 
+def test_meshes_with_many_vertices(tmp_path: Path) -> None:
+    """The hull of a ball of 5,000 vertices has at most 120 corners, all on the ball, and is closed."""
+    points = np.random.default_rng(0).normal(size=(5000, 3))
+    points = points / np.linalg.norm(points, axis=1, keepdims=True) + [3, 0, 0]
+    (tmp_path / "ball.obj").write_text("".join(f"v {x} {y} {z}\n" for x, y, z in points))
+    mesh = '<visual><geometry><mesh filename="ball.obj"/></geometry></visual>'
+    (tmp_path / "ball.urdf").write_text(f'<robot name="r"><link name="ball">{mesh}</link></robot>')
+    ((ball,), missing) = visuals_of(tmp_path / "ball.urdf", {})
+    assert missing == [] and 100 < len(ball.corners) <= 120 and len(ball.faces) == 2 * len(ball.corners) - 4
+    assert np.allclose(np.linalg.norm(ball.corners - [3, 0, 0], axis=1), 1)
+    assert 0.9 < volume(ball.corners, ball.faces) / (4 / 3 * np.pi) < 1
+
+
 def test_sliders_and_places(path: Path) -> None:
     """Limits and names of joints; the axes of the end effector and a corner of a link are where kernels place them."""
     robot = Robot.from_urdf(path, tip="finger")
