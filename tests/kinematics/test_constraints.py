@@ -253,18 +253,32 @@ def test_rates_of_errors_are_velocities() -> None:
 
 
 def test_rates_of_angles() -> None:
-    """The errors of a weld between two links change like its velocities where they vanish."""
+    """The errors of a weld and of a hinge between two links change like their velocities where they vanish."""
     robot = standing()
     q, qd, _ = random_states(robot, 1)
     links = "lf_shank", "rh_shank"
     frame = pga3.normalize_motor(np.random.default_rng(3).normal(size=8))
     first, second = (pga3.motor_to_matrix(robot.link(name, q[0])) for name in links)
-    there = np.linalg.inv(second) @ first @ pga3.motor_to_matrix(frame)
-    held = Constrained(robot, contacts.weld(links[0], frame, other=links[1], target=there))
-    assert np.abs(held.errors(q)).max() < 1e-14
-    h = 1e-6
-    rates = (held.errors(robot.integrate(q, h * qd)) - held.errors(robot.integrate(q, -h * qd))) / (2 * h)
-    assert np.abs(rates - np.einsum("krm,km->kr", held.matrix(q), qd)).max() < 1e-8
+    there = np.linalg.inv(second) @ first
+    axis = np.array([0.48, -0.6, 0.64])
+    turned = {"axis": axis, "other_axis": there[:3, :3] @ axis, "target": there[:3, 3]}
+    for held in (
+        contacts.weld(links[0], frame, other=links[1], target=there @ pga3.motor_to_matrix(frame)),
+        contacts.hinge(links[0], other=links[1], **turned),
+    ):
+        closed = Constrained(robot, held)
+        assert np.abs(closed.errors(q)).max() < 1e-14
+        h = 1e-6
+        rates = (closed.errors(robot.integrate(q, h * qd)) - closed.errors(robot.integrate(q, -h * qd))) / (2 * h)
+        assert np.abs(rates - np.einsum("krm,km->kr", closed.matrix(q), qd)).max() < 1e-8
+        # Velocities of constraints change by their accelerations, also where the loop is open.
+        other, speeds, _ = random_states(robot, 3)
+        h, still = 1e-5, np.zeros(18)
+        ahead, behind = (
+            np.einsum("krm,km->kr", closed.matrix(robot.integrate(other, sign * h * speeds)), speeds)
+            for sign in (1, -1)
+        )
+        assert np.abs((ahead - behind) / (2 * h) - closed.accelerations(other, speeds, still)).max() < 1e-7
 
 
 def test_joints_that_follow_others() -> None:
