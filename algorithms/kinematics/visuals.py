@@ -6,7 +6,7 @@ Where a mesh cannot be read, a link looks like its <collision> elements.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from generated import pga3
 
 from ..arguments import Reals
 from .errors import DescriptionError
+from .packages import folders_of
 from .urdf import described, motor_of, numbers
 
 Faces = Sequence[Sequence[int]]
@@ -176,10 +177,10 @@ def _path_of(name: str, folder: Path | None) -> Path | None:
     kind, _, rest = name.rpartition("://")
     if folder is None:
         return None
-    above = (folder, *folder.parents)
+    candidates: Iterable[Path]
     if kind == "package":
         package, _, inside = rest.partition("/")
-        candidates = [place / rest for place in above] + [place / inside for place in above if place.name == package]
+        candidates = (place / inside for place in folders_of(package, folder))
     else:
         candidates = [folder / rest]
     return next((path for path in candidates if path.is_file()), None)

@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 
 from .errors import DescriptionError
 from .expressions import MOST, NAMES, evaluated
+from .packages import folders_of
 
 Element = ElementTree.Element
 
@@ -311,14 +312,11 @@ class _Expansion:
         raise self._error(f"$({part[2]}); expected arg, eval, find or dirname")
 
     def _package(self, name: str) -> Path:
-        """Return the folder of a package: one of that name above the file."""
-        start = None if self._folder is None else self._folder.resolve()
-        for folder in () if start is None else (start, *start.parents):
-            if folder.name == name:
-                return folder
-            if (folder / name).is_dir():
-                return folder / name
-        raise self._error(f"$(find {name}): no folder {name} above the file")
+        """Return the folder of a package above the file."""
+        found = None if self._folder is None else next(folders_of(name, self._folder.resolve()), None)
+        if found is None:
+            raise self._error(f"$(find {name}): no folder or package.xml of that name above the file")
+        return found
 
     # Expressions.
 

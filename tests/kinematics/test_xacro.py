@@ -57,6 +57,11 @@ def test_included_files(tmp_path: Path) -> None:
         path.write_text(f'{HEAD}<xacro:include filename="{name}"/>{ROBOT}</robot>')
         found = Robot.from_urdf(path)
         assert np.array_equal(found.home, same.home) and np.array_equal(found.bodies, same.bodies)
+    (tmp_path / "package.xml").write_text("<package><name> other_name </name></package>")
+    path.write_text(
+        f'{HEAD}<xacro:include filename="$(find other_name)/arm_description/urdf/macros.xacro"/>{ROBOT}</robot>'
+    )
+    assert np.array_equal(Robot.from_urdf(path).home, same.home)
     path.write_text(f'{HEAD}<xacro:include filename="arm.urdf.xacro"/></robot>')
     with pytest.raises(DescriptionError, match="nested"):
         Robot.from_urdf(path)
@@ -130,7 +135,7 @@ DOUBLED = "".join(f'<xacro:property name="a{k + 1}" value="${{a{k} + a{k}}}"/>' 
         ('<xacro:arg name="n"/>', "no argument 'n'"),
         ('<l x="$(arg n)"/>', "no argument 'n'"),
         ('<l x="$(env HOME)"/>', "expected arg, eval"),
-        ('<l x="$(find ur)"/>', "no folder ur"),
+        ('<l x="$(find ur)"/>', "no folder or package.xml"),
         ('<xacro:insert_block name="b"/>', "insert_block of 'b'"),
         ('<l x="${__import__(\'os\')}"/>', "no property '__import__'"),
         ('<l x="${().__class__}"/>', "not supported"),
