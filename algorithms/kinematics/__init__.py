@@ -1,7 +1,9 @@
 """Kinematics and dynamics of robots by motors."""
 
-from . import tasks
+from . import contacts, tasks
 from .bodies import Body
+from .constrained import Constrained, ConstraintStatus, Response
+from .contacts import Constraint
 from .denavit_hartenberg import Row, Table
 from .errors import (
     CyclicTreeError,
@@ -19,9 +21,13 @@ from .reaching import Reached, Reaching, ReachStatus
 from .retiming import RetimingStatus, TimedPath, retime
 from .robot import Robot
 from .tasks import Task
+from .view import RobotView
 
 __all__ = [
     "Body",
+    "Constrained",
+    "Constraint",
+    "ConstraintStatus",
     "CyclicTreeError",
     "DescriptionError",
     "FloatingBaseError",
@@ -33,8 +39,10 @@ __all__ = [
     "ReachStatus",
     "Reached",
     "Reaching",
+    "Response",
     "RetimingStatus",
     "Robot",
+    "RobotView",
     "Row",
     "SelfMotion",
     "Solutions",
@@ -43,6 +51,7 @@ __all__ = [
     "Task",
     "TimedPath",
     "UnknownJointTypeError",
+    "contacts",
     "elbow_angle",
     "retime",
     "tasks",

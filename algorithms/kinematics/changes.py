@@ -55,7 +55,7 @@ class Changes(Model):
         TypeError, ValueError
             If `tool` is neither a motor nor the matrix of a rigid motion.
         """
-        return replace(self, tool=pga3.motor_product(self.tool, _motor(tool, f"{self.name}: tool")))
+        return replace(self, tool=pga3.motor_product(self.tool, rigid_motor(tool, f"{self.name}: tool")))
 
     @elements(base=MOTOR)
     def with_base(self, base: ArrayLike) -> Self:
@@ -80,7 +80,7 @@ class Changes(Model):
         TypeError, ValueError
             If `base` is neither a motor nor the matrix of a rigid motion.
         """
-        motor = _motor(base, f"{self.name}: base")
+        motor = rigid_motor(base, f"{self.name}: base")
         bodies = np.array([placed(motor, body) for body in self.bodies]) if self.bodies.size else self.bodies
         return replace(
             self,
@@ -217,7 +217,7 @@ def _finite(value: ArrayLike, name: str, shape: tuple[int, ...], meaning: str) -
     return array
 
 
-def _motor(value: ArrayLike, name: str) -> Floats:
+def rigid_motor(value: ArrayLike, name: str) -> Floats:
     """Return a unit motor from a motor or a matrix."""
     given = finite(real_array(value, name), name)
     array = given.astype(float)

@@ -93,6 +93,8 @@ class Computed:
     own : mapping of str to Kernel
     attempts : Attempts
         Fast calls of the kernels that have been used.
+    reaching : tuple or None
+        The fixed parts of the last tasks of `Robot.reach`, and the object that computes them.
     of_links : dict of str to tuple of Method
         The kernels of poses and Jacobians of the links that have been used, None for links that do not move.
     """
@@ -101,6 +103,7 @@ class Computed:
         self._model = model
         self.own = own
         self.attempts = Attempts()
+        self.reaching: tuple[Any, Any] | None = None
         self.of_links: dict[str, tuple[Method, Method] | None] = {}
 
     def _bound(self, kernel: Any, **tables: Any) -> Method:
@@ -308,20 +311,20 @@ class Computed:
         return (self._model.n_positions,), (self._model.n_joints,)
 
     @cached_property
-    def _held(self) -> Method:
+    def held(self) -> Method:
         """Joint forces for zero acceleration, from q and qd."""
         still = np.zeros(self._model.n_joints)
         return self._bound(robots.inverse_dynamics, **self._heavy | {"qdd": still})
 
     def _inverse_of_mass_matrix(self, q: Floats) -> Floats:
-        return solved(self.mass_matrix(q), np.eye(self._model.n_joints), self._largest_inertias)
+        return solved(self.mass_matrix(q), np.eye(self._model.n_joints), self.largest_inertias)
 
     def _accelerations_by_mass_matrix(self, q: Floats, qd: Floats, tau: Floats) -> Floats:
-        rest = tau - self._held(q, qd)
-        return solved(self.mass_matrix(q), rest[..., None], self._largest_inertias)[..., 0]
+        rest = tau - self.held(q, qd)
+        return solved(self.mass_matrix(q), rest[..., None], self.largest_inertias)[..., 0]
 
     @cached_property
-    def _largest_inertias(self) -> Floats:
+    def largest_inertias(self) -> Floats:
         """For each of the m variables, an upper bound of its inertia, independent of the directions of the axes."""
         model, joints, origins = self._model, self._joints, origins_of(self._model)
         found = np.zeros(model.n_joints)

@@ -7,7 +7,7 @@ import scipy
 
 from .constants import Floats
 
-_NO_INERTIA = 2.0**-44
+NO_INERTIA = 2.0**-44
 """Relative rounding error of a sum of inertias, as in the kernel `forward_dynamics`. Smaller sums count as zero."""
 
 
@@ -25,7 +25,7 @@ def solved(matrices: Floats, right: Floats, largest: Floats) -> Floats:
     -------
     array, (..., n, k)
     """
-    least = _NO_INERTIA * largest
+    least = NO_INERTIA * largest
     if matrices.ndim == 2:
         return _solution(matrices, right, least)
     if _are_definite(matrices, least):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
+from operator import le
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,7 @@ from .differential import Differential
 from .errors import DescriptionError
 from .inverse.search import REACHED
 from .tables import carried_by, followed, joints_of, need_fixed_base, path_to
-from .tasks import Task
+from .tasks import Part, Task
 
 _STEPS = 60.0
 """Limit on the steps of one descent; most converge in fewer than ten."""
@@ -146,11 +148,8 @@ class Reaching:
             "enough": _ENOUGH * self._size,
             "at_most": _STEPS,
         }
-        none = np.zeros(robot.n_joints)
-        self._reach = kernels.reach.bind(lengths, **tree, **tasks, **reach, pulls=none)
-        self._pulled = [
-            kernels.reach.bind(lengths, **tree, **tasks, **reach, pulls=(pull * self._lengths) ** 2) for pull in _PULLS
-        ]
+        self._with_pulls = partial(kernels.reach.bind, lengths, **tree, **tasks, **reach)
+        self._reach = self._with_pulls(pulls=np.zeros(robot.n_joints))
 
     def __call__(
         self,
@@ -179,6 +178,8 @@ class Reaching:
         TypeError, ValueError
             If an argument has a wrong shape.
         """
+        if rest is None and (single := self._single(near, self._targets if targets is None else targets)) is not None:
+            return single
         count = self._robot.n_joints
         name = self._robot.name
         goals = self._targets
@@ -217,6 +218,20 @@ class Reaching:
             left.reshape(*shape, len(self._tasks)),
         )
 
+    def _single(self, near: Any, goals: Any) -> Reached | None:
+        """Return what one descent finds for one configuration, as in control loops; None if that is not enough."""
+        for array, shape in ((near, self._low.shape), (goals, self._targets.shape[-2:])):
+            if type(array) is not np.ndarray or array.dtype != np.float64 or array.shape != shape:
+                return None
+        q, _ = self._reach(near, goals, near)
+        found = self._left(q, goals)
+        left = np.sqrt(np.dot(found * found, self._shares))
+        if not all(map(le, left.tolist(), self._tolerances.tolist())):  # also if there is a NaN
+            return None
+        for k, task in enumerate(self._tasks):
+            left[k] = task.measure(left[k])
+        return Reached(q, np.array(ReachStatus.OK, np.int8), left)
+
     @property
     def targets(self) -> Reals:
         """A copy of the targets of all parts, (..., parts, 3): one for each task, and three for orientations.
@@ -224,6 +239,11 @@ class Reaching:
         Directions are unit vectors.
         """
         return self._targets.copy()
+
+    @cached_property
+    def _pulled(self) -> list[Any]:
+        """The kernels of descents towards `rest`."""
+        return [self._with_pulls(pulls=(pull * self._lengths) ** 2) for pull in _PULLS]
 
     def _searched(self, goals: Reals, near: Reals, rest: Reals | None) -> tuple[Reals, Reals, NDArray[np.bool_]]:
         """Return configurations (N, n) that reach the goals or have the smallest error, and what `_judged` returns."""
@@ -304,6 +324,25 @@ class Reaching:
         return np.maximum(joints, 0), carried
 
 
+def reached(
+    robot: Differential, tasks: Task | Iterable[Any], near: ArrayLike | None, rest: ArrayLike | None
+) -> Reached:
+    """Return what `Robot.reach` does. The tables of the last tasks are kept, for tasks that differ in their targets."""
+    given = list(_flat(tasks))
+    key = [(task.name, task.link, task.weight, [_fixed(part) for part in task.parts]) for task in given]
+    kept = robot._computed.reaching
+    if kept is None or kept[0] != key:
+        kept = robot._computed.reaching = key, Reaching(robot, given)
+    targets = _stacked([part.target for task in given for part in task.parts])
+    found: Reached = kept[1](near, targets=targets, rest=rest)
+    return found
+
+
+def _fixed(part: Part) -> tuple[Any, ...]:
+    """Return all of a part of a task but its target, to be compared."""
+    return part.kind, part.radius, part.rows.tobytes(), part.point.tobytes(), part.direction.tobytes()
+
+
 def _flat(tasks: Task | Iterable[Any]) -> Iterable[Task]:
     if isinstance(tasks, Task):
         yield tasks
@@ -316,6 +355,8 @@ def _flat(tasks: Task | Iterable[Any]) -> Iterable[Task]:
 
 def _stacked(targets: Sequence[Reals]) -> Reals:
     """Return targets (..., 3) as one array (..., parts, 3)."""
+    if all(target.ndim == 1 for target in targets):
+        return np.array(targets, float)
     shape = _together("tasks", [target.shape[:-1] for target in targets])
     return np.stack([np.broadcast_to(target, (*shape, 3)) for target in targets], -2).astype(float)
 

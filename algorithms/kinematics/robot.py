@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
-from types import NoneType
+from types import MappingProxyType, NoneType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -25,12 +25,14 @@ from .errors import DescriptionError, JointCountError
 from .inverse import SelfMotion, Solutions, self_motions
 from .inverse import inverse as _inverse
 from .named import FOLDED, table_of
-from .reaching import Reached, Reaching
+from .reaching import Reached, reached
 from .simulation import Simulated
 from .tasks import Task
+from .view import RobotView, view_of
 
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
+_NO_ARGUMENTS: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -170,14 +172,20 @@ class Robot(Simulated):
 
     @classmethod
     def from_urdf(
-        cls, path: str | Path, tip: str | None = None, locked: Iterable[str] = (), base: str = "fixed"
+        cls,
+        path: str | Path,
+        tip: str | None = None,
+        locked: Iterable[str] = (),
+        base: str = "fixed",
+        arguments: Mapping[str, Any] = _NO_ARGUMENTS,
     ) -> Robot:
         """Return a robot from a URDF file: a tree of links with revolute, continuous, prismatic and fixed joints.
 
         Parameters
         ----------
         path : str or Path
-            The name of a file, or a text of XML. Files of xacro must be expanded first.
+            The name of a file, or a text of XML. Macros of xacro are expanded: properties, expressions, conditions,
+            macros and includes (`algorithms.kinematics.xacro`).
         tip : str, optional
             The link that is the end effector. By default the moving link separated from the base by the largest number
             of joints, fixed joints included; the first one if there are several.
@@ -189,6 +197,8 @@ class Robot(Simulated):
             "euler" base is singular at a pitch of 90 degrees. If the only joint on the root link of the file is of type
             floating, the first link is the one that this joint carries. Any other floating joint is replaced by the
             same six joints, and a planar joint by three.
+        arguments : mapping of str, optional
+            Values of the arguments that a file of xacro declares, ``<xacro:arg>``.
 
         Returns
         -------
@@ -212,7 +222,7 @@ class Robot(Simulated):
             If the inertia tensor of a link is not physically consistent: a principal moment is negative, or larger than
             the sum of the other two.
         """
-        fields = urdf.read(path, tip, locked, base)
+        fields = urdf.read(path, tip, locked, base, arguments)
         return _BY_BASE.get(base, cls)(**fields)
 
     @classmethod
@@ -512,7 +522,42 @@ class Robot(Simulated):
         >>> found.status
         array(0, dtype=int8)
         """
-        return Reaching(self, tasks)(near, rest=rest)
+        return reached(self, tasks, near, rest)
+
+    def view(
+        self,
+        urdf: str | Path | None = None,
+        *,
+        q: ArrayLike | None = None,
+        arguments: Mapping[str, Any] = _NO_ARGUMENTS,
+    ) -> RobotView:
+        """Return a view of the robot for a browser, with a slider for each variable.
+
+        Parameters
+        ----------
+        urdf : str or Path, optional
+            A file or text of URDF, whose links look like their <visual> elements: boxes, cylinders, spheres, and convex
+            hulls of meshes of STL and OBJ; like <collision> where a mesh is of another format. By default, lines
+            connect the joints.
+        q : array_like, (n,), or (8 + m,) if the base floats, optional
+            Where the sliders start, moved into the limits. The default is 0.
+        arguments : mapping of str, optional
+            As in `from_urdf`.
+
+        Returns
+        -------
+        RobotView
+            A notebook displays it, and ``save(path)`` writes one HTML file, which needs no network. The frames are
+            computed in the browser by emitted JavaScript.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `q` has a wrong shape or the file does not describe a robot.
+        OSError
+            If the file cannot be read.
+        """
+        return view_of(self, q, urdf, arguments)
 
     def _arm(self) -> tuple[Robot, list[int]]:
         """Return the chain from the base to the end effector as a robot, and the indices of its variables."""

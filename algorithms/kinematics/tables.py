@@ -87,15 +87,16 @@ def origins_of(model: Constants) -> Floats:
     Each is the point of the joint's axis that is nearest to the origin of the parent. For joints that the base carries,
     it is the point nearest to the frame after joint `tip`, which is close to the robot wherever the robot is mounted.
     """
-    found = np.empty((len(model.kinds), 3))
-    reference = pga3.motor_to_matrix(model.home[model.tip])[:3, 3]
-    for joint, (axis, parent) in enumerate(zip(model.axes, model.parents, strict=True)):
-        direction, moment = np.array([axis[2], -axis[1], axis[0]]), axis[3:]
-        before = found[parent] if parent >= 0 else reference
+    found = list[tuple[float, float, float]]()
+    reference = pga3.motor_to_matrix(model.home[model.tip])[:3, 3].tolist()
+    for row, parent in zip(model.axes.tolist(), model.parents, strict=True):
         # The order of summation must be the same on every machine, which BLAS does not guarantee.
-        along = direction[0] * before[0] + direction[1] * before[1] + direction[2] * before[2]
-        found[joint] = np.cross(direction, moment) + along * direction
-    return found
+        e12, e13, e23, u, v, w = map(float, row)
+        x, y, z = e23, -e13, e12
+        before = found[parent] if parent >= 0 else reference
+        along = x * before[0] + y * before[1] + z * before[2]
+        found.append((y * w - z * v + along * x, z * u - x * w + along * y, x * v - y * u + along * z))
+    return np.array(found)
 
 
 def joints_of(model: Constants) -> Joints:

@@ -7,7 +7,7 @@ One format in one file.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import sqrt
 from os import PathLike
@@ -20,6 +20,7 @@ import numpy as np
 
 from generated import pga3, vga3
 
+from . import xacro
 from .bodies import is_tensor
 from .constants import Floats
 from .denavit_hartenberg import Joint
@@ -38,7 +39,6 @@ _X, _Y, _Z = np.eye(3)
 _MOST = np.sqrt(np.finfo(float).max)
 UNLIMITED = (-np.inf, np.inf, np.inf, np.inf)
 """Lower and upper limit, velocity and effort of a joint without limits."""
-_XACRO = "xacro"
 TEXT = "text"
 """How errors name a robot that is described by a text rather than a file."""
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
@@ -88,12 +88,22 @@ class _Found:
     depths: dict[str, int] = field(default_factory=dict)
 
 
-def read(source: str | Path, tip: str | None, locked: Iterable[str], base: str) -> dict[str, Any]:
+def read(
+    source: str | Path, tip: str | None, locked: Iterable[str], base: str, arguments: Mapping[str, Any]
+) -> dict[str, Any]:
     """Return the fields of a `Model` from a file or its text; see `Robot.from_urdf`."""
-    root, where, _ = root_of(source, "robot")
+    root, where = described(source, arguments)
     links = _links(root, where)
     name = root.get("name", "robot" if where == TEXT else Path(where).stem)
     return fields_of(name, links, _joints(root, links, where), tip, locked, base, where)
+
+
+def described(source: str | Path, arguments: Mapping[str, Any]) -> tuple[ElementTree.Element, str]:
+    """Return the description of a robot without macros, and how to name it in errors."""
+    root, where, folder = root_of(source, "robot")
+    if xacro.has_macros(root):
+        return xacro.expanded(root, arguments, folder, where), where
+    return root, where
 
 
 def root_of(source: str | Path, *tags: str) -> tuple[ElementTree.Element, str, Path | None]:
@@ -110,9 +120,6 @@ def root_of(source: str | Path, *tags: str) -> tuple[ElementTree.Element, str, P
         raise DescriptionError(f"{where}: not XML ({error})") from None
     if root.tag not in tags:
         raise DescriptionError(f"{where}: <{root.tag}>; expected <{tags[0]}>")
-    macros = next((each.tag for each in root.iter() if _XACRO in each.tag), None)
-    if macros is not None:
-        raise DescriptionError(f"{where}: a macro of xacro; expand the file first: xacro robot.xacro > robot.urdf")
     return root, where, None if is_text else Path(source).parent
 
 
@@ -207,7 +214,7 @@ def length_of(vector: Floats) -> float:
     return sqrt(x * x + y * y + z * z)
 
 
-def _motor(element: ElementTree.Element | None, where: str) -> Floats:
+def motor_of(element: ElementTree.Element | None, where: str) -> Floats:
     """Return the motor of an <origin>."""
     r, p, y = numbers(element, "rpy", "0 0 0", 3, where)
     rotors = [pga3.rotor_from_axis_angle(axis, angle) for axis, angle in ((_Z, y), (_Y, p), (_X, r))]
@@ -236,7 +243,7 @@ def _link(name: str, element: ElementTree.Element | None, where: str) -> Link:
     tensor = [_number(element.find("inertia"), key, None, where) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")]
     if mass < 0 or not is_tensor(tensor):
         raise DescriptionError(f"{where}: mass {mass}, inertia {tensor}; expected no negative mass, ixx, iyy, izz")
-    place = _motor(element.find("origin"), where)
+    place = motor_of(element.find("origin"), where)
     with np.errstate(over="ignore", invalid="ignore"):
         body = _known(placed(place, np.array([mass, 0, 0, 0, *tensor])), f"{where}: its inertia")
     return Link(name, body, fault_of(tensor))
@@ -289,7 +296,7 @@ def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> li
                 type_,
                 ends[0],
                 ends[1],
-                _motor(element.find("origin"), here),
+                motor_of(element.find("origin"), here),
                 axis / (length or 1.0),
                 _limits(element.find("limit"), type_, here),
                 None

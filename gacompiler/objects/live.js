@@ -30,7 +30,9 @@ function roundOf(centre, squared, make) {
   return { ...make, centre, radius, imaginary: squared < 0 };
 }
 
-function shapeOf(kind, v, d) {
+const rowsOf = (v, d) => [...Array(v.length / d).keys()].map((k) => v.slice(k * d, (k + 1) * d));
+
+function shapeOf(kind, v, d, faces) {
   if (!v.every(Number.isFinite)) return null;
   const part = (from, count = d) => v.slice(from, from + count);
   const found = (() => {
@@ -56,6 +58,9 @@ function shapeOf(kind, v, d) {
         const unit = scaled(normal, 1 / length(normal));
         return roundOf(scaled(part(0), 1 / v[3]), v[7] / v[8], { type: "Circle", normal: unit });
       }
+      case "chain": return { type: "Chain", places: rowsOf(v, d) };
+      case "body": return { type: "Body", places: rowsOf(v, d), faces };
+      case "axes": return { type: "Frame", places: rowsOf(v, d) };
       default: {
         const places = [];
         for (let k = 0; k <= d; k++) places.push(scaled(part(k * (d + 1)), 1 / v[k * (d + 1) + d]));
@@ -73,7 +78,7 @@ function shapesOf(data, kernel, points, values) {
     if (item.shapes) return item.shapes;
     if (item.point !== undefined) return [{ type: "Points", places: [Array.from(points[item.point])] }];
     const own = numbers.slice(item.start, item.start + item.size);
-    const shape = shapeOf(item.kind, own, data.dimension);
+    const shape = shapeOf(item.kind, own, data.dimension, item.faces);
     return shape ? [shape] : null;
   });
 }
@@ -205,6 +210,19 @@ function start(data, kernel) {
         const axes = [[[1, 0, 0], [0, 1, 0]], [[0, 1, 0], [0, 0, 1]], [[0, 0, 1], [1, 0, 0]]];
         const rings = axes.map(([u, v]) => stroke(ring(shape.centre, shape.radius, u, v), `stroke-opacity="0.3" ${dashes(shape)}`)).join("");
         return [`<circle cx="${x}" cy="${y}" r="${radius}" fill="var(--c)" fill-opacity="0.13" stroke="var(--c)" stroke-width="1.5" ${dashes(shape)}/>${rings}`, away, plus(shape.centre, [0, 0, shape.radius])];
+      }
+      case "Chain": return [stroke(shape.places) + shape.places.map((p) => disc(p)).join(""), depth(shape.places[0]), shape.places.at(-1)];
+      case "Body": {
+        // A convex body: faces towards the eye, which are clockwise on a screen whose y points down, the lighter the more they face up.
+        const flat = shape.places.map(project), middle = scaled(shape.places.reduce((a, b) => plus(a, b)), 1 / shape.places.length);
+        const area = (face) => face.reduce((sum, k, n) => { const a = flat[k], b = flat[face[(n + 1) % face.length]]; return sum + a[0] * b[1] - b[0] * a[1]; }, 0);
+        const seen = shape.faces.filter((face) => area(face) < 0).map((face) => {
+          const [a, b, c] = face.map((k) => shape.places[k]), normal = cross(plus(b, a, -1), plus(c, a, -1));
+          const light = 62 + 26 * (dot(normal, [0.3, -0.4, 0.87]) / (length(normal) || 1));
+          const fill = `color-mix(in oklab, var(--c) ${light.toFixed(0)}%, var(--ground))`;
+          return `<path d="${path(face.map((k) => flat[k]), true)}" style="fill:${fill};stroke:${fill};stroke-width:.6"/>`;
+        });
+        return [seen.join(""), depth(middle), middle];
       }
       case "Frame": {
         const [origin, ...ends] = shape.places, colours = ["#d62728", "#2ca02c", "#1f77b4"];

@@ -286,8 +286,53 @@ def test_a_floating_base_is_refused(tmp_path: Path) -> None:
 
 def test_blocks_of_the_page_run() -> None:
     text = (Path(__file__).parents[2] / "docs/robots.md").read_text()
-    first = text.index("## Several tasks")
-    sections = text[first : text.index("## Robots whose base floats")] + text[text.index("`retime` finds") :]
-    blocks = re.findall(r"```python\n(.*?)```", sections, re.DOTALL)[:3]
-    assert "retime" in blocks[2]
+    sections = [
+        ("## Several tasks", "## Robots whose base floats"),
+        ("## Contacts and closed loops", "## Inverse kinematics"),
+        ("`retime` finds", "## Accuracy"),
+    ]
+    texts = [text[text.index(first) : text.index(last)] for first, last in sections]
+    blocks = re.findall(r"```python\n(.*?)```", "".join(texts), re.DOTALL)
+    assert [word in "".join(blocks) for word in ("Reaching", "Constrained", "retime", "view")] == [True] * 4
     exec("\n".join(blocks), {})
+
+
+def test_tasks_that_differ_in_more_than_targets() -> None:
+    """The tables of the last tasks are kept: another point, axis, radius, weight or link needs others."""
+    arm = Robot.named("panda")
+    near, q = np.array([0.1, -0.4, 0.2, -1.8, 0.1, 1.6, 0.4]), np.array([0.3, -0.2, 0.1, -2.0, 0.2, 1.4, 0.1])
+    place = arm.pose(q)[:3, 3]
+    variants = [
+        tasks.position(place),
+        tasks.position(place + 0.02),
+        tasks.position(place, point=[0, 0, 0.1]),
+        tasks.on_sphere(place, 0.1),
+        tasks.on_sphere(place, 0.2),
+        tasks.direction([0, 0, -1]),
+        tasks.direction([0, 0, -1], axis=[1, 0, 0]),
+        [tasks.position(place, weight=2.0), tasks.position(place + 1, weight=1.0)],
+        [tasks.position(place, weight=1.0), tasks.position(place + 1, weight=1.0)],
+    ]
+    for one in variants:
+        found, other = arm.reach(one, near=near), Robot.named("panda").reach(one, near=near)
+        assert np.array_equal(found.q, other.q) and np.array_equal(found.distances, other.distances)
+        assert found.status == other.status
+
+
+def test_single_calls_are_those_of_batches() -> None:
+    """A single configuration in double precision takes a shorter way; its result is that of a row of a batch."""
+    arm = Robot.named("panda")
+    random = np.random.default_rng(6)
+    near = np.array([0.1, -0.4, 0.2, -1.8, 0.1, 1.6, 0.4])
+    q = near + random.uniform(-0.1, 0.1, (8, 7))
+    goals = tasks.pose(arm.forward(q[0]))
+    reaching = Reaching(arm, goals)
+    for k, pose in enumerate(arm.forward(q)):
+        one, many = reaching(q[k] - 0.05, targets=reaching.targets), reaching(q[k : k + 1] - 0.05)
+        assert np.allclose(one.q, many.q[0], atol=1e-12) and one.status.shape == () and one.status.dtype == np.int8
+        assert np.allclose(one.distances, many.distances[0], atol=1e-12)
+        assert arm.reach(tasks.pose(pose), near=q[k] - 0.05).status == 0
+    far = tasks.position([9.0, 0, 0])
+    single, batch = Reaching(arm, far)(near), Reaching(arm, far)(near[None])
+    assert single.status == batch.status[0] == ReachStatus.NEAREST and np.allclose(single.q, batch.q[0])
+    assert Reaching(arm, far)(near * np.nan).status == ReachStatus.NOT_FINITE
