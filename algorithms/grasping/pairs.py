@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
+from generated import grasping
+
 from ..arguments import Reals
 from ..geometry.meshes import Integers
 from .meshes import Surface
 from .quality import contact_wrenches
 from .triples import LEAST_QUALITY, Span
 
-_FIRST, _SECOND = 384, 1536
-"""Limit on work: so many samples, at equal distances, are compared with so many others."""
-_KEPT = 240
+_FIRST, _SECOND = 384, 1024
+"""Limit on work: for so many samples, at equal distances, a partner is found among so many others."""
+_KEPT = 120
 """Limit on work: the number of pairs whose bounds are computed."""
 _EDGES = 8
+_NONE = 1e30
+"""The cost of samples without a partner."""
 _TWISTS = 64
 
 
@@ -28,30 +32,14 @@ _DIRECTIONS = _twists()
 
 
 def pairs(surface: Surface, friction: float, torsion: float, span: Span) -> tuple[Integers, Reals]:
-    """Return rows of two samples (t, 2) that soft fingers can hold, and bounds of their qualities (t,), best first.
-
-    The line between the contacts of two soft fingers is inside both friction cones (Nguyen, 1988).
-    """
-    count = len(surface.points)
-    one, other = (np.unique(np.linspace(0, count - 1, most).astype(np.intp)) for most in (_FIRST, _SECOND))
+    """Return rows of two samples (t, 2) that soft fingers can hold, and bounds of their qualities (t,), best first."""
+    one, other = (np.arange(most) * len(surface.points) // most for most in (_FIRST, _SECOND))
     p, n = surface.points, surface.normals
-    gaps = p[other] - p[one][:, None]
-    lengths = np.sqrt(np.square(gaps).sum(-1))
-    with np.errstate(all="ignore"):
-        left = -(gaps * n[one][:, None]).sum(-1) / lengths
-        right = (gaps * n[other]).sum(-1) / lengths
-    cosine = 1 / np.sqrt(1 + friction**2)
-    fits = lengths + 2 * span.radius < span.most
-    row, column = np.nonzero(fits & (np.minimum(left, right) > cosine))
-    # Steep forces may slip, pads do not lie flat against sides that are not parallel, and weights far from the line
-    # between the contacts turn the object. The parts of the largest angle and of the largest lever are added.
-    cosines = np.minimum(left, right)[row, column]
-    steep = np.sqrt(np.maximum(1 - cosines**2, 0)) / cosines / friction
-    middle = (p[one[row]] + p[other[column]]) / 2
-    along = gaps[row, column] / lengths[row, column, None]
-    lever = np.sqrt(np.square(np.cross(middle, along)).sum(-1)) / surface.length
-    order = np.argsort(np.round(lever + steep, 9), kind="stable")[: 2 * _KEPT]
-    rows = np.sort(np.stack([one[row[order]], other[column[order]]], -1), axis=1)
+    within = max(span.most - 2 * span.radius, 0.0)
+    cost, number = grasping.partner(p[one], n[one], p[other], n[other], friction, surface.length, min(within, _NONE))
+    order = np.argsort(np.round(cost, 9), kind="stable")
+    order = order[cost[order] < _NONE]
+    rows = np.sort(np.stack([one[order], other[number[order].astype(np.intp)]], -1), axis=1)
     rows = rows[np.sort(np.unique(rows, axis=0, return_index=True)[1])][:_KEPT]
     if not len(rows):
         return rows, np.zeros(0)

@@ -224,6 +224,53 @@ def refined_bound(contacts, normals, friction, twists, shares):
     return fold(step, (least, start), shares)[0]
 
 
+@kernel(
+    point=VECTOR, normal=VECTOR, points=POINTS, normals=array(SCALAR, "n", 3, shared=True),
+    friction=SCALAR, size=SCALAR, most=SCALAR, returns=(SCALAR, SCALAR),
+)  # fmt: skip
+def partner(point, normal, points, normals, friction, size, most):
+    """Find the sample that, with a given one, is held best by two soft fingers.
+
+    The line between the contacts must be inside both friction cones (Nguyen, 1988). The sum of two squares is least: of
+    the slope of the line relative to that of the cones, because steep forces may slip, and of the distance of the
+    line from the centre of mass relative to the size, because weights far from the line turn the object.
+
+    Parameters
+    ----------
+    point, normal
+        A sample, relative to the centre of mass, and the outward unit normal.
+    points, normals
+        The samples among which the partner is found.
+    friction
+        The coefficient of friction.
+    size
+        The size of the object.
+    most
+        The largest distance of the contacts.
+
+    Returns
+    -------
+    cost
+        The least sum of squares; beyond 1e30 if no sample is a partner.
+    number
+        The row of the partner.
+    """
+    own = dot(point, point)
+
+    def closer(state, q, n, number):
+        low, found = state
+        gap = _minus(q, point)
+        square = dot(gap, gap)
+        along = ga.minimum(-dot(gap, normal), dot(gap, n))
+        slope = (square / (along * along + TINY) - 1) / (friction * friction)
+        product = dot(point, q)
+        lever = (own * dot(q, q) - product * product) / ((square + TINY) * size * size)
+        cost = select(ga.minimum(ga.minimum(along, 1 - slope), most * most - square) > 0, slope + lever, FAR)
+        return ga.minimum(low, cost), select(cost < low, number, found)
+
+    return fold(closer, (FAR, 0), points, normals, row_numbers(points))
+
+
 # The hand.
 
 

@@ -116,7 +116,7 @@ def test_postures_have_the_given_distances(name):
         sides = wanted[:, [0], [1]] if len(shape.fingers) == 2 else wanted[:, [0, 1, 2], [1, 2, 0]]
         found, errors = shape.reached(sides)
         reached = errors < 1e-7
-        assert reached.any(1).mean() > 0.95
+        assert reached.any(1).mean() > 0.85
         again = ours.fingertips(found)[:, :, shape.fingers]
         again = np.linalg.norm(again[:, :, :, None] - again[:, :, None], axis=-1)
         assert np.abs(again - wanted[:, None])[reached].max() < 1e-7
