@@ -153,8 +153,8 @@ def hand_of(
     tips : Fingertips
     parts : Capsules
     closing : array, (m,), optional
-        By default, each variable changes in proportion to the mean rate at which it brings fingertips together, over
-        random postures.
+        By default, each variable changes in proportion to the mean rate at which it moves fingertips to the middle of
+        all, over those random postures that have most room for an object.
     approach : array, (3,), optional
         By default, the axis z.
     torsion : float

@@ -202,8 +202,6 @@ def _planned(surface: Surface, hand: Hand, wanted: _Wanted, others: Others) -> t
     if surface.extents.min() < _THINNEST:
         return GraspStatus.TOO_THIN
     radius = float(hand.tips.radii.min())
-    if surface.extents.min() + 2 * radius > hand.opening:
-        return GraspStatus.TOO_LARGE
     span = Span(radius, 2 * radius, hand.opening)
     body = body_of(surface)
     kept = others.touchable(surface, radius)

@@ -24,6 +24,8 @@ _POSTURES = 4096
 _NEAR, _TRIED = 48, 4
 """Limits on work: of so many stored postures with the nearest distances, those with most room for an object are
 starts."""
+_ROOMY = 4
+"""The quarter of the random postures with most room for an object is the one in which a hand closes."""
 _STEP = 1e-4
 """The difference of a variable for its rate, in radians or metres: far above rounding errors, far below a finger."""
 _JOINTS = "parents", "variables", "ratios", "offsets", "places", "screws", "turns"
@@ -103,9 +105,19 @@ def preshapes_of(
     def tips(q: Reals) -> Reals:
         return pga3.move_point(robot.forward_all(q)[..., carriers, :], centres)
 
+    def room(points: Reals, capsules: Reals) -> Reals:
+        middle = points.mean(1)[:, None]
+        gaps = grasping.capsule_gap(middle, capsules[..., 0, :], capsules[..., 1, :], radii)
+        return np.asarray(gaps.min(-1) - np.sqrt(np.square(points - middle).sum(-1)).min(1))
+
     low, high = limits.T
     q = np.random.default_rng(20).uniform(low, high, (_POSTURES, len(low)))
-    closes = _closing(tips, q) if closing is None else closing
+    if closing is None:
+        clear = q[own_clear(placed(q))]
+        some = clear if len(clear) else q
+        roomy = np.argsort(-room(tips(some), placed(some)), kind="stable")[: len(some) // _ROOMY + 1]
+        closing = _closing(tips, some[roomy])
+    closes = closing
     # Closing from the open hand passes through postures that random ones may miss: the largest opening is among them.
     parked = np.clip(-2 * np.pi * closes, low, high)
     shares = np.linspace(0, 2 * np.pi, _TRIED * _NEAR)[:, None]
@@ -120,20 +132,21 @@ def preshapes_of(
             kept[:] = True
         own, capsules = own[kept], capsules[kept]
         points = tips(own)[:, fingers]
-        middle = points.mean(1)[:, None]
-        gaps = grasping.capsule_gap(middle, capsules[..., 0, :], capsules[..., 1, :], radii)
         sides = sides_of(points)
         solve = _bound(robot, limits, carriers, centres, fingers)
         tree = scipy.spatial.cKDTree(sides)
-        ball = np.sqrt(np.square(points - middle).sum(-1)).min(1)
-        found.append(Preshapes(fingers, own, gaps.min(-1) - ball, tree, float(sides.max()), solve))
+        found.append(Preshapes(fingers, own, room(points, capsules), tree, float(sides.max()), solve))
     return closes, tuple(found)
 
 
 def _closing(tips: Callable[[Reals], Reals], q: Reals) -> Reals:
-    """Return the mean rates at which variables bring the fingertips together, relative to the largest one."""
-    steps = _STEP * np.eye(q.shape[1])[:, None]
-    rates = np.array([(sides_of(tips(q - s)) - sides_of(tips(q + s))).sum(-1).mean() for s in steps])
+    """Return the mean rates at which variables move fingertips to the middle of all, relative to the largest one."""
+    middle = tips(q).mean(1)[:, None]
+
+    def apart(q: Reals) -> Reals:
+        return np.asarray(np.sqrt(np.square(tips(q) - middle).sum(-1)).sum(-1))
+
+    rates = np.array([(apart(q - s) - apart(q + s)).mean() for s in _STEP * np.eye(q.shape[1])])
     return rates / np.abs(rates).max()  # type: ignore[no-any-return]
 
 

@@ -40,7 +40,8 @@ def hand_from_urdf(
         are the spheres in the collision elements of links that carry no other link.
     closing : mapping, optional
         How fast each joint changes while the hand closes, between -1 and 1; 0 for joints that are not named. By
-        default, each changes in proportion to the mean rate at which it brings fingertips together.
+        default, each changes in proportion to the mean rate at which it moves fingertips to the middle of all, where
+        there is room for an object between them.
     approach : array_like, (3,)
         The direction in which the hand moves to objects, in the frame of the palm.
     torsion : float
