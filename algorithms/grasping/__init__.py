@@ -9,6 +9,7 @@ from .hands import Capsules, Fingertips, Hand
 from .planning import Grasp, GraspPlan, plan_grasps
 from .quality import contact_wrenches, grasp_quality
 from .status import GraspStatus
+from .touching import ClosedHand, ClosingStatus, close_hand
 from .urdf_hands import hand_from_urdf
 
 __all__ = [
@@ -18,6 +19,8 @@ __all__ = [
     "FRANKA_HAND",
     "ROBOTIQ_2F_85",
     "Capsules",
+    "ClosedHand",
+    "ClosingStatus",
     "ContactForces",
     "Cover",
     "Fingertips",
@@ -29,6 +32,7 @@ __all__ = [
     "Hand",
     "HandTable",
     "LoopStatus",
+    "close_hand",
     "contact_forces",
     "contact_wrenches",
     "grasp_quality",

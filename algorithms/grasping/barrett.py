@@ -157,7 +157,7 @@ def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:
 def _hand(table: HandTable) -> Hand:
     """Return the hand of a valid table; its arrays are read-only."""
     axes: list[Reals] = []
-    parents, coupling, tips, carriers = [], [], [], []
+    parents, coupling, tips, carriers, names = [], [], [], [], []
     y, z, variables = np.array([0.0, 1, 0]), np.array([0.0, 0, 1]), np.eye(5)[:4]
     joint_of = {}
     for number, (side, sense, out) in enumerate(_FINGERS):
@@ -174,6 +174,7 @@ def _hand(table: HandTable) -> Hand:
             joint_of[number, part] = parent = len(axes)
             axes.append(pga3.line_from_direction_moment(direction, np.cross(point, direction)))
             coupling.append(row)
+            names.append(f"{part} {number + 1}")
         tips.append(last + table.tip * np.array([out * cos(table.tip_angle), 0, sin(table.tip_angle)]))
         carriers.append(parent)
     limits = np.full((4, 4), np.inf)
@@ -184,6 +185,7 @@ def _hand(table: HandTable) -> Hand:
         np.array(axes),
         np.tile(np.eye(8)[0], (len(axes), 1)),
         parents=tuple(parents),
+        joint_names=tuple(names),
         coupling=np.array(coupling),
         limits=limits,
     )
@@ -210,6 +212,7 @@ def _hand(table: HandTable) -> Hand:
         Fingertips(np.array(carriers), np.array(tips), np.full(3, table.radius)),
         Capsules(np.array(owners), np.array(ends), np.array(radii), np.array(first)),
         closing=np.array([0.0, 1, 1, 1]),
+        breakaway=carriers,
     )
 
 

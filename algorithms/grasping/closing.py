@@ -25,21 +25,29 @@ def opened(hand: Hand, joints: Reals, by: float) -> Reals:
 
 def closing_speeds(hand: Hand) -> Reals:
     """Return bounds of the displacement of each capsule for a change of each variable by 1, (k, m)."""
+    variables, ratios, _ = followed(hand.robot)
+    shares = np.zeros((len(ratios), len(hand.limits)))
+    shares[np.arange(len(ratios)), variables] = np.abs(ratios)
+    return joint_speeds(hand) @ shares
+
+
+def joint_speeds(hand: Hand) -> Reals:
+    """Return bounds of the displacement of each capsule for a change of the position of each joint by 1, (k, n)."""
     robot = hand.robot
     variables, ratios, offsets = followed(robot)
     positions = np.abs(ratios) * np.abs(hand.limits[variables]).max(1) + np.abs(offsets)
-    found = np.zeros((len(hand.radii), len(hand.limits)))
+    found = np.zeros((len(hand.radii), len(ratios)))
     for row, (carrier, ends) in enumerate(zip(hand.parts.carriers, hand.parts.ends, strict=True)):
         points, length = ends, np.zeros(2)
         for joint in reversed(path_to(robot, int(carrier))):
             if robot.kinds[joint] is Joint.PRISMATIC:
-                found[row, variables[joint]] += abs(ratios[joint])
+                found[row, joint] = 1.0
                 # A slide displaces the axes that follow it: their distance grows with its position.
                 length = length + positions[joint]
                 continue
             # A point of an axis is fixed in both links that it connects.
             feet = pga3.project_point_on_line(points, robot.axes[joint])
             length = length + np.linalg.norm(points - feet, axis=1)
-            found[row, variables[joint]] += abs(ratios[joint]) * length.max()
+            found[row, joint] = length.max()
             points = feet
     return found

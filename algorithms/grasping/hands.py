@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -68,6 +69,8 @@ class Hand:
     torsion : float
         The largest torque about its normal that a fingertip resists for a normal force of 1, in metres; 0 for a hard
         one.
+    breakaway : array of int, (b,)
+        Joints that follow a variable through a clutch: they continue when the parts before them are stopped.
     pairs : array of int, (p, 2)
         Capsules that must not meet: those of different fingers, and of fingertips and the palm.
     preshapes : tuple of Preshapes
@@ -81,6 +84,7 @@ class Hand:
     closing: Reals
     approach: Reals
     torsion: float
+    breakaway: Integers
     pairs: Integers
     preshapes: tuple[Preshapes, ...]
     at_home: tuple[Reals, Reals]
@@ -144,6 +148,7 @@ def hand_of(
     closing: Reals | None = None,
     approach: Reals | None = None,
     torsion: float = 0.0,
+    breakaway: Sequence[int] = (),
 ) -> Hand:
     """Return the hand of a robot whose base is the palm.
 
@@ -158,7 +163,9 @@ def hand_of(
     approach : array, (3,), optional
         By default, the axis z.
     torsion : float
+    breakaway : sequence of int, optional
     """
+    clutches = np.array(breakaway, np.intp)
     limits = np.clip(robot.limits[:, :2], -np.pi, np.pi)
     homes = np.concatenate([robot.home, _STILL])
     at_home = (
@@ -171,15 +178,15 @@ def hand_of(
         return np.asarray((_clearances(placed, parts.radii, pairs) > 0).all(-1))
 
     direction = np.array([0.0, 0.0, 1.0]) if approach is None else approach
-    hand = Hand(robot, tips, parts, limits, np.zeros(len(limits)), direction, torsion, pairs, (), at_home)
+    hand = Hand(robot, tips, parts, limits, np.zeros(len(limits)), direction, torsion, clutches, pairs, (), at_home)
     count = min(_CONTACTS, len(tips.radii))
     closes, preshapes = preshapes_of(
         robot, limits, tips.carriers, at_home[0], closing, own_clear, hand.placed_capsules, parts.radii,
         [np.array(chosen) for chosen in combinations(range(len(tips.radii)), count)],
     )  # fmt: skip
-    for array in (limits, closes, direction, pairs, *at_home, *_arrays(tips), *_arrays(parts)):
+    for array in (limits, closes, direction, clutches, pairs, *at_home, *_arrays(tips), *_arrays(parts)):
         array.flags.writeable = False
-    return Hand(robot, tips, parts, limits, closes, direction, torsion, pairs, preshapes, at_home)
+    return Hand(robot, tips, parts, limits, closes, direction, torsion, clutches, pairs, preshapes, at_home)
 
 
 def _arrays(record: Fingertips | Capsules) -> list[Reals]:

@@ -25,6 +25,7 @@ def hand_from_urdf(
     closing: Mapping[str, float] | None = None,
     approach: ArrayLike = (0.0, 0.0, 1.0),
     torsion: float = 0.0,
+    breakaway: Sequence[str] = (),
 ) -> Hand:
     """Return the hand of a URDF file, whose base is the palm.
 
@@ -47,6 +48,8 @@ def hand_from_urdf(
     torsion : float
         The largest torque about its normal that a fingertip resists for a normal force of 1, in metres. Two fingers
         hold an object only if it is positive.
+    breakaway : sequence of str, optional
+        Names of joints that follow another one through a clutch, and continue when the parts before them are stopped.
 
     Returns
     -------
@@ -87,6 +90,7 @@ def hand_from_urdf(
         closing=None if closing is None else _rates(closing, robot),
         approach=direction / size,
         torsion=float(torsion),
+        breakaway=_followers(breakaway, robot),
     )
 
 
@@ -138,6 +142,19 @@ def _rates(closing: Mapping[str, float], robot: Robot) -> Reals:
     if not np.abs(rates).max() > 0 or np.abs(rates).max() > 1:
         raise ValueError(f"hand_from_urdf: closing: {dict(closing)}; expected rates between -1 and 1, not all 0")
     return rates
+
+
+def _followers(names: Sequence[str], robot: Robot) -> list[int]:
+    """Return the joints with some names, which must follow others."""
+    own = _own(robot)
+    following = [name for name, leads in zip(robot.joint_names, own, strict=True) if not leads]
+    for name in names:
+        if name not in following:
+            raise DescriptionError(
+                f"hand_from_urdf: breakaway: {name!r} follows no joint of {robot.name}; expected some of "
+                f"{', '.join(following) or 'none'}"
+            )
+    return [robot.joint_names.index(name) for name in names]
 
 
 def _own(robot: Robot) -> list[bool]:

@@ -15,6 +15,10 @@ from algorithms.grasping import (
     FRANKA_HAND,
     ROBOTIQ_2F_85,
     GraspStatus,
+    LoopStatus,
+    contact_forces,
+    grasp_quality,
+    guided_grasp,
     hand_from_urdf,
     hand_of_table,
     plan_grasps,
@@ -22,6 +26,7 @@ from algorithms.grasping import (
 from algorithms.kinematics.collisions import capsules_from_urdf, plane_obstacle
 from benchmarks.force_closure import distances_to_segment, is_closed_by_forces
 from generated import pga3
+from tests.support.grasp_scene import FACES, HOME, MODEL, MOUNT, VERTICES, pose, scene
 from tests.support.grasp_shapes import SHAPES
 from tests.support.scans import box, cylinder, sphere, torus
 
@@ -270,3 +275,58 @@ def test_descriptions_of_hands_are_checked():
         hand_from_urdf(FRANKA_HAND.replace('<sphere radius="0.0076"/>', '<mesh filename="a"/>'), torsion=SOFT)
     with pytest.raises(TypeError, match="path"):
         hand_from_urdf(3)
+
+
+def test_grasps_withstand_displaced_contacts():
+    ball = sphere(0.03)
+    near = plan_grasps(*ball, friction=0.3, displacement=0.004)
+    assert near.status == GraspStatus.OK
+    rng = np.random.default_rng(4)
+    for grasp in near:
+        assert grasp.quality < grasp_quality(grasp.contacts, grasp.normals, 0.3, length=0.03)
+        # Contacts of a ball, turned by less than the displacement, by a linear programme.
+        for _ in range(30):
+            turns = Rotation.from_rotvec(rng.uniform(-1, 1, (3, 3)) * 0.003 / 0.03 / np.sqrt(3))
+            contacts = turns.apply(grasp.contacts)
+            assert is_closed_by_forces(contacts, contacts / 0.03, friction=0.3)
+
+
+@pytest.mark.slow
+def test_contacts_that_move_by_more_than_friction_allows_hold_nothing():
+    ball = sphere(0.03)
+    assert plan_grasps(*ball, friction=0.05).status == GraspStatus.OK
+    assert plan_grasps(*ball, friction=0.05, displacement=0.02).status == GraspStatus.NO_FORCE_CLOSURE
+
+
+def test_an_arm_with_a_gripper_reaches_an_object_that_cameras_see():
+    truth = pose(np.random.default_rng(1))
+    built, plans = scene(truth), plan_grasps(VERTICES, FACES, hand=hand("robotiq"), count=6)
+    found = guided_grasp(built.robot, HOME, MODEL, built.render("box", 0.3, 1), plans, mount=MOUNT)
+    assert found.status == LoopStatus.OK
+    # The pads by matrices, with the arm's pose at the end of the path.
+    reached = pga3.motor_to_matrix(pga3.motor_product(built.robot.forward(found.path[-1]), MOUNT))
+    poses = chain(ROBOTIQ_2F_85, {"knuckle 1": found.grasp.joints[0]})
+    tips = np.array([(reached @ poses[f"tip {1 + k}"])[:3, 3] for k in found.grasp.fingers])
+    contacts = pga3.move_point(truth, found.grasp.contacts)
+    normals = pga3.move_direction(truth, found.grasp.normals)
+    assert np.linalg.norm(tips - contacts - 0.0032 * normals, axis=1).max() < 1e-3
+    assert np.linalg.norm(found.contacts - contacts, axis=1).max() < 1e-3
+
+
+def test_grasps_for_a_load_push_least():
+    # Each of two contacts bears a half of the weight, by friction of half of its normal force, and soft fingers its
+    # torque about the line between them. The cones have eight edges, so that the force is up to 8 % larger.
+    weight = [[0, 0, -2.0, 0, 0, 0]]
+    plan = plan_grasps(*box(0.04, 0.06, 0.11), hand=hand("franka"), loads=weight, count=4)
+    forces = [grasp.largest for grasp in plan]
+    assert forces == sorted(forces)
+    for grasp in plan:
+        lever = distances_to_segment(np.zeros((1, 3)), *grasp.contacts)[0]
+        assert 2 - 1e-6 < grasp.largest < 1.1 * (2 + lever / SOFT)
+        held = contact_forces(grasp.contacts, grasp.normals, weight[0], torsion=SOFT)
+        assert abs(held.largest - grasp.largest) < 1e-6
+    assert np.isnan(plan_grasps(*box(0.04, 0.06, 0.11), hand=hand("franka"))[0].largest)
+    with pytest.raises(ValueError, match="loads"):
+        plan_grasps(*box(0.04, 0.06, 0.11), loads=[[0, 0, np.nan, 0, 0, 0]])
+    with pytest.raises(ValueError, match="displacement"):
+        plan_grasps(*box(0.04, 0.06, 0.11), displacement=-1)
