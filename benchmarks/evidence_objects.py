@@ -6,13 +6,28 @@ from functools import lru_cache
 
 import numpy as np
 
-from algorithms.grasping import GraspPlan, GraspStatus, LoopStatus, guided_grasp, plan_grasps
+from algorithms.grasping import (
+    ALLEGRO,
+    BARRETT_BH280,
+    BARRETT_OPENRAVE,
+    FRANKA_HAND,
+    ROBOTIQ_2F_85,
+    GraspPlan,
+    GraspStatus,
+    Hand,
+    LoopStatus,
+    guided_grasp,
+    hand_from_urdf,
+    hand_of_table,
+    plan_grasps,
+)
 from algorithms.kinematics import Robot
 from algorithms.vision import Camera
 from algorithms.vision.objects import ObjectModel, PoseEstimate, PoseStatus, View, estimate_pose
 from generated import pga3
 
 from .evidence_scenes import Trial, rotation, row
+from .force_closure import is_closed_by_forces
 
 
 def _motor(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:
@@ -244,3 +259,95 @@ def _planned(rng: np.random.Generator, apart: float) -> Trial:
 @row("`plan_grasps`", "two or three boxes and balls that overlap; wrong: a contact inside of one")
 def plan_overlapping(rng: np.random.Generator) -> Trial:
     return _planned(rng, 0.0)
+
+
+_PAD = 0.003
+"""The largest torque of a soft fingertip for a force of 1, in metres."""
+_ROUND_FACES = 64
+"""The number of sides of round shapes: their meshes are less than a thousandth of the radius off."""
+
+
+@lru_cache(maxsize=1)
+def _hands() -> tuple[Hand, ...]:
+    """Two models of a hand with three fingers, two grippers, and a hand with four fingers."""
+    return (
+        hand_of_table(BARRETT_BH280),
+        hand_of_table(BARRETT_OPENRAVE),
+        hand_from_urdf(FRANKA_HAND, torsion=_PAD),
+        hand_from_urdf(ROBOTIQ_2F_85, torsion=_PAD),
+        hand_from_urdf(ALLEGRO, approach=[1, 0, 0]),
+    )
+
+
+def _revolved(profile: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The closed surface of revolution about z of a profile (radius, z) that begins and ends on the axis."""
+    angles = 2 * np.pi * np.arange(_ROUND_FACES) / _ROUND_FACES
+    inner = profile[1:-1]
+    rings = np.stack([inner[:, None, 0] * np.cos(angles), inner[:, None, 0] * np.sin(angles)], -1)
+    heights = np.broadcast_to(inner[:, None, 1:], (*rings.shape[:2], 1))
+    places = np.concatenate([rings, heights], -1).reshape(-1, 3)
+    vertices = np.concatenate([places, [[0, 0, profile[0, 1]], [0, 0, profile[-1, 1]]]])
+    k = np.arange(_ROUND_FACES)
+    after, last = (k + 1) % _ROUND_FACES, len(places) - _ROUND_FACES
+    faces = [np.stack([np.full_like(k, len(places)), after, k], -1)]
+    for level in range(len(inner) - 1):
+        a, b = level * _ROUND_FACES + k, level * _ROUND_FACES + after
+        faces += [np.stack([a, b, b + _ROUND_FACES], -1), np.stack([a, b + _ROUND_FACES, a + _ROUND_FACES], -1)]
+    faces.append(np.stack([np.full_like(k, len(places) + 1), last + k, last + after], -1))
+    return vertices, np.concatenate(faces)
+
+
+def _shape(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A box, a can, a capsule or a spindle of 2 to 6 cm: its mesh, and half lengths, a radius and a half length."""
+    kind, thin = int(rng.integers(4)), rng.uniform(0.01, 0.03)
+    if kind == 0:
+        half = np.array([thin, thin * rng.uniform(1, 1.5), rng.uniform(0.02, 0.07)])
+        return np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half, _BOX, half
+    long = rng.uniform(0.015, 0.06)
+    if kind == 1:
+        return *_revolved(np.array([[0, -long], [thin, -long], [thin, long], [0, long]])), np.array([thin, long])
+    angles = np.linspace(0, np.pi / 2, 24)
+    arc = np.stack([np.sin(angles), -np.cos(angles)], -1)
+    if kind == 2:
+        lower = thin * arc + [0, -long]
+        return *_revolved(np.concatenate([lower, (lower * [1, -1])[::-1]])), np.array([thin, long, 0, 0])
+    half = np.concatenate([arc, (arc[:-1] * [1, -1])[::-1]]) * [thin, long]
+    return *_revolved(half), np.array([thin, long, 0, 0, 0])
+
+
+def _off(points: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """How far points are from the surface of a shape; of a spindle, to first order."""
+    r, z = np.hypot(points[:, 0], points[:, 1]), np.abs(points[:, 2])
+    if len(shape) == 5:
+        value = (r / shape[0]) ** 2 + (z / shape[1]) ** 2 - 1
+        return np.asarray(value / (2 * np.hypot(r / shape[0] ** 2, z / shape[1] ** 2)))
+    if len(shape) == 4:
+        return np.asarray(np.hypot(r, np.maximum(z - shape[1], 0)) - shape[0])
+    apart = np.abs(points) - shape if len(shape) == 3 else np.stack([r - shape[0], z - shape[1]], -1)
+    return np.asarray(np.linalg.norm(np.maximum(apart, 0), axis=1) + np.minimum(apart.max(1), 0))
+
+
+@row(
+    "`plan_grasps`",
+    "boxes, cans, capsules and spindles, five hands; wrong: no force closure, or off the surface",
+    good=True,
+)
+def plan_by_hands(rng: np.random.Generator) -> Trial:
+    vertices, faces, shape = _shape(rng)
+    hand = _hands()[int(rng.integers(5))]
+    turn, shift = rotation(rng, np.pi), rng.uniform(-1, 1, 3)
+    plan = plan_grasps(vertices @ turn.T + shift, faces, int(rng.integers(1, 4)), hand=hand)
+    if plan.status != GraspStatus.OK:
+        return Trial(False, False)
+    for grasp in plan:
+        tips = pga3.move_point(grasp.motor, hand.fingertips(grasp.joints)[grasp.fingers])
+        good = (
+            np.abs(_off((grasp.contacts - shift) @ turn, shape)).max() < 5e-4
+            and is_closed_by_forces(grasp.contacts, grasp.normals, hand.torsion)
+            and np.abs(tips - grasp.contacts - hand.tips.radii[grasp.fingers, None] * grasp.normals).max() < 1e-5
+            and (hand.limits[:, 0] <= grasp.joints).all()
+            and (grasp.joints <= hand.limits[:, 1]).all()
+        )
+        if not good:
+            return Trial(True, False)
+    return Trial(True, True)

@@ -1,18 +1,29 @@
-"""Grasps of objects by a hand with three fingers (sections 20.2 to 20.7)."""
+"""Grasps of objects by hands with two or more fingers (sections 20.2 to 20.7)."""
 
 from ..moved import moved
+from .barrett import BARRETT_BH280, BARRETT_OPENRAVE, Cover, HandTable, hand_of_table
 from .forces import ContactForces, ForceStatus, contact_forces
 from .grasp_loop import GuidedGrasp, LoopStatus, guided_grasp, scene_obstacles
-from .hands import BARRETT_BH280, BARRETT_OPENRAVE, Cover, Hand, HandTable, hand_of_table
+from .hand_texts import ALLEGRO, FRANKA_HAND, ROBOTIQ_2F_85
+from .hands import Capsules, Fingertips, Hand
 from .planning import Grasp, GraspPlan, plan_grasps
 from .quality import contact_wrenches, grasp_quality
 from .status import GraspStatus
+from .touching import ClosedHand, ClosingStatus, close_hand
+from .urdf_hands import hand_from_urdf
 
 __all__ = [
+    "ALLEGRO",
     "BARRETT_BH280",
     "BARRETT_OPENRAVE",
+    "FRANKA_HAND",
+    "ROBOTIQ_2F_85",
+    "Capsules",
+    "ClosedHand",
+    "ClosingStatus",
     "ContactForces",
     "Cover",
+    "Fingertips",
     "ForceStatus",
     "Grasp",
     "GraspPlan",
@@ -21,10 +32,12 @@ __all__ = [
     "Hand",
     "HandTable",
     "LoopStatus",
+    "close_hand",
     "contact_forces",
     "contact_wrenches",
     "grasp_quality",
     "guided_grasp",
+    "hand_from_urdf",
     "hand_of_table",
     "plan_grasps",
     "scene_obstacles",

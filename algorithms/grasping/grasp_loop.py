@@ -21,9 +21,10 @@ from ..vision.objects.pose_models import ObjectModel, View
 from ..vision.objects.pose_record import bound_of
 from ..vision.objects.pose_status import PoseStatus
 from ..vision.objects.scene import Scene
+from .barrett import hand_of_table
 from .closing import APPROACH
 from .grasp_motion import PathStatus, Setting, grasp_motion
-from .hands import Hand, hand_of_table
+from .hands import Hand
 from .planning import Grasp, GraspPlan
 from .status import GraspStatus
 
@@ -62,11 +63,11 @@ class GuidedGrasp:
     """(k, n) Joints of the arm: first the given ones, then to the start of the approach, and along it to the grasp. One
     row if it does not move. The motion is linear between two rows, and no joint moves by more than 0.5 rad."""
     contacts: Reals
-    """(3, 3) Where the fingers touch, in the world, by forward kinematics; NaN if the hand does not move."""
+    """(c, 3) Where the fingers touch, in the world, by forward kinematics; NaN if the hand does not move."""
     approach_at: int = 0
     """The row of `path` at which the straight approach begins."""
     open_joints: Reals = field(default_factory=lambda: np.zeros(4))
-    """(4,) The joints of the hand along the path. Then it closes: they change linearly to those of the grasp."""
+    """(m,) The joints of the hand along the path. Then it closes: they change linearly to those of the grasp."""
 
 
 @elements(mount=MOTOR, expected=MOTOR, start=MOTOR)
@@ -121,7 +122,7 @@ def guided_grasp(
         is POSE_UNKNOWN, and that of the estimate is UNCERTAIN. For symmetric objects, these are errors of the place on
         the object, which its symmetries do not change.
     approach : float
-        The hand arrives along its axis z over this distance, in metres.
+        The hand arrives in its direction, `Hand.approach`, over this distance, in metres.
     obstacles : sequence of Obstacle
         Bodies in the world: `mesh_obstacle`, `plane_obstacle`, `capsule_obstacle`, or `scene_obstacles`. They do not
         affect the base of the arm, which is at rest.

@@ -68,14 +68,14 @@ class GraspMotion:
     grasp: Grasp | None = None
     path: Reals = field(default_factory=lambda: np.zeros((0, 0)))
     approach_at: int = 0
-    open_joints: Reals = field(default_factory=lambda: np.zeros(4))
+    open_joints: Reals = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Candidate:
     grasp: Grasp
     start: Reals
-    """(4,) The joints of the open hand."""
+    """(m,) The joints of the open hand."""
     mover: MovingArm
     approach: Reals
     """(k, n)"""
@@ -106,7 +106,7 @@ def grasp_motion(
     status = PathStatus.OUT_OF_REACH
     blocked: list[_Candidate] = []
     for grasp in grasps:
-        hands = _straight(pga3.motor_product(pose, grasp.motor), approach)
+        hands = _straight(pga3.motor_product(pose, grasp.motor), approach * setting.hand.approach)
         branches = _branches(setting, q, hands[-1])
         if not len(branches):
             continue
@@ -221,9 +221,9 @@ def _candidate(setting: Setting, grasp: Grasp, start: Reals, mover: MovingArm, a
     )
 
 
-def _straight(hand: Reals, approach: float) -> Reals:
-    """Return poses (k, 8) along the axis z of the hand up to a given one."""
-    away = np.linspace(-approach, 0, _STEPS)[:, None] * [0.0, 0.0, 1.0]
+def _straight(hand: Reals, approach: Reals) -> Reals:
+    """Return poses (k, 8) along a vector in the frame of the hand up to a given one."""
+    away = np.linspace(-1, 0, _STEPS)[:, None] * approach
     still = np.tile([1.0, 0, 0, 0], (_STEPS, 1))
     return pga3.motor_product(hand, pga3.motor_from_rotor_translation(still, away))  # type: ignore[no-any-return]
 

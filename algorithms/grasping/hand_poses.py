@@ -17,19 +17,16 @@ from .closing import APPROACH, OPENINGS, opened
 from .clusters import Clusters, clusters_of
 from .hands import Hand
 from .meshes import Surface
-from .triples import triangle_sides
+from .preshapes import REACHED, sides_of
 
-_STARTS = np.array([[0.2, 0.8, 0.8, 0.8], [0.8, 1.1, 1.1, 1.1], [1.3, 0.6, 0.6, 0.6], [0.5, 1.5, 1.5, 1.5]])
-"""Variables of the hand from which it is fitted to a triple."""
-_ORDERS = np.array(list(permutations(range(3))))
-REACHED = 1e-7
-"""Largest error of a fingertip, in metres."""
+_TURNS = np.pi / 8 * np.arange(16)
+"""Angles about the line through two fingertips at which the hand is placed."""
 _TOUCH = 0.0015
 """How far the hand may intersect the object, in metres: its skin yields, and samples are some millimetres apart."""
 _STRIDE = 64
 """Poses are tested with one of so many samples first; those that pass, with more of them, and with the outline."""
 _TRIES = 4
-"""The largest number of poses of a triple that are tested with more samples."""
+"""The largest number of poses of a row that are tested with more samples."""
 _SWEPT = 8
 """Motions of the hand, and poses at first, are tested with one of so many samples."""
 _CLUSTER = 32
@@ -58,15 +55,22 @@ class Others:
                 found &= (one.clearance(placed, radii) > self.margin).all(-1)
         return found
 
+    def touchable(self, surface: Surface, radius: float) -> Flags:
+        """Return whether a fingertip at each sample (n,) is clear of the obstacles."""
+        centres = surface.points + radius * surface.normals
+        return self.clear(np.repeat(centres[:, None, None], 2, 2), np.array([radius]))
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HandPoses:
     """Poses of the hand with the fingertips at contacts."""
 
-    triple: Integers
-    """(n,) The row of the triple of each pose, in order."""
+    row: Integers
+    """(n,) The row of the contacts of each pose, in order."""
     samples: Integers
-    """(n, 3) The samples of the fingers."""
+    """(n, c) The samples of the fingers,"""
+    fingers: Integers
+    """(n, c) and their numbers."""
     motors: Reals
     joints: Reals
 
@@ -75,16 +79,25 @@ class HandPoses:
         return pga3.move_point(self.motors[which, None, None, :], hand.placed_capsules(self.joints[which]))
 
 
-def reaching(surface: Surface, hand: Hand, centres: Reals, rows: Integers) -> HandPoses:
-    """Return the poses of the hand, in all orders of the fingers, that reach triples of samples."""
-    orders = rows[:, _ORDERS]
-    start = np.broadcast_to(_STARTS, (*orders.shape[:2], *_STARTS.shape))
-    sides = triangle_sides(centres[orders])[:, :, None]
-    joints, errors = hand.preshaped(start, sides)
-    triple, order, seed = np.nonzero(errors < REACHED)
-    joints, samples = joints[triple, order, seed], orders[triple, order]
-    motors = _aligned(hand.fingertips(joints), centres[samples])
-    return HandPoses(triple, samples, motors, joints)
+def reaching(surface: Surface, hand: Hand, rows: Integers) -> HandPoses:
+    """Return the poses of the hand, with all choices and orders of the fingers, that reach contacts (t, c)."""
+    orders = rows[:, list(permutations(range(rows.shape[1])))]
+    points, normals = surface.points[orders], surface.normals[orders]
+    found: list[tuple[Reals, ...]] = []
+    for shape in hand.preshapes:
+        targets = points + hand.tips.radii[shape.fingers][:, None] * normals
+        joints, errors = shape.reached(sides_of(targets))
+        row, order, start = np.nonzero(errors < REACHED)
+        joints = joints[row, order, start]
+        tips = hand.fingertips(joints)[:, shape.fingers]
+        motors = _aligned(tips, targets[row, order], hand.approach)
+        turns = motors.shape[1]
+        chosen = np.tile(shape.fingers, (len(row) * turns, 1))
+        each = row, orders[row, order], joints
+        found.append((*(np.repeat(one, turns, 0) for one in each), chosen, motors.reshape(-1, 8)))
+    row, samples, joints, fingers, motors = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    sorted_ = np.argsort(row, kind="stable")
+    return HandPoses(*(one[sorted_] for one in (row, samples, fingers, motors, joints)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,9 +118,9 @@ def body_of(surface: Surface) -> Body:
 def clear_poses(
     body: Body, hand: Hand, poses: HandPoses, others: Others, bounds: Reals, least: Callable[[], float]
 ) -> Iterator[tuple[int, Reals]]:
-    """Generate for each triple the first pose that the hand reaches without collisions, and the joints before that.
+    """Generate for each row the first pose that the hand reaches without collisions, and the joints before that.
 
-    Triples whose bounds, in the order of the triples, are not more than the least one at their turn are left out.
+    Rows whose bounds are not more than the least one at their turn are left out.
     """
     ends, radii = hand.placed_capsules(poses.joints, hand.first), hand.radii[hand.first]
     ends = pga3.move_point(poses.motors[:, None, None, :], ends)
@@ -115,15 +128,15 @@ def clear_poses(
     kept = np.flatnonzero(clear > -_TOUCH)
     if others.obstacles:
         kept = kept[others.clear(poses.capsules(hand, kept), hand.radii)]
-    kept = kept[np.lexsort((-np.round(clear[kept], 9), poses.triple[kept]))]
-    # Of each triple, the poses with the largest clearances.
-    starts = np.searchsorted(poses.triple[kept], poses.triple[kept])
+    kept = kept[np.lexsort((-np.round(clear[kept], 9), poses.row[kept]))]
+    # Of each row, the poses with the largest clearances.
+    starts = np.searchsorted(poses.row[kept], poses.row[kept])
     kept = kept[np.arange(len(kept)) - starts < _TRIES]
     kept = kept[body.swept.clear_of(ends[kept], radii, -_TOUCH)]
-    for triple in np.unique(poses.triple[kept]):
-        if not bounds[triple] > least():
+    for row in np.unique(poses.row[kept]):
+        if not bounds[row] > least():
             continue
-        own = kept[poses.triple[kept] == triple]
+        own = kept[poses.row[kept] == row]
         placed = poses.capsules(hand, own)
         for at in np.flatnonzero(body.swept.clear_of(placed, hand.radii, -_TOUCH)):
             if body.outline.clear_of(placed[at : at + 1], hand.radii, -_TOUCH)[0]:
@@ -146,7 +159,7 @@ def _opening_of(swept: Clusters, hand: Hand, motor: Reals, joints: Reals, others
         closing = hand.placed_capsules(start + _SHARES[:, None] * (joints - start))
         if not (hand.own_clearances(closing) > 0).all():
             continue
-        approach = closing[0] - _BACKWARDS[:, None, None, None] * [0.0, 0.0, 1.0]
+        approach = closing[0] - _BACKWARDS[:, None, None, None] * hand.approach
         ends = pga3.move_point(motor, np.concatenate([closing, approach]))
         free = swept.clear_of(ends, hand.radii, -_TOUCH).all()
         if free and others.clear(ends[[0, -1]], hand.radii).all():
@@ -159,20 +172,34 @@ def _clearance(points: Reals, ends: Reals, radii: Reals) -> Reals:
     return each.min(-1)  # type: ignore[no-any-return]
 
 
-def _frames(points: Reals) -> Reals:
-    """Return poses (..., 4, 4) of the circles through three points: centre, direction of the first point, normal."""
-    a, b, c = (points[..., k, :] for k in range(3))
-    circles = cga3.circle_from_points(a, b, c)
+def _frames(points: Reals, aside: Reals) -> Reals:
+    """Return poses (..., 4, 4) of two points, with an axis near a direction, or of the circles through three points."""
+    a, b = points[..., 0, :], points[..., 1, :]
     poses = np.zeros((*a.shape[:-1], 4, 4))
-    centre, normal = cga3.circle_centre(circles), cga3.circle_normal(circles)
-    normal = normal / np.linalg.norm(normal, axis=-1, keepdims=True)
-    first = (a - centre) / np.linalg.norm(a - centre, axis=-1, keepdims=True)
+    if points.shape[-2] == 2:
+        centre, first = (a + b) / 2, b - a
+        normal = np.cross(first, np.cross(aside, first))
+    else:
+        circles = cga3.circle_from_points(a, b, points[..., 2, :])
+        centre, normal = cga3.circle_centre(circles), cga3.circle_normal(circles)
+        first = a - centre
+    first, normal = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (first, normal))
     poses[..., :3, 0], poses[..., :3, 1], poses[..., :3, 2] = first, np.cross(normal, first), normal
     poses[..., :3, 3], poses[..., 3, 3] = centre, 1
     return poses
 
 
-def _aligned(tips: Reals, targets: Reals) -> Reals:
-    """Return the motors that take the circles of fingertips to those of the targets, tip by tip."""
-    own, goal = pga3.motor_from_matrix(_frames(tips)), pga3.motor_from_matrix(_frames(targets))
-    return pga3.motor_product(goal, pga3.motor_inverse(own))
+def _aligned(tips: Reals, targets: Reals, approach: Reals) -> Reals:
+    """Return the motors (n, k, 8) that take fingertips (n, c, 3) to the targets, one for three of them.
+
+    Two fingertips leave a rotation about the line through them free: there is one motor for each angle.
+    """
+    if tips.shape[-2] == 3:
+        own, goal = (pga3.motor_from_matrix(_frames(points, approach)) for points in (tips, targets))
+        return pga3.motor_product(goal, pga3.motor_inverse(own))[:, None]
+    # Of the axes of the object, the one that is most across the line.
+    along = targets[:, 1] - targets[:, 0]
+    aside = np.eye(3)[np.abs(along).argmin(-1)]
+    own, goal = (pga3.motor_from_matrix(_frames(*each)) for each in ((tips, approach), (targets, aside)))
+    turns = pga3.motor_from_rotation_vector_translation(_TURNS[:, None] * [1.0, 0, 0], np.zeros((len(_TURNS), 3)))
+    return pga3.motor_product(pga3.motor_product(goal[:, None], turns), pga3.motor_inverse(own)[:, None])

@@ -1,316 +1,217 @@
-"""Kinematic tables of hands with three fingers, and both public models of the Barrett hand."""
+"""Hands: a tree of joints on a palm, fingertips that touch objects, and capsules that cover all parts."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from itertools import combinations
-from math import cos, radians, sin
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from generated import collisions, grasping, pga3
+from generated import collisions, pga3
 
 from ..arguments import Reals, finite, real_array
+from ..geometry.meshes import Integers
+from ..kinematics import Robot
+from ..kinematics.tables import path_to
+from .preshapes import Preshapes, preshapes_of
 
-Integers = NDArray[np.intp]
+Flags = np.typing.NDArray[np.bool_]
 
-_FINGERS = (-1, -1.0, 1.0), (1, 1.0, 1.0), (0, 0.0, -1.0)
-"""For each finger, the side of its spread axis, the sense of the spread, and the direction at rest along x."""
-_FIXED = 2
-"""The finger that does not spread: its root is a part of the palm."""
-_PARTS = "knuckle", "link", "tip"
-_MORE, _PRECISE = 2, 1e-11
-"""How often `preshape` continues where the sides are not as precise as this, in metres."""
-
-
-@dataclass(frozen=True, slots=True)
-class Cover:
-    """A capsule that covers a part of a hand, in its rest position.
-
-    The coordinates x and z are those of a finger that extends along x from its spread axis, at the height of the first
-    joints; those of the palm are x, y and z of the hand, above the first joints.
-    """
-
-    part: str
-    """"palm", "knuckle" (fingers 1 and 2), "link" or "tip"."""
-    start: tuple[float, float, float]
-    end: tuple[float, float, float]
-    radius: float
-    is_first: bool = True
-    """Whether it is among the capsules with which most collisions are found, which are tested first."""
+_STILL = np.eye(8)[:1]
+_CONTACTS = 3
+"""The number of fingers that hold an object: three hard ones resist all wrenches, and two soft ones."""
 
 
-@dataclass(frozen=True, slots=True)
-class HandTable:
-    """The kinematic table of a Barrett hand, in metres and radians.
+@dataclass(frozen=True, slots=True, eq=False)
+class Fingertips:
+    """Spheres with which fingers touch objects."""
 
-    The palm is the plane z = 0, and fingers bent by a right angle extend along z. Fingers 1 and 2 rotate by the spread
-    about axes parallel to z; finger 3 is fixed opposite to them.
-
-    Attributes
-    ----------
-    name : str
-    spread_offset : float
-        Distance of the spread axes from the centre of the palm, along y.
-    root : float
-        Distance from there to the first joint of a finger.
-    link : float
-        Length of the first link.
-    shift : float
-        Displacement of the last joint from the first link, towards the inner side of the finger.
-    coupling : float
-        Rotation of the last joint for a rotation of the first one by 1.
-    tip, tip_angle : float
-        Distance from the last joint to the centre of the fingertip, and the angle of this direction to the first link
-        when the finger is open.
-    radius, link_radius, palm_radius : float
-        Radii of the fingertip, of the links, and of the palm.
-    height : float
-        Height of the first joints above the palm.
-    spread_limit, bend_limit : float
-        The largest values of the joints; the smallest are 0.
-    covers : tuple of Cover
-        Capsules of the real shape. Without them, links are capsules between the joints with the radii above, and the
-        palm is two spheres.
-    """
-
-    name: str
-    spread_offset: float
-    root: float
-    link: float
-    shift: float
-    coupling: float
-    tip: float
-    tip_angle: float
-    radius: float
-    link_radius: float
-    palm_radius: float
-    height: float
-    spread_limit: float
-    bend_limit: float
-    covers: tuple[Cover, ...] = ()
+    carriers: Integers
+    """(f,) The joint that carries each fingertip."""
+    centres: Reals
+    """(f, 3) In the frame of the hand, where all joints are at 0."""
+    radii: Reals
+    """(f,)"""
 
 
-BARRETT_OPENRAVE = HandTable(
-    "barrett, OpenRAVE", 0.025, 0.050, 0.070, 0.0, 1 / 3, 0.050, radians(50), 0.0095, 0.011, 0.045, 0.0, radians(180),
-    radians(140),
-)  # fmt: skip
-"""The model of `algorithms.kinematics.hands`: the last link is bent by 50 degrees when the finger is open."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Capsules:
+    """Capsules that cover the parts of a hand."""
 
-_ROWS = (
-    *((y, -0.057, 0.034) for y in (-0.0105, 0.0, 0.0105)),
-    *((y, -0.0185, 0.0185) for y in (-0.0315, -0.021, 0.021, 0.0315)),
-    *((y, -0.0172, 0.0171) for y in (-0.039, 0.039)),
-)
-_BH280_COVERS = (
-    *(
-        Cover("palm", (low, y, -0.0042), (high, y, -0.0042), 0.0085, y in (-0.021, 0.0, 0.021))
-        for y, low, high in _ROWS
-    ),
-    Cover("palm", (0.0, 0.0, -0.0572), (0.0, 0.0, -0.0572), 0.0485, False),
-    Cover("palm", (-0.05, 0.0, -0.026), (0.03, 0.0, -0.026), 0.0165, False),
-    Cover("palm", (-0.05, 0.0, -0.016), (0.031, 0.0, -0.016), 0.0165, False),
-    Cover("palm", (-0.05, -0.003, -0.0005), (-0.05, 0.003, -0.0005), 0.0162),
-    Cover("palm", (-0.05, -0.003, -0.016), (-0.05, 0.003, -0.016), 0.0172, False),
-    Cover("knuckle", (0.0009, 0.0, -0.0199), (0.0562, 0.0, -0.0192), 0.0181, False),
-    Cover("knuckle", (0.0051, 0.0, -0.029), (0.0526, 0.0, 0.0021), 0.0176),
-    Cover("link", (0.05, 0.0, 0.0005), (0.1175, 0.0, 0.005), 0.014),
-    Cover("tip", (0.119936, 0.0, 0.003), (0.158164, 0.0, 0.033818), 0.0095, False),
-    Cover("tip", (0.119636, 0.0, 0.0035), (0.157936, 0.0, 0.0289), 0.0135),
-)
-
-BARRETT_BH280 = HandTable(
-    "barrett, BH8-280", 0.025, 0.050, 0.069936, 0.003, 0.84 / 2.44, 0.0491, 0.6786, 0.0095, 0.011, 0.045, 0.0,
-    3.1416, 2.44, _BH280_COVERS,
-)  # fmt: skip
-"""The model of the published URDF of the BH8-280. Its z = 0 is the plane of the first joints of the fingers, 0.0754 m
-above the base. The fingertip is the sphere that touches the end of the tip's mesh, whose centre is at
-(-0.0382, 0.0308) m from the last joint. Its capsules contain the meshes of the palm, of the knuckles and of all links,
-except for parts that are less than 3 mm outside."""
+    carriers: Integers
+    """(k,) The joint that carries each capsule; -1 for the palm."""
+    ends: Reals
+    """(k, 2, 3) The ends of the axes in the frame of the hand, where all joints are at 0."""
+    radii: Reals
+    """(k,)"""
+    is_first: Flags
+    """(k,) Whether it is among those with which most collisions are found, which are tested first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Hand:
-    """The lines, points and capsules of a hand in the rest position, for the kernels of `generated.grasping`."""
+    """A hand with at least two fingers, whose frame is that of its palm. Made by `hand_of_table` or `hand_from_urdf`.
 
-    table: HandTable
-    axes: Reals
-    """(9, 6) The lines of the joints, finger by finger."""
-    ratios: Reals
-    """(9,) How far each joint rotates with its variable."""
-    tips: Reals
-    """(3, 3) The centres of the fingertips."""
+    Attributes
+    ----------
+    robot : Robot
+        Its joints. Those that mimic others have no variable.
+    tips : Fingertips
+    parts : Capsules
+    limits : array, (m, 2)
+        The lowest and highest value of each variable.
+    closing : array, (m,)
+        How fast each variable changes while the fingers close, between -1 and 1.
+    approach : array, (3,)
+        The unit direction in which the hand moves to an object.
+    torsion : float
+        The largest torque about its normal that a fingertip resists for a normal force of 1, in metres; 0 for a hard
+        one.
+    breakaway : array of int, (b,)
+        Joints that follow a variable through a clutch: they continue when the parts before them are stopped.
+    pairs : array of int, (p, 2)
+        Capsules that must not meet: those of different fingers, and of fingertips and the palm.
+    preshapes : tuple of Preshapes
+        Postures for each choice of fingers that hold an object.
+    """
+
+    robot: Robot
+    tips: Fingertips
+    parts: Capsules
     limits: Reals
-    """(4, 2) The lowest and highest value of the spread and of the three bends."""
-    capsules: Reals
-    """(k, 2, 3) The ends of the axes of the capsules, in the rest position."""
-    carriers: Reals
-    """(k,) The link of each capsule; -1 for the palm."""
-    radii: Reals
-    """(k,)"""
-    first: Integers
-    """Indices of the capsules that are tested first."""
+    closing: Reals
+    approach: Reals
+    torsion: float
+    breakaway: Integers
     pairs: Integers
-    """(p, 2) Pairs of capsules of different fingers, and of fingertips and the palm, that must not meet."""
+    preshapes: tuple[Preshapes, ...]
+    at_home: tuple[Reals, Reals]
+    """The centres of the fingertips and the ends of the capsules in the frames after the joints that carry them."""
 
     @property
-    def roots(self) -> Reals:
-        """The points (3, 3) of the spread axes, or of the palm, from which the fingers extend."""
-        return np.array([[0.0, side * self.table.spread_offset, self.table.height] for side, _, _ in _FINGERS])
+    def radii(self) -> Reals:
+        """The radii (k,) of the capsules."""
+        return self.parts.radii
+
+    @property
+    def first(self) -> Integers:
+        """Indices of the capsules that are tested first."""
+        return np.flatnonzero(self.parts.is_first)
+
+    @property
+    def contacts(self) -> int:
+        """The number of fingers that hold an object."""
+        return len(self.preshapes[0].fingers)
 
     @property
     def tip_radius(self) -> float:
         """The largest radius of the capsules of a fingertip."""
-        tips = (self.carriers >= 0) & (self.carriers % 3 == _PARTS.index("tip"))
-        return float(self.radii[tips].max(initial=self.table.radius))
+        own = np.isin(self.parts.carriers, self.tips.carriers)
+        return float(self.radii[own].max(initial=self.tips.radii.max()))
 
-    def links(self, joints: ArrayLike) -> Reals:
-        """Return the motors (..., 9, 8) of the links at given variables (..., 4)."""
-        q = finite(real_array(joints, "joints", (4,), "the spread and three bends"), "joints")
-        return grasping.hand_links(q, self.axes, self.ratios)
+    @property
+    def opening(self) -> float:
+        """The largest distance of two fingertips."""
+        return max(shape.largest for shape in self.preshapes)
 
     def fingertips(self, joints: ArrayLike) -> Reals:
-        """Return the centres (..., 3, 3) of the fingertips in the frame of the hand."""
-        return pga3.move_point(self.links(joints)[..., 2::3, :], self.tips)
-
-    def preshaped(self, start: Reals, sides: Reals) -> tuple[Reals, Reals]:
-        """Return variables near those given for which the fingertips form triangles, and the errors of the sides.
-
-        Parameters
-        ----------
-        start : array, (..., 4)
-        sides : array, (..., 3)
-            The lengths from the first to the second fingertip, from the second to the third, and back to the first.
-        """
-        q, found = grasping.preshape(start, self.axes, self.ratios, self.tips, sides, self.limits)
-        errors, sides = np.asarray(found), np.broadcast_to(sides, (*q.shape[:-1], 3))
-        for _ in range(_MORE):
-            left = errors > _PRECISE
-            q[left], errors[left] = grasping.preshape(
-                q[left], self.axes, self.ratios, self.tips, sides[left], self.limits
-            )
-        return q, errors
-
-    def own_clearances(self, ends: Reals) -> Reals:
-        """Return the distances (..., p) of `pairs` for placed capsules (..., k, 2, 3)."""
-        a, b = self.pairs.T
-        return collisions.capsule_pair_clearance(
-            ends[..., a, 0, :],
-            ends[..., a, 1, :],
-            ends[..., b, 0, :],
-            ends[..., b, 1, :],
-            self.radii[a] + self.radii[b],
-        )
+        """Return the centres (..., f, 3) of the fingertips in the frame of the hand at variables (..., m)."""
+        frames = self.robot.forward_all(self._checked(joints))
+        return pga3.move_point(frames[..., self.tips.carriers, :], self.at_home[0])
 
     def placed_capsules(self, joints: ArrayLike, which: Integers | None = None) -> Reals:
         """Return the ends (..., k, 2, 3) of all capsules, or of some, in the frame of the hand."""
-        links = self.links(joints)
-        carriers, capsules = self.carriers, self.capsules
+        frames = self.robot.forward_all(self._checked(joints))
+        carriers, ends = self.parts.carriers, self.at_home[1]
         if which is not None:
-            carriers, capsules = carriers[which], capsules[which]
-        rest = np.broadcast_to(np.eye(8)[0], (*links.shape[:-2], 1, 8))
-        motors = np.concatenate([links, rest], -2)[..., carriers, :]
-        return pga3.move_point(motors[..., None, :], capsules)
+            carriers, ends = carriers[which], ends[which]
+        still = np.broadcast_to(_STILL, (*frames.shape[:-2], 1, 8))
+        motors = np.concatenate([frames, still], -2)[..., carriers, :]
+        return pga3.move_point(motors[..., None, :], ends)
+
+    def own_clearances(self, ends: Reals) -> Reals:
+        """Return the distances (..., p) of `pairs` for placed capsules (..., k, 2, 3)."""
+        return _clearances(ends, self.radii, self.pairs)
+
+    def _checked(self, joints: ArrayLike) -> Reals:
+        count = len(self.limits)
+        return finite(real_array(joints, "joints", (count,), f"{count} variables of a hand"), "joints")
 
 
-def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:
-    """Return the hand of a kinematic table.
+def hand_of(
+    robot: Robot,
+    tips: Fingertips,
+    parts: Capsules,
+    *,
+    closing: Reals | None = None,
+    approach: Reals | None = None,
+    torsion: float = 0.0,
+    breakaway: Sequence[int] = (),
+) -> Hand:
+    """Return the hand of a robot whose base is the palm.
 
     Parameters
     ----------
-    table : HandTable
-
-    Raises
-    ------
-    TypeError, ValueError
-        If `table` is not a `HandTable`, or a number is not finite or a length or a limit is negative.
+    robot : Robot
+    tips : Fingertips
+    parts : Capsules
+    closing : array, (m,), optional
+        By default, each variable changes in proportion to the mean rate at which it moves fingertips to the middle of
+        all, over those random postures that have most room for an object.
+    approach : array, (3,), optional
+        By default, the axis z.
+    torsion : float
+    breakaway : sequence of int, optional
     """
-    if not isinstance(table, HandTable):
-        raise TypeError(f"hand_of_table: table: {type(table).__name__}; expected a HandTable")
-    numbers = [getattr(table, name) for name in HandTable.__slots__ if name not in ("name", "covers")]
-    if not (np.isfinite(numbers).all() and min(numbers) >= 0 and table.link > 0 and table.radius > 0):
-        raise ValueError(f"hand_of_table: {table}; expected finite numbers, none of them negative")
-    return _hand(table)
-
-
-@cache
-def _hand(table: HandTable) -> Hand:
-    """Return the hand of a valid table; its arrays are read-only."""
-    axes, ratios, tips = [], [], []
-    y, z = np.array([0.0, 1, 0]), np.array([0.0, 0, 1])
-    for side, sense, out in _FINGERS:
-        spread = np.array([0.0, side * table.spread_offset, table.height])
-        root = spread + np.array([out * table.root, 0, 0])
-        last = root + np.array([out * table.link, 0, table.shift])
-        tip = last + table.tip * np.array([out * cos(table.tip_angle), 0, sin(table.tip_angle)])
-        for direction, point, ratio in ((z, spread, sense), (-out * y, root, 1.0), (-out * y, last, table.coupling)):
-            axes.append(pga3.line_from_direction_moment(direction, np.cross(point, direction)))
-            ratios.append(ratio)
-        tips.append(tip)
-    capsules, carriers, radii, first = _capsules(table, table.covers or _simple_covers(table))
-    limits = np.array([[0, table.spread_limit], *[[0, table.bend_limit]] * 3])
-    arrays = (
-        np.array(axes),
-        np.array(ratios),
-        np.array(tips),
-        limits,
-        capsules,
-        carriers,
-        radii,
-        first,
-        _pairs(carriers),
+    clutches = np.array(breakaway, np.intp)
+    limits = np.clip(robot.limits[:, :2], -np.pi, np.pi)
+    homes = np.concatenate([robot.home, _STILL])
+    at_home = (
+        pga3.move_point_back(homes[tips.carriers], tips.centres),
+        pga3.move_point_back(homes[parts.carriers][:, None], parts.ends),
     )
-    for array in arrays:
+    pairs = _pairs(robot, tips, parts)
+
+    def own_clear(placed: Reals) -> Flags:
+        return np.asarray((_clearances(placed, parts.radii, pairs) > 0).all(-1))
+
+    direction = np.array([0.0, 0.0, 1.0]) if approach is None else approach
+    hand = Hand(robot, tips, parts, limits, np.zeros(len(limits)), direction, torsion, clutches, pairs, (), at_home)
+    count = min(_CONTACTS, len(tips.radii))
+    closes, preshapes = preshapes_of(
+        robot, limits, tips.carriers, at_home[0], closing, own_clear, hand.placed_capsules, parts.radii,
+        [np.array(chosen) for chosen in combinations(range(len(tips.radii)), count)],
+    )  # fmt: skip
+    for array in (limits, closes, direction, clutches, pairs, *at_home, *_arrays(tips), *_arrays(parts)):
         array.flags.writeable = False
-    return Hand(table, *arrays)
+    return Hand(robot, tips, parts, limits, closes, direction, torsion, clutches, pairs, preshapes, at_home)
 
 
-def _simple_covers(table: HandTable) -> tuple[Cover, ...]:
-    """Return capsules between the joints of a finger, and two spheres below the plane of the joints."""
-    root, last = (table.root, 0.0, 0.0), (table.root + table.link, 0.0, table.shift)
-    tip = last[0] + table.tip * cos(table.tip_angle), 0.0, last[2] + table.tip * sin(table.tip_angle)
-    centres = [(x * table.root, 0.0, -table.palm_radius) for x in (-0.5, 0.5)]
-    return (
-        Cover("knuckle", (0.0, 0.0, 0.0), root, table.link_radius),
-        Cover("link", root, last, table.link_radius),
-        Cover("tip", last, tip, table.radius),
-        *(Cover("palm", centre, centre, table.palm_radius) for centre in centres),
+def _arrays(record: Fingertips | Capsules) -> list[Reals]:
+    return [getattr(record, name) for name in record.__slots__]
+
+
+def _clearances(ends: Reals, radii: Reals, pairs: Integers) -> Reals:
+    a, b = pairs.T
+    return collisions.capsule_pair_clearance(
+        ends[..., a, 0, :], ends[..., a, 1, :], ends[..., b, 0, :], ends[..., b, 1, :], radii[a] + radii[b]
     )
 
 
-def _capsules(table: HandTable, covers: tuple[Cover, ...]) -> tuple[Reals, Integers, Reals, Integers]:
-    """Return the ends of all capsules in the frame of the hand, their joints and radii, and which are tested first."""
-    ends, carriers, radii, first = [], [], [], []
-    for number, (side, _, out) in enumerate(_FINGERS):
-        for cover in covers:
-            if cover.part == "palm" or (cover.part == "knuckle" and table.covers and number == _FIXED):
-                continue
-            centre = np.array([0.0, side * table.spread_offset, table.height])
-            ends.append([centre + np.array(p) * [out, out, 1] for p in (cover.start, cover.end)])
-            carriers.append(3 * number + _PARTS.index(cover.part))
-            radii.append(cover.radius)
-            first.append(cover.is_first)
-    for cover in covers:
-        if cover.part == "palm":
-            ends.append([np.array(p) + np.array([0, 0, table.height]) for p in (cover.start, cover.end)])
-            carriers.append(-1)
-            radii.append(cover.radius)
-            first.append(cover.is_first)
-    return np.array(ends), np.array(carriers), np.array(radii), np.flatnonzero(first)
-
-
-def _pairs(carriers: Integers) -> Integers:
+def _pairs(robot: Robot, tips: Fingertips, parts: Capsules) -> Integers:
     """Return pairs of capsules that can meet: of different fingers, and of fingertips and the palm.
 
-    The knuckles of the first two fingers are side by side in all positions.
+    Those that overlap where all joints are at 0 belong together, such as neighbouring knuckles.
     """
-    finger, part = np.where(carriers < 0, -1, carriers // 3), carriers % 3
+    above = [set(path_to(robot, int(carrier))) for carrier in parts.carriers]
+    is_tip = np.isin(parts.carriers, tips.carriers)
     found = []
-    for a, b in combinations(range(len(carriers)), 2):
-        fingers = finger[a] != finger[b] and min(finger[a], finger[b]) >= 0 and part[a] + part[b] > 0
-        palm = (finger[b] < 0 <= finger[a] and part[a] == 2) or (finger[a] < 0 <= finger[b] and part[b] == 2)
+    for a, b in combinations(range(len(parts.carriers)), 2):
+        fingers = above[a] and above[b] and not (above[a] <= above[b] or above[b] <= above[a])
+        palm = (is_tip[a] and not above[b]) or (is_tip[b] and not above[a])
         if fingers or palm:
             found.append((a, b))
-    return np.array(found).reshape(-1, 2)
+    pairs = np.array(found, np.intp).reshape(-1, 2)
+    return pairs[_clearances(parts.ends, parts.radii, pairs) > 0]

@@ -76,7 +76,10 @@ class Surface:
     def outside(self) -> Surface:
         """Return the surface with those samples that are on the outside."""
         contacts = pga3.move_point(self.frame, self.points), pga3.move_direction(self.frame, self.normals)
-        kept = self.is_outer(*contacts)
+        return self.with_samples(self.is_outer(*contacts))
+
+    def with_samples(self, kept: Flags) -> Surface:
+        """Return the surface with some of its samples."""
         return replace(self, points=self.points[kept], normals=self.normals[kept])
 
 

@@ -80,11 +80,11 @@ def plot_grasp(
     if grasp.status != GraspStatus.OK:
         return axes
     ends = pga3.move_point(grasp.motor, hand.placed_capsules(grasp.joints))
-    for start, end in ends[hand.carriers >= 0]:
-        axes.plot(*np.stack([start, end], -1), color="tab:blue", linewidth=5, alpha=0.7)
-    roots = pga3.move_point(grasp.motor, hand.roots)
-    axes.plot(*np.concatenate([roots, roots[:1]]).T, color="tab:blue", linewidth=3)
-    axes.plot(*circle_of_contacts(grasp.contacts).T, color="tab:orange")
+    for (start, end), carrier in zip(ends, hand.parts.carriers, strict=True):
+        width, alpha = (5, 0.7) if carrier >= 0 else (3, 0.4)
+        axes.plot(*np.stack([start, end], -1), color="tab:blue", linewidth=width, alpha=alpha)
+    if len(grasp.contacts) == 3:
+        axes.plot(*circle_of_contacts(grasp.contacts).T, color="tab:orange")
     axes.scatter(*grasp.contacts.T, color="tab:red")
     forces, _ = pga3.line_to_direction_moment(contact_wrenches(grasp.contacts, grasp.normals, friction))
     for contact, edges in zip(grasp.contacts, forces, strict=True):

@@ -1,9 +1,9 @@
-"""Grasps of an object by a hand with three fingers (section 20.4)."""
+"""Grasps of an object by a hand (section 20.4)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import overload
 
 import numpy as np
@@ -11,15 +11,19 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals, finite_number
+from ..arguments import Reals, finite, finite_number, real_array
 from ..geometry.meshes import Integers, checked_mesh
 from ..kinematics.collisions.obstacles import Obstacle
-from .hand_poses import REACHED, Body, Others, body_of, clear_poses, reaching
-from .hands import Hand, HandTable, hand_of_table
+from .barrett import HandTable, hand_of_table
+from .forces import ForceStatus, contact_forces
+from .hand_poses import Body, Others, body_of, clear_poses, reaching
+from .hands import Hand
 from .meshes import Surface, surface_of
+from .pairs import pairs
+from .preshapes import REACHED
 from .quality import grasp_quality
 from .status import GraspStatus
-from .triples import LEAST_QUALITY, Span, triangle_sides, triples
+from .triples import LEAST_QUALITY, Span, triples
 
 _BLOCK = 10
 """Number of triples for which the hand is placed at a time."""
@@ -33,6 +37,8 @@ _MORE = 3
 """It also ends with so many grasps more than requested."""
 _THINNEST = 0.002
 """The least thickness of an object, in metres."""
+_DISPLACED = 24
+"""Limit on work: the number of random displacements of the contacts of a grasp."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,18 +46,22 @@ class Grasp:
     """A grasp of an object, or the reason why there is none."""
 
     contacts: Reals
-    """(3, 3) Points of the surface; row k is that of finger k + 1. NaN without a grasp."""
+    """(c, 3) Points of the surface, each of which a fingertip touches. NaN without a grasp."""
     normals: Reals
-    """(3, 3) Outward unit normals of the faces at the contacts."""
+    """(c, 3) Outward unit normals of the faces at the contacts."""
     motor: Reals
     """(8,) The pose of the hand, a motor of `generated.pga3`; the identity without a grasp."""
     joints: Reals
-    """(4,) The spread and the bend of each finger, in rad; zeros without a grasp."""
+    """(m,) The variables of the hand; zeros without a grasp. Those of a Barrett hand are the spread and three bends."""
     quality: float
     """The quality of `grasp_quality` about the centre of mass, with the largest distance of a vertex as length."""
     status: GraspStatus
     open_joints: Reals = field(default_factory=lambda: np.zeros(4))
-    """(4,) The joints before the fingers close: the same spread, and smaller bends."""
+    """(m,) The joints before the fingers close."""
+    fingers: Integers = field(default_factory=lambda: np.arange(3))
+    """(c,) The number of the fingertip at each contact. Other fingers are open."""
+    largest: float = np.nan
+    """The largest normal force of a finger that balances each of the loads of `plan_grasps`; NaN without loads."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,8 +105,10 @@ def plan_grasps(
     count: int = 2,
     obstacles: Sequence[Obstacle] = (),
     margin: float = 0.003,
+    displacement: float = 0.0,
+    loads: ArrayLike | None = None,
 ) -> GraspPlan:
-    """Plan grasps of an object, given as a closed mesh, by a hand with three fingers.
+    """Plan grasps of an object, given as a closed mesh, by three fingertips of a hand, or by both of a gripper.
 
     Parameters
     ----------
@@ -107,9 +119,10 @@ def plan_grasps(
         be several solids that touch or overlap; contacts are then on the outside of all, and masses are added.
     style : {1, 2, 3}
         1: three contacts around a section through the centre of mass. 2: contacts whose friction cones contain the
-        direction to the centre of mass. 3: a thumb opposite to two fingers.
+        direction to the centre of mass. 3: a thumb opposite to two fingers. Without effect for hands with two fingers,
+        which hold an object on opposite sides.
     hand : HandTable or Hand, optional
-        The BH8-280 by default.
+        The BH8-280 by default. `hand_from_urdf` returns others.
     friction : float
         The coefficient of friction.
     edges : int
@@ -121,13 +134,19 @@ def plan_grasps(
         beginning of its approach, such as a table.
     margin : float
         The distance to keep from obstacles, in metres.
+    displacement : float
+        How far the contacts may be displaced on the surface, such as by an error of the object's pose, in metres. The
+        quality of a grasp is then the least one of some random displacements of this size.
+    loads : array_like, (k, 6), optional
+        What is to act on the object: forces and torques about its centre of mass, in the frame of the mesh. Grasps that
+        balance all of them are returned, those first whose fingers push least.
 
     Returns
     -------
     GraspPlan
         Grasps with the status OK have force closure, contacts on the surface, joints within limits, and fingertips at
         the contacts. The hand is clear of the object and of itself: in the grasp, while the fingers close, and while
-        the open hand approaches along its axis z from a distance of 8 cm.
+        the open hand approaches in its direction, `Hand.approach`, from a distance of 8 cm.
 
     Raises
     ------
@@ -145,44 +164,75 @@ def plan_grasps(
             raise ValueError(f"plan_grasps: {name}: {value!r}; expected an integer of at least {least}")
     if not finite_number(margin, "plan_grasps: margin") >= 0:
         raise ValueError(f"plan_grasps: margin: {margin}; expected at least 0 metres")
+    if not finite_number(displacement, "plan_grasps: displacement") >= 0:
+        raise ValueError(f"plan_grasps: displacement: {displacement}; expected at least 0 metres")
+    task = np.zeros((0, 6))
+    if loads is not None:
+        task = np.atleast_2d(finite(real_array(loads, "loads", (6,), "forces and torques as rows"), "loads"))
     points, corners = checked_mesh(vertices, faces, "plan_grasps")
     surface = surface_of(points, corners)
     if isinstance(surface, GraspStatus):
-        return GraspPlan((_failed(surface),), model, friction)
-    found = _planned(surface, model, style, friction, edges, count, Others(surface.frame, tuple(obstacles), margin))
-    grasps = (_failed(found),) if isinstance(found, GraspStatus) else found
+        return GraspPlan((_failed(surface, model),), model, friction)
+    others = Others(surface.frame, tuple(obstacles), margin)
+    wanted = _Wanted(style, friction, edges, count, float(displacement), task)
+    found = _planned(surface, model, wanted, others)
+    grasps = (_failed(found, model),) if isinstance(found, GraspStatus) else found
     return GraspPlan(grasps, model, friction, points, corners)
 
 
-def _failed(status: GraspStatus) -> Grasp:
-    nowhere = np.full((3, 3), np.nan)
-    return Grasp(nowhere, nowhere.copy(), np.eye(8)[0], np.zeros(4), 0.0, status)
+def _failed(status: GraspStatus, hand: Hand) -> Grasp:
+    nowhere, rest = np.full((hand.contacts, 3), np.nan), np.zeros(len(hand.limits))
+    fingers = hand.preshapes[0].fingers
+    return Grasp(nowhere, nowhere.copy(), np.eye(8)[0], rest, 0.0, status, rest.copy(), fingers)
 
 
-def _planned(
-    surface: Surface, hand: Hand, style: int, friction: float, edges: int, count: int, others: Others
-) -> tuple[Grasp, ...] | GraspStatus:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Wanted:
+    """The options of `plan_grasps` that concern contacts and forces."""
+
+    style: int
+    friction: float
+    edges: int
+    count: int
+    displacement: float
+    loads: Reals
+
+
+def _planned(surface: Surface, hand: Hand, wanted: _Wanted, others: Others) -> tuple[Grasp, ...] | GraspStatus:
     if surface.extents.min() < _THINNEST:
         return GraspStatus.TOO_THIN
-    opening = _opening(hand)
-    if surface.extents.min() + 2 * hand.table.radius > opening:
-        return GraspStatus.TOO_LARGE
-    span = Span(hand.table.radius, 2 * hand.table.radius, opening)
-    rows, bounds = triples(surface, style, friction, span)
+    radius = float(hand.tips.radii.min())
+    span = Span(radius, 2 * radius, hand.opening)
+    body = body_of(surface)
+    kept = others.touchable(surface, radius)
+    if not kept.any():
+        return GraspStatus.COLLISION
+    whole, surface = surface, surface if kept.all() else surface.with_samples(kept)
+
+    def contacts(span: Span, thorough: bool = False) -> tuple[Integers, Reals]:
+        if hand.contacts == 2:
+            return pairs(surface, wanted.friction, hand.torsion, span)
+        return triples(surface, wanted.style, wanted.friction, span, thorough)
+
+    rows, bounds = contacts(span)
     if not len(rows):
-        return _cause_of_none(surface, style, friction, span)
-    search = _Search(surface, hand, friction, edges, count, others, body_of(surface))
+        return _cause_of_none(contacts, span)
+    search = _Search(surface, hand, wanted, others, body)
     found, cause = search.grasps(rows, bounds)
-    if cause != GraspStatus.OUT_OF_REACH and _best(found) < _POOR * bounds.max():
+    if hand.contacts > 2 and cause != GraspStatus.OUT_OF_REACH and _best(found) < _POOR * bounds.max():
         # The fingers collide at contacts that are close together; a triple far apart is better than a poor one.
-        far = Span(span.radius, 2 * hand.tip_radius, opening)
-        more, _ = search.grasps(*triples(surface, style, friction, far, thorough=True))
+        far = Span(span.radius, 2 * hand.tip_radius, hand.opening)
+        more, _ = search.grasps(*contacts(far, True))
         found += more
     found.sort(key=lambda one: -one.quality)
-    contacts = np.array([(one.contacts, one.normals) for one in found[:count]]).reshape(-1, 2, 3, 3)
-    if not surface.is_outer(*np.swapaxes(contacts, 0, 1).reshape(2, -1, 3)).all():
+    count = wanted.count
+    if len(wanted.loads):
+        loaded = [_loaded(surface, hand, wanted, one) for one in found]
+        found = sorted((one for one in loaded if one.largest < np.inf), key=lambda one: one.largest)
+    held = np.array([(one.contacts, one.normals) for one in found[:count]]).reshape(-1, 2, hand.contacts, 3)
+    if not surface.is_outer(*np.swapaxes(held, 0, 1).reshape(2, -1, 3)).all():
         # Solids overlap: the search begins again with the samples of their common surface.
-        return _planned(surface.outside(), hand, style, friction, edges, count, others)
+        return _planned(whole.outside(), hand, wanted, others)
     return tuple(found[:count]) or cause
 
 
@@ -192,32 +242,29 @@ class _Search:
 
     surface: Surface
     hand: Hand
-    friction: float
-    edges: int
-    count: int
+    wanted: _Wanted
     others: Others
     body: Body
 
     def grasps(self, rows: Integers, bounds: Reals) -> tuple[list[Grasp], GraspStatus]:
-        """Return grasps with some of the triples (t, 3) and their bounds, and why there are not more."""
-        surface, hand, count = self.surface, self.hand, self.count
-        centres = surface.points + hand.table.radius * surface.normals
-        # The largest bound of the triples from each one on.
+        """Return grasps at some of the contacts (t, c) with their bounds, and why there are not more."""
+        surface, hand, count = self.surface, self.hand, self.wanted.count
+        # The largest bound of the rows from each one on.
         ahead = np.append(np.maximum.accumulate(bounds[::-1])[::-1], 0.0)
         cause = GraspStatus.OUT_OF_REACH
         found: list[Grasp] = []
         for first in range(0, min(len(rows), _BLOCK * _BLOCKS), _BLOCK):
-            poses = reaching(surface, hand, centres, rows[first : first + _BLOCK])
-            if len(poses.triple):
+            poses = reaching(surface, hand, rows[first : first + _BLOCK])
+            if len(poses.row):
                 cause = max(cause, GraspStatus.COLLISION)
             limits = bounds[first : first + _BLOCK]
             for at, start in clear_poses(self.body, hand, poses, self.others, limits, lambda: _least(found, count)):
                 cause = GraspStatus.NO_FORCE_CLOSURE
-                pose = poses.samples[at], poses.motors[at], poses.joints[at], start
-                one = _verified(surface, hand, *pose, self.friction, self.edges)
+                pose = poses.samples[at], poses.fingers[at], poses.motors[at], poses.joints[at], start
+                one = _verified(surface, hand, *pose, self.wanted)
                 if one is not None:
                     found.append(one)
-                if _is_enough(found, count, _GOOD * ahead[first + poses.triple[at] + 1]):
+                if _is_enough(found, count, _GOOD * ahead[first + poses.row[at] + 1]):
                     break
             if _is_enough(found, count, _FAIR * ahead[min(first + _BLOCK, len(rows))]):
                 break
@@ -228,11 +275,11 @@ def _best(found: list[Grasp]) -> float:
     return max((one.quality for one in found), default=0.0)
 
 
-def _cause_of_none(surface: Surface, style: int, friction: float, span: Span) -> GraspStatus:
-    """Return why there are no triples within the span of the hand."""
-    if len(triples(surface, style, friction, Span(span.radius, span.least, np.inf))[0]):
+def _cause_of_none(contacts: Callable[[Span], tuple[Integers, Reals]], span: Span) -> GraspStatus:
+    """Return why there are no contacts within the span of the hand."""
+    if len(contacts(Span(span.radius, span.least, np.inf))[0]):
         return GraspStatus.TOO_LARGE
-    if len(triples(surface, style, friction, Span(span.radius, 0.0, span.most))[0]):
+    if len(contacts(Span(span.radius, 0.0, span.most))[0]):
         return GraspStatus.TOO_THIN
     return GraspStatus.NO_CONTACTS
 
@@ -249,37 +296,63 @@ def _is_enough(found: list[Grasp], count: int, quality: float) -> bool:
     return len(found) >= count + _MORE or _best(found) > quality
 
 
-def _opening(hand: Hand) -> float:
-    """Return the largest distance of the first from the third fingertip."""
-    bends = np.linspace(hand.limits[1, 0], hand.limits[1, 1], 64)
-    joints = np.stack([0 * bends, bends, bends, bends], -1)
-    return float(triangle_sides(hand.fingertips(joints)).max())
-
-
 def _verified(
     surface: Surface,
     hand: Hand,
     samples: Integers,
+    fingers: Integers,
     motor: Reals,
     joints: Reals,
     start: Reals,
-    friction: float,
-    edges: int,
+    wanted: _Wanted,
 ) -> Grasp | None:
     """Return a grasp in the frame of the mesh if its fingertips touch the contacts and it has force closure."""
     contacts, normals = surface.points[samples], surface.normals[samples]
-    tips = pga3.move_point(motor, hand.fingertips(joints))
-    if not np.abs(tips - contacts - hand.table.radius * normals).max() < 10 * REACHED:
+    tips = pga3.move_point(motor, hand.fingertips(joints)[fingers])
+    if not np.abs(tips - contacts - hand.tips.radii[fingers, None] * normals).max() < 10 * REACHED:
         return None
-    quality = grasp_quality(contacts, normals, friction, edges, length=surface.length)
-    if not quality > LEAST_QUALITY:
-        return None
+    least = np.inf
+    for at in (samples, *_displaced(surface, samples, wanted.displacement)):
+        quality = grasp_quality(
+            surface.points[at],
+            surface.normals[at],
+            wanted.friction,
+            wanted.edges,
+            length=surface.length,
+            torsion=hand.torsion,
+        )
+        least = min(least, quality)
+        if not least > LEAST_QUALITY:
+            return None
     return Grasp(
         pga3.move_point(surface.frame, contacts),
         pga3.move_direction(surface.frame, normals),
         pga3.motor_product(surface.frame, motor),
         joints,
-        quality,
+        least,
         GraspStatus.OK,
         start,
+        fingers,
     )
+
+
+def _displaced(surface: Surface, samples: Integers, most: float) -> list[Integers]:
+    """Return samples that are at most a distance from those of a grasp, the same in each process."""
+    if most == 0:
+        return []
+    gaps = np.sqrt(np.square(surface.points - surface.points[samples, None]).sum(-1))
+    near = [np.flatnonzero(gap <= most) for gap in gaps]
+    rng = np.random.default_rng(22)
+    return [np.array([rng.choice(one) for one in near]) for _ in range(_DISPLACED)]
+
+
+def _loaded(surface: Surface, hand: Hand, wanted: _Wanted, one: Grasp) -> Grasp:
+    """Return a grasp with the force that balances each of the loads, infinite if some load cannot be balanced."""
+    centre = pga3.move_point(surface.frame, np.zeros(3))
+    largest = 0.0
+    for load in wanted.loads:
+        held = contact_forces(
+            one.contacts, one.normals, load, wanted.friction, wanted.edges, centre, torsion=hand.torsion
+        )
+        largest = max(largest, held.largest if held.status == ForceStatus.OK else np.inf)
+    return replace(one, largest=largest)

@@ -74,12 +74,6 @@ class Span:
         return held
 
 
-def triangle_sides(points: Reals) -> Reals:
-    """Return the distances (..., 3) of three points (..., 3, 3) from the next one each."""
-    gaps = points - np.roll(points, -1, -2)
-    return np.sqrt(np.square(gaps).sum(-1))  # type: ignore[no-any-return]
-
-
 def triples(
     surface: Surface, style: int, friction: float, span: Span, thorough: bool = False
 ) -> tuple[Integers, Reals]:

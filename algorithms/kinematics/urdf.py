@@ -214,7 +214,7 @@ def length_of(vector: Floats) -> float:
     return sqrt(x * x + y * y + z * z)
 
 
-def motor_of(element: ElementTree.Element | None, where: str) -> Floats:
+def origin_of(element: ElementTree.Element | None, where: str) -> Floats:
     """Return the motor of an <origin>."""
     r, p, y = numbers(element, "rpy", "0 0 0", 3, where)
     rotors = [pga3.rotor_from_axis_angle(axis, angle) for axis, angle in ((_Z, y), (_Y, p), (_X, r))]
@@ -243,7 +243,7 @@ def _link(name: str, element: ElementTree.Element | None, where: str) -> Link:
     tensor = [_number(element.find("inertia"), key, None, where) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")]
     if mass < 0 or not is_tensor(tensor):
         raise DescriptionError(f"{where}: mass {mass}, inertia {tensor}; expected no negative mass, ixx, iyy, izz")
-    place = motor_of(element.find("origin"), where)
+    place = origin_of(element.find("origin"), where)
     with np.errstate(over="ignore", invalid="ignore"):
         body = _known(placed(place, np.array([mass, 0, 0, 0, *tensor])), f"{where}: its inertia")
     return Link(name, body, fault_of(tensor))
@@ -296,7 +296,7 @@ def _joints(root: ElementTree.Element, links: dict[str, Link], where: str) -> li
                 type_,
                 ends[0],
                 ends[1],
-                motor_of(element.find("origin"), here),
+                origin_of(element.find("origin"), here),
                 axis / (length or 1.0),
                 _limits(element.find("limit"), type_, here),
                 None

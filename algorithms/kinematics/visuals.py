@@ -20,7 +20,7 @@ from generated import pga3
 from ..arguments import Reals
 from .errors import DescriptionError
 from .packages import folders_of
-from .urdf import described, motor_of, numbers
+from .urdf import described, numbers, origin_of
 
 Faces = Sequence[Sequence[int]]
 _SIDES, _RINGS = 20, 9
@@ -84,7 +84,7 @@ def visuals_of(source: str | Path, arguments: Mapping[str, Any]) -> tuple[list[V
                 missing.append(shape)
             elif shape is not None:
                 corners, faces = shape
-                placed = pga3.move_point(motor_of(element.find("origin"), here), corners)
+                placed = pga3.move_point(origin_of(element.find("origin"), here), corners)
                 found.append(Visual(name, placed, faces, _colour(element.find("material"), colours)))
     return found, missing
 

@@ -1,26 +1,40 @@
-"""Grasps of a hand with three fingers: meshes, contacts, wrenches, the kinematics of the hand, and its clearance.
+"""Grasps: meshes, contacts, wrenches, postures of any hand, and its clearance.
 
 Points, lines and motors are those of G(3,0,1), as in the module `pga3`. A contact force is a line: the join of the
 point of contact with the direction of the force. A twist is a line as well, and the point at x moves with the
 commutator of the twist and the point.
 
-The nine joints of a hand are given in the order finger by finger, from the palm to the tip. `axes` are their lines in
-the rest position. The variables of the hand are the spread, which rotates the first joint of each finger, and the bends
-of the fingers, each of which rotates the second and third joint; `ratios` are the factors of these rotations.
+A hand is a tree of joints on a palm, with the tables of `gacompiler.specs.robots`.
 """
 
 from fractions import Fraction
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, assemble, each, fold, gather, index, iterate, kernel, solve_symmetric, sqrt, total
+from gacompiler import (
+    SCALAR,
+    array,
+    assemble,
+    each,
+    equal,
+    fold,
+    gather,
+    index,
+    iterate,
+    kernel,
+    matrices,
+    row_numbers,
+    select,
+    sqrt,
+    total,
+    transpose,
+)
 from gacompiler.algebra.catalog import PGA3
-from gacompiler.specs.families.covariances import dot
+from gacompiler.specs import robots
+from gacompiler.specs.families.covariances import cross, dot
 
-LINE, MOTOR, POINT = PGA3.LINE, PGA3.MOTOR, PGA3.POINT
+LINE, POINT = PGA3.LINE, PGA3.POINT
 VECTOR, TRIPLE = array(SCALAR, 3), array(SCALAR, 3, 3)
-FINGERS, JOINTS, VARIABLES = 3, 9, 4
-Q, AXES, RATIOS = array(SCALAR, VARIABLES), array(SCALAR, JOINTS, 6), array(SCALAR, JOINTS)
-LIMITS = array(SCALAR, VARIABLES, 2)
+VARIABLES, LIMITS = array(SCALAR, "m"), array(SCALAR, "m", shared=True)
 POINTS = array(SCALAR, "n", 3, shared=True)
 VERTICES, CORNER = array(SCALAR, "v", 3, shared=True), index("m", into="v")
 TWISTS = array(SCALAR, "d", 6, shared=True)
@@ -28,9 +42,9 @@ TINY, FAR = Fraction(1, 10**30), float(2**100)
 STEPS = 8
 """Maximum number of steps of `preshape`; where more do not converge, rounding errors grow without bound."""
 EXACT = Fraction(1, 10**11)
-"""The error of a side of the triangle of the fingertips, in metres, at which `preshape` stops."""
+"""The error of a distance between fingertips, in metres, at which `preshape` stops."""
 LONGEST = Fraction(1, 2)
-"""The largest change of a variable in one step, in rad."""
+"""The largest change of a variable in one step, in radians, or in metres if it is that of a slide."""
 DAMPING = Fraction(1, 10**8)
 SIDES = ((0, 1), (1, 2), (2, 0))
 
@@ -49,10 +63,6 @@ def _line(numbers):
 
 def _minus(a, b):
     return tuple(x - y for x, y in zip(a, b, strict=True))
-
-
-def _cross(a, b):
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 # Meshes.
@@ -78,7 +88,7 @@ def mesh_moments(vertices, i, j, k):
     """
 
     def of(a, b, c):
-        normal = _cross(_minus(b, a), _minus(c, a))
+        normal = cross(_minus(b, a), _minus(c, a))
         six = dot(a, normal)
         middle = tuple(x + y + z for x, y, z in zip(a, b, c, strict=True))
         second = tuple(
@@ -214,94 +224,145 @@ def refined_bound(contacts, normals, friction, twists, shares):
     return fold(step, (least, start), shares)[0]
 
 
+@kernel(
+    point=VECTOR, normal=VECTOR, points=POINTS, normals=array(SCALAR, "n", 3, shared=True),
+    friction=SCALAR, size=SCALAR, most=SCALAR, returns=(SCALAR, SCALAR),
+)  # fmt: skip
+def partner(point, normal, points, normals, friction, size, most):
+    """Find the sample that, with a given one, is held best by two soft fingers.
+
+    The line between the contacts must be inside both friction cones (Nguyen, 1988). The sum of two squares is least: of
+    the slope of the line relative to that of the cones, because steep forces may slip, and of the distance of the
+    line from the centre of mass relative to the size, because weights far from the line turn the object.
+
+    Parameters
+    ----------
+    point, normal
+        A sample, relative to the centre of mass, and the outward unit normal.
+    points, normals
+        The samples among which the partner is found.
+    friction
+        The coefficient of friction.
+    size
+        The size of the object.
+    most
+        The largest distance of the contacts.
+
+    Returns
+    -------
+    cost
+        The least sum of squares; beyond 1e30 if no sample is a partner.
+    number
+        The row of the partner.
+    """
+    own = dot(point, point)
+
+    def closer(state, q, n, number):
+        low, found = state
+        gap = _minus(q, point)
+        square = dot(gap, gap)
+        along = ga.minimum(-dot(gap, normal), dot(gap, n))
+        slope = (square / (along * along + TINY) - 1) / (friction * friction)
+        product = dot(point, q)
+        lever = (own * dot(q, q) - product * product) / ((square + TINY) * size * size)
+        cost = select(ga.minimum(ga.minimum(along, 1 - slope), most * most - square) > 0, slope + lever, FAR)
+        return ga.minimum(low, cost), select(cost < low, number, found)
+
+    return fold(closer, (FAR, 0), points, normals, row_numbers(points))
+
+
 # The hand.
 
 
-def _rotation(angle, axis):
-    return ga.cos(angle / 2) - ga.sin(angle / 2) * axis
+def _velocity(axis, place):
+    """Compute the velocity of a point that a joint moves with its twist at unit speed."""
+    turning, moment = (axis["e23"], -axis["e13"], axis["e12"]), (axis["e01"], axis["e02"], axis["e03"])
+    return tuple(x + y for x, y in zip(moment, cross(turning, place), strict=True))
 
 
-@kernel(q=Q, axes=AXES, ratios=RATIOS, returns=array(SCALAR, JOINTS, 8))
-def hand_links(q, axes, ratios):
-    """Compute the motors that take the nine links from the rest position to the variables `q`."""
-    motors = []
-    for finger in range(FINGERS):
-        motor = 1
-        for joint in range(3 * finger, 3 * finger + 3):
-            motor = motor * _rotation(ratios[joint] * q[0 if joint == 3 * finger else finger + 1], _line(axes[joint]))
-            motors.append(motor)
-    return tuple(tuple(m[name] for name in MOTOR.blades) for m in motors)
+@kernel(
+    q=VARIABLES, sides=array(SCALAR, "s"), parents=robots.PARENTS,
+    **robots.JOINTS | {"variables": index("n", into="m")},
+    tips=index("f", into="n"), centres=array(SCALAR, "f", 3, shared=True),
+    moved=index("p", into="f"), movers=index("p", into="n"), shares=array(SCALAR, "m", "p", shared=True),
+    starts=index("s", into="f"), ends=index("s", into="f"), signs=array(SCALAR, "s", "p", shared=True),
+    low=LIMITS, high=LIMITS, returns=(VARIABLES, SCALAR),
+)  # fmt: skip
+def preshape(
+    q, sides, parents, variables, ratios, offsets, places, screws, turns,
+    tips, centres, moved, movers, shares, starts, ends, signs, low, high,
+):  # fmt: skip
+    """Compute variables of the hand for which some distances between fingertips are given.
 
-
-def _fingertip(finger, q, axes, ratios, tips):
-    """Return a fingertip, and its velocities by the spread and by the bend of the finger."""
-    spread, bend, last = (_line(axes[3 * finger + k]) for k in range(3))
-    angles = [ratios[3 * finger] * q[0], *(ratios[3 * finger + k] * q[finger + 1] for k in (1, 2))]
-    # Lines and points are moved by the last joint first, so that no product of motors is needed.
-    outer = ga.sandwich(_rotation(angles[2], last), _place(tips[finger]))
-    by_last = ga.commutator(outer, last)
-    inner = _rotation(angles[1], bend)
-    middle = ga.sandwich(inner, outer)
-    by_bend = ratios[3 * finger + 1] * ga.commutator(middle, bend) + ratios[3 * finger + 2] * ga.sandwich(
-        inner, by_last
-    )
-    base = _rotation(angles[0], spread)
-    tip = ga.sandwich(base, middle)
-    by_spread = ratios[3 * finger] * ga.commutator(tip, spread)
-    return _coordinates(tip), _coordinates(by_spread), _coordinates(ga.sandwich(base, by_bend))
-
-
-@kernel(q=Q, axes=AXES, ratios=RATIOS, tips=TRIPLE, sides=VECTOR, limits=LIMITS, returns=(Q, SCALAR), loops=True)
-def preshape(q, axes, ratios, tips, sides, limits):
-    """Compute variables of the hand for which the fingertips form a triangle with given sides.
-
-    The steps are the shortest ones that correct the sides to first order. Four variables and three sides leave one
-    degree of freedom: the result is near the start.
+    The steps are the shortest ones that correct the distances to first order. A hand has mostly more variables than
+    distances: the result is near the start.
 
     Parameters
     ----------
     q
         The start.
-    axes, ratios
-        The kinematic table.
-    tips
-        The fingertips in the rest position.
     sides
-        The lengths from the first to the second tip, from the second to the third, and from the third to the first.
-    limits
-        The lowest and the highest value of each variable.
+        The distances, such as the sides of a triangle.
+    parents, variables, ratios, offsets, places, screws, turns
+        The joints.
+    tips, centres
+        The joint that carries each fingertip, and its centre in the frame of this joint.
+    moved, movers
+        Pairs of a fingertip and a joint that moves it.
+    shares
+        For each variable and pair the ratio of the joint if it follows the variable, otherwise 0.
+    starts, ends
+        The fingertips of each distance.
+    signs
+        For each distance and pair 1 if the fingertip is the first of the distance, -1 if it is the second, otherwise 0.
+    low, high
+        Limits of the variables.
 
     Returns
     -------
     q
         The variables.
     error
-        The largest error of a side before the last step.
+        The largest error of a distance before the last step.
     """
 
     def step(state):
         old, _ = state
-        poses = [_fingertip(finger, old, axes, ratios, tips) for finger in range(FINGERS)]
-        off, rows = [], []
-        for k, (a, b) in enumerate(SIDES):
-            gap = _minus(poses[a][0], poses[b][0])
-            off.append((dot(gap, gap) / sides[k] - sides[k]) / 2)
-            row = [0] * VARIABLES
-            row[0] = dot(gap, _minus(poses[a][1], poses[b][1])) / sides[k]
-            row[a + 1] = dot(gap, poses[a][2]) / sides[k]
-            row[b + 1] = -dot(gap, poses[b][2]) / sides[k]
-            rows.append(row)
-        matrix = [[dot(rows[i], rows[j]) + (DAMPING if i == j else 0) for j in range(3)] for i in range(3)]
-        pull, _ = solve_symmetric(matrix, off)
-        new = []
-        for v in range(VARIABLES):
-            change = -sum(rows[k][v] * pull[k] for k in range(3))
-            bounded = ga.minimum(ga.maximum(change, -LONGEST), LONGEST)
-            new.append(ga.minimum(ga.maximum(old[v] + bounded, limits[v][0]), limits[v][1]))
-        error = ga.maximum(ga.absolute(off[0]), ga.maximum(ga.absolute(off[1]), ga.absolute(off[2])))
-        return tuple(new), error
+        own = robots.own_poses(old, variables, ratios, offsets, places, screws, turns)
+        poses = robots.in_base(own, parents)
+        axes = each(robots.to_parent, poses, screws)
 
-    (found, error), _, _ = iterate(step, (tuple(q), FAR), lambda _, new: new[1] < EXACT, STEPS)
+        def placed(pose, centre):
+            return tuple(x + y for x, y in zip(pose.place, robots.rotated(pose.rotor, centre), strict=True))
+
+        points = each(placed, gather(poses, tips), centres)
+        velocities = each(_velocity, gather(axes, movers), gather(points, moved))
+        gaps = each(_minus, gather(points, starts), gather(points, ends))
+        off = each(lambda gap, side: (dot(gap, gap) / side - side) / 2, gaps, sides)
+
+        def row(gap, side, sign):
+            speeds = each(lambda s, v: s * dot(gap, v) / side, sign, velocities)
+            return each(lambda share: matrices.dot(share, speeds), shares)
+
+        rows = each(row, gaps, sides, signs)
+        numbers = row_numbers(off)
+        matrix = each(
+            lambda one, i: each(
+                lambda other, j: matrices.dot(one, other) + select(equal(i, j), DAMPING, 0), rows, numbers
+            ),
+            rows, numbers,
+        )  # fmt: skip
+        pull = matrices.solve_positive(matrix, off)[0]
+        changes = each(lambda column: matrices.dot(column, pull), transpose(rows))
+
+        def moved_within(x, change, least, most):
+            bounded = ga.minimum(ga.maximum(change, -LONGEST), LONGEST)
+            return ga.minimum(ga.maximum(x - bounded, least), most)
+
+        error = fold(lambda most, x: ga.maximum(most, ga.absolute(x)), 0, off)
+        return each(moved_within, old, changes, low, high), error
+
+    (found, error), _, _ = iterate(step, (q, FAR), lambda _, new: new[1] < EXACT, STEPS)
     return found, error
 
 

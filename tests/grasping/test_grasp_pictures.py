@@ -22,8 +22,8 @@ def test_a_grasp_is_drawn_with_its_contacts_and_cones():
     axes = pictures.plot_grasp(vertices, faces, plan[0], plan.hand)
     drawn = np.stack(axes.collections[-1]._offsets3d, -1)
     assert np.allclose(np.asarray(drawn, float), plan[0].contacts)
-    # Thirteen capsules of the fingers, the palm, the circle, and eight edges of three cones.
-    assert len(axes.lines) == 3 * 3 + 2 * 2 + 1 + 1 + 24
+    # Capsules of the fingers and the palm, the circle, and eight edges of three cones.
+    assert len(axes.lines) == len(plan.hand.radii) + 1 + 24
 
 
 def test_without_a_grasp_only_the_object_is_drawn():

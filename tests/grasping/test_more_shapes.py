@@ -14,7 +14,7 @@ QUICK = "bowl small", "box sugar", "clamp", "cone", "hammer", "scissors"
 REACHED_BY_TWO_STYLES = {"plate": 3, "star": 2}
 """Shapes for which one of the styles has no grasp: its status names the cause."""
 CAUSES = GraspStatus.COLLISION, GraspStatus.TOO_THIN
-PARTS = {("dumbbell", 2): 0.55, ("box large", 2): 0.65, ("hammer", 2): 0.7}
+PARTS = {("dumbbell", 2): 0.55, ("box large", 2): 0.65, ("hammer", 2): 0.7, ("hammer", 1): 0.75, ("block 25", 1): 0.65}
 """Least parts of the best quality where that is not among the contacts of the style: all have less than 0.85."""
 
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 from selection import some_slow
 
 from algorithms.grasping import BARRETT_OPENRAVE, GraspStatus, plan_grasps
+from benchmarks.force_closure import distances_to_segment, is_closed_by_forces
 from generated import pga3
 from tests.support.scans import NAMES, box, cylinder, scan, sphere, torus
 
@@ -34,50 +34,21 @@ def distances_to_mesh(points, vertices, faces):
     return np.array(found)
 
 
-def wrenches(contacts, normals, friction, edges=8):
-    rows = []
-    for p, n in zip(contacts, normals, strict=True):
-        u = np.linalg.svd(n[None])[2][1:]
-        angles = 2 * np.pi * np.arange(edges) / edges
-        force = -n + friction * (np.cos(angles)[:, None] * u[0] + np.sin(angles)[:, None] * u[1])
-        rows.append(np.hstack([force, np.cross(p, force)]))
-    return np.concatenate(rows)
-
-
-def has_force_closure(rows):
-    """Determine by a linear programme whether zero is a combination with positive factors of spanning wrenches."""
-    scaled = rows / np.abs(rows).max(0)
-    if np.linalg.matrix_rank(scaled, 1e-6) < 6:
-        return False
-    count = len(scaled)
-    # Largest t with w >= t, sum(w) = 1, w @ rows = 0.
-    found = linprog(
-        np.r_[np.zeros(count), -1.0],
-        A_ub=np.hstack([-np.eye(count), np.ones((count, 1))]),
-        b_ub=np.zeros(count),
-        A_eq=np.vstack([np.hstack([scaled.T, np.zeros((6, 1))]), np.r_[np.ones(count), 0.0]]),
-        b_eq=np.r_[np.zeros(6), 1.0],
-        bounds=[(None, None)] * (count + 1),
-    )
-    return bool(found.success and -found.fun > 1e-9)
-
-
 def check(plan, vertices, faces, friction=0.5):
-    radius, limits = plan.hand.table.radius, plan.hand.limits
+    limits = plan.hand.limits
     for grasp in plan:
         assert grasp.status == OK
         assert distances_to_mesh(grasp.contacts, vertices, faces).max() < 1e-9
         assert np.allclose(np.linalg.norm(grasp.normals, axis=1), 1)
-        assert has_force_closure(wrenches(grasp.contacts - vertices.mean(0), grasp.normals, friction))
+        assert is_closed_by_forces(grasp.contacts, grasp.normals, plan.hand.torsion, friction)
         assert (limits[:, 0] <= grasp.joints).all() and (grasp.joints <= limits[:, 1]).all()
-        tips = pga3.move_point(grasp.motor, plan.hand.fingertips(grasp.joints))
-        assert np.abs(tips - grasp.contacts - radius * grasp.normals).max() < 1e-6
+        tips = pga3.move_point(grasp.motor, plan.hand.fingertips(grasp.joints)[grasp.fingers])
+        radii = plan.hand.tips.radii[grasp.fingers, None]
+        assert np.abs(tips - grasp.contacts - radii * grasp.normals).max() < 1e-6
         # No vertex is inside the hand.
         ends = pga3.move_point(grasp.motor, plan.hand.placed_capsules(grasp.joints))
         for (p, q), r in zip(ends, plan.hand.radii, strict=True):
-            d = q - p
-            t = np.clip((vertices - p) @ d / max(d @ d, 1e-30), 0, 1)
-            assert np.linalg.norm(vertices - p - t[:, None] * d, axis=1).min() > r - 0.003
+            assert distances_to_segment(vertices, p, q).min() > r - 0.003
     qualities = [grasp.quality for grasp in plan]
     assert qualities == sorted(qualities, reverse=True) and qualities[-1] > 0
 

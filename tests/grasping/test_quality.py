@@ -159,7 +159,7 @@ def test_fingertips_form_the_given_triangle():
 
     wanted = sides(hand.fingertips(q))
     start = q + rng.normal(0, 0.2, q.shape)
-    found, _ = hand.preshaped(start, wanted)
+    found, _ = hand.preshapes[0].solve(start, wanted)
     error = np.abs(sides(hand.fingertips(found)) - wanted).max(1)
     assert (error < 1e-9).mean() > 0.95
     assert (found >= hand.limits[:, 0]).all() and (found <= hand.limits[:, 1]).all()

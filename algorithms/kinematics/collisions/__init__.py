@@ -1,6 +1,7 @@
 """Arms as capsules, obstacles, and motions that are clear of them at every moment."""
 
 from .arm_capsules import UR5_CAPSULES, ArmCapsules, arm_capsules
+from .described import capsules_from_urdf
 from .obstacles import (
     CapsuleObstacle,
     MeshObstacle,
@@ -20,6 +21,7 @@ __all__ = [
     "PlaneObstacle",
     "arm_capsules",
     "capsule_obstacle",
+    "capsules_from_urdf",
     "mesh_obstacle",
     "plane_obstacle",
 ]
