@@ -284,7 +284,7 @@ def different(motors: Reals, scores: Reals) -> list[int]:
     kept: list[int] = []
     length, angle = length_and_angle(relative(motors[:, None], motors))
     differ: Reals = np.asarray((angle > _APART_ANGLE) | (length > _APART))
-    known = np.isfinite(motors).all(1)
+    known = np.asarray(np.isfinite(motors).all(1))
     for k in np.argsort(-scores).tolist():
         if known[k] and differ[kept, k].all():
             kept.append(k)
