@@ -8,6 +8,7 @@ from .floor_plans import FloorPlan, RecallPrecision, load_floor_plan, wall_recal
 from .following import Command, FollowSettings, follow
 from .g2o import PoseGraphFile, read_g2o
 from .g2o_space import SpaceGraphFile, read_g2o_space, write_g2o
+from .lidar_odometry import LidarOdometry
 from .line_map import LineMap, LineMapUpdate, same_wall
 from .line_views import View, seen_through
 from .localization import LineLocalizer, LocalizationSettings
@@ -58,6 +59,7 @@ __all__ = [
     "GraphStatus",
     "Hypothesis",
     "InertialRecording",
+    "LidarOdometry",
     "LineLocalizer",
     "LineMap",
     "LineMapUpdate",

@@ -18,6 +18,8 @@ _UNDETERMINED = 0.01
 """Share of the information along a direction, relative to the best one, below which it is degenerate."""
 _STILL = 1e-7
 """Squared steps, in metres and radians, at which an alignment is complete."""
+_NO_TARGETS = np.zeros((0, 6)), np.zeros(0), np.zeros(0)
+"""Points that are not moved back, the squared distances of their targets, and the rows of these."""
 
 
 class Aligned(NamedTuple):
@@ -33,31 +35,20 @@ def aligned(a: Outline, b: Outline, motors: Reals, scales: list[float], stride: 
 
     With a stride, only every so many points of `b` are moved, and every other one of `a` is a target.
     """
-    points, weights = b.points[::stride], b.weights[::stride]
+    moving = np.ascontiguousarray(b.rows[::stride])
+    points = np.ascontiguousarray(moving[:, :2])
+    targets, rows = (a.targets, a.rows) if stride == 1 else (a.few, np.ascontiguousarray(a.rows[::2]))
     found = Aligned(motors, np.zeros(6), np.zeros(4))
-    targets = a.targets if stride == 1 else a.few
-    every = 1 if stride == 1 else 2
     for scale in scales:
-        square, row = kernels.nearest(pga2.move_point(found.motors[..., None, :], points), targets)
-        j = every * row.astype(int)
-        target, normal, along_target = a.points[j], a.normals[j], a.along[j]
-        weight = weights * a.weights[j] * (square < (_GATE * scale) ** 2)
-        terms = [points, target, normal, along_target, weight]
+        near = kernels.nearest(kernels.moved_points(found.motors, points), targets)
+        back = _NO_TARGETS
         if stride == 1:
-            others = _back(a, b, found.motors, scale)
-            terms = [np.concatenate(pair, -1 if pair[0].ndim == 1 else -2) for pair in zip(terms, others, strict=True)]
-        found = Aligned(*kernels.alignment_step(found.motors, *terms, scale))  # type: ignore[call-overload]
+            # In the frame of `b`, the points of `a` move the other way.
+            back = rows, *kernels.nearest(kernels.moved_points(pga2.motor_inverse(found.motors), a.points), b.targets)
+        found = Aligned(*kernels.step_between(found.motors, moving, *near, rows, *back, scale, _GATE * scale))
         if scale == scales[-1] and (found.sums[..., 2:] < _STILL).all():
             break
     return found
-
-
-def _back(a: Outline, b: Outline, motor: Reals, scale: float) -> tuple[Reals, ...]:
-    """Return the terms of the points of `a` at lines of `b`: in the frame of `b`, they move the other way."""
-    square, row = kernels.nearest(pga2.move_point(pga2.motor_inverse(motor), a.points), b.targets)
-    k = row.astype(int)
-    weights = b.weights[k] * a.weights * (square < (_GATE * scale) ** 2)
-    return b.points[k], a.points, pga2.move_direction(motor, b.normals[k]), b.along[k], weights
 
 
 def covariance_of(triangle: Reals, variance: float, centre: Reals | None = None) -> tuple[Reals, Reals]:

@@ -21,6 +21,10 @@ _LONGEST_STEP = 60.0
 _MOST_PROBLEMS = 20
 _SEARCHED = 2000
 """How many lines are searched for odometry before the first scan is returned."""
+_LONGEST_GAP = 1.0
+"""Odometry is interpolated between lines that are at most this far apart, in seconds: robots turn and stop."""
+_MOST_WAITING = 50
+"""A limit on memory: scans that wait for the next line of odometry."""
 _RULER = 1e6
 """Coordinates of poses beyond this, in metres, are errors."""
 
@@ -35,6 +39,25 @@ class Reading(NamedTuple):
     """The time stamp in seconds, or None if the log has none."""
     pose: Reals | None = None
     """(3,) The pose that the log has for the scan itself; in corrected logs, the result of another program."""
+
+
+class _Odometry(NamedTuple):
+    """A line of odometry: x, y and the angle, and its time stamp if there is one."""
+
+    pose: Reals
+    time: float | None = None
+
+
+def _between(one: _Odometry | None, two: _Odometry | None, time: float | None) -> Reals | None:
+    """Return the pose at a time between two lines of odometry; None if it is not known."""
+    if one is None or two is None or time is None or one.time is None or two.time is None:
+        return None
+    passed = two.time - one.time
+    if not (0 < passed <= _LONGEST_GAP and one.time <= time <= two.time):
+        return None
+    change = two.pose - one.pose
+    change[2] = (change[2] + np.pi) % (2 * np.pi) - np.pi
+    return np.asarray(one.pose + (time - one.time) / passed * change)
 
 
 class Problem(NamedTuple):
@@ -72,9 +95,10 @@ class CarmenLog:
 
     Notes
     -----
-    The odometry of a scan is the last ``ODOM`` line before it, or the first one in the log for earlier scans. If the
-    log begins with 2,000 lines without ``ODOM``, it is the odometry in the line of the scan. In corrected logs those
-    numbers are the corrected pose again.
+    The odometry of a scan is interpolated to its time between ``ODOM`` lines that are at most a second apart. Otherwise
+    it is that of the last line before it, or of the first one in the log for earlier scans. A scan is returned once the
+    next line of odometry was read. If the log begins with 2,000 lines without ``ODOM``, it is the odometry in the line
+    of the scan. In corrected logs those numbers are the corrected pose again.
 
     Examples
     --------
@@ -102,7 +126,10 @@ class CarmenLog:
     def __iter__(self) -> Iterator[Reading]:
         """Read the log from its start."""
         self.problems, self.n_problems, self.n_scans, self.n_jumps, self.n_untimed = [], 0, 0, 0, 0
-        odometry = self._first_odometry()
+        first = self._first_odometry()
+        last = None if first is None else _Odometry(first)
+        earlier: _Odometry | None = None
+        waiting: list[Reading] = []
         before: float | None = None
         number, known = 0, False
         for number, line in enumerate(self._lines(), 1):
@@ -110,7 +137,9 @@ class CarmenLog:
             known |= kind == "ODOM" or kind in _PARSERS
             try:
                 if kind == "ODOM":
-                    odometry = _pose(line.split()[1:4])
+                    earlier, last = last, _odometry(line)
+                    yield from _placed(waiting, earlier, last, earlier)
+                    waiting = []
                 elif kind in _PARSERS:
                     reading = _PARSERS[kind](line, self._max_range)
                     self.n_scans += 1
@@ -118,9 +147,16 @@ class CarmenLog:
                     if reading.time is not None:
                         self.n_jumps += before is not None and not 0 <= reading.time - before <= _LONGEST_STEP
                         before = reading.time
-                    yield reading if odometry is None else reading._replace(odometry=odometry)
+                    if len(waiting) < _MOST_WAITING and (waiting or _is_after(last, reading)):
+                        waiting.append(reading)
+                    else:
+                        # Either the scan was taken between the last two lines, or nothing is known of its time.
+                        yield from _placed(waiting, last, None, last)
+                        waiting = []
+                        yield from _placed([reading], earlier, last, last)
             except ValueError as error:
                 self._report(number, f"{kind}: {error}; the line was left out")
+        yield from _placed(waiting, last, None, last)
         if number and not known:
             name = self._source if isinstance(self._source, (str, Path)) else "log"
             raise ValueError(
@@ -162,6 +198,33 @@ class CarmenLog:
             except (EOFError, OSError, zlib.error) as error:
                 if not quiet:
                     self._report(number + 1, f"{error}; the log ends here")
+
+
+def _is_after(odometry: _Odometry | None, reading: Reading) -> bool:
+    """Return whether a scan was taken after a line of odometry, by their time stamps."""
+    if odometry is None or odometry.time is None or reading.time is None:
+        return False
+    return odometry.time < reading.time
+
+
+def _placed(
+    readings: list[Reading], one: _Odometry | None, two: _Odometry | None, before: _Odometry | None
+) -> Iterator[Reading]:
+    """Yield readings with the odometry between two lines, or else that of the line before them, if there is one."""
+    for each in readings:
+        pose = _between(one, two, each.time)
+        if pose is None and before is not None:
+            pose = before.pose
+        yield each if pose is None else each._replace(odometry=pose)
+
+
+def _odometry(line: str) -> _Odometry:
+    words = line.split()
+    try:
+        time = float(words[7]) if len(words) > 7 else 0.0
+    except ValueError:
+        time = 0.0
+    return _Odometry(_pose(words[1:4]), time if np.isfinite(time) and time > 0 else None)
 
 
 def _pose(words: list[str]) -> Reals:

@@ -17,7 +17,7 @@ from generated import pga2
 from ..arguments import Reals, finite, real_array
 from ..estimation.matrices import as_definite
 from ..evidence.triangles import from_triangle, to_triangle
-from . import relocation
+from . import cells, relocation
 from .motions import relative
 from .navigation_status import LocalizationStatus
 from .scan import Scan
@@ -34,7 +34,7 @@ _LEAST = np.array([np.radians(0.5), 0.03, 0.03]) ** 2
 """Variances that are added to those of a pose that was found without a prediction."""
 
 
-class Lines(relocation.Lines, Protocol):
+class Lines(cells.Lines, Protocol):
     """Lines of a map: `Segments`, or the lines of a `LineMap`."""
 
     @property

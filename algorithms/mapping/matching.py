@@ -35,6 +35,8 @@ _TURNED_BY, _LEAST_RADIUS = np.array([0.0, -1.2, -0.9, -0.6, -0.3, 0.3, 0.6, 0.9
 _ROUND = 0.5
 """A limit on work: in a round room, normals pass the centre by less than this part of the radius; in a square room they
 pass it by more."""
+_PART = 6
+"""A limit on work: every so many readings are compared with a turned scan before all are."""
 _SHORTEST = 1e-9
 """From floating point: metres of a segment between two readings at the same place."""
 _SLIDES_APART, _FLAT = 0.25, 0.01
@@ -119,8 +121,9 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
         motors = np.asarray(pga2.normalize_motor(motor))[None]
     else:
         motors = motion_votes(one, two, rotation_votes(one, two))
-        first = agreement(one, two, motors, 0.4, 40, coarse=True) - _size(motors)
-        motors = motors[np.argsort(-first)[:_HYPOTHESES]]
+        if len(motors) > _HYPOTHESES:
+            first = agreement(one, two, motors, 0.4, 40, coarse=True) - _size(motors)
+            motors = motors[np.argsort(-first)[:_HYPOTHESES]]
     coarse = aligned(one, two, motors, _COARSE, 3)
     motors = coarse.motors
     scores = agreement(one, two, motors, 0.15)
@@ -166,19 +169,31 @@ def _loose_turn(a: Outline, b: Outline, motor: Reals) -> Reals:
     there = pga2.motor_from_angle_translation(0.0, centre)
     turns = pga2.motor_from_angle_translation(_TURNED_BY / max(radius, _LEAST_RADIUS), np.zeros(2))
     motors = pga2.motor_product(pga2.motor_product(pga2.motor_product(there, turns), pga2.motor_inverse(there)), motor)
-    places = np.asarray(pga2.move_point(motors[:, None], b.points))
-    distances, _ = kernels.nearest_segment(places, _chain(a.points))
-    angles = np.arctan2(places[..., 1], places[..., 0])
     own = np.arctan2(a.points[:, 1], a.points[:, 0])
+    chain = _chain(a.points)
+
+    def compared(turned: Reals, points: Reals) -> tuple[Reals, Reals]:
+        """Return squared distances from the chain, and which points are at angles that both scans show."""
+        places = np.asarray(kernels.moved_points(turned, points))
+        angles = np.arctan2(places[..., 1], places[..., 0])
+        return kernels.nearest_segment(places, chain)[0], (angles >= own.min()) & (angles <= own.max())
+
     # Only readings of what both scans show count: others are far from the chain in any case.
-    seen = (angles >= own.min()) & (angles <= own.max()) & (distances[0] < _SLIDE_SCALE**2)
-    counts, sums = seen.sum(1), (distances * seen).sum(1)
-    noise = Noise(float(sums[0] / max(counts[0], 1)), float(counts[0]))
+    distances, shown = compared(motors[0], b.points)
+    is_near = distances < _SLIDE_SCALE**2
+    points, count = np.ascontiguousarray(b.points[is_near]), int((is_near & shown).sum())
+    noise = Noise(float(distances[is_near & shown].sum() / max(count, 1)), float(count))
+    # A part of the points contradicts most turns; the others are compared with all of them.
+    for part in (np.ascontiguousarray(points[::_PART]), points):
+        distances, shown = compared(motors[1:], part)
+        counts = shown.sum(1) if part is points else np.full(len(motors) - 1, len(points))
+        sums = (distances * shown).sum(1)
+        alike = any(
+            2 * n >= count and not noise.contradicted(each, n) for n, each in zip(counts.tolist(), sums, strict=True)
+        )
+        if not alike:
+            break
     twist = np.array([[centre[1], -centre[0], 1.0]])
-    alike = any(
-        2 * n >= counts[0] and not noise.contradicted(total, n)
-        for n, total in zip(counts[1:].tolist(), sums[1:], strict=True)
-    )
     return np.asarray(twist[: int(alike)] / np.linalg.norm(twist))
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from generated import mapping as kernels
+
 from ..arguments import Reals
 from .scan import Scan
 
@@ -21,26 +23,11 @@ def joined_points(scan: Scan) -> Reals:
     return np.asarray((np.hypot(*np.diff(points, axis=0).T) < reach) & (np.diff(scan.beams) <= 2))
 
 
-def narrow_objects(scan: Scan, joined: Reals | None = None) -> Reals:
-    """Return which points are of narrow objects in front of what is beside them, (k,) bool.
-
-    Parameters
-    ----------
-    scan : Scan
-    joined : array of bool, (k - 1,), optional
-        The result of `joined_points`, if it is known.
-    """
+def narrow_objects(scan: Scan) -> Reals:
+    """Return which points are of narrow objects in front of what is beside them, (k,) bool."""
     points = scan.points()
     if len(points) < 3:
         return np.zeros(len(points), bool)
-    if joined is None:
-        joined = joined_points(scan)
-    bounds = np.concatenate([[0], np.flatnonzero(~joined) + 1, [len(points)]])
-    first, last = bounds[:-1], bounds[1:] - 1
-    narrow = np.hypot(*(points[last] - points[first]).T) < _NARROW
-    ranges = scan.ranges[scan.beams]
-    begin, end = ranges[first], ranges[last]
-    # The first and the last object of a scan may continue beyond it.
-    before, after = np.append(-np.inf, end[:-1]), np.append(begin[1:], -np.inf)
-    in_front = narrow & (before > begin + _IN_FRONT) & (after > end + _IN_FRONT)
-    return np.repeat(in_front, np.diff(bounds))
+    rules = np.array([_JOINED, _NARROW, _IN_FRONT])
+    found = kernels.narrow_readings(points, scan.ranges[scan.beams], scan.beams.astype(float), scan.angle_step, rules)
+    return np.asarray(found, bool)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from generated import pga2
 
 from ..arguments import Reals
 from .alignment import covariance_of
+from .cells import FAR, NEAR, Lines, MapCells, cells_of
 from .motions import length_and_angle, relative
 from .outlines import still_points
 from .scan import Scan
@@ -41,12 +42,6 @@ _NOISE = 0.02
 _POINTS, _MOST_POINTS = 60, 190
 _SCALES = [0.4, 0.3, 0.2, 0.15, 0.1, 0.07]
 _SCALE = 0.1
-_SEES_THROUGH = 0.4
-"""Metres beyond a line of the map from which on a reading contradicts it."""
-_WALL = 1.0
-"""Metres of the shortest line that hides what is behind it."""
-_CONTRADICTION = 0.1
-"""What a contradicting reading costs, in readings that agree."""
 _LEAST_SCORE = 0.5
 _LEAST_SUPPORT = 3.0
 """Readings, of those that are aligned, that have to determine each direction."""
@@ -55,22 +50,6 @@ _MARGIN = 0.06
 or the share of readings that the best one leaves unexplained. The map lacks as much there, and may lack as much where
 the scan was taken."""
 _APART, _APART_ANGLE = 0.5, 0.15
-
-
-class Lines(Protocol):
-    """What relocation needs of a map: segments with normals away from the side from which they were seen."""
-
-    @property
-    def normals(self) -> Reals:
-        """(k, 2) Unit normals."""
-
-    @property
-    def offsets(self) -> Reals:
-        """(k,) The points of a line satisfy ``normal . x = offset``."""
-
-    @property
-    def ends(self) -> Reals:
-        """(k, 2, 2) The ends."""
 
 
 class Hypothesis(NamedTuple):
@@ -135,41 +114,35 @@ def relocate(scan: Scan, line_map: Lines, *, n_hypotheses: int = 5) -> Relocatio
     """
     if n_hypotheses < 1:
         raise ValueError(f"n_hypotheses: {n_hypotheses}; expected at least 1")
-    found = found_places(scan, table_of(line_map), line_map)
+    found = found_places(scan, cells_of(line_map), line_map)
     if isinstance(found, MappingStatus):
         return nowhere(found)
     return compared(*found, n_hypotheses)
 
 
-def table_of(line_map: Lines) -> Reals:
-    """Return the lines of a map as the kernels take them, (k, 5): middles, normals and halves of lengths."""
-    lengths = np.linalg.norm(line_map.ends[:, 1] - line_map.ends[:, 0], axis=1)
-    return np.column_stack([line_map.ends.mean(1), line_map.normals, lengths / 2])
-
-
-def found_places(scan: Scan, table: Reals, line_map: Lines) -> tuple[Reals, Reals, Reals] | MappingStatus:
+def found_places(scan: Scan, cells: MapCells, line_map: Lines) -> tuple[Reals, Reals, Reals] | MappingStatus:
     """Return the best places of a scan: motors (c, 4), scores (c,) and information (c, 6); or why there are none."""
     seen = segments(scan)
-    if len(scan.beams) < _FEWEST or len(table) < 2 or len(seen) < 2:
+    if len(scan.beams) < _FEWEST or len(cells.far.segments) < 2 or len(seen) < 2:
         return MappingStatus.TOO_FEW_READINGS
-    motors = _candidates(seen, line_map, 2 * table[:, 4])
+    motors = _candidates(seen, line_map, 2 * cells.far.segments[:, 4])
     if not len(motors):
         return MappingStatus.NOT_MATCHED
     points = still_points(scan)
     few = points[:: max(1, len(points) // _POINTS)]
-    motors = motors[np.argsort(-_scores(motors, few[::2], table, 0.3))[:_REFINED]]
-    return aligned_places(motors, points, table)
+    motors = motors[np.argsort(-_scores(motors, few[::2], cells, 0.3))[:_REFINED]]
+    return aligned_places(motors, points, cells)
 
 
-def aligned_places(motors: Reals, points: Reals, table: Reals) -> tuple[Reals, Reals, Reals]:
+def aligned_places(motors: Reals, points: Reals, cells: MapCells) -> tuple[Reals, Reals, Reals]:
     """Return motors aligned with a map, their scores, and the upper triangles of their information."""
-    motors, information = _refined(motors, points[:: max(1, len(points) // _POINTS)], table)
-    return motors, scores_of(motors, points, table), information
+    motors, information = _refined(motors, points[:: max(1, len(points) // _POINTS)], cells)
+    return motors, scores_of(motors, points, cells), information
 
 
-def scores_of(motors: Reals, points: Reals, table: Reals) -> Reals:
+def scores_of(motors: Reals, points: Reals, cells: MapCells) -> Reals:
     """Return the share of points near lines of a map, less those that would be seen through lines."""
-    return _scores(motors, points[:: 1 + len(points) // _MOST_POINTS], table, _SCALE)
+    return _scores(motors, points[:: 1 + len(points) // _MOST_POINTS], cells, _SCALE)
 
 
 def nowhere(status: MappingStatus) -> Relocation:
@@ -289,39 +262,31 @@ def _along(constraints: Reals) -> tuple[Reals, Reals]:
     return offset[:, None] * normal + positions[:, None] * tangent, constraints[row, 5]
 
 
-def _scores(motors: Reals, points: Reals, table: Reals, scale: float) -> Reals:
+def _scores(motors: Reals, points: Reals, cells: MapCells, scale: float) -> Reals:
     """Return the share of points near lines of the map, less those that would be seen through lines."""
-    moved = pga2.move_point(motors[:, None], points)
-    squares, _ = kernels.nearest_segment(moved, table)
-    scores = np.maximum(1 - squares / (scale * scale), 0)
-    origins = pga2.move_point(motors, np.zeros(2))
-    rays = moved - origins[:, None]
-    ranges = np.linalg.norm(rays, axis=-1)
-    walls = table[2 * table[:, 4] > _WALL]
-    expected = kernels.expected_range(origins[:, None], rays / ranges[..., None], walls)
-    behind = ranges > 1.03 * expected + _SEES_THROUGH
-    return np.asarray((scores - _CONTRADICTION * behind).mean(-1))
+    sums = kernels.sum_of_place_scores(motors, np.ascontiguousarray(points), *cells.near, scale)
+    return np.asarray(sums) / len(points)
 
 
-def _refined(motors: Reals, points: Reals, table: Reals) -> tuple[Reals, Reals]:
+def _refined(motors: Reals, points: Reals, cells: MapCells) -> tuple[Reals, Reals]:
     """Return motors aligned with the map, and the upper triangles of their information."""
-    along = np.zeros(len(points))
+    points = np.ascontiguousarray(points)
     information = np.zeros((len(motors), 6))
     for scale in _SCALES:
-        squares, row = kernels.nearest_segment(pga2.move_point(motors[:, None], points), table)
-        j = row.astype(int)
-        weights = (squares < (3 * scale) ** 2).astype(float)
-        motors, information, _ = kernels.alignment_step(
-            motors, points, table[j, :2], table[j, 2:4], along, weights, scale
-        )
+        reach = min(3 * scale, FAR)
+        listed = cells.near if reach < NEAR else cells.far
+        motors, information, _ = kernels.step_to_map(motors, points, *listed, scale, reach)
     return motors, information
 
 
 def different(motors: Reals, scores: Reals) -> list[int]:
     """Return the rows of different places, best first."""
     kept: list[int] = []
+    length, angle = length_and_angle(relative(motors[:, None], motors))
+    differ: Reals = np.asarray((angle > _APART_ANGLE) | (length > _APART))
+    known = np.asarray(np.isfinite(motors).all(1))
     for k in np.argsort(-scores).tolist():
-        if np.isfinite(motors[k]).all() and all(_differ(motors[k], motors[j]) for j in kept):
+        if known[k] and differ[kept, k].all():
             kept.append(k)
     return kept
 
@@ -334,7 +299,7 @@ def compared(motors: Reals, scores: Reals, information: Reals, n_hypotheses: int
     hypotheses = []
     undetermined = []
     places = pga2.move_point(motors, np.zeros(2))
-    for k in kept:
+    for k in kept[:n_hypotheses]:
         covariance, degenerate = covariance_of(information[k], _NOISE**2, places[k])
         hypotheses.append(Hypothesis(motors[k], float(scores[k]), covariance))
         undetermined.append(len(degenerate))
@@ -342,21 +307,16 @@ def compared(motors: Reals, scores: Reals, information: Reals, n_hypotheses: int
     status = MappingStatus.OK
     if best.score < _LEAST_SCORE:
         status = MappingStatus.NOT_MATCHED
-    elif len(hypotheses) > 1 and hypotheses[1].score > best.score - max(_MARGIN / np.sqrt(n_scans), 1 - best.score):
+    elif len(kept) > 1 and scores[kept[1]] > best.score - max(_MARGIN / np.sqrt(n_scans), 1 - best.score):
         status = MappingStatus.AMBIGUOUS
     elif undetermined[0]:
         status = MappingStatus.DEGENERATE
     elif _support(information[kept[0]]) < _LEAST_SUPPORT:
         status = MappingStatus.WEAK
-    return Relocation(best.motor, best.score, best.covariance, status, tuple(hypotheses[:n_hypotheses]))
+    return Relocation(best.motor, best.score, best.covariance, status, tuple(hypotheses))
 
 
 def _support(triangle: Reals) -> float:
     """Return the least eigenvalue of the information of translations, in readings."""
     xx, xy, _, yy, _, _ = triangle
     return float((xx + yy) / 2 - np.hypot((xx - yy) / 2, xy))
-
-
-def _differ(one: Reals, other: Reals) -> bool:
-    length, angle = length_and_angle(relative(one, other))
-    return bool(angle > _APART_ANGLE or length > _APART)

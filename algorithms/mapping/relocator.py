@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from generated import pga2
 
 from ..arguments import Reals, finite, real_array
+from .cells import Lines, cells_of
 from .motions import length_and_angle, relative
 from .outlines import still_points
 from .relocation import (
-    Lines,
     Relocation,
     aligned_places,
     compared,
@@ -21,7 +21,6 @@ from .relocation import (
     found_places,
     nowhere,
     scores_of,
-    table_of,
 )
 from .scan import Scan
 from .status import MappingStatus
@@ -86,7 +85,7 @@ class Relocator:
     def __init__(self, line_map: Lines, *, n_hypotheses: int = 5) -> None:
         if n_hypotheses < 1:
             raise ValueError(f"n_hypotheses: {n_hypotheses}; expected at least 1")
-        self._map, self._table, self._most = line_map, table_of(line_map), n_hypotheses
+        self._map, self._cells, self._most = line_map, cells_of(line_map), n_hypotheses
         self._views: list[_View] = []
         self._motors, self._scores = np.zeros((0, 4)), np.zeros((0, 0))
         """The places of the last view (c, 4), and their scores in all views (c, v)."""
@@ -129,7 +128,7 @@ class Relocator:
             if step.shape != (4,) or not 0.5 < step[0] ** 2 + step[1] ** 2 < 2:
                 raise ValueError(f"motion: {step.tolist()}; expected a unit motor (4,), see pga2.normalize_motor")
             self._since = np.asarray(pga2.normalize_motor(pga2.motor_product(self._since, step)))
-        found = found_places(scan, self._table, self._map)
+        found = found_places(scan, self._cells, self._map)
         if found is MappingStatus.TOO_FEW_READINGS:
             return nowhere(MappingStatus.TOO_FEW_READINGS)
         points = still_points(scan)
@@ -175,11 +174,11 @@ class Relocator:
     def _aligned(self, motors: Reals, points: Reals, motion: Reals) -> tuple[Reals, Reals, Reals]:
         """Return places moved by odometry, aligned with the map unless that moves them too far, with their scores."""
         predicted = np.asarray(pga2.normalize_motor(pga2.motor_product(motors, motion)))
-        aligned, scores, information = aligned_places(predicted, points, self._table)
+        aligned, scores, information = aligned_places(predicted, points, self._cells)
         moved, turned = length_and_angle(relative(predicted, aligned))
         length, angle = length_and_angle(motion)
         far = ~((moved <= _SLACK @ [1, length]) & (turned <= _SLACK_ANGLE @ [1, angle]))
         if far.any():
             aligned[far] = predicted[far]
-            scores[far] = scores_of(predicted[far], points, self._table)
+            scores[far] = scores_of(predicted[far], points, self._cells)
         return aligned, scores, information

@@ -12,8 +12,8 @@ from generated import mapping as kernels
 from ..arguments import Reals, finite_number
 from .scan import Scan
 
-_ROUNDS = 3
-"""Passes that merge neighbouring runs."""
+TOLERANCE = 0.06
+"""Largest distance of points from the chord of their run, in metres."""
 _SMALLEST_DEVIATION = 0.005
 """Metres; measured deviations of few points may be accidentally small."""
 
@@ -75,7 +75,7 @@ class Runs(NamedTuple):
     fits: Fits
 
 
-def segments(scan: Scan, *, tolerance: float = 0.06, min_length: float = 0.3, min_points: int = 4) -> Segments:
+def segments(scan: Scan, *, tolerance: float = TOLERANCE, min_length: float = 0.3, min_points: int = 4) -> Segments:
     """Find the straight pieces of a scan.
 
     Runs of points are split at the point farthest from the chord between their ends, all runs at once, and neighbours
@@ -109,56 +109,19 @@ def segments(scan: Scan, *, tolerance: float = 0.06, min_length: float = 0.3, mi
     return _chosen(points, straight_runs(points, tolerance), min_length, min_points)
 
 
-def straight_runs(points: Reals, tolerance: float = 0.06) -> Runs:
+def straight_runs(points: Reals, tolerance: float = TOLERANCE) -> Runs:
     """Divide points, in their order, into runs that are straight up to a tolerance."""
     if len(points) < 2:
         none = np.zeros(0, int)
         return Runs(none, none, Fits(np.zeros((0, 2)), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2))))
-    bounds = _split(points, tolerance * tolerance)
-    sums = np.concatenate([np.zeros((1, 5)), kernels.prefix_sums(points)])
-    for _ in range(_ROUNDS):
-        merged = _merged(points, sums, bounds, tolerance)
-        if len(merged) == len(bounds):
-            break
-        bounds = merged
+    sums = np.asarray(kernels.prefix_sums(points))
+    bounds = np.flatnonzero(kernels.straight_bounds(points, sums, tolerance))
+    sums = np.concatenate([np.zeros((1, 5)), sums])
     return Runs(bounds[:-1], bounds[1:], _fits(sums, bounds[:-1], bounds[1:]))
-
-
-def _split(points: Reals, limit: float) -> Reals:
-    bounds = np.array([0, len(points) - 1])
-    while True:
-        first, last = bounds[:-1], bounds[1:]
-        widths = last - first
-        starts, ends = points[first].repeat(widths, 0), points[last].repeat(widths, 0)
-        squares = kernels.squared_distance_from_chord(points[:-1], starts, ends)
-        largest = np.maximum.reduceat(squares, first)
-        bent = largest > limit
-        if not bent.any():
-            return bounds
-        # Points at the same largest distance are all bounds; neighbours that one line fits are merged later.
-        largest[~bent] = np.inf
-        at = np.flatnonzero(squares == largest.repeat(widths))
-        bounds = np.concatenate([bounds, at])
-        bounds.sort()
 
 
 def _fits(sums: Reals, first: Reals, last: Reals) -> Fits:
     return Fits(*kernels.line_of_run(sums[first], sums[last + 1], last + 1.0 - first))
-
-
-def _merged(points: Reals, sums: Reals, bounds: Reals, tolerance: float) -> Reals:
-    """Remove the bounds between neighbours that one line fits, at most one bound of each run."""
-    if len(bounds) < 3:
-        return bounds
-    first, middle, last = bounds[:-2], bounds[1:-1], bounds[2:]
-    fits = _fits(sums, first, last)
-    corner = np.abs(np.einsum("ij,ij->i", points[middle], fits.normals) - fits.offsets)
-    cost = np.sqrt(fits.squares[:, 0])
-    good = (cost < tolerance / 3) & (corner < tolerance)
-    ranked = np.where(good, cost, np.inf)
-    padded = np.concatenate([[np.inf], ranked, [np.inf]])
-    best = good & (ranked <= padded[:-2]) & (ranked < padded[2:])
-    return np.asarray(bounds[np.concatenate([[True], ~best, [True]])])
 
 
 def _chosen(points: Reals, runs: Runs, min_length: float, min_points: int) -> Segments:

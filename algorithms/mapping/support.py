@@ -28,13 +28,9 @@ def support(a: Outline, b: Outline, motor: Reals) -> float:
 
 
 def _one_way(a: Outline, b: Outline, motor: Reals) -> float:
-    squares, row = kernels.nearest(pga2.move_point(motor, b.points), a.targets)
-    target = row.astype(int)
-    normals = np.asarray(pga2.move_direction(motor, b.normals))
-    aligned = np.einsum("ij,ij->i", normals, a.normals[target]) > _PARALLEL
-    on = (squares < _ON * _ON) & aligned & a.on_line[target] & b.on_line
-    spacing = np.hypot(*b.points[on].T) * abs(b.scan.angle_step) * b.stride
-    x, y = normals[on].T
-    weights = np.minimum(1.0, spacing / _SPACING) * b.stride
-    xx, xy, yy = (weights * x) @ x, (weights * x) @ y, (weights * y) @ y
+    near = kernels.nearest(kernels.moved_points(motor, b.points), a.targets)
+    farther = _SPACING / (abs(b.scan.angle_step) * b.stride)
+    xx, xy, yy = b.stride * np.asarray(
+        kernels.normals_on_lines(motor, b.rows, *near, a.rows, np.array([_ON * _ON, _PARALLEL, farther]))
+    )
     return float((xx + yy) / 2 - np.hypot((xx - yy) / 2, xy))

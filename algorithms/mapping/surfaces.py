@@ -81,7 +81,7 @@ def surface(scan: Scan) -> Surface:
     normals = np.stack([-np.sin(angle), np.cos(angle)], 1)
     root = np.sqrt((xx - yy) ** 2 / 4 + xy**2)
     thin, long = (xx + yy) / 2 - root, (xx + yy) / 2 + root
-    smooth = (count >= 3) & (thin < 0.1 * long) & ~narrow_objects(scan, joined)
+    smooth = (count >= 3) & (thin < 0.1 * long) & ~narrow_objects(scan)
     normals *= -np.sign((normals * points).sum(1))[:, None]
     return Surface(points[smooth], normals[smooth])
 

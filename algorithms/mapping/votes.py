@@ -14,7 +14,11 @@ _MOST_ROTATIONS = 8
 _ROTATION_SHARE, _ROTATION_GAP = 0.4, 5
 """Peaks of rotations have at least this share of the votes of the largest one, and distance in bins."""
 _CELLS, _CELL = 64, 0.2
-"""Cells along an axis of the periodic grid of translations, and their size in metres."""
+"""Cells along an axis of the periodic grid of translations, a power of two, and their size in metres."""
+_LAST = _CELLS - 1
+"""The number of the last cell, also for the remainder of numbers of cells."""
+_BEFORE, _AFTER = np.arange(-1, _LAST) & _LAST, np.arange(1, _CELLS + 1) & _LAST
+"""The neighbours of cells along an axis."""
 _TRANSLATION_SHARE, _MOST_MOTIONS = 0.6, 40
 
 
@@ -47,8 +51,8 @@ def motion_votes(a: Outline, b: Outline, rotations: Reals) -> Reals:
     near = _occupied(a.samples)
     cosines, sines = np.cos(rotations)[:, None], np.sin(rotations)[:, None]
     x, y = b.samples.T
-    column = np.floor((cosines * x - sines * y) / _CELL).astype(int) % _CELLS
-    row = np.floor((sines * x + cosines * y) / _CELL).astype(int) % _CELLS
+    column = np.floor((cosines * x - sines * y) / _CELL).astype(int) & _LAST
+    row = np.floor((sines * x + cosines * y) / _CELL).astype(int) & _LAST
     n, size = len(rotations), _CELLS * _CELLS
     place = np.arange(n)[:, None] * size + row * _CELLS + column
     counts = np.bincount(place.ravel(), minlength=n * size).reshape(n, _CELLS, _CELLS).astype(np.float32)
@@ -78,9 +82,10 @@ def _beside(at: Reals) -> Reals:
 
 def _occupied(samples: Reals) -> Reals:
     """Return a periodic grid: 1 in cells with samples, a half beside them."""
-    column, row = (np.floor(samples / _CELL).astype(int) % _CELLS).T
+    column, row = (np.floor(samples / _CELL).astype(int) & _LAST).T
     grid = np.zeros((_CELLS, _CELLS), np.float32)
     grid[row, column] = 1
     for axis in (0, 1):
-        grid = np.maximum(grid, 0.5 * np.maximum(np.roll(grid, 1, axis), np.roll(grid, -1, axis)))
+        beside = np.maximum(grid.take(_BEFORE, axis), grid.take(_AFTER, axis))
+        grid = np.maximum(grid, np.float32(0.5) * beside)
     return grid

@@ -34,12 +34,41 @@ def test_angles_of_beams(n: int, first: float, last: float) -> None:
     assert np.degrees(reading.scan.angles[[0, -1]]) == pytest.approx([first, last])
 
 
-def test_odometry_is_the_last_line_before_the_scan() -> None:
-    lines = [flaser(3, 1.0, 0.5), "ODOM 1 0 0 0 0 0 1 h 1\n", flaser(3, 1.0, 1.5), "ODOM 2 0 0.5 0 0 0 2 h 2\n"]
-    readings = list(CarmenLog([*lines, flaser(3, 1.0, 2.5)]))
-    assert [list(each.odometry) for each in readings] == [[1, 0, 0], [1, 0, 0], [2, 0, 0.5]]
-    assert [each.time for each in readings] == [0.5, 1.5, 2.5]
+def odom(x: float, angle: float, time: float | str) -> str:
+    return f"ODOM {x} 0 {angle} 0 0 0 {time} h {time}\n"
+
+
+def test_odometry_is_interpolated_to_the_time_of_the_scan() -> None:
+    """Before the first and after the last line, and where a scan has no time, it is that of the nearest line before."""
+    lines = [flaser(3, 1.0, 0.5), odom(1, 3.0, 1), flaser(3, 1.0, 1.25), flaser(3, 1.0, 0), odom(2, -3.0, 2)]
+    readings = list(CarmenLog([*lines, flaser(3, 1.0, 1.5), flaser(3, 1.0, 2.5)]))
+    turn = 2 * np.pi - 6
+    expected = [[1, 0, 3], [1.25, 0, 3 + turn / 4], [1, 0, 3], [1.5, 0, 3 + turn / 2], [2, 0, -3]]
+    assert np.allclose([each.odometry for each in readings], expected)  # type: ignore[arg-type]
+    assert [each.time for each in readings] == [0.5, 1.25, None, 1.5, 2.5]
     assert list(readings[0].pose) == [1, 2, 0.3]
+
+
+def test_odometry_over_long_gaps_is_the_last_line_before_the_scan() -> None:
+    lines = [odom(1, 0, 1), flaser(3, 1.0, 1.5), odom(5, 0, 4), flaser(3, 1.0, 4.5), odom(6, 0, "nan"), flaser(3, 1, 5)]
+    poses = [each.odometry for each in CarmenLog(lines)]
+    assert np.array_equal(poses, [[1, 0, 0], [5, 0, 0], [6, 0, 0]])  # type: ignore[arg-type]
+
+
+def test_scans_that_wait_for_odometry_are_few_and_in_order() -> None:
+    """Of a log without further odometry a scan is returned after 51 more have been read."""
+    n_read = 0
+
+    def lines() -> Iterator[str]:
+        nonlocal n_read
+        yield odom(1, 0, 1)
+        for k in range(200):
+            n_read += 1
+            yield flaser(3, 1.0, 2 + k)
+
+    log = iter(CarmenLog(lines()))
+    assert next(log).time == 2 and n_read == 51
+    assert [each.time for each in log] == list(range(3, 202))
 
 
 def test_log_without_odometry_has_that_of_the_scans() -> None:

@@ -11,6 +11,7 @@ from laser_scenes import box, motion, pair, room, scan_at
 from algorithms.arguments import Reals
 from algorithms.mapping import MappingStatus, Match, Scan, match_scans
 from algorithms.mapping.g2o import read_g2o
+from algorithms.mapping.outlines import in_fours
 from generated import mapping as kernels
 from generated import pga2
 
@@ -170,11 +171,53 @@ def test_a_step_solves_the_linear_problem(rng: np.random.Generator) -> None:
     small = np.array([1e-4, -2e-4, 1e-4])
     targets = pga2.move_point(pga2.motor_from_angle_translation(small[2], small[:2]), points)
     one = np.array([1.0, 0, 0, 0])
-    motor, _, _ = kernels.alignment_step(one, points, targets, normals, np.zeros(30), np.ones(30), 1e3)
+    moved = np.column_stack([points, normals, np.zeros(30), np.ones(30)])
+    there = np.column_stack([targets, normals, np.zeros(30), np.ones(30)])
+    row, none = np.arange(30.0), (np.zeros((0, 6)), np.zeros(0), np.zeros(0))
+    motor, _, _ = kernels.step_between(one, moved, np.zeros(30), row, there, *none, 1e3, 1.0)
     rows = np.column_stack([normals, normals[:, 1] * points[:, 0] - normals[:, 0] * points[:, 1]])
     x = np.linalg.lstsq(rows, ((targets - points) * normals).sum(1))[0]
     angle, shift = pga2.motor_to_angle_translation(motor)
     assert np.abs(np.array([*shift, angle]) - x).max() < 1e-8
+
+
+def test_a_step_for_targets_of_the_other_scan(rng: np.random.Generator) -> None:
+    """Lines of moved points, without the points: a step from a wrong motor agrees with least squares in the map."""
+    points, angles = rng.normal(size=(30, 2)), rng.uniform(-np.pi, np.pi, 30)
+    normals = np.stack([np.cos(angles), np.sin(angles)], 1)
+    motor = pga2.motor_from_angle_translation(0.7, np.array([0.3, -0.2]))
+    off = 1e-4 * rng.normal(size=30)
+    others = pga2.move_point(motor, points + off[:, None] * normals)
+    moved = np.column_stack([points, normals, np.zeros(30), np.ones(30)])
+    there = np.column_stack([others, np.zeros((30, 2)), np.zeros(30), np.ones(30)])
+    far, row = np.ones(30), np.arange(30.0)
+    found, triangle, sums = kernels.step_between(motor, moved, far, row, there, there, np.zeros(30), row, 1e3, 0.5)
+    turned, at = pga2.move_direction(motor, normals), pga2.move_point(motor, points)
+    rows = np.column_stack([turned, turned[:, 1] * at[:, 0] - turned[:, 0] * at[:, 1]])
+    x = np.linalg.lstsq(rows, ((others - at) * turned).sum(1))[0]
+    angle, shift = pga2.motor_to_angle_translation(pga2.motor_product(found, pga2.motor_inverse(motor)))
+    assert np.abs(np.array([*shift, angle]) - x).max() < 1e-8
+    assert np.allclose(triangle, (rows.T @ rows)[np.triu_indices(3)]) and np.isclose(sums[1], off @ off)
+
+
+@pytest.mark.parametrize("step", [np.pi / 90, -np.pi / 90])
+def test_scores_of_points(rng: np.random.Generator, step: float) -> None:
+    """Points on targets, in free space, behind what is seen, at angles without beams, and on continued lines."""
+    scan = Scan(np.full(91, 4.0), -np.pi / 2 * np.sign(step), step, 30.0)
+    points = np.array([[4.05, 0], [2, 0], [6, 0], [-3.0, 1], [6, -5], [3.9, 0]])
+    targets = np.array([[4.0, 0, 1, 0, 1]])
+    lines = np.array([[4.0, -5, 0, 1, 0]])
+    squares = kernels.nearest_square(points, in_fours(targets))
+    assert np.array_equal(squares, kernels.nearest(points, targets)[0])
+    distances, angles = kernels.distance_and_angle(points)
+    found = [
+        kernels.sum_of_scores(
+            *(each[k : k + 1] for each in (points, squares, distances, angles)),
+            scan.ranges, lines, scan.angle_min, scan.angle_step, 0.1,
+        )
+        for k in range(len(points))
+    ]  # fmt: skip
+    assert np.allclose(found, [0.75, -0.5, 0.3, 0.3, 0.95, 0], atol=1e-12)
 
 
 def test_votes_are_meets_of_constraints(rng: np.random.Generator) -> None:

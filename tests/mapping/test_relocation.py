@@ -10,6 +10,7 @@ from laser_scenes import box, pair, room, scan_at
 
 from algorithms.arguments import Reals
 from algorithms.mapping import MappingStatus, Scan, relocate
+from algorithms.mapping.cells import cells_of
 from generated import mapping as kernels
 from generated import pga2
 
@@ -100,16 +101,42 @@ def test_bad_input(rng: np.random.Generator) -> None:
         relocate(scan, exact_map(walls), n_hypotheses=0)
 
 
-def test_expected_ranges(rng: np.random.Generator) -> None:
-    """Ranges expected from segments agree with those of the ray caster of the tests."""
+def test_scores_in_a_map(rng: np.random.Generator) -> None:
+    """Scores by the cells of a map are those by all of its lines, with ranges by the ray caster of the tests."""
     from laser_scenes import ranges
 
     walls = room(rng, 12)
     m = exact_map(walls)
-    half = np.linalg.norm(m.ends[:, 1] - m.ends[:, 0], axis=1) / 2
-    table = np.column_stack([m.ends.mean(1), m.normals, half])
-    angles = np.linspace(-3, 3, 50)
-    directions = np.stack([np.cos(angles), np.sin(angles)], 1)
-    place = np.array([6.0, 8.2])
-    expected = kernels.expected_range(place, directions, table)
-    assert np.abs(expected - ranges(walls, np.array([*place, 0.0]), angles)).max() < 1e-9
+    near, points = cells_of(m).near, rng.uniform(-6, 6, (60, 2))
+    hidden = np.linalg.norm(walls[:, 2:] - walls[:, :2], axis=1) > 1
+    for _ in range(10):
+        pose = np.array([*rng.uniform(-1, 12, 2), rng.uniform(-3, 3)])
+        motor = pga2.motor_from_angle_translation(pose[2], pose[:2])
+        squares, _ = kernels.nearest_segment(pga2.move_point(motor, points), near.segments)
+        expected = ranges(walls[hidden], pose, np.arctan2(points[:, 1], points[:, 0]))
+        behind = np.linalg.norm(points, axis=1) > 1.03 * expected + 0.4
+        score = np.maximum(1 - squares / 0.09, 0).sum() - 0.1 * behind.sum()
+        assert np.isclose(kernels.sum_of_place_scores(motor, points, *near, 0.3), score, atol=1e-9)
+        assert 0 < behind.sum() < 60
+
+
+def test_steps_in_a_map(rng: np.random.Generator) -> None:
+    """With all lines that are in reach, a step is that towards the nearest of all lines."""
+    m = exact_map(room(rng, 12))
+    far, points = cells_of(m).far, rng.uniform(-4, 4, (60, 2))
+    motor = pga2.motor_from_angle_translation(0.4, np.array([5.0, 6.0]))
+    squares, row = kernels.nearest_segment(pga2.move_point(motor, points), far.segments)
+    rest = np.zeros(len(far.segments)), np.ones(len(far.segments))
+    moving = np.column_stack([points, np.zeros((60, 3)), np.ones(60)])
+    none = np.zeros((0, 6)), np.zeros(0), np.zeros(0)
+    for reach in (1.2, 0.6):
+        one = kernels.step_to_map(motor, points, *far, 0.4, reach)
+        targets = np.column_stack([far.segments[:, :4], *rest])
+        two = kernels.step_between(motor, moving, squares, row, targets, *none, 0.4, reach)
+        assert all(np.allclose(a, b, rtol=1e-12) for a, b in zip(one, two, strict=True))
+
+
+def test_lines_that_are_not_finite() -> None:
+    """They are in no cell; a map without others has none."""
+    m = exact_map(np.array([[0.0, 0, 4, 0], [0.0, 0, np.nan, 3]]))
+    assert set(cells_of(m).near.entries) == {0, 2} and not len(cells_of(exact_map(np.full((2, 4), np.nan))).far.entries)
