@@ -11,24 +11,25 @@ from numpy.typing import ArrayLike, NDArray
 from generated import filters, images
 
 from ..arguments import Reals, finite_number
-from ..evidence import explains
 from .checks import single_image
 from .denoise import estimated_noise
-from .flow_boundaries import chosen, visible
-from .flow_equations import BANDS, Level, outside
+from .flow_boundaries import Comparison, chosen, interpolated, joined, visible
+from .flow_equations import Level, half_gaussian
 from .flow_solver import filled, solved
-from .phase import gabor_taps
-from .separable import half_taps
 from .sharing import Progress, in_threads, n_threads, steps
 
-_HALVING = half_taps(gabor_taps(0.0, 1.0, False)[0], np.float32)
-_ROUNDS = 4
-"""Comparisons of the images at one level. Before the last one, each pixel chooses among candidate motions."""
+_HALVING = half_gaussian(1.0, 10)
+_ROUNDS = 2, 3, 6
+"""Comparisons of the images at each level, fine to coarse: few at the finest level, which costs most."""
+_SWEEPS = 10, 20, 36
+"""Sweeps of the solver at each level; motion comes from farther away where levels are coarse."""
 _SMALLEST = 8
-_STIFFNESS = 200.0, 1200.0
+_STIFFNESS = 25.0, 60.0
 """Weights of the smoothness of the motion, without noise and with much noise."""
 _NOISE = 0.07
 """Noise-to-contrast ratio (standard deviations) at which the stiffness is halfway between the two."""
+_SOFTER = 0.7
+"""Factor of the stiffness from a level to the next coarser one, where motions vary more from pixel to pixel."""
 _CONTRAST = 0.2
 """For an image of contrast 1: hidden pixels take no motion from neighbours that differ by more than this."""
 
@@ -122,22 +123,25 @@ def optical_flow(
     pyramid = [normalized]
     while len(pyramid) < count:
         pyramid.append(tuple(_halved(image) for image in pyramid[-1]))
-    step_done = steps(progress, 2 * sum(_rounds(count)))
-    found: dict[str, tuple[Reals, Reals, Level]] = {}
+    # The backward motion is needed at nodes only, which are the pixels of the next level.
+    backward = [pair[::-1] for pair in pyramid[1:] or pyramid]
+    step_done = steps(progress, sum(_rounds(count)) + sum(_rounds(count)[: len(backward)]))
+    found: dict[str, tuple[Reals, Reals, Reals]] = {}
 
     def followed(name: str) -> None:
-        images = pyramid if name == "forth" else [pair[::-1] for pair in pyramid]
-        found[name] = _motion(images, stiffness, -(-threads // 2), step_done)
+        levels, finest = (pyramid, 0) if name == "forth" else (backward, len(pyramid) - len(backward))
+        found[name] = _motion(levels, finest, stiffness, step_done)
 
     in_threads(followed, ["forth", "back"], threads)
-    (uv, confidence, level), (back, *_) = found["forth"], found["back"]
-    here, inside = level.moved(uv), ~outside(uv)
-    if inside.any() and explains(here[inside], normalized[0][inside]):
-        seen = visible(uv, back, normalized[0], here)
-        uv = filled(uv, seen, normalized[0], _CONTRAST)
-    else:
-        seen = np.zeros(inside.shape, np.bool_)
-    confidence = np.where(seen, confidence, 0)
+    (motion, uv, confidence), (_, back, _) = found["forth"], found["back"]
+    comparison = Comparison(*normalized)
+    uv = joined(comparison, motion, uv)
+    back = 2 * back if len(backward) < len(pyramid) else back[:, ::2, ::2]
+    seen = visible(comparison, uv, back, normalized[1])
+    if seen.any() and not seen.all():
+        nodes = filled(motion, seen[::2, ::2], np.ascontiguousarray(normalized[0][::2, ::2]), _CONTRAST)
+        uv = np.where(seen, uv, interpolated(nodes, seen.shape))
+    confidence = np.where(seen, interpolated(confidence, seen.shape), 0)
     return Flow(np.ascontiguousarray(np.moveaxis(uv, 0, -1), dtype), confidence.astype(dtype), seen)
 
 
@@ -158,29 +162,30 @@ def _noise_share(images: Sequence[Reals], contrasts: Sequence[float], noise: flo
 
 
 def _motion(
-    pyramid: Sequence[tuple[Reals, ...]],
-    stiffness: float,
-    workers: int,
-    step_done: Callable[[], None],
-) -> tuple[Reals, Reals, Level]:
-    """Return the motion between the images of a pyramid, coarse to fine, its confidence, and the last level."""
-    uv = np.zeros((2, *pyramid[-1][0].shape), np.float32)
-    for (a, b), count in zip(pyramid[::-1], _rounds(len(pyramid)), strict=True):
-        if uv.shape[1:] != a.shape:
-            uv = 2 * _enlarged(uv, a.shape)
-        level = Level(a, b, workers)
-        for k in range(count):
-            if k == count - 1:
-                uv = chosen(a, level, uv)
-            sums, confidence, noise = level.equations(level.moved(uv), uv)
-            uv = images.medians(solved(sums, uv, noise, BANDS, stiffness))
+    pyramid: Sequence[tuple[Reals, ...]], finest: int, stiffness: float, step_done: Callable[[], None]
+) -> tuple[Reals, Reals, Reals]:
+    """Return the motion between the images of a pyramid, coarse to fine: of its nodes and pixels, and its confidence.
+
+    `finest` is the number of levels, of larger images, that precede this pyramid.
+    """
+    uv: Reals = np.zeros((2, *(-(-size // 2) for size in pyramid[-1][0].shape)), np.float32)
+    for k, (first, second) in reversed(list(enumerate(pyramid, finest))):
+        level, motion = Level(first, second), uv
+        for _ in range(_ROUNDS[min(k, len(_ROUNDS) - 1)]):
+            sums, confidence, noise = level.equations(motion)
+            stiff, sweeps = stiffness * _SOFTER**k, _SWEEPS[min(k, len(_SWEEPS) - 1)]
+            motion = images.medians(solved(sums, motion, noise, stiff, sweeps))
             step_done()
-    return uv, confidence, level
+        motion = chosen(Comparison(first, second), motion)
+        uv = level.pixels(motion)
+        if k > finest:
+            uv = 2 * uv
+    return motion, uv, confidence
 
 
 def _rounds(levels: int) -> list[int]:
-    """Return the number of comparisons at each level, coarse to fine: two at the finest level, which costs most."""
-    return [_ROUNDS] * (levels - 1) + [2]
+    """Return the number of comparisons at each level, coarse to fine."""
+    return [_ROUNDS[min(k, len(_ROUNDS) - 1)] for k in range(levels)][::-1]
 
 
 def _normalized(image: Reals) -> tuple[Reals, float]:
@@ -199,16 +204,3 @@ def _normalized(image: Reals) -> tuple[Reals, float]:
 def _halved(image: Reals) -> Reals:
     """Return every other pixel of the smoothed image, starting at the first row and the first column."""
     return np.ascontiguousarray(filters.smoothed(image, _HALVING)[::2, ::2])
-
-
-def _enlarged(uv: Reals, shape: tuple[int, ...]) -> Reals:
-    """Return twice as many rows and columns, less one if odd, with the means of neighbours in between."""
-    for axis, size in ((1, shape[0]), (2, shape[1])):
-        lines = np.moveaxis(uv, axis, 0)
-        result = np.empty((*uv.shape[:axis], size, *uv.shape[axis + 1 :]), uv.dtype)
-        to = np.moveaxis(result, axis, 0)
-        to[::2] = lines
-        to[1 : 2 * len(lines) - 1 : 2] = (lines[:-1] + lines[1:]) / 2
-        to[2 * len(lines) - 1 :] = lines[-1]
-        uv = result
-    return uv
