@@ -16,12 +16,12 @@ from .denoise import estimated_noise
 from .flow_boundaries import Comparison, chosen, interpolated, joined, visible
 from .flow_equations import Level, half_gaussian
 from .flow_solver import filled, solved
-from .sharing import Progress, in_threads, n_threads, steps
+from .sharing import Progress, n_threads, steps
 
 _HALVING = half_gaussian(1.0, 10)
-_ROUNDS = 2, 3, 6
+_ROUNDS = 2, 3, 4
 """Comparisons of the images at each level, fine to coarse: few at the finest level, which costs most."""
-_SWEEPS = 10, 20, 36
+_SWEEPS = 8, 16, 32
 """Sweeps of the solver at each level; motion comes from farther away where levels are coarse."""
 _SMALLEST = 8
 _STIFFNESS = 25.0, 60.0
@@ -120,23 +120,12 @@ def optical_flow(
     normalized, contrasts = zip(*(_normalized(image) for image in images), strict=True)
     share = _noise_share(normalized, contrasts, noise)
     stiffness = _STIFFNESS[0] + (_STIFFNESS[1] - _STIFFNESS[0]) * share**2 / (share**2 + _NOISE**2)
-    pyramid = [normalized]
+    pyramid = [np.stack(normalized)]
     while len(pyramid) < count:
-        pyramid.append(tuple(_halved(image) for image in pyramid[-1]))
-    # The backward motion is needed at nodes only, which are the pixels of the next level.
-    backward = [pair[::-1] for pair in pyramid[1:] or pyramid]
-    step_done = steps(progress, sum(_rounds(count)) + sum(_rounds(count)[: len(backward)]))
-    found: dict[str, tuple[Reals, Reals, Reals]] = {}
-
-    def followed(name: str) -> None:
-        levels, finest = (pyramid, 0) if name == "forth" else (backward, len(pyramid) - len(backward))
-        found[name] = _motion(levels, finest, stiffness, step_done)
-
-    in_threads(followed, ["forth", "back"], threads)
-    (motion, uv, confidence), (_, back, _) = found["forth"], found["back"]
+        pyramid.append(_halved(pyramid[-1]))
+    motion, uv, back, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
     comparison = Comparison(*normalized)
     uv = joined(comparison, motion, uv)
-    back = 2 * back if len(backward) < len(pyramid) else back[:, ::2, ::2]
     seen = visible(comparison, uv, back, normalized[1])
     if seen.any() and not seen.all():
         nodes = filled(motion, seen[::2, ::2], np.ascontiguousarray(normalized[0][::2, ::2]), _CONTRAST)
@@ -162,25 +151,32 @@ def _noise_share(images: Sequence[Reals], contrasts: Sequence[float], noise: flo
 
 
 def _motion(
-    pyramid: Sequence[tuple[Reals, ...]], finest: int, stiffness: float, step_done: Callable[[], None]
-) -> tuple[Reals, Reals, Reals]:
-    """Return the motion between the images of a pyramid, coarse to fine: of its nodes and pixels, and its confidence.
+    pyramid: Sequence[Reals], stiffness: float, threads: int, step_done: Callable[[], None]
+) -> tuple[Reals, Reals, Reals, Reals]:
+    """Return the motion between the images of a pyramid, coarse to fine.
 
-    `finest` is the number of levels, of larger images, that precede this pyramid.
+    The results are the forward motion of the nodes and of the pixels, the backward motion of the nodes, and the
+    confidence of the nodes. The backward motion is not compared at the finest level, whose nodes are the pixels of the
+    next one.
     """
-    uv: Reals = np.zeros((2, *(-(-size // 2) for size in pyramid[-1][0].shape)), np.float32)
-    for k, (first, second) in reversed(list(enumerate(pyramid, finest))):
-        level, motion = Level(first, second), uv
+    rows, columns = pyramid[-1].shape[1:]
+    uv: Reals = np.zeros((2, 2, -(-rows // 2), -(-columns // 2)), np.float32)
+    for k, pair in reversed(list(enumerate(pyramid))):
+        back = uv[1]
+        both = k > 0 or len(pyramid) == 1
+        level, motion = Level(pair, both), uv if both else uv[:1]
+        stiff, sweeps = stiffness * _SOFTER**k, _SWEEPS[min(k, len(_SWEEPS) - 1)]
         for _ in range(_ROUNDS[min(k, len(_ROUNDS) - 1)]):
             sums, confidence, noise = level.equations(motion)
-            stiff, sweeps = stiffness * _SOFTER**k, _SWEEPS[min(k, len(_SWEEPS) - 1)]
             motion = images.medians(solved(sums, motion, noise, stiff, sweeps))
             step_done()
-        motion = chosen(Comparison(first, second), motion)
+        motion = np.stack([chosen(Comparison(*pair[::step]), one) for one, step in zip(motion, (1, -1), strict=False)])
         uv = level.pixels(motion)
-        if k > finest:
+        if k:
             uv = 2 * uv
-    return motion, uv, confidence
+        elif both:
+            back = motion[1]
+    return motion[0], uv[0], back, confidence[0]
 
 
 def _rounds(levels: int) -> list[int]:
@@ -202,5 +198,5 @@ def _normalized(image: Reals) -> tuple[Reals, float]:
 
 
 def _halved(image: Reals) -> Reals:
-    """Return every other pixel of the smoothed image, starting at the first row and the first column."""
-    return np.ascontiguousarray(filters.smoothed(image, _HALVING)[::2, ::2])
+    """Return every other pixel of the smoothed images, starting at the first row and the first column."""
+    return np.ascontiguousarray(filters.smoothed(image, _HALVING)[..., ::2, ::2])

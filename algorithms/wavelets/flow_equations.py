@@ -12,6 +12,8 @@ from generated import filters, images
 
 from ..arguments import Reals
 
+_REACH = 5
+"""Neighbours on either side from which `images.halfway` interpolates."""
 _LARGE = 2**14
 """Number of values above which a quarter of them suffices for a median."""
 _LEAST_NOISE = 1e-6
@@ -32,81 +34,76 @@ _NEIGHBOURHOOD = half_gaussian(1.5, 5)
 
 
 class Level:
-    """One level of the pyramid: two images, and their comparison for a given motion.
+    """One level of the pyramid: two images, and their comparison for given motions, in D directions.
 
     Motions are stored at every other pixel in both directions, the nodes, because equations are averaged over more
     pixels than that.
 
     Parameters
     ----------
-    first, second : array, (M, N)
+    images : array, (2, M, N)
         In single precision, with contrast 1.
+    both : bool
+        If True, the motion is also compared backward, from the second image to the first one.
     """
 
-    def __init__(self, first: Reals, second: Reals) -> None:
-        rows, columns = first.shape
-        self._first = np.pad(_filtered(first), [(0, rows % 2), (0, columns % 2)], "edge")
-        self._second = _doubled(_filtered(second))
-        wide, self._last = self._first.shape, np.array([columns - 1, rows - 1], np.float32)
-        self.shape, self.nodes = first.shape, (wide[0] // 2, wide[1] // 2)
+    def __init__(self, pair: Reals, both: bool) -> None:
+        rows, columns = pair.shape[1:]
+        filtered: Reals = filters.smoothed(pair, _FINE) - filters.smoothed(pair, _COARSE)
+        here, there = (filtered, filtered[::-1]) if both else (filtered[:1], filtered[1:])
+        self._here = np.pad(here, [(0, 0), (0, rows % 2), (0, columns % 2)], "edge")
+        self._there = _doubled(there)
+        count, *wide = self._here.shape
+        self._last = np.array([columns - 1, rows - 1], np.float32)
+        self._shape, self._nodes = pair.shape[1:], (count, wide[0] // 2, wide[1] // 2)
         self._rows, self._columns = (np.arange(size, dtype=np.float32) for size in wide)
-        self._pixels: Reals = np.empty((2, *wide), np.float32)
-        self._terms: Reals = np.empty((6, *wide), np.float32)
+        self._pixels: Reals = np.empty((count, 2, *wide), np.float32)
+        self._terms: Reals = np.empty((6, count, *wide), np.float32)
 
-    def equations(self, motion: Reals) -> tuple[Reals, Reals, float]:
-        """Return averaged equations for a correction of the motion of the nodes.
+    def equations(self, motion: Reals) -> tuple[Reals, Reals, Reals]:
+        """Return averaged equations for a correction of the motion of the nodes, (D, 2, m, n).
 
         Returns
         -------
-        sums : array, (6, m, n)
+        sums : array, (6, D, m, n)
             Results of `images.motion_terms`, averaged over neighbours.
-        confidence : array, (m, n)
+        confidence : array, (D, m, n)
             As in `images.motion_confidence`.
-        noise : float
+        noise : array, (D,)
             The median over the image of the least squared difference, which is due to noise.
         """
-        u, v = enlarged(motion, out=self._pixels)
+        u, v = np.moveaxis(enlarged(motion, out=self._pixels), 1, 0)
         images.motion_terms(
-            self._second, self._first, u, v, self._rows, self._columns, self._last, out=tuple(self._terms)
+            self._there, self._here, u, v, self._rows, self._columns, self._last, out=tuple(self._terms)
         )
-        sums: Reals = np.empty((6, *self.nodes), np.float32)
-        for terms, result in zip(self._terms, sums, strict=True):
-            result[...] = images.pair_means(terms[::2], terms[1::2], _NEIGHBOURHOOD)[:, ::2]
+        even, odd = self._terms[..., ::2, :], self._terms[..., 1::2, :]
+        sums = np.ascontiguousarray(images.pair_means(even, odd, _NEIGHBOURHOOD)[..., ::2])
         # Contrasts of 1 give sums of about 1: the second term matters only where the image is empty.
         ridge = np.float32(1e-4 * (sums[0].mean() + sums[2].mean()) + 1e-12)
-        lines = sums.reshape(6, -1).T
-        left, confidence = images.motion_confidence(lines, ridge).T.reshape(2, *self.nodes)
-        return sums, confidence, max(median(left), _LEAST_NOISE)
+        left, confidence = images.motion_confidence(sums.reshape(6, -1).T, ridge).T.reshape(2, *self._nodes)
+        return sums, confidence, np.maximum([median(one) for one in left], _LEAST_NOISE)
 
     def pixels(self, motion: Reals) -> Reals:
-        """Return the motion (2, m, n) of the nodes, interpolated between them, for all pixels."""
-        return enlarged(motion)[:, : self.shape[0], : self.shape[1]]
-
-
-def _filtered(image: Reals) -> Reals:
-    return np.asarray(filters.smoothed(image, _FINE) - filters.smoothed(image, _COARSE))
+        """Return the motion (..., m, n) of the nodes, interpolated between them, for all pixels."""
+        return enlarged(motion)[..., : self._shape[0], : self._shape[1]]
 
 
 @lru_cache
 def _between() -> Reals:
-    """Return the taps that interpolate half a pixel away from the nearest one by cubic splines."""
-    impulse = np.zeros(4 * images_reach() + 1)
-    impulse[2 * images_reach()] = 1
-    places = 2 * images_reach() + 0.5 + np.arange(images_reach())
-    taps = scipy.ndimage.map_coordinates(impulse, places[None], order=3)
+    """Return the taps that interpolate half a pixel away from the nearest neighbour by cubic splines."""
+    far = 2 * _REACH
+    impulse = np.zeros(2 * far + 1)
+    impulse[far] = 1
+    taps = scipy.ndimage.map_coordinates(impulse, [far + 0.5 + np.arange(_REACH)], order=3)
     return (taps / (2 * taps.sum())).astype(np.float32)
 
 
-def images_reach() -> int:
-    """Return the number of neighbours on one side from which `images.halfway` interpolates."""
-    return 5
-
-
-def _doubled(image: Reals) -> Reals:
-    """Return an image with twice as many rows and columns; beyond the last ones it is mirrored."""
-    result: Reals = np.empty((2 * image.shape[0], 2 * image.shape[1]), np.float32)
-    result[::2, ::2] = image
-    result[::2, 1::2], result[1::2, ::2], result[1::2, 1::2] = images.halfway(image, _between())
+def _doubled(pair: Reals) -> Reals:
+    """Return images (..., M, N) with twice as many rows and columns; beyond the last ones they are mirrored."""
+    result: Reals = np.empty((*pair.shape[:-2], 2 * pair.shape[-2], 2 * pair.shape[-1]), np.float32)
+    result[..., ::2, ::2] = pair
+    right, below, both = images.halfway(pair, _between())
+    result[..., ::2, 1::2], result[..., 1::2, ::2], result[..., 1::2, 1::2] = right, below, both
     return result
 
 

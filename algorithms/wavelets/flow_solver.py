@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -19,29 +21,29 @@ _ROUNDS = 2
 """Number of reweightings; each computes the weights from the current motion."""
 _TREND = half_gaussian(3.0, 10)
 """A Gaussian over which the motion is averaged; only differences from the average are to be smooth."""
-_FILLING = 60
+_FILLING = 64
 """Sweeps for hidden pixels, whose motion comes from far away."""
 
 
-def solved(sums: Reals, motion: Reals, noise: float, stiffness: float, sweeps: int) -> Reals:
-    """Return the motion that best satisfies the equations and the smoothness term.
+def solved(sums: Reals, motion: Reals, noise: Reals, stiffness: float, sweeps: int) -> Reals:
+    """Return the motions that best satisfy the equations and the smoothness term, for each of D pairs of images.
 
     Parameters
     ----------
-    sums : array, (6, m, n)
+    sums : array, (6, D, m, n)
         Results of `images.motion_terms`, averaged, for a correction of `motion`.
-    motion : array, (2, m, n)
+    motion : array, (D, 2, m, n)
         The current motion.
-    noise : float
+    noise : array, (D,)
         Squared difference of the images. The larger it is, the larger the region over which the motion is averaged.
     stiffness : float
         Weight of squared differences of neighbours relative to squared residuals in units of the noise.
     sweeps : int
-        Number of sweeps over all nodes for one reweighting.
+        Number of sweeps over all nodes for one reweighting, a power of 2.
 
     Returns
     -------
-    array, (2, m, n)
+    array, (D, 2, m, n)
 
     Notes
     -----
@@ -50,33 +52,38 @@ def solved(sums: Reals, motion: Reals, noise: float, stiffness: float, sweeps: i
     (Charbonnier et al., *IEEE Trans. Image Processing* 6:298, 1997). The differences are those of the motion without
     its local average, so that rotations and enlargements are not penalized.
     """
-    trend = np.stack([filters.smoothed(plane, _TREND) for plane in motion])
-    east, south = (np.full(motion.shape[1:], stiffness, np.float32) for _ in range(2))
+    trend: Reals = filters.smoothed(motion, _TREND)
+    east, south = (np.full(motion.shape[2:], stiffness, np.float32) for _ in range(2))
     east[:, -1], south[-1] = 0, 0
-    parameters = np.array([1 / noise, 1 / (noise * _DEGREES), 1 / _KNEE], np.float32)
-    return trend + _relaxed(sums, motion - trend, (east, south), parameters, _ROUNDS, sweeps)
+    parameters = np.stack([1 / noise, 1 / (noise * _DEGREES), np.full_like(noise, 1 / _KNEE)], -1)
+    rest = motion - trend
+    return trend + _relaxed(sums, rest, (east, south), parameters.astype(np.float32), _ROUNDS, sweeps)
 
 
 def _relaxed(
     sums: Reals, motion: Reals, sides: tuple[Reals, Reals], parameters: Reals, rounds: int, sweeps: int
 ) -> Reals:
-    """Return the motion after some reweightings and sweeps.
+    """Return motions (D, 2, m, n) after some reweightings and sweeps; see `images.relaxed_motion`."""
+    start = motion[:, 0], motion[:, 1]
+    found = images.relaxed_motion(
+        *sums, *start, *start, *sides, parameters, np.zeros(rounds, np.float32), _factors(sweeps)
+    )
+    return np.stack(found, 1)
 
-    Sweeps are steps of the Chebyshev semi-iterative method (Golub and Varga, *Numerische Mathematik* 3:147, 1961). They
-    suit a spectral radius of 1 - 1 / sweeps: slower components need more sweeps than there are.
+
+@lru_cache
+def _factors(sweeps: int) -> Reals:
+    """Return the factors of relaxation that reduce most what is left after `sweeps` sweeps, a power of 2.
+
+    The factors belong to the zeros of a Chebyshev polynomial, in an order in which rounding errors do not grow (Lebedev
+    and Finogenov, *USSR Computational Mathematics and Mathematical Physics* 16:70, 1976). They suit a spectral radius
+    of about ``1 - 1 / sweeps``: slower components need more sweeps than there are.
     """
+    order = [1]
+    while len(order) < sweeps:
+        order = [number for one in order for number in (one, 4 * len(order) - one)]
     radius = (1 - 1 / (2 * sweeps)) ** 2
-    start, fields = motion, [motion.copy(), np.empty_like(motion), np.empty_like(motion)]
-    for _ in range(rounds):
-        coefficients = images.relaxation_weights(*sums, *start, *fields[0], *sides, parameters)
-        fields[1][...] = fields[0]
-        factor = 1.0
-        for k in range(sweeps):
-            now, before, result = fields
-            images.relaxed_motion(*coefficients, *now, *before, np.float32(factor), out=tuple(result))
-            fields = [result, now, before]
-            factor = 1 / (1 - radius / 2) if k == 0 else 1 / (1 - radius * factor / 4)
-    return fields[0]
+    return (1 / (1 - radius * np.cos(np.pi / (2 * sweeps) * np.array(order)))).astype(np.float32)
 
 
 def filled(motion: Reals, known: NDArray[np.bool_], image: Reals, contrast: float) -> Reals:
@@ -110,4 +117,4 @@ def filled(motion: Reals, known: NDArray[np.bool_], image: Reals, contrast: floa
     )
     sums = np.stack([firm, none, firm, none, none, none])
     parameters = np.array([1, 0, 0], np.float32)
-    return np.where(known, motion, _relaxed(sums, start, (east, south), parameters, 1, _FILLING))
+    return np.where(known, motion, _relaxed(sums[:, None], start[None], (east, south), parameters, 1, _FILLING)[0])

@@ -1,7 +1,7 @@
 """Image operations: optical flow, medians, interpolation. Lengths are in pixels."""
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, gather, index, kernel, pick, total, window
+from gacompiler import SCALAR, array, each, fold, gather, index, kernel, pick, total, window
 
 IMAGE, NODES = array(SCALAR, "h", "w"), array(SCALAR, "n", "m")
 REACH = 5
@@ -47,7 +47,7 @@ def _slope(far, near, nearer, farther):
 
 
 @kernel(
-    second=array(SCALAR, "n", "m", shared=True),
+    second=NODES,
     first=IMAGE,
     u=IMAGE,
     v=IMAGE,
@@ -128,25 +128,14 @@ def motion_confidence(sums, ridge):
     return left, least / (least + left + ridge)
 
 
-@kernel(
-    xx=NODES, xy=NODES, yy=NODES, bx=NODES, by=NODES, square=NODES,
-    before_u=NODES, before_v=NODES, u=NODES, v=NODES, east=NODES, south=NODES, noise=array(SCALAR, 3),
-)  # fmt: skip
-def relaxation_weights(xx, xy, yy, bx, by, square, before_u, before_v, u, v, east, south, noise):
-    """Compute the coefficients of `relaxed_motion`: a step of iteratively reweighted least squares.
-
-    The sums are those of `motion_terms` for the increment of the motion `before`. Their weight is ``noise[0] / (1 +
-    noise[1] r)`` with the squared residual r of the present motion; the weight of the difference d to the neighbour in
-    the east or south is ``stiffness / sqrt(1 + noise[2] |d|^2)``, and `east` and `south` are the stiffness. If no
-    weight is positive, the motion is 0. The results are the inverse of the matrix (xx, xy, yy), the right-hand side,
-    and the weights in the east and south.
-    """
+def _weights(sums, before, motion, stiffness, noise):
+    """Return the coefficients of `_swept`: the inverse matrices, the right-hand sides, and weights of neighbours."""
 
     def side(stiff, u, v, other_u, other_v):
         du, dv = other_u - u, other_v - v
         return stiff / ga.sqrt(1 + noise[2] * (du * du + dv * dv))
 
-    def line(xx, xy, yy, bx, by, square, pu, pv, north_u, us, south_u, north_v, vs, south_v, east, north_s, south_s):
+    def line(xx, xy, yy, bx, by, square, pu, pv, un, us, usouth, vn, vs, vsouth, east, north, south):
         def node(a, b, c, x, y, rr, pu, pv, un, u, us, vn, v, vs, east, north, south, west, uw, ue, vw, ve):
             du, dv = u - pu, v - pv
             left = rr - 2 * (x * du + y * dv) + a * du * du + 2 * b * du * dv + c * dv * dv
@@ -161,44 +150,62 @@ def relaxation_weights(xx, xy, yy, bx, by, square, before_u, before_v, u, v, eas
             return factor * c, -(factor * b), factor * a, right, down, to_east, to_south
 
         return each(
-            node, xx, xy, yy, bx, by, square, pu, pv, north_u, us, south_u, north_v, vs, south_v, east, north_s,
-            south_s, *window(east, (-1,), boundary="constant", value=0), *window(us, (-1, 1), boundary="nearest"),
-            *window(vs, (-1, 1), boundary="nearest"),
-        )  # fmt: skip
-
-    return each(
-        line, xx, xy, yy, bx, by, square, before_u, before_v, *window(u, 3, boundary="nearest"),
-        *window(v, 3, boundary="nearest"), east, *window(south, (-1, 0), boundary="constant", value=0),
-    )  # fmt: skip
-
-
-@kernel(
-    xx=NODES, xy=NODES, yy=NODES, x=NODES, y=NODES, east=NODES, south=NODES,
-    u=NODES, v=NODES, before_u=NODES, before_v=NODES, factor=SCALAR,
-)  # fmt: skip
-def relaxed_motion(xx, xy, yy, x, y, east, south, u, v, before_u, before_v, factor):
-    """Compute the motion after a step of the Chebyshev semi-iterative method, with `relaxation_weights`.
-
-    Every pixel moves by `factor` times the way from the motion of the step before (u, v) to the solution of its
-    equations, in which its neighbours have the motion (u, v).
-    """
-
-    def line(xx, xy, yy, x, y, east, north_s, south_s, un, us, us_south, vn, vs, vs_south, pu, pv):
-        def node(a, b, c, x, y, east, north, south, un, usouth, vn, vsouth, pu, pv, west, uw, ue, vw, ve):
-            x = x + east * ue + west * uw + south * usouth + north * un
-            y = y + east * ve + west * vw + south * vsouth + north * vn
-            return pu + factor * (a * x + b * y - pu), pv + factor * (b * x + c * y - pv)
-
-        return each(
-            node, xx, xy, yy, x, y, east, north_s, south_s, un, us_south, vn, vs_south, pu, pv,
+            node, xx, xy, yy, bx, by, square, pu, pv, un, us, usouth, vn, vs, vsouth, east, north, south,
             *window(east, (-1,), boundary="constant", value=0), *window(us, (-1, 1), boundary="nearest"),
             *window(vs, (-1, 1), boundary="nearest"),
         )  # fmt: skip
 
+    u, v = motion
+    east, south = stiffness
     return each(
-        line, xx, xy, yy, x, y, east, *window(south, (-1, 0), boundary="constant", value=0),
-        *window(u, 3, boundary="nearest"), *window(v, 3, boundary="nearest"), before_u, before_v,
+        line, *sums, *before, *window(u, 3, boundary="nearest"), *window(v, 3, boundary="nearest"), east,
+        *window(south, (-1, 0), boundary="constant", value=0),
     )  # fmt: skip
+
+
+def _swept(coefficients, motion, factor):
+    """Return the motion after every node moved by `factor` times the way to the solution of its equations."""
+
+    def line(xx, xy, yy, x, y, east, north_s, south_s, un, us, us_south, vn, vs, vs_south):
+        def node(a, b, c, x, y, east, north, south, un, u, usouth, vn, v, vsouth, west, uw, ue, vw, ve):
+            x = x + east * ue + west * uw + south * usouth + north * un
+            y = y + east * ve + west * vw + south * vsouth + north * vn
+            return u + factor * (a * x + b * y - u), v + factor * (b * x + c * y - v)
+
+        return each(
+            node, xx, xy, yy, x, y, east, north_s, south_s, un, us, us_south, vn, vs, vs_south,
+            *window(east, (-1,), boundary="constant", value=0), *window(us, (-1, 1), boundary="nearest"),
+            *window(vs, (-1, 1), boundary="nearest"),
+        )  # fmt: skip
+
+    *equations, east, south = coefficients
+    u, v = motion
+    return each(
+        line, *equations, east, *window(south, (-1, 0), boundary="constant", value=0),
+        *window(u, 3, boundary="nearest"), *window(v, 3, boundary="nearest"),
+    )  # fmt: skip
+
+
+@kernel(
+    xx=NODES, xy=NODES, yy=NODES, bx=NODES, by=NODES, square=NODES, u=NODES, v=NODES, start_u=NODES, start_v=NODES,
+    east=NODES, south=NODES, noise=array(SCALAR, 3), rounds=array(SCALAR, "r"), factors=array(SCALAR, "k"),
+)  # fmt: skip
+def relaxed_motion(xx, xy, yy, bx, by, square, u, v, start_u, start_v, east, south, noise, rounds, factors):
+    """Compute a smooth motion that satisfies normal equations, by iteratively reweighted least squares.
+
+    The sums are those of `motion_terms` for the increment of the motion (u, v). Their weight is ``noise[0] / (1 +
+    noise[1] r)`` with the squared residual r of the present motion; the weight of the difference d to the neighbour in
+    the east or south is ``stiffness / sqrt(1 + noise[2] |d|^2)``, and `east` and `south` are the stiffness. If no
+    weight is positive, the motion is 0. For each of `rounds`, of which only the length matters, weights are computed,
+    and one step of relaxation follows for each of its `factors`.
+    """
+    sums = xx, xy, yy, bx, by, square
+
+    def weighted(motion, _):
+        coefficients = _weights(sums, (u, v), motion, (east, south), noise)
+        return fold(lambda motion, factor: _swept(coefficients, motion, factor), motion, factors)
+
+    return fold(weighted, (start_u, start_v), rounds)
 
 
 @kernel(
