@@ -49,7 +49,7 @@ class Comparison:
         self._border = _REACH + 1
         self._images = [np.pad(image, self._border, "edge") for image in (first, second)]
         self._last = np.array(first.shape[::-1], np.float32) - 1 + self._border
-        self.shape, self.first = first.shape, first
+        self.shape, self._first, self._second = first.shape, first, second
 
     def at(self, row: NDArray[np.intp], column: NDArray[np.intp], uv: Reals, most: float) -> Reals:
         """Return the differences, averaged over a window, of some pixels (k) with the motion (2, k).
@@ -57,6 +57,16 @@ class Comparison:
         Each squared difference is clipped to `most`.
         """
         return self._costs(row, column, uv, (_DOWN, _ACROSS, _WEIGHTS), most)
+
+    def samples(self, motion: Reals, known: NDArray[np.bool_]) -> tuple[Reals, Reals]:
+        """Return values (k) of the second image at the ends of the motion (2, m, n) of known nodes, and of the first.
+
+        Every other node in both directions is used.
+        """
+        row, column = np.nonzero(known[::2, ::2])
+        ends = 4 * np.stack([row, column]) + motion[::-1, ::2, ::2][:, row, column]
+        moved = scipy.ndimage.map_coordinates(self._second, ends, order=1, mode="nearest")
+        return moved, self._first[4 * row, 4 * column]
 
     def noise(self, motion: Reals) -> float:
         """Return the median of the squared differences of the nodes, which have the motion (2, m, n)."""
@@ -192,7 +202,7 @@ def joined(comparison: Comparison, motion: Reals, uv: Reals) -> Reals:
     return uv
 
 
-def visible(comparison: Comparison, uv: Reals, backward: Reals, second: Reals) -> NDArray[np.bool_]:
+def visible(comparison: Comparison, uv: Reals, backward: Reals) -> NDArray[np.bool_]:
     """Return which pixels of the first image are visible in the second one.
 
     Parameters
@@ -202,7 +212,6 @@ def visible(comparison: Comparison, uv: Reals, backward: Reals, second: Reals) -
         The forward motion, from the first image to the second one.
     backward : array, (2, m, n)
         The backward motion of the nodes of the second image.
-    second : array, (M, N)
 
     Notes
     -----
@@ -212,18 +221,19 @@ def visible(comparison: Comparison, uv: Reals, backward: Reals, second: Reals) -
     explains less than half of the variance of the first one, no pixel is visible.
     """
     inside = ~outside(uv)
-    motion = np.ascontiguousarray(uv[:, ::2, ::2])
-    y, x = (2 * np.indices(motion.shape[1:], np.float32) + motion[::-1]) / 2
-    known = inside[::2, ::2]
-    moved = scipy.ndimage.map_coordinates(second, 2 * np.stack([y, x])[:, known], order=1, mode="nearest")
-    if not known.any() or not explains(moved, comparison.first[::2, ::2][known]):
+    motion, known = np.ascontiguousarray(uv[:, ::2, ::2]), inside[::2, ::2]
+    if not explains(*comparison.samples(motion, known)):
         return np.zeros(uv.shape[1:], bool)
-    back = np.stack(
-        [scipy.ndimage.map_coordinates(plane, np.stack([y, x]), order=1, mode="nearest") for plane in backward]
+    # Nodes whose pixels are nearest to the ends of the motion of nodes.
+    rows, columns = (
+        np.clip(np.rint(index + part / 2).astype(int), 0, size - 1)
+        for index, part, size in zip(
+            np.ogrid[: known.shape[0], : known.shape[1]], motion[::-1], known.shape, strict=True
+        )
     )
+    back = backward[:, rows, columns]
     allowed = _TOLERANCE + _SHARE * (_squares(motion) + _squares(back))
     confirmed = (_squares(motion + back) <= allowed) & known
-    rows, columns = (np.clip(np.rint(p).astype(int), 0, n - 1) for p, n in zip((y, x), motion.shape[1:], strict=True))
     taken = np.zeros(motion.shape[1:], bool)
     taken[rows[confirmed], columns[confirmed]] = True
     free = ~taken[rows, columns]

@@ -5,15 +5,12 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
-from generated import filters, images
+from generated import images
 
 from ..arguments import Reals
 
-_REACH = 5
-"""Neighbours on either side from which `images.halfway` interpolates."""
 _LARGE = 2**14
 """Number of values above which a quarter of them suffices for a median."""
 _LEAST_NOISE = 1e-6
@@ -27,8 +24,9 @@ def half_gaussian(sigma: float, reach: int) -> Reals:
     return (values / (2 * values.sum() - 1)).astype(np.float32)
 
 
-_FINE, _COARSE = half_gaussian(0.7, 10), half_gaussian(2.0, 10)
+_FINE, _COARSE = half_gaussian(0.7, 3), half_gaussian(2.0, 7)
 """The images that are compared are the difference of both, without noise between pixels and without brightness."""
+_HALVING = half_gaussian(1.0, 5)
 _NEIGHBOURHOOD = half_gaussian(1.5, 5)
 """A Gaussian over which equations are averaged."""
 
@@ -49,10 +47,10 @@ class Level:
 
     def __init__(self, pair: Reals, both: bool) -> None:
         rows, columns = pair.shape[1:]
-        filtered: Reals = filters.smoothed(pair, _FINE) - filters.smoothed(pair, _COARSE)
+        filtered: Reals = images.band(pair, _FINE, _COARSE)
         here, there = (filtered, filtered[::-1]) if both else (filtered[:1], filtered[1:])
         self._here = np.pad(here, [(0, 0), (0, rows % 2), (0, columns % 2)], "edge")
-        self._there = _doubled(there)
+        self._there = images.jets(there)
         count, *wide = self._here.shape
         self._last = np.array([columns - 1, rows - 1], np.float32)
         self._shape, self._nodes = pair.shape[1:], (count, wide[0] // 2, wide[1] // 2)
@@ -74,7 +72,7 @@ class Level:
         """
         u, v = np.moveaxis(enlarged(motion, out=self._pixels), 1, 0)
         images.motion_terms(
-            self._there, self._here, u, v, self._rows, self._columns, self._last, out=tuple(self._terms)
+            *self._there, self._here, u, v, self._rows, self._columns, self._last, out=tuple(self._terms)
         )
         even, odd = self._terms[..., ::2, :], self._terms[..., 1::2, :]
         sums = np.ascontiguousarray(images.pair_means(even, odd, _NEIGHBOURHOOD)[..., ::2])
@@ -88,23 +86,11 @@ class Level:
         return enlarged(motion)[..., : self._shape[0], : self._shape[1]]
 
 
-@lru_cache
-def _between() -> Reals:
-    """Return the taps that interpolate half a pixel away from the nearest neighbour by cubic splines."""
-    far = 2 * _REACH
-    impulse = np.zeros(2 * far + 1)
-    impulse[far] = 1
-    taps = scipy.ndimage.map_coordinates(impulse, [far + 0.5 + np.arange(_REACH)], order=3)
-    return (taps / (2 * taps.sum())).astype(np.float32)
-
-
-def _doubled(pair: Reals) -> Reals:
-    """Return images (..., M, N) with twice as many rows and columns; beyond the last ones they are mirrored."""
-    result: Reals = np.empty((*pair.shape[:-2], 2 * pair.shape[-2], 2 * pair.shape[-1]), np.float32)
-    result[..., ::2, ::2] = pair
-    right, below, both = images.halfway(pair, _between())
-    result[..., ::2, 1::2], result[..., 1::2, ::2], result[..., 1::2, 1::2] = right, below, both
-    return result
+def halved(pair: Reals) -> Reals:
+    """Return every other pixel of smoothed images (2, M, N), starting at the first row and the first column."""
+    padded = np.pad(pair, [(0, 0), (0, pair.shape[1] % 2), (0, 0)], "edge")
+    even, odd = padded[:, ::2], padded[:, 1::2]
+    return np.ascontiguousarray(images.pair_means(even, odd, _HALVING)[..., ::2])
 
 
 def enlarged(motion: Reals, out: Reals | None = None) -> Reals:

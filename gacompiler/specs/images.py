@@ -5,7 +5,7 @@ from gacompiler import SCALAR, array, each, fold, gather, index, kernel, pick, t
 
 IMAGE, NODES = array(SCALAR, "h", "w"), array(SCALAR, "n", "m")
 REACH = 5
-"""Distance in pixels of the farthest pixels that `pair_means` and `halfway` use."""
+"""Distance in pixels of the farthest pixels that `pair_means` uses."""
 
 
 def _sum(numbers):
@@ -22,32 +22,59 @@ def _symmetric(taps, numbers):
     return _sum([taps[0] * numbers[middle], *pairs])
 
 
-@kernel(image=IMAGE, taps=array(SCALAR, REACH))
-def halfway(image, taps):
-    """Interpolate an image between its pixels: half a pixel to the right, half a pixel below, and both.
-
-    The taps are those of the neighbours on one side, from the nearest one on. Beyond the edges, the image is mirrored.
-    """
-
-    def between(*numbers):
-        return _sum(taps[k] * (numbers[REACH - 1 - k] + numbers[REACH + k]) for k in range(REACH))
-
-    distances = range(1 - REACH, REACH + 1)
-
-    def beside(image):
-        return each(lambda row: each(between, *window(row, distances, boundary="mirror")), image)
-
-    below = each(lambda *rows: each(between, *rows), *window(image, distances, boundary="mirror"))
-    return beside(image), below, beside(below)
-
-
 def _slope(far, near, nearer, farther):
     """Return the derivative at the middle of four neighbours, of third degree."""
     return (8 * (nearer - near) - (farther - far)) / 12
 
 
+@kernel(image=NODES, fine=array(SCALAR, 4), coarse=array(SCALAR, 8))
+def band(image, fine, coarse):
+    """Compute the difference of two filters with symmetric taps, given from the middle one on; edges are mirrored."""
+
+    def both(*numbers):
+        return _symmetric(fine, numbers[4:-4]), _symmetric(coarse, numbers)
+
+    def line(fine_row, coarse_row):
+        return each(
+            lambda *numbers: _symmetric(fine, numbers[:7]) - _symmetric(coarse, numbers[7:]),
+            *window(fine_row, 7), *window(coarse_row, 15),
+        )  # fmt: skip
+
+    return each(line, *each(lambda *rows: each(both, *rows), *window(image, 15)))
+
+
+@kernel(image=NODES)
+def jets(image):
+    """Compute the terms of the Taylor series of second degree at each pixel: 1, x, y, x^2, x y and y^2.
+
+    The derivatives are of third degree, of five neighbours. Beyond the edges, the image is mirrored.
+    """
+
+    def bend(far, near, here, nearer, farther):
+        return (16 * (near + nearer) - far - farther - 30 * here) / 24
+
+    def line(far, near, here, nearer, farther):
+        slopes = each(lambda *numbers: _slope(*numbers), far, near, nearer, farther)
+
+        bends = each(bend, far, near, here, nearer, farther)
+        return each(
+            lambda slope, down, w2, w1, e1, e2, *across: (
+                across[2], _slope(across[0], across[1], across[3], across[4]), slope, bend(*across),
+                _slope(w2, w1, e1, e2), down,
+            ),
+            slopes, bends, *window(slopes, (-2, -1, 1, 2)), *window(here, 5),
+        )  # fmt: skip
+
+    return each(line, *window(image, 5))
+
+
 @kernel(
     second=NODES,
+    by_x=NODES,
+    by_y=NODES,
+    by_xx=NODES,
+    by_xy=NODES,
+    by_yy=NODES,
     first=IMAGE,
     u=IMAGE,
     v=IMAGE,
@@ -55,24 +82,23 @@ def _slope(far, near, nearer, farther):
     columns=array(SCALAR, "w"),
     last=array(SCALAR, 2),
 )
-def motion_terms(second, first, u, v, rows, columns, last):
+def motion_terms(second, by_x, by_y, by_xx, by_xy, by_yy, first, u, v, rows, columns, last):
     """Compute the terms of the normal equations for a correction of the motion (u, v) between two images.
 
-    `second` is the second image with twice as many rows and columns, as from `halfway`; between its numbers it is
-    interpolated linearly. With the gradient g of the mean of the first image and of the moved second one, and with
-    their difference d, the results are the products g g^T (xx, xy, yy), -g d (x, y) and d d. They are 0 where the
-    motion leads out of the image. `rows` and `columns` are numbers from 0, and `last` contains the last column and row
-    of the image; further rows and columns only pad it.
+    The first six arguments are the `jets` of the second image, from which it is interpolated. With the gradient g of the mean of
+    the first image and of the moved second one, and with their difference d, the results are the products g g^T (xx,
+    xy, yy), -g d (x, y) and d d. They are 0 where the motion leads out of the image. `rows` and `columns` are numbers
+    from 0, and `last` contains the last column and row of the image; further rows and columns only pad it.
     """
     right, bottom = last
 
     def moved(row, column, u, v):
-        x = 2 * ga.minimum(ga.maximum(column + u, 0), right)
-        y = 2 * ga.minimum(ga.maximum(row + v, 0), bottom)
-        left, top = ga.floor(x), ga.floor(y)
-        upper, lower = ([pick(pick(second, top + k, 0), left + across, 0) for across in range(2)] for k in range(2))
-        above, below = (pair[0] + (x - left) * (pair[1] - pair[0]) for pair in (upper, lower))
-        return above + (y - top) * (below - above)
+        x, y = ga.minimum(ga.maximum(column + u, 0), right), ga.minimum(ga.maximum(row + v, 0), bottom)
+        i, j = ga.floor(y + 0.5), ga.floor(x + 0.5)
+        planes = second, by_x, by_y, by_xx, by_xy, by_yy
+        one, to_x, to_y, xx, xy, yy = (pick(pick(plane, i, 0), j, 0) for plane in planes)
+        x, y = x - j, y - i
+        return one + x * (to_x + x * xx) + y * (to_y + x * xy + y * yy)
 
     def terms(row, column, u, v, here, there, across, down):
         x, y = column + u, row + v
