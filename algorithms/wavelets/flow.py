@@ -21,8 +21,10 @@ _ROUNDS = 2, 3, 4
 """Comparisons of the images at each level, fine to coarse: few at the finest level, which costs most."""
 _SWEEPS = 8, 16, 32
 """Sweeps of the solver at each level; motion comes from farther away where levels are coarse."""
+_SHARP = 2
+"""Number of levels, from the finest one on, at which each pixel chooses its motion at boundaries."""
 _SMALLEST = 8
-_STIFFNESS = 25.0, 60.0
+_STIFFNESS = 12.0, 35.0
 """Weights of the smoothness of the motion, without noise and with much noise."""
 _NOISE = 0.07
 """Noise-to-contrast ratio (standard deviations) at which the stiffness is halfway between the two."""
@@ -122,9 +124,7 @@ def optical_flow(
     while len(pyramid) < count:
         pyramid.append(halved(pyramid[-1]))
     motion, uv, back, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
-    comparison = Comparison(*normalized)
-    uv = joined(comparison, motion, uv)
-    seen = visible(comparison, uv, back)
+    seen = visible(Comparison(*normalized), uv, back)
     if seen.any() and not seen.all():
         # Every other node suffices where the motion is that of neighbours.
         known, image = seen[::4, ::4], np.ascontiguousarray(normalized[0][::4, ::4])
@@ -181,8 +181,11 @@ def _motion(
             sums, confidence, noise = level.equations(motion)
             motion = images.medians(solved(sums, motion, noise, stiff, sweeps))
             step_done()
-        motion = np.stack([chosen(Comparison(*pair[::step]), one) for one, step in zip(motion, (1, -1), strict=False)])
+        comparisons = [Comparison(*pair[::step]) for step in (1, -1)][: len(motion)]
+        motion = np.stack([chosen(images, one) for images, one in zip(comparisons, motion, strict=True)])
         uv = level.pixels(motion)
+        if k < _SHARP:
+            uv = np.stack([joined(*each) for each in zip(comparisons, motion, uv, strict=True)])
         if k:
             uv = 2 * uv
         elif both:

@@ -224,26 +224,46 @@ def visible(comparison: Comparison, uv: Reals, backward: Reals) -> NDArray[np.bo
     motion, known = np.ascontiguousarray(uv[:, ::2, ::2]), inside[::2, ::2]
     if not explains(*comparison.samples(motion, known)):
         return np.zeros(uv.shape[1:], bool)
-    # Nodes whose pixels are nearest to the ends of the motion of nodes.
-    rows, columns = (
-        np.clip(np.rint(index + part / 2).astype(int), 0, size - 1)
-        for index, part, size in zip(
-            np.ogrid[: known.shape[0], : known.shape[1]], motion[::-1], known.shape, strict=True
-        )
-    )
-    back = backward[:, rows, columns]
-    allowed = _TOLERANCE + _SHARE * (_squares(motion) + _squares(back))
-    confirmed = (_squares(motion + back) <= allowed) & known
-    taken = np.zeros(motion.shape[1:], bool)
-    taken[rows[confirmed], columns[confirmed]] = True
-    free = ~taken[rows, columns]
+    confirmed = known & _confirmed(motion, backward, *_ends(motion, 2))
     seen = _each_pixel(confirmed, uv.shape[1:]) & inside
-    row, column = np.nonzero(_each_pixel(free, uv.shape[1:]) & inside & ~seen)
-    if row.size:
-        noise = comparison.noise(motion)
-        cost = comparison.at(row, column, uv[:, row, column], most_of(noise))
-        seen[row, column] = cost <= _EXCESS * noise
+    # At boundaries, where this depends on the pixel, all pixels are examined.
+    mixed = scipy.ndimage.maximum_filter(confirmed, 3) & ~scipy.ndimage.minimum_filter(confirmed, 3)
+    mixed = scipy.ndimage.binary_dilation(mixed)
+    row, column = np.nonzero(_each_pixel(mixed | ~confirmed, uv.shape[1:]) & inside)
+    own = uv[:, row, column]
+    i, j = (
+        np.clip(np.rint(index + part).astype(int), 0, size - 1)
+        for index, part, size in zip((row, column), own[::-1], uv.shape[1:], strict=True)
+    )
+    sure = _confirmed(own, backward, i // 2, j // 2)
+    taken = np.zeros(known.shape, bool)
+    rows, columns = _ends(motion[:, confirmed & ~mixed], 2, np.nonzero(confirmed & ~mixed), known.shape)
+    taken[rows, columns] = True
+    taken = _each_pixel(taken, uv.shape[1:]).copy()
+    taken[i[sure], j[sure]] = True
+    noise = comparison.noise(motion)
+    free = ~sure & ~taken[i, j]
+    sure[free] = comparison.at(row[free], column[free], own[:, free], most_of(noise)) <= _EXCESS * noise
+    seen[row, column] = sure
     return seen
+
+
+def _ends(
+    motion: Reals, step: int, places: tuple[NDArray[np.intp], ...] | None = None, shape: tuple[int, ...] = ()
+) -> tuple[NDArray[np.intp], ...]:
+    """Return the rows and columns of the nodes at the ends of the motion (2, ...), in pixels, of nodes."""
+    shape = shape or motion.shape[1:]
+    indices = places or np.ogrid[: shape[0], : shape[1]]
+    return tuple(
+        np.clip(np.rint(index + part / step).astype(int), 0, size - 1)
+        for index, part, size in zip(indices, motion[::-1], shape, strict=True)
+    )
+
+
+def _confirmed(motion: Reals, backward: Reals, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Return where the backward motion at some nodes is the opposite of a forward motion (2, ...)."""
+    back = backward[:, row, column]
+    return np.asarray(_squares(motion + back) <= _TOLERANCE + _SHARE * (_squares(motion) + _squares(back)))
 
 
 def _each_pixel(nodes: NDArray[np.bool_], shape: tuple[int, ...]) -> NDArray[np.bool_]:
