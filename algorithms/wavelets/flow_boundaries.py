@@ -242,9 +242,10 @@ def visible(comparison: Comparison, uv: Reals, backward: Reals) -> NDArray[np.bo
     taken = _each_pixel(taken, uv.shape[1:]).copy()
     taken[i[sure], j[sure]] = True
     noise = comparison.noise(motion)
-    free = ~sure & ~taken[i, j]
-    sure[free] = comparison.at(row[free], column[free], own[:, free], most_of(noise)) <= _EXCESS * noise
-    seen[row, column] = sure
+    most = most_of(noise)
+    cost = comparison.at(row, column, own, most)
+    # Motion may be spread, in both directions, to hidden pixels beside what hides them, where the images differ.
+    seen[row, column] = np.where(sure, cost <= most / 4, ~taken[i, j] & (cost <= _EXCESS * noise))
     return seen
 
 
