@@ -17,10 +17,12 @@ from .flow_equations import Level, halved
 from .flow_solver import filled, solved
 from .sharing import Progress, n_threads, steps
 
-_ROUNDS = 2, 3, 4
+_ROUNDS = 2, 2, 4
 """Comparisons of the images at each level, fine to coarse: few at the finest level, which costs most."""
 _SWEEPS = 8, 16, 32
 """Sweeps of the solver at each level; motion comes from farther away where levels are coarse."""
+_CHOSEN = 3
+"""Number of levels, from the finest one on, at which nodes choose among candidate motions."""
 _SHARP = 2
 """Number of levels, from the finest one on, at which each pixel chooses its motion at boundaries."""
 _SMALLEST = 8
@@ -182,7 +184,8 @@ def _motion(
             motion = images.medians(solved(sums, motion, noise, stiff, sweeps))
             step_done()
         comparisons = [Comparison(*pair[::step]) for step in (1, -1)][: len(motion)]
-        motion = np.stack([chosen(images, one) for images, one in zip(comparisons, motion, strict=True)])
+        if k < _CHOSEN:
+            motion = np.stack([chosen(images, one) for images, one in zip(comparisons, motion, strict=True)])
         uv = level.pixels(motion)
         if k < _SHARP:
             uv = np.stack([joined(*each) for each in zip(comparisons, motion, uv, strict=True)])

@@ -176,12 +176,7 @@ def joined(comparison: Comparison, motion: Reals, uv: Reals) -> Reals:
     -------
     array, (2, M, N)
     """
-    edge = np.zeros(motion.shape[1:], bool)
-    for axis in (1, 2):
-        middle = motion.swapaxes(0, axis)
-        bend = middle[:-2] + middle[2:] - 2 * middle[1:-1]
-        inner = edge if axis == 1 else edge.T
-        inner[1:-1] |= (bend * bend).sum(1 if axis == 1 else 2) > _EDGE
+    edge = _edges(motion)
     if not edge.any():
         return uv
     near = scipy.ndimage.binary_dilation(edge, np.ones((3, 3), bool))
@@ -200,6 +195,17 @@ def joined(comparison: Comparison, motion: Reals, uv: Reals) -> Reals:
     uv = uv.copy()
     uv[:, row, column] = result
     return uv
+
+
+def _edges(motion: Reals) -> NDArray[np.bool_]:
+    """Return at which nodes the motion (2, m, n) is far from linear."""
+    edge = np.zeros(motion.shape[1:], bool)
+    for inner, bend in (
+        (edge[1:-1], motion[:, :-2] + motion[:, 2:] - 2 * motion[:, 1:-1]),
+        (edge[:, 1:-1], motion[:, :, :-2] + motion[:, :, 2:] - 2 * motion[:, :, 1:-1]),
+    ):
+        inner |= _squares(bend) > _EDGE
+    return edge
 
 
 def visible(comparison: Comparison, uv: Reals, backward: Reals) -> NDArray[np.bool_]:
@@ -245,7 +251,8 @@ def visible(comparison: Comparison, uv: Reals, backward: Reals) -> NDArray[np.bo
     most = most_of(noise)
     cost = comparison.at(row, column, own, most)
     # Motion may be spread, in both directions, to hidden pixels beside what hides them, where the images differ.
-    seen[row, column] = np.where(sure, cost <= most / 4, ~taken[i, j] & (cost <= _EXCESS * noise))
+    beside = scipy.ndimage.binary_dilation(_edges(motion), np.ones((3, 3), bool), 2)[row // 2, column // 2]
+    seen[row, column] = np.where(sure, (cost <= most / 4) | ~beside, ~taken[i, j] & (cost <= _EXCESS * noise))
     return seen
 
 
