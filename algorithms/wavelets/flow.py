@@ -124,9 +124,9 @@ def optical_flow(
     stiffness = _STIFFNESS[0] + (_STIFFNESS[1] - _STIFFNESS[0]) * share**2 / (share**2 + _NOISE**2)
     pyramid = [np.stack(normalized)]
     while len(pyramid) < count:
-        pyramid.append(halved(pyramid[-1]))
-    motion, uv, back, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
-    seen = visible(Comparison(*normalized), uv, back)
+        pyramid.append(halved(pyramid[-1], threads))
+    motion, uv, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
+    seen = visible(Comparison(*normalized), uv)
     if seen.any() and not seen.all():
         # Every other node suffices where the motion is that of neighbours.
         known, image = seen[::4, ::4], np.ascontiguousarray(normalized[0][::4, ::4])
@@ -165,35 +165,23 @@ def _white_noise(image: Reals) -> float:
 
 def _motion(
     pyramid: Sequence[Reals], stiffness: float, threads: int, step_done: Callable[[], None]
-) -> tuple[Reals, Reals, Reals, Reals]:
-    """Return the motion between the images of a pyramid, coarse to fine.
-
-    The results are the forward motion of the nodes and of the pixels, the backward motion of the nodes, and the
-    confidence of the nodes. The backward motion is not compared at the finest level, whose nodes are the pixels of the
-    next one.
-    """
+) -> tuple[Reals, Reals, Reals]:
+    """Return the motion between the images of a pyramid, coarse to fine: of nodes and pixels, and its confidence."""
     rows, columns = pyramid[-1].shape[1:]
-    uv: Reals = np.zeros((2, 2, -(-rows // 2), -(-columns // 2)), np.float32)
+    uv: Reals = np.zeros((2, -(-rows // 2), -(-columns // 2)), np.float32)
     for k, pair in reversed(list(enumerate(pyramid))):
-        back = uv[1]
-        both = k > 0 or len(pyramid) == 1
-        level, motion = Level(pair, both), uv if both else uv[:1]
+        level, comparison, motion = Level(pair, threads), Comparison(*pair), 2 * uv
         stiff, sweeps = stiffness * _SOFTER**k, _SWEEPS[min(k, len(_SWEEPS) - 1)]
         for _ in range(_ROUNDS[min(k, len(_ROUNDS) - 1)]):
             sums, confidence, noise = level.equations(motion)
-            motion = images.medians(solved(sums, motion, noise, stiff, sweeps))
+            motion = images.medians(solved(sums, motion, noise, stiff, sweeps), num_threads=threads)
             step_done()
-        comparisons = [Comparison(*pair[::step]) for step in (1, -1)][: len(motion)]
         if k < _CHOSEN:
-            motion = np.stack([chosen(images, one) for images, one in zip(comparisons, motion, strict=True)])
+            motion = chosen(comparison, motion)
         uv = level.pixels(motion)
         if k < _SHARP:
-            uv = np.stack([joined(*each) for each in zip(comparisons, motion, uv, strict=True)])
-        if k:
-            uv = 2 * uv
-        elif both:
-            back = motion[1]
-    return motion[0], uv[0], back, confidence[0]
+            uv = joined(comparison, motion, uv)
+    return motion, uv, confidence
 
 
 def _rounds(levels: int) -> list[int]:

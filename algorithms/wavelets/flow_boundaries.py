@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -23,12 +25,10 @@ _REACH = 2
 """Differences of images are averaged over windows that extend by so many pixels: narrow, for sharp boundaries."""
 _BETTER = 0.8
 """Another motion must reduce the differences to this fraction."""
-_EXCESS = 6.0
-"""Averaged differences exceed noise if they are larger than this multiple of the median."""
 _LEAST = 1e-5
 """Lower bound of the median of squared differences, for images of contrast 1."""
-_TOLERANCE, _SHARE = 0.5, 0.01
-"""Tolerance of the forward-backward check in squared pixels, and the fraction of the squared motions added to it."""
+_TOLERANCE, _SHARE = 0.5, 0.02
+"""Squared difference, in pixels, up to which motions are not different, and fraction of the squared motion added."""
 
 _DOWN, _ACROSS = (part.reshape(-1).astype(np.float32) for part in np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1])
 _HALF = half_gaussian(1.2, _REACH)
@@ -208,70 +208,49 @@ def _edges(motion: Reals) -> NDArray[np.bool_]:
     return edge
 
 
-def visible(comparison: Comparison, uv: Reals, backward: Reals) -> NDArray[np.bool_]:
+def visible(comparison: Comparison, uv: Reals) -> NDArray[np.bool_]:
     """Return which pixels of the first image are visible in the second one.
 
     Parameters
     ----------
     comparison : Comparison
     uv : array, (2, M, N)
-        The forward motion, from the first image to the second one.
-    backward : array, (2, m, n)
-        The backward motion of the nodes of the second image.
+        The motion from the first image to the second one.
 
     Notes
     -----
-    A pixel is visible if its motion ends inside the image and one of two conditions holds. Either the backward motion
-    leads to where the forward motion started, or the images agree and no other pixel moves to the same place; the
-    second condition is needed because boundaries of the backward motion may be less sharp. If the second image, moved,
-    explains less than half of the variance of the first one, no pixel is visible.
+    A pixel is visible if its motion ends inside the image. Near boundaries of the motion, the images must also agree,
+    and no pixel with another motion may end at the same place and agree better: it would hide the pixel. If the second
+    image, moved, explains less than half of the variance of the first one, no pixel is visible.
     """
+    shape = uv.shape[1:]
     inside = ~outside(uv)
-    motion, known = np.ascontiguousarray(uv[:, ::2, ::2]), inside[::2, ::2]
-    if not explains(*comparison.samples(motion, known)):
-        return np.zeros(uv.shape[1:], bool)
-    confirmed = known & _confirmed(motion, backward, *_ends(motion, 2))
-    seen = _each_pixel(confirmed, uv.shape[1:]) & inside
-    # At boundaries, where this depends on the pixel, all pixels are examined.
-    mixed = scipy.ndimage.maximum_filter(confirmed, 3) & ~scipy.ndimage.minimum_filter(confirmed, 3)
-    mixed = scipy.ndimage.binary_dilation(mixed)
-    row, column = np.nonzero(_each_pixel(mixed | ~confirmed, uv.shape[1:]) & inside)
-    own = uv[:, row, column]
+    motion = np.ascontiguousarray(uv[:, ::2, ::2])
+    if not explains(*comparison.samples(motion, inside[::2, ::2])):
+        return np.zeros(shape, bool)
+    edge = _edges(motion)
+    if not edge.any():
+        return inside
+    near = scipy.ndimage.binary_dilation(edge, np.ones((3, 3), bool), _DISTANCE + 1)
+    row, column = np.nonzero(_each_pixel(near, shape) & inside)
+    own, most = uv[:, row, column], most_of(comparison.noise(motion))
+    cost = comparison.at(row, column, own, most)
     i, j = (
         np.clip(np.rint(index + part).astype(int), 0, size - 1)
-        for index, part, size in zip((row, column), own[::-1], uv.shape[1:], strict=True)
+        for index, part, size in zip((row, column), own[::-1], shape, strict=True)
     )
-    sure = _confirmed(own, backward, i // 2, j // 2)
-    taken = np.zeros(known.shape, bool)
-    rows, columns = _ends(motion[:, confirmed & ~mixed], 2, np.nonzero(confirmed & ~mixed), known.shape)
-    taken[rows, columns] = True
-    taken = _each_pixel(taken, uv.shape[1:]).copy()
-    taken[i[sure], j[sure]] = True
-    noise = comparison.noise(motion)
-    most = most_of(noise)
-    cost = comparison.at(row, column, own, most)
-    # Motion may be spread, in both directions, to hidden pixels beside what hides them, where the images differ.
-    beside = scipy.ndimage.binary_dilation(_edges(motion), np.ones((3, 3), bool), 2)[row // 2, column // 2]
-    seen[row, column] = np.where(sure, (cost <= most / 4) | ~beside, ~taken[i, j] & (cost <= _EXCESS * noise))
-    return seen
-
-
-def _ends(
-    motion: Reals, step: int, places: tuple[NDArray[np.intp], ...] | None = None, shape: tuple[int, ...] = ()
-) -> tuple[NDArray[np.intp], ...]:
-    """Return the rows and columns of the nodes at the ends of the motion (2, ...), in pixels, of nodes."""
-    shape = shape or motion.shape[1:]
-    indices = places or np.ogrid[: shape[0], : shape[1]]
-    return tuple(
-        np.clip(np.rint(index + part / step).astype(int), 0, size - 1)
-        for index, part, size in zip(indices, motion[::-1], shape, strict=True)
-    )
-
-
-def _confirmed(motion: Reals, backward: Reals, row: NDArray[np.intp], column: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """Return where the backward motion at some nodes is the opposite of a forward motion (2, ...)."""
-    back = backward[:, row, column]
-    return np.asarray(_squares(motion + back) <= _TOLERANCE + _SHARE * (_squares(motion) + _squares(back)))
+    # The pixel of least cost that ends at each place or beside it: the last one in this order.
+    order, best = np.argsort(-cost, kind="stable"), np.full(shape, -1)
+    for down, across in sorted(product((-1, 0, 1), repeat=2), key=lambda step: -abs(step[0]) - abs(step[1])):
+        at = np.clip(i + down, 0, shape[0] - 1), np.clip(j + across, 0, shape[1] - 1)
+        held = best[at]
+        better = order[((held < 0) | (cost[held] > cost))[order]]
+        best[at[0][better], at[1][better]] = better
+    first = best[i, j]
+    tolerance = _TOLERANCE + _SHARE * _squares(own)
+    hidden = (cost[first] < cost) & (_squares(own[:, first] - own) > tolerance)
+    inside[row, column] = ~hidden & (cost <= most / 2)
+    return inside
 
 
 def _each_pixel(nodes: NDArray[np.bool_], shape: tuple[int, ...]) -> NDArray[np.bool_]:

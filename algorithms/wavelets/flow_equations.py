@@ -25,72 +25,74 @@ def half_gaussian(sigma: float, reach: int) -> Reals:
 
 
 _FINE, _COARSE = half_gaussian(0.7, 3), half_gaussian(2.0, 7)
-"""The images that are compared are the difference of both, without noise between pixels and without brightness."""
+"""The images that are compared are the difference of both, without noise from pixel to pixel and without brightness."""
 _HALVING = half_gaussian(1.0, 5)
 _NEIGHBOURHOOD = half_gaussian(1.5, 5)
 """A Gaussian over which equations are averaged."""
 
 
 class Level:
-    """One level of the pyramid: two images, and their comparison for given motions, in D directions.
+    """One level of the pyramid: two images, and their comparison for a given motion.
 
-    Motions are stored at every other pixel in both directions, the nodes, because equations are averaged over more
-    pixels than that.
+    Motions are stored at every other row and column, the nodes, because equations are averaged over more pixels than
+    that.
 
     Parameters
     ----------
-    images : array, (2, M, N)
-        In single precision, with contrast 1.
-    both : bool
-        If True, the motion is also compared backward, from the second image to the first one.
+    pair : array, (2, M, N)
+        The images, in single precision, with contrast 1.
+    threads : int
     """
 
-    def __init__(self, pair: Reals, both: bool) -> None:
-        rows, columns = pair.shape[1:]
-        filtered: Reals = images.band(pair, _FINE, _COARSE)
-        here, there = (filtered, filtered[::-1]) if both else (filtered[:1], filtered[1:])
-        self._here = np.pad(here, [(0, 0), (0, rows % 2), (0, columns % 2)], "edge")
+    def __init__(self, pair: Reals, threads: int) -> None:
+        self._shape, self._threads = pair.shape[1:], threads
+        rows, columns = self._shape
+        here, there = images.band(pair, _FINE, _COARSE, num_threads=threads)
+        self._here = np.pad(here, [(0, rows % 2), (0, columns % 2)], "edge")
         self._there = images.jets(there)
-        count, *wide = self._here.shape
         self._last = np.array([columns - 1, rows - 1], np.float32)
-        self._shape, self._nodes = pair.shape[1:], (count, wide[0] // 2, wide[1] // 2)
+        wide = self._here.shape
+        self._nodes = wide[0] // 2, wide[1] // 2
         self._rows, self._columns = (np.arange(size, dtype=np.float32) for size in wide)
-        self._pixels: Reals = np.empty((count, 2, *wide), np.float32)
-        self._terms: Reals = np.empty((6, count, *wide), np.float32)
+        self._pixels: Reals = np.empty((2, *wide), np.float32)
+        self._terms: Reals = np.empty((6, *wide), np.float32)
 
-    def equations(self, motion: Reals) -> tuple[Reals, Reals, Reals]:
-        """Return averaged equations for a correction of the motion of the nodes, (D, 2, m, n).
+    def equations(self, motion: Reals) -> tuple[Reals, Reals, float]:
+        """Return averaged equations for a correction of the motion of the nodes, (2, m, n).
 
         Returns
         -------
-        sums : array, (6, D, m, n)
+        sums : array, (6, m, n)
             Results of `images.motion_terms`, averaged over neighbours.
-        confidence : array, (D, m, n)
+        confidence : array, (m, n)
             As in `images.motion_confidence`.
-        noise : array, (D,)
+        noise : float
             The median over the image of the least squared difference, which is due to noise.
         """
-        u, v = np.moveaxis(enlarged(motion, out=self._pixels), 1, 0)
+        u, v = enlarged(motion, out=self._pixels)
         images.motion_terms(
             *self._there, self._here, u, v, self._rows, self._columns, self._last, out=tuple(self._terms)
         )
-        even, odd = self._terms[..., ::2, :], self._terms[..., 1::2, :]
-        sums = np.ascontiguousarray(images.pair_means(even, odd, _NEIGHBOURHOOD)[..., ::2])
+        sums = _at_even_places(self._terms, _NEIGHBOURHOOD, self._threads)
         # Contrasts of 1 give sums of about 1: the second term matters only where the image is empty.
         ridge = np.float32(1e-4 * (sums[0].mean() + sums[2].mean()) + 1e-12)
         left, confidence = images.motion_confidence(sums.reshape(6, -1).T, ridge).T.reshape(2, *self._nodes)
-        return sums, confidence, np.maximum([median(one) for one in left], _LEAST_NOISE)
+        return sums, confidence, max(median(left), _LEAST_NOISE)
 
     def pixels(self, motion: Reals) -> Reals:
         """Return the motion (..., m, n) of the nodes, interpolated between them, for all pixels."""
         return enlarged(motion)[..., : self._shape[0], : self._shape[1]]
 
 
-def halved(pair: Reals) -> Reals:
+def halved(pair: Reals, threads: int) -> Reals:
     """Return every other pixel of smoothed images (2, M, N), starting at the first row and the first column."""
-    padded = np.pad(pair, [(0, 0), (0, pair.shape[1] % 2), (0, 0)], "edge")
-    even, odd = padded[:, ::2], padded[:, 1::2]
-    return np.ascontiguousarray(images.pair_means(even, odd, _HALVING)[..., ::2])
+    return _at_even_places(np.pad(pair, [(0, 0), (0, pair.shape[1] % 2), (0, 0)], "edge"), _HALVING, threads)
+
+
+def _at_even_places(planes: Reals, taps: Reals, threads: int) -> Reals:
+    """Return filtered images (K, M, N), with an even number of rows, at their even rows and columns."""
+    means = images.pair_means(planes[:, ::2], planes[:, 1::2], taps, num_threads=threads)
+    return np.ascontiguousarray(means[..., ::2])
 
 
 def enlarged(motion: Reals, out: Reals | None = None) -> Reals:

@@ -25,16 +25,16 @@ _FILLING = 16
 """Sweeps for hidden pixels, whose motion starts with that of the nearest visible ones."""
 
 
-def solved(sums: Reals, motion: Reals, noise: Reals, stiffness: float, sweeps: int) -> Reals:
-    """Return the motions that best satisfy the equations and the smoothness term, for each of D pairs of images.
+def solved(sums: Reals, motion: Reals, noise: float, stiffness: float, sweeps: int) -> Reals:
+    """Return the motion that best satisfies the equations and the smoothness term.
 
     Parameters
     ----------
-    sums : array, (6, D, m, n)
+    sums : array, (6, m, n)
         Results of `images.motion_terms`, averaged, for a correction of `motion`.
-    motion : array, (D, 2, m, n)
+    motion : array, (2, m, n)
         The current motion.
-    noise : array, (D,)
+    noise : float
         Squared difference of the images. The larger it is, the larger the region over which the motion is averaged.
     stiffness : float
         Weight of squared differences of neighbours relative to squared residuals in units of the noise.
@@ -43,7 +43,7 @@ def solved(sums: Reals, motion: Reals, noise: Reals, stiffness: float, sweeps: i
 
     Returns
     -------
-    array, (D, 2, m, n)
+    array, (2, m, n)
 
     Notes
     -----
@@ -53,22 +53,16 @@ def solved(sums: Reals, motion: Reals, noise: Reals, stiffness: float, sweeps: i
     its local average, so that rotations and enlargements are not penalized.
     """
     trend: Reals = filters.smoothed(motion, _TREND)
-    east, south = (np.full(motion.shape[2:], stiffness, np.float32) for _ in range(2))
-    east[:, -1], south[-1] = 0, 0
-    parameters = np.stack([1 / noise, 1 / (noise * _DEGREES), np.full_like(noise, 1 / _KNEE)], -1)
-    rest = motion - trend
-    return trend + _relaxed(sums, rest, (east, south), parameters.astype(np.float32), _ROUNDS, sweeps)
+    sides = np.full((2, *motion.shape[1:]), stiffness, np.float32)
+    sides[0, :, -1], sides[1, -1] = 0, 0
+    parameters = np.array([1 / noise, 1 / (noise * _DEGREES), 1 / _KNEE], np.float32)
+    return trend + _relaxed(sums, motion - trend, sides, parameters, _ROUNDS, sweeps)
 
 
-def _relaxed(
-    sums: Reals, motion: Reals, sides: tuple[Reals, Reals], parameters: Reals, rounds: int, sweeps: int
-) -> Reals:
-    """Return motions (D, 2, m, n) after some reweightings and sweeps; see `images.relaxed_motion`."""
-    start = motion[:, 0], motion[:, 1]
-    found = images.relaxed_motion(
-        *sums, *start, *start, *sides, parameters, np.zeros(rounds, np.float32), _factors(sweeps)
-    )
-    return np.stack(found, 1)
+def _relaxed(sums: Reals, motion: Reals, sides: Reals, parameters: Reals, rounds: int, sweeps: int) -> Reals:
+    """Return the motion (2, m, n) after some reweightings and sweeps; see `images.relaxed_motion`."""
+    repeated = np.zeros(rounds, np.float32)
+    return np.stack(images.relaxed_motion(*sums, *motion, *motion, *sides, parameters, repeated, _factors(sweeps)))
 
 
 @lru_cache
@@ -111,10 +105,8 @@ def filled(motion: Reals, known: NDArray[np.bool_], image: Reals, contrast: floa
     start = motion[:, nearest[0], nearest[1]] if sure.any() else motion
     firm = np.where(sure, np.float32(1e6), np.float32(0))
     none = np.zeros_like(firm)
-    east, south = np.zeros_like(firm), np.zeros_like(firm)
-    east[:, :-1], south[:-1] = (
-        np.exp(-((np.diff(image, axis=axis) / contrast) ** 2) / 2) + np.float32(1e-3) for axis in (1, 0)
-    )
-    sums = np.stack([firm, none, firm, none, none, none])
-    parameters = np.array([1, 0, 0], np.float32)
-    return np.where(known, motion, _relaxed(sums[:, None], start[None], (east, south), parameters, 1, _FILLING)[0])
+    sides = np.zeros((2, *image.shape), np.float32)
+    across, down = (np.exp(-((np.diff(image, axis=axis) / contrast) ** 2) / 2) + 1e-3 for axis in (1, 0))
+    sides[0, :, :-1], sides[1, :-1] = across, down
+    sums, parameters = np.stack([firm, none, firm, none, none, none]), np.array([1, 0, 0], np.float32)
+    return np.where(known, motion, _relaxed(sums, start, sides, parameters, 1, _FILLING))
