@@ -1,5 +1,7 @@
 """Image operations: optical flow, medians, interpolation. Lengths are in pixels."""
 
+from fractions import Fraction
+
 import gacompiler as ga
 from gacompiler import SCALAR, array, each, fold, gather, index, kernel, pick, total, window
 
@@ -43,62 +45,65 @@ def band(image, fine, coarse):
     return each(line, *each(lambda *rows: each(both, *rows), *window(image, 15)))
 
 
+def _difference(factors, numbers):
+    """Return the sum of factors times the differences of the numbers after and before the middle one."""
+    return _sum(factor * (numbers[4 + k] - numbers[4 - k]) for k, factor in enumerate(factors, 1))
+
+
 @kernel(image=NODES)
 def jets(image):
-    """Compute the terms of the Taylor series of second degree at each pixel: 1, x, y, x^2, x y and y^2.
+    """Compute the Taylor series of third degree at each pixel, from differences of nine neighbours.
 
-    The derivatives are of third degree, of five neighbours. Beyond the edges, the image is mirrored.
+    The results are the factors of 1, x, y, x^2, x y, y^2, x^3, x^2 y, x y^2 and y^3. Beyond the edges, the image is
+    mirrored.
     """
 
-    def bend(far, near, here, nearer, farther):
-        return (16 * (near + nearer) - far - farther - 30 * here) / 24
+    def slope(*numbers):
+        return _difference((Fraction(4, 5), -Fraction(1, 5), Fraction(4, 105), -Fraction(1, 280)), numbers)
 
-    def line(far, near, here, nearer, farther):
-        slopes = each(lambda *numbers: _slope(*numbers), far, near, nearer, farther)
+    def bend(*numbers):
+        factors = -Fraction(205, 144), Fraction(4, 5), -Fraction(1, 10), Fraction(4, 315), -Fraction(1, 1120)
+        return _symmetric(factors, numbers)
 
-        bends = each(bend, far, near, here, nearer, farther)
-        return each(
-            lambda slope, down, w2, w1, e1, e2, *across: (
-                across[2], _slope(across[0], across[1], across[3], across[4]), slope, bend(*across),
-                _slope(w2, w1, e1, e2), down,
-            ),
-            slopes, bends, *window(slopes, (-2, -1, 1, 2)), *window(here, 5),
-        )  # fmt: skip
+    def twist(*numbers):
+        factors = -Fraction(61, 180), Fraction(169, 720), -Fraction(1, 20), Fraction(7, 1440)
+        return _difference(factors, numbers)
 
-    return each(line, *window(image, 5))
+    def line(*rows):
+        down, curved, twisted = (each(function, *rows) for function in (slope, bend, twist))
+
+        def pixel(yyy, *numbers):
+            y, yy, here = numbers[:9], numbers[9:18], numbers[18:]
+            second = slope(*here), y[4], bend(*here), slope(*y), yy[4]
+            return here[4], *second, twist(*here), bend(*y), slope(*yy), yyy
+
+        return each(pixel, twisted, *window(down, 9), *window(curved, 9), *window(rows[4], 9))
+
+    return each(line, *window(image, 9))
 
 
 @kernel(
-    second=NODES,
-    by_x=NODES,
-    by_y=NODES,
-    by_xx=NODES,
-    by_xy=NODES,
-    by_yy=NODES,
-    first=IMAGE,
-    u=IMAGE,
-    v=IMAGE,
-    rows=array(SCALAR, "h"),
-    columns=array(SCALAR, "w"),
-    last=array(SCALAR, 2),
-)
-def motion_terms(second, by_x, by_y, by_xx, by_xy, by_yy, first, u, v, rows, columns, last):
+    second=NODES, x=NODES, y=NODES, xx=NODES, xy=NODES, yy=NODES, xxx=NODES, xxy=NODES, xyy=NODES, yyy=NODES,
+    first=IMAGE, u=IMAGE, v=IMAGE, rows=array(SCALAR, "h"), columns=array(SCALAR, "w"), last=array(SCALAR, 2),
+)  # fmt: skip
+def motion_terms(second, x, y, xx, xy, yy, xxx, xxy, xyy, yyy, first, u, v, rows, columns, last):
     """Compute the terms of the normal equations for a correction of the motion (u, v) between two images.
 
-    The first six arguments are the `jets` of the second image, from which it is interpolated. With the gradient g of the mean of
-    the first image and of the moved second one, and with their difference d, the results are the products g g^T (xx,
-    xy, yy), -g d (x, y) and d d. They are 0 where the motion leads out of the image. `rows` and `columns` are numbers
-    from 0, and `last` contains the last column and row of the image; further rows and columns only pad it.
+    The first ten arguments are the `jets` of the second image, from which it is interpolated. With the gradient g of
+    the mean of the first image and of the moved second one, and with their difference d, the results are the products
+    g g^T (xx, xy, yy), -g d (x, y) and d d. They are 0 where the motion leads out of the image. `rows` and `columns`
+    are numbers from 0, and `last` contains the last column and row of the image; further rows and columns only pad it.
     """
     right, bottom = last
+    planes = second, x, y, xx, xy, yy, xxx, xxy, xyy, yyy
 
     def moved(row, column, u, v):
         x, y = ga.minimum(ga.maximum(column + u, 0), right), ga.minimum(ga.maximum(row + v, 0), bottom)
         i, j = ga.floor(y + 0.5), ga.floor(x + 0.5)
-        planes = second, by_x, by_y, by_xx, by_xy, by_yy
-        one, to_x, to_y, xx, xy, yy = (pick(pick(plane, i, 0), j, 0) for plane in planes)
+        one, to_x, to_y, xx, xy, yy, xxx, xxy, xyy, yyy = (pick(pick(plane, i, 0), j, 0) for plane in planes)
         x, y = x - j, y - i
-        return one + x * (to_x + x * xx) + y * (to_y + x * xy + y * yy)
+        along = to_x + x * (xx + x * xxx + y * xxy) + y * y * xyy
+        return one + x * along + y * (to_y + x * xy + y * (yy + y * yyy))
 
     def terms(row, column, u, v, here, there, across, down):
         x, y = column + u, row + v
