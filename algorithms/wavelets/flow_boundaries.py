@@ -79,7 +79,9 @@ class Comparison:
         self, row: NDArray[np.intp], column: NDArray[np.intp], uv: Reals, window: tuple[Reals, ...], most: float
     ) -> Reals:
         places = ((index + self._border).astype(np.float32) for index in (row, column))
-        result: Reals = images.motion_costs(*self._images, *places, *uv, *window, self._last, np.float32(most))
+        result: Reals = images.motion_costs(  # type: ignore[call-overload]
+            *self._images, *places, *uv, *window, self._last, np.float32(most)
+        )
         return result
 
 

@@ -21,7 +21,7 @@ _LEAST_NOISE = 1e-6
 def half_gaussian(sigma: float, reach: int) -> Reals:
     """Return a Gaussian from its middle to the distance `reach`; the whole one has the sum 1."""
     values = np.exp(-(np.arange(reach + 1) ** 2) / (2 * sigma**2))
-    return (values / (2 * values.sum() - 1)).astype(np.float32)
+    return np.asarray(values / (2 * values.sum() - 1), np.float32)
 
 
 _FINE, _COARSE = half_gaussian(0.7, 3), half_gaussian(2.0, 7)
@@ -70,8 +70,9 @@ class Level:
             The median over the image of the least squared difference, which is due to noise.
         """
         u, v = enlarged(motion, out=self._pixels)
-        images.motion_terms(
-            *self._there, self._here, u, v, self._rows, self._columns, self._last, out=tuple(self._terms)
+        places = self._rows, self._columns, self._last
+        images.motion_terms(  # type: ignore[call-overload]
+            *self._there, self._here, u, v, *places, out=tuple(self._terms)
         )
         sums = _at_even_places(self._terms, _NEIGHBOURHOOD, self._threads)
         # Contrasts of 1 give sums of about 1: the second term matters only where the image is empty.

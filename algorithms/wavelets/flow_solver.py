@@ -62,7 +62,8 @@ def solved(sums: Reals, motion: Reals, noise: float, stiffness: float, sweeps: i
 def _relaxed(sums: Reals, motion: Reals, sides: Reals, parameters: Reals, rounds: int, sweeps: int) -> Reals:
     """Return the motion (2, m, n) after some reweightings and sweeps; see `images.relaxed_motion`."""
     repeated = np.zeros(rounds, np.float32)
-    return np.stack(images.relaxed_motion(*sums, *motion, *motion, *sides, parameters, repeated, _factors(sweeps)))
+    further = parameters, repeated, _factors(sweeps)
+    return np.stack(images.relaxed_motion(*sums, *motion, *motion, *sides, *further))  # type: ignore[call-overload]
 
 
 @lru_cache
