@@ -1,4 +1,4 @@
-"""Optical flow between two images from the local phases of quaternionic Gabor bands, coarse to fine."""
+"""Optical flow between two images from their differences, coarse to fine."""
 
 from __future__ import annotations
 
@@ -8,27 +8,30 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from generated import filters, images
+from generated import images
 
 from ..arguments import Reals, finite_number
-from ..evidence import explains
 from .checks import single_image
-from .denoise import estimated_noise
-from .flow_boundaries import chosen, visible
-from .flow_equations import BANDS, Level, outside
+from .flow_boundaries import Comparison, chosen, interpolated, joined, visible
+from .flow_equations import Level, halved
 from .flow_solver import filled, solved
-from .phase import gabor_taps
-from .separable import half_taps
-from .sharing import Progress, in_threads, n_threads, steps
+from .sharing import Progress, n_threads, steps
 
-_HALVING = half_taps(gabor_taps(0.0, 1.0, False)[0], np.float32)
-_ROUNDS = 4
-"""Comparisons of the images at one level. Before the last one, each pixel chooses among candidate motions."""
+_ROUNDS = 2, 2, 4
+"""Comparisons of the images at each level, fine to coarse: few at the finest level, which costs most."""
+_SWEEPS = 8, 16, 32
+"""Sweeps of the solver at each level; motion comes from farther away where levels are coarse."""
+_CHOSEN = 3
+"""Number of levels, from the finest one on, at which nodes choose among candidate motions."""
+_SHARP = 2
+"""Number of levels, from the finest one on, at which each pixel chooses its motion at boundaries."""
 _SMALLEST = 8
-_STIFFNESS = 200.0, 1200.0
+_STIFFNESS = 12.0, 100.0
 """Weights of the smoothness of the motion, without noise and with much noise."""
-_NOISE = 0.07
+_NOISE = 0.4
 """Noise-to-contrast ratio (standard deviations) at which the stiffness is halfway between the two."""
+_SOFTER = 0.7
+"""Factor of the stiffness from a level to the next coarser one, where motions vary more from pixel to pixel."""
 _CONTRAST = 0.2
 """For an image of contrast 1: hidden pixels take no motion from neighbours that differ by more than this."""
 
@@ -44,10 +47,11 @@ class Flow(NamedTuple):
         Between 0 and 1. It is 0 where the motion along some direction is undetermined, where the equations disagree and
         where the pixel is not visible.
     visible : array of bool, (M, N)
-        True where the backward motion from the second image confirms the motion, and the motion ends inside the image.
-        Elsewhere, for example where a pixel of the first image is hidden in the second one, the motion is interpolated
-        from visible neighbours. It is False everywhere if the moved image explains less than half of the variance of
-        the other one, as for unrelated or constant images. The default is True everywhere.
+        True where the motion ends inside the image and, near boundaries of the motion, the images agree there and no
+        pixel that moves differently agrees better at the same place. Elsewhere, for example where a pixel of the first
+        image is hidden in the second one, the motion is interpolated from visible neighbours. It is False everywhere if
+        the moved image explains less than half of the variance of the other one, as for unrelated or constant images.
+        The default is True everywhere.
     """
 
     uv: Reals
@@ -74,12 +78,12 @@ def optical_flow(
         Number of pyramid levels, each of half the size of the previous one: motions of up to about ``2**levels`` pixels
         are found. The default is 5, or as many levels as leave 8 pixels.
     workers : int, optional
-        Number of threads that share the rows of the images, as in `scipy.fft`; the result does not depend on it.
+        Number of threads that share the filters of several images, as in `scipy.fft`; the result does not depend on it.
     progress : function of (done, total), optional
         Called after each step at each level.
     noise : float, optional
-        Standard deviation of the white noise of both images, in units of their values. The default is `estimated_noise`
-        of each image. The more noise, the smoother the motion.
+        Standard deviation of the white noise of both images, in units of their values. By default, it is estimated from
+        second differences of each image. The more noise, the smoother the motion.
 
     Returns
     -------
@@ -93,18 +97,17 @@ def optical_flow(
 
     Notes
     -----
-    A motion shifts the phase of every complex band of a quaternionic Gabor filter by frequency times motion (Fleet and
-    Jepson, *Int. J. Computer Vision* 5:77, 1990); the frequency is the local one, computed from the phases of
-    neighbours. Each band gives a linear equation for the motion, weighted by its amplitude and averaged over a Gaussian
-    of 2.5 pixels (Magarey and Kingsbury, *IEEE Trans. Signal Processing* 46:1069, 1998; Bayro-Corrochano, *J. Math.
-    Imaging and Vision* 24:79, 2006). The motion is estimated coarse to fine. It satisfies the equations in units of
-    their noise, which is estimated from the residuals, and is smooth except at few places; where there is much noise or
-    little texture, it is propagated from farther away. Equations that fit badly get small weights. Each pixel then
-    chooses among its own motion and those of its neighbours by the differences of the images, which keeps boundaries
-    sharp. Pixels are visible where the backward motion agrees with the forward motion (Sundaram, Brox and Keutzer,
-    *ECCV* 2010).
+    At each level of a pyramid, the second image is moved by the motion found so far. Its differences from the first
+    image give linear equations for a correction, which are averaged over a Gaussian of 1.5 pixels (Bruhn, Weickert and
+    Schnörr, *Int. J. Computer Vision* 61:211, 2005). The images are filtered by the difference of two Gaussians, so
+    that slow changes of brightness have no influence. The motion satisfies the equations in units of their noise, which
+    is estimated from the residuals. It is smooth except at few places, apart from its local average. Where there is
+    much noise or little texture, it is propagated from farther away. Equations that fit badly get small weights. The
+    unknowns are the motions of every other row and column, the nodes. At boundaries, nodes and then pixels choose among
+    their own motion and those of neighbours by the differences of the images, which keeps boundaries sharp.
 
-    Mean errors for smooth motions of textures without noise are below 0.02 pixels.
+    Mean errors for translations of textures without noise are below 0.02 pixels. Changes of brightness within a few
+    pixels, as by small highlights, look like motion.
     """
     images = [single_image(image, name, _SMALLEST) for image, name in ((first, "first"), (second, "second"))]
     if images[0].shape != images[1].shape:
@@ -119,25 +122,17 @@ def optical_flow(
     normalized, contrasts = zip(*(_normalized(image) for image in images), strict=True)
     share = _noise_share(normalized, contrasts, noise)
     stiffness = _STIFFNESS[0] + (_STIFFNESS[1] - _STIFFNESS[0]) * share**2 / (share**2 + _NOISE**2)
-    pyramid = [normalized]
+    pyramid = [np.stack(normalized)]
     while len(pyramid) < count:
-        pyramid.append(tuple(_halved(image) for image in pyramid[-1]))
-    step_done = steps(progress, 2 * sum(_rounds(count)))
-    found: dict[str, tuple[Reals, Reals, Level]] = {}
-
-    def followed(name: str) -> None:
-        images = pyramid if name == "forth" else [pair[::-1] for pair in pyramid]
-        found[name] = _motion(images, stiffness, -(-threads // 2), step_done)
-
-    in_threads(followed, ["forth", "back"], threads)
-    (uv, confidence, level), (back, *_) = found["forth"], found["back"]
-    here, inside = level.moved(uv), ~outside(uv)
-    if inside.any() and explains(here[inside], normalized[0][inside]):
-        seen = visible(uv, back, normalized[0], here)
-        uv = filled(uv, seen, normalized[0], _CONTRAST)
-    else:
-        seen = np.zeros(inside.shape, np.bool_)
-    confidence = np.where(seen, confidence, 0)
+        pyramid.append(halved(pyramid[-1], threads))
+    motion, uv, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
+    seen = visible(Comparison(*normalized), uv)
+    if seen.any() and not seen.all():
+        # Every other node suffices where the motion is that of neighbours.
+        known, image = seen[::4, ::4], np.ascontiguousarray(normalized[0][::4, ::4])
+        some = filled(np.ascontiguousarray(motion[:, ::2, ::2]), known, image, _CONTRAST)
+        uv = np.where(seen, uv, interpolated(interpolated(some, motion.shape[1:]), seen.shape))
+    confidence = np.where(seen, interpolated(confidence, seen.shape), 0)
     return Flow(np.ascontiguousarray(np.moveaxis(uv, 0, -1), dtype), confidence.astype(dtype), seen)
 
 
@@ -147,7 +142,7 @@ def _noise_share(images: Sequence[Reals], contrasts: Sequence[float], noise: flo
     `images` are normalized; `contrasts` and `noise` refer to the images as the caller passed them.
     """
     if noise is None:
-        shares = [estimated_noise(image) for image in images]
+        shares = [_white_noise(image) for image in images]
     else:
         number = finite_number(noise, "noise")
         if number < 0:
@@ -157,30 +152,41 @@ def _noise_share(images: Sequence[Reals], contrasts: Sequence[float], noise: flo
     return float(np.sqrt(np.mean(np.square(shares))))
 
 
+def _white_noise(image: Reals) -> float:
+    """Estimate the standard deviation of white noise of an image from the median of its second differences.
+
+    Differences along both axes have 36 times the variance of the noise, and little of the image. The median of absolute
+    values of a normal distribution is 0.6745 standard deviations. Every other row is used.
+    """
+    across = image[:, :-2] + image[:, 2:] - 2 * image[:, 1:-1]
+    down = across[:-2:2] + across[2::2] - 2 * across[1:-1:2]
+    return float(np.median(np.abs(down)) / (6 * 0.6745))
+
+
 def _motion(
-    pyramid: Sequence[tuple[Reals, ...]],
-    stiffness: float,
-    workers: int,
-    step_done: Callable[[], None],
-) -> tuple[Reals, Reals, Level]:
-    """Return the motion between the images of a pyramid, coarse to fine, its confidence, and the last level."""
-    uv = np.zeros((2, *pyramid[-1][0].shape), np.float32)
-    for (a, b), count in zip(pyramid[::-1], _rounds(len(pyramid)), strict=True):
-        if uv.shape[1:] != a.shape:
-            uv = 2 * _enlarged(uv, a.shape)
-        level = Level(a, b, workers)
-        for k in range(count):
-            if k == count - 1:
-                uv = chosen(a, level, uv)
-            sums, confidence, noise = level.equations(level.moved(uv), uv)
-            uv = images.medians(solved(sums, uv, noise, BANDS, stiffness))
+    pyramid: Sequence[Reals], stiffness: float, threads: int, step_done: Callable[[], None]
+) -> tuple[Reals, Reals, Reals]:
+    """Return the motion between the images of a pyramid, coarse to fine: of nodes and pixels, and its confidence."""
+    rows, columns = pyramid[-1].shape[1:]
+    uv: Reals = np.zeros((2, -(-rows // 2), -(-columns // 2)), np.float32)
+    for k, pair in reversed(list(enumerate(pyramid))):
+        level, comparison, motion = Level(pair, threads), Comparison(*pair), 2 * uv
+        stiff, sweeps = stiffness * _SOFTER**k, _SWEEPS[min(k, len(_SWEEPS) - 1)]
+        for _ in range(_ROUNDS[min(k, len(_ROUNDS) - 1)]):
+            sums, confidence, noise = level.equations(motion)
+            motion = images.medians(solved(sums, motion, noise, stiff, sweeps), num_threads=threads)
             step_done()
-    return uv, confidence, level
+        if k < _CHOSEN:
+            motion = chosen(comparison, motion)
+        uv = level.pixels(motion)
+        if k < _SHARP:
+            uv = joined(comparison, motion, uv)
+    return motion, uv, confidence
 
 
 def _rounds(levels: int) -> list[int]:
-    """Return the number of comparisons at each level, coarse to fine: two at the finest level, which costs most."""
-    return [_ROUNDS] * (levels - 1) + [2]
+    """Return the number of comparisons at each level, coarse to fine."""
+    return [_ROUNDS[min(k, len(_ROUNDS) - 1)] for k in range(levels)][::-1]
 
 
 def _normalized(image: Reals) -> tuple[Reals, float]:
@@ -189,26 +195,9 @@ def _normalized(image: Reals) -> tuple[Reals, float]:
     The image is in single precision, whose rounding errors are far below the errors of the method.
     """
     # No square and no sum of numbers up to 1 overflows.
-    largest = float(np.abs(image).max()) or 1.0
-    scaled = image / largest
-    centred = scaled - scaled.mean(dtype=float)
-    contrast = float(np.sqrt((centred**2).mean(dtype=float)))
-    return (centred / (contrast or 1.0)).astype(np.float32), contrast * largest
-
-
-def _halved(image: Reals) -> Reals:
-    """Return every other pixel of the smoothed image, starting at the first row and the first column."""
-    return np.ascontiguousarray(filters.smoothed(image, _HALVING)[::2, ::2])
-
-
-def _enlarged(uv: Reals, shape: tuple[int, ...]) -> Reals:
-    """Return twice as many rows and columns, less one if odd, with the means of neighbours in between."""
-    for axis, size in ((1, shape[0]), (2, shape[1])):
-        lines = np.moveaxis(uv, axis, 0)
-        result = np.empty((*uv.shape[:axis], size, *uv.shape[axis + 1 :]), uv.dtype)
-        to = np.moveaxis(result, axis, 0)
-        to[::2] = lines
-        to[1 : 2 * len(lines) - 1 : 2] = (lines[:-1] + lines[1:]) / 2
-        to[2 * len(lines) - 1 :] = lines[-1]
-        uv = result
-    return uv
+    largest = float(max(image.max(), -image.min())) or 1.0
+    centred = image / largest
+    centred -= centred.mean(dtype=float)
+    single = centred.astype(np.float32)
+    contrast = float(np.sqrt(np.square(single).mean(dtype=float)))
+    return single / np.float32(contrast or 1.0), contrast * largest

@@ -1,202 +1,265 @@
-"""Motion at boundaries: pixels choose among the motions of neighbours, and hidden pixels are detected."""
+"""Motion at boundaries: nodes and pixels choose among the motions of neighbours, and hidden pixels are detected."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import lru_cache
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from generated import filters, images
+from generated import images
 
 from ..arguments import Reals
-from .flow_equations import Level, median, outside
-from .phase import gabor_taps
-from .separable import cells, half_taps
+from ..evidence import explains
+from .flow_equations import enlarged, half_gaussian, outside
 
-_DISTANCE = 6
-"""Distance in pixels of the candidates: about how far bands and averages spread motion across a boundary."""
+_DISTANCE = 3
+"""Distance of the candidates in nodes: about how far averages spread motion across a boundary."""
 _ROUNDS = 2
-_OTHER = 0.25
-"""Squared difference, in pixels, of motions that are worth comparing."""
-_LIGHT = 8.0
-"""Standard deviation, in pixels, of the neighbourhood over which brightness and contrast are constant."""
-_STEP = 4
-"""Size of the blocks over which brightness and contrast are averaged before smoothing, in pixels."""
-_WINDOW = half_taps(gabor_taps(0.0, 1.2, False)[0], np.float32)
-"""A Gaussian over which differences of images are averaged: narrow, for sharp boundaries."""
-_SQUARE = 11
-"""Side of the squares, in pixels; windows do not extend beyond adjacent squares."""
+_OTHER = 0.5
+"""Squared difference, in pixels, of motions that are worth comparing, and from a motion that is linear there."""
+_EDGE = 0.25
+"""The same for adjacent nodes, between which pixels choose."""
+_REACH = 2
+"""Differences of images are averaged over windows that extend by so many pixels: narrow, for sharp boundaries."""
 _BETTER = 0.8
 """Another motion must reduce the differences to this fraction."""
-_EXCESS = 6.0
-"""Differences averaged over the window exceed noise if they are larger than this multiple of the median."""
 _LEAST = 1e-5
 """Lower bound of the median of squared differences, for images of contrast 1."""
-_TOLERANCE, _SHARE = 0.5, 0.01
-"""Tolerance of the forward-backward check in squared pixels, and the fraction of the squared motions added to it."""
+_TOLERANCE, _SHARE = 0.5, 0.02
+"""Squared difference, in pixels, up to which motions are not different, and fraction of the squared motion added."""
+
+_DOWN, _ACROSS = (part.reshape(-1).astype(np.float32) for part in np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1])
+_HALF = half_gaussian(1.2, _REACH)
+_WEIGHTS = np.outer(*[np.concatenate([_HALF[:0:-1], _HALF])] * 2).reshape(-1)
+_ALONE = np.zeros(1, np.float32)
 
 
-def chosen(first: Reals, level: Level, uv: Reals) -> Reals:
-    """Return the motion, replaced at each pixel by that of a nearby pixel where that explains the images better.
+class Comparison:
+    """Squared differences between two images for any motion.
 
     Parameters
     ----------
-    first : array, (M, N)
-    level : Level
-        The level of the same image and the second one.
+    first, second : array, (M, N)
+    """
+
+    def __init__(self, first: Reals, second: Reals) -> None:
+        # Windows, and the interpolation in the second image, reach beyond the image.
+        self._border = _REACH + 1
+        self._images = [np.pad(image, self._border, "edge") for image in (first, second)]
+        self._last = np.array(first.shape[::-1], np.float32) - 1 + self._border
+        self.shape, self._first, self._second = first.shape, first, second
+
+    def at(self, row: NDArray[np.intp], column: NDArray[np.intp], uv: Reals, most: float) -> Reals:
+        """Return the differences, averaged over a window, of some pixels (k) with the motion (2, k).
+
+        Each squared difference is clipped to `most`.
+        """
+        return self._costs(row, column, uv, (_DOWN, _ACROSS, _WEIGHTS), most)
+
+    def samples(self, motion: Reals, known: NDArray[np.bool_]) -> tuple[Reals, Reals]:
+        """Return values (k) of the second image at the ends of the motion (2, m, n) of known nodes, and of the first.
+
+        Every other node in both directions is used.
+        """
+        row, column = np.nonzero(known[::2, ::2])
+        ends = 4 * np.stack([row, column]) + motion[::-1, ::2, ::2][:, row, column]
+        moved = scipy.ndimage.map_coordinates(self._second, ends, order=1, mode="nearest")
+        return moved, self._first[4 * row, 4 * column]
+
+    def noise(self, motion: Reals) -> float:
+        """Return the median of the squared differences of the nodes, which have the motion (2, m, n)."""
+        row, column = (2 * index.reshape(-1) for index in np.mgrid[: motion.shape[1] : 2, : motion.shape[2] : 2])
+        some = np.ascontiguousarray(motion[:, ::2, ::2]).reshape(2, -1)
+        squares = self._costs(row, column, some, (_ALONE, _ALONE, _ALONE + 1), np.inf)
+        return max(float(np.median(squares)), _LEAST)
+
+    def _costs(
+        self, row: NDArray[np.intp], column: NDArray[np.intp], uv: Reals, window: tuple[Reals, ...], most: float
+    ) -> Reals:
+        places = ((index + self._border).astype(np.float32) for index in (row, column))
+        result: Reals = images.motion_costs(  # type: ignore[call-overload]
+            *self._images, *places, *uv, *window, self._last, np.float32(most)
+        )
+        return result
+
+
+def most_of(noise: float) -> float:
+    """Return the bound of squared differences: that of outliers of a normal distribution, or of a visible step."""
+    return 36 * noise + 0.05
+
+
+def chosen(comparison: Comparison, motion: Reals) -> Reals:
+    """Return the motion, replaced at each node by that of a nearby node where that explains the images better.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    motion : array, (2, m, n)
+        The motion of the nodes.
+
+    Returns
+    -------
+    array, (2, m, n)
+    """
+    noise = 0.0
+    for _ in range(_ROUNDS):
+        offers = _offers(motion, comparison.shape)
+        if not offers:
+            break
+        noise = noise or comparison.noise(motion)
+        most, columns = most_of(noise), motion.shape[2]
+        result = motion.reshape(2, -1).copy()
+        flat = np.unique(np.concatenate([places for places, _ in offers]))
+        own: Reals = np.zeros(result.shape[1], np.float32)
+        own[flat] = comparison.at(*_pixels(flat, columns), result[:, flat], most)
+        best = own.copy()
+        for places, uv in offers:
+            cost = comparison.at(*_pixels(places, columns), uv, most)
+            better = (cost + 0.1 * noise < best[places]) & (cost < _BETTER * own[places])
+            best[places[better]], result[:, places[better]] = cost[better], uv[:, better]
+        motion = result.reshape(motion.shape)
+    return motion
+
+
+def _pixels(places: NDArray[np.intp], columns: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the rows and columns of the pixels of nodes, which have one number each."""
+    row, column = np.divmod(places, columns)
+    return 2 * row, 2 * column
+
+
+def _offers(motion: Reals, shape: tuple[int, ...]) -> list[tuple[NDArray[np.intp], Reals]]:
+    """Return for each of eight neighbours the nodes that may take its motion, and this motion.
+
+    A neighbour is of interest if its motion differs, and if the motion between it and the opposite neighbour is not
+    linear, as in rotations and enlargements.
+    """
+    d = _DISTANCE
+    rows, columns = motion.shape[1:]
+    padded = np.pad(motion, [(0, 0), (d, d), (d, d)], "edge")
+    found = []
+    for down, across in ((0, d), (d, 0), (d, d), (d, -d)):
+        pair = [
+            padded[:, d + sign * down : d + sign * down + rows, d + sign * across : d + sign * across + columns]
+            for sign in (1, -1)
+        ]
+        places = np.flatnonzero(_squares(pair[0] + pair[1] - 2 * motion) > _OTHER)
+        if not places.size:
+            continue
+        row, column = np.divmod(places, columns)
+        own = motion[:, row, column]
+        for other in pair:
+            uv = other[:, row, column]
+            x, y = 2 * column + uv[0], 2 * row + uv[1]
+            inside = (x >= 0) & (x <= shape[1] - 1) & (y >= 0) & (y <= shape[0] - 1)
+            wanted = inside & (_squares(uv - own) > _OTHER)
+            if wanted.any():
+                found.append((places[wanted], uv[:, wanted]))
+    return found
+
+
+def _squares(uv: Reals) -> Reals:
+    return np.asarray(uv[0] * uv[0] + uv[1] * uv[1])
+
+
+def joined(comparison: Comparison, motion: Reals, uv: Reals) -> Reals:
+    """Return the motion of all pixels, chosen among that of nearby nodes where these are on two sides of a boundary.
+
+    Parameters
+    ----------
+    comparison : Comparison
+    motion : array, (2, m, n)
+        The motion of the nodes.
     uv : array, (2, M, N)
+        The same, interpolated between the nodes.
 
     Returns
     -------
     array, (2, M, N)
     """
-    offers = [(dy * _DISTANCE, dx * _DISTANCE) for dy, dx in product((-1, 0, 1), repeat=2) if dy or dx]
-    if not any(_far(other, uv).any() for other in _shifted(uv, offers)):
+    edge = _edges(motion)
+    if not edge.any():
         return uv
-    here = level.moved(uv)
-    comparison = _Comparison(first, here)
-    best, result = comparison.cost(here), uv.copy()
-    for _ in range(_ROUNDS):
-        before, own = result.copy(), best.copy()
-        for other in _shifted(before, offers):
-            wanted = _far(other, before)
-            if wanted.any():
-                # The costs of wanted pixels are averages over these pixels; elsewhere costs are not used.
-                row, column = np.nonzero(_near(wanted))
-                other_image = here.copy()
-                other_image[row, column] = level.moved_at(other[:, row, column], row, column)
-                offered = comparison.cost(other_image)
-                wanted &= (offered + 0.1 * comparison.noise < best) & (offered < _BETTER * own) & ~outside(other)
-                best = np.where(wanted, offered, best)
-                result = np.where(wanted, other, result)
-    return result
+    near = scipy.ndimage.binary_dilation(edge, np.ones((3, 3), bool))
+    row, column = np.nonzero(near.repeat(2, 0).repeat(2, 1)[: uv.shape[1], : uv.shape[2]])
+    noise = comparison.noise(motion)
+    most, own = most_of(noise), uv[:, row, column]
+    best, result = _BETTER * comparison.at(row, column, own, most) - 0.1 * noise, own.copy()
+    for down in (-1, 2):
+        for across in (-1, 2):
+            i = np.clip(row // 2 + down, 0, motion.shape[1] - 1)
+            j = np.clip(column // 2 + across, 0, motion.shape[2] - 1)
+            other = motion[:, i, j]
+            cost = comparison.at(row, column, other, most)
+            better = cost < best
+            best[better], result[:, better] = cost[better], other[:, better]
+    uv = uv.copy()
+    uv[:, row, column] = result
+    return uv
 
 
-def visible(forward: Reals, backward: Reals, first: Reals, here: Reals) -> NDArray[np.bool_]:
+def _edges(motion: Reals) -> NDArray[np.bool_]:
+    """Return at which nodes the motion (2, m, n) is far from linear."""
+    edge = np.zeros(motion.shape[1:], bool)
+    for inner, bend in (
+        (edge[1:-1], motion[:, :-2] + motion[:, 2:] - 2 * motion[:, 1:-1]),
+        (edge[:, 1:-1], motion[:, :, :-2] + motion[:, :, 2:] - 2 * motion[:, :, 1:-1]),
+    ):
+        inner |= _squares(bend) > _EDGE
+    return edge
+
+
+def visible(comparison: Comparison, uv: Reals) -> NDArray[np.bool_]:
     """Return which pixels of the first image are visible in the second one.
 
     Parameters
     ----------
-    forward, backward : array, (2, M, N)
-        The forward motion, from the first image to the second one, and the backward motion.
-    first, here : array, (M, N)
-        The first image, and the second one resampled with the forward motion.
+    comparison : Comparison
+    uv : array, (2, M, N)
+        The motion from the first image to the second one.
 
     Notes
     -----
-    A pixel is visible if its motion ends inside the image and one of two conditions holds. Either the backward motion
-    leads to where the forward motion started, or the images agree and no other pixel moves to the same place; the
-    second condition is needed because boundaries of the backward motion may be less sharp.
+    A pixel is visible if its motion ends inside the image. Near boundaries of the motion, the images must also agree,
+    and no pixel with another motion may end at the same place and agree better: it would hide the pixel. If the second
+    image, moved, explains less than half of the variance of the first one, no pixel is visible.
     """
-    y, x = np.indices(first.shape, np.float32) + forward[::-1]
-    back = _followed(backward, forward)
-    allowed = _TOLERANCE + _SHARE * ((forward**2).sum(0) + (back**2).sum(0))
-    inside = ~outside(forward)
-    confirmed = (((forward + back) ** 2).sum(0) <= allowed) & inside
-    rows, columns = (np.clip(np.rint(p).astype(int), 0, n - 1) for p, n in zip((y, x), first.shape, strict=True))
-    taken = np.zeros(first.shape, bool)
-    taken[rows[confirmed], columns[confirmed]] = True
-    comparison = _Comparison(first, here)
-    agrees = comparison.cost(here) <= _EXCESS * comparison.noise
-    return np.asarray(confirmed | (agrees & ~taken[rows, columns] & inside))
+    shape = uv.shape[1:]
+    inside = ~outside(uv)
+    motion = np.ascontiguousarray(uv[:, ::2, ::2])
+    if not explains(*comparison.samples(motion, inside[::2, ::2])):
+        return np.zeros(shape, bool)
+    edge = _edges(motion)
+    if not edge.any():
+        return inside
+    near = scipy.ndimage.binary_dilation(edge, np.ones((3, 3), bool), _DISTANCE + 1)
+    row, column = np.nonzero(_each_pixel(near, shape) & inside)
+    own, most = uv[:, row, column], most_of(comparison.noise(motion))
+    cost = comparison.at(row, column, own, most)
+    i, j = (
+        np.clip(np.rint(index + part).astype(int), 0, size - 1)
+        for index, part, size in zip((row, column), own[::-1], shape, strict=True)
+    )
+    # The pixel of least cost that ends at each place or beside it: the last one in this order.
+    order, best = np.argsort(-cost, kind="stable"), np.full(shape, -1)
+    for down, across in sorted(product((-1, 0, 1), repeat=2), key=lambda step: -abs(step[0]) - abs(step[1])):
+        at = np.clip(i + down, 0, shape[0] - 1), np.clip(j + across, 0, shape[1] - 1)
+        held = best[at]
+        better = order[((held < 0) | (cost[held] > cost))[order]]
+        best[at[0][better], at[1][better]] = better
+    first = best[i, j]
+    tolerance = _TOLERANCE + _SHARE * _squares(own)
+    hidden = (cost[first] < cost) & (_squares(own[:, first] - own) > tolerance)
+    inside[row, column] = ~hidden & (cost <= most / 2)
+    return inside
 
 
-def _followed(backward: Reals, forward: Reals) -> Reals:
-    """Return the backward motion, (2, M, N), at the end points of the forward motion."""
-    rows, columns = forward.shape[1:]
-    padded = np.pad(backward, [(0, 0), (0, 1), (0, 1)], "edge")
-    # u of a pixel and of the next one, and v of both.
-    table = np.stack([padded[0, :, :-1], padded[0, :, 1:], padded[1, :, :-1], padded[1, :, 1:]], -1).reshape(-1, 4)
-    (left, x), (top, y) = cells(forward, np.arange(rows)[:, None], np.arange(columns), (rows, columns))
-    place, parts = (top * columns + left).reshape(-1), (x.reshape(-1), y.reshape(-1))
-    found = images.motion_samples(table[:-columns], table[columns:], place, *parts)
-    return np.moveaxis(found.reshape(rows, columns, 2), -1, 0)
+def _each_pixel(nodes: NDArray[np.bool_], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """Return the values of nodes for the pixels at and after them."""
+    return np.asarray(nodes.repeat(2, 0).repeat(2, 1)[: shape[0], : shape[1]])
 
 
-class _Comparison:
-    """Squared differences between the first image and the second one for any motion.
-
-    `here` is the second image resampled with the current motion, from which brightness and contrast are adapted.
-    """
-
-    def __init__(self, first: Reals, here: Reals) -> None:
-        self._first = first
-        self._gain, self._offset = _light(first, here)
-        self.noise = max(median(self._squares(here)), _LEAST)
-
-    def cost(self, moved: Reals) -> Reals:
-        """Return differences averaged over a few pixels, each clipped to a bound."""
-        squares = np.minimum(self._squares(moved), np.float32(36 * self.noise + 0.05))
-        return filters.smoothed(squares, _WINDOW)
-
-    def _squares(self, moved: Reals) -> Reals:
-        return np.asarray((self._first - self._gain * moved - self._offset) ** 2)
-
-
-def _light(first: Reals, second: Reals) -> tuple[Reals, Reals]:
-    """Return the local gain and offset that give the second image the brightness and contrast of the first one.
-
-    They vary slowly and are computed from coarse images, in which each pixel is the mean of a square.
-    """
-    across, down = (_coarse_gaussian(size) for size in first.shape[::-1])
-
-    def mean(image: Reals) -> Reals:
-        return down.smooth @ _reduced(_reduced(image).T).T @ across.smooth.T
-
-    a, b = mean(first), mean(second)
-    # Where there is no contrast, the gain is 1.
-    least = np.float32(0.01 * second.var() + 1e-12)
-    gain = (mean(first * second) - a * b + least) / (mean(second * second) - b * b + least)
-    gain, offset = (down.enlarge @ coarse @ across.enlarge.T for coarse in (gain, a - gain * b))
-    return gain, offset
-
-
-class _CoarseGaussian(NamedTuple):
-    """Matrices that smooth a line of means of `_STEP` numbers each, and that interpolate between these means."""
-
-    smooth: Reals
-    enlarge: Reals
-
-
-@lru_cache(64)
-def _coarse_gaussian(size: int) -> _CoarseGaussian:
-    count = -(-size // _STEP)
-    identity = np.eye(count)
-    smooth = scipy.ndimage.gaussian_filter1d(identity, _LIGHT / _STEP, axis=0, mode="nearest")
-    middles = np.arange(count) * _STEP + (_STEP - 1) / 2
-    enlarge = np.stack([np.interp(np.arange(size), middles, row) for row in identity], -1)
-    return _CoarseGaussian(smooth.astype(np.float32), enlarge.astype(np.float32))
-
-
-def _reduced(image: Reals) -> Reals:
-    """Return means of `_STEP` rows each; the last row is repeated."""
-    missing = -len(image) % _STEP
-    if missing:
-        image = np.concatenate([image, np.repeat(image[-1:], missing, 0)])
-    return np.asarray(sum(image[k::_STEP] for k in range(_STEP)) / np.float32(_STEP))
-
-
-def _shifted(uv: Reals, offers: Sequence[tuple[int, int]]) -> list[Reals]:
-    """Return the motions of pixels at these offsets in rows and columns, as views."""
-    padded = np.pad(uv, [(0, 0), (_DISTANCE, _DISTANCE), (_DISTANCE, _DISTANCE)], "edge")
-    rows, columns = uv.shape[1:]
-    starts = [(_DISTANCE + down, _DISTANCE + across) for down, across in offers]
-    return [padded[:, top : top + rows, left : left + columns] for top, left in starts]
-
-
-def _near(wanted: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the pixels in all squares of the size of a window that contain, or adjoin a square with, wanted pixels."""
-    rows, columns = wanted.shape
-    padded = np.pad(wanted, [(0, -rows % _SQUARE), (0, -columns % _SQUARE)])
-    squares = padded.reshape(padded.shape[0] // _SQUARE, _SQUARE, -1, _SQUARE).any((1, 3))
-    squares = scipy.ndimage.binary_dilation(squares, np.ones((3, 3), bool))
-    return np.asarray(squares.repeat(_SQUARE, 0).repeat(_SQUARE, 1)[:rows, :columns])
-
-
-def _far(a: Reals, b: Reals) -> NDArray[np.bool_]:
-    return np.asarray(((a - b) ** 2).sum(0) > _OTHER)
+def interpolated(motion: Reals, shape: tuple[int, ...]) -> Reals:
+    """Return a field (..., m, n) of the nodes, interpolated between them, for all pixels."""
+    return enlarged(motion)[..., : shape[0], : shape[1]]

@@ -8,7 +8,6 @@ from gacompiler import SCALAR, array, each, kernel, total, window
 
 REACH = 10
 WIDTH = 2 * REACH + 1
-WINDOW = array(SCALAR, WIDTH)
 PAIR = array(SCALAR, 2)
 
 
@@ -24,19 +23,6 @@ def _even(window):
     return [window[REACH], *(window[REACH - k] + window[REACH + k] for k in range(1, REACH + 1))]
 
 
-def _odd(window):
-    """Return the differences of the numbers before and after the middle one."""
-    return [window[REACH - k] - window[REACH + k] for k in range(1, REACH + 1)]
-
-
-def _symmetric(taps, window):
-    return _sum([taps[REACH], *((taps[REACH + k] + taps[REACH - k]) / 2 for k in range(1, REACH + 1))], _even(window))
-
-
-def _antisymmetric(taps, window):
-    return _sum([(taps[REACH + k] - taps[REACH - k]) / 2 for k in range(1, REACH + 1)], _odd(window))
-
-
 @kernel(image=array(SCALAR, "n", "m"), taps=array(SCALAR, REACH + 1))
 def smoothed(image, taps):
     """Filter an image along both axes with symmetric taps, given from the middle one on; its edges are mirrored."""
@@ -46,18 +32,6 @@ def smoothed(image, taps):
 
     low = each(lambda *rows: each(filtered, *rows), *window(image, WIDTH))
     return each(lambda row: each(filtered, *window(row, WIDTH)), low)
-
-
-@kernel(window=WINDOW, taps=array(SCALAR, 2, WIDTH), returns=PAIR)
-def even_and_odd_filter(window, taps):
-    """Convolve with the symmetric part of the first taps and with the antisymmetric part of the second taps."""
-    return _symmetric(taps[0], window), _antisymmetric(taps[1], window)
-
-
-@kernel(window=WINDOW, taps=array(SCALAR, 3, WIDTH), returns=array(SCALAR, 3))
-def three_filters(window, taps):
-    """Convolve with the symmetric, the antisymmetric and the symmetric part of three rows of taps."""
-    return _symmetric(taps[0], window), _antisymmetric(taps[1], window), _symmetric(taps[2], window)
 
 
 def _split(window, taps):

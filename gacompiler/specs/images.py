@@ -1,65 +1,153 @@
-"""Image operations: optical flow from the phases of complex bands, medians, interpolation.
+"""Image operations: optical flow, medians, interpolation. Lengths are in pixels."""
 
-The bands of a pixel are eight numbers: a quaternion, and the complex numbers of two waves, as computed by
-`algorithms.wavelets`. Lengths are in pixels, phases in radians.
-"""
+from fractions import Fraction
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, gather, index, kernel, window
+from gacompiler import SCALAR, array, each, fold, gather, index, kernel, pick, total, window
 
-BANDS, DERIVATIVES, EQUATIONS = array(SCALAR, 8), array(SCALAR, 4, 2), array(SCALAR, 6)
-MOTION, SIDES, STEP = array(SCALAR, 2), array(SCALAR, 4), array(SCALAR, 10)
-OVERRELAXATION = 1.7
-
-
-def _change_of_phase(a, b):
-    return ga.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1])
+IMAGE, NODES = array(SCALAR, "h", "w"), array(SCALAR, "n", "m")
+REACH = 5
+"""Distance in pixels of the farthest pixels that `pair_means` uses."""
 
 
-def _planes(bands):
-    """Return the complex bands of a quaternionic band and of two waves."""
-    w, x, y, z, *waves = bands
-    return (w + z, x - y), (w - z, x + y), tuple(waves[:2]), tuple(waves[2:])
+def _sum(numbers):
+    first, *rest = numbers
+    for number in rest:
+        first = first + number
+    return first
 
 
-@kernel(west=BANDS, east=BANDS, north=BANDS, south=BANDS, returns=DERIVATIVES)
-def phase_derivatives(west, east, north, south):
-    """Compute the derivatives of the phases of four complex bands with respect to x and y, in radians per pixel.
+def _symmetric(taps, numbers):
+    """Return the sum of an odd number of numbers times symmetric taps, given from the middle one on."""
+    middle = len(numbers) // 2
+    pairs = (taps[k] * (numbers[middle - k] + numbers[middle + k]) for k in range(1, middle + 1))
+    return _sum([taps[0] * numbers[middle], *pairs])
 
-    They are half the phase difference between opposite neighbours of the pixel. The bands are a quaternion, which
-    represents two complex numbers as in `quaternion.pack_two_sided`, and two further complex numbers, real parts first.
+
+def _slope(far, near, nearer, farther):
+    """Return the derivative at the middle of four neighbours, of third degree."""
+    return (8 * (nearer - near) - (farther - far)) / 12
+
+
+@kernel(image=NODES, fine=array(SCALAR, 4), coarse=array(SCALAR, 8))
+def band(image, fine, coarse):
+    """Compute the difference of two filters with symmetric taps, given from the middle one on; edges are mirrored."""
+
+    def both(*numbers):
+        return _symmetric(fine, numbers[4:-4]), _symmetric(coarse, numbers)
+
+    def line(fine_row, coarse_row):
+        return each(
+            lambda *numbers: _symmetric(fine, numbers[:7]) - _symmetric(coarse, numbers[7:]),
+            *window(fine_row, 7), *window(coarse_row, 15),
+        )  # fmt: skip
+
+    return each(line, *each(lambda *rows: each(both, *rows), *window(image, 15)))
+
+
+def _difference(factors, numbers):
+    """Return the sum of factors times the differences of the numbers after and before the middle one."""
+    return _sum(factor * (numbers[4 + k] - numbers[4 - k]) for k, factor in enumerate(factors, 1))
+
+
+@kernel(image=NODES)
+def jets(image):
+    """Compute the Taylor series of third degree at each pixel, from differences of nine neighbours.
+
+    The results are the factors of 1, x, y, x^2, x y, y^2, x^3, x^2 y, x y^2 and y^3. Beyond the edges, the image is
+    mirrored.
     """
-    west, east, north, south = (_planes(bands) for bands in (west, east, north, south))
-    return tuple((_change_of_phase(west[k], east[k]) / 2, _change_of_phase(north[k], south[k]) / 2) for k in range(4))
+
+    def slope(*numbers):
+        return _difference((Fraction(4, 5), -Fraction(1, 5), Fraction(4, 105), -Fraction(1, 280)), numbers)
+
+    def bend(*numbers):
+        factors = -Fraction(205, 144), Fraction(4, 5), -Fraction(1, 10), Fraction(4, 315), -Fraction(1, 1120)
+        return _symmetric(factors, numbers)
+
+    def twist(*numbers):
+        factors = -Fraction(61, 180), Fraction(169, 720), -Fraction(1, 20), Fraction(7, 1440)
+        return _difference(factors, numbers)
+
+    def line(*rows):
+        down, curved, twisted = (each(function, *rows) for function in (slope, bend, twist))
+
+        def pixel(yyy, *numbers):
+            y, yy, here = numbers[:9], numbers[9:18], numbers[18:]
+            second = slope(*here), y[4], bend(*here), slope(*y), yy[4]
+            return here[4], *second, twist(*here), bend(*y), slope(*yy), yyy
+
+        return each(pixel, twisted, *window(down, 9), *window(curved, 9), *window(rows[4], 9))
+
+    return each(line, *window(image, 9))
 
 
-@kernel(first=BANDS, derivatives=DERIVATIVES, second=BANDS, floor=array(SCALAR, 4), returns=EQUATIONS)
-def phase_equations(first, derivatives, second, floor):
-    """Compute the weighted normal equations for the motion (u, v) between two images from four complex bands.
+@kernel(
+    second=NODES, x=NODES, y=NODES, xx=NODES, xy=NODES, yy=NODES, xxx=NODES, xxy=NODES, xyy=NODES, yyy=NODES,
+    first=IMAGE, u=IMAGE, v=IMAGE, rows=array(SCALAR, "h"), columns=array(SCALAR, "w"), last=array(SCALAR, 2),
+)  # fmt: skip
+def motion_terms(second, x, y, xx, xy, yy, xxx, xxy, xyy, yyy, first, u, v, rows, columns, last):
+    """Compute the terms of the normal equations for a correction of the motion (u, v) between two images.
 
-    Bands z of the first image and z' of the second one, and the derivatives k of the phases of z, are as in
-    `phase_derivatives`; each band gives the equation ``k . (u, v) = -arg(z' / z)``. Results are sums of xx, xy and yy
-    of the matrix, of the right-hand sides x and y, and of the squared change of phase, weighted by ``|z z'|``. Bands in
-    which z or z' is smaller than `floor` or the change exceeds 2 have weight 0.
+    The first ten arguments are the `jets` of the second image, from which it is interpolated. With the gradient g of
+    the mean of the first image and of the moved second one, and with their difference d, the results are the products
+    g g^T (xx, xy, yy), -g d (x, y) and d d. They are 0 where the motion leads out of the image. `rows` and `columns`
+    are numbers from 0, and `last` contains the last column and row of the image; further rows and columns only pad it.
     """
-    sums = (0,) * 6
-    for a, b, gradient, least in zip(_planes(first), _planes(second), derivatives, floor, strict=True):
-        angle = _change_of_phase(a, b)
-        size, other = a[0] * a[0] + a[1] * a[1], b[0] * b[0] + b[1] * b[1]
-        small = ga.minimum(size, other) < least * least
-        weight = ga.select(small, 0, ga.select(ga.absolute(angle) <= 2, ga.sqrt(size * other), 0))
-        x, y = weight * gradient[0], weight * gradient[1]
-        terms = x * gradient[0], x * gradient[1], y * gradient[1], -x * angle, -y * angle, weight * angle * angle
-        sums = tuple(before + term for before, term in zip(sums, terms, strict=True))
-    return sums
+    right, bottom = last
+    planes = second, x, y, xx, xy, yy, xxx, xxy, xyy, yyy
+
+    def moved(row, column, u, v):
+        x, y = ga.minimum(ga.maximum(column + u, 0), right), ga.minimum(ga.maximum(row + v, 0), bottom)
+        i, j = ga.floor(y + 0.5), ga.floor(x + 0.5)
+        one, to_x, to_y, xx, xy, yy, xxx, xxy, xyy, yyy = (pick(pick(plane, i, 0), j, 0) for plane in planes)
+        x, y = x - j, y - i
+        along = to_x + x * (xx + x * xxx + y * xxy) + y * y * xyy
+        return one + x * along + y * (to_y + x * xy + y * (yy + y * yyy))
+
+    def terms(row, column, u, v, here, there, across, down):
+        x, y = column + u, row + v
+        beyond = ga.minimum(ga.minimum(x, right - x), ga.minimum(y, bottom - y)) < -0.5
+        padding = ga.minimum(right - column, bottom - row) < 0
+        known = ga.select(beyond, 0, ga.select(padding, 0, 1))
+        difference, gx, gy = there - here, _slope(*across), _slope(*down)
+        wx, wy, wd = known * gx, known * gy, known * difference
+        return wx * gx, wx * gy, wy * gy, -(wx * difference), -(wy * difference), wd * difference
+
+    def line(row, us, vs, here, there, mean, *others):
+        neighbours = window(mean, (-2, -1, 1, 2), boundary="reflect")
+        return each(
+            lambda column, u, v, a, b, *numbers: terms(row, column, u, v, a, b, numbers[4:], numbers[:4]),
+            columns, us, vs, here, there, *others, *neighbours,
+        )  # fmt: skip
+
+    there = each(lambda row, *motion: each(lambda *one: moved(row, *one), columns, *motion), rows, u, v)
+    mean = each(lambda *rows: each(lambda a, b: (a + b) / 2, *rows), first, there)
+    return each(line, rows, u, v, first, there, mean, *window(mean, (-2, -1, 1, 2), boundary="reflect"))
 
 
-@kernel(sums=EQUATIONS, ridge=SCALAR, returns=array(SCALAR, 3))
-def solve_motion(sums, ridge):
-    """Solve normal equations as in `phase_equations` for the motion u, v, with a confidence from 0 to 1.
+@kernel(even=NODES, odd=NODES, taps=array(SCALAR, REACH + 1))
+def pair_means(even, odd, taps):
+    """Filter an image along both axes with symmetric taps, given from the middle one on, at its even rows.
 
-    `ridge`, positive, is added to the diagonal, so that the motion is 0 without equations. With the smaller eigenvalue
-    e of the matrix and the residual sum of squares r, the confidence is ``e / (e + r + ridge)``.
+    `even` and `odd` contain its even and odd rows. Beyond the edges, the last pixels are repeated.
+    """
+    evens = window(even, range(-(REACH // 2), REACH // 2 + 1), boundary="nearest")
+    odds = window(odd, range(-(REACH // 2) - 1, REACH // 2 + 1), boundary="nearest")
+    rows = [array for pair in zip(odds, evens, strict=False) for array in pair] + [odds[-1]]
+    low = each(lambda *rows: each(lambda *numbers: _symmetric(taps, numbers), *rows), *rows)
+    return each(
+        lambda row: each(lambda *numbers: _symmetric(taps, numbers), *window(row, 2 * REACH + 1, boundary="nearest")),
+        low,
+    )
+
+
+@kernel(sums=array(SCALAR, 6), ridge=SCALAR, returns=array(SCALAR, 2))
+def motion_confidence(sums, ridge):
+    """Compute the least residual of normal equations as in `motion_terms`, and a confidence from 0 to 1.
+
+    `ridge`, positive, is added to the diagonal. With the smaller eigenvalue e of the matrix and the least residual sum
+    of squares r, the confidence is ``e / (e + r + ridge)``.
     """
     xx, xy, yy, x, y, square = sums
     half, across = (xx - yy) / 2, xy
@@ -68,88 +156,130 @@ def solve_motion(sums, ridge):
     determinant = a * c - xy * xy
     u, v = (c * x - xy * y) / determinant, (a * y - xy * x) / determinant
     least, left = ga.maximum(least, 0), ga.maximum(square - u * x - v * y, 0)
-    return u, v, least / (least + left + ridge)
+    return left, least / (least + left + ridge)
+
+
+def _weights(sums, before, motion, stiffness, noise):
+    """Return the coefficients of `_swept`: the inverse matrices, the right-hand sides, and weights of neighbours."""
+
+    def side(stiff, u, v, other_u, other_v):
+        du, dv = other_u - u, other_v - v
+        return stiff / ga.sqrt(1 + noise[2] * (du * du + dv * dv))
+
+    def line(xx, xy, yy, bx, by, square, pu, pv, un, us, usouth, vn, vs, vsouth, east, north, south):
+        def node(a, b, c, x, y, rr, pu, pv, un, u, us, vn, v, vs, east, north, south, west, uw, ue, vw, ve):
+            du, dv = u - pu, v - pv
+            left = rr - 2 * (x * du + y * dv) + a * du * du + 2 * b * du * dv + c * dv * dv
+            weight = noise[0] / (1 + noise[1] * ga.maximum(left, 0))
+            to_east, to_south = side(east, u, v, ue, ve), side(south, u, v, us, vs)
+            total = to_east + to_south + side(west, u, v, uw, vw) + side(north, u, v, un, vn)
+            right, down = weight * (x + a * pu + b * pv), weight * (y + b * pu + c * pv)
+            a, b, c = weight * a + total, weight * b, weight * c + total
+            determinant = a * c - b * b
+            known = determinant > 0
+            factor = ga.select(known, 1, 0) / ga.select(known, determinant, 1)
+            return factor * c, -(factor * b), factor * a, right, down, to_east, to_south
+
+        return each(
+            node, xx, xy, yy, bx, by, square, pu, pv, un, us, usouth, vn, vs, vsouth, east, north, south,
+            *window(east, (-1,), boundary="constant", value=0), *window(us, (-1, 1), boundary="nearest"),
+            *window(vs, (-1, 1), boundary="nearest"),
+        )  # fmt: skip
+
+    u, v = motion
+    east, south = stiffness
+    return each(
+        line, *sums, *before, *window(u, 3, boundary="nearest"), *window(v, 3, boundary="nearest"), east,
+        *window(south, (-1, 0), boundary="constant", value=0),
+    )  # fmt: skip
+
+
+def _swept(coefficients, motion, factor):
+    """Return the motion after every node moved by `factor` times the way to the solution of its equations."""
+
+    def line(xx, xy, yy, x, y, east, north_s, south_s, un, us, us_south, vn, vs, vs_south):
+        def node(a, b, c, x, y, east, north, south, un, u, usouth, vn, v, vsouth, west, uw, ue, vw, ve):
+            x = x + east * ue + west * uw + south * usouth + north * un
+            y = y + east * ve + west * vw + south * vsouth + north * vn
+            return u + factor * (a * x + b * y - u), v + factor * (b * x + c * y - v)
+
+        return each(
+            node, xx, xy, yy, x, y, east, north_s, south_s, un, us, us_south, vn, vs, vs_south,
+            *window(east, (-1,), boundary="constant", value=0), *window(us, (-1, 1), boundary="nearest"),
+            *window(vs, (-1, 1), boundary="nearest"),
+        )  # fmt: skip
+
+    *equations, east, south = coefficients
+    u, v = motion
+    return each(
+        line, *equations, east, *window(south, (-1, 0), boundary="constant", value=0),
+        *window(u, 3, boundary="nearest"), *window(v, 3, boundary="nearest"),
+    )  # fmt: skip
 
 
 @kernel(
-    sums=EQUATIONS,
-    before=MOTION,
-    motion=MOTION,
-    west=MOTION,
-    east=MOTION,
-    north=MOTION,
-    south=MOTION,
-    stiffness=SIDES,
-    noise=array(SCALAR, 3),
-    returns=STEP,
-)
-def relaxation_step(sums, before, motion, west, east, north, south, stiffness, noise):
-    """Compute the coefficients of `relaxed_motion` at a pixel: a step of iteratively reweighted least squares.
+    xx=NODES, xy=NODES, yy=NODES, bx=NODES, by=NODES, square=NODES, u=NODES, v=NODES, start_u=NODES, start_v=NODES,
+    east=NODES, south=NODES, noise=array(SCALAR, 3), rounds=array(SCALAR, "r"), factors=array(SCALAR, "k"),
+)  # fmt: skip
+def relaxed_motion(xx, xy, yy, bx, by, square, u, v, start_u, start_v, east, south, noise, rounds, factors):
+    """Compute a smooth motion that satisfies normal equations, by iteratively reweighted least squares.
 
-    `sums` are those of `phase_equations` for the increment of the motion `before`. Their weight is ``noise[0] / (1 +
-    noise[1] r)`` with the squared residual r of the present motion; the weight of the difference d to a neighbour is
-    ``stiffness / sqrt(1 + noise[2] |d|^2)``. If no weight is positive, the motion is 0.
+    The sums are those of `motion_terms` for the increment of the motion (u, v). Their weight is ``noise[0] / (1 +
+    noise[1] r)`` with the squared residual r of the present motion; the weight of the difference d to the neighbour in
+    the east or south is ``stiffness / sqrt(1 + noise[2] |d|^2)``, and `east` and `south` are the stiffness. If no
+    weight is positive, the motion is 0. For each of `rounds`, of which only the length matters, weights are computed,
+    and one step of relaxation follows for each of its `factors`.
     """
-    xx, xy, yy, bx, by, square = sums
-    u, v = motion[0] - before[0], motion[1] - before[1]
-    left = square - 2 * (bx * u + by * v) + xx * u * u + 2 * xy * u * v + yy * v * v
-    weight = noise[0] / (1 + noise[1] * ga.maximum(left, 0))
-    sides = []
-    for neighbour, stiff in zip((west, east, north, south), stiffness, strict=True):
-        du, dv = neighbour[0] - motion[0], neighbour[1] - motion[1]
-        sides.append(stiff / ga.sqrt(1 + noise[2] * (du * du + dv * dv)))
-    total = sides[0] + sides[1] + sides[2] + sides[3]
-    a, b, c = weight * xx + total, weight * xy, weight * yy + total
-    x = weight * (bx + xx * before[0] + xy * before[1])
-    y = weight * (by + xy * before[0] + yy * before[1])
-    determinant = a * c - b * b
-    known = determinant > 0
-    factor = OVERRELAXATION / ga.select(known, determinant, 1)
-    a, b, c = factor * a, factor * b, factor * c
-    return (ga.select(known, 1 - OVERRELAXATION, 1), a, b, c, x, y, *sides)
+    sums = xx, xy, yy, bx, by, square
+
+    def weighted(motion, _):
+        coefficients = _weights(sums, (u, v), motion, (east, south), noise)
+        return fold(lambda motion, factor: _swept(coefficients, motion, factor), motion, factors)
+
+    return fold(weighted, (start_u, start_v), rounds)
 
 
-@kernel(motion=MOTION, west=MOTION, east=MOTION, north=MOTION, south=MOTION, step=STEP, returns=MOTION)
-def relaxed_motion(motion, west, east, north, south, step):
-    """Compute the motion of a pixel after a step of successive overrelaxation; `step` is that of `relaxation_step`."""
-    keep, a, b, c, x, y, *sides = step
-    for neighbour, side in zip((west, east, north, south), sides, strict=True):
-        x, y = x + side * neighbour[0], y + side * neighbour[1]
-    return keep * motion[0] + c * x - b * y, keep * motion[1] + a * y - b * x
+@kernel(
+    first=array(SCALAR, "n", "m", shared=True),
+    second=array(SCALAR, "n", "m", shared=True),
+    row=array(SCALAR, "k"),
+    column=array(SCALAR, "k"),
+    u=array(SCALAR, "k"),
+    v=array(SCALAR, "k"),
+    down=array(SCALAR, "r"),
+    across=array(SCALAR, "r"),
+    weights=array(SCALAR, "r"),
+    last=array(SCALAR, 2),
+    most=SCALAR,
+)
+def motion_costs(first, second, row, column, u, v, down, across, weights, last, most):
+    """Compute the squared difference of two images around pixels for given motions, averaged with weights.
+
+    `down` and `across` are the distances of the neighbours, and `last` contains the last column and row that are read
+    in the second image without neighbours. Every square is at most `most`. Places outside both images are 0.
+    """
+
+    def cost(row, column, u, v):
+        x = ga.minimum(ga.maximum(column + u, 0), last[0])
+        y = ga.minimum(ga.maximum(row + v, 0), last[1])
+        left, top = ga.floor(x), ga.floor(y)
+        x, y = x - left, y - top
+
+        def square(dy, dx, weight):
+            upper, lower = pick(second, top + dy, 0), pick(second, top + dy + 1, 0)
+            above, below = (
+                pick(line, left + dx, 0) + x * (pick(line, left + dx + 1, 0) - pick(line, left + dx, 0))
+                for line in (upper, lower)
+            )
+            d = pick(pick(first, row + dy, 0), column + dx, 0) - above - y * (below - above)
+            return weight * ga.minimum(d * d, most)
+
+        return total(square, down, across, weights)
+
+    return each(cost, row, column, u, v)
 
 
 TABLE = array(SCALAR, "m", 4, shared=True)
-
-
-def _cubic_weights(t):
-    """Return the cubic B-spline at t + 1, t, t - 1 and t - 2."""
-    s = 1 - t
-    before, after = s * s * s / 6, t * t * t / 6
-    return before, (4 - t * t * (6 - 3 * t)) / 6, (4 - s * s * (6 - 3 * s)) / 6, after
-
-
-@kernel(
-    first=TABLE,
-    second=TABLE,
-    third=TABLE,
-    fourth=TABLE,
-    place=index("n", into="m"),
-    x=array(SCALAR, "n"),
-    y=array(SCALAR, "n"),
-)
-def cubic_samples(first, second, third, fourth, place, x, y):
-    """Interpolate an image by cubic splines, x and y from 0 to 1 after the second of four columns and rows.
-
-    The tables contain four neighbours of the spline coefficients for each place, one table for each row.
-    """
-
-    def sample(x, y, *numbers):
-        across, down = _cubic_weights(x), _cubic_weights(y)
-        lines = (sum((across[k] * numbers[4 * row + k] for k in range(4)), 0) for row in range(4))
-        return sum((weight * line for weight, line in zip(down, lines, strict=True)), 0)
-
-    tables = (gather(column, place) for table in (first, second, third, fourth) for column in table)
-    return each(sample, x, y, *tables)
 
 
 @kernel(
@@ -173,61 +303,34 @@ def motion_samples(upper, lower, place, x, y):
     return each(sample, x, y, *(gather(column, place) for table in (upper, lower) for column in table))
 
 
-def _merge_exchange(size):
-    """Return pairs of places to compare and exchange in order to sort numbers.
+def _median_of_9(pixels):
+    """Return the median of 3 x 3 numbers.
 
-    Batcher's merge exchange (Knuth, *The Art of Computer Programming* 3, 5.2.2 M).
+    Columns are sorted; the median is that of the largest of the least, the median of the middle and the least of the
+    largest numbers (Smith, *Dr. Dobb's Journal* 21(5), 1996).
     """
-    pairs = []
-    top = p = 1 << (size - 1).bit_length() - 1
-    while p > 0:
-        q, r, d = top, 0, p
-        while True:
-            pairs += [(i, i + d) for i in range(size - d) if i & p == r]
-            if q == p:
-                break
-            d, q, r = q - p, q >> 1, p
-        p >>= 1
-    return pairs
 
+    def ordered(a, b):
+        return ga.minimum(a, b), ga.maximum(a, b)
 
-def _median_network():
-    """Return pairs of 5 x 5 places, row by row, after whose exchanges the median is in the middle.
+    def sorted_three(a, b, c):
+        a, b = ordered(a, b)
+        b, c = ordered(b, c)
+        a, b = ordered(a, b)
+        return a, b, c
 
-    Columns are sorted, then rows; then most numbers have more than 12 others that are not larger, or not smaller, and
-    the median is that of the rest. Pairs that never change anything are removed, by testing all cases of zeros and ones
-    with sorted columns (Knuth, 5.3.4 Z), one bit each.
-    """
-    sort = _merge_exchange(5)
-    rest = [5 * i + j for i in range(5) for j in range(5) if max((i + 1) * (j + 1), (5 - i) * (5 - j)) <= 13]
-    pairs = [(5 * row + i, 5 * row + j) for row in range(5) for i, j in sort]
-    pairs += [(rest[i], rest[j]) for i, j in _merge_exchange(len(rest))]
-    bits = [
-        sum(1 << case for case in range(6**5) if case // 6**column % 6 <= row)
-        for row in range(5)
-        for column in range(5)
-    ]
-    found = [(5 * i + column, 5 * j + column) for column in range(5) for i, j in sort]
-    for i, j in pairs:
-        if bits[i] & ~bits[j]:
-            found.append((i, j))
-            bits[i], bits[j] = bits[i] & bits[j], bits[i] | bits[j]
-    return found
-
-
-def _median_of_25(pixels):
-    """Return the median of 5 x 5 numbers."""
-    values = [number for row in pixels for number in row]
-    for i, j in _median_network():
-        a, b = values[i], values[j]
-        values[i], values[j] = ga.select(a < b, a, b), ga.select(a < b, b, a)
-    return values[12]
+    least, middle, largest = zip(*(sorted_three(*column) for column in zip(*pixels, strict=True)), strict=True)
+    return sorted_three(
+        ga.maximum(ga.maximum(least[0], least[1]), least[2]),
+        sorted_three(*middle)[1],
+        ga.minimum(ga.minimum(largest[0], largest[1]), largest[2]),
+    )[1]
 
 
 @kernel(image=array(SCALAR, "n", "m"))
 def medians(image):
-    """Compute the medians of 5 x 5 pixels, which smooth a field of motions and preserve its discontinuities.
+    """Compute the medians of 3 x 3 pixels, which smooth a field of motions and preserve its discontinuities.
 
     Pixels outside the image are the nearest ones of the image.
     """
-    return each(lambda row: each(_median_of_25, row), window(image, 5, 5, boundary="nearest"))
+    return each(lambda row: each(_median_of_9, row), window(image, 3, 3, boundary="nearest"))
