@@ -47,9 +47,10 @@ from gacompiler import (
     sqrt,
     total,
 )
+from gacompiler.algebra.catalog import PGA3
 from gacompiler.specs import robots
 from gacompiler.specs.families.covariances import cross, dot
-from gacompiler.specs.robots import PGA3, Motion, Pose
+from gacompiler.specs.robots import Motion, Pose
 
 POINTS, NUMBERS = array(SCALAR, "r", 3, shared=True), array(SCALAR, "r", shared=True)
 ROWS = {

@@ -201,7 +201,7 @@ def _run(points, sums, a, b):
     normal, _, mean, squares = line_of_run.function(pick(sums, a - 1, NO_SUMS), pick(sums, b, NO_SUMS), count)
     length = (p[0] - q[0]) * (p[0] - q[0]) + (p[1] - q[1]) * (p[1] - q[1])
     is_line = (count >= LEAST_POINTS) * (length > LEAST_LENGTH**2) * (squares[0] < ROUGHNESS**2)
-    return Run(*normal, *mean, is_line * (count - 1), is_line * (length > LONG**2))
+    return Run(normal[0], normal[1], mean[0], mean[1], is_line * (count - 1), is_line * (length > LONG**2))
 
 
 @kernel(
