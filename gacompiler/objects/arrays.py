@@ -279,10 +279,11 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
             if _is_single(type(self)) and extension() is not None:
                 _bind_operation(f"**{n}", power_of(n), self)
             return found
-        return self ** (n - n // 2) * self ** (n // 2)
+        half = self ** (n // 2)
+        return half * self * half if n % 2 else half * half
 
     def __rpow__(self, base: float) -> Self:
-        return (float(np.log(base)) * self).exp()
+        return (np.log(base) * self).exp()
 
     def __pos__(self) -> Self:
         return self

@@ -279,7 +279,7 @@ _METHODS: Mapping[np.ufunc, Callable[..., Any]] = {
     np.sqrt: lambda x: x.sqrt(),
     np.square: lambda x: x * x,
     np.reciprocal: lambda x: x.inverse(),
-    np.power: lambda x, y: x**y,
+    np.power: lambda x, y: x**y if isinstance(x, NumpyFunctions) else y.__rpow__(x),
     np.equal: _equal,
     np.not_equal: lambda a, b: np.logical_not(_equal(a, b)),
     np.isfinite: _of_values(np.isfinite, np.all),

@@ -31,6 +31,9 @@ def test_powers_are_products_before_and_after_they_are_compiled() -> None:
     assert (m**2).isclose(m * m) and (m**3).isclose(m * m * m) and v**2 == 14 and (v**3).isclose(14 * v)
     assert m**0 == 1 and m**1 == m and (m**4).isclose(m * m * m * m) and (m**-2).isclose(~(m * m))
     assert (m**2.0).isclose(m * m) and (2**v).isclose((np.log(2) * v).exp())
+    assert (np.float64(2) ** v).isclose(2**v) and (np.array([1.0, 2]) ** v)[1].isclose(2**v)
+    turn = VGA3.rotor([0, 0, 1], 1.0)
+    assert (turn**1001).isclose(VGA3.rotor([0, 0, 1], 1001.0), atol=1e-10) and (turn ** (1 << 40)).layout.unit
     with pytest.raises(OperandError):
         m ** "2"
 
