@@ -104,28 +104,35 @@ def consensus(
     """
     rng = np.random.default_rng(seed)
     n, size = len(problem.first), problem.freedom.sample_size
-    best, lowest, least = None, np.inf, np.inf
-    drawn, wanted, round_ = 0, np.inf, 0
-    while drawn < min(wanted, max_samples):
-        left = max_samples - drawn
-        batch = left if at_once else min(_BATCH * size << round_, _LARGEST, left)
-        drawn, round_ = drawn + batch, round_ + 1
+    best, lowest, least, is_polished = None, np.inf, np.inf, False
+    drawn, wanted, batch = 0, np.inf, max_samples if at_once else min(_BATCH * size, max_samples)
+    while True:
+        if best is not None and drawn >= wanted and not is_polished:
+            best, lowest = polished(problem, *_among_inliers(problem, best, lowest, threshold, rng), threshold)
+            wanted, is_polished = _samples_for(problem, best, threshold, confidence), True
+        if drawn >= min(wanted, max_samples):
+            break
         models, costs = _best_of(problem, random_subsets(rng, n, size, batch), threshold, rng)
+        drawn += batch
+        batch = min(2 * batch, _LARGEST, max_samples - drawn)
         if not len(models) or costs[0] >= least:
             continue
         # Refine each new best sample. If compared with refined models, few would be, and maybe not the right one.
         least = costs[0]
         model, cost = _followed(problem, models, costs, threshold)
         if cost < lowest:
-            best, lowest = model, cost
-            share = np.count_nonzero(_distances(problem, best) <= threshold) / n
-            wanted = np.log(1 - confidence) / min(np.log1p(-min(share**size, 1 - 1e-12)), -1e-300)
+            best, lowest, is_polished = model, cost, False
+            wanted = _samples_for(problem, best, threshold, confidence)
     if best is None:
         return Consensus(None, drawn, reached=False)
-    if drawn >= wanted:
-        best, lowest = _among_inliers(problem, best, lowest, threshold, rng)
-        best, lowest = polished(problem, best, threshold)
     return Consensus(Hypothesis(lowest, best, _distances(problem, best) <= threshold), drawn, bool(drawn >= wanted))
+
+
+def _samples_for(problem: Problem, model: Reals, threshold: float, confidence: float) -> float:
+    """Return the number of samples of which one has inliers of a model only, with a confidence."""
+    inliers = _distances(problem, model) <= threshold
+    share = np.count_nonzero(inliers) / len(inliers)
+    return float(np.log(1 - confidence) / min(np.log1p(-min(share**problem.freedom.sample_size, 1 - 1e-12)), -1e-300))
 
 
 def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.Generator) -> tuple[Reals, Reals]:
@@ -165,13 +172,12 @@ def _followed(problem: Problem, models: Reals, costs: Reals, threshold: float) -
     return (new[0], float(lower[0])) if lower[0] < cost else (model, float(cost))
 
 
-def polished(problem: Problem, model: Reals, threshold: float) -> tuple[Reals, float]:
+def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> tuple[Reals, float]:
     """Return the lowest minimum to which a model leads, and its cost.
 
     Truncated squares have several minima, which differ in the items near the threshold. Half and twice the threshold
     lead away from one and back to others.
     """
-    cost = float(_costs(problem, model[None], threshold)[0])
     for _ in range(_ROUNDS):
         away = np.concatenate([problem.descend(model[None], limit, _STEPS) for limit in (threshold / 2, 2 * threshold)])
         found = problem.descend(away, threshold, _STEPS)

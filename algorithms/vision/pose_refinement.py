@@ -134,10 +134,12 @@ def judged_poses(
         offsets = _offsets(found, i, unit[:, i : i + 1])
         apart = differ(offsets, known, noise.raised(found.cost[:, i : i + 1], freedom))
         rivals[:, i + 1 :] &= (apart | ~rivals[:, i : i + 1])[:, i + 1 :]
-    status = np.where(rivals[:, 1:].any(1), VisionStatus.AMBIGUOUS, VisionStatus.OK)
-    status = np.where(best.converged & best.in_front & explained, status, VisionStatus.NOT_CONVERGED)
-    status = np.where(undetermined[:, 1], VisionStatus.DEGENERATE, status)
-    return np.where(undetermined[:, 0], VisionStatus.TOO_FEW, status), rivals
+    status = np.zeros(len(rivals), int)
+    status[rivals[:, 1:].any(1)] = VisionStatus.AMBIGUOUS
+    status[~(best.converged & best.in_front & explained)] = VisionStatus.NOT_CONVERGED
+    status[undetermined[:, 1]] = VisionStatus.DEGENERATE
+    status[undetermined[:, 0]] = VisionStatus.TOO_FEW
+    return status, rivals
 
 
 def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = None) -> Reals:

@@ -152,7 +152,8 @@ def _beyond_a_plane(
     if parallax.status == VisionStatus.OK and not displaced_by_chance(
         rest, parallax.model, expected, threshold, seed, rest.freedom
     ):
-        models = np.array([found.model, parallax.model, polished(problem, parallax.model, threshold)[0]])
+        cost = float(problem.costs(parallax.model[None], one, two, threshold)[0])
+        models = np.array([found.model, parallax.model, polished(problem, parallax.model, cost, threshold)[0]])
         # Pairs off the plane decide: an F that is wrong there is freer to fit the noise of those on the plane.
         # Among those that explain as many of them, up to one, all pairs decide.
         left = without_nan(problem.costs(models, one[off], two[off], threshold))

@@ -40,17 +40,19 @@ class DegenerateError(ValueError):
 
 def check_points(arrays: dict[str, Reals], least: int, what: str) -> VisionStatus:
     """Return OK, TOO_FEW or NOT_FINITE for arrays (n, d) of the same points; ValueError if shapes differ."""
-    lengths = {name: array.shape for name, array in arrays.items()}
-    for name, shape in lengths.items():
-        if len(shape) != 2:
-            raise ValueError(f"{name}: shape {shape}; expected (n, {shape[-1]}), one set of {what}")
-    first, n = next((name, shape[0]) for name, shape in lengths.items())
-    for name, shape in lengths.items():
-        if shape[0] != n:
-            raise ValueError(f"{name}: {shape[0]} {what}; expected {n}, as many as {first} has")
+    (first, one), *_ = arrays.items()
+    n = len(one) if one.ndim else 0
+    for name, array in arrays.items():
+        if array.ndim != 2:
+            raise ValueError(f"{name}: shape {array.shape}; expected (n, {array.shape[-1]}), one set of {what}")
+        if len(array) != n:
+            raise ValueError(f"{name}: {len(array)} {what}; expected {n}, as many as {first} has")
     if n < least:
         return VisionStatus.TOO_FEW
-    return VisionStatus.OK if all(np.isfinite(array).all() for array in arrays.values()) else VisionStatus.NOT_FINITE
+    for array in arrays.values():
+        if not np.logical_and.reduce(np.isfinite(array), axis=None):
+            return VisionStatus.NOT_FINITE
+    return VisionStatus.OK
 
 
 def distinct(places: Reals, least: int) -> int:

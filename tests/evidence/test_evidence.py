@@ -191,7 +191,7 @@ def test_polishing_leaves_a_minimum_for_a_lower_one(place: float, least: float) 
     for start in (0.0, float(x.mean())):
         stuck = descend(np.array([start]), 1.0, 50)
         assert stuck == pytest.approx(start)
-        model, cost = polished(problem, stuck[0], 1.0)
+        model, cost = polished(problem, stuck[0], float(costs(stuck, x, x, 1.0)[0]), 1.0)
         assert model == pytest.approx(least) and cost == pytest.approx(costs(np.array([least]), x, x, 1.0)[0])
 
 
