@@ -47,7 +47,6 @@ from gacompiler import (
     sqrt,
     total,
 )
-from gacompiler.matrices import dot as inner
 from gacompiler.specs import robots
 from gacompiler.specs.families.covariances import cross, dot
 from gacompiler.specs.robots import PGA3, Motion, Pose
@@ -168,6 +167,11 @@ def constraint_rows(
     for power, freedom in zip(powers, lifted_freedoms, strict=True):
         matrix = scatter(power, (lifted, freedom), (known, qd), start=matrix)
     return matrix, rows.drift, rows.gap
+
+
+def inner(x, y):
+    """Return the sum of the products of two arrays of scalars."""
+    return total(lambda a, b: a * b, x, y)
 
 
 class Projection(NamedTuple):
