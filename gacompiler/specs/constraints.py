@@ -170,6 +170,11 @@ def constraint_rows(
     return matrix, rows.drift, rows.gap
 
 
+def inner(x, y):
+    """Return the sum of the products of two arrays of scalars."""
+    return total(lambda a, b: a * b, x, y)
+
+
 class Projection(NamedTuple):
     """A vector on its way to all equations, and what has been found of them.
 
@@ -206,13 +211,13 @@ def projected(equations, wanted, start, least, noise=0):
 
     def step(old, k):
         column = each(lambda row: pick(row, k, 0), old.equations)
-        left, size, value = matrices.dot(column, column), pick(sizes, k, 0), pick(wanted, k, 0)
+        left, size, value = inner(column, column), pick(sizes, k, 0), pick(wanted, k, 0)
         keeps = left > least * least * size
         scale = select(keeps, 1, 0) / sqrt(select(keeps, left, 1))
         unit = each(lambda y: scale * y, column)
         products = total(lambda row, u: each(lambda c: u * c, row), old.equations, unit)
         along = each(lambda c, j: select(j < k, 0, c), products, numbers)
-        gap = value - matrices.dot(each(lambda row: pick(row, k, 0), equations), old.x)
+        gap = value - inner(each(lambda row: pick(row, k, 0), equations), old.x)
         length = gap * scale
         terms = absolute(value) + sqrt(size * old.squared)
         contradiction = select(keeps, 0, maximum(absolute(gap) - noise, 0) / select(terms > 0, terms, 1))
@@ -226,7 +231,7 @@ def projected(equations, wanted, start, least, noise=0):
             maximum(old.left, contradiction),
         )  # fmt: skip
 
-    squared = matrices.dot(start, start)
+    squared = inner(start, start)
     return fold(step, Projection(equations, each(lambda _: zeros, wanted), start, zeros, squared, 0, 0), numbers)
 
 
