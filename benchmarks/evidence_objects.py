@@ -22,6 +22,7 @@ from algorithms.grasping import (
     plan_grasps,
 )
 from algorithms.kinematics import Robot
+from algorithms.kinematics.collisions import plane_obstacle
 from algorithms.vision import Camera
 from algorithms.vision.objects import ObjectModel, PoseEstimate, PoseStatus, View, estimate_pose
 from generated import pga3
@@ -347,6 +348,33 @@ def plan_by_hands(rng: np.random.Generator) -> Trial:
             and np.abs(tips - grasp.contacts - hand.tips.radii[grasp.fingers, None] * grasp.normals).max() < 1e-5
             and (hand.limits[:, 0] <= grasp.joints).all()
             and (grasp.joints <= hand.limits[:, 1]).all()
+        )
+        if not good:
+            return Trial(True, False)
+    return Trial(True, True)
+
+
+@row(
+    "`plan_grasps`",
+    "flat boxes of 7 to 15 mm on a table, a gripper; wrong: as above, or the hand is below the table",
+    good=True,
+)
+def plan_flat(rng: np.random.Generator) -> Trial:
+    half = np.array([rng.uniform(0.01, 0.035), rng.uniform(0.01, 0.06), rng.uniform(0.0035, 0.0075)])
+    shift = np.array([*rng.uniform(-0.5, 0.5, 2), half[2]])
+    angle = rng.uniform(-np.pi, np.pi)
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    vertices = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half @ turn.T + shift
+    hand, table = _hands()[3], plane_obstacle([0, 0, 1], [0, 0, 0])
+    plan = plan_grasps(vertices, _BOX, hand=hand, obstacles=[table], margin=5e-4)
+    if plan.status != GraspStatus.OK:
+        return Trial(False, False)
+    for grasp in plan:
+        ends = pga3.move_point(grasp.motor, hand.placed_capsules(np.stack([grasp.joints, grasp.open_joints])))
+        good = (
+            np.abs(_off((grasp.contacts - shift) @ turn, half)).max() < 1e-6
+            and is_closed_by_forces(grasp.contacts, grasp.normals, hand.torsion)
+            and (ends[..., 2].min(-1) > hand.radii).all()
         )
         if not good:
             return Trial(True, False)

@@ -12,12 +12,10 @@ from numpy.typing import ArrayLike
 from generated import collisions, pga3
 
 from ..arguments import Reals, finite, real_array
-from ..geometry.meshes import Integers
+from ..geometry.meshes import Flags, Integers
 from ..kinematics import Robot
 from ..kinematics.tables import path_to
 from .preshapes import Preshapes, preshapes_of
-
-Flags = np.typing.NDArray[np.bool_]
 
 _STILL = np.eye(8)[:1]
 _CONTACTS = 3

@@ -30,7 +30,7 @@ def hand_from_urdf(
     """Return the hand of a URDF file, whose base is the palm.
 
     Fingers are chains of revolute and prismatic joints, some of which may follow others (mimic). The collision elements
-    of the file are what must not touch objects; each is covered by capsules.
+    of the file are what must not touch objects; they become capsules by `capsules_from_urdf`, which rounds boxes.
 
     Parameters
     ----------

@@ -137,19 +137,22 @@ def test_fingers_close_by_their_bends():
     assert ours.closing.tolist() == [-0.5]
 
 
-def test_capsules_contain_boxes():
-    text = """<robot name="r"><link name="a"/><link name="b"><collision><origin xyz="1 2 3" rpy="0.3 0.2 0.1"/>
-    <geometry><box size="0.03 0.2 0.1"/></geometry></collision></link><joint name="j" type="revolute"><parent link="a"/>
-    <child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
-    found = capsules_from_urdf(text)
-    local = np.random.default_rng(3).uniform(-0.5, 0.5, (2000, 3)) * [0.03, 0.2, 0.1]
-    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * [0.015, 0.1, 0.05]
+@pytest.mark.parametrize("size", [(0.03, 0.2, 0.1), (0.05, 0.05, 0.05), (0.02, 0.021, 0.2)])
+def test_capsules_of_boxes_are_a_fifth_of_the_thickness_off(size):
+    text = f"""<robot name="r"><link name="a"/><link name="b"><collision><origin xyz="1 2 3" rpy="0.3 0.2 0.1"/>
+    <geometry><box size="{" ".join(map(str, size))}"/></geometry></collision></link><joint name="j" type="revolute">
+    <parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1"/></joint></robot>"""
+    found, most = capsules_from_urdf(text), 0.2072 * min(size)
     place = frame(ElementTree.fromstring('<origin xyz="1 2 3" rpy="0.3 0.2 0.1"/>'))
-    points = np.concatenate([local, corners]) @ place[:3, :3].T + place[:3, 3]
-    outside = np.min(
-        [distances_to_segment(points, *ends) - r for ends, r in zip(found.ends, found.radii, strict=True)], axis=0
-    )
-    assert outside.max() < 1e-9 and found.radii.max() < 0.03 and (found.carriers == 0).all()
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * np.array(size) / 2
+    local = np.concatenate([np.random.default_rng(3).uniform(-0.5, 0.5, (2000, 3)) * size, corners])
+    points = local @ place[:3, :3].T + place[:3, 3]
+    rods = list(zip(found.ends, found.radii, strict=True))
+    outside = np.min([distances_to_segment(points, *ends) - r for ends, r in rods], axis=0)
+    assert 0.9 * most < outside.max() < most and (found.carriers == 0).all()
+    for ends, radius in rods:
+        axis = (ends - place[:3, 3]) @ place[:3, :3]
+        assert (np.abs(axis).max(0) + radius - np.array(size) / 2).max() < most + 1e-9
 
 
 def _box_distance(half):

@@ -1,9 +1,9 @@
-"""Capsules that cover the collision geometry of a URDF file."""
+"""Capsules for the collision geometry of a URDF file."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import ceil, hypot
+from math import ceil, sqrt
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -16,9 +16,16 @@ from .. import Robot, urdf
 from ..errors import DescriptionError
 from .arm_capsules import ArmCapsules
 
+_ROUND = (1 + sqrt(2)) / 2
+"""The radius of capsules relative to half of the thinnest edge of a box: they are as far outside of its faces as inside
+of its edges."""
+_INSET = ((2 * _ROUND) ** 2 - 2) / (4 * _ROUND)
+"""How much shorter axes are than the box, relative to the thinnest edge: capsules are as far outside of the faces at
+their ends as inside of the corners."""
+
 
 def capsules_from_urdf(path: str | Path, robot: Robot | None = None) -> ArmCapsules:
-    """Return capsules that contain the spheres, cylinders and boxes of a URDF file's collision elements.
+    """Return capsules for the spheres, cylinders and boxes of a URDF file's collision elements.
 
     Parameters
     ----------
@@ -30,8 +37,9 @@ def capsules_from_urdf(path: str | Path, robot: Robot | None = None) -> ArmCapsu
     Returns
     -------
     ArmCapsules
-        A sphere is a capsule of length 0. The axis of a cylinder is that of its capsule. A box is covered by parallel
-        capsules along its longest edge, at most as far apart as it is thick.
+        A sphere is a capsule of length 0. The axis of a cylinder is that of the capsule that contains it. A box becomes
+        parallel capsules along its longest edge. They are outside of its faces and inside of its edges and corners by
+        at most 21 % of its shortest edge; keep a corresponding distance from obstacles.
 
     Raises
     ------
@@ -57,7 +65,7 @@ def capsules_from_urdf(path: str | Path, robot: Robot | None = None) -> ArmCapsu
 
 
 def _covers(element: ElementTree.Element, where: str) -> Iterator[tuple[Reals, Reals, float]]:
-    """Generate the ends of the axes and the radii of capsules for one collision element."""
+    """Generate the ends of the axes and the radii of the capsules of one collision element."""
     geometry = element.find("geometry")
     kinds = [] if geometry is None else list(geometry)
     if len(kinds) != 1 or kinds[0].tag not in ("sphere", "cylinder", "box"):
@@ -73,9 +81,9 @@ def _covers(element: ElementTree.Element, where: str) -> Iterator[tuple[Reals, R
         yield -half, half, float(sizes[0])
         return
     thin, wide, long = np.argsort(sizes, kind="stable")
-    count = ceil(sizes[wide] / sizes[thin])
-    width = sizes[wide] / count
-    for k in range(count):
+    count = 1 + ceil((sizes[wide] - sizes[thin]) / sizes[thin])
+    for place in np.linspace(-0.5, 0.5, count) if count > 1 else (0.0,):
         middle, half = np.zeros(3), np.zeros(3)
-        middle[wide], half[long] = (k + 0.5) * width - sizes[wide] / 2, sizes[long] / 2
-        yield middle - half, middle + half, hypot(sizes[thin], width) / 2
+        middle[wide] = place * (sizes[wide] - sizes[thin])
+        half[long] = (sizes[long] - _INSET * sizes[thin]) / 2
+        yield middle - half, middle + half, _ROUND * sizes[thin] / 2
