@@ -31,6 +31,9 @@ _CREDIBLE = 20.0
 """The largest squared deviation of a motion from that by odometry, divided by its covariance."""
 _CERTAIN = 0.85
 """The share of readings on known surfaces from which a motion is accepted although odometry contradicts it."""
+_MOST_TRIED, _APART, _AROUND, _CREDIBLE_TURN = 5, 1.0, 12, 0.1
+"""If a scan does not agree with the last ones, it is matched with this many earlier scans, which are that far apart in
+metres, and aligned with so many on each side; the alignment turns by at most this."""
 _TURNS = np.radians([7.0, -7.0, 14.0, -14.0, 25.0, -25.0])
 _SHIFT, _RARELY, _MOST_NEW_LOOPS = 0.15, 100, 50
 """Poses are optimised if a loop moves the last one by more than this and the path is longer by a hundredth, or after
@@ -68,6 +71,11 @@ def _pose(odometry: ArrayLike | None) -> Reals | None:
 def _is_new_view(found: Alignment) -> bool:
     """Return whether readings near known surfaces are on them, though most readings are elsewhere."""
     return found.agreement >= _AGREES and found.share >= _OVERLAP
+
+
+def _are_near(one: Reals, other: Reals) -> bool:
+    length, angle = length_and_angle(relative(one, other))
+    return bool(length < _APART / 2 and angle < _CREDIBLE_TURN)
 
 
 class Mapper:
@@ -264,7 +272,10 @@ class Mapper:
         # Without a prediction, robots go on as before, or have stopped.
         guesses = [self._motion] if measured else [self._speed, self._motion]
         best = self._aligned(scan, seen, reference, guesses, prior)
-        if best is not None and (best.share >= _ENOUGH or (measured and _is_new_view(best))):
+        accepted = best is not None and (best.share >= _ENOUGH or (measured and _is_new_view(best)))
+        if accepted and self._by_odometry and self._contradicted(scan, best):
+            accepted = False
+        if best is not None and accepted:
             if self._by_odometry:
                 angle, shift = pga2.motor_to_angle_translation(relative(self._motion, best.motor))
                 self._noise.add(np.array([angle, *shift]), self._uncertain)
@@ -277,11 +288,62 @@ class Mapper:
                 status = ScanStatus.ADDED if measured else ScanStatus.ASSUMED
                 self._extend(scan, seen, best.motor, information, status)
             return
+        recovered = self._recovered(scan, seen)
+        if recovered is not None:
+            row, found = recovered
+            last = len(self._path) - 1
+            there = pga2.motor_product(self._path.motors[row], found.motor)
+            motion = np.asarray(relative(self._path.motors[last], there))
+            self._motion, self._spread = motion, np.linalg.inv(found.information)
+            if row == last:
+                self._extend(scan, seen, motion, found.information, ScanStatus.ADDED)
+                return
+            # The motion since the last scan is not measured: the closure determines the pose.
+            self._extend(scan, seen, motion, np.diag(1 / _LOST**2), ScanStatus.ADDED)
+            self._path.add_loop((row, last + 1), found.motor, found.information)
+            return
         self._unmatched += 1
         if measured and self._unmatched > _MOST_UNMATCHED:
             self._extend(scan, seen, self._motion, prior, ScanStatus.BY_ODOMETRY)
         else:
             self._keep(ScanStatus.ODOMETRY_JUMP if self._jumped else ScanStatus.NOT_MATCHED)
+
+    def _contradicted(self, scan: Scan, found: Alignment) -> bool:
+        """Return whether the motion from the last scan, without a prior, is another one: then odometry has slipped."""
+        match = match_scans(self._scans[len(self._path) - 1], scan)
+        return match.status == MappingStatus.OK and not _are_near(match.motor, found.motor)
+
+    def _recovered(self, scan: Scan, seen: Surface) -> tuple[int, Alignment] | None:
+        """Return the row of an earlier scan with which a scan matches without a prior, and the alignment there.
+
+        The last scan, which shows the same room, is enough. Rooms look alike: the place by an earlier one has to be one
+        that the last scan leaves possible.
+        """
+        last = len(self._path) - 1
+        here = pga2.motor_product(self._path.motors[last], self._motion)
+        distances, _ = length_and_angle(relative(here, self._path.motors))
+        tried: list[int] = []
+        possible: list[Reals] = []
+        for row in [last, *np.argsort(distances, kind="stable").tolist()]:
+            apart, _ = length_and_angle(relative(self._path.motors[row], self._path.motors[tried]))
+            if len(tried) == _MOST_TRIED or (len(tried) and apart.min() < _APART):
+                continue
+            tried.append(row)
+            match = match_scans(self._scans[row], scan)
+            if row == last and match.status not in (MappingStatus.NOT_MATCHED, MappingStatus.TOO_FEW_READINGS):
+                possible = [
+                    np.asarray(pga2.motor_product(self._path.motors[last], m)) for m in (match.motor, *match.others)
+                ]
+            if match.status != MappingStatus.OK:
+                continue
+            rows = np.arange(max(row - _AROUND, 0), min(row + _AROUND, last) + 1)
+            found = align(self._path.submap(rows, row), seen, match.motor)
+            if found.agreement < _AGREES or found.share < _ENOUGH or not _are_near(match.motor, found.motor):
+                continue
+            place = np.asarray(pga2.motor_product(self._path.motors[row], found.motor))
+            if row == last or any(_are_near(place, other) for other in possible):
+                return row, found
+        return None
 
     def _aligned(
         self, scan: Scan, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals
