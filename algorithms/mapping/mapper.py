@@ -273,8 +273,8 @@ class Mapper:
         guesses = [self._motion] if measured else [self._speed, self._motion]
         best = self._aligned(scan, seen, reference, guesses, prior)
         accepted = best is not None and (best.share >= _ENOUGH or (measured and _is_new_view(best)))
-        if accepted and self._by_odometry and self._contradicted(scan, best):
-            accepted = False
+        if best is not None and self._by_odometry and accepted:
+            accepted = not self._contradicted(scan, best)
         if best is not None and accepted:
             if self._by_odometry:
                 angle, shift = pga2.motor_to_angle_translation(relative(self._motion, best.motor))
