@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga2
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals
 from .built_map import BuildSettings, BuiltMap, MapStep, Progress, ScanStatus
 from .keyframes import IDENTITY, Keyframes
 from .line_map import LineMap
@@ -17,23 +17,19 @@ from .line_views import View, seen_through
 from .loops import Closure, StoredScans, agree, find_far_loop, find_loop
 from .matching import match_scans
 from .motions import length_and_angle, relative
-from .odometry_noise import OdometryNoise
+from .odometry_noise import OdometryNoise, pose_of
+from .recovery import ENOUGH, contradicts, earlier_match, is_new_view
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus
 from .surfaces import Alignment, Reference, Surface, align, surface
 
-_GOOD, _ENOUGH = 0.55, 0.4
-"""Shares of readings on known surfaces below which other starts are tried, and below which a scan is refused."""
-_AGREES, _OVERLAP = 0.7, 0.15
-"""With odometry, a smaller share is enough if at least this part of the readings near known surfaces are on them."""
+_GOOD = 0.55
+"""The share of readings on known surfaces below which other starts are tried."""
 _CREDIBLE = 20.0
 """The largest squared deviation of a motion from that by odometry, divided by its covariance."""
 _CERTAIN = 0.85
 """The share of readings on known surfaces from which a motion is accepted although odometry contradicts it."""
-_MOST_TRIED, _APART, _AROUND, _CREDIBLE_TURN = 5, 1.0, 12, 0.1
-"""If a scan does not agree with the last ones, it is matched with this many earlier scans, which are that far apart in
-metres, and aligned with so many on each side; the alignment turns by at most this."""
 _TURNS = np.radians([7.0, -7.0, 14.0, -14.0, 25.0, -25.0])
 _SHIFT, _RARELY, _MOST_NEW_LOOPS = 0.15, 100, 50
 """Poses are optimised if a loop moves the last one by more than this and the path is longer by a hundredth, or after
@@ -51,31 +47,6 @@ _SHARE_OF_ANGLE, _SHARE_OF_LENGTH = 0.1, 0.15
 """What standard deviations grow by, as a share of the angle and the length of a motion."""
 _LOST = np.array([np.radians(30.0), 1.0, 1.0])
 """Standard deviations of the motion between two scans without odometry."""
-
-
-def _pose(odometry: ArrayLike | None) -> Reals | None:
-    """Return odometry as x, y and angle; None if it is not finite."""
-    if odometry is None:
-        return None
-    pose = real_array(odometry, "odometry").astype(float)
-    if pose.shape not in ((3,), (4,)):
-        raise ValueError(f"odometry: shape {pose.shape}; expected (3,), x, y and angle, or (4,), a motor")
-    if not np.isfinite(pose).all():
-        return None
-    if pose.shape == (4,):
-        angle, shift = pga2.motor_to_angle_translation(pose)
-        pose = np.array([*shift, angle])
-    return pose
-
-
-def _is_new_view(found: Alignment) -> bool:
-    """Return whether readings near known surfaces are on them, though most readings are elsewhere."""
-    return found.agreement >= _AGREES and found.share >= _OVERLAP
-
-
-def _are_near(one: Reals, other: Reals) -> bool:
-    length, angle = length_and_angle(relative(one, other))
-    return bool(length < _APART / 2 and angle < _CREDIBLE_TURN)
 
 
 class Mapper:
@@ -182,7 +153,7 @@ class Mapper:
         if not (time is None or isinstance(time, (int, float, np.integer, np.floating))):
             raise TypeError(f"time: {time!r}; expected a number of seconds, or None")
         n_loops, optimised_at = len(self._path.loops), self._optimised_at
-        self._take(scan, _pose(odometry), time)
+        self._take(scan, pose_of(odometry), time)
         loops = self._path.loops
         closure = None if len(loops) == n_loops else tuple(self._added[row] for row in loops[-1])
         return MapStep(
@@ -272,9 +243,9 @@ class Mapper:
         # Without a prediction, robots go on as before, or have stopped.
         guesses = [self._motion] if measured else [self._speed, self._motion]
         best = self._aligned(scan, seen, reference, guesses, prior)
-        accepted = best is not None and (best.share >= _ENOUGH or (measured and _is_new_view(best)))
+        accepted = best is not None and (best.share >= ENOUGH or (measured and is_new_view(best)))
         if best is not None and self._by_odometry and accepted:
-            accepted = not self._contradicted(scan, best)
+            accepted = not contradicts(self._scans[last], scan, best)
         if best is not None and accepted:
             if self._by_odometry:
                 angle, shift = pga2.motor_to_angle_translation(relative(self._motion, best.motor))
@@ -288,7 +259,7 @@ class Mapper:
                 status = ScanStatus.ADDED if measured else ScanStatus.ASSUMED
                 self._extend(scan, seen, best.motor, information, status)
             return
-        recovered = self._recovered(scan, seen)
+        recovered = earlier_match(self._path, self._scans, scan, seen, self._motion)
         if recovered is not None:
             row, found = recovered
             last = len(self._path) - 1
@@ -307,43 +278,6 @@ class Mapper:
             self._extend(scan, seen, self._motion, prior, ScanStatus.BY_ODOMETRY)
         else:
             self._keep(ScanStatus.ODOMETRY_JUMP if self._jumped else ScanStatus.NOT_MATCHED)
-
-    def _contradicted(self, scan: Scan, found: Alignment) -> bool:
-        """Return whether the motion from the last scan, without a prior, is another one: then odometry has slipped."""
-        match = match_scans(self._scans[len(self._path) - 1], scan)
-        return match.status == MappingStatus.OK and not _are_near(match.motor, found.motor)
-
-    def _recovered(self, scan: Scan, seen: Surface) -> tuple[int, Alignment] | None:
-        """Return the row of an earlier scan with which a scan matches without a prior, and the alignment there.
-
-        The last scan, which shows the same room, is enough. Rooms look alike: the place by an earlier one has to be one
-        that the last scan leaves possible.
-        """
-        last = len(self._path) - 1
-        here = pga2.motor_product(self._path.motors[last], self._motion)
-        distances, _ = length_and_angle(relative(here, self._path.motors))
-        tried: list[int] = []
-        possible: list[Reals] = []
-        for row in [last, *np.argsort(distances, kind="stable").tolist()]:
-            apart, _ = length_and_angle(relative(self._path.motors[row], self._path.motors[tried]))
-            if len(tried) == _MOST_TRIED or (len(tried) and apart.min() < _APART):
-                continue
-            tried.append(row)
-            match = match_scans(self._scans[row], scan)
-            if row == last and match.status not in (MappingStatus.NOT_MATCHED, MappingStatus.TOO_FEW_READINGS):
-                possible = [
-                    np.asarray(pga2.motor_product(self._path.motors[last], m)) for m in (match.motor, *match.others)
-                ]
-            if match.status != MappingStatus.OK:
-                continue
-            rows = np.arange(max(row - _AROUND, 0), min(row + _AROUND, last) + 1)
-            found = align(self._path.submap(rows, row), seen, match.motor)
-            if found.agreement < _AGREES or found.share < _ENOUGH or not _are_near(match.motor, found.motor):
-                continue
-            place = np.asarray(pga2.motor_product(self._path.motors[row], found.motor))
-            if row == last or any(_are_near(place, other) for other in possible):
-                return row, found
-        return None
 
     def _aligned(
         self, scan: Scan, seen: Surface, reference: Reference, guesses: list[Reals], prior: Reals
@@ -374,7 +308,7 @@ class Mapper:
                 continue
             if best is None or found.share > best.share:
                 best = found
-            if best.share >= _GOOD or (len(guesses) == 1 and _is_new_view(best)):
+            if best.share >= _GOOD or (len(guesses) == 1 and is_new_view(best)):
                 break
         return best
 
