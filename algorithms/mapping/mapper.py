@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga2
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals
 from .built_map import BuildSettings, BuiltMap, MapStep, Progress, ScanStatus
 from .keyframes import IDENTITY, Keyframes
 from .line_map import LineMap
@@ -17,16 +17,15 @@ from .line_views import View, seen_through
 from .loops import Closure, StoredScans, agree, find_far_loop, find_loop
 from .matching import match_scans
 from .motions import length_and_angle, relative
-from .odometry_noise import OdometryNoise
+from .odometry_noise import OdometryNoise, pose_of
+from .recovery import ENOUGH, contradicts, earlier_match, is_new_view
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus
 from .surfaces import Alignment, Reference, Surface, align, surface
 
-_GOOD, _ENOUGH = 0.55, 0.4
-"""Shares of readings on known surfaces below which other starts are tried, and below which a scan is refused."""
-_AGREES, _OVERLAP = 0.7, 0.15
-"""With odometry, a smaller share is enough if at least this part of the readings near known surfaces are on them."""
+_GOOD = 0.55
+"""The share of readings on known surfaces below which other starts are tried."""
 _CREDIBLE = 20.0
 """The largest squared deviation of a motion from that by odometry, divided by its covariance."""
 _CERTAIN = 0.85
@@ -48,26 +47,6 @@ _SHARE_OF_ANGLE, _SHARE_OF_LENGTH = 0.1, 0.15
 """What standard deviations grow by, as a share of the angle and the length of a motion."""
 _LOST = np.array([np.radians(30.0), 1.0, 1.0])
 """Standard deviations of the motion between two scans without odometry."""
-
-
-def _pose(odometry: ArrayLike | None) -> Reals | None:
-    """Return odometry as x, y and angle; None if it is not finite."""
-    if odometry is None:
-        return None
-    pose = real_array(odometry, "odometry").astype(float)
-    if pose.shape not in ((3,), (4,)):
-        raise ValueError(f"odometry: shape {pose.shape}; expected (3,), x, y and angle, or (4,), a motor")
-    if not np.isfinite(pose).all():
-        return None
-    if pose.shape == (4,):
-        angle, shift = pga2.motor_to_angle_translation(pose)
-        pose = np.array([*shift, angle])
-    return pose
-
-
-def _is_new_view(found: Alignment) -> bool:
-    """Return whether readings near known surfaces are on them, though most readings are elsewhere."""
-    return found.agreement >= _AGREES and found.share >= _OVERLAP
 
 
 class Mapper:
@@ -174,7 +153,7 @@ class Mapper:
         if not (time is None or isinstance(time, (int, float, np.integer, np.floating))):
             raise TypeError(f"time: {time!r}; expected a number of seconds, or None")
         n_loops, optimised_at = len(self._path.loops), self._optimised_at
-        self._take(scan, _pose(odometry), time)
+        self._take(scan, pose_of(odometry), time)
         loops = self._path.loops
         closure = None if len(loops) == n_loops else tuple(self._added[row] for row in loops[-1])
         return MapStep(
@@ -264,7 +243,10 @@ class Mapper:
         # Without a prediction, robots go on as before, or have stopped.
         guesses = [self._motion] if measured else [self._speed, self._motion]
         best = self._aligned(scan, seen, reference, guesses, prior)
-        if best is not None and (best.share >= _ENOUGH or (measured and _is_new_view(best))):
+        accepted = best is not None and (best.share >= ENOUGH or (measured and is_new_view(best)))
+        if best is not None and self._by_odometry and accepted:
+            accepted = not contradicts(self._scans[last], scan, best)
+        if best is not None and accepted:
             if self._by_odometry:
                 angle, shift = pga2.motor_to_angle_translation(relative(self._motion, best.motor))
                 self._noise.add(np.array([angle, *shift]), self._uncertain)
@@ -276,6 +258,20 @@ class Mapper:
             else:
                 status = ScanStatus.ADDED if measured else ScanStatus.ASSUMED
                 self._extend(scan, seen, best.motor, information, status)
+            return
+        recovered = earlier_match(self._path, self._scans, scan, seen, self._motion)
+        if recovered is not None:
+            row, found = recovered
+            last = len(self._path) - 1
+            there = pga2.motor_product(self._path.motors[row], found.motor)
+            motion = np.asarray(relative(self._path.motors[last], there))
+            self._motion, self._spread = motion, np.linalg.inv(found.information)
+            if row == last:
+                self._extend(scan, seen, motion, found.information, ScanStatus.ADDED)
+                return
+            # The motion since the last scan is not measured: the closure determines the pose.
+            self._extend(scan, seen, motion, np.diag(1 / _LOST**2), ScanStatus.ADDED)
+            self._path.add_loop((row, last + 1), found.motor, found.information)
             return
         self._unmatched += 1
         if measured and self._unmatched > _MOST_UNMATCHED:
@@ -312,7 +308,7 @@ class Mapper:
                 continue
             if best is None or found.share > best.share:
                 best = found
-            if best.share >= _GOOD or (len(guesses) == 1 and _is_new_view(best)):
+            if best.share >= _GOOD or (len(guesses) == 1 and is_new_view(best)):
                 break
         return best
 

@@ -1,12 +1,15 @@
-"""The noise of odometry, learnt while scans are matched."""
+"""Poses by odometry, and their noise, which is learnt while scans are matched."""
 
 from __future__ import annotations
 
 from collections import deque
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..arguments import Reals
+from generated import pga2
+
+from ..arguments import Reals, real_array
 
 _REMEMBERED, _CAUTION, _LEAST_FACTOR = 40, 2.0, 0.1
 """The errors of odometry are judged by this number of motions; their standard deviations are multiplied by a factor for
@@ -32,3 +35,24 @@ class OdometryNoise:
     def learnt(self, variances: Reals) -> Reals:
         """Return variances with what was learnt."""
         return np.asarray(variances * self._factors**2)
+
+
+def pose_of(odometry: ArrayLike | None) -> Reals | None:
+    """Return odometry as x, y and angle; None if it is not finite.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If it is no array of three or four real numbers.
+    """
+    if odometry is None:
+        return None
+    pose = real_array(odometry, "odometry").astype(float)
+    if pose.shape not in ((3,), (4,)):
+        raise ValueError(f"odometry: shape {pose.shape}; expected (3,), x, y and angle, or (4,), a motor")
+    if not np.isfinite(pose).all():
+        return None
+    if pose.shape == (4,):
+        angle, shift = pga2.motor_to_angle_translation(pose)
+        pose = np.array([*shift, angle])
+    return pose

@@ -526,6 +526,7 @@ def sum_of_scores(points, squares, distances, angles, closest, lines, first, ste
     first, step
         The angle of the first beam, and the step between beams.
     scale
+        The distance at which the score is 0.
     """
     squared = scale * scale
 
@@ -644,6 +645,7 @@ def sum_of_place_scores(motor, points, segments, entries, starts, grid, scale):
         The corner x, y of the grid, the size of cells, the numbers of columns and rows, and the distance up to which
         the segments of a cell are listed.
     scale
+        The distance at which the score is 0.
     """
     origin = _moved(motor, NONE)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -362,6 +364,27 @@ def test_states_may_be_added_late() -> None:
         assert smoother.update() == SmoothingStatus.OK and smoother.times.tolist() == [0, 1, 2, 3]
         results.append(matrices(smoother.motors))
     assert np.allclose(*results, atol=1e-9)
+
+
+def test_stored_smoothers_continue(tmp_path: Path) -> None:
+    """After half of the recording, with a summary of older states and late places, a copy from a file goes on alike."""
+    rng = np.random.default_rng(8)
+    step = pga3.motor_from_rotation_vector_translation([0, 0.1, 0.3], [1.0, 0, 0])
+    one = MotorSmoother(lag=3.0)
+    one.add_priors(one.add_state(0.0, ONE), ONE, DEVIATIONS**2)
+    two = one
+    for k in range(1, 12):
+        if k == 6:
+            (tmp_path / "smoother.pickle").write_bytes(pickle.dumps(one))
+            two = pickle.loads((tmp_path / "smoother.pickle").read_bytes())
+        place = rng.normal(size=3)
+        for each in (one, two) if two is not one else (one,):
+            state = each.add_state(float(k), each.motors[-1])
+            each.add_motions(state - 1, state, step, DEVIATIONS**2)
+            each.add_positions(state - 1, place, np.full(3, 0.01), robust=True)
+            each.update()
+    assert two is not one and two.status == one.status and two.numbers.tolist() == [8, 9, 10, 11]
+    assert np.array_equal(two.motors, one.motors)
 
 
 def test_what_is_too_late_is_reported() -> None:

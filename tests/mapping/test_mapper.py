@@ -6,6 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
+from laser_scenes import clearance, room, scan_at
 from test_building import DATA, house_log, motors, poses_of, with_noise
 
 from algorithms.arguments import Reals
@@ -150,3 +151,27 @@ def test_parts_of_a_submap_are_surfaces_in_another_frame() -> None:
         np.testing.assert_allclose(part.points, (path.surfaces[row].points @ turn.T + place - origin) @ back, atol=1e-6)
         np.testing.assert_allclose(part.normals, path.surfaces[row].normals @ turn.T @ back, atol=1e-6)
     assert path.parts(np.zeros(0, int), 2) == []
+
+
+def test_slips_of_odometry_do_not_turn_the_map() -> None:
+    """A robot circles in a room; wheels slip by 40 degrees and more in every sixth step. Scans decide, not odometry."""
+    rng = np.random.default_rng(4)
+    walls = room(rng, 12)
+    angles = np.linspace(0, np.pi, 20)
+    ring = np.column_stack([6 + 4 * np.cos(angles), 4.5 + 2.6 * np.sin(angles)])
+    headings = np.arctan2(*np.gradient(ring, axis=0).T[::-1])
+    clear = [k for k in range(20) if clearance(walls, ring[k]) > 0.2]
+    poses = np.column_stack([ring, headings])[clear]
+    truth = motors(poses)
+    odometry = [truth[0]]
+    for k, step in enumerate(relative(truth[:-1], truth[1:])):
+        slip = rng.choice([-1, 1]) * np.radians(rng.uniform(40, 70)) if k % 6 == 5 else 0.0
+        error = pga2.motor_from_angle_translation(slip, 0.03 * rng.normal(size=2))
+        odometry.append(np.asarray(pga2.motor_product(pga2.motor_product(odometry[-1], step), error)))
+    mapper = Mapper()
+    for pose, drifted in zip(poses, odometry, strict=True):
+        mapper.add(scan_at(rng, walls, pose), drifted)
+    built = mapper.map()
+    assert len(poses) > 12 and (built.statuses == ScanStatus.ADDED).all()
+    off = errors(built.motors, relative(truth[0], truth))
+    assert np.abs(off[:, 0]).max() < np.radians(3) and np.abs(off[:, 1:]).max() < 0.15

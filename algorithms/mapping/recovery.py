@@ -1,0 +1,92 @@
+"""Where a scan was taken if odometry slips: matches without a prior with the last scan, and with earlier ones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from generated import pga2
+
+from ..arguments import Reals
+from .keyframes import Keyframes
+from .loops import StoredScans
+from .matching import match_scans
+from .motions import length_and_angle, relative
+from .scan import Scan
+from .status import MappingStatus
+from .surfaces import Alignment, Surface, align
+
+ENOUGH = 0.4
+"""The share of readings on known surfaces below which a scan is refused."""
+_AGREES, _OVERLAP = 0.7, 0.15
+"""With odometry, a smaller share is enough if at least this part of the readings near known surfaces are on them."""
+_MOST_TRIED, _APART, _AROUND = 5, 1.0, 12
+"""A scan is matched with at most this many earlier scans, which are that far apart in metres, and aligned with so many
+on each side of them."""
+_NEAR, _NEAR_ANGLE = 0.5, 0.1
+"""Metres and radians up to which motions are the same."""
+
+
+def is_new_view(found: Alignment) -> bool:
+    """Return whether readings near known surfaces are on them, though most readings are elsewhere."""
+    return found.agreement >= _AGREES and found.share >= _OVERLAP
+
+
+def contradicts(last: Scan, scan: Scan, found: Alignment) -> bool:
+    """Return whether the motion from the last scan, without a prior, is another one: then odometry has slipped."""
+    match = match_scans(last, scan)
+    return match.status == MappingStatus.OK and not _are_near(match.motor, found.motor)
+
+
+def earlier_match(
+    path: Keyframes, scans: StoredScans, scan: Scan, seen: Surface, motion: Reals
+) -> tuple[int, Alignment] | None:
+    """Return the row of an earlier scan with which a scan matches without a prior, and the alignment there.
+
+    Parameters
+    ----------
+    path : Keyframes
+    scans : StoredScans
+        The scans at the poses.
+    scan : Scan
+    seen : Surface
+        The surface of the scan.
+    motion : array, (4,)
+        The predicted motion since the last pose: nearest scans are tried first.
+
+    Returns
+    -------
+    tuple of int and Alignment, or None
+
+    Notes
+    -----
+    The last scan, which shows the same room, is enough. Rooms look alike: the place by an earlier one has to be one
+    that the last scan leaves possible.
+    """
+    last = len(path) - 1
+    distances, _ = length_and_angle(relative(pga2.motor_product(path.motors[last], motion), path.motors))
+    tried: list[int] = []
+    possible: list[Reals] = []
+    for row in [last, *np.argsort(distances, kind="stable").tolist()]:
+        apart, _ = length_and_angle(relative(path.motors[row], path.motors[tried]))
+        if len(tried) == _MOST_TRIED or (len(tried) and apart.min() < _APART):
+            continue
+        tried.append(row)
+        match = match_scans(scans[row], scan)
+        if row == last and match.status not in (MappingStatus.NOT_MATCHED, MappingStatus.TOO_FEW_READINGS):
+            motions = (match.motor, *match.others)
+            possible = [np.asarray(pga2.motor_product(path.motors[last], each)) for each in motions]
+        if match.status != MappingStatus.OK:
+            continue
+        rows = np.arange(max(row - _AROUND, 0), min(row + _AROUND, last) + 1)
+        found = align(path.submap(rows, row), seen, match.motor)
+        if found.agreement < _AGREES or found.share < ENOUGH or not _are_near(match.motor, found.motor):
+            continue
+        place = np.asarray(pga2.motor_product(path.motors[row], found.motor))
+        if row == last or any(_are_near(place, other) for other in possible):
+            return row, found
+    return None
+
+
+def _are_near(one: Reals, other: Reals) -> bool:
+    length, angle = length_and_angle(relative(one, other))
+    return bool(length < _NEAR and angle < _NEAR_ANGLE)
