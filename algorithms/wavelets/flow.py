@@ -32,7 +32,7 @@ _NOISE = 0.4
 """Noise-to-contrast ratio (standard deviations) at which the stiffness is halfway between the two."""
 _SOFTER = 0.7
 """Factor of the stiffness from a level to the next coarser one, where motions vary more from pixel to pixel."""
-_CONTRAST = 0.2
+_CONTRAST = 0.1
 """For an image of contrast 1: hidden pixels take no motion from neighbours that differ by more than this."""
 
 
@@ -125,13 +125,10 @@ def optical_flow(
     pyramid = [np.stack(normalized)]
     while len(pyramid) < count:
         pyramid.append(halved(pyramid[-1], threads))
-    motion, uv, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
+    uv, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
     seen = visible(Comparison(*normalized), uv)
     if seen.any() and not seen.all():
-        # Every other node suffices where the motion is that of neighbours.
-        known, image = seen[::4, ::4], np.ascontiguousarray(normalized[0][::4, ::4])
-        some = filled(np.ascontiguousarray(motion[:, ::2, ::2]), known, image, _CONTRAST)
-        uv = np.where(seen, uv, interpolated(interpolated(some, motion.shape[1:]), seen.shape))
+        uv = filled(uv, seen, halved(pyramid[0], threads)[0], _CONTRAST)
     confidence = np.where(seen, interpolated(confidence, seen.shape), 0)
     return Flow(np.ascontiguousarray(np.moveaxis(uv, 0, -1), dtype), confidence.astype(dtype), seen)
 
@@ -165,8 +162,8 @@ def _white_noise(image: Reals) -> float:
 
 def _motion(
     pyramid: Sequence[Reals], stiffness: float, threads: int, step_done: Callable[[], None]
-) -> tuple[Reals, Reals, Reals]:
-    """Return the motion between the images of a pyramid, coarse to fine: of nodes and pixels, and its confidence."""
+) -> tuple[Reals, Reals]:
+    """Return the motion of pixels between the images of a pyramid, coarse to fine, and the confidence of nodes."""
     rows, columns = pyramid[-1].shape[1:]
     uv: Reals = np.zeros((2, -(-rows // 2), -(-columns // 2)), np.float32)
     for k, pair in reversed(list(enumerate(pyramid))):
@@ -181,7 +178,7 @@ def _motion(
         uv = level.pixels(motion)
         if k < _SHARP:
             uv = joined(comparison, motion, uv)
-    return motion, uv, confidence
+    return uv, confidence
 
 
 def _rounds(levels: int) -> list[int]:
