@@ -72,8 +72,8 @@ def optical_flow(
     Parameters
     ----------
     first, second : array_like, (M, N)
-        Real grey images of the same size, at least 8 x 8. Brightness and contrast have no influence. float32 is kept;
-        integers are converted to float64.
+        Real grey images of the same size, at least 8 x 8. Changes of brightness and contrast of a whole image have
+        no influence. float32 is kept; integers are converted to float64.
     levels : int, optional
         Number of pyramid levels, each of half the size of the previous one: motions of up to about ``2**levels`` pixels
         are found. The default is 5, or as many levels as leave 8 pixels.
@@ -128,7 +128,8 @@ def optical_flow(
     uv, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
     seen = visible(Comparison(*normalized), uv)
     if seen.any() and not seen.all():
-        uv = filled(uv, seen, halved(pyramid[0], threads)[0], _CONTRAST)
+        half = pyramid[1] if count > 1 else halved(pyramid[0], threads)
+        uv = filled(uv, seen, half[0], _CONTRAST)
     confidence = np.where(seen, interpolated(confidence, seen.shape), 0)
     return Flow(np.ascontiguousarray(np.moveaxis(uv, 0, -1), dtype), confidence.astype(dtype), seen)
 
@@ -155,9 +156,9 @@ def _white_noise(image: Reals) -> float:
     Differences along both axes have 36 times the variance of the noise, and little of the image. The median of absolute
     values of a normal distribution is 0.6745 standard deviations. Every other row is used.
     """
-    across = image[:, :-2] + image[:, 2:] - 2 * image[:, 1:-1]
-    down = across[:-2:2] + across[2::2] - 2 * across[1:-1:2]
-    return float(np.median(np.abs(down)) / (6 * 0.6745))
+    down = image[:-2:2] + image[2::2] - 2 * image[1:-1:2]
+    both = down[:, :-2] + down[:, 2:] - 2 * down[:, 1:-1]
+    return float(np.median(np.abs(both)) / (6 * 0.6745))
 
 
 def _motion(
