@@ -32,7 +32,7 @@ _NOISE = 0.4
 """Noise-to-contrast ratio (standard deviations) at which the stiffness is halfway between the two."""
 _SOFTER = 0.7
 """Factor of the stiffness from a level to the next coarser one, where motions vary more from pixel to pixel."""
-_CONTRAST = 0.2
+_CONTRAST = 0.1
 """For an image of contrast 1: hidden pixels take no motion from neighbours that differ by more than this."""
 
 
@@ -72,8 +72,8 @@ def optical_flow(
     Parameters
     ----------
     first, second : array_like, (M, N)
-        Real grey images of the same size, at least 8 x 8. Brightness and contrast have no influence. float32 is kept;
-        integers are converted to float64.
+        Real grey images of the same size, at least 8 x 8. Changes of brightness and contrast of a whole image have
+        no influence. float32 is kept; integers are converted to float64.
     levels : int, optional
         Number of pyramid levels, each of half the size of the previous one: motions of up to about ``2**levels`` pixels
         are found. The default is 5, or as many levels as leave 8 pixels.
@@ -125,13 +125,11 @@ def optical_flow(
     pyramid = [np.stack(normalized)]
     while len(pyramid) < count:
         pyramid.append(halved(pyramid[-1], threads))
-    motion, uv, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
+    uv, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
     seen = visible(Comparison(*normalized), uv)
     if seen.any() and not seen.all():
-        # Every other node suffices where the motion is that of neighbours.
-        known, image = seen[::4, ::4], np.ascontiguousarray(normalized[0][::4, ::4])
-        some = filled(np.ascontiguousarray(motion[:, ::2, ::2]), known, image, _CONTRAST)
-        uv = np.where(seen, uv, interpolated(interpolated(some, motion.shape[1:]), seen.shape))
+        half = pyramid[1] if count > 1 else halved(pyramid[0], threads)
+        uv = filled(uv, seen, half[0], _CONTRAST)
     confidence = np.where(seen, interpolated(confidence, seen.shape), 0)
     return Flow(np.ascontiguousarray(np.moveaxis(uv, 0, -1), dtype), confidence.astype(dtype), seen)
 
@@ -158,15 +156,15 @@ def _white_noise(image: Reals) -> float:
     Differences along both axes have 36 times the variance of the noise, and little of the image. The median of absolute
     values of a normal distribution is 0.6745 standard deviations. Every other row is used.
     """
-    across = image[:, :-2] + image[:, 2:] - 2 * image[:, 1:-1]
-    down = across[:-2:2] + across[2::2] - 2 * across[1:-1:2]
-    return float(np.median(np.abs(down)) / (6 * 0.6745))
+    down = image[:-2:2] + image[2::2] - 2 * image[1:-1:2]
+    both = down[:, :-2] + down[:, 2:] - 2 * down[:, 1:-1]
+    return float(np.median(np.abs(both)) / (6 * 0.6745))
 
 
 def _motion(
     pyramid: Sequence[Reals], stiffness: float, threads: int, step_done: Callable[[], None]
-) -> tuple[Reals, Reals, Reals]:
-    """Return the motion between the images of a pyramid, coarse to fine: of nodes and pixels, and its confidence."""
+) -> tuple[Reals, Reals]:
+    """Return the motion of pixels between the images of a pyramid, coarse to fine, and the confidence of nodes."""
     rows, columns = pyramid[-1].shape[1:]
     uv: Reals = np.zeros((2, -(-rows // 2), -(-columns // 2)), np.float32)
     for k, pair in reversed(list(enumerate(pyramid))):
@@ -181,7 +179,7 @@ def _motion(
         uv = level.pixels(motion)
         if k < _SHARP:
             uv = joined(comparison, motion, uv)
-    return motion, uv, confidence
+    return uv, confidence
 
 
 def _rounds(levels: int) -> list[int]:

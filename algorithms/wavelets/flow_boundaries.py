@@ -61,11 +61,13 @@ class Comparison:
     def samples(self, motion: Reals, known: NDArray[np.bool_]) -> tuple[Reals, Reals]:
         """Return values (k) of the second image at the ends of the motion (2, m, n) of known nodes, and of the first.
 
-        Every other node in both directions is used.
+        Every other node in both directions is used. Where the motion shrinks areas to less than half, so that pixels
+        seem to explain several others, the value is the mean.
         """
         row, column = np.nonzero(known[::2, ::2])
         ends = 4 * np.stack([row, column]) + motion[::-1, ::2, ::2][:, row, column]
         moved = scipy.ndimage.map_coordinates(self._second, ends, order=1, mode="nearest")
+        moved = np.where(_shrinks(motion)[::2, ::2][row, column], moved.mean() if moved.size else 0, moved)
         return moved, self._first[4 * row, 4 * column]
 
     def noise(self, motion: Reals) -> float:
@@ -83,6 +85,12 @@ class Comparison:
             *self._images, *places, *uv, *window, self._last, np.float32(most)
         )
         return result
+
+
+def _shrinks(motion: Reals) -> NDArray[np.bool_]:
+    """Return where the motion (2, m, n) of nodes, in pixels, shrinks areas to less than half, or turns them over."""
+    (ux, vx), (uy, vy) = (np.diff(motion, axis=axis, append=motion.take([-1], axis)) / 2 for axis in (2, 1))
+    return np.asarray((1 + ux) * (1 + vy) - uy * vx < 0.5)
 
 
 def most_of(noise: float) -> float:

@@ -11,6 +11,8 @@ from generated import images
 
 from ..arguments import Reals
 
+_OFFSET = 80
+"""Numbers between planes: five lines of a cache."""
 _LARGE = 2**14
 """Number of values above which a quarter of them suffices for a median."""
 _LEAST_NOISE = 1e-6
@@ -49,13 +51,13 @@ class Level:
         rows, columns = self._shape
         here, there = images.band(pair, _FINE, _COARSE, num_threads=threads)
         self._here = np.pad(here, [(0, rows % 2), (0, columns % 2)], "edge")
-        self._there = images.jets(there)
+        self._there = images.jets(there, out=tuple(_planes(10, there.shape)))
         self._last = np.array([columns - 1, rows - 1], np.float32)
         wide = self._here.shape
         self._nodes = wide[0] // 2, wide[1] // 2
         self._rows, self._columns = (np.arange(size, dtype=np.float32) for size in wide)
-        self._pixels: Reals = np.empty((2, *wide), np.float32)
-        self._terms: Reals = np.empty((6, *wide), np.float32)
+        self._pixels = _planes(2, wide)
+        self._terms = _planes(6, wide)
 
     def equations(self, motion: Reals) -> tuple[Reals, Reals, float]:
         """Return averaged equations for a correction of the motion of the nodes, (2, m, n).
@@ -83,6 +85,15 @@ class Level:
     def pixels(self, motion: Reals) -> Reals:
         """Return the motion (..., m, n) of the nodes, interpolated between them, for all pixels."""
         return enlarged(motion)[..., : self._shape[0], : self._shape[1]]
+
+
+def _planes(count: int, shape: tuple[int, ...]) -> Reals:
+    """Return an array (count, M, N) for single precision whose planes begin at different places of lines of a cache.
+
+    Kernels read the same place of all planes; if sizes are powers of 2, these would displace each other.
+    """
+    size = int(np.prod(shape))
+    return np.empty((count, size + _OFFSET), np.float32)[:, :size].reshape(count, *shape, copy=False)
 
 
 def halved(pair: Reals, threads: int) -> Reals:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from generated import filters, images
 
 from ..arguments import Reals
-from .flow_equations import half_gaussian
+from .flow_equations import enlarged, half_gaussian
 
 _KNEE = 0.04**2
 """Squared difference of the motions of neighbours, in pixels, above which the penalty is linear, not quadratic."""
@@ -21,7 +21,7 @@ _ROUNDS = 2
 """Number of reweightings; each computes the weights from the current motion."""
 _TREND = half_gaussian(3.0, 10)
 """A Gaussian over which the motion is averaged; only differences from the average are to be smooth."""
-_FILLING = 16
+_FILLING = 32
 """Sweeps for hidden pixels, whose motion starts with that of the nearest visible ones."""
 
 
@@ -81,13 +81,13 @@ def _factors(sweeps: int) -> Reals:
     return (1 / (1 - radius * np.cos(np.pi / (2 * sweeps) * np.array(order)))).astype(np.float32)
 
 
-def filled(motion: Reals, known: NDArray[np.bool_], image: Reals, contrast: float) -> Reals:
-    """Return the motion, with unknown values replaced by those of neighbours of similar brightness.
+def filled(uv: Reals, known: NDArray[np.bool_], image: Reals, contrast: float) -> Reals:
+    """Return the motion of pixels, with unknown values replaced by those of neighbours of similar brightness.
 
     Parameters
     ----------
-    motion : array, (2, m, n)
-    known : array of bool, (m, n)
+    uv : array, (2, M, N)
+    known : array of bool, (M, N)
     image : array, (m, n)
         The brightness of the nodes.
     contrast : float
@@ -95,19 +95,25 @@ def filled(motion: Reals, known: NDArray[np.bool_], image: Reals, contrast: floa
 
     Returns
     -------
-    array, (2, m, n)
+    array, (2, M, N)
     """
-    if known.all() or not known.any():
-        return motion
+    motion = np.ascontiguousarray(uv[:, ::2, ::2])
     # Boundaries are accurate to a pixel or two, so the nearest nodes may have the motion of the wrong side.
-    sure = scipy.ndimage.binary_erosion(known, border_value=1)
-    # The nearest known motion is the start.
+    sure = scipy.ndimage.binary_erosion(known[::2, ::2], border_value=1)
+    if not sure.any():
+        return uv
     nearest = scipy.ndimage.distance_transform_edt(~sure, return_distances=False, return_indices=True)
-    start = motion[:, nearest[0], nearest[1]] if sure.any() else motion
+    start = motion[:, nearest[0], nearest[1]]
     firm = np.where(sure, np.float32(1e6), np.float32(0))
     none = np.zeros_like(firm)
     sides = np.zeros((2, *image.shape), np.float32)
     across, down = (np.exp(-((np.diff(image, axis=axis) / contrast) ** 2) / 2) + 1e-3 for axis in (1, 0))
     sides[0, :, :-1], sides[1, :-1] = across, down
     sums, parameters = np.stack([firm, none, firm, none, none, none]), np.array([1, 0, 0], np.float32)
-    return np.where(known, motion, _relaxed(sums, start, sides, parameters, 1, _FILLING))
+    nodes = _relaxed(sums, start, sides, parameters, 1, _FILLING)
+    # Pixels between known and other nodes have the motion of the latter.
+    other = (~sure).astype(np.float32)
+    rows, columns = known.shape
+    weight = enlarged(other)[:rows, :columns]
+    mean = enlarged(nodes * other)[:, :rows, :columns] / np.where(weight > 0, weight, 1)
+    return np.where(known | (weight == 0), uv, mean)

@@ -1,0 +1,135 @@
+"""Kernels of optical flow, compared with scipy and with closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.ndimage
+
+from generated import images
+
+
+def whole(taps: np.ndarray) -> np.ndarray:
+    """Symmetric taps, from those from the middle one on."""
+    return np.concatenate([taps[:0:-1], taps])
+
+
+def filtered(image: np.ndarray, taps: np.ndarray, mode: str) -> np.ndarray:
+    rows = scipy.ndimage.convolve1d(image.astype(float), whole(taps), 0, mode=mode)
+    return scipy.ndimage.convolve1d(rows, whole(taps), 1, mode=mode)
+
+
+@pytest.mark.parametrize(("dtype", "error"), [(np.float32, 2e-5), (np.float64, 1e-12)])
+@pytest.mark.parametrize("size", [(37, 71), (8, 8), (1, 5), (40, 3)])
+def test_band_is_the_difference_of_two_filters(size: tuple[int, int], dtype: type, error: float) -> None:
+    rng = np.random.default_rng(0)
+    image, fine, coarse = (rng.normal(size=shape).astype(dtype) for shape in (size, 4, 8))
+    expected = filtered(image, fine, "reflect") - filtered(image, coarse, "reflect")
+    assert np.abs(images.band(image, fine, coarse) - expected).max() < error * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("size", [(38, 71), (8, 8), (2, 5)])
+def test_means_at_even_rows(size: tuple[int, int]) -> None:
+    rng = np.random.default_rng(1)
+    image, taps = rng.normal(size=size), rng.normal(size=6)
+    found = images.pair_means(image[::2], image[1::2], taps)
+    expected = filtered(image, taps, "nearest")[::2]
+    # Beyond the edges, the last even and the last odd row are repeated.
+    inner = slice(3, -3) if size[0] > 12 else slice(0, 0)
+    assert np.allclose(found[inner], expected[inner], rtol=0, atol=1e-12)
+    assert found.shape == expected.shape
+
+
+def test_jets_are_derivatives_of_polynomials() -> None:
+    """Differences of nine neighbours are exact for polynomials of eighth degree along an axis."""
+    y, x = np.indices((24, 30)) - 12.0
+    factors = np.random.default_rng(2).normal(size=10)
+    powers = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3)]
+    image = sum(c * x**i * y**j for c, (i, j) in zip(factors, powers, strict=True))
+    found = [plane[12, 12] for plane in images.jets(np.asarray(image))]
+    assert np.allclose(found, factors, rtol=0, atol=1e-10)
+
+
+def test_terms_of_the_equations() -> None:
+    """For a polynomial of third degree, the moved image is exact: its shift by the motion."""
+
+    def surface(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return 0.3 * x - 0.2 * y + 0.01 * x * y + 0.002 * x**2 - 1e-4 * y**3 + 2e-4 * x * y**2
+
+    def slopes(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        across = 0.3 + 0.01 * y + 0.004 * x + 2e-4 * y**2
+        return across, -0.2 + 0.01 * x - 3e-4 * y**2 + 4e-4 * x * y
+
+    rows, columns, last = np.arange(26.0), np.arange(34.0), np.array([32.0, 25.0])
+    y, x = np.meshgrid(rows, columns, indexing="ij")
+    u, v = np.full(x.shape, 2.3), np.full(x.shape, -1.6)
+    first = surface(x, y) + 0.1
+    found = np.stack(images.motion_terms(*images.jets(surface(x, y)), first, u, v, rows, columns, last))
+    there, place = surface(x + u, y + v), (slice(10, -10), slice(10, -10))
+    gx, gy = (np.add(*pair) / 2 for pair in zip(slopes(x, y), slopes(x + u, y + v), strict=True))
+    d = there - first
+    expected = np.stack([gx * gx, gx * gy, gy * gy, -gx * d, -gy * d, d * d])
+    assert np.abs(found - expected)[:, *place].max() < 1e-9
+    assert not found[:, 0].any() and not found[:, :, 31:].any()
+    assert found[5, 2:, :30].all()
+
+
+@pytest.mark.parametrize("noise", [(1.0, 0.0, 0.0), (0.7, 3.0, 2.0)])
+def test_relaxed_motion_satisfies_its_equations(noise: tuple[float, float, float]) -> None:
+    """After many sweeps, the motion solves the linear system with the weights of the motion before."""
+    rng = np.random.default_rng(3)
+    rows, columns = 5, 7
+    gradients = rng.normal(size=(2, 3, rows, columns))
+    xx, xy, yy = (np.sum(gradients[i] * gradients[j], 0) for i, j in ((0, 0), (0, 1), (1, 1)))
+    bx, by, square = rng.normal(size=(3, rows, columns))
+    square = 3 + square**2
+    before, start = rng.normal(size=(2, 2, rows, columns))
+    sides = rng.uniform(0.5, 2, (2, rows, columns))
+    sides[0, :, -1], sides[1, -1] = 0, 0
+    found = np.stack(
+        images.relaxed_motion(
+            xx, xy, yy, bx, by, square, *before, *start, *sides, np.array(noise), np.ones(1), np.ones(1500)
+        )
+    )
+    u, v = start - before
+    left = square - 2 * (bx * u + by * v) + xx * u * u + 2 * xy * u * v + yy * v * v
+    weight = noise[0] / (1 + noise[1] * np.maximum(left, 0))
+    count = rows * columns
+    matrix, right = np.zeros((2, count, 2, count)), np.zeros((2, count))
+    number = np.arange(count).reshape(rows, columns)
+    for place in np.ndindex(rows, columns):
+        own = number[place]
+        a = weight[place] * np.array([[xx[place], xy[place]], [xy[place], yy[place]]])
+        matrix[:, own, :, own] += a
+        right[:, own] = weight[place] * np.array([bx[place], by[place]]) + a @ before[:, *place]
+        for axis, other in ((0, (place[0], place[1] + 1)), (1, (place[0] + 1, place[1]))):
+            if other[0] < rows and other[1] < columns:
+                difference = start[:, *other] - start[:, *place]
+                stiff = sides[axis][place] / np.sqrt(1 + noise[2] * (difference**2).sum())
+                for p, q in ((own, number[other]), (number[other], own)):
+                    matrix[[0, 1], p, [0, 1], p] += stiff
+                    matrix[[0, 1], p, [0, 1], q] -= stiff
+    expected = np.linalg.solve(matrix.reshape(2 * count, -1), right.reshape(-1)).reshape(2, rows, columns)
+    assert np.abs(found - expected).max() < 1e-8
+
+
+def test_costs_equal_those_of_scipy() -> None:
+    rng = np.random.default_rng(4)
+    first, second = rng.normal(size=(2, 20, 24))
+    row, column = rng.integers(4, 15, (2, 9)).astype(float)
+    u, v = rng.uniform(-2, 2, (2, 9))
+    down, across = (part.reshape(-1).astype(float) for part in np.mgrid[-1:2, -1:2])
+    weights = rng.uniform(size=9)
+    found = images.motion_costs(first, second, row, column, u, v, down, across, weights, np.array([22.0, 18.0]), 1.5)
+    y, x = row[:, None] + down, column[:, None] + across
+    there = scipy.ndimage.map_coordinates(second, [y + v[:, None], x + u[:, None]], order=1)
+    squares = np.minimum((first[y.astype(int), x.astype(int)] - there) ** 2, 1.5)
+    assert np.abs(found - squares @ weights).max() < 1e-12
+
+
+def test_confidence_is_that_of_the_weaker_direction() -> None:
+    """For the matrix diag(9, 1), the right-hand side (9, 2) and the sum of squares 15, the residual is 2."""
+    left, confidence = images.motion_confidence(np.array([9.0, 0, 1, 9, 2, 15]), 1e-9)
+    assert abs(left - 2) < 1e-6 and abs(confidence - 1 / 3) < 1e-6
+    turned = images.motion_confidence(np.array([1.0, 1, 1, 0, 0, 0]), 1e-9)
+    assert abs(turned[1]) < 1e-6
