@@ -73,9 +73,7 @@ class Level:
         """
         u, v = enlarged(motion, out=self._pixels)
         places = self._rows, self._columns, self._last
-        images.motion_terms(  # type: ignore[call-overload]
-            *self._there, self._here, u, v, *places, out=tuple(self._terms)
-        )
+        images.motion_terms(*self._there, self._here, u, v, *places, out=tuple(self._terms))
         sums = _at_even_places(self._terms, _NEIGHBOURHOOD, self._threads)
         # Contrasts of 1 give sums of about 1: the second term matters only where the image is empty.
         ridge = np.float32(1e-4 * (sums[0].mean() + sums[2].mean()) + 1e-12)

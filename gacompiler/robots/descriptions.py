@@ -51,7 +51,7 @@ def robot_spec(
         robot has no closed form.
     """
     from algorithms.kinematics import Robot
-    from algorithms.kinematics.inverse.redundant import tables_of
+    from algorithms.kinematics.inverse.folding import tables_of
     from algorithms.kinematics.named import table_of
     from algorithms.kinematics.tables import followed
 

@@ -15,7 +15,7 @@ from gacompiler.specs import arms
 LINE, POINT, PLANE, MOTOR = PGA3.UNIT_LINE, PGA3.POINT, PGA3.PLANE, PGA3.MOTOR
 PROFILE = array(SCALAR, 2, 3)
 COINCIDE = Fraction(1, 10**12)
-"""Branches with discriminants up to this coincide to 1e-6 radians."""
+"""Branches with discriminants up to this coincide to 1e-6 radians, as `COINCIDE` of `algorithms.kinematics`."""
 ON_AXIS = Fraction(1, 10**20)
 """Squared sines up to this count as 0."""
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from algorithms.kinematics import Robot, Status
 from algorithms.kinematics.folded import GENERIC
-from algorithms.kinematics.inverse.redundant import tables_of
+from algorithms.kinematics.inverse.folding import tables_of
 from gacompiler.cli import main
 from gacompiler.errors import SpecError
 from gacompiler.generation.compiling import compile_spec

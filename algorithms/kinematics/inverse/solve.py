@@ -80,29 +80,29 @@ def inverse(
     form = None if arm is None else elbow_circle(robot) if angles is not None else _form(arm.chain, method)
     if arm is None or form is None:
         found = _with_locked(chain, goals, values, method, Hints(robot.limits[:, :2], wanted))
-        judged = _judge(robot, found, wanted, frozenset(values))
+        result = _with_statuses(robot, chain, found, wanted, tuple(sorted(values)))
     else:
         solve, known = (form.solve, arm.goals) if own is None or arm.held or method != "motors" else (own, poses)
         turns = () if angles is None else (np.where(is_finite, angles, 0.0),)
-        judged = _judged(robot, chain, goals, arm, _Solver(solve, (known, *turns), form.name), wanted)
+        result = _in_closed_form(robot, chain, goals, arm, _Solver(solve, (known, *turns), form.name), wanted)
     lost = ~is_finite
     if np.count_nonzero(lost):
-        judged.status[lost] = Status.NOT_FINITE
-        judged.valid[lost] = judged.within[lost] = False
-        judged.q[lost] = judged.nearest[lost] = np.nan
-    branches, n = judged.q.shape[1:]
+        result.status[lost] = Status.NOT_FINITE
+        result.valid[lost] = result.within[lost] = False
+        result.q[lost] = result.nearest[lost] = np.nan
+    branches, n = result.q.shape[1:]
     return Solutions(
-        judged.q.reshape(*shape, branches, n),
-        judged.valid.reshape(*shape, branches),
-        judged.status.reshape(shape),
-        judged.nearest.reshape(*shape, n),
-        judged.method,
-        judged.within.reshape(*shape, branches),
+        result.q.reshape(*shape, branches, n),
+        result.valid.reshape(*shape, branches),
+        result.status.reshape(shape),
+        result.nearest.reshape(*shape, n),
+        result.method,
+        result.within.reshape(*shape, branches),
     )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Judged:
+class _Result:
     """What `Solutions` has, for goals in one axis, (N,)."""
 
     q: Reals
@@ -115,7 +115,7 @@ class _Judged:
 
 _FOUND = np.array([Status.FOUND, Status.SINGULAR], np.int8)
 _COLUMNS = ("q", "valid", "status", "nearest", "within")
-"""The arrays of `_Judged`, with a row for each goal."""
+"""The arrays of `_Result`, with a row for each goal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -167,7 +167,7 @@ class _Solver(NamedTuple):
 
 
 @lru_cache(maxsize=256)
-def _judgement(chain: Chain, limits: bytes, held: tuple[int, ...]) -> Method:
+def _judge_of(chain: Chain, limits: bytes, held: tuple[int, ...]) -> Method:
     """Return the kernel that judges the branches of a robot with the given limits, (2, n)."""
     low, high = np.frombuffer(limits).reshape(2, -1)
     free = np.array([float(joint not in held) for joint in range(len(chain))])
@@ -177,9 +177,11 @@ def _judgement(chain: Chain, limits: bytes, held: tuple[int, ...]) -> Method:
     )  # fmt: skip
 
 
-def _judged(robot: Model, chain: Chain, goals: Reals, arm: _Reduced, solver: _Solver, wanted: Reals | None) -> _Judged:
+def _in_closed_form(
+    robot: Model, chain: Chain, goals: Reals, arm: _Reduced, solver: _Solver, wanted: Reals | None
+) -> _Result:
     """Solve and judge goals by kernels, and those whose branches are in doubt as `checked` does."""
-    judge = _judgement(chain, robot.limits.T[:2].tobytes(), tuple(arm.held))
+    judge = _judge_of(chain, robot.limits.T[:2].tobytes(), tuple(arm.held))
     parts = []
     for start in range(0, max(len(goals), 1), BLOCK):
         here = goals[start : start + BLOCK]
@@ -190,7 +192,7 @@ def _judged(robot: Model, chain: Chain, goals: Reals, arm: _Reduced, solver: _So
         moved, valid, within, nearest, singular, doubtful = judge(
             q, gap, chain.distance(q, here[:, None]), near, has_wish
         )
-        part = _Judged(moved, valid > 0, _FOUND[singular.astype(np.int8)], nearest, solver.name, within > 0)
+        part = _Result(moved, valid > 0, _FOUND[singular.astype(np.int8)], nearest, solver.name, within > 0)
         if solved.complete is not EVERY:
             part.status[~solved.complete] = Status.INCOMPLETE
         part.q[~part.valid] = np.nan
@@ -200,49 +202,39 @@ def _judged(robot: Model, chain: Chain, goals: Reals, arm: _Reduced, solver: _So
             found = checked(arm.chain, arm.goals[start + rows], given.of_block, solver.name)
             for joint, value in arm.held.items():
                 found = _inserted(found, joint, value[start + rows])
-            again = _judge(robot, found, None if wanted is None else near[rows], frozenset(arm.held))
+            again = _with_statuses(robot, chain, found, None if wanted is None else near[rows], tuple(arm.held))
             for column in _COLUMNS:
                 getattr(part, column)[rows] = getattr(again, column)
         parts.append(part)
     if len(parts) == 1:
         return parts[0]
     columns = {column: np.concatenate([getattr(part, column) for part in parts]) for column in _COLUMNS}
-    return _Judged(**columns, method=solver.name)
+    return _Result(**columns, method=solver.name)
 
 
-def _judge(robot: Model, found: Found, wanted: Reals | None, held: frozenset[int]) -> _Judged:
-    """Return the statuses of poses and the branches within limits; set invalid branches to NaN."""
-    q, valid, nearest = found.q, found.valid, found.nearest
+def _with_statuses(robot: Model, chain: Chain, found: Found, wanted: Reals | None, held: tuple[int, ...]) -> _Result:
+    """Return what was found for some goals, with angles within the limits and statuses."""
+    judge = _judge_of(chain, robot.limits.T[:2].tobytes(), held)
+    q, gap, off = np.ascontiguousarray(found.q), np.ascontiguousarray(found.gap), np.where(found.valid, 0.0, 1.0)
+    near = np.zeros((len(q), len(chain))) if wanted is None else wanted
+    has_wish = np.zeros(len(q)) if wanted is None else np.ones(len(q))
+    moved, _, within, best, singular, _ = judge(q, gap, off, near, has_wish)
+    moved[~found.valid] = np.nan
+    some = np.asarray(found.valid.any(-1))
     status = np.full(len(q), Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
     status[~found.complete] = Status.NOT_FOUND
-    status[valid.any(-1)] = Status.FOUND
-    status[(valid & (np.abs(found.gap) <= COINCIDE)).any(-1)] = Status.SINGULAR
-    status[valid.any(-1) & ~found.complete] = Status.INCOMPLETE
-    q[~valid] = np.nan
-    within = valid & _shifted_into_limits(robot, q, None if wanted is None else wanted[:, None], held)
-    _shifted_into_limits(robot, nearest, wanted, held)
-    some = np.flatnonzero(valid.any(-1))
-    chosen = np.where(within[some].any(-1, keepdims=True), within[some], valid[some])
-    if wanted is None:
-        best = chosen.argmax(-1)
-    else:
-        best = np.where(chosen, np.square(q[some] - wanted[some, None]).sum(-1), np.inf).argmin(-1)
-    nearest[some] = q[some, best]
-    return _Judged(q, valid, status, nearest, found.method, within)
+    status[some] = _FOUND[singular[some].astype(np.int8)]
+    status[some & ~found.complete] = Status.INCOMPLETE
+    nearest = np.where(some[:, None], best, _within_limits(robot, found.nearest, near, held))
+    return _Result(moved, found.valid, status, nearest, found.method, within > 0)
 
 
-def _shifted_into_limits(robot: Model, q: Reals, wanted: Reals | None, held: frozenset[int]) -> NDArray[np.bool_]:
-    """Shift angles of configurations (..., n) in place by multiples of 2 pi into their limits.
-
-    Of several multiples, the one nearest to `wanted`, or to 0, is chosen. Joints in `held` are unchanged. Return (...)
-    whether all variables are within their limits.
-    """
+def _within_limits(robot: Model, q: Reals, wanted: Reals, held: tuple[int, ...]) -> Reals:
+    """Return configurations (N, n) that may reach no goal, with angles as those of branches."""
     free = np.array([float(joint not in held) for joint in range(len(robot.kinds))])
     turns = free * np.array([float(kind.value == "revolute") for kind in robot.kinds])
     low, high = robot.limits.T[:2]
-    given = np.broadcast_arrays(q, low, high, 0.0 if wanted is None else wanted, turns, _AT_LIMIT * free)
-    q[...], inside = reaching.brought_within_limits(*given)
-    return np.asarray(inside.all(-1))
+    return reaching.brought_within_limits(*np.broadcast_arrays(q, low, high, wanted, turns, _AT_LIMIT * free))[0]
 
 
 def _configurations(robot: Model, near: ArrayLike, shape: tuple[int, ...]) -> Reals:
