@@ -137,6 +137,38 @@ def test_fingers_close_by_their_bends():
     assert ours.closing.tolist() == [-0.5]
 
 
+def crossed(limits=("-0.5", "0.5")):
+    """Return a hand whose first joint in the file follows the last one, at the ratio 1, and two tips in the plane."""
+    low, high = limits
+    tip = '<collision><origin xyz="0 0 0.1"/><geometry><sphere radius="0.01"/></geometry></collision>'
+    links = "".join(f'<link name="{name}">{body}</link>' for name, body in (("a", ""), ("b", tip), ("c", tip)))
+
+    def joint(name, parent, child, place, more=""):
+        return (
+            f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/><axis xyz="0 1 0"/>'
+            f'<origin xyz="{place} 0 0"/><limit lower="{low}" upper="{high}" effort="1" velocity="1"/>{more}</joint>'
+        )
+
+    first = joint("first", "palm", "a", "0.05", '<mimic joint="last" multiplier="1"/>')
+    joints = first + joint("second", "a", "b", "0") + joint("last", "palm", "c", "-0.05")
+    return f'<robot name="crossed"><link name="palm"/>{links}{joints}</robot>'
+
+
+def test_rates_belong_to_the_joints_that_are_named():
+    for name, moving in (("second", [1]), ("last", [0, 2])):
+        ours = hand_from_urdf(crossed(), torsion=SOFT, closing={name: -1})
+        # The positions of the joints, by the angles of their tips before and after a small motion.
+        assert ours.closing @ ours.closing == 1
+        turned = ours.robot.forward_all(0.1 * ours.closing) - ours.robot.forward_all(0 * ours.closing)
+        angles = -0.1 * np.array([0 in moving, (0 in moving) + (1 in moving), 2 in moving])
+        assert np.allclose(2 * np.arcsin(np.linalg.norm(turned[:, 1:4], axis=1)), np.abs(angles), atol=1e-12)
+    with pytest.raises(ValueError, match="'first' is no joint with a variable of crossed; expected some of second, la"):
+        hand_from_urdf(crossed(), torsion=SOFT, closing={"first": 1})
+    assert hand_from_urdf(crossed(), torsion=SOFT, breakaway=["first"]).breakaway.tolist() == [0]
+    with pytest.raises(ValueError, match="'last' follows no joint"):
+        hand_from_urdf(crossed(), torsion=SOFT, breakaway=["last"])
+
+
 @pytest.mark.parametrize("size", [(0.03, 0.2, 0.1), (0.05, 0.05, 0.05), (0.02, 0.021, 0.2)])
 def test_capsules_of_boxes_are_a_fifth_of_the_thickness_off(size):
     text = f"""<robot name="r"><link name="a"/><link name="b"><collision><origin xyz="1 2 3" rpy="0.3 0.2 0.1"/>
