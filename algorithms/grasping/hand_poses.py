@@ -47,13 +47,16 @@ class Others:
     margin: float
 
     def clear(self, ends: Reals, radii: Reals) -> Flags:
-        """Return whether hands, (n, k, 2, 3), are clear of the obstacles, (n,)."""
-        found = np.ones(len(ends), bool)
+        """Return whether hands, (n, k, 2, 3), are outside and clear of the obstacles, (n,)."""
+        found = np.arange(len(ends))
         if self.obstacles and len(ends):
             placed = pga3.move_point(self.frame, ends)
             for one in self.obstacles:
-                found &= (one.clearance(placed, radii) > self.margin).all(-1)
-        return found
+                found = found[(one.clearance(placed[found], radii) > self.margin).all(-1)]
+                # A capsule that does not meet the surface is inside if a point of it is.
+                points = placed[found, :, 0]
+                found = found[~one.contains(points.reshape(-1, 3)).reshape(points.shape[:2]).any(-1)]
+        return np.isin(np.arange(len(ends)), found)
 
     def touchable(self, surface: Surface, radius: float) -> Flags:
         """Return whether a fingertip at each sample (n,) is clear of the obstacles."""

@@ -130,8 +130,8 @@ def plan_grasps(
     count : int
         The largest number of grasps.
     obstacles : sequence of Obstacle
-        Bodies in the frame of the mesh that the hand must not touch in the grasp, before it closes, and at the
-        beginning of its approach, such as a table.
+        Bodies in the frame of the mesh that the hand must not touch, nor be inside, in the grasp, before it closes, and
+        at the beginning of its approach, such as a table.
     margin : float
         The distance to keep from obstacles, in metres.
     displacement : float

@@ -35,7 +35,7 @@ class ClosingStatus(Status):
     MISSED = 1
     """Some finger closed completely without touching the object."""
     IN_CONTACT = 2
-    """The open hand touches or intersects the object; it does not move."""
+    """The open hand touches or intersects the object, or is inside it; it does not move."""
     NOT_SOLVED = 3
     """The limit on the number of steps was reached."""
 
@@ -48,7 +48,7 @@ class ClosedHand:
     positions: Reals
     """(n,) The positions of all joints of the robot of the hand, of which some may no longer follow others."""
     touches: Flags
-    """(k,) Whether each capsule touches the object."""
+    """(k,) Whether each capsule touches or intersects the object."""
     contacts: Reals
     """(f, 3) Where each fingertip touches the object; NaN for those that do not."""
     normals: Reals
@@ -102,11 +102,15 @@ def close_hand(hand: Hand, motor: ArrayLike, joints: ArrayLike, body: Obstacle) 
     moves = np.array([_path(robot, carrier) for carrier in hand.parts.carriers])
     speeds = joint_speeds(hand)
 
-    def gaps() -> Reals:
+    def axes() -> Reals:
         frames = np.concatenate([loose.forward_all(position), np.eye(8)[:1]])[hand.parts.carriers]
-        return body.clearance(pga3.move_point(pose, pga3.move_point(frames[:, None], hand.at_home[1])), hand.radii)
+        return np.asarray(pga3.move_point(pose, pga3.move_point(frames[:, None], hand.at_home[1])))
 
-    left = gaps()
+    def gaps() -> Reals:
+        return body.clearance(axes(), hand.radii)
+
+    # Parts inside the object may be far from its surface. Parts that are outside remain so while they do not touch it.
+    left = np.where(body.contains(axes()[:, 0]), -hand.radii, gaps())
     if not (left > _TOUCH).all():
         return _closed(hand, ClosingStatus.IN_CONTACT, position, left, pose, loose, body)
     began = moves[:, rates != 0].any(1)

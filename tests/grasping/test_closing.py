@@ -119,6 +119,12 @@ def test_statuses_of_closing_hands():
     assert np.isnan(missed.contacts).all() and not missed.touches.any()
     inside = close_hand(hand, STILL, [0.04], capsule_obstacle([0, 0.05, 0.1], [0, 0.05, 0.1], 0.01))
     assert inside.status == ClosingStatus.IN_CONTACT and np.allclose(inside.positions, 0.04)
+    # Within a cube of 1 m, all parts are far from the surface; the same cube beside the hand is not touched.
+    cube, faces = box(1.0, 1.0, 1.0)
+    within = close_hand(hand, STILL, [0.04], mesh_obstacle(cube, faces[:, ::-1]))
+    assert within.status == ClosingStatus.IN_CONTACT and within.touches.all() and np.allclose(within.positions, 0.04)
+    beside = close_hand(hand, STILL, [0.04], mesh_obstacle(cube + np.array([0.7, 0, 0]), faces))
+    assert beside.status == ClosingStatus.MISSED and not beside.touches.any()
     with pytest.raises(ValueError, match="joints"):
         close_hand(hand, STILL, [0.04, 0.04], far)
     with pytest.raises(ValueError, match="joints"):

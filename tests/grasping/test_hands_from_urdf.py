@@ -23,7 +23,7 @@ from algorithms.grasping import (
     hand_of_table,
     plan_grasps,
 )
-from algorithms.kinematics.collisions import capsules_from_urdf, plane_obstacle
+from algorithms.kinematics.collisions import capsules_from_urdf, mesh_obstacle, plane_obstacle
 from benchmarks.force_closure import distances_to_segment, is_closed_by_forces
 from generated import pga3
 from tests.support.grasp_scene import FACES, HOME, MODEL, MOUNT, VERTICES, pose, scene
@@ -279,6 +279,16 @@ def test_flat_objects_on_a_table_are_held(name, thing):
         for joints in (grasp.joints, grasp.open_joints):
             ends = pga3.move_point(grasp.motor, plan.hand.placed_capsules(joints))
             assert (ends[..., 2].min(1) > plan.hand.radii).all()
+
+
+def test_nothing_is_held_inside_an_obstacle():
+    thing, ours = box(0.04, 0.06, 0.11), hand("franka")
+    cube, faces = box(2.0, 2.0, 2.0)
+    within = plan_grasps(*thing, hand=ours, obstacles=[mesh_obstacle(cube, faces)])
+    assert within.status == GraspStatus.COLLISION
+    # In a room, the space between its walls is outside of the obstacle.
+    room = [mesh_obstacle(np.concatenate([2 * cube, cube]), np.concatenate([faces, faces[:, ::-1] + len(cube)]))]
+    assert plan_grasps(*thing, hand=ours, obstacles=room).status == GraspStatus.OK
 
 
 def test_a_hand_cannot_hold_what_it_cannot_reach():
