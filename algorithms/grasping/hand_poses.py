@@ -17,7 +17,7 @@ from .closing import APPROACH, OPENINGS, opened
 from .clusters import Clusters, clusters_of
 from .hands import Hand
 from .meshes import Surface
-from .preshapes import REACHED, sides_of
+from .preshapes import LARGEST_ERROR, sides_of
 
 _TURNS = np.pi / 8 * np.arange(16)
 """Angles about the line through two fingertips at which the hand is placed."""
@@ -90,7 +90,7 @@ def reaching(surface: Surface, hand: Hand, rows: Integers) -> HandPoses:
     for shape in hand.preshapes:
         targets = points + hand.tips.radii[shape.fingers][:, None] * normals
         joints, errors = shape.reached(sides_of(targets))
-        row, order, start = np.nonzero(errors < REACHED)
+        row, order, start = np.nonzero(errors < LARGEST_ERROR)
         joints = joints[row, order, start]
         tips = hand.fingertips(joints)[:, shape.fingers]
         motors = _aligned(tips, targets[row, order], hand.approach)

@@ -20,7 +20,7 @@ from .hand_poses import Body, Others, body_of, clear_poses, reaching
 from .hands import Hand
 from .meshes import Surface, surface_of
 from .pairs import pairs
-from .preshapes import REACHED
+from .preshapes import LARGEST_ERROR
 from .quality import grasp_quality
 from .status import GraspStatus
 from .triples import LEAST_QUALITY, Span, triples
@@ -309,7 +309,7 @@ def _verified(
     """Return a grasp in the frame of the mesh if its fingertips touch the contacts and it has force closure."""
     contacts, normals = surface.points[samples], surface.normals[samples]
     tips = pga3.move_point(motor, hand.fingertips(joints)[fingers])
-    if not np.abs(tips - contacts - hand.tips.radii[fingers, None] * normals).max() < 10 * REACHED:
+    if not np.abs(tips - contacts - hand.tips.radii[fingers, None] * normals).max() < 10 * LARGEST_ERROR:
         return None
     least = np.inf
     for at in (samples, *_displaced(surface, samples, wanted.displacement)):

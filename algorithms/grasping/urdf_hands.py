@@ -60,8 +60,9 @@ def hand_from_urdf(
     Raises
     ------
     OSError, TypeError, ValueError
-        If the file does not describe a robot or its collision elements are meshes, there are fewer than two fingertips
-        that move, two fingers are hard, or an argument is out of its range.
+        If the file does not describe a robot, its collision elements are meshes, or a slide has no limits. If there
+        are fewer than two fingertips that move, one joint carries two, or no variable changes their distances. If two
+        fingers are hard, or an argument is out of its range.
     """
     robot = Robot.from_urdf(path)
     parts = capsules_from_urdf(path, robot)
@@ -126,6 +127,15 @@ def _given(tips: Mapping[str, tuple[Sequence[float], float]], robot: Robot) -> F
 
 def _placed(rows: Sequence[tuple[str, Reals, float]], robot: Robot) -> Fingertips:
     found = [(*robot.carrier(name), centre, radius) for name, centre, radius in rows]
+    names: dict[int, str] = {}
+    for (name, _, _), (carrier, *_) in zip(rows, found, strict=True):
+        if carrier in names:
+            raise DescriptionError(
+                f"hand_from_urdf: {robot.name}: fingertips of links {names[carrier]!r} and {name!r} are both carried "
+                f"by joint {robot.joint_names[carrier]!r}; expected one for each finger, or `tips`"
+            )
+        if carrier >= 0:
+            names[carrier] = name
     carriers: Integers = np.array([row[0] for row in found], np.intp)
     centres = np.array([pga3.move_point(motor, centre) for _, motor, centre, _ in found]).reshape(-1, 3)
     return Fingertips(carriers, centres, np.array([row[3] for row in found]))

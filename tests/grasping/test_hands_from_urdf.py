@@ -128,6 +128,42 @@ def test_postures_have_the_given_distances(name):
         assert (found >= ours.limits[:, 0]).all() and (found <= ours.limits[:, 1]).all()
 
 
+def test_limits_are_those_of_the_file():
+    ours = hand_from_urdf(crossed(("3.5", "5")), torsion=SOFT)
+    assert ours.limits.tolist() == [[3.5, 5.0]] * 2
+    shape = ours.preshapes[0]
+    assert (shape.joints >= 3.5).all() and (shape.joints <= 5).all() and np.ptp(shape.joints, 0).min() > 1
+    assert shape.largest > 0.1 and (shape.reached(np.array([[0.2]]))[1] < 1e-7).any()
+    # The joint whose range does not contain 0 is open at the end of the range.
+    parked = hand_from_urdf(crossed(("3.5", "5")), torsion=SOFT, closing={"second": -0.4, "last": 0.4})
+    assert (np.abs(parked.preshapes[0].joints - [5.0, 3.5]).max(1) < 1e-12).any()
+    # Turning without limits is a full turn, and with one limit a turn from there.
+    free = crossed().replace('type="revolute"', 'type="continuous"')
+    assert np.allclose(hand_from_urdf(free, torsion=SOFT).limits, [[-np.pi, np.pi]] * 2, atol=0)
+    half = hand_from_urdf(crossed(("2", "inf")), torsion=SOFT)
+    assert np.allclose(half.limits, [[2, 2 + 2 * np.pi]] * 2)
+    with pytest.raises(ValueError, match=r"'second' slides between -0\.5 and inf"):
+        hand_from_urdf(
+            crossed(("-0.5", "inf")).replace('"second" type="revolute"', '"second" type="prismatic"'), torsion=1
+        )
+
+
+def test_tips_that_cannot_close_are_refused():
+    # The tips of two parallel fingers that turn together.
+    twins = crossed().replace('"second" type="revolute"', '"second" type="fixed"')
+    for closing in (None, {"last": 1}):
+        with pytest.raises(
+            ValueError, match="no variable changes the distances of the fingertips at joints 'first', 'l"
+        ):
+            hand_from_urdf(twins, torsion=SOFT, closing=closing)
+    two = {"a": ([0, 0, 0.1], 0.01), "b": ([0.05, 0, 0.1], 0.01)}
+    with pytest.raises(ValueError, match="links 'a' and 'b' are both carried by joint 'first'"):
+        hand_from_urdf(twins, torsion=SOFT, tips=two)
+    tip = '<collision><origin xyz="0 0 0.05"/><geometry><sphere radius="0.01"/></geometry></collision>'
+    with pytest.raises(ValueError, match="links 'c' and 'c' are both carried by joint 'last'"):
+        hand_from_urdf(crossed().replace('<link name="c">', f'<link name="c">{tip}'), torsion=SOFT)
+
+
 def test_fingers_close_by_their_bends():
     # Bending brings fingertips together; spreading and opening do not.
     closing = hand("allegro").closing
