@@ -26,11 +26,11 @@ from .status import GraspStatus
 from .triples import LEAST_QUALITY, Span, triples
 
 _BLOCK = 10
-"""Number of triples for which the hand is placed at a time."""
+"""Number of sets of contacts, triples or pairs, for which the hand is placed at a time."""
 _BLOCKS = 20
 _GOOD, _FAIR = 0.85, 0.6
-"""The search ends at a grasp whose quality is more than the first part of the bound of all further triples, and at the
-end of a block if it is more than the second part."""
+"""The search ends at a grasp whose quality is more than the first part of the bound of all further sets of contacts,
+and at the end of a block if it is more than the second part."""
 _POOR = 0.3
 """A second search begins if the best grasp has less than this part of the best bound."""
 _MORE = 3
@@ -56,9 +56,9 @@ class Grasp:
     quality: float
     """The quality of `grasp_quality` about the centre of mass, with the largest distance of a vertex as length."""
     status: GraspStatus
-    open_joints: Reals = field(default_factory=lambda: np.zeros(4))
-    """(m,) The joints before the fingers close."""
-    fingers: Integers = field(default_factory=lambda: np.arange(3))
+    open_joints: Reals
+    """(m,) The joints before the fingers close; zeros without a grasp."""
+    fingers: Integers
     """(c,) The number of the fingertip at each contact. Other fingers are open."""
     largest: float = np.nan
     """The largest normal force of a finger that balances each of the loads of `plan_grasps`; NaN without loads."""
@@ -238,7 +238,7 @@ def _planned(surface: Surface, hand: Hand, wanted: _Wanted, others: Others) -> t
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """What a search for grasps among triples of contacts needs."""
+    """What a search for grasps among triples or pairs of contacts needs."""
 
     surface: Surface
     hand: Hand

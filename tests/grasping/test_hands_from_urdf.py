@@ -392,6 +392,11 @@ def test_an_arm_with_a_gripper_reaches_an_object_that_cameras_see():
     normals = pga3.move_direction(truth, found.grasp.normals)
     assert np.linalg.norm(tips - contacts - 0.0032 * normals, axis=1).max() < 1e-3
     assert np.linalg.norm(found.contacts - contacts, axis=1).max() < 1e-3
+    # Without a grasp, results have the shapes of the same hand.
+    large = plan_grasps(*box(0.2, 0.2, 0.2), hand=hand("robotiq"))
+    failed = guided_grasp(built.robot, HOME, MODEL, built.render("box", 0.3, 1), large, mount=MOUNT)
+    assert failed.status == LoopStatus.NO_GRASP and failed.open_joints.tolist() == [0] and failed.approach_at == 0
+    assert failed.contacts.shape == found.contacts.shape and np.isnan(failed.contacts).all()
 
 
 def test_grasps_for_a_load_push_least():
