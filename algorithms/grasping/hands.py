@@ -17,7 +17,7 @@ from ..kinematics import Robot
 from ..kinematics.denavit_hartenberg import Joint
 from ..kinematics.errors import DescriptionError
 from ..kinematics.tables import followed, path_to
-from .preshapes import Preshapes, preshapes_of
+from .preshapes import LARGEST_ERROR, Preshapes, preshapes_of
 
 _STILL = np.eye(8)[:1]
 _CONTACTS = 3
@@ -192,6 +192,10 @@ def hand_of(
 def _ranges(robot: Robot) -> Reals:
     """Return the limits (m, 2) of the variables; a full turn for joints that turn without limits."""
     limits = robot.limits[:, :2].copy()
+    # Some files write huge numbers for no limit: those whose neighbours are farther apart than errors may be.
+    with np.errstate(invalid="ignore"):
+        is_none = ~(np.spacing(np.abs(limits)) < LARGEST_ERROR)
+    limits[is_none] = np.copysign(np.inf, limits[is_none])
     variables, ratios, _ = followed(robot)
     for variable in np.flatnonzero(~np.isfinite(limits).all(1)):
         low, high = limits[variable]

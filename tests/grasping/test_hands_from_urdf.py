@@ -138,8 +138,10 @@ def test_limits_are_those_of_the_file():
     parked = hand_from_urdf(crossed(("3.5", "5")), torsion=SOFT, closing={"second": -0.4, "last": 0.4})
     assert (np.abs(parked.preshapes[0].joints - [5.0, 3.5]).max(1) < 1e-12).any()
     # Turning without limits is a full turn, and with one limit a turn from there.
-    free = crossed().replace('type="revolute"', 'type="continuous"')
-    assert np.allclose(hand_from_urdf(free, torsion=SOFT).limits, [[-np.pi, np.pi]] * 2, atol=0)
+    for free in (crossed().replace('type="revolute"', 'type="continuous"'), crossed(("-1e16", "1e16"))):
+        assert np.allclose(hand_from_urdf(free, torsion=SOFT).limits, [[-np.pi, np.pi]] * 2, atol=0)
+    wide = hand_from_urdf(crossed(("-10", "10")), torsion=SOFT, closing={"last": 1})
+    assert wide.limits.tolist() == [[-10.0, 10.0]] * 2 and (wide.preshapes[0].joints == [0, -10]).all(1).any()
     half = hand_from_urdf(crossed(("2", "inf")), torsion=SOFT)
     assert np.allclose(half.limits, [[2, 2 + 2 * np.pi]] * 2)
     with pytest.raises(ValueError, match=r"'second' slides between -0\.5 and inf"):
