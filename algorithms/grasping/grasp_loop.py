@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -64,10 +64,11 @@ class GuidedGrasp:
     row if it does not move. The motion is linear between two rows, and no joint moves by more than 0.5 rad."""
     contacts: Reals
     """(c, 3) Where the fingers touch, in the world, by forward kinematics; NaN if the hand does not move."""
-    approach_at: int = 0
-    """The row of `path` at which the straight approach begins."""
-    open_joints: Reals = field(default_factory=lambda: np.zeros(4))
-    """(m,) The joints of the hand along the path. Then it closes: they change linearly to those of the grasp."""
+    approach_at: int
+    """The row of `path` at which the straight approach begins; 0 if the hand does not move."""
+    open_joints: Reals
+    """(m,) The joints of the hand along the path. Then it closes: they change linearly to those of the grasp. Zeros if
+    the hand does not move."""
 
 
 @elements(mount=MOTOR, expected=MOTOR, start=MOTOR)
@@ -162,26 +163,27 @@ def guided_grasp(
     if not finite_number(accuracy, "accuracy") > 0:
         raise ValueError(f"accuracy: {accuracy}; expected a positive number of metres")
     seen = tuple(views)
+    hand = hand or (plans.hand if isinstance(plans, GraspPlan) else hand_of_table())
     estimate = estimate_pose(model, seen, start, noise, _ANY)
     if start is None and expected is not None and estimate.status in (PoseStatus.OCCLUDED, PoseStatus.TOO_FEW):
         estimate = estimate_pose(model, seen, expected, noise, _ANY)
     if not estimate.is_found:
-        return _still(_CAUSES.get(estimate.status, LoopStatus.POSE_UNKNOWN), estimate, None, joints)
+        return _still(_CAUSES.get(estimate.status, LoopStatus.POSE_UNKNOWN), estimate, None, joints, hand)
     grasps = tuple(plans)
     usable = [grasp for grasp in grasps if grasp.status == GraspStatus.OK]
     if not usable:
         cause = grasps[0].status if grasps else GraspStatus.NO_CONTACTS
-        return _still(LoopStatus.NO_GRASP, estimate, cause, joints)
+        return _still(LoopStatus.NO_GRASP, estimate, cause, joints, hand)
     usable = [grasp for grasp in usable if contact_bound(estimate, model, grasp) <= accuracy]
     if not usable:
         uncertain = replace(estimate, status=PoseStatus.UNCERTAIN)
-        return _still(LoopStatus.POSE_UNKNOWN, uncertain, GraspStatus.OK, joints)
+        return _still(LoopStatus.POSE_UNKNOWN, uncertain, GraspStatus.OK, joints, hand)
     if target is None and isinstance(plans, GraspPlan) and len(plans.faces):
         target = mesh_obstacle(plans.vertices, plans.faces)
     setting = Setting(
         robot,
         default_capsules(robot) if arm is None else arm,
-        hand or (plans.hand if isinstance(plans, GraspPlan) else hand_of_table()),
+        hand,
         on_hand.astype(np.float64),
         tuple(obstacles),
         None if target is None else target.moved(estimate.motor),
@@ -189,7 +191,7 @@ def guided_grasp(
     )
     found = grasp_motion(setting, joints, usable, estimate.motor, approach, int(trials), seed)
     if found.grasp is None:
-        return _still(_REASONS[found.status], estimate, GraspStatus.OK, joints)
+        return _still(_REASONS[found.status], estimate, GraspStatus.OK, joints, hand)
     grasp, path = found.grasp, found.path
     reached = pga3.motor_product(robot.forward(path[-1]), on_hand)
     contacts = pga3.move_point(reached, pga3.move_point_back(grasp.motor, grasp.contacts))
@@ -255,5 +257,6 @@ def scene_obstacles(scene: Scene, without: str) -> tuple[MeshObstacle, ...]:
     return tuple(mesh_obstacle(one.vertices, one.faces, one.pose) for one in others)
 
 
-def _still(status: LoopStatus, estimate: PoseEstimate, plan: GraspStatus | None, q: Reals) -> GuidedGrasp:
-    return GuidedGrasp(status, estimate, plan, None, q[None].copy(), np.full((3, 3), np.nan))
+def _still(status: LoopStatus, estimate: PoseEstimate, plan: GraspStatus | None, q: Reals, hand: Hand) -> GuidedGrasp:
+    nowhere = np.full((hand.contacts, 3), np.nan)
+    return GuidedGrasp(status, estimate, plan, None, q[None].copy(), nowhere, 0, np.zeros(len(hand.limits)))

@@ -69,6 +69,7 @@ class GraspMotion:
     path: Reals = field(default_factory=lambda: np.zeros((0, 0)))
     approach_at: int = 0
     open_joints: Reals = field(default_factory=lambda: np.zeros(0))
+    """(m,) The joints of the open hand; empty without a grasp."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,7 +17,7 @@ from .closing import APPROACH, OPENINGS, opened
 from .clusters import Clusters, clusters_of
 from .hands import Hand
 from .meshes import Surface
-from .preshapes import REACHED, sides_of
+from .preshapes import LARGEST_ERROR, sides_of
 
 _TURNS = np.pi / 8 * np.arange(16)
 """Angles about the line through two fingertips at which the hand is placed."""
@@ -47,13 +47,16 @@ class Others:
     margin: float
 
     def clear(self, ends: Reals, radii: Reals) -> Flags:
-        """Return whether hands, (n, k, 2, 3), are clear of the obstacles, (n,)."""
-        found = np.ones(len(ends), bool)
+        """Return whether hands, (n, k, 2, 3), are outside and clear of the obstacles, (n,)."""
+        found = np.arange(len(ends))
         if self.obstacles and len(ends):
             placed = pga3.move_point(self.frame, ends)
             for one in self.obstacles:
-                found &= (one.clearance(placed, radii) > self.margin).all(-1)
-        return found
+                found = found[(one.clearance(placed[found], radii) > self.margin).all(-1)]
+                # A capsule that does not meet the surface is inside if a point of it is.
+                points = placed[found, :, 0]
+                found = found[~one.contains(points.reshape(-1, 3)).reshape(points.shape[:2]).any(-1)]
+        return np.isin(np.arange(len(ends)), found)
 
     def touchable(self, surface: Surface, radius: float) -> Flags:
         """Return whether a fingertip at each sample (n,) is clear of the obstacles."""
@@ -87,7 +90,7 @@ def reaching(surface: Surface, hand: Hand, rows: Integers) -> HandPoses:
     for shape in hand.preshapes:
         targets = points + hand.tips.radii[shape.fingers][:, None] * normals
         joints, errors = shape.reached(sides_of(targets))
-        row, order, start = np.nonzero(errors < REACHED)
+        row, order, start = np.nonzero(errors < LARGEST_ERROR)
         joints = joints[row, order, start]
         tips = hand.fingertips(joints)[:, shape.fingers]
         motors = _aligned(tips, targets[row, order], hand.approach)

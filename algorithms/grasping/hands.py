@@ -14,8 +14,10 @@ from generated import collisions, pga3
 from ..arguments import Reals, finite, real_array
 from ..geometry.meshes import Flags, Integers
 from ..kinematics import Robot
-from ..kinematics.tables import path_to
-from .preshapes import Preshapes, preshapes_of
+from ..kinematics.denavit_hartenberg import Joint
+from ..kinematics.errors import DescriptionError
+from ..kinematics.tables import followed, path_to
+from .preshapes import LARGEST_ERROR, Preshapes, preshapes_of
 
 _STILL = np.eye(8)[:1]
 _CONTACTS = 3
@@ -59,7 +61,7 @@ class Hand:
     tips : Fingertips
     parts : Capsules
     limits : array, (m, 2)
-        The lowest and highest value of each variable.
+        The lowest and highest value of each variable; a full turn for joints that turn without limits.
     closing : array, (m,)
         How fast each variable changes while the fingers close, between -1 and 1.
     approach : array, (3,)
@@ -164,7 +166,7 @@ def hand_of(
     breakaway : sequence of int, optional
     """
     clutches = np.array(breakaway, np.intp)
-    limits = np.clip(robot.limits[:, :2], -np.pi, np.pi)
+    limits = _ranges(robot)
     homes = np.concatenate([robot.home, _STILL])
     at_home = (
         pga3.move_point_back(homes[tips.carriers], tips.centres),
@@ -185,6 +187,31 @@ def hand_of(
     for array in (limits, closes, direction, clutches, pairs, *at_home, *_arrays(tips), *_arrays(parts)):
         array.flags.writeable = False
     return Hand(robot, tips, parts, limits, closes, direction, torsion, clutches, pairs, preshapes, at_home)
+
+
+def _ranges(robot: Robot) -> Reals:
+    """Return the limits (m, 2) of the variables; a full turn for joints that turn without limits."""
+    limits = robot.limits[:, :2].copy()
+    # Some files write huge numbers for no limit: those whose neighbours are farther apart than errors may be.
+    with np.errstate(invalid="ignore"):
+        is_none = ~(np.spacing(np.abs(limits)) < LARGEST_ERROR)
+    limits[is_none] = np.copysign(np.inf, limits[is_none])
+    variables, ratios, _ = followed(robot)
+    for variable in np.flatnonzero(~np.isfinite(limits).all(1)):
+        low, high = limits[variable]
+        for joint in np.flatnonzero((variables == variable) & (ratios != 0)):
+            if robot.kinds[joint] is Joint.PRISMATIC:
+                raise DescriptionError(
+                    f"{robot.name}: joint {robot.joint_names[joint]!r} slides between {low} and {high}; expected a "
+                    "finite range for a hand"
+                )
+        if np.isfinite(low):
+            limits[variable] = low, low + 2 * np.pi
+        elif np.isfinite(high):
+            limits[variable] = high - 2 * np.pi, high
+        else:
+            limits[variable] = -np.pi, np.pi
+    return limits
 
 
 def _arrays(record: Fingertips | Capsules) -> list[Reals]:

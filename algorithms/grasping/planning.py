@@ -20,17 +20,17 @@ from .hand_poses import Body, Others, body_of, clear_poses, reaching
 from .hands import Hand
 from .meshes import Surface, surface_of
 from .pairs import pairs
-from .preshapes import REACHED
+from .preshapes import LARGEST_ERROR
 from .quality import grasp_quality
 from .status import GraspStatus
 from .triples import LEAST_QUALITY, Span, triples
 
 _BLOCK = 10
-"""Number of triples for which the hand is placed at a time."""
+"""Number of sets of contacts, triples or pairs, for which the hand is placed at a time."""
 _BLOCKS = 20
 _GOOD, _FAIR = 0.85, 0.6
-"""The search ends at a grasp whose quality is more than the first part of the bound of all further triples, and at the
-end of a block if it is more than the second part."""
+"""The search ends at a grasp whose quality is more than the first part of the bound of all further sets of contacts,
+and at the end of a block if it is more than the second part."""
 _POOR = 0.3
 """A second search begins if the best grasp has less than this part of the best bound."""
 _MORE = 3
@@ -56,9 +56,9 @@ class Grasp:
     quality: float
     """The quality of `grasp_quality` about the centre of mass, with the largest distance of a vertex as length."""
     status: GraspStatus
-    open_joints: Reals = field(default_factory=lambda: np.zeros(4))
-    """(m,) The joints before the fingers close."""
-    fingers: Integers = field(default_factory=lambda: np.arange(3))
+    open_joints: Reals
+    """(m,) The joints before the fingers close; zeros without a grasp."""
+    fingers: Integers
     """(c,) The number of the fingertip at each contact. Other fingers are open."""
     largest: float = np.nan
     """The largest normal force of a finger that balances each of the loads of `plan_grasps`; NaN without loads."""
@@ -130,8 +130,8 @@ def plan_grasps(
     count : int
         The largest number of grasps.
     obstacles : sequence of Obstacle
-        Bodies in the frame of the mesh that the hand must not touch in the grasp, before it closes, and at the
-        beginning of its approach, such as a table.
+        Bodies in the frame of the mesh that the hand must not touch, nor be inside, in the grasp, before it closes, and
+        at the beginning of its approach, such as a table.
     margin : float
         The distance to keep from obstacles, in metres.
     displacement : float
@@ -238,7 +238,7 @@ def _planned(surface: Surface, hand: Hand, wanted: _Wanted, others: Others) -> t
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Search:
-    """What a search for grasps among triples of contacts needs."""
+    """What a search for grasps among triples or pairs of contacts needs."""
 
     surface: Surface
     hand: Hand
@@ -309,7 +309,7 @@ def _verified(
     """Return a grasp in the frame of the mesh if its fingertips touch the contacts and it has force closure."""
     contacts, normals = surface.points[samples], surface.normals[samples]
     tips = pga3.move_point(motor, hand.fingertips(joints)[fingers])
-    if not np.abs(tips - contacts - hand.tips.radii[fingers, None] * normals).max() < 10 * REACHED:
+    if not np.abs(tips - contacts - hand.tips.radii[fingers, None] * normals).max() < 10 * LARGEST_ERROR:
         return None
     least = np.inf
     for at in (samples, *_displaced(surface, samples, wanted.displacement)):

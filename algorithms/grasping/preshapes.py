@@ -15,9 +15,10 @@ from generated import grasping, pga3
 from ..arguments import Reals
 from ..geometry.meshes import Flags, Integers
 from ..kinematics import Robot
+from ..kinematics.errors import DescriptionError
 from ..kinematics.tables import followed, joints_of, origins_of, path_to
 
-REACHED = 1e-7
+LARGEST_ERROR = 1e-7
 """Largest error of a fingertip, in metres."""
 _POSTURES = 4096
 """Limit on work: the number of random postures of a hand that are stored."""
@@ -100,6 +101,11 @@ def preshapes_of(
     radii : array, (k,)
         Of the capsules.
     choices : sequence of array of int, (c,)
+
+    Raises
+    ------
+    DescriptionError
+        If no variable changes the distances of the fingertips.
     """
 
     def tips(q: Reals) -> Reals:
@@ -112,6 +118,12 @@ def preshapes_of(
 
     low, high = limits.T
     q = np.random.default_rng(20).uniform(low, high, (_POSTURES, len(low)))
+    if not (np.ptp(sides_of(tips(q)), 0) > LARGEST_ERROR).any():
+        names = ", ".join(repr(robot.joint_names[carrier]) for carrier in carriers)
+        raise DescriptionError(
+            f"{robot.name}: no variable changes the distances of the fingertips at joints {names}; expected fingers "
+            "that close"
+        )
     if closing is None:
         clear = q[own_clear(placed(q))]
         some = clear if len(clear) else q
@@ -119,8 +131,9 @@ def preshapes_of(
         closing = _closing(tips, some[roomy])
     closes = closing
     # Closing from the open hand passes through postures that random ones may miss: the largest opening is among them.
-    parked = np.clip(-2 * np.pi * closes, low, high)
-    shares = np.linspace(0, 2 * np.pi, _TRIED * _NEAR)[:, None]
+    rest, widest = np.clip(0.0, low, high), max(2 * np.pi, (high - low).max())
+    parked = np.clip(rest - widest * closes, low, high)
+    shares = np.linspace(0, widest, _TRIED * _NEAR)[:, None]
     q = np.concatenate([q, np.clip(parked + shares * closes, low, high)])
     moves = _moves(robot, carriers)
     found = []

@@ -23,6 +23,6 @@ class GraspStatus(Status):
     NO_FORCE_CLOSURE = 6
     """Three contacts exist, but the friction is too low for them to hold the object."""
     OUT_OF_REACH = 7
-    """The joints of the hand cannot put the fingertips onto any good triple of contacts."""
+    """The joints of the hand cannot put the fingertips onto any good triple or pair of contacts."""
     COLLISION = 8
     """Every pose of the hand that reaches good contacts intersects the object."""

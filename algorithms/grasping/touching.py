@@ -35,7 +35,7 @@ class ClosingStatus(Status):
     MISSED = 1
     """Some finger closed completely without touching the object."""
     IN_CONTACT = 2
-    """The open hand touches or intersects the object; it does not move."""
+    """The open hand touches or intersects the object, or is inside it; it does not move."""
     NOT_SOLVED = 3
     """The limit on the number of steps was reached."""
 
@@ -48,7 +48,7 @@ class ClosedHand:
     positions: Reals
     """(n,) The positions of all joints of the robot of the hand, of which some may no longer follow others."""
     touches: Flags
-    """(k,) Whether each capsule touches the object."""
+    """(k,) Whether each capsule touches or intersects the object."""
     contacts: Reals
     """(f, 3) Where each fingertip touches the object; NaN for those that do not."""
     normals: Reals
@@ -67,9 +67,9 @@ def close_hand(hand: Hand, motor: ArrayLike, joints: ArrayLike, body: Obstacle) 
     ----------
     hand : Hand
     motor : array_like, (8,)
-        The pose of the hand.
+        The pose of the hand. It is normalised.
     joints : array_like, (m,)
-        The variables of the open hand.
+        The variables of the open hand, within `Hand.limits`.
     body : Obstacle
         The object: `mesh_obstacle`, for example.
 
@@ -80,19 +80,33 @@ def close_hand(hand: Hand, motor: ArrayLike, joints: ArrayLike, body: Obstacle) 
     Raises
     ------
     TypeError, ValueError
-        If an argument has a wrong shape or is not finite.
+        If an argument has a wrong shape or is not finite, a variable is outside of its limits, or the rotor of the
+        motor is 0.
 
     Notes
     -----
     The hand moves by steps in which no part can reach the object (conservative advancement), until the distance of
     some part is 1e-7 metres.
     """
-    q = finite(real_array(joints, "joints", (len(hand.limits),), "variables of a hand"), "joints").astype(np.float64)
+    q = finite(real_array(joints, "joints", (len(hand.limits),), "variables of a hand"), "joints")
     pose = finite(real_array(motor, "motor", (8,), "a motor"), "motor").astype(np.float64)
     if q.ndim != 1 or pose.ndim != 1:
         raise ValueError(
             f"close_hand: joints, motor: shapes {q.shape}, {pose.shape}; expected one posture and one pose"
         )
+    # In the precision of the variables, in which limits are rounded as well.
+    low, high = hand.limits.T.astype(q.dtype)
+    beyond = np.flatnonzero((q < low) | (q > high))
+    if len(beyond):
+        at = beyond[0]
+        raise ValueError(
+            f"close_hand: joints: {q[at]} at {at} is outside of the limits, {low[at]} to {high[at]}; expected joints "
+            "that the hand reaches"
+        )
+    q = np.clip(q.astype(np.float64), *hand.limits.T)
+    if not pose[:4].any():
+        raise ValueError(f"close_hand: motor: {pose}; expected a motor, whose rotor is not 0")
+    pose = pga3.normalize_motor(pose)
     robot = hand.robot
     variables, ratios, offsets = followed(robot)
     # Each joint is a variable of its own.
@@ -102,11 +116,15 @@ def close_hand(hand: Hand, motor: ArrayLike, joints: ArrayLike, body: Obstacle) 
     moves = np.array([_path(robot, carrier) for carrier in hand.parts.carriers])
     speeds = joint_speeds(hand)
 
-    def gaps() -> Reals:
+    def axes() -> Reals:
         frames = np.concatenate([loose.forward_all(position), np.eye(8)[:1]])[hand.parts.carriers]
-        return body.clearance(pga3.move_point(pose, pga3.move_point(frames[:, None], hand.at_home[1])), hand.radii)
+        return np.asarray(pga3.move_point(pose, pga3.move_point(frames[:, None], hand.at_home[1])))
 
-    left = gaps()
+    def gaps() -> Reals:
+        return body.clearance(axes(), hand.radii)
+
+    # Parts inside the object may be far from its surface. Parts that are outside remain so while they do not touch it.
+    left = np.where(body.contains(axes()[:, 0]), -hand.radii, gaps())
     if not (left > _TOUCH).all():
         return _closed(hand, ClosingStatus.IN_CONTACT, position, left, pose, loose, body)
     began = moves[:, rates != 0].any(1)

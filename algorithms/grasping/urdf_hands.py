@@ -15,6 +15,7 @@ from ..geometry.meshes import Integers
 from ..kinematics import Robot, urdf
 from ..kinematics.collisions.described import capsules_from_urdf
 from ..kinematics.errors import DescriptionError
+from ..kinematics.tables import followed
 from .hands import Capsules, Fingertips, Hand, hand_of
 
 
@@ -40,9 +41,9 @@ def hand_from_urdf(
         For the link of each fingertip the centre of a sphere in its frame, and the radius. By default, the fingertips
         are the spheres in the collision elements of links that carry no other link.
     closing : mapping, optional
-        How fast each joint changes while the hand closes, between -1 and 1; 0 for joints that are not named. By
-        default, each changes in proportion to the mean rate at which it moves fingertips to the middle of all, where
-        there is room for an object between them.
+        How fast each joint changes while the hand closes, between -1 and 1; 0 for joints that are not named. Joints
+        that follow others (mimic) cannot be named. By default, each changes in proportion to the mean rate at which it
+        moves fingertips to the middle of all, where there is room for an object between them.
     approach : array_like, (3,)
         The direction in which the hand moves to objects, in the frame of the palm.
     torsion : float
@@ -59,8 +60,9 @@ def hand_from_urdf(
     Raises
     ------
     OSError, TypeError, ValueError
-        If the file does not describe a robot or its collision elements are meshes, there are fewer than two fingertips
-        that move, two fingers are hard, or an argument is out of its range.
+        If the file does not describe a robot, its collision elements are meshes, or a slide has no limits. If there
+        are fewer than two fingertips that move, one joint carries two, or no variable changes their distances. If two
+        fingers are hard, or an argument is out of its range.
     """
     robot = Robot.from_urdf(path)
     parts = capsules_from_urdf(path, robot)
@@ -83,14 +85,15 @@ def hand_from_urdf(
         raise ValueError(
             f"hand_from_urdf: torsion: 0 of {robot.name}; two fingers need a positive length, of soft tips"
         )
+    leaders = _leaders(path, robot)
     return hand_of(
         robot,
         fingertips,
         Capsules(parts.carriers, parts.ends, parts.radii, np.ones(len(parts.radii), bool)),
-        closing=None if closing is None else _rates(closing, robot),
+        closing=None if closing is None else _rates(closing, robot, leaders),
         approach=direction / size,
         torsion=float(torsion),
-        breakaway=_followers(breakaway, robot),
+        breakaway=_followers(breakaway, robot, leaders),
     )
 
 
@@ -124,14 +127,23 @@ def _given(tips: Mapping[str, tuple[Sequence[float], float]], robot: Robot) -> F
 
 def _placed(rows: Sequence[tuple[str, Reals, float]], robot: Robot) -> Fingertips:
     found = [(*robot.carrier(name), centre, radius) for name, centre, radius in rows]
+    names: dict[int, str] = {}
+    for (name, _, _), (carrier, *_) in zip(rows, found, strict=True):
+        if carrier in names:
+            raise DescriptionError(
+                f"hand_from_urdf: {robot.name}: fingertips of links {names[carrier]!r} and {name!r} are both carried "
+                f"by joint {robot.joint_names[carrier]!r}; expected one for each finger, or `tips`"
+            )
+        if carrier >= 0:
+            names[carrier] = name
     carriers: Integers = np.array([row[0] for row in found], np.intp)
     centres = np.array([pga3.move_point(motor, centre) for _, motor, centre, _ in found]).reshape(-1, 3)
     return Fingertips(carriers, centres, np.array([row[3] for row in found]))
 
 
-def _rates(closing: Mapping[str, float], robot: Robot) -> Reals:
-    """Return the rates of the variables, in the order of the joints that follow no other."""
-    names = [name for name, row in zip(robot.joint_names, _own(robot), strict=True) if row]
+def _rates(closing: Mapping[str, float], robot: Robot, leaders: Sequence[int]) -> Reals:
+    """Return the rates of the variables."""
+    names = [robot.joint_names[joint] for joint in leaders]
     unknown = set(closing) - set(names)
     if unknown:
         raise DescriptionError(
@@ -144,10 +156,9 @@ def _rates(closing: Mapping[str, float], robot: Robot) -> Reals:
     return rates
 
 
-def _followers(names: Sequence[str], robot: Robot) -> list[int]:
+def _followers(names: Sequence[str], robot: Robot, leaders: Sequence[int]) -> list[int]:
     """Return the joints with some names, which must follow others."""
-    own = _own(robot)
-    following = [name for name, leads in zip(robot.joint_names, own, strict=True) if not leads]
+    following = [name for joint, name in enumerate(robot.joint_names) if joint not in leaders]
     for name in names:
         if name not in following:
             raise DescriptionError(
@@ -157,10 +168,10 @@ def _followers(names: Sequence[str], robot: Robot) -> list[int]:
     return [robot.joint_names.index(name) for name in names]
 
 
-def _own(robot: Robot) -> list[bool]:
-    """Return for each joint whether it is the first with its variable at the ratio 1."""
-    if not robot.coupling.size:
-        return [True] * len(robot.kinds)
-    rows, units = robot.coupling[:, :-1], np.eye(robot.n_joints)
-    first = {int(np.flatnonzero((rows == unit).all(1))[0]) for unit in units}
-    return [joint in first for joint in range(len(rows))]
+def _leaders(path: str | Path, robot: Robot) -> list[int]:
+    """Return the joint of each variable. One that follows at the ratio 1 has an equal row."""
+    root, _ = urdf.described(path, {})
+    following = {joint.get("name") for joint in root.findall("joint") if joint.find("mimic") is not None}
+    variables, _, _ = followed(robot)
+    found = [joint for joint, name in enumerate(robot.joint_names) if name not in following]
+    return sorted(found, key=lambda joint: variables[joint])

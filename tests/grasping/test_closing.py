@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from algorithms.grasping import (
     BARRETT_OPENRAVE,
     FRANKA_HAND,
+    ROBOTIQ_2F_85,
     ClosingStatus,
     close_hand,
     hand_from_urdf,
@@ -22,6 +23,7 @@ from tests.support.scans import box
 
 STILL = np.eye(8)[0]
 TABLE = BARRETT_OPENRAVE
+TWO_FINGERS = hand_from_urdf(ROBOTIQ_2F_85, torsion=0.003)
 
 
 def finger(bend, last):
@@ -119,10 +121,28 @@ def test_statuses_of_closing_hands():
     assert np.isnan(missed.contacts).all() and not missed.touches.any()
     inside = close_hand(hand, STILL, [0.04], capsule_obstacle([0, 0.05, 0.1], [0, 0.05, 0.1], 0.01))
     assert inside.status == ClosingStatus.IN_CONTACT and np.allclose(inside.positions, 0.04)
+    # Within a cube of 1 m, all parts are far from the surface; the same cube beside the hand is not touched.
+    cube, faces = box(1.0, 1.0, 1.0)
+    within = close_hand(hand, STILL, [0.04], mesh_obstacle(cube, faces[:, ::-1]))
+    assert within.status == ClosingStatus.IN_CONTACT and within.touches.all() and np.allclose(within.positions, 0.04)
+    beside = close_hand(hand, STILL, [0.04], mesh_obstacle(cube + np.array([0.7, 0, 0]), faces))
+    assert beside.status == ClosingStatus.MISSED and not beside.touches.any()
     with pytest.raises(ValueError, match="joints"):
         close_hand(hand, STILL, [0.04, 0.04], far)
     with pytest.raises(ValueError, match="joints"):
         close_hand(hand, STILL, [np.nan], far)
+    for beyond in (0.0401, -1e-6):
+        with pytest.raises(ValueError, match=r"joints: .* at 0 is outside of the limits, 0.0 to 0.04"):
+            close_hand(hand, STILL, [beyond], far)
+    with pytest.raises(ValueError, match="rotor"):
+        close_hand(hand, np.eye(8)[7], [0.04], far)
+    # Limits of the hand in single precision, and motors of any length.
+    single = np.array([0.81], np.float32)
+    assert float(single[0]) > 0.81 and close_hand(TWO_FINGERS, STILL, single, far).positions.max() <= 0.81
+    ball = capsule_obstacle([0.5, 0.2, 0.1], [0.5, 0.2, 0.1], 0.02)
+    moved = pga3.motor_from_rotation_vector_translation([0.0, 0, 0.3], [0.5, 0.2, 0])
+    one, other = (close_hand(hand, motor, [0.04], ball) for motor in (moved, -3 * moved))
+    assert one.status == other.status == ClosingStatus.OK and np.allclose(one.positions, other.positions, atol=1e-9)
     with pytest.raises(ValueError, match="follows no joint"):
         hand_from_urdf(FRANKA_HAND, torsion=0.003, breakaway=["slide 1"])
     assert hand_from_urdf(FRANKA_HAND, torsion=0.003, breakaway=["slide 2"]).breakaway.tolist() == [1]

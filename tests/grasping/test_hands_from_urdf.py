@@ -23,7 +23,7 @@ from algorithms.grasping import (
     hand_of_table,
     plan_grasps,
 )
-from algorithms.kinematics.collisions import capsules_from_urdf, plane_obstacle
+from algorithms.kinematics.collisions import capsules_from_urdf, mesh_obstacle, plane_obstacle
 from benchmarks.force_closure import distances_to_segment, is_closed_by_forces
 from generated import pga3
 from tests.support.grasp_scene import FACES, HOME, MODEL, MOUNT, VERTICES, pose, scene
@@ -128,6 +128,44 @@ def test_postures_have_the_given_distances(name):
         assert (found >= ours.limits[:, 0]).all() and (found <= ours.limits[:, 1]).all()
 
 
+def test_limits_are_those_of_the_file():
+    ours = hand_from_urdf(crossed(("3.5", "5")), torsion=SOFT)
+    assert ours.limits.tolist() == [[3.5, 5.0]] * 2
+    shape = ours.preshapes[0]
+    assert (shape.joints >= 3.5).all() and (shape.joints <= 5).all() and np.ptp(shape.joints, 0).min() > 1
+    assert shape.largest > 0.1 and (shape.reached(np.array([[0.2]]))[1] < 1e-7).any()
+    # The joint whose range does not contain 0 is open at the end of the range.
+    parked = hand_from_urdf(crossed(("3.5", "5")), torsion=SOFT, closing={"second": -0.4, "last": 0.4})
+    assert (np.abs(parked.preshapes[0].joints - [5.0, 3.5]).max(1) < 1e-12).any()
+    # Turning without limits is a full turn, and with one limit a turn from there.
+    for free in (crossed().replace('type="revolute"', 'type="continuous"'), crossed(("-1e16", "1e16"))):
+        assert np.allclose(hand_from_urdf(free, torsion=SOFT).limits, [[-np.pi, np.pi]] * 2, atol=0)
+    wide = hand_from_urdf(crossed(("-10", "10")), torsion=SOFT, closing={"last": 1})
+    assert wide.limits.tolist() == [[-10.0, 10.0]] * 2 and (wide.preshapes[0].joints == [0, -10]).all(1).any()
+    half = hand_from_urdf(crossed(("2", "inf")), torsion=SOFT)
+    assert np.allclose(half.limits, [[2, 2 + 2 * np.pi]] * 2)
+    with pytest.raises(ValueError, match=r"'second' slides between -0\.5 and inf"):
+        hand_from_urdf(
+            crossed(("-0.5", "inf")).replace('"second" type="revolute"', '"second" type="prismatic"'), torsion=1
+        )
+
+
+def test_tips_that_cannot_close_are_refused():
+    # The tips of two parallel fingers that turn together.
+    twins = crossed().replace('"second" type="revolute"', '"second" type="fixed"')
+    for closing in (None, {"last": 1}):
+        with pytest.raises(
+            ValueError, match="no variable changes the distances of the fingertips at joints 'first', 'l"
+        ):
+            hand_from_urdf(twins, torsion=SOFT, closing=closing)
+    two = {"a": ([0, 0, 0.1], 0.01), "b": ([0.05, 0, 0.1], 0.01)}
+    with pytest.raises(ValueError, match="links 'a' and 'b' are both carried by joint 'first'"):
+        hand_from_urdf(twins, torsion=SOFT, tips=two)
+    tip = '<collision><origin xyz="0 0 0.05"/><geometry><sphere radius="0.01"/></geometry></collision>'
+    with pytest.raises(ValueError, match="links 'c' and 'c' are both carried by joint 'last'"):
+        hand_from_urdf(crossed().replace('<link name="c">', f'<link name="c">{tip}'), torsion=SOFT)
+
+
 def test_fingers_close_by_their_bends():
     # Bending brings fingertips together; spreading and opening do not.
     closing = hand("allegro").closing
@@ -135,6 +173,38 @@ def test_fingers_close_by_their_bends():
     assert np.allclose(np.abs(hand("franka").closing), 1) and hand("franka").closing[0] < 0 < hand("robotiq").closing[0]
     ours = hand_from_urdf(FRANKA_HAND, torsion=SOFT, closing={"slide 1": -0.5})
     assert ours.closing.tolist() == [-0.5]
+
+
+def crossed(limits=("-0.5", "0.5")):
+    """Return a hand whose first joint in the file follows the last one, at the ratio 1, and two tips in the plane."""
+    low, high = limits
+    tip = '<collision><origin xyz="0 0 0.1"/><geometry><sphere radius="0.01"/></geometry></collision>'
+    links = "".join(f'<link name="{name}">{body}</link>' for name, body in (("a", ""), ("b", tip), ("c", tip)))
+
+    def joint(name, parent, child, place, more=""):
+        return (
+            f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/><axis xyz="0 1 0"/>'
+            f'<origin xyz="{place} 0 0"/><limit lower="{low}" upper="{high}" effort="1" velocity="1"/>{more}</joint>'
+        )
+
+    first = joint("first", "palm", "a", "0.05", '<mimic joint="last" multiplier="1"/>')
+    joints = first + joint("second", "a", "b", "0") + joint("last", "palm", "c", "-0.05")
+    return f'<robot name="crossed"><link name="palm"/>{links}{joints}</robot>'
+
+
+def test_rates_belong_to_the_joints_that_are_named():
+    for name, moving in (("second", [1]), ("last", [0, 2])):
+        ours = hand_from_urdf(crossed(), torsion=SOFT, closing={name: -1})
+        # The positions of the joints, by the angles of their tips before and after a small motion.
+        assert ours.closing @ ours.closing == 1
+        turned = ours.robot.forward_all(0.1 * ours.closing) - ours.robot.forward_all(0 * ours.closing)
+        angles = -0.1 * np.array([0 in moving, (0 in moving) + (1 in moving), 2 in moving])
+        assert np.allclose(2 * np.arcsin(np.linalg.norm(turned[:, 1:4], axis=1)), np.abs(angles), atol=1e-12)
+    with pytest.raises(ValueError, match="'first' is no joint with a variable of crossed; expected some of second, la"):
+        hand_from_urdf(crossed(), torsion=SOFT, closing={"first": 1})
+    assert hand_from_urdf(crossed(), torsion=SOFT, breakaway=["first"]).breakaway.tolist() == [0]
+    with pytest.raises(ValueError, match="'last' follows no joint"):
+        hand_from_urdf(crossed(), torsion=SOFT, breakaway=["last"])
 
 
 @pytest.mark.parametrize("size", [(0.03, 0.2, 0.1), (0.05, 0.05, 0.05), (0.02, 0.021, 0.2)])
@@ -249,6 +319,16 @@ def test_flat_objects_on_a_table_are_held(name, thing):
             assert (ends[..., 2].min(1) > plan.hand.radii).all()
 
 
+def test_nothing_is_held_inside_an_obstacle():
+    thing, ours = box(0.04, 0.06, 0.11), hand("franka")
+    cube, faces = box(2.0, 2.0, 2.0)
+    within = plan_grasps(*thing, hand=ours, obstacles=[mesh_obstacle(cube, faces)])
+    assert within.status == GraspStatus.COLLISION
+    # In a room, the space between its walls is outside of the obstacle.
+    room = [mesh_obstacle(np.concatenate([2 * cube, cube]), np.concatenate([faces, faces[:, ::-1] + len(cube)]))]
+    assert plan_grasps(*thing, hand=ours, obstacles=room).status == GraspStatus.OK
+
+
 def test_a_hand_cannot_hold_what_it_cannot_reach():
     large = plan_grasps(*box(0.2, 0.2, 0.2), hand=hand("franka"))
     assert large.status == GraspStatus.TOO_LARGE and large[0].contacts.shape == (2, 3)
@@ -314,6 +394,11 @@ def test_an_arm_with_a_gripper_reaches_an_object_that_cameras_see():
     normals = pga3.move_direction(truth, found.grasp.normals)
     assert np.linalg.norm(tips - contacts - 0.0032 * normals, axis=1).max() < 1e-3
     assert np.linalg.norm(found.contacts - contacts, axis=1).max() < 1e-3
+    # Without a grasp, results have the shapes of the same hand.
+    large = plan_grasps(*box(0.2, 0.2, 0.2), hand=hand("robotiq"))
+    failed = guided_grasp(built.robot, HOME, MODEL, built.render("box", 0.3, 1), large, mount=MOUNT)
+    assert failed.status == LoopStatus.NO_GRASP and failed.open_joints.tolist() == [0] and failed.approach_at == 0
+    assert failed.contacts.shape == found.contacts.shape and np.isnan(failed.contacts).all()
 
 
 def test_grasps_for_a_load_push_least():

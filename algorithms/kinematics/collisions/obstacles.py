@@ -83,10 +83,13 @@ class MeshObstacle:
         """Return whether points (n, 3) are inside the closed surface."""
         flat = self.triangles.reshape(-1, 3)
         faces = np.arange(len(flat)).reshape(-1, 3)
-        hits = hit_mesh(pga3.move_point_back(self.pose, points), _ASKEW, flat, faces)
+        local = pga3.move_point_back(self.pose, points)
+        found = ((local >= flat.min(0)) & (local <= flat.max(0))).all(-1)
+        hits = hit_mesh(local[found], _ASKEW, flat, faces)
         a, b, c = (self.triangles[hits.face, k] for k in range(3))
         # A ray from inside leaves through the first face that it meets.
-        return np.asarray(hits.hits & (self.side * (np.cross(b - a, c - a) @ _ASKEW) > 0))
+        found[found] = hits.hits & (self.side * (np.cross(b - a, c - a) @ _ASKEW) > 0)
+        return np.asarray(found)
 
     @elements(motor=MOTOR)
     def moved(self, motor: ArrayLike) -> MeshObstacle:
