@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from math import sqrt
 from os import PathLike
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 from warnings import warn
 from xml.etree import ElementTree
@@ -39,6 +40,8 @@ _X, _Y, _Z = np.eye(3)
 _MOST = np.sqrt(np.finfo(float).max)
 UNLIMITED = (-np.inf, np.inf, np.inf, np.inf)
 """Lower and upper limit, velocity and effort of a joint without limits."""
+NO_ARGUMENTS: Mapping[str, Any] = MappingProxyType({})
+"""The arguments of files that declare none."""
 TEXT = "text"
 """How errors name a robot that is described by a text rather than a file."""
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
