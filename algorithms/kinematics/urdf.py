@@ -104,7 +104,7 @@ def read(
 def described(source: str | Path, arguments: Mapping[str, Any]) -> tuple[ElementTree.Element, str]:
     """Return the description of a robot without macros, and how to name it in errors."""
     root, where, folder = root_of(source, "robot")
-    if xacro.has_macros(root):
+    if arguments or xacro.has_macros(root):
         return xacro.expanded(root, arguments, folder, where), where
     return root, where
 
