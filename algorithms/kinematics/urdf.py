@@ -162,7 +162,7 @@ def fields_of(
     carrier, tool = found.links[last]
     if carrier < 0:
         raise DescriptionError(f"{where}: link {last!r} does not move; expected an end effector that a joint carries")
-    coupling, limits = _coupling(found, where)
+    coupling, leaders = _coupling(found, where)
     return {
         "name": name,
         "kinds": tuple(found.kinds),
@@ -174,8 +174,9 @@ def fields_of(
         "tool": tool,
         "bodies": np.array(bodies),
         "without_inertia": tuple(found.without_inertia),
-        "limits": limits,
+        "limits": np.array([found.limits[joint] for joint in leaders]),
         "coupling": coupling,
+        "leaders": leaders,
         "links": found.links,
     }
 
@@ -430,14 +431,14 @@ def _in_plane(axis: Floats) -> list[tuple[str, Joint, Floats]]:
     return [("x", Joint.PRISMATIC, first), ("y", Joint.PRISMATIC, second), ("turn", Joint.REVOLUTE, axis)]
 
 
-def _coupling(found: _Found, where: str) -> tuple[Floats, Floats]:
-    """Return the coupling matrix of mimic joints, empty if there are none, and the limits of the variables."""
+def _coupling(found: _Found, where: str) -> tuple[Floats, tuple[int, ...]]:
+    """Return the coupling matrix of mimic joints, empty if there are none, and the joints that follow no other."""
     # A floating base, which is joint 0, has six rates.
     more = FREEDOMS - 1 if found.kinds[:1] == [Joint.FLOATING] else 0
     free = [k for k, mimic in enumerate(found.mimics) if mimic is None]
-    limits = np.array([found.limits[k] for k in (0,) * more + tuple(free)])
+    leaders = (0,) * more + tuple(free)
     if len(free) == len(found.kinds):
-        return np.empty(0), limits
+        return np.empty(0), leaders
     rows = np.zeros((len(found.kinds), more + len(free) + 1))
     for joint in range(1 if more else 0, len(found.kinds)):
         factor, offset, leader, seen = 1.0, 0.0, joint, [joint]
@@ -453,4 +454,4 @@ def _coupling(found: _Found, where: str) -> tuple[Floats, Floats]:
                 raise CyclicTreeError(f"{where}: joints {', '.join(found.names[k] for k in seen)} mimic each other")
             seen.append(leader)
         rows[joint, more + free.index(leader)], rows[joint, -1] = factor, offset
-    return rows, limits
+    return rows, leaders
