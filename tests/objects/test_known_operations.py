@@ -112,6 +112,18 @@ def test_numbers_beside_arrays() -> None:
         compiled()
 
 
+def test_long_integers_beside_arrays() -> None:
+    """They are doubles, as beside single elements, before and after an operation is known."""
+    points = Space(Algebra("LONG", "e1 e2", [1, 1])).vector(RNG.normal(size=(4, 2)))
+    for _ in range(2):
+        found = [points * 10**30, 10**30 * points, points + 10**30, points / 10**30]
+        expected = [points * 1e30, 1e30 * points, points + 1e30, points / 1e30]
+        assert all((a.values == b.values).all() for a, b in zip(found, expected, strict=True))
+        for x in (points, points[0]):
+            with pytest.raises(OverflowError, match="too large"):
+                x * 10**400
+
+
 def test_blades_and_layouts_of_spaces_with_equal_names() -> None:
     other = Space(Algebra("PGA3", "e1 e2 e3 e0", [1, 1, -1, 0]))
     for _ in range(2):
