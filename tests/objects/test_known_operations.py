@@ -10,6 +10,7 @@ import pytest
 from gacompiler import Algebra
 from gacompiler.errors import OperandError
 from gacompiler.objects import PGA3, VGA3, Space, operators
+from generated.pga3 import Point
 
 RNG = np.random.default_rng(7)
 POINTS = PGA3.point(RNG.normal(size=(6, 5, 3)))
@@ -36,6 +37,8 @@ def test_powers_are_products_before_and_after_they_are_compiled() -> None:
     assert (turn**1001).isclose(VGA3.rotor([0, 0, 1], 1001.0), atol=1e-10) and (turn ** (1 << 40)).layout.unit
     with pytest.raises(OperandError):
         m ** "2"
+    with pytest.raises(TypeError, match="Point"):  # whose class has no powers
+        Point(1, 2, 3) ** m
 
 
 def test_equality_and_order_of_single_elements() -> None:
