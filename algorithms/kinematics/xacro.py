@@ -51,8 +51,7 @@ def expanded(root: Element, arguments: Mapping[str, Any], folder: Path | None, w
     Raises
     ------
     DescriptionError
-        If a macro, property or argument is unknown or missing, an argument is declared and used nowhere, or an
-        expression is none of those supported.
+        If a macro, property or argument is unknown or missing, or an expression is none of those supported.
     OSError
         If an included file cannot be read.
     """
