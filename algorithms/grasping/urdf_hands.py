@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,6 +28,7 @@ def hand_from_urdf(
     approach: ArrayLike = (0.0, 0.0, 1.0),
     torsion: float = 0.0,
     breakaway: Sequence[str] = (),
+    arguments: Mapping[str, Any] = urdf.NO_ARGUMENTS,
 ) -> Hand:
     """Return the hand of a URDF file, whose base is the palm.
 
@@ -51,6 +53,8 @@ def hand_from_urdf(
         hold an object only if it is positive.
     breakaway : sequence of str, optional
         Names of joints that follow another one through a clutch, and continue when the parts before them are stopped.
+    arguments : mapping of str, optional
+        As in `Robot.from_urdf`, for files of xacro.
 
     Returns
     -------
@@ -64,8 +68,8 @@ def hand_from_urdf(
         are fewer than two fingertips that move, one joint carries two, or no variable changes their distances. If two
         fingers are hard, or an argument is out of its range.
     """
-    robot = Robot.from_urdf(path)
-    parts = capsules_from_urdf(path, robot)
+    robot = Robot.from_urdf(path, arguments=arguments)
+    parts = capsules_from_urdf(path, robot, arguments=arguments)
     direction = finite(real_array(approach, "approach", (3,), "a direction"), "approach").astype(np.float64)
     size = float(np.linalg.norm(direction))
     if direction.ndim != 1 or not size > 0:
@@ -74,7 +78,7 @@ def hand_from_urdf(
         )
     if not finite_number(torsion, "hand_from_urdf: torsion") >= 0:
         raise ValueError(f"hand_from_urdf: torsion: {torsion}; expected a length of at least 0")
-    fingertips = _spheres(path, robot) if tips is None else _given(tips, robot)
+    fingertips = _spheres(path, robot, arguments) if tips is None else _given(tips, robot)
     count = len(fingertips.radii)
     if count < 2 or (fingertips.carriers < 0).any():
         raise DescriptionError(
@@ -97,9 +101,9 @@ def hand_from_urdf(
     )
 
 
-def _spheres(path: str | Path, robot: Robot) -> Fingertips:
+def _spheres(path: str | Path, robot: Robot, arguments: Mapping[str, Any]) -> Fingertips:
     """Return the spheres of links that carry no other link."""
-    root, where, _ = urdf.root_of(path, "robot")
+    root, where = urdf.described(path, arguments)
     parents = {element.get("link") for joint in root.findall("joint") for element in joint.findall("parent")}
     rows = []
     for link in root.findall("link"):

@@ -71,6 +71,10 @@ class Constants(Protocol):
         """(N, n + 1), positions of mimic joints; empty if there are none."""
 
     @property
+    def leaders(self) -> tuple[int, ...]:
+        """The joint whose position each variable is."""
+
+    @property
     def module(self) -> Any:
         """Specialised kernels, or None."""
 

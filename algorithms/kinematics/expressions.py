@@ -41,9 +41,7 @@ def evaluated(text: str, named: Callable[[str], Any]) -> Any:
         found = _value_of(tree, named)
     except RecursionError:
         raise ValueError("an expression that is nested too often") from None
-    if _size(found) > MOST:
-        raise ValueError(f"a value of more than {MOST} entries")
-    return found
+    return _bounded(found)
 
 
 def _value_of(node: ast.expr, named: Callable[[str], Any]) -> Any:
@@ -58,9 +56,10 @@ def _value_of(node: ast.expr, named: Callable[[str], Any]) -> Any:
         case ast.Attribute(value=ast.Name(id="math"), attr=name) if name in NAMES:
             return NAMES[name]
         case ast.List(elts=parts) | ast.Tuple(elts=parts):
-            return [of(part) for part in parts]
+            return _bounded([of(part) for part in parts])
         case ast.Dict(keys=keys, values=parts) if None not in keys:
-            return {of(key): of(part) for key, part in zip(keys, parts, strict=True) if key is not None}
+            entries = zip(keys, parts, strict=True)
+            return _bounded({of(key): of(part) for key, part in entries if key is not None})
         case ast.Subscript(value=of_what, slice=place) if not isinstance(place, ast.Slice):
             return of(of_what)[of(place)]
         case ast.UnaryOp(op=op, operand=part) if type(op) in _UNARY:
@@ -84,8 +83,15 @@ def _value_of(node: ast.expr, named: Callable[[str], Any]) -> Any:
             called = of(function)
             if not callable(called):
                 raise TypeError(f"{ast.unparse(function)} is no function")
-            return called(*(of(part) for part in parts))
+            return _bounded(called(*(of(part) for part in parts)))
     raise TypeError(f"{ast.unparse(node)} is not supported in descriptions of robots")
+
+
+def _bounded(value: Any) -> Any:
+    """Return a value, or raise an error if it is too long. Parts of expressions are bounded before they are joined."""
+    if _size(value) > MOST:
+        raise ValueError(f"a value of more than {MOST} entries")
+    return value
 
 
 def _size(value: Any) -> int:
@@ -105,12 +111,21 @@ def _calculated(function: Callable[[Any, Any], Any], left: Any, right: Any) -> A
     is_number = all(isinstance(x, (bool, int, float)) for x in (left, right))
     if not is_number and function is not operator.add:
         raise TypeError(f"{type(left).__name__} and {type(right).__name__}; expected numbers")
+    if not is_number:
+        return _bounded(left + right)
     bits = [x.bit_length() if isinstance(x, int) else 0 for x in (left, right)]
     if all(isinstance(x, int) for x in (left, right)):
         longest = bits[0] * abs(right) if function is operator.pow else sum(bits)
         if longest > _LONGEST:
             raise ValueError("an integer that is too long")
     return function(left, right)
+
+
+def _rounded(number: Any, digits: Any = None) -> Any:
+    """Return a rounded number. Python computes a power of ten with all digits, which may be too long."""
+    if isinstance(digits, int) and abs(digits) > _LONGEST:
+        raise ValueError(f"round to {digits} digits; expected at most {_LONGEST}")
+    return round(number, digits)
 
 
 _UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {
@@ -140,10 +155,11 @@ _COMPARED: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 _FUNCTIONS = (
     math.acos, math.asin, math.atan, math.atan2, math.ceil, math.copysign, math.cos, math.cosh, math.degrees, math.exp,
     math.fabs, math.floor, math.fmod, math.hypot, math.log, math.log10, math.pow, math.radians, math.sin, math.sinh,
-    math.sqrt, math.tan, math.tanh, math.trunc, abs, bool, float, int, len, max, min, round, str, sum,
+    math.sqrt, math.tan, math.tanh, math.trunc, abs, bool, float, int, len, max, min, str, sum,
 )  # fmt: skip
 NAMES: Mapping[str, Any] = {
     **{each.__name__: each for each in _FUNCTIONS},
+    "round": _rounded,
     "pi": math.pi,
     "e": math.e,
     "inf": math.inf,

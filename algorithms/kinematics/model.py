@@ -18,7 +18,7 @@ from .constants import Floats
 from .denavit_hartenberg import Joint
 from .errors import DescriptionError, FloatingBaseError, JointCountError, NotFiniteError, UnknownJointTypeError
 from .methods import Attempts
-from .tables import FREEDOMS, MOTOR, followed, is_floating, path_to
+from .tables import FREEDOMS, MOTOR, followed, is_floating, leaders_of, path_to
 
 _FLOAT64 = np.dtype(np.float64)
 _FLOATS = (_FLOAT64, np.dtype(np.float32))
@@ -73,6 +73,9 @@ class Model:
     coupling : array, (N, n + 1)
         Joints that follow others (mimic): their positions are ``coupling[:, :n] q + coupling[:, n]``. Empty if each
         joint has its own variable.
+    leaders : tuple of int, (n,)
+        The joint whose position each variable is; 0 for those of a floating base. By default, and after a change of the
+        coupling that it contradicts, the first joint that equals the variable, or else the first that it moves.
     links : mapping of str to (int, array (8,))
         For each link name the joint that carries the link, and its motor at home.
     module : module or None
@@ -94,6 +97,7 @@ class Model:
     free_fall: Floats = field(default_factory=lambda: np.array(STANDARD_GRAVITY))
     limits: Floats = field(default_factory=_empty)
     coupling: Floats = field(default_factory=_empty)
+    leaders: tuple[int, ...] = ()
     links: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
     module: Any = None
     _floats: ClassVar[bool] = False
@@ -126,6 +130,7 @@ class Model:
             fill("limits", np.tile([-np.inf, np.inf, np.inf, np.inf], (n, 1)))
         if self.limits.shape != (n, 4):
             raise JointCountError(f"{self.name}: limits of shape {self.limits.shape}; expected ({n}, 4)")
+        fill("leaders", leaders_of(self))
         fill("links", MappingProxyType(dict(self.links)))
         for name, shape in (("axes", (count, 6)), ("home", (count, 8)), ("tool", (8,)), ("armature", (count,))):
             found = getattr(self, name)
@@ -175,7 +180,7 @@ class Model:
         rows = []
         for joint in range(min(own, _SHOWN)):
             low, high = self.limits[variables[joint], :2]
-            leader = int(np.argmax(variables == variables[joint]))
+            leader = self.leaders[variables[joint]]
             free = f"{low:8.4g} to {high:<8.4g}"
             bound = f"{ratios[joint]:.4g} times {self.joint_names[leader]}, plus {offsets[joint]:.4g}"
             parent = self.parents[joint]

@@ -107,9 +107,7 @@ class Reaching:
         self._owners = np.repeat(np.arange(len(self._tasks)), [len(task.parts) for task in self._tasks])
         self._size = _size(robot)
         self._low, self._high = np.ascontiguousarray(robot.limits[:, :2].T)
-        variables = followed(robot)[0]
-        first = [int(np.argmax(variables == k)) for k in range(robot.n_joints)]
-        self._turns = np.array([robot.kinds[joint] is Joint.REVOLUTE for joint in first])
+        self._turns = np.array([robot.kinds[joint] is Joint.REVOLUTE for joint in robot.leaders])
         self._lengths = np.where(self._turns, self._size, 1.0)
         self._targets = _stacked([part.target for part in self._parts])
         self._bind()

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
-from types import MappingProxyType, NoneType
+from types import NoneType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -32,7 +32,6 @@ from .view import RobotView, view_of
 
 _LINE_Z = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 """The axis z as a unit line of PGA3, e12."""
-_NO_ARGUMENTS: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -177,7 +176,7 @@ class Robot(Simulated):
         tip: str | None = None,
         locked: Iterable[str] = (),
         base: str = "fixed",
-        arguments: Mapping[str, Any] = _NO_ARGUMENTS,
+        arguments: Mapping[str, Any] = urdf.NO_ARGUMENTS,
     ) -> Robot:
         """Return a robot from a URDF file: a tree of links with revolute, continuous, prismatic and fixed joints.
 
@@ -529,7 +528,7 @@ class Robot(Simulated):
         urdf: str | Path | None = None,
         *,
         q: ArrayLike | None = None,
-        arguments: Mapping[str, Any] = _NO_ARGUMENTS,
+        arguments: Mapping[str, Any] = urdf.NO_ARGUMENTS,
     ) -> RobotView:
         """Return a view of the robot for a browser, with a slider for each variable.
 

@@ -130,6 +130,19 @@ def followed(model: Constants) -> tuple[Indices, Floats, Floats]:
     return coordinates, np.ascontiguousarray(ratios[np.arange(count), coordinates]), model.coupling[:, -1].copy()
 
 
+def leaders_of(model: Constants) -> tuple[int, ...]:
+    """Return the leaders of a model if they equal its variables, otherwise the first joints that do or are moved."""
+    coordinates, ratios, offsets = followed(model)
+    given = model.leaders if len(model.leaders) == model.n_joints else ()
+    found = [0] * model.n_joints
+    for coordinate in range(FREEDOMS if is_floating(model) else 0, model.n_joints):
+        own = coordinates == coordinate
+        same = own & (ratios == 1) & (offsets == 0)
+        first = int((same if same.any() else own).argmax())
+        found[coordinate] = given[coordinate] if given and given[coordinate] in np.flatnonzero(same) else first
+    return tuple(found)
+
+
 FREEDOMS = 6
 """The number of rates of a floating base."""
 MOTOR = 8

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from math import sqrt
 from os import PathLike
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 from warnings import warn
 from xml.etree import ElementTree
@@ -39,6 +40,8 @@ _X, _Y, _Z = np.eye(3)
 _MOST = np.sqrt(np.finfo(float).max)
 UNLIMITED = (-np.inf, np.inf, np.inf, np.inf)
 """Lower and upper limit, velocity and effort of a joint without limits."""
+NO_ARGUMENTS: Mapping[str, Any] = MappingProxyType({})
+"""The arguments of files that declare none."""
 TEXT = "text"
 """How errors name a robot that is described by a text rather than a file."""
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
@@ -101,7 +104,7 @@ def read(
 def described(source: str | Path, arguments: Mapping[str, Any]) -> tuple[ElementTree.Element, str]:
     """Return the description of a robot without macros, and how to name it in errors."""
     root, where, folder = root_of(source, "robot")
-    if xacro.has_macros(root):
+    if arguments or xacro.has_macros(root):
         return xacro.expanded(root, arguments, folder, where), where
     return root, where
 
@@ -159,7 +162,7 @@ def fields_of(
     carrier, tool = found.links[last]
     if carrier < 0:
         raise DescriptionError(f"{where}: link {last!r} does not move; expected an end effector that a joint carries")
-    coupling, limits = _coupling(found, where)
+    coupling, leaders = _coupling(found, where)
     return {
         "name": name,
         "kinds": tuple(found.kinds),
@@ -171,8 +174,9 @@ def fields_of(
         "tool": tool,
         "bodies": np.array(bodies),
         "without_inertia": tuple(found.without_inertia),
-        "limits": limits,
+        "limits": np.array([found.limits[joint] for joint in leaders]),
         "coupling": coupling,
+        "leaders": leaders,
         "links": found.links,
     }
 
@@ -427,14 +431,14 @@ def _in_plane(axis: Floats) -> list[tuple[str, Joint, Floats]]:
     return [("x", Joint.PRISMATIC, first), ("y", Joint.PRISMATIC, second), ("turn", Joint.REVOLUTE, axis)]
 
 
-def _coupling(found: _Found, where: str) -> tuple[Floats, Floats]:
-    """Return the coupling matrix of mimic joints, empty if there are none, and the limits of the variables."""
+def _coupling(found: _Found, where: str) -> tuple[Floats, tuple[int, ...]]:
+    """Return the coupling matrix of mimic joints, empty if there are none, and the joints that follow no other."""
     # A floating base, which is joint 0, has six rates.
     more = FREEDOMS - 1 if found.kinds[:1] == [Joint.FLOATING] else 0
     free = [k for k, mimic in enumerate(found.mimics) if mimic is None]
-    limits = np.array([found.limits[k] for k in (0,) * more + tuple(free)])
+    leaders = (0,) * more + tuple(free)
     if len(free) == len(found.kinds):
-        return np.empty(0), limits
+        return np.empty(0), leaders
     rows = np.zeros((len(found.kinds), more + len(free) + 1))
     for joint in range(1 if more else 0, len(found.kinds)):
         factor, offset, leader, seen = 1.0, 0.0, joint, [joint]
@@ -450,4 +454,4 @@ def _coupling(found: _Found, where: str) -> tuple[Floats, Floats]:
                 raise CyclicTreeError(f"{where}: joints {', '.join(found.names[k] for k in seen)} mimic each other")
             seen.append(leader)
         rows[joint, more + free.index(leader)], rows[joint, -1] = factor, offset
-    return rows, limits
+    return rows, leaders

@@ -17,7 +17,7 @@ from generated import drawn_robots, pga3
 from ..arguments import Reals
 from .denavit_hartenberg import Joint
 from .model import Model
-from .tables import MOTOR, base_of, carried_by, followed, is_floating, joints_of
+from .tables import MOTOR, base_of, carried_by, is_floating, joints_of
 from .visuals import visuals_of
 
 _TABLES = ("parents", "variables", "ratios", "offsets", "places", "screws", "turns")
@@ -99,7 +99,7 @@ class RobotView:
         self._tables |= {"base": base_of(robot).base, "owners": carriers[self._moving], "points": points[self._moving]}
         self._kernel = drawn_robots.places_of_points.bind({"k": robot.n_positions}, **self._tables)
 
-    def at(self, **values: float) -> tuple[Reals, ...]:
+    def at(self, /, **values: float) -> tuple[Reals, ...]:
         """Compute in Python what is drawn.
 
         Parameters
@@ -236,13 +236,11 @@ class RobotView:
     def _free(self) -> tuple[list[int], tuple[JointSlider, ...]]:
         """Return the variables with sliders, and the sliders."""
         robot = self._robot
-        coordinates, _, _ = followed(robot)
         shift = robot.n_positions - robot.n_joints
         variables, sliders = [], []
-        for joint, (kind, name) in enumerate(zip(robot.kinds, robot.joint_names, strict=True)):
-            coordinate = int(coordinates[joint])
-            variable = coordinate + shift
-            if kind is Joint.FLOATING or variable in variables:
+        for coordinate, joint in enumerate(robot.leaders):
+            kind, name, variable = robot.kinds[joint], robot.joint_names[joint], coordinate + shift
+            if kind is Joint.FLOATING:
                 continue
             wide = np.pi if kind is Joint.REVOLUTE else 1.0
             low, high = map(float, robot.limits[coordinate, :2])

@@ -25,6 +25,9 @@ from .urdf import described, numbers, origin_of
 Faces = Sequence[Sequence[int]]
 _SIDES, _RINGS = 20, 9
 """Corners of circles, and circles of latitude of spheres with their poles."""
+_HEADER = 84
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("v", "<f4", (3, 3)), ("more", "<u2")])
+"""Binary files of STL have a header that ends with the number of triangles."""
 _GREY = "#8a939c"
 _CORNERS = 120
 """The largest number of corners of a hull: with those of all meshes of a humanoid, a page has less than a megabyte."""
@@ -164,8 +167,10 @@ def _points_of(name: str, folder: Path | None) -> Reals | None:
     elif data[:5] == b"solid" and b"vertex" in data[:2000]:
         rows = re.findall(rb"vertex\s+(\S+)\s+(\S+)\s+(\S+)", data)
     else:
-        triangles = np.frombuffer(data, np.dtype([("normal", "<f4", 3), ("v", "<f4", (3, 3)), ("more", "<u2")]), -1, 84)
-        return triangles["v"].reshape(-1, 3).astype(float)
+        count = int.from_bytes(data[80:84], "little")
+        if len(data) < _HEADER + count * _TRIANGLE.itemsize:
+            return None
+        return np.frombuffer(data, _TRIANGLE, count, _HEADER)["v"].reshape(-1, 3).astype(float)
     try:
         return np.array([[float(x) for x in row] for row in rows]).reshape(-1, 3)
     except ValueError:

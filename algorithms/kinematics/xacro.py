@@ -6,7 +6,7 @@ They are those of http://wiki.ros.org/xacro. A description cannot run programs, 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,14 +19,20 @@ from .packages import folders_of
 Element = ElementTree.Element
 
 _PARTS = re.compile(r"\$\$(?=[{(])|\$\{([^{}]*)\}|\$\(([^()]*(?:\([^()]*\)[^()]*)*)\)")
-_PARAMETER = re.compile(r"(\*{0,2})([\w.]+)(?:(?::=|=)(\^\|?)?((?:'[^']*'|\"[^\"]*\"|\$\{[^}]*\}|[^\s'\"])*))?")
+_PARAMETER = re.compile(
+    r"(\*{0,2})([\w.]+)(?:\s*(:?=)\s*(\^\|?)?((?:'[^']*'|\"[^\"]*\"|\$\{[^}]*\}|\$\([^)]*\)|[^\s'\"])*))?(?:\s+|$)"
+)
+_SIGNS = ("${", "$(")
 _MOST_NESTED = 100
 """Macros and includes may be nested so often, those of people far less."""
 
 
 def has_macros(root: Element) -> bool:
-    """Return whether a description must be expanded: it has elements of xacro, or expressions in attributes."""
-    return any(_is_macro(each.tag) or any("${" in text for text in each.attrib.values()) for each in root.iter())
+    """Return whether a description must be expanded: it has elements of xacro, or expressions."""
+    return any(
+        _is_macro(each.tag) or any(sign in text for text in (each.text or "", *each.attrib.values()) for sign in _SIGNS)
+        for each in root.iter()
+    )
 
 
 def expanded(root: Element, arguments: Mapping[str, Any], folder: Path | None, where: str) -> Element:
@@ -49,9 +55,16 @@ def expanded(root: Element, arguments: Mapping[str, Any], folder: Path | None, w
     OSError
         If an included file cannot be read.
     """
-    found = _Expansion({name: str(value) for name, value in arguments.items()}, where)
+    found = _Expansion({name: str(value) for name, value in arguments.items()}, folder, where)
     result = Element(root.tag, {key: found.text(value, found.root) for key, value in root.attrib.items()})
-    result.extend(found.children(root, found.root, folder))
+    try:
+        result.extend(found.children(root, found.root, folder))
+    except RecursionError:
+        raise DescriptionError(f"{where}: elements that are nested too often") from None
+    if unknown := sorted(arguments.keys() - found.declared):
+        raise DescriptionError(
+            f"{where}: no argument {unknown[0]!r}; expected some of {', '.join(sorted(found.declared)) or 'none'}"
+        )
     return result
 
 
@@ -71,12 +84,17 @@ class _Scope:
         self.outer = outer
 
     def find(self, name: str) -> _Property | None:
+        return next((scope.names[name] for scope in self._visible() if name in scope.names), None)
+
+    def remove(self, name: str) -> None:
+        for scope in self._visible():
+            scope.names.pop(name, None)
+
+    def _visible(self) -> Iterator[_Scope]:
         scope: _Scope | None = self
         while scope is not None:
-            if name in scope.names:
-                return scope.names[name]
+            yield scope
             scope = scope.outer
-        return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,35 +117,43 @@ class _Macro:
 class _Expansion:
     """The expansion of one description."""
 
-    def __init__(self, arguments: dict[str, str], where: str) -> None:
+    def __init__(self, arguments: dict[str, str], folder: Path | None, where: str) -> None:
         self.root = _Scope()
+        self.declared: set[str] = set()
         self._arguments = arguments
         self._macros: dict[str, _Macro] = {}
         self._where = where
         self._depth = self._count = 0
-        self._folder: Path | None = None
+        self._folder = folder
 
     # Elements.
 
     def children(self, element: Element, scope: _Scope, folder: Path | None) -> list[Element]:
         """Return the elements inside of an element, expanded."""
+        found: list[Element] = []
+        outer, self._folder = self._folder, folder
+        for child in element:
+            found += self._expanded(child, scope, folder)
+        self._folder = outer
+        return found
+
+    def _nested(self, what: str, element: Element, scope: _Scope, folder: Path | None) -> list[Element]:
+        """Return the elements inside of a macro or an included file, expanded."""
         self._depth += 1
         if self._depth > _MOST_NESTED:
-            raise self._error(f"<{_local(element.tag)}>: elements nested more than {_MOST_NESTED} times")
-        found = [part for child in element for part in self._expanded(child, scope, folder)]
+            raise self._error(f"{what}: macros and includes nested more than {_MOST_NESTED} times")
+        found = self.children(element, scope, folder)
         self._depth -= 1
         return found
 
     def _expanded(self, element: Element, scope: _Scope, folder: Path | None) -> list[Element]:
         self._counted(1)
-        self._folder = folder
         if not _is_macro(element.tag):
             found = Element(element.tag, {key: self.text(value, scope) for key, value in element.attrib.items()})
             if element.text:
                 found.text = self.text(element.text, scope)
             found.extend(self.children(element, scope, folder))
             return [found]
-        name = _local(element.tag)
         known: Mapping[str, Callable[[Element, _Scope, Path | None], list[Element]]] = {
             "property": self._property,
             "macro": self._macro,
@@ -138,7 +164,7 @@ class _Expansion:
             "insert_block": self._block,
             "call": self._call,
         }
-        return known.get(name, self._call)(element, scope, folder)
+        return known.get(_local(element.tag), self._call)(element, scope, folder)
 
     def _counted(self, count: int) -> None:
         self._count += count
@@ -153,6 +179,11 @@ class _Expansion:
         if where not in ("local", "parent", "global"):
             raise self._error(f"property {name!r}: scope {where!r}; expected parent or global")
         target = {"local": scope, "parent": scope.outer or scope, "global": self.root}[where]
+        if self._truth(element, "remove", False, scope):
+            if "value" in element.attrib or "default" in element.attrib:
+                raise self._error(f"property {name!r}: remove and a value; expected one of them")
+            scope.remove(name)
+            return []
         text = element.get("value")
         if text is None and "default" in element.attrib:
             if scope.find(name) is not None:
@@ -160,7 +191,7 @@ class _Expansion:
             text = element.get("default")
         if text is None:
             target.names[name] = _Property(self.children(element, scope, folder))
-        elif target is scope:
+        elif target is scope and self._truth(element, "lazy_eval", True, scope):
             target.names[name] = _Property(text, scope)
         else:
             target.names[name] = _Property(self.value(text, scope))
@@ -168,13 +199,14 @@ class _Expansion:
 
     def _macro(self, element: Element, scope: _Scope, folder: Path | None) -> list[Element]:
         name = self._attribute(element, "name", scope).removeprefix("xacro:")
-        found = []
-        for stars, own, outer, default in _PARAMETER.findall(element.get("params", "")):
+        found, params = [], element.get("params", "")
+        if rest := _PARAMETER.sub("", params).strip():
+            raise self._error(f"<xacro:macro> {name}: {rest!r} in params={params!r}; expected names and defaults")
+        for stars, own, sign, outer, default in _PARAMETER.findall(params):
             # A default in quotes may contain spaces.
             is_quoted = len(default) > 1 and default[0] == default[-1] and default[0] in "'\""
-            has_default = f"{own}:=" in element.get("params", "") or f"{own}=" in element.get("params", "")
             value = default[1:-1] if is_quoted else default
-            found.append(_Parameter(own, len(stars), bool(outer), value if has_default and outer != "^" else None))
+            found.append(_Parameter(own, len(stars), bool(outer), value if sign and outer != "^" else None))
         self._macros[name] = _Macro(tuple(found), element, folder)
         return []
 
@@ -208,7 +240,9 @@ class _Expansion:
                 raise self._error(f"<xacro:{name}>: no {own}; expected a value for it")
         if given:
             raise self._error(f"<xacro:{name}>: {next(iter(given))} is no parameter of the macro")
-        return self.children(macro.body, inner, macro.folder)
+        if (block := next(blocks, None)) is not None:
+            raise self._error(f"<xacro:{name}>: <{_local(block.tag)}> is an element more than the macro takes")
+        return self._nested(f"<xacro:{name}>", macro.body, inner, macro.folder)
 
     def _include(self, element: Element, scope: _Scope, folder: Path | None) -> list[Element]:
         name = self._attribute(element, "filename", scope)
@@ -221,10 +255,11 @@ class _Expansion:
             root = ElementTree.parse(path).getroot()
         except ElementTree.ParseError as error:
             raise DescriptionError(f"{path}: not XML ({error})") from None
-        return self.children(root, scope, path.parent)
+        return self._nested(f"include of {name}", root, scope, path.parent)
 
     def _argument(self, element: Element, scope: _Scope, folder: Path | None) -> list[Element]:
         name, default = self._attribute(element, "name", scope), element.get("default")
+        self.declared.add(name)
         if name not in self._arguments:
             if default is None:
                 raise self._error(f"no argument {name!r}; pass arguments={{{name!r}: ...}}")
@@ -232,16 +267,20 @@ class _Expansion:
         return []
 
     def _condition(self, element: Element, scope: _Scope, folder: Path | None) -> list[Element]:
-        given = self._attribute(element, "value", scope)
-        value = {"true": True, "false": False}.get(given.lower())
-        if value is None:
-            try:
-                value = bool(float(given))
-            except ValueError:
-                raise self._error(
-                    f"<xacro:{_local(element.tag)}>: {given!r}; expected true, false or a number"
-                ) from None
-        return self.children(element, scope, folder) if value == (_local(element.tag) == "if") else []
+        is_met = self._truth(element, "value", None, scope) == (_local(element.tag) == "if")
+        return self.children(element, scope, folder) if is_met else []
+
+    def _truth(self, element: Element, key: str, default: bool | None, scope: _Scope) -> bool:
+        if default is not None and key not in element.attrib:
+            return default
+        given = self._attribute(element, key, scope)
+        is_word = given.lower() in ("true", "false")
+        try:
+            return given.lower() == "true" if is_word else bool(float(given))
+        except ValueError:
+            raise self._error(
+                f"<xacro:{_local(element.tag)}>: {key} {given!r}; expected true, false or a number"
+            ) from None
 
     def _block(self, element: Element, scope: _Scope, folder: Path | None) -> list[Element]:
         name = self._attribute(element, "name", scope)
@@ -285,7 +324,7 @@ class _Expansion:
         if whole is not None and text[:2] != "$$":
             return self._part(whole, scope)
         found = _PARTS.sub(lambda part: str(self._part(part, scope)), text)
-        if "${" in _PARTS.sub("", text):
+        if any(sign in _PARTS.sub("|", text) for sign in _SIGNS):
             raise self._error(f"{text!r}: an expression that does not end")
         if len(found) > MOST:
             raise self._error(f"a text of more than {MOST} letters")
@@ -302,6 +341,7 @@ class _Expansion:
             case "arg":
                 if rest not in self._arguments:
                     raise self._error(f"no argument {rest!r}; pass arguments={{{rest!r}: ...}}")
+                self.declared.add(rest)
                 return self._arguments[rest]
             case "eval":
                 return self._expression(rest, scope)

@@ -520,7 +520,17 @@ static PyObject *value_power(PyObject *a, PyObject *b, PyObject *modulus)
         if ((exponent == 2 || exponent == 3) && kind->n_operations[symbol])
             return run_operation(&kind->operations[symbol][0], ((Value *)a)->x, NULL);
     }
-    return PyObject_CallMethodObjArgs(a, word_power, b, NULL);
+    /* The values of generated modules have no powers, and get here if the exponent is a value that has. */
+    PyObject *power = PyObject_GetAttr((PyObject *)Py_TYPE(a), word_power);
+    if (power == NULL) {
+        if (!PyErr_ExceptionMatches(PyExc_AttributeError))
+            return NULL;
+        PyErr_Clear();
+        Py_RETURN_NOTIMPLEMENTED;
+    }
+    PyObject *result = PyObject_CallFunctionObjArgs(power, a, b, NULL);
+    Py_DECREF(power);
+    return result;
 }
 
 static PyObject *value_vectorcall(PyObject *self, PyObject *const *args, size_t nargsf, PyObject *names)

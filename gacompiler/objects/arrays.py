@@ -830,7 +830,7 @@ def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
         return operand.layout, operand.values
     if isinstance(operand, Multivector):
         return values_of(where, from_exact(operand))
-    values = np.asarray(float(operand) if isinstance(operand, (Fraction, Decimal)) else operand)
+    values = np.asarray(float(operand) if isinstance(operand, (int, Fraction, Decimal)) else operand)
     if values.dtype.kind not in "fiubc":
         raise OperandError(where, f"an operand of type {type(operand).__name__}", "multivectors or numbers")
     return SCALAR, values.astype(np.float64) if values.dtype.kind in "iub" else values

@@ -225,6 +225,25 @@ def test_capsules_of_boxes_are_a_fifth_of_the_thickness_off(size):
         assert (np.abs(axis).max(0) + radius - np.array(size) / 2).max() < most + 1e-9
 
 
+MACRO = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="radius" default="0.01"/>
+<xacro:macro name="finger" params="n side"><link name="tip${n}"><collision><origin xyz="0 0 0.05"/>
+<geometry><sphere radius="$(arg radius)"/></geometry></collision></link><joint name="j${n}" type="prismatic">
+<parent link="palm"/><child link="tip${n}"/><origin xyz="${side * 0.05} 0 0"/><axis xyz="${side} 0 0"/>
+<limit lower="-0.03" upper="0" velocity="1" effort="1"/></joint></xacro:macro><link name="palm"><collision><geometry>
+<sphere radius="0.03"/></geometry></collision></link><xacro:finger n="1" side="1"/><xacro:finger n="2" side="-1"/>
+</robot>"""
+
+
+def test_fingers_of_macros_have_capsules_and_tips():
+    """The spheres of two macros are at the ends of the fingers, with the radius that the file is given."""
+    found = capsules_from_urdf(MACRO, arguments={"radius": 0.02})
+    assert found.carriers.tolist() == [-1, 0, 1] and found.radii.tolist() == [0.03, 0.02, 0.02]
+    assert np.allclose(found.ends[1:, 0], [[0.05, 0, 0.05], [-0.05, 0, 0.05]])
+    ours = hand_from_urdf(MACRO, torsion=SOFT, arguments={"radius": 0.02})
+    assert ours.tips.carriers.tolist() == [0, 1] and ours.tips.radii.tolist() == [0.02, 0.02]
+    assert ours.parts.carriers.tolist() == [-1, 0, 1] and ours.parts.radii.tolist() == [0.03, 0.02, 0.02]
+
+
 def _box_distance(half):
     def distance(p):
         q = np.abs(p) - half

@@ -7,6 +7,7 @@ import re
 import shutil
 import struct
 import subprocess
+from dataclasses import replace
 from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
@@ -15,7 +16,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from algorithms.kinematics import Robot
+from algorithms.kinematics import Reaching, Robot
+from algorithms.kinematics.denavit_hartenberg import Joint
+from algorithms.kinematics.tasks import position
 from algorithms.kinematics.view import RobotView
 from algorithms.kinematics.visuals import visuals_of
 from gacompiler.generation.compiling import compile_spec
@@ -115,6 +118,49 @@ def test_sliders_and_places(path: Path) -> None:
         assert np.allclose(points, pga3.move_point(robot.link(visual.link, q), visual.corners), atol=1e-8)
     with pytest.raises(ValueError, match="no slider 'e'; expected one of a, b, c"):
         view.at(e=1)
+
+
+FOLLOWER = """<robot name="r"><link name="0"/><link name="1"/><link name="2"/>
+<joint name="follower" type="prismatic"><parent link="0"/><child link="1"/><axis xyz="0 0 1"/>
+<limit lower="-0.1" upper="0.1"/><mimic joint="self" multiplier="1"/></joint>
+<joint name="self" type="continuous"><parent link="1"/><child link="2"/><axis xyz="0 0 1"/></joint></robot>"""
+
+
+def test_a_follower_before_its_leader() -> None:
+    """The slider and its limits are those of the leader, whose name may be any; it is a turn for `reach`, too."""
+    robot = Robot.from_urdf(FOLLOWER)
+    view = robot.view()
+    assert [each[:3] for each in view.sliders] == [("self", -np.pi, np.pi)] and robot.leaders == (1,)
+    assert np.allclose(view.at(**{"self": 0.3})[0][1], [0, 0, 0.3])
+    lines = repr(robot).splitlines()
+    assert "1 times self, plus 0" in lines[1] and "inf" in lines[2]
+    assert Reaching(robot, [position([0, 0, 1], link="1")])._turns.tolist() == [True]
+
+
+def test_leaders_of_robots_made_without_them() -> None:
+    """Joints that equal a variable come before joints that follow it. A change of the coupling may change leaders."""
+    kinds, axes, home = (Joint.REVOLUTE,) * 3, np.tile(np.eye(6)[0], (3, 1)), np.tile(np.eye(8)[0], (3, 1))
+    coupling = np.array([[0, 2, 0.1], [0, 1, 0], [1, 0, 0]])
+    assert Robot("r", kinds, axes, home, coupling=coupling).leaders == (2, 1)
+    assert Robot("r", kinds, axes, home).leaders == (0, 1, 2)
+    assert Robot.from_urdf(quadruped(), base="floating").leaders[:8] == (0,) * 6 + (1, 2)
+    robot = Robot.from_urdf(FOLLOWER)
+    assert replace(robot, coupling=np.array([[1, 0], [2, 0.0]])).leaders == (0,)
+    assert replace(robot, coupling=np.empty(0), limits=np.empty(0)).leaders == (0, 1)
+
+
+@pytest.mark.parametrize("content", [b"", bytes(84), bytes(80) + struct.pack("<I", 4) + bytes(149), b"solid"])
+def test_meshes_that_are_cut_off_are_missing(path: Path, content: bytes) -> None:
+    (path.parent / "meshes" / "tip.stl").write_bytes(content)
+    found, missing = visuals_of(path, {})
+    assert missing == ["package://arm/meshes/tip.stl"] and "finger" not in [each.link for each in found]
+
+
+def test_what_follows_the_triangles_of_a_mesh_is_ignored(path: Path) -> None:
+    mesh = path.parent / "meshes" / "tip.stl"
+    mesh.write_bytes(mesh.read_bytes() + b"more")
+    found, missing = visuals_of(path, {})
+    assert missing == [] and np.isclose(volume(found[3].corners, found[3].faces), 8 / 6)
 
 
 def computed_by_node(view: RobotView, cases: list[list[float]], folder: Path) -> Any:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from algorithms.kinematics import DescriptionError, Robot
+from algorithms.kinematics.urdf import described
 from algorithms.kinematics.xacro import expanded
 from tests.support.all_cases import all_cases
 from tests.support.xacro_texts import ARM, HEAD, MACROS, ROBOT
@@ -71,6 +72,45 @@ def test_included_files(tmp_path: Path) -> None:
         of('<xacro:include filename="macros.xacro"/>')
 
 
+def test_folders_of_blocks(tmp_path: Path) -> None:
+    """A macro of another folder inside of a call does not change the folder of the call, nor what follows."""
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub" / "other.xacro").write_text(
+        f'{HEAD}<xacro:macro name="other" params=""><l x="$(dirname)"/></xacro:macro></robot>'
+    )
+    text = f"""{HEAD[:-1]} x="$(dirname)"><xacro:include filename="sub/other.xacro"/>
+    <xacro:macro name="m" params="path **inside"><xacro:insert_block name="inside"/><l x="${{path}}"/></xacro:macro>
+    <xacro:m path="$(dirname)/mesh"><b><xacro:other/></b></xacro:m></robot>"""
+    found = expanded(ElementTree.fromstring(text), {}, tmp_path, "text")
+    assert [each.get("x") for each in (found, *found)] == [str(tmp_path), f"{tmp_path}/sub", f"{tmp_path}/mesh"]
+
+
+@all_cases(
+    "name",
+    ['"$(eval 1+2)"/>', '"3"><l>${1+2}</l></link>', '"${1+2}"/>'],
+)
+def test_expressions_without_elements_of_xacro(name: str) -> None:
+    """Each is enough for a description to be expanded."""
+    root, _ = described(f"<robot><link name={name}</robot>", {})
+    assert root[0].get("name") == "3" and all(each.text == "3" for each in root[0])
+
+
+def test_unknown_arguments() -> None:
+    """Arguments that no file declares are refused, also where there is nothing to expand."""
+    with pytest.raises(DescriptionError, match="no argument 'link'; expected some of links, prefix"):
+        Robot.from_urdf(ARM, arguments={"link": 1})
+    with pytest.raises(DescriptionError, match="no argument 'link'; expected some of none"):
+        described("<robot/>", {"link": 1})
+    assert described('<robot><link name="$(arg link)"/></robot>', {"link": 1})[0][0].get("name") == "1"
+
+
+def test_macros_in_conditions_count_once() -> None:
+    """A macro may call itself 90 times inside of conditions, since only macros and includes are counted."""
+    text = """<xacro:macro name="m" params="k"><l x="${k}"/><xacro:if value="${k &lt; 90}"><xacro:m k="${k + 1}"/>
+    </xacro:if></xacro:macro><xacro:m k="1"/>"""
+    assert [each.get("x") for each in of(text)] == [str(k + 1) for k in range(90)]
+
+
 P = '<xacro:property name="a" value="{0}"/>'
 
 
@@ -99,6 +139,19 @@ P = '<xacro:property name="a" value="{0}"/>'
         ),
         ('<xacro:macro name="m" params=""><l x="1"/></xacro:macro><xacro:call macro="m"/>', "1"),
         ('<xacro:arg name="n" default="4"/><l x="$(arg n)"/>', "4"),
+        (
+            '<xacro:arg name="n" default="4"/><xacro:macro name="m" params="grid:=$(arg n) a := 3"><l x="${grid}${a}"/>'
+            "</xacro:macro><xacro:m/>", "43",
+        ),
+        (
+            P.format("1") + '<xacro:property name="a" remove="true"/><xacro:property name="a" default="2"/>'
+            '<l x="${a}"/>', "2",
+        ),
+        (
+            P.format("1") + '<xacro:property name="b" value="${a}" lazy_eval="false"/>' + P.format("2")
+            + '<l x="${b}"/>', "1",
+        ),
+        ('<l x="$$${1}"/>', "$${1}"),
     ],
 )  # fmt: skip
 def test_values(text: str, value: str) -> None:
@@ -127,6 +180,16 @@ DOUBLED = "".join(f'<xacro:property name="a{k + 1}" value="${{a{k} + a{k}}}"/>' 
         ('<l x="${1/0}"/>', "division by zero"),
         ('<l x="${1"/>', "does not end"),
         ("<xacro:m/>", "no such macro"),
+        ('<l x="$(arg n"/>', "does not end"),
+        ('<xacro:macro name="m" params="id grid:=3"/><xacro:m/>', "no id; expected"),
+        ('<xacro:macro name="m" params="prefix parent_prefix:=x"/><xacro:m/>', "no prefix; expected"),
+        ('<xacro:macro name="m" params="a, b"/>', "'a,' in params="),
+        (M + '<xacro:m a="1"><o/><surplus/></xacro:m>', "<surplus> is an element more"),
+        (P.format("1") + '<xacro:property name="a" remove="true"/><l x="${a}"/>', "no property 'a'"),
+        (P.format("1") + '<xacro:property name="a" value="2" remove="true"/>', "remove and a value"),
+        (f"{'<l>' * 900}{'</l>' * 900}", "nested too often"),
+        ('<l x="${round(5, -10000000)}"/>', "at most 4096"),
+        (f'<xacro:property name="a" value="${{[{"1," * 3000}]}}"/><l x="${{len(str([{"a," * 100}]))}}"/>', "more than"),
         (M + "<xacro:m/>", "no a; expected"),
         (M + '<xacro:m a="1"/>', r"no element for \*b"),
         (M + '<xacro:m a="1" c="2"><o/></xacro:m>', "c is no parameter"),
@@ -147,7 +210,7 @@ DOUBLED = "".join(f'<xacro:property name="a{k + 1}" value="${{a{k} + a{k}}}"/>' 
         ('<xacro:property name="a0" value="abc"/>' + DOUBLED + '<l x="${a60}"/>', "more than"),
         ('<xacro:property name="a0" value="${[1]}"/>' + DOUBLED + '<l x="${a60}"/>', "more than"),
         ('<xacro:macro name="m" params="k"><xacro:if value="${k > 0}"><xacro:m k="${k - 1}"/><xacro:m k="${k - 1}"/>'
-         '</xacro:if></xacro:macro><xacro:m k="60"/>', "nested"),
+         '</xacro:if></xacro:macro><xacro:m k="200"/>', "nested"),
     ],
 )  # fmt: skip
 def test_errors(text: str, message: str) -> None:

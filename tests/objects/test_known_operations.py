@@ -10,6 +10,7 @@ import pytest
 from gacompiler import Algebra
 from gacompiler.errors import OperandError
 from gacompiler.objects import PGA3, VGA3, Space, operators
+from generated.pga3 import Point
 
 RNG = np.random.default_rng(7)
 POINTS = PGA3.point(RNG.normal(size=(6, 5, 3)))
@@ -36,6 +37,8 @@ def test_powers_are_products_before_and_after_they_are_compiled() -> None:
     assert (turn**1001).isclose(VGA3.rotor([0, 0, 1], 1001.0), atol=1e-10) and (turn ** (1 << 40)).layout.unit
     with pytest.raises(OperandError):
         m ** "2"
+    with pytest.raises(TypeError, match="Point"):  # whose class has no powers
+        Point(1, 2, 3) ** m
 
 
 def test_equality_and_order_of_single_elements() -> None:
@@ -110,6 +113,18 @@ def test_numbers_beside_arrays() -> None:
                 many ^ POINTS
         assert (np.array(2.0) ^ POINTS).isclose(2 * POINTS).all()
         compiled()
+
+
+def test_long_integers_beside_arrays() -> None:
+    """They are doubles, as beside single elements, before and after an operation is known."""
+    points = Space(Algebra("LONG", "e1 e2", [1, 1])).vector(RNG.normal(size=(4, 2)))
+    for _ in range(2):
+        found = [points * 10**30, 10**30 * points, points + 10**30, points / 10**30]
+        expected = [points * 1e30, 1e30 * points, points + 1e30, points / 1e30]
+        assert all((a.values == b.values).all() for a, b in zip(found, expected, strict=True))
+        for x in (points, points[0]):
+            with pytest.raises(OverflowError, match="too large"):
+                x * 10**400
 
 
 def test_blades_and_layouts_of_spaces_with_equal_names() -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import ceil, sqrt
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -24,7 +25,9 @@ _INSET = ((2 * _ROUND) ** 2 - 2) / (4 * _ROUND)
 their ends as inside of the corners."""
 
 
-def capsules_from_urdf(path: str | Path, robot: Robot | None = None) -> ArmCapsules:
+def capsules_from_urdf(
+    path: str | Path, robot: Robot | None = None, *, arguments: Mapping[str, Any] = urdf.NO_ARGUMENTS
+) -> ArmCapsules:
     """Return capsules for the spheres, cylinders and boxes of a URDF file's collision elements.
 
     Parameters
@@ -33,6 +36,8 @@ def capsules_from_urdf(path: str | Path, robot: Robot | None = None) -> ArmCapsu
         As in `Robot.from_urdf`.
     robot : Robot, optional
         That of the same file; by default, it is read again.
+    arguments : mapping of str, optional
+        As in `Robot.from_urdf`, for files of xacro.
 
     Returns
     -------
@@ -46,8 +51,8 @@ def capsules_from_urdf(path: str | Path, robot: Robot | None = None) -> ArmCapsu
     OSError, TypeError, DescriptionError
         As `Robot.from_urdf`, and if a geometry is a mesh, there is none at all, or a size is not positive.
     """
-    model = Robot.from_urdf(path) if robot is None else robot
-    root, where, _ = urdf.root_of(path, "robot")
+    model = Robot.from_urdf(path, arguments=arguments) if robot is None else robot
+    root, where = urdf.described(path, arguments)
     carriers, ends, radii = [], [], []
     for link in root.findall("link"):
         name = link.get("name", "")
