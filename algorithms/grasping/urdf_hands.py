@@ -16,7 +16,6 @@ from ..geometry.meshes import Integers
 from ..kinematics import Robot, urdf
 from ..kinematics.collisions.described import capsules_from_urdf
 from ..kinematics.errors import DescriptionError
-from ..kinematics.tables import followed
 from .hands import Capsules, Fingertips, Hand, hand_of
 
 
@@ -89,15 +88,14 @@ def hand_from_urdf(
         raise ValueError(
             f"hand_from_urdf: torsion: 0 of {robot.name}; two fingers need a positive length, of soft tips"
         )
-    leaders = _leaders(path, robot)
     return hand_of(
         robot,
         fingertips,
         Capsules(parts.carriers, parts.ends, parts.radii, np.ones(len(parts.radii), bool)),
-        closing=None if closing is None else _rates(closing, robot, leaders),
+        closing=None if closing is None else _rates(closing, robot),
         approach=direction / size,
         torsion=float(torsion),
-        breakaway=_followers(breakaway, robot, leaders),
+        breakaway=_followers(breakaway, robot),
     )
 
 
@@ -145,9 +143,9 @@ def _placed(rows: Sequence[tuple[str, Reals, float]], robot: Robot) -> Fingertip
     return Fingertips(carriers, centres, np.array([row[3] for row in found]))
 
 
-def _rates(closing: Mapping[str, float], robot: Robot, leaders: Sequence[int]) -> Reals:
+def _rates(closing: Mapping[str, float], robot: Robot) -> Reals:
     """Return the rates of the variables."""
-    names = [robot.joint_names[joint] for joint in leaders]
+    names = [robot.joint_names[joint] for joint in robot.leaders]
     unknown = set(closing) - set(names)
     if unknown:
         raise DescriptionError(
@@ -160,9 +158,9 @@ def _rates(closing: Mapping[str, float], robot: Robot, leaders: Sequence[int]) -
     return rates
 
 
-def _followers(names: Sequence[str], robot: Robot, leaders: Sequence[int]) -> list[int]:
+def _followers(names: Sequence[str], robot: Robot) -> list[int]:
     """Return the joints with some names, which must follow others."""
-    following = [name for joint, name in enumerate(robot.joint_names) if joint not in leaders]
+    following = [name for joint, name in enumerate(robot.joint_names) if joint not in robot.leaders]
     for name in names:
         if name not in following:
             raise DescriptionError(
@@ -170,12 +168,3 @@ def _followers(names: Sequence[str], robot: Robot, leaders: Sequence[int]) -> li
                 f"{', '.join(following) or 'none'}"
             )
     return [robot.joint_names.index(name) for name in names]
-
-
-def _leaders(path: str | Path, robot: Robot) -> list[int]:
-    """Return the joint of each variable. One that follows at the ratio 1 has an equal row."""
-    root, _ = urdf.described(path, {})
-    following = {joint.get("name") for joint in root.findall("joint") if joint.find("mimic") is not None}
-    variables, _, _ = followed(robot)
-    found = [joint for joint, name in enumerate(robot.joint_names) if name not in following]
-    return sorted(found, key=lambda joint: variables[joint])
