@@ -88,7 +88,9 @@ class Constrained:
     constraints : Constraint or sequence of Constraint
         From `algorithms.kinematics.contacts`.
     passive : sequence of str, optional
-        Joints without a motor, for `inverse_dynamics`. A floating base always has none.
+        Joints without a motor, for `inverse_dynamics`. A floating base always has none. A joint that follows another
+        (mimic) is moved by the motor of that, and naming it has no effect. Joints that always have the same position
+        are named together, because either may be the one that follows.
 
     Attributes
     ----------
@@ -98,7 +100,8 @@ class Constrained:
     Raises
     ------
     TypeError, ValueError
-        If there is no constraint, a link or joint is unknown, or no joint moves the first link of a constraint.
+        If there is no constraint, a link or joint is unknown, no joint moves the first link of a constraint, or only
+        some of the joints with the same position are passive.
     MissingInertiaError
         If masses are unknown.
 
@@ -272,6 +275,9 @@ class Constrained:
     def errors(self, q: ArrayLike) -> Reals:
         """Return by how much the constraints are violated, (..., r): lengths, and sines of angles.
 
+        The sine of half a turn is zero: a hinge whose axis points the other way has no errors of angles, nor has a weld
+        that is half a turn about one of its axes away from its target. `frequency` corrects neither.
+
         Parameters
         ----------
         q : array_like, (..., n), or (..., 8 + m) if the base floats
@@ -350,13 +356,25 @@ class Constrained:
     def _coordinates_of(self, names: Sequence[str]) -> NDArray[np.int64]:
         """Return the coordinates of passive joints and of the base."""
         robot = self._robot
-        found = set(range(FREEDOMS * is_floating(robot)))
-        coordinates = followed(robot)[0]
+        joints = robot.joint_names
         for name in names:
-            if name not in robot.joint_names:
-                known = ", ".join(robot.joint_names)
-                raise DescriptionError(f"{robot.name}: passive: no joint {name!r}; expected one of {known}")
-            found.add(int(coordinates[robot.joint_names.index(name)]))
+            if name not in joints:
+                raise DescriptionError(
+                    f"{robot.name}: passive: no joint {name!r}; expected one of {', '.join(joints)}"
+                )
+        found = set(range(FREEDOMS * is_floating(robot)))
+        moved: dict[int, list[str]] = {}
+        for joint, coordinate, ratio, offset in zip(joints, *followed(robot), strict=True):
+            if ratio == 1 and offset == 0:
+                moved.setdefault(int(coordinate), []).append(joint)
+        for coordinate, together in moved.items():
+            missing = set(together) - set(names)
+            if missing and len(missing) < len(together):
+                raise DescriptionError(
+                    f"{robot.name}: passive: {', '.join(together)} have the same position; expected all of them or none"
+                )
+            if not missing:
+                found.add(coordinate)
         return np.array(sorted(found), np.int64)
 
     def _carrier(self, link: str | None) -> tuple[int, Reals]:

@@ -76,7 +76,10 @@ DEPENDENT = Fraction(1, 2**26)
 """A row depends on those before it if less than this part of its terms remains: half of the digits."""
 
 ROUNDED = robots.NO_INERTIA / DEPENDENT
-"""The rounding errors of places, relative to the distance from the base, of which this part is no rounding error."""
+"""The rounding errors of places, relative to their distance from the base, divided by `DEPENDENT`.
+
+A term that is this part of the distance is large enough for half of the digits to be right.
+"""
 
 
 class Row(NamedTuple):
@@ -179,8 +182,8 @@ def constraint_rows(
 ):  # fmt: skip
     """Compute the matrix of constraints, their accelerations at constant rates, and what they are violated by.
 
-    The product of the matrix and the rates are the velocities that are to vanish. Violations are lengths, and cosines
-    of angles that are to be right: sines of errors. Three more results, in the same order, are the sizes of the terms
+    The product of the matrix and the rates are the velocities that are to vanish. Violations are lengths, and sines of
+    angles: cosines of angles between marks and bearings, which are to be right. Three more results, in the same order, are the sizes of the terms
     of which each of these numbers is the sum, for judging what remains of them.
     """
     own = robots.own_poses(q, variables, ratios, offsets, places, screws, turns)
