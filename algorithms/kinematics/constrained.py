@@ -225,7 +225,8 @@ class Constrained:
         robot = self._robot
         fastest = np.abs(rising).max(-1) + np.square(rates).max(-1) + np.linalg.norm(robot.free_fall)
         roots = np.sqrt(robot._computed.largest_inertias)
-        return np.asarray(fastest)[..., None] * (roots * roots.max())
+        scales: Reals = np.asarray(fastest)[..., None] * (roots * roots.max())
+        return scales
 
     def impact(self, q: ArrayLike, qd: ArrayLike, restitution: float = 0.0) -> Response:
         """Return the velocities after the constraints have been closed suddenly, and their impulses.
@@ -359,9 +360,7 @@ class Constrained:
         joints = robot.joint_names
         for name in names:
             if name not in joints:
-                raise DescriptionError(
-                    f"{robot.name}: passive: no joint {name!r}; expected one of {', '.join(joints)}"
-                )
+                raise DescriptionError(f"{robot.name}: passive: no joint {name!r}; expected one of {', '.join(joints)}")
         found = set(range(FREEDOMS * is_floating(robot)))
         moved: dict[int, list[str]] = {}
         for joint, coordinate, ratio, offset in zip(joints, *followed(robot), strict=True):

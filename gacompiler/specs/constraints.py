@@ -119,13 +119,13 @@ def _length(vector):
     return sqrt(dot(vector, vector))
 
 
-def _terms(axis_turns, wrench_force, wrench_torque, distance, reach):
+def _terms(turns, force, torque, distance, reach):
     """Return the size of the terms of the power of a wrench of unit size on a twist of unit size.
 
     Rounding errors do not decrease with the distance between both, but grow with that from the base.
     """
-    force, torque = dot(wrench_force, wrench_force), dot(wrench_torque, wrench_torque)
-    return axis_turns * (torque + force * (distance + ROUNDED * reach)) + (1 - axis_turns) * force
+    pushes, twists = dot(force, force), dot(torque, torque)
+    return turns * (twists + pushes * (distance + ROUNDED * reach)) + (1 - turns) * pushes
 
 
 def _ground(q, base):
@@ -183,8 +183,8 @@ def constraint_rows(
     """Compute the matrix of constraints, their accelerations at constant rates, and what they are violated by.
 
     The product of the matrix and the rates are the velocities that are to vanish. Violations are lengths, and sines of
-    angles: cosines of angles between marks and bearings, which are to be right. Three more results, in the same order, are the sizes of the terms
-    of which each of these numbers is the sum, for judging what remains of them.
+    angles: cosines of angles between marks and bearings, which are to be right. Three more results, in the same order,
+    are the sizes of the terms of which each of these numbers is the sum, for judging what remains of them.
     """
     own = robots.own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = robots.in_base(own, parents)
@@ -224,24 +224,25 @@ def constraint_rows(
         of_row, *gather((poses, motions, extents), owners), *gather((poses, motions, extents), others),
         grounded, points, marks, forces, torques, targets, bearings, known,
     )  # fmt: skip
-    wrenches, ends, reaches, pushes, twists = gather((rows.wrench, rows.place, rows.reach, forces, torques), held)
-    acting = gather(axes, movers)
+    acting, moving = (rows.wrench, rows.place, rows.reach, forces, torques), gather(axes, movers)
+    wrenches, *numbers = gather(acting, held)
 
-    def term(pose, turn, factor, place, *numbers):
-        return absolute(factor) * _terms(turn, *numbers[:2], _length(robots._minus(place, pose.place)), numbers[2])
+    def term(pose, turn, factor, place, reach, force, torque):
+        away = _length(robots._minus(place, pose.place))
+        return absolute(factor) * _terms(turn, force, torque, away, reach)
 
-    entries = each(lambda axis, wrench, factor: factor * (axis & wrench), acting, wrenches, factors)
-    sizes = each(term, gather(poses, movers), gather(turns, movers), factors, ends, pushes, twists, reaches)
+    entries = each(lambda axis, wrench, factor: factor * (axis & wrench), moving, wrenches, factors)
+    sizes = each(term, gather(poses, movers), gather(turns, movers), factors, *numbers)
     matrix, terms = (scatter(x, (held, places_of), (known, qd)) for x in (entries, sizes))
-    wrenches, ends, reaches, pushes, twists = gather((rows.wrench, rows.place, rows.reach, forces, torques), lifted)
-    powers = each(robots.powers_of, wrenches)
-    for k, (power, freedom) in enumerate(zip(powers, lifted_freedoms, strict=True)):
-        sizes = each(
-            lambda force, torque, place, reach: _terms(int(k < 3), force, torque, _length(place), reach),
-            pushes, twists, ends, reaches,
-        )  # fmt: skip
+
+    def terms_of_base(place, reach, force, torque):
+        return tuple(_terms(turn, force, torque, _length(place), reach) for turn in (1, 1, 1, 0, 0, 0))
+
+    wrenches, *numbers = gather(acting, lifted)
+    powers, sizes = each(robots.powers_of, wrenches), each(terms_of_base, *numbers)
+    for power, size, freedom in zip(powers, sizes, lifted_freedoms, strict=True):
         matrix = scatter(power, (lifted, freedom), (known, qd), start=matrix)
-        terms = scatter(sizes, (lifted, freedom), (known, qd), start=terms)
+        terms = scatter(size, (lifted, freedom), (known, qd), start=terms)
     return matrix, rows.drift, rows.gap, terms, rows.drift_terms, rows.gap_terms
 
 
@@ -350,8 +351,8 @@ def constrained(mass, force, rows, wanted, terms, scales, largest):
     Of all accelerations that satisfy the constraints, they are the nearest to those of the free robot, by the kinetic
     energy of the difference (Gauss). Returns the accelerations, the multipliers, which are 0 for dependent rows, the
     number of independent rows, the largest contradiction of dependent rows, relative to its terms, and the arguments of
-    `smallest_multipliers`. `terms` and `scales` are the sizes of the terms of `rows` and `wanted`. All are NaN if a pivot of the mass matrix is zero up to the rounding errors of `largest`,
-    the largest inertias of the variables.
+    `smallest_multipliers`. `terms` and `scales` are the sizes of the terms of `rows` and `wanted`. All are NaN if a
+    pivot of the mass matrix is zero up to the rounding errors of `largest`, the largest inertias of the variables.
     """
     upper, columns, free = eliminated(mass, matrices.transpose(rows), force)
     pivots = each(lambda row, i: pick(row, i, 0), upper, row_numbers(upper))
