@@ -76,10 +76,7 @@ DEPENDENT = Fraction(1, 2**26)
 """A row depends on those before it if less than this part of its terms remains: half of the digits."""
 
 ROUNDED = robots.NO_INERTIA / DEPENDENT
-"""The rounding errors of places, relative to their distance from the base, divided by `DEPENDENT`.
-
-A term that is this part of the distance is large enough for half of the digits to be right.
-"""
+"""The part of a distance from the base of which half of the digits are right, in spite of its rounding errors."""
 
 
 class Row(NamedTuple):
@@ -89,8 +86,7 @@ class Row(NamedTuple):
     ----------
     wrench, place : the wrench, and the point at which it acts
     reach : the length of the links between the base and this point
-    drift, gap : the acceleration without that of the rates, and the violation
-    drift_terms, gap_terms : their sizes
+    drift, gap : the acceleration without that of the rates, and the violation; their sizes follow
     """
 
     wrench: Any
