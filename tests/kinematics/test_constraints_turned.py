@@ -24,14 +24,23 @@ def scales(count: int) -> Iterator[tuple[np.random.Generator, float, list[float]
         yield rng, length, [float(x) for x in 10 ** rng.uniform(-3, 3, 3)], base
 
 
-def linkage(length: float, masses: list[float], base: np.ndarray) -> Robot:
+def linkage(length: float, masses: list[float], base: str = '<link name="base"/>') -> str:
     """Two cranks and a coupler in one plane, all of the same length."""
     names = "crank", "coupler", "rocker"
-    return Robot.from_urdf(described(
-        '<link name="base"/>', *(bar(name, mass, length) for name, mass in zip(names, masses, strict=True)),
+    return described(
+        base, *(bar(name, mass, length) for name, mass in zip(names, masses, strict=True)),
         turning("a", "base", "crank", "0 0 0"), turning("b", "crank", "coupler", f"{length} 0 0"),
         turning("c", "base", "rocker", f"{length} 0 0"),
-    )).with_base(base)  # fmt: skip
+    )  # fmt: skip
+
+
+def loops(length: float) -> tuple[Constraint, Constraint]:
+    """Return the point and the hinge that close the linkage."""
+    place = [length, 0, 0]
+    return (
+        contacts.point("rocker", place, other="coupler", target=place),
+        contacts.hinge("rocker", place, axis=Y, other_axis=Y, other="coupler", target=place),
+    )
 
 
 def arm(length: float, masses: list[float], base: np.ndarray) -> Robot:
@@ -75,10 +84,8 @@ def assert_solves(
 
 def test_closed_linkages_in_any_plane() -> None:
     """One force of three, and all torques of a hinge, are along or about directions that no joint moves."""
-    for rng, length, masses, base in scales(12):
-        robot, place = linkage(length, masses, base), [length, 0, 0]
-        loop = contacts.point("rocker", place, other="coupler", target=place)
-        hinge = contacts.hinge("rocker", place, axis=Y, other_axis=Y, other="coupler", target=place)
+    for rng, length, masses, base in scales(8):
+        robot, (loop, hinge) = Robot.from_urdf(linkage(length, masses)).with_base(base), loops(length)
         q = rng.uniform(0.5, 2.5) * np.array([1, -1, 1])
         for qd in (np.zeros(3), q):
             for held in ([loop], [hinge], [hinge, loop]):
@@ -92,9 +99,24 @@ def test_closed_linkages_in_any_plane() -> None:
         assert torques.result[0] == pytest.approx(expected, rel=1e-9, abs=1e-9 * 9.81 * length * sum(masses))
 
 
+def test_linkages_on_a_floating_base() -> None:
+    """The same wherever it is, also if the base is held by the ground."""
+    for rng, length, masses, base in scales(6):
+        mass = masses[0]
+        trunk = body("base", mass, "0 0 0", (mass * length**2,) * 3)
+        robot, (loop, hinge) = Robot.from_urdf(linkage(length, masses, trunk), base="floating"), loops(length)
+        away = base.copy()
+        away[4:] *= 1000
+        qd = np.concatenate([rng.normal(size=3), length * rng.normal(size=3), rng.normal(size=3)])
+        for pose in (base, away):
+            q = np.concatenate([pose, rng.uniform(0.5, 2.5) * np.array([1, -1, 1])])
+            for held, rank in (([loop], 2), ([hinge], 2), ([hinge, contacts.weld("base")], 8)):
+                assert_solves(robot, held, q, qd, rank)
+
+
 def test_contacts_of_tilted_arms() -> None:
     """The ground, whose axes are not those of the plane, holds a bar by points, a hinge or a sole."""
-    for rng, length, masses, base in scales(12):
+    for rng, length, masses, base in scales(8):
         robot, q, place = arm(length, masses, base), rng.uniform(0.5, 1.5, 3), [length, 0, 0]
         tip, normal = tip_of(robot, q, length)
         for qd in (np.zeros(3), rng.normal(size=3)):
