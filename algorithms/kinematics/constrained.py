@@ -20,7 +20,6 @@ from generated import pga3
 from ..arguments import Reals, finite_number
 from ..evidence import Status
 from .contacts import IDENTITY, Constraint
-from .definite import NO_INERTIA
 from .dynamics import Dynamics
 from .errors import DescriptionError
 from .tables import FREEDOMS, base_of, carried_by, followed, is_floating, joints_of, path_to
@@ -89,7 +88,9 @@ class Constrained:
     constraints : Constraint or sequence of Constraint
         From `algorithms.kinematics.contacts`.
     passive : sequence of str, optional
-        Joints without a motor, for `inverse_dynamics`. A floating base always has none.
+        Joints without a motor, for `inverse_dynamics`. A floating base always has none. A joint that follows another
+        (mimic) is moved by the motor of that, and naming it has no effect. Joints that always have the same position
+        are named together, because either may be the one that follows.
 
     Attributes
     ----------
@@ -99,7 +100,8 @@ class Constrained:
     Raises
     ------
     TypeError, ValueError
-        If there is no constraint, a link or joint is unknown, or no joint moves the first link of a constraint.
+        If there is no constraint, a link or joint is unknown, no joint moves the first link of a constraint, or only
+        some of the joints with the same position are passive.
     MissingInertiaError
         If masses are unknown.
 
@@ -172,11 +174,12 @@ class Constrained:
             raise ValueError(f"frequency: {omega}; expected 0 or more")
         given = self._given((q, "q"), (qd, "qd"), (tau, "tau"))
         at, rates, force = given.rows
-        matrix, wanted, gaps = self._rows(at, rates)
+        matrix, wanted, gaps, terms, scales, gap_scales = self._rows(at, rates)
         if omega:
             wanted = wanted + omega * (2 * _times(matrix, rates) + omega * gaps)
+            scales = scales + omega * (2 * _times(terms, np.abs(rates)) + omega * gap_scales)
         rest = force - self._robot._computed.held(at, rates)
-        return self._solved(given, rest, matrix, -wanted)
+        return self._solved(given, rest, (matrix, -wanted, terms, scales))
 
     def inverse_dynamics(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Response:
         """Return the forces of the joints that have motors, and of the constraints, for given accelerations.
@@ -201,21 +204,29 @@ class Constrained:
         given = self._given((q, "q"), (qd, "qd"), (qdd, "qdd"))
         at, rates, rising = given.rows
         tau = self._robot.inverse_dynamics(at, rates, rising)
-        matrix = np.swapaxes(self._rows(at, rates)[0], -1, -2)
+        found = self._rows(at, rates)
+        matrix, terms = (np.swapaxes(each, -1, -2) for each in (found[0], found[3]))
         if not len(self._passive):
             return self._response(given, tau, np.zeros((*at.shape[:-1], self._count)), 0, 0.0)
-        rows, wanted = (np.ascontiguousarray(each) for each in (matrix[..., self._passive, :], tau[..., self._passive]))
-        forces, count, left = self._balanced(rows, wanted, self._noise_of(rates, rising))
+        held = self._passive
+        scales = self._scales_of(rates, rising)[..., held]
+        rows = (matrix[..., held, :], tau[..., held], terms[..., held, :], scales)
+        forces, count, left = self._balanced(*map(np.ascontiguousarray, rows))
         tau = tau - _times(matrix, forces)
         # What remains of the forces of passive joints are rounding errors, or what the constraints cannot exert.
         tau[..., self._passive] *= 0.0
         return self._response(given, tau, forces, count, left)
 
-    def _noise_of(self, rates: Reals, rising: Reals) -> Any:
-        """Return the rounding errors of forces: those of the largest terms, inertias times accelerations."""
+    def _scales_of(self, rates: Reals, rising: Reals) -> Reals:
+        """Return the sizes (..., n) of the terms of forces: bounds of inertias times accelerations.
+
+        An entry of a mass matrix is at most the geometric mean of those on the diagonal.
+        """
         robot = self._robot
         fastest = np.abs(rising).max(-1) + np.square(rates).max(-1) + np.linalg.norm(robot.free_fall)
-        return NO_INERTIA * robot._computed.largest_inertias.max() * fastest
+        roots = np.sqrt(robot._computed.largest_inertias)
+        scales: Reals = np.asarray(fastest)[..., None] * (roots * roots.max())
+        return scales
 
     def impact(self, q: ArrayLike, qd: ArrayLike, restitution: float = 0.0) -> Response:
         """Return the velocities after the constraints have been closed suddenly, and their impulses.
@@ -242,9 +253,11 @@ class Constrained:
             raise ValueError(f"restitution: {bounce}; expected a number from 0 to 1")
         given = self._given((q, "q"), (qd, "qd"))
         at, rates = given.rows
-        matrix = self._rows(at, rates)[0]
+        found = self._rows(at, rates)
+        matrix, terms = found[0], found[3]
         momenta = _times(self._robot.mass_matrix(at), rates)
-        return self._solved(given, momenta, matrix, -bounce * _times(matrix, rates))
+        scales = bounce * _times(terms, np.abs(rates))
+        return self._solved(given, momenta, (matrix, -bounce * _times(matrix, rates), terms, scales))
 
     def matrix(self, q: ArrayLike) -> Reals:
         """Return the matrix (..., r, n) of the constraints: its product with `qd` are the velocities that vanish.
@@ -262,6 +275,9 @@ class Constrained:
 
     def errors(self, q: ArrayLike) -> Reals:
         """Return by how much the constraints are violated, (..., r): lengths, and sines of angles.
+
+        The sine of half a turn is zero: a hinge whose axis points the other way has no errors of angles, nor has a weld
+        that is half a turn about one of its axes away from its target. `frequency` corrects neither.
 
         Parameters
         ----------
@@ -293,13 +309,13 @@ class Constrained:
         """
         given = self._given((q, "q"), (qd, "qd"), (qdd, "qdd"))
         at, rates, rising = given.rows
-        matrix, drift, _ = self._rows(at, rates)
+        matrix, drift = self._rows(at, rates)[:2]
         return given.shaped(_times(matrix, rising) + drift)
 
     def _evaluated(self, q: ArrayLike) -> tuple[Reals, ...]:
         """Return the results of the kernel of rows at rest."""
         given = self._given((q, "q"))
-        found = self._rows(given.rows[0], self._still)
+        found = self._rows(given.rows[0], self._still)[:3]
         return tuple(given.shaped(each, each.ndim - given.rows[0].ndim + 1) for each in found)
 
     def _given(self, *values: tuple[Any, str]) -> _Given:
@@ -313,9 +329,10 @@ class Constrained:
         lead, found = self._robot._together(*values)
         return _Given(lead, found[0].dtype, tuple(row.astype(float, copy=False) for row in found))
 
-    def _solved(self, given: _Given, force: Reals, matrix: Reals, wanted: Reals) -> Response:
+    def _solved(self, given: _Given, force: Reals, rows: tuple[Reals, ...]) -> Response:
+        """Return the response to forces; `rows` are the constraints, as arguments of the kernel `constrained`."""
         mass = self._robot.mass_matrix(given.rows[0])
-        found, forces, count, left, upper, steps = self._constrained(mass, force, matrix, wanted)
+        found, forces, count, left, upper, steps = self._constrained(mass, force, *rows)
         if count.min(initial=self._count) < self._count if count.ndim else count < self._count:
             forces = self._smallest(upper, steps)
         return self._response(given, found, forces, count, left)
@@ -340,13 +357,23 @@ class Constrained:
     def _coordinates_of(self, names: Sequence[str]) -> NDArray[np.int64]:
         """Return the coordinates of passive joints and of the base."""
         robot = self._robot
-        found = set(range(FREEDOMS * is_floating(robot)))
-        coordinates = followed(robot)[0]
+        joints = robot.joint_names
         for name in names:
-            if name not in robot.joint_names:
-                known = ", ".join(robot.joint_names)
-                raise DescriptionError(f"{robot.name}: passive: no joint {name!r}; expected one of {known}")
-            found.add(int(coordinates[robot.joint_names.index(name)]))
+            if name not in joints:
+                raise DescriptionError(f"{robot.name}: passive: no joint {name!r}; expected one of {', '.join(joints)}")
+        found = set(range(FREEDOMS * is_floating(robot)))
+        moved: dict[int, list[str]] = {}
+        for joint, coordinate, ratio, offset in zip(joints, *followed(robot), strict=True):
+            if ratio == 1 and offset == 0:
+                moved.setdefault(int(coordinate), []).append(joint)
+        for coordinate, together in moved.items():
+            missing = set(together) - set(names)
+            if missing and len(missing) < len(together):
+                raise DescriptionError(
+                    f"{robot.name}: passive: {', '.join(together)} have the same position; expected all of them or none"
+                )
+            if not missing:
+                found.add(coordinate)
         return np.array(sorted(found), np.int64)
 
     def _carrier(self, link: str | None) -> tuple[int, Reals]:

@@ -125,7 +125,8 @@ def hinge(
     Returns
     -------
     Constraint
-        Its forces are three along the axes of `other`, N, and two torques perpendicular to the axis, N m.
+        Its forces are three along the axes of `other`, N, and two torques perpendicular to the axis, N m. An axis that
+        points the other way is no error (`Constrained.errors`).
 
     Raises
     ------
@@ -163,8 +164,9 @@ def weld(
     Returns
     -------
     Constraint
-        Its forces are three along the axes of `other`, N, and three torques about these axes, N m, at the origin of
-        `frame`.
+        Its forces are three along the axes of `other`, N, and three torques, N m, at the origin of `frame`: about the
+        axes of `target`, whose errors are those of small turns about them, or without it about the axes of `other`.
+        Half a turn about one of these axes is no error (`Constrained.errors`).
 
     Raises
     ------
@@ -172,7 +174,7 @@ def weld(
         If a frame is not a rigid motion.
     """
     own, place = _frame(frame, "frame")
-    held, there = (own, None) if target is None else _frame(target, "target")
+    held, there = (_EYE, None) if target is None else _frame(target, "target")
     rows = [Row(unit, _NONE, _NONE, _NONE) for unit in _EYE]
     # A small turn about the first of three axes moves the second towards the third.
     rows += [Row(_NONE, held[:, k], own[:, (k + 1) % 3], held[:, (k + 2) % 3]) for k in range(3)]

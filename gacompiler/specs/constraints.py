@@ -73,20 +73,55 @@ ROWS = {
 }
 
 DEPENDENT = Fraction(1, 2**26)
-"""A row depends on those before it if what remains of it is smaller than this part: half of the digits."""
+"""A row depends on those before it if less than this part of its terms remains: half of the digits."""
+
+ROUNDED = robots.NO_INERTIA / DEPENDENT
+"""The part of a distance from the base of which half of the digits are right, in spite of its rounding errors."""
 
 
 class Row(NamedTuple):
-    """A row of a constraint in the base frame: the wrench, the acceleration without that of the rates, and the gap."""
+    """A row of a constraint in the base frame, and the sizes of the terms of its numbers, which may cancel.
+
+    Attributes
+    ----------
+    wrench, place : the wrench, and the point at which it acts
+    reach : the length of the links between the base and this point
+    drift, gap : the acceleration without that of the rates, and the violation; their sizes follow
+    """
 
     wrench: Any
+    place: Any
+    reach: Any
     drift: Any
     gap: Any
+    drift_terms: Any
+    gap_terms: Any
+
+
+class Extent(NamedTuple):
+    """Bounds for a link: the length of links from the base to it, and its angular and linear speeds."""
+
+    reach: Any
+    spin: Any
+    speed: Any
 
 
 def _velocity(twist, place):
     """Return the velocity of a point that moves with a twist."""
     return robots._plus(robots._moment(twist), cross(robots._direction(twist), place))
+
+
+def _length(vector):
+    return sqrt(dot(vector, vector))
+
+
+def _terms(turns, force, torque, distance, reach):
+    """Return the size of the terms of the power of a wrench of unit size on a twist of unit size.
+
+    Rounding errors do not decrease with the distance between both, but grow with that from the base.
+    """
+    pushes, twists = dot(force, force), dot(torque, torque)
+    return turns * (twists + pushes * (distance + ROUNDED * reach)) + (1 - turns) * pushes
 
 
 def _ground(q, base):
@@ -99,7 +134,7 @@ def _ground(q, base):
     return fold(of_world, Pose(assemble(PGA3, {"1": 1}), (0, 0, 0)), *gather(q, base))
 
 
-def _row(pose, motion, other, other_motion, point, mark, force, torque, target, bearing, known):
+def _row(pose, motion, extent, other, other_motion, other_extent, point, mark, force, torque, target, bearing, known):
     place = robots._plus(pose.place, robots.rotated(pose.rotor, point))
     along, turn = robots.rotated(other.rotor, force), robots.rotated(other.rotor, torque)
     velocity = _velocity(motion.twist, place)
@@ -114,7 +149,16 @@ def _row(pose, motion, other, other_motion, point, mark, force, torque, target, 
     drift = drift + dot(turn, turning) + dot(cross(spin, turn), turned)
     away = robots._minus(place, robots._plus(other.place, robots.rotated(other.rotor, target)))
     tilt = dot(robots.rotated(pose.rotor, mark), robots.rotated(other.rotor, bearing))
-    return Row(robots._line(along, robots._plus(cross(place, along), turn)), drift, known * (dot(along, away) + tilt))
+    wrench = robots._line(along, robots._plus(cross(place, along), turn))
+    # The sizes of both links are added, since their motions may cancel.
+    arm, apart = _length(point), _length(robots._minus(place, other.place))
+    reach = extent.reach + arm + other_extent.reach
+    fast = extent.spin + other_extent.spin
+    speeds = extent.speed + extent.spin * arm + other_extent.speed + other_extent.spin * apart
+    pushes, far = dot(force, force), ROUNDED * reach
+    drift_terms = fast * (pushes * (speeds + far * fast) + dot(torque, torque) * fast)
+    gap_terms = known * (pushes * (apart + _length(target) + far) + dot(mark, mark))
+    return Row(wrench, place, reach, drift, known * (dot(along, away) + tilt), drift_terms, gap_terms)
 
 
 TREE = {"parents": robots.PARENTS, **robots.JOINTS, **robots.COORDINATES}
@@ -122,7 +166,10 @@ TREE = {"parents": robots.PARENTS, **robots.JOINTS, **robots.COORDINATES}
 
 @kernel(
     q=robots.POSITIONS, qd=robots.VALUES, **TREE, **ROWS, **robots.BASE, **robots.FREEDOMS,
-    returns=(array(SCALAR, "r", "m"), array(SCALAR, "r"), array(SCALAR, "r")),
+    returns=(
+        array(SCALAR, "r", "m"), array(SCALAR, "r"), array(SCALAR, "r"),
+        array(SCALAR, "r", "m"), array(SCALAR, "r"), array(SCALAR, "r"),
+    ),
 )  # fmt: skip
 def constraint_rows(
     q, qd, parents, variables, ratios, offsets, places, screws, turns, coordinates,
@@ -131,8 +178,9 @@ def constraint_rows(
 ):  # fmt: skip
     """Compute the matrix of constraints, their accelerations at constant rates, and what they are violated by.
 
-    The product of the matrix and the rates are the velocities that are to vanish. Violations are lengths, and cosines
-    of angles that are to be right.
+    The product of the matrix and the rates are the velocities that are to vanish. Violations are lengths, and sines of
+    angles: cosines of angles between marks and bearings, which are to be right. Three more results, in the same order,
+    are the sizes of the terms of which each of these numbers is the sum, for judging what remains of them.
     """
     own = robots.own_poses(q, variables, ratios, offsets, places, screws, turns)
     poses = robots.in_base(own, parents)
@@ -147,27 +195,51 @@ def constraint_rows(
     motions = scan(outward, start, axes, gather(qd, coordinates), ratios, parents=parents)
     world = _ground(q, base)
 
-    def of_row(pose, motion, other, other_motion, is_grounded, *numbers):
+    def farther(carrier, pose, speed, ratio, turn):
+        length, fast = _length(pose.place), absolute(ratio * speed)
+        return Extent(
+            carrier.reach + length,
+            carrier.spin + turn * fast,
+            carrier.speed + carrier.spin * length + (1 - turn) * fast,
+        )  # fmt: skip
+
+    nearest = Extent(0, _length(robots._direction(start.twist)), _length(robots._moment(start.twist)))
+    extents = scan(farther, nearest, own, gather(qd, coordinates), ratios, turns, parents=parents)
+
+    def of_row(pose, motion, extent, other, other_motion, other_extent, is_grounded, *numbers):
         def chosen(ground, link):
             return select(is_grounded > 0, ground, link)
 
         rotor = assemble(PGA3, {name: chosen(world.rotor[name], other.rotor[name]) for name in PGA3.ROTOR.blades})
         other = Pose(rotor, tuple(chosen(x, y) for x, y in zip(world.place, other.place, strict=True)))
         moves = 1 - is_grounded
-        return _row(pose, motion, other, Motion(moves * other_motion.twist, moves * other_motion.rate), *numbers)
+        moved = Motion(moves * other_motion.twist, moves * other_motion.rate)
+        return _row(pose, motion, extent, other, moved, Extent(*(moves * x for x in other_extent)), *numbers)
 
     rows = each(
-        of_row, *gather((poses, motions), owners), *gather((poses, motions), others),
+        of_row, *gather((poses, motions, extents), owners), *gather((poses, motions, extents), others),
         grounded, points, marks, forces, torques, targets, bearings, known,
     )  # fmt: skip
-    entries = each(
-        lambda axis, wrench, factor: factor * (axis & wrench), gather(axes, movers), gather(rows.wrench, held), factors
-    )
-    matrix = scatter(entries, (held, places_of), (known, qd))
-    powers = each(robots.powers_of, gather(rows.wrench, lifted))
-    for power, freedom in zip(powers, lifted_freedoms, strict=True):
+    acting, moving = (rows.wrench, rows.place, rows.reach, forces, torques), gather(axes, movers)
+    wrenches, *numbers = gather(acting, held)
+
+    def term(pose, turn, factor, place, reach, force, torque):
+        away = _length(robots._minus(place, pose.place))
+        return absolute(factor) * _terms(turn, force, torque, away, reach)
+
+    entries = each(lambda axis, wrench, factor: factor * (axis & wrench), moving, wrenches, factors)
+    sizes = each(term, gather(poses, movers), gather(turns, movers), factors, *numbers)
+    matrix, terms = (scatter(x, (held, places_of), (known, qd)) for x in (entries, sizes))
+
+    def terms_of_base(place, reach, force, torque):
+        return tuple(_terms(turn, force, torque, _length(place), reach) for turn in (1, 1, 1, 0, 0, 0))
+
+    wrenches, *numbers = gather(acting, lifted)
+    powers, sizes = each(robots.powers_of, wrenches), each(terms_of_base, *numbers)
+    for power, size, freedom in zip(powers, sizes, lifted_freedoms, strict=True):
         matrix = scatter(power, (lifted, freedom), (known, qd), start=matrix)
-    return matrix, rows.drift, rows.gap
+        terms = scatter(size, (lifted, freedom), (known, qd), start=terms)
+    return matrix, rows.drift, rows.gap, terms, rows.drift_terms, rows.gap_terms
 
 
 def inner(x, y):
@@ -197,21 +269,23 @@ class Projection(NamedTuple):
     left: Any
 
 
-def projected(equations, wanted, start, least, noise=0):
+def projected(equations, wanted, start, least, sizes, scales):
     """Move a vector to the nearest one that satisfies ``equations^T x = wanted``.
 
     The equations, which are columns, are made orthonormal one by one (Gram and Schmidt, Golub and Van Loan, *Matrix
-    Computations*, 5.2.8), and the vector is moved along each. Those of which less than the part `least` remains are
-    left out, and contradict the others if their right-hand sides are off by more than `noise`. The inner loops are over
-    equations, which vector lanes share.
+    Computations*, 5.2.8), and the vector is moved along each. `sizes` are the squared sizes of the terms of the
+    equations, `scales` those of the right-hand sides, both of which may cancel. An equation of which less than the part
+    `least` of its size remains is left out, since it may be only a rounding error. The inner loops are over equations,
+    which vector lanes share.
     """
     numbers = row_numbers(wanted)
     zeros = each(lambda _: 0, wanted)
-    sizes = total(lambda row: each(lambda c: c * c, row), equations)
+    squares = total(lambda row: each(lambda c: c * c, row), equations)
 
     def step(old, k):
         column = each(lambda row: pick(row, k, 0), old.equations)
-        left, size, value = inner(column, column), pick(sizes, k, 0), pick(wanted, k, 0)
+        left, value = inner(column, column), pick(wanted, k, 0)
+        size = pick(squares, k, 0) + pick(sizes, k, 0)
         keeps = left > least * least * size
         scale = select(keeps, 1, 0) / sqrt(select(keeps, left, 1))
         unit = each(lambda y: scale * y, column)
@@ -219,8 +293,8 @@ def projected(equations, wanted, start, least, noise=0):
         along = each(lambda c, j: select(j < k, 0, c), products, numbers)
         gap = value - inner(each(lambda row: pick(row, k, 0), equations), old.x)
         length = gap * scale
-        terms = absolute(value) + sqrt(size * old.squared)
-        contradiction = select(keeps, 0, maximum(absolute(gap) - noise, 0) / select(terms > 0, terms, 1))
+        terms = absolute(value) + sqrt(size * old.squared) + pick(scales, k, 0)
+        contradiction = select(keeps, 0, absolute(gap) / select(terms > 0, terms, 1))
         return Projection(
             each(lambda row, u: each(lambda c, y: c - y * u, row, along), old.equations, unit),
             each(lambda row, i: each(lambda y, z: select(equal(i, k), z, y), row, along), old.upper, numbers),
@@ -263,17 +337,18 @@ def eliminated(mass, columns, force):
 
 @kernel(
     mass=array(SCALAR, "m", "m"), force=array(SCALAR, "m"), rows=array(SCALAR, "r", "m"), wanted=array(SCALAR, "r"),
+    terms=array(SCALAR, "r", "m"), scales=array(SCALAR, "r"),
     largest=array(SCALAR, "m", shared=True),
     returns=(array(SCALAR, "m"), array(SCALAR, "r"), SCALAR, SCALAR, array(SCALAR, "r", "r"), array(SCALAR, "r")),
 )  # fmt: skip
-def constrained(mass, force, rows, wanted, largest):
+def constrained(mass, force, rows, wanted, terms, scales, largest):
     """Compute the accelerations under forces and constraints, ``mass a = force + rows^T multipliers, rows a = wanted``.
 
     Of all accelerations that satisfy the constraints, they are the nearest to those of the free robot, by the kinetic
     energy of the difference (Gauss). Returns the accelerations, the multipliers, which are 0 for dependent rows, the
     number of independent rows, the largest contradiction of dependent rows, relative to its terms, and the arguments of
-    `smallest_multipliers`. All are NaN if a pivot of the mass matrix is zero up to the rounding errors of `largest`,
-    the largest inertias of the variables.
+    `smallest_multipliers`. `terms` and `scales` are the sizes of the terms of `rows` and `wanted`. All are NaN if a
+    pivot of the mass matrix is zero up to the rounding errors of `largest`, the largest inertias of the variables.
     """
     upper, columns, free = eliminated(mass, matrices.transpose(rows), force)
     pivots = each(lambda row, i: pick(row, i, 0), upper, row_numbers(upper))
@@ -286,7 +361,12 @@ def constrained(mass, force, rows, wanted, largest):
     roots = each(root, pivots, largest)
     inverses = each(lambda size: 1 / size, roots)
     white = each(lambda row, scale: each(lambda x: scale * x, row), columns, inverses)
-    found = projected(white, wanted, each(lambda x, scale: scale * x, free, inverses), DEPENDENT)
+    # Columns of the inverse mass matrix are at least as long as the inverse pivots.
+    sizes = total(
+        lambda column, scale: each(lambda x: (scale * x) * (scale * x), column), matrices.transpose(terms), inverses
+    )
+    began = each(lambda x, scale: scale * x, free, inverses)
+    found = projected(white, wanted, began, DEPENDENT, sizes, scales)
     accelerations = matrices.solve_upper(upper, each(lambda x, size: x * size, found.x, roots))
     multipliers = matrices.solve_upper(found.upper, found.steps)
     return accelerations, multipliers, found.count, found.left, found.upper, found.steps
@@ -298,19 +378,22 @@ def smallest_multipliers(upper, steps):
 
     `upper` are the products of independent rows with all rows, and `steps` what the multipliers must add up to.
     """
-    return projected(matrices.transpose(upper), steps, each(lambda _: 0, steps), 0).x
+    zeros = each(lambda _: 0, steps)
+    return projected(matrices.transpose(upper), steps, zeros, 0, zeros, zeros).x
 
 
 @kernel(
-    rows=array(SCALAR, "u", "r"), wanted=array(SCALAR, "u"), noise=SCALAR,
+    rows=array(SCALAR, "u", "r"), wanted=array(SCALAR, "u"),
+    terms=array(SCALAR, "u", "r"), scales=array(SCALAR, "u"),
     returns=(array(SCALAR, "r"), SCALAR, SCALAR),
 )  # fmt: skip
-def balanced(rows, wanted, noise):
+def balanced(rows, wanted, terms, scales):
     """Compute the multipliers with the smallest sum of squares that satisfy ``rows multipliers = wanted``.
 
-    `noise` are the rounding errors of `wanted`, which cancel where nothing is wanted.
+    `terms` and `scales` are the sizes of the terms of `rows` and `wanted`, which may cancel.
     Returns the multipliers, the number of independent rows, and the largest contradiction of dependent rows.
     """
     columns = matrices.transpose(rows)
-    found = projected(columns, wanted, each(lambda _: 0, columns), DEPENDENT, noise)
+    sizes = each(lambda row: inner(row, row), terms)
+    found = projected(columns, wanted, each(lambda _: 0, columns), DEPENDENT, sizes, scales)
     return found.x, found.count, found.left
