@@ -109,38 +109,38 @@ def optical_flow(
     Mean errors for translations of textures without noise are below 0.02 pixels. Changes of brightness within a few
     pixels, as by small highlights, look like motion.
     """
-    images = [single_image(image, name, _SMALLEST) for image, name in ((first, "first"), (second, "second"))]
-    if images[0].shape != images[1].shape:
-        raise ValueError(f"second: shape {images[1].shape}; expected that of the first image, {images[0].shape}")
-    rows, columns = images[0].shape
-    dtype = np.result_type(*images)
-    most = int(np.log2(min(images[0].shape) / _SMALLEST)) + 1
+    pair = [single_image(image, name, _SMALLEST) for image, name in ((first, "first"), (second, "second"))]
+    if pair[0].shape != pair[1].shape:
+        raise ValueError(f"second: shape {pair[1].shape}; expected that of the first image, {pair[0].shape}")
+    rows, columns = pair[0].shape
+    dtype = np.result_type(*pair)
+    most = int(np.log2(min(pair[0].shape) / _SMALLEST)) + 1
     count = min(5, most) if levels is None else levels
     if isinstance(count, bool) or not isinstance(count, (int, np.integer)) or not 1 <= count <= most:
         raise ValueError(f"levels: {levels!r}; expected 1 to {most} for images of {rows} x {columns} pixels")
     threads = n_threads(workers)
-    normalized, contrasts = zip(*(_normalized(image) for image in images), strict=True)
+    normalized, contrasts = zip(*(_normalized(image) for image in pair), strict=True)
     share = _noise_share(normalized, contrasts, noise)
     stiffness = _STIFFNESS[0] + (_STIFFNESS[1] - _STIFFNESS[0]) * share**2 / (share**2 + _NOISE**2)
     pyramid = [np.stack(normalized)]
     while len(pyramid) < count:
         pyramid.append(halved(pyramid[-1], threads))
     uv, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
-    seen = visible(Comparison(*normalized), uv)
+    half = pyramid[1] if count > 1 else halved(pyramid[0], threads)
+    seen = visible(Comparison(*normalized), half, uv)
     if seen.any() and not seen.all():
-        half = pyramid[1] if count > 1 else halved(pyramid[0], threads)
         uv = filled(uv, seen, half[0], _CONTRAST)
     confidence = np.where(seen, interpolated(confidence, seen.shape), 0)
     return Flow(np.ascontiguousarray(np.moveaxis(uv, 0, -1), dtype), confidence.astype(dtype), seen)
 
 
-def _noise_share(images: Sequence[Reals], contrasts: Sequence[float], noise: float | None) -> float:
+def _noise_share(normalized: Sequence[Reals], contrasts: Sequence[float], noise: float | None) -> float:
     """Return the ratio of the standard deviation of the noise to the contrast of the images.
 
-    `images` are normalized; `contrasts` and `noise` refer to the images as the caller passed them.
+    Images are `normalized`; `contrasts` and `noise` refer to the images as the caller passed them.
     """
     if noise is None:
-        shares = [_white_noise(image) for image in images]
+        shares = [_white_noise(image) for image in normalized]
     else:
         number = finite_number(noise, "noise")
         if number < 0:

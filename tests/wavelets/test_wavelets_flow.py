@@ -138,6 +138,15 @@ def test_no_structure_gives_no_motion_and_no_confidence() -> None:
     assert np.abs(stripes.uv[24:-24, 24:-24] - [1, 0]).max() < 0.05
 
 
+@pytest.mark.parametrize("row", [7, 8])
+def test_a_single_pixel_is_visible_wherever_it_is(row: int) -> None:
+    first, second = np.zeros((2, 16, 16))
+    first[row, 7] = second[row, 9] = 1
+    flow = optical_flow(first, second)
+    assert np.abs(flow.uv[row, 7] - [2, 0]).max() < 0.01
+    assert flow.visible[:, :13].all() and not flow.visible[:, 14:].any()
+
+
 def test_same_image() -> None:
     image = texture("brick")[:101, :75]
     assert np.abs(optical_flow(image, image).uv).max() < 1e-3
