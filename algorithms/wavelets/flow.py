@@ -13,7 +13,7 @@ from generated import images
 from ..arguments import Reals, finite_number
 from .checks import single_image
 from .flow_boundaries import Comparison, chosen, interpolated, joined, visible
-from .flow_equations import Level, halved
+from .flow_equations import Level, halved, too_fine
 from .flow_solver import filled, solved
 from .sharing import Progress, n_threads, steps
 
@@ -76,7 +76,8 @@ def optical_flow(
         no influence. float32 is kept; integers are converted to float64.
     levels : int, optional
         Number of pyramid levels, each of half the size of the previous one: motions of up to about ``2**levels`` pixels
-        are found. The default is 5, or as many levels as leave 8 pixels.
+        are found. The default is 5, or as many levels as leave 8 pixels. Levels whose pixels are too large for the
+        structure of the images, such as fine stripes, are left out.
     workers : int, optional
         Number of threads that share the filters of several images, as in `scipy.fft`; the result does not depend on it.
     progress : function of (done, total), optional
@@ -106,6 +107,8 @@ def optical_flow(
     unknowns are the motions of every other row and column, the nodes. At boundaries, nodes and then pixels choose among
     their own motion and those of neighbours by the differences of the images, which keeps boundaries sharp.
 
+    Of the motions of a periodic pattern, the smallest one is found if it is at most a third of the period.
+
     Mean errors for translations of textures without noise are below 0.02 pixels. Changes of brightness within a few
     pixels, as by small highlights, look like motion.
     """
@@ -123,10 +126,10 @@ def optical_flow(
     share = _noise_share(normalized, contrasts, noise)
     stiffness = _STIFFNESS[0] + (_STIFFNESS[1] - _STIFFNESS[0]) * share**2 / (share**2 + _NOISE**2)
     pyramid = [np.stack(normalized)]
-    while len(pyramid) < count:
+    while len(pyramid) < count and not too_fine(pyramid[-1]):
         pyramid.append(halved(pyramid[-1], threads))
-    uv, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(count))))
-    half = pyramid[1] if count > 1 else halved(pyramid[0], threads)
+    uv, confidence = _motion(pyramid, stiffness, threads, steps(progress, sum(_rounds(len(pyramid)))))
+    half = pyramid[1] if len(pyramid) > 1 else halved(pyramid[0], threads)
     seen = visible(Comparison(*normalized), half, uv)
     if seen.any() and not seen.all():
         uv = filled(uv, seen, half[0], _CONTRAST)

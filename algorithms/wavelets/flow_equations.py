@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from generated import images
@@ -15,6 +16,8 @@ _OFFSET = 80
 """Numbers between planes: five lines of a cache."""
 _LARGE = 2**14
 """Number of values above which a quarter of them suffices for a median."""
+_STEP = 4
+"""A limit on work: one of so many rows and columns decides whether structure is too fine for a coarser level."""
 _LEAST_NOISE = 1e-6
 """Squared difference of images of contrast 1 after rounding to bytes, averaged over neighbours."""
 
@@ -29,6 +32,10 @@ def half_gaussian(sigma: float, reach: int) -> Reals:
 _FINE, _COARSE = half_gaussian(0.7, 3), half_gaussian(2.0, 7)
 """The images that are compared are the difference of both, without noise from pixel to pixel and without brightness."""
 _HALVING = half_gaussian(1.0, 5)
+_REACH = 5
+"""Distance in pixels of the farthest pixels of `_SEEN`."""
+_SEEN = half_gaussian(np.hypot(1.0, 2 * 0.7), _REACH)
+"""A Gaussian as wide as that of halved images and the finer one together."""
 _NEIGHBOURHOOD = half_gaussian(1.5, 5)
 """A Gaussian over which equations are averaged."""
 
@@ -99,6 +106,24 @@ def _planes(count: int, shape: tuple[int, ...]) -> Reals:
 def halved(pair: Reals, threads: int) -> Reals:
     """Return every other pixel of smoothed images (2, M, N), starting at the first row and the first column."""
     return _at_even_places(np.pad(pair, [(0, 0), (0, pair.shape[1] % 2), (0, 0)], "edge"), _HALVING, threads)
+
+
+def too_fine(pair: Reals) -> bool:
+    """Return whether most of the structure of images (2, M, N) along an axis is lost in `halved` ones.
+
+    Waves shorter than two pixels of these become longer ones, which move differently, and differences of pixels say
+    little about waves shorter than three pixels of these, of frequency ``w = pi/3`` here. The squares of second and
+    first differences are as ``(1 - cos w)^2`` to ``(sin w)^2``, which is 1 to 3 there.
+    """
+    taps = np.concatenate([_SEEN[:0:-1], _SEEN])
+    for lines in (pair[:, ::_STEP], pair[:, :, ::_STEP].swapaxes(1, 2)):
+        # Edges are left out: what is beyond them is unknown.
+        smooth = scipy.ndimage.correlate1d(lines, taps)[..., _REACH:-_REACH]
+        slope = smooth[..., 2:] - smooth[..., :-2]
+        bend = smooth[..., 2:] + smooth[..., :-2] - 2 * smooth[..., 1:-1]
+        if 3 * np.vdot(bend, bend) > np.vdot(slope, slope):
+            return True
+    return False
 
 
 def _at_even_places(planes: Reals, taps: Reals, threads: int) -> Reals:

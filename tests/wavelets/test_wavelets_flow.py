@@ -147,6 +147,17 @@ def test_a_single_pixel_is_visible_wherever_it_is(row: int) -> None:
     assert flow.visible[:, :13].all() and not flow.visible[:, 14:].any()
 
 
+@pytest.mark.parametrize("period", [5, 2 * np.pi, 8, 12, 20])
+@pytest.mark.parametrize("turned", [False, True])
+def test_of_the_motions_of_stripes_the_smallest_one_is_found(period: float, turned: bool) -> None:
+    """Too few pixels of a period at a coarse level would lead to another one of them."""
+    x, motion = np.arange(64), 0.3 * period
+    pair = [np.tile(np.sin(2 * np.pi / period * (x - part)), (64, 1)) for part in (0, motion)]
+    flow = optical_flow(*(image.T if turned else image for image in pair))
+    assert np.abs(flow.uv[8:-8, 8:-8, int(turned)] - motion).mean() < 0.1
+    assert flow.visible[8:-8, 8:-8].mean() > 0.9
+
+
 def test_same_image() -> None:
     image = texture("brick")[:101, :75]
     assert np.abs(optical_flow(image, image).uv).max() < 1e-3
