@@ -44,8 +44,9 @@ class Flow(NamedTuple):
     uv : array, (M, N, 2)
         In pixels: the point at row y and column x of the first image is at ``(y + v, x + u)`` in the second one.
     confidence : array, (M, N)
-        Between 0 and 1. It is 0 where the motion along some direction is undetermined, where the equations disagree and
-        where the pixel is not visible.
+        Between 0 and 1. It is 0 where the motion along some direction is undetermined, so that noise alone explains the
+        structure in this direction with a probability above 1/1000, and where the pixel is not visible. It is low where
+        the equations disagree.
     visible : array of bool, (M, N)
         True where the motion ends inside the image and, near boundaries of the motion, the images agree there and no
         pixel that moves differently agrees better at the same place. Elsewhere, for example where a pixel of the first

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from generated import images
 
 from ..arguments import Reals
+from ..evidence import largest_ratio
 
 _OFFSET = 80
 """Numbers between planes: five lines of a cache."""
@@ -74,7 +75,8 @@ class Level:
         sums : array, (6, m, n)
             Results of `images.motion_terms`, averaged over neighbours.
         confidence : array, (m, n)
-            As in `images.motion_confidence`.
+            From 0 to 1: ``e / (e + r + ridge)`` with the least squared difference r and the structure e in the
+            direction that has least of it, without what noise may contribute.
         noise : float
             The median over the image of the least squared difference, which is due to noise.
         """
@@ -86,12 +88,44 @@ class Level:
         sums = _at_even_places(self._terms, _NEIGHBOURHOOD, self._threads)
         # Contrasts of 1 give sums of about 1: the second term matters only where the image is empty.
         ridge = np.float32(1e-4 * (sums[0].mean() + sums[2].mean()) + 1e-12)
-        left, confidence = images.motion_confidence(sums.reshape(6, -1).T, ridge).T.reshape(2, *self._nodes)
-        return sums, confidence, max(median(left), _LEAST_NOISE)
+        left, least = images.motion_evidence(sums.reshape(6, -1).T, ridge).T.reshape(2, *self._nodes)
+        noise = max(median(left), _LEAST_NOISE)
+        structure = np.maximum(least - structure_of_noise() * np.maximum(left, noise), 0)
+        return sums, structure / (structure + left + ridge), noise
 
     def pixels(self, motion: Reals) -> Reals:
         """Return the motion (..., m, n) of the nodes, interpolated between them, for all pixels."""
         return enlarged(motion)[..., : self._shape[0], : self._shape[1]]
+
+
+@lru_cache
+def structure_of_noise() -> float:
+    """Return the mean square of a derivative that white noise alone exceeds with the probability `WRONG`.
+
+    The unit is the median of least squared differences of the two images. The derivative is that of their mean, whose
+    variance is a quarter of that of the difference.
+    """
+    width = len(_COARSE)
+    fine, coarse = (np.concatenate([taps[:0:-1], taps]).astype(float) for taps in (_FINE, _COARSE))
+    band = np.pad(np.outer(fine, fine), width - len(_FINE)) - np.outer(coarse, coarse)
+    slopes = scipy.signal.convolve2d(band, [[1 / 12, -2 / 3, 0, 2 / 3, -1 / 12]])
+    # The motion, two numbers, takes its part of the differences.
+    differences = _freedom(band)
+    rest = (differences - 2) / differences * largest_ratio(differences - 2, probability=0.5)
+    return float((slopes**2).sum() / (band**2).sum() / 4 * largest_ratio(_freedom(slopes)) / rest)
+
+
+def _freedom(taps: Reals) -> int:
+    """Return the degrees of freedom of the distribution of chi-square that averaged squares of filtered noise have.
+
+    It is the one with the same variance.
+    """
+    alike = scipy.signal.correlate2d(taps, taps)
+    near = np.concatenate([_NEIGHBOURHOOD[:0:-1], _NEIGHBOURHOOD]).astype(float)
+    pairs = np.correlate(near, near, "full")
+    rows, columns = ((size - len(pairs)) // 2 for size in alike.shape)
+    part = alike[rows : rows + len(pairs), columns : columns + len(pairs)] / alike.max()
+    return round(1 / float((np.outer(pairs, pairs) * part**2).sum()))
 
 
 def _planes(count: int, shape: tuple[int, ...]) -> Reals:

@@ -138,6 +138,19 @@ def test_no_structure_gives_no_motion_and_no_confidence() -> None:
     assert np.abs(stripes.uv[24:-24, 24:-24] - [1, 0]).max() < 0.05
 
 
+@pytest.mark.parametrize("sigma", [0.05, 0.2])
+def test_noise_is_no_structure(sigma: float) -> None:
+    """Along stripes, noise alone exceeds the limit in a thousandth of the places; a texture in both directions does."""
+    rng = np.random.default_rng(3)
+    texture = scipy.ndimage.gaussian_filter(rng.normal(size=(98, 98)), 1.5)
+    stripes = np.tile(scipy.ndimage.gaussian_filter1d(rng.normal(size=98), 1.5), (98, 1))
+    for image, limits in ((stripes, (0, 0.01)), (texture, (0.8, 1))):
+        pair = [image[1:-1, part : part + 96] / image.std() + sigma * rng.normal(size=(96, 96)) for part in (1, 0)]
+        flow = optical_flow(*pair)
+        assert limits[0] <= (flow.confidence > 0).mean() <= limits[1]
+        assert np.abs(np.median(flow.uv[..., 0]) - 1) < 0.05
+
+
 @pytest.mark.parametrize("row", [7, 8])
 def test_a_single_pixel_is_visible_wherever_it_is(row: int) -> None:
     first, second = np.zeros((2, 16, 16))
