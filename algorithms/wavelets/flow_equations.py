@@ -89,9 +89,8 @@ class Level:
         # Contrasts of 1 give sums of about 1: the second term matters only where the image is empty.
         ridge = np.float32(1e-4 * (sums[0].mean() + sums[2].mean()) + 1e-12)
         left, least = images.motion_evidence(sums.reshape(6, -1).T, ridge).T.reshape(2, *self._nodes)
-        noise = max(median(left), _LEAST_NOISE)
-        structure = np.maximum(least - structure_of_noise() * np.maximum(left, noise), 0)
-        return sums, structure / (structure + left + ridge), noise
+        structure = np.maximum(least - structure_of_noise() * left, 0)
+        return sums, structure / (structure + left + ridge), max(median(left), _LEAST_NOISE)
 
     def pixels(self, motion: Reals) -> Reals:
         """Return the motion (..., m, n) of the nodes, interpolated between them, for all pixels."""
@@ -102,8 +101,8 @@ class Level:
 def structure_of_noise() -> float:
     """Return the mean square of a derivative that white noise alone exceeds with the probability `WRONG`.
 
-    The unit is the median of least squared differences of the two images. The derivative is that of their mean, whose
-    variance is a quarter of that of the difference.
+    The unit is the least mean squared difference of the two images at the same place, as noise may vary. The derivative
+    is that of their mean, whose variance is a quarter of that of the difference.
     """
     width = len(_COARSE)
     fine, coarse = (np.concatenate([taps[:0:-1], taps]).astype(float) for taps in (_FINE, _COARSE))
@@ -111,8 +110,9 @@ def structure_of_noise() -> float:
     slopes = scipy.signal.convolve2d(band, [[1 / 12, -2 / 3, 0, 2 / 3, -1 / 12]])
     # The motion, two numbers, takes its part of the differences.
     differences = _freedom(band)
-    rest = (differences - 2) / differences * largest_ratio(differences - 2, probability=0.5)
-    return float((slopes**2).sum() / (band**2).sum() / 4 * largest_ratio(_freedom(slopes)) / rest)
+    variance = differences / (differences - 2)
+    ratio = largest_ratio(_freedom(slopes), differences - 2)
+    return float(variance * ratio * (slopes**2).sum() / (band**2).sum() / 4)
 
 
 def _freedom(taps: Reals) -> int:
