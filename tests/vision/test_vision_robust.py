@@ -100,7 +100,12 @@ def test_no_lower_minimum_is_near_the_truth() -> None:
 def test_shuffled_partners_do_not_repeat_the_numbers_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     """A seed gives samples and shuffles different streams, each of them always the same; a generator goes on."""
     drawn: list[float] = []
-    monkeypatch.setattr(robust, "explained_by_chance", lambda *others: bool(drawn.append(others[-1].random())))
+
+    def explained(*others: Any) -> bool:
+        drawn.append(others[-1].random())
+        return False
+
+    monkeypatch.setattr(robust, "explained_by_chance", explained)
     found = Consensus(Hypothesis(0.0, np.eye(3), np.ones(9, bool)), 1, reached=True)
     for seed in (5, 5, np.random.default_rng(5)):
         assert robust.consensus_status(None, found, 1.0, seed) == VisionStatus.OK  # type: ignore[arg-type]
