@@ -43,7 +43,8 @@ class Freedom:
 def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom) -> bool:
     """Return whether the `distances` of n points to a model can be explained by chance.
 
-    `wrong` are the distances of wrong pairs, in which points have the partners of other points.
+    `wrong` are the distances of wrong pairs, in which points have the partners of other points. Without any wrong pair,
+    nothing is known about chance, and the result is True.
 
     Models are counted by the sets of points that they make inliers. Two methods bound the number of these sets. First,
     a model can be moved until as many points as it has parameters are exactly at the threshold, on either side, which
@@ -52,11 +53,11 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
     points are inliers independently, with the same probability as wrong pairs. The smaller bound over all distance
     levels is used.
     """
+    if not len(wrong):
+        return True
     finite = wrong[np.isfinite(wrong)]
-    if not len(finite):
-        return False
     rank = min(_NEAREST, max(len(finite) // 2, 1)) - 1
-    base = float(np.partition(finite, rank)[rank])
+    base = float(np.partition(finite, rank)[rank]) if len(finite) else np.inf
     n, count = len(distances), int(np.count_nonzero(distances <= threshold))
     if _are_far_from_chance(n, count, _expected(finite, base, threshold, freedom) / len(wrong), freedom):
         return False
@@ -102,10 +103,12 @@ def least_by_chance(distances: Reals, share: Callable[[Reals], Reals], freedom: 
     -------
     logarithm, threshold : float, or array (...)
         The natural logarithm of the expected number of models by chance with as many inliers, and the largest distance
-        of an inlier.
+        of an inlier. They are infinity and 0 without points.
     """
     limits = np.sort(distances, axis=-1)
     n = limits.shape[-1]
+    if not n:
+        return np.full(limits.shape[:-1], np.inf)[()], np.zeros(limits.shape[:-1])[()]
     logs = log_false_alarms(n, np.arange(1, n + 1), share(limits), freedom) + np.log(n)
     k = np.argmin(logs, axis=-1)[..., None]
     return tuple(np.take_along_axis(row, k, -1)[..., 0][()] for row in (logs, limits))  # type: ignore[return-value]

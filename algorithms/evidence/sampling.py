@@ -19,7 +19,15 @@ def random_sets(n_items: int, size: int, count: int) -> NDArray[np.intp]:
 
 
 def random_subsets(rng: np.random.Generator, n_items: int, size: int, count: int) -> NDArray[np.intp]:
-    """Return `count` sets (count, size) of different items, all equally likely."""
+    """Return `count` sets (count, size) of different items, all equally likely.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer items than a set has.
+    """
+    if size > n_items:
+        raise ValueError(f"size: {size}; expected at most the number of items, {n_items}")
     if n_items < size * size:
         return rng.permuted(np.tile(np.arange(n_items), (count, 1)), axis=1)[:, :size]
     sets = np.empty((0, size), np.intp)

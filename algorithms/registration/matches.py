@@ -94,7 +94,7 @@ def register_matches(
     tolerance : float, optional
         The greatest distance of an inlier. By default it follows from the data.
     similarity : bool, optional
-        Whether the target also has another scale.
+        Whether the target also has another scale, between 1/20 and 20.
 
     Returns
     -------
@@ -289,6 +289,9 @@ def _fitted(
     if values[1] - values[0] < _DETERMINED * values[3]:
         status = RegistrationStatus.COLLINEAR
     off_one = np.linalg.norm(pga3.move_point(motor, x) - y, axis=-1)
+    if tolerance is not None:
+        # The motion of all inliers moves a few of them beyond the tolerance.
+        inliers &= off_one <= tolerance
     residual = float(np.sqrt(np.mean(off_one[inliers] ** 2))) if inliers.any() else np.inf
     return MatchRegistration(motor, 1.0, inliers, status, residual, chance, np.zeros((0, 6)))
 
@@ -309,7 +312,7 @@ def _log_chance(off: Reals, y: Reals, tolerance: float | None, room: float | Non
 
     distances = off if tolerance is None else np.where(off <= tolerance, off, np.inf)
     logarithms, radii = least_by_chance(distances, share, _FREEDOM)
-    return logarithms / np.log(10), np.maximum(radii, floor)
+    return logarithms / np.log(10), np.minimum(np.maximum(radii, floor), np.inf if tolerance is None else tolerance)
 
 
 def _likely_scales(x: Reals, y: Reals) -> list[float]:

@@ -57,8 +57,11 @@ def consensus_estimate(problem: Problem, found: Consensus, threshold: float, see
 
 
 def consensus_status(problem: Problem, found: Consensus, threshold: float, seed: Seed) -> VisionStatus:
-    """Return NO_CONSENSUS if chance explains the best model, NOT_CONVERGED if too few samples were drawn, or OK."""
-    rng = np.random.default_rng(seed)
+    """Return NO_CONSENSUS if chance explains the best model, NOT_CONVERGED if too few samples were drawn, or OK.
+
+    The random numbers of a seed are independent of those by which `consensus` draws samples.
+    """
+    rng = seed if isinstance(seed, np.random.Generator) else np.random.default_rng(seed).spawn(1)[0]
     if found.best is None or explained_by_chance(problem, found.best.model, threshold, rng):
         return VisionStatus.NO_CONSENSUS
     return VisionStatus.OK if found.reached else VisionStatus.NOT_CONVERGED

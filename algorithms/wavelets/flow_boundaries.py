@@ -49,7 +49,7 @@ class Comparison:
         self._border = _REACH + 1
         self._images = [np.pad(image, self._border, "edge") for image in (first, second)]
         self._last = np.array(first.shape[::-1], np.float32) - 1 + self._border
-        self.shape, self._first, self._second = first.shape, first, second
+        self.shape = first.shape
 
     def at(self, row: NDArray[np.intp], column: NDArray[np.intp], uv: Reals, most: float) -> Reals:
         """Return the differences, averaged over a window, of some pixels (k) with the motion (2, k).
@@ -57,18 +57,6 @@ class Comparison:
         Each squared difference is clipped to `most`.
         """
         return self._costs(row, column, uv, (_DOWN, _ACROSS, _WEIGHTS), most)
-
-    def samples(self, motion: Reals, known: NDArray[np.bool_]) -> tuple[Reals, Reals]:
-        """Return values (k) of the second image at the ends of the motion (2, m, n) of known nodes, and of the first.
-
-        Every other node in both directions is used. Where the motion shrinks areas to less than half, so that pixels
-        seem to explain several others, the value is the mean.
-        """
-        row, column = np.nonzero(known[::2, ::2])
-        ends = 4 * np.stack([row, column]) + motion[::-1, ::2, ::2][:, row, column]
-        moved = scipy.ndimage.map_coordinates(self._second, ends, order=1, mode="nearest")
-        moved = np.where(_shrinks(motion)[::2, ::2][row, column], moved.mean() if moved.size else 0, moved)
-        return moved, self._first[4 * row, 4 * column]
 
     def noise(self, motion: Reals) -> float:
         """Return the median of the squared differences of the nodes, which have the motion (2, m, n)."""
@@ -85,6 +73,20 @@ class Comparison:
             *self._images, *places, *uv, *window, self._last, np.float32(most)
         )
         return result
+
+
+def _samples(half: Reals, motion: Reals, known: NDArray[np.bool_]) -> tuple[Reals, Reals]:
+    """Return values (k) of the second image at the ends of the motion (2, m, n) of known nodes, and of the first.
+
+    Both images (2, m, n) are smoothed before every other pixel is taken, so that no structure is between the nodes.
+    Where the motion shrinks areas to less than half, so that pixels seem to explain several others, the value is the
+    mean.
+    """
+    row, column = np.nonzero(known)
+    ends = np.stack([row, column]) + motion[::-1, row, column] / 2
+    moved = scipy.ndimage.map_coordinates(half[1], ends, order=1, mode="nearest")
+    moved = np.where(_shrinks(motion)[row, column], moved.mean() if moved.size else 0, moved)
+    return moved, half[0][row, column]
 
 
 def _shrinks(motion: Reals) -> NDArray[np.bool_]:
@@ -190,7 +192,7 @@ def joined(comparison: Comparison, motion: Reals, uv: Reals) -> Reals:
     if not edge.any():
         return uv
     near = scipy.ndimage.binary_dilation(edge, np.ones((3, 3), bool))
-    row, column = np.nonzero(near.repeat(2, 0).repeat(2, 1)[: uv.shape[1], : uv.shape[2]])
+    row, column = np.nonzero(_each_pixel(near, uv.shape[1:]))
     noise = comparison.noise(motion)
     most, own = most_of(noise), uv[:, row, column]
     best, result = _BETTER * comparison.at(row, column, own, most) - 0.1 * noise, own.copy()
@@ -218,12 +220,14 @@ def _edges(motion: Reals) -> NDArray[np.bool_]:
     return edge
 
 
-def visible(comparison: Comparison, uv: Reals) -> NDArray[np.bool_]:
+def visible(comparison: Comparison, half: Reals, uv: Reals) -> NDArray[np.bool_]:
     """Return which pixels of the first image are visible in the second one.
 
     Parameters
     ----------
     comparison : Comparison
+    half : array, (2, m, n)
+        Every other pixel of both images after smoothing.
     uv : array, (2, M, N)
         The motion from the first image to the second one.
 
@@ -236,7 +240,7 @@ def visible(comparison: Comparison, uv: Reals) -> NDArray[np.bool_]:
     shape = uv.shape[1:]
     inside = ~outside(uv)
     motion = np.ascontiguousarray(uv[:, ::2, ::2])
-    if not explains(*comparison.samples(motion, inside[::2, ::2])):
+    if not explains(*_samples(half, motion, inside[::2, ::2])):
         return np.zeros(shape, bool)
     edge = _edges(motion)
     if not edge.any():

@@ -143,11 +143,10 @@ def pair_means(even, odd, taps):
 
 
 @kernel(sums=array(SCALAR, 6), ridge=SCALAR, returns=array(SCALAR, 2))
-def motion_confidence(sums, ridge):
-    """Compute the least residual of normal equations as in `motion_terms`, and a confidence from 0 to 1.
+def motion_evidence(sums, ridge):
+    """Compute the least residual sum of squares of normal equations as in `motion_terms`, and the smaller eigenvalue.
 
-    `ridge`, positive, is added to the diagonal. With the smaller eigenvalue e of the matrix and the least residual sum
-    of squares r, the confidence is ``e / (e + r + ridge)``.
+    `ridge`, positive, is added to the diagonal for the residual.
     """
     xx, xy, yy, x, y, square = sums
     half, across = (xx - yy) / 2, xy
@@ -155,8 +154,7 @@ def motion_confidence(sums, ridge):
     a, c = xx + ridge, yy + ridge
     determinant = a * c - xy * xy
     u, v = (c * x - xy * y) / determinant, (a * y - xy * x) / determinant
-    least, left = ga.maximum(least, 0), ga.maximum(square - u * x - v * y, 0)
-    return left, least / (least + left + ridge)
+    return ga.maximum(square - u * x - v * y, 0), ga.maximum(least, 0)
 
 
 def _weights(sums, before, motion, stiffness, noise):

@@ -20,6 +20,7 @@ from algorithms.evidence import (
     Problem,
     Status,
     all_or_some_sets,
+    by_chance,
     consensus,
     differ,
     explained_by_chance,
@@ -133,7 +134,20 @@ def test_the_threshold_that_is_least_by_chance() -> None:
     assert least_by_chance(rng.uniform(0, 1, 100), lambda r: np.minimum(r, 1), free)[0] > 0
 
 
+def test_nothing_is_no_evidence() -> None:
+    """Without wrong pairs, or without points, nothing contradicts chance; wrong pairs that are far off do."""
+    free = Freedom(sample_size=2, parameters=2, codimension=1, solutions=1, false_alarms=1.0)
+    assert by_chance(np.ones(50), np.zeros(0), 1.0, free)
+    assert not by_chance(np.ones(50), np.full(50, np.inf), 1.0, free)
+    assert by_chance(np.full(50, 2.0), np.full(50, np.inf), 1.0, free)
+    assert least_by_chance(np.zeros(0), lambda r: r, free) == (np.inf, 0)
+    logarithms, thresholds = least_by_chance(np.zeros((3, 0)), lambda r: r, free)
+    assert logarithms.tolist() == [np.inf] * 3 and thresholds.tolist() == [0] * 3
+
+
 def test_subsets_are_equally_likely() -> None:
+    with pytest.raises(ValueError, match="size: 5; expected at most the number of items, 3"):
+        random_subsets(np.random.default_rng(4), 3, 5, 4)
     for n in (6, 9):  # permutations of few items, and independent draws of others
         sets = random_subsets(np.random.default_rng(4), n, 3, 60_000)
         assert sets.shape == (60_000, 3)

@@ -50,6 +50,18 @@ def test_every_right_match_is_found_whatever_the_noise(noise):
         assert found.inliers[:100].sum() >= 95 and found.inliers[100:].sum() <= 2
 
 
+@pytest.mark.parametrize("similarity", [False, True])
+def test_inliers_are_within_the_tolerance(similarity):
+    rng = np.random.default_rng(0)
+    x = rng.uniform(-1, 1, (100, 3))
+    y = Rotation.random(random_state=0).apply(x) + 1e-7 * rng.normal(size=x.shape)
+    for tolerance in (1e-7, 2e-7):
+        found = register_matches(x, y, tolerance=tolerance, similarity=similarity)
+        off = np.linalg.norm(pga3.move_point(found.motor, found.scale * x) - y, axis=1)
+        assert found.status == RegistrationStatus.OK and found.inliers.sum() > 5
+        assert off[found.inliers].max() <= tolerance
+
+
 def test_wrong_matches_alone_are_no_motion():
     for count, seeds in ((10, 12), (20, 12), (300, 2)):
         for seed in range(seeds):

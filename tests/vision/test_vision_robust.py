@@ -10,11 +10,13 @@ from plane_scenes import error_on_fresh_points, seen_from_two_places
 from scipy.stats import binom
 from selection import some_slow
 
+from algorithms.evidence import Consensus, Hypothesis
 from algorithms.evidence.chance import Freedom, by_chance
 from algorithms.vision import (
     VisionStatus,
     fundamental_matrix,
     localize,
+    robust,
     robust_fundamental_matrix,
     robust_homography,
 )
@@ -93,6 +95,21 @@ def test_no_lower_minimum_is_near_the_truth() -> None:
         models = np.stack([robust_fundamental_matrix(one, two).model, near])
         found, known = relative_poses.truncated_squares(models, one, two, 1.0)
         assert found < known + 0.01
+
+
+def test_shuffled_partners_do_not_repeat_the_numbers_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A seed gives samples and shuffles different streams, each of them always the same; a generator goes on."""
+    drawn: list[float] = []
+
+    def explained(*others: Any) -> bool:
+        drawn.append(others[-1].random())
+        return False
+
+    monkeypatch.setattr(robust, "explained_by_chance", explained)
+    found = Consensus(Hypothesis(0.0, np.eye(3), np.ones(9, bool)), 1, reached=True)
+    for seed in (5, 5, np.random.default_rng(5)):
+        assert robust.consensus_status(None, found, 1.0, seed) == VisionStatus.OK  # type: ignore[arg-type]
+    assert drawn[0] == drawn[1] != drawn[2] == np.random.default_rng(5).random()
 
 
 def test_shallow_scenes_are_not_planes() -> None:

@@ -138,6 +138,39 @@ def test_no_structure_gives_no_motion_and_no_confidence() -> None:
     assert np.abs(stripes.uv[24:-24, 24:-24] - [1, 0]).max() < 0.05
 
 
+@pytest.mark.parametrize("sigma", [0.05, 0.2])
+def test_noise_is_no_structure(sigma: float) -> None:
+    """Along stripes, noise alone exceeds the limit in a thousandth of the places; a texture in both directions does."""
+    rng = np.random.default_rng(3)
+    texture = scipy.ndimage.gaussian_filter(rng.normal(size=(98, 98)), 1.5)
+    stripes = np.tile(scipy.ndimage.gaussian_filter1d(rng.normal(size=98), 1.5), (98, 1))
+    for image, limits in ((stripes, (0, 0.01)), (texture, (0.8, 1))):
+        pair = [image[1:-1, part : part + 96] / image.std() + sigma * rng.normal(size=(96, 96)) for part in (1, 0)]
+        flow = optical_flow(*pair)
+        assert limits[0] <= (flow.confidence > 0).mean() <= limits[1]
+        assert np.abs(np.median(flow.uv[..., 0]) - 1) < 0.05
+
+
+@pytest.mark.parametrize("row", [7, 8])
+def test_a_single_pixel_is_visible_wherever_it_is(row: int) -> None:
+    first, second = np.zeros((2, 16, 16))
+    first[row, 7] = second[row, 9] = 1
+    flow = optical_flow(first, second)
+    assert np.abs(flow.uv[row, 7] - [2, 0]).max() < 0.01
+    assert flow.visible[:, :13].all() and not flow.visible[:, 14:].any()
+
+
+@pytest.mark.parametrize("period", [5, 2 * np.pi, 8, 12, 20])
+@pytest.mark.parametrize("turned", [False, True])
+def test_of_the_motions_of_stripes_the_smallest_one_is_found(period: float, turned: bool) -> None:
+    """Too few pixels of a period at a coarse level would lead to another one of them."""
+    x, motion = np.arange(64), 0.3 * period
+    pair = [np.tile(np.sin(2 * np.pi / period * (x - part)), (64, 1)) for part in (0, motion)]
+    flow = optical_flow(*(image.T if turned else image for image in pair))
+    assert np.abs(flow.uv[8:-8, 8:-8, int(turned)] - motion).mean() < 0.1
+    assert flow.visible[8:-8, 8:-8].mean() > 0.9
+
+
 def test_same_image() -> None:
     image = texture("brick")[:101, :75]
     assert np.abs(optical_flow(image, image).uv).max() < 1e-3

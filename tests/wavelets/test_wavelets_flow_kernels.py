@@ -127,9 +127,9 @@ def test_costs_equal_those_of_scipy() -> None:
     assert np.abs(found - squares @ weights).max() < 1e-12
 
 
-def test_confidence_is_that_of_the_weaker_direction() -> None:
+def test_evidence_is_that_of_the_weaker_direction() -> None:
     """For the matrix diag(9, 1), the right-hand side (9, 2) and the sum of squares 15, the residual is 2."""
-    left, confidence = images.motion_confidence(np.array([9.0, 0, 1, 9, 2, 15]), 1e-9)
-    assert abs(left - 2) < 1e-6 and abs(confidence - 1 / 3) < 1e-6
-    turned = images.motion_confidence(np.array([1.0, 1, 1, 0, 0, 0]), 1e-9)
+    left, least = images.motion_evidence(np.array([9.0, 0, 1, 9, 2, 15]), 1e-9)
+    assert abs(left - 2) < 1e-6 and abs(least - 1) < 1e-6
+    turned = images.motion_evidence(np.array([1.0, 1, 1, 0, 0, 0]), 1e-9)
     assert abs(turned[1]) < 1e-6
