@@ -182,7 +182,9 @@ def _loose_turn(a: Outline, b: Outline, motor: Reals) -> Reals:
     distances, shown = compared(motors[0], b.points)
     is_near = distances < _SLIDE_SCALE**2
     points, count = np.ascontiguousarray(b.points[is_near]), int((is_near & shown).sum())
-    noise = Noise(float(distances[is_near & shown].sum() / max(count, 1)), float(count))
+    # The chords of two scans of a round wall differ, whatever the noise.
+    variance = max(float(distances[is_near & shown].sum() / max(count, 1)), _NOISE**2)
+    noise = Noise(variance, float(count))
     # A part of the points contradicts most turns; the others are compared with all of them.
     for part in (np.ascontiguousarray(points[::_PART]), points):
         distances, shown = compared(motors[1:], part)

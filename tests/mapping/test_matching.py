@@ -245,6 +245,15 @@ def test_the_turn_in_a_round_room_is_not_determined(rng: np.random.Generator, tu
     assert m.covariance[2, 2] > np.pi**2 and np.sqrt(m.covariance[0, 0] + m.covariance[1, 1]) < 1
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3])
+def test_the_chords_of_a_round_room_do_not_determine_the_turn(rng: np.random.Generator, noise: float) -> None:
+    """Seen all round by a precise scanner, only the chords between readings distinguish turns."""
+    for _ in range(4):
+        scans = [Scan(3 + noise * rng.normal(size=181), -np.pi, 2 * np.pi / 181, 30.0) for _ in range(2)]
+        m = match_scans(*scans)
+        assert m.status in (MappingStatus.DEGENERATE, MappingStatus.AMBIGUOUS) and m.covariance[2, 2] > np.pi**2
+
+
 def test_a_niche_in_a_round_room(rng: np.random.Generator) -> None:
     """Normals of the chords of a round wall outweigh those of a niche: the turn is right, or not called OK."""
     angles = np.linspace(-np.pi / 2, np.pi / 2, 181)
