@@ -273,3 +273,16 @@ def test_the_covariance_of_a_corridor(rng: np.random.Generator) -> None:
     m = match_scans(*(scan_at(rng, walls, np.array([x, 0.1, 0.0])) for x in (0.0, 0.6)))
     assert m.status is not MappingStatus.OK
     assert m.covariance[0, 0] > 25**2 and m.covariance[1, 1] < 0.1**2
+
+
+def test_a_huge_range_is_a_reading_as_others(rng: np.random.Generator) -> None:
+    """Without a maximal range, one beam of 1e200 m neither warns nor changes the match."""
+    walls = room(rng, 12)
+    a, b = pair(rng, walls)
+    scans = []
+    for pose in (a, b):
+        ranges = np.array(scan_at(rng, walls, pose).ranges)
+        ranges[90] = 1e200
+        scans.append(Scan(ranges, -np.pi / 2, np.pi / 180, np.inf))
+    shift, turn = errors(match_scans(*scans), motion(a, b))
+    assert shift < 0.1 and turn < 1
