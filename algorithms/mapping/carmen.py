@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import itertools
 import math
 import zlib
 from collections.abc import Iterable, Iterator
@@ -20,11 +21,10 @@ _LONGEST_STEP = 60.0
 """Time stamps jump if they increase by more than this, in seconds."""
 _MOST_PROBLEMS = 20
 _SEARCHED = 2000
-"""How many lines are searched for odometry before the first scan is returned."""
+"""A limit on memory: lines that are searched for odometry before the first scan is returned, and scans that wait for
+the next line of odometry."""
 _LONGEST_GAP = 1.0
 """Odometry is interpolated between lines that are at most this far apart, in seconds: robots turn and stop."""
-_MOST_WAITING = 50
-"""A limit on memory: scans that wait for the next line of odometry."""
 _RULER = 1e6
 """Coordinates of poses beyond this, in metres, are errors."""
 
@@ -97,8 +97,10 @@ class CarmenLog:
     -----
     The odometry of a scan is interpolated to its time between ``ODOM`` lines that are at most a second apart. Otherwise
     it is that of the last line before it, or of the first one in the log for earlier scans. A scan is returned once the
-    next line of odometry was read. If the log begins with 2,000 lines without ``ODOM``, it is the odometry in the line
-    of the scan. In corrected logs those numbers are the corrected pose again.
+    next line of odometry, a scan more than a second after the last one, or 2,000 more scans were read.
+
+    If the log begins with 2,000 lines without ``ODOM``, it is the odometry in the line of the scan; of an iterator,
+    these lines are kept until then. In corrected logs those numbers are the corrected pose again.
 
     Examples
     --------
@@ -126,13 +128,13 @@ class CarmenLog:
     def __iter__(self) -> Iterator[Reading]:
         """Read the log from its start."""
         self.problems, self.n_problems, self.n_scans, self.n_jumps, self.n_untimed = [], 0, 0, 0, 0
-        first = self._first_odometry()
+        first, lines = self._begun()
         last = None if first is None else _Odometry(first)
         earlier: _Odometry | None = None
         waiting: list[Reading] = []
         before: float | None = None
         number, known = 0, False
-        for number, line in enumerate(self._lines(), 1):
+        for number, line in enumerate(lines, 1):
             kind = line.split(maxsplit=1)[0] if not line.isspace() else ""
             known |= kind == "ODOM" or kind in _PARSERS
             try:
@@ -147,7 +149,7 @@ class CarmenLog:
                     if reading.time is not None:
                         self.n_jumps += before is not None and not 0 <= reading.time - before <= _LONGEST_STEP
                         before = reading.time
-                    if len(waiting) < _MOST_WAITING and (waiting or _is_after(last, reading)):
+                    if len(waiting) < _SEARCHED and _waits(last, reading, bool(waiting)):
                         waiting.append(reading)
                     else:
                         # Either the scan was taken between the last two lines, or nothing is known of its time.
@@ -168,19 +170,22 @@ class CarmenLog:
         if len(self.problems) < _MOST_PROBLEMS:
             self.problems.append(Problem(number, reason))
 
-    def _first_odometry(self) -> Reals | None:
-        if not isinstance(self._source, (str, Path)) and iter(self._source) is self._source:
-            # The lines of an iterator can be read only once.
-            return None
-        for number, line in enumerate(self._lines(quiet=True)):
-            if number >= _SEARCHED:
-                break
+    def _begun(self) -> tuple[Reals | None, Iterator[str]]:
+        """Return the first odometry near the start, if there is one, and all lines."""
+        # The lines of an iterator can be read only once.
+        is_once = not isinstance(self._source, (str, Path)) and iter(self._source) is self._source
+        lines, read = self._lines(quiet=True), []
+        first: Reals | None = None
+        for line in itertools.islice(lines, _SEARCHED):
+            if is_once:
+                read.append(line)
             if line.startswith("ODOM"):
                 try:
-                    return _pose(line.split()[1:4])
+                    first = _pose(line.split()[1:4])
+                    break
                 except ValueError:
                     continue
-        return None
+        return first, itertools.chain(read, lines) if is_once else self._lines()
 
     def _lines(self, quiet: bool = False) -> Iterator[str]:
         if not isinstance(self._source, (str, Path)):
@@ -200,11 +205,12 @@ class CarmenLog:
                     self._report(number + 1, f"{error}; the log ends here")
 
 
-def _is_after(odometry: _Odometry | None, reading: Reading) -> bool:
-    """Return whether a scan was taken after a line of odometry, by their time stamps."""
+def _waits(odometry: _Odometry | None, reading: Reading, others_wait: bool) -> bool:
+    """Return whether the next line of odometry may tell where a scan was taken, or scans before it wait for one."""
     if odometry is None or odometry.time is None or reading.time is None:
-        return False
-    return odometry.time < reading.time
+        return others_wait
+    passed = reading.time - odometry.time
+    return passed <= _LONGEST_GAP and (others_wait or passed > 0)
 
 
 def _placed(

@@ -14,7 +14,9 @@ which lists are short."""
 _SIZES = {FAR: 1.0, NEAR: 0.5}
 """The sizes of cells in metres."""
 _MOST_CELLS = 1000
-"""A limit on memory: the most cells along an axis, above which they are larger."""
+"""A limit on memory: the most cells along an axis, above which they are larger. A line is in a few in each row."""
+_FLAT = 1e-9
+"""From floating point: the slope of a line below which it crosses no rows."""
 
 
 class Lines(Protocol):
@@ -79,19 +81,35 @@ def _listed(segments: Reals, ends: Reals, used: Reals, reach: float) -> Cells:
     size = max(size, float((high.max(0) - corner).max()) / _MOST_CELLS)
     first, last = (np.floor((each - corner) / size).astype(int) for each in (low, high))
     width, height = last.max(0) + 1
-    # All cells of the boxes around lines, and of these the ones with a place within the reach.
-    columns, rows = (last - first + 1).T
-    counts = columns * rows
-    row = np.repeat(np.arange(len(used)), counts)
-    step = np.arange(len(row)) - (np.cumsum(counts) - counts)[row]
-    line, column = np.divmod(step, columns[row])
-    column, line = first[row, 0] + column, first[row, 1] + line
+    # The rows that a line crosses, and in each the columns that may be within the reach of its part there: the box of
+    # the whole line would have the area of a map.
+    beyond = reach + size / np.sqrt(2)
+    counts = last[:, 1] - first[:, 1] + 1
+    part, line = _counted(counts, first[:, 1])
+    one, two = ends[used].transpose(1, 0, 2)
+    steps = two - one
+    level = corner[1] + (line + 0.5) * size - one[part, 1]
+    is_flat = np.abs(steps[:, 1]) <= _FLAT * np.abs(steps[:, 0])
+    rise = np.where(is_flat, 1.0, steps[:, 1])
+    reached = np.stack([level - beyond, level + beyond], 1) / rise[part, None]
+    reached = np.where(is_flat[part, None], [0.0, 1.0], np.clip(np.sort(reached, 1), 0, 1))
+    sides = np.sort(one[part, 0, None] + reached * steps[part, 0, None] - corner[0], 1)
+    columns = np.floor((sides + np.array([-beyond, beyond])) / size).astype(int)
+    left, right = np.clip(columns, first[part, :1], last[part, :1]).T
+    step, column = _counted(right - left + 1, left)
+    row, line = part[step], line[step]
     mx, my, nx, ny, half = segments[used[row]].T
     x, y = corner[0] + (column + 0.5) * size - mx, corner[1] + (line + 0.5) * size - my
     off, along = nx * x + ny * y, np.maximum(np.abs(nx * y - ny * x) - half, 0)
-    is_near = off * off + along * along <= (reach + size / np.sqrt(2)) ** 2
+    is_near = off * off + along * along <= beyond**2
     cell = (line * width + column)[is_near]
     order = np.argsort(cell, kind="stable")
     starts = np.append(0, np.cumsum(np.bincount(cell, minlength=width * height)))
     grid = np.array([*corner, size, width, height, reach])
     return Cells(segments, used[row[is_near][order]].astype(float), starts.astype(float), grid)
+
+
+def _counted(counts: Reals, first: Reals) -> tuple[Reals, Reals]:
+    """Return, for each of some intervals, its row and all of its integers."""
+    row = np.repeat(np.arange(len(counts)), counts)
+    return row, first[row] + np.arange(len(row)) - (np.cumsum(counts) - counts)[row]

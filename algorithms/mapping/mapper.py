@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga2
 
-from ..arguments import Reals
+from ..arguments import Reals, finite_number
 from .built_map import BuildSettings, BuiltMap, MapStep, Progress, ScanStatus
 from .keyframes import IDENTITY, Keyframes
 from .line_map import LineMap
@@ -71,6 +71,9 @@ class Mapper:
     -----
     Of each scan the pose and the status are kept, and of added ones also the readings on surfaces and the segments.
     `pickle` stores a mapper in a file, and it continues where it was.
+
+    Scans are compared once odometry has moved by the least length or angle of the settings; until then they are
+    STANDING. So slips are noticed only while odometry moves: a robot that moves while odometry rests is not followed.
     """
 
     def __init__(self, settings: BuildSettings | None = None) -> None:
@@ -146,14 +149,13 @@ class Mapper:
         Raises
         ------
         TypeError, ValueError
-            If `scan` is no `Scan`, the odometry has another shape, or the time is no number.
+            If `scan` is no `Scan`, the odometry is neither a pose nor a unit motor, or the time is no finite number.
         """
         if not isinstance(scan, Scan):
             raise TypeError(f"scan: {type(scan).__name__}; expected a Scan")
-        if not (time is None or isinstance(time, (int, float, np.integer, np.floating))):
-            raise TypeError(f"time: {time!r}; expected a number of seconds, or None")
+        seconds = None if time is None else finite_number(time, "time")
         n_loops, optimised_at = len(self._path.loops), self._optimised_at
-        self._take(scan, pose_of(odometry), time)
+        self._take(scan, pose_of(odometry), seconds)
         loops = self._path.loops
         closure = None if len(loops) == n_loops else tuple(self._added[row] for row in loops[-1])
         return MapStep(

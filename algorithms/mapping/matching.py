@@ -163,8 +163,8 @@ def _loose_turn(a: Outline, b: Outline, motor: Reals) -> Reals:
         return np.zeros((0, 3))
     centre = np.linalg.solve(squares, tangents.T @ np.einsum("ij,ij->i", tangents, a.points))
     arms = a.points - centre
-    radius = float(np.sqrt((arms**2).sum(1).mean()))
-    if np.sqrt((np.einsum("ij,ij->i", tangents, arms) ** 2).mean()) > _ROUND * radius:
+    radius = _quadratic_mean(np.hypot(*arms.T))
+    if _quadratic_mean(np.einsum("ij,ij->i", tangents, arms)) > _ROUND * radius:
         return np.zeros((0, 3))
     there = pga2.motor_from_angle_translation(0.0, centre)
     turns = pga2.motor_from_angle_translation(_TURNED_BY / max(radius, _LEAST_RADIUS), np.zeros(2))
@@ -182,7 +182,9 @@ def _loose_turn(a: Outline, b: Outline, motor: Reals) -> Reals:
     distances, shown = compared(motors[0], b.points)
     is_near = distances < _SLIDE_SCALE**2
     points, count = np.ascontiguousarray(b.points[is_near]), int((is_near & shown).sum())
-    noise = Noise(float(distances[is_near & shown].sum() / max(count, 1)), float(count))
+    # The chords of two scans of a round wall differ, whatever the noise.
+    variance = max(float(distances[is_near & shown].sum() / max(count, 1)), _NOISE**2)
+    noise = Noise(variance, float(count))
     # A part of the points contradicts most turns; the others are compared with all of them.
     for part in (np.ascontiguousarray(points[::_PART]), points):
         distances, shown = compared(motors[1:], part)
@@ -195,6 +197,12 @@ def _loose_turn(a: Outline, b: Outline, motor: Reals) -> Reals:
             break
     twist = np.array([[centre[1], -centre[0], 1.0]])
     return np.asarray(twist[: int(alike)] / np.linalg.norm(twist))
+
+
+def _quadratic_mean(lengths: Reals) -> float:
+    """Return the root of the mean square, without squares that overflow."""
+    largest = max(float(np.abs(lengths).max()), _SHORTEST)
+    return largest * float(np.sqrt(((lengths / largest) ** 2).mean()))
 
 
 def _chain(points: Reals) -> Reals:

@@ -43,7 +43,7 @@ def pose_of(odometry: ArrayLike | None) -> Reals | None:
     Raises
     ------
     TypeError, ValueError
-        If it is no array of three or four real numbers.
+        If it is no array of three real numbers, or of the four of a unit motor.
     """
     if odometry is None:
         return None
@@ -53,6 +53,8 @@ def pose_of(odometry: ArrayLike | None) -> Reals | None:
     if not np.isfinite(pose).all():
         return None
     if pose.shape == (4,):
-        angle, shift = pga2.motor_to_angle_translation(pose)
+        if not 0.5 < pose[0] ** 2 + pose[1] ** 2 < 2:
+            raise ValueError(f"odometry: {pose.tolist()}; expected a unit motor (4,), see pga2.normalize_motor")
+        angle, shift = pga2.motor_to_angle_translation(pga2.normalize_motor(pose))
         pose = np.array([*shift, angle])
     return pose

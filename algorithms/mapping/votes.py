@@ -19,6 +19,8 @@ _LAST = _CELLS - 1
 """The number of the last cell, also for the remainder of numbers of cells."""
 _BEFORE, _AFTER = np.arange(-1, _LAST) & _LAST, np.arange(1, _CELLS + 1) & _LAST
 """The neighbours of cells along an axis."""
+_LARGEST = 1e15
+"""From floating point: larger numbers of cells are no integers."""
 _TRANSLATION_SHARE, _MOST_MOTIONS = 0.6, 40
 
 
@@ -51,8 +53,7 @@ def motion_votes(a: Outline, b: Outline, rotations: Reals) -> Reals:
     near = _occupied(a.samples)
     cosines, sines = np.cos(rotations)[:, None], np.sin(rotations)[:, None]
     x, y = b.samples.T
-    column = np.floor((cosines * x - sines * y) / _CELL).astype(int) & _LAST
-    row = np.floor((sines * x + cosines * y) / _CELL).astype(int) & _LAST
+    column, row = _on_grid(cosines * x - sines * y), _on_grid(sines * x + cosines * y)
     n, size = len(rotations), _CELLS * _CELLS
     place = np.arange(n)[:, None] * size + row * _CELLS + column
     counts = np.bincount(place.ravel(), minlength=n * size).reshape(n, _CELLS, _CELLS).astype(np.float32)
@@ -66,6 +67,11 @@ def motion_votes(a: Outline, b: Outline, rotations: Reals) -> Reals:
     shift = np.stack(np.divmod(cell, _CELLS)[::-1], 1)
     shift = (shift + _CELLS // 2) % _CELLS - _CELLS // 2
     return np.asarray(pga2.motor_from_angle_translation(rotations[of], shift * _CELL))
+
+
+def _on_grid(coordinates: Reals) -> Reals:
+    """Return columns or rows of the periodic grid; coordinates beyond those of integers are brought there."""
+    return np.floor(np.clip(coordinates / _CELL, -_LARGEST, _LARGEST)).astype(int) & _LAST
 
 
 def _beside(at: Reals) -> Reals:
@@ -82,7 +88,7 @@ def _beside(at: Reals) -> Reals:
 
 def _occupied(samples: Reals) -> Reals:
     """Return a periodic grid: 1 in cells with samples, a half beside them."""
-    column, row = (np.floor(samples / _CELL).astype(int) & _LAST).T
+    column, row = _on_grid(samples).T
     grid = np.zeros((_CELLS, _CELLS), np.float32)
     grid[row, column] = 1
     for axis in (0, 1):

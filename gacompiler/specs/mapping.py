@@ -648,6 +648,11 @@ def sum_of_place_scores(motor, points, segments, entries, starts, grid, scale):
         The distance at which the score is 0.
     """
     origin = _moved(motor, NONE)
+    # No cell is farther from the scanner than this, however far its readings are.
+    farthest = sum(
+        ga.maximum(absolute(low - at), absolute(low + grid[2] * count - at))
+        for low, count, at in ((grid[0], grid[3], origin.x), (grid[1], grid[4], origin.y))
+    )
 
     def of(p):
         at = _moved(motor, p)
@@ -672,7 +677,8 @@ def sum_of_place_scores(motor, points, segments, entries, starts, grid, scale):
             within = _entries_at(origin.x + distance * dx, origin.y + distance * dy, starts, grid)
             return state[0] + 1, fold(blocks, 0, entries, within=within, until=lambda hit: hit > 0)
 
-        (_, is_behind), _, _ = iterate(piece, (0, 0), lambda _, new: new[1] > 0, floor(limit / (2 * grid[5])) + 1)
+        pieces = floor(ga.minimum(limit, farthest) / (2 * grid[5])) + 1
+        (_, is_behind), _, _ = iterate(piece, (0, 0), lambda _, new: new[1] > 0, pieces)
         return ga.maximum(1 - square / (scale * scale), 0) - CONTRADICTION * is_behind
 
     return total(of, points)

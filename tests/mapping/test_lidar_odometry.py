@@ -89,6 +89,73 @@ def test_times_scale_predictions(rng: np.random.Generator) -> None:
         two.add(few, time=1.1)
 
 
+def box_room(rng: np.random.Generator, x: float) -> Reals:
+    """3,000 readings of the walls of a room, from a place on its axis."""
+    half = np.array([8.0, 6, 3])
+    points = rng.uniform(-1, 1, (3000, 3)) * half
+    side = rng.integers(3, size=3000)
+    points[range(3000), side] = np.sign(points[range(3000), side]) * half[side]
+    return np.asarray(points - [x, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("times", "places"),
+    [
+        ([0, 0.1, 0.2, 0.7, 0.8, 0.9], [0, 0.3, 0.6, 0.6, 0.9, 1.2]),  # the robot stops for a while
+        ([0, 0.1, 0.2, 3.2, 3.3, 3.4], [0, 0.3, 0.6, 0.6, 0.9, 1.2]),
+        ([0, 0.1, 0.2, 10, 10.1, 10.2], [0, 0.3, 0.6, 0.6, 0.9, 1.2]),
+        ([0, 0.1, 0.2, 0.3, None, 0.5, 0.6], [0, 0.3, 0.6, 0.9, 1.2, 1.5, 1.8]),  # a time is missing
+        ([0, 0.1, 0.2, 0.2 + 1e-9, 0.3, 0.4], [0, 0, 0, 0, 0, 0]),  # the clock jitters
+        ([0, 1e-9, 0.1, 0.2, 0.2 + 1e-6, 0.3], [0, 0, 0.3, 0.6, 0.6, 0.9]),
+    ],
+)
+def test_uneven_times(rng: np.random.Generator, times: list[float | None], places: list[float]) -> None:
+    """The pose is that of the scans, whatever the motion before, continued over the elapsed time, predicts."""
+    odometry = LidarOdometry()
+    for time, x in zip(times, places, strict=True):
+        status = odometry.add(box_room(rng, x), time)
+        truth = pga3.motor_from_rotation_vector_translation(np.zeros(3), [x, 0, 0])
+        error = np.abs(motor_graphs.difference_of_motors(odometry.pose, truth)[0])
+        deviations = np.sqrt(np.diag(odometry.covariance))
+        assert status is MappingStatus.OK and error.max() < 0.05 and deviations.max() < 0.1, (time, error)
+
+
+def test_times_may_come_later(rng: np.random.Generator) -> None:
+    """A velocity between two scans is one in seconds from the first time between two scans on."""
+    odometry = LidarOdometry()
+    for k, time in enumerate((None, None, None, 0.3)):
+        odometry.add(box_room(rng, 0.3 * k), time)
+    assert odometry.add([], 0.4) is MappingStatus.TOO_FEW_READINGS
+    assert np.abs(pga3.move_point(odometry.pose, np.zeros(3)) - [1.2, 0, 0]).max() < 0.05
+
+
+def test_the_motion_during_a_gap_is_unknown(rng: np.random.Generator) -> None:
+    """A robot that stops unseen is far from where the prediction is, and the deviation contains the error."""
+    odometry, world = LidarOdometry(), street(rng)
+    poses = along(5, 0.5)
+    for k in range(5):
+        odometry.add(cloud(rng, world, poses[k], RINGS), 0.1 * k)
+    odometry.add(np.zeros((0, 3)), 4.4)
+    error = motor_graphs.difference_of_motors(odometry.pose, poses[-1])[0]
+    assert 15 < abs(error[3]) < 1.5 * np.sqrt(odometry.covariance[3, 3])
+
+
+def test_the_frame_is_that_of_the_first_scan_with_planes(rng: np.random.Generator) -> None:
+    heap, around = rng.standard_normal((3000, 3)), np.linspace(0, 6, 500)
+    ring = np.stack([5 * np.cos(around), 5 * np.sin(around), 0 * around], 1)
+    odometry = LidarOdometry()
+    for points in (heap, ring, box_room(rng, 0)[:60]):
+        assert odometry.add(points) is MappingStatus.TOO_FEW_READINGS and odometry.n_cells == 0
+    assert [odometry.add(box_room(rng, 0.3 * k)) for k in range(3)] == [MappingStatus.OK] * 3
+    assert np.abs(pga3.move_point(odometry.pose, np.zeros(3)) - [0.6, 0, 0]).max() < 0.03
+
+
+def test_huge_coordinates_are_out_of_range(rng: np.random.Generator) -> None:
+    odometry = LidarOdometry()
+    assert odometry.add([]) is MappingStatus.TOO_FEW_READINGS
+    assert odometry.add(np.concatenate([box_room(rng, 0), [[1e200, 0, 0]]])) is MappingStatus.OK
+
+
 def test_bad_input(rng: np.random.Generator) -> None:
     odometry = LidarOdometry()
     assert odometry.status is None and np.array_equal(odometry.pose, np.eye(8)[0])

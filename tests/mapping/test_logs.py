@@ -55,20 +55,35 @@ def test_odometry_over_long_gaps_is_the_last_line_before_the_scan() -> None:
     assert np.array_equal(poses, [[1, 0, 0], [5, 0, 0], [6, 0, 0]])  # type: ignore[arg-type]
 
 
-def test_scans_that_wait_for_odometry_are_few_and_in_order() -> None:
-    """Of a log without further odometry a scan is returned after 51 more have been read."""
+@pytest.mark.parametrize(("rate", "count"), [(1, 2), (100, 101)])
+def test_scans_wait_for_odometry_for_a_second(rate: int, count: int) -> None:
+    """Later, lines of odometry are too far apart for any scan between them. The order remains."""
     n_read = 0
 
     def lines() -> Iterator[str]:
         nonlocal n_read
         yield odom(1, 0, 1)
-        for k in range(200):
+        for k in range(1, 200):
             n_read += 1
-            yield flaser(3, 1.0, 2 + k)
+            yield flaser(3, 1.0, 1 + k / rate)
 
     log = iter(CarmenLog(lines()))
-    assert next(log).time == 2 and n_read == 51
-    assert [each.time for each in log] == list(range(3, 202))
+    assert next(log).time == 1 + 1 / rate and n_read == count
+    assert [each.time for each in log] == [1 + k / rate for k in range(2, 200)]
+
+
+def test_many_scans_between_lines_of_odometry() -> None:
+    """All of them are interpolated."""
+    scans = [flaser(3, 1.0, 1 + k / 128) for k in range(1, 64)]
+    readings = CarmenLog([odom(1, 0, 1), *scans, odom(1.5, 0, 1.5)])
+    assert [each.odometry[0] for each in readings] == [1 + k / 128 for k in range(1, 64)]  # type: ignore[index]
+
+
+def test_iterators_are_read_as_lists_are() -> None:
+    """Scans before the first line of odometry have its pose."""
+    lines = [flaser(3, 1.0, 1, "9 0 0"), flaser(3, 1.0, 2, "9 1 0"), odom(0.5, 0, 3), flaser(3, 1.0, 4, "9 2 0")]
+    for source in (lines, iter(lines)):
+        assert [list(each.odometry) for each in CarmenLog(source)] == [[0.5, 0, 0]] * 3  # type: ignore[arg-type]
 
 
 def test_log_without_odometry_has_that_of_the_scans() -> None:
@@ -149,7 +164,8 @@ def test_log_is_read_again_from_its_start(tmp_path: Path) -> None:
 
 def test_memory_does_not_grow_with_the_log() -> None:
     def lines(n: int) -> Iterator[str]:
-        return (flaser(20, 1.5, t) for t in range(1, n))
+        yield odom(0, 0, 0.5)
+        yield from (flaser(20, 1.5, t) for t in range(1, n))
 
     def peak(n: int) -> int:
         tracemalloc.start()
@@ -160,7 +176,8 @@ def test_memory_does_not_grow_with_the_log() -> None:
         return found
 
     peak(10)
-    assert peak(1000) < peak(100) + 20_000
+    # Python keeps freed tuples, of 72 bytes; scans that are kept would take ten times as much.
+    assert peak(1000) < peak(100) + 100_000
 
 
 def test_graph_of_killian_court() -> None:

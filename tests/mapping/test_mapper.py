@@ -128,8 +128,12 @@ def test_messages() -> None:
         mapper.add([1.0, 2.0])  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"odometry: shape \(2,\)"):
         mapper.add(corridor(0, np.random.default_rng(0)), [0, 0])
-    with pytest.raises(TypeError, match="time: 'now'; expected a number of seconds"):
-        mapper.add(corridor(0, np.random.default_rng(0)), time="now")  # type: ignore[arg-type]
+    for motor in ([0, 0, 0, 0], [2.0, 0, 0, 0]):
+        with pytest.raises(ValueError, match=r"odometry: .* expected a unit motor"):
+            mapper.add(corridor(0, np.random.default_rng(0)), motor)
+    for time, error in (("now", TypeError), (True, TypeError), (np.nan, ValueError), (np.inf, ValueError)):
+        with pytest.raises(error, match=r"time: .*; expected a"):
+            mapper.add(corridor(0, np.random.default_rng(0)), time=time)  # type: ignore[arg-type]
 
 
 def test_parts_of_a_submap_are_surfaces_in_another_frame() -> None:

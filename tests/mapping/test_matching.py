@@ -245,6 +245,15 @@ def test_the_turn_in_a_round_room_is_not_determined(rng: np.random.Generator, tu
     assert m.covariance[2, 2] > np.pi**2 and np.sqrt(m.covariance[0, 0] + m.covariance[1, 1]) < 1
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3])
+def test_the_chords_of_a_round_room_do_not_determine_the_turn(rng: np.random.Generator, noise: float) -> None:
+    """Seen all round by a precise scanner, only the chords between readings distinguish turns."""
+    for _ in range(4):
+        scans = [Scan(3 + noise * rng.normal(size=181), -np.pi, 2 * np.pi / 181, 30.0) for _ in range(2)]
+        m = match_scans(*scans)
+        assert m.status in (MappingStatus.DEGENERATE, MappingStatus.AMBIGUOUS) and m.covariance[2, 2] > np.pi**2
+
+
 def test_a_niche_in_a_round_room(rng: np.random.Generator) -> None:
     """Normals of the chords of a round wall outweigh those of a niche: the turn is right, or not called OK."""
     angles = np.linspace(-np.pi / 2, np.pi / 2, 181)
@@ -264,3 +273,16 @@ def test_the_covariance_of_a_corridor(rng: np.random.Generator) -> None:
     m = match_scans(*(scan_at(rng, walls, np.array([x, 0.1, 0.0])) for x in (0.0, 0.6)))
     assert m.status is not MappingStatus.OK
     assert m.covariance[0, 0] > 25**2 and m.covariance[1, 1] < 0.1**2
+
+
+def test_a_huge_range_is_a_reading_as_others(rng: np.random.Generator) -> None:
+    """Without a maximal range, one beam of 1e200 m neither warns nor changes the match."""
+    walls = room(rng, 12)
+    a, b = pair(rng, walls)
+    scans = []
+    for pose in (a, b):
+        ranges = np.array(scan_at(rng, walls, pose).ranges)
+        ranges[90] = 1e200
+        scans.append(Scan(ranges, -np.pi / 2, np.pi / 180, np.inf))
+    shift, turn = errors(match_scans(*scans), motion(a, b))
+    assert shift < 0.1 and turn < 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from dataclasses import dataclass
 
 import numpy as np
@@ -140,3 +141,31 @@ def test_lines_that_are_not_finite() -> None:
     """They are in no cell; a map without others has none."""
     m = exact_map(np.array([[0.0, 0, 4, 0], [0.0, 0, np.nan, 3]]))
     assert set(cells_of(m).near.entries) == {0, 2} and not len(cells_of(exact_map(np.full((2, 4), np.nan))).far.entries)
+
+
+def test_long_lines_take_the_memory_of_their_cells() -> None:
+    """A diagonal is in a few cells of each row; the boxes around these six hold 1.5 million cells, in 400 MB."""
+    k = np.arange(6.0)[:, None]
+    walls = np.concatenate([0 * k, 10 * k, 500 + 0 * k, 500 + 10 * k], 1)
+    tracemalloc.start()
+    cells = cells_of(exact_map(walls)).far
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50e6
+    # All lines within the reach of places near a line are listed.
+    for x in np.linspace(0, 500, 40):
+        column, row = np.floor(([x, x + 11] - cells.grid[:2]) / cells.grid[2])
+        first, after = cells.starts[int(row * cells.grid[3] + column) :][:2].astype(int)
+        assert {1, 7} <= set(cells.entries[first:after].tolist())
+
+
+def test_beams_end_at_the_map(rng: np.random.Generator) -> None:
+    """Readings far beyond the map neither change the scores of others nor take a step for each metre."""
+    cells = cells_of(exact_map(box(0, 0, 8, 5)[:3])).far
+    far = rng.normal(size=(4, 2))
+    far /= np.linalg.norm(far, axis=1)[:, None]
+    sums = [
+        float(kernels.sum_of_place_scores(pga2.motor_from_angle_translation(0.0, [2.0, 1]), scale * far, *cells, 0.3))
+        for scale in (1e2, 1e14)
+    ]
+    assert sums[0] == sums[1]
