@@ -1,12 +1,13 @@
-"""Layouts, which describe the last axis of arrays, and conversions between them."""
+"""Layouts, which describe the last axis of arrays, and conversions between them.
+
+Only conversions import numpy: the compiler describes layouts in browsers, where numpy takes long to load.
+"""
 
 from __future__ import annotations
 
 import math
 import sys
 from typing import Any, NamedTuple
-
-import numpy as np
 
 
 class Layout(NamedTuple):
@@ -109,6 +110,8 @@ def converted(where: str, values: Any, own: Layout, wanted: Layout) -> Any:
         coefficient that is not zero, or one of its fixed coefficients has another value. Implied coefficients may
         differ by rounding errors.
     """
+    import numpy as np
+
     if own.identity == wanted.identity:
         return values
     expected = f"{wanted.name or 'numbers'} ({' '.join(wanted.blades)})"
@@ -134,12 +137,14 @@ UNIT = 1e-9
 Products of unit elements drift by about one rounding error each: a million of them stay within it."""
 
 
-SINGLE = 64 * float(np.finfo(np.float32).eps)
-"""The same in single precision, where the relations of up to 16 rounded terms have larger errors."""
+SINGLE = 1 / (1 << 17)
+"""The same in single precision, 64 rounding errors: the relations of up to 16 rounded terms have larger ones."""
 
 
 def check_unit(where: str, name: str, off: Any, values: Any) -> None:
     """Raise TypeError if ``off = x ~x - 1`` of elements with these coefficients is not 0 within `UNIT`."""
+    import numpy as np
+
     worst = np.abs(np.asarray(off)).max(initial=0.0)
     array = np.asarray(values)
     largest, single = float(np.abs(array).max(initial=1.0)), array.dtype in (np.float32, np.complex64)
@@ -149,6 +154,8 @@ def check_unit(where: str, name: str, off: Any, values: Any) -> None:
 
 def coefficients(values: Any, layout: Layout) -> dict[str, Any]:
     """Return all coefficients by blade, including those that are fixed or implied."""
+    import numpy as np
+
     found = {blade: values[..., k] for k, blade in enumerate(layout.blades)}
     for blade, text in layout.fixed:
         if text != "implied":

@@ -29,6 +29,7 @@ from gacompiler import (
     transpose,
 )
 from gacompiler.algebra.catalog import PGA3
+from gacompiler.matrices import dot as product_of_rows
 from gacompiler.specs import robots
 from gacompiler.specs.families.covariances import cross, dot
 
@@ -342,18 +343,18 @@ def preshape(
 
         def row(gap, side, sign):
             speeds = each(lambda s, v: s * dot(gap, v) / side, sign, velocities)
-            return each(lambda share: matrices.dot(share, speeds), shares)
+            return each(lambda share: product_of_rows(share, speeds), shares)
 
         rows = each(row, gaps, sides, signs)
         numbers = row_numbers(off)
         matrix = each(
             lambda one, i: each(
-                lambda other, j: matrices.dot(one, other) + select(equal(i, j), DAMPING, 0), rows, numbers
+                lambda other, j: product_of_rows(one, other) + select(equal(i, j), DAMPING, 0), rows, numbers
             ),
             rows, numbers,
         )  # fmt: skip
         pull = matrices.solve_positive(matrix, off)[0]
-        changes = each(lambda column: matrices.dot(column, pull), transpose(rows))
+        changes = each(lambda column: product_of_rows(column, pull), transpose(rows))
 
         def moved_within(x, change, least, most):
             bounded = ga.minimum(ga.maximum(change, -LONGEST), LONGEST)

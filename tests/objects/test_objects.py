@@ -450,7 +450,8 @@ def test_a_program_without_c_prints_the_same(capsys: pytest.CaptureFixture[str])
         "m = PGA3.motor([1, 2, 3], 0.3, 2)\n"
         "for _ in range(3):\n"
         "    print((m * m) >> PGA3.point([[1, 2, 3], [3, 4, 5]]), m.log(), (m | m), 2 * m, m / 2, m.grade(2).norm())\n"
-        "print(CGA3.sphere([1, 2, 3], 2) & CGA3.plane([0, 0, 1], 2), type(m).__mro__[1].__name__)\n"
+        "print(CGA3.sphere([1, 2, 3], 2) & CGA3.plane([0, 0, 1], 2))\n"
+        "print('MultivectorArray' in [base.__name__ for base in type(m).__mro__])\n"
     )
     exec(program, {})
     run = subprocess.run(

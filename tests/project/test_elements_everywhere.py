@@ -22,7 +22,7 @@ FILES = {
     "fuzzy": "fuzzy_text sugeno",
     "geometry": "geometry geometry_rounds stereographic",
     "gestures": "gestures",
-    "grasping": "grasp_loop quality",
+    "grasping": "closing grasp_loop quality",
     "kinematics": (
         "arm_paths floating_base kinematics_rates retiming robots_single robots_trajectories self_motions tasks "
     ),
