@@ -29,7 +29,6 @@ from gacompiler import (
     transpose,
 )
 from gacompiler.algebra.catalog import PGA3
-from gacompiler.matrices import dot as product_of_rows
 from gacompiler.specs import robots
 from gacompiler.specs.families.covariances import cross, dot
 
@@ -48,6 +47,11 @@ LONGEST = Fraction(1, 2)
 """The largest change of a variable in one step, in radians, or in metres if it is that of a slide."""
 DAMPING = Fraction(1, 10**8)
 SIDES = ((0, 1), (1, 2), (2, 0))
+
+
+def _product_of_rows(x, y):
+    """Compute the sum of the products of two arrays."""
+    return total(lambda a, b: a * b, x, y)
 
 
 def _place(p):
@@ -343,18 +347,18 @@ def preshape(
 
         def row(gap, side, sign):
             speeds = each(lambda s, v: s * dot(gap, v) / side, sign, velocities)
-            return each(lambda share: product_of_rows(share, speeds), shares)
+            return each(lambda share: _product_of_rows(share, speeds), shares)
 
         rows = each(row, gaps, sides, signs)
         numbers = row_numbers(off)
         matrix = each(
             lambda one, i: each(
-                lambda other, j: product_of_rows(one, other) + select(equal(i, j), DAMPING, 0), rows, numbers
+                lambda other, j: _product_of_rows(one, other) + select(equal(i, j), DAMPING, 0), rows, numbers
             ),
             rows, numbers,
         )  # fmt: skip
         pull = matrices.solve_positive(matrix, off)[0]
-        changes = each(lambda column: product_of_rows(column, pull), transpose(rows))
+        changes = each(lambda column: _product_of_rows(column, pull), transpose(rows))
 
         def moved_within(x, change, least, most):
             bounded = ga.minimum(ga.maximum(change, -LONGEST), LONGEST)
