@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from generated import mapping as kernels
 from generated import pga2
 
-from ..arguments import Reals, finite, real_array
+from ..arguments import Reals
 from ..evidence import Noise, rank
 from .agreement import agreement
 from .alignment import Aligned, aligned, covariance_of
-from .motions import length_and_angle, relative
+from .motions import length_and_angle, relative, unit_motor
 from .outlines import Outline, outline_of
 from .scan import Scan
 from .status import MappingStatus
@@ -115,10 +115,7 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
         return _nothing(MappingStatus.TOO_FEW_READINGS)
     one, two = outline_of(a), outline_of(b)
     if guess is not None:
-        motor = finite(real_array(guess, "guess", (4,)).astype(float), "guess")
-        if motor.ndim != 1 or not 0.5 < motor[0] ** 2 + motor[1] ** 2 < 2:
-            raise ValueError(f"guess: {motor.tolist()}; expected a unit motor (4,), see pga2.normalize_motor")
-        motors = np.asarray(pga2.normalize_motor(motor))[None]
+        motors = unit_motor(guess, "guess")[None]
     else:
         motors = motion_votes(one, two, rotation_votes(one, two))
         if len(motors) > _HYPOTHESES:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from generated import pga2
 
 from ..arguments import Reals, real_array
+from .motions import unit_motor
 
 _REMEMBERED, _CAUTION, _LEAST_FACTOR = 40, 2.0, 0.1
 """The errors of odometry are judged by this number of motions; their standard deviations are multiplied by a factor for
@@ -53,8 +54,6 @@ def pose_of(odometry: ArrayLike | None) -> Reals | None:
     if not np.isfinite(pose).all():
         return None
     if pose.shape == (4,):
-        if not 0.5 < pose[0] ** 2 + pose[1] ** 2 < 2:
-            raise ValueError(f"odometry: {pose.tolist()}; expected a unit motor (4,), see pga2.normalize_motor")
-        angle, shift = pga2.motor_to_angle_translation(pga2.normalize_motor(pose))
+        angle, shift = pga2.motor_to_angle_translation(unit_motor(pose, "odometry"))
         pose = np.array([*shift, angle])
     return pose

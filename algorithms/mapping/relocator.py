@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 
 from generated import pga2
 
-from ..arguments import Reals, finite, real_array
+from ..arguments import Reals
 from .cells import Lines, cells_of
-from .motions import length_and_angle, relative
+from .motions import length_and_angle, relative, unit_motor
 from .outlines import still_points
 from .relocation import (
     Relocation,
@@ -124,9 +124,7 @@ class Relocator:
         if motion is None:
             self._views, self._since = [], _STILL
         else:
-            step = finite(real_array(motion, "motion", (4,), "a motor").astype(float), "motion")
-            if step.shape != (4,) or not 0.5 < step[0] ** 2 + step[1] ** 2 < 2:
-                raise ValueError(f"motion: {step.tolist()}; expected a unit motor (4,), see pga2.normalize_motor")
+            step = unit_motor(motion, "motion")
             self._since = np.asarray(pga2.normalize_motor(pga2.motor_product(self._since, step)))
         found = found_places(scan, self._cells, self._map)
         if found is MappingStatus.TOO_FEW_READINGS:

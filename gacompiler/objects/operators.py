@@ -151,9 +151,9 @@ class Operator:
         found, calls = self.native, extension()
         if found is not None and calls is not None:
             call = calls.Call()
-            ways = (found.loop, 0, 0), (0, 0, 0)
+            loops = (found.loop, 0, 0), (0, 0, 0)
             patience = PATIENCE // (4 * self._operations)
-            if call._bind(tuple(self._shapes), (self._out,), 0, ways, sys.maxsize, patience):
+            if call._bind(tuple(self._shapes), (self._out,), 0, loops, sys.maxsize, patience):
                 self._call = call
         return self._call is not None
 

@@ -1,4 +1,4 @@
-"""Operations that are known from an earlier call take shorter ways, which give the same results."""
+"""Operations that are known from an earlier call take shorter paths, which give the same results."""
 
 from __future__ import annotations
 

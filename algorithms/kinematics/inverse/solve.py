@@ -187,8 +187,7 @@ def _in_closed_form(
         here = goals[start : start + BLOCK]
         solved = solver.at(start)
         q, gap = arm.whole(solved.q, start), np.ascontiguousarray(solved.gap)
-        near = np.zeros((len(q), len(chain))) if wanted is None else wanted[start : start + BLOCK]
-        has_wish = np.zeros(len(q)) if wanted is None else np.ones(len(q))
+        near, has_wish = _wish(None if wanted is None else wanted[start : start + BLOCK], q)
         moved, valid, within, nearest, singular, doubtful = judge(
             q, gap, chain.distance(q, here[:, None]), near, has_wish
         )
@@ -216,8 +215,7 @@ def _with_statuses(robot: Model, chain: Chain, found: Found, wanted: Reals | Non
     """Return what was found for some goals, with angles within the limits and statuses."""
     judge = _judge_of(chain, robot.limits.T[:2].tobytes(), held)
     q, gap, off = np.ascontiguousarray(found.q), np.ascontiguousarray(found.gap), np.where(found.valid, 0.0, 1.0)
-    near = np.zeros((len(q), len(chain))) if wanted is None else wanted
-    has_wish = np.zeros(len(q)) if wanted is None else np.ones(len(q))
+    near, has_wish = _wish(wanted, q)
     moved, _, within, best, singular, _ = judge(q, gap, off, near, has_wish)
     moved[~found.valid] = np.nan
     some = np.asarray(found.valid.any(-1))
@@ -227,6 +225,13 @@ def _with_statuses(robot: Model, chain: Chain, found: Found, wanted: Reals | Non
     status[some & ~found.complete] = Status.INCOMPLETE
     nearest = np.where(some[:, None], best, _within_limits(robot, found.nearest, near, held))
     return _Result(moved, found.valid, status, nearest, found.method, within > 0)
+
+
+def _wish(wanted: Reals | None, q: Reals) -> tuple[Reals, Reals]:
+    """Return the configurations to be near to, (N, n), and whether there is a wish, (N,), as the kernel takes them."""
+    if wanted is None:
+        return np.zeros((len(q), q.shape[-1])), np.zeros(len(q))
+    return wanted, np.ones(len(q))
 
 
 def _within_limits(robot: Model, q: Reals, wanted: Reals, held: tuple[int, ...]) -> Reals:
