@@ -214,9 +214,9 @@ def rounded_once(op: Op, operands: list[float]) -> float:
     return float(FLOAT[op.value](*operands))
 
 
-def ulps(found: Sequence[Any], exact: Sequence[Any]) -> float:
-    """Return the largest error in ulp of the largest exact value."""
-    largest = max(map(abs, exact), default=0)
+def ulps(found: Sequence[Any], exact: Sequence[Any], least: Any = 0) -> float:
+    """Return the largest error in ulp of the largest exact value, or of the positive number `least` if it is larger."""
+    largest = max([least, *map(abs, exact)])
     if largest == 0:
         return 0.0 if not any(found) else inf
     unit = ulp(min(float(largest), nextafter(inf, 0)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from random import Random
+from sys import float_info
 from typing import Any
 
 from ..errors import GacError
@@ -65,11 +66,17 @@ def _exact(value: float | int) -> Any:
 
 
 def results_ulps(found: Mapping[str, Rows], exact: Mapping[str, Rows]) -> float:
-    """Return the largest error in ulp of the largest exact number of the same result."""
-    worst = 0.0
-    for name, rows in exact.items():
-        flat = [x for row in rows for x in row]
-        worst = max(worst, ulps([x for row in found[name] for x in row], flat)) if flat else worst
+    """Return the largest error in ulp of the largest exact number of the same result.
+
+    Errors of a result below the rounding error of another one, as of a sum whose terms cancel, are relative to the
+    largest number of all results.
+    """
+    numbers = {name: [x for row in rows for x in row] for name, rows in exact.items() if any(rows)}
+    sizes = {name: max(map(abs, flat)) for name, flat in numbers.items()}
+    whole, worst = max(sizes.values(), default=0), 0.0
+    for name, flat in numbers.items():
+        least = whole if sizes[name] <= float_info.epsilon * whole else 0
+        worst = max(worst, ulps([x for row in found[name] for x in row], flat, least))
     return worst
 
 

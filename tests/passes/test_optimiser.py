@@ -39,6 +39,7 @@ from gacompiler.passes.associate import associate
 from gacompiler.passes.divide import divide_once
 from gacompiler.passes.expand import expand_contraction, expand_meet, expand_square
 from gacompiler.passes.kernel_extraction import best_divisor
+from gacompiler.passes.loop_accuracy import results_ulps
 from gacompiler.passes.lower import Lowering, Reduction, Slot
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.resubstitute import resubstitute
@@ -499,6 +500,16 @@ def test_ulps_are_those_of_the_largest_result() -> None:
     assert ulps([1.0, 1e-20], [Fraction(1), Fraction(0)]) < 1
     assert ulps([1.0 + 2**-52], [Fraction(1)]) == 1
     assert ulps([0.0], [Fraction(0)]) == 0
+
+
+def test_errors_of_results_that_cancel_are_relative_to_the_other_results() -> None:
+    # The second derivative of one pixel: its taps have the sum 0, but not after rounding.
+    exact = {"value": [[Fraction(1)]], "curvature": [[Fraction(1, 2**300)]]}
+    assert results_ulps({"value": [[1.0]], "curvature": [[2.0**-54]]}, exact) < 1
+    assert results_ulps({"value": [[1.0]], "curvature": [[-0.5]]}, exact) > 1e15
+    # A small result that another one does not hide keeps its own unit.
+    small = {"value": [[Fraction(1)]], "curvature": [[Fraction(1, 2**40)]]}
+    assert results_ulps({"value": [[1.0]], "curvature": [[2.0**-40 + 2.0**-54]]}, small) > 1e10
 
 
 def kernel_with_domain() -> Kernel:
