@@ -4,7 +4,6 @@ from .body_eye import BodyEye, body_eye
 from .circles_of_points import BodyEyeStatus, JointAxis, stereo_information
 from .clocks import ClockOffset, ClockStatus, clock_offset, poses_at
 from .end_effector import EndEffectorTrack, track_end_effector
-from .extended import ExtendedKalmanFilter
 from .image_jacobians import Image, image_of_line, image_of_plane, image_of_point
 from .inertial import InertialSum, preintegrate
 from .joint_axes import joint_axis
@@ -16,6 +15,7 @@ from .motor_graph import MotorGraph
 from .motor_objects import Observability, observability
 from .motor_problem import SmoothingStatus
 from .motor_smoother import MotorSmoother
+from .nonlinear import ExtendedKalmanFilter, UnscentedKalmanFilter
 from .orientation import Orientation, estimate_orientation, orientation
 from .orientation_filter import OrientationFilter
 from .orientation_starts import OrientationSettings
@@ -59,6 +59,7 @@ __all__ = [
     "SmoothingStatus",
     "Tracker",
     "TrackingStatus",
+    "UnscentedKalmanFilter",
     "VelocityStep",
     "aim",
     "body_eye",

@@ -1,34 +1,22 @@
-"""Kalman filters with any number of states up to twelve, for single problems and batches."""
+"""Kalman filters for any number of states, for single problems and batches."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from generated import kalman as kernels
 
 from ..arguments import Reals, finite, real_array
-from ..evidence.triangles import from_triangle, to_triangle
-from .kalman_steps import (
-    JOINT,
-    LARGEST,
-    OPEN,
-    System,
-    Whitened,
-    padded,
-    padded_square,
-    updated_in_sequence,
-)
-from .matrices import as_definite
+from ..evidence.gates import OPEN
+from .matrices import as_definite, definite_once
 from .status import EstimationStatus
 
 _FLOAT64 = np.dtype(np.float64)
 _PREDICTED = np.full((), EstimationStatus.OK)
 _PREDICTED.flags.writeable = False
-_Parts = tuple[Reals, Reals, Reals, Reals, Reals, Reals, Reals]
-"""The first fields of `Filtered`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,9 +36,11 @@ class Filtered:
     squares: Reals
     """(..., t) The squares of innovations divided by their covariances; chi-square distributed for a correct model."""
     used: Reals
-    """(..., t) bool. Whether the measurement was used: it is within the gate."""
+    """(..., t) bool. Whether the measurement was used: a number of it is finite, and it is within the gate."""
     n_missing: Reals
     """(...) int. How many measured numbers are not finite."""
+    transitions: Reals
+    """(1, n, n) or (t, n, n) The matrices F of the predictions."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,16 +54,15 @@ class Smoothed:
 
 
 class KalmanFilter:
-    """Kalman filter for ``x' = F x + w`` and ``z = H x + v`` with covariances Q of w and R of v.
+    """Kalman filter for ``x' = F x + B u + w`` and ``z = H x + v`` with covariances Q of w and R of v.
 
-    Updates have the Joseph form. Joint updates factorise the covariance of the innovation by Cholesky's method within
-    the kernel; larger measurements are whitened and taken one number after the other, with the same result. Numbers of
-    a measurement that are not finite are left out.
+    The covariance of an innovation is eliminated row by row, and the update has the Joseph form. Numbers of a
+    measurement that are not finite are left out. Methods take matrices that differ from those of the filter.
 
     Parameters
     ----------
     state : array_like, (..., n)
-        n is at most 12. Leading axes are a batch of filters.
+        Leading axes are a batch of filters.
     covariance : array_like, (..., n, n) or (n, n)
     transition : array_like, (n, n)
         F.
@@ -85,11 +74,13 @@ class KalmanFilter:
         R.
     gate : float
         Measurements are left out if the square of their innovation, divided by its covariance, exceeds this.
+    control : array_like, (n, k), optional
+        B. The controls u are passed to `predict` and `run`.
 
     Raises
     ------
     TypeError, ValueError
-        If an argument has a wrong shape or type or is not finite, or there are too many states.
+        If an argument has a wrong shape or type or is not finite.
     """
 
     def __init__(
@@ -101,43 +92,44 @@ class KalmanFilter:
         measurement: ArrayLike,
         measurement_noise: ArrayLike,
         gate: float = np.inf,
+        *,
+        control: ArrayLike | None = None,
     ) -> None:
-        first = finite(real_array(state, "state", (-1,)).astype(float), "state")
-        n = self._n = first.shape[-1]
-        if not 0 < n <= LARGEST:
-            raise ValueError(f"state: {n} numbers; expected 1 to {LARGEST}")
-        rows = finite(real_array(measurement, "measurement", (-1, n)).astype(float), "measurement").reshape(-1, n)
-        m = len(rows)
-        move = _square(transition, "transition", n)
+        self._state = finite(real_array(state, "state", (-1,)).astype(float), "state")
+        n = self._state.shape[-1]
+        if not n:
+            raise ValueError("state: no numbers; expected at least one")
+        self._transition = _matrix(transition, "transition", (n, n))
+        self._rows = _matrix(measurement, "measurement", (-1, n))
+        m = len(self._rows)
         spread, definite = _definite(covariance, "covariance", n)
-        process, process_definite = _definite(process_noise, "process_noise", n)
+        self._process, process_definite = _definite(process_noise, "process_noise", n)
         self._noise, noise_definite = _definite(measurement_noise, "measurement_noise", m)
-        self._system = System.of(move, process, rows, self._noise)
-        self._whitened: Whitened | None = None
-        leading = first.shape[:-1]
-        self._state = padded(first, self._system.size)
-        self._triangle = to_triangle(padded_square(np.broadcast_to(spread, (*leading, n, n)), self._system.size))
-        self._gate = min(float(gate), OPEN)
-        self._shape = (m,)
+        leading = self._state.shape[:-1]
+        self._covariance = np.ascontiguousarray(np.broadcast_to(spread, (*leading, n, n)))
+        self._control = None if control is None else _matrix(control, "control", (n, -1))
+        self._still = np.zeros(n)
+        limit = gate_from(gate)
+        self._gates, self._each = np.array([OPEN, limit]), np.array([limit, OPEN])
         self._innovation = np.full((*leading, m), np.nan)
-        self._numbers = np.zeros((*leading, 2))
+        self._square, self._count = np.zeros(leading), np.zeros(leading)
         good = definite and process_definite and noise_definite
         self._status: Reals | None = np.full(leading, EstimationStatus.OK if good else EstimationStatus.NOT_DEFINITE)
 
     @property
     def n_states(self) -> int:
         """The number n of states."""
-        return int(self._n)
+        return len(self._still)
 
     @property
     def state(self) -> Reals:
         """(..., n) The estimate."""
-        return self._state[..., : self._n]
+        return self._state
 
     @property
     def covariance(self) -> Reals:
         """(..., n, n) The covariance of its error."""
-        return from_triangle(self._triangle, self._system.size)[..., : self._n, : self._n]
+        return self._covariance
 
     @property
     def innovation(self) -> Reals:
@@ -147,7 +139,7 @@ class KalmanFilter:
     @property
     def square(self) -> Reals:
         """(...) The square of the last innovation divided by its covariance."""
-        return np.asarray(self._numbers[..., 0])
+        return np.asarray(self._square)
 
     @property
     def status(self) -> Reals:
@@ -156,135 +148,169 @@ class KalmanFilter:
             # Computed here, because it takes longer than an update.
             missing = ~np.isfinite(self._innovation).any(-1)
             status = np.where(missing, EstimationStatus.SKIPPED, EstimationStatus.REJECTED)
-            self._status = np.where((self._numbers[..., 1] > 0) & ~missing, EstimationStatus.OK, status)
+            self._status = np.where((self._count > 0) & ~missing, EstimationStatus.OK, status)
         return self._status
 
-    def predict(self, transition: ArrayLike | None = None, process_noise: ArrayLike | None = None) -> None:
-        """Predict the next state, with another F or Q if given."""
-        system, n = self._system, self._n
-        move, noise = system.transition, system.process
-        if transition is not None:
-            move = padded_square(_square(transition, "transition", n), system.size)
-        if process_noise is not None:
-            noise = to_triangle(padded_square(_definite(process_noise, "process_noise", n)[0], system.size))
-        self._state, self._triangle = system.predict(self._state, self._triangle, move, noise)
+    def predict(
+        self,
+        transition: ArrayLike | None = None,
+        process_noise: ArrayLike | None = None,
+        *,
+        control: ArrayLike | None = None,
+    ) -> None:
+        """Predict the next state, with another F or Q if given, and for the control u (..., k)."""
+        n = len(self._still)
+        move = self._transition if transition is None else _matrix(transition, "transition", (n, n))
+        noise = self._process if process_noise is None else _definite(process_noise, "process_noise", n)[0]
+        shift = self._still if control is None else self._shift(control, "control")
+        self._state, self._covariance = kernels.predict(self._state, self._covariance, move, noise, shift)
         leading = self._state.shape[:-1]
         self._status = np.full(leading, EstimationStatus.OK) if leading else _PREDICTED
 
-    def update(self, measurement: ArrayLike, *, in_sequence: bool = False) -> None:
-        """Update the state by a measurement (..., m).
+    def update(
+        self,
+        measurement: ArrayLike,
+        *,
+        rows: ArrayLike | None = None,
+        noise: ArrayLike | None = None,
+        in_sequence: bool = False,
+    ) -> None:
+        """Update the state by a measurement.
 
-        With `in_sequence`, the numbers are taken one after the other, and the gate applies to each of them. Leading
-        axes are those of the filter, or 1.
+        Parameters
+        ----------
+        measurement : array_like, (..., m)
+            Leading axes are those of the filter, or 1.
+        rows : array_like, (m, n), optional
+            Another H.
+        noise : array_like, (m, m), optional
+            Another R.
+        in_sequence : bool
+            Whether the gate applies to one number after the other, instead of to all of them together.
         """
-        z, system, m = measurement, self._system, self._shape[0]
-        if type(z) is not np.ndarray or z.dtype is not _FLOAT64 or z.shape != self._shape:
+        own, spread = self._rows, self._noise
+        if rows is not None:
+            own = _matrix(rows, "rows", (-1, len(self._still)))
+        m = len(own)
+        if noise is not None:
+            spread = definite_once(_matrix(noise, "noise", (m, m)).tobytes(), "noise", m)
+        elif len(spread) != m:
+            raise ValueError(f"rows: {m} measured numbers; expected {len(spread)}, or noise= for those")
+        z = measurement
+        if type(z) is not np.ndarray or z.dtype is not _FLOAT64 or z.shape != (m,):
             z = real_array(measurement, "measurement", (m,)).astype(float)
             whole = (*self._state.shape[:-1], m)
             if z.ndim > len(whole) or any(a not in (1, b) for a, b in zip(z.shape, whole[-z.ndim :], strict=True)):
                 raise ValueError(f"measurement: shape {z.shape}; expected {whole}, the numbers of each filter")
-        innovation = self._innovation = z - self._state @ system.columns
-        if system.wide and not in_sequence:
-            self._state, self._triangle, self._numbers = system.update(
-                self._state, self._triangle, innovation if m == system.wide else padded(innovation, system.wide),
-                system.rows, system.noise, self._gate,
-            )  # fmt: skip
-        else:
-            if self._whitened is None:
-                self._whitened = Whitened.of(system.rows[:m], self._noise)
-            self._state, self._triangle, self._numbers = updated_in_sequence(
-                self._state, self._triangle, innovation, system.rows[:m], self._noise, self._whitened, self._gate,
-                in_sequence,
-            )  # fmt: skip
+        self._state, self._covariance, self._innovation, self._square, self._count = kernels.update(
+            self._state, self._covariance, z, own, spread, self._each if in_sequence else self._gates
+        )
         self._status = None
 
-    def run(self, measurements: ArrayLike) -> Filtered:
-        """Filter a recording: predict and update for each measurement (..., t, m).
+    def run(
+        self,
+        measurements: ArrayLike,
+        *,
+        controls: ArrayLike | None = None,
+        transitions: ArrayLike | None = None,
+        process_noises: ArrayLike | None = None,
+        rows: ArrayLike | None = None,
+        noises: ArrayLike | None = None,
+    ) -> Filtered:
+        """Filter a recording: predict and update for each measurement. The state becomes that after the last one.
 
-        The state of the filter becomes that after the last measurement.
+        Parameters
+        ----------
+        measurements : array_like, (..., t, m)
+        controls : array_like, (..., t, k), optional
+            The control u before each measurement.
+        transitions, process_noises : array_like, (t, n, n), optional
+            F and Q before each measurement.
+        rows : array_like, (t, m, n), optional
+            H of each measurement.
+        noises : array_like, (t, m, m), optional
+            R of each measurement.
         """
-        m = self._shape[0]
+        n, m = len(self._still), len(self._rows)
         z = real_array(measurements, "measurements", (-1, m)).astype(float)
-        leading = np.broadcast_shapes(self._state.shape[:-1], z.shape[:-2])
-        whole = np.broadcast_to(z, (*leading, *z.shape[-2:]))
-        parts = self._recorded(z) if self._system.wide else self._steps(whole)
-        return Filtered(*parts, n_missing=(~np.isfinite(whole)).sum((-1, -2)))
-
-    def _recorded(self, z: Reals) -> _Parts:
-        """Filter a recording by one kernel."""
-        system, n, m = self._system, self._n, self._shape[0]
-        size, wide = system.size, system.wide
-        states, triangles, before, before_triangles, innovations, squares, used = getattr(
-            kernels, f"filter_{size}_{wide}"
-        )(
-            self._state, self._triangle, padded(z, wide), system.transition, system.process, system.rows, system.noise,
-            self._gate,
-        )  # fmt: skip
-        if z.shape[-2]:
-            self._state, self._triangle = states[..., -1, :].copy(), triangles[..., -1, :].copy()
-        return (
-            states[..., :n], from_triangle(triangles, size)[..., :n, :n], before[..., :n],
-            from_triangle(before_triangles, size)[..., :n, :n], innovations[..., :m], squares, used > 0,
-        )  # fmt: skip
-
-    def _steps(self, measurements: Reals) -> _Parts:
-        """Filter a recording step by step."""
-        leading, n_steps = measurements.shape[:-2], measurements.shape[-2]
-        n, m = self._n, self._shape[0]
-        self._state = np.broadcast_to(self._state, (*leading, self._system.size)).copy()
-        self._triangle = np.broadcast_to(self._triangle, (*leading, self._triangle.shape[-1])).copy()
-        states, before = (np.empty((*leading, n_steps, n)) for _ in range(2))
-        spreads, spreads_before = (np.empty((*leading, n_steps, n, n)) for _ in range(2))
-        innovations, squares = np.empty((*leading, n_steps, m)), np.empty((*leading, n_steps))
-        used = np.empty((*leading, n_steps), bool)
-        for k in range(n_steps):
-            self.predict()
-            before[..., k, :], spreads_before[..., k, :, :] = self.state, self.covariance
-            self.update(measurements[..., k, :])
-            states[..., k, :], spreads[..., k, :, :] = self.state, self.covariance
-            innovations[..., k, :], squares[..., k] = self._innovation, self.square
-            used[..., k] = self.status == EstimationStatus.OK
-        return states, spreads, before, spreads_before, innovations, squares, used
+        t = z.shape[-2]
+        shifts = np.zeros((t, n)) if controls is None else self._shift(controls, "controls", t)
+        leading = np.broadcast_shapes(self._state.shape[:-1], z.shape[:-2], shifts.shape[:-2])
+        known = self._transition, self._process, self._rows, self._noise
+        named = getattr(kernels, f"filter_recording_{n}_{m}", None)
+        given = transitions, process_noises, rows, noises
+        if named is not None and all(x is None for x in given):
+            found = named(self._state, self._covariance, z, shifts, *known, self._gates)
+            used = self._transition[None]
+        else:
+            system, matrices = _systems(t, known, given)
+            found = kernels.filter_recording(self._state, self._covariance, z, shifts, *matrices, system, self._gates)
+            used = matrices[0]
+        states, covariances, before, spreads, innovations, squares, count = found
+        if t:
+            self._state, self._covariance = states[..., -1, :].copy(), covariances[..., -1, :, :].copy()
+        missing = (~np.isfinite(np.broadcast_to(z, (*leading, t, m)))).sum((-1, -2))
+        return Filtered(states, covariances, before, spreads, innovations, squares, count > 0, missing, used)
 
     def smooth(self, filtered: Filtered) -> Smoothed:
         """Smooth a recording that was filtered with `run` (Rauch, Tung and Striebel, *AIAA Journal* 3:1445, 1965)."""
-        n, size = self._n, self._system.size
-        transition = self._system.transition[:n, :n]
         states, spreads = filtered.states, filtered.covariances
         following = np.concatenate([filtered.predicted[..., 1:, :], states[..., -1:, :]], -2)
         following_spreads = np.concatenate([filtered.predicted_covariances[..., 1:, :, :], spreads[..., -1:, :, :]], -3)
-        if size in JOINT:
-            ahead = np.ones(states.shape[-2])
-            ahead[-1:] = 0
-            last, last_spread = padded(states[..., -1, :], size), padded_square(spreads[..., -1, :, :], size)
-            found, triangles = getattr(kernels, f"smooth_{size}")(
-                padded(states, size), to_triangle(padded_square(spreads, size)), padded(following, size),
-                to_triangle(padded_square(following_spreads, size)), ahead, last, to_triangle(last_spread),
-                self._system.transition,
-            )  # fmt: skip
-            return Smoothed(found[..., :n], from_triangle(triangles, size)[..., :n, :n])
-        after, after_spread = states.copy(), spreads.copy()
-        for t in reversed(range(states.shape[-2] - 1)):
-            gain = np.linalg.solve(following_spreads[..., t, :, :], transition @ spreads[..., t, :, :])
-            change = (after[..., t + 1, :] - following[..., t, :])[..., None]
-            after[..., t, :] += (np.swapaxes(gain, -1, -2) @ change)[..., 0]
-            more = after_spread[..., t + 1, :, :] - following_spreads[..., t, :, :]
-            after_spread[..., t, :, :] += np.swapaxes(gain, -1, -2) @ more @ gain
-        return Smoothed(after, after_spread)
+        t = states.shape[-2]
+        if not t:
+            return Smoothed(states, spreads)
+        ahead = np.ones(t)
+        ahead[-1] = 0
+        rows = states, spreads, following, following_spreads, ahead, states[..., -1, :], spreads[..., -1, :, :]
+        transitions = filtered.transitions
+        named = getattr(kernels, f"smooth_{states.shape[-1]}", None)
+        if named is not None and len(transitions) == 1:
+            return Smoothed(*named(*rows, transitions[0]))
+        # The transition after a measurement is that before the next one.
+        system = np.minimum(np.arange(t) + 1, len(transitions) - 1)
+        return Smoothed(*kernels.smooth(*rows, transitions, system))
+
+    def _shift(self, control: ArrayLike, name: str, *t: int) -> Reals:
+        """Return ``B u``."""
+        if self._control is None:
+            raise ValueError(f"{name}: given, but the filter has no matrix of controls; pass control=B to KalmanFilter")
+        u = real_array(control, name, (*t, self._control.shape[1])).astype(float)
+        return np.asarray(finite(u, name) @ self._control.T)
 
 
-def _square(value: ArrayLike, name: str, n: int) -> Reals:
+def _systems(
+    t: int, known: tuple[Reals, ...], given: tuple[ArrayLike | None, ...]
+) -> tuple[NDArray[np.intp], list[Reals]]:
+    """Return the number of the matrices of each measurement, and the matrices F, Q, H and R."""
+    if all(x is None for x in given):
+        return np.zeros(t, np.intp), [own[None] for own in known]
+    matrices = []
+    for own, x, name in zip(known, given, ("transitions", "process_noises", "rows", "noises"), strict=True):
+        whole = (t, *own.shape)
+        matrix = np.broadcast_to(own, whole) if x is None else _matrix(x, name, whole)
+        is_covariance = name.endswith("noises")
+        matrices.append(as_definite(matrix)[0] if is_covariance and x is not None else matrix)
+    return np.arange(t), matrices
+
+
+def gate_from(gate: float) -> float:
+    """Return a gate that is at most `OPEN`."""
+    found = float(gate)
+    if not found >= 0:
+        raise ValueError(f"gate: {gate}; expected a number from 0 on")
+    return min(found, OPEN)
+
+
+def _matrix(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:
+    """Return a finite matrix of a shape, in which -1 matches any length."""
     matrix = finite(real_array(value, name).astype(float), name)
-    if matrix.shape != (n, n):
-        raise ValueError(f"{name}: shape {matrix.shape}; expected ({n}, {n})")
+    if matrix.ndim != len(shape) or any(want not in (-1, have) for want, have in zip(shape, matrix.shape, strict=True)):
+        expected = ", ".join("any" if x < 0 else str(x) for x in shape)
+        raise ValueError(f"{name}: shape {matrix.shape}; expected ({expected})")
     return matrix
 
 
 def _definite(value: ArrayLike, name: str, n: int) -> tuple[Reals, bool]:
     """Return symmetric positive semidefinite matrices (..., n, n), and whether all given ones are."""
-    given = finite(real_array(value, name, (n, n)).astype(float), name)
-    found, good = given.copy(), True
-    for k in np.ndindex(given.shape[:-2]):
-        found[k], is_definite = as_definite(given[k])
-        good &= is_definite
-    return found, good
+    return as_definite(finite(real_array(value, name, (n, n)).astype(float), name))

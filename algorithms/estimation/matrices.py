@@ -2,23 +2,46 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
-from ..arguments import Reals
+from ..arguments import Reals, finite
 
 _SMALLEST = 1e-14
 """Eigenvalues of covariances are at least this fraction of the largest one."""
+_ROUNDING = 1e-9
+"""An eigenvalue of at least minus this fraction of the largest one counts as 0 that was rounded."""
 
 
-def as_definite(matrix: Reals) -> tuple[Reals, bool]:
-    """Return the nearest symmetric positive semidefinite matrix, and whether the matrix is one.
+def as_definite(matrices: Reals) -> tuple[Reals, bool]:
+    """Return the nearest symmetric positive semidefinite matrices (..., n, n), and whether all given ones are.
 
     An indefinite matrix gets small positive eigenvalues instead of those that are not positive.
     """
-    symmetric = (matrix + matrix.T) / 2
+    symmetric = (matrices + np.swapaxes(matrices, -1, -2)) / 2
+    if not symmetric.size:
+        return symmetric, True
     values, vectors = np.linalg.eigh(symmetric)
-    largest = max(float(values[-1]), 0.0) if len(values) else 0.0
-    if not len(values) or values[0] >= -1e-9 * largest:
+    largest = np.maximum(values[..., -1:], 0)
+    bad = values[..., 0] < -_ROUNDING * largest[..., 0]
+    if not bad.any():
         return symmetric, True
     kept = np.maximum(values, _SMALLEST * largest)
-    return (vectors * kept) @ vectors.T, False
+    nearest = (vectors * kept[..., None, :]) @ np.swapaxes(vectors, -1, -2)
+    nearest = (nearest + np.swapaxes(nearest, -1, -2)) / 2
+    return np.where(bad[..., None, None], nearest, symmetric), False
+
+
+@lru_cache(maxsize=64)
+def definite_once(matrix: bytes, name: str, n: int) -> Reals:
+    """Return the nearest positive semidefinite matrix; the same noise is usually given again and again.
+
+    Raises
+    ------
+    ValueError
+        If an entry is infinite or NaN.
+    """
+    found = as_definite(finite(np.frombuffer(matrix).reshape(n, n), name))[0]
+    found.flags.writeable = False
+    return found

@@ -1,249 +1,309 @@
-"""Kalman filters and smoothers for states of up to twelve numbers.
+"""Kalman filters and smoothers for states and measurements of any length.
 
-The name of a kernel ends with the length of the state, and of the measurement where there is one. Smaller problems are
-padded. Covariances are passed as upper triangles, row by row. Numbers of a measurement that are not finite are left
-out. The functions that make the kernels are in this file because a file makes a module.
+Covariances are symmetric to the last bit. Correlated noise of a measurement is factorised as ``L D L^T``, and the
+numbers that are independent then are taken one after the other, which gives the result of a joint update. Numbers of a
+measurement that are not finite are left out.
 """
 
-from typing import Any, NamedTuple
-
 import gacompiler as ga
-from gacompiler import SCALAR, array, fold, kernel, scan, select
-from gacompiler.specs.families.covariances import (
-    are_finite,
-    choose,
-    congruent,
-    dot,
-    measured,
-    size_of_triangle,
-    square,
-    triangle,
-)
+from gacompiler import SCALAR, array, each, fold, gather, index, kernel, matrices, scan, select, total, transpose
+from gacompiler.frontend.rows import Unrolled
+from gacompiler.frontend.searches import pick, row_numbers
+from gacompiler.matrices import dot, times
+from gacompiler.specs.families.covariances import are_finite
 
-SIZES = ((2, 1), (4, 2), (6, 3))
-STATES = (2, 4, 6, 12)
-
-
-class Step(NamedTuple):
-    """A state and its covariance after and before a measurement; the innovation, its square, and whether it is used."""
-
-    state: Any
-    covariance: Any
-    predicted: Any
-    predicted_covariance: Any
-    innovation: Any
-    square: Any
-    used: Any
+STATE, SPREAD = array(SCALAR, "n"), array(SCALAR, "n", "n")
+SEEN, ROWS, NOISE = array(SCALAR, "m"), array(SCALAR, "m", "n"), array(SCALAR, "m", "m")
+GATES = array(SCALAR, 2)
+SIZES = (2, 1), (4, 2), (6, 3)
+"""Lengths of states and measurements for which recordings have a kernel without inner loops, which is faster."""
+STATES, SPREADS = array(SCALAR, "t", "n"), array(SCALAR, "t", "n", "n")
+SYSTEM = index("t", into="s")
 
 
-def _triangle_of(n):
-    return array(SCALAR, size_of_triangle(n))
+def _unrolled(rows):
+    """Return rows of known length as an array whose loops are unrolled."""
+    return Unrolled(tuple(map(_unrolled, rows))) if isinstance(rows, tuple) else rows
 
 
-def _named(name, text):
-    """Give a function the name under which the module has its kernel."""
-
-    def named(function):
-        function.__name__ = function.__qualname__ = name
-        function.__doc__ = text
-        return function
-
-    return named
+def _listed(rows):
+    """Return an array of known length as nested tuples."""
+    return tuple(map(_listed, rows.elements)) if isinstance(rows, Unrolled) else rows
 
 
-def _factorised(matrix):
-    """Return the Cholesky factor of a symmetric matrix, the inverses of its diagonal, and whether it is definite."""
-    n, is_definite = len(matrix), 1
-    factor = [[0] * n for _ in range(n)]
-    inverse = [0] * n
-    for j in range(n):
-        pivot = matrix[j][j] - dot(factor[j][:j], factor[j][:j])
-        is_definite = is_definite * (pivot > 0)
-        inverse[j] = 1 / ga.sqrt(select(pivot > 0, pivot, 1))
-        factor[j][j] = pivot * inverse[j]
-        for i in range(j + 1, n):
-            factor[i][j] = (matrix[i][j] - dot(factor[i][:j], factor[j][:j])) * inverse[j]
-    return factor, inverse, is_definite
+def _mirrored(rows):
+    """Return the symmetric array that has the upper triangle of some rows."""
+    n = range(len(rows))
+    return _unrolled(tuple(tuple(rows[min(j, k)][max(j, k)] for k in n) for j in n))
 
 
-def _forward(factor, inverse, column):
-    """Solve ``L x = b``."""
-    found: list[object] = []
-    for j, b in enumerate(column):
-        found.append((b - dot(factor[j][:j], found)) * inverse[j])
-    return found
+def _plus(a, b):
+    return each(lambda x, y: x + y, a, b)
 
 
-def _backward(factor, inverse, column):
-    """Solve ``L^T x = b``."""
-    n, found = len(column), [0] * len(column)
-    for j in reversed(range(n)):
-        found[j] = (column[j] - dot([factor[i][j] for i in range(j + 1, n)], found[j + 1 :])) * inverse[j]
-    return found
+def _minus(a, b):
+    return each(lambda x, y: x - y, a, b)
 
 
-def _updated(state, covariance, innovation, rows, noise, gate):
-    """Return a state and its covariance (rows) after a measurement, the squared innovation, and whether it is used."""
-    n, m = len(state), len(innovation)
-    seen = [are_finite([x]) for x in innovation]
-    innovation = [select(is_seen, x, 0) for is_seen, x in zip(seen, innovation, strict=True)]
-    rows = [[select(is_seen, x, 0) for x in row] for is_seen, row in zip(seen, rows, strict=True)]
-    noise = [[select(seen[j] * seen[k], noise[j][k], int(j == k)) for k in range(m)] for j in range(m)]
-    side = [[dot(row, column) for column in covariance] for row in rows]
-    spread = [[dot(side[j], rows[k]) + noise[j][k] for k in range(m)] for j in range(m)]
-    factor, inverse, is_definite = _factorised(spread)
-    white = _forward(factor, inverse, innovation)
-    distance = dot(white, white)
-    used = is_definite * (distance <= gate)
-    # The gain, with one row for each number of the state.
-    gains = [_backward(factor, inverse, _forward(factor, inverse, [each[k] for each in side])) for k in range(n)]
-    after = [x + dot(gain, innovation) for x, gain in zip(state, gains, strict=True)]
-    # The Joseph form (I - K H) P (I - K H)^T + K R K^T remains positive for inexact gains.
-    kept = [[int(j == k) - dot(gains[j], [row[k] for row in rows]) for k in range(n)] for j in range(n)]
-    first, second = congruent(kept, covariance), congruent(gains, noise)
-    joseph = [[a + b for a, b in zip(x, y, strict=True)] for x, y in zip(first, second, strict=True)]
-    return choose(used, after, state), choose(used, triangle(joseph), triangle(covariance)), distance, used
+def _symmetric(matrix):
+    """Return a matrix whose entries are equal to those on the other side of the diagonal, which differ by rounding."""
+    if isinstance(matrix, Unrolled):
+        return _mirrored(_listed(matrix))
+    return each(lambda row, column: each(lambda x, y: (x + y) / 2, row, column), matrix, transpose(matrix))
 
 
-def _moved(state, covariance, transition, noise):
-    n = len(state)
-    moved = congruent(transition, square(covariance, n))
-    noise = square(noise, n)
-    after = [[a + b for a, b in zip(x, y, strict=True)] for x, y in zip(moved, noise, strict=True)]
-    return tuple(dot(row, state) for row in transition), after
+def _congruent(matrix, covariance, noise):
+    """Return ``F P F^T + Q``."""
+    half = each(lambda row: times(covariance, row), matrix)
+    moved = each(lambda row, own: each(lambda other, x: dot(row, other) + x, matrix, own), half, noise)
+    return _symmetric(moved)
 
 
-def _predict(n):
-    @_named(f"predict_{n}", "Predict a state and its covariance: ``F x`` and ``F P F^T + Q``.")
-    def predict(state, covariance, transition, noise):
-        after, spread = _moved(state, covariance, transition, noise)
-        return after, triangle(spread)
+def _innovation(measurement, state, rows):
+    return each(lambda z, row: z - dot(row, state), measurement, rows)
 
+
+def _masked(seen, innovation, rows, noise):
+    """Return a measurement in which numbers that were not measured depend on no state and on no other number."""
+    numbers = row_numbers(noise)
+
+    def entry(used, other, x, j, k):
+        return select(used, select(other, x, 0), select(ga.equal(j, k), 1, 0))
+
+    return (
+        each(lambda used, x: select(used, x, 0), seen, innovation),
+        each(lambda used, row: each(lambda x: select(used, x, 0), row), seen, rows),
+        each(
+            lambda used, row, j: each(lambda other, x, k: entry(used, other, x, j, k), seen, row, numbers),
+            seen, noise, numbers,
+        ),
+    )  # fmt: skip
+
+
+def _updated(state, covariance, innovation, rows, noise, gates):
+    """Return a state and its covariance after a measurement, the squared innovation, and how many numbers are used.
+
+    The covariance of the innovation is eliminated row by row, together with that of the measurement and the state, so
+    that rows are independent. The first gate applies to each of them, the second one to their sum.
+    """
+    seen = each(lambda x: are_finite([x]), innovation)
+    innovation, rows, noise = _masked(seen, innovation, rows, noise)
+    sides = each(lambda row: times(covariance, row), rows)
+    spread = each(lambda side, own: each(lambda row, x: dot(side, row) + x, rows, own), sides, noise)
+    numbers = row_numbers(noise)
+
+    def gain(x, variance):
+        """Return the inverse of the variance of a number, or 0 if the number is not used."""
+        divisor = select(variance > 0, variance, 1)
+        return select(variance > 0, select(x * x <= gates[0] * divisor, 1 / divisor, 0), 0)
+
+    def eliminated(carry, k):
+        spread, sides, innovation = carry
+        pivots, side, x = pick(spread, k, 0), pick(sides, k, 0), pick(innovation, k, 0)
+        scale = gain(x, pick(pivots, k, 0))
+        factors = each(lambda row, i: select(i > k, scale * pick(row, k, 0), 0), spread, numbers)
+        return (
+            each(lambda row, f: each(lambda y, pivot: y - f * pivot, row, pivots), spread, factors),
+            each(lambda row, f: each(lambda y, other: y - f * other, row, side), sides, factors),
+            each(lambda y, f: y - f * x, innovation, factors),
+        )
+
+    spread, sides, innovation = fold(eliminated, (spread, sides, innovation), numbers)
+    variances = each(lambda row, k: pick(row, k, 0), spread, numbers)
+    gains = each(gain, innovation, variances)
+    square = total(lambda x, g: x * x * g, innovation, gains)
+    count = total(lambda used, g: select(g > 0, used, 0), seen, gains)
+    whole = select(square <= gates[1], 1, 0)
+    steps = each(lambda x, g: whole * (x * g), innovation, gains)
+    # The Joseph form (I - k h^T) P (I - k h^T)^T + k v k^T, for a gain k that is a multiple of the side P h.
+    factors = each(lambda g, v: whole * (g * (2 - g * v)), gains, variances)
+    columns = transpose(sides)
+    return (
+        each(lambda x, column: x + dot(steps, column), state, columns),
+        each(
+            lambda row, a: each(lambda x, b: x - total(lambda f, y, z: f * (y * z), factors, a, b), row, columns),
+            covariance, columns,
+        ),
+        square, count * whole,
+    )  # fmt: skip
+
+
+@kernel(state=STATE, covariance=SPREAD, transition=SPREAD, noise=SPREAD, shift=STATE)
+def predict(state, covariance, transition, noise, shift):
+    """Predict a state and its covariance: ``F x + s`` and ``F P F^T + Q``."""
+    return _plus(times(transition, state), shift), _congruent(transition, covariance, noise)
+
+
+@kernel(state=STATE, covariance=SPREAD, measurement=SEEN, rows=ROWS, noise=NOISE, gates=GATES)
+def update(state, covariance, measurement, rows, noise, gates):
+    """Update a state by a measurement ``z = H x + v``.
+
+    The first gate is for the squared innovation of each independent number, divided by its variance; the second one
+    is for the sum of those that are used. Returns the state, its covariance, the innovation ``z - H x``, this sum, and
+    how many numbers are used: none if the sum exceeds its gate.
+    """
+    innovation = _innovation(measurement, state, rows)
+    after, spread, square, count = _updated(state, covariance, innovation, rows, noise, gates)
+    return after, spread, innovation, square, count
+
+
+@kernel(
+    state=STATE, covariance=SPREAD, measurements=array(SCALAR, "t", "m"), shifts=STATES,
+    transitions=array(SCALAR, "s", "n", "n"), processes=array(SCALAR, "s", "n", "n"),
+    rows=array(SCALAR, "s", "m", "n"), noises=array(SCALAR, "s", "m", "m"), system=SYSTEM, gates=GATES,
+)  # fmt: skip
+def filter_recording(state, covariance, measurements, shifts, transitions, processes, rows, noises, system, gates):
+    """Filter a recording: predict and update for every row of measurements, with the matrices that `system` names.
+
+    Returns states and covariances after and before each measurement, innovations, their squares divided by their
+    covariances, and how many numbers are used.
+    """
+
+    def step(carry, measurement, shift, transition, process, rows, noise):
+        before = _plus(times(transition, carry[0]), shift)
+        spread = _congruent(transition, carry[1], process)
+        after, kept, square, count = _updated(
+            before, spread, _innovation(measurement, before, rows), rows, noise, gates
+        )
+        return after, kept, before, spread, square, count
+
+    rows = gather(rows, system)
+    named = gather(transitions, system), gather(processes, system), rows, gather(noises, system)
+    start = state, covariance, state, covariance, 0, 0
+    after, kept, before, spread, square, count = scan(step, start, measurements, shifts, *named)
+    return after, kept, before, spread, each(_innovation, measurements, before, rows), square, count
+
+
+def _layouts(n):
+    """Return the arrays of a state, a covariance, and recordings of both."""
+    return [array(SCALAR, *lengths) for lengths in ((n,), (n, n), ("t", n), ("t", n, n))]
+
+
+def _filter_of(n, m):
+    """Return the kernel of recordings with constant matrices, for one length of states and one of measurements."""
+
+    def run(state, covariance, measurements, shifts, transition, process, rows, noise, gates):
+        transition, rows, process, noise = _unrolled(transition), _unrolled(rows), _mirrored(process), _mirrored(noise)
+
+        def step(carry, measurement, shift):
+            before = _plus(times(transition, _unrolled(carry[0])), _unrolled(shift))
+            spread = _congruent(transition, _mirrored(carry[1]), process)
+            innovation = _innovation(_unrolled(measurement), before, rows)
+            after, kept, square, count = _updated(before, spread, innovation, rows, noise, gates)
+            return *map(_listed, (after, kept, before, spread, innovation)), square, count
+
+        return scan(step, (state, covariance, state, covariance, (0,) * m, 0, 0), measurements, shifts)
+
+    run.__name__ = run.__qualname__ = f"filter_recording_{n}_{m}"
+    run.__doc__ = f"Do what `filter_recording` does, for {n} states, {m} measured and matrices that do not change."
+    state, spread, states, spreads = _layouts(n)
+    seen, numbers = array(SCALAR, "t", m), array(SCALAR, "t")
     return kernel(
-        state=array(SCALAR, n), covariance=_triangle_of(n), transition=array(SCALAR, n, n), noise=_triangle_of(n),
-        returns=(array(SCALAR, n), _triangle_of(n)),
-    )(predict)  # fmt: skip
-
-
-def _update(n, m):
-    @_named(
-        f"update_{n}_{m}",
-        "Update a state by a measurement, from the innovation and its derivatives, in the Joseph form.\n\n"
-        "The numbers are the square of the innovation divided by its covariance, and whether it is used: it is if the\n"
-        "square does not exceed the gate and the covariance is definite.",
-    )
-    def update(state, covariance, innovation, rows, noise, gate):
-        after, spread, distance, used = _updated(state, square(covariance, n), innovation, rows, square(noise, m), gate)
-        return after, spread, (distance, used)
-
-    return kernel(
-        state=array(SCALAR, n), covariance=_triangle_of(n), innovation=array(SCALAR, m), rows=array(SCALAR, m, n),
-        noise=_triangle_of(m), gate=SCALAR, returns=(array(SCALAR, n), _triangle_of(n), array(SCALAR, 2)),
-    )(update)  # fmt: skip
-
-
-def _update_in_sequence(n):
-    @_named(
-        f"update_in_sequence_{n}",
-        "Update a state by independent numbers, one after the other, without the numbers that exceed the gate.\n\n"
-        "The numbers returned are the sum of squared innovations, each divided by its variance, and how many are used.",
-    )
-    def update(state, covariance, innovations, rows, variances, gate):
-        before = tuple(state)
-
-        def taken(carry, innovation, row, variance):
-            now, spread, numbers = carry
-            seen = are_finite([innovation])
-            changed = [a - b for a, b in zip(now, before, strict=True)]
-            rest = select(seen, innovation, 0) - dot(row, changed)
-            after, rows_after, part = measured(now, square(spread, n), row, rest, variance)
-            used = seen * (part <= gate) * (part >= 0)
-            kept = choose(used, triangle(rows_after), spread)
-            return choose(used, after, now), kept, (numbers[0] + select(used, part, 0), numbers[1] + used)
-
-        return fold(taken, (before, tuple(covariance), (0, 0)), innovations, rows, variances)
-
-    return kernel(
-        state=array(SCALAR, n), covariance=_triangle_of(n), innovations=array(SCALAR, "m"),
-        rows=array(SCALAR, "m", n), variances=array(SCALAR, "m"), gate=SCALAR,
-        returns=(array(SCALAR, n), _triangle_of(n), array(SCALAR, 2)),
-    )(update)  # fmt: skip
-
-
-def _filter(n, m):
-    @_named(
-        f"filter_{n}_{m}",
-        "Filter a recording: predict and update for every row of measurements.\n\n"
-        "Returns states and covariances after and before each measurement, innovations, their squares divided by\n"
-        "their covariances, and whether they are used.",
-    )
-    def run(state, covariance, measurements, transition, process, rows, noise, gate):
-        spread_of_noise = square(noise, m)
-
-        def step(carry, measurement):
-            predicted, spread = _moved(carry.state, carry.covariance, transition, process)
-            innovation = [z - dot(row, predicted) for z, row in zip(measurement, rows, strict=True)]
-            after, kept, distance, used = _updated(predicted, spread, innovation, rows, spread_of_noise, gate)
-            return Step(after, kept, predicted, triangle(spread), tuple(innovation), distance, used)
-
-        start = Step(tuple(state), tuple(covariance), tuple(state), tuple(covariance), (0,) * m, 0, 0)
-        found = scan(step, start, measurements)
-        return tuple(found)
-
-    states, spreads = array(SCALAR, "t", n), array(SCALAR, "t", size_of_triangle(n))
-    return kernel(
-        state=array(SCALAR, n), covariance=_triangle_of(n), measurements=array(SCALAR, "t", m),
-        transition=array(SCALAR, n, n), process=_triangle_of(n), rows=array(SCALAR, m, n), noise=_triangle_of(m),
-        gate=SCALAR,
-        returns=(states, spreads, states, spreads, array(SCALAR, "t", m), array(SCALAR, "t"), array(SCALAR, "t")),
+        state=state, covariance=spread, measurements=seen, shifts=states, transition=spread, process=spread,
+        rows=array(SCALAR, m, n), noise=array(SCALAR, m, m), gates=GATES,
+        returns=(states, spreads, states, spreads, seen, numbers, numbers),
     )(run)  # fmt: skip
 
 
-def _smooth(n):
-    @_named(
-        f"smooth_{n}",
-        "Smooth a filtered recording backwards (Rauch, Tung and Striebel 1965).\n\n"
-        "`states` and `covariances` are those after the measurement of each row. `predicted` and\n"
-        "`predicted_covariances` are those of the next row before its measurement, by the transition to it; the last\n"
-        "row of each is a state itself and its covariance, with `ahead` 0 there and 1 in other rows.",
-    )
-    def smooth(states, covariances, predicted, predicted_covariances, ahead, last, last_covariance, transition):
+filter_recording_2_1, filter_recording_4_2, filter_recording_6_3 = (_filter_of(*size) for size in SIZES)
+
+
+def _smoothed(later, later_spread, state, covariance, following, spread, goes_on, transition):
+    """Return a state and its covariance given the smoothed next state and the prediction of that."""
+    lower, variances, failed = matrices.ldlt(spread)
+    indefinite = total(lambda x: select(x > 0, 0, 1), variances)
+    uses = goes_on * select(failed < 0, select(indefinite > 0, 0, 1), 0)
+
+    def gain(row):
+        # A row of G = P F^T / P': the solution of P' g = F p for the row p of P.
+        right = matrices.solve_lower(lower, times(transition, row))
+        scaled = each(lambda x, d: x / select(d > 0, d, 1), right, variances)
+        return matrices.solve_upper(transpose(lower), scaled)
+
+    gains = each(gain, covariance)
+    change = _minus(later, following)
+    spread_change = each(_minus, later_spread, spread)
+    half = each(lambda row: times(spread_change, row), gains)
+    moved = _symmetric(each(lambda row: each(lambda other: dot(row, other), gains), half))
+    after = each(lambda x, row: x + select(uses, dot(row, change), 0), state, gains)
+    return after, each(lambda row, more: each(lambda x, y: x + select(uses, y, 0), row, more), covariance, moved)
+
+
+@kernel(
+    states=STATES, covariances=SPREADS, predicted=STATES, predicted_covariances=SPREADS, ahead=array(SCALAR, "t"),
+    last=STATE, last_covariance=SPREAD, transitions=array(SCALAR, "s", "n", "n"), system=SYSTEM,
+)  # fmt: skip
+def smooth(states, covariances, predicted, predicted_covariances, ahead, last, last_covariance, transitions, system):
+    """Smooth a filtered recording backwards (Rauch, Tung and Striebel 1965).
+
+    `states` and `covariances` are those after the measurement of each row. `predicted` and `predicted_covariances` are
+    those of the next row before its measurement, by the transition to it; the last row of each is a state itself and
+    its covariance, with `ahead` 0 there and 1 in other rows.
+    """
+    return scan(
+        lambda carry, *row: _smoothed(*carry, *row), (last, last_covariance), states, covariances, predicted,
+        predicted_covariances, ahead, gather(transitions, system), reverse=True,
+    )  # fmt: skip
+
+
+def _smooth_of(n):
+    """Return the kernel that smooths recordings with one transition, for one length of states."""
+
+    def run(states, covariances, predicted, predicted_covariances, ahead, last, last_covariance, transition):
+        transition = _unrolled(transition)
+
         def back(carry, state, covariance, following, spread, goes_on):
-            later, later_covariance = carry
-            rows, next_rows = square(covariance, n), square(spread, n)
-            factor, inverse, is_definite = _factorised(next_rows)
-            # G = P F^T / P', by rows: each solves P' g = F p for a row p of P.
-            gains = [
-                _backward(factor, inverse, _forward(factor, inverse, [dot(row, p) for row in transition])) for p in rows
-            ]
-            uses = goes_on * is_definite
-            change = [a - b for a, b in zip(later, following, strict=True)]
-            spread_change = [
-                [a - b for a, b in zip(x, y, strict=True)]
-                for x, y in zip(square(later_covariance, n), next_rows, strict=True)
-            ]
-            moved = congruent(gains, spread_change)
-            after = [x + select(uses, dot(gain, change), 0) for x, gain in zip(state, gains, strict=True)]
-            kept = [a + select(uses, b, 0) for a, b in zip(covariance, triangle(moved), strict=True)]
-            return tuple(after), tuple(kept)
+            state, following, later = map(_unrolled, (state, following, carry[0]))
+            covariance, spread, later_spread = map(_mirrored, (covariance, spread, carry[1]))
+            found = _smoothed(later, later_spread, state, covariance, following, spread, goes_on, transition)
+            return tuple(map(_listed, found))
 
-        return scan(
-            back, (tuple(last), tuple(last_covariance)), states, covariances, predicted, predicted_covariances, ahead,
-            reverse=True,
-        )  # fmt: skip
+        rows = states, covariances, predicted, predicted_covariances, ahead
+        return scan(back, (last, last_covariance), *rows, reverse=True)
 
-    rows, spreads = array(SCALAR, "t", n), array(SCALAR, "t", size_of_triangle(n))
+    run.__name__ = run.__qualname__ = f"smooth_{n}"
+    run.__doc__ = f"Do what `smooth` does, for {n} states and a transition that does not change."
+    state, spread, states, spreads = _layouts(n)
     return kernel(
-        states=rows, covariances=spreads, predicted=rows, predicted_covariances=spreads, ahead=array(SCALAR, "t"),
-        last=array(SCALAR, n), last_covariance=_triangle_of(n), transition=array(SCALAR, n, n),
-        returns=(rows, spreads),
-    )(smooth)  # fmt: skip
+        states=states, covariances=spreads, predicted=states, predicted_covariances=spreads,
+        ahead=array(SCALAR, "t"), last=state, last_covariance=spread, transition=spread, returns=(states, spreads),
+    )(run)  # fmt: skip
 
 
-predict_2, predict_4, predict_6, predict_12 = (_predict(n) for n in STATES)
-update_in_sequence_2, update_in_sequence_4, update_in_sequence_6, update_in_sequence_12 = (
-    _update_in_sequence(n) for n in STATES
-)
-update_2_1, update_4_2, update_6_3 = (_update(*s) for s in SIZES)
-filter_2_1, filter_4_2, filter_6_3 = (_filter(*s) for s in SIZES)
-smooth_2, smooth_4, smooth_6 = (_smooth(n) for n in STATES[:3])
+smooth_2, smooth_4, smooth_6 = (_smooth_of(n) for n, _ in SIZES)
+
+
+@kernel(state=STATE, covariance=SPREAD, distance=SCALAR)
+def sigma_points(state, covariance, distance):
+    """Compute points at a distance from a state, in its standard deviations, in n independent directions.
+
+    Returns the offsets of the points, the points, and those opposite to them. The directions are the columns of the
+    Cholesky factor of the covariance.
+    """
+    lower, variances, _ = matrices.ldlt(covariance)
+    offsets = each(
+        lambda column, variance: each(lambda x: x * distance * ga.sqrt(select(variance > 0, variance, 0)), column),
+        transpose(lower), variances,
+    )  # fmt: skip
+    return offsets, each(lambda row: _plus(state, row), offsets), each(lambda row: _minus(state, row), offsets)
+
+
+@kernel(
+    offsets=SPREAD, forward=array(SCALAR, "n", "m"), backward=array(SCALAR, "n", "m"), distance=SCALAR,
+)  # fmt: skip
+def linearise(offsets, forward, backward, distance):
+    """Compute the linear function that fits the values of a function at the `sigma_points` of a state best.
+
+    The values are differences from the value at the state, as is the mean that is returned first. Also returns the
+    derivatives (m, n) and the covariance of what is not linear. It is positive semidefinite if the square of the
+    distance is at least n.
+    """
+    weight = 1 / (distance * distance)
+    half = each(lambda x, y: each(lambda a, b: (a - b) / 2, x, y), forward, backward)
+    bent = each(lambda x, y: each(lambda a, b: (a + b) / 2, x, y), forward, backward)
+    rows = each(lambda column: matrices.solve_upper(offsets, column), transpose(half))
+    mean = each(lambda column: weight * total(lambda x: x, column), transpose(bent))
+    # The weights of the state and of all directions have the sum 1.
+    squares = each(lambda x: each(lambda y: weight * dot(x, y), transpose(bent)), transpose(bent))
+    rest = each(lambda row, x: each(lambda a, y: a - x * y, row, mean), squares, mean)
+    return mean, rows, rest
