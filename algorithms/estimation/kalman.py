@@ -243,9 +243,10 @@ class KalmanFilter:
             found = named(self._state, self._covariance, z, shifts, *known, self._gates)
             used = self._transition[None]
         else:
-            system, matrices = _systems(t, known, given)
-            found = kernels.filter_recording(self._state, self._covariance, z, shifts, *matrices, system, self._gates)
-            used = matrices[0]
+            system, (used, process, seen, noise) = _systems(t, known, given)
+            found = kernels.filter_recording(
+                self._state, self._covariance, z, shifts, used, process, seen, noise, system, self._gates
+            )
         states, covariances, before, spreads, innovations, squares, count = found
         if t:
             self._state, self._covariance = states[..., -1, :].copy(), covariances[..., -1, :, :].copy()

@@ -32,7 +32,8 @@ def _listed(rows):
 
 
 def _mirrored(rows):
-    """Return the symmetric array that has the upper triangle of some rows."""
+    """Return the symmetric array that has the upper triangle of some rows of known length."""
+    rows = _listed(rows)
     n = range(len(rows))
     return _unrolled(tuple(tuple(rows[min(j, k)][max(j, k)] for k in n) for j in n))
 
@@ -47,16 +48,14 @@ def _minus(a, b):
 
 def _symmetric(matrix):
     """Return a matrix whose entries are equal to those on the other side of the diagonal, which differ by rounding."""
-    if isinstance(matrix, Unrolled):
-        return _mirrored(_listed(matrix))
     return each(lambda row, column: each(lambda x, y: (x + y) / 2, row, column), matrix, transpose(matrix))
 
 
-def _congruent(matrix, covariance, noise):
-    """Return ``F P F^T + Q``."""
+def _congruent(matrix, covariance, noise, symmetric=_symmetric):
+    """Return ``F P F^T + Q``, made symmetric by a function."""
     half = each(lambda row: times(covariance, row), matrix)
     moved = each(lambda row, own: each(lambda other, x: dot(row, other) + x, matrix, own), half, noise)
-    return _symmetric(moved)
+    return symmetric(moved)
 
 
 def _innovation(measurement, state, rows):
@@ -187,7 +186,7 @@ def _filter_of(n, m):
 
         def step(carry, measurement, shift):
             before = _plus(times(transition, _unrolled(carry[0])), _unrolled(shift))
-            spread = _congruent(transition, _mirrored(carry[1]), process)
+            spread = _congruent(transition, _mirrored(carry[1]), process, _mirrored)
             innovation = _innovation(_unrolled(measurement), before, rows)
             after, kept, square, count = _updated(before, spread, innovation, rows, noise, gates)
             return *map(_listed, (after, kept, before, spread, innovation)), square, count
@@ -208,7 +207,9 @@ def _filter_of(n, m):
 filter_recording_2_1, filter_recording_4_2, filter_recording_6_3 = (_filter_of(*size) for size in SIZES)
 
 
-def _smoothed(later, later_spread, state, covariance, following, spread, goes_on, transition):
+def _smoothed(
+    later, later_spread, state, covariance, following, spread, goes_on, transition, symmetric=_symmetric
+):  # fmt: skip
     """Return a state and its covariance given the smoothed next state and the prediction of that."""
     lower, variances, failed = matrices.ldlt(spread)
     indefinite = total(lambda x: select(x > 0, 0, 1), variances)
@@ -224,7 +225,7 @@ def _smoothed(later, later_spread, state, covariance, following, spread, goes_on
     change = _minus(later, following)
     spread_change = each(_minus, later_spread, spread)
     half = each(lambda row: times(spread_change, row), gains)
-    moved = _symmetric(each(lambda row: each(lambda other: dot(row, other), gains), half))
+    moved = symmetric(each(lambda row: each(lambda other: dot(row, other), gains), half))
     after = each(lambda x, row: x + select(uses, dot(row, change), 0), state, gains)
     return after, each(lambda row, more: each(lambda x, y: x + select(uses, y, 0), row, more), covariance, moved)
 
@@ -255,7 +256,7 @@ def _smooth_of(n):
         def back(carry, state, covariance, following, spread, goes_on):
             state, following, later = map(_unrolled, (state, following, carry[0]))
             covariance, spread, later_spread = map(_mirrored, (covariance, spread, carry[1]))
-            found = _smoothed(later, later_spread, state, covariance, following, spread, goes_on, transition)
+            found = _smoothed(later, later_spread, state, covariance, following, spread, goes_on, transition, _mirrored)
             return tuple(map(_listed, found))
 
         rows = states, covariances, predicted, predicted_covariances, ahead

@@ -10,7 +10,7 @@ from scipy.linalg import block_diag, expm, solve_discrete_are
 from scipy.stats import chi2
 
 from algorithms.arguments import Reals
-from algorithms.estimation import EstimationStatus, ExtendedKalmanFilter, KalmanFilter
+from algorithms.estimation import EstimationStatus, ExtendedKalmanFilter, KalmanFilter, UnscentedKalmanFilter
 
 
 @pytest.fixture
@@ -41,7 +41,9 @@ def moving(order: int, axes: int, dt: float = 0.1) -> Problem:
                    block_diag(*[rows] * axes), r)  # fmt: skip
 
 
-PROBLEMS = [moving(2, 1), moving(2, 2), moving(2, 3), moving(3, 1), moving(1, 1), moving(3, 3), moving(2, 4)]
+PROBLEMS = [
+    moving(2, 1), moving(2, 2), moving(2, 3), moving(3, 1), moving(1, 1), moving(3, 3), moving(2, 4), moving(4, 5),
+]  # fmt: skip
 
 
 def simulated(rng: np.random.Generator, p: Problem, t: int) -> tuple[Reals, Reals]:
@@ -198,6 +200,48 @@ def test_gate(rng: np.random.Generator) -> None:
     assert f.status == EstimationStatus.OK and f.state[2] > 0 and f.state[0] < 1
 
 
+def test_controls_and_matrices_that_change(rng: np.random.Generator) -> None:
+    """A recording with other matrices for each row is that of steps, and of numpy's equations."""
+    n, m, t = 3, 2, 15
+    start, control = np.diag([1.0, 2, 3]), rng.normal(size=(n, 2))
+    u, z = rng.normal(size=(t, 2)), rng.normal(size=(t, m))
+    moves, seen = np.eye(n) + 0.2 * rng.normal(size=(t, n, n)), rng.normal(size=(t, m, n))
+    processes, noises = (x @ np.swapaxes(x, -1, -2) for x in (rng.normal(size=(t, k, k)) for k in (n, m)))
+    f, g = (
+        KalmanFilter(np.ones(n), start, np.eye(n), np.eye(n), np.eye(m, n), np.eye(m), control=control) for _ in "ab"
+    )
+    found = f.run(z, controls=u, transitions=moves, process_noises=processes, rows=seen, noises=noises)
+    x, spread = np.ones(n), start
+    for k in range(t):
+        x, spread = moves[k] @ x + control @ u[k], moves[k] @ spread @ moves[k].T + processes[k]
+        gain = spread @ seen[k].T @ np.linalg.inv(seen[k] @ spread @ seen[k].T + noises[k])
+        x, spread = x + gain @ (z[k] - seen[k] @ x), spread - gain @ seen[k] @ spread
+        g.predict(moves[k], processes[k], control=u[k])
+        g.update(z[k], rows=seen[k], noise=noises[k])
+        for state, covariance in ((found.states[k], found.covariances[k]), (g.state, g.covariance)):
+            assert np.abs(state - x).max() < 1e-11 * (1 + np.abs(x).max())
+            assert np.abs(covariance - spread).max() < 1e-11 * (1 + np.abs(spread).max())
+    # The smoother uses the transition of the next row: it is the mean given all numbers, the minimum of all squares.
+    smoothed = f.smooth(found)
+    after = np.concatenate([moves, np.zeros((1, n, n))])[1:]
+    whole = np.zeros((t * n, t * n))
+    right = np.zeros(t * n)
+    first = np.linalg.inv(moves[0] @ start @ moves[0].T + processes[0])
+    whole[:n, :n], right[:n] = first, first @ (moves[0] @ np.ones(n) + control @ u[0])
+    for k in range(t):
+        own = slice(k * n, (k + 1) * n)
+        whole[own, own] += seen[k].T @ np.linalg.solve(noises[k], seen[k])
+        right[own] += seen[k].T @ np.linalg.solve(noises[k], z[k])
+        if k + 1 < t:
+            both = slice(k * n, (k + 2) * n)
+            difference = np.hstack([-after[k], np.eye(n)])
+            weight = difference.T @ np.linalg.inv(processes[k + 1])
+            whole[both, both] += weight @ difference
+            right[both] += weight @ control @ u[k + 1]
+    assert np.abs(smoothed.states.ravel() - np.linalg.solve(whole, right)).max() < 1e-8
+    assert np.abs(smoothed.covariances[4] - np.linalg.inv(whole)[4 * n : 5 * n, 4 * n : 5 * n]).max() < 1e-8
+
+
 def test_indefinite_covariances_and_bad_arguments() -> None:
     p = PROBLEMS[0]
     f = KalmanFilter(p.state, np.diag([1.0, -1]), *p[2:])
@@ -205,12 +249,23 @@ def test_indefinite_covariances_and_bad_arguments() -> None:
     f.predict()
     f.update([0.3])
     assert np.isfinite(f.state).all() and np.linalg.eigvalsh(f.covariance)[0] > 0
-    with pytest.raises(ValueError, match="state: 13 numbers; expected 1 to 12"):
-        KalmanFilter(np.zeros(13), np.eye(13), np.eye(13), np.eye(13), np.eye(13), np.eye(13))
     with pytest.raises(ValueError, match=r"transition: shape \(3, 3\); expected \(2, 2\)"):
         KalmanFilter(p.state, p.covariance, np.eye(3), *p[3:])
     with pytest.raises(ValueError, match="process_noise"):
         KalmanFilter(*p[:3], np.full((2, 2), np.nan), *p[4:])
+    with pytest.raises(ValueError, match="state: no numbers"):
+        KalmanFilter([], *[np.zeros((0, 0))] * 5)
+    with pytest.raises(ValueError, match="gate: nan"):
+        KalmanFilter(*p, gate=np.nan)
+    f = KalmanFilter(*p)
+    with pytest.raises(ValueError, match="control: given, but the filter has no matrix of controls"):
+        f.predict(control=[1.0])
+    with pytest.raises(ValueError, match="rows: 2 measured numbers; expected 1, or noise="):
+        f.update([1.0, 2.0], rows=np.eye(2))
+    with pytest.raises(ValueError, match=r"noises: shape \(3, 1, 1\); expected \(4, 1, 1\)"):
+        f.run(np.zeros((4, 1)), noises=np.ones((3, 1, 1)))
+    with pytest.raises(ValueError, match=r"noises: nan at \(2, 0, 0\)"):
+        f.run(np.zeros((4, 1)), noises=np.array([1, 1, np.nan, 1]).reshape(4, 1, 1))
 
 
 def test_joseph_form_keeps_covariances_positive() -> None:
@@ -271,3 +326,61 @@ def test_extended_filter_of_a_linear_problem(rng: np.random.Generator) -> None:
     assert f.update(np.full(3, np.nan), lambda x: (p.rows @ x, p.rows), p.noise) == EstimationStatus.SKIPPED
     assert f.update(np.zeros(3), lambda x: (p.rows @ x * np.nan, p.rows), p.noise) == EstimationStatus.NOT_CONVERGED
     assert np.isfinite(f.state).all()
+
+
+def test_unscented_filter_of_a_linear_problem(rng: np.random.Generator) -> None:
+    for p in (PROBLEMS[0], PROBLEMS[6]):
+        measurements = simulated(rng, p, 10)[1]
+        found = KalmanFilter(*p).run(measurements)
+        f = UnscentedKalmanFilter(p.state, p.covariance)
+        for z in measurements:
+            f.predict(lambda x, p=p: x @ p.transition.T, p.process)
+            assert f.update(z, lambda x, p=p: x @ p.rows.T, p.noise) == EstimationStatus.OK
+        assert np.abs(f.state - found.states[-1]).max() < 1e-11
+        assert np.abs(f.covariance - found.covariances[-1]).max() < 1e-11
+        assert abs(f.square - found.squares[-1]) < 1e-9
+        nothing = np.full(len(p.rows), np.nan)
+        assert f.update(nothing, lambda x, p=p: x @ p.rows.T, p.noise) == EstimationStatus.SKIPPED
+
+
+def test_unscented_moments_of_a_square() -> None:
+    """For a Gaussian x, x^2 has the mean m^2 + s^2 and the variance 4 m^2 s^2 + 2 s^4."""
+    m, s = 1.5, 0.7
+    f = UnscentedKalmanFilter([m], [[s**2]])
+    f.predict(lambda x: x**2, [[0.0]])
+    assert abs(f.state[0] - (m**2 + s**2)) < 1e-14
+    assert abs(f.covariance[0, 0] - (4 * m**2 * s**2 + 2 * s**4)) < 1e-13
+    # A singular covariance has no points in some directions.
+    f = UnscentedKalmanFilter([1.0, 2, 3], np.ones((3, 3)))
+    f.predict(lambda x: x @ np.diag([1.0, 2, 3]), np.zeros((3, 3)))
+    assert np.abs(f.covariance - np.outer([1, 2, 3], [1, 2, 3])).max() < 1e-13
+
+
+def test_unscented_filter_of_far_bearings(rng: np.random.Generator) -> None:
+    """Range and bearing across the cut of the angle, where the mean range is not that of the mean: errors as stated."""
+    sigma = np.array([0.1, 0.1])
+
+    def expected(x: Reals) -> Reals:
+        return np.stack([np.hypot(x[:, 0], x[:, 1]), np.arctan2(x[:, 1], x[:, 0])], 1)
+
+    def difference(a: Reals, b: Reals) -> Reals:
+        change = a - b
+        return np.stack([change[..., 0], np.angle(np.exp(1j * change[..., 1]))], -1)
+
+    squares = []
+    for _ in range(200):
+        start, spread = np.array([-3.0, 0.0]), np.diag([0.1, 0.1])
+        x = start + np.sqrt(np.diag(spread)) * rng.normal(size=2)
+        f = UnscentedKalmanFilter(start, spread)
+        for _ in range(5):
+            z = expected(x[None])[0] + sigma * rng.normal(size=2)
+            assert f.update(z, expected, np.diag(sigma**2), difference=difference) == EstimationStatus.OK
+        off = x - f.state
+        squares.append(off @ np.linalg.solve(f.covariance, off))
+    low, high = chi2.interval(0.999, 2 * len(squares))
+    assert low < sum(squares) < high
+    with pytest.raises(ValueError, match=r"expected: returned shape \(5,\); expected \(5, m\), a row for each state"):
+        f.update([1.0], lambda x: x[:, 0], [[1.0]])
+    assert f.update([1.0], lambda x: np.nan * x[:, :1], [[1.0]]) == EstimationStatus.NOT_CONVERGED
+    with pytest.raises(ValueError, match="noise"):
+        f.update([1.0], lambda x: x[:, :1], [[np.nan]])
