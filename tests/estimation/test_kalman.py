@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -262,6 +263,8 @@ def test_indefinite_covariances_and_bad_arguments() -> None:
         f.predict(control=[1.0])
     with pytest.raises(ValueError, match="rows: 2 measured numbers; expected 1, or noise="):
         f.update([1.0, 2.0], rows=np.eye(2))
+    empty = f.run(np.zeros((0, 1)))
+    assert f.smooth(empty).states.shape == (0, 2) and np.array_equal(f.state, p.state)
     with pytest.raises(ValueError, match=r"noises: shape \(3, 1, 1\); expected \(4, 1, 1\)"):
         f.run(np.zeros((4, 1)), noises=np.ones((3, 1, 1)))
     with pytest.raises(ValueError, match=r"noises: nan at \(2, 0, 0\)"):
@@ -328,19 +331,23 @@ def test_extended_filter_of_a_linear_problem(rng: np.random.Generator) -> None:
     assert np.isfinite(f.state).all()
 
 
+def linear(matrix: Reals) -> Callable[[Reals], Reals]:
+    return lambda x: np.asarray(x @ matrix.T)
+
+
 def test_unscented_filter_of_a_linear_problem(rng: np.random.Generator) -> None:
     for p in (PROBLEMS[0], PROBLEMS[6]):
         measurements = simulated(rng, p, 10)[1]
         found = KalmanFilter(*p).run(measurements)
         f = UnscentedKalmanFilter(p.state, p.covariance)
         for z in measurements:
-            f.predict(lambda x, p=p: x @ p.transition.T, p.process)
-            assert f.update(z, lambda x, p=p: x @ p.rows.T, p.noise) == EstimationStatus.OK
+            f.predict(linear(p.transition), p.process)
+            assert f.update(z, linear(p.rows), p.noise) == EstimationStatus.OK
         assert np.abs(f.state - found.states[-1]).max() < 1e-11
         assert np.abs(f.covariance - found.covariances[-1]).max() < 1e-11
         assert abs(f.square - found.squares[-1]) < 1e-9
         nothing = np.full(len(p.rows), np.nan)
-        assert f.update(nothing, lambda x, p=p: x @ p.rows.T, p.noise) == EstimationStatus.SKIPPED
+        assert f.update(nothing, linear(p.rows), p.noise) == EstimationStatus.SKIPPED
 
 
 def test_unscented_moments_of_a_square() -> None:
