@@ -254,8 +254,9 @@ def test_indefinite_covariances_and_bad_arguments() -> None:
         KalmanFilter(p.state, p.covariance, np.eye(3), *p[3:])
     with pytest.raises(ValueError, match="process_noise"):
         KalmanFilter(*p[:3], np.full((2, 2), np.nan), *p[4:])
+    none = np.zeros((0, 0))
     with pytest.raises(ValueError, match="state: no numbers"):
-        KalmanFilter([], *[np.zeros((0, 0))] * 5)
+        KalmanFilter([], none, none, none, none, none)
     with pytest.raises(ValueError, match="gate: nan"):
         KalmanFilter(*p, gate=np.nan)
     f = KalmanFilter(*p)
