@@ -30,6 +30,7 @@ from .loop_arguments import (
     check_rows,
     checked,
     checked_outs,
+    in_doubles,
     is_unusable,
     resolved,
     usable,
@@ -171,7 +172,10 @@ class LoopKernel(LoopCall):
         return BoundLoops(self, kept, lengths)
 
     def call(self, /, *arrays: Any, out: Any = None, num_threads: int | None = None, **named: Any) -> Any:
-        """Call the kernel with any arguments."""
+        """Call the kernel with any arguments.
+
+        Once the arguments of one element are converted, the call is passed back to the extension if it can handle it.
+        """
         if named:
             arrays = in_order(self.name, self.argument_names, arrays, named)
         if len(arrays) != len(self.argument_names):
@@ -181,6 +185,10 @@ class LoopKernel(LoopCall):
             parameters = zip((table.name for table in self.definition.parameters), self._given, strict=True)
             plain_arrays = without_elements(self.name, arrays, parameters)
             return as_elements(element.like, self.call(*plain_arrays, num_threads=num_threads), self._returned)
+        if out is None and num_threads is None and self._quick_backend is not None and not checking.active:
+            operands = in_doubles(self.definition, self.definition.parameters, arrays)
+            if operands is not None:
+                return self(*operands)
         fixed = (None,) * len(arrays)
         found = self.run(arrays, fixed, out, num_threads)
         self._quick_backend = self.quicken(self, fixed, self._quick_backend)
@@ -451,6 +459,11 @@ class BoundLoops(LoopCall):
                 f"{self.kernel.name} with fixed arguments: {len(arrays)} arguments; expected {len(self._places)} "
                 f"({names})"
             )
+        if out is None and num_threads is None and self._quick_backend is not None and not checking.active:
+            tables = [self.kernel.definition.parameters[k] for k in self._places]
+            operands = in_doubles(self.kernel.definition, tables, arrays)
+            if operands is not None:
+                return self(*operands)
         every = list(self._arrays)
         for k, array in zip(self._places, arrays, strict=True):
             every[k] = array

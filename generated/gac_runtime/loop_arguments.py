@@ -96,6 +96,24 @@ def as_index(definition: LoopDefinition, table: Table, value: Any) -> Any:
     return np.require(array, np.int64, ["C", "A"])
 
 
+def in_doubles(definition: LoopDefinition, tables: Sequence[Table], arrays: Sequence[Any]) -> list[Any] | None:
+    """Return arguments for one element as the extension reads them: doubles in C order, and index tables.
+
+    None if they are that already, if there is a batch, whose elements are not copied, or an array of another dtype.
+    """
+    found, is_other = list[Any](), False
+    for table, value in zip(tables, arrays, strict=True):
+        array = as_index(definition, table, value) if table.is_index else as_numbers(definition, table, value)
+        n_axes = len(table.lengths) + len(table.shape)
+        if not table.is_index:
+            if array.dtype is not FLOAT64 or array.ndim != n_axes:
+                return None
+            array = usable(array, FLOAT64, n_axes)
+        found.append(array)
+        is_other |= array is not value
+    return found if is_other else None
+
+
 def as_fixed(definition: LoopDefinition, table: Table, value: Any) -> Fixed:
     """Return a copy of an argument, with the checks that do not depend on other arguments."""
     if table.is_index:

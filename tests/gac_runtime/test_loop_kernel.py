@@ -525,8 +525,8 @@ def test_quick_calls_raise_the_same_errors(quick_module: ModuleType) -> None:
 
 
 def in_python(bound: Any, *arrays: Any, **named: Any) -> Any:
-    """The results of the general Python implementation."""
-    return type(bound).call(bound, *arrays, **named)
+    """The results of the general Python implementation, which handles calls with a number of threads."""
+    return type(bound).call(bound, *arrays, **({"num_threads": 1} | named))
 
 
 @pytest.mark.parametrize("leading", [(), (1,), (2,), (7,), (2, 3)])
@@ -582,6 +582,28 @@ def test_the_extension_leaves_other_batches_to_python(quick_module: ModuleType, 
         forward(q + 0j, tool)
     q[1] = np.nan
     np.testing.assert_array_equal(np.isnan(forward(q, tool)).all(-1), [False, True, False, False])
+
+
+def test_converted_elements_are_passed_back_to_the_extension(
+    quick_module: ModuleType, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Lists and other orders of axes are converted, and do not take the way of batches."""
+    quick_module.backend = "numba"  # type: ignore[attr-defined]
+    q, axes, tool = arguments(sources()["forward"].procedure, {"n": 3}, rng).values()
+    calls = quick_module.forward, quick_module.forward.bind(axes=axes)
+    known = [calls[0](q, axes, tool), calls[1](q, tool)]
+
+    def run(*_: Any, **__: Any) -> None:
+        raise AssertionError("the extension was not asked")
+
+    monkeypatch.setattr(type(quick_module.forward), "run", run)
+    for same in (q.tolist(), tuple(q), np.repeat(q, 2)[::2]):
+        np.testing.assert_array_equal(calls[0](same, np.asfortranarray(axes), tool.tolist()), known[0])
+        np.testing.assert_array_equal(calls[1](same, tool), known[1])
+    with pytest.raises(AssertionError, match="the extension was not asked"):
+        calls[1](q.astype(np.float32), tool.astype(np.float32))
+    with pytest.raises(TypeError, match="q has dtype complex128"):
+        calls[1](q + 0j, tool)
 
 
 def test_batches_in_the_extension_write_to_out(quick_module: ModuleType) -> None:
