@@ -21,7 +21,7 @@ from .passes.loop_accuracy import largest, results_ulps, without_rounding
 from .passes.loop_samples import Case, Rows, in_doubles
 from .passes.prove import Truth, truths
 from .passes.prove_loops import LENGTHS, procedure_difference
-from .program_text import difference_of_program, without_names
+from .program_text import difference_of_program, same_formulas, without_names
 
 POINTS = 11
 """Size of the batch that is run: larger than the number of vector lanes, and not a multiple of it."""
@@ -71,6 +71,9 @@ def loops_difference(
 ) -> str:
     """Describe how a procedure that was read from a text differs from the definition; empty if they are equal.
 
+    The programs are compared with the definition in any case; the procedure is compared with the unrolled function
+    unless the compilation in this process has done that.
+
     Parameters
     ----------
     found : Procedure or None
@@ -97,7 +100,10 @@ def loops_difference(
         if difference:
             return f"{compiled.program.name}: {difference}"
     exact = all(as_printed(program) == program for program in own.programs)
-    text = _with_programs(own, called) if exact else own
+    is_own = not exact or same_formulas(called, called_programs(own))
+    text = own if is_own else _with_programs(own, called)
+    if text == record.proved:
+        return ""
     return procedure_difference(record.kernel, record.trace.results, text)
 
 

@@ -17,6 +17,25 @@ from .effort import DEFAULT, LEVELS, Effort
 
 
 @dataclass(frozen=True, slots=True)
+class Proof:
+    """What a compilation proved. A text of the same programs does not have to be evaluated again.
+
+    Attributes
+    ----------
+    programs : tuple of Program
+        The program, and the forms for uniform arguments as whole programs.
+    points : int
+        Number of points.
+    is_exact : bool
+        Whether all values are rational or residues.
+    """
+
+    programs: tuple[Program, ...]
+    points: int
+    is_exact: bool
+
+
+@dataclass(frozen=True, slots=True)
 class Compilation:
     """The stages of the compilation of one kernel. A field is empty until its pass has run."""
 
@@ -36,6 +55,8 @@ class Compilation:
     """The level of effort, with its limits."""
     model: CostModel = COUNTS
     """The cost model by which the program is selected."""
+    proof: Proof | None = None
+    """What was proved; None if there are fewer points than `gac verify` requires."""
 
     @property
     def program(self) -> Program:
