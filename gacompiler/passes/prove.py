@@ -34,6 +34,7 @@ from .undefined import reason
 
 TOLERANCE_DIGITS = 40
 """Number of digits that must agree for irrational values, out of `WORKING_DIGITS` computed digits."""
+_TOLERANCE = mpmath.mpf(10) ** -TOLERANCE_DIGITS
 MOST_DIGITS = 16 * WORKING_DIGITS
 """Values that differ are computed again with four times as many digits, up to this number: cancellation of terms that
 are large, compared with the result, loses any number of digits."""
@@ -223,9 +224,11 @@ def same(a: Any, b: Any, scale: Any = 0, n_digits: int = WORKING_DIGITS) -> bool
         return a == b
     if isinstance(a, Residue) or isinstance(b, Residue):
         return bool(a == b)
-    with mpmath.workdps(n_digits):
-        x, y = to_mpmath(a), to_mpmath(b)
-        return bool(abs(x - y) <= mpmath.mpf(10) ** -TOLERANCE_DIGITS * (1 + max(abs(y), to_mpmath(scale))))
+    if not (isinstance(a, mpmath.mpf) and isinstance(b, mpmath.mpf)):
+        with mpmath.workdps(n_digits):
+            a, b = to_mpmath(a), to_mpmath(b)
+    # Differences are exact before they are rounded, so that those of few digits suffice.
+    return bool(abs(a - b) <= _TOLERANCE * (1 + max(abs(b), to_mpmath(scale))))
 
 
 def _short(value: Any) -> str:
