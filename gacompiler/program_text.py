@@ -8,7 +8,8 @@ from typing import Any
 
 from .backends import as_printed
 from .ir.program import Operand, Program
-from .passes.prove import Truth, disagreement, program_reader, read
+from .passes.prove import disagreement, program_reader, read
+from .passes.truth import Truth
 
 
 def without_names(programs: Iterable[Program]) -> list[Program]:

@@ -20,8 +20,9 @@ from .ir.procedure import Procedure
 from .ir.program import Program
 from .ir.uniform import joined
 from .passes.accuracy import ERROR_POINTS, ulps, without_rounding
-from .passes.prove import Truth, truths
+from .passes.prove import truths
 from .passes.samples import sample
+from .passes.truth import Truth
 from .program_text import difference_of_program, same_formulas, without_names
 from .verify_loops import called_programs, error_of_loops, loops_difference, part_truths
 
@@ -108,7 +109,7 @@ def verify_kernel(
     name = kernel.name
     texts = [text[name] for text in (python, c) if name in text]
     is_known = proof is not None and all(same_formulas(_functions(text), proof.programs) for text in texts)
-    known = [] if is_known else truths(kernel, trace(kernel).expressions, record.slots, program)
+    known = proof.known if proof else truths(kernel, trace(kernel).expressions, record.slots, program)
     in_python, in_c = "is not in the Python text", "is not in the C text"
     if name in python:
         in_python = "" if is_known else _difference(python[name], record, known)
@@ -125,8 +126,8 @@ def verify_kernel(
         in_c,
         error,
         runs_on,
-        proof.points if proof and is_known else len(known),
-        proof.is_exact if proof and is_known else all(truth.is_exact for truth in known),
+        len(known),
+        all(truth.is_exact for truth in known),
     )
 
 

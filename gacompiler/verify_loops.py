@@ -19,8 +19,9 @@ from .ir.procedure import Apply, Loop, Place, Procedure, Repeat, Statement, Stor
 from .ir.program import Program
 from .passes.loop_accuracy import largest, results_ulps, without_rounding
 from .passes.loop_samples import Case, Rows, in_doubles
-from .passes.prove import Truth, truths
+from .passes.prove import truths
 from .passes.prove_loops import LENGTHS, procedure_difference
+from .passes.truth import Truth
 from .program_text import difference_of_program, same_formulas, without_names
 
 POINTS = 11
@@ -35,7 +36,11 @@ def part_truths(record: CompiledLoops) -> list[list[Truth]]:
     parts = {f"{record.kernel.name}_{k}": pair for k, pair in enumerate(pairs, start=1)}
     for apply in _applies(record.source.procedure):
         compute, part = parts[apply.program.name]
-        known = truths(compute.kernel, trace(compute.kernel).expressions, part.slots, part.program)
+        known: Sequence[Truth]
+        if part.proof is None:
+            known = truths(compute.kernel, trace(compute.kernel).expressions, part.slots, part.program)
+        else:
+            known = part.proof.known
         found.append([_as_rows(truth, compute, apply) for truth in known])
     return found
 

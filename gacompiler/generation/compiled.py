@@ -11,7 +11,8 @@ from ..ir.procedure import Procedure
 from ..ir.program import Program
 from ..passes.loops import LoopCompilation
 from ..passes.lower import Slot
-from ..passes.record import Compilation, Proof
+from ..passes.record import Compilation
+from ..passes.truth import Proof
 from .sources import kernel_source, loop_source
 
 
@@ -33,7 +34,7 @@ class Compiled:
     kernel: Kernel
     source: KernelSource
     slots: tuple[tuple[Slot, ...], ...]
-    proof: Proof | None = field(default=None, compare=False)
+    proof: Proof | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def of(cls, record: Compilation) -> Compiled:
@@ -51,10 +52,13 @@ class CompiledPart:
     program : Program
         The program as compiled: its arguments are single multivectors, not rows of tables.
     slots : tuple of tuple of Slot
+    proof : Proof or None
+        As in `Compiled`.
     """
 
     program: Program
     slots: tuple[tuple[Slot, ...], ...]
+    proof: Proof | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +81,7 @@ class CompiledLoops:
     source: LoopSource
     trace: LoopTrace
     parts: tuple[CompiledPart, ...]
-    proved: Procedure | None = field(default=None, compare=False)
+    proved: Procedure | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def of(cls, record: LoopCompilation) -> CompiledLoops:
@@ -85,5 +89,5 @@ class CompiledLoops:
         parts = []
         for part in record.parts:
             assert part.decision is not None
-            parts.append(CompiledPart(part.program, part.decision.slots))
+            parts.append(CompiledPart(part.program, part.decision.slots, part.proof))
         return cls(record.kernel, loop_source(record), record.trace, tuple(parts), record.procedure)

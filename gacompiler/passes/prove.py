@@ -10,7 +10,7 @@ parametrisation, are compared at rational points or points with many digits, for
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fractions import Fraction
 from random import Random
 from typing import Any
@@ -28,8 +28,9 @@ from ..ir.uniform import joined
 from ..rings.decimals import digits, from_decimal, to_decimal
 from ..rings.residues import Residue, residue
 from .lower import Slot
-from .record import Compilation, Proof
+from .record import Compilation
 from .samples import WORKING_DIGITS, Meaning, samples, to_mpmath, wide_sample
+from .truth import Proof, Truth
 from .undefined import reason
 
 TOLERANCE_DIGITS = 40
@@ -48,21 +49,6 @@ QUICK_POINTS = 16
 """Number of points for scripts with branches during compilation; `gac verify` uses `BRANCH_POINTS`."""
 
 Reader = Callable[..., Sequence[Any]]
-
-
-@dataclass(frozen=True, slots=True)
-class Truth:
-    """Inputs of a kernel and the values of its definition there, in the order of the result arrays.
-
-    Exact numbers are rational, or all of them are residues modulo a prime.
-    """
-
-    inputs: tuple[tuple[Any, ...], ...]
-    results: tuple[tuple[Any, ...], ...]
-    is_exact: bool
-    n_digits: int = WORKING_DIGITS
-    again: Callable[[int], Truth] | None = field(default=None, compare=False)
-    """Computes irrational results with another number of digits."""
 
 
 def truths(
@@ -270,4 +256,4 @@ def prove_program(record: Compilation) -> Compilation:
         )
     if quick:
         return record
-    return replace(record, proof=Proof(tuple(programs), len(known), all(truth.is_exact for truth in known)))
+    return replace(record, proof=Proof(tuple(programs), tuple(known)))

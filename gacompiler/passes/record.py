@@ -14,25 +14,7 @@ from .accuracy import Gate
 from .candidate import Candidate
 from .decide import Decision
 from .effort import DEFAULT, LEVELS, Effort
-
-
-@dataclass(frozen=True, slots=True)
-class Proof:
-    """What a compilation proved. A text of the same programs does not have to be evaluated again.
-
-    Attributes
-    ----------
-    programs : tuple of Program
-        The program, and the forms for uniform arguments as whole programs.
-    points : int
-        Number of points.
-    is_exact : bool
-        Whether all values are rational or residues.
-    """
-
-    programs: tuple[Program, ...]
-    points: int
-    is_exact: bool
+from .truth import Proof
 
 
 @dataclass(frozen=True, slots=True)
