@@ -2,17 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from typing import Any
 
 from .backends import as_printed
-from .ir.program import Program
-from .passes.prove import Truth, disagreement, program_reader, read
+from .ir.program import Operand, Program
+from .passes.prove import disagreement, program_reader, read
+from .passes.truth import Truth
 
 
 def without_names(programs: Iterable[Program]) -> list[Program]:
     """Return programs without the names of results, in which the texts of two languages differ."""
     return [replace(each, results=tuple(replace(result, name="") for result in each.results)) for each in programs]
+
+
+def same_formulas(one: Sequence[Program], other: Sequence[Program]) -> bool:
+    """Return whether programs compute each result by the same operations on the same inputs, in any order.
+
+    Names and the order of lines may differ, as they do between a program and the program that is read from its text.
+    """
+    numbers: dict[Any, int] = {}
+    return list(map(_numbered(numbers), one)) == list(map(_numbered(numbers), other))
+
+
+def _numbered(numbers: dict[Any, int]) -> Callable[[Program], Any]:
+    """Return a function that gives the shapes of a program and the numbers of its results, equal for equal formulas."""
+
+    def formulas(program: Program) -> Any:
+        inputs = [name for argument in program.arguments for name in argument.components]
+        known: dict[Operand, Any] = {name: ("input", k) for k, name in enumerate(inputs)}
+        for line in program.lines:
+            formula = (line.op, *(known.get(operand, operand) for operand in line.operands))
+            known[line.target] = numbers.setdefault(formula, len(numbers)), "line"
+        results = [(result.shape, [known.get(each, each) for each in result.operands]) for result in program.results]
+        return [argument.shape for argument in program.arguments], results
+
+    return formulas
 
 
 def difference_of_program(text: Program, program: Program, known: Sequence[Truth]) -> str:

@@ -20,9 +20,10 @@ from .ir.procedure import Procedure
 from .ir.program import Program
 from .ir.uniform import joined
 from .passes.accuracy import ERROR_POINTS, ulps, without_rounding
-from .passes.prove import Truth, truths
+from .passes.prove import truths
 from .passes.samples import sample
-from .program_text import difference_of_program, without_names
+from .passes.truth import Truth
+from .program_text import difference_of_program, same_formulas, without_names
 from .verify_loops import called_programs, error_of_loops, loops_difference, part_truths
 
 
@@ -100,17 +101,22 @@ def verify_module(
 def verify_kernel(
     record: Compiled, python: Mapping[str, Read], c: Mapping[str, Read], run: Any = None, backend: str = ""
 ) -> Verdict:
-    """Compare the texts of one kernel with its definition at exact points, and measure the rounding error of `run`."""
-    kernel, program = record.kernel, record.source.program
-    known = truths(kernel, trace(kernel).expressions, record.slots, program)
+    """Compare the texts of one kernel with its definition at exact points, and measure the rounding error of `run`.
+
+    Programs that the compilation in this process has proved, at the same points, are not evaluated again.
+    """
+    kernel, program, proof = record.kernel, record.source.program, record.proof
     name = kernel.name
+    texts = [text[name] for text in (python, c) if name in text]
+    is_known = proof is not None and all(same_formulas(_functions(text), proof.programs) for text in texts)
+    known = proof.known if proof else truths(kernel, trace(kernel).expressions, record.slots, program)
     in_python, in_c = "is not in the Python text", "is not in the C text"
     if name in python:
-        in_python = _difference(python[name], record, known)
+        in_python = "" if is_known else _difference(python[name], record, known)
     if name in c:
         # Both texts are usually one program, which is evaluated once.
-        is_known = name in python and _functions(python[name]) == _functions(c[name])
-        in_c = in_python if is_known else _difference(c[name], record, known)
+        is_same = name in python and without_names(_functions(python[name])) == without_names(_functions(c[name]))
+        in_c = in_python if is_same else "" if is_known else _difference(c[name], record, known)
     error, runs_on = float("nan"), ""
     if run is not None:
         error, runs_on = _error_of(run, record), backend
@@ -154,7 +160,7 @@ def verify_loops(
 
 
 def _functions(found: Read) -> list[Program]:
-    return without_names([found.program, *(joined(form, found.program) for form in found.forms)])
+    return [found.program, *(joined(form, found.program) for form in found.forms)]
 
 
 def _difference(found: Read, record: Compiled, known: Sequence[Truth]) -> str:

@@ -19,9 +19,10 @@ from .ir.procedure import Apply, Loop, Place, Procedure, Repeat, Statement, Stor
 from .ir.program import Program
 from .passes.loop_accuracy import largest, results_ulps, without_rounding
 from .passes.loop_samples import Case, Rows, in_doubles
-from .passes.prove import Truth, truths
+from .passes.prove import truths
 from .passes.prove_loops import LENGTHS, procedure_difference
-from .program_text import difference_of_program, without_names
+from .passes.truth import Truth
+from .program_text import difference_of_program, same_formulas, without_names
 
 POINTS = 11
 """Size of the batch that is run: larger than the number of vector lanes, and not a multiple of it."""
@@ -35,7 +36,11 @@ def part_truths(record: CompiledLoops) -> list[list[Truth]]:
     parts = {f"{record.kernel.name}_{k}": pair for k, pair in enumerate(pairs, start=1)}
     for apply in _applies(record.source.procedure):
         compute, part = parts[apply.program.name]
-        known = truths(compute.kernel, trace(compute.kernel).expressions, part.slots, part.program)
+        known: Sequence[Truth]
+        if part.proof is None:
+            known = truths(compute.kernel, trace(compute.kernel).expressions, part.slots, part.program)
+        else:
+            known = part.proof.known
         found.append([_as_rows(truth, compute, apply) for truth in known])
     return found
 
@@ -71,6 +76,9 @@ def loops_difference(
 ) -> str:
     """Describe how a procedure that was read from a text differs from the definition; empty if they are equal.
 
+    The programs are compared with the definition in any case; the procedure is compared with the unrolled function
+    unless the compilation in this process has done that.
+
     Parameters
     ----------
     found : Procedure or None
@@ -97,7 +105,10 @@ def loops_difference(
         if difference:
             return f"{compiled.program.name}: {difference}"
     exact = all(as_printed(program) == program for program in own.programs)
-    text = _with_programs(own, called) if exact else own
+    is_own = not exact or same_formulas(called, called_programs(own))
+    text = own if is_own else _with_programs(own, called)
+    if text == record.proved:
+        return ""
     return procedure_difference(record.kernel, record.trace.results, text)
 
 

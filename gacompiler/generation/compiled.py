@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..backends.module import KernelSource, LoopSource
 from ..frontend.kernel import Kernel
 from ..frontend.loop_trace import LoopTrace
+from ..ir.procedure import Procedure
 from ..ir.program import Program
 from ..passes.loops import LoopCompilation
 from ..passes.lower import Slot
 from ..passes.record import Compilation
+from ..passes.truth import Proof
 from .sources import kernel_source, loop_source
 
 
@@ -25,17 +27,20 @@ class Compiled:
         The program with its variants for uniform arguments, its cost and its documentation.
     slots : tuple of tuple of Slot
         For each result array, the coefficient and the expression that each entry stores.
+    proof : Proof or None
+        What this process proved; None if the kernel was read from the cache.
     """
 
     kernel: Kernel
     source: KernelSource
     slots: tuple[tuple[Slot, ...], ...]
+    proof: Proof | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def of(cls, record: Compilation) -> Compiled:
         """Extract the stored parts from the record of a complete compilation."""
         assert record.decision is not None
-        return cls(record.kernel, kernel_source(record), record.decision.slots)
+        return cls(record.kernel, kernel_source(record), record.decision.slots, record.proof)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,10 +52,13 @@ class CompiledPart:
     program : Program
         The program as compiled: its arguments are single multivectors, not rows of tables.
     slots : tuple of tuple of Slot
+    proof : Proof or None
+        As in `Compiled`.
     """
 
     program: Program
     slots: tuple[tuple[Slot, ...], ...]
+    proof: Proof | None = field(default=None, repr=False, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +73,15 @@ class CompiledLoops:
         The traced definition, with which emitted text is verified.
     parts : tuple of CompiledPart
         The straight-line parts in the order of the definition.
+    proved : Procedure or None
+        The procedure that this process proved; None if the kernel was read from the cache.
     """
 
     kernel: Kernel
     source: LoopSource
     trace: LoopTrace
     parts: tuple[CompiledPart, ...]
+    proved: Procedure | None = field(default=None, repr=False, compare=False)
 
     @classmethod
     def of(cls, record: LoopCompilation) -> CompiledLoops:
@@ -78,5 +89,5 @@ class CompiledLoops:
         parts = []
         for part in record.parts:
             assert part.decision is not None
-            parts.append(CompiledPart(part.program, part.decision.slots))
-        return cls(record.kernel, loop_source(record), record.trace, tuple(parts))
+            parts.append(CompiledPart(part.program, part.decision.slots, part.proof))
+        return cls(record.kernel, loop_source(record), record.trace, tuple(parts), record.procedure)

@@ -28,9 +28,10 @@ from .candidate import PARTS, Candidate
 from .lower import PLAIN, pick, stages
 from .matrices import SMALLEST, has_huge_product
 from .parts import Optimise, Part, canonical, fits, layout_of_value, leaves_of, part_of_call, part_of_expression, stored
-from .prove import Truth, disagreement, program_reader, truths
+from .prove import disagreement, program_reader, truths
 from .rewrite import EXPANDED
 from .search import Search
+from .truth import Truth
 
 MOST_PARTS = 32
 """Expressions with more parts than this are composed of the results of calls only."""

@@ -10,7 +10,7 @@ parametrisation, are compared at rational points or points with many digits, for
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 from fractions import Fraction
 from random import Random
 from typing import Any
@@ -30,10 +30,12 @@ from ..rings.residues import Residue, residue
 from .lower import Slot
 from .record import Compilation
 from .samples import WORKING_DIGITS, Meaning, samples, to_mpmath, wide_sample
+from .truth import Proof, Truth
 from .undefined import reason
 
 TOLERANCE_DIGITS = 40
 """Number of digits that must agree for irrational values, out of `WORKING_DIGITS` computed digits."""
+_TOLERANCE = mpmath.mpf(10) ** -TOLERANCE_DIGITS
 MOST_DIGITS = 16 * WORKING_DIGITS
 """Values that differ are computed again with four times as many digits, up to this number: cancellation of terms that
 are large, compared with the result, loses any number of digits."""
@@ -47,21 +49,6 @@ QUICK_POINTS = 16
 """Number of points for scripts with branches during compilation; `gac verify` uses `BRANCH_POINTS`."""
 
 Reader = Callable[..., Sequence[Any]]
-
-
-@dataclass(frozen=True, slots=True)
-class Truth:
-    """Inputs of a kernel and the values of its definition there, in the order of the result arrays.
-
-    Exact numbers are rational, or all of them are residues modulo a prime.
-    """
-
-    inputs: tuple[tuple[Any, ...], ...]
-    results: tuple[tuple[Any, ...], ...]
-    is_exact: bool
-    n_digits: int = WORKING_DIGITS
-    again: Callable[[int], Truth] | None = field(default=None, compare=False)
-    """Computes irrational results with another number of digits."""
 
 
 def truths(
@@ -223,9 +210,11 @@ def same(a: Any, b: Any, scale: Any = 0, n_digits: int = WORKING_DIGITS) -> bool
         return a == b
     if isinstance(a, Residue) or isinstance(b, Residue):
         return bool(a == b)
-    with mpmath.workdps(n_digits):
-        x, y = to_mpmath(a), to_mpmath(b)
-        return bool(abs(x - y) <= mpmath.mpf(10) ** -TOLERANCE_DIGITS * (1 + max(abs(y), to_mpmath(scale))))
+    if not (isinstance(a, mpmath.mpf) and isinstance(b, mpmath.mpf)):
+        with mpmath.workdps(n_digits):
+            a, b = to_mpmath(a), to_mpmath(b)
+    # Differences are exact before they are rounded, so that those of few digits suffice.
+    return bool(abs(a - b) <= _TOLERANCE * (1 + max(abs(b), to_mpmath(scale))))
 
 
 def _short(value: Any) -> str:
@@ -248,7 +237,7 @@ def program_reader(program: Program) -> Reader:
 
 
 def prove_program(record: Compilation) -> Compilation:
-    """Compare the selected program with the author's definition.
+    """Compare the selected program with the author's definition, and record the proof.
 
     Raises
     ------
@@ -265,4 +254,6 @@ def prove_program(record: Compilation) -> Compilation:
         raise ProofError(
             f"kernel {record.kernel.name}", difference, remedy="this is a defect of the compiler, please report it"
         )
-    return record
+    if quick:
+        return record
+    return replace(record, proof=Proof(tuple(programs), tuple(known)))

@@ -14,6 +14,7 @@ from .accuracy import Gate
 from .candidate import Candidate
 from .decide import Decision
 from .effort import DEFAULT, LEVELS, Effort
+from .truth import Proof
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,8 @@ class Compilation:
     """The level of effort, with its limits."""
     model: CostModel = COUNTS
     """The cost model by which the program is selected."""
+    proof: Proof | None = None
+    """What was proved; None if there are fewer points than `gac verify` requires."""
 
     @property
     def program(self) -> Program:

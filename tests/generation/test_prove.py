@@ -11,8 +11,8 @@ from random import Random
 import pytest
 from text_mutations import Mutation, mutations
 
-from gacompiler import SCALAR, kernel, sandwich
-from gacompiler.algebra.catalog import PGA3
+from gacompiler import SCALAR, kernel, norm, sandwich, verify
+from gacompiler.algebra.catalog import PGA3, VGA2
 from gacompiler.backends import c_programs, c_source, python_programs, python_source
 from gacompiler.backends.module import ModuleSource
 from gacompiler.errors import BackendError, ProofError
@@ -23,6 +23,8 @@ from gacompiler.generation.compiling import compile_definition, compile_kernels
 from gacompiler.generation.spec_files import load_spec
 from gacompiler.passes.accuracy import measured_error
 from gacompiler.passes.pipeline import compile_kernel
+from gacompiler.passes.prove import truths
+from gacompiler.program_text import same_formulas
 from gacompiler.verify import verify_kernel
 
 N_MUTATIONS = 200
@@ -92,6 +94,41 @@ def test_a_missing_kernel_is_not_proved() -> None:
     verdict = verify_kernel(record, {}, {})
     assert not verdict.is_proved
     assert "not in" in verdict.python and "not in" in verdict.c
+
+
+def test_what_was_proved_in_this_process_is_not_evaluated_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A changed text is compared with the same values; kernels from the cache are not trusted."""
+
+    @kernel(m=PGA3.MOTOR, p=PGA3.POINT)
+    def move(m, p):  # type: ignore[no-untyped-def]
+        return sandwich(m, p)
+
+    record = compile_definition(move)
+    text = python_source(ModuleSource("move", "", "", "", (record.source,)))
+    python = python_programs(text)
+    wrong = python_programs(text.replace(" + ", " - ", 1))
+    again = str(verify_kernel(replace(record, proof=None), python, {}))
+    evaluated: list[object] = []
+    monkeypatch.setattr(verify, "truths", lambda *given: evaluated.append(given) or truths(*given))
+    assert str(verify_kernel(record, python, {})) == again and "python=''" in again and not evaluated
+    assert "expected" in verify_kernel(record, wrong, {}).python and not evaluated
+    assert str(verify_kernel(replace(record, proof=None), python, {})) == again and len(evaluated) == 1
+
+
+def test_mutated_texts_have_other_formulas() -> None:
+    """Otherwise a wrong text would be taken for the program that was proved."""
+
+    @kernel(m=VGA2.EVEN, p=VGA2.VECTOR, x=SCALAR)
+    def move(m, p, x):  # type: ignore[no-untyped-def]
+        return sandwich(m, p) / 3 + norm(p) * x
+
+    record = compile_definition(move)
+    text, own = python_source(ModuleSource("move", "", "", "", (record.source,))), [record.source.program]
+    assert same_formulas([python_programs(text)["move"].program], own)
+    changed = [each for each in mutations(text, "move") if _is_readable(each.text, python_programs)]
+    assert len(changed) > 20
+    for each in changed:
+        assert not same_formulas([python_programs(each.text)["move"].program], own), each.line
 
 
 def test_a_wrong_library_is_detected() -> None:

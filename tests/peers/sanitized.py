@@ -1,7 +1,8 @@
 """Run under the address and undefined-behaviour sanitizers: kernels on arrays of every kind, and on other objects.
 
 ``python sanitized.py FOLDER LIBRARY ROUNDS MODULE...`` imports the modules from the folder. The library of all of them
-was built with the sanitizers, which end the process at the first access out of bounds.
+was built with the sanitizers, which end the process at the first access out of bounds. Kernels that it has for doubles
+alone are not called with floats.
 """
 
 import ctypes
@@ -83,10 +84,12 @@ def main(folder: str, name: str, library: ctypes.CDLL, rounds: int) -> None:
     count = 0
     with np.errstate(all="ignore"):
         for kernel in map(module.__dict__.__getitem__, module.kernels):
-            if isinstance(kernel, module.Kernel) and not hasattr(library, f"{name}_{kernel.name}_loop_f64"):
+            loop = f"{name}_{kernel.name}_loop"
+            if isinstance(kernel, module.Kernel) and not hasattr(library, f"{loop}_f64"):
                 continue
+            dtypes = [np.float64, *([np.float32] if hasattr(library, f"{loop}_f32") else [])]
             for _ in range(rounds):
-                dtype = (np.float64, np.float32)[random.integers(2)]
+                dtype = dtypes[random.integers(len(dtypes))]
                 leading = leading_shape(random)
                 if not isinstance(kernel, module.Kernel):
                     call_with_loops(random, kernel, leading, dtype)

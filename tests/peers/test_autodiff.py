@@ -1,8 +1,8 @@
-"""Kernels on torch tensors and jax arrays: their derivatives by the frameworks equal those of our compiled kernels.
+"""Kernels on torch tensors and jax arrays: their derivatives by the frameworks equal those of our own kernels.
 
 What torch and jax differentiate is the array text of the generated modules; `vjp` and `jvp` of the same definitions are
-compiled on their own. Arguments with relations (unit motors) vary along the manifold alone: off it, a kernel may be any
-other extension of the same function.
+compiled on their own, without a search: tests of derivatives compile others with one, and in C. Arguments with
+relations (unit motors) vary along the manifold alone: off it, a kernel may be any other extension of the same function.
 """
 
 from __future__ import annotations
@@ -116,8 +116,8 @@ def case(request: pytest.FixtureRequest) -> Case:
     value = function(*arguments)
     cotangent = rng.normal(size=value.shape)
     along = tangents[:, 0].reshape(arguments[place].shape)
-    _, gradient = gacompiler.compile(vjp(definition, wrt))(*arguments, cotangent)
-    _, slope = gacompiler.compile(jvp(definition, wrt))(*arguments, along)
+    _, gradient = gacompiler.compile(vjp(definition, wrt), "arrays", effort=0)(*arguments, cotangent)
+    _, slope = gacompiler.compile(jvp(definition, wrt), "arrays", effort=0)(*arguments, along)
     projected = np.einsum("nk,ntk->nt", gradient, tangents)
     assert np.isfinite(projected).all() and np.abs(projected).max() > 1e-3
     return Case(function, place, arguments, tangents, cotangent, value, slope, projected)
@@ -187,7 +187,7 @@ def test_jax_jit_and_vmap(case: Case) -> None:
 def test_matrices() -> None:
     """A kernel that gives a matrix, by the derivatives of the columns: the rotated basis vectors."""
     definition = importlib.import_module("gacompiler.specs.vga3").rotate_vector
-    column = gacompiler.compile(jvp(definition, "r"))
+    column = gacompiler.compile(jvp(definition, "r"), "arrays", effort=0)
     r = vga3.rotor_exponential(np.random.default_rng(1).normal(size=(N, 3)))
     along = vga3.rotor_product(r, vga3.rotor_exponential([np.pi / 2, 0, 0]))  # r times e12, a tangent
     right = np.stack([column(r, axis, along)[1] for axis in np.eye(3)], -1)

@@ -3,7 +3,8 @@
 The loops of a straight-line kernel are macros of the shapes of its arguments and results. A kernel is compiled if they
 handle a shape that no earlier kernel has at that place; `test_indices_of_kernels.py` reads the indices in the bodies of
 all. Functions are compiled once each, and not again at every place that calls them: that takes a fifth of the time, and
-the sanitizers look at each access all the same.
+the sanitizers look at each access all the same. Large modules are compiled for doubles alone: their text is the same
+for floats, and the macros that it uses are compiled for floats with smaller modules.
 """
 
 import os
@@ -11,6 +12,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -22,11 +24,15 @@ from gacompiler.generation.files import write
 pytestmark = pytest.mark.peers
 
 SANITIZED = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-FLAGS = ["-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-O0", *SANITIZED]
+CHECKS_BY_CALLS = ["--param", "asan-instrumentation-with-call-threshold=0"]
+"""A check is a call of the sanitizer's library, which is compiled in less time than its instructions at each access."""
+FLAGS = ["-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-O0", *SANITIZED, *CHECKS_BY_CALLS]
 IN_MODULES = [*FLAGS, "-fno-sanitize=null,object-size,pointer-overflow,alignment"]
 """What is left out takes half of the time: the address sanitizer reports the use of such pointers, and the runtime, in
 which nothing is left out, passes aligned ones."""
 ROUNDS = 30
+LARGE = 80_000
+"""Characters of a text from which it is compiled for doubles alone."""
 CHANGED = {
     "#define LOOPS(name) GAC_FOR(v3, NAME(name), NAME(name##_v3)) GAC_FOR(v4, NAME(name), NAME(name##_v4))":
         "#define LOOPS(name) GAC_FOR(v3, NAME(name), NAME(name##_v3))",
@@ -99,6 +105,11 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def macros(texts: Iterable[str]) -> set[str]:
+    """The macros of the runtime, which depend on the precision, in texts of modules."""
+    return {name for text in texts for name in re.findall(r"\bGAC_\w+(?=\()", text)}
+
+
 def run_sanitized(folder: Path, label: str, texts: dict[str, str]) -> subprocess.CompletedProcess[str]:
     """Call the kernels of modules with these texts in a process that the sanitizers end at the first wrong access."""
     compiler = str(shutil.which("gcc"))
@@ -110,12 +121,13 @@ def run_sanitized(folder: Path, label: str, texts: dict[str, str]) -> subprocess
     for name, text in texts.items():
         for ending in ("py", "c", "h"):
             shutil.copy(generated_folder() / f"{name}.{ending}", folder)
-        source, part = shortened / f"{name}.c", shortened / f"{name}.o"
+        source, part, half = shortened / f"{name}.c", shortened / f"{name}.o", len(text) > LARGE
         source.write_text(text)
-        subprocess.run([compiler, *IN_MODULES, f"-I{folder}", "-c", str(source), "-o", str(part)], check=True)
+        flags = [*IN_MODULES, f"-I{folder}", *(["-DONLY_F64"] if half else [])]
+        subprocess.run([compiler, *flags, "-c", str(source), "-o", str(part)], check=True)
         command.append(str(part))
         # The name depends on the changed header; under another name, the library would be compiled again as usual.
-        library = build / library_name(name, (folder / f"{name}.c").read_text(), folder / "gac_runtime")
+        library = build / library_name(name, (folder / f"{name}.c").read_text(), folder / "gac_runtime", half=half)
         library.unlink(missing_ok=True)
         library.symlink_to(whole)
     subprocess.run([*command, "-lm"], check=True)
@@ -142,6 +154,7 @@ def test_every_kernel_stays_within_bounds(built: Path) -> None:
     earlier: set[tuple[str, ...]] = set()
     folder = generated_folder()
     texts = {name: without_known_loops((folder / f"{name}.c").read_text(), earlier) for name in MODULES}
+    assert macros(texts.values()) == macros(text for text in texts.values() if len(text) <= LARGE)
     run = run_sanitized(built, "right", texts)
     assert run.returncode == 0, run.stdout + run.stderr[-4000:]
     assert len(re.findall(r"^\w+ \d+ calls$", run.stdout, re.MULTILINE)) == len(MODULES)
