@@ -414,6 +414,8 @@ def _possible_blades(expression: Expression) -> frozenset[int]:
     if expression.algebra is SCALARS and expression.operation in ARITHMETIC:
         some = all if expression.operation is Operation.GEOMETRIC_PRODUCT else any
         return _OF_SCALARS if some(argument.blades for argument in expression.arguments) else frozenset()
+    if expression.operation.row.kind is Kind.SCALAR and any(argument.blades for argument in expression.arguments):
+        return _OF_SCALARS
     values = [Multivector(a.algebra, dict.fromkeys(a.blades, SOMETHING)) for a in expression.arguments]
     return frozenset(_apply(expression, values, {}).terms)
 
