@@ -348,7 +348,10 @@ class Search:
         """Return the lowering methods: all reductions, with and without named implied coefficients and squares."""
         named = (False, True) if self._has_implied else (False,)
         found = [(reduction, name_implied, False) for reduction in Reduction for name_implied in named]
-        if any(e.operation is not Operation.INPUT and square_of(e) is not None for e in topological(expressions)):
+        if any(
+            e.operation is not Operation.INPUT and not e.is_scalar and square_of(e) is not None
+            for e in topological(expressions)
+        ):
             found[len(named) : len(named)] = [(Reduction.NORMAL, name_implied, True) for name_implied in named]
         return found
 
