@@ -7,7 +7,7 @@ the constant null vectors of the Jacobian. They are found by exact elimination.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
 from ..algebra.blades import Rational
@@ -81,7 +81,7 @@ class _Differences:
 
 
 def _invariant_group(
-    polynomials: list[Polynomial], depth: Mapping[int, int]
+    polynomials: Sequence[Polynomial], depth: Mapping[int, int]
 ) -> tuple[set[int], list[int], list[list[Fraction]]]:
     """Return polynomials that are invariant along common directions, their variables, and the directions.
 

@@ -239,7 +239,7 @@ def tangency(a, b):  # type: ignore[no-untyped-def]
     [
         (inner_product_of_planes, (22, 22), (22, 17), 7, 2),
         (squared_volume, (60, 39), (39, 29), 4, 0),
-        (tangency, (15, 18), (15, 13), 9, 4),
+        (tangency, (15, 18), (15, 13), 9, 2),
     ],
     ids=lambda x: getattr(x, "name", ""),
 )
