@@ -118,11 +118,10 @@ def why(record: Compilation) -> str:
 
 
 class _Accurate:
-    """The candidates that are accurate enough to be selected. Each is measured once, on demand."""
+    """The candidates that are accurate enough to be selected. Each is measured on demand."""
 
     def __init__(self, record: Compilation) -> None:
         self._record = record
-        self._known: dict[int, bool] = {}
 
     def candidates(self, at_most: int | None = None) -> Iterator[Candidate]:
         """Yield the candidates in order of cost, from that of the selected one to `at_most`."""
@@ -136,10 +135,8 @@ class _Accurate:
     def _accepts(self, candidate: Candidate) -> bool:
         record = self._record
         assert record.gate is not None
-        if id(candidate) not in self._known:
-            taken = candidate is record.best or candidate is record.candidates[0]
-            self._known[id(candidate)] = taken or candidate.is_accurate(record.gate)
-        return self._known[id(candidate)]
+        taken = candidate is record.best or candidate is record.candidates[0]
+        return taken or candidate.is_accurate(record.gate)
 
 
 def _done(record: Compilation, candidate: Candidate) -> dict[str, str]:

@@ -8,6 +8,7 @@ that nothing else reads, are not copied.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -39,32 +40,36 @@ def kept_tables(procedure: Procedure) -> list[Table]:
 def kept_by_rounds(procedure: Procedure) -> list[list[tuple[Table, Table]]]:
     """Return, for each iteration in the order of the text, the tables to keep and their copies."""
     found, number = [], 0
+    accesses = Counter(table for table, _ in _accesses(procedure.body))
     for rounds in statements(procedure.body):
         if not isinstance(rounds, Repeat):
             continue
         pairs = []
-        for table in _changed(procedure, rounds):
+        for table in _changed(procedure, rounds, accesses):
             pairs.append((table, replace(table, name=f"{KEPT}{number}", storage=Storage.WORK)))
             number += 1
         found.append(pairs)
     return found
 
 
-def _changed(procedure: Procedure, rounds: Repeat) -> list[Table]:
-    """Return the tables that a step changes for later steps or for other statements, except for the count of steps."""
+def _changed(procedure: Procedure, rounds: Repeat, accesses: Counter[str]) -> list[Table]:
+    """Return the tables that a step changes for later steps or for other statements, except for the count of steps.
+
+    `accesses` counts the accesses to each table in the whole procedure.
+    """
     inside = list(_accesses(rounds.body))
     written = {table for table, is_write in inside if is_write} | {rounds.until}
     first: dict[str, bool] = {}
     for table, is_write in inside:
         first.setdefault(table, is_write)
-    outside = list(_accesses(procedure.body, without=rounds))
+    own = Counter(table for table, _ in _accesses((rounds,)))
     needed = {table for table, is_write in first.items() if not is_write}
-    needed |= {table for table, _ in outside} | {rounds.until}
+    needed |= {table for table, count in accesses.items() if count > own[table]} | {rounds.until}
     needed |= {table.name for table in procedure.results}
     return [table for table in procedure.tables if table.name in written & needed - {rounds.steps}]
 
 
-def _accesses(body: Sequence[Statement], without: Repeat | None = None) -> Iterator[tuple[str, bool]]:
+def _accesses(body: Sequence[Statement]) -> Iterator[tuple[str, bool]]:
     """Yield the tables that statements read or write, in the order of the text, and whether they are written."""
     for statement in body:
         match statement:
@@ -80,10 +85,10 @@ def _accesses(body: Sequence[Statement], without: Repeat | None = None) -> Itera
             case Clear(table):
                 yield table, True
             case Loop():
-                yield from _accesses(statement.body, without)
+                yield from _accesses(statement.body)
                 yield from ((name, False) for name in statement.controls)
-            case Repeat(_, until, steps, inner) if statement is not without:
-                yield from _accesses(inner, without)
+            case Repeat(_, until, steps, inner):
+                yield from _accesses(inner)
                 yield from ((steps, False), (steps, True), (until, False))
 
 

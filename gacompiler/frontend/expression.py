@@ -14,7 +14,7 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 from ..algebra.algebra import Algebra
-from ..algebra.coefficients import as_exact
+from ..algebra.coefficients import as_exact, scalar_function
 from ..algebra.immutable import Immutable
 from ..algebra.layout import SCALARS, Layout
 from ..algebra.meanings import ARITHMETIC, MEANINGS, arithmetic
@@ -380,6 +380,8 @@ def _apply(expression: Expression, values: list[Multivector], inputs: Mapping[st
             algebra = expression.algebra
             if algebra is SCALARS and operation in ARITHMETIC:
                 return arithmetic(operation, values)
+            if algebra is SCALARS and operation.row.kind is Kind.SCALAR:
+                return SCALARS.scalar(scalar_function(operation.value, *[value.terms.get(0, 0) for value in values]))
             return MEANINGS[operation](*(v if v.algebra is algebra else Multivector(algebra, v.terms) for v in values))
 
 
@@ -414,6 +416,8 @@ def _possible_blades(expression: Expression) -> frozenset[int]:
     if expression.algebra is SCALARS and expression.operation in ARITHMETIC:
         some = all if expression.operation is Operation.GEOMETRIC_PRODUCT else any
         return _OF_SCALARS if some(argument.blades for argument in expression.arguments) else frozenset()
+    if expression.operation.row.kind is Kind.SCALAR and any(argument.blades for argument in expression.arguments):
+        return _OF_SCALARS
     values = [Multivector(a.algebra, dict.fromkeys(a.blades, SOMETHING)) for a in expression.arguments]
     return frozenset(_apply(expression, values, {}).terms)
 

@@ -145,6 +145,9 @@ class Graph:
         KernelError
             When the number exceeds the range of double precision.
         """
+        known = self._nodes.get((Op.CONSTANT, value))
+        if known is not None:
+            return known
         if not is_representable(value):
             raise KernelError(
                 "constant in a kernel", "a number outside the range of double precision", "numbers up to 1.8e308"

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import cached_property
 from math import inf, isfinite, isnan, nextafter, ulp
 from random import Random
 from typing import Any
@@ -63,18 +64,31 @@ class Gate:
     """
 
     def __init__(self, kernel: Kernel, author: Program) -> None:
+        self._kernel = kernel
         self._author = Tape(author)
-        self._known: list[tuple[Inputs, Sequence[Any], float]] = []
         self._moved: dict[int, float] = {}
-        for points in _references(kernel, self._author):
+        self._accepted: dict[tuple[Program, float], bool] = {(author, 1.0): True}
+
+    @cached_property
+    def _known(self) -> list[tuple[Inputs, Sequence[Any], float]]:
+        """The points, with the exact results and the limit of the error. Many gates have only the author's program."""
+        known = []
+        for points in _references(self._kernel, self._author):
             worst = max((_ulps_or_inf(self._author, inputs, exact) for inputs, exact in points), default=0.0)
-            self._known += [(inputs, exact, max(WORSE * worst, ROUNDING)) for inputs, exact in points]
+            known += [(inputs, exact, max(WORSE * worst, ROUNDING)) for inputs, exact in points]
+        return known
 
     def accepts(self, program: Program, times: float = 1.0) -> bool:
         """Return whether the error of `program` is not much larger than that of the author's structure.
 
-        The limit is multiplied by `times`.
+        The limit is multiplied by `times`, at least 1. Equal programs are measured once.
         """
+        key = program, times
+        if key not in self._accepted:
+            self._accepted[key] = self._measure(program, times)
+        return self._accepted[key]
+
+    def _measure(self, program: Program, times: float) -> bool:
         tape = Tape(program)
         for k, (inputs, exact, limit) in enumerate(self._known):
             error = _ulps_or_inf(tape, inputs, exact)

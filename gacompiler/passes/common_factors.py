@@ -18,7 +18,7 @@ from .system import System
 def without_common_factors(system: System) -> System | None:
     """Return the system with named results divided by their common numbers, or None if there are none."""
     scales: dict[int, Fraction] = {}
-    for definition in system.live()[0]:
+    for definition in system.live[0]:
         common = _common(_scaled(definition.polynomial, scales))
         if common != 1:
             scales[definition.variable] = common

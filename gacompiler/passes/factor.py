@@ -30,12 +30,16 @@ _NUMBER = 1 << 30
 
 @dataclass(frozen=True, slots=True)
 class Factored:
-    """Sums after extraction: the given sums, followed by one for each new variable."""
+    """Sums after extraction: the given sums, followed by one for each new variable.
+
+    `is_final` states that there is nothing to extract, so that the other policies of the same cost give the same sums.
+    """
 
     sums: tuple[Sum, ...]
     n_given: int
     first_new: int
     numbers: tuple[Fraction, ...]
+    is_final: bool
 
     def number(self, literal: Literal) -> Fraction | None:
         """Return the number that a literal represents, or None for a variable."""
@@ -79,7 +83,13 @@ def factor(polynomials: tuple[Polynomial, ...], first_new: int, policy: Policy) 
         extraction.append(polynomial)
     if not policy.expanded:
         extraction.run()
-    return Factored(tuple(extraction.sums), len(polynomials), first_new, tuple(extraction.numbers))
+    sums = tuple(extraction.sums)
+    is_final = (
+        len(sums) == len(polynomials)
+        and not (policy.fused or policy.expanded or extraction.has_common_numbers)
+        and best_divisor(extraction.sums) is None
+    )
+    return Factored(sums, len(polynomials), first_new, tuple(extraction.numbers), is_final)
 
 
 def _size(value: Rational) -> Rational:
@@ -118,6 +128,7 @@ class _Extraction:
         self.sums: list[Sum] = []
         self._groups: list[dict[Rational, list[tuple[Cube, Rational]]]] = []
         self.numbers: list[Fraction] = []
+        self.has_common_numbers = False
         self._next = first_new
         self._rank = (1, 0) if policy.prefer_products else (0, 1)
         self._split = policy.split_numbers and not policy.expanded
@@ -136,6 +147,7 @@ class _Extraction:
         self.sums.append({})
         self._groups.append({})
         sizes: Counter[Rational] = Counter(_size(value) for value in polynomial.terms.values())
+        self.has_common_numbers |= any(size != 1 and count > 1 for size, count in sizes.items())
         for monomial, value in polynomial.key:
             size = _size(value)
             if self._split and size != 1 and sizes[size] > 1:

@@ -72,5 +72,5 @@ def _simplified(form: Form) -> Iterator[Form]:
 
 def _is_representable(system: System) -> bool:
     """Return whether the numbers of a system are in the range of double precision: factors of many terms may not be."""
-    sizes = (max(value, -value) for polynomial in system.polynomials() for value in polynomial.terms.values())
+    sizes = (max(value, -value) for polynomial in system.polynomials for value in polynomial.terms.values())
     return all(SMALLEST < size < 1 / SMALLEST for size in sizes)

@@ -17,7 +17,7 @@ from ..frontend.loop_trace import unrolled
 from ..frontend.rows import IndexOf, RowsOf
 from ..frontend.unrolled import steps_limited
 from ..ir.procedure import Procedure, Storage
-from .samples import SPREADS, is_real, meaning, sample
+from .samples import SPREADS, Meaning, is_real, sample
 
 Rows = list[list[Any]]
 
@@ -75,10 +75,11 @@ class Case:
     ) -> Iterator[tuple[dict[str, Rows], list[Any]]]:
         """Yield up to `n` points at which the function is defined: the arguments and the values of the expressions."""
         found = 0
+        meaning = Meaning(expressions)
         for spread, _ in zip(cycle(SPREADS), range(8 * n), strict=False):
             inputs = sample(self.flat, random, spread=spread)
             try:
-                values = meaning(expressions, inputs)
+                values = meaning.at(inputs)
             except (ZeroDivisionError, ValueError, mpmath.libmp.ComplexResult):
                 continue
             if all(is_real(value) for multivector in values for value in multivector.terms.values()):

@@ -67,7 +67,7 @@ class Relations:
     @property
     def known(self) -> bool:
         """Whether there are relations, so that reduction can have an effect."""
-        return bool(self._known or self._ring.atoms)
+        return bool(self._known or self._ring.atom_relations())
 
     def add(self, relations: Iterable[Polynomial]) -> None:
         """Add polynomials that vanish.

@@ -25,7 +25,7 @@ def as_products(system: System) -> System | None:
         return named[factor].variable
 
     products: dict[Polynomial, Polynomial] = {}
-    for polynomial in system.polynomials():
+    for polynomial in system.polynomials:
         if len(polynomial.terms) >= FEWEST and polynomial.degree > 1 and polynomial not in products:
             found = factors(polynomial)
             if sum(exponent for _, exponent in found) > 1:

@@ -12,6 +12,7 @@ from collections.abc import Callable
 
 from ..algebra.operations import PRODUCTS, Operation
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors, n_vectors
+from ..errors import GacError
 from ..frontend.expression import Expression, node, topological
 from ..frontend.facts import is_unit, is_unit_even_versor, is_unit_vector, parity
 from .associate import associate
@@ -198,14 +199,26 @@ EXPANDED = frozenset({"sandwiches as differences", "pulled out, as differences"}
 def rewrite(expressions: tuple[Expression, ...]) -> dict[str, tuple[Expression, ...]]:
     """Return the distinct results of all strategies by name, starting with the author's own form."""
     found: dict[str, tuple[Expression, ...]] = {}
+    order = topological(expressions)
+    all_rules = {rule for phases in STRATEGIES.values() for rules in phases for rule in rules}
+    applicable = {rule for rule in all_rules if any(_may_apply(rule, each) for each in order)}
     for name, phases in STRATEGIES.items():
         result = expressions
         for rules in phases:
+            if result == expressions and applicable.isdisjoint(rules):
+                continue
             memory: dict[Expression, Expression] = {}
             result = tuple(_everywhere(expression, rules, memory) for expression in result)
         if result not in found.values():
             found[name] = result
     return found
+
+
+def _may_apply(rule: Rule, expression: Expression) -> bool:
+    try:
+        return rule(expression) is not None
+    except GacError:
+        return True
 
 
 def _everywhere(expression: Expression, rules: tuple[Rule, ...], memory: dict[Expression, Expression]) -> Expression:

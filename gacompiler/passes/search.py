@@ -24,7 +24,7 @@ from ..errors import TooLargeError
 from ..frontend.expression import Expression, evaluate, topological
 from ..frontend.kernel import Kernel
 from ..ir.cost import cost
-from ..ir.program import Argument, Program
+from ..ir.program import Argument
 from ..ir.scalar import Graph, Scalar
 from ..rings.polynomial import total_terms
 from .accuracy import Gate
@@ -37,7 +37,7 @@ from .interruption import is_interrupted, progress
 from .lower import Lowering, Reduction, Slot, pick, stages
 from .matrices import evaluate_by_matrices, has_huge_product, plan_choices
 from .schedule import schedule
-from .share import share
+from .share import Builder
 from .squares import square_of
 from .system import System
 
@@ -93,13 +93,13 @@ class Search:
         self._too_large = self._left = 0
         self._lines = self._skipped = 0
         self._factorised: dict[object, Candidate] = {}
+        self._final: dict[object, Candidate] = {}
         self._compared: list[tuple[Steps, System]] = []
         self._seen: set[tuple[object, ...]] = set()
         self._least: int | None = None
         self._is_long = len(topological(next(iter(variants.values())))) > LONG
         self._has_implied = any(parameter.layout.implied for parameter in kernel.parameters)
         self._first: Candidate | None = None
-        self._accurate: dict[int, tuple[Program, bool]] = {}
         self._arguments = tuple(Argument(p.name, p.shape, p.components) for p in kernel.parameters)
 
     @cached_property
@@ -109,11 +109,8 @@ class Search:
         return Gate(self._kernel, self._first.program)
 
     def is_accurate(self, candidate: Candidate) -> bool:
-        """Return whether the error of a candidate is accepted. It is measured once."""
-        key = id(candidate.program)
-        if key not in self._accurate:  # The program is kept, so that no other one has its identity.
-            self._accurate[key] = candidate.program, candidate.is_accurate(self.gate)
-        return self._accurate[key][1]
+        """Return whether the error of a candidate is accepted."""
+        return candidate.is_accurate(self.gate)
 
     def author(self) -> Candidate:
         """Return the author's structure with shared subexpressions; huge products are computed by matrices."""
@@ -272,11 +269,14 @@ class Search:
         choices = tuple(name for name in Policy.__slots__ if getattr(policy, name))
         choices = choices if policy.expanded else ("factorised", *choices)
         key = system.key, policy if _has_common_numbers(system) else replace(policy, split_numbers=False)
-        if key in self._factorised:
-            known = self._factorised[key]
+        known = self._factorised.get(key) or (None if policy.fused else self._final.get(system.key))
+        if known:
             return Candidate((*steps, *choices), known.program, known.cost)
-        self._factorised[key] = self.candidate((*steps, *choices), share(system, policy))
-        return self._factorised[key]
+        builder = Builder(system, policy)
+        found = self._factorised[key] = self.candidate((*steps, *choices), builder.outputs())
+        if builder.factored.is_final:
+            self._final[system.key] = found
+        return found
 
     def _systems(self, names: Sequence[str]) -> Iterator[Form]:
         """Yield the systems of all choices of named results and all lowering methods, simplest rewriting first."""
@@ -348,7 +348,10 @@ class Search:
         """Return the lowering methods: all reductions, with and without named implied coefficients and squares."""
         named = (False, True) if self._has_implied else (False,)
         found = [(reduction, name_implied, False) for reduction in Reduction for name_implied in named]
-        if any(e.operation is not Operation.INPUT and square_of(e) is not None for e in topological(expressions)):
+        if any(
+            e.operation is not Operation.INPUT and not e.is_scalar and square_of(e) is not None
+            for e in topological(expressions)
+        ):
             found[len(named) : len(named)] = [(Reduction.NORMAL, name_implied, True) for name_implied in named]
         return found
 
@@ -367,7 +370,7 @@ def _steps_of(method: Method, lowering: Lowering) -> Steps:
 
 def _has_common_numbers(system: System) -> bool:
     """Return whether some terms of a sum have the same numeric factor, so that `Policy.split_numbers` has an effect."""
-    for polynomial in system.polynomials():
+    for polynomial in system.polynomials:
         sizes = [abs(value) for value in polynomial.terms.values() if abs(value) != 1]
         if len(set(sizes)) < len(sizes):
             return True
@@ -379,7 +382,7 @@ def _by_cost(tried: Sequence[Tried]) -> list[Tried]:
 
 
 def _size(system: System) -> int:
-    return total_terms(system.polynomials())
+    return total_terms(system.polynomials)
 
 
 def _form_of(steps: Steps) -> Steps:
@@ -388,7 +391,7 @@ def _form_of(steps: Steps) -> Steps:
 
 
 def _effort(system: System) -> int:
-    return sum(len(polynomial.terms) ** 2 for polynomial in system.polynomials())
+    return sum(len(polynomial.terms) ** 2 for polynomial in system.polynomials)
 
 
 def _choices_of_stages(found: list[Expression], limit: int) -> list[frozenset[Expression]]:

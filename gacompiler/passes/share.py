@@ -14,7 +14,7 @@ from .system import System
 
 def share(system: System, policy: Policy) -> tuple[Scalar, ...]:
     """Return the outputs of `system` as scalar expressions over the names of its inputs."""
-    return _Builder(system, policy).outputs()
+    return Builder(system, policy).outputs()
 
 
 Steps = Generator["Steps", Scalar, Scalar]
@@ -36,12 +36,14 @@ def _result(computation: Steps) -> Scalar:
     return found
 
 
-class _Builder:
+class Builder:
+    """The scalar expressions of a system that is factorised by a policy."""
+
     def __init__(self, system: System, policy: Policy) -> None:
         self._ring = system.ring
         self._system = system
         self._graph = Graph()
-        definitions, atoms = system.live()
+        definitions, atoms = system.live
         polynomials = list(system.outputs)
         self._sum_of: dict[int, int] = {}
         for definition in definitions:
@@ -52,18 +54,19 @@ class _Builder:
             arguments = system.ring.atom_of(variable).arguments
             self._atom_arguments[variable] = tuple(range(len(polynomials), len(polynomials) + len(arguments)))
             polynomials.extend(arguments)
-        self._factored: Factored = factor(tuple(polynomials), len(system.ring.names), policy)
+        self.factored: Factored = factor(tuple(polynomials), len(system.ring.names), policy)
         self._values: dict[int, Scalar] = {}
         self._sums: dict[int, Scalar] = {}
         self._reciprocal_uses = Counter(
             literal
-            for terms in self._factored.sums
+            for terms in self.factored.sums
             for cube in terms
             for literal in cube
             if literal < 0 and system.ring.atom_of(literal).op is Op.DIVIDE
         )
 
     def outputs(self) -> tuple[Scalar, ...]:
+        """Return the outputs over the names of the inputs."""
         for k in range(self._system.n_inputs):
             self._values[k] = self._graph.variable(self._ring.names[k])
         return tuple(_result(self._sum(k)) for k in range(len(self._system.outputs)))
@@ -74,7 +77,7 @@ class _Builder:
         return self._values[variable]
 
     def _compute(self, variable: int) -> Steps:
-        number = self._factored.number(variable)
+        number = self.factored.number(variable)
         if number is not None:
             return self._graph.constant(number)
         if variable < 0:
@@ -84,13 +87,13 @@ class _Builder:
             return self._graph.apply(self._ring.atom_of(variable).op, *arguments)
         if variable in self._sum_of:
             return (yield self._sum(self._sum_of[variable]))
-        terms = self._factored.new_sum(variable)
+        terms = self.factored.new_sum(variable)
         assert terms is not None
         return (yield self._terms(terms))
 
     def _sum(self, index: int) -> Steps:
         if index not in self._sums:
-            self._sums[index] = yield self._terms(self._factored.sums[index])
+            self._sums[index] = yield self._terms(self.factored.sums[index])
         return self._sums[index]
 
     def _terms(self, terms: Sum) -> Steps:

@@ -7,7 +7,7 @@ the constant null vectors of the Jacobian. They are found by exact elimination.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
 from ..algebra.blades import Rational
@@ -21,7 +21,7 @@ VARIABLE_LIMIT = 40
 
 def shift(system: System) -> System | None:
     """Express as many polynomials of `system` as possible by the same differences of inputs, or return None."""
-    polynomials = system.polynomials()
+    polynomials = system.polynomials
     group, used, directions = _invariant_group(polynomials, _depths(system))
     if not directions:
         return None
@@ -37,7 +37,7 @@ def shift_each(system: System) -> System | None:
     """
     depths, differences = _depths(system), _Differences(system)
     changes: dict[Polynomial, Mapping[int, Polynomial]] = {}
-    for polynomial in system.polynomials():
+    for polynomial in system.polynomials:
         if polynomial.degree > 1 and _freedom(polynomial):
             used = _in_order({variable for variable in polynomial.variables if variable >= 0}, depths)
             changes[polynomial] = differences.along(used, _null_space(_jacobian([polynomial], used), len(used)))
@@ -81,7 +81,7 @@ class _Differences:
 
 
 def _invariant_group(
-    polynomials: list[Polynomial], depth: Mapping[int, int]
+    polynomials: Sequence[Polynomial], depth: Mapping[int, int]
 ) -> tuple[set[int], list[int], list[list[Fraction]]]:
     """Return polynomials that are invariant along common directions, their variables, and the directions.
 
@@ -109,7 +109,7 @@ def _in_order(variables: Iterable[int], depth: Mapping[int, int]) -> list[int]:
 
 def _depths(system: System) -> dict[int, int]:
     """Return the depth of each named result above the inputs; inputs have depth 0 and are not listed."""
-    polynomial_of = {definition.variable: definition.polynomial for definition in system.live()[0]}
+    polynomial_of = {definition.variable: definition.polynomial for definition in system.live[0]}
     found: dict[int, int] = {}
 
     def depth(variable: int) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 from ..rings.polynomial import Polynomial, PolynomialRing
 
@@ -16,7 +17,7 @@ class Definition:
     polynomial: Polynomial
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class System:
     """The polynomials that a kernel computes.
 
@@ -35,8 +36,9 @@ class System:
     definitions: tuple[Definition, ...]
     outputs: tuple[Polynomial, ...]
 
+    @cached_property
     def live(self) -> tuple[tuple[Definition, ...], tuple[int, ...]]:
-        """Return the definitions and the atoms (as variables, in descending order) that the outputs depend on."""
+        """The definitions and the atoms (as variables, in descending order) that the outputs depend on."""
         by_variable = {definition.variable: definition for definition in self.definitions}
         needed: set[int] = set()
         todo = [variable for polynomial in self.outputs for variable in polynomial.variables]
@@ -50,11 +52,12 @@ class System:
         kept = tuple(definition for definition in self.definitions if definition.variable in needed)
         return kept, tuple(sorted((v for v in needed if v < 0), reverse=True))
 
-    def polynomials(self) -> list[Polynomial]:
-        """Return all polynomials that have to be computed: of definitions, outputs and arguments of functions."""
-        definitions, atoms = self.live()
+    @cached_property
+    def polynomials(self) -> tuple[Polynomial, ...]:
+        """All polynomials that have to be computed: of definitions, outputs and arguments of functions."""
+        definitions, atoms = self.live
         arguments = [argument for atom in atoms for argument in self.ring.atom_of(atom).arguments]
-        return [*(definition.polynomial for definition in definitions), *self.outputs, *arguments]
+        return (*(definition.polynomial for definition in definitions), *self.outputs, *arguments)
 
     def changed(
         self, change: Callable[[Polynomial, int | None], Polynomial], added: Iterable[Definition] = ()
@@ -63,7 +66,7 @@ class System:
 
         `change` takes a polynomial and the variable that it defines, if any.
         """
-        definitions, atoms = self.live()
+        definitions, atoms = self.live
         renewed: dict[int, Polynomial] = {}
         for variable in atoms:  # An atom comes after the atoms in its arguments.
             atom = self.ring.atom_of(variable)
@@ -74,10 +77,10 @@ class System:
         outputs = tuple(change(output, None).substitute(renewed) for output in self.outputs)
         return System(self.ring, self.n_inputs, (*added, *rest), outputs)
 
-    @property
+    @cached_property
     def key(self) -> tuple[object, ...]:
         """A key that is equal for systems with the same computation."""
-        kept, atoms = self.live()
+        kept, atoms = self.live
         functions = ((v, self.ring.atom_of(v)) for v in atoms)
         return (
             tuple((definition.variable, definition.polynomial.key) for definition in kept),
@@ -91,6 +94,6 @@ class System:
         return (by_variable[variable].polynomial,)
 
     def __str__(self) -> str:
-        kept, _ = self.live()
+        kept, _ = self.live
         lines = [f"{self.ring.name(d.variable)} = {d.polynomial}" for d in kept]
         return "\n".join([*lines, *(f"out[{k}] = {p}" for k, p in enumerate(self.outputs))])

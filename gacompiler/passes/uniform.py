@@ -119,7 +119,7 @@ def _by_coefficients(system: System, fixed: set[str]) -> System | None:
     """Name every coefficient of `system`. Return None if it contains functions of varying arguments."""
     ring = system.ring
     is_fixed = _Fixed(ring, system.n_inputs, fixed)
-    _, atoms = system.live()
+    _, atoms = system.live
     if system.definitions or not all(map(is_fixed, atoms)):
         return None
     definitions: list[Definition] = []

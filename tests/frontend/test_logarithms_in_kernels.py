@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 from many_planes import ANGLES, example, size
@@ -119,3 +120,27 @@ def test_compiled(signature: tuple[int, ...]) -> None:
     half = np.eye(algebra.even.size)[algebra.even.blades.index("e1234")]
     spoiled = log(np.array([versors[1], half, np.nan * half]))
     assert np.isnan(spoiled).all(-1).tolist() == [False, True, True]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("signature", "limit"), [((6,), 1e-15), ((4, 2), 1e-14)], ids=str)
+def test_compiled_powers(signature: tuple[int, ...], limit: float) -> None:
+    """Powers are those of mpmath near zero and pi and for equal angles; errors grow with the exponent and with boosts.
+
+    Array expressions have the operations of the C code, which takes longer to build.
+    """
+    algebra = Cl(*signature).algebra
+
+    @ga.kernel(r=algebra.UNIT_EVEN, t=SCALAR, loops=True)
+    def power(r: Any, t: Any) -> Any:
+        return ga.power(r, t)
+
+    compiled = ga.compile(power, "arrays", effort=0)
+    versors = np.array([example(signature, angles)[1].as_layout(algebra.even).values for angles in ANGLES.values()])
+    for t in (0.3, -1.0, 0.5, 2.5, -7.0):
+        turned = [[mpmath.mpf(t) * angle for angle in angles] for angles in ANGLES.values()]
+        known = np.array([example(signature, angles)[1].as_layout(algebra.even).values for angles in turned])
+        sizes = np.maximum(np.abs(known).max(-1), 1) * np.maximum(np.abs(versors).max(-1), 1) ** 2
+        assert (np.abs(compiled(versors, t) - known).max(-1) <= limit * (1 + abs(t)) * sizes).all(), t
+    half = np.eye(algebra.even.size)[algebra.even.blades.index("e1234")]
+    assert np.isnan(compiled(half, 0.5)).all()

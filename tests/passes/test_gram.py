@@ -30,6 +30,8 @@ from gacompiler import (
 )
 from gacompiler.algebra.catalog import CGA3, PGA3, STA, VGA3, null_pairs, orthogonal
 from gacompiler.frontend.expression import Expression
+from gacompiler.ir.interpret import Tape
+from gacompiler.passes.accuracy import run_in_double
 from gacompiler.passes.common_factors import without_common_factors
 from gacompiler.passes.expand import (
     expand_commutator,
@@ -211,6 +213,56 @@ def test_roots_keep_their_digits_where_the_square_vanishes() -> None:
             rows = [[1, *map(mpmath.mpf, p), mpmath.fdot(p, p) / 2] for p in points.tolist()]
             exact = mpmath.sqrt(abs(_square_of_minors(rows)))
         assert abs(compute(*points) - float(exact)) <= 1e-7 * float(exact)
+
+
+FIVE = orthogonal(5)
+VECTOR = FIVE.layout("vector of five", "e1 e2 e3 e4 e5")
+
+
+@kernel(a=VECTOR, b=VECTOR, c=VECTOR, d=VECTOR)
+def inner_product_of_planes(a, b, c, d):  # type: ignore[no-untyped-def]
+    return inner_product(a ^ b, c ^ d)
+
+
+@kernel(a=VECTOR, b=VECTOR, c=VECTOR)
+def squared_volume(a, b, c):  # type: ignore[no-untyped-def]
+    return norm_squared(a ^ b ^ c)
+
+
+@kernel(a=CGA3.VECTOR, b=CGA3.VECTOR)
+def tangency(a, b):  # type: ignore[no-untyped-def]
+    return norm_squared(a ^ b)
+
+
+@pytest.mark.parametrize(
+    ("definition", "counts", "by_hand", "digits", "by_hand_digits"),
+    [
+        (inner_product_of_planes, (22, 22), (22, 17), 7, 2),
+        (squared_volume, (60, 39), (39, 29), 4, 0),
+        (tangency, (15, 18), (15, 13), 9, 2),
+    ],
+    ids=lambda x: getattr(x, "name", ""),
+)
+def test_determinants_that_lose_digits_are_refused(
+    definition: Any, counts: Any, by_hand: Any, digits: int, by_hand_digits: int
+) -> None:
+    """For vectors that differ by 1e-6, forms with fewer operations have fewer correct digits."""
+    record, random = compile_kernel(definition, forms=False), Random(2)
+    (found,) = (c for c in record.candidates if c.steps == ("products expanded",))
+    assert record.gate is not None and not record.gate.accepts(found.program)
+    assert (record.cost.mul, record.cost.add) == counts
+    assert (found.cost.mul, found.cost.add) == by_hand
+    errors = []
+    for program in (record.program, found.program):
+        worst = 0.0
+        for _ in range(20):
+            base = [random.gauss(0, 1) for _ in range(5)]
+            inputs = [x + 1e-6 * random.gauss(0, 1) for _ in record.kernel.parameters for x in base]
+            (exact,) = Tape(program).run([Fraction(x) for x in inputs])
+            (value,) = run_in_double(program, [inputs])
+            worst = max(worst, abs(float((Fraction(value) - exact) / exact)))
+        errors.append(worst)
+    assert errors[0] < 10.0**-digits and errors[1] > 10.0**-by_hand_digits, errors
 
 
 def _square_of_minors(rows: list[list[Any]]) -> Any:

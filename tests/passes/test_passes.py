@@ -226,7 +226,7 @@ def test_differences_are_found() -> None:
             == run_shared(system, policy, at)
             == [value_of(p, at) for p in system.outputs]
         )
-    definitions, _ = shifted.live()
+    definitions, _ = shifted.live
     assert len(definitions) == 4
 
 
