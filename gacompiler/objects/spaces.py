@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from .checks import check_relations, refuse
 from .definitions import Definition
 from .expressions import assembled, by_blade, is_symbolic
 from .expressions import unit as symbolic_unit
-from .layouts import layout_of, plain_layout
+from .layouts import layout_from_plain, layout_of, plain_layout
 
 if TYPE_CHECKING:
     from .names import AnySpace
@@ -114,13 +114,17 @@ class Space(Immutable, Generic[M]):
     def __dir__(self) -> list[str]:
         return sorted({*object.__dir__(self), *self.algebra.layouts, *self.algebra.full.blades[1:]})
 
-    def of(self, layout: Layout, *coefficients: Argument[M] | Stored) -> M:
+    @overload
+    def of(self, layout: Stored, /) -> M: ...
+    @overload
+    def of(self, layout: Layout, *coefficients: Argument[M] | Stored) -> M: ...
+    def of(self, layout: Layout | Stored, *coefficients: Argument[M] | Stored) -> M:
         """Create multivectors of a layout from its stored coefficients, or from multivectors of another layout.
 
         Parameters
         ----------
-        layout : Layout
-            A layout of this algebra.
+        layout : Layout or multivector
+            A layout of this algebra, or only an element of it, such as a value of a generated module: ``PGA3.of(x)``.
         *coefficients : array_like or multivector
             One array with the blades along its last axis, or an array for each blade; these broadcast. Multivectors
             are converted as by `MultivectorArray.as_layout`.
@@ -131,6 +135,8 @@ class Space(Immutable, Generic[M]):
             If the number of coefficients is wrong, or a relation of the layout does not hold within 1e-9, for example
             if a motor is not of unit norm.
         """
+        if not isinstance(layout, Layout):
+            return self._of_element(layout, *coefficients)
         if layout.algebra is not self.algebra and layout.algebra != self.algebra:
             raise AlgebraError("of", f"the layout {layout}", f"one of {self.algebra.name}")
         single = single_of_numbers(layout, coefficients)
@@ -146,6 +152,18 @@ class Space(Immutable, Generic[M]):
         if layout.has_relations:
             check_relations(str(layout), layout, values)
         return of_rows(layout, values)
+
+    def _of_element(self, element: Any, *others: Any) -> M:
+        """Return an element as a multivector of this algebra; its layout says what its coefficients are."""
+        stored = getattr(element, "stored", None)
+        if stored is None or others:
+            found = f"{type(element).__name__} as first argument"
+            remedy = "as in PGA3.of(PGA3.POINT, 1, 2, 3), or PGA3.of(x) for an element x"
+            raise AlgebraError("of", found, "a layout, or only an element", remedy)
+        own = layout_from_plain(stored[1], self.algebra)
+        if own is None or own.algebra != self.algebra:
+            raise AlgebraError("of", f"an element of {stored[1].name}", f"one of {self.algebra.name}")
+        return self.of(own, element)
 
     def multivector(self, coefficients: Mapping[str, Numbers | complex]) -> M:
         """Create multivectors from numbers or arrays by blade, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
