@@ -506,6 +506,7 @@ class _Array(ArrayElement, MultivectorArray):
 
     def __eq__(self, other: object) -> Any:
         """Whether all coefficients are equal, for each element; multivectors of different layouts are never equal."""
+        _, other = without_values("x == y", (self, other))
         if not isinstance(other, MultivectorArray):
             return NotImplemented
         if other.layout != self.layout:

@@ -10,7 +10,7 @@ import pytest
 
 from gacompiler.errors import GacError
 from gacompiler.objects import CGA3, PGA3, QUATERNIONS, VGA3
-from generated import cga3, pga3, quaternion, vga3
+from generated import arms, cga3, pga3, quaternion, vga3
 
 ELEMENTS: dict[str, tuple[Any, list[Any]]] = {
     "PGA3": (
@@ -91,3 +91,18 @@ def test_values_of_the_module_of_quaternions_are_quaternions() -> None:
     assert QUATERNIONS.quaternion(given).isclose(QUATERNIONS.quaternion(turn.quaternion()))
     with pytest.raises(TypeError, match=r"from_quaternion is PGA3\.POINT"):
         VGA3.from_quaternion(pga3.Point(1, 2, 3))
+
+
+def test_values_are_equal_to_their_objects() -> None:
+    value, point = pga3.Point(1, 2, 3), PGA3.point(1, 2, 3)
+    points = np.stack([point, PGA3.point(0, 0, 1)])
+    assert value == point and point == value and hash(value) == hash(point)
+    assert (value != point, point != value) == (False, False)
+    assert (points == value).tolist() == (value == points).tolist() == [True, False]
+    assert arms.Motor(1, 0, 0, 0, 0, 0, 0, 0) == pga3.Motor(1, 0, 0, 0, 0, 0, 0, 0) == PGA3.of(PGA3.MOTOR, 1, *7 * [0])
+    for other in (
+        pga3.Point(1, 2, 4), pga3.Direction(1, 2, 3), vga3.Vector(1, 2, 3), cga3.Point(1, 2, 3),
+        PGA3.direction(1, 2, 3), CGA3.point(1, 2, 3), 1, None, [1, 2, 3],
+    ):  # fmt: skip
+        assert value != other and other != value
+    assert pga3.Motor(1, 0, 0, 0, 0, 0, 0, 0) != pga3.Even(1, 0, 0, 0, 0, 0, 0, 0)
