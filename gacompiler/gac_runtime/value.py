@@ -80,7 +80,8 @@ class _PythonValue(ArrayElement):
         if type(self) is not type(other):
             if not hasattr(type(other), "family"):  # values of other copies of this file have one, too
                 return NotImplemented
-            own, others = ((kind.layout.identity, kind.layout.unit) for kind in (type(self), type(other)))
+            kinds: tuple[Any, Any] = type(self), type(other)
+            own, others = ((kind.layout.identity, kind.layout.unit) for kind in kinds)
             if own != others:
                 return NotImplemented
         return bool((self.values == other.values).all())

@@ -20,7 +20,6 @@ from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..errors import LayoutError
 from ..frontend.expression import Expression
-from ..gac_runtime.arrays import element_of
 from .arrays import MultivectorArray, from_exact, packed, wrap
 from .checks import largest, refuse, require_blade, require_finite
 from .direct import OFTEN, called, form_of, look_of
@@ -30,7 +29,7 @@ from .forms import COEFFICIENTS, Form, Given, SquaredRadius, forms_of
 from .native import extension
 from .operators import OBSERVERS, operator_of
 from .poses import Poses
-from .spaces import Argument, M, Space, array_of, in_algebra, numbers, of_floats, single_of_numbers, stacked
+from .spaces import Argument, M, Space, array_of, in_algebra, is_element, numbers, of_floats, single_of_numbers, stacked
 
 _KNOWN: dict[tuple[Any, ...], Form] = {}
 """The form that was found for arguments that look alike."""
@@ -39,8 +38,6 @@ _DIRECT: dict[tuple[Any, ...], Any] = {}
 _EXACT = 1 << 53
 """Integers below are doubles."""
 _EPSILON = float(np.finfo(np.float64).eps)
-
-_ELEMENTS = (MultivectorArray, Multivector, Expression)
 
 
 class Rigid(Poses[M], Space[M]):
@@ -108,12 +105,7 @@ class Rigid(Poses[M], Space[M]):
         """
         if direction is not None:
             arguments = (*arguments, self._along_coordinates(direction))
-        elif (
-            len(arguments) == 2
-            and not isinstance(arguments[1], _ELEMENTS)
-            and (isinstance(arguments[0], _ELEMENTS) or element_of(arguments[0]) is not None)
-            and element_of(arguments[1]) is None
-        ):
+        elif len(arguments) == 2 and not is_element(arguments[1]) and is_element(arguments[0]):
             # Coordinates after an object are a direction; coordinates after coordinates are a point.
             arguments = arguments[0], self._along_coordinates(arguments[1])
         return self._construct("line", arguments)
@@ -219,7 +211,7 @@ class Rigid(Poses[M], Space[M]):
             return Given("numbers", float(x), 0)
         if isinstance(x, Multivector):
             x = from_exact(x)
-        elif (found := self._element_in(name, x)) is not None:
+        if (found := self._element_in(name, x)) is not None:
             return Given(self._kind(found), found, found.ndim + 1)
         if isinstance(x, SquaredRadius):
             return Given("squared radius", x.value, 0 if is_symbolic(x.value) else np.ndim(x.value))

@@ -349,6 +349,11 @@ def of_floats(like: Any, coefficients: list[float]) -> Any:
     return wrap(like.layout, np.array(coefficients, like.values.dtype)) if single is None else single(*coefficients)
 
 
+def is_element(x: Any) -> bool:
+    """Whether a value is an element of any kind, or a list of numeric ones."""
+    return isinstance(x, (MultivectorArray, Multivector, Expression)) or element_of(x) is not None
+
+
 def numbers(what: str, value: Any) -> np.ndarray[Any, Any]:
     """Convert a value to an array of real or complex numbers; an element is none, since it is more than numbers."""
     if (element := element_of(value)) is not None:

@@ -80,6 +80,8 @@ def test_lists_of_elements_are_elements() -> None:
     p, d = pga3.Point(1, 2, 3), pga3.Direction(1, 0, 0)
     line = PGA3.line(PGA3.point(1, 2, 3), PGA3.direction(1, 0, 0))
     assert np.all(PGA3.line([p, p], d) == np.stack([line, line]))
+    assert PGA3.line(PGA3.point(1, 2, 3).exactly(), PGA3.direction(1, 0, 0).exactly()) == line
+    assert PGA3.line(p, [1, 0, 0]) == line and PGA3.line([1, 2, 3], [2, 2, 3]) == line
     assert PGA3.of([p, PGA3.point(0, 0, 1)]).shape == (2,)
     assert PGA3.line(line) is line and PGA3.plane(pga3.Plane(0, 0, 1, 2)) == PGA3.plane(0, 0, 1, 2)
 
