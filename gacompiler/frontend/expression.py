@@ -24,7 +24,7 @@ from ..algebra.operations import Kind, Operation
 from ..errors import KernelError, shortened
 from ..ir.scalar import Graph
 from .latex import latex_of
-from .operands import is_operand, own_operations
+from .operands import is_operand, own_operations, without_values
 from .rows import Array
 
 LONGEST, BRIEF = 10_000, 300
@@ -245,6 +245,7 @@ def lift(value: Any) -> Expression:
         return Expression(Operation.CONSTANT, (), value.map(as_exact), value.algebra)
     if isinstance(value, Array):
         value.refuse()
+    (value,) = without_values("a constant in a kernel", (value,))
     if own_operations((value,)) is not None and not isinstance(value, float):
         return lift(_constant_of(value))
     number = Graph().lift(value).value

@@ -21,7 +21,7 @@ from .expression import Expression
 from .facts import is_unit
 from .logarithms import number_logarithm, number_square_root, unit_versor_logarithm, unit_versor_square_root
 from .many_vectors import has_many_vectors, versor_logarithm
-from .operands import check_operand, own_operations
+from .operands import check_operand, own_operations, without_values
 from .powers import number_power, unit_versor_power, weights
 from .squares import blades_of, form_of
 
@@ -60,6 +60,7 @@ def exp(a: Any) -> Any:
 
     For multivectors with numbers of mpmath, `exp`, `log`, `sqrt` and `power` have all digits of mpmath.
     """
+    (a,) = without_values("exp()", (a,))
     if _is_scalar(a):
         return scalar.exp(a)
     if (run := own_operations((a,))) is not None:
@@ -110,6 +111,7 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
     versors have no logarithm, and neither do some double numbers. The result is then NaN in kernels and in arrays of
     objects; a single object or exact multivector raises an error.
     """
+    (a,) = without_values("log()", (a,))
     if _is_scalar(a):
         return scalar.log(a)
     if (run := own_operations((a,))) is not None:
@@ -157,6 +159,7 @@ def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
         For a unit versor, the versor half way from 1 to `a` or ``-a``: ``exp(log(a) / 2)``, computed without angles.
         Otherwise the root with a non-negative scalar part.
     """
+    (a,) = without_values("sqrt()", (a,))
     if _is_scalar(a):
         return scalar.sqrt(a)
     if (run := own_operations((a,))) is not None:
@@ -194,6 +197,7 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
     powers are as accurate as the sine of that large angle. All other powers are computed by `log` and `exp`. Close to
     the identity, first derivatives in double precision have errors of up to 3e-7 (1 + t) of the largest one.
     """
+    (a,) = without_values("power()", (a,))
     check_operand("power()", a)
     check_operand("power(), exponent", t)
     if not _is_scalar(t):
@@ -237,6 +241,7 @@ def outer_exp(a: Any) -> Any:
 
     A scalar part contributes its exponential as a factor.
     """
+    (a,) = without_values("outer_exp()", (a,))
     if _is_scalar(a):
         return exp(a)
     rest = _without_scalar(a)
@@ -251,11 +256,13 @@ def outer_exp(a: Any) -> Any:
 
 def outer_sin(a: Any) -> Any:
     """Compute the sum of the odd terms of `outer_exp`, which has no alternating signs (Roelfs & De Keninck 2023)."""
+    (a,) = without_values("outer_sin()", (a,))
     return (outer_exp(a) - outer_exp(-a)) / 2
 
 
 def outer_cos(a: Any) -> Any:
     """Compute the sum of the even terms of `outer_exp`, which has no alternating signs (Roelfs & De Keninck 2023)."""
+    (a,) = without_values("outer_cos()", (a,))
     return (outer_exp(a) + outer_exp(-a)) / 2
 
 
@@ -285,6 +292,7 @@ def interpolate(a: Any, b: Any, t: Any, *, unit: bool | None = None) -> Any:
     norm carry over to the result.
     """
     check_operand("interpolate(), fraction", t)
+    a, b = without_values("interpolate()", (a, b))
     a, b = (x if hasattr(type(x), "norm_squared") else scalar.as_element("interpolate()", x) for x in (a, b))
     ratio = ~a * b
     is_own = own_operations((ratio,)) is not None

@@ -17,7 +17,7 @@ from ..errors import GacError, KernelError
 from .calls import Call, record_call, recorded_calls
 from .expression import IN_FUNCTION, Expression, lift
 from .names import found_in
-from .operands import EXPECTED, is_operand
+from .operands import EXPECTED, is_operand, without_values
 from .parameters import ArrayOf as ArrayOf
 from .parameters import Parameter as Parameter
 from .parameters import Type as Type
@@ -56,6 +56,7 @@ class Kernel(Immutable):
             raise KernelError(
                 f"kernel {self.name}", f"called with {len(arguments)} arguments", f"{len(self.parameters)}: {names}"
             )
+        arguments = without_values(self.where, arguments)
         for argument in leaves(arguments):
             if not (isinstance(argument, (Expression, Multivector, Array)) or is_operand(argument)):
                 raise KernelError(

@@ -1,8 +1,12 @@
-"""What the functions for writing kernels accept besides expressions and multivectors: numbers, and numeric objects."""
+"""What the functions for writing kernels accept besides expressions and multivectors: numbers, and numeric objects.
+
+Values of generated modules are accepted as the numeric objects that they are elements of.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from typing import Any, NoReturn
 
 from ..algebra.coefficients import is_array_of_numbers, is_number
@@ -16,6 +20,18 @@ EXPECTED = "multivectors, numbers, or expressions of the parameters of a kernel"
 def own_operations(operands: tuple[Any, ...]) -> Callable[..., Any] | None:
     """Return the method ``run_operation`` of the first operand that has one, for example a numeric object."""
     return next((run for each in operands if (run := getattr(type(each), "run_operation", None)) is not None), None)
+
+
+def without_values(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return operands with values of generated modules, which have a `family`, as numeric objects.
+
+    The objects are loaded by name, because they are in a layer above this one.
+    """
+    if not any(hasattr(type(each), "family") for each in operands):
+        return operands
+    objects = import_module(f"{__name__.partition('.')[0]}.objects.arrays")
+    found: tuple[Any, ...] = objects.without_values(where, operands)
+    return found
 
 
 def is_operand(value: Any) -> bool:

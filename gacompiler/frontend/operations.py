@@ -19,7 +19,7 @@ from ..algebra.operations import Operation
 from ..algebra.versors import SMALL_DIMENSION, conjugate_factors
 from ..errors import AlgebraError, OperandError
 from .expression import Expression, lift, node
-from .operands import checked, own_operations, refuse
+from .operands import checked, own_operations, refuse, without_values
 from .rows import Array
 
 __all__ = [
@@ -46,6 +46,7 @@ def apply(operation: Operation, *arguments: Any) -> Any:
     for argument in arguments:
         if isinstance(argument, Array):
             argument.refuse()
+    arguments = without_values(f"{operation}()", arguments)
     run = own_operations(arguments)
     if run is not None:
         return run(operation, *arguments)
@@ -99,6 +100,7 @@ def join(a: Any, b: Any) -> Any:
     An algebra is plane-based if a basis vector is orthogonal to all basis vectors. There points are pseudovectors. In
     conformal algebras the join of two points is a point pair. It is 0 for objects that have something in common.
     """
+    a, b = without_values("join()", (a, b))
     return apply(Operation.REGRESSIVE_PRODUCT if _is_plane_based(a, b) else Operation.OUTER_PRODUCT, a, b)
 
 
@@ -107,6 +109,7 @@ def meet(a: Any, b: Any) -> Any:
 
     It is the intersection if both objects together span the whole space: two lines of space that meet give 0.
     """
+    a, b = without_values("meet()", (a, b))
     return apply(Operation.OUTER_PRODUCT if _is_plane_based(a, b) else Operation.REGRESSIVE_PRODUCT, a, b)
 
 
@@ -156,6 +159,7 @@ def coefficient(a: Any, blade: str) -> Any:
 
 def as_element(where: str, a: Any) -> Any:
     """Return `a` with the methods of a multivector: a number as an element of the algebra of scalars."""
+    (a,) = without_values(where, (a,))
     if isinstance(a, (Expression, Multivector)) or own_operations((a,)) is not None:
         return a
     if not is_number(a):
@@ -180,6 +184,7 @@ def select(condition: Any, a: Any, b: Any) -> Any:
 
     For multivectors, the selection is made for each coefficient.
     """
+    condition, a, b = without_values("select()", (condition, a, b))
     if not any(isinstance(x, Expression) for x in (condition, a, b)):
         for x in (condition, a, b):
             if isinstance(x, Array):

@@ -552,11 +552,20 @@ static PyObject *value_vectorcall(PyObject *self, PyObject *const *args, size_t 
     return result;
 }
 
+/* Whether elements of these kinds are equal if their coefficients are: objects of the compiler also compare names of
+   layouts, values of modules and objects what their layouts store. */
+static int is_comparable(const Kind *a, const Kind *b)
+{
+    return a == b ||
+           (a->layout != NULL && a->layout == b->layout && a->is_unit == b->is_unit && !(a->is_entry && b->is_entry));
+}
+
 static PyObject *value_compare(PyObject *a, PyObject *b, int how)
 {
     if (how != Py_EQ && how != Py_NE && is_value(a) && ((Value *)a)->kind->order != NULL)
         return ((Value *)a)->kind->order(a, b, how);
-    if ((how != Py_EQ && how != Py_NE) || !is_value(a) || !is_value(b) || ((Value *)a)->kind != ((Value *)b)->kind)
+    if ((how != Py_EQ && how != Py_NE) || !is_value(a) || !is_value(b) ||
+        !is_comparable(((Value *)a)->kind, ((Value *)b)->kind))
         Py_RETURN_NOTIMPLEMENTED;
     int same = 1;
     for (Py_ssize_t k = 0; k < Py_SIZE(a); k++)

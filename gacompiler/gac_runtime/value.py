@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 import sys
 from collections.abc import Iterator
+from functools import cache
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
@@ -14,7 +15,7 @@ from .arrays import FLOAT64, plain
 from .documentation import layout_text
 from .extension import extension
 from .kernel import Kernel
-from .layout import Layout, check_unit, coefficients, converted
+from .layout import Layout, check_unit, coefficients, converted, number
 
 _NUMBERS = (int, float, np.integer, np.floating)
 """Types of the numbers by which values can be multiplied."""
@@ -77,7 +78,12 @@ class _PythonValue(ArrayElement):
 
     def __eq__(self, other: Any) -> Any:
         if type(self) is not type(other):
-            return NotImplemented
+            if not hasattr(type(other), "family"):  # values of other copies of this file have one, too
+                return NotImplemented
+            kinds: tuple[Any, Any] = type(self), type(other)
+            own, others = ((kind.layout.identity, kind.layout.unit) for kind in kinds)
+            if own != others:
+                return NotImplemented
         return bool((self.values == other.values).all())
 
     __hash__ = ArrayElement.__hash__
@@ -233,7 +239,7 @@ def _operate(symbol: str, *operands: Any) -> Any:
     family = next(operand.family for operand in operands if isinstance(operand, Value))
     found = family.operators.get((symbol, types))
     if found is None:
-        other = next((x for x in operands if hasattr(x, "stored") and not isinstance(x, Value)), None)
+        other = next((x for x in operands if not isinstance(x, Value) and hasattr(x, "stored")), None)
         if other is not None and (symbol, len(operands)) in OPERATORS:  # those of the other element have any operands
             return OPERATORS[symbol, len(operands)](
                 *[other.like(x.layout, x.__array__().copy()) if isinstance(x, Value) else x for x in operands]
@@ -271,16 +277,20 @@ def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
         total = {blade: join(own.get(blade, 0.0), other.get(blade, 0.0)) for blade in {**own, **other}}
     else:
         return None
-    values = [x for x in (a, b) if isinstance(x, Value)]
-    stored = {blade for value in values for blade in value.layout.blades}
+    types = tuple(type(x) for x in (a, b) if isinstance(x, Value))
     # Equal fixed coefficients cancel in a difference: two points of weight 1 give a direction.
-    total = {blade: x for blade, x in total.items() if x or blade in stored}
-    algebras = {value.layout.name.rpartition(".")[0] for value in values}
-    sums = values[0].family.sums
-    for result in (*(type(x) for x in values if type(x) in sums), *sums):
-        blades = result.layout.blades
-        if total.keys() <= set(blades) and algebras == {result.layout.name.rpartition(".")[0]}:
-            return result(*(total.get(blade, 0.0) for blade in blades))
+    result = _type_of_sum(types, frozenset(blade for blade, x in total.items() if x))
+    return result and result(*[total.get(blade, 0.0) for blade in result.layout.blades])
+
+
+@cache
+def _type_of_sum(types: tuple[Any, ...], nonzero: frozenset[str]) -> Any:
+    """Return the type of a sum of values with these coefficients that are not 0; None if the module has none."""
+    wanted = nonzero.union(*(kind.layout.blades for kind in types))
+    sums = types[0].family.sums
+    for result in (*(kind for kind in types if kind in sums), *sums):
+        if wanted <= set(result.layout.blades) and all(kind.layout.algebra == result.layout.algebra for kind in types):
+            return result
     return None
 
 
@@ -288,7 +298,10 @@ def _terms(x: Any) -> dict[str, float]:
     """Return all coefficients of a value or a number by blade, including those that are not stored."""
     if not isinstance(x, Value):
         return {"1": float(x)}
-    return {blade: float(value) for blade, value in coefficients(x.__array__(), x.layout).items()}
+    layout = x.layout
+    if layout.implied:
+        return {blade: float(value) for blade, value in coefficients(x.__array__(), layout).items()}
+    return {**dict(zip(layout.blades, x, strict=True)), **{blade: number(text) for blade, text in layout.fixed}}
 
 
 def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:

@@ -506,6 +506,7 @@ class _Array(ArrayElement, MultivectorArray):
 
     def __eq__(self, other: object) -> Any:
         """Whether all coefficients are equal, for each element; multivectors of different layouts are never equal."""
+        _, other = without_values("x == y", (self, other))
         if not isinstance(other, MultivectorArray):
             return NotImplemented
         if other.layout != self.layout:
@@ -703,7 +704,7 @@ def apply(definition: Definition, *operands: Any) -> Any:
         return definition.function(definition.algebra or symbolic.algebra)(*operands)
     algebra = definition.algebra
     refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
-    operands = _without_values(definition.name, operands)
+    operands = without_values(definition.name, operands)
     for each in operands:
         if isinstance(each, refused) and not np.ndim(each) == 0:
             raise OperandError(
@@ -889,7 +890,7 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
             "division", f"{a} / 0", "a divisor other than zero", "in an array, such quotients are infinite or NaN"
         )
     if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
-        a, b = _without_values(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
+        a, b = without_values(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
         return OPERATORS[symbol, 2](a, b)
     if symbol in ("()", ">>"):
         role = _roles.get(first)
@@ -964,7 +965,7 @@ def _other_slots(own: Layout, wanted: Layout) -> list[str]:
     ]
 
 
-def _without_values(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
+def without_values(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return operands with values of generated modules, which have a `family`, as multivectors.
 
     Raises

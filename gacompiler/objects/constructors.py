@@ -18,7 +18,7 @@ import numpy as np
 
 from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
-from ..errors import AlgebraError, LayoutError
+from ..errors import LayoutError
 from ..frontend.expression import Expression
 from .arrays import MultivectorArray, from_exact, packed, wrap
 from .checks import largest, refuse, require_blade, require_finite
@@ -29,7 +29,7 @@ from .forms import COEFFICIENTS, Form, Given, SquaredRadius, forms_of
 from .native import extension
 from .operators import OBSERVERS, operator_of
 from .poses import Poses
-from .spaces import Argument, M, Space, in_algebra, numbers, of_floats, single_of_numbers, stacked
+from .spaces import Argument, M, Space, array_of, in_algebra, is_element, numbers, of_floats, single_of_numbers, stacked
 
 _KNOWN: dict[tuple[Any, ...], Form] = {}
 """The form that was found for arguments that look alike."""
@@ -38,8 +38,6 @@ _DIRECT: dict[tuple[Any, ...], Any] = {}
 _EXACT = 1 << 53
 """Integers below are doubles."""
 _EPSILON = float(np.finfo(np.float64).eps)
-
-_ELEMENTS = (MultivectorArray, Multivector, Expression)
 
 
 class Rigid(Poses[M], Space[M]):
@@ -107,7 +105,7 @@ class Rigid(Poses[M], Space[M]):
         """
         if direction is not None:
             arguments = (*arguments, self._along_coordinates(direction))
-        elif len(arguments) == 2 and isinstance(arguments[0], _ELEMENTS) and not isinstance(arguments[1], _ELEMENTS):
+        elif len(arguments) == 2 and not is_element(arguments[1]) and is_element(arguments[0]):
             # Coordinates after an object are a direction; coordinates after coordinates are a point.
             arguments = arguments[0], self._along_coordinates(arguments[1])
         return self._construct("line", arguments)
@@ -213,17 +211,14 @@ class Rigid(Poses[M], Space[M]):
             return Given("numbers", float(x), 0)
         if isinstance(x, Multivector):
             x = from_exact(x)
+        if (found := self._element_in(name, x)) is not None:
+            return Given(self._kind(found), found, found.ndim + 1)
         if isinstance(x, SquaredRadius):
             return Given("squared radius", x.value, 0 if is_symbolic(x.value) else np.ndim(x.value))
         if is_symbolic(x):
             return self._symbolic(x)
-        if not isinstance(x, MultivectorArray):
-            array = numbers(name, x)
-            return Given("numbers", array, array.ndim)
-        if x.algebra is not self.algebra and x.algebra != self.algebra:
-            found = f"multivectors of {self.algebra.name} and {x.algebra.name}"
-            raise AlgebraError(name, found, "one algebra", "carry coordinates over by hand")
-        return Given(self._kind(x), x, x.ndim + 1)
+        array = array_of(name, x)
+        return Given("numbers", array, array.ndim)
 
     def _symbolic(self, x: Any) -> Given:
         """Return an expression, or coordinates with expressions, as an argument."""
@@ -264,7 +259,7 @@ class Rigid(Poses[M], Space[M]):
             if role == "radius":
                 parts.append(_squared(form.constructor, each))
             else:
-                parts.append(each.value if role in ("number", "line") else self._object(role, each))
+                parts.append(each.value if role in ("number", "line", "plane") else self._object(role, each))
         return parts
 
     def _object(self, role: str, given: Given) -> Any:
@@ -284,13 +279,18 @@ class Rigid(Poses[M], Space[M]):
 
     def _shift(self, name: str, coordinates: tuple[Any, ...]) -> Any:
         """Convert a translation to a direction."""
-        if len(coordinates) == 1 and isinstance(coordinates[0], (MultivectorArray, Expression)):
+        if len(coordinates) == 1 and isinstance(coordinates[0], Expression):
             return coordinates[0]
+        if len(coordinates) == 1 and (found := self._element_in(name, coordinates[0])) is not None:
+            return found
         if any(map(is_symbolic, coordinates)):
             return self.direction(*coordinates)
         if all(type(x) is float or type(x) is int for x in coordinates) and len(coordinates) == self._d:
             return self.direction(*coordinates)
         return self.direction(stacked(name, self._names, coordinates))
+
+    def _unchanged(self, name: str, x: Any) -> Any:
+        return x
 
     def _flat(self, name: str, *parts: Any) -> Any:
         """Create the line or plane through points, or through a point along a direction."""

@@ -14,7 +14,7 @@ from ..algebra.catalog import VGA3 as _VGA3
 from ..errors import LayoutError
 from .arrays import MultivectorArray, wrap
 from .checks import require_finite
-from .poses import Poses
+from .poses import Poses, stacked_quaternion
 from .spaces import Argument, M, Space, define, stacked, unit
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ class Quaternions(Poses[M], Space[M]):
         """Create quaternions from w, x, y, z, or an array with these along its last axis."""
         if len(coefficients) == 4:
             return self.of(_QUATERNIONS.QUATERNION, *coefficients)
-        return wrap(_QUATERNIONS.QUATERNION, stacked("quaternion", ("w", "x", "y", "z"), coefficients))
+        return wrap(_QUATERNIONS.QUATERNION, stacked_quaternion("quaternion", coefficients))
 
     def rotation(self, axis: Argument[M], angle: Argument[M]) -> M:
         """Create the unit quaternion of a rotation by an angle in radians about an axis, by the right-hand rule.
@@ -118,8 +118,8 @@ class Quaternions(Poses[M], Space[M]):
         return self._make(_ROTATE, q, self._imaginary("v", (v,)))
 
     def _imaginary(self, what: str, coordinates: tuple[Any, ...]) -> Any:
-        if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
-            return coordinates[0]
+        if len(coordinates) == 1 and (found := self._element_in(what, coordinates[0])) is not None:
+            return found
         return wrap(_QUATERNIONS.VECTOR, stacked(what, ("x", "y", "z"), coordinates))
 
 

@@ -10,12 +10,16 @@ from typing import Any, Generic
 import numpy as np
 
 from ..algebra.algebra import Algebra
-from ..algebra.catalog import CGA2, PGA2, QUATERNIONS, VGA2
+from ..algebra.catalog import CGA2, PGA2, QUATERNIONS, VGA2, VGA3
 from ..errors import LayoutError
 from ..gac_runtime.annotations import Numbers
+from ..gac_runtime.arrays import plain
+from .layouts import plain_layout
 from .motions import IN_SPACE, TRANSLATING
 from .shapes import Reals
 from .spaces import M, numbers, stacked
+
+_HAMILTON = plain_layout(VGA3.layout("QUATERNION", "1 e32 e13 e21"))
 
 
 class Poses(Generic[M]):
@@ -58,7 +62,7 @@ class Poses(Generic[M]):
         LayoutError
             If a quaternion is not of unit norm within 1e-9.
         """
-        return self._rotor_of(stacked("from_quaternion", ("w", "x", "y", "z"), quaternion))
+        return self._rotor_of(stacked_quaternion("from_quaternion", quaternion))
 
     def from_dual_quaternion(self, dual_quaternion: Numbers) -> M:
         """Create the motors of unit dual quaternions, (..., 8): q, then ``t q / 2`` for a translation t after q.
@@ -89,6 +93,13 @@ class Poses(Generic[M]):
         if np.any(x) or np.any(y):
             raise LayoutError("from_quaternion", "a rotation out of the plane", "x = y = 0")
         return self.of(algebra.ROTOR, w, -z)  # type: ignore[attr-defined]
+
+
+def stacked_quaternion(what: str, coefficients: tuple[Any, ...]) -> np.ndarray[Any, Any]:
+    """Return quaternions w, x, y, z as by `stacked`, or those of elements of the module `quaternion`."""
+    if len(coefficients) == 1:
+        coefficients = (plain(what, coefficients[0], _HAMILTON),)
+    return stacked(what, ("w", "x", "y", "z"), coefficients)
 
 
 def _quaternion_of_matrix(r: Reals) -> Reals:

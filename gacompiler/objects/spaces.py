@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
 import numpy as np
 
@@ -17,14 +17,14 @@ from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
 from ..frontend.expression import Expression
 from ..gac_runtime.annotations import Numbers, Stored
-from ..gac_runtime.arrays import plain
+from ..gac_runtime.arrays import element_of, plain
 from .arrays import MultivectorArray, apply, of_rows, single_type, wrap
 from .caches import cached_by_name
 from .checks import check_relations, refuse
 from .definitions import Definition
 from .expressions import assembled, by_blade, is_symbolic
 from .expressions import unit as symbolic_unit
-from .layouts import layout_of, plain_layout
+from .layouts import layout_from_plain, layout_of, plain_layout
 
 if TYPE_CHECKING:
     from .names import AnySpace
@@ -114,13 +114,18 @@ class Space(Immutable, Generic[M]):
     def __dir__(self) -> list[str]:
         return sorted({*object.__dir__(self), *self.algebra.layouts, *self.algebra.full.blades[1:]})
 
-    def of(self, layout: Layout, *coefficients: Argument[M] | Stored) -> M:
+    @overload
+    def of(self, layout: Stored | Sequence[Stored], /) -> M: ...
+    @overload
+    def of(self, layout: Layout, *coefficients: Argument[M] | Stored) -> M: ...
+    def of(self, layout: Layout | Stored | Sequence[Stored], *coefficients: Argument[M] | Stored) -> M:
         """Create multivectors of a layout from its stored coefficients, or from multivectors of another layout.
 
         Parameters
         ----------
-        layout : Layout
-            A layout of this algebra.
+        layout : Layout or multivector
+            A layout of this algebra, or only an element of it or a list of elements, such as values of a generated
+            module: ``PGA3.of(x)``.
         *coefficients : array_like or multivector
             One array with the blades along its last axis, or an array for each blade; these broadcast. Multivectors
             are converted as by `MultivectorArray.as_layout`.
@@ -131,6 +136,8 @@ class Space(Immutable, Generic[M]):
             If the number of coefficients is wrong, or a relation of the layout does not hold within 1e-9, for example
             if a motor is not of unit norm.
         """
+        if not isinstance(layout, Layout):
+            return self._of_element("of", layout, *coefficients)
         if layout.algebra is not self.algebra and layout.algebra != self.algebra:
             raise AlgebraError("of", f"the layout {layout}", f"one of {self.algebra.name}")
         single = single_of_numbers(layout, coefficients)
@@ -141,11 +148,31 @@ class Space(Immutable, Generic[M]):
         if len(coefficients) == 1 and isinstance(coefficients[0], MultivectorArray):
             element: Any = coefficients[0]
             return element.as_layout(layout)
-        given = tuple(plain(str(layout), each, plain_layout(layout)) for each in coefficients)
+        own = plain_layout(layout) if len(coefficients) == 1 else None  # several are numbers
+        given = tuple(plain(str(layout), each, own) for each in coefficients)
         values = stacked(str(layout), layout.blades, given)
         if layout.has_relations:
             check_relations(str(layout), layout, values)
         return of_rows(layout, values)
+
+    def _element_in(self, where: str, x: Any) -> Any:
+        """Return elements of this algebra as multivectors, and None for all that are no elements."""
+        if isinstance(x, MultivectorArray) and (x.algebra is self.algebra or x.algebra == self.algebra):
+            return x
+        return None if element_of(x) is None else self._of_element(where, x)
+
+    def _of_element(self, where: str, element: Any, *others: Any) -> M:
+        """Return an element, or a list of them, as multivectors of this algebra, in the layout of the first one."""
+        first = element_of(element)
+        if first is None or others:
+            found = f"{type(element).__name__} as first argument"
+            remedy = "as in PGA3.of(PGA3.POINT, 1, 2, 3), or PGA3.of(x) for an element x"
+            raise AlgebraError(where, found, "a layout, or only an element", remedy)
+        layout = first.stored[1]
+        own = layout_from_plain(layout, self.algebra)
+        if own is None or own.algebra != self.algebra:
+            raise AlgebraError(where, f"an element of {layout.name}", f"one of {self.algebra.name}")
+        return self.of(own, element)
 
     def multivector(self, coefficients: Mapping[str, Numbers | complex]) -> M:
         """Create multivectors from numbers or arrays by blade, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
@@ -234,10 +261,14 @@ class Space(Immutable, Generic[M]):
     def _directions(self, what: str, names: str, coordinates: tuple[Any, ...]) -> Any:
         """Create multivectors with these blades from coordinates; multivectors are returned unchanged."""
         if len(coordinates) == 1 and isinstance(coordinates[0], MultivectorArray):
-            return coordinates[0]
+            return self._element_in(what, coordinates[0])
         layout = _layout_with(self.algebra, names)
         single = single_of_numbers(layout, coordinates)
-        return wrap(layout, stacked(what, tuple(names.split()), coordinates)) if single is None else single
+        if single is not None:
+            return single
+        if len(coordinates) == 1 and (found := self._element_in(what, coordinates[0])) is not None:
+            return found
+        return wrap(layout, stacked(what, tuple(names.split()), coordinates))
 
 
 _NUMBERS = frozenset((float, int, np.float64))
@@ -318,8 +349,21 @@ def of_floats(like: Any, coefficients: list[float]) -> Any:
     return wrap(like.layout, np.array(coefficients, like.values.dtype)) if single is None else single(*coefficients)
 
 
+def is_element(x: Any) -> bool:
+    """Whether a value is an element of any kind, or a list of numeric ones."""
+    return isinstance(x, (MultivectorArray, Multivector, Expression)) or element_of(x) is not None
+
+
 def numbers(what: str, value: Any) -> np.ndarray[Any, Any]:
-    """Convert a value to an array of real or complex numbers."""
+    """Convert a value to an array of real or complex numbers; an element is none, since it is more than numbers."""
+    if (element := element_of(value)) is not None:
+        found = f"an element of {element.stored[1].name}"
+        raise LayoutError(what, found, "numbers", "those of an element x are x.values")
+    return array_of(what, value)
+
+
+def array_of(what: str, value: Any) -> np.ndarray[Any, Any]:
+    """Convert a value that is no element to an array of real or complex numbers."""
     try:
         array = np.asarray(value)
     except ValueError as error:

@@ -12,6 +12,7 @@ from .definition import Definition
 from .layout import Layout, converted
 
 FLOAT32, FLOAT64 = np.dtype(np.float32), np.dtype(np.float64)
+_NUMBERS = frozenset((float, int))
 
 PATIENCE = 1 << 15
 """Largest work of a call that holds the GIL, a few microseconds, in bytes; an operation counts as four bytes."""
@@ -44,7 +45,10 @@ def element_of(value: Any) -> Any:
     value = _opened(value)
     if not isinstance(value, (list, tuple)):
         return value if hasattr(value, "stored") else None
-    if any(hasattr(kind, "stored") for kind in set(map(type, value))):
+    kinds = set(map(type, value))
+    if kinds <= _NUMBERS:
+        return None
+    if any(hasattr(kind, "stored") for kind in kinds):
         return next(each for each in value if hasattr(each, "stored"))
     return element_of(value[0]) if value and isinstance(value[0], (list, tuple)) else None
 

@@ -24,12 +24,22 @@ from gacompiler.frontend.kernel import Parameter
 from gacompiler.objects import CGA3, QUATERNIONS, STA, VGA3
 from gacompiler.objects import PGA3 as SPACE
 from gacompiler.objects.arrays import from_exact
+from generated import cga3, pga3, sta, vga3
 
 FUNCTIONS = [each for each in Operation if each.row.kind is Kind.MULTIVECTOR]
 SCALARS = [Operation.SQRT, Operation.SIN, Operation.ATAN2, Operation.EXP, Operation.ABS, Operation.MINIMUM]
 OTHERS: list[Any] = ["x", [3, 4, 0], (1, 2), None, {"e1": 3}, np.array([3.0, 4, 0]), np.array(["x"]), object()]
 ONE = np.ones(1)
 MOTOR, POINT = SPACE.motor(SPACE.line([1, 0, 0], [0, 0, 1]), 1.0), SPACE.point(1, 2, 3)
+
+_CIRCLE = CGA3.circle(CGA3.point(1, 2, 3), [0, 0, 1], 1.5)
+VALUES: dict[str, tuple[Any, ...]] = {
+    "VGA3": (vga3.Vector(1, 2, 3), vga3.Rotor(VGA3.rotor([0, 0, 1], 0.5).values)),
+    "PGA3": (pga3.Point(1, 2, 3), pga3.Motor(MOTOR.values)),
+    "CGA3": (cga3.Point(1, 2, 3), cga3.Circle(_CIRCLE.values)),
+    "STA": (sta.Vector(1, 2, 3, 4), sta.Bivector(1, 2, 3, 4, 5, 6)),
+}
+"""Values of generated modules."""
 
 
 @kernel(m=PGA3.MOTOR, p=PGA3.POINT)
@@ -96,7 +106,8 @@ def test_every_public_name_gives_a_value_or_an_error_of_the_package(
     single = from_exact(vector)
     values = [
         vector, symbolic.multivector(algebra, {algebra.vectors[0]: sympy.Symbol("a")}), single, single * ONE, traced,
-        single | single, 3, 0.5, Fraction(1, 2), 1j, True, sympy.Symbol("a"), space, algebra, *OTHERS,
+        single | single, VALUES[algebra.name][0], 3, 0.5, Fraction(1, 2), 1j, True, sympy.Symbol("a"), space, algebra,
+        *OTHERS,
     ]  # fmt: skip
     problems: list[Any] = []
     for name in set(ga.__all__) - {"compile"}:
@@ -145,6 +156,42 @@ def test_functions_without_an_operation_accept_objects() -> None:
         ga.sin(MOTOR)
     with pytest.raises(OperandError, match="select"):
         ga.select("x", MOTOR, POINT)
+
+
+@pytest.mark.parametrize("space", [VGA3, SPACE, CGA3, STA], ids=lambda space: space.algebra.name)
+def test_values_of_generated_modules_are_what_their_objects_are(space: Any) -> None:
+    pairs = [(x, space.of(x)) for x in VALUES[space.algebra.name]]
+    for name in set(ga.__all__) - {"compile"}:
+        function = getattr(ga, name)
+        if not inspect.isfunction(function):
+            continue
+        (x, a), (y, b) = pairs
+        calls: list[Any] = [((x,), (a,)), ((y,), (b,)), ((y, x), (b, a)), ((a, y), (a, b)), ((y, y, 0.5), (b, b, 0.5))]
+        for given, objects in calls:
+            found, wanted = (_result(function, each) for each in (given, objects))
+            assert type(found) is type(wanted), (name, given, found, wanted)
+            if not isinstance(wanted, Exception):
+                found, wanted = (getattr(each, "values", each) for each in (found, wanted))
+                np.testing.assert_array_equal(found, wanted, err_msg=f"{name}{given}")
+
+
+def test_only_elements_of_its_algebra_are_elements_of_a_space() -> None:
+    point = SPACE.point(1, 2, 3)
+    assert SPACE.of(pga3.Point(1, 2, 3)) == point and SPACE.of(point) == point
+    assert SPACE.of(pga3.Point(1, 2, 3)).explain() == "point (1, 2, 3)"
+    with pytest.raises(GacError, match=r"an element of CGA3\.POINT; expected one of PGA3"):
+        SPACE.of(cga3.Point(1, 2, 3))
+    with pytest.raises(GacError, match="list as first argument; expected a layout, or only an element"):
+        SPACE.of([1, 2, 3])
+    with pytest.raises(GacError, match=r"UNIT_PLANE: x ~x - 1 = 0\.812"):
+        SPACE.of(pga3.UnitPlane(1, 2, 3, 4))
+
+
+def _result(function: Any, arguments: tuple[Any, ...]) -> Any:
+    try:
+        return function(*arguments)
+    except (GacError, TypeError) as error:  # too many arguments, or operands of other kinds
+        return error
 
 
 def test_a_kernel_is_a_function_of_multivectors_until_it_is_compiled() -> None:
