@@ -127,10 +127,10 @@ def _matched(pair: Reals, smallest: int, largest: int) -> tuple[Reals, Reals]:
     # Level 0 pairs each column with the same one of an image that is moved by the smallest disparity.
     other = np.roll(pair[1], smallest, 1)
     planes = *images.contrasts(pair[0], _RIDGE), *images.contrasts(other, _RIDGE)
-    half = (columns - 1) / 2
     levels = np.arange(largest - smallest + 1, dtype=np.float32)
-    places = np.arange(columns, dtype=np.float32) - np.float32(smallest + half)
-    further = levels, places, np.array([_SMALL, _LARGE, _HIDDEN, half], np.float32)
+    there = np.arange(columns) - levels[:, None] - smallest
+    walls = np.where((there < 0) | (there >= columns), np.float32(_HUGE), 0)
+    further = levels, walls, np.array([_SMALL, _LARGE, _HIDDEN], np.float32)
     above = images.costs_from_above(*planes, *further)
     least, level, before, after, second, partner = images.best_levels(above, *planes, *further)
     whole = level.astype(int) + smallest
@@ -146,11 +146,11 @@ def _matched(pair: Reals, smallest: int, largest: int) -> tuple[Reals, Reals]:
 def _fraction(least: Reals, before: Reals, after: Reals) -> Reals:
     """Return the place of the minimum of two lines of opposite slopes through three costs, from -1/2 to 1/2.
 
-    It is 0 if a neighbour does not exist or if all are equal.
+    It is 0 if there are not three costs, or if all are equal.
     """
     steep = np.maximum(before, after) - least
-    is_inside = (np.maximum(before, after) < _HUGE) & (steep > 0)
-    return np.where(is_inside, (before - after) / (2 * np.where(is_inside, steep, 1)), 0)
+    is_known = (steep > 0) & (steep < _HUGE / 2)
+    return np.where(is_known, (before - after) / (2 * np.where(is_known, steep, 1)), 0)
 
 
 def _filled(values: Reals, known: NDArray[np.bool_]) -> Reals:

@@ -338,17 +338,17 @@ def medians(image):
 
 
 AROUND = 7
-"""Rows and columns of the neighbourhood with which `contrasts` compares a pixel."""
+"""Rows and columns of the neighbourhood whose deviation is the unit of `contrasts`."""
 HUGE = 10**9
 """More than any cost."""
 
 
 @kernel(image=IMAGE, ridge=SCALAR)
 def contrasts(image, ridge):
-    """Compute pixels relative to the mean and the deviation of 7 x 7 neighbours, and both derivatives of the result.
+    """Compute differences of neighbours in the same row and in the same column, two pixels apart.
 
-    `ridge`, positive, is added to the variance. The derivatives are weighted by 3/2, so that they count as much as the
-    first result where half of the structure is as fine as a few pixels. Beyond the edges, the image is mirrored.
+    The image is taken relative to the mean and the deviation of 7 x 7 neighbours, so that brightness and contrast do
+    not matter. `ridge`, positive, is added to the variance. Beyond the edges, the image is mirrored.
     """
 
     def sums(*numbers):
@@ -358,96 +358,90 @@ def contrasts(image, ridge):
         mean, square = _sum(numbers[:AROUND]) / AROUND**2, _sum(numbers[AROUND:]) / AROUND**2
         return (here - mean) / ga.sqrt(ga.maximum(square - mean * mean, 0) + ridge)
 
-    def slope(before, after):
-        return Fraction(3, 4) * (after - before)
+    def difference(before, after):
+        return after - before
 
     first, second = each(lambda *rows: each(sums, *rows), *window(image, AROUND))
     relative = each(
         lambda here, *lines: each(pixel, here, *(one for line in lines for one in window(line, AROUND))),
         image, first, second,
     )  # fmt: skip
-    across = each(lambda row: each(slope, *window(row, (-1, 1), boundary="nearest")), relative)
-    down = each(lambda *rows: each(slope, *rows), *window(relative, (-1, 1), boundary="nearest"))
-    return relative, across, down
+    across = each(lambda row: each(difference, *window(row, (-1, 1))), relative)
+    down = each(lambda *rows: each(difference, *rows), *window(relative, (-1, 1)))
+    return across, down
 
 
-def _beyond(level, place, half):
-    """Return whether the partner of a pixel at a level lies outside the other image."""
-    return half < ga.absolute(place - level)
-
-
-def _next_costs(previous, left, right, levels, places, penalties):
+def _next_costs(previous, left, right, levels, walls, penalties):
     """Return the costs (d, w) of a row from those of the row before; see `costs_from_above`."""
-    small, large, hidden, half = penalties
+    small, large, hidden = penalties
 
     def moved(plane):
-        # One column further for each level. The first and last columns meet; `_beyond` excludes these pairs.
+        # One column further for each level. The first and last columns meet, but there are walls between them.
         start = each(lambda value: value, *window(plane, (1,), boundary="wrap"))
         return scan(lambda row, _: each(lambda value: value, *window(row, (-1,), boundary="wrap")), start, levels)
 
     def message(least, below, here, above):
         return ga.minimum(ga.minimum(ga.minimum(below, above) + small, here) - least, large)
 
-    def line(level, below, here, above, *there):
-        def cost(place, before, same, after, *numbers):
-            pairs = zip(numbers[:3], numbers[3:], strict=True)
+    def line(wall, below, here, above, *there):
+        def cost(wall, before, same, after, *numbers):
+            pairs = zip(numbers[:2], numbers[2:], strict=True)
             difference = _sum([ga.absolute(one - other) for one, other in pairs])
-            return (before + same + after) / 3 + ga.select(_beyond(level, place, half), hidden, difference)
+            return (before + same + after) * Fraction(1, 3) + ga.select(wall > 0, hidden, difference)
 
         messages = each(message, least, below, here, above)
-        return each(cost, places, *window(messages, 3, boundary="nearest"), *left, *there)
+        return each(cost, wall, *window(messages, 3, boundary="nearest"), *left, *there)
 
-    least = fold(lambda least, row: each(ga.minimum, least, row), each(lambda place: HUGE + 0 * place, places), previous)
-    return each(line, levels, *window(previous, 3, boundary="nearest"), *(moved(plane) for plane in right))
-
-
-VIEWS = {name: IMAGE for name in ("left", "left_across", "left_down", "right", "right_across", "right_down")}
-LEVELS, PLACES, PENALTIES = array(SCALAR, "d"), array(SCALAR, "w"), array(SCALAR, 4)
+    start = each(lambda number: HUGE + 0 * number, left[0])
+    least = fold(lambda least, row: each(ga.minimum, least, row), start, previous)
+    return each(line, walls, *window(previous, 3, boundary="nearest"), *(moved(plane) for plane in right))
 
 
-@kernel(**VIEWS, levels=LEVELS, places=PLACES, penalties=PENALTIES)
-def costs_from_above(left, left_across, left_down, right, right_across, right_down, levels, places, penalties):
+VIEWS = {name: IMAGE for name in ("left_across", "left_down", "right_across", "right_down")}
+LEVELS, WALLS, PENALTIES = array(SCALAR, "d"), array(SCALAR, "d", "w"), array(SCALAR, 3)
+
+
+@kernel(**VIEWS, levels=LEVELS, walls=WALLS, penalties=PENALTIES)
+def costs_from_above(left_across, left_down, right_across, right_down, levels, walls, penalties):
     """Compute the costs of all levels (disparities) from a pixel and from those above it in a cone of 90 degrees.
 
-    The own cost of a pair is the sum of the absolute differences of three numbers, results of `contrasts`. The cost of
+    The own cost of a pair is the sum of the absolute differences of two numbers, results of `contrasts`. The cost of
     a level is the sum of the own one and of the mean of messages from the three nearest pixels of the row above. A
     message is the least cost of the neighbour, in excess of that of its best level, if the level remains, changes by
     one at the cost ``penalties[0]``, or changes arbitrarily at the cost ``penalties[1]``.
 
     `levels` are the numbers 0, 1, ..., and level k pairs column x with column ``x - k`` of the right image, cyclically.
-    If ``|places - level| > penalties[3]``, that column does not exist, and the own cost is ``penalties[2]``.
+    `walls` are 1e9 where that column does not exist, and 0 elsewhere. Where it does not, the own cost is
+    ``penalties[2]``.
     """
 
     def row(previous, *planes):
-        return _next_costs(previous, planes[:3], planes[3:], levels, places, penalties)
+        return _next_costs(previous, planes[:2], planes[2:], levels, walls, penalties)
 
-    nothing = each(lambda level: each(lambda place: 0 * place, places), levels)
-    return scan(row, nothing, left, left_across, left_down, right, right_across, right_down)
+    nothing = each(lambda line: each(lambda wall: 0 * wall, line), walls)
+    return scan(row, nothing, left_across, left_down, right_across, right_down)
 
 
-@kernel(above=array(SCALAR, "h", "d", "w"), **VIEWS, levels=LEVELS, places=PLACES, penalties=PENALTIES)
-def best_levels(above, left, left_across, left_down, right, right_across, right_down, levels, places, penalties):
+@kernel(above=array(SCALAR, "h", "d", "w"), **VIEWS, levels=LEVELS, walls=WALLS, penalties=PENALTIES)
+def best_levels(above, left_across, left_down, right_across, right_down, levels, walls, penalties):
     """Compute the best level of each pixel, from costs from above and the same costs from below.
 
     `above` is the result of `costs_from_above` for the other arguments. The results are the least sum of both costs and
     its level, the sums at the levels before and after it, the least sum at the other levels, and the level that is best
     for each pixel of the right image. Sums of 1e9 and more mean that there is no such level.
     """
-    half = penalties[3]
 
     def row(carry, above, *planes):
-        costs = _next_costs(carry[0], planes[:3], planes[3:], levels, places, penalties)
+        costs = _next_costs(carry[0], planes[:2], planes[2:], levels, walls, penalties)
 
-        def known(level, up, down):
-            return each(
-                lambda place, a, b: ga.select(_beyond(level, place, half), HUGE, a + b), places, up, down
-            )  # fmt: skip
+        def lower(least, number, cost, level):
+            return ga.minimum(cost, least), ga.select(cost < least, level, number)
 
         def better(carry, level, line):
-            return each(
-                lambda least, number, cost: (ga.minimum(cost, least), ga.select(cost < least, level, number)),
-                *carry, line,
-            )  # fmt: skip
+            return each(lambda *numbers: lower(*numbers, level), *carry, line)
+
+        def of_right(carry, level, line):
+            return better(tuple(window(part, (1,), boundary="wrap")[0] for part in carry), level, line)
 
         def beside(carry, level, line):
             def near(before, after, best, cost):
@@ -462,19 +456,16 @@ def best_levels(above, left, left_across, left_down, right, right_across, right_
 
             return each(far, second, number, line)
 
-        def of_right(carry, level, line):
-            least, number = (window(part, (1,), boundary="wrap")[0] for part in carry)
-            return better((least, number), level, line)
-
-        both = each(known, levels, above, costs)
-        huge, none = each(lambda place: HUGE + 0 * place, places), each(lambda place: 0 * place, places)
+        both = each(lambda *lines: each(lambda up, down, wall: up + down + wall, *lines), above, costs, walls)
+        huge, none = each(lambda wall: HUGE + 0 * wall, wall), each(lambda wall: 0 * wall, wall)
         least, number = fold(better, (huge, none), levels, both)
         before, after = fold(beside, (huge, huge), levels, both)
         second = fold(elsewhere, huge, levels, both)
         _, partner = fold(of_right, (huge, none), levels, both, reverse=True)
         return costs, least, number, before, after, second, partner
 
-    none = each(lambda place: 0 * place, places)
-    nothing = each(lambda level: each(lambda place: 0 * place, places), levels)
-    planes = left, left_across, left_down, right, right_across, right_down
+    wall = pick(walls, 0, 0)
+    none = each(lambda wall: 0 * wall, wall)
+    nothing = each(lambda line: each(lambda wall: 0 * wall, line), walls)
+    planes = left_across, left_down, right_across, right_down
     return scan(row, (nothing, none, none, none, none, none, none), above, *planes, reverse=True)[1:]
