@@ -2,7 +2,7 @@
 // command: gac generate --all images
 // spec: 34406c4f0333d53b
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 0bb48d2551aaa92d0ff654daa6fc2f034e58c3238f8b7b40fbda31eb22d3fecf
+// body: 51cddbdc7b58ea4e61a02929ec307057505720d22017bd169c1841db3ac62a6a
 
 #ifndef REAL
 #include "images.h"
@@ -1278,7 +1278,7 @@ static INLINE void NAME(best_levels_within)(intptr_t h, intptr_t d, intptr_t w, 
 {
     REAL number, otherwise, mapped, mapped_2, *const mapped_3 = work, *const carry_0 = mapped_3 + d * w,
     *const carry_1 = carry_0 + d * w, *const carry_2 = carry_1 + w, *const carry_3 = carry_2 + w,
-    *const carry_4 = carry_3 + w, *const carry_5 = carry_4 + w, *const carry_6 = carry_5 + w, carry_0_2, mapped_4,
+    *const carry_4 = carry_3 + w, *const carry_5 = carry_4 + w, *const carry_6 = carry_5 + w, mapped_4,
     *const least = carry_6 + w, minimum_, mapped_5, *const row = least + w, *const row_2 = row + w,
     *const mapped_6 = row_2 + d * w, mapped_7, *const row_3 = mapped_6 + w, *const row_4 = row_3 + w,
     *const mapped_8 = row_4 + d * w, *const message = mapped_8 + w, cost, *const line = message + w, mapped_9,
@@ -1388,8 +1388,6 @@ static INLINE void NAME(best_levels_within)(intptr_t h, intptr_t d, intptr_t w, 
             }
             for (intptr_t k = 0; k < w; k++)
                 COPY(1, line + (j * w + k), carry_0 + (j * w + k));
-            for (intptr_t k = 0; k < w; k++)
-                COPY(1, carry_0 + (j * w + k), &carry_0_2);
         }
         for (intptr_t j = 0; j < w; j++) {
             COPY(1, carry_0_3 + j, carry_1 + j);

@@ -16,7 +16,7 @@ from .sharing import Progress, in_threads, slices, steps
 
 _RIDGE = 1 / 400
 """Variance that is added to that of a neighbourhood, for images of contrast 1: a twentieth of the contrast is noise."""
-_SMALL, _LARGE, _HIDDEN = 1.0, 4.0, 1.0
+_SMALL, _LARGE, _HIDDEN = 1.0, 3.0, 1.0
 """Costs of a change of the disparity by one, of any change, and of a pixel without a partner.
 
 A difference of 1 is that of pixels that differ by one deviation of their neighbours. Half and twice these costs change
