@@ -345,10 +345,10 @@ HUGE = 10**9
 
 @kernel(image=IMAGE, ridge=SCALAR)
 def contrasts(image, ridge):
-    """Compute differences of neighbours in the same row and in the same column, two pixels apart.
+    """Compute an image relative to the mean and the deviation of 7 x 7 neighbours, and differences of neighbours.
 
-    The image is taken relative to the mean and the deviation of 7 x 7 neighbours, so that brightness and contrast do
-    not matter. `ridge`, positive, is added to the variance. Beyond the edges, the image is mirrored.
+    The differences are those of the next and the previous pixel of the result, along rows and along columns. `ridge`,
+    positive, is added to the variance. Beyond the edges, the image is mirrored.
     """
 
     def sums(*numbers):
@@ -368,7 +368,7 @@ def contrasts(image, ridge):
     )  # fmt: skip
     across = each(lambda row: each(difference, *window(row, (-1, 1))), relative)
     down = each(lambda *rows: each(difference, *rows), *window(relative, (-1, 1)))
-    return across, down
+    return relative, across, down
 
 
 def _next_costs(previous, left, right, levels, walls, penalties):
@@ -427,8 +427,8 @@ def best_levels(above, left_across, left_down, right_across, right_down, levels,
     """Compute the best level of each pixel, from costs from above and the same costs from below.
 
     `above` is the result of `costs_from_above` for the other arguments. The results are the least sum of both costs and
-    its level, the sums at the levels before and after it, the least sum at the other levels, and the level that is best
-    for each pixel of the right image. Sums of 1e9 and more mean that there is no such level.
+    its level, the least sum at levels that differ by two or more, and the level that is best for each pixel of the
+    right image. Sums of 1e9 and more mean that there is no such level.
     """
 
     def row(carry, above, *planes):
@@ -443,13 +443,6 @@ def best_levels(above, left_across, left_down, right_across, right_down, levels,
         def of_right(carry, level, line):
             return better(tuple(window(part, (1,), boundary="wrap")[0] for part in carry), level, line)
 
-        def beside(carry, level, line):
-            def near(before, after, best, cost):
-                distance = level - best
-                return ga.select(ga.equal(distance, -1), cost, before), ga.select(ga.equal(distance, 1), cost, after)
-
-            return each(near, *carry, number, line)
-
         def elsewhere(second, level, line):
             def far(second, best, cost):
                 return ga.minimum(ga.select(ga.absolute(level - best) < 2, HUGE, cost), second)
@@ -459,13 +452,55 @@ def best_levels(above, left_across, left_down, right_across, right_down, levels,
         both = each(lambda *lines: each(lambda up, down, wall: up + down + wall, *lines), above, costs, walls)
         huge, none = each(lambda wall: HUGE + 0 * wall, wall), each(lambda wall: 0 * wall, wall)
         least, number = fold(better, (huge, none), levels, both)
-        before, after = fold(beside, (huge, huge), levels, both)
         second = fold(elsewhere, huge, levels, both)
         _, partner = fold(of_right, (huge, none), levels, both, reverse=True)
-        return costs, least, number, before, after, second, partner
+        return costs, least, number, second, partner
 
     wall = pick(walls, 0, 0)
     none = each(lambda wall: 0 * wall, wall)
     nothing = each(lambda line: each(lambda wall: 0 * wall, line), walls)
     planes = left_across, left_down, right_across, right_down
-    return scan(row, (nothing, none, none, none, none, none, none), above, *planes, reverse=True)[1:]
+    return scan(row, (nothing, none, none, none, none), above, *planes, reverse=True)[1:]
+
+
+@kernel(left=IMAGE, right=IMAGE, numbers=IMAGE, columns=array(SCALAR, "w"), weight=SCALAR)
+def refined_numbers(left, right, numbers, columns, weight):
+    """Refine disparities, which are whole `numbers`, to fractions of pixels.
+
+    Column x of `left` is compared with column ``x - number`` of `right`. The difference, after smoothing along rows,
+    and the mean slope there give a linear equation for the fraction (Lucas and Kanade, *IJCAI* 1981:674). The fraction
+    of least squares is that of the 5 x 5 neighbours whose numbers differ by at most one, and of the equation that it is
+    0, which has the given weight. It is at most 1. `columns` are numbers from 0.
+    """
+
+    def smooth(row):
+        return each(lambda a, b, c: (a + 2 * b + c) / 4, *window(row, 3, boundary="mirror"))
+
+    def slopes(row):
+        return each(_slope, *window(row, (-2, -1, 1, 2), boundary="mirror"))
+
+    def line(here, there, row):
+        first, second = smooth(here), smooth(there)
+        far = slopes(second)
+
+        def terms(column, number, value, slope):
+            # Outside of the other image, the equation is empty.
+            other, other_slope = pick(second, column - number, value), pick(far, column - number, -slope)
+            mean = (slope + other_slope) / 2
+            return mean * mean, mean * (other - value)
+
+        return each(terms, columns, row, first, slopes(first))
+
+    def fraction(number, squares, products, around):
+        rest, sum = weight, 0
+        for lines in zip(squares, products, around, strict=True):
+            for square, product, other in zip(*lines, strict=True):
+                distance = other - number
+                known = ga.select(ga.absolute(distance) < 2, square, 0)
+                rest = rest + known
+                sum = sum + known * distance + ga.select(ga.absolute(distance) < 2, product, 0)
+        return number + ga.maximum(ga.minimum(sum / rest, 1), -1)
+
+    squares, products = each(line, left, right, numbers)
+    windows = (window(part, 5, 5, boundary="mirror") for part in (squares, products, numbers))
+    return each(lambda *rows: each(fraction, *rows), numbers, *windows)
