@@ -140,7 +140,8 @@ def _matched(pair: Reals, smallest: int, largest: int) -> tuple[Reals, Reals]:
     place = (numbers - level).astype(int) - smallest
     own = np.take_along_axis(np.roll(partner, -smallest, 1), np.clip(place, 0, columns - 1), 1)
     agrees = (place >= 0) & (place < columns) & (np.abs(own - level) <= 1)
-    result = images.refined_numbers(here, there, level, numbers, _PRIOR) + np.float32(smallest)
+    fine = images.refined_numbers(here, there, level, numbers, columns - 1, _PRIOR)
+    result = np.clip(fine, 0, largest - smallest) + np.float32(smallest)
     confidence = np.where(agrees & (second < _HUGE), 1 - least / np.maximum(second, np.finfo(np.float32).tiny), 0)
     return _filled(result, agrees), np.maximum(confidence, 0)
 

@@ -463,14 +463,15 @@ def best_levels(above, left_across, left_down, right_across, right_down, levels,
     return scan(row, (nothing, none, none, none, none), above, *planes, reverse=True)[1:]
 
 
-@kernel(left=IMAGE, right=IMAGE, numbers=IMAGE, columns=array(SCALAR, "w"), weight=SCALAR)
-def refined_numbers(left, right, numbers, columns, weight):
+@kernel(left=IMAGE, right=IMAGE, numbers=IMAGE, columns=array(SCALAR, "w"), last=SCALAR, weight=SCALAR)
+def refined_numbers(left, right, numbers, columns, last, weight):
     """Refine disparities, which are whole `numbers`, to fractions of pixels.
 
     Column x of `left` is compared with column ``x - number`` of `right`. The difference, after smoothing along rows,
     and the mean slope there give a linear equation for the fraction (Lucas and Kanade, *IJCAI* 1981:674). The fraction
     of least squares is that of the 5 x 5 neighbours whose numbers differ by at most one, and of the equation that it is
-    0, which has the given weight. It is at most 1. `columns` are numbers from 0.
+    0, which has the given weight. It is at most 1. `columns` are numbers from 0 to `last`; equations that need values
+    beyond an edge are left out.
     """
 
     def smooth(row):
@@ -484,9 +485,10 @@ def refined_numbers(left, right, numbers, columns, weight):
         far = slopes(second)
 
         def terms(column, number, value, slope):
-            # Outside of the other image, the equation is empty.
-            other, other_slope = pick(second, column - number, value), pick(far, column - number, -slope)
-            mean = (slope + other_slope) / 2
+            place = column - number
+            other, other_slope = pick(second, place, 0), pick(far, place, 0)
+            inside = ga.minimum(ga.minimum(column, last - column), ga.minimum(place, last - place)) > 2
+            mean = ga.select(inside, (slope + other_slope) / 2, 0)
             return mean * mean, mean * (other - value)
 
         return each(terms, columns, row, first, slopes(first))
