@@ -45,8 +45,8 @@ class Disparity(NamedTuple):
     confidence : array
         Between 0 and 1: ``1 - c / s`` with the cost c of the disparity, and the least cost s of those that differ by
         more than a pixel. It is 0 where the disparity of the right image differs by more than a pixel, for example
-        where a point is visible in one image only. It is 0 everywhere if the images are constant or unrelated: if the right
-        image, moved by the disparities, explains less than half of the variance of the left one.
+        where a point is visible in one image only. It is 0 everywhere if the images are constant or unrelated: if the
+        right image, moved by the disparities, explains less than half of the variance of the left one.
     """
 
     disparity: Reals
