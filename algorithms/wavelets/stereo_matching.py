@@ -187,7 +187,7 @@ def _contrasts(pair: Reals, shift: int) -> list[tuple[Reals, ...]]:
 def _moved(image: Reals, disparities: Reals) -> Reals:
     """Return an image moved by disparities, by linear interpolation."""
     columns = image.shape[1]
-    places = np.clip(np.arange(columns) - disparities, 0, columns - 1)
+    places = np.clip(np.arange(columns, dtype=np.float32) - disparities, 0, columns - 1)
     left = np.minimum(places.astype(int), columns - 2)
     one, two = (np.take_along_axis(image, left + k, 1) for k in (0, 1))
     return np.asarray(one + (places - left) * (two - one))
@@ -196,9 +196,9 @@ def _moved(image: Reals, disparities: Reals) -> Reals:
 def _filled(values: Reals, known: NDArray[np.bool_]) -> Reals:
     """Return values with unknown ones replaced by the smaller one of the nearest known ones of the row."""
     columns = values.shape[1]
-    numbers = np.arange(columns)
-    before = np.maximum.accumulate(np.where(known, numbers, -1), 1)
-    after = np.minimum.accumulate(np.where(known, numbers, columns)[:, ::-1], 1)[:, ::-1]
+    numbers = np.arange(columns, dtype=np.int32)
+    before = np.maximum.accumulate(np.where(known, numbers, np.int32(-1)), 1)
+    after = np.minimum.accumulate(np.where(known, numbers, np.int32(columns))[:, ::-1], 1)[:, ::-1]
     wide = np.pad(values, [(0, 0), (1, 1)], constant_values=np.inf)
     nearest = np.minimum(np.take_along_axis(wide, before + 1, 1), np.take_along_axis(wide, after + 1, 1))
     return np.where(np.isfinite(nearest), nearest, values)
