@@ -2,7 +2,7 @@
 // command: gac generate --all matrices
 // spec: ec48a3cca52b283e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b62db167bf80873b7182fd92b7c155dcabc99e1a6e720eea83e60ccd0af11a29
+// body: 8ca29f442cd4c3081e0e468b1e5be703f2ed4368f3209ee4e47f8301d2e5c5a0
 
 #ifndef REAL
 #include "matrices.h"
@@ -2324,7 +2324,7 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
     REAL *out_2, REAL *out_3, REAL *work)
 {
     REAL number_start, *const number = work, sum, state_0, state_1, real, imaginary, common,
-    *const real_2 = number + n, *const imaginary_2 = real_2 + n, state_1_2, converged, steps, next_state_1, real_3,
+    *const real_2 = number + n, *const imaginary_2 = real_2 + n, converged, steps, next_state_1, real_3,
     imaginary_3, real_4, imaginary_4, state_2, common_2, real_5, imaginary_5, *const real_6 = imaginary_2 + n,
     *const imaginary_6 = real_6 + n, moved_1, common_3, sum_2, sum_3, common_4, is_real;
     NAME(eigenvectors_number_start)(&number_start);
@@ -2342,7 +2342,6 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
         COPY(1, &imaginary, imaginary_2 + i);
     }
     NAME(eigenvectors_converged_start)(&converged, &steps);
-    COPY(1, &sum, &state_1_2);
     NAME(polynomial_roots_common_2)(sum, &common_3);
     for (int repeats = 0; repeats < 1000; repeats++) {
         NAME(eigenvectors_m_start)(&sum_2);
@@ -2366,7 +2365,6 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
             COPY(1, real_6 + j, real_2 + j);
             COPY(1, imaginary_6 + j, imaginary_2 + j);
         }
-        COPY(1, &next_state_1, &state_1_2);
         steps += 1;
         if (converged != 0)
             break;
@@ -2400,10 +2398,10 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
     REAL *gac_kept_0, REAL *gac_kept_1)
 {
     _Alignas(64) REAL number_start[NLANES], sum[NLANES], state_0[NLANES], state_1[NLANES], real[NLANES],
-    imaginary[NLANES], common[NLANES], state_1_2[NLANES], converged[NLANES], steps[NLANES], next_state_1[NLANES],
-    real_3[NLANES], imaginary_3[NLANES], real_4[NLANES], imaginary_4[NLANES], state_2[NLANES], common_2[NLANES],
-    real_5[NLANES], imaginary_5[NLANES], moved_1[NLANES], common_3[NLANES], sum_2[NLANES], sum_3[NLANES],
-    common_4[NLANES], is_real[NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES];
+    imaginary[NLANES], common[NLANES], converged[NLANES], steps[NLANES], next_state_1[NLANES], real_3[NLANES],
+    imaginary_3[NLANES], real_4[NLANES], imaginary_4[NLANES], state_2[NLANES], common_2[NLANES], real_5[NLANES],
+    imaginary_5[NLANES], moved_1[NLANES], common_3[NLANES], sum_2[NLANES], sum_3[NLANES], common_4[NLANES],
+    is_real[NLANES], gac_kept_2[NLANES];
     WORD far = 0;
     NAME(eigenvectors_number_start_lanes)(number_start);
     NAME(eigenvectors_m_start_lanes)(sum);
@@ -2421,13 +2419,11 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
         COPY(NLANES, imaginary, imaginary_2 + NLANES * i);
     }
     NAME(eigenvectors_converged_start_lanes)(converged, steps);
-    COPY(NLANES, sum, state_1_2);
     NAME(polynomial_roots_common_2_lanes)(sum, common_3);
     ROUNDS(rounds, 1000) {
         KEEP(rounds, NLANES * n, real_2, gac_kept_0);
         KEEP(rounds, NLANES * n, imaginary_2, gac_kept_1);
-        KEEP(rounds, NLANES, state_1_2, gac_kept_2);
-        KEEP(rounds, NLANES, converged, gac_kept_3);
+        KEEP(rounds, NLANES, converged, gac_kept_2);
         NAME(eigenvectors_m_start_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
             NAME(polynomial_roots_real_start_lanes)(real_3, imaginary_3, real_4, imaginary_4, state_2);
@@ -2452,11 +2448,9 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
             COPY(NLANES, real_6 + NLANES * j, real_2 + NLANES * j);
             COPY(NLANES, imaginary_6 + NLANES * j, imaginary_2 + NLANES * j);
         }
-        COPY(NLANES, next_state_1, state_1_2);
         RESTORE(rounds, NLANES * n, gac_kept_0, real_2);
         RESTORE(rounds, NLANES * n, gac_kept_1, imaginary_2);
-        RESTORE(rounds, NLANES, gac_kept_2, state_1_2);
-        RESTORE(rounds, NLANES, gac_kept_3, converged);
+        RESTORE(rounds, NLANES, gac_kept_2, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;

@@ -2,7 +2,7 @@
 // command: gac generate --all tasks
 // spec: d070618f58da5cca
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 522ab7ad7150c33bc7c087aa4389e024ac685f93cb809c3e487d30de243fd5f2
+// body: 11484828f37ad7392e65bf2bf3253ea4c6993002860a4bdaca148972e37c93c9
 
 #ifndef REAL
 #include "tasks.h"
@@ -293,11 +293,11 @@ GAC_PROCEDURE(distances_to_tasks, BUSY)
     WORK(89, column_1_2, scalar, 1, m * k) WORK(90, column_2_2, scalar, 1, m * k) WORK(91, mapped_26, scalar, 1, m) \
     WORK(92, number_10, scalar, 1, m) WORK(93, entries_2, scalar, 1, m * m) WORK(94, mapped_28, scalar, 1, m) \
     WORK(95, kept, scalar, 1, m * m) WORK(96, gac_kept_0, scalar, 1, m) WORK(97, gac_kept_1, scalar, 1, m * m) \
-    WORK(98, gac_kept_2, scalar, 1, m) WORK(99, gac_kept_6, scalar, 1, m) WORK(100, gac_kept_11, scalar, 1, m) \
-    WORK(101, gac_kept_12, scalar, 1, m) WORK(102, gac_kept_13, scalar, 1, m) WORK(103, gac_kept_14, scalar, 1, m) \
-    WORK(104, gac_kept_15, scalar, 1, m) WORK(105, gac_kept_16, scalar, 1, m) WORK(106, gac_kept_17, scalar, 1, m) \
-    WORK(107, gac_kept_18, scalar, 1, m) WORK(108, gac_kept_19, 4, 4, n) WORK(109, gac_kept_20, 3, 3, n) \
-    WORK(110, gac_kept_21, scalar, 1, m)
+    WORK(98, gac_kept_2, scalar, 1, m) WORK(99, gac_kept_5, scalar, 1, m) WORK(100, gac_kept_9, scalar, 1, m) \
+    WORK(101, gac_kept_10, scalar, 1, m) WORK(102, gac_kept_11, scalar, 1, m) WORK(103, gac_kept_12, scalar, 1, m) \
+    WORK(104, gac_kept_13, scalar, 1, m) WORK(105, gac_kept_14, scalar, 1, m) WORK(106, gac_kept_15, scalar, 1, m) \
+    WORK(107, gac_kept_16, scalar, 1, m) WORK(108, gac_kept_17, 4, 4, n) WORK(109, gac_kept_18, 3, 3, n) \
+    WORK(110, gac_kept_19, scalar, 1, m)
 
 static INLINE void NAME(reach_inside)(REAL x, REAL least, REAL most, REAL *inside)
 {
@@ -945,7 +945,7 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
     *const number_10 = mapped_26 + m, sum_6, mapped_27, *const entries_2 = number_10 + m, sum_7,
     *const mapped_28 = entries_2 + m * m, sum_8, sum_9, mapped_29, common_13, common_14, mapped_30,
     *const kept = mapped_28 + m, mapped_31, mapped_32, common_15, common_16, common_17, by_element, common_18,
-    by_element_2, by_element_3, by_element_4;
+    by_element_2, by_element_4;
     for (intptr_t i = 0; i < m; i++)
         NAME(reach_inside)(q[i], low[i], high[i], inside + i);
     for (intptr_t i = 0; i < n; i++)
@@ -1235,10 +1235,8 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
         NAME(reach_converged)(at_most, next_old_steps, next_old_converged, &converged);
         COPY(1, &next_error, &error);
         COPY(1, &next_old_carry_damping, &old_carry_damping);
-        COPY(1, &next_old_carry_done, &old_carry_done);
         COPY(1, &next_old_carry_least, &old_carry_least);
         COPY(1, &next_old_steps, &old_steps);
-        COPY(1, &next_old_converged, &old_converged);
         steps += 1;
         if (converged != 0)
             break;
@@ -1246,10 +1244,8 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
     NAME(reach_common_10)(at_most, &common_18);
     for (intptr_t i = 0; i < m; i++) {
         NAME(reach_mapped_15)(old_carry_q[i], inside[i], common_18, &by_element);
-        for (intptr_t j = 0; j < m; j++) {
+        for (intptr_t j = 0; j < m; j++)
             NAME(reach_mapped_16)(common_18, matrix[i * m + j], entries[i * m + j], &by_element_2);
-            COPY(1, &by_element_2, &by_element_3);
-        }
         NAME(reach_mapped_16)(common_18, right[i], mapped_3[i], &by_element_4);
         NAME(reach_mapped_16)(common_18, old_carry_best[i], inside[i], out_0 + i);
     }
@@ -1294,9 +1290,9 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
     REAL *pose_place_3, REAL *pose_rotor_4, REAL *pose_place_4, REAL *to_parent_2, REAL *placed_place_2,
     REAL *placed_along_2, REAL *placed_toward_2, REAL *placed_away_2, REAL *numbers_2, REAL *column_0_2,
     REAL *column_1_2, REAL *column_2_2, REAL *mapped_26, REAL *number_10, REAL *entries_2, REAL *mapped_28,
-    REAL *kept, REAL *gac_kept_0, REAL *gac_kept_1, REAL *gac_kept_2, REAL *gac_kept_6, REAL *gac_kept_11,
-    REAL *gac_kept_12, REAL *gac_kept_13, REAL *gac_kept_14, REAL *gac_kept_15, REAL *gac_kept_16,
-    REAL *gac_kept_17, REAL *gac_kept_18, REAL *gac_kept_19, REAL *gac_kept_20, REAL *gac_kept_21)
+    REAL *kept, REAL *gac_kept_0, REAL *gac_kept_1, REAL *gac_kept_2, REAL *gac_kept_5, REAL *gac_kept_9,
+    REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13, REAL *gac_kept_14,
+    REAL *gac_kept_15, REAL *gac_kept_16, REAL *gac_kept_17, REAL *gac_kept_18, REAL *gac_kept_19)
 {
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], entry[3 * NLANES],
     number_start[NLANES], sum[NLANES], mapped_2[NLANES], sum_2[NLANES], sum_3[NLANES], sum_4[NLANES], error[NLANES],
@@ -1315,9 +1311,8 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
     entry_4[3 * NLANES], number_start_10[NLANES], sum_6[NLANES], mapped_27[NLANES], sum_7[NLANES], sum_8[NLANES],
     sum_9[NLANES], mapped_29[NLANES], common_13[NLANES], common_14[NLANES], mapped_30[NLANES], mapped_31[NLANES],
     mapped_32[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES], by_element[NLANES],
-    common_18[NLANES], by_element_2[NLANES], by_element_3[NLANES], by_element_4[NLANES], gac_kept_3[NLANES],
-    gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES], gac_kept_9[NLANES],
-    gac_kept_10[NLANES];
+    common_18[NLANES], by_element_2[NLANES], by_element_4[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
+    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < m; i++)
         NAME(reach_inside_lanes)(q + NLANES * i, low + i, high + i, inside + NLANES * i);
@@ -1388,23 +1383,21 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
         KEEP(rounds, NLANES * m, right, gac_kept_2);
         KEEP(rounds, NLANES, error, gac_kept_3);
         KEEP(rounds, NLANES, old_carry_damping, gac_kept_4);
-        KEEP(rounds, NLANES, old_carry_done, gac_kept_5);
-        KEEP(rounds, NLANES * m, old_carry_best, gac_kept_6);
-        KEEP(rounds, NLANES, old_carry_least, gac_kept_7);
-        KEEP(rounds, NLANES, old_steps, gac_kept_8);
-        KEEP(rounds, NLANES, old_converged, gac_kept_9);
-        KEEP(rounds, NLANES, converged, gac_kept_10);
-        KEEP(rounds, NLANES * m, number_2, gac_kept_11);
-        KEEP(rounds, NLANES * m, number_3, gac_kept_12);
-        KEEP(rounds, NLANES * m, number_4, gac_kept_13);
-        KEEP(rounds, NLANES * m, number_5, gac_kept_14);
-        KEEP(rounds, NLANES * m, number_6, gac_kept_15);
-        KEEP(rounds, NLANES * m, number_7, gac_kept_16);
-        KEEP(rounds, NLANES * m, number_8, gac_kept_17);
-        KEEP(rounds, NLANES * m, number_9, gac_kept_18);
-        KEEP(rounds, 4 * NLANES * n, pose_rotor_4, gac_kept_19);
-        KEEP(rounds, 3 * NLANES * n, pose_place_4, gac_kept_20);
-        KEEP(rounds, NLANES * m, number_10, gac_kept_21);
+        KEEP(rounds, NLANES * m, old_carry_best, gac_kept_5);
+        KEEP(rounds, NLANES, old_carry_least, gac_kept_6);
+        KEEP(rounds, NLANES, old_steps, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
+        KEEP(rounds, NLANES * m, number_2, gac_kept_9);
+        KEEP(rounds, NLANES * m, number_3, gac_kept_10);
+        KEEP(rounds, NLANES * m, number_4, gac_kept_11);
+        KEEP(rounds, NLANES * m, number_5, gac_kept_12);
+        KEEP(rounds, NLANES * m, number_6, gac_kept_13);
+        KEEP(rounds, NLANES * m, number_7, gac_kept_14);
+        KEEP(rounds, NLANES * m, number_8, gac_kept_15);
+        KEEP(rounds, NLANES * m, number_9, gac_kept_16);
+        KEEP(rounds, 4 * NLANES * n, pose_rotor_4, gac_kept_17);
+        KEEP(rounds, 3 * NLANES * n, pose_place_4, gac_kept_18);
+        KEEP(rounds, NLANES * m, number_10, gac_kept_19);
         NAME(reach_number_start_lanes)(number_start_2);
         for (intptr_t j = 0; j < m; j++)
             NAME(reach_number_lanes)(j > 0 ? number_2 + NLANES * (j - 1) : number_start_2, number_2 + NLANES * j);
@@ -1650,32 +1643,28 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
         NAME(reach_converged_lanes)(at_most, next_old_steps, next_old_converged, converged);
         COPY(NLANES, next_error, error);
         COPY(NLANES, next_old_carry_damping, old_carry_damping);
-        COPY(NLANES, next_old_carry_done, old_carry_done);
         COPY(NLANES, next_old_carry_least, old_carry_least);
         COPY(NLANES, next_old_steps, old_steps);
-        COPY(NLANES, next_old_converged, old_converged);
         RESTORE(rounds, NLANES * m, gac_kept_0, old_carry_q);
         RESTORE(rounds, NLANES * m * m, gac_kept_1, matrix);
         RESTORE(rounds, NLANES * m, gac_kept_2, right);
         RESTORE(rounds, NLANES, gac_kept_3, error);
         RESTORE(rounds, NLANES, gac_kept_4, old_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_5, old_carry_done);
-        RESTORE(rounds, NLANES * m, gac_kept_6, old_carry_best);
-        RESTORE(rounds, NLANES, gac_kept_7, old_carry_least);
-        RESTORE(rounds, NLANES, gac_kept_8, old_steps);
-        RESTORE(rounds, NLANES, gac_kept_9, old_converged);
-        RESTORE(rounds, NLANES, gac_kept_10, converged);
-        RESTORE(rounds, NLANES * m, gac_kept_11, number_2);
-        RESTORE(rounds, NLANES * m, gac_kept_12, number_3);
-        RESTORE(rounds, NLANES * m, gac_kept_13, number_4);
-        RESTORE(rounds, NLANES * m, gac_kept_14, number_5);
-        RESTORE(rounds, NLANES * m, gac_kept_15, number_6);
-        RESTORE(rounds, NLANES * m, gac_kept_16, number_7);
-        RESTORE(rounds, NLANES * m, gac_kept_17, number_8);
-        RESTORE(rounds, NLANES * m, gac_kept_18, number_9);
-        RESTORE(rounds, 4 * NLANES * n, gac_kept_19, pose_rotor_4);
-        RESTORE(rounds, 3 * NLANES * n, gac_kept_20, pose_place_4);
-        RESTORE(rounds, NLANES * m, gac_kept_21, number_10);
+        RESTORE(rounds, NLANES * m, gac_kept_5, old_carry_best);
+        RESTORE(rounds, NLANES, gac_kept_6, old_carry_least);
+        RESTORE(rounds, NLANES, gac_kept_7, old_steps);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
+        RESTORE(rounds, NLANES * m, gac_kept_9, number_2);
+        RESTORE(rounds, NLANES * m, gac_kept_10, number_3);
+        RESTORE(rounds, NLANES * m, gac_kept_11, number_4);
+        RESTORE(rounds, NLANES * m, gac_kept_12, number_5);
+        RESTORE(rounds, NLANES * m, gac_kept_13, number_6);
+        RESTORE(rounds, NLANES * m, gac_kept_14, number_7);
+        RESTORE(rounds, NLANES * m, gac_kept_15, number_8);
+        RESTORE(rounds, NLANES * m, gac_kept_16, number_9);
+        RESTORE(rounds, 4 * NLANES * n, gac_kept_17, pose_rotor_4);
+        RESTORE(rounds, 3 * NLANES * n, gac_kept_18, pose_place_4);
+        RESTORE(rounds, NLANES * m, gac_kept_19, number_10);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -1683,11 +1672,9 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
     NAME(reach_common_10_lanes)(at_most, common_18);
     for (intptr_t i = 0; i < m; i++) {
         NAME(reach_mapped_15_lanes)(old_carry_q + NLANES * i, inside + NLANES * i, common_18, by_element);
-        for (intptr_t j = 0; j < m; j++) {
+        for (intptr_t j = 0; j < m; j++)
             NAME(reach_mapped_16_lanes)(common_18, matrix + NLANES * (i * m + j), entries + NLANES * (i * m + j),
     by_element_2);
-            COPY(NLANES, by_element_2, by_element_3);
-        }
         NAME(reach_mapped_16_lanes)(common_18, right + NLANES * i, mapped_3 + NLANES * i, by_element_4);
         NAME(reach_mapped_16_lanes)(common_18, old_carry_best + NLANES * i, inside + NLANES * i,
     out_0 + NLANES * i);

@@ -55,9 +55,10 @@ from .shrinkage import (
     sure_threshold,
     universal_threshold,
 )
-from .similarity import Disparity, disparity, similarity_distance
+from .similarity import similarity_distance
 from .spherical_wavelet import SphereInverse, isphere_wavelet, sphere_versor, sphere_wavelet
 from .stationary import StationaryWavelet, stationary_wavelet
+from .stereo_matching import Disparity, disparity
 from .texture import texture_features
 from .vector_fields import Match, derivative_mask, divergence_and_curl, match_template
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -79,6 +79,18 @@ def in_range(
     exponents = np.frexp(largest)[1]
     exponents = np.where(np.abs(exponents) > limit, exponents, 0).astype(np.intc)
     return (np.ldexp(array, -exponents) if exponents.any() else array), exponents
+
+
+def image_pair(
+    first: ArrayLike, second: ArrayLike, names: tuple[str, str]
+) -> tuple[tuple[Reals, Reals], np.dtype[np.floating[Any]]]:
+    """Return two images of the same size after validation, in the range of float32, and the type of results."""
+    pair = [single_image(image, name) for image, name in zip((first, second), names, strict=True)]
+    if pair[0].shape != pair[1].shape:
+        raise ValueError(f"{names[1]}: shape {pair[1].shape}; expected that of the other image, {pair[0].shape}")
+    # What is compared depends on relative size, so both images are divided by the same number.
+    one, two = in_range(np.stack(pair), (0, 1, 2), np.float32)[0]
+    return (one, two), np.result_type(*pair)
 
 
 def back_in_range(array: Reals, exponents: NDArray[np.intc], name: str = "image") -> Reals:

@@ -21,7 +21,7 @@ from .flow import Flow
 from .phase import quaternion_phase
 from .pyramid import QuaternionPyramid
 from .quaternion_fourier import qft
-from .similarity import Disparity
+from .stereo_matching import Disparity
 from .vector_fields import Match
 
 with extra("pictures", __name__):

@@ -32,7 +32,34 @@ from ..ir.rows import (
 
 def fuse(procedure: Procedure) -> Procedure:
     """Return an equivalent procedure with fewer loops and smaller tables."""
+    procedure = _without_unread(procedure)
     return _contracted(replace(procedure, body=_fused(procedure.body)))
+
+
+def _without_unread(procedure: Procedure) -> Procedure:
+    """Return the procedure without copies into work tables that are not read, such as the carries of some `scan`.
+
+    Compilers keep the empty loops, with one iteration for each number.
+    """
+    read = {place.table for place in _uses(procedure.body).reads}
+    unread = {table.name for table in procedure.of(Storage.WORK)} - read
+
+    def kept(body: Sequence[Statement]) -> tuple[Statement, ...]:
+        found: list[Statement] = []
+        for statement in body:
+            if isinstance(statement, (Loop, Repeat)):
+                statement = replace(statement, body=kept(statement.body))
+            is_empty = isinstance(statement, Loop) and not statement.body
+            if not is_empty and not (isinstance(statement, Copy) and statement.target.table in unread):
+                found.append(statement)
+        return tuple(found)
+
+    body = kept(procedure.body)
+    if body == procedure.body:
+        return procedure
+    used = _uses(body).tables
+    tables = tuple(table for table in procedure.tables if table.storage is not Storage.WORK or table.name in used)
+    return _without_unread(Procedure(procedure.name, tables, body))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,12 @@
-"""Image operations: optical flow, medians, interpolation. Lengths are in pixels."""
+"""Image operations: optical flow, disparities, medians, interpolation. Lengths are in pixels.
+
+The kernels of one module are defined in one file, which is long.
+"""
 
 from fractions import Fraction
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, fold, gather, index, kernel, pick, total, window
+from gacompiler import SCALAR, array, each, fold, gather, index, kernel, pick, scan, total, window
 
 IMAGE, NODES = array(SCALAR, "h", "w"), array(SCALAR, "n", "m")
 REACH = 5
@@ -332,3 +335,174 @@ def medians(image):
     Pixels outside the image are the nearest ones of the image.
     """
     return each(lambda row: each(_median_of_9, row), window(image, 3, 3, boundary="nearest"))
+
+
+AROUND = 7
+"""Rows and columns of the neighbourhood whose deviation is the unit of `contrasts`."""
+HUGE = 10**9
+"""More than any cost."""
+
+
+@kernel(image=IMAGE, ridge=SCALAR)
+def contrasts(image, ridge):
+    """Compute an image relative to the mean and the deviation of 7 x 7 neighbours, and differences of neighbours.
+
+    The differences are those of the next and the previous pixel of the result, along rows and along columns. `ridge`,
+    positive, is added to the variance. Beyond the edges, the image is mirrored.
+    """
+
+    def sums(*numbers):
+        return _sum(numbers), _sum([number * number for number in numbers])
+
+    def pixel(here, *numbers):
+        mean, square = _sum(numbers[:AROUND]) / AROUND**2, _sum(numbers[AROUND:]) / AROUND**2
+        return (here - mean) / ga.sqrt(ga.maximum(square - mean * mean, 0) + ridge)
+
+    def difference(before, after):
+        return after - before
+
+    first, second = each(lambda *rows: each(sums, *rows), *window(image, AROUND))
+    relative = each(
+        lambda here, *lines: each(pixel, here, *(one for line in lines for one in window(line, AROUND))),
+        image, first, second,
+    )  # fmt: skip
+    across = each(lambda row: each(difference, *window(row, (-1, 1))), relative)
+    down = each(lambda *rows: each(difference, *rows), *window(relative, (-1, 1)))
+    return relative, across, down
+
+
+def _next_costs(previous, left, right, levels, walls, penalties):
+    """Return the costs (d, w) of a row from those of the row before; see `costs_from_above`."""
+    small, large, hidden = penalties
+
+    def moved(plane):
+        # One column further for each level. The first and last columns meet, but there are walls between them.
+        start = each(lambda value: value, *window(plane, (1,), boundary="wrap"))
+        return scan(lambda row, _: each(lambda value: value, *window(row, (-1,), boundary="wrap")), start, levels)
+
+    def message(least, below, here, above):
+        return ga.minimum(ga.minimum(ga.minimum(below, above) + small, here) - least, large)
+
+    def line(wall, below, here, above, *there):
+        def cost(wall, before, same, after, *numbers):
+            pairs = zip(numbers[:2], numbers[2:], strict=True)
+            difference = _sum([ga.absolute(one - other) for one, other in pairs])
+            return (before + same + after) * Fraction(1, 3) + ga.select(wall > 0, hidden, difference)
+
+        messages = each(message, least, below, here, above)
+        return each(cost, wall, *window(messages, 3, boundary="nearest"), *left, *there)
+
+    start = each(lambda number: HUGE + 0 * number, left[0])
+    least = fold(lambda least, row: each(ga.minimum, least, row), start, previous)
+    return each(line, walls, *window(previous, 3, boundary="nearest"), *(moved(plane) for plane in right))
+
+
+VIEWS = {name: IMAGE for name in ("left_across", "left_down", "right_across", "right_down")}
+LEVELS, WALLS, PENALTIES = array(SCALAR, "d"), array(SCALAR, "d", "w"), array(SCALAR, 3)
+
+
+@kernel(**VIEWS, levels=LEVELS, walls=WALLS, penalties=PENALTIES)
+def costs_from_above(left_across, left_down, right_across, right_down, levels, walls, penalties):
+    """Compute the costs of all levels (disparities) from a pixel and from those above it in a cone of 90 degrees.
+
+    The own cost of a pair is the sum of the absolute differences of two numbers, results of `contrasts`. The cost of
+    a level is the sum of the own one and of the mean of messages from the three nearest pixels of the row above. A
+    message is the least cost of the neighbour, in excess of that of its best level, if the level remains, changes by
+    one at the cost ``penalties[0]``, or changes arbitrarily at the cost ``penalties[1]``.
+
+    `levels` are the numbers 0, 1, ..., and level k pairs column x with column ``x - k`` of the right image, cyclically.
+    `walls` are 1e9 where that column does not exist, and 0 elsewhere. Where it does not, the own cost is
+    ``penalties[2]``.
+    """
+
+    def row(previous, *planes):
+        return _next_costs(previous, planes[:2], planes[2:], levels, walls, penalties)
+
+    nothing = each(lambda line: each(lambda wall: 0 * wall, line), walls)
+    return scan(row, nothing, left_across, left_down, right_across, right_down)
+
+
+@kernel(above=array(SCALAR, "h", "d", "w"), **VIEWS, levels=LEVELS, walls=WALLS, penalties=PENALTIES)
+def best_levels(above, left_across, left_down, right_across, right_down, levels, walls, penalties):
+    """Compute the best level of each pixel, from costs from above and the same costs from below.
+
+    `above` is the result of `costs_from_above` for the other arguments. The results are the least sum of both costs and
+    its level, the least sum at levels that differ by two or more, and the level that is best for each pixel of the
+    right image. Sums of 1e9 and more mean that there is no such level.
+    """
+
+    def row(carry, above, *planes):
+        costs = _next_costs(carry[0], planes[:2], planes[2:], levels, walls, penalties)
+
+        def lower(least, number, cost, level):
+            return ga.minimum(cost, least), ga.select(cost < least, level, number)
+
+        def better(carry, level, line):
+            return each(lambda *numbers: lower(*numbers, level), *carry, line)
+
+        def of_right(carry, level, line):
+            return better(tuple(window(part, (1,), boundary="wrap")[0] for part in carry), level, line)
+
+        def elsewhere(second, level, line):
+            def far(second, best, cost):
+                return ga.minimum(ga.select(ga.absolute(level - best) < 2, HUGE, cost), second)
+
+            return each(far, second, number, line)
+
+        both = each(lambda *lines: each(lambda up, down, wall: up + down + wall, *lines), above, costs, walls)
+        huge, none = each(lambda wall: HUGE + 0 * wall, wall), each(lambda wall: 0 * wall, wall)
+        least, number = fold(better, (huge, none), levels, both)
+        second = fold(elsewhere, huge, levels, both)
+        _, partner = fold(of_right, (huge, none), levels, both, reverse=True)
+        return costs, least, number, second, partner
+
+    wall = pick(walls, 0, 0)
+    none = each(lambda wall: 0 * wall, wall)
+    nothing = each(lambda line: each(lambda wall: 0 * wall, line), walls)
+    planes = left_across, left_down, right_across, right_down
+    return scan(row, (nothing, none, none, none, none), above, *planes, reverse=True)[1:]
+
+
+@kernel(left=IMAGE, right=IMAGE, numbers=IMAGE, columns=array(SCALAR, "w"), last=SCALAR, weight=SCALAR)
+def refined_numbers(left, right, numbers, columns, last, weight):
+    """Refine disparities, which are whole `numbers`, to fractions of pixels.
+
+    Column x of `left` is compared with column ``x - number`` of `right`. The difference, after smoothing along rows,
+    and the mean slope there give a linear equation for the fraction (Lucas and Kanade, *IJCAI* 1981:674). The fraction
+    of least squares is that of the 5 x 5 neighbours whose numbers differ by at most one, and of the equation that it is
+    0, which has the given weight. It is at most 1. `columns` are numbers from 0 to `last`; equations that need values
+    beyond an edge are left out.
+    """
+
+    def smooth(row):
+        return each(lambda a, b, c: (a + 2 * b + c) / 4, *window(row, 3, boundary="mirror"))
+
+    def slopes(row):
+        return each(_slope, *window(row, (-2, -1, 1, 2), boundary="mirror"))
+
+    def line(here, there, row):
+        first, second = smooth(here), smooth(there)
+        far = slopes(second)
+
+        def terms(column, number, value, slope):
+            place = column - number
+            other, other_slope = pick(second, place, 0), pick(far, place, 0)
+            inside = ga.minimum(ga.minimum(column, last - column), ga.minimum(place, last - place)) > 2
+            mean = ga.select(inside, (slope + other_slope) / 2, 0)
+            return mean * mean, mean * (other - value)
+
+        return each(terms, columns, row, first, slopes(first))
+
+    def fraction(number, squares, products, around):
+        rest, sum = weight, 0
+        for lines in zip(squares, products, around, strict=True):
+            for square, product, other in zip(*lines, strict=True):
+                distance = other - number
+                known = ga.select(ga.absolute(distance) < 2, square, 0)
+                rest = rest + known
+                sum = sum + known * distance + ga.select(ga.absolute(distance) < 2, product, 0)
+        return number + ga.maximum(ga.minimum(sum / rest, 1), -1)
+
+    squares, products = each(line, left, right, numbers)
+    windows = (window(part, 5, 5, boundary="mirror") for part in (squares, products, numbers))
+    return each(lambda *rows: each(fraction, *rows), numbers, *windows)

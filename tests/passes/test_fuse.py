@@ -178,3 +178,12 @@ def test_sines_are_not_fused_with_loops_that_carry() -> None:
     assert n_loops(fuse(procedure(turns, loop(apply(at("out"), at("work")))))) == 1
     follows = loop(Apply(sine, (at("out"),), (at("other"),)))
     assert n_loops(fuse(procedure(plain, apply(Place("start")), scan, follows))) == 2
+
+
+def test_copies_that_nothing_reads_are_left_out() -> None:
+    """The loop of the copies disappears as well, and copies of which only such copies read."""
+    unread = loop(Copy(at("x"), at("work"))), loop(Copy(at("work"), at("more")))
+    fused = check(1, loop(apply(at("out"), at("x"))), *unread)
+    assert {table.name for table in fused.of(Storage.WORK)} <= {"start"}
+    read = check(1, unread[0], loop(apply(at("out"), at("work"))), unread[1])
+    assert "more" not in {table.name for table in read.tables}

@@ -97,39 +97,6 @@ def test_shifts_of_rough_textures_are_not_drawn_to_whole_pixels(power: float, mo
             assert np.median(found) == pytest.approx(true, abs=most)
 
 
-def test_disparities_that_jump() -> None:
-    """Two planes at different depths: accurate to half a pixel except at borders, which only one eye sees."""
-    texture = blurred(60, 140)
-    left, right = texture[:, 20:120], moved(texture, -3, 0)[:, 20:120]
-    front = blurred(30, 50)
-    left, right = left.copy(), right.copy()
-    left[15:45, 30:70], right[15:45, 22:62] = front[:, :40], front[:, :40]
-    found = disparity(left, right, 12)
-    assert np.abs(found.disparity[22:38, 38:62] - 8).max() < 0.1
-    assert np.abs(found.disparity[3:8, 12:-8] - 3).max() < 0.1
-    truth = np.full(left.shape, 3.0)
-    truth[15:45, 30:70] = 8
-    sure = found.confidence > 0.5
-    wrong = np.abs(found.disparity - truth) > 0.5
-    assert sure.mean() > 0.75 and wrong[sure].mean() < 0.04
-    assert wrong[~sure].mean() > 5 * wrong[sure].mean()
-    assert disparity(left.astype(np.float32), right.astype(np.float32), 9, -1).disparity.dtype == np.float32
-
-
-def test_disparities_of_a_real_pair() -> None:
-    """A part of the Motorcycle pair, against its measured disparities."""
-    data = pytest.importorskip("skimage.data")
-    left, right, truth = data.stereo_motorcycle()
-    rows = slice(200, 265)
-    left, right, truth = (each[rows].astype(float) for each in (left, right, truth))
-    found = disparity(left.mean(-1), right.mean(-1), 65)
-    known = np.isfinite(truth) & (truth > 0)
-    error = np.abs(found.disparity - truth)[known]
-    assert np.median(error) < 0.3 and (error < 1).mean() > 0.75
-    confidence = found.confidence[known]
-    assert (error[confidence > np.median(confidence)] < 1).mean() > 0.9
-
-
 def patches(image: np.ndarray, first: int, last: int) -> np.ndarray:
     size = 64
     starts = [(r, c) for r in range(first, last - size + 1, 32) for c in range(0, 512 - size + 1, 32)]
