@@ -2,7 +2,16 @@
 
 from .ambiguity import differ, largest_likely, likely, likely_bounds
 from .chance import Freedom, by_chance, least_by_chance, log_choices, log_false_alarms
-from .consensus import Consensus, Hypothesis, Problem, check_sampling, consensus, explained_by_chance, polished
+from .consensus import (
+    Consensus,
+    Hypothesis,
+    Problem,
+    check_sampling,
+    consensus,
+    explained_by_chance,
+    near_by_chance,
+    polished,
+)
 from .gates import certain_deviations, gate_of, is_lost
 from .least_squares import Minima, minima
 from .noise import Noise, deviation_of_most, explains, largest_ratio
@@ -39,6 +48,7 @@ __all__ = [
     "log_choices",
     "log_false_alarms",
     "minima",
+    "near_by_chance",
     "polished",
     "random_sets",
     "random_subsets",
