@@ -14,7 +14,7 @@ from .consensus import (
 )
 from .gates import certain_deviations, gate_of, is_lost
 from .least_squares import Minima, minima
-from .noise import Noise, deviation_of_most, explains, largest_ratio
+from .noise import Noise, deviation_of_most, explains, growth_by_threshold, largest_ratio
 from .observability import rank, spectrum, undetermined
 from .sampling import Seed, all_or_some_sets, random_sets, random_subsets
 from .status import WRONG, Status
@@ -39,6 +39,7 @@ __all__ = [
     "explained_by_chance",
     "explains",
     "gate_of",
+    "growth_by_threshold",
     "is_lost",
     "largest_likely",
     "largest_ratio",
