@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite, real_array
+from ..evidence.gates import checked_gate
 from .kalman_steps import LARGEST, predicted, updated
 from .matrices import as_definite
 from .status import EstimationStatus
@@ -41,7 +42,7 @@ class ExtendedKalmanFilter:
         if n_linearisations < 1:
             raise ValueError(f"n_linearisations: {n_linearisations}; expected at least 1")
         self._covariance, definite = as_definite(finite(real_array(covariance, "covariance", (n, n)), "covariance"))
-        self._gate = min(float(gate), 1e300)
+        self._gate = checked_gate(gate)
         self._count = n_linearisations
         self._square = 0.0
         self._status = EstimationStatus.OK if definite else EstimationStatus.NOT_DEFINITE

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 from generated import kalman as kernels
 
 from ..arguments import Reals, finite, real_array
+from ..evidence.gates import checked_gate
 from ..evidence.triangles import from_triangle, to_triangle
 from .kalman_steps import (
     JOINT,
     LARGEST,
-    OPEN,
     System,
     Whitened,
     padded,
@@ -117,7 +117,7 @@ class KalmanFilter:
         leading = first.shape[:-1]
         self._state = padded(first, self._system.size)
         self._triangle = to_triangle(padded_square(np.broadcast_to(spread, (*leading, n, n)), self._system.size))
-        self._gate = min(float(gate), OPEN)
+        self._gate = checked_gate(gate)
         self._shape = (m,)
         self._innovation = np.full((*leading, m), np.nan)
         self._numbers = np.zeros((*leading, 2))

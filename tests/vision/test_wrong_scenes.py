@@ -1,11 +1,11 @@
-"""Scenes that estimators must not call OK: repeated matches, mirrored images, a threshold below the noise, no pixels."""
+"""Scenes that must not be OK: repeated matches, mirrored images, a threshold below the noise; and wrong arguments."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from algorithms.estimation import observability
+from algorithms.estimation import ExtendedKalmanFilter, KalmanFilter, MotorFilter, RotorFilter, observability
 from algorithms.evidence.noise import growth_by_threshold
 from algorithms.vision import (
     Camera,
@@ -53,7 +53,7 @@ def test_repeated_random_pixels_have_no_pose() -> None:
 def test_repeats_do_not_hide_a_pose() -> None:
     rng = np.random.default_rng(3)
     points = _repeated(rng, (12, 3), 0.0, 1.0)
-    pixels = _seen(points + [0.1, 0.2, 5]) + rng.normal(0, 0.3, (72, 2))
+    pixels = _seen(points + np.array([0.1, 0.2, 5])) + rng.normal(0, 0.3, (72, 2))
     pixels[:20] = rng.uniform(0, 800, (20, 2))
     for threshold in (None, 1.5):
         assert localize(points, pixels, _K, threshold=threshold).status == VisionStatus.OK
@@ -65,7 +65,7 @@ def test_images_with_y_upwards_have_no_pose() -> None:
     for seed in range(10):
         rng = np.random.default_rng(seed)
         points = rng.uniform(-1, 1, (30, 3))
-        pixels = _seen(points + [0.1, 0.2, 6]) + rng.normal(0, 0.4, (30, 2))
+        pixels = _seen(points + np.array([0.1, 0.2, 6])) + rng.normal(0, 0.4, (30, 2))
         assert localize(points, pixels, _K, threshold=2.0).status == VisionStatus.OK
         mirrored = localize(points, pixels * [1, -1] + [0, 800], _K, threshold=2.0)
         rejected += mirrored.status != VisionStatus.OK
@@ -133,3 +133,23 @@ def test_errors_name_what_is_no_sequence_or_empty() -> None:
     ):
         with pytest.raises((TypeError, ValueError), match=match):
             call()
+
+
+@pytest.mark.parametrize("gate", [np.nan, 0.0, -1.0])
+def test_gates_are_positive(gate: float) -> None:
+    """NaN let everything pass in one filter and nothing in the others."""
+    one = np.eye(1)
+    for create in (
+        lambda: KalmanFilter([0.0], one, one, one, one, one, gate=gate),
+        lambda: ExtendedKalmanFilter([0.0], one, gate=gate),
+        lambda: RotorFilter(np.eye(4)[0], np.eye(3), gate=gate),
+        lambda: MotorFilter(np.eye(8)[0], np.eye(6), gate=gate),
+    ):
+        with pytest.raises(ValueError, match=r"^gate: "):
+            create()
+
+
+def test_noise_of_rotors_is_not_negative() -> None:
+    """A negative one left a covariance of 0 with the status OK."""
+    with pytest.raises(ValueError, match=r"^noise: -1\.0; expected 0 or more"):
+        RotorFilter(np.eye(4)[0], np.eye(3)).predict([0, 0, 0.1], 0.1, -1.0)
