@@ -100,7 +100,7 @@ def localize(
         likelihood of more than a thousandth of the best one; both are in `poses`. TOO_FEW is returned for fewer than
         four distinct points, and DEGENERATE for points on a line and others that do not determine the pose. The status
         is NOT_CONVERGED if the best pose violates one of the other conditions, and NO_CONSENSUS if no pose has more
-        inliers than expected by chance.
+        inliers than expected by chance, or than of pixels as near their places as those that disagree with the pose.
 
     Raises
     ------
