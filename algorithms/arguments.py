@@ -159,6 +159,20 @@ def finite_number(value: object, name: str) -> float:
     return number
 
 
+def listed(value: Any, name: str, of: str) -> list[Any]:
+    """Return the elements of a sequence of `of`.
+
+    Raises
+    ------
+    TypeError
+        If `value` is not a sequence.
+    """
+    try:
+        return list(value)
+    except TypeError:
+        raise TypeError(f"{name}: {type(value).__name__}; expected a sequence of {of}") from None
+
+
 def _shape_text(shape: tuple[int, ...], meaning: str) -> str:
     text = ", ".join(["...", *("any" if length < 0 else str(length) for length in shape)])
     return f"({text})" + (f", {meaning}" if meaning else "")

@@ -95,6 +95,23 @@ def random_pairs(rng: np.random.Generator) -> Trial:
     return Trial(relative_pose(one, two, _K, threshold=1.5).status == 0, False)
 
 
+@row("`relative_pose`", "10 to 40 pairs at random, each given three to eight times up to 0.4 pixels", slow=True)
+def repeated_pairs(rng: np.random.Generator) -> Trial:
+    one, two = (rng.uniform(0, 1, (int(rng.integers(10, 41)), 2)) * _SIZE for _ in range(2))
+    n, repeats = min(len(one), len(two)), int(rng.integers(3, 9))
+    one, two = (np.repeat(each[:n], repeats, axis=0) for each in (one, two))
+    one, two = (each + rng.normal(0, rng.uniform(0.1, 0.4), each.shape) for each in (one, two))
+    return Trial(relative_pose(one, two, _K, threshold=1.5).status == 0, False)
+
+
+@row("`relative_pose`", "100 to 200 points in space, a noise from half the threshold to all of it", slow=True)
+def noise_above_threshold(rng: np.random.Generator) -> Trial:
+    one, two, motor = _pairs(rng, _space(rng, int(rng.integers(100, 201))), rng.uniform(0.3, 1.0))
+    more = np.sqrt(rng.uniform(0.75, 1.5) ** 2 - 0.5**2)
+    one, two = (each + rng.normal(0, more, each.shape) for each in (one, two))
+    return _is_right(relative_pose(one, two, _K, threshold=1.5), motor)
+
+
 @row(
     "`calibrate_from_planes`",
     "8 to 15 views of 70 points through a lens with k1 of -0.3 to 0.2; wrong: a parameter off by 4.9 deviations",

@@ -116,6 +116,21 @@ def _triangulated(rng: np.random.Generator, place: np.ndarray, baseline: float) 
     return Trial(bool(result.status == 0), bool(off < max(BOUND * float(result.deviation), 1e-3)) and place[2] > 0)
 
 
+@row("`localize`", "20 to 60 points in space whose pixels have y upwards, a threshold of 2 pixels")
+def mirrored_pixels(rng: np.random.Generator) -> Trial:
+    points = rng.uniform(-1, 1, (int(rng.integers(20, 61)), 3)) * rng.uniform(0.5, 1, 3)
+    pixels, _, _ = _view(rng, points, rng.uniform(4, 9), np.pi, 0.5)
+    return Trial(localize(points, pixels * [1, -1] + [0, 1040], _K, threshold=2.0).status == 0, False)
+
+
+@row("`localize`", "5 to 10 points with random pixels, each measured three to eight times, no threshold")
+def repeated_points(rng: np.random.Generator) -> Trial:
+    n, repeats = int(rng.integers(5, 11)), int(rng.integers(3, 9))
+    points = np.repeat(rng.uniform(-1, 1, (n, 3)), repeats, axis=0) + rng.normal(0, 1e-3, (n * repeats, 3))
+    pixels = np.repeat(rng.uniform([0, 0], [1400, 1040], (n, 2)), repeats, axis=0)
+    return Trial(localize(points, pixels + rng.normal(0, 0.3, pixels.shape), _K).status == 0, False)
+
+
 @row("`triangulate`", "points behind the cameras, or 500 to 5,000 baselines away; wrong: beyond the bound, or behind")
 def undetermined_points(rng: np.random.Generator) -> Trial:
     depth = rng.choice([-1, 1]) * rng.uniform(2, 8) if rng.random() < 0.5 else rng.uniform(50, 500)
@@ -327,6 +342,14 @@ def space_with_near_partners(rng: np.random.Generator) -> Trial:
     return _two_views(rng, points, 0.2, rng.choice([8, 20]))
 
 
+@row("`robust_fundamental_matrix`", "10 to 40 pairs at random, each given three to eight times up to 0.4 pixels")
+def repeated_random_pairs(rng: np.random.Generator) -> Trial:
+    n, repeats = int(rng.integers(10, 41)), int(rng.integers(3, 9))
+    pairs = np.repeat(rng.uniform([0, 0] * 2, [1400, 1040] * 2, (n, 4)), repeats, axis=0)
+    pairs += rng.normal(0, rng.uniform(0.1, 0.4), pairs.shape)
+    return Trial(robust_fundamental_matrix(pairs[:, :2], pairs[:, 2:], threshold=1.5).status == 0, False)
+
+
 def _plane_pairs(rng: np.random.Generator, n: int, share: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Two views of a plane with a noise of 0.5 pixels, a share of partners anywhere, and the homography."""
     normal = np.array([*rng.normal(0, 0.3, 2), 1]) / 8
@@ -346,7 +369,10 @@ def _plane_pairs(rng: np.random.Generator, n: int, share: float) -> tuple[np.nda
     good=True,
 )
 def plane_with_wrong_partners(rng: np.random.Generator) -> Trial:
-    one, two, truth = _plane_pairs(rng, int(rng.integers(30, 200)), rng.uniform(0, 0.5))
+    return _is_near_plane(*_plane_pairs(rng, int(rng.integers(30, 200)), rng.uniform(0, 0.5)))
+
+
+def _is_near_plane(one: np.ndarray, two: np.ndarray, truth: np.ndarray) -> Trial:
     found = robust_homography(one, two, threshold=1.5, seed=1)
     if found.status != 0:
         return Trial(False, False)
@@ -355,6 +381,12 @@ def plane_with_wrong_partners(rng: np.random.Generator) -> Trial:
         projective2.transform_point(found.model, grid) - projective2.transform_point(truth, grid), axis=1
     )
     return Trial(True, bool(off.mean() < 2))
+
+
+@row("`robust_homography`", "50 to 150 pairs of a plane, noise of 2 to 4 pixels, a threshold of 1.5; wrong: as above")
+def plane_with_noise(rng: np.random.Generator) -> Trial:
+    one, two, truth = _plane_pairs(rng, int(rng.integers(50, 151)), rng.uniform(0, 0.3))
+    return _is_near_plane(one, two + rng.normal(0, rng.uniform(2, 4), two.shape), truth)
 
 
 @row("`robust_homography`", "10 to 100 pairs at random, or three or four of a plane among them")

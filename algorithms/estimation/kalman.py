@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import kalman as kernels
 
 from ..arguments import Reals, finite, real_array
-from ..evidence.gates import OPEN
+from ..evidence.gates import OPEN, checked_gate
 from .matrices import as_definite, definite_once
 from .status import EstimationStatus
 
@@ -109,7 +109,7 @@ class KalmanFilter:
         self._covariance = np.ascontiguousarray(np.broadcast_to(spread, (*leading, n, n)))
         self._control = None if control is None else _matrix(control, "control", (n, -1))
         self._still = np.zeros(n)
-        limit = gate_from(gate)
+        limit = checked_gate(gate)
         self._gates, self._each = np.array([OPEN, limit]), np.array([limit, OPEN])
         self._innovation = np.full((*leading, m), np.nan)
         self._square, self._count = np.zeros(leading), np.zeros(leading)
@@ -293,14 +293,6 @@ def _systems(
         is_covariance = name.endswith("noises")
         matrices.append(as_definite(matrix)[0] if is_covariance and x is not None else matrix)
     return np.arange(t), matrices
-
-
-def gate_from(gate: float) -> float:
-    """Return a gate that is at most `OPEN`."""
-    found = float(gate)
-    if not found >= 0:
-        raise ValueError(f"gate: {gate}; expected a number from 0 on")
-    return min(found, OPEN)
 
 
 def _matrix(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:

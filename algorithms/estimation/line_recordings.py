@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from generated import motor_filters as kernels
 
 from ..arguments import Reals, real_array
+from ..evidence.gates import checked_gate
 from ..evidence.triangles import from_triangle, to_triangle
 from .matrices import as_definite
 from .motor_objects import covariance_matrix, unit_motor, variances_of
@@ -50,6 +51,6 @@ def filter_lines(
     growth = steps[:, None] * to_triangle(as_definite(covariance_matrix(noise, "noise"))[0])
     spread = to_triangle(as_definite(covariance_matrix(covariance, "covariance"))[0])
     motors, triangles, numbers = kernels.filter_lines(
-        unit_motor(motor), spread, one, two, growth, variances_of(sigma), min(float(gate), 1e300)
+        unit_motor(motor), spread, one, two, growth, variances_of(sigma), checked_gate(gate)
     )
     return motors, from_triangle(triangles, 6), numbers

@@ -15,7 +15,7 @@ from generated import pga3
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import MOTOR, restorer
 from ..evidence import rank
-from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, gate_of, is_lost
+from ..evidence.gates import FEWEST, SETTLED, UNLIKELY, WIDE, checked_gate, gate_of, is_lost
 from ..evidence.triangles import from_triangle, to_triangle
 from .matrices import as_definite
 from .motor_objects import LINES, PLANES, POINTS, Kind, covariance_matrix, unit_motor, variances_of
@@ -89,7 +89,7 @@ class MotorFilter:
         self._twist_covariance = as_definite(covariance_matrix(twist_covariance, "twist_covariance"))[0]
         self._cross = np.zeros((6, 6))
         self._twist_noise = to_triangle(as_definite(covariance_matrix(twist_noise, "twist_noise"))[0])
-        self._gate = min(float(gate), OPEN)
+        self._gate = checked_gate(gate)
         self._information = np.zeros((6, 6))
         self._rank = 0
         self._observed = EstimationStatus.UNOBSERVED

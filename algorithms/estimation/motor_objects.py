@@ -99,12 +99,19 @@ def observability(
     Returns
     -------
     Observability
+
+    Raises
+    ------
+    TypeError, ValueError
+        If an argument has another type or shape, or objects are not finite.
     """
     at = unit_motor(motor)
     information = np.zeros((6, 6))
     for kind, objects in ((LINES, lines), (POINTS, points), (PLANES, planes)):
         if objects is not None:
-            rows = kind.rows(objects, kind.name).astype(float)
+            rows = finite(kind.rows(objects, kind.name).astype(float), kind.name)
+            if rows.ndim != 2:
+                raise ValueError(f"{kind.name}: shape {rows.shape}; expected (k, {rows.shape[-1]})")
             information += from_triangle(kind.information(at, rows, variances_of(sigma)), 6)
     return Observability(rank(information), information, undetermined(information))
 

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 from generated import kalman as kernels
 
 from ..arguments import Reals, finite, real_array
-from ..evidence.gates import OPEN
-from .kalman import gate_from
+from ..evidence.gates import OPEN, checked_gate
 from .matrices import as_definite, definite_once
 from .status import EstimationStatus
 
@@ -34,7 +33,7 @@ class _NonlinearFilter:
             raise ValueError(f"state: shape {self._state.shape}; expected (n,) with n from 1")
         given = finite(real_array(covariance, "covariance", (n, n)).astype(float), "covariance")
         self._covariance, definite = as_definite(given)
-        self._gates = np.array([OPEN, gate_from(gate)])
+        self._gates = np.array([OPEN, checked_gate(gate)])
         self._still = np.zeros(n)
         self._square = 0.0
         self._status = EstimationStatus.OK if definite else EstimationStatus.NOT_DEFINITE

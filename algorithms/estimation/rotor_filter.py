@@ -13,7 +13,7 @@ from generated import vga3
 
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import ROTOR, plain, restorer
-from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, gate_of, is_lost
+from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, checked_gate, gate_of, is_lost
 from ..evidence.triangles import from_triangle, to_triangle
 from .matrices import as_definite
 from .rotor_starts import Beginning
@@ -45,7 +45,7 @@ class RotorFilter:
     def __init__(self, rotor: ArrayLike, covariance: ArrayLike, *, gate: float = np.inf) -> None:
         self._rotor, self._restored = _unit_rotor(rotor), restorer(rotor, ROTOR)
         self._covariance, definite = as_definite(finite(real_array(covariance, "covariance", (3, 3)), "covariance"))
-        self._gate = min(float(gate), OPEN)
+        self._gate = checked_gate(gate)
         self._innovation = (0.0, 0)
         self._beginning: Beginning | None = None
         self._contradicted = False
@@ -79,7 +79,9 @@ class RotorFilter:
             return self._status
         step = vga3.rotor_from_rotation_vector(dt * turn)
         self._rotor = np.asarray(vga3.normalize_rotor(vga3.rotor_product(self._rotor, step)))
-        more = dt * finite_number(noise, "noise") * np.eye(3)
+        if finite_number(noise, "noise") < 0:
+            raise ValueError(f"noise: {noise}; expected 0 or more")
+        more = dt * float(noise) * np.eye(3)
         self._covariance = self._covariance + more
         if self._beginning is not None:
             self._beginning = self._beginning.moved(step, more)

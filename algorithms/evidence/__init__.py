@@ -2,10 +2,19 @@
 
 from .ambiguity import differ, largest_likely, likely, likely_bounds
 from .chance import Freedom, by_chance, least_by_chance, log_choices, log_false_alarms
-from .consensus import Consensus, Hypothesis, Problem, check_sampling, consensus, explained_by_chance, polished
+from .consensus import (
+    Consensus,
+    Hypothesis,
+    Problem,
+    check_sampling,
+    consensus,
+    explained_by_chance,
+    near_by_chance,
+    polished,
+)
 from .gates import certain_deviations, gate_of, is_lost
 from .least_squares import Minima, minima
-from .noise import Noise, deviation_of_most, explains, largest_ratio
+from .noise import Noise, deviation_of_most, explains, growth_by_threshold, largest_ratio
 from .observability import rank, spectrum, undetermined
 from .sampling import Seed, all_or_some_sets, random_sets, random_subsets
 from .status import WRONG, Status
@@ -30,6 +39,7 @@ __all__ = [
     "explained_by_chance",
     "explains",
     "gate_of",
+    "growth_by_threshold",
     "is_lost",
     "largest_likely",
     "largest_ratio",
@@ -39,6 +49,7 @@ __all__ = [
     "log_choices",
     "log_false_alarms",
     "minima",
+    "near_by_chance",
     "polished",
     "random_sets",
     "random_subsets",

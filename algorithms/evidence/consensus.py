@@ -34,6 +34,8 @@ N_WRONG = 5000
 """A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
 _ROUNDING = 1e-9
 """From floating point: a relative change of a cost below this is rounding."""
+_KEYS = np.random.default_rng(0).normal(size=64)
+"""From floating point: of whole numbers times these, two sets rarely have the same sum."""
 
 Indices = NDArray[Any]
 """Indices of items: integers, or bool."""
@@ -190,14 +192,31 @@ def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> t
 
 
 def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: np.random.Generator) -> bool:
-    """Return whether shuffled partners could agree with a model as well. Repeated items count once."""
-    first, second = _without_repeats(problem)
-    if len(first) <= problem.freedom.sample_size:
+    """Return whether shuffled partners could agree with a model as well. Inliers that repeat others count once."""
+    distances = _distances(problem, model)
+    once = distances > threshold
+    inliers = np.flatnonzero(~once)
+    firsts, seconds = problem.first.take(inliers, axis=0), problem.second.take(inliers, axis=0)
+    once[inliers] = without_repeats(firsts, seconds, threshold)
+    order = rng.permutation(len(distances))
+    order = order.compress(once.take(order))
+    if len(order) <= problem.freedom.sample_size:
         return True
-    distances = problem.distances(model[None], first, second)[0]
-    order = rng.permutation(len(first))
-    wrong = problem.distances(model[None], *unrelated(first.take(order, axis=0), second.take(order, axis=0)))[0]
-    return by_chance(without_nan(distances), wrong, threshold, problem.freedom)
+    wrong = unrelated(problem.first.take(order, axis=0), problem.second.take(order, axis=0))
+    far = problem.distances(model[None], *wrong)[0]
+    return by_chance(distances.compress(once), far, threshold, problem.freedom)
+
+
+def near_by_chance(problem: Problem, model: Reals, threshold: float) -> bool:
+    """Return whether partners as near their places as those that disagree with a model could agree with it as well.
+
+    These are near in a mirrored image, for example, or if the threshold is smaller than the noise. The test is for
+    points: few distances from lines say little of the nearest ones of others.
+    """
+    distances = _distances(problem, model)
+    disagree = distances > threshold
+    near = np.where(disagree, distances, np.inf)
+    return bool(disagree.any()) and by_chance(distances, near, threshold, problem.freedom)
 
 
 def unrelated(first: Reals, second: Reals) -> tuple[Reals, Reals]:
@@ -207,18 +226,29 @@ def unrelated(first: Reals, second: Reals) -> tuple[Reals, Reals]:
     return np.concatenate([first] * len(shifts)), np.concatenate([twice[n - k : 2 * n - k] for k in shifts])
 
 
-def _without_repeats(problem: Problem) -> tuple[Reals, Reals]:
-    """Return the different pairs."""
-    n = len(problem.first)
-    one, two = problem.first.reshape(n, -1), problem.second.reshape(n, -1)
-    column = np.sort(one[:, 0])
-    if (column[1:] != column[:-1]).all():  # the usual case, in a fraction of the time of sorting rows
-        return problem.first, problem.second
-    rows = np.concatenate([one, two], -1)
-    order = np.lexsort(rows.T)
-    in_order = rows.take(order, axis=0)
-    once = order.compress(np.append(True, (in_order[1:] != in_order[:-1]).any(1)))
-    return problem.first.take(once, axis=0), problem.second.take(once, axis=0)
+def without_repeats(first: Reals, second: Reals, threshold: float) -> NDArray[np.bool_]:
+    """Return which items (n,) do not repeat others on both sides (n, ...), up to noise and a few.
+
+    Images of one thing differ by up to twice the threshold, and are therefore in one cell of twice that size, or of
+    those shifted by a half. On the first side, which may have another unit, cells are in relation to the extent.
+    """
+    n = len(first)
+    if not n:
+        return np.zeros(0, np.bool_)
+    sides = [side.reshape(n, -1) for side in (first, second)]
+    extents = [float(np.ptp(side, axis=0).max()) for side in sides]
+    ratio = extents[0] / extents[1] if min(extents) > 0 else 1.0
+    cells = sides[0] / (4 * threshold * ratio), sides[1] / (4 * threshold)
+    keys = [[np.floor(cell + shift) @ _KEYS[: cell.shape[1]] for shift in (0.0, 0.5)] for cell in cells]
+    left = np.arange(n)
+    for one, two in ((0, 0), (1, 1), (0, 1), (1, 0)):
+        both = keys[0][one].take(left) - np.pi * keys[1][two].take(left)
+        order = both.argsort()
+        in_order = both.take(order)
+        left = left.take(order.compress(np.append(True, in_order[1:] != in_order[:-1])))
+    kept = np.zeros(n, np.bool_)
+    kept[left] = True
+    return kept
 
 
 def _costs(problem: Problem, models: Reals, threshold: float) -> Reals:

@@ -24,6 +24,13 @@ OPEN = 1e300
 """From floating point: a gate that everything passes."""
 
 
+def checked_gate(gate: float) -> float:
+    """Return the value of a gate, at most `OPEN`; ValueError unless it is positive: NaN compares as nothing does."""
+    if not gate > 0:
+        raise ValueError(f"gate: {gate}; expected a positive number, or infinity")
+    return min(float(gate), OPEN)
+
+
 def gate_of(n_numbers: int, probability: float = WRONG) -> float:
     """Return the squared innovation that a measurement of some numbers exceeds with a probability."""
     return n_numbers * largest_ratio(n_numbers, probability=probability)

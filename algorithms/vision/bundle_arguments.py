@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, listed, real_array
 from .bundle_results import Observations
 from .camera import Camera
 
@@ -67,7 +67,7 @@ def checked_table(observations: Table, c: int, m: int) -> tuple[Reals, Reals, Re
     if isinstance(observations, Observations):
         parts: tuple[ArrayLike, ...] = observations.camera, observations.point, observations.pixels
     else:
-        parts = tuple(observations)
+        parts = tuple(listed(observations, "observations", "three arrays: cameras, points, pixels"))
     if len(parts) != 3:
         raise ValueError(f"observations: {len(parts)} arrays; expected 3: cameras (k,), points (k,) and pixels (k, 2)")
     pixels = np.asarray(real_array(parts[2], "observations: pixels", (-1,), "x y"))

@@ -37,7 +37,7 @@ _SUSPECTS = 16
 
 def usual_noise(pixels: Reals) -> Noise:
     """Return what is known of the noise of pixels (n, 2) if nothing is known of the camera."""
-    return Noise((_USUAL_NOISE * float(np.ptp(pixels, axis=0).max())) ** 2, _WEIGHT)
+    return Noise(float(np.square(_USUAL_NOISE * np.ptp(pixels, axis=0).max())), _WEIGHT)
 
 
 def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None = None, margin: float = 1.0) -> Reals:

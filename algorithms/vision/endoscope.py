@@ -53,6 +53,8 @@ def calibrate_endoscope(
     if images.ndim != 3 or motors.ndim != 2 or len(images) != len(motors):
         raise ValueError(f"views: shape {images.shape}; expected ({len(motors)}, m, 2), one image for each body")
     places = real_array(points, "points", (images.shape[1], 3), "x y z")
+    if places.ndim != 2:
+        raise ValueError(f"points: shape {places.shape}; expected ({images.shape[1]}, 3), those of one pattern")
     seen = np.asarray(np.isfinite(images).all(-1) & np.isfinite(places).all(-1))
     found = [localize(places[some], image[some], intrinsics) for image, some in zip(images, seen, strict=True)]
     poses = np.reshape([each.pose for each in found], (len(found), 8))

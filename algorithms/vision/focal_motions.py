@@ -10,7 +10,16 @@ from numpy.typing import ArrayLike
 from generated import focal_poses, relative_poses
 
 from ..arguments import Reals, real_array
-from ..evidence import Freedom, Problem, all_or_some_sets, check_sampling, consensus, largest_likely, rank
+from ..evidence import (
+    Freedom,
+    Problem,
+    all_or_some_sets,
+    check_sampling,
+    consensus,
+    growth_by_threshold,
+    largest_likely,
+    rank,
+)
 from ..evidence.consensus import Indices
 from ..evidence.noise import largest_ratio
 from ..evidence.triangles import from_triangle
@@ -366,6 +375,9 @@ class _Pairs:
             motor, best.focal, self.first[which], self.second[which], limit, _SOON
         )
         variance = float(self.noise.raised(np.asarray(numbers[0]), len(which) - 6))
+        squares = np.asarray(relative_poses.squared_distances(_fundamental(best.model), self.first, self.second))
+        counts = [int((squares <= each).sum()) for each in (limit, 4 * limit)]
+        variance *= growth_by_threshold(counts[0], counts[1] - counts[0])
         onto = np.zeros((7, 6))
         onto[:3, :3], onto[6, 5] = np.eye(3), best.focal
         onto[3:6, 3:5] = np.stack(relative_poses.tangents_of_direction(relative_poses.translation_of_motion(motor)), -1)

@@ -12,6 +12,7 @@ from generated import camera_poses, projective2
 
 from ..arguments import Reals, finite_number, real_array
 from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance
+from ..evidence.consensus import without_repeats
 from .camera import Camera, pinhole_pixels
 from .line_poses import line_arrays, localize_with_lines
 from .localization_results import Localization, no_localization
@@ -34,6 +35,8 @@ _SETS = 400
 have 220 of them, and if half of many pixels are wrong, 50 of these are free of wrong ones."""
 _FEWEST = 6
 """From a probability: of five points, one of which is wrong, chance explains the others."""
+_SIGMAS = 2.5
+"""From the noise: the multiple of it that thresholds usually are, up to twice which images of a point differ."""
 _ROUNDS = 10
 """A limit on work: the number of selections of inliers."""
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=1e-2)
@@ -97,7 +100,7 @@ def localize(
         likelihood of more than a thousandth of the best one; both are in `poses`. TOO_FEW is returned for fewer than
         four distinct points, and DEGENERATE for points on a line and others that do not determine the pose. The status
         is NOT_CONVERGED if the best pose violates one of the other conditions, and NO_CONSENSUS if no pose has more
-        inliers than expected by chance.
+        inliers than expected by chance, or than of pixels as near their places as those that disagree with the pose.
 
     Raises
     ------
@@ -199,9 +202,12 @@ def _without_wrong_pixels(scene: _Scene) -> Reals | None:
     in the part of the image that the pixels cover.
     """
     area = float(np.prod(np.ptp(scene.image, axis=0)))
+    if not area > 0:
+        return None
+    once = without_repeats(scene.places, scene.image, _SIGMAS * float(np.sqrt(scene.noise.variance)))
 
     def by_chance(pose: Reals) -> tuple[float, float]:
-        distances = np.sqrt(scene.squares(pose))
+        distances = np.sqrt(scene.squares(pose).compress(once))
         share = np.pi * scene.noise.variance / area
         return least_by_chance(distances, lambda r: np.clip(np.pi * r * r / area, min(share, 1), 1), _FREEDOM)
 

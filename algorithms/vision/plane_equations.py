@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from generated import projective2
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, listed, real_array
 from ..evidence import Noise, largest_ratio
 from .normalization import flatness, homogeneous, similarity
 from .planes import linear_homography
@@ -77,16 +77,23 @@ def intrinsics_of_conics(conics: Reals, scale: Reals) -> Reals:
     return np.where(good[:, None, None], found / found[:, 2:, 2:], np.nan)
 
 
+def planes_of(planes: ArrayLike | Sequence[ArrayLike], n: int) -> list[Reals]:
+    """Return the points (k, 2) of the planes of n views, from those of one plane for all views or of one for each."""
+    given = listed(planes, "planes", "points, or of arrays (n, 2)")
+    if not given or np.ndim(given[0]) < 2:
+        return [real_array(planes, "planes", (2,), "x y")] * n  # type: ignore[arg-type]
+    if len(given) != n:
+        raise ValueError(f"planes: {len(given)} planes; expected {n}, one for each view")
+    return [real_array(plane, f"planes[{k}]", (2,), "x y") for k, plane in enumerate(given)]
+
+
 def homographies_of(
     planes: ArrayLike | Sequence[ArrayLike], views: Sequence[ArrayLike] | Reals, least: int
 ) -> tuple[Reals, list[Reals], list[Reals], VisionStatus]:
     """Return the homography of each view, and the points and pixels; empty if the status is not OK."""
-    pixels = [real_array(view, f"views[{k}]", (2,), "x y") for k, view in enumerate(views)]
-    one_plane = np.ndim(planes[0] if len(pixels) else 0) < 2  # type: ignore[index]
-    given: Sequence[ArrayLike] = [planes] * len(pixels) if one_plane else planes  # type: ignore[assignment, list-item]
-    if len(given) != len(pixels):
-        raise ValueError(f"planes: {len(given)} planes; expected {len(pixels)}, one for each view")
-    places = [real_array(plane, f"planes[{k}]", (2,), "x y") for k, plane in enumerate(given)]
+    given = listed(views, "views", "arrays (n, 2), x y")
+    pixels = [real_array(view, f"views[{k}]", (2,), "x y") for k, view in enumerate(given)]
+    places = planes_of(planes, len(pixels))
     pairs = list(zip(places, pixels, strict=True))
     states = [check_points({f"planes[{k}]": a, f"views[{k}]": b}, 4, "points") for k, (a, b) in enumerate(pairs)]
     worst = VisionStatus.TOO_FEW if len(pixels) < least else max(states)

@@ -87,7 +87,8 @@ def robust_homography(
     Returns
     -------
     RobustEstimate
-        The status is NO_CONSENSUS if no more pairs agree than expected by chance (always so for four), NOT_CONVERGED if
+        The status is NO_CONSENSUS if no more pairs agree than expected by chance (always so for four), or than of
+        partners as near their places as those that disagree, as for a threshold below the noise, NOT_CONVERGED if
         `max_samples` is too small for the confidence, and DEGENERATE if the inliers are nearly all on a line.
 
     Raises

@@ -16,6 +16,7 @@ from ..evidence import (
     Noise,
     check_sampling,
     consensus,
+    growth_by_threshold,
     largest_likely,
     largest_ratio,
     log_false_alarms,
@@ -119,8 +120,9 @@ def relative_pose(
         distinct pairs. DEGENERATE means that a rotation alone explains the pairs, which is then in `rotation`, that
         the points are on a line, or that the direction of the translation is uncertain by a right angle. With a
         threshold, the status is NO_CONSENSUS if chance explains the inliers, and NOT_CONVERGED if too few samples were
-        drawn. Without one, it is NOT_CONVERGED if the residuals contradict the usual noise of pixels, a thousandth of
-        the focal length as well known as by four residuals, or those of the other pairs.
+        drawn, or if distances up to twice the threshold show that it is smaller than the noise. Without one, it is
+        NOT_CONVERGED if the residuals contradict the usual noise of pixels, a thousandth of the focal length as well
+        known as by four residuals, or those of the other pairs.
 
     Raises
     ------
@@ -181,6 +183,9 @@ def estimate_motion(
         status = VisionStatus.NOT_CONVERGED
     if status != VisionStatus.OK:
         return _no_pose(status, len(inliers), n_samples=n_samples)
+    growth = 1.0 if threshold is None else growth_by_threshold(n, int((squares[0] <= 4 * limit).sum()) - n)
+    if not np.isfinite(growth):
+        return _no_pose(VisionStatus.NOT_CONVERGED, len(inliers), n_samples=n_samples)
     motors, near = _likely(scene, inliers, candidates.motors, squares, limit)
     return RelativePose(
         motors[0] if len(motors) == 1 else _NOTHING.copy(),
@@ -188,7 +193,7 @@ def estimate_motion(
         inliers,
         np.where((inliers & ahead[0])[:, None], points[0], np.nan),
         np.asarray(relative_poses.essential_of_motion(motors[0])),
-        _covariance(motors[0], candidates.information[0], variance, near),
+        _covariance(motors[0], candidates.information[0], growth * variance, near),
         motors,
         _NOTHING.copy(),
         float(np.sqrt(costs[0] / n)),

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from generated import matrices, pga3, rig_poses
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, finite_number, listed, real_array
 from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling
 from ..evidence.triangles import from_triangle
 from .camera import Camera
@@ -208,7 +208,7 @@ def poses_of_triples(places: Reals, centres: Reals, rays: Reals) -> Reals:
 
 def _checked_numbers(camera: ArrayLike, cameras: Sequence[Camera], n: int) -> Reals:
     """Return the numbers of cameras (n,) after validation."""
-    for k, each in enumerate(cameras):
+    for k, each in enumerate(listed(cameras, "cameras", "Camera")):
         if not isinstance(each, Camera):
             raise TypeError(f"cameras[{k}]: {type(each).__name__}; expected a Camera")
     if not len(cameras):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arguments import Reals
-from ..evidence import Consensus, Problem, Seed, consensus, explained_by_chance
+from ..evidence import Consensus, Problem, Seed, consensus, explained_by_chance, near_by_chance
 from .status import VisionStatus
 
 ALL = 1e20
@@ -40,11 +40,15 @@ def robust_estimate(
 ) -> RobustEstimate:
     """Return the consensus of a problem.
 
-    The status is NO_CONSENSUS for a model with no more inliers than expected by chance, and NOT_CONVERGED if
-    `max_samples` is too small for the confidence.
+    The status is NO_CONSENSUS for a model with no more inliers than expected by chance, also if wrong partners are near
+    their places, and NOT_CONVERGED if `max_samples` is too small for the confidence.
     """
     found = consensus(problem, threshold, seed, confidence, max_samples)
-    return consensus_estimate(problem, found, threshold, seed)
+    result = consensus_estimate(problem, found, threshold, seed)
+    is_of_points = problem.freedom.codimension > 1
+    if result.status == VisionStatus.OK and is_of_points and near_by_chance(problem, result.model, threshold):
+        return no_estimate(VisionStatus.NO_CONSENSUS, len(problem.first), result.model.shape, found.n_samples)
+    return result
 
 
 def consensus_estimate(problem: Problem, found: Consensus, threshold: float, seed: Seed) -> RobustEstimate:

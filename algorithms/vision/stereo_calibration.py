@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, listed, real_array
 from ..evidence import Noise, differ, likely, rank
 from .camera import Camera
 from .plane_adjustment import N_POSE, Descended, Views, views_of
-from .plane_equations import contradicts
+from .plane_equations import contradicts, planes_of
 from .status import VisionStatus
 from .stereo_planes import TO_TWIST, Pair, StereoFit, agreed, camera_of, eye_of
 
@@ -210,17 +210,16 @@ def _checked(
 ) -> tuple[list[Views], Reals, VisionStatus]:
     """Return the views of both cameras, with points relative to the same centroids."""
     pixels = [
-        [real_array(view, f"{name}[{k}]", (2,), "x y in pixels") for k, view in enumerate(views)]
+        [
+            real_array(view, f"{name}[{k}]", (2,), "x y in pixels")
+            for k, view in enumerate(listed(views, name, "arrays (n, 2), x y"))
+        ]
         for views, name in ((first, "first"), (second, "second"))
     ]
     n = len(pixels[0])
     if len(pixels[1]) != n:
         raise ValueError(f"second: {len(pixels[1])} views; expected {n}, as many as first has")
-    one_plane = np.ndim(planes[0] if n else 0) < 2  # type: ignore[index]
-    given: Sequence[ArrayLike] = [planes] * n if one_plane else planes  # type: ignore[assignment, list-item]
-    if len(given) != n:
-        raise ValueError(f"planes: {len(given)} planes; expected {n}, one for each view")
-    places = [real_array(plane, f"planes[{k}]", (2,), "x y") for k, plane in enumerate(given)]
+    places = planes_of(planes, n)
     for views, name in zip(pixels, ("first", "second"), strict=True):
         for k, (image, place) in enumerate(zip(views, places, strict=True)):
             if image.ndim == 3 and image.shape[1] == 1:

@@ -112,7 +112,8 @@ class StereoFit:
         """Return the usual mean square of the distances of pixels of one camera."""
         freedom = 2 * eye.views.weights.sum(1) - N_POSE
         known = self.usable & (freedom > 0)
-        exact = (_ROUNDING * float(np.abs(eye.views.pixels).max())) ** 2
+        # Where no pixel differs from 0, the variance is of no use, and must not be 0.
+        exact = max(float(np.square(_ROUNDING * np.abs(eye.views.pixels).max())), float(np.finfo(float).tiny))
         return max(float(np.median(sums[known, -1, -1] / freedom[known])) if known.any() else 0.0, exact)
 
     def candidates(self) -> Iterator[tuple[Reals, Reals, Reals]]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from generated import projective3
 
-from ..arguments import Reals, finite_number
+from ..arguments import Reals, finite_number, listed
 from ..evidence import gate_of, largest_ratio
 from .camera import Camera, pinhole_pixels
 from .centring import centred_cameras
@@ -130,6 +130,7 @@ def triangulation(
 
 def _two(cameras: Sequence[Camera | ArrayLike], pixels: Sequence[ArrayLike]) -> tuple[Reals, ...]:
     """Return the matrices of two pinhole cameras, the pixels of both, and what the matrices are relative to."""
+    cameras, pixels = listed(cameras, "cameras", "two cameras"), listed(pixels, "pixels", "two arrays (..., 2)")
     if len(cameras) != 2 or len(pixels) != 2:
         raise ValueError(f"triangulate: {len(cameras)} cameras, {len(pixels)} arrays of pixels; expected 2 and 2")
     plain = [camera.pinhole if isinstance(camera, Camera) else camera for camera in cameras]
