@@ -1,0 +1,341 @@
+"""Elimination of all variables but one for general arms with six joints, as in `algorithms.kinematics`.
+
+Six joints reach a goal: ``E1 ... E6 = G``. A point of the axis of one joint, with the axis as its tangent, is invariant
+under this joint. Three consecutive joints move it to where the other two and the goal move it. Its 14 numbers in
+conformal geometry transform linearly under motions, so that both sides are polynomials of degree one in cosine and sine
+of each angle. The two variables occur in eight monomials. Reflections that make these triangular leave six equations in
+the three variables. For every value of the first of these, the six equations and their products with the second one are
+homogeneous in twelve monomials. Their determinant, divided by factors that are never zero, is a trigonometric polynomial
+of degree 8. It is found from 17 values, and has 16 zeros.
+"""
+
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import gacompiler as ga
+from gacompiler import SCALAR, array, each, equal, fold, iterate, kernel, pick, select, total
+from gacompiler.algebra.catalog import PGA3
+from gacompiler.specs import arms
+from gacompiler.specs.reaching import _motion
+
+LINE, POINT, MOTOR = PGA3.LINE, PGA3.POINT, PGA3.MOTOR
+NUMBERS = 14
+"""Numbers of a point with a tangent, of which the first `PAIRS` are made triangular by the monomials of two joints."""
+PAIRS, LEFT = 8, 6
+BLOCK = array(SCALAR, "t", "t", NUMBERS)
+TABLE = array(SCALAR, "t", "t", NUMBERS, shared=True)
+SHARES = array(SCALAR, "t", "t", shared=True)
+TINY = Fraction(1, 10**30)
+"""Pivots of zero are replaced by this number, which is small beside rounding errors."""
+MOST_STEPS = 100
+"""Maximum number of steps for the zeros. About ten suffice."""
+
+
+class _Complex(NamedTuple):
+    real: Any
+    imaginary: Any
+
+
+def _times(a, b):
+    return _Complex(a.real * b.real - a.imaginary * b.imaginary, a.real * b.imaginary + a.imaginary * b.real)
+
+
+def _dot(x, y):
+    return sum(a * b for a, b in zip(x, y, strict=True))
+
+
+def _triangular(pivots, others, start, width=LEFT):
+    """Reflect columns of arrays until the pivots, from row `start` on, are triangular; also return their determinant.
+
+    The columns are tuples of numbers.
+    """
+
+    def step(state, k):
+        pivots, others, value = state
+        column = pick(pivots, k, (0,) * width)
+        at = start + k
+        rest = sum(select(at < i, x * x, 0) for i, x in enumerate(column))
+        lead = sum(select(equal(at, i), x, 0) for i, x in enumerate(column))
+        is_done = rest <= TINY * TINY
+        size = ga.sqrt(select(is_done, 1, lead * lead + rest))
+        factor = select(is_done, 0, 1 / (size * (size + ga.absolute(lead))))
+        signed = select(lead < 0, -size, size)
+        first = lead + signed
+        v = tuple(select(at < i, x, select(equal(at, i), first, 0)) for i, x in enumerate(column))
+
+        def reflected(row):
+            share = factor * _dot(row, v)
+            return tuple(x - share * y for x, y in zip(row, v, strict=True))
+
+        def all_reflected(rows):
+            return each(reflected, rows)
+
+        moved = tuple(each(all_reflected if width == NUMBERS else reflected, rows) for rows in others)
+        return each(reflected, pivots), moved, value * select(is_done, lead, signed)
+
+    return fold(step, (pivots, tuple(others), 1), ga.row_numbers(pivots))
+
+
+def _six_equations(weights, blocks):
+    """Return the six equations for a value of the first variable, as columns, and their determinant.
+
+    ``weights`` are 1, cosine and sine. The columns of the first results are those of the monomials of the other
+    variables, in all 14 numbers. The other results are triangular columns of the two middle powers of the second
+    variable, and the determinant.
+    """
+
+    def combined(rows):
+        return total(lambda w, row: tuple(w * x for x in row), weights, rows)
+
+    whole = [each(combined, block) for block in blocks]
+    low, middle, high = (each(lambda row: row[PAIRS:], columns) for columns in whole)
+    _, (own, next_one), value_low = _triangular(low, [middle, high], 0)
+    _, (before, last), value_high = _triangular(high, [low, middle], 0)
+    one = each(lambda a, b: (*a[3:], *b[3:]), own, before)
+    two = each(lambda a, b: (*a[3:], *b[3:]), next_one, last)
+    one, (two,), value_one = _triangular(one, [two], 0)
+    two, _, value_two = _triangular(two, [], 3)
+    return whole, one, two, value_low * value_high * value_one * value_two
+
+
+@kernel(
+    goal=MOTOR, before=array(MOTOR, "n", shared=True), after=array(MOTOR, "n", shared=True), point=POINT, line=LINE,
+    constant=array(SCALAR, "n", shared=True), pair=array(SCALAR, "e", "n", shared=True),
+    low=TABLE, middle=TABLE, high=TABLE, low_share=SHARES, middle_share=SHARES, high_share=SHARES,
+    samples=array(SCALAR, "s", "t", shared=True), real=array(SCALAR, "p", "s", shared=True),
+    imaginary=array(SCALAR, "p", "s", shared=True), guesses=array(SCALAR, "r", 2, shared=True),
+    returns=(
+        array(SCALAR, "e", NUMBERS), BLOCK, BLOCK, BLOCK, array(SCALAR, "r"), array(SCALAR, "r"), array(SCALAR, "r"),
+    ),
+)  # fmt: skip
+def eliminated(
+    goal, before, after, point, line, constant, pair, low, middle, high, low_share, middle_share, high_share, samples,
+    real, imaginary, guesses,
+):  # fmt: skip
+    """Reduce the equations of a goal to six in three variables, and find the values of the first one.
+
+    Parameters
+    ----------
+    goal
+        The motion of all joints together.
+    before, after
+        Motions of the two joints at nine pairs of values: the point is moved by ``~before goal ~after``.
+    point, line
+        The point and its tangent.
+    constant, pair
+        Coefficients of the constant and the eight other monomials from the nine values.
+    low, middle, high
+        Coefficients of the three joints, for the powers 0 to 2 of the second variable: a row for each power of the
+        third variable, and for 1, cosine and sine of the first one.
+    low_share, middle_share, high_share
+        Coefficients of the constant 1 in the same monomials.
+    samples, real, imaginary
+        1, cosine and sine of the sample angles, and the table of the discrete Fourier transform, from the coefficient
+        of the highest power on.
+    guesses
+        Complex numbers at which the search for zeros begins.
+
+    Returns
+    -------
+    pair, low, middle, high
+        The same coefficients after the reflections that make those of the pair triangular.
+    angle, away, is_real
+        The first variable, and its imaginary part. A zero is real if no other one is nearer to its conjugate.
+    """
+
+    def moved(left, right):
+        motion = ~left * goal * ~right
+        return arms.point_and_tangent(motion * point * ~motion, motion * line * ~motion)
+
+    values = each(moved, before, after)
+
+    def combined(row):
+        return total(lambda w, value: tuple(w * x for x in value), row, values)
+
+    offset = combined(constant)
+
+    def reduced(block, shares):
+        return each(
+            lambda rows, row: each(lambda x, w: tuple(a - w * b for a, b in zip(x, offset, strict=True)), rows, row),
+            block, shares,
+        )  # fmt: skip
+
+    blocks = [reduced(low, low_share), reduced(middle, middle_share), reduced(high, high_share)]
+    pair, blocks, _ = _triangular(each(combined, pair), blocks, 0, NUMBERS)
+    heights = each(lambda weights: _six_equations(weights, blocks)[3], samples)
+
+    def coefficient(cosines, sines):
+        return total(lambda c, s, x: (c * x, s * x), cosines, sines, heights)
+
+    return pair, *blocks, *_zeros(each(coefficient, real, imaginary), guesses)
+
+
+def _zeros(coefficients, guesses):
+    """Return real and imaginary parts of the zeros of a trigonometric polynomial, and which are real (Aberth)."""
+    numbers = ga.row_numbers(guesses)
+
+    def values(z):
+        size = ga.sqrt(z.real * z.real + z.imaginary * z.imaginary)
+
+        def horner(state, c):
+            value, slope, bound = state
+            up, along = _times(value, z), _times(slope, z)
+            return (
+                _Complex(up.real + c[0], up.imaginary + c[1]),
+                _Complex(along.real + value.real, along.imaginary + value.imaginary),
+                bound * size + ga.absolute(c[0]) + ga.absolute(c[1]),
+            )
+
+        return fold(horner, (_Complex(0, 0), _Complex(0, 0), 0), coefficients)
+
+    def step(state):
+        points, _ = state
+
+        def moved(z, i):
+            z = _Complex(*z)
+            value, slope, bound = values(z)
+            is_zero = equal(bound + (ga.absolute(value.real) + ga.absolute(value.imaginary)) / 64, bound)
+
+            def inverse(other, j):
+                x, y = z.real - other[0], z.imaginary - other[1]
+                square = select(equal(i, j), 0, x * x + y * y)
+                safe = select(square > 0, square, 1)
+                return select(square > 0, x, 0) / safe, select(square > 0, -y, 0) / safe
+
+            others = _times(value, _Complex(*total(inverse, points, numbers)))
+            x, y = slope.real - others.real, slope.imaginary - others.imaginary
+            square = x * x + y * y
+            safe = select(square > 0, square, 1)
+            forward = (value.real * x + value.imaginary * y) / safe, (value.imaginary * x - value.real * y) / safe
+            return (
+                (select(is_zero, z.real, z.real - forward[0]), select(is_zero, z.imaginary, z.imaginary - forward[1])),
+                select(is_zero, 0, 1),
+            )
+
+        found, changes = each(moved, points, numbers)
+        return found, total(lambda x: x, changes)
+
+    (points, _), _, _ = iterate(step, (guesses, 1), lambda _, new: new[1] <= 0, at_most=MOST_STEPS)
+    angle = each(lambda z: ga.atan2(z[1], z[0]), points)
+    away = each(lambda z: ga.log(z[0] * z[0] + z[1] * z[1]) / 2, points)
+
+    def is_real(own, own_away, i):
+        def is_conjugate(other, other_away, j):
+            chord = 2 * ga.sin((own - other) / 2)
+            square = chord * chord + (own_away + other_away) * (own_away + other_away)
+            return select(equal(i, j), 0, select(square < 4 * own_away * own_away, 1, 0))
+
+        return select(total(is_conjugate, angle, away, numbers) > 0, 0, 1)
+
+    return angle, away, each(is_real, angle, away, numbers)
+
+
+@kernel(
+    angle=SCALAR, goal=MOTOR, pair=array(SCALAR, "e", NUMBERS), low=BLOCK, middle=BLOCK, high=BLOCK,
+    slides=array(SCALAR, 5, shared=True), places=array(SCALAR, "j", shared=True), origins=array(SCALAR, "j", shared=True),
+    axes=array(LINE, "j", shared=True), turns=array(SCALAR, "j", shared=True), last=SCALAR, line=PGA3.UNIT_LINE,
+    across=LINE, returns=array(SCALAR, "j"),
+)  # fmt: skip
+def branch_of_angle(
+    angle, goal, pair, low, middle, high, slides, places, origins, axes, turns, last, line, across
+):  # fmt: skip
+    """Compute the configuration that belongs to a zero of `eliminated`.
+
+    Parameters
+    ----------
+    angle
+        The first variable.
+    goal
+        The motion of all joints together.
+    pair, low, middle, high
+        As returned by `eliminated`.
+    slides
+        For the two joints and the three others, 1 if the joint is prismatic, else 0.
+    places
+        For each joint, its place in this order; 5 for the joint under which the point is invariant.
+    origins
+        The value of each joint at which its variable is 0.
+    axes, turns
+        The joints, as in `reaching`.
+    last, line, across
+        The number and the axis of the joint under which the point is invariant, and a line that is not parallel to it.
+    """
+    cosine, sine = ga.cos(angle), ga.sin(angle)
+    three = ga.row_numbers(low)
+    weights = _array(three, (1, cosine, sine))
+    whole, one, two, _ = _six_equations(weights, (low, middle, high))
+    vector = _null_vector(one, two)
+    fourth, powers = _variable(slides[3], [(vector[k], vector[3 + k]) for k in range(3)])
+    fifth, powers_of_fifth = _variable(slides[4], [(vector[k], vector[k + 1]) for k in (0, 1, 3, 4)])
+    fifths = _array(three, powers_of_fifth)
+    sides = [total(lambda w, row: tuple(w * x for x in row[:PAIRS]), fifths, columns) for columns in whole]
+    right = tuple(_dot(powers, numbers) for numbers in zip(*sides, strict=True))
+    singles = _back(pair, right, 0, (0,) * PAIRS)[1]
+    first = select(slides[0] > 0, singles[2], ga.atan2(singles[5], singles[2]))
+    second = select(slides[1] > 0, singles[0], ga.atan2(singles[1], singles[0]))
+    known = (first, second, angle, fourth, fifth)
+    q = each(
+        lambda place, origin: origin + sum(select(equal(place, i), x, 0) for i, x in enumerate(known)), places, origins
+    )
+    numbers = ga.row_numbers(q)
+    head = _motion(each(lambda x, i: select(i < last, x, 0), q, numbers), axes, turns)
+    tail = _motion(each(lambda x, i: select(i > last, x, 0), q, numbers), axes, turns)
+    rest = ~head * goal * ~tail
+    own = arms.turn_between_lines(line, across, (rest * across * ~rest).grade(2))
+    return each(lambda x, i: select(equal(i, last), own, x), q, numbers)
+
+
+def _array(numbers, values):
+    """Return an array of three values."""
+    return each(lambda k: select(equal(k, 0), values[0], select(equal(k, 1), values[1], values[2])), numbers)
+
+
+def _variable(slides, pairs):
+    """Return a variable from pairs in the ratio 1 to it, or to the tangent of half the angle, and its powers."""
+    along, square = sum(a * b for a, b in pairs), sum(a * a for a, _ in pairs)
+    angle = ga.atan2(2 * along, square - sum(b * b for _, b in pairs))
+    slide = along / select(square > 0, square, 1)
+    cosine, sine = ga.cos(angle), ga.sin(angle)
+    powers = (
+        select(slides > 0, 1, (1 + cosine) / 2),
+        select(slides > 0, slide, sine / 2),
+        select(slides > 0, slide * slide, (1 - cosine) / 2),
+    )
+    return select(slides > 0, slide, angle), powers
+
+
+def _at(values, at):
+    return sum(select(equal(at, i), x, 0) for i, x in enumerate(values))
+
+
+def _safe(pivot):
+    return select(ga.absolute(pivot) > TINY, pivot, TINY)
+
+
+def _back(columns, right, start, found):
+    """Solve triangular equations for the unknowns of columns, from row `start` on; also return what remains."""
+
+    def solved(state, column, k):
+        right, found = state
+        value = _at(right, start + k) / _safe(_at(column[: len(right)], start + k))
+        return (
+            tuple(x - value * c for x, c in zip(right, column, strict=False)),
+            tuple(select(equal(start + k, i), value, x) for i, x in enumerate(found)),
+        )
+
+    return fold(solved, (right, found), columns, ga.row_numbers(columns), reverse=True)
+
+
+def _null_vector(one, two):
+    """Return the vector of six numbers that triangular columns take nearest to 0, by one step of inverse iteration."""
+
+    def forth(columns, start, found):
+        def solved(found, column, k):
+            value = (1 - _dot(column, found)) / _safe(_at(column, start + k))
+            return tuple(select(equal(start + k, i), value, x) for i, x in enumerate(found))
+
+        return fold(solved, found, columns, ga.row_numbers(columns))
+
+    right = forth(two, 3, forth(one, 0, (0,) * LEFT))
+    right, found = _back(two, right, 3, (0,) * LEFT)
+    return _back(one, right, 0, found)[1]
