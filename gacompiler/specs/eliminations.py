@@ -27,6 +27,8 @@ TABLE = array(SCALAR, "t", "t", NUMBERS, shared=True)
 SHARES = array(SCALAR, "t", "t", shared=True)
 TINY = Fraction(1, 10**30)
 """Pivots of zero are replaced by this number, which is small beside rounding errors."""
+NOISE = Fraction(1, 2**43)
+"""Rounding errors of the polynomial, relative to the sum of its coefficients: a thousand, of determinants and sums."""
 MOST_STEPS = 100
 """Maximum number of steps for the zeros. About ten suffice."""
 
@@ -99,18 +101,18 @@ def _six_equations(weights, blocks):
 
 
 @kernel(
-    goal=MOTOR, before=array(MOTOR, "n", shared=True), after=array(MOTOR, "n", shared=True), point=POINT, line=LINE,
+    goal=MOTOR, centre=array(SCALAR, 2), before=array(MOTOR, "n", shared=True), after=array(MOTOR, "n", shared=True), point=POINT, line=LINE,
     constant=array(SCALAR, "n", shared=True), pair=array(SCALAR, "e", "n", shared=True),
     low=TABLE, middle=TABLE, high=TABLE, low_share=SHARES, middle_share=SHARES, high_share=SHARES,
-    samples=array(SCALAR, "s", "t", shared=True), real=array(SCALAR, "p", "s", shared=True),
+    samples=array(SCALAR, "s", 2, shared=True), real=array(SCALAR, "p", "s", shared=True),
     imaginary=array(SCALAR, "p", "s", shared=True), guesses=array(SCALAR, "r", 2, shared=True),
     returns=(
-        array(SCALAR, "e", NUMBERS), BLOCK, BLOCK, BLOCK, array(SCALAR, "r"), array(SCALAR, "r"), array(SCALAR, "r"),
+        array(SCALAR, "e", NUMBERS), BLOCK, BLOCK, BLOCK, *(array(SCALAR, "r"),) * 4,
     ),
 )  # fmt: skip
 def eliminated(
-    goal, before, after, point, line, constant, pair, low, middle, high, low_share, middle_share, high_share, samples,
-    real, imaginary, guesses,
+    goal, centre, before, after, point, line, constant, pair, low, middle, high, low_share, middle_share, high_share,
+    samples, real, imaginary, guesses,
 ):  # fmt: skip
     """Reduce the equations of a goal to six in three variables, and find the values of the first one.
 
@@ -118,6 +120,10 @@ def eliminated(
     ----------
     goal
         The motion of all joints together.
+    centre
+        A complex number c inside the unit circle. The map of z to ``(z + c) / (1 + ~c z)``, with the conjugate of c,
+        moves the sample points on the unit circle towards it. The polynomial is accurate relative to its largest value,
+        so that zeros that are close to each other need samples close to them.
     before, after
         Motions of the two joints at nine pairs of values: the point is moved by ``~before goal ~after``.
     point, line
@@ -130,8 +136,8 @@ def eliminated(
     low_share, middle_share, high_share
         Coefficients of the constant 1 in the same monomials.
     samples, real, imaginary
-        1, cosine and sine of the sample angles, and the table of the discrete Fourier transform, from the coefficient
-        of the highest power on.
+        Cosine and sine of the sample angles, and the table of the discrete Fourier transform, from the coefficient of
+        the highest power on.
     guesses
         Complex numbers at which the search for zeros begins.
 
@@ -139,8 +145,9 @@ def eliminated(
     -------
     pair, low, middle, high
         The same coefficients after the reflections that make those of the pair triangular.
-    angle, away, is_real
-        The first variable, and its imaginary part. A zero is real if no other one is nearer to its conjugate.
+    angle, away, is_real, is_doubtful
+        The first variable, and its imaginary part, before the map. A zero is real if no other one is nearer to its
+        conjugate. If it is not, but the polynomial at its real part is a rounding error, it is doubtful.
     """
 
     def moved(left, right):
@@ -162,16 +169,42 @@ def eliminated(
 
     blocks = [reduced(low, low_share), reduced(middle, middle_share), reduced(high, high_share)]
     pair, blocks, _ = _triangular(each(combined, pair), blocks, 0, NUMBERS)
-    heights = each(lambda weights: _six_equations(weights, blocks)[3], samples)
+    three = ga.row_numbers(low)
+    centre = _Complex(*centre)
+
+    def height(cosine, sine):
+        z, scale = _mapped(_Complex(cosine, sine), centre)
+        square = scale * scale
+        fourth = square * square
+        return _six_equations(_array(three, (1, z.real, z.imaginary)), blocks)[3] * fourth * fourth
+
+    heights = each(lambda sample: height(*sample), samples)
 
     def coefficient(cosines, sines):
         return total(lambda c, s, x: (c * x, s * x), cosines, sines, heights)
 
-    return pair, *blocks, *_zeros(each(coefficient, real, imaginary), guesses)
+    angle, *others = _zeros(each(coefficient, real, imaginary), guesses)
+
+    def mapped(angle):
+        z, _ = _mapped(_Complex(ga.cos(angle), ga.sin(angle)), centre)
+        return ga.atan2(z.imaginary, z.real)
+
+    return pair, *blocks, each(mapped, angle), *others
+
+
+def _mapped(z, centre):
+    """Return the image of a point of the unit circle, and the squared length of the denominator."""
+    above = _Complex(z.real + centre.real, z.imaginary + centre.imaginary)
+    below = _times(z, _Complex(centre.real, -centre.imaginary))
+    back = _Complex(1 + below.real, -below.imaginary)
+    scale = back.real * back.real + back.imaginary * back.imaginary
+    found = _times(above, back)
+    return _Complex(found.real / scale, found.imaginary / scale), scale
 
 
 def _zeros(coefficients, guesses):
-    """Return real and imaginary parts of the zeros of a trigonometric polynomial, and which are real (Aberth)."""
+    """Return real and imaginary parts of the zeros of a trigonometric polynomial, and which are real or doubtful (Aberth).
+    """
     numbers = ga.row_numbers(guesses)
 
     def values(z):
@@ -220,14 +253,18 @@ def _zeros(coefficients, guesses):
     away = each(lambda z: ga.log(z[0] * z[0] + z[1] * z[1]) / 2, points)
 
     def is_real(own, own_away, i):
+        value, _, bound = values(_Complex(ga.cos(own), ga.sin(own)))
+        size = ga.sqrt(value.real * value.real + value.imaginary * value.imaginary)
+
         def is_conjugate(other, other_away, j):
             chord = 2 * ga.sin((own - other) / 2)
             square = chord * chord + (own_away + other_away) * (own_away + other_away)
             return select(equal(i, j), 0, select(square < 4 * own_away * own_away, 1, 0))
 
-        return select(total(is_conjugate, angle, away, numbers) > 0, 0, 1)
+        is_apart = total(is_conjugate, angle, away, numbers) > 0
+        return select(is_apart, 0, 1), select(is_apart, select(size < NOISE * bound, 1, 0), 0)
 
-    return angle, away, each(is_real, angle, away, numbers)
+    return angle, away, *each(is_real, angle, away, numbers)
 
 
 @kernel(

@@ -27,18 +27,23 @@ return to the pose, whose error is the square of the distance.
 _OFFSETS = np.outer([0.01, 0.04, 0.15, 0.5], [1, -1]).ravel()
 """Offsets from a branch, in the direction of the smallest singular value, where a missing branch is searched for."""
 
-Once = Callable[[Reals, int], Branches]
-"""Returns the branches of goals; the second argument numbers the attempts, which may use different equations."""
+Once = Callable[[Reals, int], tuple[Branches, Reals]]
+"""Returns the branches of goals, and how many there are at most, (N,), or NaN if the method does not know this.
+
+The second argument numbers the attempts, which may use different equations.
+"""
 
 
 def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
     """Return the branches of goals, where necessary with those of random poses in their neighbourhood.
 
+    Branches are complete if there are as many as zeros of the equations, or as at a neighbour with complete branches.
+
     Roots that coincide at a goal, because a structured posture makes equations dependent, are distinct at a neighbour.
     A regular branch there is the continuation of one at the goal. Every third attempt is at the goal itself, with other
     equations.
     """
-    found = once(goals, 0)
+    found, most = once(goals, 0)
     rng, singular = np.random.default_rng(3), np.zeros(len(goals), bool)
     for attempt in range(1, _ATTEMPTS):
         rows = np.flatnonzero(~found.complete)
@@ -46,7 +51,9 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
             break
         goal, shift = goals[rows], rng.normal(size=(len(rows), 6)) * np.repeat([1.0, chain.size], 3)
         beside = goal if attempt % 3 == 0 else pga3.motor_product(goal, pga3.motor_from_twist(_NEIGHBOUR * shift))
-        near = once(beside, attempt)
+        near, more = once(beside, attempt)
+        if beside is goal:
+            most[rows] = np.fmin(most[rows], more)
         known, place = np.nonzero(np.isfinite(found.q[rows][..., 0]))
         which, spot = np.nonzero(np.isfinite(near.q[..., 0]))
         own = found.q[rows[known], place]
@@ -55,7 +62,8 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
         index = np.concatenate([known, which, np.tile(known[odd], len(_OFFSETS))])
         found.q[rows], found.gap[rows] = gathered(chain, index, q, goal)
         count = np.isfinite(found.q[rows][..., 0]).sum(-1)
-        found.complete[rows] = near.complete & (count == np.bincount(which, minlength=len(rows)))
+        as_many = near.complete & (count == np.bincount(which, minlength=len(rows)))
+        found.complete[rows] = as_many | (count % 2 == 0) & (count >= most[rows])
         # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
         singular[rows] |= near.complete & (found.gap[rows] == 0).any(-1)
     return found._replace(complete=found.complete | singular)

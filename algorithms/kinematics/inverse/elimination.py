@@ -47,6 +47,8 @@ _ORIGINS = np.random.default_rng(1).uniform(-np.pi, np.pi, 6)
 """Origins of the angles, chosen at random so that no solution is at 180 degrees, where the tangent is infinite."""
 _DEGREE = 8
 """Degree of the trigonometric polynomial of the first variable."""
+_MEANS = 8
+"""Number of means that approximate the centre of zeros."""
 _ONE = np.eye(8)[0]
 
 
@@ -121,8 +123,14 @@ class Variant:
 
     def _block(self, goals: Reals, start: int) -> tuple[Reals, Reals, NDArray[np.bool_]]:
         """As `candidates`, for `chain` and a block of goals."""
-        *equations, angle, away, real = self.zeros(goals)
-        which, zero = np.nonzero(np.abs(away) < _NOT_REAL)
+        *equations, angle, away, real, doubtful = self.zeros(goals, np.zeros((len(goals), 2)))
+        if np.count_nonzero(doubtful):
+            rows = np.flatnonzero(doubtful.any(-1))
+            *_, angle[rows], away[rows], real[rows], doubtful[rows] = self.zeros(
+                goals[rows], _centres(np.exp(1j * angle[rows] - np.abs(away[rows])))
+            )
+        real += doubtful
+        which, zero = np.nonzero((np.abs(away) < _NOT_REAL) | (real > 0))
         q = self.configuration(angle[which, zero], goals[which], *(rows[which] for rows in equations))
         return which + start, q, real[which, zero] > 0
 
@@ -145,13 +153,13 @@ class Elimination:
         """As in `Closed`: 16 branches, NaN for missing ones, with discriminants that are 0 for coinciding ones."""
         return completed(self.whole, self._once, goals)
 
-    def _once(self, goals: Reals, attempt: int) -> Branches:
+    def _once(self, goals: Reals, attempt: int) -> tuple[Branches, Reals]:
         """Return the branches of one elimination, complete if every real zero led to a branch of its own."""
         which, q, real = self.variants[attempt % len(self.variants)].candidates(goals)
         branches, gap = gathered(self.whole, which, q, goals)
         count = np.isfinite(branches[..., 0]).sum(-1)
-        complete = (np.bincount(which[real], minlength=len(goals)) <= count) & (count % 2 == 0)
-        return Branches(branches, gap, complete)
+        zeros = np.bincount(which[real], minlength=len(goals))
+        return Branches(branches, gap, (zeros <= count) & (count % 2 == 0)), zeros
 
 
 @lru_cache(maxsize=64)
@@ -182,6 +190,16 @@ def _prepared(whole: Chain) -> Elimination | None:
     return found if lost.sum() < _TRIALS // 8 else None
 
 
+def _centres(zeros: NDArray[np.complex128]) -> Reals:
+    """Return the points (N, 2) such that the map of `eliminated` distributes zeros (N, 16) evenly, as seen from 0."""
+    centre = np.zeros(len(zeros), complex)
+    for _ in range(_MEANS):
+        images = (zeros - centre[:, None]) / (1 - centre.conj()[:, None] * zeros)
+        mean = images.mean(-1)
+        centre = (mean + centre) / (1 + centre.conj() * mean)
+    return np.stack([centre.real, centre.imag], -1)
+
+
 @lru_cache(maxsize=1)
 def _polynomial() -> dict[str, Reals]:
     """Return the tables for a trigonometric polynomial: samples, its Fourier transform, and guesses of the zeros."""
@@ -191,7 +209,7 @@ def _polynomial() -> dict[str, Reals]:
     turns = np.arange(2 * _DEGREE)
     guesses = np.exp(np.where(turns % 2, 0.25, -0.25) + 1j * np.pi * (turns + 0.5) / _DEGREE)
     return {
-        "samples": np.stack([np.ones_like(angles), np.cos(angles), np.sin(angles)], -1),
+        "samples": np.stack([np.cos(angles), np.sin(angles)], -1),
         "real": waves.real,
         "imaginary": waves.imag,
         "guesses": np.stack([guesses.real, guesses.imag], -1),

@@ -87,7 +87,7 @@ class TwoSlides:
         """As in `Closed`. Close roots that one end misses are usually found from the other end, or from a neighbour."""
         return completed(self.chain, self._once, goals)._replace(complete=np.zeros(len(goals), bool))
 
-    def _once(self, goals: Reals, _: int) -> Branches:
+    def _once(self, goals: Reals, _: int) -> tuple[Branches, Reals]:
         """Return the branches of one scan, complete if their number is even."""
         parts, nearest = [(np.zeros(0, int), np.zeros((0, 6)))], np.empty((len(goals), 6))
         for backwards, scan in self.scans:
@@ -101,7 +101,8 @@ class TwoSlides:
         found, gap = gathered(self.chain, which, q, goals)
         lost = np.isnan(found[..., 0]).all(-1)
         found[lost, 0] = nearest[lost]
-        return Branches(found, gap, lost | (np.isfinite(found[..., 0]).sum(-1) % 2 == 0))
+        is_even = np.isfinite(found[..., 0]).sum(-1) % 2 == 0
+        return Branches(found, gap, lost | is_even), np.full(len(goals), np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
