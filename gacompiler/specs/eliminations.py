@@ -16,15 +16,18 @@ import gacompiler as ga
 from gacompiler import SCALAR, array, each, equal, fold, iterate, kernel, pick, select, total
 from gacompiler.algebra.catalog import PGA3
 from gacompiler.specs import arms
-from gacompiler.specs.reaching import _motion
+from gacompiler.specs.reaching import HALF_TURN, _inward, _motion
 
 LINE, POINT, MOTOR = PGA3.LINE, PGA3.POINT, PGA3.MOTOR
 NUMBERS = 14
 """Numbers of a point with a tangent, of which the first `PAIRS` are made triangular by the monomials of two joints."""
 PAIRS, LEFT = 8, 6
-BLOCK = array(SCALAR, "t", "t", NUMBERS)
-TABLE = array(SCALAR, "t", "t", NUMBERS, shared=True)
-SHARES = array(SCALAR, "t", "t", shared=True)
+PAIR, SIDE = array(SCALAR, "e", NUMBERS), array(SCALAR, "t", "t", 3, NUMBERS)
+JOINTS = array(SCALAR, "j", shared=True)
+STEP = Fraction(1, 2**22)
+"""Distance of the values from which the slope of the determinant is computed, in radians."""
+LONGEST = Fraction(1, 64)
+"""Longer steps indicate that there is no zero nearby."""
 TINY = Fraction(1, 10**30)
 """Pivots of zero are replaced by this number, which is small beside rounding errors."""
 NOISE = Fraction(1, 2**43)
@@ -49,7 +52,7 @@ def _dot(x, y):
 def _triangular(pivots, others, start, width=LEFT):
     """Reflect columns of arrays until the pivots, from row `start` on, are triangular; also return their determinant.
 
-    The columns are tuples of numbers.
+    The columns are tuples of numbers. Columns of `NUMBERS` are reflected together with rows of triples of them.
     """
 
     def step(state, k):
@@ -70,49 +73,48 @@ def _triangular(pivots, others, start, width=LEFT):
             return tuple(x - share * y for x, y in zip(row, v, strict=True))
 
         def all_reflected(rows):
-            return each(reflected, rows)
+            return each(lambda parts: tuple(map(reflected, parts)), rows)
 
         moved = tuple(each(all_reflected if width == NUMBERS else reflected, rows) for rows in others)
         return each(reflected, pivots), moved, value * select(is_done, lead, signed)
 
-    return fold(step, (pivots, tuple(others), 1), ga.row_numbers(pivots))
+    return fold(step, (pivots, others, 1), ga.row_numbers(pivots))
 
 
-def _six_equations(weights, blocks):
-    """Return the six equations for a value of the first variable, as columns, and their determinant.
+def _combined(weights, blocks, start):
+    """Return the columns of the monomials of two variables for 1, cosine and sine of the first one, from a number on.
 
-    ``weights`` are 1, cosine and sine. The columns of the first results are those of the monomials of the other
-    variables, in all 14 numbers. The other results are triangular columns of the two middle powers of the second
-    variable, and the determinant.
+    Each is three tuples, for the powers of the second variable.
     """
 
     def combined(rows):
-        return total(lambda w, row: tuple(w * x for x in row), weights, rows)
+        return total(lambda w, row: tuple(tuple(w * x for x in part[start:]) for part in row), weights, rows)
 
-    whole = [each(combined, block) for block in blocks]
-    low, middle, high = (each(lambda row: row[PAIRS:], columns) for columns in whole)
-    _, (own, next_one), value_low = _triangular(low, [middle, high], 0)
-    _, (before, last), value_high = _triangular(high, [low, middle], 0)
+    return each(combined, blocks)
+
+
+def _six_equations(columns):
+    """Reduce the twelve equations to triangular columns of two powers, and also return their determinant."""
+    low, middle, high = (each(lambda parts, k=k: parts[k][-LEFT:], columns) for k in range(3))
+    _, (own, following), value_low = _triangular(low, (middle, high), 0)
+    _, (before, last), value_high = _triangular(high, (low, middle), 0)
     one = each(lambda a, b: (*a[3:], *b[3:]), own, before)
-    two = each(lambda a, b: (*a[3:], *b[3:]), next_one, last)
-    one, (two,), value_one = _triangular(one, [two], 0)
-    two, _, value_two = _triangular(two, [], 3)
-    return whole, one, two, value_low * value_high * value_one * value_two
+    two = each(lambda a, b: (*a[3:], *b[3:]), following, last)
+    one, (two,), value_one = _triangular(one, (two,), 0)
+    two, _, value_two = _triangular(two, (), 3)
+    return one, two, value_low * value_high * value_one * value_two
 
 
 @kernel(
-    goal=MOTOR, centre=array(SCALAR, 2), before=array(MOTOR, "n", shared=True), after=array(MOTOR, "n", shared=True), point=POINT, line=LINE,
-    constant=array(SCALAR, "n", shared=True), pair=array(SCALAR, "e", "n", shared=True),
-    low=TABLE, middle=TABLE, high=TABLE, low_share=SHARES, middle_share=SHARES, high_share=SHARES,
-    samples=array(SCALAR, "s", 2, shared=True), real=array(SCALAR, "p", "s", shared=True),
-    imaginary=array(SCALAR, "p", "s", shared=True), guesses=array(SCALAR, "r", 2, shared=True),
-    returns=(
-        array(SCALAR, "e", NUMBERS), BLOCK, BLOCK, BLOCK, *(array(SCALAR, "r"),) * 4,
-    ),
+    goal=MOTOR, centre=array(SCALAR, 2), before=array(MOTOR, "n", shared=True), after=array(MOTOR, "n", shared=True),
+    point=POINT, line=LINE, constant=array(SCALAR, "n", shared=True), pair=array(SCALAR, "e", "n", shared=True),
+    side=array(SCALAR, "t", "t", 3, NUMBERS, shared=True), shares=array(SCALAR, "t", "t", 3, shared=True),
+    samples=array(SCALAR, "s", 2, shared=True), waves=array(SCALAR, "p", "s", 2, shared=True),
+    guesses=array(SCALAR, "r", 2, shared=True),
+    returns=(PAIR, SIDE, array(SCALAR, "r", 4)),
 )  # fmt: skip
 def eliminated(
-    goal, centre, before, after, point, line, constant, pair, low, middle, high, low_share, middle_share, high_share,
-    samples, real, imaginary, guesses,
+    goal, centre, before, after, point, line, constant, pair, side, shares, samples, waves, guesses
 ):  # fmt: skip
     """Reduce the equations of a goal to six in three variables, and find the values of the first one.
 
@@ -130,12 +132,12 @@ def eliminated(
         The point and its tangent.
     constant, pair
         Coefficients of the constant and the eight other monomials from the nine values.
-    low, middle, high
-        Coefficients of the three joints, for the powers 0 to 2 of the second variable: a row for each power of the
-        third variable, and for 1, cosine and sine of the first one.
-    low_share, middle_share, high_share
+    side
+        Coefficients of the three joints: a row for each power of the third variable, in it one for 1, cosine and sine
+        of the first variable, and in it one for each power of the second variable.
+    shares
         Coefficients of the constant 1 in the same monomials.
-    samples, real, imaginary
+    samples, waves
         Cosine and sine of the sample angles, and the table of the discrete Fourier transform, from the coefficient of
         the highest power on.
     guesses
@@ -143,11 +145,12 @@ def eliminated(
 
     Returns
     -------
-    pair, low, middle, high
+    pair, side
         The same coefficients after the reflections that make those of the pair triangular.
-    angle, away, is_real, is_doubtful
-        The first variable, and its imaginary part, before the map. A zero is real if no other one is nearer to its
-        conjugate. If it is not, but the polynomial at its real part is a rounding error, it is doubtful.
+    zeros
+        For each zero: the first variable; its imaginary part, before the map; whether it is real; and whether this is
+        in doubt. A zero is real if no other one is nearer to its conjugate. If it is not, but the polynomial at its
+        real part is a rounding error, it is in doubt.
     """
 
     def moved(left, right):
@@ -161,35 +164,32 @@ def eliminated(
 
     offset = combined(constant)
 
-    def reduced(block, shares):
-        return each(
-            lambda rows, row: each(lambda x, w: tuple(a - w * b for a, b in zip(x, offset, strict=True)), rows, row),
-            block, shares,
-        )  # fmt: skip
+    def less(parts, weights):
+        return tuple(
+            tuple(a - w * b for a, b in zip(part, offset, strict=True))
+            for part, w in zip(parts, weights, strict=True)
+        )
 
-    blocks = [reduced(low, low_share), reduced(middle, middle_share), reduced(high, high_share)]
-    pair, blocks, _ = _triangular(each(combined, pair), blocks, 0, NUMBERS)
-    three = ga.row_numbers(low)
+    side = each(lambda rows, own: each(less, rows, own), side, shares)
+    pair, (side,), _ = _triangular(each(combined, pair), (side,), 0, NUMBERS)
+    three = ga.row_numbers(side)
     centre = _Complex(*centre)
 
     def height(cosine, sine):
         z, scale = _mapped(_Complex(cosine, sine), centre)
         square = scale * scale
         fourth = square * square
-        return _six_equations(_array(three, (1, z.real, z.imaginary)), blocks)[3] * fourth * fourth
+        columns = _combined(_array(three, (1, z.real, z.imaginary)), side, PAIRS)
+        return _six_equations(columns)[2] * fourth * fourth
 
     heights = each(lambda sample: height(*sample), samples)
+    coefficients = each(lambda wave: total(lambda w, x: (w[0] * x, w[1] * x), wave, heights), waves)
 
-    def coefficient(cosines, sines):
-        return total(lambda c, s, x: (c * x, s * x), cosines, sines, heights)
-
-    angle, *others = _zeros(each(coefficient, real, imaginary), guesses)
-
-    def mapped(angle):
+    def mapped(angle, *others):
         z, _ = _mapped(_Complex(ga.cos(angle), ga.sin(angle)), centre)
-        return ga.atan2(z.imaginary, z.real)
+        return (ga.atan2(z.imaginary, z.real), *others)
 
-    return pair, *blocks, each(mapped, angle), *others
+    return pair, side, each(mapped, *_zeros(coefficients, guesses))
 
 
 def _mapped(z, centre):
@@ -268,23 +268,24 @@ def _zeros(coefficients, guesses):
 
 
 @kernel(
-    angle=SCALAR, goal=MOTOR, pair=array(SCALAR, "e", NUMBERS), low=BLOCK, middle=BLOCK, high=BLOCK,
-    slides=array(SCALAR, 5, shared=True), places=array(SCALAR, "j", shared=True), origins=array(SCALAR, "j", shared=True),
-    axes=array(LINE, "j", shared=True), turns=array(SCALAR, "j", shared=True), last=SCALAR, line=PGA3.UNIT_LINE,
-    across=LINE, returns=array(SCALAR, "j"),
+    goal=MOTOR, angles=array(SCALAR, "c"), sharpened=SCALAR, pair=PAIR, side=SIDE, slides=array(SCALAR, 5, shared=True),
+    places=JOINTS, origins=JOINTS, axes=array(LINE, "j", shared=True), turns=JOINTS, last=SCALAR, line=PGA3.UNIT_LINE,
+    across=LINE, returns=array(SCALAR, "c", "j"),
 )  # fmt: skip
-def branch_of_angle(
-    angle, goal, pair, low, middle, high, slides, places, origins, axes, turns, last, line, across
+def branches_of_angles(
+    goal, angles, sharpened, pair, side, slides, places, origins, axes, turns, last, line, across
 ):  # fmt: skip
-    """Compute the configuration that belongs to a zero of `eliminated`.
+    """Compute the configurations that belong to zeros of `eliminated`.
 
     Parameters
     ----------
-    angle
-        The first variable.
     goal
         The motion of all joints together.
-    pair, low, middle, high
+    angles
+        Values of the first variable.
+    sharpened
+        The largest number of Newton steps that sharpen each of them first, with values of the determinant near it.
+    pair, side
         As returned by `eliminated`.
     slides
         For the two joints and the three others, 1 if the joint is prismatic, else 0.
@@ -297,29 +298,102 @@ def branch_of_angle(
     last, line, across
         The number and the axis of the joint under which the point is invariant, and a line that is not parallel to it.
     """
-    cosine, sine = ga.cos(angle), ga.sin(angle)
-    three = ga.row_numbers(low)
-    weights = _array(three, (1, cosine, sine))
-    whole, one, two, _ = _six_equations(weights, (low, middle, high))
-    vector = _null_vector(one, two)
-    fourth, powers = _variable(slides[3], [(vector[k], vector[3 + k]) for k in range(3)])
-    fifth, powers_of_fifth = _variable(slides[4], [(vector[k], vector[k + 1]) for k in (0, 1, 3, 4)])
-    fifths = _array(three, powers_of_fifth)
-    sides = [total(lambda w, row: tuple(w * x for x in row[:PAIRS]), fifths, columns) for columns in whole]
-    right = tuple(_dot(powers, numbers) for numbers in zip(*sides, strict=True))
-    singles = _back(pair, right, 0, (0,) * PAIRS)[1]
-    first = select(slides[0] > 0, singles[2], ga.atan2(singles[5], singles[2]))
-    second = select(slides[1] > 0, singles[0], ga.atan2(singles[1], singles[0]))
-    known = (first, second, angle, fourth, fifth)
-    q = each(
-        lambda place, origin: origin + sum(select(equal(place, i), x, 0) for i, x in enumerate(known)), places, origins
-    )
-    numbers = ga.row_numbers(q)
-    head = _motion(each(lambda x, i: select(i < last, x, 0), q, numbers), axes, turns)
-    tail = _motion(each(lambda x, i: select(i > last, x, 0), q, numbers), axes, turns)
-    rest = ~head * goal * ~tail
-    own = arms.turn_between_lines(line, across, (rest * across * ~rest).grade(2))
-    return each(lambda x, i: select(equal(i, last), own, x), q, numbers)
+    three = ga.row_numbers(side)
+
+    def columns_at(angle, start):
+        return _combined(_array(three, (1, ga.cos(angle), ga.sin(angle))), side, start)
+
+    def sharper(angle):
+        def height(k):
+            value = _six_equations(columns_at(angle + (k - 1) * STEP, PAIRS))[2]
+            return select(equal(k, 1), value, 0), (k - 1) * value
+
+        value, rise = total(height, three)
+        step = 2 * STEP * value / select(equal(rise, 0), 1, rise)
+        return angle - ga.minimum(ga.maximum(step, -LONGEST), LONGEST)
+
+    def branch(angle):
+        angle, _, _ = iterate(sharper, angle, lambda old, new: ga.absolute(new - old) < STEP * STEP, at_most=sharpened)
+        columns = columns_at(angle, 0)
+        one, two, _ = _six_equations(columns)
+        vector = _null_vector(one, two)
+        fourth, powers = _variable(slides[3], [(vector[k], vector[3 + k]) for k in range(3)])
+        fifth, powers_of_fifth = _variable(slides[4], [(vector[k], vector[k + 1]) for k in (0, 1, 3, 4)])
+
+        def shared(w, parts):
+            return tuple(w * _dot(powers, numbers) for numbers in zip(*(part[:PAIRS] for part in parts), strict=True))
+
+        right = total(shared, _array(three, powers_of_fifth), columns)
+        singles = _back(pair, right, 0, (0,) * PAIRS)[1]
+        first = select(slides[0] > 0, singles[2], ga.atan2(singles[5], singles[2]))
+        second = select(slides[1] > 0, singles[0], ga.atan2(singles[1], singles[0]))
+        known = (first, second, angle, fourth, fifth)
+
+        def placed(place, origin):
+            return origin + sum(select(equal(place, i), x, 0) for i, x in enumerate(known))
+
+        q = each(placed, places, origins)
+        numbers = ga.row_numbers(q)
+        head = _motion(each(lambda x, i: select(i < last, x, 0), q, numbers), axes, turns)
+        tail = _motion(each(lambda x, i: select(i > last, x, 0), q, numbers), axes, turns)
+        rest = ~head * goal * ~tail
+        own = arms.turn_between_lines(line, across, (rest * across * ~rest).grade(2))
+        return each(lambda x, i: select(equal(i, last), own, x), q, numbers)
+
+    return each(branch, angles)
+
+
+@kernel(
+    q=array(SCALAR, "b", "n"), off=array(SCALAR, "b"), axes=array(LINE, "n", shared=True),
+    turns=array(SCALAR, "n", shared=True), size=SCALAR, close=SCALAR, same=SCALAR, flat=SCALAR,
+    returns=(array(SCALAR, "b"), array(SCALAR, "b")),
+)  # fmt: skip
+def distinct_branches(q, off, axes, turns, size, close, same, flat):
+    """Find the configurations that reach a goal and differ from each other, and those where branches coincide.
+
+    Parameters
+    ----------
+    q, off
+        Configurations, and the distances of their motors from the goal.
+    axes, turns, size
+        The arm, as in `reaching`.
+    close
+        A configuration reaches the goal if its distance is less than this.
+    same
+        Configurations are the same if no joint differs by this much or more. The one with the smallest distance is
+        kept.
+    flat
+        Branches coincide if the determinant of the normalised twists of the joints is at most this.
+
+    Returns
+    -------
+    kept, gap
+        1 or 0 for each configuration: whether it is a branch, and 0 if it coincides with another one.
+    """
+    numbers = ga.row_numbers(off)
+
+    def is_kept(own, own_off, i):
+        def is_better(other, other_off, j):
+            def farthest(most, a, b, turn):
+                away = a - b
+                rest = away - 2 * HALF_TURN * ga.floor(away / (2 * HALF_TURN) + Fraction(1, 2))
+                return ga.maximum(most, ga.absolute(select(turn > 0, rest, away)))
+
+            is_first = select(other_off < own_off, 1, select(equal(other_off, own_off), select(j < i, 1, 0), 0))
+            return select(fold(farthest, 0, own, other, turns) < same, is_first, 0)
+
+        return select(own_off < close, select(total(is_better, q, off, numbers) > 0, 0, 1), 0)
+
+    def gap(own):
+        rates = each(lambda rate: _normalized(rate), _inward(own, axes, turns, size)[1])
+        return select(ga.absolute(_triangular(rates, (), 0)[2]) > flat, 1, 0)
+
+    return each(is_kept, q, off, numbers), each(gap, q)
+
+
+def _normalized(numbers):
+    length = ga.sqrt(_dot(numbers, numbers))
+    return tuple(x / length for x in numbers)
 
 
 def _array(numbers, values):

@@ -9,21 +9,15 @@ import numpy as np
 from generated import pga3
 
 from ...arguments import Reals
-from .chain import SAME, Chain, apart
+from .chain import Chain
 from .search import descend
 from .solutions import Branches
 
-_NEAR, _CLOSE, _STEPS = 0.3, 1e-9, 40
-"""Candidates with errors below the first number are improved, and discarded unless they get below the second."""
-_SINGULAR = 1e-7
-"""Branches coincide where the determinant of the joints' unit twists is at most this."""
+_NEAR, _STEPS = 0.3, 40
+"""Candidates with errors below the first number are improved, with this number of steps."""
 _BRANCHES = 16
-_NEIGHBOUR, _ATTEMPTS = float(np.finfo(float).eps ** 0.25), 6
-"""Distance of a neighbouring pose, in angles and relative to the arm's size, and the largest number of attempts.
-
-Half of the digits are left for eigenvectors, whose errors are divided by the distance of the roots, and half for the
-return to the pose, whose error is the square of the distance.
-"""
+_ATTEMPTS = 6
+"""Largest number of attempts."""
 _OFFSETS = np.outer([0.01, 0.04, 0.15, 0.5], [1, -1]).ravel()
 """Offsets from a branch, in the direction of the smallest singular value, where a missing branch is searched for."""
 
@@ -40,8 +34,7 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
     Branches are complete if there are as many as zeros of the equations, or as at a neighbour with complete branches.
 
     Roots that coincide at a goal, because a structured posture makes equations dependent, are distinct at a neighbour.
-    A regular branch there is the continuation of one at the goal. Every third attempt is at the goal itself, with other
-    equations.
+    A regular branch there is the continuation of one at the goal.
     """
     found, most = once(goals, 0)
     rng, singular = np.random.default_rng(3), np.zeros(len(goals), bool)
@@ -50,78 +43,64 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
         if not len(rows):
             break
         goal, shift = goals[rows], rng.normal(size=(len(rows), 6)) * np.repeat([1.0, chain.size], 3)
-        beside = goal if attempt % 3 == 0 else pga3.motor_product(goal, pga3.motor_from_twist(_NEIGHBOUR * shift))
-        near, more = once(beside, attempt)
-        if beside is goal:
-            most[rows] = np.fmin(most[rows], more)
-        known, place = np.nonzero(np.isfinite(found.q[rows][..., 0]))
-        which, spot = np.nonzero(np.isfinite(near.q[..., 0]))
-        own = found.q[rows[known], place]
-        odd = (np.bincount(known, minlength=len(rows)) % 2 == 1)[known]
-        q = np.concatenate([own, near.q[which, spot], _beyond(chain, own[odd])])
-        index = np.concatenate([known, which, np.tile(known[odd], len(_OFFSETS))])
-        found.q[rows], found.gap[rows] = gathered(chain, index, q, goal)
+        near, _ = once(pga3.motor_product(goal, pga3.motor_from_twist(_neighbour(attempt) * shift)), attempt)
+        own = found.q[rows]
+        odd = np.isfinite(own[..., 0]).sum(-1) % 2 == 1
+        beyond = np.full((len(rows), len(_OFFSETS) * _BRANCHES, len(chain)), np.nan)
+        if odd.any():
+            beyond[odd] = _beyond(chain, own[odd])
+        q = np.concatenate([own, near.q, beyond[:, : len(_OFFSETS) * _BRANCHES * bool(odd.any())]], axis=1)
+        found.q[rows], found.gap[rows] = gathered(chain, q, goal)
         count = np.isfinite(found.q[rows][..., 0]).sum(-1)
-        as_many = near.complete & (count == np.bincount(which, minlength=len(rows)))
+        as_many = near.complete & (count == np.isfinite(near.q[..., 0]).sum(-1))
         found.complete[rows] = as_many | (count % 2 == 0) & (count >= most[rows])
         # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
         singular[rows] |= near.complete & (found.gap[rows] == 0).any(-1)
     return found._replace(complete=found.complete | singular)
 
 
+def _neighbour(attempt: int) -> float:
+    """Return the distance of a neighbouring pose, in angles and relative to the arm's size.
+
+    If k zeros coincide at a pose, they are about this far from each other at the neighbour, and the polynomial between
+    them is as small as its k-th power. Half of the digits are left for it, for k = 2 in the first attempt, then 3, ...
+    """
+    return float(np.finfo(float).eps ** (0.5 / (1 + attempt)))
+
+
 def _beyond(chain: Chain, q: Reals) -> Reals:
-    """Return configurations (M K, n) on both sides of branches (K, n), where another one is if both are almost one."""
-    along = np.linalg.svd(chain.rates(q))[0][..., -1]
+    """Return configurations (N, M B, n) on both sides of branches (N, B, n), where another one is if both are almost one.
+    """
+    there = np.isfinite(q[..., 0])
+    along = np.zeros(q.shape)
+    along[there] = np.linalg.svd(chain.rates(q[there]))[0][..., -1]
     # Prismatic joints may be far from 0.
     along *= np.maximum(1.0, np.abs(q * along).max(-1, keepdims=True))
-    return np.reshape(q + _OFFSETS[:, None, None] * along, (-1, len(chain)))
+    return np.reshape(q[:, None] + _OFFSETS[:, None, None] * along[:, None], (len(q), -1, len(chain)))
 
 
-def gathered(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
-    """Improve candidates (K, n) for the goals with indices (K,), and return distinct branches as `Closed.solve` does.
-
-    Missing branches are NaN. Discriminants are 0 where branches coincide.
-    """
-    which, q, place = _once(chain, *_reached(chain, which, q, goals), len(goals))
-    branches, gap = np.full((len(goals), _BRANCHES, len(chain)), np.nan), np.ones((len(goals), _BRANCHES))
-    branches[which, place] = q
-    rates = chain.rates(q)
-    flat = np.abs(np.linalg.det(rates / np.linalg.norm(rates, axis=-1, keepdims=True))) <= _SINGULAR
-    gap[which[flat], place[flat]] = 0.0
-    return branches, gap
-
-
-def _reached(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
-    """Return the candidates that reach their goal after improvement, sorted by distance."""
-    near = chain.distance(q, goals[which]) < _NEAR
-    which = which[near]
-    q, _, off = descend(chain, q[near], goals[which], _STEPS)
-    order = np.argsort(off)
-    order = order[off[order] < _CLOSE]
-    return which[order], chain.wrapped(q[order])
-
-
-def _once(chain: Chain, which: Reals, q: Reals, goals: int) -> tuple[Reals, Reals, Reals]:
-    """Return distinct candidates with the index of their branch."""
+def by_goal(which: Reals, q: Reals, goals: int) -> Reals:
+    """Return candidates (K, n) for the goals with indices (K,) as an array (N, C, n), with NaN for missing ones."""
     order = np.argsort(which, kind="stable")
     which, q = which[order], q[order]
-    place = _places(which, q, goals, np.array(chain.slides))
-    return which[place >= 0], q[place >= 0], place[place >= 0]
+    place = np.arange(len(which)) - np.searchsorted(which, which)
+    found = np.full((goals, max(_BRANCHES, int(place.max(initial=0)) + 1), q.shape[-1]), np.nan)
+    found[which, place] = q
+    return found
 
 
-def _places(which: Reals, q: Reals, goals: int, slides: Reals) -> Reals:
-    """Return the branch index of each configuration, (K,), -1 for duplicates. Those of a goal must be consecutive."""
-    place = np.full(len(which), -1)
-    count = np.zeros(goals, int)
-    start = np.searchsorted(which, np.arange(goals))
-    rank = np.arange(len(which)) - start[which] if len(which) else np.zeros(0, int)
-    kept = np.full((goals, _BRANCHES, q.shape[-1]), np.nan)
-    for k in range(int(rank.max(initial=-1)) + 1):
-        now = np.flatnonzero(rank == k)
-        goal = which[now]
-        new = ~(apart(kept[goal], q[now, None], slides) < SAME).any(-1) & (count[goal] < _BRANCHES)
-        now, goal = now[new], goal[new]
-        place[now] = count[goal]
-        kept[goal, count[goal]] = q[now]
-        count[goal] += 1
-    return place
+def gathered(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
+    """Improve candidates (N, C, n) for goals (N, 8), and return distinct branches as `Closed.solve` does.
+
+    Missing candidates and branches are NaN. Discriminants are 0 where branches coincide.
+    """
+    which, place = np.nonzero(chain.distance(q, goals[:, None]) < _NEAR)
+    reached, off = np.zeros(q.shape), np.ones(q.shape[:2])
+    better, _, off[which, place] = descend(chain, q[which, place], goals[which], _STEPS)
+    reached[which, place] = chain.wrapped(better)
+    kept, gap = chain.distinct(reached, off)
+    reached[kept == 0] = np.nan
+    if q.shape[1] > _BRANCHES:
+        order = np.argsort(kept == 0, axis=-1, kind="stable")[:, :_BRANCHES]
+        reached, gap = np.take_along_axis(reached, order[..., None], 1), np.take_along_axis(gap, order, 1)
+    return reached, np.where(np.isnan(reached[..., 0]), 1.0, gap)

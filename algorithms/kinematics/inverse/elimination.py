@@ -26,8 +26,6 @@ from .solutions import Branches
 
 _NOT_REAL = 1e-2
 """Imaginary parts of angles up to this may be rounding errors of a double zero. Newton's method decides."""
-_ROUGH = 1e-7
-"""Candidates with a smaller error than this belong to a configuration."""
 _TRIALS = 96
 """Number of random configurations that select one of the variants."""
 _SURE = 1e-6
@@ -47,6 +45,8 @@ _ORIGINS = np.random.default_rng(1).uniform(-np.pi, np.pi, 6)
 """Origins of the angles, chosen at random so that no solution is at 180 degrees, where the tangent is infinite."""
 _DEGREE = 8
 """Degree of the trigonometric polynomial of the first variable."""
+_SHARPENED = 12
+"""Largest number of Newton steps that sharpen zeros."""
 _MEANS = 8
 """Number of means that approximate the centre of zeros."""
 _ONE = np.eye(8)[0]
@@ -64,15 +64,15 @@ class Variant:
         The given arm; `chain` may be its reverse.
     backwards : bool
         Whether `chain` is the reverse of `whole`.
-    zeros, configuration : Method
-        The kernels `eliminated` and `branch_of_angle` for this arm.
+    zeros, configurations : Method
+        The kernels `eliminated` and `branches_of_angles` for this arm.
     """
 
     chain: Chain
     whole: Chain
     backwards: bool
     zeros: Method
-    configuration: Method
+    configurations: Method
 
     @classmethod
     def of(cls, whole: Chain, backwards: bool, after: int) -> Variant | None:
@@ -89,50 +89,56 @@ class Variant:
         motion = _products(chain, three).reshape(3, 3, 3, 8)
         values = arms.point_and_tangent(pga3.move_point(motion, point), pga3.move_line(motion, line))
         forms = [_SLIDE if slides[j] else _HALF @ _TURN for j in three[1:]]
-        side = np.einsum("ai,bj,ck,ijkx->bcax", _TURN, *forms, values)
+        side = np.einsum("ai,bj,ck,ijkx->cabx", _TURN, *forms, values)
         ones = [np.array([1.0, 0, 0 if slides[j] else 1]) for j in three[1:]]
-        shares = np.einsum("b,c,a->bca", *ones, np.array([1.0, 0, 0]))
+        shares = np.einsum("b,c,a->cab", *ones, np.array([1.0, 0, 0]))
         form = np.kron(*(_SLIDE if slides[j] else _TURN for j in pair))
         many = len(form)
         zeros = eliminations.eliminated.bind(
             before=np.repeat(ahead, many // len(ahead), axis=0), after=np.tile(behind, (many // len(behind), 1)),
-            point=point, line=line, constant=form[0], pair=form[1:],
-            low=side[0], middle=side[1], high=side[2],
-            low_share=shares[0], middle_share=shares[1], high_share=shares[2],
-            **_polynomial(),
+            point=point, line=line, constant=form[0], pair=form[1:], side=side, shares=shares, **_polynomial(),
         )  # fmt: skip
         places = np.argsort([*pair, *three, last])
-        configuration = eliminations.branch_of_angle.bind(
+        configurations = eliminations.branches_of_angles.bind(
             slides=np.array([float(slides[j]) for j in (*pair, *three)]), places=places.astype(float),
             origins=np.where(np.array(slides) | (places == 5), 0.0, _ORIGINS), **chain.tables, last=float(last),
             line=line, across=_across(line),
         )  # fmt: skip
-        return cls(chain, whole, backwards, zeros, configuration)
+        return cls(chain, whole, backwards, zeros, configurations)
 
-    def candidates(self, goals: Reals) -> tuple[Reals, Reals, NDArray[np.bool_]]:
-        """Return indices of goals, (K,), configurations of the given arm that may reach them, (K, 6), and real zeros.
+    def candidates(self, goals: Reals, sharp: bool = False) -> tuple[Reals, Reals]:
+        """Return configurations of the given arm that may reach goals, (N, C, 6), and how many real zeros there are.
 
-        The last result, (K,), says whether the candidate belongs to a real zero, up to rounding errors.
+        Missing configurations are NaN. `sharp` spends more time on zeros that are close to each other.
         """
         scale = np.array([1.0] * 4 + [1 / self.whole.size] * 4)
         ends = (pga3.motor_inverse(goals) if self.backwards else goals) * scale
-        parts = [self._block(ends[start : start + _BLOCK], start) for start in range(0, max(len(ends), 1), _BLOCK)]
-        which, q, real = parts[0] if len(parts) == 1 else (np.concatenate(part) for part in zip(*parts, strict=True))
-        q *= np.where(self.chain.slides, self.whole.size, 1.0)
-        return which, q[:, ::-1] if self.backwards else q, real
+        q, most = np.full((len(goals), 2 * _DEGREE, 6), np.nan), np.empty(len(goals), int)
+        for start in range(0, len(ends), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            found, most[block] = self._block(ends[block], sharp)
+            q[block, : found.shape[1]] = found
+        if any(self.chain.slides):
+            q *= np.where(self.chain.slides, self.whole.size, 1.0)
+        return q[..., ::-1] if self.backwards else q, most
 
-    def _block(self, goals: Reals, start: int) -> tuple[Reals, Reals, NDArray[np.bool_]]:
+    def _block(self, goals: Reals, sharp: bool) -> tuple[Reals, Reals]:
         """As `candidates`, for `chain` and a block of goals."""
-        *equations, angle, away, real, doubtful = self.zeros(goals, np.zeros((len(goals), 2)))
-        if np.count_nonzero(doubtful):
-            rows = np.flatnonzero(doubtful.any(-1))
-            *_, angle[rows], away[rows], real[rows], doubtful[rows] = self.zeros(
-                goals[rows], _centres(np.exp(1j * angle[rows] - np.abs(away[rows])))
-            )
-        real += doubtful
-        which, zero = np.nonzero((np.abs(away) < _NOT_REAL) | (real > 0))
-        q = self.configuration(angle[which, zero], goals[which], *(rows[which] for rows in equations))
-        return which + start, q, real[which, zero] > 0
+        *equations, zeros = self.zeros(goals, np.zeros((len(goals), 2)))
+        if np.count_nonzero(zeros[..., 3]):
+            rows = np.flatnonzero(zeros[..., 3].any(-1))
+            first = np.exp(1j * zeros[rows, :, 0] - np.abs(zeros[rows, :, 1]))
+            zeros[rows] = self.zeros(goals[rows], _centres(first))[-1]
+        angle, away, real, doubtful = zeros.transpose(2, 0, 1)
+        may_be = (np.abs(away) < _NOT_REAL) | (real + doubtful > 0)
+        count = np.count_nonzero(may_be, axis=-1)
+        order = np.argsort(~may_be, axis=-1, kind="stable")[:, : max(int(count.max()), 1)]
+        if sharp:
+            angle = angle + np.where(doubtful > 0, away, 0.0)
+        angle = np.take_along_axis(angle, order, 1)
+        q = self.configurations(goals, angle, float(_SHARPENED if sharp else 0), *equations)
+        q[np.arange(order.shape[1]) >= count[:, None]] = np.nan
+        return q, np.count_nonzero(real + doubtful, axis=-1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,10 +161,9 @@ class Elimination:
 
     def _once(self, goals: Reals, attempt: int) -> tuple[Branches, Reals]:
         """Return the branches of one elimination, complete if every real zero led to a branch of its own."""
-        which, q, real = self.variants[attempt % len(self.variants)].candidates(goals)
-        branches, gap = gathered(self.whole, which, q, goals)
+        q, zeros = self.variants[attempt % len(self.variants)].candidates(goals, attempt > 0)
+        branches, gap = gathered(self.whole, q, goals)
         count = np.isfinite(branches[..., 0]).sum(-1)
-        zeros = np.bincount(which[real], minlength=len(goals))
         return Branches(branches, gap, (zeros <= count) & (count % 2 == 0)), zeros
 
 
@@ -176,10 +181,8 @@ def _prepared(whole: Chain) -> Elimination | None:
             variant = Variant.of(whole, backwards, after)
             if variant is None:
                 continue
-            which, found, _ = variant.candidates(goals)
-            away = np.full(_TRIALS, np.inf)
-            np.fmin.at(away, which, apart(found, q[which], slides))
-            unsure = int((away > _SURE).sum())
+            away = apart(variant.candidates(goals)[0], q[:, None], slides)
+            unsure = int((~(away < _SURE).any(-1)).sum())
             if unsure < _TRIALS // 2:
                 usable.append((unsure, variant))
     if not usable:
@@ -210,8 +213,7 @@ def _polynomial() -> dict[str, Reals]:
     guesses = np.exp(np.where(turns % 2, 0.25, -0.25) + 1j * np.pi * (turns + 0.5) / _DEGREE)
     return {
         "samples": np.stack([np.cos(angles), np.sin(angles)], -1),
-        "real": waves.real,
-        "imaginary": waves.imag,
+        "waves": np.stack([waves.real, waves.imag], -1),
         "guesses": np.stack([guesses.real, guesses.imag], -1),
     }
 

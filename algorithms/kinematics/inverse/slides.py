@@ -16,7 +16,7 @@ import numpy as np
 from generated import arms, pga3
 
 from ...arguments import Reals
-from .candidates import completed, gathered
+from .candidates import by_goal, completed, gathered
 from .chain import COINCIDE, TOLERANCE, Chain, direction, parallel
 from .solutions import Branches
 
@@ -98,7 +98,7 @@ class TwoSlides:
                 parts.append((which + start, q[:, ::-1] if backwards else q))
                 nearest[block] = near[:, ::-1] if backwards else near
         which, q = (np.concatenate(part) for part in zip(*parts, strict=True))
-        found, gap = gathered(self.chain, which, q, goals)
+        found, gap = gathered(self.chain, by_goal(which, q, len(goals)), goals)
         lost = np.isnan(found[..., 0]).all(-1)
         found[lost, 0] = nearest[lost]
         is_even = np.isfinite(found[..., 0]).sum(-1) % 2 == 0
