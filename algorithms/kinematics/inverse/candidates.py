@@ -16,8 +16,8 @@ from .solutions import Branches
 _NEAR, _STEPS = 0.3, 40
 """Candidates with errors below the first number are improved, with this number of steps."""
 _BRANCHES = 16
-_ATTEMPTS = 6
-"""Largest number of attempts."""
+_ATTEMPTS = 13
+"""Largest number of attempts: the goal, and six pairs of neighbours."""
 _OFFSETS = np.outer([0.01, 0.04, 0.15, 0.5], [1, -1]).ravel()
 """Offsets from a branch, in the direction of the smallest singular value, where a missing branch is searched for."""
 
@@ -31,41 +31,44 @@ The second argument numbers the attempts, which may use different equations.
 def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
     """Return the branches of goals, where necessary with those of random poses in their neighbourhood.
 
-    Branches are complete if there are as many as zeros of the equations, or as at a neighbour with complete branches.
-
-    Roots that coincide at a goal, because a structured posture makes equations dependent, are distinct at a neighbour.
-    A regular branch there is the continuation of one at the goal.
+    Zeros that coincide at a goal, because a structured posture makes equations dependent, are distinct at a neighbour.
+    A regular branch there is the continuation of one at the goal, unless two branches meet between both poses. They do
+    so at a surface in the space of poses, so that neighbours are used in pairs on opposite sides of the goal. Branches
+    are complete if there are as many as zeros of the equations, or as at that one of two complete neighbours that has
+    more of them.
     """
     found, most = once(goals, 0)
-    rng, singular = np.random.default_rng(3), np.zeros(len(goals), bool)
+    rng, singular, before = np.random.default_rng(3), np.zeros(len(goals), bool), np.full(len(goals), np.nan)
     for attempt in range(1, _ATTEMPTS):
         rows = np.flatnonzero(~found.complete)
         if not len(rows):
             break
-        goal, shift = goals[rows], rng.normal(size=(len(rows), 6)) * np.repeat([1.0, chain.size], 3)
-        near, _ = once(pga3.motor_product(goal, pga3.motor_from_twist(_neighbour(attempt) * shift)), attempt)
-        own = found.q[rows]
+        side, pair = attempt % 2, (attempt + 1) // 2
+        if side:
+            shift = _neighbour((pair - 1) % 3) * rng.normal(size=6) * np.repeat([1.0, chain.size], 3)
+        goal, own = goals[rows], found.q[rows]
+        near, _ = once(pga3.motor_product(goal, pga3.motor_from_twist(shift if side else -shift)), attempt)
         odd = np.isfinite(own[..., 0]).sum(-1) % 2 == 1
-        beyond = np.full((len(rows), len(_OFFSETS) * _BRANCHES, len(chain)), np.nan)
-        if odd.any():
-            beyond[odd] = _beyond(chain, own[odd])
-        q = np.concatenate([own, near.q, beyond[:, : len(_OFFSETS) * _BRANCHES * bool(odd.any())]], axis=1)
-        found.q[rows], found.gap[rows] = gathered(chain, q, goal)
-        count = np.isfinite(found.q[rows][..., 0]).sum(-1)
-        as_many = near.complete & (count == np.isfinite(near.q[..., 0]).sum(-1))
+        beyond = np.full((len(rows), len(_OFFSETS) * _BRANCHES * bool(odd.any()), len(chain)), np.nan)
+        beyond[odd] = _beyond(chain, own[odd]) if odd.any() else 0.0
+        found.q[rows], found.gap[rows] = gathered(chain, np.concatenate([own, near.q, beyond], axis=1), goal)
+        count, beside = (np.isfinite(q[..., 0]).sum(-1) for q in (found.q[rows], near.q))
+        seen = np.where(near.complete, beside, np.nan)
+        as_many = (not side) & (count == np.maximum(before[rows], seen))
+        before[rows] = seen
         found.complete[rows] = as_many | (count % 2 == 0) & (count >= most[rows])
         # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
         singular[rows] |= near.complete & (found.gap[rows] == 0).any(-1)
     return found._replace(complete=found.complete | singular)
 
 
-def _neighbour(attempt: int) -> float:
+def _neighbour(pair: int) -> float:
     """Return the distance of a neighbouring pose, in angles and relative to the arm's size.
 
     If k zeros coincide at a pose, they are about this far from each other at the neighbour, and the polynomial between
-    them is as small as its k-th power. Half of the digits are left for it, for k = 2 in the first attempt, then 3, ...
+    them is as small as its k-th power. Half of the digits are left for it, for k = 2 in the first pair, then 3, ...
     """
-    return float(np.finfo(float).eps ** (0.5 / (1 + attempt)))
+    return float(np.finfo(float).eps ** (0.5 / (2 + pair)))
 
 
 def _beyond(chain: Chain, q: Reals) -> Reals:

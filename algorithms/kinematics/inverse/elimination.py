@@ -181,10 +181,11 @@ def _prepared(whole: Chain) -> Elimination | None:
             variant = Variant.of(whole, backwards, after)
             if variant is None:
                 continue
-            away = apart(variant.candidates(goals)[0], q[:, None], slides)
-            unsure = int((~(away < _SURE).any(-1)).sum())
+            unsure = _TRIALS - int((apart(variant.candidates(goals)[0], q[:, None], slides) < _SURE).any(-1).sum())
             if unsure < _TRIALS // 2:
-                usable.append((unsure, variant))
+                # Variants of arms with a nearly special structure have zeros that cannot be distinguished.
+                complete = Elimination(whole, (variant,))._once(goals, 0)[0].complete
+                usable.append((unsure + int((~complete).sum()), variant))
     if not usable:
         return None
     found = Elimination(whole, tuple(variant for _, variant in sorted(usable, key=lambda pair: pair[0])))
