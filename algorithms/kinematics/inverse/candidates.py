@@ -16,8 +16,8 @@ from .solutions import Branches
 _NEAR, _STEPS = 0.3, 40
 """Candidates with errors below the first number are improved, with this number of steps."""
 _BRANCHES = 16
-_ATTEMPTS = 13
-"""Largest number of attempts: the goal, and six pairs of neighbours."""
+_ATTEMPTS = 14
+"""Largest number of attempts: the goal, twice with different equations, and six pairs of neighbours."""
 _OFFSETS = np.outer([0.01, 0.04, 0.15, 0.5], [1, -1]).ravel()
 """Offsets from a branch, in the direction of the smallest singular value, where a missing branch is searched for."""
 
@@ -39,22 +39,25 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
     """
     found, most = once(goals, 0)
     rng, singular, before = np.random.default_rng(3), np.zeros(len(goals), bool), np.full(len(goals), np.nan)
+    shift = np.zeros(6)
     for attempt in range(1, _ATTEMPTS):
         rows = np.flatnonzero(~found.complete)
         if not len(rows):
             break
-        side, pair = attempt % 2, (attempt + 1) // 2
-        if side:
-            shift = _neighbour((pair - 1) % 3) * rng.normal(size=6) * np.repeat([1.0, chain.size], 3)
-        goal, own = goals[rows], found.q[rows]
-        near, _ = once(pga3.motor_product(goal, pga3.motor_from_twist(shift if side else -shift)), attempt)
+        pair, is_second = divmod(attempt, 2)
+        if not is_second:
+            shift = -_neighbour((pair - 1) % 3) * rng.normal(size=6) * np.repeat([1.0, chain.size], 3)
+        goal, own, shift = goals[rows], found.q[rows], -shift
+        near, zeros = once(pga3.motor_product(goal, pga3.motor_from_twist(shift)), attempt)
         odd = np.isfinite(own[..., 0]).sum(-1) % 2 == 1
         beyond = np.full((len(rows), len(_OFFSETS) * _BRANCHES * bool(odd.any()), len(chain)), np.nan)
         beyond[odd] = _beyond(chain, own[odd]) if odd.any() else 0.0
         found.q[rows], found.gap[rows] = gathered(chain, np.concatenate([own, near.q, beyond], axis=1), goal)
         count, beside = (np.isfinite(q[..., 0]).sum(-1) for q in (found.q[rows], near.q))
         seen = np.where(near.complete, beside, np.nan)
-        as_many = (not side) & (count == np.maximum(before[rows], seen))
+        if not pair:
+            most[rows] = np.fmin(most[rows], zeros)
+        as_many = (pair > 0) & (is_second > 0) & (count == np.maximum(before[rows], seen))
         before[rows] = seen
         found.complete[rows] = as_many | (count % 2 == 0) & (count >= most[rows])
         # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
