@@ -2,11 +2,12 @@
 
 Six joints reach a goal: ``E1 ... E6 = G``. A point of the axis of one joint, with the axis as its tangent, is invariant
 under this joint. Three consecutive joints move it to where the other two and the goal move it. Its 14 numbers in
-conformal geometry transform linearly under motions, so that both sides are polynomials of degree one in cosine and sine
-of each angle. The two variables occur in eight monomials. Reflections that make these triangular leave six equations in
-the three variables. For every value of the first of these, the six equations and their products with the second one are
-homogeneous in twelve monomials. Their determinant, divided by factors that are never zero, is a trigonometric polynomial
-of degree 8. It is found from 17 values, and has 16 zeros.
+conformal geometry transform linearly under motions, so that both sides are polynomials of degree one in cosine and
+sine of each angle. The variables of the two joints occur in eight monomials. Reflections that make these triangular
+leave six equations in the three variables (Raghavan and Roth, *J. Mechanical Design* 115:502, 1993). For every value of
+the first one, the six equations and their products with the second variable are homogeneous in twelve monomials. Their
+determinant, divided by factors without zeros, is a trigonometric polynomial of degree 8. It is found from 17 values,
+and has 16 zeros.
 """
 
 from fractions import Fraction
@@ -166,8 +167,7 @@ def eliminated(
 
     def less(parts, weights):
         return tuple(
-            tuple(a - w * b for a, b in zip(part, offset, strict=True))
-            for part, w in zip(parts, weights, strict=True)
+            tuple(a - w * b for a, b in zip(part, offset, strict=True)) for part, w in zip(parts, weights, strict=True)
         )
 
     side = each(lambda rows, own: each(less, rows, own), side, shares)
@@ -203,8 +203,7 @@ def _mapped(z, centre):
 
 
 def _zeros(coefficients, guesses):
-    """Return real and imaginary parts of the zeros of a trigonometric polynomial, and which are real or doubtful (Aberth).
-    """
+    """Return zeros of a trigonometric polynomial as in `eliminated`, before the map, by the method of Aberth."""
     numbers = ga.row_numbers(guesses)
 
     def values(z):

@@ -75,8 +75,7 @@ def _neighbour(pair: int) -> float:
 
 
 def _beyond(chain: Chain, q: Reals) -> Reals:
-    """Return configurations (N, M B, n) on both sides of branches (N, B, n), where another one is if both are almost one.
-    """
+    """Return configurations (N, M B, n) on both sides of branches (N, B, n), where others are that almost coincide."""
     there = np.isfinite(q[..., 0])
     along = np.zeros(q.shape)
     along[there] = np.linalg.svd(chain.rates(q[there]))[0][..., -1]

@@ -114,7 +114,7 @@ class Chain:
 
     @cached_property
     def distinct(self) -> Method:
-        """Which of some configurations (..., b, n), at distances (..., b), are branches, and where branches coincide."""
+        """Which configurations (..., b, n), at distances (..., b), are branches, and where these coincide."""
         return eliminations.distinct_branches.bind(**self.tables, size=self.size, close=_CLOSE, same=SAME, flat=_FLAT)
 
     def motion(self, joint: int, q: Reals) -> Reals:

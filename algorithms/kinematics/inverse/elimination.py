@@ -4,9 +4,9 @@
 with the axis as tangent, is represented in conformal geometry by a point and a bivector. These are 14 numbers, which
 transform linearly under motions, and under a single joint by a trigonometric polynomial of degree one. This gives the
 14 equations of Raghavan and Roth (*J. Mechanical Design* 115:502, 1993). The fifth and the fourth joint give such
-equations, too, ``E2 E3 E4 x = E1^-1 G E6^-1 x`` and ``E1 E2 E3 x = G E6^-1 E5^-1 x``, and so does the arm from its other
-end. For arms with parallel axes, some of these six variants are degenerate. The kernels of `generated.eliminations`
-compute the zeros and their configurations.
+equations, too, ``E2 E3 E4 x = E1^-1 G E6^-1 x`` and ``E1 E2 E3 x = G E6^-1 E5^-1 x``, and so does the arm from its
+other end. For arms with parallel axes, some of these six variants are degenerate. The kernels of
+`generated.eliminations` compute the zeros and their configurations.
 """
 
 from __future__ import annotations
@@ -225,9 +225,9 @@ def _products(chain: Chain, joints: range | list[int]) -> Reals:
     for joint in joints:
         values = _UNITS if chain.slides[joint] else _ORIGINS[joint] + _THIRDS
         found = pga3.motor_product(found[:, None], chain.motion(joint, values)).reshape(-1, 8)
-    return found
+    return np.asarray(found)
 
 
 def _across(line: Reals) -> Reals:
     """Return a line that is not parallel to another one."""
-    return pga3.line_from_direction_moment(np.eye(3)[np.argmin(np.abs(direction(line)))], np.zeros(3))
+    return pga3.line_from_direction_moment(np.eye(3)[np.argmin(np.abs(direction(line)))], np.zeros(3))  # type: ignore[no-any-return]
