@@ -8,6 +8,8 @@ leave six equations in the three variables (Raghavan and Roth, *J. Mechanical De
 the first one, the six equations and their products with the second variable are homogeneous in twelve monomials. Their
 determinant, divided by factors without zeros, is a trigonometric polynomial of degree 8. It is found from 17 values,
 and has 16 zeros.
+
+The kernels are in one file because both of the first two reduce the six equations.
 """
 
 from fractions import Fraction
