@@ -38,6 +38,7 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
     more of them.
     """
     found, most = once(goals, 0)
+    most = most.astype(float)
     rng, singular, before = np.random.default_rng(3), np.zeros(len(goals), bool), np.full(len(goals), np.nan)
     shift = np.zeros(6)
     for attempt in range(1, _ATTEMPTS):
@@ -56,10 +57,11 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
         count, beside = (np.isfinite(q[..., 0]).sum(-1) for q in (found.q[rows], near.q))
         seen = np.where(near.complete, beside, np.nan)
         if not pair:
-            most[rows] = np.fmin(most[rows], zeros)
+            # Fewer zeros than branches show that the equations are dependent at this pose.
+            most[rows] = np.fmin(*(np.where(some < count, np.nan, some) for some in (most[rows], zeros)))
         as_many = (pair > 0) & (is_second > 0) & (count == np.maximum(before[rows], seen))
         before[rows] = seen
-        found.complete[rows] = as_many | (count % 2 == 0) & (count >= most[rows])
+        found.complete[rows] = as_many | (count % 2 == 0) & (count == most[rows])
         # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
         singular[rows] |= near.complete & (found.gap[rows] == 0).any(-1)
     return found._replace(complete=found.complete | singular)

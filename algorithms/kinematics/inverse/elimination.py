@@ -164,7 +164,7 @@ class Elimination:
         q, zeros = self.variants[attempt % len(self.variants)].candidates(goals, attempt > 0)
         branches, gap = gathered(self.whole, q, goals)
         count = np.isfinite(branches[..., 0]).sum(-1)
-        return Branches(branches, gap, (zeros <= count) & (count % 2 == 0)), zeros
+        return Branches(branches, gap, (zeros == count) & (count % 2 == 0)), zeros
 
 
 @lru_cache(maxsize=64)
