@@ -35,7 +35,7 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
     A regular branch there is the continuation of one at the goal, unless two branches meet between both poses. They do
     so at a surface in the space of poses, so that neighbours are used in pairs on opposite sides of the goal. Branches
     are complete if there are as many as zeros of the equations, or as at that one of two complete neighbours that has
-    more of them.
+    more of them. It has at most one pair more than the other one, or several such surfaces are nearby.
     """
     found, most = once(goals, 0)
     most = most.astype(float)
@@ -58,8 +58,14 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
         seen = np.where(near.complete, beside, np.nan)
         if not pair:
             # Fewer zeros than branches show that the equations are dependent at this pose.
-            most[rows] = np.fmin(*(np.where(some < count, np.nan, some) for some in (most[rows], zeros)))
-        as_many = (pair > 0) & (is_second > 0) & (count == np.maximum(before[rows], seen))
+            fewest = np.fmin(most[rows], zeros)
+            most[rows] = np.where(fewest < count, np.nan, fewest)
+        as_many = (
+            (pair > 0)
+            & (is_second > 0)
+            & (count == np.maximum(before[rows], seen))
+            & (np.abs(before[rows] - seen) <= 2)
+        )
         before[rows] = seen
         found.complete[rows] = as_many | (count % 2 == 0) & (count == most[rows])
         # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
