@@ -16,8 +16,8 @@ from .solutions import Branches
 _NEAR, _STEPS = 0.3, 40
 """Candidates with errors below the first number are improved, with this number of steps."""
 _BRANCHES = 16
-_ATTEMPTS = 14
-"""Largest number of attempts: the goal, twice with different equations, and six pairs of neighbours."""
+_ATTEMPTS = 26
+"""Largest number of attempts: the goal, twice with different equations, and twelve pairs of neighbours."""
 _OFFSETS = np.outer([0.01, 0.04, 0.15, 0.5], [1, -1]).ravel()
 """Offsets from a branch, in the direction of the smallest singular value, where a missing branch is searched for."""
 
