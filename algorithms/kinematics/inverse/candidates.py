@@ -77,7 +77,7 @@ def _neighbour(pair: int) -> float:
     """Return the distance of a neighbouring pose, in angles and relative to the arm's size.
 
     If k zeros coincide at a pose, they are about this far from each other at the neighbour, and the polynomial between
-    them is as small as its k-th power. Half of the digits are left for it, for k = 2 in the first pair, then 3, 4, and again 2.
+    them is as small as its k-th power. Half of the digits are left for it, for k = 2, 3 and 4 in turn.
     """
     return float(np.finfo(float).eps ** (0.5 / (2 + pair)))
 
