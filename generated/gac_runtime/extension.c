@@ -1502,7 +1502,7 @@ static PyType_Spec call_spec = {
 #define MAX_TABLES 64
 #define MAX_TABLE_AXES 6
 #define MAX_FEW 512
-#define MAX_OPERATIONS 16
+#define MAX_OPERATIONS 32
 
 /* A loop over elements of one dtype, compiled by C or numba; nonzero if memory cannot be allocated. */
 typedef int (*RowsFunction)(const intptr_t *lengths, char **starts, const intptr_t *steps, intptr_t count);

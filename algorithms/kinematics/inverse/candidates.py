@@ -9,111 +9,111 @@ import numpy as np
 from generated import pga3
 
 from ...arguments import Reals
-from .chain import SAME, Chain, apart
+from .chain import Chain
 from .search import descend
 from .solutions import Branches
 
-_NEAR, _CLOSE, _STEPS = 0.3, 1e-9, 40
-"""Candidates with errors below the first number are improved, and discarded unless they get below the second."""
-_SINGULAR = 1e-7
-"""Branches coincide where the determinant of the joints' unit twists is at most this."""
+_NEAR, _STEPS = 0.3, 40
+"""Candidates with errors below the first number are improved, with this number of steps."""
 _BRANCHES = 16
-_NEIGHBOUR, _ATTEMPTS = float(np.finfo(float).eps ** 0.25), 6
-"""Distance of a neighbouring pose, in angles and relative to the arm's size, and the largest number of attempts.
-
-Half of the digits are left for eigenvectors, whose errors are divided by the distance of the roots, and half for the
-return to the pose, whose error is the square of the distance.
-"""
+_ATTEMPTS = 26
+"""Largest number of attempts: the goal, twice with different equations, and twelve pairs of neighbours."""
 _OFFSETS = np.outer([0.01, 0.04, 0.15, 0.5], [1, -1]).ravel()
 """Offsets from a branch, in the direction of the smallest singular value, where a missing branch is searched for."""
 
-Once = Callable[[Reals, int], Branches]
-"""Returns the branches of goals; the second argument numbers the attempts, which may use different equations."""
+Once = Callable[[Reals, int], tuple[Branches, Reals]]
+"""Returns the branches of goals, and how many there are at most, (N,), or NaN if the method does not know this.
+
+The second argument numbers the attempts, which may use different equations.
+"""
 
 
 def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
     """Return the branches of goals, where necessary with those of random poses in their neighbourhood.
 
-    Roots that coincide at a goal, because a structured posture makes equations dependent, are distinct at a neighbour.
-    A regular branch there is the continuation of one at the goal. Every third attempt is at the goal itself, with other
-    equations.
+    Zeros that coincide at a goal, because a structured posture makes equations dependent, are distinct at a neighbour.
+    A regular branch there is the continuation of one at the goal, unless two branches meet between both poses. They do
+    so at a surface in the space of poses, so that neighbours are used in pairs on opposite sides of the goal. Branches
+    are complete if there are as many as zeros of the equations, or as at that one of two complete neighbours that has
+    more of them. It has at most one pair more than the other one, or several such surfaces are nearby.
     """
-    found = once(goals, 0)
-    rng, singular = np.random.default_rng(3), np.zeros(len(goals), bool)
+    found, most = once(goals, 0)
+    most = most.astype(float)
+    rng, singular, before = np.random.default_rng(3), np.zeros(len(goals), bool), np.full(len(goals), np.nan)
+    shift = np.zeros(6)
     for attempt in range(1, _ATTEMPTS):
         rows = np.flatnonzero(~found.complete)
         if not len(rows):
             break
-        goal, shift = goals[rows], rng.normal(size=(len(rows), 6)) * np.repeat([1.0, chain.size], 3)
-        beside = goal if attempt % 3 == 0 else pga3.motor_product(goal, pga3.motor_from_twist(_NEIGHBOUR * shift))
-        near = once(beside, attempt)
-        known, place = np.nonzero(np.isfinite(found.q[rows][..., 0]))
-        which, spot = np.nonzero(np.isfinite(near.q[..., 0]))
-        own = found.q[rows[known], place]
-        odd = (np.bincount(known, minlength=len(rows)) % 2 == 1)[known]
-        q = np.concatenate([own, near.q[which, spot], _beyond(chain, own[odd])])
-        index = np.concatenate([known, which, np.tile(known[odd], len(_OFFSETS))])
-        found.q[rows], found.gap[rows] = gathered(chain, index, q, goal)
-        count = np.isfinite(found.q[rows][..., 0]).sum(-1)
-        found.complete[rows] = near.complete & (count == np.bincount(which, minlength=len(rows)))
+        pair, is_second = divmod(attempt, 2)
+        if not is_second:
+            shift = -_neighbour((pair - 1) % 3) * rng.normal(size=6) * np.repeat([1.0, chain.size], 3)
+        goal, own, shift = goals[rows], found.q[rows], -shift
+        near, zeros = once(pga3.motor_product(goal, pga3.motor_from_twist(shift)), attempt)
+        odd = np.isfinite(own[..., 0]).sum(-1) % 2 == 1
+        beyond = np.full((len(rows), len(_OFFSETS) * _BRANCHES * bool(odd.any()), len(chain)), np.nan)
+        beyond[odd] = _beyond(chain, own[odd]) if odd.any() else 0.0
+        found.q[rows], found.gap[rows] = gathered(chain, np.concatenate([own, near.q, beyond], axis=1), goal)
+        count, beside = (np.isfinite(q[..., 0]).sum(-1) for q in (found.q[rows], near.q))
+        seen = np.where(near.complete, beside, np.nan)
+        if not pair:
+            # Fewer zeros than branches show that the equations are dependent at this pose.
+            fewest = np.fmin(most[rows], zeros)
+            most[rows] = np.where(fewest < count, np.nan, fewest)
+        as_many = (
+            (pair > 0)
+            & (is_second > 0)
+            & (count == np.maximum(before[rows], seen))
+            & (np.abs(before[rows] - seen) <= 2)
+        )
+        before[rows] = seen
+        found.complete[rows] = as_many | (count % 2 == 0) & (count == most[rows])
         # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
         singular[rows] |= near.complete & (found.gap[rows] == 0).any(-1)
     return found._replace(complete=found.complete | singular)
 
 
+def _neighbour(pair: int) -> float:
+    """Return the distance of a neighbouring pose, in angles and relative to the arm's size.
+
+    If k zeros coincide at a pose, they are about this far from each other at the neighbour, and the polynomial between
+    them is as small as its k-th power. Half of the digits are left for it, for k = 2, 3 and 4 in turn.
+    """
+    return float(np.finfo(float).eps ** (0.5 / (2 + pair)))
+
+
 def _beyond(chain: Chain, q: Reals) -> Reals:
-    """Return configurations (M K, n) on both sides of branches (K, n), where another one is if both are almost one."""
-    along = np.linalg.svd(chain.rates(q))[0][..., -1]
+    """Return configurations (N, M B, n) on both sides of branches (N, B, n), where others are that almost coincide."""
+    there = np.isfinite(q[..., 0])
+    along = np.zeros(q.shape)
+    along[there] = np.linalg.svd(chain.rates(q[there]))[0][..., -1]
     # Prismatic joints may be far from 0.
     along *= np.maximum(1.0, np.abs(q * along).max(-1, keepdims=True))
-    return np.reshape(q + _OFFSETS[:, None, None] * along, (-1, len(chain)))
+    return np.reshape(q[:, None] + _OFFSETS[:, None, None] * along[:, None], (len(q), -1, len(chain)))
 
 
-def gathered(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
-    """Improve candidates (K, n) for the goals with indices (K,), and return distinct branches as `Closed.solve` does.
-
-    Missing branches are NaN. Discriminants are 0 where branches coincide.
-    """
-    which, q, place = _once(chain, *_reached(chain, which, q, goals), len(goals))
-    branches, gap = np.full((len(goals), _BRANCHES, len(chain)), np.nan), np.ones((len(goals), _BRANCHES))
-    branches[which, place] = q
-    rates = chain.rates(q)
-    flat = np.abs(np.linalg.det(rates / np.linalg.norm(rates, axis=-1, keepdims=True))) <= _SINGULAR
-    gap[which[flat], place[flat]] = 0.0
-    return branches, gap
-
-
-def _reached(chain: Chain, which: Reals, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
-    """Return the candidates that reach their goal after improvement, sorted by distance."""
-    near = chain.distance(q, goals[which]) < _NEAR
-    which = which[near]
-    q, _, off = descend(chain, q[near], goals[which], _STEPS)
-    order = np.argsort(off)
-    order = order[off[order] < _CLOSE]
-    return which[order], chain.wrapped(q[order])
-
-
-def _once(chain: Chain, which: Reals, q: Reals, goals: int) -> tuple[Reals, Reals, Reals]:
-    """Return distinct candidates with the index of their branch."""
+def by_goal(which: Reals, q: Reals, goals: int) -> Reals:
+    """Return candidates (K, n) for the goals with indices (K,) as an array (N, C, n), with NaN for missing ones."""
     order = np.argsort(which, kind="stable")
     which, q = which[order], q[order]
-    place = _places(which, q, goals, np.array(chain.slides))
-    return which[place >= 0], q[place >= 0], place[place >= 0]
+    place = np.arange(len(which)) - np.searchsorted(which, which)
+    found = np.full((goals, max(_BRANCHES, int(place.max(initial=0)) + 1), q.shape[-1]), np.nan)
+    found[which, place] = q
+    return found
 
 
-def _places(which: Reals, q: Reals, goals: int, slides: Reals) -> Reals:
-    """Return the branch index of each configuration, (K,), -1 for duplicates. Those of a goal must be consecutive."""
-    place = np.full(len(which), -1)
-    count = np.zeros(goals, int)
-    start = np.searchsorted(which, np.arange(goals))
-    rank = np.arange(len(which)) - start[which] if len(which) else np.zeros(0, int)
-    kept = np.full((goals, _BRANCHES, q.shape[-1]), np.nan)
-    for k in range(int(rank.max(initial=-1)) + 1):
-        now = np.flatnonzero(rank == k)
-        goal = which[now]
-        new = ~(apart(kept[goal], q[now, None], slides) < SAME).any(-1) & (count[goal] < _BRANCHES)
-        now, goal = now[new], goal[new]
-        place[now] = count[goal]
-        kept[goal, count[goal]] = q[now]
-        count[goal] += 1
-    return place
+def gathered(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
+    """Improve candidates (N, C, n) for goals (N, 8), and return distinct branches as `Closed.solve` does.
+
+    Missing candidates and branches are NaN. Discriminants are 0 where branches coincide.
+    """
+    which, place = np.nonzero(chain.distance(q, goals[:, None]) < _NEAR)
+    reached, off = np.zeros(q.shape), np.ones(q.shape[:2])
+    better, _, off[which, place] = descend(chain, q[which, place], goals[which], _STEPS)
+    reached[which, place] = chain.wrapped(better)
+    kept, gap = chain.distinct(reached, off)
+    reached[kept == 0] = np.nan
+    if q.shape[1] > _BRANCHES:
+        order = np.argsort(kept == 0, axis=-1, kind="stable")[:, :_BRANCHES]
+        reached, gap = np.take_along_axis(reached, order[..., None], 1), np.take_along_axis(gap, order, 1)
+    return reached, np.where(np.isnan(reached[..., 0]), 1.0, gap)

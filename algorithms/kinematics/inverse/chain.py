@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from generated import pga3, reaching
+from generated import eliminations, pga3, reaching
 
 from ...arguments import Reals
 
@@ -24,6 +24,11 @@ SAME = 1e-5
 """Configurations are considered equal if their largest difference is less than this."""
 ROUNDING = 1e-15
 """Errors up to this, relative to the arm's size, are rounding errors."""
+
+_CLOSE = 1e-9
+"""Candidates with a larger error than this after improvement are no branches."""
+_FLAT = 1e-7
+"""Branches coincide where the determinant of the joints' unit twists is at most this."""
 
 Method = Any
 """A kernel with the tables of a chain bound to it."""
@@ -106,6 +111,11 @@ class Chain:
     def rates(self) -> Method:
         """Twists of the joints in the frame of the last link, angular velocities times the size: (..., n, 6)."""
         return reaching.rates_of_joints.bind(**self.tables, size=self.size)
+
+    @cached_property
+    def distinct(self) -> Method:
+        """Which configurations (..., b, n), at distances (..., b), are branches, and where these coincide."""
+        return eliminations.distinct_branches.bind(**self.tables, size=self.size, close=_CLOSE, same=SAME, flat=_FLAT)
 
     def motion(self, joint: int, q: Reals) -> Reals:
         """Return the motor of one joint, (...) to (..., 8)."""

@@ -16,7 +16,7 @@ import numpy as np
 from generated import arms, pga3
 
 from ...arguments import Reals
-from .candidates import completed, gathered
+from .candidates import by_goal, completed, gathered
 from .chain import COINCIDE, TOLERANCE, Chain, direction, parallel
 from .solutions import Branches
 
@@ -87,7 +87,7 @@ class TwoSlides:
         """As in `Closed`. Close roots that one end misses are usually found from the other end, or from a neighbour."""
         return completed(self.chain, self._once, goals)._replace(complete=np.zeros(len(goals), bool))
 
-    def _once(self, goals: Reals, _: int) -> Branches:
+    def _once(self, goals: Reals, _: int) -> tuple[Branches, Reals]:
         """Return the branches of one scan, complete if their number is even."""
         parts, nearest = [(np.zeros(0, int), np.zeros((0, 6)))], np.empty((len(goals), 6))
         for backwards, scan in self.scans:
@@ -98,10 +98,11 @@ class TwoSlides:
                 parts.append((which + start, q[:, ::-1] if backwards else q))
                 nearest[block] = near[:, ::-1] if backwards else near
         which, q = (np.concatenate(part) for part in zip(*parts, strict=True))
-        found, gap = gathered(self.chain, which, q, goals)
+        found, gap = gathered(self.chain, by_goal(which, q, len(goals)), goals)
         lost = np.isnan(found[..., 0]).all(-1)
         found[lost, 0] = nearest[lost]
-        return Branches(found, gap, lost | (np.isfinite(found[..., 0]).sum(-1) % 2 == 0))
+        is_even = np.isfinite(found[..., 0]).sum(-1) % 2 == 0
+        return Branches(found, gap, lost | is_even), np.full(len(goals), np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
