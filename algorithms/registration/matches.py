@@ -213,11 +213,12 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
     middle_x, middle_y = np.median(x, 0), np.median(y, 0)
     x, y = x - middle_x, y - middle_y
     size = float(np.sqrt(np.mean(y * y) * 3))
-    grid = _Grid(_lattice_step(y, rounding), _widths(y.std(0)))
     if size == 0:
         return _none(RegistrationStatus.COLLINEAR, len(x))
     seeds = np.random.default_rng(0).permutation(len(x))[:_SEEDS]
     one, two = kernels.lengths_of_pairs(x[seeds], y[seeds], x, y)
+    step = float(two[two > rounding].min(initial=np.inf)) if _is_lattice(y[seeds[:_SITES]], rounding) else 0.0
+    grid = _Grid(step, _widths(y.std(0)))
     apart = np.abs(one - two)
     best = _none(RegistrationStatus.NO_SUPPORT, len(x))
     for limit in _TOLERANCES if tolerance is None else (2 * tolerance / size,):
@@ -252,17 +253,15 @@ class _Grid(NamedTuple):
     widths: Reals
 
 
-def _lattice_step(points: Reals, rounding: float) -> float:
-    """Return the least distance of points on a lattice, such as centres of voxels, or 0 for other points.
+def _is_lattice(points: Reals, rounding: float) -> bool:
+    """Return whether points are on a lattice, such as centres of voxels: some of their distances are equal.
 
-    Distances of points on a lattice are equal for most pairs. Elsewhere no two are equal up to rounding.
+    Elsewhere, hardly any two are equal up to rounding.
     """
-    few = np.unique(points[np.random.default_rng(0).permutation(len(points))[:_SITES]], axis=0)
+    few = np.unique(points, axis=0)
     first, second = np.triu_indices(len(few), 1)
     lengths = np.sort(np.linalg.norm(few[first] - few[second], axis=1))
-    lengths = lengths[lengths > rounding]
-    equal = np.diff(lengths) <= rounding
-    return float(lengths[:-1][equal].min()) if 2 * np.count_nonzero(equal) > len(equal) else 0.0
+    return bool(np.count_nonzero(np.diff(lengths[lengths > rounding]) <= rounding) >= _FEWEST)
 
 
 def _is_mirrored(found: MatchRegistration, x: Reals, y: Reals) -> bool:
