@@ -269,7 +269,7 @@ def gases(rng: np.random.Generator) -> Trial:
 
 
 def _matched(rng: np.random.Generator, step: float, wrong: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Different points of a body in voxels, their partners in other voxels, a part of them wrong, and exact partners."""
+    """Points of a body in voxels, their partners in other voxels, a part of them wrong, and exact partners."""
     body = rng.normal(size=(int(rng.integers(60, 300)), 3)) * rng.uniform(0.4, 1, 3)
     x = np.unique(np.round(body / step), axis=0) * step
     truth = x @ rotation(rng, np.pi).T + rng.normal(size=3)

@@ -243,7 +243,7 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
 
 def _widths(spread: Reals) -> Reals:
     """Return the sides of the volume in which wrong matches are assumed to be, from standard deviations."""
-    return np.cbrt(_ROOM) * np.maximum(spread, 1e-3 * spread.max())
+    return np.asarray(np.cbrt(_ROOM) * np.maximum(spread, 1e-3 * spread.max()))
 
 
 class _Grid(NamedTuple):
