@@ -165,8 +165,8 @@ def scans_of_round_rooms(rng: np.random.Generator) -> Trial:
 @row("`match_scans`", "halls of 15 to 40 m with pillars; readings are cut off at 5 to 10 m, and 30 m are stated")
 def scans_at_their_limit(rng: np.random.Generator) -> Trial:
     size, beams, limit = rng.uniform(15, 40, 2), _beams(rng), rng.uniform(5, 10)
-    pillars = [block(*rng.uniform(1, size - 1), 0.5, 0.5) for _ in range(rng.integers(3, 12))]
-    walls = np.concatenate([block(*size / 2, *size), *pillars])
+    places = rng.uniform(1, size - 1, (rng.integers(3, 12), 2))
+    walls = np.concatenate([block(*size / 2, *size), *(block(x, y, 0.5, 0.5) for x, y in places)])
     while True:
         a = rng.uniform([1, 1, -np.pi], [*size - 1, np.pi])
         b = a + rng.uniform([-0.8, -0.8, -0.4], [0.8, 0.8, 0.4])
@@ -181,11 +181,11 @@ def scans_at_their_limit(rng: np.random.Generator) -> Trial:
 
 @row("`match_scans`", "two flats; wrong: OK at all, since rooms look alike")
 def scans_of_two_flats(rng: np.random.Generator) -> Trial:
-    beams, scans = _beams(rng), []
-    for _ in range(2):
-        walls, rooms = _flat(rng)
-        scans.append(_scan(rng, ranges(walls, _place(rng, walls, rooms), beams), beams))
-    return Trial(match_scans(*scans).status == 0, False)
+    beams = _beams(rng)
+    (one, rooms), (two, others) = _flat(rng), _flat(rng)
+    a = _scan(rng, ranges(one, _place(rng, one, rooms), beams), beams)
+    b = _scan(rng, ranges(two, _place(rng, two, others), beams), beams)
+    return Trial(match_scans(a, b).status == 0, False)
 
 
 @row("`match_scans`", "a corridor of 1.5 to 4 m without ends, moved by 0.3 to 1.5 m along it")

@@ -18,7 +18,7 @@ _NARROW, _IN_FRONT = 0.6, 0.3
 def joined_points(scan: Scan) -> Reals:
     """Return for each pair of neighbouring readings whether they are on one surface, (k - 1,) bool."""
     readings = scan.points(), scan.ranges[scan.beams], scan.beams.astype(float)
-    return np.asarray(kernels.surface_begins(*readings, scan.angle_step, _JOINED))[1:] == 0
+    return np.asarray(kernels.surface_begins(*readings, scan.angle_step, _JOINED)[1:] == 0)
 
 
 def narrow_objects(scan: Scan) -> Reals:
