@@ -22,6 +22,10 @@ _AGREES, _OVERLAP = 0.7, 0.15
 _MOST_TRIED, _APART, _AROUND = 5, 1.0, 12
 """A scan is matched with at most this many earlier scans, which are that far apart in metres, and aligned with so many
 on each side of them."""
+RESTING = 1e-6
+"""From floating point: metres and radians below which odometry rests. Wheels that turn move it by more."""
+_CHANGED = 0.06
+"""From a probability: metres by which most of the differences of two readings with noise of 2 cm never differ."""
 _NEAR = 0.5, 0.1
 """Metres and radians up to which motions are the same."""
 
@@ -35,6 +39,15 @@ def contradicts(last: Scan, scan: Scan, found: Alignment) -> bool:
     """Return whether the motion from the last scan, without a prior, is another one: then odometry has slipped."""
     match = match_scans(last, scan)
     return match.status == MappingStatus.OK and not are_near(match.motor, found.motor, *_NEAR)
+
+
+def has_moved(last: Scan | None, scan: Scan) -> bool:
+    """Return whether most beams of two scans differ by more than noise: then the scanner has moved between them."""
+    if last is None or (len(last), last.angle_min, last.angle_step) != (len(scan), scan.angle_min, scan.angle_step):
+        return False
+    both = last.valid & scan.valid
+    changes = np.abs(scan.ranges[both] - last.ranges[both])
+    return bool(len(changes) and np.median(changes) > _CHANGED)
 
 
 def earlier_match(
