@@ -162,6 +162,32 @@ def scans_of_round_rooms(rng: np.random.Generator) -> Trial:
     return Trial(found.status == 0, _right(found, truth))
 
 
+@row("`match_scans`", "halls of 15 to 40 m with pillars; readings are cut off at 5 to 10 m, and 30 m are stated")
+def scans_at_their_limit(rng: np.random.Generator) -> Trial:
+    size, beams, limit = rng.uniform(15, 40, 2), _beams(rng), rng.uniform(5, 10)
+    places = rng.uniform(1, size - 1, (rng.integers(3, 12), 2))
+    walls = np.concatenate([block(*size / 2, *size), *(block(x, y, 0.5, 0.5) for x, y in places)])
+    while True:
+        a = rng.uniform([1, 1, -np.pi], [*size - 1, np.pi])
+        b = a + rng.uniform([-0.8, -0.8, -0.4], [0.8, 0.8, 0.4])
+        if _clear(walls, np.stack([a, b])[:, :2]) > 0.3:
+            break
+    noisy = (ranges(walls, pose, beams) + 0.01 * rng.normal(size=len(beams)) for pose in (a, b))
+    one, two = (Scan(np.minimum(each, limit), beams[0], beams[1] - beams[0], _FAR) for each in noisy)
+    found = match_scans(one, two)
+    truth = np.asarray(pga2.motor_product(pga2.motor_inverse(motor(a)), motor(b)))
+    return Trial(found.status == 0, found.status == 0 and _right(found, truth))
+
+
+@row("`match_scans`", "two flats; wrong: OK at all, since rooms look alike")
+def scans_of_two_flats(rng: np.random.Generator) -> Trial:
+    beams = _beams(rng)
+    (one, rooms), (two, others) = _flat(rng), _flat(rng)
+    a = _scan(rng, ranges(one, _place(rng, one, rooms), beams), beams)
+    b = _scan(rng, ranges(two, _place(rng, two, others), beams), beams)
+    return Trial(match_scans(a, b).status == 0, False)
+
+
 @row("`match_scans`", "a corridor of 1.5 to 4 m without ends, moved by 0.3 to 1.5 m along it")
 def scans_of_corridors(rng: np.random.Generator) -> Trial:
     half, beams = rng.uniform(0.75, 2), _beams(rng)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from algorithms.registration import estimate_normals, extract_curves, register, separate_motions
+from algorithms.registration import estimate_normals, extract_curves, register, register_matches, separate_motions
 from algorithms.shapes import march, neural_gas, register_spheres, segment, union_of_spheres
 from generated import pga3
 
@@ -266,3 +266,38 @@ def gases(rng: np.random.Generator) -> Trial:
     ][kind]
     found = neural_gas(points + rng.choice([0, 0.01, 0.03]) * rng.normal(size=points.shape))
     return Trial(found.status == 0, kind < 3 and found.betti == [(1, 1, 0), (1, 0, 1), (1, 2, 1)][kind])
+
+
+def _matched(rng: np.random.Generator, step: float, wrong: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of a body in voxels, their partners in other voxels, a part of them wrong, and exact partners."""
+    body = rng.normal(size=(int(rng.integers(60, 300)), 3)) * rng.uniform(0.4, 1, 3)
+    x = np.unique(np.round(body / step), axis=0) * step
+    truth = x @ rotation(rng, np.pi).T + rng.normal(size=3)
+    y = np.round(truth / step) * step
+    off = rng.permutation(len(x))[: int(wrong * len(x))]
+    y[off] = rng.permutation(y)[: len(off)]
+    return x, y, truth
+
+
+@row("`register_matches`", "60 to 300 centres of voxels, a third of the partners wrong; wrong: 0.9 voxels", good=True)
+def matches_of_voxels(rng: np.random.Generator) -> Trial:
+    step = rng.uniform(0.05, 0.15)
+    x, y, truth = _matched(rng, step, 0.33)
+    found = register_matches(x, y)
+    off = np.linalg.norm(pga3.move_point(found.motor, x) - truth, axis=1)
+    return Trial(found.status == 0, bool(np.median(off) < 0.9 * step))
+
+
+@row("`register_matches`", "the same with random partners")
+def random_matches_of_voxels(rng: np.random.Generator) -> Trial:
+    x, y, _ = _matched(rng, rng.uniform(0.2, 0.5), 1.0)
+    return Trial(register_matches(x, y).status == 0, False)
+
+
+@row("`register_matches`", "a mirrored cloud with noise of 0.5 %, up to a third of the partners wrong")
+def matches_of_mirrored_clouds(rng: np.random.Generator) -> Trial:
+    x = rng.normal(size=(int(rng.integers(60, 300)), 3)) * rng.uniform(0.4, 1, 3)
+    y = (x * [1, 1, -1]) @ rotation(rng, np.pi).T + 0.005 * rng.normal(size=x.shape)
+    off = rng.permutation(len(x))[: int(rng.uniform(0, 0.33) * len(x))]
+    y[off] = rng.permutation(y)[: len(off)]
+    return Trial(register_matches(x, y).status == 0, False)

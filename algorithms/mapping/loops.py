@@ -11,7 +11,7 @@ from generated import pga2
 from ..arguments import Reals
 from .keyframes import Keyframes
 from .matching import match_scans
-from .motions import length_and_angle, relative
+from .motions import are_near, length_and_angle, relative
 from .scan import Scan
 from .status import MappingStatus
 from .surfaces import Alignment, Surface, align
@@ -32,7 +32,7 @@ _FAR, _FAR_DRIFT, _MOST_TRIED, _APART = 4.0, 0.03, 4, 2.0
 """How far they are looked for, as for `_RADIUS` and `_DRIFT`, at how many places, and how far these are apart."""
 _SCORE = 0.6
 """The least score of two scans at the ends of such a loop."""
-_AGREED, _AGREED_ANGLE = 0.5, float(np.radians(3.0))
+_AGREED = 0.5, float(np.radians(3.0))
 """Two closures agree if what they correct differs by at most this."""
 _MOST_POINTS = 500
 _FEWEST_POINTS = 60
@@ -131,8 +131,8 @@ def agree(path: Keyframes, a: Closure, b: Closure) -> bool:
         corrections.append(pga2.motor_product(moved, pga2.motor_inverse(second)))
     # Both are compared at the last pose, since far from the origin small angles move points far.
     here = path.motors[b.edge[1]]
-    length, angle = length_and_angle(relative(*(pga2.motor_product(each, here) for each in corrections)))
-    return bool(length < _AGREED and angle < _AGREED_ANGLE)
+    one, other = (np.asarray(pga2.motor_product(each, here)) for each in corrections)
+    return bool(are_near(one, other, *_AGREED))
 
 
 def _compared(path: Keyframes, other: int, start: Reals) -> Closure | None:

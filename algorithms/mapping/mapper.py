@@ -18,7 +18,7 @@ from .loops import Closure, StoredScans, agree, find_far_loop, find_loop
 from .matching import match_scans
 from .motions import length_and_angle, relative
 from .odometry_noise import OdometryNoise, pose_of
-from .recovery import ENOUGH, contradicts, earlier_match, is_new_view
+from .recovery import ENOUGH, RESTING, contradicts, earlier_match, has_moved, is_new_view
 from .scan import Scan
 from .segments import Segments, segments
 from .status import MappingStatus
@@ -73,7 +73,7 @@ class Mapper:
     `pickle` stores a mapper in a file, and it continues where it was.
 
     Scans are compared once odometry has moved by the least length or angle of the settings; until then they are
-    STANDING. So slips are noticed only while odometry moves: a robot that moves while odometry rests is not followed.
+    STANDING. Odometry that rests while most readings change has failed, and counts as missing.
     """
 
     def __init__(self, settings: BuildSettings | None = None) -> None:
@@ -96,8 +96,8 @@ class Mapper:
         """The odometry at that estimate."""
         self._last: Scan | None = None
         """The last scan at a known motion from the last added one."""
-        self._jumped = self._by_odometry = False
-        """Whether the odometry of the last scan jumps, and whether the estimate was moved by it."""
+        self._jumped = self._by_odometry = self._rests = False
+        """Whether the odometry of the last scan jumps, whether the estimate was moved by it, and whether both rest."""
         self._uncertain, self._by_scans = _SPREAD**2, np.zeros(3)
         """The variances of the motion by odometry and by scans since the last added one: angle, x, y."""
         self._noise = OdometryNoise()
@@ -169,7 +169,8 @@ class Mapper:
         # The motion of a sequence of scans that do not match may be that much for each of them.
         self._spread = np.diag(self._variances() if measured else (_LOST * (1 + self._unmatched)) ** 2)
         self._keep_or_add(scan, measured)
-        if measured or self._statuses[-1] in (ScanStatus.ADDED, ScanStatus.ASSUMED, ScanStatus.STANDING):
+        known = measured or self._statuses[-1] in (ScanStatus.ADDED, ScanStatus.ASSUMED, ScanStatus.STANDING)
+        if known and not self._rests:
             self._last = scan
 
     def _keep_or_add(self, scan: Scan, measured: bool) -> None:
@@ -187,7 +188,7 @@ class Mapper:
 
     def _predict(self, scan: Scan, odometry: Reals | None) -> bool:
         """Move the estimate by odometry, or else by the last scan, and return whether one of them is known."""
-        before, self._jumped, self._by_odometry = self._odometry, False, False
+        before, self._jumped, self._by_odometry, self._rests = self._odometry, False, False, False
         self._odometry = None
         if odometry is not None:
             self._odometry = pga2.motor_from_angle_translation(odometry[2], odometry[:2])
@@ -196,7 +197,9 @@ class Mapper:
             length, angle = length_and_angle(step)
             passed = np.diff(self._times[-2:])[0] if len(self._times) > 1 else np.nan
             self._jumped = length > _LONGEST_STEP + (_FASTEST * passed if 0 < passed < 60 else 0.0)
-            if not self._jumped:
+            self._rests = max(length, angle) < RESTING and not has_moved(self._last, scan)
+            # Otherwise, the odometry has failed if it rests: the motion is that from the last scan before it did.
+            if not self._jumped and (self._rests or max(length, angle) >= RESTING):
                 self._by_odometry = True
                 added = np.array([_SHARE_OF_ANGLE * angle, *[_SHARE_OF_LENGTH * length] * 2])
                 return self._moved(step, added**2, np.zeros(3))

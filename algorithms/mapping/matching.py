@@ -14,7 +14,7 @@ from ..arguments import Reals
 from ..evidence import Noise, rank
 from .agreement import agreement
 from .alignment import Aligned, aligned, covariance_of
-from .motions import length_and_angle, relative, unit_motor
+from .motions import are_near, unit_motor
 from .outlines import Outline, outline_of
 from .scan import Scan
 from .status import MappingStatus
@@ -48,7 +48,7 @@ _MARGIN = 0.04
 _TURNED, _FAR = 0.12, 0.03
 """What a hypothesis loses for a half turn, and for a metre: of two that agree equally, the smaller motion is chosen."""
 _FARTHEST = 6.0
-_APART, _APART_ANGLE = 0.3, 0.1
+_APART = 0.3, 0.1
 """Metres and radians from which on motions are different."""
 _LEAST_SUPPORT = 2.5
 """Readings that have to determine each direction, see `support`."""
@@ -109,7 +109,7 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
     -------
     Match
         Its status is OK if the motion is determined by enough readings on walls of both scans, and no other motion is
-        almost as good.
+        almost as good. It does not prove that both scans show the same place: rooms look alike.
     """
     if min(len(a.beams), len(b.beams)) < _FEWEST:
         return _nothing(MappingStatus.TOO_FEW_READINGS)
@@ -215,7 +215,7 @@ def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals,
     if not np.isfinite(found.motors).all():
         return _nothing(MappingStatus.NOT_MATCHED)
     rivals = motors[1:][scores[1:] > score - _MARGIN]
-    others = rivals[_differ(found.motors, rivals)] if len(rivals) else rivals
+    others = rivals[~are_near(found.motors, rivals, *_APART)] if len(rivals) else rivals
     weight, squares = float(found.sums[0]), float(found.sums[1])
     residual = float(np.sqrt(squares / max(weight, 1e-9)))
     variance = max(residual**2, _NOISE**2)
@@ -241,11 +241,6 @@ def _size(motors: Reals) -> Reals:
     angle, shift = pga2.motor_to_angle_translation(motors)
     far = np.minimum(np.linalg.norm(shift, axis=-1), _FARTHEST)
     return np.asarray(_TURNED * np.abs(angle) / np.pi + _FAR * far)
-
-
-def _differ(motor: Reals, others: Reals) -> Reals:
-    length, angle = length_and_angle(relative(motor, others))
-    return np.asarray((angle > _APART_ANGLE) | (length > _APART))
 
 
 def _nothing(status: MappingStatus) -> Match:

@@ -23,6 +23,12 @@ def length_and_angle(motors: Reals) -> tuple[Any, Any]:
     return np.hypot(shift[..., 0], shift[..., 1]), np.abs(angle)
 
 
+def are_near(a: Reals, b: Reals, length: Any, angle: Any) -> Any:
+    """Return whether poses (..., 4) are at most a length and an angle apart; False where one is not finite."""
+    moved, turned = length_and_angle(relative(a, b))
+    return (moved <= length) & (turned <= angle)
+
+
 def unit_motor(value: ArrayLike, name: str) -> Reals:
     """Return a motor (4,) of norm 1; raise TypeError or ValueError if the value is not one up to rounding."""
     motor = finite(real_array(value, name, (4,), "a motor").astype(float), name)

@@ -17,10 +17,8 @@ _NARROW, _IN_FRONT = 0.6, 0.3
 
 def joined_points(scan: Scan) -> Reals:
     """Return for each pair of neighbouring readings whether they are on one surface, (k - 1,) bool."""
-    points = scan.points()
-    # A step that is long near the scanner is usual at a distance.
-    reach = np.maximum(_JOINED, 4 * abs(scan.angle_step) * np.hypot(*points[1:].T))
-    return np.asarray((np.hypot(*np.diff(points, axis=0).T) < reach) & (np.diff(scan.beams) <= 2))
+    readings = scan.points(), scan.ranges[scan.beams], scan.beams.astype(float)
+    return np.asarray(kernels.surface_begins(*readings, scan.angle_step, _JOINED)[1:] == 0)
 
 
 def narrow_objects(scan: Scan) -> Reals:

@@ -10,7 +10,7 @@ from ..arguments import Reals
 from .keyframes import Keyframes
 from .loops import StoredScans
 from .matching import match_scans
-from .motions import length_and_angle, relative
+from .motions import are_near, length_and_angle, relative
 from .scan import Scan
 from .status import MappingStatus
 from .surfaces import Alignment, Surface, align
@@ -22,7 +22,11 @@ _AGREES, _OVERLAP = 0.7, 0.15
 _MOST_TRIED, _APART, _AROUND = 5, 1.0, 12
 """A scan is matched with at most this many earlier scans, which are that far apart in metres, and aligned with so many
 on each side of them."""
-_NEAR, _NEAR_ANGLE = 0.5, 0.1
+RESTING = 1e-6
+"""From floating point: metres and radians below which odometry rests. Wheels that turn move it by more."""
+_CHANGED = 0.06
+"""From a probability: metres by which most of the differences of two readings with noise of 2 cm never differ."""
+_NEAR = 0.5, 0.1
 """Metres and radians up to which motions are the same."""
 
 
@@ -34,7 +38,16 @@ def is_new_view(found: Alignment) -> bool:
 def contradicts(last: Scan, scan: Scan, found: Alignment) -> bool:
     """Return whether the motion from the last scan, without a prior, is another one: then odometry has slipped."""
     match = match_scans(last, scan)
-    return match.status == MappingStatus.OK and not _are_near(match.motor, found.motor)
+    return match.status == MappingStatus.OK and not are_near(match.motor, found.motor, *_NEAR)
+
+
+def has_moved(last: Scan | None, scan: Scan) -> bool:
+    """Return whether most beams of two scans differ by more than noise: then the scanner has moved between them."""
+    if last is None or (len(last), last.angle_min, last.angle_step) != (len(scan), scan.angle_min, scan.angle_step):
+        return False
+    both = last.valid & scan.valid
+    changes = np.abs(scan.ranges[both] - last.ranges[both])
+    return bool(len(changes) and np.median(changes) > _CHANGED)
 
 
 def earlier_match(
@@ -79,14 +92,10 @@ def earlier_match(
             continue
         rows = np.arange(max(row - _AROUND, 0), min(row + _AROUND, last) + 1)
         found = align(path.submap(rows, row), seen, match.motor)
-        if found.agreement < _AGREES or found.share < ENOUGH or not _are_near(match.motor, found.motor):
+        is_same = are_near(match.motor, found.motor, *_NEAR)
+        if found.agreement < _AGREES or found.share < ENOUGH or not is_same:
             continue
         place = np.asarray(pga2.motor_product(path.motors[row], found.motor))
-        if row == last or any(_are_near(place, other) for other in possible):
+        if row == last or any(are_near(place, other, *_NEAR) for other in possible):
             return row, found
     return None
-
-
-def _are_near(one: Reals, other: Reals) -> bool:
-    length, angle = length_and_angle(relative(one, other))
-    return bool(length < _NEAR and angle < _NEAR_ANGLE)

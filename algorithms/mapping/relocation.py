@@ -13,7 +13,7 @@ from generated import pga2
 from ..arguments import Reals
 from .alignment import covariance_of
 from .cells import FAR, NEAR, Lines, MapCells, cells_of
-from .motions import length_and_angle, relative
+from .motions import are_near
 from .outlines import still_points
 from .scan import Scan
 from .segments import Segments, segments
@@ -49,7 +49,8 @@ _MARGIN = 0.06
 """Difference of scores up to which two places explain a scan equally well: this, less for the means of several scans,
 or the share of readings that the best one leaves unexplained. The map lacks as much there, and may lack as much where
 the scan was taken."""
-_APART, _APART_ANGLE = 0.5, 0.15
+_APART = 0.5, 0.15
+"""Metres and radians up to which places are the same."""
 
 
 class Hypothesis(NamedTuple):
@@ -282,11 +283,10 @@ def _refined(motors: Reals, points: Reals, cells: MapCells) -> tuple[Reals, Real
 def different(motors: Reals, scores: Reals) -> list[int]:
     """Return the rows of different places, best first."""
     kept: list[int] = []
-    length, angle = length_and_angle(relative(motors[:, None], motors))
-    differ: Reals = np.asarray((angle > _APART_ANGLE) | (length > _APART))
+    near = are_near(motors[:, None], motors, *_APART)
     known = np.asarray(np.isfinite(motors).all(1))
     for k in np.argsort(-scores).tolist():
-        if known[k] and differ[kept, k].all():
+        if known[k] and not near[kept, k].any():
             kept.append(k)
     return kept
 

@@ -11,7 +11,7 @@ from generated import pga2
 
 from ..arguments import Reals
 from .cells import Lines, cells_of
-from .motions import length_and_angle, relative, unit_motor
+from .motions import are_near, length_and_angle, unit_motor
 from .outlines import still_points
 from .relocation import (
     Relocation,
@@ -173,9 +173,8 @@ class Relocator:
         """Return places moved by odometry, aligned with the map unless that moves them too far, with their scores."""
         predicted = np.asarray(pga2.normalize_motor(pga2.motor_product(motors, motion)))
         aligned, scores, information = aligned_places(predicted, points, self._cells)
-        moved, turned = length_and_angle(relative(predicted, aligned))
         length, angle = length_and_angle(motion)
-        far = ~((moved <= _SLACK @ [1, length]) & (turned <= _SLACK_ANGLE @ [1, angle]))
+        far = ~are_near(predicted, aligned, _SLACK @ [1, length], _SLACK_ANGLE @ [1, angle])
         if far.any():
             aligned[far] = predicted[far]
             scores[far] = scores_of(predicted[far], points, self._cells)

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite_number, real_array
 
+_BY_CHANCE = 1e-4
+"""From a probability: the largest one of equal ranges that are not taken for the limit of a scanner."""
 _TURN = 2 * np.pi * (1 + 1e-3)
 """Largest angle between the first and the last beam; steps of logs are rounded."""
 
@@ -25,6 +27,8 @@ class Scan:
     ----------
     ranges : array_like, (n,)
         In metres. Beams count as not measured if their range is NaN, infinite, not positive, or at least `max_range`.
+        So do all beams of the largest range, if neighbouring beams share it more often than chance gives: scanners
+        report their limit where they measure nothing, and it is often less than the one that they are said to have.
     angle_min, angle_step : float
         The angle of the first beam and the step between beams, in radians.
     max_range : float
@@ -76,7 +80,8 @@ class Scan:
     def valid(self) -> Reals:
         """(n,) Whether each beam has measured a range."""
         with np.errstate(invalid="ignore"):
-            return _constant((self.ranges > 0) & (self.ranges < self.max_range))
+            found = (self.ranges > 0) & (self.ranges < self.max_range)
+        return _constant(found & ~_at_limit(self.ranges, found))
 
     @cached_property
     def beams(self) -> Reals:
@@ -96,6 +101,24 @@ class Scan:
     def _points(self) -> Reals:
         angles, ranges = self.angles[self.beams], self.ranges[self.beams]
         return _constant(ranges[:, None] * np.stack([np.cos(angles), np.sin(angles)], 1))
+
+
+def _at_limit(ranges: Reals, found: Reals) -> Reals:
+    """Return which readings are the limit of the scanner, which has reported it as their range.
+
+    Neighbours on a surface have equal ranges by the steps of readings only, at the rate that other readings show.
+    Readings that are all equal show no rate: a round room has them as well.
+    """
+    limit = ranges[found].max(initial=0.0)
+    largest = found & (ranges == limit)
+    if np.count_nonzero(largest) < 2:
+        return np.zeros_like(found)
+    pairs = found[1:] & found[:-1]
+    equal = pairs & (ranges[1:] == ranges[:-1])
+    there = pairs & (largest[1:] | largest[:-1])
+    n_there, n_others = np.count_nonzero(equal & there), np.count_nonzero(equal & ~there)
+    rate = (n_others + 1) / (np.count_nonzero(pairs & ~there) + 1)
+    return largest if rate**n_there < _BY_CHANCE else np.zeros_like(found)
 
 
 def _constant(array: Reals) -> Reals:

@@ -131,9 +131,11 @@ def cloud_of(points: Reals) -> Cloud:
     tree = scipy.spatial.cKDTree(points)
     far = tree.query(points, min(_NEIGHBOURS, len(points) - 1) + 1)[0][:, -1]
     spacing = float(np.median(far))
-    weights = np.minimum((spacing / np.maximum(far, 1e-12 * spacing)) ** 2, _MOST_WEIGHT)
+    # Of points that coincide, as in voxels that several scans fill, some or most have the distance 0.
+    ratio = np.divide(spacing, far, out=np.full_like(far, _MOST_WEIGHT), where=far > 1e-12 * spacing)
+    weights = np.minimum(ratio**2, _MOST_WEIGHT)
     low, high = np.quantile(far, _UNEVEN)
-    return Cloud(points, tree, weights, spacing, float(high / low))
+    return Cloud(points, tree, weights, spacing, float(high / low if low else np.inf if high else 1.0))
 
 
 def thinned(points: Reals, voxel: float) -> Reals:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 
 from generated import pga3
@@ -41,6 +42,8 @@ _ATTEMPTS = 3
 """A limit on work: attempts for each motion; those that find the tail of another motion count."""
 _ROUNDING = 32 * np.finfo(float).eps
 """From floating point: the error of a moved point, relative to the largest coordinate, in some thirty operations."""
+_SITES = 60
+"""A limit on work: points whose distances show whether the target is on a lattice."""
 _BINS, _PEAKS = 400, 3
 """Bins of the logarithm of ratios of lengths between 1/20 and 20, and peaks that are tried."""
 
@@ -214,6 +217,8 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         return _none(RegistrationStatus.COLLINEAR, len(x))
     seeds = np.random.default_rng(0).permutation(len(x))[:_SEEDS]
     one, two = kernels.lengths_of_pairs(x[seeds], y[seeds], x, y)
+    step = float(two[two > rounding].min(initial=np.inf)) if _is_lattice(y[seeds[:_SITES]], rounding) else 0.0
+    grid = _Grid(step, _widths(y.std(0)))
     apart = np.abs(one - two)
     best = _none(RegistrationStatus.NO_SUPPORT, len(x))
     for limit in _TOLERANCES if tolerance is None else (2 * tolerance / size,):
@@ -222,19 +227,69 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         top = np.argsort(-agree.sum(1))[:_BEST]
         common = (agree[top][:, seeds] @ agree) * agree[top]
         weights = (common > 0.5 * common.max(1, keepdims=True)).astype(float)
-        fitted = _fitted(x, y, weights, limit * size, tolerance)
+        fitted = _fitted(x, y, weights, limit * size, tolerance, grid)
         best = min(best, fitted, key=lambda motion: motion.log_chance)
         if best.log_chance < _CERTAIN and best.residual < 0.1 * limit * size:
             break
     if best.log_chance > np.log10(_FREEDOM.false_alarms):
         return _none(RegistrationStatus.NO_SUPPORT, len(x), best.log_chance)
     if tolerance is None:
-        best = _narrowed(best, x, y, rounding)
+        best = _narrowed(best, x, y, rounding, grid)
+    if _is_mirrored(best, x, y):
+        best = replace(best, status=RegistrationStatus.MIRRORED)
     motor = between_places(best.motor, middle_x, middle_y)
     return replace(best, motor=motor)
 
 
-def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float) -> MatchRegistration:
+def _widths(spread: Reals) -> Reals:
+    """Return the sides of the volume in which wrong matches are assumed to be, from standard deviations."""
+    return np.asarray(np.cbrt(_ROOM) * np.maximum(spread, 1e-3 * spread.max()))
+
+
+class _Grid(NamedTuple):
+    """The step of the lattice on which the targets are, 0 without one, and the sides (3,) of their volume."""
+
+    step: float
+    widths: Reals
+
+
+def _is_lattice(points: Reals, rounding: float) -> bool:
+    """Return whether points are on a lattice, such as centres of voxels: some of their distances are equal.
+
+    Elsewhere, hardly any two are equal up to rounding.
+    """
+    few = np.unique(points, axis=0)
+    first, second = np.triu_indices(len(few), 1)
+    lengths = np.sort(np.linalg.norm(few[first] - few[second], axis=1))
+    return bool(np.count_nonzero(np.diff(lengths[lengths > rounding]) <= rounding) >= _FEWEST)
+
+
+def _is_mirrored(found: MatchRegistration, x: Reals, y: Reals) -> bool:
+    """Return whether a reflection explains matches that the motion does not, and hardly the converse.
+
+    A mirrored cloud agrees with a motion in a plane. Matches that only one of both explains are equally often of either
+    if there is no reflection.
+    """
+    here = np.asarray(pga3.move_point(found.motor, x))
+    inliers = np.asarray(found.inliers, bool)
+    reach = float(np.linalg.norm(here - y, axis=1)[inliers].max(initial=0.0))
+    mean = y[inliers].mean(0)
+    normal = np.linalg.svd(y[inliers] - mean, full_matrices=False)[2][2]
+    there = here - 2 * ((here - mean) @ normal)[:, None] * normal
+    for _ in range(_REPEATS):
+        near = np.linalg.norm(there - y, axis=1) <= reach
+        if np.count_nonzero(near) < _FEWEST:
+            return False
+        at, to = here[near].mean(0), y[near].mean(0)
+        u, _, v = np.linalg.svd((here[near] - at).T @ (y[near] - to))
+        u[:, 2] *= -np.linalg.det(u) * np.linalg.det(v)
+        there = (here - at) @ u @ v + to
+    near = np.linalg.norm(there - y, axis=1) <= reach
+    gained, lost = np.count_nonzero(near & ~inliers), np.count_nonzero(inliers & ~near)
+    return bool(scipy.special.bdtrc(gained - 1, gained + lost, 0.5) < _FREEDOM.false_alarms) if gained else False
+
+
+def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float, grid: _Grid) -> MatchRegistration:
     """Return a motion of a part of the inliers, if these are not the matches of one motion with normal noise.
 
     The residuals of one motion are nowhere denser than a normal distribution. If several similar motions were taken
@@ -248,7 +303,7 @@ def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float) -> 
         seeds = np.random.default_rng(0).permutation(len(rows))[:_SEEDS]
         one, two = kernels.lengths_of_pairs(x[rows][seeds], y[rows][seeds], x[rows], y[rows])
         apart = np.abs(one - two)
-        room = _ROOM * (found.residual / np.sqrt(3)) ** 3
+        near = _Grid(grid.step, _widths(np.full(3, found.residual / np.sqrt(3))))
         best = found
         least = np.log10(_FREEDOM.false_alarms)
         for part in _PARTS:
@@ -257,7 +312,7 @@ def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float) -> 
             top = np.argsort(-agree.sum(1))[:_BEST]
             common = (agree[top][:, seeds] @ agree) * agree[top]
             weights = (common > 0.5 * common.max(1, keepdims=True)).astype(float)
-            fitted = _fitted(x[rows], y[rows], weights, limit, None, room)
+            fitted = _fitted(x[rows], y[rows], weights, limit, None, near)
             if fitted.log_chance < least:
                 best, least = fitted, fitted.log_chance
         if best is found:
@@ -269,7 +324,7 @@ def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float) -> 
 
 
 def _fitted(
-    x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float | None, room: float | None = None
+    x: Reals, y: Reals, weights: Reals, reach: float, tolerance: float | None, grid: _Grid
 ) -> MatchRegistration:
     """Return the best of the motions of several sets of weights, after repeated selection of inliers."""
     status = RegistrationStatus.OK
@@ -280,7 +335,7 @@ def _fitted(
         motors = kernels.motor_of_rotor(vectors[:, :, 0], x_mean, y_mean)
         off = np.linalg.norm(pga3.move_point(motors[:, None], x) - y, axis=-1)
         weights = (off < (tolerance or reach)).astype(float)
-    chances, radii = _log_chance(off, y, tolerance, room)
+    chances, radii = _log_chance(off, tolerance, grid)
     k = int(np.argmin(chances))
     chance, inliers = float(chances[k]), off[k] <= radii[k]
     form, x_mean, y_mean = form_about_means(x, y, inliers.astype(float))
@@ -296,19 +351,22 @@ def _fitted(
     return MatchRegistration(motor, 1.0, inliers, status, residual, chance, np.zeros((0, 6)))
 
 
-def _log_chance(off: Reals, y: Reals, tolerance: float | None, room: float | None = None) -> tuple[Reals, Reals]:
+def _log_chance(off: Reals, tolerance: float | None, grid: _Grid) -> tuple[Reals, Reals]:
     """Return the least expected number of chance motions over the radius of inliers, as a logarithm, and the radius.
 
-    The distances are those of several motions, (k, n), and the results (k,).
+    The distances are those of several motions, (k, n), and the results (k,). On a lattice, a motion of the lattice
+    takes a wrong match exactly to its partner with the probability of one site of all, whatever the radius.
     """
     # The volume of a normal distribution of this spread; that of a uniform one is larger.
-    spread = y.std(0)
-    if room is None:
-        room = float(_ROOM * np.prod(np.maximum(spread, 1e-3 * spread.max())))
+    room = float(np.prod(grid.widths))
     floor = _LEAST_RESIDUAL * np.cbrt(room)
+    site = float(np.prod(np.minimum(grid.step / grid.widths, 1)))
 
     def share(radii: Reals) -> Reals:
-        return np.asarray(np.minimum(4 / 3 * np.pi * np.maximum(radii, floor) ** 3 / room, 1))
+        within = np.minimum(4 / 3 * np.pi * np.maximum(radii, floor) ** 3 / room, 1)
+        # Where all matches agree, none of them is known to be wrong.
+        within[..., :-1] = np.maximum(within[..., :-1], site)
+        return np.asarray(within)
 
     distances = off if tolerance is None else np.where(off <= tolerance, off, np.inf)
     logarithms, radii = least_by_chance(distances, share, _FREEDOM)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 from generated import registration as kernels
 
-from ..arguments import Reals, finite, real_array
+from ..arguments import Reals, finite, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, Coefficients, elements
 from ..evidence.triangles import from_triangle
 from .clouds import Cloud, cloud_of, normals_of
@@ -209,10 +209,15 @@ def refine(
     Raises
     ------
     TypeError, ValueError
-        If an argument has a wrong shape or type, or is not finite, or lines have no directions.
+        If an argument has a wrong shape or type, or is not finite, lines have no directions, the target has fewer
+        than two points, or the gate is not positive.
     """
     pairs = ((source, "source"), (target, "target"))
-    x, y = (finite(real_array(p, name, (-1, 3), "points"), name).astype(float) for p, name in pairs)
+    x, y = (_points(p, name) for p, name in pairs)
+    if len(y) < 2:
+        raise ValueError(f"target: {len(y)} points; expected at least two")
+    if finite_number(gate, "gate") <= 0:
+        raise ValueError(f"gate: {gate}; expected a positive distance")
     start = finite(real_array(motor, "motor", (8,)), "motor").astype(float)
     along = None
     if directions is not None:
@@ -236,3 +241,10 @@ def refine(
         covariance = sums.squares / freedom * np.linalg.inv(sums.information)
     residual = float(np.sqrt(sums.squares / sums.weight)) if sums.weight else np.inf
     return Refinement(found.motor, np.isfinite(sums.distances), covariance, residual)
+
+
+def _points(value: ArrayLike, name: str) -> Reals:
+    points = finite(real_array(value, name, (-1, 3), "points"), name).astype(float)
+    if points.ndim != 2:
+        raise ValueError(f"{name}: shape {points.shape}; expected (n, 3), points")
+    return moderate(points, name)

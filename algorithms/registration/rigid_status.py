@@ -28,3 +28,6 @@ class RegistrationStatus(Status):
     UNCERTAIN = 8
     """The best pose has support, but at it the surfaces of the clouds coincide less well than that of one cloud with
     itself, so that another pose, which was not found, may be right."""
+    MIRRORED = 9
+    """Of matches: a reflection explains more of them than any motion, as if one cloud had left-handed coordinates. The
+    motor is that of the inliers, which are near a plane."""

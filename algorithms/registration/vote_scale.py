@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from ..arguments import Reals
+from ..arguments import Reals, moderate
 
 _NEIGHBOURS = 16
 """Tokens within three times the least scale."""
@@ -26,11 +26,16 @@ def default_sigma(points: ArrayLike) -> float:
     """Return the median of `sigmas` among different finite points (n, d).
 
     It is 1 for fewer than two different points, and for arrays that are not points.
+
+    Raises
+    ------
+    ValueError
+        If squares of distances overflow.
     """
     array = np.asarray(points)
     if array.ndim != 2 or array.dtype.kind not in "fiub":
         return 1.0
-    places = np.unique(array[np.isfinite(array).all(1)], axis=0)
+    places = np.unique(moderate(array[np.isfinite(array).all(1)], "points"), axis=0)
     if len(places) < 2:
         return 1.0
     return float(np.median(sigmas(places)))

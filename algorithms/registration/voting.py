@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import tensor_voting as kernels
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, finite_number, moderate, real_array
 from .vote_scale import default_sigma
 from .vote_status import VoteStatus
 from .vote_tables import CELLS, REACH, Integers, ball_cubics, plate_table
@@ -232,6 +232,7 @@ def _tokens(points: ArrayLike, normals: ArrayLike | None, tangents: ArrayLike | 
         places = places.reshape(0, 3)
     if places.ndim != 2 or places.shape[1] not in (2, 3):
         raise ValueError(f"points: shape {places.shape}; expected (n, 2) or (n, 3)")
+    moderate(places[np.isfinite(places).all(1)], "points")
     n, d = places.shape
     if normals is not None and tangents is not None:
         raise ValueError("normals, tangents: both are given; expected one of them")

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import pga3, shapes
 
-from ..arguments import Reals, finite, real_array
+from ..arguments import Reals, finite, moderate, real_array
+from ..evidence import rank
 from .images import checked_image, checked_spacing
 from .surface_adaptation import is_folded, moved_nodes
 from .surface_distances import dense_points, distances_to_samples, distances_to_triangles
@@ -119,7 +120,7 @@ def surface(
     Raises
     ------
     ValueError
-        If there are too few samples, or arguments are not in their range.
+        If there are too few samples, or all are in a plane, or arguments are not in their range.
     """
     if nodes < _START:
         raise ValueError(f"nodes: {nodes}; expected at least {_START}")
@@ -131,8 +132,11 @@ def surface(
         mask = checked_image(array, "mask", (3,)) > 0
         samples, euler = samples_of_mask(mask, checked_spacing(spacing, 3))
     else:
-        points = finite(real_array(array, "points", (-1, 3), "points").astype(float), "points")
+        points = moderate(finite(real_array(array, "points", (-1, 3), "points").astype(float), "points"), "points")
         _check_count(len(points))
+        offsets = points - points.mean(0)
+        if rank(offsets.T @ offsets) < 3:
+            raise ValueError("points: all are in one plane; expected points on a closed surface")
         given = None
         if normals is not None:
             given = finite(real_array(normals, "normals", (len(points), 3), "vectors").astype(float), "normals")

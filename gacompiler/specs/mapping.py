@@ -275,6 +275,38 @@ def outline_of_runs(points, sums, bounds, stride):
     return surface, targets, lines, described_steps
 
 
+def _begins(points, ranges, beams, step, reach, numbers):
+    """Return for each reading whether a surface begins with it: 1, or 0 if it is joined to the reading before it."""
+
+    # A step that is long near the scanner is usual at a distance.
+    def begins(p, range, beam, k):
+        q = pick(points, k - 1, NONE)
+        most = ga.maximum(reach, 4 * absolute(step) * range)
+        far = (p[0] - q[0]) * (p[0] - q[0]) + (p[1] - q[1]) * (p[1] - q[1]) >= most * most
+        return ga.maximum(k <= 0, ga.maximum(far, beam - pick(beams, k - 1, 0) > 2))
+
+    return each(begins, points, ranges, beams, numbers)
+
+
+@kernel(
+    points=POINTS, ranges=array(SCALAR, "n"), beams=array(SCALAR, "n"), step=SCALAR, reach=SCALAR,
+    returns=array(SCALAR, "n"),
+)  # fmt: skip
+def surface_begins(points, ranges, beams, step, reach):
+    """Find the readings with which surfaces begin: 1 for these, 0 for those on the surface of the reading before.
+
+    Parameters
+    ----------
+    points, ranges, beams
+        Readings in the order of their beams.
+    step
+        The angle between two beams.
+    reach
+        Distance up to which neighbours are on one surface, in metres.
+    """
+    return _begins(points, ranges, beams, step, reach, row_numbers(points))
+
+
 @kernel(
     points=POINTS, ranges=array(SCALAR, "n"), beams=array(SCALAR, "n"), step=SCALAR, rules=array(SCALAR, 3),
     returns=array(SCALAR, "n"),
@@ -294,14 +326,7 @@ def narrow_readings(points, ranges, beams, step, rules):
     """
     numbers = row_numbers(points)
 
-    # A step that is long near the scanner is usual at a distance.
-    def begins(p, range, beam, k):
-        q = pick(points, k - 1, NONE)
-        reach = ga.maximum(rules[0], 4 * absolute(step) * range)
-        far = (p[0] - q[0]) * (p[0] - q[0]) + (p[1] - q[1]) * (p[1] - q[1]) >= reach * reach
-        return ga.maximum(k <= 0, ga.maximum(far, beam - pick(beams, k - 1, 0) > 2))
-
-    starts = each(begins, points, ranges, beams, numbers)
+    starts = _begins(points, ranges, beams, step, rules[0], numbers)
     ends = each(lambda k: pick(starts, k + 1, 1), numbers)
 
     def passed(carry, flag, k):

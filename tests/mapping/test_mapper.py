@@ -179,3 +179,16 @@ def test_slips_of_odometry_do_not_turn_the_map() -> None:
     assert len(poses) > 12 and (built.statuses == ScanStatus.ADDED).all()
     off = errors(built.motors, relative(truth[0], truth))
     assert np.abs(off[:, 0]).max() < np.radians(3) and np.abs(off[:, 1:]).max() < 0.15
+
+
+def test_a_robot_whose_odometry_has_stopped_is_followed() -> None:
+    """Odometry repeats one pose while the robot moves. One that stands among people remains where it is."""
+    walls = room(np.random.default_rng(4), 6)
+    start = next(x for x in np.mgrid[3:9:0.5, 3:6:0.5].reshape(2, -1).T if clearance(walls, x) > 1.2)
+    for speed in (0.06, 0.0):
+        rng, mapper = np.random.default_rng(8), Mapper()
+        poses = np.array([[*start, 0.0] + speed * k * np.array([1.0, 0.0, 0.5]) for k in range(12)])
+        for k, pose in enumerate(poses):
+            mapper.add(scan_at(rng, walls, pose, people=0.3), odometry=[1.0, 2.0, 0.3], time=0.2 * k)
+        first, last = (pga2.motor_from_angle_translation(pose[2], pose[:2]) for pose in poses[[0, -1]])
+        assert np.abs(errors(mapper.motor, np.asarray(relative(first, last)))).max() < 0.12

@@ -55,3 +55,15 @@ def test_bad_arguments(arguments: tuple[object, ...], message: str) -> None:
         Scan(*arguments)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="ranges"):
         Scan(["a"], 0, 0.1, 5)
+
+
+def test_the_limit_that_a_scanner_reports_is_no_wall():
+    rng = np.random.default_rng(5)
+    angles = np.linspace(-np.pi / 2, np.pi / 2, 181)
+    wall = 3 / np.maximum(np.cos(angles), 1e-9) + 0.01 * rng.normal(size=181)
+    limited = Scan(np.minimum(wall, 8.0), angles[0], angles[1] - angles[0], 30.0)
+    assert (limited.valid == (wall < 8)).all()
+    # Walls in steps of readings have equal neighbours as well, also the farthest one; so has a round room.
+    steps = np.round(np.minimum(wall, 4 / np.maximum(np.abs(np.sin(angles)), 1e-9)), 1)
+    assert Scan(steps, angles[0], angles[1] - angles[0], 30.0).valid.all()
+    assert Scan(np.full(181, 2.0), angles[0], angles[1] - angles[0], 30.0).valid.all()

@@ -190,3 +190,41 @@ def test_levels_of_noise_are_not_motions(levels):
     matrix = pga3.motor_to_matrix(found.motor)
     np.testing.assert_allclose(matrix[:3, :3], turn, atol=0.01)
     assert found.inliers.sum() > 50 and found.inliers[300:].mean() < 0.05
+
+
+def test_random_matches_of_voxels_are_no_motion_and_right_ones_are_found():
+    # The centres of voxels coincide exactly with many others after wrong motions of the lattice.
+    rng = np.random.default_rng(31)
+    for sites in (5, 9):
+        x, y = (rng.integers(0, sites, (150, 3)).astype(float) for _ in range(2))
+        assert register_matches(x, y).status == RegistrationStatus.NO_SUPPORT
+    x = np.unique(np.round(8 * rng.normal(size=(150, 3)) * [1, 0.8, 0.5]), axis=0)
+    turn = Rotation.random(random_state=5).as_matrix()
+    y = np.round(x @ turn.T + 3.3)
+    y[: len(x) // 3] = rng.permutation(y)[: len(x) // 3]
+    found = register_matches(x, y)
+    assert found.status == RegistrationStatus.OK and angle(found.motor, turn) < 2
+    assert found.inliers[len(x) // 3 :].mean() > 0.9
+
+
+def test_few_exact_matches_of_a_lattice_determine_the_motion():
+    corners = np.stack(np.meshgrid([0.0, 1], [0.0, 1], [0.0, 1]), -1).reshape(-1, 3)
+    board = np.stack(np.meshgrid(range(3), range(3), [0]), -1).reshape(-1, 3)
+    turn = Rotation.random(random_state=6)
+    for points in (corners, board):
+        found = register_matches(points, turn.apply(points))
+        assert found.status == RegistrationStatus.OK and found.inliers.all()
+        assert angle(found.motor, turn.as_matrix()) < 1e-6
+
+
+def test_a_mirrored_cloud_is_named_and_a_plane_is_not():
+    rng = np.random.default_rng(32)
+    x = rng.normal(size=(120, 3)) * [1, 0.8, 0.4]
+    turn = Rotation.random(random_state=7)
+    mirrored = turn.apply(x * [1, 1, -1]) + 0.005 * rng.normal(size=x.shape)
+    assert register_matches(x, mirrored).status == RegistrationStatus.MIRRORED
+    assert register_matches(x * [1, 1, -1], mirrored).status == RegistrationStatus.OK
+    flat = x * [1, 1, 0]
+    moved = turn.apply(flat) + 0.005 * rng.normal(size=x.shape)
+    moved[:40] = rng.normal(size=(40, 3))
+    assert register_matches(flat, moved).status == RegistrationStatus.OK

@@ -44,3 +44,26 @@ def test_covariance_is_that_of_simulations(to):
 def test_lines_without_directions_are_refused():
     with pytest.raises(ValueError, match="directions"):
         refine(np.zeros((30, 3)), np.eye(3), np.eye(8)[0], 1.0, to="lines")
+
+
+def test_degenerate_targets_and_gates_are_named():
+    source = np.random.default_rng(3).normal(size=(30, 3))
+    still = np.eye(8)[0]
+    for target in (np.zeros((0, 3)), np.zeros((1, 3))):
+        with pytest.raises(ValueError, match=r"target: \d points; expected at least two"):
+            refine(source, target, still, 1.0)
+    for pair, name in (((source[None], source), "source"), ((source, source[None]), "target")):
+        with pytest.raises(ValueError, match=rf"{name}: shape \(1, 30, 3\)"):
+            refine(*pair, still, 1.0)
+    with pytest.raises(ValueError, match="target: coordinates up to"):
+        refine(source, 1e200 * source, still, 1.0)
+    for gate in (0.0, np.nan):
+        with pytest.raises(ValueError, match="gate"):
+            refine(source, source, still, gate)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_target_whose_points_mostly_coincide_has_weights():
+    source = np.random.default_rng(4).normal(size=(40, 3))
+    target = np.concatenate([source, np.zeros((80, 3)) + source[0]])
+    assert np.allclose(refine(source, target, np.eye(8)[0], 0.1, to="points").motor, np.eye(8)[0])

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial import cKDTree
 
-from algorithms.registration import VoteStatus, published_curvature, tensor_vote
+from algorithms.registration import VoteStatus, estimate_normals, published_curvature, tensor_vote
 from generated import tensor_voting, vga3
 
 Array = np.ndarray[Any, Any]
@@ -242,3 +242,9 @@ def test_degenerate_tokens_have_statuses() -> None:
 def test_errors_name_the_argument(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         tensor_vote(**arguments)
+
+
+@pytest.mark.parametrize("function", [tensor_vote, estimate_normals])
+def test_points_whose_squares_overflow_are_rejected(function: Any) -> None:
+    with pytest.raises(ValueError, match="points: coordinates up to"):
+        function(1e200 * np.random.default_rng(8).normal(size=(60, 3)))

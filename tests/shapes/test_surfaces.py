@@ -111,6 +111,9 @@ def test_faults_of_triangulations() -> None:
         (np.zeros((200, 2)), "expected"),
         (np.full((200, 3), np.nan), "nan at"),
         (np.zeros((9, 9, 9), bool), "no voxel"),
+        (np.ones((200, 3)), "all are in one plane"),
+        (np.random.default_rng(1).normal(size=(200, 3)) @ np.diag([1.0, 2.0, 0.0]), "all are in one plane"),
+        (1e200 * np.random.default_rng(1).normal(size=(200, 3)), "coordinates up to"),
     ],
 )
 def test_errors_name_what_is_wrong(points: Array, message: str) -> None:
