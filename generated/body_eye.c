@@ -2,7 +2,7 @@
 // command: gac generate --all body_eye
 // spec: 6157eab53fdc508f
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 5f4e7a5c8100ffc205940d8c3738fc177bb9deab9b8d9d59b639f0dd93ed7a74
+// body: 2b681176dc4febb4a101d4f5ad6589c4f972ec78c57a405cd77cdbf0cde19b2f
 
 #ifndef REAL
 #include "body_eye.h"
@@ -1679,9 +1679,6 @@ static INLINE void NAME(refined_axes_within)(intptr_t n, intptr_t k, const REAL 
     common_25, common_26, common_27, next_motor, &next_cost, &next_less, &next_rounding, NULL);
         NAME(refined_axes_converged)(least_change, next_cost, next_less, next_rounding, &converged);
         COPY(8, next_motor, out_0);
-        COPY(1, &next_cost, &cost);
-        COPY(1, &next_less, &less_);
-        COPY(1, &next_rounding, &rounding_2);
         steps += 1;
         if (converged != 0)
             break;
@@ -1742,7 +1739,7 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
     common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES],
     common_27[NLANES], cylindric_0_0_2[NLANES], cylindric_0_1_2[NLANES], cylindric_5[3 * NLANES],
     cylindric_6[3 * NLANES], weighed_2[17 * NLANES], sum_3[28 * NLANES], sum_4[3 * NLANES], gac_kept_0[8 * NLANES],
-    gac_kept_1[NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES];
+    gac_kept_1[NLANES];
     WORD far = 0;
     NAME(refined_axes_result_lanes)(start, out_0, cost, less_, rounding_2, converged, steps);
     NAME(refined_axes_common_lanes)(free, damping, common, common_2, common_3, common_4, common_5, common_6,
@@ -1751,10 +1748,7 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
     common_27);
     ROUNDS(rounds, 20) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
-        KEEP(rounds, NLANES, cost, gac_kept_1);
-        KEEP(rounds, NLANES, less_, gac_kept_2);
-        KEEP(rounds, NLANES, rounding_2, gac_kept_3);
-        KEEP(rounds, NLANES, converged, gac_kept_4);
+        KEEP(rounds, NLANES, converged, gac_kept_1);
         for (intptr_t j = 0; j < k; j++)
             NAME(refined_axes_mapped_lanes)(out_0, lines + 6 * NLANES * j, mapped + 6 * NLANES * j);
         CLEAR(17 * NLANES * k, scattered);
@@ -1783,14 +1777,8 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
     common_24, common_25, common_26, common_27, next_motor, next_cost, next_less, next_rounding);
         NAME(refined_axes_converged_lanes)(least_change, next_cost, next_less, next_rounding, converged);
         COPY(8 * NLANES, next_motor, out_0);
-        COPY(NLANES, next_cost, cost);
-        COPY(NLANES, next_less, less_);
-        COPY(NLANES, next_rounding, rounding_2);
         RESTORE(rounds, 8 * NLANES, gac_kept_0, out_0);
-        RESTORE(rounds, NLANES, gac_kept_1, cost);
-        RESTORE(rounds, NLANES, gac_kept_2, less_);
-        RESTORE(rounds, NLANES, gac_kept_3, rounding_2);
-        RESTORE(rounds, NLANES, gac_kept_4, converged);
+        RESTORE(rounds, NLANES, gac_kept_1, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;

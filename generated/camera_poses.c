@@ -2,7 +2,7 @@
 // command: gac generate --all camera_poses
 // spec: 5a299eec5e1b3d92
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: fc9f48f2b6e90f3633f42cb427f20de51790f1e66004426c60a0b33383786772
+// body: dc9a1b383132578ad83c46597790d450529b5432a97087889b7578a29089ae04
 
 #ifndef REAL
 #include "camera_poses.h"
@@ -2494,7 +2494,6 @@ void NAME(descend_pose)(intptr_t n, const REAL *pose, const REAL *k, const REAL 
         COPY(6, next_now_carry_slope, now_carry_slope);
         COPY(1, &next_now_carry_cost, &now_carry_cost);
         COPY(1, &next_now_carry_damping, &now_carry_damping);
-        COPY(1, &next_now_carry_done, &now_carry_done);
         COPY(1, &next_now_steps, &now_steps);
         COPY(1, &next_now_converged, &now_converged);
         steps += 1;
@@ -2522,7 +2521,7 @@ static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const 
     common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES], found[NLANES],
     common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES], gac_kept_0[7 * NLANES],
     gac_kept_1[7 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES],
-    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES], gac_kept_9[NLANES];
+    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_pose_now_carry_best_lanes)(pose, now_carry_best, now_carry_following, now_carry_table,
     now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
     NAME(descend_pose_common_lanes)(k, limit, common_11, common_12, common_13);
@@ -2533,10 +2532,9 @@ static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const 
         KEEP(rounds, 6 * NLANES, now_carry_slope, gac_kept_3);
         KEEP(rounds, NLANES, now_carry_cost, gac_kept_4);
         KEEP(rounds, NLANES, now_carry_damping, gac_kept_5);
-        KEEP(rounds, NLANES, now_carry_done, gac_kept_6);
-        KEEP(rounds, NLANES, now_steps, gac_kept_7);
-        KEEP(rounds, NLANES, now_converged, gac_kept_8);
-        KEEP(rounds, NLANES, converged, gac_kept_9);
+        KEEP(rounds, NLANES, now_steps, gac_kept_6);
+        KEEP(rounds, NLANES, now_converged, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_pose_sum_start_lanes)(sum);
         NAME(descend_pose_common_2_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
     common_6, common_7, common_8, common_9, common_10);
@@ -2555,7 +2553,6 @@ static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const 
         COPY(6 * NLANES, next_now_carry_slope, now_carry_slope);
         COPY(NLANES, next_now_carry_cost, now_carry_cost);
         COPY(NLANES, next_now_carry_damping, now_carry_damping);
-        COPY(NLANES, next_now_carry_done, now_carry_done);
         COPY(NLANES, next_now_steps, now_steps);
         COPY(NLANES, next_now_converged, now_converged);
         RESTORE(rounds, 7 * NLANES, gac_kept_0, now_carry_best);
@@ -2564,10 +2561,9 @@ static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const 
         RESTORE(rounds, 6 * NLANES, gac_kept_3, now_carry_slope);
         RESTORE(rounds, NLANES, gac_kept_4, now_carry_cost);
         RESTORE(rounds, NLANES, gac_kept_5, now_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_6, now_carry_done);
-        RESTORE(rounds, NLANES, gac_kept_7, now_steps);
-        RESTORE(rounds, NLANES, gac_kept_8, now_converged);
-        RESTORE(rounds, NLANES, gac_kept_9, converged);
+        RESTORE(rounds, NLANES, gac_kept_6, now_steps);
+        RESTORE(rounds, NLANES, gac_kept_7, now_converged);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -2643,33 +2639,32 @@ GAC_PROCEDURE(descend_pose, LANES)
     WORK(119, state_carry_0_31_2, scalar, 1, s) WORK(120, state_carry_0_32_2, scalar, 1, s) \
     WORK(121, state_carry_0_33_2, scalar, 1, s) WORK(122, state_carry_0_34_2, scalar, 1, s) \
     WORK(123, state_carry_0_35_2, scalar, 1, s) WORK(124, state_carry_0_36_2, scalar, 1, s) \
-    WORK(125, further_2, 37, 37, s) WORK(126, gac_kept_10, scalar, 1, s) WORK(127, gac_kept_11, scalar, 1, s) \
-    WORK(128, gac_kept_12, scalar, 1, s) WORK(129, gac_kept_13, scalar, 1, s) WORK(130, gac_kept_14, scalar, 1, s) \
-    WORK(131, gac_kept_15, scalar, 1, s) WORK(132, gac_kept_16, scalar, 1, s) WORK(133, gac_kept_17, scalar, 1, s) \
-    WORK(134, gac_kept_18, scalar, 1, s) WORK(135, gac_kept_19, scalar, 1, s) WORK(136, gac_kept_20, scalar, 1, s) \
-    WORK(137, gac_kept_21, scalar, 1, s) WORK(138, gac_kept_22, scalar, 1, s) WORK(139, gac_kept_23, scalar, 1, s) \
-    WORK(140, gac_kept_24, scalar, 1, s) WORK(141, gac_kept_25, scalar, 1, s) WORK(142, gac_kept_26, scalar, 1, s) \
-    WORK(143, gac_kept_27, scalar, 1, s) WORK(144, gac_kept_28, scalar, 1, s) WORK(145, gac_kept_29, scalar, 1, s) \
-    WORK(146, gac_kept_30, scalar, 1, s) WORK(147, gac_kept_31, scalar, 1, s) WORK(148, gac_kept_32, scalar, 1, s) \
-    WORK(149, gac_kept_33, scalar, 1, s) WORK(150, gac_kept_34, scalar, 1, s) WORK(151, gac_kept_35, scalar, 1, s) \
-    WORK(152, gac_kept_36, scalar, 1, s) WORK(153, gac_kept_37, scalar, 1, s) WORK(154, gac_kept_38, scalar, 1, s) \
-    WORK(155, gac_kept_39, scalar, 1, s) WORK(156, gac_kept_40, scalar, 1, s) WORK(157, gac_kept_41, scalar, 1, s) \
-    WORK(158, gac_kept_42, scalar, 1, s) WORK(159, gac_kept_43, scalar, 1, s) WORK(160, gac_kept_44, scalar, 1, s) \
-    WORK(161, gac_kept_45, scalar, 1, s) WORK(162, gac_kept_46, scalar, 1, s) WORK(163, gac_kept_72, scalar, 1, s) \
-    WORK(164, gac_kept_73, scalar, 1, s) WORK(165, gac_kept_74, scalar, 1, s) WORK(166, gac_kept_75, scalar, 1, s) \
-    WORK(167, gac_kept_76, scalar, 1, s) WORK(168, gac_kept_77, scalar, 1, s) WORK(169, gac_kept_78, scalar, 1, s) \
-    WORK(170, gac_kept_79, scalar, 1, s) WORK(171, gac_kept_80, scalar, 1, s) WORK(172, gac_kept_81, scalar, 1, s) \
-    WORK(173, gac_kept_82, scalar, 1, s) WORK(174, gac_kept_83, scalar, 1, s) WORK(175, gac_kept_84, scalar, 1, s) \
-    WORK(176, gac_kept_85, scalar, 1, s) WORK(177, gac_kept_86, scalar, 1, s) WORK(178, gac_kept_87, scalar, 1, s) \
-    WORK(179, gac_kept_88, scalar, 1, s) WORK(180, gac_kept_89, scalar, 1, s) WORK(181, gac_kept_90, scalar, 1, s) \
-    WORK(182, gac_kept_91, scalar, 1, s) WORK(183, gac_kept_92, scalar, 1, s) WORK(184, gac_kept_93, scalar, 1, s) \
-    WORK(185, gac_kept_94, scalar, 1, s) WORK(186, gac_kept_95, scalar, 1, s) WORK(187, gac_kept_96, scalar, 1, s) \
-    WORK(188, gac_kept_97, scalar, 1, s) WORK(189, gac_kept_98, scalar, 1, s) WORK(190, gac_kept_99, scalar, 1, s) \
-    WORK(191, gac_kept_100, scalar, 1, s) WORK(192, gac_kept_101, scalar, 1, s) \
-    WORK(193, gac_kept_102, scalar, 1, s) WORK(194, gac_kept_103, scalar, 1, s) \
-    WORK(195, gac_kept_104, scalar, 1, s) WORK(196, gac_kept_105, scalar, 1, s) \
-    WORK(197, gac_kept_106, scalar, 1, s) WORK(198, gac_kept_107, scalar, 1, s) \
-    WORK(199, gac_kept_108, scalar, 1, s)
+    WORK(125, further_2, 37, 37, s) WORK(126, gac_kept_9, scalar, 1, s) WORK(127, gac_kept_10, scalar, 1, s) \
+    WORK(128, gac_kept_11, scalar, 1, s) WORK(129, gac_kept_12, scalar, 1, s) WORK(130, gac_kept_13, scalar, 1, s) \
+    WORK(131, gac_kept_14, scalar, 1, s) WORK(132, gac_kept_15, scalar, 1, s) WORK(133, gac_kept_16, scalar, 1, s) \
+    WORK(134, gac_kept_17, scalar, 1, s) WORK(135, gac_kept_18, scalar, 1, s) WORK(136, gac_kept_19, scalar, 1, s) \
+    WORK(137, gac_kept_20, scalar, 1, s) WORK(138, gac_kept_21, scalar, 1, s) WORK(139, gac_kept_22, scalar, 1, s) \
+    WORK(140, gac_kept_23, scalar, 1, s) WORK(141, gac_kept_24, scalar, 1, s) WORK(142, gac_kept_25, scalar, 1, s) \
+    WORK(143, gac_kept_26, scalar, 1, s) WORK(144, gac_kept_27, scalar, 1, s) WORK(145, gac_kept_28, scalar, 1, s) \
+    WORK(146, gac_kept_29, scalar, 1, s) WORK(147, gac_kept_30, scalar, 1, s) WORK(148, gac_kept_31, scalar, 1, s) \
+    WORK(149, gac_kept_32, scalar, 1, s) WORK(150, gac_kept_33, scalar, 1, s) WORK(151, gac_kept_34, scalar, 1, s) \
+    WORK(152, gac_kept_35, scalar, 1, s) WORK(153, gac_kept_36, scalar, 1, s) WORK(154, gac_kept_37, scalar, 1, s) \
+    WORK(155, gac_kept_38, scalar, 1, s) WORK(156, gac_kept_39, scalar, 1, s) WORK(157, gac_kept_40, scalar, 1, s) \
+    WORK(158, gac_kept_41, scalar, 1, s) WORK(159, gac_kept_42, scalar, 1, s) WORK(160, gac_kept_43, scalar, 1, s) \
+    WORK(161, gac_kept_44, scalar, 1, s) WORK(162, gac_kept_45, scalar, 1, s) WORK(163, gac_kept_67, scalar, 1, s) \
+    WORK(164, gac_kept_68, scalar, 1, s) WORK(165, gac_kept_69, scalar, 1, s) WORK(166, gac_kept_70, scalar, 1, s) \
+    WORK(167, gac_kept_71, scalar, 1, s) WORK(168, gac_kept_72, scalar, 1, s) WORK(169, gac_kept_73, scalar, 1, s) \
+    WORK(170, gac_kept_74, scalar, 1, s) WORK(171, gac_kept_75, scalar, 1, s) WORK(172, gac_kept_76, scalar, 1, s) \
+    WORK(173, gac_kept_77, scalar, 1, s) WORK(174, gac_kept_78, scalar, 1, s) WORK(175, gac_kept_79, scalar, 1, s) \
+    WORK(176, gac_kept_80, scalar, 1, s) WORK(177, gac_kept_81, scalar, 1, s) WORK(178, gac_kept_82, scalar, 1, s) \
+    WORK(179, gac_kept_83, scalar, 1, s) WORK(180, gac_kept_84, scalar, 1, s) WORK(181, gac_kept_85, scalar, 1, s) \
+    WORK(182, gac_kept_86, scalar, 1, s) WORK(183, gac_kept_87, scalar, 1, s) WORK(184, gac_kept_88, scalar, 1, s) \
+    WORK(185, gac_kept_89, scalar, 1, s) WORK(186, gac_kept_90, scalar, 1, s) WORK(187, gac_kept_91, scalar, 1, s) \
+    WORK(188, gac_kept_92, scalar, 1, s) WORK(189, gac_kept_93, scalar, 1, s) WORK(190, gac_kept_94, scalar, 1, s) \
+    WORK(191, gac_kept_95, scalar, 1, s) WORK(192, gac_kept_96, scalar, 1, s) WORK(193, gac_kept_97, scalar, 1, s) \
+    WORK(194, gac_kept_98, scalar, 1, s) WORK(195, gac_kept_99, scalar, 1, s) WORK(196, gac_kept_100, scalar, 1, s) \
+    WORK(197, gac_kept_101, scalar, 1, s) WORK(198, gac_kept_102, scalar, 1, s) \
+    WORK(199, gac_kept_103, scalar, 1, s)
 
 static INLINE void NAME(follow_poses_number_start)(REAL *number_start)
 {
@@ -5308,13 +5303,13 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
     *const state_carry_0_32 = state_carry_0_31 + s, *const state_carry_0_33 = state_carry_0_32 + s,
     *const state_carry_0_34 = state_carry_0_33 + s, *const state_carry_0_35 = state_carry_0_34 + s,
     *const state_carry_0_36 = state_carry_0_35 + s, state_carry_1, state_carry_2, state_steps, state_converged,
-    converged_2, steps_2, next_state_carry_1, next_state_carry_2, next_state_steps, next_state_converged, best,
-    now_carry_best_2[7], now_carry_following_2[7], now_carry_table_2[21], now_carry_slope_2[6], now_carry_cost_2,
-    now_carry_damping_2, now_carry_done_2, now_steps_2, now_converged_2, converged_3, steps_3,
-    next_now_carry_best_2[7], next_now_carry_following_2[7], next_now_carry_table_2[21], next_now_carry_slope_2[6],
-    next_now_carry_cost_2, next_now_carry_damping_2, next_now_carry_done_2, next_now_steps_2, next_now_converged_2,
-    sum_2[28], common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26,
-    common_27, common_28, common_29, common_30, found_2, common_31, common_32, common_33, common_34,
+    converged_2, steps_2, next_state_carry_1, next_state_steps, next_state_converged, best, now_carry_best_2[7],
+    now_carry_following_2[7], now_carry_table_2[21], now_carry_slope_2[6], now_carry_cost_2, now_carry_damping_2,
+    now_carry_done_2, now_steps_2, now_converged_2, converged_3, steps_3, next_now_carry_best_2[7],
+    next_now_carry_following_2[7], next_now_carry_table_2[21], next_now_carry_slope_2[6], next_now_carry_cost_2,
+    next_now_carry_damping_2, next_now_carry_done_2, next_now_steps_2, next_now_converged_2, sum_2[28], common_18,
+    common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28,
+    common_29, common_30, found_2, common_31, common_32, common_33, common_34,
     *const further = state_carry_0_36 + s, best_2, found_3, common_35, *const by_element = further + 37 * s,
     common_36, *const by_element_2 = by_element + s, *const by_element_3 = by_element_2 + s,
     *const by_element_4 = by_element_3 + s, *const by_element_5 = by_element_4 + s,
@@ -5360,19 +5355,19 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
     *const state_carry_0_33_2 = state_carry_0_32_2 + s, *const state_carry_0_34_2 = state_carry_0_33_2 + s,
     *const state_carry_0_35_2 = state_carry_0_34_2 + s, *const state_carry_0_36_2 = state_carry_0_35_2 + s,
     state_carry_1_2, state_carry_2_2, state_steps_2, state_converged_2, converged_5, steps_5, next_state_carry_1_2,
-    next_state_carry_2_2, next_state_steps_2, next_state_converged_2, best_4, now_carry_best_4[7],
-    now_carry_following_4[7], now_carry_table_4[21], now_carry_slope_4[6], now_carry_cost_4, now_carry_damping_4,
-    now_carry_done_4, now_steps_4, now_converged_4, converged_6, steps_6, next_now_carry_best_4[7],
-    next_now_carry_following_4[7], next_now_carry_table_4[21], next_now_carry_slope_4[6], next_now_carry_cost_4,
-    next_now_carry_damping_4, next_now_carry_done_4, next_now_steps_4, next_now_converged_4, sum_5[28], common_56,
-    common_57, common_58, common_59, common_60, common_61, common_62, common_63, common_64, common_65, common_66,
-    common_67, common_68, found_5, common_69, common_70, common_71, common_72,
-    *const further_2 = state_carry_0_36_2 + s, best_5, found_6, common_73, by_element_38, by_element_39,
-    by_element_40, by_element_41, by_element_42, by_element_43, by_element_44, by_element_45, by_element_46,
-    by_element_47, by_element_48, by_element_49, by_element_50, by_element_51, by_element_52, by_element_53,
-    by_element_54, by_element_55, by_element_56, by_element_57, by_element_58, by_element_59, by_element_60,
-    by_element_61, by_element_62, by_element_63, by_element_64, by_element_65, by_element_66, by_element_67,
-    by_element_68, by_element_69, by_element_70, by_element_71, by_element_72, by_element_73, by_element_74;
+    next_state_steps_2, next_state_converged_2, best_4, now_carry_best_4[7], now_carry_following_4[7],
+    now_carry_table_4[21], now_carry_slope_4[6], now_carry_cost_4, now_carry_damping_4, now_carry_done_4,
+    now_steps_4, now_converged_4, converged_6, steps_6, next_now_carry_best_4[7], next_now_carry_following_4[7],
+    next_now_carry_table_4[21], next_now_carry_slope_4[6], next_now_carry_cost_4, next_now_carry_damping_4,
+    next_now_carry_done_4, next_now_steps_4, next_now_converged_4, sum_5[28], common_56, common_57, common_58,
+    common_59, common_60, common_61, common_62, common_63, common_64, common_65, common_66, common_67, common_68,
+    found_5, common_69, common_70, common_71, common_72, *const further_2 = state_carry_0_36_2 + s, best_5, found_6,
+    common_73, by_element_38, by_element_39, by_element_40, by_element_41, by_element_42, by_element_43,
+    by_element_44, by_element_45, by_element_46, by_element_47, by_element_48, by_element_49, by_element_50,
+    by_element_51, by_element_52, by_element_53, by_element_54, by_element_55, by_element_56, by_element_57,
+    by_element_58, by_element_59, by_element_60, by_element_61, by_element_62, by_element_63, by_element_64,
+    by_element_65, by_element_66, by_element_67, by_element_68, by_element_69, by_element_70, by_element_71,
+    by_element_72, by_element_73, by_element_74;
     NAME(follow_poses_number_start)(&number_start);
     NAME(truncated_pixel_squares_result_start)(&a);
     for (intptr_t i = 0; i < s; i++) {
@@ -5404,7 +5399,6 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
             COPY(6, next_now_carry_slope, now_carry_slope);
             COPY(1, &next_now_carry_cost, &now_carry_cost);
             COPY(1, &next_now_carry_damping, &now_carry_damping);
-            COPY(1, &next_now_carry_done, &now_carry_done);
             COPY(1, &next_now_steps, &now_steps);
             COPY(1, &next_now_converged, &now_converged);
             steps += 1;
@@ -5462,7 +5456,6 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
                 COPY(6, next_now_carry_slope_2, now_carry_slope_2);
                 COPY(1, &next_now_carry_cost_2, &now_carry_cost_2);
                 COPY(1, &next_now_carry_damping_2, &now_carry_damping_2);
-                COPY(1, &next_now_carry_done_2, &now_carry_done_2);
                 COPY(1, &next_now_steps_2, &now_steps_2);
                 COPY(1, &next_now_converged_2, &now_converged_2);
                 steps_3 += 1;
@@ -5504,12 +5497,9 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
         }
         NAME(follow_poses_next_state_carry)(soon, at_most, state_carry_1, state_steps, found_3, &next_state_carry_1,
     &next_state_steps, &next_state_converged);
-        COPY(1, &found_3, &next_state_carry_2);
         NAME(descend_pose_converged)(at_most, next_state_steps, next_state_converged, &converged_2);
         COPY(1, &next_state_carry_1, &state_carry_1);
-        COPY(1, &next_state_carry_2, &state_carry_2);
         COPY(1, &next_state_steps, &state_steps);
-        COPY(1, &next_state_converged, &state_converged);
         steps_2 += 1;
         if (converged_2 != 0)
             break;
@@ -5590,7 +5580,6 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
             COPY(6, next_now_carry_slope_3, now_carry_slope_3);
             COPY(1, &next_now_carry_cost_3, &now_carry_cost_3);
             COPY(1, &next_now_carry_damping_3, &now_carry_damping_3);
-            COPY(1, &next_now_carry_done_3, &now_carry_done_3);
             COPY(1, &next_now_steps_3, &now_steps_3);
             COPY(1, &next_now_converged_3, &now_converged_3);
             steps_4 += 1;
@@ -5657,7 +5646,6 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
                 COPY(6, next_now_carry_slope_4, now_carry_slope_4);
                 COPY(1, &next_now_carry_cost_4, &now_carry_cost_4);
                 COPY(1, &next_now_carry_damping_4, &now_carry_damping_4);
-                COPY(1, &next_now_carry_done_4, &now_carry_done_4);
                 COPY(1, &next_now_steps_4, &now_steps_4);
                 COPY(1, &next_now_converged_4, &now_converged_4);
                 steps_6 += 1;
@@ -5703,12 +5691,9 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
         }
         NAME(follow_poses_next_state_carry)(soon, at_most, state_carry_1_2, state_steps_2, found_6,
     &next_state_carry_1_2, &next_state_steps_2, &next_state_converged_2);
-        COPY(1, &found_6, &next_state_carry_2_2);
         NAME(descend_pose_converged)(at_most, next_state_steps_2, next_state_converged_2, &converged_5);
         COPY(1, &next_state_carry_1_2, &state_carry_1_2);
-        COPY(1, &next_state_carry_2_2, &state_carry_2_2);
         COPY(1, &next_state_steps_2, &state_steps_2);
-        COPY(1, &next_state_converged_2, &state_converged_2);
         steps_5 += 1;
         if (converged_5 != 0)
             break;
@@ -5790,22 +5775,22 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     REAL *state_carry_0_23_2, REAL *state_carry_0_24_2, REAL *state_carry_0_25_2, REAL *state_carry_0_26_2,
     REAL *state_carry_0_27_2, REAL *state_carry_0_28_2, REAL *state_carry_0_29_2, REAL *state_carry_0_30_2,
     REAL *state_carry_0_31_2, REAL *state_carry_0_32_2, REAL *state_carry_0_33_2, REAL *state_carry_0_34_2,
-    REAL *state_carry_0_35_2, REAL *state_carry_0_36_2, REAL *further_2, REAL *gac_kept_10, REAL *gac_kept_11,
-    REAL *gac_kept_12, REAL *gac_kept_13, REAL *gac_kept_14, REAL *gac_kept_15, REAL *gac_kept_16,
-    REAL *gac_kept_17, REAL *gac_kept_18, REAL *gac_kept_19, REAL *gac_kept_20, REAL *gac_kept_21,
-    REAL *gac_kept_22, REAL *gac_kept_23, REAL *gac_kept_24, REAL *gac_kept_25, REAL *gac_kept_26,
-    REAL *gac_kept_27, REAL *gac_kept_28, REAL *gac_kept_29, REAL *gac_kept_30, REAL *gac_kept_31,
-    REAL *gac_kept_32, REAL *gac_kept_33, REAL *gac_kept_34, REAL *gac_kept_35, REAL *gac_kept_36,
-    REAL *gac_kept_37, REAL *gac_kept_38, REAL *gac_kept_39, REAL *gac_kept_40, REAL *gac_kept_41,
-    REAL *gac_kept_42, REAL *gac_kept_43, REAL *gac_kept_44, REAL *gac_kept_45, REAL *gac_kept_46,
+    REAL *state_carry_0_35_2, REAL *state_carry_0_36_2, REAL *further_2, REAL *gac_kept_9, REAL *gac_kept_10,
+    REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13, REAL *gac_kept_14, REAL *gac_kept_15,
+    REAL *gac_kept_16, REAL *gac_kept_17, REAL *gac_kept_18, REAL *gac_kept_19, REAL *gac_kept_20,
+    REAL *gac_kept_21, REAL *gac_kept_22, REAL *gac_kept_23, REAL *gac_kept_24, REAL *gac_kept_25,
+    REAL *gac_kept_26, REAL *gac_kept_27, REAL *gac_kept_28, REAL *gac_kept_29, REAL *gac_kept_30,
+    REAL *gac_kept_31, REAL *gac_kept_32, REAL *gac_kept_33, REAL *gac_kept_34, REAL *gac_kept_35,
+    REAL *gac_kept_36, REAL *gac_kept_37, REAL *gac_kept_38, REAL *gac_kept_39, REAL *gac_kept_40,
+    REAL *gac_kept_41, REAL *gac_kept_42, REAL *gac_kept_43, REAL *gac_kept_44, REAL *gac_kept_45,
+    REAL *gac_kept_67, REAL *gac_kept_68, REAL *gac_kept_69, REAL *gac_kept_70, REAL *gac_kept_71,
     REAL *gac_kept_72, REAL *gac_kept_73, REAL *gac_kept_74, REAL *gac_kept_75, REAL *gac_kept_76,
     REAL *gac_kept_77, REAL *gac_kept_78, REAL *gac_kept_79, REAL *gac_kept_80, REAL *gac_kept_81,
     REAL *gac_kept_82, REAL *gac_kept_83, REAL *gac_kept_84, REAL *gac_kept_85, REAL *gac_kept_86,
     REAL *gac_kept_87, REAL *gac_kept_88, REAL *gac_kept_89, REAL *gac_kept_90, REAL *gac_kept_91,
     REAL *gac_kept_92, REAL *gac_kept_93, REAL *gac_kept_94, REAL *gac_kept_95, REAL *gac_kept_96,
     REAL *gac_kept_97, REAL *gac_kept_98, REAL *gac_kept_99, REAL *gac_kept_100, REAL *gac_kept_101,
-    REAL *gac_kept_102, REAL *gac_kept_103, REAL *gac_kept_104, REAL *gac_kept_105, REAL *gac_kept_106,
-    REAL *gac_kept_107, REAL *gac_kept_108)
+    REAL *gac_kept_102, REAL *gac_kept_103)
 {
     _Alignas(64) REAL number_start[NLANES], a[NLANES], now_carry_best[7 * NLANES], now_carry_following[7 * NLANES],
     now_carry_table[21 * NLANES], now_carry_slope[6 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES],
@@ -5817,22 +5802,22 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES],
     common_13[NLANES], found[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES],
     state_carry_1[NLANES], state_carry_2[NLANES], state_steps[NLANES], state_converged[NLANES], converged_2[NLANES],
-    steps_2[NLANES], next_state_carry_1[NLANES], next_state_carry_2[NLANES], next_state_steps[NLANES],
-    next_state_converged[NLANES], best[NLANES], now_carry_best_2[7 * NLANES], now_carry_following_2[7 * NLANES],
-    now_carry_table_2[21 * NLANES], now_carry_slope_2[6 * NLANES], now_carry_cost_2[NLANES],
-    now_carry_damping_2[NLANES], now_carry_done_2[NLANES], now_steps_2[NLANES], now_converged_2[NLANES],
-    converged_3[NLANES], steps_3[NLANES], next_now_carry_best_2[7 * NLANES], next_now_carry_following_2[7 * NLANES],
-    next_now_carry_table_2[21 * NLANES], next_now_carry_slope_2[6 * NLANES], next_now_carry_cost_2[NLANES],
-    next_now_carry_damping_2[NLANES], next_now_carry_done_2[NLANES], next_now_steps_2[NLANES],
-    next_now_converged_2[NLANES], sum_2[28 * NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES],
-    common_21[NLANES], common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES],
-    common_26[NLANES], common_27[NLANES], common_28[NLANES], common_29[NLANES], common_30[NLANES], found_2[NLANES],
-    common_31[NLANES], common_32[NLANES], common_33[NLANES], common_34[NLANES], best_2[NLANES], found_3[NLANES],
-    common_35[NLANES], common_36[NLANES], best_3[37 * NLANES], sum_3[9 * NLANES], now_carry_best_3[7 * NLANES],
-    now_carry_following_3[7 * NLANES], now_carry_table_3[21 * NLANES], now_carry_slope_3[6 * NLANES],
-    now_carry_cost_3[NLANES], now_carry_damping_3[NLANES], now_carry_done_3[NLANES], now_steps_3[NLANES],
-    now_converged_3[NLANES], converged_4[NLANES], steps_4[NLANES], common_37[NLANES], common_38[NLANES],
-    common_39[NLANES], common_40[NLANES], next_now_carry_best_3[7 * NLANES], next_now_carry_following_3[7 * NLANES],
+    steps_2[NLANES], next_state_carry_1[NLANES], next_state_steps[NLANES], next_state_converged[NLANES],
+    best[NLANES], now_carry_best_2[7 * NLANES], now_carry_following_2[7 * NLANES], now_carry_table_2[21 * NLANES],
+    now_carry_slope_2[6 * NLANES], now_carry_cost_2[NLANES], now_carry_damping_2[NLANES], now_carry_done_2[NLANES],
+    now_steps_2[NLANES], now_converged_2[NLANES], converged_3[NLANES], steps_3[NLANES],
+    next_now_carry_best_2[7 * NLANES], next_now_carry_following_2[7 * NLANES], next_now_carry_table_2[21 * NLANES],
+    next_now_carry_slope_2[6 * NLANES], next_now_carry_cost_2[NLANES], next_now_carry_damping_2[NLANES],
+    next_now_carry_done_2[NLANES], next_now_steps_2[NLANES], next_now_converged_2[NLANES], sum_2[28 * NLANES],
+    common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES], common_22[NLANES],
+    common_23[NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES], common_27[NLANES],
+    common_28[NLANES], common_29[NLANES], common_30[NLANES], found_2[NLANES], common_31[NLANES], common_32[NLANES],
+    common_33[NLANES], common_34[NLANES], best_2[NLANES], found_3[NLANES], common_35[NLANES], common_36[NLANES],
+    best_3[37 * NLANES], sum_3[9 * NLANES], now_carry_best_3[7 * NLANES], now_carry_following_3[7 * NLANES],
+    now_carry_table_3[21 * NLANES], now_carry_slope_3[6 * NLANES], now_carry_cost_3[NLANES],
+    now_carry_damping_3[NLANES], now_carry_done_3[NLANES], now_steps_3[NLANES], now_converged_3[NLANES],
+    converged_4[NLANES], steps_4[NLANES], common_37[NLANES], common_38[NLANES], common_39[NLANES],
+    common_40[NLANES], next_now_carry_best_3[7 * NLANES], next_now_carry_following_3[7 * NLANES],
     next_now_carry_table_3[21 * NLANES], next_now_carry_slope_3[6 * NLANES], next_now_carry_cost_3[NLANES],
     next_now_carry_damping_3[NLANES], next_now_carry_done_3[NLANES], next_now_steps_3[NLANES],
     next_now_converged_3[NLANES], sum_4[28 * NLANES], common_41[NLANES], common_42[NLANES], common_43[NLANES],
@@ -5840,17 +5825,17 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     common_49[NLANES], common_50[NLANES], common_51[NLANES], found_4[NLANES], common_52[NLANES], common_53[NLANES],
     common_54[NLANES], common_55[NLANES], state_carry_1_2[NLANES], state_carry_2_2[NLANES], state_steps_2[NLANES],
     state_converged_2[NLANES], converged_5[NLANES], steps_5[NLANES], next_state_carry_1_2[NLANES],
-    next_state_carry_2_2[NLANES], next_state_steps_2[NLANES], next_state_converged_2[NLANES], best_4[NLANES],
-    now_carry_best_4[7 * NLANES], now_carry_following_4[7 * NLANES], now_carry_table_4[21 * NLANES],
-    now_carry_slope_4[6 * NLANES], now_carry_cost_4[NLANES], now_carry_damping_4[NLANES], now_carry_done_4[NLANES],
-    now_steps_4[NLANES], now_converged_4[NLANES], converged_6[NLANES], steps_6[NLANES],
-    next_now_carry_best_4[7 * NLANES], next_now_carry_following_4[7 * NLANES], next_now_carry_table_4[21 * NLANES],
-    next_now_carry_slope_4[6 * NLANES], next_now_carry_cost_4[NLANES], next_now_carry_damping_4[NLANES],
-    next_now_carry_done_4[NLANES], next_now_steps_4[NLANES], next_now_converged_4[NLANES], sum_5[28 * NLANES],
-    common_56[NLANES], common_57[NLANES], common_58[NLANES], common_59[NLANES], common_60[NLANES],
-    common_61[NLANES], common_62[NLANES], common_63[NLANES], common_64[NLANES], common_65[NLANES],
-    common_66[NLANES], common_67[NLANES], common_68[NLANES], found_5[NLANES], common_69[NLANES], common_70[NLANES],
-    common_71[NLANES], common_72[NLANES], best_5[NLANES], found_6[NLANES], common_73[NLANES], by_element_38[NLANES],
+    next_state_steps_2[NLANES], next_state_converged_2[NLANES], best_4[NLANES], now_carry_best_4[7 * NLANES],
+    now_carry_following_4[7 * NLANES], now_carry_table_4[21 * NLANES], now_carry_slope_4[6 * NLANES],
+    now_carry_cost_4[NLANES], now_carry_damping_4[NLANES], now_carry_done_4[NLANES], now_steps_4[NLANES],
+    now_converged_4[NLANES], converged_6[NLANES], steps_6[NLANES], next_now_carry_best_4[7 * NLANES],
+    next_now_carry_following_4[7 * NLANES], next_now_carry_table_4[21 * NLANES], next_now_carry_slope_4[6 * NLANES],
+    next_now_carry_cost_4[NLANES], next_now_carry_damping_4[NLANES], next_now_carry_done_4[NLANES],
+    next_now_steps_4[NLANES], next_now_converged_4[NLANES], sum_5[28 * NLANES], common_56[NLANES],
+    common_57[NLANES], common_58[NLANES], common_59[NLANES], common_60[NLANES], common_61[NLANES],
+    common_62[NLANES], common_63[NLANES], common_64[NLANES], common_65[NLANES], common_66[NLANES],
+    common_67[NLANES], common_68[NLANES], found_5[NLANES], common_69[NLANES], common_70[NLANES], common_71[NLANES],
+    common_72[NLANES], best_5[NLANES], found_6[NLANES], common_73[NLANES], by_element_38[NLANES],
     by_element_39[NLANES], by_element_40[NLANES], by_element_41[NLANES], by_element_42[NLANES],
     by_element_43[NLANES], by_element_44[NLANES], by_element_45[NLANES], by_element_46[NLANES],
     by_element_47[NLANES], by_element_48[NLANES], by_element_49[NLANES], by_element_50[NLANES],
@@ -5862,16 +5847,14 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     by_element_71[NLANES], by_element_72[NLANES], by_element_73[NLANES], by_element_74[NLANES],
     gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES],
     gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES],
-    gac_kept_9[NLANES], gac_kept_47[NLANES], gac_kept_48[NLANES], gac_kept_49[NLANES], gac_kept_50[NLANES],
-    gac_kept_51[NLANES], gac_kept_52[7 * NLANES], gac_kept_53[7 * NLANES], gac_kept_54[21 * NLANES],
-    gac_kept_55[6 * NLANES], gac_kept_56[NLANES], gac_kept_57[NLANES], gac_kept_58[NLANES], gac_kept_59[NLANES],
-    gac_kept_60[NLANES], gac_kept_61[NLANES], gac_kept_62[7 * NLANES], gac_kept_63[7 * NLANES],
-    gac_kept_64[21 * NLANES], gac_kept_65[6 * NLANES], gac_kept_66[NLANES], gac_kept_67[NLANES],
-    gac_kept_68[NLANES], gac_kept_69[NLANES], gac_kept_70[NLANES], gac_kept_71[NLANES], gac_kept_109[NLANES],
-    gac_kept_110[NLANES], gac_kept_111[NLANES], gac_kept_112[NLANES], gac_kept_113[NLANES],
-    gac_kept_114[7 * NLANES], gac_kept_115[7 * NLANES], gac_kept_116[21 * NLANES], gac_kept_117[6 * NLANES],
-    gac_kept_118[NLANES], gac_kept_119[NLANES], gac_kept_120[NLANES], gac_kept_121[NLANES], gac_kept_122[NLANES],
-    gac_kept_123[NLANES];
+    gac_kept_46[NLANES], gac_kept_47[NLANES], gac_kept_48[NLANES], gac_kept_49[7 * NLANES], gac_kept_50[7 * NLANES],
+    gac_kept_51[21 * NLANES], gac_kept_52[6 * NLANES], gac_kept_53[NLANES], gac_kept_54[NLANES],
+    gac_kept_55[NLANES], gac_kept_56[NLANES], gac_kept_57[NLANES], gac_kept_58[7 * NLANES], gac_kept_59[7 * NLANES],
+    gac_kept_60[21 * NLANES], gac_kept_61[6 * NLANES], gac_kept_62[NLANES], gac_kept_63[NLANES],
+    gac_kept_64[NLANES], gac_kept_65[NLANES], gac_kept_66[NLANES], gac_kept_104[NLANES], gac_kept_105[NLANES],
+    gac_kept_106[NLANES], gac_kept_107[7 * NLANES], gac_kept_108[7 * NLANES], gac_kept_109[21 * NLANES],
+    gac_kept_110[6 * NLANES], gac_kept_111[NLANES], gac_kept_112[NLANES], gac_kept_113[NLANES],
+    gac_kept_114[NLANES], gac_kept_115[NLANES];
     NAME(follow_poses_number_start_lanes)(number_start);
     NAME(truncated_pixel_squares_result_start_lanes)(a);
     for (intptr_t i = 0; i < s; i++) {
@@ -5891,10 +5874,9 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
             KEEP(rounds, 6 * NLANES, now_carry_slope, gac_kept_3);
             KEEP(rounds, NLANES, now_carry_cost, gac_kept_4);
             KEEP(rounds, NLANES, now_carry_damping, gac_kept_5);
-            KEEP(rounds, NLANES, now_carry_done, gac_kept_6);
-            KEEP(rounds, NLANES, now_steps, gac_kept_7);
-            KEEP(rounds, NLANES, now_converged, gac_kept_8);
-            KEEP(rounds, NLANES, converged, gac_kept_9);
+            KEEP(rounds, NLANES, now_steps, gac_kept_6);
+            KEEP(rounds, NLANES, now_converged, gac_kept_7);
+            KEEP(rounds, NLANES, converged, gac_kept_8);
             NAME(descend_pose_sum_start_lanes)(sum);
             NAME(descend_pose_common_2_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
     common_6, common_7, common_8, common_9, common_10);
@@ -5913,7 +5895,6 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
             COPY(6 * NLANES, next_now_carry_slope, now_carry_slope);
             COPY(NLANES, next_now_carry_cost, now_carry_cost);
             COPY(NLANES, next_now_carry_damping, now_carry_damping);
-            COPY(NLANES, next_now_carry_done, now_carry_done);
             COPY(NLANES, next_now_steps, now_steps);
             COPY(NLANES, next_now_converged, now_converged);
             RESTORE(rounds, 7 * NLANES, gac_kept_0, now_carry_best);
@@ -5922,10 +5903,9 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
             RESTORE(rounds, 6 * NLANES, gac_kept_3, now_carry_slope);
             RESTORE(rounds, NLANES, gac_kept_4, now_carry_cost);
             RESTORE(rounds, NLANES, gac_kept_5, now_carry_damping);
-            RESTORE(rounds, NLANES, gac_kept_6, now_carry_done);
-            RESTORE(rounds, NLANES, gac_kept_7, now_steps);
-            RESTORE(rounds, NLANES, gac_kept_8, now_converged);
-            RESTORE(rounds, NLANES, gac_kept_9, converged);
+            RESTORE(rounds, NLANES, gac_kept_6, now_steps);
+            RESTORE(rounds, NLANES, gac_kept_7, now_converged);
+            RESTORE(rounds, NLANES, gac_kept_8, converged);
             COUNT(rounds, steps);
             if (ALL_ENDED(rounds, converged))
                 break;
@@ -5955,48 +5935,46 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     NAME(follow_poses_state_carry_start_lanes)(state_carry_1, state_carry_2, state_steps, state_converged,
     converged_2, steps_2);
     ROUNDS(rounds_, 2147483647) {
-        KEEP(rounds_, NLANES * s, state_carry_0_0, gac_kept_10);
-        KEEP(rounds_, NLANES * s, state_carry_0_1, gac_kept_11);
-        KEEP(rounds_, NLANES * s, state_carry_0_2, gac_kept_12);
-        KEEP(rounds_, NLANES * s, state_carry_0_3, gac_kept_13);
-        KEEP(rounds_, NLANES * s, state_carry_0_4, gac_kept_14);
-        KEEP(rounds_, NLANES * s, state_carry_0_5, gac_kept_15);
-        KEEP(rounds_, NLANES * s, state_carry_0_6, gac_kept_16);
-        KEEP(rounds_, NLANES * s, state_carry_0_7, gac_kept_17);
-        KEEP(rounds_, NLANES * s, state_carry_0_8, gac_kept_18);
-        KEEP(rounds_, NLANES * s, state_carry_0_9, gac_kept_19);
-        KEEP(rounds_, NLANES * s, state_carry_0_10, gac_kept_20);
-        KEEP(rounds_, NLANES * s, state_carry_0_11, gac_kept_21);
-        KEEP(rounds_, NLANES * s, state_carry_0_12, gac_kept_22);
-        KEEP(rounds_, NLANES * s, state_carry_0_13, gac_kept_23);
-        KEEP(rounds_, NLANES * s, state_carry_0_14, gac_kept_24);
-        KEEP(rounds_, NLANES * s, state_carry_0_15, gac_kept_25);
-        KEEP(rounds_, NLANES * s, state_carry_0_16, gac_kept_26);
-        KEEP(rounds_, NLANES * s, state_carry_0_17, gac_kept_27);
-        KEEP(rounds_, NLANES * s, state_carry_0_18, gac_kept_28);
-        KEEP(rounds_, NLANES * s, state_carry_0_19, gac_kept_29);
-        KEEP(rounds_, NLANES * s, state_carry_0_20, gac_kept_30);
-        KEEP(rounds_, NLANES * s, state_carry_0_21, gac_kept_31);
-        KEEP(rounds_, NLANES * s, state_carry_0_22, gac_kept_32);
-        KEEP(rounds_, NLANES * s, state_carry_0_23, gac_kept_33);
-        KEEP(rounds_, NLANES * s, state_carry_0_24, gac_kept_34);
-        KEEP(rounds_, NLANES * s, state_carry_0_25, gac_kept_35);
-        KEEP(rounds_, NLANES * s, state_carry_0_26, gac_kept_36);
-        KEEP(rounds_, NLANES * s, state_carry_0_27, gac_kept_37);
-        KEEP(rounds_, NLANES * s, state_carry_0_28, gac_kept_38);
-        KEEP(rounds_, NLANES * s, state_carry_0_29, gac_kept_39);
-        KEEP(rounds_, NLANES * s, state_carry_0_30, gac_kept_40);
-        KEEP(rounds_, NLANES * s, state_carry_0_31, gac_kept_41);
-        KEEP(rounds_, NLANES * s, state_carry_0_32, gac_kept_42);
-        KEEP(rounds_, NLANES * s, state_carry_0_33, gac_kept_43);
-        KEEP(rounds_, NLANES * s, state_carry_0_34, gac_kept_44);
-        KEEP(rounds_, NLANES * s, state_carry_0_35, gac_kept_45);
-        KEEP(rounds_, NLANES * s, state_carry_0_36, gac_kept_46);
-        KEEP(rounds_, NLANES, state_carry_1, gac_kept_47);
-        KEEP(rounds_, NLANES, state_carry_2, gac_kept_48);
-        KEEP(rounds_, NLANES, state_steps, gac_kept_49);
-        KEEP(rounds_, NLANES, state_converged, gac_kept_50);
-        KEEP(rounds_, NLANES, converged_2, gac_kept_51);
+        KEEP(rounds_, NLANES * s, state_carry_0_0, gac_kept_9);
+        KEEP(rounds_, NLANES * s, state_carry_0_1, gac_kept_10);
+        KEEP(rounds_, NLANES * s, state_carry_0_2, gac_kept_11);
+        KEEP(rounds_, NLANES * s, state_carry_0_3, gac_kept_12);
+        KEEP(rounds_, NLANES * s, state_carry_0_4, gac_kept_13);
+        KEEP(rounds_, NLANES * s, state_carry_0_5, gac_kept_14);
+        KEEP(rounds_, NLANES * s, state_carry_0_6, gac_kept_15);
+        KEEP(rounds_, NLANES * s, state_carry_0_7, gac_kept_16);
+        KEEP(rounds_, NLANES * s, state_carry_0_8, gac_kept_17);
+        KEEP(rounds_, NLANES * s, state_carry_0_9, gac_kept_18);
+        KEEP(rounds_, NLANES * s, state_carry_0_10, gac_kept_19);
+        KEEP(rounds_, NLANES * s, state_carry_0_11, gac_kept_20);
+        KEEP(rounds_, NLANES * s, state_carry_0_12, gac_kept_21);
+        KEEP(rounds_, NLANES * s, state_carry_0_13, gac_kept_22);
+        KEEP(rounds_, NLANES * s, state_carry_0_14, gac_kept_23);
+        KEEP(rounds_, NLANES * s, state_carry_0_15, gac_kept_24);
+        KEEP(rounds_, NLANES * s, state_carry_0_16, gac_kept_25);
+        KEEP(rounds_, NLANES * s, state_carry_0_17, gac_kept_26);
+        KEEP(rounds_, NLANES * s, state_carry_0_18, gac_kept_27);
+        KEEP(rounds_, NLANES * s, state_carry_0_19, gac_kept_28);
+        KEEP(rounds_, NLANES * s, state_carry_0_20, gac_kept_29);
+        KEEP(rounds_, NLANES * s, state_carry_0_21, gac_kept_30);
+        KEEP(rounds_, NLANES * s, state_carry_0_22, gac_kept_31);
+        KEEP(rounds_, NLANES * s, state_carry_0_23, gac_kept_32);
+        KEEP(rounds_, NLANES * s, state_carry_0_24, gac_kept_33);
+        KEEP(rounds_, NLANES * s, state_carry_0_25, gac_kept_34);
+        KEEP(rounds_, NLANES * s, state_carry_0_26, gac_kept_35);
+        KEEP(rounds_, NLANES * s, state_carry_0_27, gac_kept_36);
+        KEEP(rounds_, NLANES * s, state_carry_0_28, gac_kept_37);
+        KEEP(rounds_, NLANES * s, state_carry_0_29, gac_kept_38);
+        KEEP(rounds_, NLANES * s, state_carry_0_30, gac_kept_39);
+        KEEP(rounds_, NLANES * s, state_carry_0_31, gac_kept_40);
+        KEEP(rounds_, NLANES * s, state_carry_0_32, gac_kept_41);
+        KEEP(rounds_, NLANES * s, state_carry_0_33, gac_kept_42);
+        KEEP(rounds_, NLANES * s, state_carry_0_34, gac_kept_43);
+        KEEP(rounds_, NLANES * s, state_carry_0_35, gac_kept_44);
+        KEEP(rounds_, NLANES * s, state_carry_0_36, gac_kept_45);
+        KEEP(rounds_, NLANES, state_carry_1, gac_kept_46);
+        KEEP(rounds_, NLANES, state_steps, gac_kept_47);
+        KEEP(rounds_, NLANES, converged_2, gac_kept_48);
         NAME(follow_poses_best_start_lanes)(best);
         for (intptr_t j = 0; j < s; j++)
             NAME(follow_poses_best_lanes)(a, best, state_carry_0_33 + NLANES * j, state_carry_0_36 + NLANES * j,
@@ -6013,16 +5991,15 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
             NAME(follow_poses_common_4_lanes)(a, state_carry_0_33 + NLANES * j, state_carry_0_34 + NLANES * j,
     state_carry_0_35 + NLANES * j, number + NLANES * j, common_29, common_30, common_28);
             ROUNDS(rounds__, 2147483647) {
-                KEEP(rounds__, 7 * NLANES, now_carry_best_2, gac_kept_52);
-                KEEP(rounds__, 7 * NLANES, now_carry_following_2, gac_kept_53);
-                KEEP(rounds__, 21 * NLANES, now_carry_table_2, gac_kept_54);
-                KEEP(rounds__, 6 * NLANES, now_carry_slope_2, gac_kept_55);
-                KEEP(rounds__, NLANES, now_carry_cost_2, gac_kept_56);
-                KEEP(rounds__, NLANES, now_carry_damping_2, gac_kept_57);
-                KEEP(rounds__, NLANES, now_carry_done_2, gac_kept_58);
-                KEEP(rounds__, NLANES, now_steps_2, gac_kept_59);
-                KEEP(rounds__, NLANES, now_converged_2, gac_kept_60);
-                KEEP(rounds__, NLANES, converged_3, gac_kept_61);
+                KEEP(rounds__, 7 * NLANES, now_carry_best_2, gac_kept_49);
+                KEEP(rounds__, 7 * NLANES, now_carry_following_2, gac_kept_50);
+                KEEP(rounds__, 21 * NLANES, now_carry_table_2, gac_kept_51);
+                KEEP(rounds__, 6 * NLANES, now_carry_slope_2, gac_kept_52);
+                KEEP(rounds__, NLANES, now_carry_cost_2, gac_kept_53);
+                KEEP(rounds__, NLANES, now_carry_damping_2, gac_kept_54);
+                KEEP(rounds__, NLANES, now_steps_2, gac_kept_55);
+                KEEP(rounds__, NLANES, now_converged_2, gac_kept_56);
+                KEEP(rounds__, NLANES, converged_3, gac_kept_57);
                 NAME(descend_pose_sum_start_lanes)(sum_2);
                 NAME(descend_pose_common_2_lanes)(now_carry_following_2, common_18, common_19, common_20, common_21,
     common_22, common_23, common_24, common_25, common_26, common_27);
@@ -6041,19 +6018,17 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
                 COPY(6 * NLANES, next_now_carry_slope_2, now_carry_slope_2);
                 COPY(NLANES, next_now_carry_cost_2, now_carry_cost_2);
                 COPY(NLANES, next_now_carry_damping_2, now_carry_damping_2);
-                COPY(NLANES, next_now_carry_done_2, now_carry_done_2);
                 COPY(NLANES, next_now_steps_2, now_steps_2);
                 COPY(NLANES, next_now_converged_2, now_converged_2);
-                RESTORE(rounds__, 7 * NLANES, gac_kept_52, now_carry_best_2);
-                RESTORE(rounds__, 7 * NLANES, gac_kept_53, now_carry_following_2);
-                RESTORE(rounds__, 21 * NLANES, gac_kept_54, now_carry_table_2);
-                RESTORE(rounds__, 6 * NLANES, gac_kept_55, now_carry_slope_2);
-                RESTORE(rounds__, NLANES, gac_kept_56, now_carry_cost_2);
-                RESTORE(rounds__, NLANES, gac_kept_57, now_carry_damping_2);
-                RESTORE(rounds__, NLANES, gac_kept_58, now_carry_done_2);
-                RESTORE(rounds__, NLANES, gac_kept_59, now_steps_2);
-                RESTORE(rounds__, NLANES, gac_kept_60, now_converged_2);
-                RESTORE(rounds__, NLANES, gac_kept_61, converged_3);
+                RESTORE(rounds__, 7 * NLANES, gac_kept_49, now_carry_best_2);
+                RESTORE(rounds__, 7 * NLANES, gac_kept_50, now_carry_following_2);
+                RESTORE(rounds__, 21 * NLANES, gac_kept_51, now_carry_table_2);
+                RESTORE(rounds__, 6 * NLANES, gac_kept_52, now_carry_slope_2);
+                RESTORE(rounds__, NLANES, gac_kept_53, now_carry_cost_2);
+                RESTORE(rounds__, NLANES, gac_kept_54, now_carry_damping_2);
+                RESTORE(rounds__, NLANES, gac_kept_55, now_steps_2);
+                RESTORE(rounds__, NLANES, gac_kept_56, now_converged_2);
+                RESTORE(rounds__, NLANES, gac_kept_57, converged_3);
                 COUNT(rounds__, steps_3);
                 if (ALL_ENDED(rounds__, converged_3))
                     break;
@@ -6106,54 +6081,49 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
         }
         NAME(follow_poses_next_state_carry_lanes)(soon, at_most, state_carry_1, state_steps, found_3,
     next_state_carry_1, next_state_steps, next_state_converged);
-        COPY(NLANES, found_3, next_state_carry_2);
         NAME(descend_pose_converged_lanes)(at_most, next_state_steps, next_state_converged, converged_2);
         COPY(NLANES, next_state_carry_1, state_carry_1);
-        COPY(NLANES, next_state_carry_2, state_carry_2);
         COPY(NLANES, next_state_steps, state_steps);
-        COPY(NLANES, next_state_converged, state_converged);
-        RESTORE(rounds_, NLANES * s, gac_kept_10, state_carry_0_0);
-        RESTORE(rounds_, NLANES * s, gac_kept_11, state_carry_0_1);
-        RESTORE(rounds_, NLANES * s, gac_kept_12, state_carry_0_2);
-        RESTORE(rounds_, NLANES * s, gac_kept_13, state_carry_0_3);
-        RESTORE(rounds_, NLANES * s, gac_kept_14, state_carry_0_4);
-        RESTORE(rounds_, NLANES * s, gac_kept_15, state_carry_0_5);
-        RESTORE(rounds_, NLANES * s, gac_kept_16, state_carry_0_6);
-        RESTORE(rounds_, NLANES * s, gac_kept_17, state_carry_0_7);
-        RESTORE(rounds_, NLANES * s, gac_kept_18, state_carry_0_8);
-        RESTORE(rounds_, NLANES * s, gac_kept_19, state_carry_0_9);
-        RESTORE(rounds_, NLANES * s, gac_kept_20, state_carry_0_10);
-        RESTORE(rounds_, NLANES * s, gac_kept_21, state_carry_0_11);
-        RESTORE(rounds_, NLANES * s, gac_kept_22, state_carry_0_12);
-        RESTORE(rounds_, NLANES * s, gac_kept_23, state_carry_0_13);
-        RESTORE(rounds_, NLANES * s, gac_kept_24, state_carry_0_14);
-        RESTORE(rounds_, NLANES * s, gac_kept_25, state_carry_0_15);
-        RESTORE(rounds_, NLANES * s, gac_kept_26, state_carry_0_16);
-        RESTORE(rounds_, NLANES * s, gac_kept_27, state_carry_0_17);
-        RESTORE(rounds_, NLANES * s, gac_kept_28, state_carry_0_18);
-        RESTORE(rounds_, NLANES * s, gac_kept_29, state_carry_0_19);
-        RESTORE(rounds_, NLANES * s, gac_kept_30, state_carry_0_20);
-        RESTORE(rounds_, NLANES * s, gac_kept_31, state_carry_0_21);
-        RESTORE(rounds_, NLANES * s, gac_kept_32, state_carry_0_22);
-        RESTORE(rounds_, NLANES * s, gac_kept_33, state_carry_0_23);
-        RESTORE(rounds_, NLANES * s, gac_kept_34, state_carry_0_24);
-        RESTORE(rounds_, NLANES * s, gac_kept_35, state_carry_0_25);
-        RESTORE(rounds_, NLANES * s, gac_kept_36, state_carry_0_26);
-        RESTORE(rounds_, NLANES * s, gac_kept_37, state_carry_0_27);
-        RESTORE(rounds_, NLANES * s, gac_kept_38, state_carry_0_28);
-        RESTORE(rounds_, NLANES * s, gac_kept_39, state_carry_0_29);
-        RESTORE(rounds_, NLANES * s, gac_kept_40, state_carry_0_30);
-        RESTORE(rounds_, NLANES * s, gac_kept_41, state_carry_0_31);
-        RESTORE(rounds_, NLANES * s, gac_kept_42, state_carry_0_32);
-        RESTORE(rounds_, NLANES * s, gac_kept_43, state_carry_0_33);
-        RESTORE(rounds_, NLANES * s, gac_kept_44, state_carry_0_34);
-        RESTORE(rounds_, NLANES * s, gac_kept_45, state_carry_0_35);
-        RESTORE(rounds_, NLANES * s, gac_kept_46, state_carry_0_36);
-        RESTORE(rounds_, NLANES, gac_kept_47, state_carry_1);
-        RESTORE(rounds_, NLANES, gac_kept_48, state_carry_2);
-        RESTORE(rounds_, NLANES, gac_kept_49, state_steps);
-        RESTORE(rounds_, NLANES, gac_kept_50, state_converged);
-        RESTORE(rounds_, NLANES, gac_kept_51, converged_2);
+        RESTORE(rounds_, NLANES * s, gac_kept_9, state_carry_0_0);
+        RESTORE(rounds_, NLANES * s, gac_kept_10, state_carry_0_1);
+        RESTORE(rounds_, NLANES * s, gac_kept_11, state_carry_0_2);
+        RESTORE(rounds_, NLANES * s, gac_kept_12, state_carry_0_3);
+        RESTORE(rounds_, NLANES * s, gac_kept_13, state_carry_0_4);
+        RESTORE(rounds_, NLANES * s, gac_kept_14, state_carry_0_5);
+        RESTORE(rounds_, NLANES * s, gac_kept_15, state_carry_0_6);
+        RESTORE(rounds_, NLANES * s, gac_kept_16, state_carry_0_7);
+        RESTORE(rounds_, NLANES * s, gac_kept_17, state_carry_0_8);
+        RESTORE(rounds_, NLANES * s, gac_kept_18, state_carry_0_9);
+        RESTORE(rounds_, NLANES * s, gac_kept_19, state_carry_0_10);
+        RESTORE(rounds_, NLANES * s, gac_kept_20, state_carry_0_11);
+        RESTORE(rounds_, NLANES * s, gac_kept_21, state_carry_0_12);
+        RESTORE(rounds_, NLANES * s, gac_kept_22, state_carry_0_13);
+        RESTORE(rounds_, NLANES * s, gac_kept_23, state_carry_0_14);
+        RESTORE(rounds_, NLANES * s, gac_kept_24, state_carry_0_15);
+        RESTORE(rounds_, NLANES * s, gac_kept_25, state_carry_0_16);
+        RESTORE(rounds_, NLANES * s, gac_kept_26, state_carry_0_17);
+        RESTORE(rounds_, NLANES * s, gac_kept_27, state_carry_0_18);
+        RESTORE(rounds_, NLANES * s, gac_kept_28, state_carry_0_19);
+        RESTORE(rounds_, NLANES * s, gac_kept_29, state_carry_0_20);
+        RESTORE(rounds_, NLANES * s, gac_kept_30, state_carry_0_21);
+        RESTORE(rounds_, NLANES * s, gac_kept_31, state_carry_0_22);
+        RESTORE(rounds_, NLANES * s, gac_kept_32, state_carry_0_23);
+        RESTORE(rounds_, NLANES * s, gac_kept_33, state_carry_0_24);
+        RESTORE(rounds_, NLANES * s, gac_kept_34, state_carry_0_25);
+        RESTORE(rounds_, NLANES * s, gac_kept_35, state_carry_0_26);
+        RESTORE(rounds_, NLANES * s, gac_kept_36, state_carry_0_27);
+        RESTORE(rounds_, NLANES * s, gac_kept_37, state_carry_0_28);
+        RESTORE(rounds_, NLANES * s, gac_kept_38, state_carry_0_29);
+        RESTORE(rounds_, NLANES * s, gac_kept_39, state_carry_0_30);
+        RESTORE(rounds_, NLANES * s, gac_kept_40, state_carry_0_31);
+        RESTORE(rounds_, NLANES * s, gac_kept_41, state_carry_0_32);
+        RESTORE(rounds_, NLANES * s, gac_kept_42, state_carry_0_33);
+        RESTORE(rounds_, NLANES * s, gac_kept_43, state_carry_0_34);
+        RESTORE(rounds_, NLANES * s, gac_kept_44, state_carry_0_35);
+        RESTORE(rounds_, NLANES * s, gac_kept_45, state_carry_0_36);
+        RESTORE(rounds_, NLANES, gac_kept_46, state_carry_1);
+        RESTORE(rounds_, NLANES, gac_kept_47, state_steps);
+        RESTORE(rounds_, NLANES, gac_kept_48, converged_2);
         COUNT(rounds_, steps_2);
         if (ALL_ENDED(rounds_, converged_2))
             break;
@@ -6257,16 +6227,15 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     now_carry_damping_3, now_carry_done_3, now_steps_3, now_converged_3, converged_4, steps_4);
         NAME(follow_poses_common_9_lanes)(a, number + NLANES * i, common_51);
         ROUNDS(rounds___, 2147483647) {
-            KEEP(rounds___, 7 * NLANES, now_carry_best_3, gac_kept_62);
-            KEEP(rounds___, 7 * NLANES, now_carry_following_3, gac_kept_63);
-            KEEP(rounds___, 21 * NLANES, now_carry_table_3, gac_kept_64);
-            KEEP(rounds___, 6 * NLANES, now_carry_slope_3, gac_kept_65);
-            KEEP(rounds___, NLANES, now_carry_cost_3, gac_kept_66);
-            KEEP(rounds___, NLANES, now_carry_damping_3, gac_kept_67);
-            KEEP(rounds___, NLANES, now_carry_done_3, gac_kept_68);
-            KEEP(rounds___, NLANES, now_steps_3, gac_kept_69);
-            KEEP(rounds___, NLANES, now_converged_3, gac_kept_70);
-            KEEP(rounds___, NLANES, converged_4, gac_kept_71);
+            KEEP(rounds___, 7 * NLANES, now_carry_best_3, gac_kept_58);
+            KEEP(rounds___, 7 * NLANES, now_carry_following_3, gac_kept_59);
+            KEEP(rounds___, 21 * NLANES, now_carry_table_3, gac_kept_60);
+            KEEP(rounds___, 6 * NLANES, now_carry_slope_3, gac_kept_61);
+            KEEP(rounds___, NLANES, now_carry_cost_3, gac_kept_62);
+            KEEP(rounds___, NLANES, now_carry_damping_3, gac_kept_63);
+            KEEP(rounds___, NLANES, now_steps_3, gac_kept_64);
+            KEEP(rounds___, NLANES, now_converged_3, gac_kept_65);
+            KEEP(rounds___, NLANES, converged_4, gac_kept_66);
             NAME(descend_pose_sum_start_lanes)(sum_4);
             NAME(descend_pose_common_2_lanes)(now_carry_following_3, common_41, common_42, common_43, common_44,
     common_45, common_46, common_47, common_48, common_49, common_50);
@@ -6285,19 +6254,17 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
             COPY(6 * NLANES, next_now_carry_slope_3, now_carry_slope_3);
             COPY(NLANES, next_now_carry_cost_3, now_carry_cost_3);
             COPY(NLANES, next_now_carry_damping_3, now_carry_damping_3);
-            COPY(NLANES, next_now_carry_done_3, now_carry_done_3);
             COPY(NLANES, next_now_steps_3, now_steps_3);
             COPY(NLANES, next_now_converged_3, now_converged_3);
-            RESTORE(rounds___, 7 * NLANES, gac_kept_62, now_carry_best_3);
-            RESTORE(rounds___, 7 * NLANES, gac_kept_63, now_carry_following_3);
-            RESTORE(rounds___, 21 * NLANES, gac_kept_64, now_carry_table_3);
-            RESTORE(rounds___, 6 * NLANES, gac_kept_65, now_carry_slope_3);
-            RESTORE(rounds___, NLANES, gac_kept_66, now_carry_cost_3);
-            RESTORE(rounds___, NLANES, gac_kept_67, now_carry_damping_3);
-            RESTORE(rounds___, NLANES, gac_kept_68, now_carry_done_3);
-            RESTORE(rounds___, NLANES, gac_kept_69, now_steps_3);
-            RESTORE(rounds___, NLANES, gac_kept_70, now_converged_3);
-            RESTORE(rounds___, NLANES, gac_kept_71, converged_4);
+            RESTORE(rounds___, 7 * NLANES, gac_kept_58, now_carry_best_3);
+            RESTORE(rounds___, 7 * NLANES, gac_kept_59, now_carry_following_3);
+            RESTORE(rounds___, 21 * NLANES, gac_kept_60, now_carry_table_3);
+            RESTORE(rounds___, 6 * NLANES, gac_kept_61, now_carry_slope_3);
+            RESTORE(rounds___, NLANES, gac_kept_62, now_carry_cost_3);
+            RESTORE(rounds___, NLANES, gac_kept_63, now_carry_damping_3);
+            RESTORE(rounds___, NLANES, gac_kept_64, now_steps_3);
+            RESTORE(rounds___, NLANES, gac_kept_65, now_converged_3);
+            RESTORE(rounds___, NLANES, gac_kept_66, converged_4);
             COUNT(rounds___, steps_4);
             if (ALL_ENDED(rounds___, converged_4))
                 break;
@@ -6337,48 +6304,46 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     NAME(follow_poses_state_carry_start_lanes)(state_carry_1_2, state_carry_2_2, state_steps_2, state_converged_2,
     converged_5, steps_5);
     ROUNDS(rounds____, 2147483647) {
-        KEEP(rounds____, NLANES * s, state_carry_0_0_2, gac_kept_72);
-        KEEP(rounds____, NLANES * s, state_carry_0_1_2, gac_kept_73);
-        KEEP(rounds____, NLANES * s, state_carry_0_2_2, gac_kept_74);
-        KEEP(rounds____, NLANES * s, state_carry_0_3_2, gac_kept_75);
-        KEEP(rounds____, NLANES * s, state_carry_0_4_2, gac_kept_76);
-        KEEP(rounds____, NLANES * s, state_carry_0_5_2, gac_kept_77);
-        KEEP(rounds____, NLANES * s, state_carry_0_6_2, gac_kept_78);
-        KEEP(rounds____, NLANES * s, state_carry_0_7_2, gac_kept_79);
-        KEEP(rounds____, NLANES * s, state_carry_0_8_2, gac_kept_80);
-        KEEP(rounds____, NLANES * s, state_carry_0_9_2, gac_kept_81);
-        KEEP(rounds____, NLANES * s, state_carry_0_10_2, gac_kept_82);
-        KEEP(rounds____, NLANES * s, state_carry_0_11_2, gac_kept_83);
-        KEEP(rounds____, NLANES * s, state_carry_0_12_2, gac_kept_84);
-        KEEP(rounds____, NLANES * s, state_carry_0_13_2, gac_kept_85);
-        KEEP(rounds____, NLANES * s, state_carry_0_14_2, gac_kept_86);
-        KEEP(rounds____, NLANES * s, state_carry_0_15_2, gac_kept_87);
-        KEEP(rounds____, NLANES * s, state_carry_0_16_2, gac_kept_88);
-        KEEP(rounds____, NLANES * s, state_carry_0_17_2, gac_kept_89);
-        KEEP(rounds____, NLANES * s, state_carry_0_18_2, gac_kept_90);
-        KEEP(rounds____, NLANES * s, state_carry_0_19_2, gac_kept_91);
-        KEEP(rounds____, NLANES * s, state_carry_0_20_2, gac_kept_92);
-        KEEP(rounds____, NLANES * s, state_carry_0_21_2, gac_kept_93);
-        KEEP(rounds____, NLANES * s, state_carry_0_22_2, gac_kept_94);
-        KEEP(rounds____, NLANES * s, state_carry_0_23_2, gac_kept_95);
-        KEEP(rounds____, NLANES * s, state_carry_0_24_2, gac_kept_96);
-        KEEP(rounds____, NLANES * s, state_carry_0_25_2, gac_kept_97);
-        KEEP(rounds____, NLANES * s, state_carry_0_26_2, gac_kept_98);
-        KEEP(rounds____, NLANES * s, state_carry_0_27_2, gac_kept_99);
-        KEEP(rounds____, NLANES * s, state_carry_0_28_2, gac_kept_100);
-        KEEP(rounds____, NLANES * s, state_carry_0_29_2, gac_kept_101);
-        KEEP(rounds____, NLANES * s, state_carry_0_30_2, gac_kept_102);
-        KEEP(rounds____, NLANES * s, state_carry_0_31_2, gac_kept_103);
-        KEEP(rounds____, NLANES * s, state_carry_0_32_2, gac_kept_104);
-        KEEP(rounds____, NLANES * s, state_carry_0_33_2, gac_kept_105);
-        KEEP(rounds____, NLANES * s, state_carry_0_34_2, gac_kept_106);
-        KEEP(rounds____, NLANES * s, state_carry_0_35_2, gac_kept_107);
-        KEEP(rounds____, NLANES * s, state_carry_0_36_2, gac_kept_108);
-        KEEP(rounds____, NLANES, state_carry_1_2, gac_kept_109);
-        KEEP(rounds____, NLANES, state_carry_2_2, gac_kept_110);
-        KEEP(rounds____, NLANES, state_steps_2, gac_kept_111);
-        KEEP(rounds____, NLANES, state_converged_2, gac_kept_112);
-        KEEP(rounds____, NLANES, converged_5, gac_kept_113);
+        KEEP(rounds____, NLANES * s, state_carry_0_0_2, gac_kept_67);
+        KEEP(rounds____, NLANES * s, state_carry_0_1_2, gac_kept_68);
+        KEEP(rounds____, NLANES * s, state_carry_0_2_2, gac_kept_69);
+        KEEP(rounds____, NLANES * s, state_carry_0_3_2, gac_kept_70);
+        KEEP(rounds____, NLANES * s, state_carry_0_4_2, gac_kept_71);
+        KEEP(rounds____, NLANES * s, state_carry_0_5_2, gac_kept_72);
+        KEEP(rounds____, NLANES * s, state_carry_0_6_2, gac_kept_73);
+        KEEP(rounds____, NLANES * s, state_carry_0_7_2, gac_kept_74);
+        KEEP(rounds____, NLANES * s, state_carry_0_8_2, gac_kept_75);
+        KEEP(rounds____, NLANES * s, state_carry_0_9_2, gac_kept_76);
+        KEEP(rounds____, NLANES * s, state_carry_0_10_2, gac_kept_77);
+        KEEP(rounds____, NLANES * s, state_carry_0_11_2, gac_kept_78);
+        KEEP(rounds____, NLANES * s, state_carry_0_12_2, gac_kept_79);
+        KEEP(rounds____, NLANES * s, state_carry_0_13_2, gac_kept_80);
+        KEEP(rounds____, NLANES * s, state_carry_0_14_2, gac_kept_81);
+        KEEP(rounds____, NLANES * s, state_carry_0_15_2, gac_kept_82);
+        KEEP(rounds____, NLANES * s, state_carry_0_16_2, gac_kept_83);
+        KEEP(rounds____, NLANES * s, state_carry_0_17_2, gac_kept_84);
+        KEEP(rounds____, NLANES * s, state_carry_0_18_2, gac_kept_85);
+        KEEP(rounds____, NLANES * s, state_carry_0_19_2, gac_kept_86);
+        KEEP(rounds____, NLANES * s, state_carry_0_20_2, gac_kept_87);
+        KEEP(rounds____, NLANES * s, state_carry_0_21_2, gac_kept_88);
+        KEEP(rounds____, NLANES * s, state_carry_0_22_2, gac_kept_89);
+        KEEP(rounds____, NLANES * s, state_carry_0_23_2, gac_kept_90);
+        KEEP(rounds____, NLANES * s, state_carry_0_24_2, gac_kept_91);
+        KEEP(rounds____, NLANES * s, state_carry_0_25_2, gac_kept_92);
+        KEEP(rounds____, NLANES * s, state_carry_0_26_2, gac_kept_93);
+        KEEP(rounds____, NLANES * s, state_carry_0_27_2, gac_kept_94);
+        KEEP(rounds____, NLANES * s, state_carry_0_28_2, gac_kept_95);
+        KEEP(rounds____, NLANES * s, state_carry_0_29_2, gac_kept_96);
+        KEEP(rounds____, NLANES * s, state_carry_0_30_2, gac_kept_97);
+        KEEP(rounds____, NLANES * s, state_carry_0_31_2, gac_kept_98);
+        KEEP(rounds____, NLANES * s, state_carry_0_32_2, gac_kept_99);
+        KEEP(rounds____, NLANES * s, state_carry_0_33_2, gac_kept_100);
+        KEEP(rounds____, NLANES * s, state_carry_0_34_2, gac_kept_101);
+        KEEP(rounds____, NLANES * s, state_carry_0_35_2, gac_kept_102);
+        KEEP(rounds____, NLANES * s, state_carry_0_36_2, gac_kept_103);
+        KEEP(rounds____, NLANES, state_carry_1_2, gac_kept_104);
+        KEEP(rounds____, NLANES, state_steps_2, gac_kept_105);
+        KEEP(rounds____, NLANES, converged_5, gac_kept_106);
         NAME(follow_poses_best_start_lanes)(best_4);
         for (intptr_t j = 0; j < s; j++)
             NAME(follow_poses_best_4_lanes)(a, best_4, state_carry_0_33_2 + NLANES * j,
@@ -6395,16 +6360,15 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
             NAME(follow_poses_common_11_lanes)(a, state_carry_0_33_2 + NLANES * j, state_carry_0_34_2 + NLANES * j,
     state_carry_0_35_2 + NLANES * j, number + NLANES * j, common_67, common_68, common_66);
             ROUNDS(rounds_____, 2147483647) {
-                KEEP(rounds_____, 7 * NLANES, now_carry_best_4, gac_kept_114);
-                KEEP(rounds_____, 7 * NLANES, now_carry_following_4, gac_kept_115);
-                KEEP(rounds_____, 21 * NLANES, now_carry_table_4, gac_kept_116);
-                KEEP(rounds_____, 6 * NLANES, now_carry_slope_4, gac_kept_117);
-                KEEP(rounds_____, NLANES, now_carry_cost_4, gac_kept_118);
-                KEEP(rounds_____, NLANES, now_carry_damping_4, gac_kept_119);
-                KEEP(rounds_____, NLANES, now_carry_done_4, gac_kept_120);
-                KEEP(rounds_____, NLANES, now_steps_4, gac_kept_121);
-                KEEP(rounds_____, NLANES, now_converged_4, gac_kept_122);
-                KEEP(rounds_____, NLANES, converged_6, gac_kept_123);
+                KEEP(rounds_____, 7 * NLANES, now_carry_best_4, gac_kept_107);
+                KEEP(rounds_____, 7 * NLANES, now_carry_following_4, gac_kept_108);
+                KEEP(rounds_____, 21 * NLANES, now_carry_table_4, gac_kept_109);
+                KEEP(rounds_____, 6 * NLANES, now_carry_slope_4, gac_kept_110);
+                KEEP(rounds_____, NLANES, now_carry_cost_4, gac_kept_111);
+                KEEP(rounds_____, NLANES, now_carry_damping_4, gac_kept_112);
+                KEEP(rounds_____, NLANES, now_steps_4, gac_kept_113);
+                KEEP(rounds_____, NLANES, now_converged_4, gac_kept_114);
+                KEEP(rounds_____, NLANES, converged_6, gac_kept_115);
                 NAME(descend_pose_sum_start_lanes)(sum_5);
                 NAME(descend_pose_common_2_lanes)(now_carry_following_4, common_56, common_57, common_58, common_59,
     common_60, common_61, common_62, common_63, common_64, common_65);
@@ -6423,19 +6387,17 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
                 COPY(6 * NLANES, next_now_carry_slope_4, now_carry_slope_4);
                 COPY(NLANES, next_now_carry_cost_4, now_carry_cost_4);
                 COPY(NLANES, next_now_carry_damping_4, now_carry_damping_4);
-                COPY(NLANES, next_now_carry_done_4, now_carry_done_4);
                 COPY(NLANES, next_now_steps_4, now_steps_4);
                 COPY(NLANES, next_now_converged_4, now_converged_4);
-                RESTORE(rounds_____, 7 * NLANES, gac_kept_114, now_carry_best_4);
-                RESTORE(rounds_____, 7 * NLANES, gac_kept_115, now_carry_following_4);
-                RESTORE(rounds_____, 21 * NLANES, gac_kept_116, now_carry_table_4);
-                RESTORE(rounds_____, 6 * NLANES, gac_kept_117, now_carry_slope_4);
-                RESTORE(rounds_____, NLANES, gac_kept_118, now_carry_cost_4);
-                RESTORE(rounds_____, NLANES, gac_kept_119, now_carry_damping_4);
-                RESTORE(rounds_____, NLANES, gac_kept_120, now_carry_done_4);
-                RESTORE(rounds_____, NLANES, gac_kept_121, now_steps_4);
-                RESTORE(rounds_____, NLANES, gac_kept_122, now_converged_4);
-                RESTORE(rounds_____, NLANES, gac_kept_123, converged_6);
+                RESTORE(rounds_____, 7 * NLANES, gac_kept_107, now_carry_best_4);
+                RESTORE(rounds_____, 7 * NLANES, gac_kept_108, now_carry_following_4);
+                RESTORE(rounds_____, 21 * NLANES, gac_kept_109, now_carry_table_4);
+                RESTORE(rounds_____, 6 * NLANES, gac_kept_110, now_carry_slope_4);
+                RESTORE(rounds_____, NLANES, gac_kept_111, now_carry_cost_4);
+                RESTORE(rounds_____, NLANES, gac_kept_112, now_carry_damping_4);
+                RESTORE(rounds_____, NLANES, gac_kept_113, now_steps_4);
+                RESTORE(rounds_____, NLANES, gac_kept_114, now_converged_4);
+                RESTORE(rounds_____, NLANES, gac_kept_115, converged_6);
                 COUNT(rounds_____, steps_6);
                 if (ALL_ENDED(rounds_____, converged_6))
                     break;
@@ -6488,54 +6450,49 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
         }
         NAME(follow_poses_next_state_carry_lanes)(soon, at_most, state_carry_1_2, state_steps_2, found_6,
     next_state_carry_1_2, next_state_steps_2, next_state_converged_2);
-        COPY(NLANES, found_6, next_state_carry_2_2);
         NAME(descend_pose_converged_lanes)(at_most, next_state_steps_2, next_state_converged_2, converged_5);
         COPY(NLANES, next_state_carry_1_2, state_carry_1_2);
-        COPY(NLANES, next_state_carry_2_2, state_carry_2_2);
         COPY(NLANES, next_state_steps_2, state_steps_2);
-        COPY(NLANES, next_state_converged_2, state_converged_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_72, state_carry_0_0_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_73, state_carry_0_1_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_74, state_carry_0_2_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_75, state_carry_0_3_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_76, state_carry_0_4_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_77, state_carry_0_5_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_78, state_carry_0_6_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_79, state_carry_0_7_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_80, state_carry_0_8_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_81, state_carry_0_9_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_82, state_carry_0_10_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_83, state_carry_0_11_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_84, state_carry_0_12_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_85, state_carry_0_13_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_86, state_carry_0_14_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_87, state_carry_0_15_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_88, state_carry_0_16_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_89, state_carry_0_17_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_90, state_carry_0_18_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_91, state_carry_0_19_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_92, state_carry_0_20_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_93, state_carry_0_21_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_94, state_carry_0_22_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_95, state_carry_0_23_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_96, state_carry_0_24_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_97, state_carry_0_25_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_98, state_carry_0_26_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_99, state_carry_0_27_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_100, state_carry_0_28_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_101, state_carry_0_29_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_102, state_carry_0_30_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_103, state_carry_0_31_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_104, state_carry_0_32_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_105, state_carry_0_33_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_106, state_carry_0_34_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_107, state_carry_0_35_2);
-        RESTORE(rounds____, NLANES * s, gac_kept_108, state_carry_0_36_2);
-        RESTORE(rounds____, NLANES, gac_kept_109, state_carry_1_2);
-        RESTORE(rounds____, NLANES, gac_kept_110, state_carry_2_2);
-        RESTORE(rounds____, NLANES, gac_kept_111, state_steps_2);
-        RESTORE(rounds____, NLANES, gac_kept_112, state_converged_2);
-        RESTORE(rounds____, NLANES, gac_kept_113, converged_5);
+        RESTORE(rounds____, NLANES * s, gac_kept_67, state_carry_0_0_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_68, state_carry_0_1_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_69, state_carry_0_2_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_70, state_carry_0_3_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_71, state_carry_0_4_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_72, state_carry_0_5_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_73, state_carry_0_6_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_74, state_carry_0_7_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_75, state_carry_0_8_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_76, state_carry_0_9_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_77, state_carry_0_10_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_78, state_carry_0_11_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_79, state_carry_0_12_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_80, state_carry_0_13_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_81, state_carry_0_14_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_82, state_carry_0_15_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_83, state_carry_0_16_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_84, state_carry_0_17_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_85, state_carry_0_18_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_86, state_carry_0_19_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_87, state_carry_0_20_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_88, state_carry_0_21_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_89, state_carry_0_22_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_90, state_carry_0_23_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_91, state_carry_0_24_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_92, state_carry_0_25_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_93, state_carry_0_26_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_94, state_carry_0_27_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_95, state_carry_0_28_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_96, state_carry_0_29_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_97, state_carry_0_30_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_98, state_carry_0_31_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_99, state_carry_0_32_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_100, state_carry_0_33_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_101, state_carry_0_34_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_102, state_carry_0_35_2);
+        RESTORE(rounds____, NLANES * s, gac_kept_103, state_carry_0_36_2);
+        RESTORE(rounds____, NLANES, gac_kept_104, state_carry_1_2);
+        RESTORE(rounds____, NLANES, gac_kept_105, state_steps_2);
+        RESTORE(rounds____, NLANES, gac_kept_106, converged_5);
         COUNT(rounds____, steps_5);
         if (ALL_ENDED(rounds____, converged_5))
             break;

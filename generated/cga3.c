@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 304fccca89e1b33a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 04fc3936b123bba873d747a0f8bf90540ae23177d1af6daf038a66ab6a7bc22c
+// body: 8c5bffb1f8a81b4c44c00ca0dd4ecb71f6d8cb4960f3687ee129f451c94af7bc
 
 #ifndef REAL
 #include "cga3.h"
@@ -10154,7 +10154,6 @@ static INLINE void NAME(least_distances_to_circle_within)(intptr_t n, const REAL
             COPY(1, &next_slope, &slope);
             COPY(1, &next_bend, &bend);
             COPY(1, &next_span, &span_2);
-            COPY(1, &next_done, &done);
             steps += 1;
             if (converged != 0)
                 break;
@@ -10179,7 +10178,7 @@ static INLINE WORD NAME(least_distances_to_circle_lanes)(intptr_t n, const REAL 
     _Alignas(64) REAL angle[NLANES], value[NLANES], slope[NLANES], bend[NLANES], span_2[NLANES], done[NLANES],
     converged[NLANES], steps[NLANES], next_angle[NLANES], next_value[NLANES], next_slope[NLANES], next_bend[NLANES],
     next_span[NLANES], next_done[NLANES], gac_kept_0[NLANES], gac_kept_1[NLANES], gac_kept_2[NLANES],
-    gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES];
+    gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(least_distances_to_circle_value_lanes)(curve, radius, angles + NLANES * i, value, slope, bend,
@@ -10192,8 +10191,7 @@ static INLINE WORD NAME(least_distances_to_circle_lanes)(intptr_t n, const REAL 
             KEEP(rounds, NLANES, slope, gac_kept_2);
             KEEP(rounds, NLANES, bend, gac_kept_3);
             KEEP(rounds, NLANES, span_2, gac_kept_4);
-            KEEP(rounds, NLANES, done, gac_kept_5);
-            KEEP(rounds, NLANES, converged, gac_kept_6);
+            KEEP(rounds, NLANES, converged, gac_kept_5);
             far |= NAME(least_distances_to_circle_next_angle_lanes)(curve, radius, angle, value, slope, bend,
     span_2, next_angle, next_value, next_slope, next_bend, next_span, next_done);
             NAME(least_distances_to_circle_converged_lanes)(next_done, converged);
@@ -10202,14 +10200,12 @@ static INLINE WORD NAME(least_distances_to_circle_lanes)(intptr_t n, const REAL 
             COPY(NLANES, next_slope, slope);
             COPY(NLANES, next_bend, bend);
             COPY(NLANES, next_span, span_2);
-            COPY(NLANES, next_done, done);
             RESTORE(rounds, NLANES, gac_kept_0, angle);
             RESTORE(rounds, NLANES, gac_kept_1, value);
             RESTORE(rounds, NLANES, gac_kept_2, slope);
             RESTORE(rounds, NLANES, gac_kept_3, bend);
             RESTORE(rounds, NLANES, gac_kept_4, span_2);
-            RESTORE(rounds, NLANES, gac_kept_5, done);
-            RESTORE(rounds, NLANES, gac_kept_6, converged);
+            RESTORE(rounds, NLANES, gac_kept_5, converged);
             COUNT(rounds, steps);
             if (ALL_ENDED(rounds, converged))
                 break;

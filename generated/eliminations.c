@@ -2,7 +2,7 @@
 // command: gac generate --all eliminations
 // spec: 69d7c313b6fbddb9
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2097f8c5fffc3689c2b95f379be777d50b05c1ffeb58d1f922247dbce302f80e
+// body: f2245851e3efd50938e0b120ef15c25fe392e2aa3a48b6f8f3fe10c8ce404ec4
 
 #ifndef REAL
 #include "eliminations.h"
@@ -1989,7 +1989,6 @@ static INLINE void NAME(eliminated_within)(intptr_t n, intptr_t e, intptr_t t, i
             COPY(1, moved_0_0 + j, state_0_0_6 + j);
             COPY(1, moved_0_1 + j, state_0_1_6 + j);
         }
-        COPY(1, &next_state_1, &state_1);
         steps += 1;
         if (converged != 0)
             break;
@@ -2116,7 +2115,7 @@ static INLINE WORD NAME(eliminated_lanes)(intptr_t n, intptr_t e, intptr_t t, in
     imaginary[NLANES], real_2[NLANES], imaginary_2[NLANES], state_2_6[NLANES], common_46[NLANES], sum_0_2[NLANES],
     sum_1_2[NLANES], moved_1[NLANES], sum_4[NLANES], real_3[NLANES], imaginary_3[NLANES], real_4[NLANES],
     imaginary_4[NLANES], state_2_7[NLANES], common_47[NLANES], common_48[NLANES], common_49[NLANES], sum_5[NLANES],
-    common_50[NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES];
+    common_50[NLANES], gac_kept_2[NLANES];
     WORD far = 0;
     NAME(eliminated_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
@@ -2494,8 +2493,7 @@ static INLINE WORD NAME(eliminated_lanes)(intptr_t n, intptr_t e, intptr_t t, in
     ROUNDS(rounds, 100) {
         KEEP(rounds, NLANES * r, state_0_0_6, gac_kept_0);
         KEEP(rounds, NLANES * r, state_0_1_6, gac_kept_1);
-        KEEP(rounds, NLANES, state_1, gac_kept_2);
-        KEEP(rounds, NLANES, converged, gac_kept_3);
+        KEEP(rounds, NLANES, converged, gac_kept_2);
         NAME(eliminated_sum_start_4_lanes)(sum_4);
         for (intptr_t j = 0; j < r; j++) {
             NAME(eliminated_real_start_lanes)(real, imaginary, real_2, imaginary_2, state_2_6);
@@ -2519,11 +2517,9 @@ static INLINE WORD NAME(eliminated_lanes)(intptr_t n, intptr_t e, intptr_t t, in
             COPY(NLANES, moved_0_0 + NLANES * j, state_0_0_6 + NLANES * j);
             COPY(NLANES, moved_0_1 + NLANES * j, state_0_1_6 + NLANES * j);
         }
-        COPY(NLANES, next_state_1, state_1);
         RESTORE(rounds, NLANES * r, gac_kept_0, state_0_0_6);
         RESTORE(rounds, NLANES * r, gac_kept_1, state_0_1_6);
-        RESTORE(rounds, NLANES, gac_kept_2, state_1);
-        RESTORE(rounds, NLANES, gac_kept_3, converged);
+        RESTORE(rounds, NLANES, gac_kept_2, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -2644,8 +2640,8 @@ GAC_PROCEDURE(eliminated, BUSY)
     WORK(138, state_0_4_8, scalar, 1, t) WORK(139, state_0_5_8, scalar, 1, t) WORK(140, number_10, scalar, 1, t) \
     WORK(141, number_11, scalar, 1, t) WORK(142, number_12, scalar, 1, t) WORK(143, number_13, scalar, 1, t) \
     WORK(144, number_14, scalar, 1, e) WORK(145, placed, scalar, 1, j) WORK(146, number_15, scalar, 1, j) \
-    WORK(147, gac_kept_4, scalar, 1, t) WORK(148, gac_kept_5, scalar, 1, t) WORK(149, gac_kept_6, scalar, 1, t) \
-    WORK(150, gac_kept_7, scalar, 1, t)
+    WORK(147, gac_kept_3, scalar, 1, t) WORK(148, gac_kept_4, scalar, 1, t) WORK(149, gac_kept_5, scalar, 1, t) \
+    WORK(150, gac_kept_6, scalar, 1, t)
 
 static INLINE void NAME(branches_of_angles_common)(REAL sharpened, REAL *common_33)
 {
@@ -3790,7 +3786,6 @@ static INLINE void NAME(branches_of_angles_within)(intptr_t c, intptr_t e, intpt
             NAME(branches_of_angles_converged)(sharpened, next_steps, next_converged, &converged_2);
             COPY(1, &next_carry, &carry);
             COPY(1, &next_steps, &steps);
-            COPY(1, &next_converged, &converged);
             steps_2 += 1;
             if (converged_2 != 0)
                 break;
@@ -4024,7 +4019,7 @@ static INLINE WORD NAME(branches_of_angles_lanes)(intptr_t c, intptr_t e, intptr
     REAL *state_1_0_3_6, REAL *state_1_0_4_6, REAL *state_1_0_5_6, REAL *number_9, REAL *state_0_0_8,
     REAL *state_0_1_8, REAL *state_0_2_8, REAL *state_0_3_8, REAL *state_0_4_8, REAL *state_0_5_8, REAL *number_10,
     REAL *number_11, REAL *number_12, REAL *number_13, REAL *number_14, REAL *placed, REAL *number_15,
-    REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7)
+    REAL *gac_kept_3, REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6)
 {
     _Alignas(64) REAL number_start[NLANES], carry[NLANES], steps[NLANES], converged[NLANES], converged_2[NLANES],
     steps_2[NLANES], next_carry[NLANES], next_steps[NLANES], next_converged[NLANES], sum_0[NLANES], sum_1[NLANES],
@@ -4056,7 +4051,7 @@ static INLINE WORD NAME(branches_of_angles_lanes)(intptr_t c, intptr_t e, intptr
     common_71[NLANES], common_72[NLANES], common_73[NLANES], common_74[NLANES], common_75[NLANES],
     common_76[NLANES], number_start_15[NLANES], mapped_14[NLANES], motion[8 * NLANES], mapped_15[NLANES],
     motion_2[8 * NLANES], mapped_16[NLANES], common_77[NLANES], common_78[6 * NLANES], gac_kept_0[NLANES],
-    gac_kept_1[NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES];
+    gac_kept_1[NLANES], gac_kept_2[NLANES];
     WORD far = 0;
     NAME(eliminated_number_start_lanes)(number_start);
     for (intptr_t i = 0; i < t; i++)
@@ -4072,12 +4067,11 @@ static INLINE WORD NAME(branches_of_angles_lanes)(intptr_t c, intptr_t e, intptr
         ROUNDS(rounds, 2147483647) {
             KEEP(rounds, NLANES, carry, gac_kept_0);
             KEEP(rounds, NLANES, steps, gac_kept_1);
-            KEEP(rounds, NLANES, converged, gac_kept_2);
-            KEEP(rounds, NLANES, converged_2, gac_kept_3);
-            KEEP(rounds, NLANES * t, number_2, gac_kept_4);
-            KEEP(rounds, NLANES * t, number_3, gac_kept_5);
-            KEEP(rounds, NLANES * t, number_4, gac_kept_6);
-            KEEP(rounds, NLANES * t, number_5, gac_kept_7);
+            KEEP(rounds, NLANES, converged_2, gac_kept_2);
+            KEEP(rounds, NLANES * t, number_2, gac_kept_3);
+            KEEP(rounds, NLANES * t, number_3, gac_kept_4);
+            KEEP(rounds, NLANES * t, number_4, gac_kept_5);
+            KEEP(rounds, NLANES * t, number_5, gac_kept_6);
             NAME(eliminated_sum_start_3_lanes)(sum_0, sum_1);
             for (intptr_t k = 0; k < t; k++) {
                 far |= NAME(branches_of_angles_common_6_lanes)(carry, number + NLANES * k, common, common_2);
@@ -4241,15 +4235,13 @@ static INLINE WORD NAME(branches_of_angles_lanes)(intptr_t c, intptr_t e, intptr
             NAME(branches_of_angles_converged_lanes)(sharpened, next_steps, next_converged, converged_2);
             COPY(NLANES, next_carry, carry);
             COPY(NLANES, next_steps, steps);
-            COPY(NLANES, next_converged, converged);
             RESTORE(rounds, NLANES, gac_kept_0, carry);
             RESTORE(rounds, NLANES, gac_kept_1, steps);
-            RESTORE(rounds, NLANES, gac_kept_2, converged);
-            RESTORE(rounds, NLANES, gac_kept_3, converged_2);
-            RESTORE(rounds, NLANES * t, gac_kept_4, number_2);
-            RESTORE(rounds, NLANES * t, gac_kept_5, number_3);
-            RESTORE(rounds, NLANES * t, gac_kept_6, number_4);
-            RESTORE(rounds, NLANES * t, gac_kept_7, number_5);
+            RESTORE(rounds, NLANES, gac_kept_2, converged_2);
+            RESTORE(rounds, NLANES * t, gac_kept_3, number_2);
+            RESTORE(rounds, NLANES * t, gac_kept_4, number_3);
+            RESTORE(rounds, NLANES * t, gac_kept_5, number_4);
+            RESTORE(rounds, NLANES * t, gac_kept_6, number_5);
             COUNT(rounds, steps_2);
             if (ALL_ENDED(rounds, converged_2))
                 break;

@@ -2,7 +2,7 @@
 // command: gac generate --all focal_poses
 // spec: a6cb5ce5042c2ca1
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 4c470797d98ed8a6798ec654b04acb46dc1440ba82918672f14960bce52d1cbf
+// body: 7688bdfa06bcee9f0c012991364936574e54038b706622bbb373aabad0afecf3
 
 #ifndef REAL
 #include "focal_poses.h"
@@ -2866,7 +2866,6 @@ static INLINE void NAME(descend_camera_within)(intptr_t n, const REAL *camera, c
         COPY(7, next_now_carry_slope, now_carry_slope);
         COPY(1, &next_now_carry_cost, &now_carry_cost);
         COPY(1, &next_now_carry_damping, &now_carry_damping);
-        COPY(1, &next_now_carry_done, &now_carry_done);
         COPY(1, &next_now_steps, &now_steps);
         COPY(1, &next_now_converged, &now_converged);
         steps += 1;
@@ -2899,7 +2898,7 @@ static INLINE WORD NAME(descend_camera_lanes)(intptr_t n, const REAL *camera, co
     common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
     common_9[NLANES], common_10[NLANES], common_11[NLANES], gac_kept_0[8 * NLANES], gac_kept_1[8 * NLANES],
     gac_kept_2[28 * NLANES], gac_kept_3[7 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
-    gac_kept_7[NLANES], gac_kept_8[NLANES], gac_kept_9[NLANES];
+    gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_camera_now_carry_best_lanes)(camera, now_carry_best, now_carry_following, now_carry_table,
     now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
     NAME(descend_camera_common_lanes)(limit, common_11);
@@ -2910,10 +2909,9 @@ static INLINE WORD NAME(descend_camera_lanes)(intptr_t n, const REAL *camera, co
         KEEP(rounds, 7 * NLANES, now_carry_slope, gac_kept_3);
         KEEP(rounds, NLANES, now_carry_cost, gac_kept_4);
         KEEP(rounds, NLANES, now_carry_damping, gac_kept_5);
-        KEEP(rounds, NLANES, now_carry_done, gac_kept_6);
-        KEEP(rounds, NLANES, now_steps, gac_kept_7);
-        KEEP(rounds, NLANES, now_converged, gac_kept_8);
-        KEEP(rounds, NLANES, converged, gac_kept_9);
+        KEEP(rounds, NLANES, now_steps, gac_kept_6);
+        KEEP(rounds, NLANES, now_converged, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_camera_sum_start_lanes)(sum);
         NAME(descend_camera_common_2_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
     common_6, common_7, common_8, common_9, common_10);
@@ -2932,7 +2930,6 @@ static INLINE WORD NAME(descend_camera_lanes)(intptr_t n, const REAL *camera, co
         COPY(7 * NLANES, next_now_carry_slope, now_carry_slope);
         COPY(NLANES, next_now_carry_cost, now_carry_cost);
         COPY(NLANES, next_now_carry_damping, now_carry_damping);
-        COPY(NLANES, next_now_carry_done, now_carry_done);
         COPY(NLANES, next_now_steps, now_steps);
         COPY(NLANES, next_now_converged, now_converged);
         RESTORE(rounds, 8 * NLANES, gac_kept_0, now_carry_best);
@@ -2941,10 +2938,9 @@ static INLINE WORD NAME(descend_camera_lanes)(intptr_t n, const REAL *camera, co
         RESTORE(rounds, 7 * NLANES, gac_kept_3, now_carry_slope);
         RESTORE(rounds, NLANES, gac_kept_4, now_carry_cost);
         RESTORE(rounds, NLANES, gac_kept_5, now_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_6, now_carry_done);
-        RESTORE(rounds, NLANES, gac_kept_7, now_steps);
-        RESTORE(rounds, NLANES, gac_kept_8, now_converged);
-        RESTORE(rounds, NLANES, gac_kept_9, converged);
+        RESTORE(rounds, NLANES, gac_kept_6, now_steps);
+        RESTORE(rounds, NLANES, gac_kept_7, now_converged);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -3652,7 +3648,6 @@ static INLINE void NAME(descend_motion_and_focal_within)(intptr_t n, const REAL 
         COPY(6, next_now_carry_slope, now_carry_slope);
         COPY(1, &next_now_carry_cost, &now_carry_cost);
         COPY(1, &next_now_carry_damping, &now_carry_damping);
-        COPY(1, &next_now_carry_done, &now_carry_done);
         COPY(1, &next_now_steps, &now_steps);
         COPY(1, &next_now_converged, &now_converged);
         steps += 1;
@@ -3697,7 +3692,7 @@ static INLINE WORD NAME(descend_motion_and_focal_lanes)(intptr_t n, const REAL *
     common_60[NLANES], common_61[NLANES], common_62[NLANES], common_63[NLANES], common_64[NLANES],
     common_65[NLANES], gac_kept_0[8 * NLANES], gac_kept_1[8 * NLANES], gac_kept_2[21 * NLANES],
     gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
-    gac_kept_8[NLANES], gac_kept_9[NLANES];
+    gac_kept_8[NLANES];
     NAME(descend_motion_and_focal_now_carry_best_lanes)(m, focal, now_carry_best, now_carry_following,
     now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged,
     converged, steps);
@@ -3708,10 +3703,9 @@ static INLINE WORD NAME(descend_motion_and_focal_lanes)(intptr_t n, const REAL *
         KEEP(rounds, 6 * NLANES, now_carry_slope, gac_kept_3);
         KEEP(rounds, NLANES, now_carry_cost, gac_kept_4);
         KEEP(rounds, NLANES, now_carry_damping, gac_kept_5);
-        KEEP(rounds, NLANES, now_carry_done, gac_kept_6);
-        KEEP(rounds, NLANES, now_steps, gac_kept_7);
-        KEEP(rounds, NLANES, now_converged, gac_kept_8);
-        KEEP(rounds, NLANES, converged, gac_kept_9);
+        KEEP(rounds, NLANES, now_steps, gac_kept_6);
+        KEEP(rounds, NLANES, now_converged, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_motion_and_focal_sum_start_lanes)(sum);
         NAME(descend_motion_and_focal_common_lanes)(now_carry_following, common, common_2, common_3, common_4,
     common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
@@ -3741,7 +3735,6 @@ static INLINE WORD NAME(descend_motion_and_focal_lanes)(intptr_t n, const REAL *
         COPY(6 * NLANES, next_now_carry_slope, now_carry_slope);
         COPY(NLANES, next_now_carry_cost, now_carry_cost);
         COPY(NLANES, next_now_carry_damping, now_carry_damping);
-        COPY(NLANES, next_now_carry_done, now_carry_done);
         COPY(NLANES, next_now_steps, now_steps);
         COPY(NLANES, next_now_converged, now_converged);
         RESTORE(rounds, 8 * NLANES, gac_kept_0, now_carry_best);
@@ -3750,10 +3743,9 @@ static INLINE WORD NAME(descend_motion_and_focal_lanes)(intptr_t n, const REAL *
         RESTORE(rounds, 6 * NLANES, gac_kept_3, now_carry_slope);
         RESTORE(rounds, NLANES, gac_kept_4, now_carry_cost);
         RESTORE(rounds, NLANES, gac_kept_5, now_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_6, now_carry_done);
-        RESTORE(rounds, NLANES, gac_kept_7, now_steps);
-        RESTORE(rounds, NLANES, gac_kept_8, now_converged);
-        RESTORE(rounds, NLANES, gac_kept_9, converged);
+        RESTORE(rounds, NLANES, gac_kept_6, now_steps);
+        RESTORE(rounds, NLANES, gac_kept_7, now_converged);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;

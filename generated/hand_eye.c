@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: f1af568c04e88e6d
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: aa17243cfc1a3b8fb42b5bebb6967366fb965d023ce4ec8c22ba921941522833
+// body: 6056f5df26418f87f40f9167c9700b620380bd489055015eb211d381d069a81a
 
 #ifndef REAL
 #include "hand_eye.h"
@@ -4084,7 +4084,6 @@ static INLINE void NAME(fitted_to_motions_within)(intptr_t n, const REAL *a, con
         COPY(1, &next_shift, &shift);
         COPY(1, &next_parallel, out_2);
         COPY(1, &next_steps, &steps);
-        COPY(1, &next_done, &done);
         steps_2 += 1;
         if (converged != 0)
             break;
@@ -4117,7 +4116,7 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
     common_4[8 * NLANES], common_5[8 * NLANES], common_6[4 * NLANES], common_7[4 * NLANES], common_8[4 * NLANES],
     sum_2[28 * NLANES], sum_3[28 * NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES],
     common_12[NLANES], most_2[NLANES], gac_kept_0[NLANES], gac_kept_1[8 * NLANES], gac_kept_2[NLANES],
-    gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES];
+    gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES];
     WORD far = 0;
     NAME(first_not_unit_found_start_lanes)(sum);
     NAME(fitted_to_motions_common_lanes)(first, second, common);
@@ -4147,8 +4146,7 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
         KEEP(rounds, NLANES, turn, gac_kept_2);
         KEEP(rounds, NLANES, shift, gac_kept_3);
         KEEP(rounds, NLANES, steps, gac_kept_4);
-        KEEP(rounds, NLANES, done, gac_kept_5);
-        KEEP(rounds, NLANES, converged, gac_kept_6);
+        KEEP(rounds, NLANES, converged, gac_kept_5);
         NAME(fitted_to_motions_common_4_lanes)(motor, common_3, common_4, common_5, common_6, common_7, common_8);
         NAME(fitted_to_motions_sum_start_lanes)(sum_2);
         NAME(fitted_to_motions_sum_start_lanes)(sum_3);
@@ -4167,14 +4165,12 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
         COPY(NLANES, next_shift, shift);
         COPY(NLANES, next_parallel, out_2);
         COPY(NLANES, next_steps, steps);
-        COPY(NLANES, next_done, done);
         RESTORE(rounds, NLANES, gac_kept_0, out_2);
         RESTORE(rounds, 8 * NLANES, gac_kept_1, motor);
         RESTORE(rounds, NLANES, gac_kept_2, turn);
         RESTORE(rounds, NLANES, gac_kept_3, shift);
         RESTORE(rounds, NLANES, gac_kept_4, steps);
-        RESTORE(rounds, NLANES, gac_kept_5, done);
-        RESTORE(rounds, NLANES, gac_kept_6, converged);
+        RESTORE(rounds, NLANES, gac_kept_5, converged);
         COUNT(rounds, steps_2);
         if (ALL_ENDED(rounds, converged))
             break;

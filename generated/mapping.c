@@ -2,7 +2,7 @@
 // command: gac generate --all mapping
 // spec: a0037dfc809f4953
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 81cb0947f5e30e9fa84b85f2113e60e5d43ef54370cba1afd8624ff4fdce76b8
+// body: 6a81d2ab5c8cfbc94c155b319bee11dd16f0b047389e0f97a10f16c2f177e750
 
 #ifndef REAL
 #include "mapping.h"
@@ -220,10 +220,10 @@ GAC_PROCEDURE(prefix_sums, LANES)
     WORK(12, most, scalar, 1, n) WORK(13, most_2, scalar, 1, n) WORK(14, bound, scalar, 1, n) \
     WORK(15, carry_0_3, scalar, 1, n) WORK(16, carry_1_3, scalar, 1, n) WORK(17, carry_0_4, scalar, 1, n) \
     WORK(18, carry_1_4, scalar, 1, n) WORK(19, cost, scalar, 1, n) WORK(20, gac_kept_0, scalar, 1, n) \
-    WORK(21, gac_kept_5, scalar, 1, n) WORK(22, gac_kept_6, scalar, 1, n) WORK(23, gac_kept_7, scalar, 1, n) \
-    WORK(24, gac_kept_8, scalar, 1, n) WORK(25, gac_kept_9, scalar, 1, n) WORK(26, gac_kept_10, scalar, 1, n) \
-    WORK(27, gac_kept_11, scalar, 1, n) WORK(28, gac_kept_14, scalar, 1, n) WORK(29, gac_kept_15, scalar, 1, n) \
-    WORK(30, gac_kept_16, scalar, 1, n) WORK(31, gac_kept_17, scalar, 1, n)
+    WORK(21, gac_kept_4, scalar, 1, n) WORK(22, gac_kept_5, scalar, 1, n) WORK(23, gac_kept_6, scalar, 1, n) \
+    WORK(24, gac_kept_7, scalar, 1, n) WORK(25, gac_kept_8, scalar, 1, n) WORK(26, gac_kept_9, scalar, 1, n) \
+    WORK(27, gac_kept_10, scalar, 1, n) WORK(28, gac_kept_12, scalar, 1, n) WORK(29, gac_kept_13, scalar, 1, n) \
+    WORK(30, gac_kept_14, scalar, 1, n) WORK(31, gac_kept_15, scalar, 1, n)
 
 static INLINE void NAME(straight_bounds_number_start)(REAL *number_start)
 {
@@ -499,7 +499,6 @@ void NAME(straight_bounds)(intptr_t n, const REAL *points, const REAL *sums, REA
         NAME(straight_bounds_converged)(sum, next_state_steps, next_state_converged, &converged);
         COPY(1, &next_state_carry_1, &state_carry_1);
         COPY(1, &next_state_steps, &state_steps);
-        COPY(1, &next_state_converged, &state_converged);
         steps += 1;
         if (converged != 0)
             break;
@@ -557,7 +556,6 @@ void NAME(straight_bounds)(intptr_t n, const REAL *points, const REAL *sums, REA
         }
         COPY(1, &sum_3, &next_state_1);
         NAME(straight_bounds_converged_2)(next_state_1, &converged_2);
-        COPY(1, &next_state_1, &state_1);
         steps_2 += 1;
         if (converged_2 != 0)
             break;
@@ -2024,7 +2022,6 @@ void NAME(sum_of_place_scores)(intptr_t n, intptr_t m, intptr_t e, intptr_t c, c
             COPY(1, &next_state_carry_0, &state_carry_0);
             COPY(1, &next_state_carry_1, &state_carry_1);
             COPY(1, &next_state_steps, &state_steps);
-            COPY(1, &next_state_converged, &state_converged);
             steps += 1;
             if (converged != 0)
                 break;

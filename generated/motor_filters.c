@@ -2,7 +2,7 @@
 // command: gac generate --all motor_filters
 // spec: cc8b214dc878780e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: baedab361b4c7a532c6897ebcdf11fda9420347fa9519a86b70011f05f338512
+// body: de497cd2f4def2b400ad5d872fdb5a73a38762eedea9e54fef024a90beb9cd5e
 
 #ifndef REAL
 #include "motor_filters.h"
@@ -2194,13 +2194,11 @@ static INLINE void NAME(update_by_lines_within)(intptr_t n, const REAL *motor, c
         COPY(1, &f_used, &next_now_used);
         COPY(1, &next_now_settled, &converged);
         COPY(8, next_now_motor, out_0);
-        COPY(6, next_now_last, now_last);
         COPY(21, next_now_covariance, now_covariance);
         COPY(1, &next_now_predicted_square, &now_predicted_square);
         COPY(1, &next_now_square, &now_square);
         COPY(1, &next_now_used, &now_used);
         COPY(1, &next_now_first, &now_first);
-        COPY(1, &next_now_settled, &now_settled);
         steps += 1;
         if (converged != 0)
             break;
@@ -2229,21 +2227,19 @@ static INLINE WORD NAME(update_by_lines_lanes)(intptr_t n, const REAL *motor, co
     next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
     next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
     next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
-    gac_kept_0[8 * NLANES], gac_kept_1[6 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
-    gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+    gac_kept_0[8 * NLANES], gac_kept_1[21 * NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
+    gac_kept_5[NLANES], gac_kept_6[NLANES];
     WORD far = 0;
     NAME(update_by_lines_result_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
     now_square, now_used, now_first, now_settled, converged, steps);
     ROUNDS(rounds, 30) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
-        KEEP(rounds, 6 * NLANES, now_last, gac_kept_1);
-        KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_2);
-        KEEP(rounds, NLANES, now_predicted_square, gac_kept_3);
-        KEEP(rounds, NLANES, now_square, gac_kept_4);
-        KEEP(rounds, NLANES, now_used, gac_kept_5);
-        KEEP(rounds, NLANES, now_first, gac_kept_6);
-        KEEP(rounds, NLANES, now_settled, gac_kept_7);
-        KEEP(rounds, NLANES, converged, gac_kept_8);
+        KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_1);
+        KEEP(rounds, NLANES, now_predicted_square, gac_kept_2);
+        KEEP(rounds, NLANES, now_square, gac_kept_3);
+        KEEP(rounds, NLANES, now_used, gac_kept_4);
+        KEEP(rounds, NLANES, now_first, gac_kept_5);
+        KEEP(rounds, NLANES, converged, gac_kept_6);
         far |= NAME(update_by_lines_f_error_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square,
     f_used);
         for (intptr_t j = 0; j < n; j++)
@@ -2256,22 +2252,18 @@ static INLINE WORD NAME(update_by_lines_lanes)(intptr_t n, const REAL *motor, co
         COPY(NLANES, f_used, next_now_used);
         COPY(NLANES, next_now_settled, converged);
         COPY(8 * NLANES, next_now_motor, out_0);
-        COPY(6 * NLANES, next_now_last, now_last);
         COPY(21 * NLANES, next_now_covariance, now_covariance);
         COPY(NLANES, next_now_predicted_square, now_predicted_square);
         COPY(NLANES, next_now_square, now_square);
         COPY(NLANES, next_now_used, now_used);
         COPY(NLANES, next_now_first, now_first);
-        COPY(NLANES, next_now_settled, now_settled);
         RESTORE(rounds, 8 * NLANES, gac_kept_0, out_0);
-        RESTORE(rounds, 6 * NLANES, gac_kept_1, now_last);
-        RESTORE(rounds, 21 * NLANES, gac_kept_2, now_covariance);
-        RESTORE(rounds, NLANES, gac_kept_3, now_predicted_square);
-        RESTORE(rounds, NLANES, gac_kept_4, now_square);
-        RESTORE(rounds, NLANES, gac_kept_5, now_used);
-        RESTORE(rounds, NLANES, gac_kept_6, now_first);
-        RESTORE(rounds, NLANES, gac_kept_7, now_settled);
-        RESTORE(rounds, NLANES, gac_kept_8, converged);
+        RESTORE(rounds, 21 * NLANES, gac_kept_1, now_covariance);
+        RESTORE(rounds, NLANES, gac_kept_2, now_predicted_square);
+        RESTORE(rounds, NLANES, gac_kept_3, now_square);
+        RESTORE(rounds, NLANES, gac_kept_4, now_used);
+        RESTORE(rounds, NLANES, gac_kept_5, now_first);
+        RESTORE(rounds, NLANES, gac_kept_6, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -2498,13 +2490,11 @@ static INLINE void NAME(update_by_points_within)(intptr_t n, const REAL *motor, 
         COPY(1, &f_used, &next_now_used);
         COPY(1, &next_now_settled, &converged);
         COPY(8, next_now_motor, out_0);
-        COPY(6, next_now_last, now_last);
         COPY(21, next_now_covariance, now_covariance);
         COPY(1, &next_now_predicted_square, &now_predicted_square);
         COPY(1, &next_now_square, &now_square);
         COPY(1, &next_now_used, &now_used);
         COPY(1, &next_now_first, &now_first);
-        COPY(1, &next_now_settled, &now_settled);
         steps += 1;
         if (converged != 0)
             break;
@@ -2533,21 +2523,19 @@ static INLINE WORD NAME(update_by_points_lanes)(intptr_t n, const REAL *motor, c
     next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
     next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
     next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
-    gac_kept_0[8 * NLANES], gac_kept_1[6 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
-    gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+    gac_kept_0[8 * NLANES], gac_kept_1[21 * NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
+    gac_kept_5[NLANES], gac_kept_6[NLANES];
     WORD far = 0;
     NAME(update_by_lines_result_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
     now_square, now_used, now_first, now_settled, converged, steps);
     ROUNDS(rounds, 30) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
-        KEEP(rounds, 6 * NLANES, now_last, gac_kept_1);
-        KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_2);
-        KEEP(rounds, NLANES, now_predicted_square, gac_kept_3);
-        KEEP(rounds, NLANES, now_square, gac_kept_4);
-        KEEP(rounds, NLANES, now_used, gac_kept_5);
-        KEEP(rounds, NLANES, now_first, gac_kept_6);
-        KEEP(rounds, NLANES, now_settled, gac_kept_7);
-        KEEP(rounds, NLANES, converged, gac_kept_8);
+        KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_1);
+        KEEP(rounds, NLANES, now_predicted_square, gac_kept_2);
+        KEEP(rounds, NLANES, now_square, gac_kept_3);
+        KEEP(rounds, NLANES, now_used, gac_kept_4);
+        KEEP(rounds, NLANES, now_first, gac_kept_5);
+        KEEP(rounds, NLANES, converged, gac_kept_6);
         far |= NAME(update_by_lines_f_error_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square,
     f_used);
         for (intptr_t j = 0; j < n; j++)
@@ -2560,22 +2548,18 @@ static INLINE WORD NAME(update_by_points_lanes)(intptr_t n, const REAL *motor, c
         COPY(NLANES, f_used, next_now_used);
         COPY(NLANES, next_now_settled, converged);
         COPY(8 * NLANES, next_now_motor, out_0);
-        COPY(6 * NLANES, next_now_last, now_last);
         COPY(21 * NLANES, next_now_covariance, now_covariance);
         COPY(NLANES, next_now_predicted_square, now_predicted_square);
         COPY(NLANES, next_now_square, now_square);
         COPY(NLANES, next_now_used, now_used);
         COPY(NLANES, next_now_first, now_first);
-        COPY(NLANES, next_now_settled, now_settled);
         RESTORE(rounds, 8 * NLANES, gac_kept_0, out_0);
-        RESTORE(rounds, 6 * NLANES, gac_kept_1, now_last);
-        RESTORE(rounds, 21 * NLANES, gac_kept_2, now_covariance);
-        RESTORE(rounds, NLANES, gac_kept_3, now_predicted_square);
-        RESTORE(rounds, NLANES, gac_kept_4, now_square);
-        RESTORE(rounds, NLANES, gac_kept_5, now_used);
-        RESTORE(rounds, NLANES, gac_kept_6, now_first);
-        RESTORE(rounds, NLANES, gac_kept_7, now_settled);
-        RESTORE(rounds, NLANES, gac_kept_8, converged);
+        RESTORE(rounds, 21 * NLANES, gac_kept_1, now_covariance);
+        RESTORE(rounds, NLANES, gac_kept_2, now_predicted_square);
+        RESTORE(rounds, NLANES, gac_kept_3, now_square);
+        RESTORE(rounds, NLANES, gac_kept_4, now_used);
+        RESTORE(rounds, NLANES, gac_kept_5, now_first);
+        RESTORE(rounds, NLANES, gac_kept_6, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -2835,13 +2819,11 @@ static INLINE void NAME(update_by_planes_within)(intptr_t n, const REAL *motor, 
         COPY(1, &f_used, &next_now_used);
         COPY(1, &next_now_settled, &converged);
         COPY(8, next_now_motor, out_0);
-        COPY(6, next_now_last, now_last);
         COPY(21, next_now_covariance, now_covariance);
         COPY(1, &next_now_predicted_square, &now_predicted_square);
         COPY(1, &next_now_square, &now_square);
         COPY(1, &next_now_used, &now_used);
         COPY(1, &next_now_first, &now_first);
-        COPY(1, &next_now_settled, &now_settled);
         steps += 1;
         if (converged != 0)
             break;
@@ -2870,21 +2852,19 @@ static INLINE WORD NAME(update_by_planes_lanes)(intptr_t n, const REAL *motor, c
     next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
     next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
     next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
-    gac_kept_0[8 * NLANES], gac_kept_1[6 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
-    gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+    gac_kept_0[8 * NLANES], gac_kept_1[21 * NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
+    gac_kept_5[NLANES], gac_kept_6[NLANES];
     WORD far = 0;
     NAME(update_by_lines_result_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
     now_square, now_used, now_first, now_settled, converged, steps);
     ROUNDS(rounds, 30) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
-        KEEP(rounds, 6 * NLANES, now_last, gac_kept_1);
-        KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_2);
-        KEEP(rounds, NLANES, now_predicted_square, gac_kept_3);
-        KEEP(rounds, NLANES, now_square, gac_kept_4);
-        KEEP(rounds, NLANES, now_used, gac_kept_5);
-        KEEP(rounds, NLANES, now_first, gac_kept_6);
-        KEEP(rounds, NLANES, now_settled, gac_kept_7);
-        KEEP(rounds, NLANES, converged, gac_kept_8);
+        KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_1);
+        KEEP(rounds, NLANES, now_predicted_square, gac_kept_2);
+        KEEP(rounds, NLANES, now_square, gac_kept_3);
+        KEEP(rounds, NLANES, now_used, gac_kept_4);
+        KEEP(rounds, NLANES, now_first, gac_kept_5);
+        KEEP(rounds, NLANES, converged, gac_kept_6);
         far |= NAME(update_by_lines_f_error_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square,
     f_used);
         for (intptr_t j = 0; j < n; j++)
@@ -2897,22 +2877,18 @@ static INLINE WORD NAME(update_by_planes_lanes)(intptr_t n, const REAL *motor, c
         COPY(NLANES, f_used, next_now_used);
         COPY(NLANES, next_now_settled, converged);
         COPY(8 * NLANES, next_now_motor, out_0);
-        COPY(6 * NLANES, next_now_last, now_last);
         COPY(21 * NLANES, next_now_covariance, now_covariance);
         COPY(NLANES, next_now_predicted_square, now_predicted_square);
         COPY(NLANES, next_now_square, now_square);
         COPY(NLANES, next_now_used, now_used);
         COPY(NLANES, next_now_first, now_first);
-        COPY(NLANES, next_now_settled, now_settled);
         RESTORE(rounds, 8 * NLANES, gac_kept_0, out_0);
-        RESTORE(rounds, 6 * NLANES, gac_kept_1, now_last);
-        RESTORE(rounds, 21 * NLANES, gac_kept_2, now_covariance);
-        RESTORE(rounds, NLANES, gac_kept_3, now_predicted_square);
-        RESTORE(rounds, NLANES, gac_kept_4, now_square);
-        RESTORE(rounds, NLANES, gac_kept_5, now_used);
-        RESTORE(rounds, NLANES, gac_kept_6, now_first);
-        RESTORE(rounds, NLANES, gac_kept_7, now_settled);
-        RESTORE(rounds, NLANES, gac_kept_8, converged);
+        RESTORE(rounds, 21 * NLANES, gac_kept_1, now_covariance);
+        RESTORE(rounds, NLANES, gac_kept_2, now_predicted_square);
+        RESTORE(rounds, NLANES, gac_kept_3, now_square);
+        RESTORE(rounds, NLANES, gac_kept_4, now_used);
+        RESTORE(rounds, NLANES, gac_kept_5, now_first);
+        RESTORE(rounds, NLANES, gac_kept_6, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;

@@ -2,7 +2,7 @@
 // command: gac generate --all navigation
 // spec: 455e2a2e9005c19a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 44c0ec969b518b19a816b15ff98937509c99eb35fdef32c18f670e21d03f95ff
+// body: 9ddf98d83eafde88714b107daf1af3e1b9188029755e6799233f07e70a1f0109
 
 #ifndef REAL
 #include "navigation.h"
@@ -1461,8 +1461,6 @@ static INLINE void NAME(update_pose_within)(intptr_t n, const REAL *motor, const
         COPY(1, &next_now_predicted_square, &now_predicted_square);
         COPY(1, &next_now_used, &now_used);
         COPY(1, &next_now_first, &now_first);
-        COPY(1, &next_now_turned, &now_turned);
-        COPY(1, &next_now_moved, &now_moved);
         steps += 1;
         if (converged != 0)
             break;
@@ -1489,8 +1487,7 @@ static INLINE WORD NAME(update_pose_lanes)(intptr_t n, const REAL *motor, const 
     next_now_covariance[6 * NLANES], next_now_predicted_square[NLANES], next_now_used[NLANES],
     next_now_first[NLANES], next_now_turned[NLANES], next_now_moved[NLANES], carry[3 * NLANES], carry_2[6 * NLANES],
     carry_2_2[NLANES], carry_3[NLANES], common[2 * NLANES], gac_kept_0[4 * NLANES], gac_kept_1[6 * NLANES],
-    gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
-    gac_kept_7[NLANES];
+    gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES];
     WORD far = 0;
     NAME(update_pose_result_lanes)(motor, covariance, out_0, now_covariance, now_predicted_square, now_used,
     now_first, now_turned, now_moved, converged, steps);
@@ -1500,9 +1497,7 @@ static INLINE WORD NAME(update_pose_lanes)(intptr_t n, const REAL *motor, const 
         KEEP(rounds, NLANES, now_predicted_square, gac_kept_2);
         KEEP(rounds, NLANES, now_used, gac_kept_3);
         KEEP(rounds, NLANES, now_first, gac_kept_4);
-        KEEP(rounds, NLANES, now_turned, gac_kept_5);
-        KEEP(rounds, NLANES, now_moved, gac_kept_6);
-        KEEP(rounds, NLANES, converged, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_5);
         far |= NAME(update_pose_carry_lanes)(motor, covariance, out_0, carry, carry_2, carry_2_2, carry_3);
         NAME(update_pose_common_lanes)(out_0, common);
         for (intptr_t j = 0; j < n; j++)
@@ -1519,16 +1514,12 @@ static INLINE WORD NAME(update_pose_lanes)(intptr_t n, const REAL *motor, const 
         COPY(NLANES, next_now_predicted_square, now_predicted_square);
         COPY(NLANES, next_now_used, now_used);
         COPY(NLANES, next_now_first, now_first);
-        COPY(NLANES, next_now_turned, now_turned);
-        COPY(NLANES, next_now_moved, now_moved);
         RESTORE(rounds, 4 * NLANES, gac_kept_0, out_0);
         RESTORE(rounds, 6 * NLANES, gac_kept_1, now_covariance);
         RESTORE(rounds, NLANES, gac_kept_2, now_predicted_square);
         RESTORE(rounds, NLANES, gac_kept_3, now_used);
         RESTORE(rounds, NLANES, gac_kept_4, now_first);
-        RESTORE(rounds, NLANES, gac_kept_5, now_turned);
-        RESTORE(rounds, NLANES, gac_kept_6, now_moved);
-        RESTORE(rounds, NLANES, gac_kept_7, converged);
+        RESTORE(rounds, NLANES, gac_kept_5, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;

@@ -2,7 +2,7 @@
 // command: gac generate --all object_poses
 // spec: 6b59fa220fedfaa0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8f4a2677700aff3bcd7e64885d016b3da5bc146920eae9e80322a71734af5a14
+// body: 9bf41fdfdaa93e333ebc3b37c47fa48bf26c4cae5e46db7c81fabc15c83d8624
 
 #ifndef REAL
 #include "object_poses.h"
@@ -1455,7 +1455,6 @@ static INLINE void NAME(refine_pose_within)(intptr_t cameras, intptr_t points, i
         COPY(1, &next_now_damping, &now_damping);
         COPY(1, &next_now_gain, &now_gain);
         COPY(1, &next_now_stage, &now_stage);
-        COPY(1, &next_now_done, &now_done);
         steps += 1;
         if (converged != 0)
             break;
@@ -1514,7 +1513,7 @@ static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, in
     sum_6[6 * NLANES], sum_2_4[NLANES], common_2[NLANES], common_3[NLANES], sum_7[21 * NLANES], sum_8[6 * NLANES],
     sum_2_5[NLANES], sum_9[21 * NLANES], sum_10[6 * NLANES], sum_2_6[NLANES], gac_kept_0[8 * NLANES],
     gac_kept_1[8 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES],
-    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES], gac_kept_9[NLANES];
+    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     WORD far = 0;
     NAME(refine_pose_now_motor_lanes)(m, now_motor, now_candidate, now_table, now_slope, now_cost, now_gain,
     now_done, converged, steps);
@@ -1529,8 +1528,7 @@ static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, in
         KEEP(rounds, NLANES, now_damping, gac_kept_5);
         KEEP(rounds, NLANES, now_gain, gac_kept_6);
         KEEP(rounds, NLANES, now_stage, gac_kept_7);
-        KEEP(rounds, NLANES, now_done, gac_kept_8);
-        KEEP(rounds, NLANES, converged, gac_kept_9);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
         for (intptr_t j = 0; j < cameras; j++)
             NAME(refine_pose_turned_lanes)(now_candidate, cameras_ + 12 * NLANES * j, turned + 12 * NLANES * j);
         NAME(refine_pose_sum_start_lanes)(sum, sum_2, sum_2_2);
@@ -1573,7 +1571,6 @@ static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, in
         COPY(NLANES, next_now_damping, now_damping);
         COPY(NLANES, next_now_gain, now_gain);
         COPY(NLANES, next_now_stage, now_stage);
-        COPY(NLANES, next_now_done, now_done);
         RESTORE(rounds, 8 * NLANES, gac_kept_0, now_motor);
         RESTORE(rounds, 8 * NLANES, gac_kept_1, now_candidate);
         RESTORE(rounds, 21 * NLANES, gac_kept_2, now_table);
@@ -1582,8 +1579,7 @@ static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, in
         RESTORE(rounds, NLANES, gac_kept_5, now_damping);
         RESTORE(rounds, NLANES, gac_kept_6, now_gain);
         RESTORE(rounds, NLANES, gac_kept_7, now_stage);
-        RESTORE(rounds, NLANES, gac_kept_8, now_done);
-        RESTORE(rounds, NLANES, gac_kept_9, converged);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;

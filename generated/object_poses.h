@@ -2,7 +2,7 @@
 // command: gac generate --all object_poses
 // spec: 6b59fa220fedfaa0
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8966e38ce251ece943cbf3123ef60efdc699826db8419e4e3ca72e6209fb66d0
+// body: 06a845c186bd6b945616c04c9c3f08c8021452d40c9f26f24a60f92a482b20dd
 /* object_poses
    Poses of objects from their images: points, straight edges, and silhouettes of spheres, cylinders and circles.
    
@@ -138,7 +138,7 @@ void object_poses_reverse_depth_loop_f32(char **args, const intptr_t *dimensions
    * edges; 199 mul, 102 add, 5 div, 3 sqrt, 1 choice for each of steps * balls; 233 mul, 129 add, 4 div, 2 sqrt,
    3 choice for each of steps * tubes; 255 mul, 135 add, 5 div, 2 sqrt, 1 choice for each of steps * rims; 3 mul,
    1 add, 13 choice once.
-   Error: 11398.6 ulp of the largest coefficient, 9 random inputs. */
+   Error: 342.2 ulp of the largest coefficient, 9 random inputs. */
 void object_poses_refine_pose_f64(intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls, intptr_t tubes,
     intptr_t rims, const double *m, const double *cameras_, const double *points_, const double *points_pixels,
     const int64_t *points_cameras, const double *points_weights, const double *edges_, const double *edges_pixels,
@@ -220,7 +220,7 @@ int object_poses_refine_pose_rows_f32(const intptr_t *lengths, char **args, cons
    54 add, 2 div, 2 sqrt, 5 choice for each of edges; 99 mul, 67 add, 3 div, 4 sqrt, 5 choice for each of balls;
    119 mul, 81 add, 3 div, 3 sqrt, 7 choice for each of tubes; 117 mul, 76 add, 3 div, 3 sqrt, 5 choice for each
    of rims; 274 mul, 210 add, 6 div, 20 choice once.
-   Error: 159.2 ulp of the largest coefficient, 15 random inputs. */
+   Error: 0.1 ulp of the largest coefficient, 15 random inputs. */
 void object_poses_judge_pose_f64(intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls, intptr_t tubes,
     intptr_t rims, const double *m, const double *cameras_, const double *points_, const double *points_pixels,
     const int64_t *points_cameras, const double *points_weights, const double *edges_, const double *edges_pixels,

@@ -2,7 +2,7 @@
 // command: gac generate --all reaching
 // spec: 368c8dccda24de37
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3052709494781f1a02373680999ed8988e42e8cc292ccf42cb288df1dfc76465
+// body: 0552ed16b264326b9ce046ffc7e3369f41621ff5319817c3e1a90e16977f78e4
 
 #ifndef REAL
 #include "reaching.h"
@@ -551,10 +551,10 @@ GAC_PROCEDURE(rates_of_joints, BUSY)
     WORK(28, carry_7, 6, 6, n) WORK(29, mapped, scalar, 1, n) WORK(30, carry_0_2, 8, 8, n) \
     WORK(31, carry_8, 6, 6, n) WORK(32, gac_kept_0, scalar, 1, n) WORK(33, gac_kept_7, scalar, 1, n) \
     WORK(34, gac_kept_8, scalar, 1, n) WORK(35, gac_kept_9, scalar, 1, n) WORK(36, gac_kept_10, scalar, 1, n) \
-    WORK(37, gac_kept_11, scalar, 1, n) WORK(38, gac_kept_12, scalar, 1, n) WORK(39, gac_kept_16, scalar, 1, n) \
-    WORK(40, gac_kept_21, 6, 6, n) WORK(41, gac_kept_22, 5, 5, n) WORK(42, gac_kept_23, 4, 4, n) \
-    WORK(43, gac_kept_24, 3, 3, n) WORK(44, gac_kept_25, scalar, 1, n) WORK(45, gac_kept_26, scalar, 1, n) \
-    WORK(46, gac_kept_27, scalar, 1, n) WORK(47, gac_kept_28, 6, 6, n) WORK(48, gac_kept_29, 8, 8, n)
+    WORK(37, gac_kept_11, scalar, 1, n) WORK(38, gac_kept_12, scalar, 1, n) WORK(39, gac_kept_15, scalar, 1, n) \
+    WORK(40, gac_kept_19, 6, 6, n) WORK(41, gac_kept_20, 5, 5, n) WORK(42, gac_kept_21, 4, 4, n) \
+    WORK(43, gac_kept_22, 3, 3, n) WORK(44, gac_kept_23, scalar, 1, n) WORK(45, gac_kept_24, scalar, 1, n) \
+    WORK(46, gac_kept_25, scalar, 1, n) WORK(47, gac_kept_26, 6, 6, n) WORK(48, gac_kept_27, 8, 8, n)
 
 static INLINE void NAME(descend_value)(const REAL *tail, REAL *value)
 {
@@ -1387,10 +1387,8 @@ static INLINE void NAME(descend_within)(intptr_t n, const REAL *q, const REAL *g
         COPY(1, &next_old_carry_left_5, &old_carry_left_5);
         COPY(1, &next_old_carry_error, &old_carry_error);
         COPY(1, &next_old_carry_damping, &old_carry_damping);
-        COPY(1, &next_old_carry_done, &old_carry_done);
         COPY(1, &next_old_carry_least, &old_carry_least);
         COPY(1, &next_old_steps, &old_steps);
-        COPY(1, &next_old_converged, &old_converged);
         steps += 1;
         if (converged != 0)
             break;
@@ -1428,9 +1426,9 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
     REAL *old_carry_best, REAL *carry_2, REAL *carry_3, REAL *carry_4, REAL *carry_5, REAL *carry_0_4_0,
     REAL *carry_0_4_1, REAL *carry_0_5_0, REAL *carry_6, REAL *carry_7, REAL *mapped, REAL *carry_0_2,
     REAL *carry_8, REAL *gac_kept_0, REAL *gac_kept_7, REAL *gac_kept_8, REAL *gac_kept_9, REAL *gac_kept_10,
-    REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_16, REAL *gac_kept_21, REAL *gac_kept_22,
-    REAL *gac_kept_23, REAL *gac_kept_24, REAL *gac_kept_25, REAL *gac_kept_26, REAL *gac_kept_27,
-    REAL *gac_kept_28, REAL *gac_kept_29)
+    REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_15, REAL *gac_kept_19, REAL *gac_kept_20,
+    REAL *gac_kept_21, REAL *gac_kept_22, REAL *gac_kept_23, REAL *gac_kept_24, REAL *gac_kept_25,
+    REAL *gac_kept_26, REAL *gac_kept_27)
 {
     _Alignas(64) REAL carry_0_start[8 * NLANES], carry_start[6 * NLANES], value[8 * NLANES],
     old_carry_left_0[NLANES], old_carry_left_1[NLANES], old_carry_left_2[NLANES], old_carry_left_3[NLANES],
@@ -1449,8 +1447,7 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
     by_element[NLANES], common_7[NLANES], by_element_2[NLANES], by_element_3[NLANES], by_element_4[NLANES],
     by_element_5[NLANES], by_element_6[NLANES], by_element_7[NLANES], motion[8 * NLANES], gac_kept_1[NLANES],
     gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
-    gac_kept_13[NLANES], gac_kept_14[NLANES], gac_kept_15[NLANES], gac_kept_17[NLANES], gac_kept_18[NLANES],
-    gac_kept_19[NLANES], gac_kept_20[NLANES];
+    gac_kept_13[NLANES], gac_kept_14[NLANES], gac_kept_16[NLANES], gac_kept_17[NLANES], gac_kept_18[NLANES];
     WORD far = 0;
     NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start, carry_start);
     NAME(motion_of_joints_result_start_lanes)(value);
@@ -1486,21 +1483,19 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
         KEEP(rounds, NLANES * n, old_carry_rates_5, gac_kept_12);
         KEEP(rounds, NLANES, old_carry_error, gac_kept_13);
         KEEP(rounds, NLANES, old_carry_damping, gac_kept_14);
-        KEEP(rounds, NLANES, old_carry_done, gac_kept_15);
-        KEEP(rounds, NLANES * n, old_carry_best, gac_kept_16);
-        KEEP(rounds, NLANES, old_carry_least, gac_kept_17);
-        KEEP(rounds, NLANES, old_steps, gac_kept_18);
-        KEEP(rounds, NLANES, old_converged, gac_kept_19);
-        KEEP(rounds, NLANES, converged, gac_kept_20);
-        KEEP(rounds, 6 * NLANES * n, carry_2, gac_kept_21);
-        KEEP(rounds, 5 * NLANES * n, carry_3, gac_kept_22);
-        KEEP(rounds, 4 * NLANES * n, carry_4, gac_kept_23);
-        KEEP(rounds, 3 * NLANES * n, carry_5, gac_kept_24);
-        KEEP(rounds, NLANES * n, carry_0_4_0, gac_kept_25);
-        KEEP(rounds, NLANES * n, carry_0_4_1, gac_kept_26);
-        KEEP(rounds, NLANES * n, carry_0_5_0, gac_kept_27);
-        KEEP(rounds, 6 * NLANES * n, carry_7, gac_kept_28);
-        KEEP(rounds, 8 * NLANES * n, carry_0_2, gac_kept_29);
+        KEEP(rounds, NLANES * n, old_carry_best, gac_kept_15);
+        KEEP(rounds, NLANES, old_carry_least, gac_kept_16);
+        KEEP(rounds, NLANES, old_steps, gac_kept_17);
+        KEEP(rounds, NLANES, converged, gac_kept_18);
+        KEEP(rounds, 6 * NLANES * n, carry_2, gac_kept_19);
+        KEEP(rounds, 5 * NLANES * n, carry_3, gac_kept_20);
+        KEEP(rounds, 4 * NLANES * n, carry_4, gac_kept_21);
+        KEEP(rounds, 3 * NLANES * n, carry_5, gac_kept_22);
+        KEEP(rounds, NLANES * n, carry_0_4_0, gac_kept_23);
+        KEEP(rounds, NLANES * n, carry_0_4_1, gac_kept_24);
+        KEEP(rounds, NLANES * n, carry_0_5_0, gac_kept_25);
+        KEEP(rounds, 6 * NLANES * n, carry_7, gac_kept_26);
+        KEEP(rounds, 8 * NLANES * n, carry_0_2, gac_kept_27);
         NAME(descend_carry_start_lanes)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
     carry_start_4, carry_start_5, carry_0_4_0_start, carry_0_4_1_start, carry_0_5_0_start, carry_start_6);
         NAME(descend_value_2_lanes)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5,
@@ -1565,10 +1560,8 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
         COPY(NLANES, next_old_carry_left_5, old_carry_left_5);
         COPY(NLANES, next_old_carry_error, old_carry_error);
         COPY(NLANES, next_old_carry_damping, old_carry_damping);
-        COPY(NLANES, next_old_carry_done, old_carry_done);
         COPY(NLANES, next_old_carry_least, old_carry_least);
         COPY(NLANES, next_old_steps, old_steps);
-        COPY(NLANES, next_old_converged, old_converged);
         RESTORE(rounds, NLANES * n, gac_kept_0, old_carry_q);
         RESTORE(rounds, NLANES, gac_kept_1, old_carry_left_0);
         RESTORE(rounds, NLANES, gac_kept_2, old_carry_left_1);
@@ -1584,21 +1577,19 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
         RESTORE(rounds, NLANES * n, gac_kept_12, old_carry_rates_5);
         RESTORE(rounds, NLANES, gac_kept_13, old_carry_error);
         RESTORE(rounds, NLANES, gac_kept_14, old_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_15, old_carry_done);
-        RESTORE(rounds, NLANES * n, gac_kept_16, old_carry_best);
-        RESTORE(rounds, NLANES, gac_kept_17, old_carry_least);
-        RESTORE(rounds, NLANES, gac_kept_18, old_steps);
-        RESTORE(rounds, NLANES, gac_kept_19, old_converged);
-        RESTORE(rounds, NLANES, gac_kept_20, converged);
-        RESTORE(rounds, 6 * NLANES * n, gac_kept_21, carry_2);
-        RESTORE(rounds, 5 * NLANES * n, gac_kept_22, carry_3);
-        RESTORE(rounds, 4 * NLANES * n, gac_kept_23, carry_4);
-        RESTORE(rounds, 3 * NLANES * n, gac_kept_24, carry_5);
-        RESTORE(rounds, NLANES * n, gac_kept_25, carry_0_4_0);
-        RESTORE(rounds, NLANES * n, gac_kept_26, carry_0_4_1);
-        RESTORE(rounds, NLANES * n, gac_kept_27, carry_0_5_0);
-        RESTORE(rounds, 6 * NLANES * n, gac_kept_28, carry_7);
-        RESTORE(rounds, 8 * NLANES * n, gac_kept_29, carry_0_2);
+        RESTORE(rounds, NLANES * n, gac_kept_15, old_carry_best);
+        RESTORE(rounds, NLANES, gac_kept_16, old_carry_least);
+        RESTORE(rounds, NLANES, gac_kept_17, old_steps);
+        RESTORE(rounds, NLANES, gac_kept_18, converged);
+        RESTORE(rounds, 6 * NLANES * n, gac_kept_19, carry_2);
+        RESTORE(rounds, 5 * NLANES * n, gac_kept_20, carry_3);
+        RESTORE(rounds, 4 * NLANES * n, gac_kept_21, carry_4);
+        RESTORE(rounds, 3 * NLANES * n, gac_kept_22, carry_5);
+        RESTORE(rounds, NLANES * n, gac_kept_23, carry_0_4_0);
+        RESTORE(rounds, NLANES * n, gac_kept_24, carry_0_4_1);
+        RESTORE(rounds, NLANES * n, gac_kept_25, carry_0_5_0);
+        RESTORE(rounds, 6 * NLANES * n, gac_kept_26, carry_7);
+        RESTORE(rounds, 8 * NLANES * n, gac_kept_27, carry_0_2);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -1648,13 +1639,13 @@ GAC_PROCEDURE(descend, BUSY)
     WORK(44, mapped_5, scalar, 1, n) WORK(45, carry_0_2, 8, 8, n) WORK(46, carry_14, 6, 6, n) \
     WORK(47, gac_kept_0, scalar, 1, n) WORK(48, gac_kept_7, scalar, 1, n) WORK(49, gac_kept_8, scalar, 1, n) \
     WORK(50, gac_kept_9, scalar, 1, n) WORK(51, gac_kept_10, scalar, 1, n) WORK(52, gac_kept_11, scalar, 1, n) \
-    WORK(53, gac_kept_12, scalar, 1, n) WORK(54, gac_kept_16, scalar, 1, n) WORK(55, gac_kept_21, 6, 6, n) \
-    WORK(56, gac_kept_22, 5, 5, n) WORK(57, gac_kept_23, 4, 4, n) WORK(58, gac_kept_24, 3, 3, n) \
-    WORK(59, gac_kept_25, scalar, 1, n) WORK(60, gac_kept_26, scalar, 1, n) WORK(61, gac_kept_27, scalar, 1, n) \
-    WORK(62, gac_kept_28, 6, 6, n) WORK(63, gac_kept_29, 6, 6, n) WORK(64, gac_kept_30, 5, 5, n) \
-    WORK(65, gac_kept_31, 4, 4, n) WORK(66, gac_kept_32, 3, 3, n) WORK(67, gac_kept_33, scalar, 1, n) \
-    WORK(68, gac_kept_34, scalar, 1, n) WORK(69, gac_kept_35, scalar, 1, n) WORK(70, gac_kept_36, 6, 6, n) \
-    WORK(71, gac_kept_37, 8, 8, n)
+    WORK(53, gac_kept_12, scalar, 1, n) WORK(54, gac_kept_15, scalar, 1, n) WORK(55, gac_kept_19, 6, 6, n) \
+    WORK(56, gac_kept_20, 5, 5, n) WORK(57, gac_kept_21, 4, 4, n) WORK(58, gac_kept_22, 3, 3, n) \
+    WORK(59, gac_kept_23, scalar, 1, n) WORK(60, gac_kept_24, scalar, 1, n) WORK(61, gac_kept_25, scalar, 1, n) \
+    WORK(62, gac_kept_26, 6, 6, n) WORK(63, gac_kept_27, 6, 6, n) WORK(64, gac_kept_28, 5, 5, n) \
+    WORK(65, gac_kept_29, 4, 4, n) WORK(66, gac_kept_30, 3, 3, n) WORK(67, gac_kept_31, scalar, 1, n) \
+    WORK(68, gac_kept_32, scalar, 1, n) WORK(69, gac_kept_33, scalar, 1, n) WORK(70, gac_kept_34, 6, 6, n) \
+    WORK(71, gac_kept_35, 8, 8, n)
 
 static INLINE void NAME(descend_inside_inside)(REAL x, REAL least, REAL most, REAL *inside)
 {
@@ -2011,10 +2002,8 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
         COPY(1, &next_old_carry_left_5, &old_carry_left_5);
         COPY(1, &next_old_carry_error, &old_carry_error);
         COPY(1, &next_old_carry_damping, &old_carry_damping);
-        COPY(1, &next_old_carry_done, &old_carry_done);
         COPY(1, &next_old_carry_least, &old_carry_least);
         COPY(1, &next_old_steps, &old_steps);
-        COPY(1, &next_old_converged, &old_converged);
         steps += 1;
         if (converged != 0)
             break;
@@ -2056,11 +2045,11 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
     REAL *carry_6, REAL *carry_7, REAL *inside_2, REAL *mapped_2, REAL *mapped_3, REAL *carry_8, REAL *carry_9,
     REAL *carry_10, REAL *carry_11, REAL *carry_0_4_0_2, REAL *carry_0_4_1_2, REAL *carry_0_5_0_2, REAL *carry_12,
     REAL *carry_13, REAL *mapped_5, REAL *carry_0_2, REAL *carry_14, REAL *gac_kept_0, REAL *gac_kept_7,
-    REAL *gac_kept_8, REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_16,
-    REAL *gac_kept_21, REAL *gac_kept_22, REAL *gac_kept_23, REAL *gac_kept_24, REAL *gac_kept_25,
-    REAL *gac_kept_26, REAL *gac_kept_27, REAL *gac_kept_28, REAL *gac_kept_29, REAL *gac_kept_30,
-    REAL *gac_kept_31, REAL *gac_kept_32, REAL *gac_kept_33, REAL *gac_kept_34, REAL *gac_kept_35,
-    REAL *gac_kept_36, REAL *gac_kept_37)
+    REAL *gac_kept_8, REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_15,
+    REAL *gac_kept_19, REAL *gac_kept_20, REAL *gac_kept_21, REAL *gac_kept_22, REAL *gac_kept_23,
+    REAL *gac_kept_24, REAL *gac_kept_25, REAL *gac_kept_26, REAL *gac_kept_27, REAL *gac_kept_28,
+    REAL *gac_kept_29, REAL *gac_kept_30, REAL *gac_kept_31, REAL *gac_kept_32, REAL *gac_kept_33,
+    REAL *gac_kept_34, REAL *gac_kept_35)
 {
     _Alignas(64) REAL carry_0_start[8 * NLANES], carry_start[6 * NLANES], value[8 * NLANES],
     old_carry_left_0[NLANES], old_carry_left_1[NLANES], old_carry_left_2[NLANES], old_carry_left_3[NLANES],
@@ -2084,8 +2073,7 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
     by_element[NLANES], common_7[NLANES], by_element_2[NLANES], by_element_3[NLANES], by_element_4[NLANES],
     by_element_5[NLANES], by_element_6[NLANES], by_element_7[NLANES], motion[8 * NLANES], gac_kept_1[NLANES],
     gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
-    gac_kept_13[NLANES], gac_kept_14[NLANES], gac_kept_15[NLANES], gac_kept_17[NLANES], gac_kept_18[NLANES],
-    gac_kept_19[NLANES], gac_kept_20[NLANES];
+    gac_kept_13[NLANES], gac_kept_14[NLANES], gac_kept_16[NLANES], gac_kept_17[NLANES], gac_kept_18[NLANES];
     WORD far = 0;
     NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start, carry_start);
     NAME(motion_of_joints_result_start_lanes)(value);
@@ -2122,29 +2110,27 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
         KEEP(rounds, NLANES * n, old_carry_rates_5, gac_kept_12);
         KEEP(rounds, NLANES, old_carry_error, gac_kept_13);
         KEEP(rounds, NLANES, old_carry_damping, gac_kept_14);
-        KEEP(rounds, NLANES, old_carry_done, gac_kept_15);
-        KEEP(rounds, NLANES * n, old_carry_best, gac_kept_16);
-        KEEP(rounds, NLANES, old_carry_least, gac_kept_17);
-        KEEP(rounds, NLANES, old_steps, gac_kept_18);
-        KEEP(rounds, NLANES, old_converged, gac_kept_19);
-        KEEP(rounds, NLANES, converged, gac_kept_20);
-        KEEP(rounds, 6 * NLANES * n, carry_2, gac_kept_21);
-        KEEP(rounds, 5 * NLANES * n, carry_3, gac_kept_22);
-        KEEP(rounds, 4 * NLANES * n, carry_4, gac_kept_23);
-        KEEP(rounds, 3 * NLANES * n, carry_5, gac_kept_24);
-        KEEP(rounds, NLANES * n, carry_0_4_0, gac_kept_25);
-        KEEP(rounds, NLANES * n, carry_0_4_1, gac_kept_26);
-        KEEP(rounds, NLANES * n, carry_0_5_0, gac_kept_27);
-        KEEP(rounds, 6 * NLANES * n, carry_7, gac_kept_28);
-        KEEP(rounds, 6 * NLANES * n, carry_8, gac_kept_29);
-        KEEP(rounds, 5 * NLANES * n, carry_9, gac_kept_30);
-        KEEP(rounds, 4 * NLANES * n, carry_10, gac_kept_31);
-        KEEP(rounds, 3 * NLANES * n, carry_11, gac_kept_32);
-        KEEP(rounds, NLANES * n, carry_0_4_0_2, gac_kept_33);
-        KEEP(rounds, NLANES * n, carry_0_4_1_2, gac_kept_34);
-        KEEP(rounds, NLANES * n, carry_0_5_0_2, gac_kept_35);
-        KEEP(rounds, 6 * NLANES * n, carry_13, gac_kept_36);
-        KEEP(rounds, 8 * NLANES * n, carry_0_2, gac_kept_37);
+        KEEP(rounds, NLANES * n, old_carry_best, gac_kept_15);
+        KEEP(rounds, NLANES, old_carry_least, gac_kept_16);
+        KEEP(rounds, NLANES, old_steps, gac_kept_17);
+        KEEP(rounds, NLANES, converged, gac_kept_18);
+        KEEP(rounds, 6 * NLANES * n, carry_2, gac_kept_19);
+        KEEP(rounds, 5 * NLANES * n, carry_3, gac_kept_20);
+        KEEP(rounds, 4 * NLANES * n, carry_4, gac_kept_21);
+        KEEP(rounds, 3 * NLANES * n, carry_5, gac_kept_22);
+        KEEP(rounds, NLANES * n, carry_0_4_0, gac_kept_23);
+        KEEP(rounds, NLANES * n, carry_0_4_1, gac_kept_24);
+        KEEP(rounds, NLANES * n, carry_0_5_0, gac_kept_25);
+        KEEP(rounds, 6 * NLANES * n, carry_7, gac_kept_26);
+        KEEP(rounds, 6 * NLANES * n, carry_8, gac_kept_27);
+        KEEP(rounds, 5 * NLANES * n, carry_9, gac_kept_28);
+        KEEP(rounds, 4 * NLANES * n, carry_10, gac_kept_29);
+        KEEP(rounds, 3 * NLANES * n, carry_11, gac_kept_30);
+        KEEP(rounds, NLANES * n, carry_0_4_0_2, gac_kept_31);
+        KEEP(rounds, NLANES * n, carry_0_4_1_2, gac_kept_32);
+        KEEP(rounds, NLANES * n, carry_0_5_0_2, gac_kept_33);
+        KEEP(rounds, 6 * NLANES * n, carry_13, gac_kept_34);
+        KEEP(rounds, 8 * NLANES * n, carry_0_2, gac_kept_35);
         NAME(descend_carry_start_lanes)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
     carry_start_4, carry_start_5, carry_0_4_0_start, carry_0_4_1_start, carry_0_5_0_start, carry_start_6);
         NAME(descend_value_2_lanes)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5,
@@ -2249,10 +2235,8 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
         COPY(NLANES, next_old_carry_left_5, old_carry_left_5);
         COPY(NLANES, next_old_carry_error, old_carry_error);
         COPY(NLANES, next_old_carry_damping, old_carry_damping);
-        COPY(NLANES, next_old_carry_done, old_carry_done);
         COPY(NLANES, next_old_carry_least, old_carry_least);
         COPY(NLANES, next_old_steps, old_steps);
-        COPY(NLANES, next_old_converged, old_converged);
         RESTORE(rounds, NLANES * n, gac_kept_0, old_carry_q);
         RESTORE(rounds, NLANES, gac_kept_1, old_carry_left_0);
         RESTORE(rounds, NLANES, gac_kept_2, old_carry_left_1);
@@ -2268,29 +2252,27 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
         RESTORE(rounds, NLANES * n, gac_kept_12, old_carry_rates_5);
         RESTORE(rounds, NLANES, gac_kept_13, old_carry_error);
         RESTORE(rounds, NLANES, gac_kept_14, old_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_15, old_carry_done);
-        RESTORE(rounds, NLANES * n, gac_kept_16, old_carry_best);
-        RESTORE(rounds, NLANES, gac_kept_17, old_carry_least);
-        RESTORE(rounds, NLANES, gac_kept_18, old_steps);
-        RESTORE(rounds, NLANES, gac_kept_19, old_converged);
-        RESTORE(rounds, NLANES, gac_kept_20, converged);
-        RESTORE(rounds, 6 * NLANES * n, gac_kept_21, carry_2);
-        RESTORE(rounds, 5 * NLANES * n, gac_kept_22, carry_3);
-        RESTORE(rounds, 4 * NLANES * n, gac_kept_23, carry_4);
-        RESTORE(rounds, 3 * NLANES * n, gac_kept_24, carry_5);
-        RESTORE(rounds, NLANES * n, gac_kept_25, carry_0_4_0);
-        RESTORE(rounds, NLANES * n, gac_kept_26, carry_0_4_1);
-        RESTORE(rounds, NLANES * n, gac_kept_27, carry_0_5_0);
-        RESTORE(rounds, 6 * NLANES * n, gac_kept_28, carry_7);
-        RESTORE(rounds, 6 * NLANES * n, gac_kept_29, carry_8);
-        RESTORE(rounds, 5 * NLANES * n, gac_kept_30, carry_9);
-        RESTORE(rounds, 4 * NLANES * n, gac_kept_31, carry_10);
-        RESTORE(rounds, 3 * NLANES * n, gac_kept_32, carry_11);
-        RESTORE(rounds, NLANES * n, gac_kept_33, carry_0_4_0_2);
-        RESTORE(rounds, NLANES * n, gac_kept_34, carry_0_4_1_2);
-        RESTORE(rounds, NLANES * n, gac_kept_35, carry_0_5_0_2);
-        RESTORE(rounds, 6 * NLANES * n, gac_kept_36, carry_13);
-        RESTORE(rounds, 8 * NLANES * n, gac_kept_37, carry_0_2);
+        RESTORE(rounds, NLANES * n, gac_kept_15, old_carry_best);
+        RESTORE(rounds, NLANES, gac_kept_16, old_carry_least);
+        RESTORE(rounds, NLANES, gac_kept_17, old_steps);
+        RESTORE(rounds, NLANES, gac_kept_18, converged);
+        RESTORE(rounds, 6 * NLANES * n, gac_kept_19, carry_2);
+        RESTORE(rounds, 5 * NLANES * n, gac_kept_20, carry_3);
+        RESTORE(rounds, 4 * NLANES * n, gac_kept_21, carry_4);
+        RESTORE(rounds, 3 * NLANES * n, gac_kept_22, carry_5);
+        RESTORE(rounds, NLANES * n, gac_kept_23, carry_0_4_0);
+        RESTORE(rounds, NLANES * n, gac_kept_24, carry_0_4_1);
+        RESTORE(rounds, NLANES * n, gac_kept_25, carry_0_5_0);
+        RESTORE(rounds, 6 * NLANES * n, gac_kept_26, carry_7);
+        RESTORE(rounds, 6 * NLANES * n, gac_kept_27, carry_8);
+        RESTORE(rounds, 5 * NLANES * n, gac_kept_28, carry_9);
+        RESTORE(rounds, 4 * NLANES * n, gac_kept_29, carry_10);
+        RESTORE(rounds, 3 * NLANES * n, gac_kept_30, carry_11);
+        RESTORE(rounds, NLANES * n, gac_kept_31, carry_0_4_0_2);
+        RESTORE(rounds, NLANES * n, gac_kept_32, carry_0_4_1_2);
+        RESTORE(rounds, NLANES * n, gac_kept_33, carry_0_5_0_2);
+        RESTORE(rounds, 6 * NLANES * n, gac_kept_34, carry_13);
+        RESTORE(rounds, 8 * NLANES * n, gac_kept_35, carry_0_2);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;

@@ -2,7 +2,7 @@
 // command: gac generate --all relative_poses
 // spec: 70a59066b9b7505c
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: d92dcd28fa40c57ab085122a6df03f8b77636a9696adea8406db357d950342ac
+// body: 353836de1cd69500d87b1c30a0755705f3e39e82950a1350fdc67ae497a33ba6
 
 #ifndef REAL
 #include "relative_poses.h"
@@ -3705,7 +3705,6 @@ void NAME(descend_motion)(intptr_t n, const REAL *m, const REAL *left, const REA
         COPY(5, next_now_carry_slope, now_carry_slope);
         COPY(1, &next_now_carry_cost, &now_carry_cost);
         COPY(1, &next_now_carry_damping, &now_carry_damping);
-        COPY(1, &next_now_carry_done, &now_carry_done);
         COPY(1, &next_now_steps, &now_steps);
         COPY(1, &next_now_converged, &now_converged);
         steps += 1;
@@ -3738,7 +3737,7 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
     common_50[NLANES], common_51[NLANES], common_52[NLANES], common_53[NLANES], common_54[NLANES],
     common_55[NLANES], common_56[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[15 * NLANES],
     gac_kept_3[5 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
-    gac_kept_8[NLANES], gac_kept_9[NLANES];
+    gac_kept_8[NLANES];
     NAME(descend_motion_now_carry_best_lanes)(m, now_carry_best, now_carry_following, now_carry_table,
     now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
     ROUNDS(rounds, 2147483647) {
@@ -3748,10 +3747,9 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
         KEEP(rounds, 5 * NLANES, now_carry_slope, gac_kept_3);
         KEEP(rounds, NLANES, now_carry_cost, gac_kept_4);
         KEEP(rounds, NLANES, now_carry_damping, gac_kept_5);
-        KEEP(rounds, NLANES, now_carry_done, gac_kept_6);
-        KEEP(rounds, NLANES, now_steps, gac_kept_7);
-        KEEP(rounds, NLANES, now_converged, gac_kept_8);
-        KEEP(rounds, NLANES, converged, gac_kept_9);
+        KEEP(rounds, NLANES, now_steps, gac_kept_6);
+        KEEP(rounds, NLANES, now_converged, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_motion_sum_start_lanes)(sum);
         NAME(descend_motion_common_lanes)(left, right, now_carry_following, common, common_2, common_3, common_4,
     common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
@@ -3779,7 +3777,6 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
         COPY(5 * NLANES, next_now_carry_slope, now_carry_slope);
         COPY(NLANES, next_now_carry_cost, now_carry_cost);
         COPY(NLANES, next_now_carry_damping, now_carry_damping);
-        COPY(NLANES, next_now_carry_done, now_carry_done);
         COPY(NLANES, next_now_steps, now_steps);
         COPY(NLANES, next_now_converged, now_converged);
         RESTORE(rounds, 7 * NLANES, gac_kept_0, now_carry_best);
@@ -3788,10 +3785,9 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
         RESTORE(rounds, 5 * NLANES, gac_kept_3, now_carry_slope);
         RESTORE(rounds, NLANES, gac_kept_4, now_carry_cost);
         RESTORE(rounds, NLANES, gac_kept_5, now_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_6, now_carry_done);
-        RESTORE(rounds, NLANES, gac_kept_7, now_steps);
-        RESTORE(rounds, NLANES, gac_kept_8, now_converged);
-        RESTORE(rounds, NLANES, gac_kept_9, converged);
+        RESTORE(rounds, NLANES, gac_kept_6, now_steps);
+        RESTORE(rounds, NLANES, gac_kept_7, now_converged);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -4353,7 +4349,6 @@ void NAME(descend_motion_in_front)(intptr_t n, const REAL *m, const REAL *left, 
         COPY(5, next_now_carry_slope, now_carry_slope);
         COPY(1, &next_now_carry_cost, &now_carry_cost);
         COPY(1, &next_now_carry_damping, &now_carry_damping);
-        COPY(1, &next_now_carry_done, &now_carry_done);
         COPY(1, &next_now_steps, &now_steps);
         COPY(1, &next_now_converged, &now_converged);
         steps += 1;
@@ -4391,7 +4386,7 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
     common_75[NLANES], common_76[NLANES], common_77[NLANES], common_78[NLANES], common_79[NLANES],
     common_80[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[15 * NLANES],
     gac_kept_3[5 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
-    gac_kept_8[NLANES], gac_kept_9[NLANES];
+    gac_kept_8[NLANES];
     NAME(descend_motion_now_carry_best_lanes)(m, now_carry_best, now_carry_following, now_carry_table,
     now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
     NAME(descend_motion_in_front_common_lanes)(left, right, onto, limit, common_72, common_73, common_74, common_75,
@@ -4403,10 +4398,9 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
         KEEP(rounds, 5 * NLANES, now_carry_slope, gac_kept_3);
         KEEP(rounds, NLANES, now_carry_cost, gac_kept_4);
         KEEP(rounds, NLANES, now_carry_damping, gac_kept_5);
-        KEEP(rounds, NLANES, now_carry_done, gac_kept_6);
-        KEEP(rounds, NLANES, now_steps, gac_kept_7);
-        KEEP(rounds, NLANES, now_converged, gac_kept_8);
-        KEEP(rounds, NLANES, converged, gac_kept_9);
+        KEEP(rounds, NLANES, now_steps, gac_kept_6);
+        KEEP(rounds, NLANES, now_converged, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_motion_sum_start_lanes)(sum);
         NAME(descend_motion_in_front_common_2_lanes)(left, right, now_carry_following, common, common_2, common_3,
     common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
@@ -4438,7 +4432,6 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
         COPY(5 * NLANES, next_now_carry_slope, now_carry_slope);
         COPY(NLANES, next_now_carry_cost, now_carry_cost);
         COPY(NLANES, next_now_carry_damping, now_carry_damping);
-        COPY(NLANES, next_now_carry_done, now_carry_done);
         COPY(NLANES, next_now_steps, now_steps);
         COPY(NLANES, next_now_converged, now_converged);
         RESTORE(rounds, 7 * NLANES, gac_kept_0, now_carry_best);
@@ -4447,10 +4440,9 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
         RESTORE(rounds, 5 * NLANES, gac_kept_3, now_carry_slope);
         RESTORE(rounds, NLANES, gac_kept_4, now_carry_cost);
         RESTORE(rounds, NLANES, gac_kept_5, now_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_6, now_carry_done);
-        RESTORE(rounds, NLANES, gac_kept_7, now_steps);
-        RESTORE(rounds, NLANES, gac_kept_8, now_converged);
-        RESTORE(rounds, NLANES, gac_kept_9, converged);
+        RESTORE(rounds, NLANES, gac_kept_6, now_steps);
+        RESTORE(rounds, NLANES, gac_kept_7, now_converged);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -4831,7 +4823,6 @@ void NAME(descend_rotation)(intptr_t n, const REAL *m, const REAL *left, const R
         COPY(3, next_now_carry_slope, now_carry_slope);
         COPY(1, &next_now_carry_cost, &now_carry_cost);
         COPY(1, &next_now_carry_damping, &now_carry_damping);
-        COPY(1, &next_now_carry_done, &now_carry_done);
         COPY(1, &next_now_steps, &now_steps);
         COPY(1, &next_now_converged, &now_converged);
         steps += 1;
@@ -4857,7 +4848,7 @@ static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const
     common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES],
     common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES], gac_kept_0[4 * NLANES],
     gac_kept_1[4 * NLANES], gac_kept_2[6 * NLANES], gac_kept_3[3 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES],
-    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES], gac_kept_9[NLANES];
+    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_rotation_now_carry_best_lanes)(m, now_carry_best, now_carry_following, now_carry_table,
     now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
     NAME(descend_rotation_common_lanes)(left, onto, limit, common_16, common_17, common_18, common_19, common_20,
@@ -4869,10 +4860,9 @@ static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const
         KEEP(rounds, 3 * NLANES, now_carry_slope, gac_kept_3);
         KEEP(rounds, NLANES, now_carry_cost, gac_kept_4);
         KEEP(rounds, NLANES, now_carry_damping, gac_kept_5);
-        KEEP(rounds, NLANES, now_carry_done, gac_kept_6);
-        KEEP(rounds, NLANES, now_steps, gac_kept_7);
-        KEEP(rounds, NLANES, now_converged, gac_kept_8);
-        KEEP(rounds, NLANES, converged, gac_kept_9);
+        KEEP(rounds, NLANES, now_steps, gac_kept_6);
+        KEEP(rounds, NLANES, now_converged, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_rotation_sum_start_lanes)(sum, sum_2, sum_2_2);
         NAME(descend_rotation_common_2_lanes)(left, now_carry_following, common, common_2, common_3, common_4,
     common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
@@ -4893,7 +4883,6 @@ static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const
         COPY(3 * NLANES, next_now_carry_slope, now_carry_slope);
         COPY(NLANES, next_now_carry_cost, now_carry_cost);
         COPY(NLANES, next_now_carry_damping, now_carry_damping);
-        COPY(NLANES, next_now_carry_done, now_carry_done);
         COPY(NLANES, next_now_steps, now_steps);
         COPY(NLANES, next_now_converged, now_converged);
         RESTORE(rounds, 4 * NLANES, gac_kept_0, now_carry_best);
@@ -4902,10 +4891,9 @@ static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const
         RESTORE(rounds, 3 * NLANES, gac_kept_3, now_carry_slope);
         RESTORE(rounds, NLANES, gac_kept_4, now_carry_cost);
         RESTORE(rounds, NLANES, gac_kept_5, now_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_6, now_carry_done);
-        RESTORE(rounds, NLANES, gac_kept_7, now_steps);
-        RESTORE(rounds, NLANES, gac_kept_8, now_converged);
-        RESTORE(rounds, NLANES, gac_kept_9, converged);
+        RESTORE(rounds, NLANES, gac_kept_6, now_steps);
+        RESTORE(rounds, NLANES, gac_kept_7, now_converged);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;

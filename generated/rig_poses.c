@@ -2,7 +2,7 @@
 // command: gac generate --all rig_poses
 // spec: e1a71a74c8acff9e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: cc26cb6b34e646f9143b7bb6b2c29c77885d9a610dfef08d3eb7c56a42760bb9
+// body: 912882033fb5ba29638379528778668ceac7636b3567bf921cf2cfd97eb6ced7
 
 #ifndef REAL
 #include "rig_poses.h"
@@ -1233,7 +1233,6 @@ void NAME(descend_rig_pose)(intptr_t n, const REAL *pose, const REAL *places, co
         COPY(6, next_now_carry_slope, now_carry_slope);
         COPY(1, &next_now_carry_cost, &now_carry_cost);
         COPY(1, &next_now_carry_damping, &now_carry_damping);
-        COPY(1, &next_now_carry_done, &now_carry_done);
         COPY(1, &next_now_steps, &now_steps);
         COPY(1, &next_now_converged, &now_converged);
         steps += 1;
@@ -1256,7 +1255,7 @@ static INLINE WORD NAME(descend_rig_pose_lanes)(intptr_t n, const REAL *pose, co
     common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
     common_9[NLANES], common_10[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[21 * NLANES],
     gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
-    gac_kept_8[NLANES], gac_kept_9[NLANES];
+    gac_kept_8[NLANES];
     NAME(descend_rig_pose_now_carry_best_lanes)(pose, now_carry_best, now_carry_following, now_carry_table,
     now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
     NAME(descend_rig_pose_common_lanes)(limit, common_10);
@@ -1267,10 +1266,9 @@ static INLINE WORD NAME(descend_rig_pose_lanes)(intptr_t n, const REAL *pose, co
         KEEP(rounds, 6 * NLANES, now_carry_slope, gac_kept_3);
         KEEP(rounds, NLANES, now_carry_cost, gac_kept_4);
         KEEP(rounds, NLANES, now_carry_damping, gac_kept_5);
-        KEEP(rounds, NLANES, now_carry_done, gac_kept_6);
-        KEEP(rounds, NLANES, now_steps, gac_kept_7);
-        KEEP(rounds, NLANES, now_converged, gac_kept_8);
-        KEEP(rounds, NLANES, converged, gac_kept_9);
+        KEEP(rounds, NLANES, now_steps, gac_kept_6);
+        KEEP(rounds, NLANES, now_converged, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_rig_pose_sum_start_lanes)(sum);
         NAME(descend_rig_pose_common_2_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
     common_6, common_7, common_8, common_9);
@@ -1289,7 +1287,6 @@ static INLINE WORD NAME(descend_rig_pose_lanes)(intptr_t n, const REAL *pose, co
         COPY(6 * NLANES, next_now_carry_slope, now_carry_slope);
         COPY(NLANES, next_now_carry_cost, now_carry_cost);
         COPY(NLANES, next_now_carry_damping, now_carry_damping);
-        COPY(NLANES, next_now_carry_done, now_carry_done);
         COPY(NLANES, next_now_steps, now_steps);
         COPY(NLANES, next_now_converged, now_converged);
         RESTORE(rounds, 7 * NLANES, gac_kept_0, now_carry_best);
@@ -1298,10 +1295,9 @@ static INLINE WORD NAME(descend_rig_pose_lanes)(intptr_t n, const REAL *pose, co
         RESTORE(rounds, 6 * NLANES, gac_kept_3, now_carry_slope);
         RESTORE(rounds, NLANES, gac_kept_4, now_carry_cost);
         RESTORE(rounds, NLANES, gac_kept_5, now_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_6, now_carry_done);
-        RESTORE(rounds, NLANES, gac_kept_7, now_steps);
-        RESTORE(rounds, NLANES, gac_kept_8, now_converged);
-        RESTORE(rounds, NLANES, gac_kept_9, converged);
+        RESTORE(rounds, NLANES, gac_kept_6, now_steps);
+        RESTORE(rounds, NLANES, gac_kept_7, now_converged);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;

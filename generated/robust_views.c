@@ -2,7 +2,7 @@
 // command: gac generate --all robust_views
 // spec: 319c8bda94e672a4
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 34c02e51b40399b98b69768c46d764b18971da36e06a3d1c442eca1dc4944fff
+// body: a7c9587413bfde7b7ab74eb074b027c67fd88347594cd214f3dcbdfd23eca625
 
 #ifndef REAL
 #include "robust_views.h"
@@ -2132,7 +2132,6 @@ void NAME(descend_homography)(intptr_t n, const REAL *matrix, const REAL *first,
         COPY(8, next_now_carry_slope, now_carry_slope);
         COPY(1, &next_now_carry_cost, &now_carry_cost);
         COPY(1, &next_now_carry_damping, &now_carry_damping);
-        COPY(1, &next_now_carry_done, &now_carry_done);
         COPY(1, &next_now_steps, &now_steps);
         COPY(1, &next_now_converged, &now_converged);
         steps += 1;
@@ -2155,7 +2154,7 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
     next_now_steps[NLANES], next_now_converged[NLANES], sum_2[45 * NLANES], common_3[NLANES], common_4[NLANES],
     common_5[NLANES], common_6[NLANES], gac_kept_0[9 * NLANES], gac_kept_1[9 * NLANES], gac_kept_2[36 * NLANES],
     gac_kept_3[8 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
-    gac_kept_8[NLANES], gac_kept_9[NLANES];
+    gac_kept_8[NLANES];
     NAME(descend_homography_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_homography_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * i, sum_0_0, sum_0_1, sum_1);
@@ -2174,10 +2173,9 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
         KEEP(rounds, 8 * NLANES, now_carry_slope, gac_kept_3);
         KEEP(rounds, NLANES, now_carry_cost, gac_kept_4);
         KEEP(rounds, NLANES, now_carry_damping, gac_kept_5);
-        KEEP(rounds, NLANES, now_carry_done, gac_kept_6);
-        KEEP(rounds, NLANES, now_steps, gac_kept_7);
-        KEEP(rounds, NLANES, now_converged, gac_kept_8);
-        KEEP(rounds, NLANES, converged, gac_kept_9);
+        KEEP(rounds, NLANES, now_steps, gac_kept_6);
+        KEEP(rounds, NLANES, now_converged, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_homography_sum_start_2_lanes)(sum_2);
         NAME(descend_homography_common_3_lanes)(now_carry_following, common_3, common_4, common_5);
         for (intptr_t j = 0; j < n; j++)
@@ -2194,7 +2192,6 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
         COPY(8 * NLANES, next_now_carry_slope, now_carry_slope);
         COPY(NLANES, next_now_carry_cost, now_carry_cost);
         COPY(NLANES, next_now_carry_damping, now_carry_damping);
-        COPY(NLANES, next_now_carry_done, now_carry_done);
         COPY(NLANES, next_now_steps, now_steps);
         COPY(NLANES, next_now_converged, now_converged);
         RESTORE(rounds, 9 * NLANES, gac_kept_0, now_carry_best);
@@ -2203,10 +2200,9 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
         RESTORE(rounds, 8 * NLANES, gac_kept_3, now_carry_slope);
         RESTORE(rounds, NLANES, gac_kept_4, now_carry_cost);
         RESTORE(rounds, NLANES, gac_kept_5, now_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_6, now_carry_done);
-        RESTORE(rounds, NLANES, gac_kept_7, now_steps);
-        RESTORE(rounds, NLANES, gac_kept_8, now_converged);
-        RESTORE(rounds, NLANES, gac_kept_9, converged);
+        RESTORE(rounds, NLANES, gac_kept_6, now_steps);
+        RESTORE(rounds, NLANES, gac_kept_7, now_converged);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -3958,7 +3954,6 @@ void NAME(descend_fundamental)(intptr_t n, const REAL *matrix, const REAL *first
         COPY(7, next_now_carry_slope, now_carry_slope);
         COPY(1, &next_now_carry_cost, &now_carry_cost);
         COPY(1, &next_now_carry_damping, &now_carry_damping);
-        COPY(1, &next_now_carry_done, &now_carry_done);
         COPY(1, &next_now_steps, &now_steps);
         COPY(1, &next_now_converged, &now_converged);
         steps += 1;
@@ -3997,7 +3992,7 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
     common_74[NLANES], common_75[NLANES], common_76[NLANES], common_77[NLANES], common_78[NLANES],
     common_79[NLANES], common_80[NLANES], gac_kept_0[9 * NLANES], gac_kept_1[9 * NLANES], gac_kept_2[28 * NLANES],
     gac_kept_3[7 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
-    gac_kept_8[NLANES], gac_kept_9[NLANES];
+    gac_kept_8[NLANES];
     NAME(descend_fundamental_sum_start_lanes)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum_lanes)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, first + 2 * NLANES * i,
@@ -4026,10 +4021,9 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
         KEEP(rounds, 7 * NLANES, now_carry_slope, gac_kept_3);
         KEEP(rounds, NLANES, now_carry_cost, gac_kept_4);
         KEEP(rounds, NLANES, now_carry_damping, gac_kept_5);
-        KEEP(rounds, NLANES, now_carry_done, gac_kept_6);
-        KEEP(rounds, NLANES, now_steps, gac_kept_7);
-        KEEP(rounds, NLANES, now_converged, gac_kept_8);
-        KEEP(rounds, NLANES, converged, gac_kept_9);
+        KEEP(rounds, NLANES, now_steps, gac_kept_6);
+        KEEP(rounds, NLANES, now_converged, gac_kept_7);
+        KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_fundamental_sum_start_2_lanes)(sum_3);
         NAME(descend_fundamental_common_4_lanes)(now_carry_following, common_6, common_7, common_8, common_9,
     common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
@@ -4060,7 +4054,6 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
         COPY(7 * NLANES, next_now_carry_slope, now_carry_slope);
         COPY(NLANES, next_now_carry_cost, now_carry_cost);
         COPY(NLANES, next_now_carry_damping, now_carry_damping);
-        COPY(NLANES, next_now_carry_done, now_carry_done);
         COPY(NLANES, next_now_steps, now_steps);
         COPY(NLANES, next_now_converged, now_converged);
         RESTORE(rounds, 9 * NLANES, gac_kept_0, now_carry_best);
@@ -4069,10 +4062,9 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
         RESTORE(rounds, 7 * NLANES, gac_kept_3, now_carry_slope);
         RESTORE(rounds, NLANES, gac_kept_4, now_carry_cost);
         RESTORE(rounds, NLANES, gac_kept_5, now_carry_damping);
-        RESTORE(rounds, NLANES, gac_kept_6, now_carry_done);
-        RESTORE(rounds, NLANES, gac_kept_7, now_steps);
-        RESTORE(rounds, NLANES, gac_kept_8, now_converged);
-        RESTORE(rounds, NLANES, gac_kept_9, converged);
+        RESTORE(rounds, NLANES, gac_kept_6, now_steps);
+        RESTORE(rounds, NLANES, gac_kept_7, now_converged);
+        RESTORE(rounds, NLANES, gac_kept_8, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
