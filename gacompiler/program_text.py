@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from .backends import as_printed
+from .ir.cost import cost
 from .ir.program import Operand, Program
 from .passes.prove import disagreement, program_reader, read
 from .passes.truth import Truth
@@ -45,15 +46,18 @@ def difference_of_program(text: Program, program: Program, known: Sequence[Truth
     """Describe how a text differs from the definition at the given points.
 
     If the text cannot hold the exact numbers of its program, the program is compared with the definition, and the text
-    with the program whose numbers are rounded once.
+    with the program whose numbers are rounded once. A text with branches must also have the formulas of the program,
+    since random points do not meet every condition, such as an equality.
     """
     printed = as_printed(program)
     if printed == program:
-        return disagreement(program_reader(text), known)
-    difference = disagreement(program_reader(program), known)
-    if difference:
-        return difference
-    reader = program_reader(printed)
-    return disagreement(
-        program_reader(text), [replace(truth, results=(tuple(read(reader, truth)),), again=None) for truth in known]
-    )
+        difference = disagreement(program_reader(text), known)
+    else:
+        reader = program_reader(printed)
+        difference = disagreement(program_reader(program), known) or disagreement(
+            program_reader(text), [replace(truth, results=(tuple(read(reader, truth)),), again=None) for truth in known]
+        )
+    has_branches = cost(text).choice or cost(printed).choice
+    if not difference and has_branches and not same_formulas([text], [printed]):
+        return "has branches, and other formulas than the compiled program"
+    return difference

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import kalman as kernels
 
 from ..arguments import Reals, finite, real_array
-from ..evidence.gates import OPEN, checked_gate
+from ..evidence.gates import checked_gate
 from .matrices import as_definite, definite_once
 from .status import EstimationStatus
 
@@ -110,11 +110,11 @@ class KalmanFilter:
         self._control = None if control is None else _matrix(control, "control", (n, -1))
         self._still = np.zeros(n)
         limit = checked_gate(gate)
-        self._gates, self._each = np.array([OPEN, limit]), np.array([limit, OPEN])
+        self._gates, self._each = np.array([np.inf, limit]), np.array([limit, np.inf])
         self._innovation = np.full((*leading, m), np.nan)
         self._square, self._count = np.zeros(leading), np.zeros(leading)
-        good = definite and process_definite and noise_definite
-        self._status: Reals | None = np.full(leading, EstimationStatus.OK if good else EstimationStatus.NOT_DEFINITE)
+        self._good = definite and process_definite and noise_definite
+        self._status: Reals | None = self._known_status(leading)
 
     @property
     def n_states(self) -> int:
@@ -148,8 +148,13 @@ class KalmanFilter:
             # Computed here, because it takes longer than an update.
             missing = ~np.isfinite(self._innovation).any(-1)
             status = np.where(missing, EstimationStatus.SKIPPED, EstimationStatus.REJECTED)
-            self._status = np.where((self._count > 0) & ~missing, EstimationStatus.OK, status)
+            good = self._known_status(())
+            self._status = np.where((self._count > 0) & ~missing, good, status)
         return self._status
+
+    def _known_status(self, leading: tuple[int, ...]) -> Reals:
+        """Return the status of a call whose measurement, if any, was used."""
+        return np.full(leading, EstimationStatus.OK if self._good else EstimationStatus.NOT_DEFINITE)
 
     def predict(
         self,
@@ -161,11 +166,13 @@ class KalmanFilter:
         """Predict the next state, with another F or Q if given, and for the control u (..., k)."""
         n = len(self._still)
         move = self._transition if transition is None else _matrix(transition, "transition", (n, n))
-        noise = self._process if process_noise is None else _definite(process_noise, "process_noise", n)[0]
+        noise, self._good = self._process, True
+        if process_noise is not None:
+            noise, self._good = _definite(process_noise, "process_noise", n)
         shift = self._still if control is None else self._shift(control, "control")
         self._state, self._covariance = kernels.predict(self._state, self._covariance, move, noise, shift)
         leading = self._state.shape[:-1]
-        self._status = np.full(leading, EstimationStatus.OK) if leading else _PREDICTED
+        self._status = _PREDICTED if self._good and not leading else self._known_status(leading)
 
     def update(
         self,
@@ -188,12 +195,12 @@ class KalmanFilter:
         in_sequence : bool
             Whether the gate applies to one number after the other, instead of to all of them together.
         """
-        own, spread = self._rows, self._noise
+        own, spread, good = self._rows, self._noise, True
         if rows is not None:
             own = _matrix(rows, "rows", (-1, len(self._still)))
         m = len(own)
         if noise is not None:
-            spread = definite_once(_matrix(noise, "noise", (m, m)).tobytes(), "noise", m)
+            spread, good = definite_once(_matrix(noise, "noise", (m, m)).tobytes(), "noise", m)
         elif len(spread) != m:
             raise ValueError(f"rows: {m} measured numbers; expected {len(spread)}, or noise= for those")
         z = measurement
@@ -205,7 +212,7 @@ class KalmanFilter:
         self._state, self._covariance, self._innovation, self._square, self._count = kernels.update(
             self._state, self._covariance, z, own, spread, self._each if in_sequence else self._gates
         )
-        self._status = None
+        self._status, self._good = None, good
 
     def run(
         self,
@@ -217,7 +224,9 @@ class KalmanFilter:
         rows: ArrayLike | None = None,
         noises: ArrayLike | None = None,
     ) -> Filtered:
-        """Filter a recording: predict and update for each measurement. The state becomes that after the last one.
+        """Filter a recording: predict and update for each measurement.
+
+        The state, and what is known about the last update, become those of the last measurement.
 
         Parameters
         ----------
@@ -241,15 +250,17 @@ class KalmanFilter:
         given = transitions, process_noises, rows, noises
         if named is not None and all(x is None for x in given):
             found = named(self._state, self._covariance, z, shifts, *known, self._gates)
-            used = self._transition[None]
+            used, self._good = self._transition[None], True
         else:
-            system, (used, process, seen, noise) = _systems(t, known, given)
+            system, (used, process, seen, noise), self._good = _systems(t, known, given)
             found = kernels.filter_recording(
                 self._state, self._covariance, z, shifts, used, process, seen, noise, system, self._gates
             )
         states, covariances, before, spreads, innovations, squares, count = found
         if t:
             self._state, self._covariance = states[..., -1, :].copy(), covariances[..., -1, :, :].copy()
+            self._innovation, self._square, self._count = innovations[..., -1, :], squares[..., -1], count[..., -1]
+            self._status = None
         missing = (~np.isfinite(np.broadcast_to(z, (*leading, t, m)))).sum((-1, -2))
         return Filtered(states, covariances, before, spreads, innovations, squares, count > 0, missing, used)
 
@@ -282,17 +293,23 @@ class KalmanFilter:
 
 def _systems(
     t: int, known: tuple[Reals, ...], given: tuple[ArrayLike | None, ...]
-) -> tuple[NDArray[np.intp], list[Reals]]:
-    """Return the number of the matrices of each measurement, and the matrices F, Q, H and R."""
+) -> tuple[NDArray[np.intp], list[Reals], bool]:
+    """Return the number of the matrices of each measurement, the matrices F, Q, H and R, and whether Q and R are good.
+
+    Good ones are positive semidefinite.
+    """
     if all(x is None for x in given):
-        return np.zeros(t, np.intp), [own[None] for own in known]
-    matrices = []
+        return np.zeros(t, np.intp), [own[None] for own in known], True
+    matrices, good = [], True
     for own, x, name in zip(known, given, ("transitions", "process_noises", "rows", "noises"), strict=True):
         whole = (t, *own.shape)
         matrix = np.broadcast_to(own, whole) if x is None else _matrix(x, name, whole)
         is_covariance = name.endswith("noises")
-        matrices.append(as_definite(matrix)[0] if is_covariance and x is not None else matrix)
-    return np.arange(t), matrices
+        if is_covariance and x is not None:
+            matrix, definite = as_definite(matrix)
+            good &= definite
+        matrices.append(matrix)
+    return np.arange(t), matrices, good
 
 
 def _matrix(value: ArrayLike, name: str, shape: tuple[int, ...]) -> Reals:

@@ -34,14 +34,14 @@ def as_definite(matrices: Reals) -> tuple[Reals, bool]:
 
 
 @lru_cache(maxsize=64)
-def definite_once(matrix: bytes, name: str, n: int) -> Reals:
-    """Return the nearest positive semidefinite matrix; the same noise is usually given again and again.
+def definite_once(matrix: bytes, name: str, n: int) -> tuple[Reals, bool]:
+    """Return what `as_definite` does, for one matrix; the same noise is usually given again and again.
 
     Raises
     ------
     ValueError
         If an entry is infinite or NaN.
     """
-    found = as_definite(finite(np.frombuffer(matrix).reshape(n, n), name))[0]
+    found, definite = as_definite(finite(np.frombuffer(matrix).reshape(n, n), name))
     found.flags.writeable = False
-    return found
+    return found, definite

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from generated import kalman as kernels
 
 from ..arguments import Reals, finite, real_array
-from ..evidence.gates import OPEN, checked_gate
+from ..evidence.gates import checked_gate
 from .matrices import as_definite, definite_once
 from .status import EstimationStatus
 
@@ -33,7 +33,7 @@ class _NonlinearFilter:
             raise ValueError(f"state: shape {self._state.shape}; expected (n,) with n from 1")
         given = finite(real_array(covariance, "covariance", (n, n)).astype(float), "covariance")
         self._covariance, definite = as_definite(given)
-        self._gates = np.array([OPEN, checked_gate(gate)])
+        self._gates = np.array([np.inf, checked_gate(gate)])
         self._still = np.zeros(n)
         self._square = 0.0
         self._status = EstimationStatus.OK if definite else EstimationStatus.NOT_DEFINITE
@@ -58,13 +58,13 @@ class _NonlinearFilter:
         """The status of the last call: OK, SKIPPED, REJECTED, NOT_CONVERGED or NOT_DEFINITE."""
         return self._status
 
-    def _predicted(self, after: Reals, rows: Reals, noise: Reals) -> EstimationStatus:
+    def _predicted(self, after: Reals, rows: Reals, noise: Reals, definite: bool) -> EstimationStatus:
         """Move the state to `after`, with the derivatives `rows` by the state before."""
         self._status = EstimationStatus.NOT_CONVERGED
         if _are_finite(after) and _are_finite(rows):
             self._covariance = kernels.predict(self._state, self._covariance, rows, noise, self._still)[1]
             self._state = after.reshape(self._still.shape)
-            self._status = EstimationStatus.OK
+            self._status = EstimationStatus.OK if definite else EstimationStatus.NOT_DEFINITE
         return self._status
 
     def _updated(
@@ -81,7 +81,7 @@ class _NonlinearFilter:
         """
         z = real_array(measurement, "measurement", (-1,)).astype(float)
         m = len(z)
-        spread = _noise(noise, m)
+        spread, definite = _noise(noise, m)
         if not np.isfinite(z).any():
             self._status = EstimationStatus.SKIPPED
             return self._status
@@ -104,7 +104,7 @@ class _NonlinearFilter:
                 self._status = EstimationStatus.REJECTED
                 return self._status
         self._state, self._covariance = at, covariance
-        self._status = EstimationStatus.OK
+        self._status = EstimationStatus.OK if definite else EstimationStatus.NOT_DEFINITE
         return self._status
 
 
@@ -132,8 +132,8 @@ class ExtendedKalmanFilter(_NonlinearFilter):
     def predict(self, motion: Linearised, noise: ArrayLike) -> EstimationStatus:
         """Predict the state by a function that returns the next state and its derivatives by the present one."""
         n = len(self._state)
-        after, rows = (np.asarray(x, float) for x in motion(self._state))
-        return self._predicted(after, rows, _noise(noise, n))
+        after, rows = _with_derivatives("motion", motion, self._state, n)
+        return self._predicted(after, rows, *_noise(noise, n))
 
     def update(
         self, measurement: ArrayLike, expected: Linearised, noise: ArrayLike, *, difference: Difference = np.subtract
@@ -152,7 +152,7 @@ class ExtendedKalmanFilter(_NonlinearFilter):
         """
 
         def linearise(z: Reals, at: Reals) -> tuple[Reals, Reals, None]:
-            value, rows = (np.asarray(x, float) for x in expected(at))
+            value, rows = _with_derivatives("expected", expected, at, len(z))
             return np.asarray(difference(z, value)), rows, None
 
         return self._updated(measurement, noise, linearise, self._count)
@@ -186,9 +186,9 @@ class UnscentedKalmanFilter(_NonlinearFilter):
     def predict(self, motion: Mapped, noise: ArrayLike) -> EstimationStatus:
         """Predict the state by a function that returns the next state for each of some states (k, n)."""
         n = len(self._state)
-        spread = _noise(noise, n)
-        middle, mean, rows, bent = self._linearised("motion", motion, np.subtract)
-        return self._predicted(middle + mean, rows, spread + bent)
+        spread, definite = _noise(noise, n)
+        middle, mean, rows, bent = self._linearised("motion", motion, n, np.subtract)
+        return self._predicted(middle + mean, rows, spread + bent, definite)
 
     def update(
         self, measurement: ArrayLike, expected: Mapped, noise: ArrayLike, *, difference: Difference = np.subtract
@@ -207,27 +207,45 @@ class UnscentedKalmanFilter(_NonlinearFilter):
         """
 
         def linearise(z: Reals, at: Reals) -> tuple[Reals, Reals, Reals]:
-            middle, mean, rows, bent = self._linearised("expected", expected, difference)
+            middle, mean, rows, bent = self._linearised("expected", expected, len(z), difference)
             return np.asarray(difference(z, middle)) - mean, rows, bent
 
         return self._updated(measurement, noise, linearise, 1)
 
-    def _linearised(self, name: str, function: Mapped, difference: Difference) -> tuple[Reals, Reals, Reals, Reals]:
-        """Return the value at the state, and the results of `kernels.linearise`."""
+    def _linearised(
+        self, name: str, function: Mapped, m: int, difference: Difference
+    ) -> tuple[Reals, Reals, Reals, Reals]:
+        """Return the value (m,) at the state, and the results of `kernels.linearise`."""
         offsets, forward, backward = kernels.sigma_points(self._state, self._covariance, self._distance)
         points = np.concatenate([self._state[None], forward, backward])
         values = np.asarray(function(points), float)
-        if values.ndim != 2 or len(values) != len(points):
+        if values.shape != (len(points), m):
             raise ValueError(
-                f"{name}: returned shape {values.shape}; expected ({len(points)}, m), a row for each state"
+                f"{name}: returned shape {values.shape}; expected ({len(points)}, {m}), a row for each state"
             )
         n, changes = len(offsets), np.asarray(difference(values[1:], values[0]))
         return values[0], *kernels.linearise(offsets, changes[:n], changes[n:], self._distance)
 
 
-def _noise(value: ArrayLike, n: int) -> Reals:
-    """Return the nearest covariance (n, n) that is positive semidefinite."""
-    return definite_once(real_array(value, "noise", (n, n)).astype(float, copy=False).tobytes(), "noise", n)
+def _with_derivatives(name: str, function: Linearised, state: Reals, m: int) -> tuple[Reals, Reals]:
+    """Return the value of a function, m numbers, and its derivatives (m, n)."""
+    found = function(state)
+    if not isinstance(found, (tuple, list)) or len(found) != 2:
+        raise TypeError(f"{name}: returned {type(found).__name__}; expected a pair, a value and its derivatives")
+    value, rows = (np.asarray(x, float) for x in found)
+    if value.size != m or rows.shape != (m, len(state)):
+        raise ValueError(
+            f"{name}: returned shapes {value.shape} and {rows.shape}; expected ({m},) and ({m}, {len(state)})"
+        )
+    return value.reshape(m), rows
+
+
+def _noise(value: ArrayLike, n: int) -> tuple[Reals, bool]:
+    """Return the nearest covariance (n, n) that is positive semidefinite, and whether the given one is."""
+    given = real_array(value, "noise", (n, n))
+    if given.ndim != 2:
+        raise ValueError(f"noise: shape {given.shape}; expected ({n}, {n})")
+    return definite_once(given.astype(float, copy=False).tobytes(), "noise", n)
 
 
 def _are_finite(numbers: Reals) -> bool:

@@ -8,8 +8,8 @@ parametrisation, are compared at rational points or points with many digits, for
 
 A program with branches is first compared with its definition as a polynomial in the inputs and the values of functions.
 If both are the same polynomials, they agree at all arguments, and a few points suffice to check the polynomials.
-Otherwise, for example if the program relies on relations of its inputs, as many points are compared as are needed to
-take every branch.
+Otherwise, for example if the program relies on relations of its inputs, more points are compared. They take the
+branches of conditions that are often met, but not those of an equality or of a limit far from the random numbers.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ are large, compared with the result, loses any number of digits."""
 EXACT_POINTS, FEW_POINTS, LONG = 5, 2, 5000
 """Number of points for polynomials and fractions; fewer for programs of more than `LONG` lines."""
 BRANCH_POINTS = 60
-"""Number of points for kernels with branches, so that every branch is taken."""
+"""Number of points for kernels with branches, so that each branch that is not rare is taken."""
 LARGE = 12
 """Exponentials of larger numbers lose too many digits by cancellation. Such points are skipped if there are others."""
 QUICK_POINTS = 16

@@ -110,10 +110,12 @@ def _updated(state, covariance, innovation, rows, noise, gates):
     spread, sides, innovation = fold(eliminated, (spread, sides, innovation), numbers)
     variances = each(lambda row, k: pick(row, k, 0), spread, numbers)
     gains = each(gain, innovation, variances)
-    square = total(lambda x, g: x * x * g, innovation, gains)
+    # A product with the gain first, which is 0 for a number that is not used: the square of that may overflow.
+    scaled = each(lambda x, g: x * g, innovation, gains)
+    square = total(lambda x, y: x * y, innovation, scaled)
     count = total(lambda used, g: select(g > 0, used, 0), seen, gains)
     whole = select(square <= gates[1], 1, 0)
-    steps = each(lambda x, g: whole * (x * g), innovation, gains)
+    steps = each(lambda y: select(whole, y, 0), scaled)
     # The Joseph form (I - k h^T) P (I - k h^T)^T + k v k^T, for a gain k that is a multiple of the side P h.
     factors = each(lambda g, v: whole * (g * (2 - g * v)), gains, variances)
     columns = transpose(sides)

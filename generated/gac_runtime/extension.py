@@ -17,6 +17,9 @@ if TYPE_CHECKING:
         _bind_results: Any
 
         def __call__(self, *arguments: Any, **options: Any) -> Any: ...
+        def attempt(self, *arrays: Any) -> Any:
+            """Return the results for arrays that the extension reads directly, and None for all other arguments."""
+
         @classmethod
         def _adopt(cls) -> None: ...
 

@@ -187,8 +187,9 @@ class LoopKernel(LoopCall):
             return as_elements(element.like, self.call(*plain_arrays, num_threads=num_threads), self._returned)
         if out is None and num_threads is None and self._quick_backend is not None and not checking.active:
             operands = in_doubles(self.definition, self.definition.parameters, arrays)
-            if operands is not None:
-                return self(*operands)
+            quick = None if operands is None else self.attempt(*operands)
+            if quick is not None:
+                return quick
         fixed = (None,) * len(arrays)
         found = self.run(arrays, fixed, out, num_threads)
         self._quick_backend = self.quicken(self, fixed, self._quick_backend)
@@ -445,7 +446,7 @@ class BoundLoops(LoopCall):
 
     if extension is None:
 
-        def attempt(self, *_arrays: Any) -> None:
+        def attempt(self, *_arrays: Any) -> Any:
             """Return None: without the extension there is no fast path."""
 
     def call(self, /, *arrays: Any, out: Any = None, num_threads: int | None = None) -> Any:
@@ -462,8 +463,9 @@ class BoundLoops(LoopCall):
         if out is None and num_threads is None and self._quick_backend is not None and not checking.active:
             tables = [self.kernel.definition.parameters[k] for k in self._places]
             operands = in_doubles(self.kernel.definition, tables, arrays)
-            if operands is not None:
-                return self(*operands)
+            quick = None if operands is None else self.attempt(*operands)
+            if quick is not None:
+                return quick
         every = list(self._arrays)
         for k, array in zip(self._places, arrays, strict=True):
             every[k] = array

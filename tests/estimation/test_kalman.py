@@ -272,6 +272,74 @@ def test_indefinite_covariances_and_bad_arguments() -> None:
         f.run(np.zeros((4, 1)), noises=np.array([1, 1, np.nan, 1]).reshape(4, 1, 1))
 
 
+@pytest.mark.parametrize("gate", [9.0, np.inf])
+def test_numbers_whose_squares_overflow(gate: float) -> None:
+    """They exceed every gate; one of them does not hide another number of a sequence."""
+    p = PROBLEMS[1]
+    f = KalmanFilter(*p, gate=gate)
+    f.update([1e308, 0.1])
+    assert f.status == EstimationStatus.REJECTED and np.array_equal(f.state, p.state) and not np.isnan(f.square)
+    run = f.run(np.array([[1e308, 0.1], [0.1, 0.1]]))
+    assert run.used.tolist() == [False, True] and np.isfinite(run.states).all()
+    f, other = KalmanFilter(*p, gate=9), KalmanFilter(*p, gate=9)
+    f.update([1e308, 0.1], in_sequence=True)
+    other.update([np.nan, 0.1], in_sequence=True)
+    assert f.status == EstimationStatus.OK and np.allclose(f.state, other.state) and f.square == other.square
+
+
+def test_a_recording_leaves_the_status_of_its_last_measurement() -> None:
+    p = PROBLEMS[0]
+    f = KalmanFilter(p.state, np.diag([1.0, -1]), *p[2:], gate=9)
+    for last, status in (
+        (0.1, EstimationStatus.OK),
+        (np.nan, EstimationStatus.SKIPPED),
+        (99.0, EstimationStatus.REJECTED),
+    ):
+        run = f.run([[0.2], [last]])
+        assert f.status == status
+        assert np.array_equal(f.innovation, run.innovations[-1], equal_nan=True) and f.square == run.squares[-1]
+    f.run(np.zeros((3, 4, 1)))
+    assert f.status.shape == f.square.shape == (3,) and f.innovation.shape == (3, 1)
+
+
+def test_indefinite_noise_of_one_step_is_not_ok() -> None:
+    """A variance of -1 is used as 0, so that the measurement is taken to be exact."""
+    p = PROBLEMS[0]
+    calls: list[Callable[[KalmanFilter], object]] = [
+        lambda f: f.predict(process_noise=-np.eye(2)),
+        lambda f: f.update([0.1], noise=[[-1.0]]),
+        lambda f: f.run([[0.1]], noises=[[[-1.0]]]),
+        lambda f: f.run([[0.1]], process_noises=[-np.eye(2)]),
+    ]
+    for call in calls:
+        f = KalmanFilter(*p)
+        call(f)
+        assert f.status == EstimationStatus.NOT_DEFINITE
+        f.predict()
+        f.update([0.1])
+        assert f.status == EstimationStatus.OK
+    extended, unscented = ExtendedKalmanFilter([0, 0], np.eye(2)), UnscentedKalmanFilter([0, 0], np.eye(2))
+    for noise, status in ((-1.0, EstimationStatus.NOT_DEFINITE), (1.0, EstimationStatus.OK)):
+        assert extended.predict(lambda x: (x, np.eye(2)), noise * np.eye(2)) == status
+        assert extended.update([0.1], lambda x: (x[:1], np.eye(1, 2)), [[noise]]) == status
+        assert unscented.predict(lambda x: x, noise * np.eye(2)) == status
+        assert unscented.update([0.1], lambda x: x[:, :1], [[noise]]) == status
+
+
+def test_functions_with_results_of_wrong_shapes_are_named() -> None:
+    f, g = ExtendedKalmanFilter([0, 0], np.eye(2)), UnscentedKalmanFilter([0, 0], np.eye(2))
+    with pytest.raises(ValueError, match=r"expected: returned shapes \(2,\) and \(1, 2\); expected \(1,\)"):
+        f.update([1.0], lambda x: (x, np.eye(1, 2)), [[1.0]])
+    with pytest.raises(ValueError, match=r"motion: returned shapes \(1,\) and \(2, 2\); expected \(2,\) and \(2, 2\)"):
+        f.predict(lambda x: (x[:1], np.eye(2)), np.eye(2))
+    with pytest.raises(TypeError, match="motion: returned ndarray; expected a pair"):
+        f.predict(lambda x: x, np.eye(2))  # type: ignore[arg-type, return-value]
+    with pytest.raises(ValueError, match=r"noise: shape \(3, 2, 2\); expected \(2, 2\)"):
+        f.predict(lambda x: (x, np.eye(2)), np.ones((3, 2, 2)))
+    with pytest.raises(ValueError, match=r"expected: returned shape \(5, 2\); expected \(5, 1\)"):
+        g.update([1.0], lambda x: x, [[1.0]])
+
+
 def test_joseph_form_keeps_covariances_positive() -> None:
     """An exact measurement of a state with a large covariance, where P - K H P has negative eigenvalues."""
     x, spread = np.zeros(2), np.array([[1e12, 1e12 - 1], [1e12 - 1, 1e12]])
@@ -387,7 +455,7 @@ def test_unscented_filter_of_far_bearings(rng: np.random.Generator) -> None:
         squares.append(off @ np.linalg.solve(f.covariance, off))
     low, high = chi2.interval(0.999, 2 * len(squares))
     assert low < sum(squares) < high
-    with pytest.raises(ValueError, match=r"expected: returned shape \(5,\); expected \(5, m\), a row for each state"):
+    with pytest.raises(ValueError, match=r"expected: returned shape \(5,\); expected \(5, 1\), a row for each state"):
         f.update([1.0], lambda x: x[:, 0], [[1.0]])
     assert f.update([1.0], lambda x: np.nan * x[:, :1], [[1.0]]) == EstimationStatus.NOT_CONVERGED
     with pytest.raises(ValueError, match="noise"):

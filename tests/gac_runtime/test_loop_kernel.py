@@ -606,6 +606,17 @@ def test_converted_elements_are_passed_back_to_the_extension(
         calls[1](q + 0j, tool)
 
 
+def test_what_the_extension_does_not_take_is_not_passed_to_it_again(quick_module: ModuleType) -> None:
+    """Empty index tables were converted and passed back without end; dtypes depended on earlier calls."""
+    quick_module.backend = "numba"  # type: ignore[attr-defined]
+    quick_module.tree([1, 2], [-1, 0], 2)
+    with pytest.raises(ValueError, match=r"parents has shape \(0,\); expected \(n,\) with n = 2"):
+        quick_module.tree([1, 2], [], 2)
+    bound = quick_module.newton.bind(x=np.float32([1, 2]))
+    dtypes = [[result.dtype for result in bound(a)] for a in (2.0, 2.0, np.float64(2), np.float64(2), 2.0)]
+    assert dtypes[0] == dtypes[1] == dtypes[4] == [np.float32] * 3 and dtypes[2] == dtypes[3] == [np.float64] * 3
+
+
 def test_batches_in_the_extension_write_to_out(quick_module: ModuleType) -> None:
     quick_module.backend = "numba"  # type: ignore[attr-defined]
     buffer = np.arange(33.0)

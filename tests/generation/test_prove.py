@@ -11,11 +11,12 @@ from random import Random
 import pytest
 from text_mutations import Mutation, mutations
 
-from gacompiler import SCALAR, kernel, norm, sandwich, verify
+from gacompiler import SCALAR, equal, kernel, norm, sandwich, select, verify
 from gacompiler.algebra.catalog import PGA3, VGA2
 from gacompiler.backends import c_programs, c_source, python_programs, python_source
 from gacompiler.backends.module import ModuleSource
 from gacompiler.errors import BackendError, ProofError
+from gacompiler.frontend.kernel import trace
 from gacompiler.generation.cache import open_cache
 from gacompiler.generation.checked_in import own_specs
 from gacompiler.generation.compiled import Compiled
@@ -24,6 +25,7 @@ from gacompiler.generation.spec_files import load_spec
 from gacompiler.passes.accuracy import measured_error
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.prove import truths
+from gacompiler.passes.truth import Proof
 from gacompiler.program_text import same_formulas
 from gacompiler.verify import verify_kernel
 
@@ -129,6 +131,22 @@ def test_mutated_texts_have_other_formulas() -> None:
     assert len(changed) > 20
     for each in changed:
         assert not same_formulas([python_programs(each.text)["move"].program], own), each.line
+
+
+def test_wrong_branches_that_no_point_takes_are_detected() -> None:
+    @kernel(a=SCALAR, b=SCALAR, c=SCALAR)
+    def rare(a, b, c):  # type: ignore[no-untyped-def]
+        return select(equal(a * b, c), a, b) + select(a > 10**4, b, c)
+
+    record = compile_definition(rare)
+    text = python_source(ModuleSource("rare", "", "", "", (record.source,)))
+    program = record.source.program
+    known = truths(rare, trace(rare).expressions, record.slots, program)
+    record = replace(record, proof=Proof((program,), tuple(known)))
+    assert verify_kernel(record, python_programs(text), {}).python == ""
+    changed = [each for each in mutations(text, "rare") if _is_readable(each.text, python_programs)]
+    found = [verify_kernel(record, python_programs(each.text), {}).python for each in changed]
+    assert all(found) and found.count("has branches, and other formulas than the compiled program") > 10
 
 
 def test_a_wrong_library_is_detected() -> None:
