@@ -42,8 +42,13 @@ _ATTEMPTS = 3
 """A limit on work: attempts for each motion; those that find the tail of another motion count."""
 _ROUNDING = 32 * np.finfo(float).eps
 """From floating point: the error of a moved point, relative to the largest coordinate, in some thirty operations."""
-_SITES = 60
-"""A limit on work: points whose distances show whether the target is on a lattice."""
+_EXACT = replace(_FREEDOM, codimension=0)
+"""The same for sites of a lattice, which have no distances."""
+_SITES, _REDUCTIONS = 60, 300
+"""Limits on work: points whose distances show whether the target is on a lattice, and reductions of their
+differences."""
+_FINEST = 1e-6
+"""From floating point: the step of a lattice, relative to its extent, below which it is none."""
 _BINS, _PEAKS = 400, 3
 """Bins of the logarithm of ratios of lengths between 1/20 and 20, and peaks that are tried."""
 
@@ -217,8 +222,7 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         return _none(RegistrationStatus.COLLINEAR, len(x))
     seeds = np.random.default_rng(0).permutation(len(x))[:_SEEDS]
     one, two = kernels.lengths_of_pairs(x[seeds], y[seeds], x, y)
-    step = float(two[two > rounding].min(initial=np.inf)) if _is_lattice(y[seeds[:_SITES]], rounding) else 0.0
-    grid = _Grid(step, _widths(y.std(0)))
+    grid = _Grid(_step(y[seeds[:_SITES]], rounding), _widths(y.std(0)), rounding)
     apart = np.abs(one - two)
     best = _none(RegistrationStatus.NO_SUPPORT, len(x))
     for limit in _TOLERANCES if tolerance is None else (2 * tolerance / size,):
@@ -247,21 +251,35 @@ def _widths(spread: Reals) -> Reals:
 
 
 class _Grid(NamedTuple):
-    """The step of the lattice on which the targets are, 0 without one, and the sides (3,) of their volume."""
+    """The step of the lattice on which the targets are, 0 without one, the sides (3,) of their volume, and rounding."""
 
     step: float
     widths: Reals
+    rounding: float
 
 
-def _is_lattice(points: Reals, rounding: float) -> bool:
-    """Return whether points are on a lattice, such as centres of voxels: some of their distances are equal.
+def _step(points: Reals, rounding: float) -> float:
+    """Return the step of the lattice of points, such as centres of voxels, or 0 if they are on none.
 
-    Elsewhere, hardly any two are equal up to rounding.
+    On a lattice, some distances are equal; elsewhere, hardly any two are so up to rounding. Points may be many steps
+    apart: as in Euclid's algorithm for numbers, differences are reduced by shorter ones.
     """
     few = np.unique(points, axis=0)
     first, second = np.triu_indices(len(few), 1)
     lengths = np.sort(np.linalg.norm(few[first] - few[second], axis=1))
-    return bool(np.count_nonzero(np.diff(lengths[lengths > rounding]) <= rounding) >= _FEWEST)
+    if np.count_nonzero(np.diff(lengths[lengths > rounding]) <= rounding) < _FEWEST:
+        return 0.0
+    vectors, least, k = few[1:] - few[0], _FINEST * lengths[-1], 0
+    for _ in range(_REDUCTIONS):
+        squares = np.einsum("ij,ij->i", vectors, vectors)
+        order = np.argsort(squares, kind="stable")
+        vectors = vectors[order[squares[order] > least**2]]
+        if k >= len(vectors):
+            break
+        times = np.rint(vectors @ vectors[k] / (vectors[k] @ vectors[k]))
+        times[k] = 0
+        vectors, k = vectors - times[:, None] * vectors[k], 0 if times.any() else k + 1
+    return float(np.linalg.norm(vectors[0]))
 
 
 def _is_mirrored(found: MatchRegistration, x: Reals, y: Reals) -> bool:
@@ -303,7 +321,7 @@ def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float, gri
         seeds = np.random.default_rng(0).permutation(len(rows))[:_SEEDS]
         one, two = kernels.lengths_of_pairs(x[rows][seeds], y[rows][seeds], x[rows], y[rows])
         apart = np.abs(one - two)
-        near = _Grid(grid.step, _widths(np.full(3, found.residual / np.sqrt(3))))
+        near = _Grid(grid.step, _widths(np.full(3, found.residual / np.sqrt(3))), rounding)
         best = found
         least = np.log10(_FREEDOM.false_alarms)
         for part in _PARTS:
@@ -370,6 +388,12 @@ def _log_chance(off: Reals, tolerance: float | None, grid: _Grid) -> tuple[Reals
 
     distances = off if tolerance is None else np.where(off <= tolerance, off, np.inf)
     logarithms, radii = least_by_chance(distances, share, _FREEDOM)
+    if grid.step:
+        # A motion by three matches is exact on a lattice: others agree at the same site, without a margin.
+        exact = log_false_alarms(off.shape[1], (off <= grid.rounding).sum(1), np.asarray(site), _EXACT)
+        exact += np.log(off.shape[1])
+        radii = np.where(exact < logarithms, grid.rounding, radii)
+        logarithms = np.minimum(logarithms, exact)
     return logarithms / np.log(10), np.minimum(np.maximum(radii, floor), np.inf if tolerance is None else tolerance)
 
 
