@@ -210,8 +210,8 @@ def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: n
 def near_by_chance(problem: Problem, model: Reals, threshold: float) -> bool:
     """Return whether partners as near their places as those that disagree with a model could agree with it as well.
 
-    These are near in a mirrored image, for example, or if the threshold is smaller than the noise. The test is for
-    points: few distances from lines say little of the nearest ones of others.
+    These are near in a mirrored image, for example, or if the threshold is smaller than the noise; one that disagrees
+    shows neither. The test is for points: few distances from lines say little of the nearest ones of others.
     """
     return tail_by_chance(_distances(problem, model), threshold, problem.freedom)
 
