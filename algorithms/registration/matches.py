@@ -15,6 +15,7 @@ from generated import registration as kernels
 from ..arguments import Reals, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, elements
 from ..evidence import Freedom, least_by_chance, log_false_alarms
+from .lattices import step_of_lattice
 from .rigid import between_places
 from .rigid_status import RegistrationStatus
 from .weighted_matches import form_about_means
@@ -44,11 +45,8 @@ _ROUNDING = 32 * np.finfo(float).eps
 """From floating point: the error of a moved point, relative to the largest coordinate, in some thirty operations."""
 _EXACT = replace(_FREEDOM, codimension=0)
 """The same for sites of a lattice, which have no distances."""
-_SITES, _REDUCTIONS = 60, 300
-"""Limits on work: points whose distances show whether the target is on a lattice, and reductions of their
-differences."""
-_FINEST = 1e-6
-"""From floating point: the step of a lattice, relative to its extent, below which it is none."""
+_SITES = 60
+"""A limit on work: points whose distances show whether the target is on a lattice."""
 _BINS, _PEAKS = 400, 3
 """Bins of the logarithm of ratios of lengths between 1/20 and 20, and peaks that are tried."""
 
@@ -222,7 +220,7 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         return _none(RegistrationStatus.COLLINEAR, len(x))
     seeds = np.random.default_rng(0).permutation(len(x))[:_SEEDS]
     one, two = kernels.lengths_of_pairs(x[seeds], y[seeds], x, y)
-    grid = _Grid(_step(y[seeds[:_SITES]], rounding), _widths(y.std(0)), rounding)
+    grid = _Grid(step_of_lattice(y[seeds[:_SITES]], rounding), _widths(y.std(0)), rounding)
     apart = np.abs(one - two)
     best = _none(RegistrationStatus.NO_SUPPORT, len(x))
     for limit in _TOLERANCES if tolerance is None else (2 * tolerance / size,):
@@ -256,30 +254,6 @@ class _Grid(NamedTuple):
     step: float
     widths: Reals
     rounding: float
-
-
-def _step(points: Reals, rounding: float) -> float:
-    """Return the step of the lattice of points, such as centres of voxels, or 0 if they are on none.
-
-    On a lattice, some distances are equal; elsewhere, hardly any two are so up to rounding. Points may be many steps
-    apart: as in Euclid's algorithm for numbers, differences are reduced by shorter ones.
-    """
-    few = np.unique(points, axis=0)
-    first, second = np.triu_indices(len(few), 1)
-    lengths = np.sort(np.linalg.norm(few[first] - few[second], axis=1))
-    if np.count_nonzero(np.diff(lengths[lengths > rounding]) <= rounding) < _FEWEST:
-        return 0.0
-    vectors, least, k = few[1:] - few[0], _FINEST * lengths[-1], 0
-    for _ in range(_REDUCTIONS):
-        squares = np.einsum("ij,ij->i", vectors, vectors)
-        order = np.argsort(squares, kind="stable")
-        vectors = vectors[order[squares[order] > least**2]]
-        if k >= len(vectors):
-            break
-        times = np.rint(vectors @ vectors[k] / (vectors[k] @ vectors[k]))
-        times[k] = 0
-        vectors, k = vectors - times[:, None] * vectors[k], 0 if times.any() else k + 1
-    return float(np.linalg.norm(vectors[0]))
 
 
 def _is_mirrored(found: MatchRegistration, x: Reals, y: Reals) -> bool:
