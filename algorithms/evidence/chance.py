@@ -56,16 +56,43 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
     if not len(wrong):
         return True
     finite = wrong[np.isfinite(wrong)]
-    rank = min(_NEAREST, max(len(finite) // 2, 1)) - 1
+    rank = _nearest(len(finite)) - 1
     base = float(np.partition(finite, rank)[rank]) if len(finite) else np.inf
+    return _is_by_chance(
+        distances, lambda limit: _expected(finite, base, limit, freedom) / len(wrong), threshold, freedom
+    )
+
+
+def tail_by_chance(distances: Reals, threshold: float, freedom: Freedom) -> bool:
+    """Return whether the `distances` of points within a threshold can be the nearest ones of those beyond it.
+
+    Near a model, these then have the density of the nearer half of the points beyond: the nearest ones may be of the
+    noise. It is the least density that so many points do not exceed with the probability of no false alarm, since one
+    or two points that disagree prove little.
+    """
+    beyond = np.sort(distances[(distances > threshold) & np.isfinite(distances)])
+    if not len(beyond):
+        return False
+    k, codimension = _nearest(len(beyond)), freedom.codimension
+    density = float(scipy.special.gammaincinv(k, freedom.false_alarms) / beyond[k - 1] ** codimension) / len(distances)
+    return _is_by_chance(distances, lambda limit: min(density * limit**codimension, 1.0), threshold, freedom)
+
+
+def _nearest(n: int) -> int:
+    """Return by how many of n wrong pairs, the nearest ones, fractions at small distances are extrapolated."""
+    return min(_NEAREST, max(n // 2, 1))
+
+
+def _is_by_chance(distances: Reals, share: Callable[[float], float], threshold: float, freedom: Freedom) -> bool:
+    """Return whether chance explains distances, from the probability that a wrong point is within a limit."""
     n, count = len(distances), int(np.count_nonzero(distances <= threshold))
-    if _are_far_from_chance(n, count, _expected(finite, base, threshold, freedom) / len(wrong), freedom):
+    if _are_far_from_chance(n, count, share(threshold), freedom):
         return False
     levels = np.arange(_LEVELS)
     limits = threshold / 2.0**levels
-    share = np.array([_expected(finite, base, limit, freedom) for limit in limits]) / len(wrong)
     counts = np.searchsorted(np.sort(distances), limits, side="right")
-    bounds = (levels + 1) * np.log(2) + log_false_alarms(n, counts, share, freedom)
+    shares = np.array([share(limit) for limit in limits])
+    bounds = (levels + 1) * np.log(2) + log_false_alarms(n, counts, shares, freedom)
     return bool(bounds.min() > np.log(freedom.false_alarms))
 
 

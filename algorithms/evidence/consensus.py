@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import Reals, finite_number
-from .chance import Freedom, by_chance
+from .chance import Freedom, by_chance, tail_by_chance
 from .sampling import Seed, random_subsets
 
 _BATCH, _LARGEST = 16, 256
@@ -210,13 +210,10 @@ def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: n
 def near_by_chance(problem: Problem, model: Reals, threshold: float) -> bool:
     """Return whether partners as near their places as those that disagree with a model could agree with it as well.
 
-    These are near in a mirrored image, for example, or if the threshold is smaller than the noise. The test is for
-    points: few distances from lines say little of the nearest ones of others.
+    These are near in a mirrored image, for example, or if the threshold is smaller than the noise; one that disagrees
+    shows neither. The test is for points: few distances from lines say little of the nearest ones of others.
     """
-    distances = _distances(problem, model)
-    disagree = distances > threshold
-    near = np.where(disagree, distances, np.inf)
-    return bool(disagree.any()) and by_chance(distances, near, threshold, problem.freedom)
+    return tail_by_chance(_distances(problem, model), threshold, problem.freedom)
 
 
 def unrelated(first: Reals, second: Reals) -> tuple[Reals, Reals]:

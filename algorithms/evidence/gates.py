@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from math import sqrt
 
+import numpy as np
+
 from .noise import largest_ratio
 from .status import WRONG
 
@@ -25,7 +27,17 @@ OPEN = 1e300
 
 
 def checked_gate(gate: float) -> float:
-    """Return the value of a gate, at most `OPEN`; ValueError unless it is positive: NaN compares as nothing does."""
+    """Return the value of a gate, at most `OPEN`.
+
+    Raises
+    ------
+    TypeError
+        If it is not a real number.
+    ValueError
+        If it is not positive: NaN compares as nothing does.
+    """
+    if isinstance(gate, bool) or not isinstance(gate, (int, float, np.integer, np.floating)):
+        raise TypeError(f"gate: {gate!r}; expected a number")
     if not gate > 0:
         raise ValueError(f"gate: {gate}; expected a positive number, or infinity")
     return min(float(gate), OPEN)

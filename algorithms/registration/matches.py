@@ -15,6 +15,7 @@ from generated import registration as kernels
 from ..arguments import Reals, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, elements
 from ..evidence import Freedom, least_by_chance, log_false_alarms
+from .lattices import step_of_lattice
 from .rigid import between_places
 from .rigid_status import RegistrationStatus
 from .weighted_matches import form_about_means
@@ -42,6 +43,8 @@ _ATTEMPTS = 3
 """A limit on work: attempts for each motion; those that find the tail of another motion count."""
 _ROUNDING = 32 * np.finfo(float).eps
 """From floating point: the error of a moved point, relative to the largest coordinate, in some thirty operations."""
+_EXACT = replace(_FREEDOM, codimension=0)
+"""The same for sites of a lattice, which have no distances."""
 _SITES = 60
 """A limit on work: points whose distances show whether the target is on a lattice."""
 _BINS, _PEAKS = 400, 3
@@ -217,8 +220,7 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         return _none(RegistrationStatus.COLLINEAR, len(x))
     seeds = np.random.default_rng(0).permutation(len(x))[:_SEEDS]
     one, two = kernels.lengths_of_pairs(x[seeds], y[seeds], x, y)
-    step = float(two[two > rounding].min(initial=np.inf)) if _is_lattice(y[seeds[:_SITES]], rounding) else 0.0
-    grid = _Grid(step, _widths(y.std(0)))
+    grid = _Grid(step_of_lattice(y[seeds[:_SITES]], rounding), _widths(y.std(0)), rounding)
     apart = np.abs(one - two)
     best = _none(RegistrationStatus.NO_SUPPORT, len(x))
     for limit in _TOLERANCES if tolerance is None else (2 * tolerance / size,):
@@ -247,21 +249,11 @@ def _widths(spread: Reals) -> Reals:
 
 
 class _Grid(NamedTuple):
-    """The step of the lattice on which the targets are, 0 without one, and the sides (3,) of their volume."""
+    """The step of the lattice on which the targets are, 0 without one, the sides (3,) of their volume, and rounding."""
 
     step: float
     widths: Reals
-
-
-def _is_lattice(points: Reals, rounding: float) -> bool:
-    """Return whether points are on a lattice, such as centres of voxels: some of their distances are equal.
-
-    Elsewhere, hardly any two are equal up to rounding.
-    """
-    few = np.unique(points, axis=0)
-    first, second = np.triu_indices(len(few), 1)
-    lengths = np.sort(np.linalg.norm(few[first] - few[second], axis=1))
-    return bool(np.count_nonzero(np.diff(lengths[lengths > rounding]) <= rounding) >= _FEWEST)
+    rounding: float
 
 
 def _is_mirrored(found: MatchRegistration, x: Reals, y: Reals) -> bool:
@@ -303,7 +295,7 @@ def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float, gri
         seeds = np.random.default_rng(0).permutation(len(rows))[:_SEEDS]
         one, two = kernels.lengths_of_pairs(x[rows][seeds], y[rows][seeds], x[rows], y[rows])
         apart = np.abs(one - two)
-        near = _Grid(grid.step, _widths(np.full(3, found.residual / np.sqrt(3))))
+        near = _Grid(grid.step, _widths(np.full(3, found.residual / np.sqrt(3))), rounding)
         best = found
         least = np.log10(_FREEDOM.false_alarms)
         for part in _PARTS:
@@ -370,6 +362,12 @@ def _log_chance(off: Reals, tolerance: float | None, grid: _Grid) -> tuple[Reals
 
     distances = off if tolerance is None else np.where(off <= tolerance, off, np.inf)
     logarithms, radii = least_by_chance(distances, share, _FREEDOM)
+    if grid.step:
+        # A motion by three matches is exact on a lattice: others agree at the same site, without a margin.
+        exact = log_false_alarms(off.shape[1], (off <= grid.rounding).sum(1), np.asarray(site), _EXACT)
+        exact += np.log(off.shape[1])
+        radii = np.where(exact < logarithms, grid.rounding, radii)
+        logarithms = np.minimum(logarithms, exact)
     return logarithms / np.log(10), np.minimum(np.maximum(radii, floor), np.inf if tolerance is None else tolerance)
 
 

@@ -37,6 +37,7 @@ from algorithms.evidence import (
     rank,
     undetermined,
 )
+from algorithms.evidence.gates import OPEN, checked_gate
 from algorithms.vision import VisionStatus
 from tests.support.all_cases import all_cases
 
@@ -239,6 +240,13 @@ def test_explained_variance() -> None:
     assert (
         not explains(-one, one) and not explains(np.ones(9), np.arange(9.0)) and not explains(np.zeros(9), np.zeros(9))
     )
+
+
+def test_gates_are_positive_numbers() -> None:
+    assert checked_gate(np.inf) == OPEN and checked_gate(np.float32(9)) == 9
+    for gate, error in ((None, TypeError), ("9", TypeError), (np.ones(2), TypeError), (0, ValueError)):
+        with pytest.raises(error, match=r"^gate: "):
+            checked_gate(gate)  # type: ignore[arg-type]
 
 
 def test_all_statuses_have_one_base() -> None:

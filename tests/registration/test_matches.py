@@ -217,6 +217,22 @@ def test_few_exact_matches_of_a_lattice_determine_the_motion():
         assert angle(found.motor, turn.as_matrix()) < 1e-6
 
 
+def test_exact_matches_of_a_lattice_are_found_among_wrong_ones():
+    # Points are several steps apart, or three steps on each side are all that wrong partners can have.
+    rng = np.random.default_rng(33)
+    cube = np.stack(np.meshgrid(range(3), range(3), range(3)), -1).reshape(-1, 3) * 1.0
+    for points, n_wrong in ((rng.integers(-10, 10, (12, 3)) * 0.05, 3), (rng.permutation(cube), 5)):
+        for seed in range(3):
+            turn = Rotation.random(random_state=seed)
+            partners = points.copy()
+            partners[:n_wrong] = np.roll(points[:n_wrong], 1, axis=0)
+            found = register_matches(points, turn.apply(partners))
+            assert found.status == RegistrationStatus.OK and found.inliers.sum() == len(points) - n_wrong
+            assert angle(found.motor, turn.as_matrix()) < 1e-6
+            unrelated = turn.apply(rng.permutation(points))
+            assert register_matches(points, unrelated).status == RegistrationStatus.NO_SUPPORT
+
+
 def test_a_mirrored_cloud_is_named_and_a_plane_is_not():
     rng = np.random.default_rng(32)
     x = rng.normal(size=(120, 3)) * [1, 0.8, 0.4]

@@ -69,7 +69,21 @@ def test_images_with_y_upwards_have_no_pose() -> None:
         assert localize(points, pixels, _K, threshold=2.0).status == VisionStatus.OK
         mirrored = localize(points, pixels * [1, -1] + [0, 800], _K, threshold=2.0)
         rejected += mirrored.status != VisionStatus.OK
-    assert rejected >= 9
+    assert rejected >= 8
+
+
+def test_one_or_two_pixels_that_disagree_refuse_no_pose() -> None:
+    """Two of eight pixels are 15 off, or noise of half the threshold takes some of twenty beyond it."""
+    refused = 0
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        points = rng.uniform(-1, 1, (20, 3))
+        places, noise = _seen(points + np.array([0.1, 0.2, 6])), rng.normal(size=(20, 2))
+        few = (places + 0.5 * noise)[:8]
+        few[:2] += 15 * np.array([[0.6, 0.8], [0.8, -0.6]])
+        refused += localize(points[:8], few, _K, threshold=2.0).status != VisionStatus.OK
+        refused += localize(points, places + noise, _K, threshold=2.0).status != VisionStatus.OK
+    assert refused <= 2
 
 
 @pytest.mark.slow
