@@ -9,6 +9,8 @@ from ..frontend.loops import transpose as transpose
 from .definite import cholesky as cholesky
 from .definite import ldlt as ldlt
 from .definite import solve_positive as solve_positive
+from .fixed import entries as entries
+from .fixed import fixed as fixed
 from .orthogonal import determinant as determinant
 from .orthogonal import least_squares as least_squares
 from .orthogonal import qr as qr

@@ -6,10 +6,22 @@ measurement that are not finite are left out.
 """
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, fold, gather, index, kernel, matrices, scan, select, total, transpose
-from gacompiler.frontend.rows import Unrolled
-from gacompiler.frontend.searches import pick, row_numbers
-from gacompiler.matrices import dot, times
+from gacompiler import (
+    SCALAR,
+    array,
+    each,
+    fold,
+    gather,
+    index,
+    kernel,
+    matrices,
+    pick,
+    row_numbers,
+    scan,
+    select,
+    total,
+    transpose,
+)
 from gacompiler.specs.families.covariances import are_finite
 
 STATE, SPREAD = array(SCALAR, "n"), array(SCALAR, "n", "n")
@@ -21,21 +33,11 @@ STATES, SPREADS = array(SCALAR, "t", "n"), array(SCALAR, "t", "n", "n")
 SYSTEM = index("t", into="s")
 
 
-def _unrolled(rows):
-    """Return rows of known length as an array whose loops are unrolled."""
-    return Unrolled(tuple(map(_unrolled, rows))) if isinstance(rows, tuple) else rows
-
-
-def _listed(rows):
-    """Return an array of known length as nested tuples."""
-    return tuple(map(_listed, rows.elements)) if isinstance(rows, Unrolled) else rows
-
-
 def _mirrored(rows):
     """Return the symmetric array that has the upper triangle of some rows of known length."""
-    rows = _listed(rows)
+    rows = matrices.entries(rows)
     n = range(len(rows))
-    return _unrolled(tuple(tuple(rows[min(j, k)][max(j, k)] for k in n) for j in n))
+    return matrices.fixed(tuple(tuple(rows[min(j, k)][max(j, k)] for k in n) for j in n))
 
 
 def _plus(a, b):
@@ -53,13 +55,13 @@ def _symmetric(matrix):
 
 def _congruent(matrix, covariance, noise, symmetric=_symmetric):
     """Return ``F P F^T + Q``, made symmetric by a function."""
-    half = each(lambda row: times(covariance, row), matrix)
-    moved = each(lambda row, own: each(lambda other, x: dot(row, other) + x, matrix, own), half, noise)
+    half = each(lambda row: matrices.times(covariance, row), matrix)
+    moved = each(lambda row, own: each(lambda other, x: matrices.dot(row, other) + x, matrix, own), half, noise)
     return symmetric(moved)
 
 
 def _innovation(measurement, state, rows):
-    return each(lambda z, row: z - dot(row, state), measurement, rows)
+    return each(lambda z, row: z - matrices.dot(row, state), measurement, rows)
 
 
 def _masked(seen, innovation, rows, noise):
@@ -87,8 +89,8 @@ def _updated(state, covariance, innovation, rows, noise, gates):
     """
     seen = each(lambda x: are_finite([x]), innovation)
     innovation, rows, noise = _masked(seen, innovation, rows, noise)
-    sides = each(lambda row: times(covariance, row), rows)
-    spread = each(lambda side, own: each(lambda row, x: dot(side, row) + x, rows, own), sides, noise)
+    sides = each(lambda row: matrices.times(covariance, row), rows)
+    spread = each(lambda side, own: each(lambda row, x: matrices.dot(side, row) + x, rows, own), sides, noise)
     numbers = row_numbers(noise)
 
     def gain(x, variance):
@@ -120,7 +122,7 @@ def _updated(state, covariance, innovation, rows, noise, gates):
     factors = each(lambda g, v: whole * (g * (2 - g * v)), gains, variances)
     columns = transpose(sides)
     return (
-        each(lambda x, column: x + dot(steps, column), state, columns),
+        each(lambda x, column: x + matrices.dot(steps, column), state, columns),
         each(
             lambda row, a: each(lambda x, b: x - total(lambda f, y, z: f * (y * z), factors, a, b), row, columns),
             covariance, columns,
@@ -132,7 +134,7 @@ def _updated(state, covariance, innovation, rows, noise, gates):
 @kernel(state=STATE, covariance=SPREAD, transition=SPREAD, noise=SPREAD, shift=STATE)
 def predict(state, covariance, transition, noise, shift):
     """Predict a state and its covariance: ``F x + s`` and ``F P F^T + Q``."""
-    return _plus(times(transition, state), shift), _congruent(transition, covariance, noise)
+    return _plus(matrices.times(transition, state), shift), _congruent(transition, covariance, noise)
 
 
 @kernel(state=STATE, covariance=SPREAD, measurement=SEEN, rows=ROWS, noise=NOISE, gates=GATES)
@@ -161,7 +163,7 @@ def filter_recording(state, covariance, measurements, shifts, transitions, proce
     """
 
     def step(carry, measurement, shift, transition, process, rows, noise):
-        before = _plus(times(transition, carry[0]), shift)
+        before = _plus(matrices.times(transition, carry[0]), shift)
         spread = _congruent(transition, carry[1], process)
         after, kept, square, count = _updated(
             before, spread, _innovation(measurement, before, rows), rows, noise, gates
@@ -184,14 +186,19 @@ def _filter_of(n, m):
     """Return the kernel of recordings with constant matrices, for one length of states and one of measurements."""
 
     def run(state, covariance, measurements, shifts, transition, process, rows, noise, gates):
-        transition, rows, process, noise = _unrolled(transition), _unrolled(rows), _mirrored(process), _mirrored(noise)
+        transition, rows, process, noise = (
+            matrices.fixed(transition),
+            matrices.fixed(rows),
+            _mirrored(process),
+            _mirrored(noise),
+        )
 
         def step(carry, measurement, shift):
-            before = _plus(times(transition, _unrolled(carry[0])), _unrolled(shift))
+            before = _plus(matrices.times(transition, matrices.fixed(carry[0])), matrices.fixed(shift))
             spread = _congruent(transition, _mirrored(carry[1]), process, _mirrored)
-            innovation = _innovation(_unrolled(measurement), before, rows)
+            innovation = _innovation(matrices.fixed(measurement), before, rows)
             after, kept, square, count = _updated(before, spread, innovation, rows, noise, gates)
-            return *map(_listed, (after, kept, before, spread, innovation)), square, count
+            return *map(matrices.entries, (after, kept, before, spread, innovation)), square, count
 
         return scan(step, (state, covariance, state, covariance, (0,) * m, 0, 0), measurements, shifts)
 
@@ -219,16 +226,16 @@ def _smoothed(
 
     def gain(row):
         # A row of G = P F^T / P': the solution of P' g = F p for the row p of P.
-        right = matrices.solve_lower(lower, times(transition, row))
+        right = matrices.solve_lower(lower, matrices.times(transition, row))
         scaled = each(lambda x, d: x / select(d > 0, d, 1), right, variances)
         return matrices.solve_upper(transpose(lower), scaled)
 
     gains = each(gain, covariance)
     change = _minus(later, following)
     spread_change = each(_minus, later_spread, spread)
-    half = each(lambda row: times(spread_change, row), gains)
-    moved = symmetric(each(lambda row: each(lambda other: dot(row, other), gains), half))
-    after = each(lambda x, row: x + select(uses, dot(row, change), 0), state, gains)
+    half = each(lambda row: matrices.times(spread_change, row), gains)
+    moved = symmetric(each(lambda row: each(lambda other: matrices.dot(row, other), gains), half))
+    after = each(lambda x, row: x + select(uses, matrices.dot(row, change), 0), state, gains)
     return after, each(lambda row, more: each(lambda x, y: x + select(uses, y, 0), row, more), covariance, moved)
 
 
@@ -253,13 +260,13 @@ def _smooth_of(n):
     """Return the kernel that smooths recordings with one transition, for one length of states."""
 
     def run(states, covariances, predicted, predicted_covariances, ahead, last, last_covariance, transition):
-        transition = _unrolled(transition)
+        transition = matrices.fixed(transition)
 
         def back(carry, state, covariance, following, spread, goes_on):
-            state, following, later = map(_unrolled, (state, following, carry[0]))
+            state, following, later = map(matrices.fixed, (state, following, carry[0]))
             covariance, spread, later_spread = map(_mirrored, (covariance, spread, carry[1]))
             found = _smoothed(later, later_spread, state, covariance, following, spread, goes_on, transition, _mirrored)
-            return tuple(map(_listed, found))
+            return tuple(map(matrices.entries, found))
 
         rows = states, covariances, predicted, predicted_covariances, ahead
         return scan(back, (last, last_covariance), *rows, reverse=True)
@@ -307,6 +314,6 @@ def linearise(offsets, forward, backward, distance):
     rows = each(lambda column: matrices.solve_upper(offsets, column), transpose(half))
     mean = each(lambda column: weight * total(lambda x: x, column), transpose(bent))
     # The weights of the state and of all directions have the sum 1.
-    squares = each(lambda x: each(lambda y: weight * dot(x, y), transpose(bent)), transpose(bent))
+    squares = each(lambda x: each(lambda y: weight * matrices.dot(x, y), transpose(bent)), transpose(bent))
     rest = each(lambda row, x: each(lambda a, y: a - x * y, row, mean), squares, mean)
     return mean, rows, rest

@@ -208,3 +208,17 @@ def test_the_gradient_of_a_solution() -> None:
     run_it: Callable[..., Any] = gacompiler.compile(gacompiler.vjp(energy, "b"), backend="arrays")
     _, gradient = run_it(a, b, 1.0)
     assert np.allclose(gradient, 2 * np.linalg.solve(a, b), rtol=1e-12)
+
+
+def test_matrices_of_known_size_are_unrolled() -> None:
+    """The same functions give a kernel without loops, with the result of the kernel with loops."""
+
+    @kernel(a=array(SCALAR, 3, 3), b=array(SCALAR, 3), returns=array(SCALAR, 3))
+    def solved(a: Any, b: Any) -> Any:
+        return matrices.entries(matrices.solve_positive(matrices.fixed(a), matrices.fixed(b))[0])
+
+    run = gacompiler.compile(solved, "arrays", effort=0)
+    assert run.signature == "(3,3),(3)->(3)"
+    rows = np.random.default_rng(3).normal(size=(5, 3))
+    a, b = rows.T @ rows, np.array([1.0, -2, 3])
+    assert np.abs(run(a, b) - np.linalg.solve(a, b)).max() < 1e-13
