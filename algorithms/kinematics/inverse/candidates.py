@@ -57,9 +57,8 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
         count, beside = (np.isfinite(q[..., 0]).sum(-1) for q in (found.q[rows], near.q))
         seen = np.where(near.complete, beside, np.nan)
         if not pair:
-            # Fewer zeros than branches show that the equations are dependent at this pose.
-            fewest = np.fmin(most[rows], zeros)
-            most[rows] = np.where(fewest < count, np.nan, fewest)
+            # Fewer zeros than branches, or another number than before, show that the equations are dependent here.
+            most[rows] = np.where((zeros < count) | (zeros != most[rows]), np.nan, zeros)
         as_many = (
             (pair > 0)
             & (is_second > 0)
