@@ -68,6 +68,15 @@ def test_variants_that_disagree_about_the_zeros_complete_nothing(turns: tuple[in
     assert found.status[0] == Status.FOUND and np.where(found.valid, away, np.inf).min() < 1e-5
 
 
+def test_two_pairs_of_branches_that_meet_next_to_a_posture_are_counted() -> None:
+    """By the symmetry of the shoulder, one neighbour has four branches and the opposite one has none."""
+    rest = [(-0.07, 2.994, 1.732), (-2.284, -1.177, 1.357), (-2.617, 0.993, 1.361)]
+    wrist = [(0, -1.446, 2.282), (0, -0.994, -1.64), (0, -1.813, -0.57)]
+    q = np.hstack([rest, wrist])
+    found = Robot.from_dh(OFFSET_WRIST).inverse(pose_by_matrices(OFFSET_WRIST, q))
+    assert (found.status == Status.FOUND).all() and (found.valid.sum(-1) == 4).all()
+
+
 def test_a_search_never_claims_to_be_complete() -> None:
     rows = random_arm(34, 1, 4)
     arm = Robot.from_dh(rows)
