@@ -55,13 +55,13 @@ def _dot(x, y):
 def _triangular(pivots, others, start, width=LEFT):
     """Reflect columns of arrays until the pivots, from row `start` on, are triangular; also return their determinant.
 
-    The columns are tuples of numbers. Columns of `NUMBERS` are reflected together with rows of triples of them.
+    The columns are tuples of numbers. Columns of `NUMBERS` are reflected together with rows of triples of them. The
+    present row is counted in the state, so that the loops from different first rows share their text.
     """
 
     def step(state, k):
-        pivots, others, value = state
+        pivots, others, value, at = state
         column = pick(pivots, k, (0,) * width)
-        at = start + k
         rest = sum(select(at < i, x * x, 0) for i, x in enumerate(column))
         lead = sum(select(equal(at, i), x, 0) for i, x in enumerate(column))
         is_done = rest <= TINY * TINY
@@ -79,9 +79,9 @@ def _triangular(pivots, others, start, width=LEFT):
             return each(lambda parts: tuple(map(reflected, parts)), rows)
 
         moved = tuple(each(all_reflected if width == NUMBERS else reflected, rows) for rows in others)
-        return each(reflected, pivots), moved, value * select(is_done, lead, signed)
+        return each(reflected, pivots), moved, value * select(is_done, lead, signed), at + 1
 
-    return fold(step, (pivots, others, 1), ga.row_numbers(pivots))
+    return fold(step, (pivots, others, 1, start), ga.row_numbers(pivots))[:3]
 
 
 def _combined(weights, blocks, start):
@@ -109,15 +109,16 @@ def _six_equations(columns):
 
 
 @kernel(
-    goal=MOTOR, centre=array(SCALAR, 2), before=array(MOTOR, "n", shared=True), after=array(MOTOR, "n", shared=True),
-    point=POINT, line=LINE, constant=array(SCALAR, "n", shared=True), pair=array(SCALAR, "e", "n", shared=True),
+    goal=MOTOR, centre=array(SCALAR, 2), pair=array(SCALAR, "e", "n", shared=True),
+    constant=array(SCALAR, "n", shared=True), before=array(MOTOR, "n", shared=True),
+    after=array(MOTOR, "n", shared=True), point=POINT, line=LINE,
     side=array(SCALAR, "t", "t", 3, NUMBERS, shared=True), shares=array(SCALAR, "t", "t", 3, shared=True),
-    samples=array(SCALAR, "s", 2, shared=True), waves=array(SCALAR, "p", "s", 2, shared=True),
-    guesses=array(SCALAR, "r", 2, shared=True),
+    samples=array(SCALAR, "s", 2, shared=True), guesses=array(SCALAR, "r", 2, shared=True),
+    waves=array(SCALAR, "p", "s", 2, shared=True),
     returns=(PAIR, SIDE, array(SCALAR, "r", 4)),
 )  # fmt: skip
 def eliminated(
-    goal, centre, before, after, point, line, constant, pair, side, shares, samples, waves, guesses
+    goal, centre, pair, constant, before, after, point, line, side, shares, samples, guesses, waves
 ):  # fmt: skip
     """Reduce the equations of a goal to six in three variables, and find the values of the first one.
 
@@ -129,22 +130,24 @@ def eliminated(
         A complex number c inside the unit circle. The map of z to ``(z + c) / (1 + ~c z)``, with the conjugate of c,
         moves the sample points on the unit circle towards it. The polynomial is accurate relative to its largest value,
         so that zeros that are close to each other need samples close to them.
+    pair, constant
+        Coefficients of the eight monomials but the constant, and of the constant, from nine values.
     before, after
-        Motions of the two joints at nine pairs of values: the point is moved by ``~before goal ~after``.
+        Motions of the two joints at the nine values: the point is moved by ``~before goal ~after``.
     point, line
         The point and its tangent.
-    constant, pair
-        Coefficients of the constant and the eight other monomials from the nine values.
     side
         Coefficients of the three joints: a row for each power of the third variable, in it one for 1, cosine and sine
         of the first variable, and in it one for each power of the second variable.
     shares
         Coefficients of the constant 1 in the same monomials.
-    samples, waves
-        Cosine and sine of the sample angles, and the table of the discrete Fourier transform, from the coefficient of
-        the highest power on.
+    samples
+        Cosine and sine of the sample angles.
     guesses
         Complex numbers at which the search for zeros begins.
+    waves
+        The table of the discrete Fourier transform, from the coefficient of the highest power on: one row more than
+        there are guesses, since a polynomial has as many zeros as its degree.
 
     Returns
     -------
@@ -325,7 +328,7 @@ def branches_of_angles(
             return tuple(w * _dot(powers, numbers) for numbers in zip(*(part[:PAIRS] for part in parts), strict=True))
 
         right = total(shared, _array(three, powers_of_fifth), columns)
-        singles = _back(pair, right, 0, (0,) * PAIRS)[1]
+        singles = _back(pair, right, PAIRS - 1, (0,) * PAIRS)[1]
         first = select(slides[0] > 0, singles[2], ga.atan2(singles[5], singles[2]))
         second = select(slides[1] > 0, singles[0], ga.atan2(singles[1], singles[0]))
         known = (first, second, angle, fourth, fifth)
@@ -424,30 +427,29 @@ def _safe(pivot):
     return select(ga.absolute(pivot) > TINY, pivot, TINY)
 
 
-def _back(columns, right, start, found):
-    """Solve triangular equations for the unknowns of columns, from row `start` on; also return what remains."""
+def _back(columns, right, last, found):
+    """Solve triangular equations for the unknowns of columns, back from row `last`; also return what remains."""
 
-    def solved(state, column, k):
-        right, found = state
-        value = _at(right, start + k) / _safe(_at(column[: len(right)], start + k))
+    def solved(state, column):
+        right, found, at = state
+        value = _at(right, at) / _safe(_at(column[: len(right)], at))
         return (
             tuple(x - value * c for x, c in zip(right, column, strict=False)),
-            tuple(select(equal(start + k, i), value, x) for i, x in enumerate(found)),
+            tuple(select(equal(at, i), value, x) for i, x in enumerate(found)),
+            at - 1,
         )
 
-    return fold(solved, (right, found), columns, ga.row_numbers(columns), reverse=True)
+    return fold(solved, (right, found, last), columns, reverse=True)[:2]
 
 
 def _null_vector(one, two):
     """Return the vector of six numbers that triangular columns take nearest to 0, by one step of inverse iteration."""
 
-    def forth(columns, start, found):
-        def solved(found, column, k):
-            value = (1 - _dot(column, found)) / _safe(_at(column, start + k))
-            return tuple(select(equal(start + k, i), value, x) for i, x in enumerate(found))
+    def solved(state, column):
+        found, at = state
+        value = (1 - _dot(column, found)) / _safe(_at(column, at))
+        return tuple(select(equal(at, i), value, x) for i, x in enumerate(found)), at + 1
 
-        return fold(solved, found, columns, ga.row_numbers(columns))
-
-    right = forth(two, 3, forth(one, 0, (0,) * LEFT))
-    right, found = _back(two, right, 3, (0,) * LEFT)
-    return _back(one, right, 0, found)[1]
+    right, _ = fold(solved, fold(solved, ((0,) * LEFT, 0), one), two)
+    right, found = _back(two, right, LEFT - 1, (0,) * LEFT)
+    return _back(one, right, LEFT // 2 - 1, found)[1]

@@ -434,11 +434,11 @@ def best_levels(above, left_across, left_down, right_across, right_down, levels,
     def row(carry, above, *planes):
         costs = _next_costs(carry[0], planes[:2], planes[2:], levels, walls, penalties)
 
-        def lower(least, number, cost, level):
-            return ga.minimum(cost, least), ga.select(cost < least, level, number)
-
         def better(carry, level, line):
-            return each(lambda *numbers: lower(*numbers, level), *carry, line)
+            def lower(least, number, cost):
+                return ga.minimum(cost, least), ga.select(cost < least, level, number)
+
+            return each(lower, *carry, line)
 
         def of_right(carry, level, line):
             return better(tuple(window(part, (1,), boundary="wrap")[0] for part in carry), level, line)

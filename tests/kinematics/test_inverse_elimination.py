@@ -133,6 +133,19 @@ def test_no_branch_is_missed_that_a_search_finds(name: str) -> None:
         assert len(other) and np.nanmin(away, axis=0).max() < 1e-5
 
 
+@pytest.mark.parametrize("rows", [OFFSET_WRIST, random_arm(22, 2)], ids=["turns", "a slide"])
+def test_bases_that_are_far_from_the_origin(rows: Rows) -> None:
+    """Rates of the joints about a point far away are nearly the same, which says nothing about the branches."""
+    q = np.random.default_rng(1).uniform(-1, 1, (4, 6))
+    for far in (10.0, 1e3, 1e6):
+        base = np.eye(4)
+        base[:3, 3] = far, -far, far
+        arm = Robot.from_dh(rows).with_base(base)
+        found = arm.inverse(arm.pose(q))
+        assert (found.status == Status.FOUND).all()
+        assert np.nanmin(np.abs(found.q - q[:, None]).max(-1), axis=-1).max() < 1e-6
+
+
 def test_unreachable_poses_are_flagged() -> None:
     for name in ("random 1", "jaco"):
         robot = Robot.from_dh(ARMS[name])

@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from arm_tables import CRX10, OFFSET_WRIST, QUARTER, Rows, pose_by_matrices, random_arm
+from arm_tables import CRX10, JACO, OFFSET_WRIST, QUARTER, Rows, pose_by_matrices, random_arm
 from selection import some_slow
 
 from algorithms.kinematics import Robot, Status
@@ -57,6 +57,24 @@ def test_no_regular_branch_is_missing(arm: str, name: str) -> None:
     assert np.where(found.valid, np.abs(away).max(-1), np.inf).min(-1).max() < 1e-5
     assert (found.status == Status.INCOMPLETE).mean() <= 0.05
     assert (found.valid.sum(-1) % 2 == 0)[found.status == Status.FOUND].all()
+
+
+@pytest.mark.parametrize("turns", [(6, 1, -11, -4, -12, -5), (-11, -3, 9, -9, -12, 0)], ids=str)
+def test_variants_that_disagree_about_the_zeros_complete_nothing(turns: tuple[int, ...]) -> None:
+    """One variant has two zeros fewer than the other one, and as many as there are branches without this pair."""
+    q = np.array([turns]) * (pi / 12)
+    found = Robot.from_dh(JACO).inverse(pose_by_matrices(JACO, q))
+    away = np.abs((found.q - q[:, None] + pi) % (2 * pi) - pi).max(-1)
+    assert found.status[0] == Status.FOUND and np.where(found.valid, away, np.inf).min() < 1e-5
+
+
+def test_two_pairs_of_branches_that_meet_next_to_a_posture_are_counted() -> None:
+    """By the symmetry of the shoulder, one neighbour has four branches and the opposite one has none."""
+    rest = [(-0.07, 2.994, 1.732), (-2.284, -1.177, 1.357), (-2.617, 0.993, 1.361)]
+    wrist = [(0, -1.446, 2.282), (0, -0.994, -1.64), (0, -1.813, -0.57)]
+    q = np.hstack([rest, wrist])
+    found = Robot.from_dh(OFFSET_WRIST).inverse(pose_by_matrices(OFFSET_WRIST, q))
+    assert (found.status == Status.FOUND).all() and (found.valid.sum(-1) == 4).all()
 
 
 def test_a_search_never_claims_to_be_complete() -> None:

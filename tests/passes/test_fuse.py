@@ -10,7 +10,7 @@ from typing import Any
 
 from gacompiler.ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Statement, Storage, Table
 from gacompiler.ir.program import Argument, Line, Program, Result
-from gacompiler.ir.rows import Counter, Following, Parent, Previous, Through
+from gacompiler.ir.rows import Counter, Following, Parent, Previous, Row, Through
 from gacompiler.ir.run_procedure import run_procedure
 from gacompiler.ir.scalar import Op
 from gacompiler.passes.fuse import fuse
@@ -126,13 +126,13 @@ def _random_body(random: Random) -> Sequence[Statement]:
         inner: list[Statement] = []
         for _ in range(random.randint(1, 2)):
             target = random.choice(("out", "other", "work", "more"))
-            rows = [Counter(counter), Previous(counter, "start")] + (
-                [] if reverse else [Parent("index", counter, "start")]
-            )
+            rows: list[Row] = [Counter(counter), Previous(counter, "start")]
+            rows += [] if reverse else [Parent("index", counter, "start")]
             source = Place(random.choice(("x", "out", "other", "work", "more")), random.choice(rows))
             inner.append(apply(at(target, counter), source, at("x", counter)))
             if random.random() < 0.3:
-                onto = random.choice([Following(counter), Through("index", counter)])
+                choices: list[Row] = [Following(counter), Through("index", counter)]
+                onto = random.choice(choices)
                 inner.append(Add(at("x", counter), Place(random.choice(("out", "work", "more")), onto)))
         body.append(loop(*inner, reverse=reverse, counter=counter))
     return body
@@ -160,7 +160,7 @@ def test_rows_of_a_table_that_is_written_are_read_in_order() -> None:
 
 def test_a_copy_of_a_row_that_changes_remains_a_table() -> None:
     """In emitted text a single row may be another name of the row that it was copied from."""
-    body = [Copy(at("out"), at("work")), apply(at("out"), at("x")), apply(at("other"), at("work"))]
+    body: list[Statement] = [Copy(at("out"), at("work")), apply(at("out"), at("x")), apply(at("other"), at("work"))]
     fused = check(1, loop(apply(at("out"), at("x"))), loop(*body))
     assert fused.table("work").lengths == ("n",)
     fused = check(1, loop(apply(at("out"), at("x"))), loop(body[0], body[2]))

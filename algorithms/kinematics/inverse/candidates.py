@@ -35,12 +35,13 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
     A regular branch there is the continuation of one at the goal, unless two branches meet between both poses. They do
     so at a surface in the space of poses, so that neighbours are used in pairs on opposite sides of the goal. Branches
     are complete if there are as many as zeros of the equations, or as at that one of two complete neighbours that has
-    more of them. It has at most one pair more than the other one, or several such surfaces are nearby.
+    more of them. If it has several pairs more than the other one, several such surfaces are nearby, or one at which the
+    arm's symmetry lets several pairs meet: another pair of neighbours must then confirm the number.
     """
     found, most = once(goals, 0)
     most = most.astype(float)
     rng, singular, before = np.random.default_rng(3), np.zeros(len(goals), bool), np.full(len(goals), np.nan)
-    shift = np.zeros(6)
+    shift, agreed = np.zeros(6), np.full(len(goals), np.nan)
     for attempt in range(1, _ATTEMPTS):
         rows = np.flatnonzero(~found.complete)
         if not len(rows):
@@ -57,15 +58,11 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
         count, beside = (np.isfinite(q[..., 0]).sum(-1) for q in (found.q[rows], near.q))
         seen = np.where(near.complete, beside, np.nan)
         if not pair:
-            # Fewer zeros than branches show that the equations are dependent at this pose.
-            fewest = np.fmin(most[rows], zeros)
-            most[rows] = np.where(fewest < count, np.nan, fewest)
-        as_many = (
-            (pair > 0)
-            & (is_second > 0)
-            & (count == np.maximum(before[rows], seen))
-            & (np.abs(before[rows] - seen) <= 2)
-        )
+            # Fewer zeros than branches, or another number than before, show that the equations are dependent here.
+            most[rows] = np.where((zeros < count) | (zeros != most[rows]), np.nan, zeros)
+        agrees = (pair > 0) & (is_second > 0) & (count == np.maximum(before[rows], seen))
+        as_many = agrees & ((np.abs(before[rows] - seen) <= 2) | (agreed[rows] == count))
+        agreed[rows] = np.where(agrees, count, agreed[rows])
         before[rows] = seen
         found.complete[rows] = as_many | (count % 2 == 0) & (count == most[rows])
         # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
