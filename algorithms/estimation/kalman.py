@@ -200,7 +200,7 @@ class KalmanFilter:
             own = _matrix(rows, "rows", (-1, len(self._still)))
         m = len(own)
         if noise is not None:
-            spread, good = definite_once(_matrix(noise, "noise", (m, m)).tobytes(), "noise", m)
+            spread, good = definite_once(noise, "noise", m)
         elif len(spread) != m:
             raise ValueError(f"rows: {m} measured numbers; expected {len(spread)}, or noise= for those")
         z = measurement

@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ..arguments import Reals, finite
+from ..arguments import Reals, finite, real_array
 
 _SMALLEST = 1e-14
 """Eigenvalues of covariances are at least this fraction of the largest one."""
@@ -33,15 +34,22 @@ def as_definite(matrices: Reals) -> tuple[Reals, bool]:
     return np.where(bad[..., None, None], nearest, symmetric), False
 
 
-@lru_cache(maxsize=64)
-def definite_once(matrix: bytes, name: str, n: int) -> tuple[Reals, bool]:
-    """Return what `as_definite` does, for one matrix; the same noise is usually given again and again.
+def definite_once(matrix: ArrayLike, name: str, n: int) -> tuple[Reals, bool]:
+    """Return what `as_definite` does, for one matrix (n, n); the same noise is usually given again and again.
 
     Raises
     ------
-    ValueError
-        If an entry is infinite or NaN.
+    TypeError, ValueError
+        If the argument is not a matrix (n, n) of finite numbers.
     """
+    given = real_array(matrix, name)
+    if given.shape != (n, n):
+        raise ValueError(f"{name}: shape {given.shape}; expected ({n}, {n})")
+    return _known(given.astype(float, copy=False).tobytes(), name, n)
+
+
+@lru_cache(maxsize=64)
+def _known(matrix: bytes, name: str, n: int) -> tuple[Reals, bool]:
     found, definite = as_definite(finite(np.frombuffer(matrix).reshape(n, n), name))
     found.flags.writeable = False
     return found, definite

@@ -81,7 +81,7 @@ class _NonlinearFilter:
         """
         z = real_array(measurement, "measurement", (-1,)).astype(float)
         m = len(z)
-        spread, definite = _noise(noise, m)
+        spread, definite = definite_once(noise, "noise", m)
         if not np.isfinite(z).any():
             self._status = EstimationStatus.SKIPPED
             return self._status
@@ -133,7 +133,7 @@ class ExtendedKalmanFilter(_NonlinearFilter):
         """Predict the state by a function that returns the next state and its derivatives by the present one."""
         n = len(self._state)
         after, rows = _with_derivatives("motion", motion, self._state, n)
-        return self._predicted(after, rows, *_noise(noise, n))
+        return self._predicted(after, rows, *definite_once(noise, "noise", n))
 
     def update(
         self, measurement: ArrayLike, expected: Linearised, noise: ArrayLike, *, difference: Difference = np.subtract
@@ -186,7 +186,7 @@ class UnscentedKalmanFilter(_NonlinearFilter):
     def predict(self, motion: Mapped, noise: ArrayLike) -> EstimationStatus:
         """Predict the state by a function that returns the next state for each of some states (k, n)."""
         n = len(self._state)
-        spread, definite = _noise(noise, n)
+        spread, definite = definite_once(noise, "noise", n)
         middle, mean, rows, bent = self._linearised("motion", motion, n, np.subtract)
         return self._predicted(middle + mean, rows, spread + bent, definite)
 
@@ -238,14 +238,6 @@ def _with_derivatives(name: str, function: Linearised, state: Reals, m: int) -> 
             f"{name}: returned shapes {value.shape} and {rows.shape}; expected ({m},) and ({m}, {len(state)})"
         )
     return value.reshape(m), rows
-
-
-def _noise(value: ArrayLike, n: int) -> tuple[Reals, bool]:
-    """Return the nearest covariance (n, n) that is positive semidefinite, and whether the given one is."""
-    given = real_array(value, "noise", (n, n))
-    if given.ndim != 2:
-        raise ValueError(f"noise: shape {given.shape}; expected ({n}, {n})")
-    return definite_once(given.astype(float, copy=False).tobytes(), "noise", n)
 
 
 def _are_finite(numbers: Reals) -> bool:
