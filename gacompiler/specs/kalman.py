@@ -56,12 +56,12 @@ def _symmetric(matrix):
 def _congruent(matrix, covariance, noise, symmetric=_symmetric):
     """Return ``F P F^T + Q``, made symmetric by a function."""
     half = each(lambda row: matrices.times(covariance, row), matrix)
-    moved = each(lambda row, own: each(lambda other, x: matrices.dot(row, other) + x, matrix, own), half, noise)
+    moved = each(lambda row, own: _plus(matrices.times(matrix, row), own), half, noise)
     return symmetric(moved)
 
 
 def _innovation(measurement, state, rows):
-    return each(lambda z, row: z - matrices.dot(row, state), measurement, rows)
+    return _minus(measurement, matrices.times(rows, state))
 
 
 def _masked(seen, innovation, rows, noise):
@@ -90,7 +90,7 @@ def _updated(state, covariance, innovation, rows, noise, gates):
     seen = each(lambda x: are_finite([x]), innovation)
     innovation, rows, noise = _masked(seen, innovation, rows, noise)
     sides = each(lambda row: matrices.times(covariance, row), rows)
-    spread = each(lambda side, own: each(lambda row, x: matrices.dot(side, row) + x, rows, own), sides, noise)
+    spread = each(lambda side, own: _plus(matrices.times(rows, side), own), sides, noise)
     numbers = row_numbers(noise)
 
     def gain(x, variance):
@@ -122,7 +122,7 @@ def _updated(state, covariance, innovation, rows, noise, gates):
     factors = each(lambda g, v: whole * (g * (2 - g * v)), gains, variances)
     columns = transpose(sides)
     return (
-        each(lambda x, column: x + matrices.dot(steps, column), state, columns),
+        _plus(state, matrices.times(columns, steps)),
         each(
             lambda row, a: each(lambda x, b: x - total(lambda f, y, z: f * (y * z), factors, a, b), row, columns),
             covariance, columns,
@@ -234,8 +234,8 @@ def _smoothed(
     change = _minus(later, following)
     spread_change = each(_minus, later_spread, spread)
     half = each(lambda row: matrices.times(spread_change, row), gains)
-    moved = symmetric(each(lambda row: each(lambda other: matrices.dot(row, other), gains), half))
-    after = each(lambda x, row: x + select(uses, matrices.dot(row, change), 0), state, gains)
+    moved = symmetric(each(lambda row: matrices.times(gains, row), half))
+    after = each(lambda x, more: x + select(uses, more, 0), state, matrices.times(gains, change))
     return after, each(lambda row, more: each(lambda x, y: x + select(uses, y, 0), row, more), covariance, moved)
 
 
@@ -314,6 +314,7 @@ def linearise(offsets, forward, backward, distance):
     rows = each(lambda column: matrices.solve_upper(offsets, column), transpose(half))
     mean = each(lambda column: weight * total(lambda x: x, column), transpose(bent))
     # The weights of the state and of all directions have the sum 1.
-    squares = each(lambda x: each(lambda y: weight * matrices.dot(x, y), transpose(bent)), transpose(bent))
+    columns = transpose(bent)
+    squares = each(lambda column: each(lambda x: weight * x, matrices.times(columns, column)), columns)
     rest = each(lambda row, x: each(lambda a, y: a - x * y, row, mean), squares, mean)
     return mean, rows, rest
