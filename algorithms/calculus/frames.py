@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import real_array
+from ..precision import EIGENVALUE
 from ..subspaces.gram import gram_matrix
 from .linear_functions import LinearStatus
 
 Floats = NDArray[np.float64]
-_SINGULAR = 1e-13
-"""Unit vectors are dependent, up to rounding, if the part of one orthogonal to the others is below this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,8 +83,8 @@ def reciprocal_frame(vectors: ArrayLike, gram: ArrayLike | None = None) -> Recip
         units = np.where(usable[..., None, None], array / scale, np.eye(k, n))
     q, r = np.linalg.qr(np.swapaxes(units, -1, -2))
     inner = np.swapaxes(q, -1, -2) @ metric @ q
-    usable &= _least(r, 1.0) > _SINGULAR
-    usable &= _least(inner, float(np.abs(metric).max())) > _SINGULAR
+    usable &= _least(r, 1.0) > EIGENVALUE
+    usable &= _least(inner, float(np.abs(metric).max())) > EIGENVALUE
     safe = usable[..., None, None]
     inner, r = np.where(safe, inner, np.eye(k)), np.where(safe, r, np.eye(k))
     found = np.linalg.solve(r, np.linalg.solve(inner, np.swapaxes(q, -1, -2)))

@@ -21,14 +21,13 @@ from generated.gac_runtime.layout import Layout, layout
 
 from ..arguments import real_array
 from ..elements import plain, restorer
+from ..precision import NEGLIGIBLE
 from .products import bitmaps_of
 
 Floats = NDArray[np.float64]
 Matrix = NDArray[Any]
 LARGEST = 6
 """Maximum number of basis vectors: matrices have 64 rows."""
-_IMAGINARY = 1e-9
-"""Relative size of the imaginary part above which a result is not in the real algebra."""
 _RESIDUAL = 1e-8
 """Relative residual above which a root or a logarithm is invalid."""
 
@@ -177,7 +176,7 @@ def _of_matrices(name: str, x: Floats, squares: tuple[int, ...]) -> Floats:
             matrix = element[rows] * factors
             column = _matrix_function(name, matrix)[:, 0]
             size = np.abs(column).max()
-            if not np.iscomplexobj(column) or np.abs(column.imag).max() <= _IMAGINARY * size:
+            if not np.iscomplexobj(column) or np.abs(column.imag).max() <= NEGLIGIBLE * size:
                 out[k] = column.real
     return out.reshape(x.shape)
 

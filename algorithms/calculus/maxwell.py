@@ -11,9 +11,7 @@ from numpy.typing import ArrayLike
 from generated import spacetime, sta
 
 from ..arguments import Reals, real_array
-
-_TRANSVERSE = 1e-9
-"""Tolerance for orthogonality of an electric field and its wave vector, relative to both lengths."""
+from ..precision import NEGLIGIBLE
 
 
 def plane_wave(
@@ -55,7 +53,7 @@ def plane_wave(
     ):
         amplitude = real_array(given, name, (3,), "electric fields").astype(np.float64, copy=False)
         along = np.abs((amplitude * k).sum(-1))
-        if not (along <= _TRANSVERSE * frequency[..., 0] * np.linalg.norm(amplitude, axis=-1)).all():
+        if not (along <= NEGLIGIBLE * frequency[..., 0] * np.linalg.norm(amplitude, axis=-1)).all():
             raise ValueError(f"{name}: not orthogonal to wave_vector; expected a transverse field")
         # k ^ a has the relative vector -|k| a, the electric field
         potentials.append(_spatial(-amplitude / frequency))

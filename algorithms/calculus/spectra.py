@@ -9,14 +9,11 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
+from ..precision import ROUNDING, SINGLE
 from ..subspaces.blade import FactoredBlade, flat
 from .linear_functions import LinearStatus, finite_matrices
 
 Floats = NDArray[np.float64]
-EQUAL = 1e-6
-"""Eigenvalues that differ by less than this, relative to the norm of the function, count as equal."""
-_SYMMETRIC = 1e-12
-"""Tolerance for symmetric and skew functions, relative to the norm."""
 _SINGULAR = 1e-14
 """Stretches below this, relative to the largest one and for each vector, count as zero."""
 
@@ -100,7 +97,7 @@ class SkewPlanes:
     status: NDArray[Any]
 
 
-def eigenblades(matrix: ArrayLike, tolerance: float = EQUAL) -> Eigenblades:
+def eigenblades(matrix: ArrayLike, tolerance: float = SINGLE) -> Eigenblades:
     """Compute eigenblades of linear functions, one for each distinct real eigenvalue or pair of complex ones.
 
     All other eigenblades are outer products of these and, if eigenvalues are equal, of parts of them.
@@ -162,7 +159,7 @@ def polar(matrix: ArrayLike) -> Polar:
     return Polar(left @ right, (stretch + np.swapaxes(stretch, -1, -2)) / 2, stretches, status)
 
 
-def symmetric_spectrum(matrix: ArrayLike, tolerance: float = EQUAL) -> Eigenblades:
+def symmetric_spectrum(matrix: ArrayLike, tolerance: float = SINGLE) -> Eigenblades:
     """Compute orthogonal eigenblades of symmetric functions: ``f(x) = sum eigenvalue_k P_k(x)``, with projections P_k.
 
     Parameters
@@ -187,7 +184,7 @@ def symmetric_spectrum(matrix: ArrayLike, tolerance: float = EQUAL) -> Eigenblad
     return Eigenblades(rows, group, values.astype(np.complex128), np.broadcast_to(status, values.shape[:-1]))
 
 
-def skew_planes(matrix: ArrayLike, tolerance: float = EQUAL) -> SkewPlanes:
+def skew_planes(matrix: ArrayLike, tolerance: float = SINGLE) -> SkewPlanes:
     """Compute orthogonal planes of skew functions: the canonical form ``f(x) = x . B`` of their bivector.
 
     Parameters
@@ -238,9 +235,9 @@ def _with_symmetry(matrix: ArrayLike, sign: float, word: str) -> Floats:
     array = finite_matrices(matrix, square=True)
     other = sign * np.swapaxes(array, -1, -2)
     size, off = np.linalg.norm(array, axis=(-1, -2)), np.linalg.norm(array - other, axis=(-1, -2))
-    if not (off <= _SYMMETRIC * size).all():
+    if not (off <= ROUNDING * size).all():
         worst = float((off / np.where(size > 0, size, 1.0)).max())
-        raise ValueError(f"matrix: not {word}, by {worst:.2g} of its norm; expected at most {_SYMMETRIC:g}")
+        raise ValueError(f"matrix: not {word}, by {worst:.2g} of its norm; expected at most {ROUNDING:g}")
     return np.asarray((array + other) / 2)
 
 

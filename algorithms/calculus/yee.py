@@ -17,11 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from generated import spacetime, sta
 
 from ..arguments import finite_number, real_array
+from ..precision import ROUNDING
 
 Floats = NDArray[np.float64]
 WALLS = ("periodic", "conducting")
-_ROUNDING = 1e-12
-"""Relative tolerance of the Courant limit, for rounding in divisions of lengths by numbers of cells."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +85,7 @@ class YeeBox:
         object.__setattr__(self, "shape", tuple(int(n) for n in shape))
         object.__setattr__(self, "size", size)
         step, limit = finite_number(self.time_step, "time_step"), self.courant_limit
-        if not 0 < step < limit * (1 + _ROUNDING):
+        if not 0 < step < limit * (1 + ROUNDING):
             raise ValueError(
                 f"time_step: {step:g}; expected more than 0 and less than {limit:g}, the limit of Courant "
                 f"1/sqrt(sum 1/d**2) of cells {' x '.join(f'{d:g}' for d in self.spacing)}; take smaller steps or "

@@ -13,6 +13,7 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from ..evidence import Noise, Status
+from ..precision import CONVERGED, SQUARED
 
 _FEWEST = 3
 """Points of a circle that is used."""
@@ -22,15 +23,11 @@ _COLLINEAR = 1e-12
 """Points are collinear if the second eigenvalue of their scatter is below this part of the third,"""
 _ABOVE_NOISE = 9.0
 """or below this multiple of the first, which is noise."""
-_ROUNDING = 1e-26
-"""Circles have no radius if the scatter is below this part of the squared distances of the points from their centre."""
 _ROUND = 0.3
 """Tracks are not circles if their residual exceeds this part of the radii."""
 _LEAST_CHANGE, _ROUNDING_OF_COST, _DAMPING = 1e-8, 1e-28, 1e-10
 """Parameters of `generated.body_eye.refined_axes`."""
 _FREE = np.ones(6)
-_NULL = 1e-10
-"""Eigenvalues of the normal matrix below this part of the largest vanish."""
 
 
 class BodyEyeStatus(Status):
@@ -207,7 +204,7 @@ def first_axis(tracks: Tracks) -> tuple[BodyEyeStatus, Reals]:
     line, values, size = kernels.axis_of_circles(tracks.points, tracks.circle, tracks.counts, centre)
     noise, second, largest = values
     flat = second <= max(_COLLINEAR * largest, _ABOVE_NOISE * noise)
-    still = largest <= _ROUNDING * len(tracks.points) * (size + (centre**2).sum())
+    still = largest <= SQUARED * len(tracks.points) * (size + (centre**2).sum())
     if flat or still or not np.isfinite(line).all():
         return BodyEyeStatus.COLLINEAR, none
     return BodyEyeStatus.OK, np.asarray(line)
@@ -266,7 +263,7 @@ def _deviation(fit: Fit, tracks: Tracks, line: Reals) -> Reals:
     from_velocities[3:, 3:] = np.eye(3)
     # Turns about the axis and shifts along it are undetermined.
     values, vectors = np.linalg.eigh(from_velocities.T @ fit.normal @ from_velocities)
-    known = values > _NULL * values[-1]
+    known = values > CONVERGED * values[-1]
     spread = vectors[:, known] / np.sqrt(values[known])
     return np.sqrt([(part**2).sum() - ((direction @ part) ** 2).sum() for part in (spread[:3], spread[3:])])
 

@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite, real_array
+from ..precision import NEGLIGIBLE
 
 _SMALLEST = 1e-14
 """Eigenvalues of covariances are at least this fraction of the largest one."""
-_ROUNDING = 1e-9
-"""An eigenvalue of at least minus this fraction of the largest one counts as 0 that was rounded."""
 
 
 def as_definite(matrices: Reals) -> tuple[Reals, bool]:
@@ -25,7 +24,7 @@ def as_definite(matrices: Reals) -> tuple[Reals, bool]:
         return symmetric, True
     values, vectors = np.linalg.eigh(symmetric)
     largest = np.maximum(values[..., -1:], 0)
-    bad = values[..., 0] < -_ROUNDING * largest[..., 0]
+    bad = values[..., 0] < -NEGLIGIBLE * largest[..., 0]
     if not bad.any():
         return symmetric, True
     kept = np.maximum(values, _SMALLEST * largest)

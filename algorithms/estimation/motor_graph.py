@@ -11,6 +11,7 @@ from generated import pga3
 
 from ..arguments import Reals, finite, real_array
 from ..elements import LINE, MOTOR, PLANE, POINT, Layouts, plain
+from ..precision import SINGLE
 from .inertial import InertialSum
 from .motor_factors import (
     BIASES,
@@ -27,11 +28,6 @@ from .motor_factors import (
     Kind,
     Summary,
 )
-
-_UNIT = 1e-6
-"""From floating point: normalising a unit motor changes it by at most this, in single precision."""
-_UNSYMMETRIC = 1e-6
-"""From floating point: entries of a symmetric matrix in single precision differ by at most this part."""
 
 
 class MotorGraph:
@@ -354,7 +350,7 @@ def checked_motors(value: ArrayLike, name: str) -> Reals:
     """
     motors = _rows(plain(value, name, MOTOR), name, 8)
     size = np.abs(motors).max(-1, initial=1.0, keepdims=True)
-    if not (np.abs(pga3.normalize_motor(motors) - motors) <= _UNIT * size).all():
+    if not (np.abs(pga3.normalize_motor(motors) - motors) <= SINGLE * size).all():
         raise ValueError(f"{name}: not unit motors; expected these, see pga3.normalize_motor")
     return motors
 
@@ -387,7 +383,7 @@ def _roots(spread: Reals) -> Reals:
     """
     size = np.abs(spread).max((-1, -2), keepdims=True)
     try:
-        if (np.abs(spread - np.swapaxes(spread, -1, -2)) > _UNSYMMETRIC * size).any():
+        if (np.abs(spread - np.swapaxes(spread, -1, -2)) > SINGLE * size).any():
             raise np.linalg.LinAlgError
         root = np.linalg.cholesky(spread)
     except np.linalg.LinAlgError:

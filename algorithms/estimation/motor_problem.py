@@ -13,15 +13,11 @@ from ..evidence import Noise, Status, gate_of, is_lost
 from ..evidence.descent import LEAST, Descent, descended
 from ..evidence.normal_equations import NormalEquations, Parts, blocks_of_inverse
 from ..evidence.sparse_factors import least_directions
+from ..precision import EIGENVALUE, ROUNDING
 from .motor_factors import N_PARAMETERS, PARTS, POSE, VELOCITY, Factors, States, Summary
 
 REJECTED = 0.25
 """The weight of a robust factor at its bound, by definition; with less, it is rejected."""
-_ROUNDING = 1e-13
-"""From floating point: eigenvalues of equations scaled to ones on their diagonal are as precise as this."""
-_UNCHANGED = 1e-12
-"""From floating point: derivatives of residuals along a direction that changes none are rounding errors, some 1e-16
-times the root of the number of products. Those of a chain of n poses are at least n**-2 of the largest ones."""
 _ROUNDS = 4
 """A limit on work: iterations after which a direction that changes nothing has a trillion times the share of others."""
 _NAMED = 1e-3
@@ -159,12 +155,12 @@ class MotorProblem:
         out, kept = (
             np.repeat(each, N_PARAMETERS)[self.touched.ravel()] for each in (touching & gone, touching & ~gone)
         )
-        solved = np.linalg.pinv(total[np.ix_(out, out)], rcond=_ROUNDING, hermitian=True) @ np.column_stack(
+        solved = np.linalg.pinv(total[np.ix_(out, out)], rcond=EIGENVALUE, hermitian=True) @ np.column_stack(
             [total[np.ix_(out, kept)], side[out]]
         )
         across = total[np.ix_(kept, out)]
         values, vectors = np.linalg.eigh(total[np.ix_(kept, kept)] - across @ solved[:, :-1])
-        sized = values > _ROUNDING * values[-1]
+        sized = values > EIGENVALUE * values[-1]
         roots, vectors = np.sqrt(values[sized]), vectors[:, sized]
         rows = np.zeros((len(roots), self.n * N_PARAMETERS))
         where = np.flatnonzero(self.touched.ravel())[kept]
@@ -200,10 +196,10 @@ class MotorProblem:
         if self.n_free and not self._determined(parts):
             matrix = self.equations.matrix(parts)
             scale = _scale(matrix.diagonal())
-            vectors = (least_directions(matrix, scale, _ROUNDING)[1] * scale[:, None])[self.equations.place]
+            vectors = (least_directions(matrix, scale, EIGENVALUE)[1] * scale[:, None])[self.equations.place]
             # Squares of derivatives have twice the digits of eigenvalues, which are differences.
             _, sizes, turns = np.linalg.svd(self._changes(end, vectors), full_matrices=False)
-            free = (vectors @ turns.T)[:, sizes <= _UNCHANGED].T
+            free = (vectors @ turns.T)[:, sizes <= ROUNDING].T
             directions = [self.spread(each / np.linalg.norm(each)) for each in free]
         found = np.zeros(n, bool) | missing
         for each in directions:

@@ -14,13 +14,12 @@ from generated import tracking as kernels
 from ..arguments import Reals, real_array
 from ..elements import LINE, MOTOR, elements
 from ..kinematics import Body, Robot
+from ..precision import CONVERGED
 from .body_eye import BodyEye
 from .image_jacobians import Chain, chain_of
 from .tracking import Tracker, TrackingStatus, VelocityStep
 
 _ITERATIONS = 50
-_AIMED = 1e-10
-"""From floating point: images, and radians beyond a limit, up to this are rounding errors."""
 _SECOND, _LAST = 1e2, 1e9
 """Ranks of solutions: more than the sum of two angles, and more than that many radians beyond limits."""
 _PAN, _TILT = np.array([[1.0, 0, 0, 0, 0, 0], [0.0, 1.0, 0, 0, 0, 0]])
@@ -123,14 +122,14 @@ def aim(robot: Robot, points: ArrayLike, near: ArrayLike | None = None) -> Aim:
         q += step(q, target)[0]
     _, error, _, status = _newton(chain, 0.0, 0.0)(q, target)
     size = np.abs(error).max(-1)
-    reached = (status <= TrackingStatus.SATURATED) & (size <= _AIMED)
+    reached = (status <= TrackingStatus.SATURATED) & (size <= CONVERGED)
     q = start[..., None, :] + (q - start[..., None, :] + np.pi) % (2 * np.pi) - np.pi
     low, high = robot.limits[:, 0], robot.limits[:, 1]
     q = np.where(q > high, q - 2 * np.pi, np.where(q < low, q + 2 * np.pi, q))
     outside = np.maximum(np.maximum(low - q, q - high), 0).sum(-1)
-    reached &= outside <= _AIMED
+    reached &= outside <= CONVERGED
     # Solutions within limits come first, then those that are least beyond them, then the others.
-    score = np.where(size <= _AIMED, _SECOND * outside, _LAST + np.nan_to_num(size, nan=_LAST))
+    score = np.where(size <= CONVERGED, _SECOND * outside, _LAST + np.nan_to_num(size, nan=_LAST))
     score = np.where(reached, np.abs(q - start[..., None, :]).sum(-1), _SECOND + score)
     best = np.argmin(score, -1)[..., None]
     chosen = np.take_along_axis(np.clip(q, low, high), best[..., None], -2)[..., 0, :]

@@ -14,11 +14,10 @@ import numpy as np
 import scipy
 
 from ..arguments import Reals
+from ..precision import TINY
 
 _LEVELS = 24
 """A limit on work: number of distance levels, the threshold, half of it, a quarter, ...; exact points need more."""
-_LEAST = 1e-300
-"""From floating point: a distance that is 0, or a probability that has few digits."""
 _NEAREST = 16
 """From a probability, whose relative error is then a quarter: fractions of wrong pairs at small distances are
 extrapolated from this number of nearest ones."""
@@ -100,7 +99,7 @@ def _expected(wrong: Reals, base: float, limit: float, freedom: Freedom) -> floa
     """Return how many wrong pairs are expected within a limit, extrapolated if it is below the distance `base`."""
     if limit >= base:
         return float(np.count_nonzero(wrong <= limit))
-    return float(np.count_nonzero(wrong <= base)) * (limit / max(base, _LEAST)) ** freedom.codimension
+    return float(np.count_nonzero(wrong <= base)) * (limit / max(base, TINY)) ** freedom.codimension
 
 
 def _are_far_from_chance(n: int, count: int, share: float, freedom: Freedom) -> bool:
@@ -173,4 +172,4 @@ def _log_tail(count: Reals, n: int, share: Reals) -> Reals:
         tail = scipy.special.bdtrc(count - 1, n, share)
         first = log_choices(n, count) + count * np.log(share) + (n - count) * np.log1p(-share)
         ratio = (n - count) * share / ((count + 1) * (1 - share))
-        return np.asarray(np.where(tail > _LEAST, np.log(tail), first - np.log1p(-ratio)))
+        return np.asarray(np.where(tail > TINY, np.log(tail), first - np.log1p(-ratio)))

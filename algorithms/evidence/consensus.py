@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import Reals, finite_number
+from ..precision import NEGLIGIBLE
 from .chance import Freedom, by_chance, tail_by_chance
 from .sampling import Seed, random_subsets
 
@@ -32,8 +33,6 @@ _ROUNDS = 4
 """A limit on work: how often a minimum is left in search of a lower one."""
 N_WRONG = 5000
 """A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
-_ROUNDING = 1e-9
-"""From floating point: a relative change of a cost below this is rounding."""
 _KEYS = np.random.default_rng(0).normal(size=64)
 """From floating point: of whole numbers times these, two sets rarely have the same sum."""
 
@@ -185,7 +184,7 @@ def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> t
         found = problem.descend(away, threshold, _STEPS)
         costs = _finite_costs(problem, found, threshold)
         k = int(costs.argmin())
-        if costs[k] >= cost * (1 - _ROUNDING):
+        if costs[k] >= cost * (1 - NEGLIGIBLE):
             break
         model, cost = found[k], float(costs[k])
     return model, cost

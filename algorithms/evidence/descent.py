@@ -7,16 +7,13 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ..arguments import Reals
+from ..precision import CONVERGED, ROUNDING
 
 _STEPS = 50
 """A limit on work: failed steps raise the damping from the least to the most in 13 steps, almost four times in all."""
 _RAISED, _EASED = 30.0, 10.0
 """Limits on work: the factors between steps by which the damping is raised after a failed one and lowered after
 another. They differ, so that a failure after a success does not lead to the damping before these."""
-_SETTLED = 1e-10
-"""From floating point: steps are small if no parameter, in radians and units of length, changes by more than this."""
-_ROUNDING = 1e-12
-"""From floating point: relative changes of a sum of squares below this are rounding errors of a minimum."""
 LEAST, _MOST = 1e-12, 1e6
 """Limits on work: relative increments of the diagonal, at the start and at most."""
 _REUSED, _SLOW = 0.1, 0.5
@@ -87,7 +84,7 @@ def descended(problem: Squares, start: Any, tolerance: float, widened: float = 1
         change, moved = found
         new_squares, new_equations = problem.linearised(moved)
         new_cost, new_weights = problem.weighed(new_squares, widened)
-        settled = widened == 1 and float(np.abs(change).max(initial=0.0)) < _SETTLED
+        settled = widened == 1 and float(np.abs(change).max(initial=0.0)) < CONVERGED
         if widened > 1:
             widened = max(widened / _LOWERED, 1.0)
             state, squares, equations = moved, new_squares, new_equations
@@ -100,7 +97,7 @@ def descended(problem: Squares, start: Any, tolerance: float, widened: float = 1
             state, squares, equations, cost, weights = moved, new_squares, new_equations, new_cost, new_weights
             damping, before = max(damping / _EASED, LEAST), max(decrease, np.finfo(float).tiny)
         else:
-            settled |= new_cost - cost <= _ROUNDING * cost
+            settled |= new_cost - cost <= ROUNDING * cost
             # A step with old factors says nothing about one with new ones.
             damping, before, reused = (damping, before, False) if reused else (damping * _RAISED, np.inf, False)
     return Descent(state, squares, equations, weights, cost, bool(settled), step)

@@ -9,16 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import Reals
+from ..precision import CONVERGED, TINY
 
 _FIRST, _LEAST, _MOST = 1e-4, 1e-12, 1e8
 """Limits on work: the damping relative to the diagonal with which iterations start, below which it has no effect, and
 from which steps are shorter than rounding."""
 _FACTOR = 10.0
 """A limit on work: the damping changes by this factor after each step."""
-_SETTLED = 1e-10
-"""From floating point: a relative change of the cost below this moves parameters by less than 1e-5 of their bound."""
-_TINY = 1e-300
-"""From floating point: the smallest numbers, which prevent divisions by 0."""
 
 
 class Minima(NamedTuple):
@@ -78,7 +75,7 @@ def minima(
         for whole, part in ((state, trial), (cost, new_cost), (normal, new_normal), (side, new_side)):
             whole[kept] = part[better]
         damping[live] = np.where(better, np.maximum(damping[live] / _FACTOR, _LEAST), damping[live] * _FACTOR)
-        done = (np.abs(change) <= _SETTLED * cost[live]) | (cost[live] <= exact[live]) | (damping[live] > _MOST)
+        done = (np.abs(change) <= CONVERGED * cost[live]) | (cost[live] <= exact[live]) | (damping[live] > _MOST)
         converged[live[done]] = True
         live = live[~done]
     lowest = cost + (side * _solved(normal, side, np.full(len(state), _LEAST))).sum(1)
@@ -96,7 +93,7 @@ def _solved(normal: Reals, side: Reals, damping: Reals) -> Reals:
     size = normal.shape[-1]
     diagonal = np.einsum("bii->bi", normal)
     damped = normal.copy()
-    damped[:, range(size), range(size)] += damping[:, None] * (diagonal + _TINY)
+    damped[:, range(size), range(size)] += damping[:, None] * (diagonal + TINY)
     usable = np.isfinite(damped).all((1, 2)) & (diagonal > 0).all(1) & np.isfinite(side).all(1)
     damped = np.where(usable[:, None, None], damped, np.eye(size))
     step = -np.linalg.solve(damped, np.where(usable[:, None], side, 0)[..., None])[..., 0]

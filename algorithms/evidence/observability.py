@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arguments import Reals
-
-ROUNDING = 1e-9
-"""From floating point: eigenvalues of an information scaled to ones on its diagonal, below this, are 0. Information is
-a sum of squares, whose rounding errors are some 1e-16 times the number of data."""
+from ..precision import NEGLIGIBLE
 
 
 def spectrum(information: Reals) -> tuple[Reals, Reals, Reals]:
@@ -31,11 +28,11 @@ def spectrum(information: Reals) -> tuple[Reals, Reals, Reals]:
 
 def rank(information: Reals) -> int:
     """Return how many directions of the parameters an information (p, p) determines."""
-    return int((spectrum(information)[0] > ROUNDING).sum())
+    return int((spectrum(information)[0] > NEGLIGIBLE).sum())
 
 
 def undetermined(information: Reals) -> Reals:
     """Return the directions (p - rank, p), of norm 1, that an information (p, p) leaves undetermined."""
     values, vectors, scale = spectrum(information)
-    free = vectors[:, : int((values <= ROUNDING).sum())].T * scale
+    free = vectors[:, : int((values <= NEGLIGIBLE).sum())].T * scale
     return np.asarray(free / np.linalg.norm(free, axis=1, keepdims=True))

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import Reals
+from ..precision import ROUNDING
 
 Integers = NDArray[np.int64]
-_COLLINEAR = 1e-12
-"""Relative difference up to which the slopes of neighbouring intervals count as equal."""
 _LEAST_RISE = 1e-290
 """Smaller rises are replaced by it, so that no slope is infinite."""
 
@@ -93,7 +92,7 @@ def ramps_of(heights: Reals, coordinates: Reals, origin: float) -> Ramps:
 def _pieces(heights: Reals, places: Reals) -> list[tuple[float, float, float]]:
     """Return least heights, rises, and widths divided by rises of the linear pieces of ascending samples."""
     slopes = (np.diff(heights) / np.diff(places)).tolist()
-    bounds = [k for k in range(1, len(slopes)) if abs(slopes[k] - slopes[k - 1]) > _COLLINEAR * slopes[k]]
+    bounds = [k for k in range(1, len(slopes)) if abs(slopes[k] - slopes[k - 1]) > ROUNDING * slopes[k]]
     pieces = []
     for first, last in zip([0, *bounds], [*bounds, len(slopes)], strict=True):
         low, high = float(heights[first]), float(heights[last])

@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite_number, real_array
+from ..precision import ROUNDING
 
 DEFUZZIFIERS = ("centroid", "bisector", "mom", "som", "lom")
 """Centroid and bisector of the area; mean, smallest and largest of the places with the maximum."""
 
-_FINEST = 1e-12
-"""The least distance of places, relative to the largest number of a range."""
 _Part = TypeVar("_Part")
 
 
@@ -218,9 +217,9 @@ class FuzzyVariable:
         # Interpolation loses all digits long before neighbouring places are equal.
         steps = [b - a for a, b in pairwise(self.grid)]
         step, largest = min(steps, default=(high - low) / (self.samples - 1)), max(abs(low), abs(high))
-        if not _FINEST * largest < step < np.inf:
+        if not ROUNDING * largest < step < np.inf:
             raise ValueError(
-                f"{where}: places {step} apart from {low} to {high}; expected distances of more than {_FINEST} times "
+                f"{where}: places {step} apart from {low} to {high}; expected distances of more than {ROUNDING} times "
                 "the largest number of the range"
             )
         object.__setattr__(self, "sets", instances(self.sets, FuzzySet, f"{where}: sets"))

@@ -8,14 +8,13 @@ from numpy.typing import NDArray
 from generated import fuzzy as kernels
 
 from ..arguments import Reals
+from ..precision import ROUNDING
 from .ramps import Ramps, ramps_of
 from .sets import FuzzyVariable
 from .unions import bisectors, sorted_unions
 from .workspace import Workspace
 
 Integers = NDArray[np.int64]
-_CLOSE = 1e-12
-"""Distance, relative to the range, up to which points count as one."""
 _INSIDE = 3
 """The largest number of points in an interval for which its bisector is computed without sorting."""
 _SORTED = 1 << 18
@@ -39,7 +38,7 @@ class OutputTables:
         self.sets = len(variable.sets)
         self._name, self._scaled = f"output {variable.name}", float(scaled)
         self._low, self._step, self._coordinates = self._units(variable)
-        self._tolerance = _CLOSE * self._coordinates[-1]
+        self._tolerance = ROUNDING * self._coordinates[-1]
         self._peaks = self.heights.max(0)
         self._ramps: Ramps = ramps_of(self.heights, self._coordinates, self._low / self._step)
         self._left, self._right = np.arange(self.sets), np.arange(self.sets, 2 * self.sets)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from generated import cga3
 
 from ..arguments import Reals
+from ..precision import NEGLIGIBLE
 from .kinds import named
 
 SAMPLES = 24
@@ -19,8 +20,6 @@ _STARTS = 6
 _ANGLES = np.linspace(0, 2 * np.pi, 16, endpoint=False)
 _ROUND = np.stack([np.ones(16), np.cos(_ANGLES), np.sin(_ANGLES)])
 _ROUND_DERIVATIVE = np.stack([np.zeros(16), -np.sin(_ANGLES), np.cos(_ANGLES)])
-_SAME = 1e-9
-"""Distances are considered constant if they differ by less than this, relative to the sizes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +76,7 @@ def nearest_on_circles(a: ArrayLike, b: ArrayLike) -> NearestOnCircles:
     on_b = cga3.point_on_circle(two, np.arctan2(y, x)[..., 0])
     wrong = np.where(usable, 0, np.nan)
     distance = np.linalg.norm(on_a - on_b, axis=-1) + wrong
-    return NearestOnCircles(distance, on_a + wrong[..., None], on_b + wrong[..., None], (spread <= _SAME) & usable)
+    return NearestOnCircles(distance, on_a + wrong[..., None], on_b + wrong[..., None], (spread <= NEGLIGIBLE) & usable)
 
 
 def _nearest_angle(curve: Reals, radius: Reals) -> tuple[Reals, Reals]:

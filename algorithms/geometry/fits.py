@@ -19,12 +19,11 @@ from generated import cga3
 from generated.gac_runtime.arrays import element_of
 
 from ..arguments import Reals, finite, real_array
+from ..precision import CONVERGED
 from .kinds import named
 
 STEPS = 30
 """Maximum number of Gauss-Newton steps."""
-_DEGENERATE = 1e-10
-"""Points are collinear, or coplanar, if the ratio of their spread across and along the line or plane is below this."""
 ROUNDING = 8 * float(np.finfo(np.float64).eps)
 """Points are considered equal if the ratio of their spread and their distance from the origin is below this."""
 _METRIC = np.array([[1.0, 0, 0, 0, 0], [0, 1, 0, 0, 0], [0, 0, 1, 0, 0], [0, 0, 0, 0, -1], [0, 0, 0, -1, 0]])
@@ -84,7 +83,7 @@ def fit_plane(points: ArrayLike) -> Fit:
     places, centre, values, axes = _spread(points, 3)
     plane = cga3.plane_from_point_normal(centre, axes[..., 0])
     offsets = cga3.signed_distance_point_plane(places, cga3.plane_polarity(plane)[..., None, :])
-    return Fit(plane, _mean_root(offsets), values[..., 1] > _DEGENERATE**2 * values[..., 2])
+    return Fit(plane, _mean_root(offsets), values[..., 1] > CONVERGED**2 * values[..., 2])
 
 
 @_of_points("line")
@@ -112,7 +111,7 @@ def fit_line(points: ArrayLike) -> Fit:
     line = cga3.line_from_point_direction(centre, axes[..., 2])
     offsets = cga3.distance_point_line(places, line[..., None, :])
     gap = values[..., 2] - values[..., 1]
-    return Fit(line, _mean_root(offsets), (gap > _DEGENERATE * values[..., 2]) & (values[..., 2] > 0))
+    return Fit(line, _mean_root(offsets), (gap > CONVERGED * values[..., 2]) & (values[..., 2] > 0))
 
 
 @_of_points("sphere")
@@ -207,7 +206,7 @@ def _scaled(places: Reals, middle: Reals, values: Reals, least: Reals) -> tuple[
 
     Points that do not are replaced by fixed points that do.
     """
-    determined = least > _DEGENERATE**2 * values[..., 2]
+    determined = least > CONVERGED**2 * values[..., 2]
     size = np.sqrt(np.where(determined, values[..., 2], 1))
     corners = np.resize(np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]), places.shape[-2:])
     scaled = (places - middle[..., None, :]) / size[..., None, None]

@@ -11,14 +11,13 @@ from numpy.typing import ArrayLike
 from generated import cga3
 
 from ..arguments import Reals
+from ..precision import NEGLIGIBLE
 from .fits import ROUNDING, axis_after, axis_frame, descend, enough_points, off_cylinder, seen_along
 
 DIRECTIONS = 400
 """Number of directions of the axis that are tried, distributed evenly over a hemisphere."""
 _STARTS = 6
 """Number of the best directions from which the iteration starts."""
-_DEGENERATE = 1e-9
-"""The axis is undetermined if a singular value of the Jacobian is less than this fraction of the largest."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,7 +135,7 @@ def _one(
     middle = places.mean(0)
     size = np.sqrt(((places - middle) ** 2).sum(-1).mean())
     spread = np.linalg.svd(places - middle, compute_uv=False)
-    if not spread[2] > max(_DEGENERATE * spread[0], ROUNDING * np.linalg.norm(places)):
+    if not spread[2] > max(NEGLIGIBLE * spread[0], ROUNDING * np.linalg.norm(places)):
         return np.zeros(7), 0.0, False
     scaled = (places - middle) / size
     frames = axis_frame(_directions())
@@ -155,7 +154,7 @@ def _one(
     k = int(np.argmin(np.where(np.isfinite(residual), residual, np.inf)))
     jacobian = off(scaled, found[k])[1]
     values = np.linalg.svd(jacobian, compute_uv=False)
-    determined = bool(np.isfinite(values).all() and values[dof - 1] > _DEGENERATE * values[0])
+    determined = bool(np.isfinite(values).all() and values[dof - 1] > NEGLIGIBLE * values[0])
     best = found[k]
     number = size * best[6] if off is off_cylinder else best[6]
     return np.concatenate([middle + size * best[:3], best[3:6], [number]]), float(size * residual[k]), determined

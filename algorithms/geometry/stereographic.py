@@ -6,9 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, real_array
-
-_ON_SPHERE = 1e-6
-"""Tolerance for the squared length of unit vectors. The rounding error of float32 is 1e-7."""
+from ..precision import SINGLE
 
 
 def stereographic_projection(points: ArrayLike) -> Reals:
@@ -42,8 +40,8 @@ def stereographic_projection(points: ArrayLike) -> Reals:
     if not array.ndim or array.shape[-1] < 2:
         raise ValueError(f"points: shape {array.shape}; expected (..., n + 1), n at least 1, points of the unit sphere")
     squares = (array * array).sum(-1)
-    if (np.abs(squares - 1) > _ON_SPHERE).any():
-        worst = float(squares[np.abs(squares - 1) > _ON_SPHERE].flat[0])
+    if (np.abs(squares - 1) > SINGLE).any():
+        worst = float(squares[np.abs(squares - 1) > SINGLE].flat[0])
         raise ValueError(f"points: a squared length of {worst:.6g}; expected points of the unit sphere")
     flat, height = array[..., :-1], array[..., -1:]
     square = (flat * flat).sum(-1, keepdims=True)

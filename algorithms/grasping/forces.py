@@ -12,10 +12,8 @@ from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
 from ..evidence import Status
+from ..precision import SINGLE
 from .quality import contact_wrenches
-
-_BALANCED = 1e-6
-"""From floating point: forces balance a load of norm 1 up to this. Linear programmes are solved to 1e-7."""
 
 _INFEASIBLE = 2
 """The status of `scipy.optimize.linprog` for equations without a solution."""
@@ -104,7 +102,7 @@ def contact_forces(
     parts = _least(matrix, wanted / size, count, rows)
     if isinstance(parts, ForceStatus):
         return _without(parts, count)
-    if not np.abs(matrix @ parts - wanted / size).max() < _BALANCED:
+    if not np.abs(matrix @ parts - wanted / size).max() < SINGLE:
         return _without(ForceStatus.NOT_SOLVED, count)
     shares = size * parts.reshape(count, rows)
     torques = torsion * (shares[:, edges] - shares[:, edges + 1]) if torsion else np.zeros(count)

@@ -10,6 +10,7 @@ from generated import grasping, pga3
 
 from ..arguments import Reals
 from ..geometry.meshes import Flags, Integers, is_closed
+from ..precision import NEGLIGIBLE, SINGLE
 from .status import GraspStatus
 
 _SAMPLES = 4096
@@ -17,13 +18,7 @@ _SAMPLES = 4096
 _VERTICES = 4096
 _STEPS = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
 """The steps of a sequence of points that fill a cube evenly (Roberts' R3)."""
-_FLAT = 1e-9
-"""A mesh has no volume if it is below this fraction of the cube of its size."""
-_EQUAL = 1e-6
-"""Relative difference below which principal moments count as equal."""
 
-_OFF = 1e-9
-"""From floating point: rays begin this part of the size away from the surface, and do not meet their own face."""
 _SLANTED = np.array([0.0131, -0.0173, 0.0097])
 """Added to the directions of rays, so that they meet no edges of regular meshes."""
 _PAIRS = 1 << 18
@@ -60,7 +55,7 @@ class Surface:
         solid, or in a common face of two.
         """
         corners = self.vertices[self.faces.T]
-        starts, along = points + _OFF * self.length * normals, normals + _SLANTED
+        starts, along = points + NEGLIGIBLE * self.length * normals, normals + _SLANTED
         found = np.zeros(len(points), bool)
         step = max(1, _PAIRS // len(self.areas))
         for first in range(0, len(points), step):
@@ -104,7 +99,7 @@ def surface_of(vertices: Reals, faces: Integers) -> Surface | GraspStatus:
     i, j, k = np.ascontiguousarray(faces.T)
     areas, volume, first, second = grasping.mesh_moments(local, i, j, k)
     size = float(np.ptp(local, axis=0).max())
-    if not abs(volume) > _FLAT * size**3:
+    if not abs(volume) > NEGLIGIBLE * size**3:
         return GraspStatus.TOO_THIN
     centre = first / volume
     table = np.empty((3, 3))
@@ -137,7 +132,7 @@ def _principal_axes(table: Reals, off: Reals) -> Reals:
         found = inside[int(np.argmax(far > 0.1 * reach))]
         return basis @ (found / np.linalg.norm(found))  # type: ignore[no-any-return]
 
-    close = (values[:-1] - values[1:]) < _EQUAL * values[0]
+    close = (values[:-1] - values[1:]) < SINGLE * values[0]
     if close.all():
         axes[:, 0] = first_direction(axes)
         axes[:, 1] = first_direction(np.linalg.svd(axes[:, :1].T)[2][1:].T)

@@ -9,9 +9,7 @@ from numpy.typing import ArrayLike
 from generated import grasping, pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
-
-_OUTSIDE = 1e-12
-"""How far a point may be outside a facet of the convex hull, relative to the points."""
+from ..precision import ROUNDING
 
 
 def contact_wrenches(
@@ -132,6 +130,6 @@ def _facets(points: Reals) -> Reals | None:
         except (scipy.spatial.QhullError, ValueError):
             # Rounding errors, or the points span less than six dimensions.
             continue
-        if options is None or (points @ planes[:, :-1].T + planes[:, -1]).max() < _OUTSIDE * np.abs(points).max():
+        if options is None or (points @ planes[:, :-1].T + planes[:, -1]).max() < ROUNDING * np.abs(points).max():
             return planes
     return None

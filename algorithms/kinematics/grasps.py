@@ -22,11 +22,10 @@ from generated import arms, pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import MOTOR, elements
+from ..precision import SINGLE
 
 _MANY = 12
 """Maximum number of lines and planes whose two orientations are both tried."""
-_FLAT = 1e-6
-"""Motors are pure translations if the relative size of their rotor is below this."""
 
 Pairs = tuple[ArrayLike, ArrayLike]
 
@@ -128,7 +127,7 @@ def grasp(
     wanted = np.eye(8)[0]
     if near is not None:
         given = finite(real_array(near, "grasp: near", (8,), "a motor"), "grasp: near").astype(float)
-        if not np.linalg.norm(given[:4]) > _FLAT * np.linalg.norm(given):
+        if not np.linalg.norm(given[:4]) > SINGLE * np.linalg.norm(given):
             raise ValueError(f"grasp: near: {near}; expected a motor")
         wanted = pga3.normalize_motor(given)
     if not finite_number(length, "grasp: length") > 0:
@@ -163,7 +162,7 @@ def _nearest(matrix: Reals, near: Reals, length: float, tolerance: float) -> tup
     values = np.concatenate([values, np.zeros(8 - len(values))])
     null = right[values <= tolerance * max(float(values[0]), 1.0)]
     left, sizes, rotors = np.linalg.svd(null[:, :4], full_matrices=True)
-    many = int((sizes > _FLAT).sum())
+    many = int((sizes > SINGLE).sum())
     if not many:
         return None
     # null vectors with the rotors of a basis, and pure translations
@@ -203,7 +202,7 @@ def _shift(rotor: Reals, dual: Reals, free: Reals, place: Reals) -> tuple[Reals,
     if not free.size:
         return start[:3], 0
     _, sizes, right = np.linalg.svd(directions[3:], full_matrices=True)
-    if sizes[0] > _FLAT:
+    if sizes[0] > SINGLE:
         start = start - directions @ right[0] * (start[3] / (directions[3] @ right[0]))
         right = right[1:]
     slides = directions[:3] @ right.T

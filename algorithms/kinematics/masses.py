@@ -9,11 +9,8 @@ from numpy.typing import NDArray
 
 from generated import pga3
 
+from ..precision import SINGLE
 from .bodies import moved
-
-_ROUNDING = 1e-6
-"""Relative tolerance for the rounding of decimal numbers in files."""
-
 
 _IDENTITY = np.eye(8)[0]
 
@@ -49,7 +46,7 @@ def fault_of(tensor: Sequence[float]) -> str:
         xx, xy, xz, yy, yz, zz.
     """
     xx, xy, xz, yy, yz, zz = map(float, tensor)
-    slack = _ROUNDING * max(map(abs, (xx, xy, xz, yy, yz, zz)))
+    slack = SINGLE * max(map(abs, (xx, xy, xz, yy, yz, zz)))
     if slack == 0:
         return ""
     if not _positive((xx + slack, xy, xz, yy + slack, yz, zz + slack)):

@@ -14,6 +14,7 @@ from generated import retiming as kernels
 
 from ..arguments import Reals, finite, real_array
 from ..evidence import Status
+from ..precision import ROUNDING
 from .robot import Robot
 from .tables import need_fixed_base
 
@@ -21,8 +22,6 @@ _STAGES = 500
 """Default number of stages of a path. Motions are longer than the shortest one by a share of about one stage."""
 _UNLIMITED = 1e100
 """A squared speed above all others."""
-_FLAT = 1e-12
-"""Coefficients of the acceleration along the path up to this, relative to their largest, are rounding errors."""
 
 
 class RetimingStatus(Status):
@@ -206,7 +205,7 @@ def _lines(push: Reals, pull: Reals, held: Reals, most: Reals) -> tuple[Reals, R
 
     Limits that there are not are infinite.
     """
-    moves = np.abs(push) > _FLAT * np.abs(push).max(initial=0.0)
+    moves = np.abs(push) > ROUNDING * np.abs(push).max(initial=0.0)
     divisor = np.where(moves, push, 1.0)
     ends = np.stack([(most - held) / divisor, (-most - held) / divisor])
     above, below = np.where(moves, ends.max(0), np.inf), np.where(moves, ends.min(0), -np.inf)

@@ -10,13 +10,12 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from ..elements import MOTOR, elements
+from ..precision import CONVERGED
 from .inverse.chain import chain_of
 from .inverse.search import descend
 from .robot import Robot
 
 _STEPS = 40
-_REACHED = 1e-10
-"""Tolerated deviation of the end effector from its path, relative to the arm's size."""
 
 
 def joint_motion(points: ArrayLike, times: ArrayLike, at: ArrayLike) -> tuple[Reals, Reals, Reals]:
@@ -100,7 +99,7 @@ def screw_motion(robot: Robot, start: ArrayLike, goal: ArrayLike, count: int) ->
     q = first[None, variables]
     for k in range(1, count):
         q, _, off = descend(chain, q, goals[k : k + 1], _STEPS)
-        if not off[0] <= _REACHED:
+        if not off[0] <= CONVERGED:
             raise ArithmeticError(
                 f"{robot.name}: step {k} of {count - 1}: the pose is missed by {off[0]:.1e} of the arm's size"
             )

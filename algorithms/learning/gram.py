@@ -6,6 +6,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..precision import NEGLIGIBLE
 from .blade_signs import Integers, Signs
 from .svm_kernels import Floats, Kernel
 
@@ -16,8 +17,6 @@ _BLOCK = 4e6
 _FEW = 3
 """The number of times that a number is moved when some rows are copied and multiplied."""
 Samples = NDArray[np.intp]
-_ROUNDING = 1e-9
-"""Negative eigenvalues that are due to rounding, relative to the greatest diagonal element."""
 
 
 LANES = 16
@@ -186,7 +185,7 @@ def check_definite(rows: GramRows, m: int, signs: Signs) -> None:
     largest = max(float(np.abs(matrix).max()), np.finfo(float).tiny)
     if np.abs(matrix - matrix.T).max() > 1e-8 * largest:
         raise ValueError("kernel: K(y, x) is not the reverse of K(x, y); expected a symmetric Gram matrix")
-    floor = _ROUNDING * largest * len(matrix)
+    floor = NEGLIGIBLE * largest * len(matrix)
     try:
         scipy.linalg.cholesky(matrix + floor * np.eye(len(matrix)), lower=True, check_finite=False)
     except scipy.linalg.LinAlgError:

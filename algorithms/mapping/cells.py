@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ..arguments import Reals
+from ..precision import NEGLIGIBLE
 
 FAR, NEAR = 1.2, 0.5
 """Metres from a place up to which its cell lists all lines: the reach of the first step of an alignment, and one for
@@ -15,8 +16,6 @@ _SIZES = {FAR: 1.0, NEAR: 0.5}
 """The sizes of cells in metres."""
 _MOST_CELLS = 1000
 """A limit on memory: the most cells along an axis, above which they are larger. A line is in a few in each row."""
-_FLAT = 1e-9
-"""From floating point: the slope of a line below which it crosses no rows."""
 
 
 class Lines(Protocol):
@@ -89,7 +88,7 @@ def _listed(segments: Reals, ends: Reals, used: Reals, reach: float) -> Cells:
     one, two = ends[used].transpose(1, 0, 2)
     steps = two - one
     level = corner[1] + (line + 0.5) * size - one[part, 1]
-    is_flat = np.abs(steps[:, 1]) <= _FLAT * np.abs(steps[:, 0])
+    is_flat = np.abs(steps[:, 1]) <= NEGLIGIBLE * np.abs(steps[:, 0])
     rise = np.where(is_flat, 1.0, steps[:, 1])
     reached = np.stack([level - beyond, level + beyond], 1) / rise[part, None]
     reached = np.where(is_flat[part, None], [0.0, 1.0], np.clip(np.sort(reached, 1), 0, 1))

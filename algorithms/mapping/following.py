@@ -14,6 +14,7 @@ from generated import navigation as kernels
 from generated import pga2
 
 from ..arguments import Reals, finite_number, real_array
+from ..precision import TINY
 from .navigation_status import FollowStatus, PathStatus
 from .paths import PlanarPath
 
@@ -23,8 +24,6 @@ _PREDICTED = 0.05
 """A limit on work: metres between the places of the way back to the path, which is that of the control law."""
 _ON_PATH, _ALONG = 0.01, 0.05
 """Metres and radians: a robot this near to the path follows it, to less than the noise of scans."""
-_TINY = 1e-300
-"""From floating point: the least square of a step, which prevents a division by 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +180,7 @@ def _clearance(
     if len(way) > 1:
         step = np.diff(way, axis=0)
         off = points[:, None] - way[:-1]
-        part = np.clip((off * step).sum(-1) / np.maximum((step**2).sum(-1), _TINY), 0, 1)
+        part = np.clip((off * step).sum(-1) / np.maximum((step**2).sum(-1), TINY), 0, 1)
         away = np.linalg.norm(off - part[..., None] * step, axis=-1)
         nearest = away.argmin(1)
         reached = nearest + np.take_along_axis(part, nearest[:, None], 1)[:, 0]

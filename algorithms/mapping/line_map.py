@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from generated import line_maps, pga2
 
 from ..arguments import Reals, finite, real_array
+from ..precision import SINGLE
 from .segments import Segments
 from .status import MappingStatus
 
@@ -33,8 +34,6 @@ _DAMAGED = (
     *(struct.error, zipfile.BadZipFile, zlib.error),
 )
 """What readers of archives and of numpy raise for damaged files."""
-_UNIT = 1e-6
-"""From floating point: relative rounding errors of norms and of covariances are far below this."""
 _EXPECTED = {
     "lines": "a unit line",
     "spans": "a start before its end",
@@ -213,9 +212,9 @@ class LineMap:
         lengths = np.hypot(*arrays["lines"][:, :2].T)
         first, mixed, second = arrays["spreads"].T
         for name, wrong in (
-            ("lines", np.abs(lengths - 1) > _UNIT),
+            ("lines", np.abs(lengths - 1) > SINGLE),
             ("spans", arrays["spans"][:, 0] > arrays["spans"][:, 1]),
-            ("spreads", (first < 0) | (second < 0) | (mixed**2 > first * second * (1 + _UNIT))),
+            ("spreads", (first < 0) | (second < 0) | (mixed**2 > first * second * (1 + SINGLE))),
             ("counts", arrays["counts"] < 0),
             ("n_views", arrays["n_views"] < 0),
         ):

@@ -17,6 +17,7 @@ from generated import pga2
 from ..arguments import Reals, finite, real_array
 from ..estimation.matrices import as_definite
 from ..evidence.triangles import from_triangle, to_triangle
+from ..precision import HUGE
 from . import cells, relocation
 from .motions import relative
 from .navigation_status import LocalizationStatus
@@ -29,7 +30,6 @@ _UNLIKELY = 1e-6
 _UNDETERMINED = 1e-4
 """A direction is undetermined if its information is below this share of that of the best: parallel walls seem to differ
 by up to half a degree."""
-_SINGLE = 1e300
 _LEAST = np.array([np.radians(0.5), 0.03, 0.03]) ** 2
 """Variances that are added to those of a pose that was found without a prediction."""
 
@@ -235,7 +235,7 @@ class LineLocalizer:
         noise = to_triangle(self._enlarged(measured))[pairs.measured]
         motor, triangle, numbers = kernels.update_pose(
             self._motor, to_triangle(self._covariance), self._model[pairs.rows], self._spread[pairs.rows], seen, noise,
-            _SINGLE,
+            HUGE,
         )  # fmt: skip
         if not (np.isfinite(motor).all() and np.isfinite(triangle).all() and numbers[1] > 0):
             self._status = LocalizationStatus.LOST if lost else LocalizationStatus.PREDICTED

@@ -15,11 +15,10 @@ from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
 from ..evidence import Noise, certain_deviations
+from ..precision import SINGLE
 from .navigation_status import FitStatus
 from .round_fitting import fit_round
 
-_DEGENERATE = 1e-6
-"""A spread of points below this fraction of the largest one counts as none."""
 _FEWEST = 3
 _ROUNDS, _SAMPLES = 8, 60
 _SURE = 4.0
@@ -339,7 +338,7 @@ def _start(points: Reals) -> Reals | None:
     """Return the unit vector most nearly orthogonal to all points, or None if they are on a line."""
     size = float(np.abs(points).max())
     values = np.linalg.eigvalsh(np.cov(points.T))
-    if not size > 0 or values[0] <= _DEGENERATE**2 * values[1]:
+    if not size > 0 or values[0] <= SINGLE**2 * values[1]:
         return None
     scaled = points / size
     squares = (scaled**2).sum(1)

@@ -17,12 +17,8 @@ from ..estimation.smoothing import checked_states, smoothed
 from ..evidence import Status, gate_of, is_lost
 from ..evidence.descent import Descent, descended
 from ..evidence.normal_equations import NormalEquations, Parts, blocks_of_inverse
+from ..precision import NEGLIGIBLE, ROUNDING
 
-_LEAST = 1e-12
-"""From floating point: the increment of the diagonal, with which it is never 0."""
-_ROUNDING = 1e-9
-"""From floating point: eigenvalues of a covariance in single precision, whose inverse is given, may be negative by this
-share of the largest."""
 _ROUNDS = 20
 """A limit on work: how often robust edges that agree are added; each round takes half of them."""
 
@@ -152,7 +148,7 @@ def _in_space(
     """Smooth a graph in space; the first pose and those without a connection to it are held."""
     n = len(poses)
     values, vectors = np.linalg.eigh((given.information + np.swapaxes(given.information, 1, 2)) / 2)
-    if (values[:, 0] < -_ROUNDING * values[:, -1]).any():
+    if (values[:, 0] < -NEGLIGIBLE * values[:, -1]).any():
         raise ValueError("information: an eigenvalue is negative; expected inverse covariances")
     roots = np.sqrt(np.maximum(values, 0))[:, :, None] * np.swapaxes(vectors, 1, 2)
     factors = Factors(MOTION, given.edges, (given.motions,), roots, given.robust)
@@ -305,7 +301,7 @@ class _Rows:
         self, misfits: Reals, by_a: Reals, by_b: Reals, information: Reals, damping: float, reused: bool
     ) -> Reals | None:
         """Return the damped Gauss-Newton step (n, 3), or None if the equations are singular."""
-        found = self._equations.step(_parts(misfits, by_a, by_b, information), damping, reused, _LEAST)
+        found = self._equations.step(_parts(misfits, by_a, by_b, information), damping, reused, ROUNDING)
         if found is None:
             return None
         change = np.zeros(len(self._free))
@@ -318,7 +314,7 @@ class _Rows:
         found[wanted == 0] = 0
         inside = np.flatnonzero(self._position[wanted, 0] >= 0)
         if len(inside):
-            factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=_LEAST)
+            factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=ROUNDING)
             places = self._position[wanted[inside]]
             found[inside] = np.inf if factor is None else blocks_of_inverse(factor, places, self._equations.n)
         return np.asarray(found)
@@ -328,7 +324,7 @@ class _Rows:
         found, n = np.zeros((len(edges), 3, 3)), self._equations.n
         if not n:
             return found
-        factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=_LEAST)
+        factor = self._equations.factor(_parts(by_a[:, :, 0], by_a, by_b, information), least=ROUNDING)
         if factor is None:
             return np.full(found.shape, np.inf)
         for k, pair in enumerate(edges.tolist()):

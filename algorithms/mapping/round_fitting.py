@@ -6,10 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from ..arguments import Reals
+from ..precision import CONVERGED, NEGLIGIBLE
 
-_DAMPING = 1e-9
-_CONVERGED = 1e-10
-"""A fit has converged if the step is predicted to decrease the cost by at most this fraction of it, plus one."""
 _STEPS = 40
 
 
@@ -31,7 +29,7 @@ def fit_round(
     """
     vector = start
     for _ in range(_STEPS):
-        vector, cost, less = step(points, spreads, vector, float(curved), _DAMPING)
-        if abs(float(less)) <= _CONVERGED * (float(cost) + 1):
+        vector, cost, less = step(points, spreads, vector, float(curved), NEGLIGIBLE)
+        if abs(float(less)) <= CONVERGED * (float(cost) + 1):
             return vector, True
     return vector, False

@@ -16,6 +16,7 @@ from ..evidence import Freedom, Noise, Problem, by_chance, certain_deviations, c
 from ..evidence.consensus import N_WRONG, Indices
 from ..evidence.gates import WIDE
 from ..evidence.triangles import from_triangle
+from ..precision import ROOT, ROUNDING
 from .map_3d import Solid, SolidKind
 from .navigation_status import FitStatus
 from .round_fitting import fit_round
@@ -24,8 +25,6 @@ _STEPS = 50
 """A limit on work: iterations of Levenberg and Marquardt."""
 _ROUNDS = 20
 """A limit on work: how often points are chosen and weighted again."""
-_SETTLED = 1e-7
-"""From floating point: changes of the vector that are below this, in units of the scene, are no changes."""
 _SAMPLES, _CONFIDENCE, _SEED = 1000, 1 - 1e-6, 0
 """Limits on work: samples of points, and the confidence that one of them has no foreign point."""
 _NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
@@ -40,8 +39,6 @@ _MEET = 0.01
 """Rays meet in a camera if they are this near to it, in relation to the distance: depths are then right to that."""
 _STRETCH = 2.0
 """The largest ratio of the depths of an object and of a point that are of the same thing."""
-_TINY = 1e-12
-"""From floating point: squares below this, in units of the scene, are 0."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,7 +177,7 @@ class _Scene:
         off, normals = (np.array(each) for each in zip(*rows, strict=True))
         matrices = from_triangle(spreads, 3)
         variances = np.einsum("mki,mki->mk", normals, np.einsum("kij,mkj->mki", matrices, normals))
-        return np.asarray(np.abs(off) / np.sqrt(np.maximum(variances, _TINY**2)))
+        return np.asarray(np.abs(off) / np.sqrt(np.maximum(variances, ROUNDING**2)))
 
     def _costs(self, models: Reals, points: Reals, spreads: Reals, threshold: float) -> Reals:
         return np.asarray((np.minimum(self._distances(models, points, spreads), threshold) ** 2).sum(-1))
@@ -206,7 +203,7 @@ class _Scene:
             if self.kind == SolidKind.SPHERE and count == 1:
                 kept = _is_inside_outline(self.points, self.spreads, vector)
             before, (vector, converged) = vector, self._descended(vector, inliers)
-            if count > 1 and np.abs(vector - before).max() <= _SETTLED * max(1.0, np.abs(vector).max()):
+            if count > 1 and np.abs(vector - before).max() <= ROOT * max(1.0, np.abs(vector).max()):
                 break
         return vector, inliers, converged
 
@@ -240,7 +237,7 @@ class _Scene:
             squares = (ahead[:, :3] ** 2).sum(1) - 2 * ahead[:, 3] * ahead[:, 4]
             return ahead / np.sqrt(np.where(squares > 0, squares, np.nan))[:, None]
 
-        found = minima(vector[None], equations, moved, np.full(1, _TINY), _STEPS)
+        found = minima(vector[None], equations, moved, np.full(1, ROUNDING), _STEPS)
         return found.state[0], bool(found.converged[0])
 
     def _elsewhere(self, vector: Reals) -> Reals:
@@ -263,7 +260,7 @@ class _Scene:
             across = np.linalg.svd(vector[None, :3])[2][1:]
             inside = centred @ across.T
             values, axes = np.linalg.eigh(np.einsum("k,ki,kj->ij", weights, inside, inside))
-            deviation = float(np.sqrt(raised / max(float(values[0]), _TINY)))
+            deviation = float(np.sqrt(raised / max(float(values[0]), ROUNDING)))
             # Points on a line, within their noise, leave the turn about it undetermined.
             narrow = axes[:, 0] @ across
             noise = np.einsum("i,kij,j->k", narrow, from_triangle(self.spreads[inliers], 3), narrow)
@@ -293,7 +290,7 @@ def _meeting(points: Reals, spreads: Reals) -> Reals | None:
     rays = vectors[:, :, 2]
     across = np.eye(3) - rays[:, :, None] * rays[:, None, :]
     total = across.sum(0)
-    if np.linalg.eigvalsh(total)[0] <= _TINY * len(points):
+    if np.linalg.eigvalsh(total)[0] <= ROUNDING * len(points):
         return None
     eye = np.linalg.solve(total, np.einsum("kij,kj->i", across, points))
     arms = points - eye
@@ -338,7 +335,7 @@ def _offsets(points: Reals, vector: Reals) -> tuple[Reals, Reals]:
     """Return signed distances of points from an object, and unit normals at its nearest places."""
     curvature = vector[3]
     inner = points @ vector[:3] - curvature * (points**2).sum(1) / 2 - vector[4]
-    root = np.sqrt(np.maximum(1 - 2 * curvature * inner, _TINY))
+    root = np.sqrt(np.maximum(1 - 2 * curvature * inner, ROUNDING))
     return np.asarray(2 * inner / (1 + root)), (vector[:3] - curvature * points) / root[:, None]
 
 

@@ -12,10 +12,7 @@ from generated import cga3, pga3
 
 from ..arguments import Reals, finite, real_array
 from ..elements import DIRECTION, MOTOR, POINT, ROTOR, VERSOR, Coefficients, E, Some, elements
-
-_DEGENERATE = 1e-10
-"""A rotation is undetermined if two eigenvalues differ by less than this fraction of the largest possible difference.
-"""
+from ..precision import CONVERGED
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,7 +85,7 @@ def rotor_from_vectors(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None = N
     off = two - pga3.move_direction(_motor(rotor)[..., None, :], one)
     sizes = np.sqrt(_mean_square(one, share) * _mean_square(two, share))
     gap = values[..., -1] - values[..., -2]
-    return RotorFit(rotor, np.sqrt(_mean_square(off, share)), gap > _DEGENERATE * np.where(sizes > 0, sizes, 1))
+    return RotorFit(rotor, np.sqrt(_mean_square(off, share)), gap > CONVERGED * np.where(sizes > 0, sizes, 1))
 
 
 @overload
@@ -124,7 +121,7 @@ def rotor_from_frames(frame: Any, image: Any) -> Any:
     )
     sizes = np.linalg.norm(rows, axis=-1)
     volume = np.linalg.det(rows)
-    flat = np.abs(volume) <= _DEGENERATE * sizes.prod(-1)
+    flat = np.abs(volume) <= CONVERGED * sizes.prod(-1)
     safe = np.where(flat[..., None, None], np.eye(3, dtype=rows.dtype), rows)
     matrix = np.einsum("...ki,...jk->...ij", images, np.linalg.inv(safe))
     rotor: Reals = pga3.rotor_from_matrix(matrix)
@@ -255,7 +252,7 @@ def motor_from_objects(
     translation = (np.linalg.pinv(matrix) @ rest[..., None])[..., 0]
     off = rest - (matrix @ translation[..., None])[..., 0]
     values = np.linalg.svd(matrix, compute_uv=False)
-    full = values[..., -1] > _DEGENERATE * values[..., 0] if values.shape[-1] == 3 else np.zeros(leading, bool)
+    full = values[..., -1] > CONVERGED * values[..., 0] if values.shape[-1] == 3 else np.zeros(leading, bool)
     count = sum(one.shape[-2] for one, _ in known.values())
     motor = pga3.motor_from_rotor_translation(fit.rotor, translation)
     return MotorFit(motor, np.sqrt(np.sum(off * off, -1) / count), fit.determined & full)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..arguments import Reals
+from ..precision import SINGLE
 
 _EQUAL = 4
 """From a probability: the number of equal distances that points elsewhere hardly have."""
 _REDUCTIONS = 300
 """A limit on work: reductions of differences of points."""
-_FINEST = 1e-6
-"""From floating point: the step of a lattice, relative to its extent, below which it is none."""
 
 
 def step_of_lattice(points: Reals, rounding: float) -> float:
@@ -25,7 +24,7 @@ def step_of_lattice(points: Reals, rounding: float) -> float:
     lengths = np.sort(np.linalg.norm(few[first] - few[second], axis=1))
     if np.count_nonzero(np.diff(lengths[lengths > rounding]) <= rounding) < _EQUAL:
         return 0.0
-    vectors, least, k = few[1:] - few[0], _FINEST * lengths[-1], 0
+    vectors, least, k = few[1:] - few[0], SINGLE * lengths[-1], 0
     for _ in range(_REDUCTIONS):
         squares = np.einsum("ij,ij->i", vectors, vectors)
         order = np.argsort(squares, kind="stable")

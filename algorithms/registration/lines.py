@@ -9,6 +9,7 @@ from generated import pga3
 from generated import registration as kernels
 
 from ..arguments import Reals
+from ..precision import NEGLIGIBLE
 from .alignment import Found
 from .clouds import cloud_of
 from .refinement import Surface
@@ -31,7 +32,6 @@ _ENDS = 6
 """Points at each end whose mean places are compared."""
 _PLATEAU = 6.0
 """Length, in standard deviations of the smoothed density, over which equal supports make shifts free."""
-_FLOOR = 1e-9
 
 
 def line_registered(source_points: Reals, target_points: Reals) -> Found:
@@ -90,7 +90,7 @@ def line_registered(source_points: Reals, target_points: Reals) -> Found:
     lowest = np.minimum(*(scores.min() for _, scores, _ in poses))
     return Found(
         status, motors, scores[order], _covariance(its_frame, free_shift, residual, length, fewest), residual,
-        float((back <= gate).mean()), float(1 - lowest / max(most, _FLOOR)), free, surface, gate,
+        float((back <= gate).mean()), float(1 - lowest / max(most, NEGLIGIBLE)), free, surface, gate,
     )  # fmt: skip
 
 

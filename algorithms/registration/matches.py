@@ -15,6 +15,7 @@ from generated import registration as kernels
 from ..arguments import Reals, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, elements
 from ..evidence import Freedom, least_by_chance, log_false_alarms
+from ..precision import NEGLIGIBLE, SINGLE
 from .lattices import step_of_lattice
 from .rigid import between_places
 from .rigid_status import RegistrationStatus
@@ -27,15 +28,11 @@ _TOLERANCES = (0.001, 0.004, 0.015, 0.05)
 """Differences of lengths, relative to the size of the target, up to which a pair may be of one rigid motion."""
 _REPEATS = 4
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=3, solutions=1, false_alarms=1e-4)
-_LEAST_RESIDUAL = 1e-6
 _ROOM = 15.0
 """Volume by the product of standard deviations in which wrong matches are assumed to be."""
 _CERTAIN = -30.0
 _OWN = 4.0
 """Distance in residuals up to which matches are of a motion already found."""
-_DETERMINED = 1e-9
-_THIN = 1e-6
-"""Ratio of extents below which inliers are on a line."""
 _PARTS, _NARROWED = (1.0, 0.5, 0.25, 0.1), 4
 """Limits on work: differences of lengths, in residuals of a motion, at which narrower ones are sought among its
 inliers, and how often."""
@@ -204,7 +201,7 @@ def _with_line(found: MatchRegistration, points: Reals) -> MatchRegistration:
     extents, axes = np.linalg.svd(offsets, full_matrices=False)[1:]
     # Noise gives a line the width of one coordinate of the residuals; a cloud of equal width and length is no line.
     noise = found.residual * (np.sqrt(len(points) / 3) + _OWN)
-    if extents[1] > max(_THIN * extents[0], noise) or _OWN * extents[1] > extents[0]:
+    if extents[1] > max(SINGLE * extents[0], noise) or _OWN * extents[1] > extents[0]:
         return found
     turn = kernels.turn_about_line(points.mean(0), axes[0])
     return replace(found, status=RegistrationStatus.COLLINEAR, free=np.asarray(turn)[None])
@@ -333,7 +330,7 @@ def _fitted(
     form, x_mean, y_mean = form_about_means(x, y, inliers.astype(float))
     values, vectors = np.linalg.eigh(form)
     motor = kernels.motor_of_rotor(vectors[:, 0], x_mean, y_mean)
-    if values[1] - values[0] < _DETERMINED * values[3]:
+    if values[1] - values[0] < NEGLIGIBLE * values[3]:
         status = RegistrationStatus.COLLINEAR
     off_one = np.linalg.norm(pga3.move_point(motor, x) - y, axis=-1)
     if tolerance is not None:
@@ -351,7 +348,7 @@ def _log_chance(off: Reals, tolerance: float | None, grid: _Grid) -> tuple[Reals
     """
     # The volume of a normal distribution of this spread; that of a uniform one is larger.
     room = float(np.prod(grid.widths))
-    floor = _LEAST_RESIDUAL * np.cbrt(room)
+    floor = SINGLE * np.cbrt(room)
     site = float(np.prod(np.minimum(grid.step / grid.widths, 1)))
 
     def share(radii: Reals) -> Reals:

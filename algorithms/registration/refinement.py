@@ -15,11 +15,11 @@ from generated import registration as kernels
 from ..arguments import Reals, finite, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, Coefficients, elements
 from ..evidence.triangles import from_triangle
+from ..precision import NEGLIGIBLE
 from .clouds import Cloud, cloud_of, normals_of
 
 _ACROSS = 0.02
 """Factor of squared distances along a plane: it holds motions that planes leave free."""
-_DAMPING = 1e-9
 _FEWEST = 6
 """Neighbours that a step needs."""
 _MEASURED = {"planes": 1, "lines": 2, "points": 3}
@@ -127,7 +127,7 @@ def refined(motor: Reals, parts: Sequence[Part], gates: Sequence[float], scales:
             break
         sums = [one for one, _ in steps]
         information = sum((one.information for one in sums), np.zeros((6, 6)))
-        damped = information + np.diag(_DAMPING * np.diag(information) + 1e-30)
+        damped = information + np.diag(NEGLIGIBLE * np.diag(information) + 1e-30)
         slope = sum((slope for _, slope in steps), np.zeros(6))
         step = np.linalg.solve(damped, -slope)
         motor = pga3.normalize_motor(pga3.motor_product(pga3.motor_exponential(step), motor))

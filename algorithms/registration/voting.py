@@ -12,14 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from generated import tensor_voting as kernels
 
 from ..arguments import Reals, finite_number, moderate, real_array
+from ..precision import ROUNDING
 from .vote_scale import default_sigma
 from .vote_status import VoteStatus
 from .vote_tables import CELLS, REACH, Integers, ball_cubics, plate_table
 
 _CHUNK = 20_000
 """Receivers of dense votes that are handled at once, which bounds the memory for pairs."""
-_EQUAL = 1e-12
-"""Difference of eigenvalues, relative to the largest, up to which they count as equal."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -375,7 +374,7 @@ def _voted(points: Reals, sums: Reals) -> Votes:
     order[np.triu_indices(d)] = np.arange(sums.shape[1])
     tensors = sums[:, np.maximum(order, order.T)]
     status = np.zeros(len(points), int)
-    status[values[:, 0] - values[:, -1] <= _EQUAL * values[:, 0]] = VoteStatus.UNDETERMINED
+    status[values[:, 0] - values[:, -1] <= ROUNDING * values[:, 0]] = VoteStatus.UNDETERMINED
     status[values[:, 0] == 0] = VoteStatus.ISOLATED
     return Votes(points, tensors, values, axes, status)
 

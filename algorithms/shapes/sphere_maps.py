@@ -11,14 +11,13 @@ from generated import cga3
 
 from ..arguments import Reals
 from ..motors.recovery import similarity_from_points
+from ..precision import SINGLE
 
 Map = Callable[[Reals], Reals]
 _LEAST_WEIGHT = 1e-3
 """Pairs of less weight are left out."""
 FEWEST = {"similarity": 3, "affine": 4, "nonrigid": 5}
 """Kinds of maps, and the fewest pairs for each."""
-_FLAT = 1e-6
-"""From floating point: the ratio of two extents of points below which they are in a plane, or on a line."""
 
 
 def fitted_map(kind: str, points: Reals, targets: Reals, weights: Reals, stiffness: float) -> Map | None:
@@ -52,7 +51,7 @@ def fitted_map(kind: str, points: Reals, targets: Reals, weights: Reals, stiffne
 def dimensions(points: Reals) -> int:
     """Return of how many dimensions points (n, 3) are: 3 in space, 2 in a plane, 1 on a line."""
     extents = np.linalg.svd(points - points.mean(0), compute_uv=False)
-    return int((extents > _FLAT * max(extents[0], 1e-300)).sum())
+    return int((extents > SINGLE * max(extents[0], 1e-300)).sum())
 
 
 def _affine(points: Reals, targets: Reals, weights: Reals) -> Map:

@@ -9,10 +9,9 @@ from numpy.typing import ArrayLike
 from generated import sphere_models
 
 from ..arguments import Reals
+from ..precision import NEGLIGIBLE
 from .rasterising import checked_mask, checked_spacing
 
-_FLAT = 1e-9
-"""Volume of a tetrahedron, in voxels, up to which it has no sphere."""
 _EQUAL = 6
 """Decimals, in edges of voxels, of centres and radii that count as equal."""
 
@@ -52,7 +51,7 @@ def union_of_spheres(mask: ArrayLike, spacing: ArrayLike = (1, 1, 1), *, distinc
         np.zeros(3), *np.moveaxis(corners[:, 1:] - origin[:, None], 1, 0)
     )
     place = np.rint((np.asarray(centre) + origin) / edges)
-    regular = np.abs(volume) > _FLAT * np.prod(edges)
+    regular = np.abs(volume) > NEGLIGIBLE * np.prod(edges)
     regular &= ((place >= 0) & (place < inside.shape)).all(1)
     regular[regular] = inside[tuple(place[regular].astype(int).T)]
     balls = np.column_stack([np.asarray(centre) + origin, np.sqrt(np.maximum(square, 0))])[regular]

@@ -9,19 +9,12 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import real_array
+from ..precision import EIGENVALUE, NEGLIGIBLE, ROUNDING, SINGLE
 from .blade import LARGEST, Floats, _finite, check_dimension, flat
 from .gram import gram_matrix
 
-_ZERO = 1e-13
-"""Parts smaller than this, relative to the largest, are omitted."""
-_SIMPLE = 1e-9
-"""A bivector is simple if the second pair of its singular values, relative to the first, is below this."""
-_ROUNDING = 1e-12
-"""Rounding error of the remainder after splitting off the largest parts, relative to the norm of the bivector."""
 _APART = 0.05
 """Squared rates that differ by more than this, relative to the largest, are separated by polynomials."""
-_EQUAL = 1e-6
-"""Squared rates that differ by less than this, relative to the largest, count as equal."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,7 +91,7 @@ def _by_eigenvectors(matrices: Floats) -> Floats:
     rates, vectors = rates[..., ::-1][..., : n // 2], vectors[..., ::-1][..., : n // 2]
     x, y = vectors.real, vectors.imag
     planes = np.einsum("...ik,...jk->...kij", y, x)
-    rates = np.where(rates > _ZERO * rates[..., :1], rates, 0.0)
+    rates = np.where(rates > EIGENVALUE * rates[..., :1], rates, 0.0)
     return np.asarray(2.0 * rates[..., None, None] * (planes - np.swapaxes(planes, -1, -2)))
 
 
@@ -116,7 +109,7 @@ def _by_polynomials(matrices: Floats, metric: Floats) -> tuple[Floats, NDArray[n
     # rates come in pairs of opposite sign, and in odd dimensions the smallest is 0
     rates = np.take_along_axis(squares, order, -1)[..., : 2 * m].reshape(-1, m, 2)
     size = np.maximum(np.abs(rates).max((-1, -2)), 1e-300)
-    good = (np.abs(rates.imag).max((-1, -2)) < _EQUAL * size) & (np.ptp(rates.real, axis=-1).max(-1) < _EQUAL * size)
+    good = (np.abs(rates.imag).max((-1, -2)) < SINGLE * size) & (np.ptp(rates.real, axis=-1).max(-1) < SINGLE * size)
     mean = rates.real.mean(-1)
     parts = np.zeros((len(matrices), m, n, n))
     whole = maps @ maps
@@ -133,7 +126,7 @@ def _by_polynomials(matrices: Floats, metric: Floats) -> tuple[Floats, NDArray[n
     parts[:, m - 1] = matrices - parts.sum(1)
     lengths = np.linalg.svd(parts, compute_uv=False)
     norms = np.linalg.norm(matrices, axis=(-1, -2))
-    return parts, good & (lengths[..., 2:].max((-1, -2), initial=0.0) <= _ROUNDING * norms)
+    return parts, good & (lengths[..., 2:].max((-1, -2), initial=0.0) <= ROUNDING * norms)
 
 
 def _by_subspaces(matrix: Floats, metric: Floats) -> tuple[Floats, bool]:
@@ -141,8 +134,8 @@ def _by_subspaces(matrix: Floats, metric: Floats) -> tuple[Floats, bool]:
     parts: list[Floats] = []
     rest, good = matrix, True
     size = float(np.linalg.norm(matrix))
-    while np.linalg.norm(rest) > _ZERO * size:
-        simple = _is_simple(rest, _ROUNDING * size)
+    while np.linalg.norm(rest) > EIGENVALUE * size:
+        simple = _is_simple(rest, ROUNDING * size)
         if simple or len(parts) == n // 2 - 1:
             good = good and simple
             parts.append(rest)
@@ -168,7 +161,7 @@ def _largest(matrix: Floats, metric: Floats) -> tuple[list[Floats], bool]:
     norm = np.linalg.norm(operator, 2)
     if abs(top) <= (1e-4 * norm) ** 2:
         return [matrix], False  # nilpotent and not simple: there is no unique real decomposition
-    near = _EQUAL * abs(top)
+    near = SINGLE * abs(top)
     complex_pair = abs(top.imag) > near
 
     def chosen(real: float, imaginary: float) -> bool:
@@ -206,4 +199,4 @@ def _of_equal_rates(part: Floats, subspace: Floats, metric: Floats) -> tuple[lis
 
 def _is_simple(matrix: Floats, rounding: float) -> bool:
     lengths = np.linalg.svd(matrix, compute_uv=False)
-    return len(lengths) < 4 or bool(lengths[2] <= _SIMPLE * lengths[0] + rounding)
+    return len(lengths) < 4 or bool(lengths[2] <= NEGLIGIBLE * lengths[0] + rounding)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import finite, real_array
+from ..precision import NEGLIGIBLE
 from . import index_tables as tables
 from .products import outer_by_vector, outer_of_grades
 
@@ -19,8 +20,6 @@ LARGEST = 30
 """Maximum dimension for blades in factored form."""
 BLADE_TOLERANCE = 1e-9
 """Tolerated deviation of coefficients from a blade, relative to their norm."""
-_ORTHONORMAL = 1e-9
-"""Tolerated deviation of inner products of orthonormal rows."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +98,7 @@ class FactoredBlade:
         if rows.shape[-2] > rows.shape[-1]:
             raise ValueError(f"vectors: shape {rows.shape}; expected at most as many rows as columns")
         products = rows @ np.swapaxes(rows, -1, -2) - np.eye(rows.shape[-2])
-        if products.size and np.abs(products).max() > _ORTHONORMAL:
+        if products.size and np.abs(products).max() > NEGLIGIBLE:
             raise ValueError("vectors: rows not orthonormal; expected orthonormal rows; use FactoredBlade.of_vectors")
         numbers = _finite(real_array(scale, "scale"), "scale")
         try:

@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..precision import CONVERGED
 from . import index_tables as tables
 from .blade import Blade, FactoredBlade, Floats, _made, check_pair, factorize_blade
 from .gram import gram_matrix, is_degenerate
 from .incidence import ANGLE, AnyBlade, join_and_meet
-
-_NULL = 1e-10
-"""A meet is null if its square, relative to the size of the metric, is below this."""
 
 
 def dual(a: AnyBlade) -> AnyBlade:
@@ -92,7 +90,7 @@ def delta_product(
     assert isinstance(joined, FactoredBlade) and isinstance(met, FactoredBlade)
     rows, m = np.swapaxes(joined.vectors, -1, -2), met.grade
     square = np.linalg.det(met.vectors @ matrix @ np.swapaxes(met.vectors, -1, -2))
-    if np.any(np.abs(square) <= _NULL * np.abs(matrix).max() ** m):
+    if np.any(np.abs(square) <= CONVERGED * np.abs(matrix).max() ** m):
         raise ValueError("delta_product: a meet is null in the metric; expected invertible meets")
     # in coordinates of the join: the complement orthogonal to the meet, and the volume spanned by both
     inside, across = met.vectors @ rows, met.vectors @ matrix @ rows

@@ -6,10 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import real_array
+from ..precision import ROUNDING
 from .blade import Floats
-
-_SINGULAR = 1e-12
-"""Eigenvalues below this fraction of the largest count as zero."""
 
 
 def gram_matrix(gram: ArrayLike | None, n: int) -> Floats:
@@ -26,7 +24,7 @@ def gram_matrix(gram: ArrayLike | None, n: int) -> Floats:
     matrix = np.diag(array) if array.ndim == 1 else array
     if matrix.shape != (n, n) or not np.isfinite(matrix).all():
         raise ValueError(f"gram: shape {array.shape}; expected ({n},) squares or ({n}, {n}) finite inner products")
-    if np.abs(matrix - matrix.T).max() > _SINGULAR * np.abs(matrix).max():
+    if np.abs(matrix - matrix.T).max() > ROUNDING * np.abs(matrix).max():
         raise ValueError("gram: matrix not symmetric; expected inner products")
     return np.asarray((matrix + matrix.T) / 2)
 
@@ -34,10 +32,10 @@ def gram_matrix(gram: ArrayLike | None, n: int) -> Floats:
 def is_degenerate(gram: Floats) -> bool:
     """Return whether some nonzero vector is orthogonal to all vectors."""
     sizes = np.abs(np.linalg.eigvalsh(gram))
-    return bool(sizes.min() <= _SINGULAR * max(sizes.max(), 1e-300))
+    return bool(sizes.min() <= ROUNDING * max(sizes.max(), 1e-300))
 
 
 def nullity(gram: Floats) -> int:
     """Return the dimension of the space of vectors that are orthogonal to all vectors."""
     sizes = np.abs(np.linalg.eigvalsh(gram))
-    return int((sizes <= _SINGULAR * sizes.max()).sum())
+    return int((sizes <= ROUNDING * sizes.max()).sum())

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from ..precision import ROUNDING
+
 _COMPILED = {"cache": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
 """Sums may be reordered; infinities and NaNs are respected."""
 _INLINED = {**_COMPILED, "inline": "always"}
 """For functions called for every element: passing an array, as seven numbers, would cost as much as a short loop."""
-ROUNDING = 1e-12
-"""Relative rounding error of the rest of a vector after projecting out a subspace that contains it."""
 REORTHOGONALIZE = 0.5
 """Below this length a projected unit vector is projected again ("twice is enough", Kahan in Parlett 1980, §6.9)."""
 

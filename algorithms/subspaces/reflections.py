@@ -11,13 +11,12 @@ import scipy
 from numpy.typing import ArrayLike
 
 from ..arguments import real_array
+from ..precision import ROUNDING
 from .blade import Floats
 from .gram import gram_matrix
 
 _ORTHOGONAL = 1e-8
 """Tolerated difference of ``M^T G M`` and ``G``, relative to the squared norm of M."""
-_FIXED = 1e-12
-"""A direction is fixed if a map changes it by less than this, relative to its norm."""
 _NULL = 1e-4
 """A direction is null if its square, relative to its squared length and the largest inner product, is below this."""
 _STEEP = 1e-2
@@ -89,7 +88,7 @@ def _by_planes(matrix: Floats) -> Floats:
     while i < n:
         if i + 1 < n and triangle[i + 1, i] != 0.0:
             angle = np.arctan2(triangle[i + 1, i] - triangle[i, i + 1], triangle[i, i] + triangle[i + 1, i + 1]) / 2
-            if abs(angle) > _FIXED:
+            if abs(angle) > ROUNDING:
                 found += [np.cos(angle) * basis[:, i] + np.sin(angle) * basis[:, i + 1], basis[:, i]]
             i += 2
         else:
@@ -148,7 +147,7 @@ class _Rest:
 def _by_steps(matrix: Floats, metric: Floats) -> Floats:
     n = len(matrix)
     size = float(np.abs(np.linalg.eigvalsh(metric)).max())
-    threshold = _FIXED * max(1.0, float(np.linalg.norm(matrix, 2)) ** 2)
+    threshold = ROUNDING * max(1.0, float(np.linalg.norm(matrix, 2)) ** 2)
     null = _NULL * size
 
     def after(rest: _Rest, vector: Floats) -> _Rest | None:

@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import real_array
+from ..precision import ROUNDING
 from .blade import LARGEST, FactoredBlade, Floats, _finite, _made, check_dimension, flat
 from .duals import metric_factors
 from .gram import gram_matrix, nullity
 from .reflections import reflection_matrix, reflections_of
-
-_NULL = 1e-12
-"""A vector is null if its square, relative to its squared length and the largest inner product, is below this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +54,7 @@ class FactoredVersor:
             volume = lengths.prod(-1)
         unit = rows / np.where(lengths > 0, lengths, 1.0)[..., None]
         squares = np.abs((unit @ matrix * unit).sum(-1))
-        bad = squares <= _NULL * max(np.abs(matrix).max(), 1e-300)
+        bad = squares <= ROUNDING * max(np.abs(matrix).max(), 1e-300)
         if bad.any():
             at = tuple(int(i) for i in np.argwhere(bad)[0])
             raise ValueError(f"vectors: the vector at {at} is null or zero; expected vectors that have inverses")

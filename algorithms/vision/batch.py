@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite_number, real_array
+from ..precision import NEGLIGIBLE, ROOT
 from .camera import Camera, pinhole_pixels
 from .degeneracy import degenerate
 from .fundamental import eight_points
@@ -25,8 +26,6 @@ from .status import VisionStatus
 
 _BLOCK = 256
 """Number of problems solved at once, so that their equations remain in a cache."""
-_RANK = 1e-7
-_THIN = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +91,7 @@ def homographies(first: ArrayLike, second: ArrayLike) -> BatchEstimate:
 
     def solve(a: Reals, b: Reals) -> tuple[Reals, Reals]:
         matrix, gap = linear_homography(a, b)
-        open_ = three_on_a_line(a, _THIN) | three_on_a_line(b, _THIN) if a.shape[1] == 4 else gap <= _RANK
+        open_ = three_on_a_line(a, NEGLIGIBLE) | three_on_a_line(b, NEGLIGIBLE) if a.shape[1] == 4 else gap <= ROOT
         return matrix, np.where(open_, VisionStatus.DEGENERATE, VisionStatus.OK)
 
     return _all(solve, one, two, leading, 4, (3, 3))

@@ -11,23 +11,14 @@ from generated import bundles
 
 from ..arguments import Reals
 from ..evidence.sparse_factors import Factor, factorized, least_directions
+from ..precision import CONVERGED, EIGENVALUE, ROUNDING, SQUARED
 from .bundle_system import BLOCK, Equations, Layout, State, moved
 
 _FIRST, _LEAST, _MOST = 1e-4, 1e-14, 1e12
 """Limits on work: the damping relative to the diagonal at the start, below which it has no effect, and from which steps
 are shorter than rounding."""
-_SMALL = 1e-10
-"""From floating point: with a damping below this, steps are damped along directions that are undetermined only."""
-_SETTLED = 1e-12
-"""From floating point: a relative decrease of the cost below this moves parameters by a millionth of their deviation,
-times the root of the number of residuals."""
-_EXACT = 1e-26
-"""From floating point: rounding errors of residuals are below a 1e-13th of pixels, and those of their squares below the
-product with twice the residuals."""
 _FASTEST = 0.01
 """A limit on work: the damping decreases to this part at most after a step."""
-_ROUNDING = 1e-13
-"""From floating point: eigenvalues of equations scaled to ones on their diagonal are as precise as this."""
 _CURVED = 0.9
 """A limit on work: the part of the curvature of robust losses in the equations. With all of it, a far pixel would be
 one equation instead of two, and points seen twice undetermined."""
@@ -67,7 +58,7 @@ def descended(layout: Layout, state: State, max_steps: int, progress: Callable[[
     """Take steps until the equations predict no further decrease of the cost."""
     scene = layout.scene
     cost, damping, raise_by = scene.cost(state), _FIRST, 2.0
-    exact = 0.5 * _EXACT * float((scene.pixels**2).sum())
+    exact = 0.5 * SQUARED * float((scene.pixels**2).sum())
     converged, equations, step, curved = cost <= exact, None, 0, 0.0
     while step < max_steps and not converged and np.isfinite(cost) and damping < _MOST:
         step += 1
@@ -80,7 +71,7 @@ def descended(layout: Layout, state: State, max_steps: int, progress: Callable[[
             new_cost = scene.cost(trial)
         decrease = cost - new_cost
         gain = decrease / predicted if predicted > 0 else -1.0
-        converged = damping <= _SMALL and predicted <= max(_SETTLED * cost, exact)
+        converged = damping <= CONVERGED and predicted <= max(ROUNDING * cost, exact)
         # Close to a minimum, rounding errors of the cost hide its decrease, but the prediction is precise.
         rounding = 2 * np.sqrt(cost * exact)
         hidden = predicted <= rounding and abs(decrease) <= rounding
@@ -122,8 +113,8 @@ class Information:
         if isinstance(self.matrix, np.ndarray):
             values, vectors = np.linalg.eigh(_finite(self.matrix) * np.outer(scale, scale))
         else:
-            values, vectors = least_directions(self.matrix, scale, _ROUNDING)
-        spread = ((scale[:, None] * vectors) ** 2 / np.maximum(values, _ROUNDING)).sum(1)
+            values, vectors = least_directions(self.matrix, scale, EIGENVALUE)
+        spread = ((scale[:, None] * vectors) ** 2 / np.maximum(values, EIGENVALUE)).sum(1)
         found[layout.free] = np.where(diagonal > 0, spread, np.inf)
         return found
 
@@ -132,7 +123,7 @@ class Information:
         xx, xy, xz, yy, yz, zz = self.equations.squares.T
         full = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], 1).reshape(-1, 3, 3)
         values = np.linalg.eigvalsh(np.where(np.isfinite(full), full, 0))
-        return np.asarray(1 / np.maximum(values[:, 0], _ROUNDING * values[:, 2] + 1e-300))
+        return np.asarray(1 / np.maximum(values[:, 0], EIGENVALUE * values[:, 2] + 1e-300))
 
     def covariances(self, with_points: bool) -> tuple[Reals, Reals, Reals] | None:
         """Return covariances of cameras (c, 6, 6), lenses (l, 6 n, 6 n) and points (m, 3, 3), for a variance of 1.

@@ -10,10 +10,8 @@ import scipy
 from generated import pga3
 
 from ..arguments import Reals
+from ..precision import NEGLIGIBLE
 from .status import VisionStatus
-
-_LEAST_BASELINE = 1e-9
-"""From floating point: centres closer than this part of the extent of the points count as one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,6 +116,6 @@ def _scaled(
         counts = np.where(here & ~held, common.counts(first), 0)
         linked = (counts > 0) & (2 * counts >= counts.max())
         distance = np.where(linked, np.linalg.norm(centres - centres[first], axis=1), 0)
-        if distance.size and distance.max() > _LEAST_BASELINE * extent:
+        if distance.size and distance.max() > NEGLIGIBLE * extent:
             found.append((int(distance.argmax()), first))
     return np.array(found, np.int64).reshape(-1, 2)

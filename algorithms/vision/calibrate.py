@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from generated import pga3, projective2
 
 from ..arguments import Reals
+from ..precision import SINGLE
 from .camera import Camera, matrix_of
 from .distortion import NAMES, Distortion, Model
 from .normalization import similarity
@@ -23,8 +24,6 @@ from .status import VisionStatus
 
 _USUAL: dict[Model, int] = {"brown": 5, "fisheye": 4}
 """Numbers of coefficients that are estimated by default, as by OpenCV."""
-_OPEN = 1e-6
-"""Conics are undetermined if their norm is below the square of this number."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -250,7 +249,7 @@ def calibrate_by_pascal(
         # The conic is real up to a factor: the one that makes the sum of its squares positive.
         phase = np.sqrt((conics**2).sum(-1, keepdims=True))
         real = (conics * (phase.conj() / np.abs(phase))).real
-    usable = np.isfinite(real).all(-1) & (sizes[:, 0] > _OPEN**2)
+    usable = np.isfinite(real).all(-1) & (sizes[:, 0] > SINGLE**2)
     found = intrinsics_of_conics(real[usable], scale)
     found = found[np.isfinite(found).all((1, 2))]
     if not len(found):

@@ -14,10 +14,8 @@ from numpy.typing import ArrayLike
 from generated import pga3, projective3
 
 from ..arguments import Reals
+from ..precision import EIGENVALUE
 from .camera import Camera, camera_matrix
-
-_AT_INFINITY = 1e-13
-"""From floating point: a fourth coordinate below this part of the others is rounding."""
 
 
 def centred_cameras(cameras: Sequence[Camera | ArrayLike], names: Sequence[str] | str) -> tuple[list[Reals], Reals]:
@@ -41,7 +39,7 @@ def centred_cameras(cameras: Sequence[Camera | ArrayLike], names: Sequence[str] 
     centre = projective3.camera_centre(matrices[0])
     with np.errstate(divide="ignore", invalid="ignore"):
         place = centre[..., :3] / centre[..., 3:]
-        is_far = np.abs(centre[..., 3:]) <= _AT_INFINITY * np.abs(centre).max(-1, keepdims=True)
+        is_far = np.abs(centre[..., 3:]) <= EIGENVALUE * np.abs(centre).max(-1, keepdims=True)
     place = np.where(is_far | ~np.isfinite(place), 0, place)
     moved = [np.concatenate([m[..., :3], m[..., 3:] + m[..., :3] @ place[..., None]], -1) for m in matrices]
     return moved, place

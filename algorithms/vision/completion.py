@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from generated import projective3
 
 from ..arguments import Reals, real_array
+from ..precision import ROOT, SINGLE
 from .degeneracy import degenerate
 from .invariants import invariants_3d, normalized_pair, places_of_two_views
 from .linear_cameras import linear_cameras_of
@@ -18,10 +19,8 @@ from .pose_starts import linear_camera_and_gap
 from .status import VisionStatus, check_points, distinct, refuse
 from .two_views import epipoles
 
-_FLAT = 1e-6
 _CHOICES = 200
 """Maximum number of sets of five points that are compared to find those farthest from a plane."""
-_OPEN = 1e-7
 
 
 def projective_depths(fundamental: ArrayLike, pixels: ArrayLike, partners: ArrayLike) -> Reals:
@@ -143,10 +142,10 @@ def camera_centre(points: ArrayLike, pixels: ArrayLike) -> Reals:
     refuse(check_points({"points": places, "pixels": image}, 6, "points"), where, expected)
     if distinct(places, 6) < 6:
         refuse(VisionStatus.TOO_FEW, where, expected)
-    if flatness(places) <= _FLAT or flatness(image) <= _FLAT:
+    if flatness(places) <= SINGLE or flatness(image) <= SINGLE:
         refuse(VisionStatus.DEGENERATE, where, expected)
     matrix, gap = linear_camera_and_gap(places, image)
-    if not gap > _OPEN:
+    if not gap > ROOT:
         refuse(VisionStatus.DEGENERATE, where, expected)
     centre = projective3.camera_centre(matrix)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -168,6 +167,6 @@ def _frame(places: Reals, where: str, expected: str) -> Reals:
     ]
     least = np.min(volumes, axis=0)
     best = int(np.argmax(np.nan_to_num(least, nan=-1.0)))
-    if not least[best] > _FLAT:
+    if not least[best] > SINGLE:
         refuse(VisionStatus.DEGENERATE, where, expected)
     return np.asarray(sets[best])

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import lenses, matrices
 
 from ..arguments import Reals, finite_number, real_array
+from ..precision import NEGLIGIBLE
 
 Model = Literal["brown", "fisheye"]
 NAMES: dict[Model, tuple[str, ...]] = {
@@ -18,8 +19,6 @@ NAMES: dict[Model, tuple[str, ...]] = {
     "fisheye": ("k1", "k2", "k3", "k4"),
 }
 """Coefficients of the models, in OpenCV's order."""
-_REAL = 1e-9
-"""From floating point: roots with a relative imaginary part below this may be real, and end the range of a model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,5 +157,5 @@ def _first_root(coefficients: Reals) -> float:
         return float(np.inf)
     # In terms of 1 / s, the leading coefficient is 1.
     real, imaginary, _, _ = matrices.polynomial_roots(used)
-    is_real = (real > 0) & (np.abs(imaginary) <= _REAL * np.abs(real))
+    is_real = (real > 0) & (np.abs(imaginary) <= NEGLIGIBLE * np.abs(real))
     return float(1 / real[is_real].max()) if is_real.any() else float(np.inf)

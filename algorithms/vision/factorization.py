@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from generated import projective3
 
 from ..arguments import Reals, real_array
+from ..precision import EIGENVALUE, ROOT, SINGLE
 from .degeneracy import degenerate
 from .fundamental import eight_points, refined
 from .linear_cameras import linear_cameras_of
@@ -21,14 +22,9 @@ from .two_views import epipoles
 _PAIRS = 6
 """Number of pairs of views, those with the most common points, that are tried as the first pair."""
 _ROUNDS = 100
-_SAME = 1e-6
-"""Points of a normalised view coincide if they spread by less: far above rounding, far below noise."""
 _PATIENCE = (4.0, 2.0, 1.0, 1.0, 1.0)
 """Factors of the tolerance of observations, for each round in which outliers are determined: the first cameras are less
 accurate than the last."""
-_STILL = 1e-7
-"""Iterations have converged if the relative change of the error is below this."""
-_ROUNDING = 1e-13
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,7 +143,7 @@ def _first_pair(image: Reals, seen: Reals, common: Reals) -> tuple[Reals, Reals]
         both = seen[i] & seen[j]
         if both.sum() < 8:
             break
-        if min(np.ptp(image[v, both], axis=0).max() for v in (i, j)) <= _SAME:
+        if min(np.ptp(image[v, both], axis=0).max() for v in (i, j)) <= SINGLE:
             continue
         both[both] = majority_of_pair(image[i, both], image[j, both])
         if both.sum() < 8:
@@ -248,7 +244,7 @@ def _settled(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[
             cameras, points = (u[:, :4] * s[:4]).reshape(n_views, 3, 4), v[:4].T
     error = _error(image, seen, cameras, points)
     for _ in range(_ROUNDS):
-        if error <= _ROUNDING:
+        if error <= EIGENVALUE:
             break
         new_cameras = linear_cameras_of(image, seen / _depths(cameras, points), points)
         moved = _points(image, seen / _depths(new_cameras, points), new_cameras)
@@ -256,7 +252,7 @@ def _settled(image: Reals, seen: Reals, cameras: Reals, points: Reals) -> tuple[
         if not new < error:
             break
         change, cameras, points, error = error - new, new_cameras, moved, new
-        if change <= _STILL * error:
+        if change <= ROOT * error:
             break
     return cameras, points, values
 

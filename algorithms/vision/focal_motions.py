@@ -23,6 +23,7 @@ from ..evidence import (
 from ..evidence.consensus import Indices
 from ..evidence.noise import largest_ratio
 from ..evidence.triangles import from_triangle
+from ..precision import NEGLIGIBLE
 from .degeneracy import usual_noise
 from .focal_localization import FACTOR, checked_centre, focal_matrix
 from .relative_motions import Scene
@@ -42,8 +43,6 @@ _PARTS = 8
 """A limit on work: a motion is followed to other focal lengths in this number of parts."""
 _SAME = 1e-3
 """From floating point: focal lengths of one minimum differ by a smaller fraction, even if the minimum is flat."""
-_REAL = 1e-9
-"""From floating point: the relative imaginary part of a real solution."""
 _NEAREST, _FARTHEST = 1e-2, 1e2
 """Focal lengths, in units of the extent of the pixels: angles of view from half a degree to 179 degrees."""
 _FREEDOM = Freedom(sample_size=6, parameters=6, codimension=1, solutions=15, false_alarms=1.0)
@@ -171,7 +170,7 @@ def motions_of_six(first: Reals, second: Reals) -> tuple[Reals, Reals, Reals]:
     finite: Reals = np.asarray(np.isfinite(system).all((1, 2)))
     system[~finite] = 0
     values, vectors = np.linalg.eig(system)
-    real = (np.abs(values.imag) <= _REAL * np.abs(values)) & finite[:, None]
+    real = (np.abs(values.imag) <= NEGLIGIBLE * np.abs(values)) & finite[:, None]
     real &= (values.real > _NEAREST**2) & (values.real < _FARTHEST**2)
     sets, root = np.nonzero(real)
     with np.errstate(all="ignore"):

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..arguments import Reals
 from ..evidence import all_or_some_sets
+from ..precision import CONVERGED
 
 Flags = NDArray[np.bool_]
 
@@ -24,8 +25,6 @@ _SUSPECTED = 3.0
 _SUSPECTED_MOTION = 10.0
 """The same for motions; a single number, whose noise depends on the angle, varies more than a median of many."""
 _FEWEST = 5
-_ROUNDING = 1e-10
-"""Rounding errors of contradictions of motions, in radians and units of their translations."""
 _SAMPLES = 400
 """Maximum number of samples: if a third of the poses is wrong, about a hundred samples contain none of these."""
 _ROUNDS = 10
@@ -63,7 +62,7 @@ def suspect_motions(misfits: Reals) -> Flags:
 def _beyond(size: Reals, times: float) -> Flags:
     middle = size.shape[1] // 2
     usual = np.partition(size, middle, axis=1)[:, middle]
-    found = np.asarray((size.max(1) > times * usual + _ROUNDING).any(1))
+    found = np.asarray((size.max(1) > times * usual + CONVERGED).any(1))
     if np.count_nonzero(found):
         found &= np.isfinite(size).all((1, 2))
     return found
@@ -106,7 +105,7 @@ def agreeing(
         # The misfit of an item that was left out includes the error of the solution.
         # The upper quantile of F(6, 6 free) is the reciprocal of the lower one of F(6 free, 6).
         limit = 6 / float(scipy.special.fdtri(6 * free, 6, _RARE)) * (2 - free / count)
-        before, inliers = inliers, (rest / np.maximum(variance, _ROUNDING**2)).sum(-1) <= limit
+        before, inliers = inliers, (rest / np.maximum(variance, CONVERGED**2)).sum(-1) <= limit
         if inliers.sum() <= sample_size or (round_ and np.array_equal(inliers, before)):
             break
     return inliers

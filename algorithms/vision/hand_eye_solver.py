@@ -15,6 +15,7 @@ from generated import hand_eye as kernels
 from generated import pga3
 
 from ..arguments import Reals
+from ..precision import SINGLE
 from . import hand_eye_noise as noises
 from .hand_eye_noise import called
 from .hand_eye_results import HandEyeStatus
@@ -31,8 +32,6 @@ _ABOVE_NOISE = 3.0
 """Angles are small if they are below this multiple of the rotational residual."""
 _STEPS = 6
 """Maximum number of Gauss-Newton steps, for motions and for poses."""
-_CLOSED = 1e-6
-"""Motions are those of all pairs of poses if they close to this tolerance, relative to the largest translation."""
 _DONE = 1e-4
 """Iteration ends with a step that reduces the sum of squares by less than this fraction."""
 _ROUNDING = 1e-30
@@ -90,7 +89,7 @@ def closed(one: Reals, two: Reals) -> Reals | None:
         return None
     closed = np.ones(len(one), np.bool_)
     for motions in (one, two):
-        closed &= called(kernels.motions_close, (motions,), *triples, _CLOSED) > 0
+        closed &= called(kernels.motions_close, (motions,), *triples, SINGLE) > 0
         if not closed.any():
             return None
     return closed

@@ -10,6 +10,7 @@ from generated import line_poses, matrices
 from ..arguments import Reals, real_array
 from ..evidence import Freedom, Problem, all_or_some_sets
 from ..evidence.triangles import from_triangle
+from ..precision import ROUNDING
 from .camera import Camera
 from .localization_results import Localization, no_localization
 from .pose_refinement import Poses, camera_motors, deviations, judged_poses, ordered, pixel_noise
@@ -25,8 +26,6 @@ _BEST = 12
 """and the number of starts that are refined: the eight poses of three items, and some more."""
 _REAL = 1e-3
 """From the noise: roots with a smaller relative imaginary part are taken to be double roots that noise has moved."""
-_SINGULAR = 1e-12
-"""From floating point: the determinant of a sum of three projections below which planes meet in a line."""
 _FARTHEST = 1e8
 """From floating point: the distance, in extents of the scene, from which lines have no direction any more."""
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=8, false_alarms=1e-2)
@@ -163,7 +162,7 @@ class _Scene:
         projections = np.where(is_line, outer, np.eye(3) - outer)
         turned = rotation[:, None] @ self.items[sets][:, :, :3, None]
         normal, side = projections.sum(1), (projections @ turned).sum(1)
-        regular = np.abs(np.linalg.det(normal)) > _SINGULAR
+        regular = np.abs(np.linalg.det(normal)) > ROUNDING
         shift = -np.linalg.solve(np.where(regular[:, None, None], normal, np.eye(3)), side)
         shift[~regular | ~(np.abs(shift) < _FARTHEST).all((1, 2))] = np.nan
         return np.concatenate([rotation, shift], 2)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from generated import camera_poses, projective2
 
 from ..arguments import Reals, real_array
+from ..precision import SINGLE
 from .camera import Camera, pinhole_pixels
 from .localization import intrinsics_of_camera
 from .pose_refinement import OPEN, camera_motors
@@ -17,9 +18,6 @@ from .status import VisionStatus, check_points, refuse
 
 _STEPS = 10.0
 """A limit on work: steps that remove the rounding errors of a pose."""
-_EXACT = 1e-6
-"""From floating point: a pose fits if its pixels are off by less than this fraction of a focal length; near a double
-root, rounding moves poses by the square root of its size."""
 _SAME = 1e-5
 """From floating point: poses that differ by less are those of one double root."""
 
@@ -68,7 +66,7 @@ def poses_of_three_points(points: ArrayLike, pixels: ArrayLike, camera: Camera |
     found = found[np.isfinite(found).all((1, 2))]
     found = np.asarray(camera_poses.descend_pose(found, k, centred, image, ALL, _STEPS)[0])
     squares = np.asarray(camera_poses.pixel_squares(found, k, centred, image))
-    found = found[(squares <= (_EXACT * abs(k[0, 0])) ** 2).all(1)]
+    found = found[(squares <= (SINGLE * abs(k[0, 0])) ** 2).all(1)]
     kept = list[int]()
     for j, pose in enumerate(found):
         size = float(np.linalg.norm(pose[:, 3]))

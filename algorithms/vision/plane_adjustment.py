@@ -12,6 +12,7 @@ import numpy as np
 from generated import lenses, pga3
 
 from ..arguments import Reals
+from ..precision import ROUNDING, SQUARED
 from .distortion import NAMES, Model
 
 N_INTRINSICS = 5
@@ -25,10 +26,6 @@ _FIRST, _LEAST, _MOST = 1e-4, 1e-12, 1e8
 from which steps are shorter than rounding."""
 _FACTOR = 10.0
 """A limit on work: the damping changes by this factor after each step."""
-_SETTLED = 1e-12
-"""From floating point: a relative change of the cost below this moves parameters by less than 1e-6 of their bound."""
-_ROUNDING = 1e-26
-"""From floating point: squared residuals below this part of squared pixels are rounding errors."""
 
 
 class Views(NamedTuple):
@@ -105,7 +102,7 @@ def adjusted(start: Lens, views: Views, used: Reals) -> Adjustment:
     -------
     Adjustment
     """
-    exact = _ROUNDING * float((views.pixels**2).sum())
+    exact = SQUARED * float((views.pixels**2).sum())
     found = descended(start, lambda lens: sums_of(lens, views), _moved, used, exact)
     return Adjustment(found.state, found.sums[:, -1, -1], found.information, found.converged)
 
@@ -161,7 +158,7 @@ def descended(
             state, sums, cost, damping = trial, new, _cost(new), max(damping / _FACTOR, _LEAST)
         else:
             damping *= _FACTOR
-        if abs(change) <= _SETTLED * cost or cost <= exact or damping > _MOST:
+        if abs(change) <= ROUNDING * cost or cost <= exact or damping > _MOST:
             converged = True
             break
     return Descended(state, sums, _solved(sums, used, 0.0)[2], converged)

@@ -12,20 +12,13 @@ from generated import projective2
 
 from ..arguments import Reals, listed, real_array
 from ..evidence import Noise, largest_ratio
+from ..precision import NEGLIGIBLE, SINGLE
 from .normalization import flatness, homogeneous, similarity
 from .planes import linear_homography
 from .status import VisionStatus, check_points
 
-_RANK = 1e-9
-"""Points of a view are on a line, up to noise, if the eighth singular value is below this fraction of the first."""
-_OPEN = 1e-6
-"""Equations are underdetermined if their last but one singular value is below this fraction of the first."""
-_FLAT = 1e-6
-"""From floating point: points are on a line if their extent across it is below this fraction of that along it."""
 _BENDINGS = 4
 """Number of terms of `_bending`."""
-_ROUNDING = 1e-9
-"""From floating point: distances below this fraction of pixels are rounding errors."""
 
 
 def closed_form(matrices: Reals, scale: Reals, own: Reals, skew: bool) -> tuple[Reals, Reals]:
@@ -53,7 +46,7 @@ def closed_form(matrices: Reals, scale: Reals, own: Reals, skew: bool) -> tuple[
     if not skew:
         rows = np.delete(rows, 1, axis=1)
     _, values, right = np.linalg.svd(rows)
-    if len(values) < rows.shape[1] - 1 or values[rows.shape[1] - 2] <= _OPEN * values[0]:
+    if len(values) < rows.shape[1] - 1 or values[rows.shape[1] - 2] <= SINGLE * values[0]:
         return np.full((3, 3), np.nan), values
     conic = right[-1] if skew else np.insert(right[-1], 1, 0.0)
     return intrinsics_of_conics(conic[None], scale)[0], values
@@ -99,10 +92,10 @@ def homographies_of(
     worst = VisionStatus.TOO_FEW if len(pixels) < least else max(states)
     if worst != VisionStatus.OK:
         return np.empty((0, 3, 3)), places, pixels, worst
-    if any(min(flatness(a), flatness(b)) <= _FLAT for a, b in pairs):
+    if any(min(flatness(a), flatness(b)) <= SINGLE for a, b in pairs):
         return np.empty((0, 3, 3)), places, pixels, VisionStatus.DEGENERATE
     matrices, gaps = zip(*(linear_homography(a, b) for a, b in pairs), strict=True)
-    status = VisionStatus.OK if min(gaps) > _RANK else VisionStatus.DEGENERATE
+    status = VisionStatus.OK if min(gaps) > NEGLIGIBLE else VisionStatus.DEGENERATE
     return np.stack(matrices), places, pixels, status
 
 
@@ -167,7 +160,7 @@ def bending_of(
         columns = np.stack([*bent, off], 1)
         columns = columns - basis @ (basis.T @ columns)
         normal += columns.T @ columns
-        freedom, rounding = freedom + len(off) - 8, rounding + (_ROUNDING**2 * image**2).sum()
+        freedom, rounding = freedom + len(off) - 8, rounding + (NEGLIGIBLE**2 * image**2).sum()
     cost, found = float(normal[-1, -1]), explained_by(normal)
     is_bent = contradicts(found.explained, cost, found.n_terms, freedom, rounding)
     coefficients = found.coefficients

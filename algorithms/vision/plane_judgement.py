@@ -10,6 +10,7 @@ from generated import pga3, projective2
 
 from ..arguments import Reals
 from ..evidence import WRONG, largest_ratio, rank
+from ..precision import NEGLIGIBLE
 from .distortion import Distortion
 from .plane_adjustment import N_INTRINSICS, N_POSE, Adjustment, Lens, Views, adjusted, equations
 from .plane_equations import contradicts, explained_by
@@ -21,8 +22,6 @@ seventh to five times as much is not a contradiction."""
 _EXPLAINED = 0.03
 """The largest part of the squares of pixels about their centroid that the images of points leave; random pixels leave
 more, as in `localize`."""
-_ROUNDING = 1e-9
-"""From floating point: distances below this fraction of pixels are rounding errors."""
 _CANDIDATES = 12
 """A limit on work: the number of views that are left out for a trial."""
 
@@ -61,7 +60,7 @@ def _largest(costs: Reals, freedoms: Reals, views: Views) -> Reals:
     known = (freedoms > 0) & np.isfinite(costs)
     if not known.any():
         return np.full(len(costs), np.inf)
-    exact = (_ROUNDING * np.abs(views.pixels).max()) ** 2
+    exact = (NEGLIGIBLE * np.abs(views.pixels).max()) ** 2
     usual = max(float(np.median(costs[known] / freedoms[known])), exact)
     ratios = np.array([largest_ratio(max(int(n), 1), _WEIGHT) for n in freedoms])
     return np.asarray(usual * np.maximum(freedoms, 1) * ratios)
@@ -146,7 +145,7 @@ def _excess(lens: Lens, costs: Reals, views: Views, is_strict: bool) -> Reals:
     size = np.sqrt((columns**2).sum(1, keepdims=True))
     columns = columns / np.where(size > 0, size, 1)
     normal = _eliminated(np.swapaxes(columns, 1, 2) @ columns, N_POSE)
-    exact = (_ROUNDING * np.abs(views.pixels).max()) ** 2
+    exact = (NEGLIGIBLE * np.abs(views.pixels).max()) ** 2
     for k, own in enumerate(normal):
         freedom = int(counts[k]) - N_POSE - 2
         if freedom <= 0 or not np.isfinite(own).all():
@@ -207,7 +206,7 @@ def _contradicted(fit: Adjustment, views: Views, used: Reals, freedom: int) -> b
     normal = _eliminated(np.swapaxes(columns, 1, 2) @ columns, N_POSE).sum(0)
     normal = _eliminated(normal[None], size)[0]
     found = explained_by(normal)
-    rounding = float((_ROUNDING**2 * views.pixels[seen] ** 2).sum()) / max(float(scale[-1]) ** 2, 1e-300)
+    rounding = float((NEGLIGIBLE**2 * views.pixels[seen] ** 2).sum()) / max(float(scale[-1]) ** 2, 1e-300)
     return contradicts(found.explained, float(normal[-1, -1]), found.n_terms, freedom - found.n_terms, rounding)
 
 

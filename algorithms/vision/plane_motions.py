@@ -10,13 +10,11 @@ from numpy.typing import ArrayLike
 from generated import camera_poses
 
 from ..arguments import Reals, real_array
+from ..precision import ROOT
 from .camera import Camera, pinhole_pixels
 from .localization import intrinsics_of_camera
 from .normalization import homogeneous
 from .status import VisionStatus, check_points, refuse
-
-_SAME = 1e-7
-"""From floating point: the square root of a rounding error, by which two motions that coincide are apart."""
 
 
 class PlaneMotions(NamedTuple):
@@ -90,6 +88,6 @@ def motions_of_plane(
     if not possible.any():
         refuse(VisionStatus.DEGENERATE, "motions_of_plane", "pixels of a plane in front of the camera")
     found, normals = found[possible], normals[possible]
-    if len(found) == 2 and np.abs(found[0] - found[1] * np.sign(found[0] @ found[1])).max() < _SAME:
+    if len(found) == 2 and np.abs(found[0] - found[1] * np.sign(found[0] @ found[1])).max() < ROOT:
         found, normals = found[:1], normals[:1]
     return PlaneMotions(found, normals)

@@ -10,13 +10,12 @@ from numpy.typing import ArrayLike
 from generated import pga3, projective2
 
 from ..arguments import Reals, finite_number, real_array
+from ..precision import NEGLIGIBLE
 from .camera import Camera
 from .status import DegenerateError, VisionStatus
 from .stereo import RectifiedPair
 from .undistortion import sampled
 
-_APART = 1e-9
-"""From floating point: centres that are nearer, in relation to their coordinates, have no direction."""
 _SIDE = 64
 """A limit on work: the number of places on each side of an image whose directions give its extent."""
 _WIDEST = np.tan(np.radians(80))
@@ -230,7 +229,7 @@ def _common_axes(first: Reals, second: Reals) -> Reals:
     """Return the axes of the rectified cameras, as rows, in the world frame."""
     line = second[:3, 3] - first[:3, 3]
     length = np.linalg.norm(line)
-    if not length > _APART * np.abs([first[:3, 3], second[:3, 3]]).max():
+    if not length > NEGLIGIBLE * np.abs([first[:3, 3], second[:3, 3]]).max():
         raise DegenerateError("rectify: equal centres; expected two places", VisionStatus.DEGENERATE)
     x = line / length
     mean = first[:3, :3] + second[:3, :3]
@@ -238,7 +237,7 @@ def _common_axes(first: Reals, second: Reals) -> Reals:
         x = -x
     z = mean[:, 2] - (x @ mean[:, 2]) * x
     size = np.linalg.norm(z)
-    if not size > _APART:
+    if not size > NEGLIGIBLE:
         raise DegenerateError(
             "rectify: the cameras look along the line between their centres, or in opposite directions; "
             "expected cameras side by side",

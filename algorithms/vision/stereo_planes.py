@@ -12,6 +12,7 @@ from generated import pga3
 
 from ..arguments import Reals
 from ..evidence import WRONG, largest_ratio
+from ..precision import NEGLIGIBLE
 from .camera import Camera, intrinsics_of, matrix_of
 from .distortion import NAMES, Distortion
 from .plane_adjustment import N_INTRINSICS, N_POSE, Descended, Lens, Views, adjusted, descended, sums_of
@@ -20,8 +21,6 @@ from .status import VisionStatus
 
 _STEPS = 200
 """A limit on work: the number of iterations from each start of a pose."""
-_ROUNDING = 1e-9
-"""From floating point: distances below this fraction of pixels are rounding errors."""
 _ROUNDS = 10
 """A limit on work: the number of selections of views."""
 _SAME = np.radians(3)
@@ -113,7 +112,7 @@ class StereoFit:
         freedom = 2 * eye.views.weights.sum(1) - N_POSE
         known = self.usable & (freedom > 0)
         # Where no pixel differs from 0, the variance is of no use, and must not be 0.
-        exact = max(float(np.square(_ROUNDING * np.abs(eye.views.pixels).max())), float(np.finfo(float).tiny))
+        exact = max(float(np.square(NEGLIGIBLE * np.abs(eye.views.pixels).max())), float(np.finfo(float).tiny))
         return max(float(np.median(sums[known, -1, -1] / freedom[known])) if known.any() else 0.0, exact)
 
     def candidates(self) -> Iterator[tuple[Reals, Reals, Reals]]:

@@ -10,15 +10,13 @@ from numpy.typing import ArrayLike
 from generated import projective3
 
 from ..arguments import Reals, real_array
+from ..precision import NEGLIGIBLE
 from .camera import Camera
 from .centring import centred_cameras
 from .degeneracy import degenerate
 from .fundamental import eight_points
 from .normalization import homogeneous, normalized
 from .status import VisionStatus, check_points, refuse
-
-_OPEN = 1e-9
-"""The tensor is not unique if the last but one singular value of its equations is below this fraction of the first."""
 
 
 def trifocal_tensor(*views: Camera | ArrayLike) -> Reals:
@@ -234,6 +232,6 @@ def _lines_through(points: Reals) -> Reals:
 
 def _null_vector(rows: Reals, where: str) -> Reals:
     _, values, right = np.linalg.svd(rows, full_matrices=rows.shape[-2] < rows.shape[-1])
-    if len(values) < rows.shape[1] - 1 or values[rows.shape[1] - 2] <= _OPEN * values[0]:
+    if len(values) < rows.shape[1] - 1 or values[rows.shape[1] - 2] <= NEGLIGIBLE * values[0]:
         refuse(VisionStatus.DEGENERATE, where, "points in general position, seen from different centres")
     return np.asarray(right[-1])

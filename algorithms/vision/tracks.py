@@ -16,6 +16,7 @@ from generated import projective3
 
 from ..arguments import Reals
 from ..evidence import random_sets
+from ..precision import NEGLIGIBLE
 from .fundamental import eight_points
 from .linear_cameras import camera_equations, unit_moments
 from .normalization import homogeneous
@@ -32,8 +33,6 @@ _SURE = 5.0
 """An observation is wrong if it is off by more than this multiple of the noise, as one correct one in 270,000 is."""
 _MEDIAN = 1.1774
 """Median of the distance of a point with noise of 1 in both coordinates."""
-_ROUNDING = 1e-9
-"""Distances below this are rounding."""
 _SPREAD = 0.1
 """Larger noise is not noise: the images then match unrelated points by chance."""
 _PAIRS = 40
@@ -52,7 +51,7 @@ def majority_of_pair(one: Reals, two: Reals) -> Flags:
         best = int(np.argmin(median))
         # Finite-sample correction of Rousseeuw and Leroy (1987), for the points that are not in the sample.
         noise = 1.4826 * (1 + 5 / (n - 8)) * median[best]
-        return np.asarray(off[best] <= np.maximum(_SURE * noise, _ROUNDING))
+        return np.asarray(off[best] <= np.maximum(_SURE * noise, NEGLIGIBLE))
 
     return _by_samples(n, 8, fitting)
 
@@ -68,7 +67,7 @@ def seen_by_camera(image: Reals, points: Reals) -> Flags:
         median = np.median(np.nan_to_num(off, nan=np.inf), axis=1)
         best = int(np.argmin(median))
         noise = (1 + 5 / max(n - 6, 1)) * median[best] / _MEDIAN
-        return np.asarray(off[best] <= np.maximum(_SURE * noise, _ROUNDING))
+        return np.asarray(off[best] <= np.maximum(_SURE * noise, NEGLIGIBLE))
 
     return _by_samples(n, 6, fitting)
 
@@ -93,7 +92,7 @@ def noise_of(off: Reals, used: Flags) -> float:
 
 def agreeing(off: Reals, seen: Flags, noise: float) -> Flags:
     """Return which observations (v, n) are consistent with the noise."""
-    return np.asarray(seen & (off <= max(_SURE * noise, _ROUNDING)))
+    return np.asarray(seen & (off <= max(_SURE * noise, NEGLIGIBLE)))
 
 
 def points_of_most(image: Reals, seen: Flags, cameras: Reals) -> Reals:

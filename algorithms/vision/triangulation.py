@@ -12,12 +12,11 @@ from generated import projective3
 
 from ..arguments import Reals, finite_number, listed
 from ..evidence import gate_of, largest_ratio
+from ..precision import ROUNDING
 from .camera import Camera, pinhole_pixels
 from .centring import centred_cameras
 from .status import VisionStatus
 
-_ROUNDING = 1e-12
-"""From floating point: rounding errors of pixels, as a fraction of their size, if no noise is stated."""
 _SIDE = 0.01
 """From floating point: differences of pixels by this number give slopes of distortion to a millionth."""
 
@@ -95,7 +94,7 @@ def triangulation(
     views, images = (one, two), (first, second)
     points = _points(one, two, first, second)
     size = np.max([np.abs(image).max(-1) for image in np.broadcast_arrays(*images)], axis=0)
-    sigma = np.maximum(_ROUNDING * size, np.finfo(float).tiny) if noise is None else np.full(size.shape, float(noise))
+    sigma = np.maximum(ROUNDING * size, np.finfo(float).tiny) if noise is None else np.full(size.shape, float(noise))
     # The larger of the magnifications of both lenses bounds the noise of either image.
     larger = np.broadcast_arrays(size, *map(_magnification, cameras, pixels))[1:]
     sigma = sigma * np.maximum(*larger)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from generated import projective3
 
 from ..arguments import Reals, finite_number, real_array
+from ..precision import ROUNDING
 from .camera import Camera
 from .centring import centred_cameras
 from .degeneracy import degenerate
@@ -18,9 +19,6 @@ from .robust_fundamental import robust_fundamental_matrix
 from .status import VisionStatus, check_points, refuse
 
 Method = Literal["8-point", "7-point", "robust"]
-
-_SAME_CENTRE = 1e-12
-"""A baseline shorter than this fraction of the distance to the world's origin is a rounding error."""
 
 
 def fundamental_matrix(
@@ -86,13 +84,13 @@ def fundamental_matrix(
     for matrix, other, name in ((one, two, "first"), (two, one, "second")):
         centre = np.linalg.norm(projective3.camera_centre(matrix), axis=-1)
         rows = np.linalg.norm(matrix, axis=-1)
-        if not np.all(centre > _SAME_CENTRE * rows.prod(-1)):
+        if not np.all(centre > ROUNDING * rows.prod(-1)):
             raise ValueError(
                 f"{name}: a camera matrix of rank less than 3, or not finite; expected one that has a centre"
             )
         epipole = np.abs(projective3.epipole_from_cameras(matrix, other))
         size = np.linalg.norm(other, axis=-1) + np.linalg.norm(other[..., :3], axis=-1) * away[..., None]
-        if np.any((epipole <= _SAME_CENTRE * size * centre[..., None]).all(-1)):
+        if np.any((epipole <= ROUNDING * size * centre[..., None]).all(-1)):
             raise ValueError("first, second: cameras with the same centre; expected two centres")
     return projective3.fundamental_matrix_from_cameras(one, two)
 

@@ -11,13 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from generated import vga3
 
 from ..arguments import Reals, real_array
+from ..precision import SINGLE
 from .checks import positive_number
 from .clifford_fourier import clifford_fft, iclifford_fft
 from .discrete import check_finite
 from .sharing import Progress, steps
-
-_COVERED = 1e-6
-"""Frequencies are covered where the sum of squared filters exceeds this fraction of its maximum."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,7 @@ class CliffordWavelet:
 def covered_by(filters: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return the frequencies at which some of the filters, stacked along the first two axes, do not vanish."""
     weight = (filters**2).sum((0, 1))
-    return np.asarray(weight > _COVERED * weight.max())
+    return np.asarray(weight > SINGLE * weight.max())
 
 
 def nearest_field(

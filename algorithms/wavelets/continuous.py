@@ -11,11 +11,9 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number, real_array
+from ..precision import SINGLE
 from .discrete import check_finite
 from .mother_wavelets import mother_wavelet
-
-_COVERED = 1e-6
-"""Frequencies are covered where the sum of squared filters exceeds this fraction of its maximum."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class ContinuousWavelet:
     def covered(self) -> NDArray[np.bool_]:
         """The frequencies, (P,) as in ``numpy.fft.fftfreq``, where some filter is not zero; 0 is never covered."""
         weight = self._weight()
-        return np.asarray(weight > _COVERED * weight.max())
+        return np.asarray(weight > SINGLE * weight.max())
 
     def inverse(self, workers: int | None = None) -> Reals:
         """Return the part of the signal at the covered frequencies, (..., N), to 1e-10 of the largest number.

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, real_array
+from ..precision import NEGLIGIBLE
 from .colours import quaternions_meant, refuse_channels
 from .planes import Complexes, Directions, check_norm, through_planes
 from .sharing import in_threads, slices
@@ -38,8 +39,6 @@ _NAMES = {"i": (1.0, 0.0, 0.0), "j": (0.0, 1.0, 0.0), "k": (0.0, 0.0, 1.0)}
 _ONE = (1.0, 0.0, 0.0, 0.0)
 _BLOCK = 2**18
 """Bytes of the image that are converted to quaternions at a time, in the cache."""
-_UNIT = 1e-9
-"""Tolerance for unit length and orthogonality of axes that are given by coordinates."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -332,14 +331,14 @@ def _plan(where: Side, mu: NDArray[np.float64], nu: NDArray[np.float64]) -> _Pla
         # B j exp(-i s) = B exp(i s) j
         return _Plan(rotation, _conjugate(rotation), True, (same, same if where is Side.LEFT else opposite))
     cosine = float(mu @ nu)
-    if abs(cosine) < _UNIT:
+    if abs(cosine) < NEGLIGIBLE:
         rotation = _rotation(mu, nu)
         return _Plan(rotation, _conjugate(rotation), False, (mixed, same))
     # With the rotation b of nu to mu: f exp(-nu t) = (f ~b) exp(-mu t) b. The same holds for the opposite of nu.
     parallel = nu if cosine > 0 else -nu
     rotation = _rotation(mu, None)
     right = _conjugate(rotation)
-    if not np.allclose(parallel, mu, rtol=0, atol=_UNIT):
+    if not np.allclose(parallel, mu, rtol=0, atol=NEGLIGIBLE):
         back = quaternion.conjugate(quaternion.between_vectors(parallel, mu))
         right = back if right is None else quaternion.product(back, right)
     return _Plan(rotation, right, True, (same, mixed) if cosine > 0 else (mixed, same))
@@ -351,7 +350,7 @@ def _axis(axis: Axis) -> NDArray[np.float64]:
             raise ValueError(f"axes: {axis!r}; expected 'i', 'j', 'k' or a unit vector (x, y, z)")
         return np.array(_NAMES[axis])
     vector = np.array(real_array(axis, "axes", (3,), "a unit vector"), np.float64)
-    if vector.ndim != 1 or not abs(np.linalg.norm(vector) - 1) < _UNIT:
+    if vector.ndim != 1 or not abs(np.linalg.norm(vector) - 1) < NEGLIGIBLE:
         raise ValueError(f"axes: {axis!r}; expected 'i', 'j', 'k' or a unit vector (x, y, z)")
     return vector
 

@@ -12,6 +12,7 @@ import numpy as np
 from generated import eliminations, pga3, reaching
 
 from ...arguments import Reals
+from ...precision import NEGLIGIBLE, ROOT
 
 TOLERANCE = 1e-9
 """Tolerance for sines of angles and for distances relative to the arm's size, to detect intersecting or parallel axes.
@@ -24,11 +25,6 @@ SAME = 1e-5
 """Configurations are considered equal if their largest difference is less than this."""
 ROUNDING = 1e-15
 """Errors up to this, relative to the arm's size, are rounding errors."""
-
-_CLOSE = 1e-9
-"""Candidates with a larger error than this after improvement are no branches."""
-_FLAT = 1e-7
-"""Branches coincide where the determinant of the joints' unit twists is at most this."""
 
 Method = Any
 """A kernel with the tables of a chain bound to it."""
@@ -115,7 +111,9 @@ class Chain:
     @cached_property
     def distinct(self) -> Method:
         """Which configurations (..., b, n), at distances (..., b), are branches, and where these coincide."""
-        return eliminations.distinct_branches.bind(**self.tables, size=self.size, close=_CLOSE, same=SAME, flat=_FLAT)
+        return eliminations.distinct_branches.bind(
+            **self.tables, size=self.size, close=NEGLIGIBLE, same=SAME, flat=ROOT
+        )
 
     def motion(self, joint: int, q: Reals) -> Reals:
         """Return the motor of one joint, (...) to (..., 8)."""

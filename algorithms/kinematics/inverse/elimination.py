@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from generated import arms, eliminations, pga3
 
 from ...arguments import Reals
+from ...precision import SINGLE
 from .candidates import completed, gathered
 from .chain import SAME, Chain, Method, apart, chain_of, direction
 from .solutions import Branches
@@ -28,8 +29,6 @@ _NOT_REAL = 1e-2
 """Imaginary parts of angles up to this may be rounding errors of a double zero. Newton's method decides."""
 _TRIALS = 96
 """Number of random configurations that select one of the variants."""
-_SURE = 1e-6
-"""For a well conditioned variant, all trial configurations are found to this accuracy before improvement."""
 _BLOCK = 64
 """Number of goals in a block, such that the equations of all candidates fit into the second-level cache."""
 
@@ -201,7 +200,7 @@ def _prepared(whole: Chain, place: bytes) -> Elimination | None:
             variant = Variant.of(whole, backwards, after)
             if variant is None:
                 continue
-            unsure = _TRIALS - int((apart(variant.candidates(goals)[0], q[:, None], slides) < _SURE).any(-1).sum())
+            unsure = _TRIALS - int((apart(variant.candidates(goals)[0], q[:, None], slides) < SINGLE).any(-1).sum())
             if unsure < _TRIALS // 2:
                 # Variants of arms with a nearly special structure have zeros that cannot be distinguished.
                 complete = Elimination(whole, (variant,), _ONE)._once(goals, 0)[0].complete

@@ -19,6 +19,7 @@ import numpy as np
 from generated import arms, cga3, pga3
 
 from ...arguments import Reals
+from ...precision import ROOT
 from .chain import Chain, common_point, direction, parallel
 from .closed import Backwards, Closed, SphericalWrist, ThreeParallel, joined
 
@@ -29,8 +30,6 @@ Pair = tuple[Reals, Reals]
 _SMALL, _FREE = 1e-14, 1e-12
 """Circles with a relative radius below the first number count as points. If their radius and their distance to the
 plane are below the second number, every angle is a solution."""
-_ON_AXIS = 1e-7
-"""Points closer than this to an axis do not determine the angle about it accurately."""
 
 
 class Geometry(Protocol):
@@ -211,7 +210,7 @@ class Meets:
         along /= np.linalg.norm(along)
         forth = ((places[..., 1, :] - places[..., 0, :]) * along).sum(-1, keepdims=True) >= 0
         side = np.where(forth, 1.0, -1.0) * np.array([-1.0, 1.0])
-        near = pga3.distance_point_line(places, first) <= _ON_AXIS
+        near = pga3.distance_point_line(places, first) <= ROOT
         mark = np.where(near[..., None], places + side[..., None] * along, places)
         after = np.broadcast_to(after[..., None, :], mark.shape)
         four = arms.turn_between_points(first, mark, after)

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arguments import Reals
+from ...precision import TINY
 from .pose_models import Measurements, ObjectModel
 
 _ROUNDS = 8
@@ -19,7 +20,6 @@ _ROUNDS = 8
 _FEWEST = {"balls": 4, "tubes": 6, "rims": 6, "edges": 2}
 """Fewest pixels from which a feature is computed."""
 _MONOMIALS = np.triu_indices(3)
-_TINY = 1e-300
 
 
 class Constraint(NamedTuple):
@@ -206,7 +206,7 @@ def _cone(rays: Reals) -> Reals:
     matrix = np.zeros((3, 3))
     matrix[i, j] = matrix[j, i] = solution
     cone = root.T @ matrix @ root
-    return np.asarray(cone / max(float(np.abs(cone).max()), _TINY))
+    return np.asarray(cone / max(float(np.abs(cone).max()), TINY))
 
 
 def _normal(rays: Reals) -> Reals:

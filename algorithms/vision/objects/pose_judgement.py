@@ -14,6 +14,7 @@ from generated import pga3
 
 from ...arguments import Reals
 from ...evidence import WRONG, Freedom, Noise, largest_ratio, log_false_alarms
+from ...precision import ROOT, ROUNDING, SINGLE, TINY
 from .pose_images import without_thin_images
 from .pose_minima import (
     NONE,
@@ -38,8 +39,6 @@ _LEAST_FREEDOM = 4
 """If measurements are rejected, the least number of redundant equations apart from one for each that is rejected: few
 may agree with a wrong pose by chance."""
 _OF_POINTS = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=WRONG)
-_LEAST_AREA = 1e-300
-"""From floating point: the area of points on a line of an image is 0."""
 _FEW, _SURE = 8, 20
 """The numbers of redundant equations below which other minima are searched from many poses, the second if measurements
 are rejected."""
@@ -47,21 +46,15 @@ _NEARLY_ALL = 0.97
 """The fraction of pixels of edges and silhouettes that must agree; otherwise, too, other minima are searched."""
 _RULED_OUT = 2.0
 """Thin images rule a pose out if they increase the cost, with distances limited, by more than this factor."""
-_FREE = 1e-7
-"""Motions are undetermined if they move pixels by less than this fraction of what other motions do."""
 _AS_GOOD = 30.0
 """Another pose is as good if its sum of squares is larger by less than this, in squared standard deviations."""
 _IMPROBABLE = 1e-6
 _WEIGHT = 4.0
 """The number of residuals that the stated noise is worth, as for cameras in `vision`."""
-_EXACT = 1e-12
-"""Least part of the variance of noise that residuals prove: rounding."""
 _SAME = 2e-3
 """Poses are the same if they move samples by less than this fraction of the size of the model."""
 _APART = 0.05
 """Poses are different, even if they are uncertain, if they move samples by this fraction of the size of the model."""
-_UNMOVED = 1e-6
-"""From floating point: what an undetermined motion of size 1 moves by less, it does not move."""
 _TURN = 0.4
 """The rotation in radians by which symmetries are verified."""
 _UPPER = np.triu_indices(6)
@@ -110,7 +103,7 @@ def _of_least(found: Minima, task: PoseTask) -> tuple[PoseEstimate, float, float
     for kind in seen.kinds:
         inliers[kind] = far[kind] <= REJECTED * noise
     free = _NO_FREEDOM
-    if not condition * _FREE < 1:
+    if not condition * ROOT < 1:
         covariance, free = _covariance(table, task)
     freedom = int(equations) - 6 + len(free)
     covariance *= _variance(noise, squares, freedom)
@@ -131,7 +124,7 @@ def _of_least(found: Minima, task: PoseTask) -> tuple[PoseEstimate, float, float
     residual = sqrt(squares / max(count, 1))
     determined = covariance
     if len(free):
-        unlimited = np.abs(_displacements(free, task)).max(0) > _UNMOVED
+        unlimited = np.abs(_displacements(free, task)).max(0) > SINGLE
         covariance = covariance + np.diag(np.where(unlimited, np.inf, 0))
     return (
         PoseEstimate(motor, cause, residual, covariance, free, _NO_POSE, inliers, determined),
@@ -156,7 +149,7 @@ def _are_enough(far: Reals, inliers: dict[str, Reals], freedom: int, rejected: f
     area = min(float(np.prod(np.ptp(one.pixels[one.cameras == k], axis=0))) for k in np.unique(one.cameras))
     middle = float(np.median(far[~inliers["points"]]))
     most = (REJECTED * task.noise) ** 2
-    share = min(max(pi * most / max(area, _LEAST_AREA), most / (2 * middle**2)), 1.0)
+    share = min(max(pi * most / max(area, TINY), most / (2 * middle**2)), 1.0)
     chance = log_false_alarms(len(one.rows), inliers["points"].sum(), np.asarray(share), _OF_POINTS)
     return bool(chance < np.log(_OF_POINTS.false_alarms))
 
@@ -227,7 +220,7 @@ def _variance(noise: float, squares: float, freedom: int) -> float:
     freedom = max(freedom, 0)
     raised = max(noise * noise, float(Noise(noise * noise, _WEIGHT).raised(np.asarray(squares), freedom)))
     raised *= largest_ratio(3, _WEIGHT + freedom) / largest_ratio(3)
-    return min(raised, max(squares / _least(freedom), _EXACT * noise * noise)) if freedom else raised
+    return min(raised, max(squares / _least(freedom), ROUNDING * noise * noise)) if freedom else raised
 
 
 @lru_cache(maxsize=1024)
@@ -259,7 +252,7 @@ def _covariance(table: Reals, task: PoseTask) -> tuple[Reals, Reals]:
     matrix = np.zeros((6, 6))
     matrix[_UPPER] = table
     values, vectors = np.linalg.eigh(matrix, UPLO="U")
-    open_ones = values <= _FREE * max(float(values[-1]), 1e-300)
+    open_ones = values <= ROOT * max(float(values[-1]), 1e-300)
     size = np.array([1, 1, 1, *[task.model.size] * 3])
     bivectors = (size[:, None] * vectors).T
     motions = _displacements(bivectors, task)

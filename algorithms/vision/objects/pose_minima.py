@@ -11,6 +11,7 @@ from generated import object_poses as kernels
 from generated import pga3
 
 from ...arguments import Reals
+from ...precision import NEGLIGIBLE
 from ..localization import localize
 from ..status import VisionStatus
 from .pose_models import Measurements, ObjectModel
@@ -29,8 +30,6 @@ _WIDE = 10.0
 """The factor of the scale of robust weights with which descents begin if plain least squares lead to no pose."""
 _FAR = 50.0
 """The distance in pixels from which measurements count equally in the choice of initial poses."""
-_EQUAL = 1e-9
-"""Costs are equal up to this part."""
 _CHOSEN = 16
 """Number of initial poses from which descents begin."""
 NONE = 1e30
@@ -134,7 +133,7 @@ def _nearest(first: Reals, task: PoseTask) -> Reals:
     costs = limited_costs(first, task)
     order = np.argsort(costs, kind="stable")
     # Poses that differ by a symmetry of the object have equal costs, and one of them is enough.
-    ahead = np.diff(costs[order], prepend=-np.inf) > _EQUAL * np.maximum(costs[order], 1)
+    ahead = np.diff(costs[order], prepend=-np.inf) > NEGLIGIBLE * np.maximum(costs[order], 1)
     return np.asarray(first[order[ahead][:_CHOSEN]])
 
 
