@@ -13,16 +13,14 @@ from generated import pga3
 
 from ..arguments import Reals, real_array
 from ..evidence import Noise, Status
-from ..precision import CONVERGED, SQUARED
+from ..precision import CONVERGED, ROUNDING, SQUARED
 
 _FEWEST = 3
 """Points of a circle that is used."""
 _FARTHEST = 1e100
 """Coordinates above this, whose squares overflow, count as not seen."""
-_COLLINEAR = 1e-12
-"""Points are collinear if the second eigenvalue of their scatter is below this part of the third,"""
 _ABOVE_NOISE = 9.0
-"""or below this multiple of the first, which is noise."""
+"""Or the second eigenvalue is below this multiple of the first, which is noise."""
 _ROUND = 0.3
 """Tracks are not circles if their residual exceeds this part of the radii."""
 _LEAST_CHANGE, _ROUNDING_OF_COST, _DAMPING = 1e-8, 1e-28, 1e-10
@@ -203,7 +201,7 @@ def first_axis(tracks: Tracks) -> tuple[BodyEyeStatus, Reals]:
     centre = tracks.points.mean(0)
     line, values, size = kernels.axis_of_circles(tracks.points, tracks.circle, tracks.counts, centre)
     noise, second, largest = values
-    flat = second <= max(_COLLINEAR * largest, _ABOVE_NOISE * noise)
+    flat = second <= max(ROUNDING * largest, _ABOVE_NOISE * noise)
     still = largest <= SQUARED * len(tracks.points) * (size + (centre**2).sum())
     if flat or still or not np.isfinite(line).all():
         return BodyEyeStatus.COLLINEAR, none

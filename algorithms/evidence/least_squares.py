@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from ..arguments import Reals
 from ..precision import CONVERGED, TINY
 
-_FIRST, _LEAST, _MOST = 1e-4, 1e-12, 1e8
+FIRST, LEAST, MOST = 1e-4, 1e-12, 1e8
 """Limits on work: the damping relative to the diagonal with which iterations start, below which it has no effect, and
 from which steps are shorter than rounding."""
-_FACTOR = 10.0
+FACTOR = 10.0
 """A limit on work: the damping changes by this factor after each step."""
 
 
@@ -61,7 +61,7 @@ def minima(
     state, live = np.array(start), np.arange(len(start))
     residual, rows = equations(state, live)
     cost, normal, side = _sums(residual, rows)
-    converged, damping = np.zeros(len(state), np.bool_), np.full(len(state), _FIRST)
+    converged, damping = np.zeros(len(state), np.bool_), np.full(len(state), FIRST)
     live = np.flatnonzero(np.isfinite(cost))
     for _ in range(n_steps):
         if not len(live):
@@ -74,11 +74,11 @@ def minima(
         kept = live[better]
         for whole, part in ((state, trial), (cost, new_cost), (normal, new_normal), (side, new_side)):
             whole[kept] = part[better]
-        damping[live] = np.where(better, np.maximum(damping[live] / _FACTOR, _LEAST), damping[live] * _FACTOR)
-        done = (np.abs(change) <= CONVERGED * cost[live]) | (cost[live] <= exact[live]) | (damping[live] > _MOST)
+        damping[live] = np.where(better, np.maximum(damping[live] / FACTOR, LEAST), damping[live] * FACTOR)
+        done = (np.abs(change) <= CONVERGED * cost[live]) | (cost[live] <= exact[live]) | (damping[live] > MOST)
         converged[live[done]] = True
         live = live[~done]
-    lowest = cost + (side * _solved(normal, side, np.full(len(state), _LEAST))).sum(1)
+    lowest = cost + (side * _solved(normal, side, np.full(len(state), LEAST))).sum(1)
     return Minima(state, cost, normal, converged, lowest)
 
 

@@ -6,6 +6,8 @@ from enum import IntEnum
 
 WRONG = 1e-3
 """Probability with which a result may be OK and wrong. All tests use it, unless they are made many times."""
+RARE = 1e-6
+"""Probability below which noise does not explain one of many items, which is then wrong."""
 
 
 class Status(IntEnum):

@@ -16,6 +16,7 @@ from generated import pga2
 
 from ..arguments import Reals, finite, real_array
 from ..estimation.matrices import as_definite
+from ..evidence.status import RARE
 from ..evidence.triangles import from_triangle, to_triangle
 from ..precision import HUGE
 from . import cells, relocation
@@ -25,8 +26,6 @@ from .scan import Scan
 from .segments import segments
 from .status import MappingStatus
 
-_UNLIKELY = 1e-6
-"""Innovations that are less probable than this are reported as inconsistent."""
 _UNDETERMINED = 1e-4
 """A direction is undetermined if its information is below this share of that of the best: parallel walls seem to differ
 by up to half a degree."""
@@ -246,7 +245,7 @@ class LineLocalizer:
         self._information += _information(seen, noise)
         if lost:
             self._status = LocalizationStatus.LOST
-        elif self._innovation[0] > scipy.special.chdtri(2 * used, _UNLIKELY):
+        elif self._innovation[0] > scipy.special.chdtri(2 * used, RARE):
             self._status = LocalizationStatus.INCONSISTENT
         else:
             self._status = self._observed()

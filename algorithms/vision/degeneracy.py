@@ -13,6 +13,7 @@ from generated import robust_views
 from ..arguments import Reals
 from ..evidence import Freedom, Noise, Problem, Seed, by_chance, explained_by_chance
 from ..evidence.consensus import N_WRONG, Indices
+from ..evidence.noise import USUAL_WEIGHT
 
 _RATIO = 1.1
 """If noise is unknown, equations have several solutions if their eighth singular value is below this multiple of the
@@ -22,9 +23,7 @@ _CONFIDENCE = 0.995
 _SURELY = 0.999
 """Probability of detecting planes if the noise of pixels is known."""
 _USUAL_NOISE = 1.2e-3
-"""Prior standard deviation of pixels, as a fraction of the extent of the image that they cover,"""
-_WEIGHT = 4.0
-"""and the number of residuals that this prior is worth."""
+"""Prior standard deviation of pixels, as a fraction of the extent of the image that they cover."""
 WIDE = 2.5
 """Pairs within this multiple of the threshold of a plane or line give no information about points off it."""
 _LINE = 3.0
@@ -37,7 +36,7 @@ _SUSPECTS = 16
 
 def usual_noise(pixels: Reals) -> Noise:
     """Return what is known of the noise of pixels (n, 2) if nothing is known of the camera."""
-    return Noise(float(np.square(_USUAL_NOISE * np.ptp(pixels, axis=0).max())), _WEIGHT)
+    return Noise(float(np.square(_USUAL_NOISE * np.ptp(pixels, axis=0).max())), USUAL_WEIGHT)
 
 
 def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None = None, margin: float = 1.0) -> Reals:
@@ -45,8 +44,8 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
 
     A homography has one parameter more than F and two residuals for each point instead of one. It fits points of a
     plane as well as F does: the ratio of the two variances has Fisher's distribution. F leaves only n - 7 residuals,
-    so few for eight points that by chance one in ten planes would look exact; `_WEIGHT` residuals of the usual size are
-    therefore added. If the noise is `known`, the variance of the homography alone decides, and points are also
+    so few for eight points that by chance one in ten planes would look exact; `USUAL_WEIGHT` residuals of the usual
+    size are therefore added. If the noise is `known`, the variance of the homography alone decides, and points are also
     rejected if all but one are on a plane or if fewer than eight distinct points are seen. Variances up to `margin`
     times as large count as equal.
     """
@@ -62,13 +61,13 @@ def degenerate(matrix: Reals, first: Reals, second: Reals, known: float | None =
 
 def _freedom(n: int) -> float:
     """Return the number of residuals by which n pairs and the prior determine the noise."""
-    return max(n - 9, 1) + _WEIGHT
+    return max(n - 9, 1) + USUAL_WEIGHT
 
 
 def _parts_of_variance(n: int, margin: float) -> tuple[float, float, float]:
     """Return the known variance, and the parts of squared extents and of squares that F leaves."""
     freedom = _freedom(n)
-    return 0.0, margin * _WEIGHT * _USUAL_NOISE**2 / freedom, margin / freedom
+    return 0.0, margin * USUAL_WEIGHT * _USUAL_NOISE**2 / freedom, margin / freedom
 
 
 @lru_cache(maxsize=4096)

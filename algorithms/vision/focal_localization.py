@@ -28,14 +28,11 @@ from .degeneracy import usual_noise
 from .pose_refinement import EXPLAINED, OPEN, camera_motors, motions_between
 from .pose_starts import reversed_pose
 from .robust import ALL, robust_estimate
+from .starts import BEST, SETS
 from .status import VisionStatus, check_points, distinct
 
 _STEPS = 100.0
-"""A limit on work: the number of iterations from each start,"""
-_SETS = 60
-"""A limit on work: the number of sets of five points whose cameras are starts,"""
-_BEST = 12
-"""and the number of starts that are refined."""
+"""A limit on work: the number of iterations from each start."""
 _PARAMETERS = 7
 _FREEDOM = Freedom(sample_size=5, parameters=_PARAMETERS, codimension=2, solutions=4, false_alarms=1e-2)
 FACTOR = 2.0
@@ -225,10 +222,10 @@ class _Scene:
         extent = np.linalg.svd(places - places.mean(0), compute_uv=False)
         if len(some) < 5 or not extent[1] > OPEN * extent[0]:
             return _nothing(VisionStatus.DEGENERATE, n)
-        candidates = self.of_sets(some[all_or_some_sets(len(some), 5, _SETS)])
+        candidates = self.of_sets(some[all_or_some_sets(len(some), 5, SETS)])
         squares = np.asarray(camera_poses.pixel_squares(candidates, np.eye(3), places, image))
         order = np.argsort(np.median(squares, axis=1) + squares.mean(1) / len(some), kind="stable")
-        candidates = np.concatenate([starts, candidates[order[:_BEST]]])
+        candidates = np.concatenate([starts, candidates[order[:BEST]]])
         if not len(candidates):
             return _nothing(VisionStatus.DEGENERATE if len(some) == 5 else VisionStatus.NOT_CONVERGED, n)
         found = _minima(candidates, places, image)

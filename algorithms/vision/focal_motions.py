@@ -29,16 +29,13 @@ from .focal_localization import FACTOR, checked_centre, focal_matrix
 from .relative_motions import Scene
 from .relative_pose import CONFIDENCE, MAX_SAMPLES, estimate_motion, lost_by_chance, share_of_wrong_pairs
 from .robust import ALL, consensus_status
+from .starts import BEST, SETS
 from .status import VisionStatus, check_points, distinct
 
 _STEPS = 60.0
 """A limit on work: the number of iterations from each start,"""
 _SOON = 10.0
 """and that of iterations from a sample."""
-_SETS = 60
-"""A limit on work: the number of sets of six pairs whose motions are starts,"""
-_STARTS = 12
-"""and the number of starts that are refined."""
 _PARTS = 8
 """A limit on work: a motion is followed to other focal lengths in this number of parts."""
 _SAME = 1e-3
@@ -285,11 +282,11 @@ class _Pairs:
         """Return the result for pairs that agree with a model, or for all pairs if there is no threshold."""
         n_all, some = len(self.first), np.flatnonzero(inliers)
         limit = ALL if threshold is None else threshold * threshold
-        candidates = self.of_sets(some[all_or_some_sets(len(some), 6, _SETS)])
+        candidates = self.of_sets(some[all_or_some_sets(len(some), 6, SETS)])
         squares = relative_poses.truncated_squares(
             _fundamental(candidates), self.first[inliers], self.second[inliers], limit
         )
-        candidates = np.concatenate([starts, candidates[np.argsort(squares, kind="stable")[:_STARTS]]])
+        candidates = np.concatenate([starts, candidates[np.argsort(squares, kind="stable")[:BEST]]])
         found = self.minima(candidates, some, limit)
         if not found:
             return _nothing(VisionStatus.DEGENERATE, n_all, n_samples)

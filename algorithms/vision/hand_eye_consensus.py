@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 
 from ..arguments import Reals
 from ..evidence import all_or_some_sets
+from ..evidence.status import RARE
 from ..precision import CONVERGED
+from .starts import ROUNDS
 
 Flags = NDArray[np.bool_]
 
@@ -27,9 +29,6 @@ _SUSPECTED_MOTION = 10.0
 _FEWEST = 5
 _SAMPLES = 400
 """Maximum number of samples: if a third of the poses is wrong, about a hundred samples contain none of these."""
-_ROUNDS = 10
-_RARE = 1e-6
-"""An item is wrong if noise would cause a deviation of this size with at most this probability."""
 
 
 def suspect_poses(misfits: Reals, n_poses: int) -> Flags:
@@ -96,7 +95,7 @@ def agreeing(
     chosen = np.argsort((best / variance).sum(-1), kind="stable")[: most + 1]
     inliers = np.zeros(n_items, bool)
     inliers[chosen] = True
-    for round_ in range(_ROUNDS):
+    for round_ in range(ROUNDS):
         rest = np.nan_to_num(squares(place(np.flatnonzero(inliers)[None]))[0], nan=np.inf)
         count = int(inliers.sum())
         # Each item has six numbers, and a sample plus one item has as many numbers as there are unknowns.
@@ -104,7 +103,7 @@ def agreeing(
         variance = np.median(rest, axis=0) / median if round_ == 0 else rest[inliers].sum(0) / (3 * free)
         # The misfit of an item that was left out includes the error of the solution.
         # The upper quantile of F(6, 6 free) is the reciprocal of the lower one of F(6 free, 6).
-        limit = 6 / float(scipy.special.fdtri(6 * free, 6, _RARE)) * (2 - free / count)
+        limit = 6 / float(scipy.special.fdtri(6 * free, 6, RARE)) * (2 - free / count)
         before, inliers = inliers, (rest / np.maximum(variance, CONVERGED**2)).sum(-1) <= limit
         if inliers.sum() <= sample_size or (round_ and np.array_equal(inliers, before)):
             break

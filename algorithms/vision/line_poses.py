@@ -16,16 +16,9 @@ from .localization_results import Localization, no_localization
 from .pose_refinement import Poses, camera_motors, deviations, judged_poses, ordered, pixel_noise
 from .pose_starts import reversed_pose
 from .robust import ALL, robust_estimate
+from .starts import BEST, REAL, SETS, STEPS
 from .status import VisionStatus
 
-_STEPS = 200.0
-"""A limit on work: the number of iterations from each start,"""
-_SETS = 60
-"""A limit on work: the number of triples whose poses are starts, if no threshold is given,"""
-_BEST = 12
-"""and the number of starts that are refined: the eight poses of three items, and some more."""
-_REAL = 1e-3
-"""From the noise: roots with a smaller relative imaginary part are taken to be double roots that noise has moved."""
 _FARTHEST = 1e8
 """From floating point: the distance, in extents of the scene, from which lines have no direction any more."""
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=8, false_alarms=1e-2)
@@ -108,7 +101,7 @@ class _Scene:
         coefficients, pencil = np.asarray(coefficients), np.asarray(pencil)
         usable: Reals = np.asarray(np.isfinite(coefficients).all(-1))
         real, imaginary, _, converged = matrices.polynomial_roots(np.where(usable[:, None], coefficients, 0))
-        is_real = np.abs(imaginary) <= _REAL * np.maximum(np.abs(real), np.finfo(float).tiny)
+        is_real = np.abs(imaginary) <= REAL * np.maximum(np.abs(real), np.finfo(float).tiny)
         which, root = np.nonzero(is_real & (usable & (converged > 0))[:, None])
         rotation = np.asarray(line_poses.rotation_of_root(real[which, root], pencil[which]))
         poses = self._shifted(rotation, sets[which])
@@ -187,10 +180,10 @@ class _Scene:
         """Return the result for some of the items."""
         n, m = self.n_points, len(self.items) - self.n_points
         some = np.flatnonzero(inliers)
-        candidates = self.of_sets(some[all_or_some_sets(len(some), 3, _SETS)])
+        candidates = self.of_sets(some[all_or_some_sets(len(some), 3, SETS)])
         squares = self.squares(candidates, some)
         order = np.argsort(np.median(squares, axis=1) + squares.mean(1) / len(some), kind="stable")
-        candidates = np.concatenate([starts, candidates[order[:_BEST]]])
+        candidates = np.concatenate([starts, candidates[order[:BEST]]])
         if not len(candidates):
             return no_localization(VisionStatus.DEGENERATE, n, m)
         ends = self.items[some][:, :6].reshape(-1, 3)
@@ -219,7 +212,7 @@ class _Scene:
     def _refined(self, starts: Reals, some: Reals) -> Poses:
         """Return the minima (1, s) near starts (s, 3, 4)."""
         found, triangle, numbers = line_poses.descend_item_pose(
-            starts, self.k, self.dual, self.items[some], self.pixels[some], ALL, _STEPS
+            starts, self.k, self.dual, self.items[some], self.pixels[some], ALL, float(STEPS)
         )
         near = np.abs(found[:, :, 3]).max(1) < _FARTHEST
         cost = np.where(near & (numbers[:, 0] < ALL), numbers[:, 0], np.nan)

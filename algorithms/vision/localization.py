@@ -26,10 +26,9 @@ from .pose_refinement import (
 )
 from .pose_starts import three_points
 from .robust import robust_estimate
+from .starts import ROUNDS, STEPS
 from .status import VisionStatus, check_points
 
-_STEPS = 200
-"""A limit on work: the number of iterations from each start."""
 _SETS = 400
 """A limit on work: the number of samples of three points if some pixels seem wrong and no threshold is given: 12 points
 have 220 of them, and if half of many pixels are wrong, 50 of these are free of wrong ones."""
@@ -37,8 +36,6 @@ _FEWEST = 6
 """From a probability: of five points, one of which is wrong, chance explains the others."""
 _SIGMAS = 2.5
 """From the noise: the multiple of it that thresholds usually are, up to twice which images of a point differ."""
-_ROUNDS = 10
-"""A limit on work: the number of selections of inliers."""
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=1e-2)
 
 
@@ -173,7 +170,7 @@ class _Scene:
 
     def minima(self, inliers: Reals) -> Poses:
         """Return all minima (1, s) of the distances of some of the points."""
-        return all_poses(*self._some(inliers), self.k, _STEPS, self.noise)
+        return all_poses(*self._some(inliers), self.k, STEPS, self.noise)
 
     def status(self, found: Poses, inliers: Reals) -> tuple[Reals, Reals]:
         """Return the status (1,) of the best of the minima, and which of them are likely (1, s)."""
@@ -222,7 +219,7 @@ def _without_wrong_pixels(scene: _Scene) -> Reals | None:
     chances = [by_chance(pose) for pose in poses[order]]
     best = int(np.argmin([each for each, _ in chances]))
     inliers = np.sqrt(scene.squares(poses[order[best]])) <= chances[best][1]
-    for _ in range(_ROUNDS):
+    for _ in range(ROUNDS):
         if inliers.sum() < 4:
             return None
         found = scene.minima(inliers).at((0, 0))

@@ -12,6 +12,7 @@ import numpy as np
 from generated import lenses, pga3
 
 from ..arguments import Reals
+from ..evidence.least_squares import FACTOR, FIRST, LEAST, MOST
 from ..precision import ROUNDING, SQUARED
 from .distortion import NAMES, Model
 
@@ -21,11 +22,6 @@ N_POSE = 6
 State = TypeVar("State")
 _STEPS = 1000
 """A limit on work: the number of iterations from a start. Ten are usual; correlated rational terms need hundreds."""
-_FIRST, _LEAST, _MOST = 1e-4, 1e-12, 1e8
-"""Limits on work: the damping relative to the diagonal with which iterations start, below which it has no effect, and
-from which steps are shorter than rounding."""
-_FACTOR = 10.0
-"""A limit on work: the damping changes by this factor after each step."""
 
 
 class Views(NamedTuple):
@@ -146,7 +142,7 @@ def descended(
     Descended
     """
     state, sums = start, sums_of(start)
-    cost, damping, converged = _cost(sums), _FIRST, False
+    cost, damping, converged = _cost(sums), FIRST, False
     if not np.isfinite(cost):
         return Descended(start, sums, np.zeros((len(used),) * 2), False)
     for _ in range(_STEPS):
@@ -155,10 +151,10 @@ def descended(
         new = sums_of(trial)
         change = cost - _cost(new)
         if change > 0:
-            state, sums, cost, damping = trial, new, _cost(new), max(damping / _FACTOR, _LEAST)
+            state, sums, cost, damping = trial, new, _cost(new), max(damping / FACTOR, LEAST)
         else:
-            damping *= _FACTOR
-        if abs(change) <= ROUNDING * cost or cost <= exact or damping > _MOST:
+            damping *= FACTOR
+        if abs(change) <= ROUNDING * cost or cost <= exact or damping > MOST:
             converged = True
             break
     return Descended(state, sums, _solved(sums, used, 0.0)[2], converged)

@@ -10,15 +10,13 @@ from generated import pga3, projective2
 
 from ..arguments import Reals
 from ..evidence import WRONG, largest_ratio, rank
+from ..evidence.noise import USUAL_WEIGHT
 from ..precision import NEGLIGIBLE
 from .distortion import Distortion
 from .plane_adjustment import N_INTRINSICS, N_POSE, Adjustment, Lens, Views, adjusted, equations
 from .plane_equations import contradicts, explained_by
 from .status import VisionStatus
 
-_WEIGHT = 4.0
-"""From a probability: the noise of a photograph is known from that of others as well as by this number of residuals; a
-seventh to five times as much is not a contradiction."""
 _EXPLAINED = 0.03
 """The largest part of the squares of pixels about their centroid that the images of points leave; random pixels leave
 more, as in `localize`."""
@@ -62,7 +60,7 @@ def _largest(costs: Reals, freedoms: Reals, views: Views) -> Reals:
         return np.full(len(costs), np.inf)
     exact = (NEGLIGIBLE * np.abs(views.pixels).max()) ** 2
     usual = max(float(np.median(costs[known] / freedoms[known])), exact)
-    ratios = np.array([largest_ratio(max(int(n), 1), _WEIGHT) for n in freedoms])
+    ratios = np.array([largest_ratio(max(int(n), 1), USUAL_WEIGHT) for n in freedoms])
     return np.asarray(usual * np.maximum(freedoms, 1) * ratios)
 
 

@@ -10,6 +10,7 @@ from generated import camera_poses, pga3
 
 from ..arguments import Reals
 from ..evidence import WRONG, Noise, differ, likely, likely_bounds
+from ..evidence.noise import USUAL_WEIGHT
 from .pose_starts import pose_starts
 from .robust import ALL
 from .status import VisionStatus
@@ -20,9 +21,7 @@ EXPLAINED = 0.03
 """Maximum fraction of the squares of pixels about their centroid that a valid pose leaves. It was tuned on random
 pixels and points: an image of points that leaves more is as bad as none."""
 _USUAL = 1e-3
-"""The usual noise of pixels, in focal lengths: most points are located to half a pixel, by cameras of 500 pixels,"""
-_WEIGHT = 4.0
-"""and the number of residuals that this is worth: a noise of a seventh to five times as much is not a contradiction."""
+"""The usual noise of pixels, in focal lengths: most points are located to half a pixel, by cameras of 500 pixels."""
 _SOON = 25.0
 """A limit on work: the number of iterations between tests whether a start can still lead to a likely minimum."""
 _PARAMETERS = 6
@@ -58,7 +57,7 @@ def pixel_noise(k: Reals, noise: float | None = None) -> Noise:
     """Return what is known of the noise of pixels: the variance that the caller states, or the usual one."""
     if noise is not None:
         return Noise(noise * noise)
-    return Noise(_USUAL * _USUAL * abs(float(k[0, 0] * k[1, 1])), _WEIGHT)
+    return Noise(_USUAL * _USUAL * abs(float(k[0, 0] * k[1, 1])), USUAL_WEIGHT)
 
 
 def all_poses(places: Reals, image: Reals, k: Reals, n_steps: int, noise: Noise) -> Poses:

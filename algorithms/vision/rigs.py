@@ -16,16 +16,9 @@ from .camera import Camera
 from .localization_results import Localization, no_localization
 from .pose_refinement import Poses, camera_motors, deviations, judged_poses, ordered, pixel_noise
 from .robust import ALL, robust_estimate
+from .starts import BEST, REAL, SETS, STEPS
 from .status import VisionStatus, check_points, distinct
 
-_STEPS = 200.0
-"""A limit on work: the number of iterations from each start."""
-_SETS = 60
-"""A limit on work: the number of triples of points whose poses are starts, if no threshold is given,"""
-_BEST = 12
-"""and the number of starts that are refined: the eight poses of three points, and some more."""
-_REAL = 1e-3
-"""From the noise: roots with a smaller relative imaginary part are taken to be double roots that noise has moved."""
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=8, false_alarms=1e-2)
 
 
@@ -148,11 +141,11 @@ class _Rig:
         n = len(self.places)
         places, sights = self.places[inliers], self.sights[inliers]
         some = np.flatnonzero(inliers)
-        candidates = self.of_sets(some[all_or_some_sets(len(some), 3, _SETS)])
+        candidates = self.of_sets(some[all_or_some_sets(len(some), 3, SETS)])
         squares = np.asarray(rig_poses.sight_squares(candidates, places, sights))
         # Some pixels may be behind a camera in a pose that three of them give.
         order = np.argsort(np.median(squares, axis=1) + squares.mean(1) / len(some), kind="stable")
-        candidates = candidates[order[:_BEST]]
+        candidates = candidates[order[:BEST]]
         if starts is not None:
             candidates = np.concatenate([starts, candidates])
         if not len(candidates):
@@ -175,7 +168,7 @@ class _Rig:
 
     def _refined(self, starts: Reals, places: Reals, sights: Reals) -> Poses:
         """Return the minima (1, s) near starts (s, 3, 4)."""
-        found, triangle, numbers = rig_poses.descend_rig_pose(starts, places, sights, ALL, _STEPS)
+        found, triangle, numbers = rig_poses.descend_rig_pose(starts, places, sights, ALL, float(STEPS))
         cost = np.where(numbers[:, 0] < ALL, numbers[:, 0], np.nan)
         in_front = (np.asarray(rig_poses.sight_squares(found, places, sights)) < ALL).all(1)
         normal = from_triangle(np.asarray(triangle), 6)
@@ -199,7 +192,7 @@ def poses_of_triples(places: Reals, centres: Reals, rays: Reals) -> Reals:
     coefficients = np.asarray(rig_poses.depth_polynomial(places, centres, rays))
     usable = np.isfinite(coefficients).all(-1)
     real, imaginary, _, converged = matrices.polynomial_roots(np.where(usable[:, None], coefficients, 0))
-    is_real = np.abs(imaginary) <= _REAL * np.maximum(np.abs(real), np.finfo(float).tiny)
+    is_real = np.abs(imaginary) <= REAL * np.maximum(np.abs(real), np.finfo(float).tiny)
     sets, root = np.nonzero(is_real & (usable & (converged > 0))[:, None])
     poses, there = rig_poses.pose_of_depth(real[sets, root], places[sets], centres[sets], rays[sets])
     poses = np.asarray(poses)

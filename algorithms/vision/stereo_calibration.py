@@ -16,12 +16,10 @@ from ..evidence import Noise, differ, likely, rank
 from .camera import Camera
 from .plane_adjustment import N_POSE, Descended, Views, views_of
 from .plane_equations import contradicts, planes_of
+from .starts import BEST
 from .status import VisionStatus
 from .stereo_planes import TO_TWIST, Pair, StereoFit, agreed, camera_of, eye_of
 
-_CANDIDATES = 12
-"""A limit on work: the number of motions from which minima are sought if planes have several poses: three views, each
-with two poses in both cameras, have as many."""
 _UNITS = Noise(1.0, 4.0)
 """Residuals are in units of the noise of each camera, which is known at least as well as by four of them."""
 
@@ -117,7 +115,7 @@ def calibrate_stereo(
         return _nothing(VisionStatus.TOO_FEW, count, (camera, other))
     found = list[tuple[Descended[Pair], Reals, Reals]]()
     known = list[Reals]()
-    for motor, poses, squares in islice(fit.candidates(), _CANDIDATES):
+    for motor, poses, squares in islice(fit.candidates(), BEST):
         result = agreed(fit, motor, poses, squares, known)
         if result is not None:
             found.append(result)

@@ -17,12 +17,9 @@ from .camera import Camera, intrinsics_of, matrix_of
 from .distortion import NAMES, Distortion
 from .plane_adjustment import N_INTRINSICS, N_POSE, Descended, Lens, Views, adjusted, descended, sums_of
 from .pose_refinement import all_poses, camera_motors, pixel_noise, pose_status
+from .starts import ROUNDS, STEPS
 from .status import VisionStatus
 
-_STEPS = 200
-"""A limit on work: the number of iterations from each start of a pose."""
-_ROUNDS = 10
-"""A limit on work: the number of selections of views."""
 _SAME = np.radians(3)
 """A limit on work: motions by single views that differ by a smaller rotation lead to the same minimum."""
 _EQUAL = 1e-4
@@ -76,7 +73,7 @@ def _poses(camera: Camera, places: Reals, pixels: Reals) -> Reals:
     flat = np.insert(places[usable], 2, 0, axis=1)[None]
     middle = flat.mean(1, keepdims=True)
     image, noise = image[None, usable], pixel_noise(k)
-    found = all_poses(flat - middle, image, k, _STEPS, noise)
+    found = all_poses(flat - middle, image, k, STEPS, noise)
     status, likely = pose_status(found, flat - middle, image, k, noise)
     freedom = 2 * flat.shape[1] - N_POSE
     if status[0] in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE) or noise.contradicted(found.cost[0, 0], freedom):
@@ -243,7 +240,7 @@ def agreed(
     inliers: Reals = np.zeros(len(squares), bool)
     inliers[order[: int(fit.usable.sum()) // 2 + 1]] = True
     pair = Pair((replace(fit.eyes[0].lens, poses=poses), fit.eyes[1].lens), motor)
-    for k in range(_ROUNDS):
+    for k in range(ROUNDS):
         found = fit.fitted(pair, inliers, fit.used)
         if not found.converged or (k == 0 and any(_angle(found.state.motor, one) < _EQUAL for one in known)):
             return None

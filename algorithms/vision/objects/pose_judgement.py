@@ -14,6 +14,8 @@ from generated import pga3
 
 from ...arguments import Reals
 from ...evidence import WRONG, Freedom, Noise, largest_ratio, log_false_alarms
+from ...evidence.noise import USUAL_WEIGHT
+from ...evidence.status import RARE
 from ...precision import ROOT, ROUNDING, SINGLE, TINY
 from .pose_images import without_thin_images
 from .pose_minima import (
@@ -48,9 +50,6 @@ _RULED_OUT = 2.0
 """Thin images rule a pose out if they increase the cost, with distances limited, by more than this factor."""
 _AS_GOOD = 30.0
 """Another pose is as good if its sum of squares is larger by less than this, in squared standard deviations."""
-_IMPROBABLE = 1e-6
-_WEIGHT = 4.0
-"""The number of residuals that the stated noise is worth, as for cameras in `vision`."""
 _SAME = 2e-3
 """Poses are the same if they move samples by less than this fraction of the size of the model."""
 _APART = 0.05
@@ -214,19 +213,19 @@ def _likely_difference(found: PoseEstimate, task: PoseTask) -> float:
 def _variance(noise: float, squares: float, freedom: int) -> float:
     """Return a variance of pixels with which normal numbers have the bounds of errors.
 
-    Residuals raise the stated one, which is only as certain as `_WEIGHT` of them; it is less if they prove that. As the
-    quantiles of Fisher's distribution exceed those of chi-square, few residuals prove little.
+    Residuals raise the stated one, which is only as certain as `USUAL_WEIGHT` of them; it is less if they prove that.
+    As the quantiles of Fisher's distribution exceed those of chi-square, few residuals prove little.
     """
     freedom = max(freedom, 0)
-    raised = max(noise * noise, float(Noise(noise * noise, _WEIGHT).raised(np.asarray(squares), freedom)))
-    raised *= largest_ratio(3, _WEIGHT + freedom) / largest_ratio(3)
+    raised = max(noise * noise, float(Noise(noise * noise, USUAL_WEIGHT).raised(np.asarray(squares), freedom)))
+    raised *= largest_ratio(3, USUAL_WEIGHT + freedom) / largest_ratio(3)
     return min(raised, max(squares / _least(freedom), ROUNDING * noise * noise)) if freedom else raised
 
 
 @lru_cache(maxsize=1024)
 def _most(freedom: int) -> float:
     """Return the sum of squared standard deviations that noise exceeds with a small probability only."""
-    return float(scipy.special.chdtri(max(freedom, 1), _IMPROBABLE))
+    return float(scipy.special.chdtri(max(freedom, 1), RARE))
 
 
 @lru_cache(maxsize=1024)

@@ -11,6 +11,7 @@ import scipy
 from generated import pga3
 
 from ...arguments import Reals
+from ...evidence.status import RARE
 from .edge_measurement import MeasuredEdges
 from .pose_estimation import estimated_pose
 from .pose_models import KINDS, ObjectModel, View
@@ -26,7 +27,6 @@ _MOST_POINTS = 24
 """Largest number of points with a common error: half of a circle, whose sides have different backgrounds."""
 _LEAST_AGREEING = 0.75
 """Least part of the edges of one image that agree with the pose."""
-_IMPROBABLE = 1e-6
 _COMPARED = (PoseStatus.OK, PoseStatus.SYMMETRIC, PoseStatus.UNCERTAIN)
 
 
@@ -138,6 +138,4 @@ def _differ(model: ObjectModel, alone: PoseEstimate, estimate: PoseEstimate) -> 
     if not known.any():
         return False
     off, covariance = off[known], alone.covariance[np.ix_(known, known)]
-    return bool(
-        off @ np.linalg.pinv(covariance, 1e-9, hermitian=True) @ off > scipy.special.chdtri(len(off), _IMPROBABLE)
-    )
+    return bool(off @ np.linalg.pinv(covariance, 1e-9, hermitian=True) @ off > scipy.special.chdtri(len(off), RARE))
