@@ -85,13 +85,7 @@ def _percent(part: int, whole: int) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Of the command line; left out, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     parser = pages.options("evidence", __doc__, PAGE)
     parser.add_argument("--only", metavar="NAME", help="measure the rows of one estimator, and print them")
     options = parser.parse_args(arguments)

@@ -229,13 +229,7 @@ def page(accurate: list[str], looped: str, timed: list[str], count: int, rounds:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Of the command line; left out, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("grasping_loop", __doc__, PAGE).parse_args(arguments)
     count, rounds = (5, 1) if options.quick else (200, ROUNDS)
     text = page(accuracy(count), loop(max(5, count // 4)), times(rounds), count, rounds)

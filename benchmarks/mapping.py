@@ -174,13 +174,7 @@ def page(accurate: list[str], timed: list[str], n: int, rounds: int) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Of the command line; left out, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("mapping", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
     rounds = 1 if options.quick else ROUNDS

@@ -195,13 +195,7 @@ def page(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Of the command line; left out, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("registration", __doc__, PAGE).parse_args(arguments)
     rounds = 1 if options.quick else ROUNDS
     text = page(

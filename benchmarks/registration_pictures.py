@@ -32,13 +32,7 @@ def saved(figure: Figure, path: Path) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Draw both pictures.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Of the command line; left out, those of the process.
-    """
+    """Draw both pictures; arguments are those of the command line, or by default of the process."""
     parser = argparse.ArgumentParser("python -m benchmarks.registration_pictures", description=__doc__)
     parser.add_argument("--out", type=Path, default=FOLDER, metavar="FOLDER")
     folder = parser.parse_args(arguments).out

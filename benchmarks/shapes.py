@@ -242,13 +242,7 @@ def page(count: int) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Of the command line; left out, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("shapes", __doc__, PAGE).parse_args(arguments)
     return pages.publish("shapes", options.out, page(1 if options.quick else SEEDS), "6 tables")
 

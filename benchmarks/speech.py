@@ -127,13 +127,7 @@ def page(speech_rows: list[str], permuted: str, gesture_rows: list[str], time_ro
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Of the command line; left out, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("speech", __doc__, PAGE, quick=False).parse_args(arguments)
     text = page(speech(), chance(), gestures(), times(5))
     return pages.publish("speech", options.out, text, "3 tables")

@@ -165,13 +165,7 @@ def page(grasp_rows: list[str], step_rows: list[str], fuzzy_rows: list[str]) -> 
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Of the command line; left out, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("visual_grasping", __doc__, PAGE).parse_args(arguments)
     rounds = 1 if options.quick else 5
     text = page(grasps(5 if options.quick else STARTS), steps(rounds), fuzzy(rounds, 50 if options.quick else BATCH))
