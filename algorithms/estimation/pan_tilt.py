@@ -13,13 +13,13 @@ from generated import tracking as kernels
 
 from ..arguments import Reals, real_array
 from ..elements import LINE, MOTOR, elements
+from ..evidence.least_squares import STEPS
 from ..kinematics import Body, Robot
 from ..precision import CONVERGED
 from .body_eye import BodyEye
 from .image_jacobians import Chain, chain_of
 from .tracking import Tracker, TrackingStatus, VelocityStep
 
-_ITERATIONS = 50
 _SECOND, _LAST = 1e2, 1e9
 """Ranks of solutions: more than the sum of two angles, and more than that many radians beyond limits."""
 _PAN, _TILT = np.array([[1.0, 0, 0, 0, 0, 0], [0.0, 1.0, 0, 0, 0, 0]])
@@ -118,7 +118,7 @@ def aim(robot: Robot, points: ArrayLike, near: ArrayLike | None = None) -> Aim:
     q = np.broadcast_to(q, (*np.broadcast_shapes(q.shape[:-2], places.shape[:-1]), *q.shape[-2:])).copy()
     target = places[..., None, :]
     step = _newton(chain, 1e-3, 1e-2)
-    for _ in range(_ITERATIONS):
+    for _ in range(STEPS):
         q += step(q, target)[0]
     _, error, _, status = _newton(chain, 0.0, 0.0)(q, target)
     size = np.abs(error).max(-1)

@@ -15,6 +15,7 @@ from generated import pga3
 
 from ..arguments import Reals
 from ..evidence import WRONG, Noise, largest_ratio
+from ..evidence.noise import ENOUGH
 from .circles_of_points import BodyEyeStatus, Tracks, first_axis, refined
 
 _CANDIDATES, _REFINED = 400, 8
@@ -23,8 +24,6 @@ _STEPS = 10
 """Maximum number of refinements of a candidate."""
 _REWEIGHTED = 5
 """How often the circle of a track is computed with weights."""
-_ENOUGH = 12
-"""From a probability: fewer points have no reliable median."""
 _ROUNDING = 1e-20
 """From floating point: squared distances below this, in units of length, are rounding."""
 _AT_ONCE = 200_000
@@ -62,7 +61,7 @@ def noise_threshold(line: Reals, tracks: Tracks, seed: int) -> float | None:
     The noise follows from the median of the distances from the circles about an axis: the given one if no point
     contradicts it, or else that of a candidate with the least median, after refinement.
     """
-    if len(tracks.points) < _ENOUGH:
+    if len(tracks.points) < ENOUGH:
         return None
     if line.any() and _beyond(_squares(line[None], tracks)[0], tracks)[0] is None:
         return None

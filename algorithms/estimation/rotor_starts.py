@@ -11,13 +11,12 @@ from generated import vga3
 
 from ..arguments import Reals
 from ..evidence import Noise, all_or_some_sets, differ, likely, minima
+from ..evidence.least_squares import STEPS
 from ..motors.recovery import rotor_from_vectors
 
 _SAMPLES = 60
 """A limit on work: the number of pairs of vectors from which rotors are computed. If half of many vectors are wrong, 15
 pairs contain no wrong one."""
-_STEPS = 50
-"""A limit on work: the number of iterations from each start."""
 _EXACT = 1e-20
 """From floating point: squared residuals, in units of the noise, below this are rounding."""
 
@@ -88,7 +87,7 @@ class Beginning:
             return np.asarray(vga3.normalize_rotor(vga3.rotor_product(turn, rotors)))
 
         starts = self._starts()
-        found = minima(starts, equations, step, np.full(len(starts), _EXACT), _STEPS)
+        found = minima(starts, equations, step, np.full(len(starts), _EXACT), STEPS)
         order = np.argsort(np.where(np.isfinite(found.cost), found.cost, np.inf))
         rotor, cost, normal = found.state[order[0]], found.cost[order], found.normal[order[0]]
         used = parts(rotor[None])[2][0]

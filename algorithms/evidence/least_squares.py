@@ -14,6 +14,8 @@ from ..precision import CONVERGED, TINY
 FIRST, LEAST, MOST = 1e-4, 1e-12, 1e8
 """Limits on work: the damping relative to the diagonal with which iterations start, below which it has no effect, and
 from which steps are shorter than rounding."""
+STEPS = 50
+"""A limit on work: the number of iterations from a start, of which most need about ten."""
 FACTOR = 10.0
 """A limit on work: the damping changes by this factor after each step."""
 

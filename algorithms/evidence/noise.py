@@ -17,6 +17,8 @@ from .status import WRONG
 
 _NORMAL = 1.4826
 """From a probability: half of normal numbers are smaller than 1 / 1.4826 standard deviations."""
+ENOUGH = 12
+"""From a probability: fewer offsets have no reliable median."""
 USUAL_WEIGHT = 4.0
 """From a probability: the usual noise of photographs is as certain as by this number of residuals, so that a seventh to
 five times as much is not a contradiction."""

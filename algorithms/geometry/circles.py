@@ -15,7 +15,7 @@ from .kinds import named
 
 SAMPLES = 24
 """Number of angles at which the distance is evaluated, in addition to the roots of the polynomial."""
-_STARTS = 6
+STARTS = 6
 """Number of the best angles that are refined."""
 _ANGLES = np.linspace(0, 2 * np.pi, 16, endpoint=False)
 _ROUND = np.stack([np.ones(16), np.cos(_ANGLES), np.sin(_ANGLES)])
@@ -109,7 +109,7 @@ def nearest_angles(curve: Reals, radius: Reals, roots: Reals) -> tuple[Reals, Re
     of_samples = values[..., -SAMPLES:]
     with np.errstate(invalid="ignore"):
         spread = of_samples.max(-1) - of_samples.min(-1)
-    starts = np.take_along_axis(angles, np.argsort(values, -1, kind="stable")[..., :_STARTS], -1)
+    starts = np.take_along_axis(angles, np.argsort(values, -1, kind="stable")[..., :STARTS], -1)
     found, least = cga3.least_distances_to_circle(curve, radius, starts, np.pi / SAMPLES)
     best = np.argmin(np.where(np.isnan(least), np.inf, least), -1)[..., None]
     angle = np.where(np.isfinite(values).any(-1), np.take_along_axis(found, best, -1)[..., 0], angles[..., 0])

@@ -11,7 +11,7 @@ from generated import pga3
 
 from ..arguments import Reals, finite, moderate, real_array
 
-_PAIRS = 1 << 18
+PAIRS = 1 << 18
 """Maximum number of pairs of rays and triangles in one call of the kernel."""
 
 Integers = NDArray[np.intp]
@@ -83,7 +83,7 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
     kind = np.result_type(p, d, corners)
     distance, face = np.full(len(p), np.inf, kind), np.full(len(p), -1, np.intp)
     weights = np.full((len(p), 3), np.nan, kind)
-    step = max(1, _PAIRS // max(1, len(a)))
+    step = max(1, PAIRS // max(1, len(a)))
     for first in range(0, len(p) if len(a) else 0, step):
         block = slice(first, first + step)
         with np.errstate(all="ignore"):

@@ -12,12 +12,11 @@ from generated import cga3
 
 from ..arguments import Reals
 from ..precision import NEGLIGIBLE
+from .circles import STARTS
 from .fits import ROUNDING, axis_after, axis_frame, descend, enough_points, off_cylinder, seen_along
 
 DIRECTIONS = 400
 """Number of directions of the axis that are tried, distributed evenly over a hemisphere."""
-_STARTS = 6
-"""Number of the best directions from which the iteration starts."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,7 +142,7 @@ def _one(
     columns = np.stack([2 * x, 2 * y, np.ones_like(x), h, h * h][:unknowns], -1)
     rows = np.concatenate([columns, (x * x + y * y)[..., None]], -1)
     triangle = np.asarray(np.linalg.qr(rows, mode="r"))
-    chosen = np.argsort(np.abs(triangle[:, -1, -1]))[:_STARTS]
+    chosen = np.argsort(np.abs(triangle[:, -1, -1]))[:STARTS]
     solved = np.linalg.pinv(triangle[chosen, :-1, :-1]) @ triangle[chosen, :-1, -1:]
     state = start(solved[..., 0], frames[chosen], h[chosen])
     sets = np.broadcast_to(scaled, (len(state), *scaled.shape))

@@ -9,7 +9,7 @@ import numpy as np
 from generated import grasping, pga3
 
 from ..arguments import Reals
-from ..geometry.meshes import Flags, Integers, is_closed
+from ..geometry.meshes import PAIRS, Flags, Integers, is_closed
 from ..precision import NEGLIGIBLE, SINGLE
 from .status import GraspStatus
 
@@ -21,8 +21,6 @@ _STEPS = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
 
 _SLANTED = np.array([0.0131, -0.0173, 0.0097])
 """Added to the directions of rays, so that they meet no edges of regular meshes."""
-_PAIRS = 1 << 18
-"""A limit on memory: pairs of rays and triangles of a call."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +55,7 @@ class Surface:
         corners = self.vertices[self.faces.T]
         starts, along = points + NEGLIGIBLE * self.length * normals, normals + _SLANTED
         found = np.zeros(len(points), bool)
-        step = max(1, _PAIRS // len(self.areas))
+        step = max(1, PAIRS // len(self.areas))
         for first in range(0, len(points), step):
             p, d = starts[first : first + step], along[first : first + step]
             with np.errstate(all="ignore"):

@@ -13,10 +13,9 @@ from generated import pga3
 from ..arguments import Reals, finite, real_array
 from ..elements import DIRECTION, MOTOR, POINT, elements
 from .changes import rigid_motor
+from .tasks import EYE, ORIGIN
 
-ORIGIN = (0.0, 0.0, 0.0)
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-_EYE = np.eye(3)
 _NONE = np.zeros(3)
 
 
@@ -67,7 +66,7 @@ def point(
     *,
     other: str | None = None,
     target: ArrayLike | None = None,
-    directions: ArrayLike = _EYE,
+    directions: ArrayLike = EYE,
 ) -> Constraint:
     """Return the constraint that a point of a link does not move relative to another link, or to the ground.
 
@@ -134,11 +133,11 @@ def hinge(
         As in `point`.
     """
     along, mark = _unit(other_axis, "other_axis"), _unit(axis, "axis")
-    first = np.cross(along, _EYE[np.abs(along).argmin()])
+    first = np.cross(along, EYE[np.abs(along).argmin()])
     first /= np.linalg.norm(first)
     second = np.cross(along, first)
     turns = (Row(_NONE, second, mark, first), Row(_NONE, -first, mark, second))
-    rows = (*(Row(unit, _NONE, _NONE, _NONE) for unit in _EYE), *turns)
+    rows = (*(Row(unit, _NONE, _NONE, _NONE) for unit in EYE), *turns)
     return Constraint("hinge", link, other, _vector(place, "place"), _optional(target), rows)
 
 
@@ -174,8 +173,8 @@ def weld(
         If a frame is not a rigid motion.
     """
     own, place = _frame(frame, "frame")
-    held, there = (_EYE, None) if target is None else _frame(target, "target")
-    rows = [Row(unit, _NONE, _NONE, _NONE) for unit in _EYE]
+    held, there = (EYE, None) if target is None else _frame(target, "target")
+    rows = [Row(unit, _NONE, _NONE, _NONE) for unit in EYE]
     # A small turn about the first of three axes moves the second towards the third.
     rows += [Row(_NONE, held[:, k], own[:, (k + 1) % 3], held[:, (k + 2) % 3]) for k in range(3)]
     return Constraint("weld", link, other, place, there, tuple(rows))

@@ -19,7 +19,7 @@ from ..evidence import Status
 from .denavit_hartenberg import Joint
 from .differential import Differential
 from .errors import DescriptionError
-from .inverse.search import REACHED
+from .inverse.search import AROUND, REACHED
 from .tables import carried_by, followed, joints_of, need_fixed_base, path_to
 from .tasks import Part, Task
 
@@ -27,8 +27,6 @@ _STEPS = 60.0
 """Limit on the steps of one descent; most converge in fewer than ten."""
 _ROUNDS = 4, 16, 96
 """Limit on work: random starts of each round where the previous ones have failed."""
-_AROUND = 0.05
-"""Standard deviation of starts around a configuration, relative to the ranges of the variables."""
 _JOINTS = ("variables", "ratios", "offsets", "places", "screws", "turns")
 _ENOUGH = 1e-15
 """Errors up to this, relative to the size, are rounding errors."""
@@ -276,7 +274,7 @@ class Reaching:
         # Where one limit is infinite, the range begins or ends at the other one.
         low = np.where(np.isfinite(self._low), self._low, np.minimum(-wide, self._high - 2 * wide))
         high = np.where(np.isfinite(self._high), self._high, np.maximum(wide, low + 2 * wide))
-        yield near[:, None] + _AROUND * (high - low) * rng.normal(size=(_ROUNDS[0], len(low)))
+        yield near[:, None] + AROUND * (high - low) * rng.normal(size=(_ROUNDS[0], len(low)))
         for count in _ROUNDS:
             yield np.broadcast_to(rng.uniform(low, high, (count, len(low))), (len(near), count, len(low)))
 

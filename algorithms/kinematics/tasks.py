@@ -21,7 +21,7 @@ from .inverse.solve import unit_motors
 
 ORIGIN = (0.0, 0.0, 0.0)
 FORWARD = (0.0, 0.0, 1.0)
-_EYE = np.eye(3)
+EYE = np.eye(3)
 
 
 class Kind(IntEnum):
@@ -41,7 +41,7 @@ class Part(NamedTuple):
 
     kind: Kind
     target: Reals
-    rows: Reals = _EYE
+    rows: Reals = EYE
     point: Reals = np.zeros(3)
     direction: Reals = np.zeros(3)
     radius: float = 0.0
@@ -127,7 +127,7 @@ def on_line(line: ArrayLike, *, link: str | None = None, point: ArrayLike = ORIG
     array = real_array(line, "line", (6,), "coefficients of a line")
     along = np.stack([array[..., 2], -array[..., 1], array[..., 0]], -1).reshape(-1, 3)
     unit = _common_unit(along, "line")
-    part = Part(Kind.PLACE, pga3.line_support(array), _EYE - np.outer(unit, unit), _vector(point, "point"))
+    part = Part(Kind.PLACE, pga3.line_support(array), EYE - np.outer(unit, unit), _vector(point, "point"))
     return _task("on_line", [part], link, weight, _length)
 
 
@@ -277,7 +277,7 @@ def look_at(
     TypeError, ValueError
         As in `direction`.
     """
-    part = Part(Kind.LOOK, _vectors(target, "target"), _EYE, _vector(point, "point"), _unit(axis, "axis"))
+    part = Part(Kind.LOOK, _vectors(target, "target"), EYE, _vector(point, "point"), _unit(axis, "axis"))
     return _task("look_at", [part], link, weight, _chord, True)
 
 
@@ -303,7 +303,7 @@ def orientation(target: ArrayLike, *, link: str | None = None, weight: float = 1
         As in `position`. Where a matrix is no rigid motion, the status of the result is NOT_FINITE.
     """
     turned = _matrices(target)[..., :3, :3]
-    parts = [Part(Kind.DIRECTION, turned[..., k], direction=_EYE[k]) for k in range(3)]
+    parts = [Part(Kind.DIRECTION, turned[..., k], direction=EYE[k]) for k in range(3)]
     return _task("orientation", parts, link, weight, _rotation, True)
 
 

@@ -10,11 +10,11 @@ import numpy as np
 from generated import pga3
 
 from ..arguments import Reals, finite
+from ..evidence.triangles import from_triangle
 from .g2o import PoseGraphFile
 from .text_files import UNIT, Line, lines_of, text_of
 
 _POSE = "x y z qx qy qz qw"
-_UPPER = np.triu_indices(6)
 _KINDS = "VERTEX_SE3:QUAT and EDGE_SE3:QUAT, a graph of poses in space"
 _TURNS_FIRST = [3, 4, 5, 0, 1, 2]
 
@@ -95,8 +95,7 @@ def read_g2o_space(path: str | Path) -> SpaceGraphFile:
             if number not in index:
                 raise line.wrong(f"vertex {number}, which the file lacks", "vertices of the file")
     table = np.array([values for *_, values in edges]).reshape(-1, 28)
-    information = np.zeros((len(table), 6, 6))
-    information[:, _UPPER[0], _UPPER[1]] = information[:, _UPPER[1], _UPPER[0]] = table[:, 7:]
+    information = from_triangle(table[:, 7:], 6)
     pairs = np.array([(index[a], index[b]) for _, a, b, _ in edges], np.int64).reshape(-1, 2)
     return SpaceGraphFile(
         np.array(list(index), np.int64), np.array(poses).reshape(-1, 7), pairs, table[:, :7], information,
@@ -126,7 +125,7 @@ def write_g2o(path: str | Path, graph: PoseGraphFile | SpaceGraphFile) -> None:
     if isinstance(graph, PoseGraphFile):
         vertex, edge, upper, numbers = "VERTEX_SE2", "EDGE_SE2", np.triu_indices(3), np.arange(len(graph.poses))
     else:
-        vertex, edge, upper, numbers = "VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", _UPPER, graph.vertices
+        vertex, edge, upper, numbers = "VERTEX_SE3:QUAT", "EDGE_SE3:QUAT", np.triu_indices(6), graph.vertices
         for rows in (graph.poses, graph.motions):
             if (np.abs(np.linalg.norm(rows[:, 3:], axis=1) - 1) > UNIT).any():
                 raise ValueError("poses: a quaternion whose norm is not 1; expected unit quaternions")

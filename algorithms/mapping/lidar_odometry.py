@@ -12,6 +12,7 @@ from generated import lidar as kernels
 from generated import motor_graphs, pga3
 
 from ..arguments import Reals, finite_number, real_array
+from ..evidence.triangles import from_triangle
 from .point_cells import PointCells, thinned
 from .status import MappingStatus
 
@@ -35,7 +36,6 @@ _TILTED = 5.0
 """Scans do not determine a direction if its information is less than this times that by tilts of normals by chance."""
 _SLIDES = np.array([-3.0, -2.0, -1.0, 1.0, 2.0, 3.0])
 """Sizes of cells by which other starts are moved, where the prediction is not known."""
-_TRIANGLE = np.triu_indices(6)
 
 
 class _Prediction(NamedTuple):
@@ -310,9 +310,7 @@ class LidarOdometry:
         for _ in range(_STEPS):
             rows = self._map.nearest(np.asarray(pga3.move_point(pose, points)))
             triangle, gradient, numbers = kernels.sums_at_planes(pose, points, rows, self._map.surfaces, scale)
-            matrix = np.zeros((6, 6))
-            matrix[_TRIANGLE] = triangle
-            matrix += np.triu(matrix, 1).T
+            matrix = from_triangle(np.asarray(triangle), 6)
             values, vectors = np.linalg.eigh(matrix * np.outer(unit, unit))
             is_loose = values < _TILTED * numbers[3]
             # What tilts of normals by chance say is left out.

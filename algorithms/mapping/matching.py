@@ -22,7 +22,7 @@ from .status import MappingStatus
 from .support import support
 from .votes import motion_votes, rotation_votes
 
-_FEWEST = 10
+FEWEST = 10
 """Valid readings that a scan needs."""
 _COARSE, _FINE = [0.4, 0.25, 0.15], [0.15, 0.1, 0.07, 0.07]
 """Scales of residuals in metres: of the alignment of all hypotheses, and of the best one."""
@@ -40,7 +40,7 @@ _PART = 6
 """A limit on work: every so many readings are compared with a turned scan before all are."""
 _SLIDES_APART, _FLAT = 0.25, 0.01
 """Metres between two of these, and difference of their scores, from which on the direction is determined."""
-_LEAST_SCORE = 0.5
+LEAST_SCORE = 0.5
 """Score below which no motion explains the scans."""
 _MARGIN = 0.04
 """Difference of scores up to which two motions explain the scans equally well."""
@@ -53,7 +53,7 @@ _LEAST_SUPPORT = 2.5
 """Readings that have to determine each direction, see `support`."""
 _LARGEST_RESIDUAL = 0.026
 """Root mean square of the distances of readings from lines, in metres, above which they contradict the motion."""
-_NOISE = 0.02
+NOISE = 0.02
 """Least standard deviation of readings, in metres."""
 _UNKNOWN = 30.0
 """Standard deviation, in metres and radians, of what the scans do not determine: as far as scanners reach."""
@@ -110,7 +110,7 @@ def match_scans(a: Scan, b: Scan, guess: ArrayLike | None = None) -> Match:
         Its status is OK if the motion is determined by enough readings on walls of both scans, and no other motion is
         almost as good. It does not prove that both scans show the same place: rooms look alike.
     """
-    if min(len(a.beams), len(b.beams)) < _FEWEST:
+    if min(len(a.beams), len(b.beams)) < FEWEST:
         return _nothing(MappingStatus.TOO_FEW_READINGS)
     one, two = outline_of(a), outline_of(b)
     if guess is not None:
@@ -179,7 +179,7 @@ def _loose_turn(a: Outline, b: Outline, motor: Reals) -> Reals:
     is_near = distances < _SLIDE_SCALE**2
     points, count = np.ascontiguousarray(b.points[is_near]), int((is_near & shown).sum())
     # The chords of two scans of a round wall differ, whatever the noise.
-    variance = max(float(distances[is_near & shown].sum() / max(count, 1)), _NOISE**2)
+    variance = max(float(distances[is_near & shown].sum() / max(count, 1)), NOISE**2)
     noise = Noise(variance, float(count))
     # A part of the points contradicts most turns; the others are compared with all of them.
     for part in (np.ascontiguousarray(points[::_PART]), points):
@@ -217,14 +217,14 @@ def _result(a: Outline, b: Outline, found: Aligned, loose: Reals, motors: Reals,
     others = rivals[~are_near(found.motors, rivals, *_APART)] if len(rivals) else rivals
     weight, squares = float(found.sums[0]), float(found.sums[1])
     residual = float(np.sqrt(squares / max(weight, 1e-9)))
-    variance = max(residual**2, _NOISE**2)
+    variance = max(residual**2, NOISE**2)
     covariance, degenerate = covariance_of(found.information, variance)
     turn = _loose_turn(a, b, found.motors)
     degenerate = np.concatenate([degenerate if len(degenerate) else loose, turn])
     # What nothing determines has the deviation of something unknown, whatever the noise of readings says.
     covariance = covariance + _UNKNOWN**2 * degenerate.T @ degenerate
     status = MappingStatus.OK
-    if score < _LEAST_SCORE:
+    if score < LEAST_SCORE:
         status = MappingStatus.NOT_MATCHED
     elif len(others):
         status = MappingStatus.AMBIGUOUS

@@ -13,6 +13,7 @@ from generated import pga2
 from ..arguments import Reals
 from .alignment import covariance_of
 from .cells import FAR, NEAR, Lines, MapCells, cells_of
+from .matching import FEWEST, LEAST_SCORE, NOISE
 from .motions import are_near
 from .outlines import still_points
 from .scan import Scan
@@ -36,13 +37,9 @@ _CELL = 0.4
 _MOST_STEPS = 200
 """Steps along a constraint that votes alone."""
 _CANDIDATES, _REFINED = 250, 40
-_FEWEST = 10
-_NOISE = 0.02
-"""Standard deviation of readings, in metres."""
 _POINTS, _MOST_POINTS = 60, 190
 _SCALES = [0.4, 0.3, 0.2, 0.15, 0.1, 0.07]
 _SCALE = 0.1
-_LEAST_SCORE = 0.5
 _LEAST_SUPPORT = 3.0
 """Readings, of those that are aligned, that have to determine each direction."""
 _MARGIN = 0.06
@@ -124,7 +121,7 @@ def relocate(scan: Scan, line_map: Lines, *, n_hypotheses: int = 5) -> Relocatio
 def found_places(scan: Scan, cells: MapCells, line_map: Lines) -> tuple[Reals, Reals, Reals] | MappingStatus:
     """Return the best places of a scan: motors (c, 4), scores (c,) and information (c, 6); or why there are none."""
     seen = segments(scan)
-    if len(scan.beams) < _FEWEST or len(cells.far.segments) < 2 or len(seen) < 2:
+    if len(scan.beams) < FEWEST or len(cells.far.segments) < 2 or len(seen) < 2:
         return MappingStatus.TOO_FEW_READINGS
     motors = _candidates(seen, line_map, 2 * cells.far.segments[:, 4])
     if not len(motors):
@@ -300,12 +297,12 @@ def compared(motors: Reals, scores: Reals, information: Reals, n_hypotheses: int
     undetermined = []
     places = pga2.move_point(motors, np.zeros(2))
     for k in kept[:n_hypotheses]:
-        covariance, degenerate = covariance_of(information[k], _NOISE**2, places[k])
+        covariance, degenerate = covariance_of(information[k], NOISE**2, places[k])
         hypotheses.append(Hypothesis(motors[k], float(scores[k]), covariance))
         undetermined.append(len(degenerate))
     best = hypotheses[0]
     status = MappingStatus.OK
-    if best.score < _LEAST_SCORE:
+    if best.score < LEAST_SCORE:
         status = MappingStatus.NOT_MATCHED
     elif len(kept) > 1 and scores[kept[1]] > best.score - max(_MARGIN / np.sqrt(n_scans), 1 - best.score):
         status = MappingStatus.AMBIGUOUS

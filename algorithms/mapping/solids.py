@@ -15,14 +15,13 @@ from ..arguments import Reals, finite_number, real_array
 from ..evidence import Freedom, Noise, Problem, by_chance, certain_deviations, consensus, minima, rank
 from ..evidence.consensus import N_WRONG, Indices
 from ..evidence.gates import WIDE
+from ..evidence.least_squares import STEPS
 from ..evidence.triangles import from_triangle
 from ..precision import ROOT, ROUNDING
 from .map_3d import Solid, SolidKind
 from .navigation_status import FitStatus
 from .round_fitting import fit_round
 
-_STEPS = 50
-"""A limit on work: iterations of Levenberg and Marquardt."""
 _ROUNDS = 20
 """A limit on work: how often points are chosen and weighted again."""
 _SAMPLES, _CONFIDENCE, _SEED = 1000, 1 - 1e-6, 0
@@ -237,7 +236,7 @@ class _Scene:
             squares = (ahead[:, :3] ** 2).sum(1) - 2 * ahead[:, 3] * ahead[:, 4]
             return ahead / np.sqrt(np.where(squares > 0, squares, np.nan))[:, None]
 
-        found = minima(vector[None], equations, moved, np.full(1, ROUNDING), _STEPS)
+        found = minima(vector[None], equations, moved, np.full(1, ROUNDING), STEPS)
         return found.state[0], bool(found.converged[0])
 
     def _elsewhere(self, vector: Reals) -> Reals:

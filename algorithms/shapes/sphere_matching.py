@@ -15,14 +15,12 @@ from ..evidence import WRONG
 from .rasterising import checked_balls
 from .sphere_evidence import log_chance, moved_balls
 from .sphere_maps import FEWEST, Map, dimensions, fitted_map
-from .sphere_search import likely_poses
+from .sphere_search import OUTLIER, likely_poses
 from .sphere_status import SphereMatchStatus
 
 _START, _SEARCHED, _END, _COOLING = 0.1, 0.03, 0.0006, 0.82
 """Temperatures, in squares of the size of the models, at the start, for poses that were searched, and at the end, and
 the factor of each step."""
-_OUTLIER = np.exp(-4.5)
-"""Affinity of an outlier: that of a pair three standard deviations apart."""
 _BALANCING = 12
 _STIFFNESS = 200.0
 """Stiffness of splines, in units of the temperature."""
@@ -187,9 +185,9 @@ def _assigned(moved: Reals, other: Reals, temperature: float) -> tuple[Reals, Re
     affinities = np.asarray(sphere_models.affinities(moved, other, 2 * temperature, _RADII))
     columns = np.ones(len(other))
     for _ in range(_BALANCING):
-        rows = 1 / (affinities @ columns + _OUTLIER)
-        columns = 1 / (rows @ affinities + _OUTLIER)
-    factor, matched, mean = sphere_models.balanced_row(affinities, columns, other, _OUTLIER)
+        rows = 1 / (affinities @ columns + OUTLIER)
+        columns = 1 / (rows @ affinities + OUTLIER)
+    factor, matched, mean = sphere_models.balanced_row(affinities, columns, other, OUTLIER)
     return factor[:, None] * affinities * columns, np.asarray(matched), np.asarray(mean)
 
 

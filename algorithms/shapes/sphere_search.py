@@ -19,7 +19,7 @@ _BALLS = 96
 """A limit on work: the largest balls of each model that are compared."""
 _ROUNDS = ((0.06, 288), (0.04, 96), (0.025, 48), (0.016, 24), (0.01, 24))
 """A limit on work: the temperature of each round, in squares of the size of the models, and the poses left for it."""
-_OUTLIER = float(np.exp(-4.5))
+OUTLIER = float(np.exp(-4.5))
 """Affinity of an outlier: that of a pair three standard deviations apart."""
 _RADII = 8.0
 """From a probability: the factor of squared relative differences of radii that have a standard deviation of a
@@ -42,8 +42,8 @@ def likely_poses(first: Reals, second: Reals) -> list[Map]:
         moved = np.asarray(pga3.move_point(motors[:, None], x))
         square = (moved**2).sum(-1)[..., None] + (y**2).sum(-1) - 2 * moved @ y.T
         share = alike * np.exp(-square / (2 * temperature))
-        share /= share.sum(1, keepdims=True) + _OUTLIER
-        share /= share.sum(2, keepdims=True) + _OUTLIER
+        share /= share.sum(1, keepdims=True) + OUTLIER
+        share /= share.sum(2, keepdims=True) + OUTLIER
         matched = share.sum(2)
         scores = matched.sum(1)
         target = share @ y / np.maximum(matched, 1e-300)[..., None]

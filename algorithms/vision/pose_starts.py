@@ -15,7 +15,7 @@ from generated import camera_poses, linear_views, matrices, projective2
 from ..arguments import Reals
 from .normalization import homogeneous
 
-_FEW = 7
+FEW = 7
 """Number of points up to which linear equations are ill-conditioned or underdetermined; triples are tried too."""
 _TRIPLES = 10
 
@@ -28,7 +28,7 @@ def pose_starts(places: Reals, image: Reals, k: Reals) -> Reals:
     """
     n = places.shape[-2]
     found = np.asarray(linear_views.starts_of_pose(places, image, k))
-    if n > _FEW:
+    if n > FEW:
         return found
     seen = np.asarray(projective2.transform_point(np.linalg.inv(k), image))
     return np.concatenate([found if n >= 6 else found[..., :2, :, :], _from_triples(places, seen)], -3)

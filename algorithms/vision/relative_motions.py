@@ -11,12 +11,11 @@ from generated import matrices, pga3, relative_poses
 from ..arguments import Reals
 from ..evidence import Freedom, Noise, Problem, all_or_some_sets, differ
 from ..evidence.consensus import Indices
+from ..evidence.least_squares import STEPS
 from ..evidence.triangles import from_triangle
 from .fundamental import eight_points
 from .robust import ALL
 
-_STEPS = 50
-"""A limit on work: the number of iterations from each start,"""
 _ROUNDS = 60
 """A limit on work: the number of selections of pairs that agree with a rotation,"""
 _MEDIANS = 3.0
@@ -82,14 +81,14 @@ class Scene:
         """Return the matrices of pixels for essential matrices (m, 3, 3)."""
         return np.asarray(self.right.T @ essential @ self.left)
 
-    def descended(self, motors: Reals, limit: float = ALL, at_most: float = _STEPS) -> Motions:
+    def descended(self, motors: Reals, limit: float = ALL, at_most: float = STEPS) -> Motions:
         """Return the minima near motors (m, 8)."""
         found, triangles, numbers = relative_poses.descend_motion(
             motors, self.left, self.right, self.first, self.second, limit, float(at_most)
         )
         return Motions(found, numbers[:, 0], from_triangle(triangles, 5), numbers[:, 1] > 0)
 
-    def descended_in_front(self, motors: Reals, limit: float = ALL, at_most: float = _STEPS) -> Motions:
+    def descended_in_front(self, motors: Reals, limit: float = ALL, at_most: float = STEPS) -> Motions:
         """Return the minima near motors (m, 8) of the squares of `explained`."""
         found, triangles, numbers = relative_poses.descend_motion_in_front(
             motors, self.left, self.right, self.two, self.first, self.second, limit, float(at_most)
@@ -193,7 +192,7 @@ class Scene:
         found, size = np.asarray(motors), ALL
         for _ in range(_ROUNDS):
             found, _, numbers = relative_poses.descend_rotation(
-                found, self.left, self.two, self.first, self.second, size, float(_STEPS)
+                found, self.left, self.two, self.first, self.second, size, float(STEPS)
             )
             best = found[int(np.argmin(np.where(np.isfinite(numbers[:, 0]), numbers[:, 0], np.inf)))]
             before, size = size, max(limit, min(_MEDIANS**2 * float(np.median(self.far(best))), size / 2))

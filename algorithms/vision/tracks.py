@@ -16,6 +16,7 @@ from generated import projective3
 
 from ..arguments import Reals
 from ..evidence import random_sets
+from ..evidence.noise import ENOUGH
 from ..precision import NEGLIGIBLE
 from .fundamental import eight_points
 from .linear_cameras import camera_equations, unit_moments
@@ -27,8 +28,6 @@ _FIRST, _SAMPLES = 30, 300
 """Number of samples that are drawn first, and if fewer than most points fit the best of them: with a quarter of the
 tracks wrong, 30 of these contain none of the wrong ones."""
 _MOST = 0.9
-_ENOUGH = 12
-"""Minimum number of points for the median to be meaningful: with fewer points all are kept."""
 _SURE = 5.0
 """An observation is wrong if it is off by more than this multiple of the noise, as one correct one in 270,000 is."""
 _MEDIAN = 1.1774
@@ -42,7 +41,7 @@ _PAIRS = 40
 def majority_of_pair(one: Reals, two: Reals) -> Flags:
     """Return which of the pairs of pixels (n, 2) fit the F with the least median distance."""
     n = len(one)
-    if n < _ENOUGH:
+    if n < ENOUGH:
         return np.ones(n, np.bool_)
 
     def fitting(sets: Reals) -> Flags:

@@ -11,6 +11,11 @@ from ..arguments import Reals, finite_number, real_array
 from .colours import refuse_channels
 from .discrete import check_finite
 
+TRUNCATE = 4.0
+"""Standard deviations at which Gaussians are truncated, as in `scipy.ndimage`: there they are 3e-4 of their maximum."""
+MEDIAN = 0.6744897501960817
+"""From a probability: the median of the absolute value of a standard normal variable."""
+
 
 def image_stack(value: ArrayLike, name: str = "image", least: int = 1) -> Reals:
     """Return real images (..., M, N) after validation.

@@ -7,7 +7,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite_number
-from .checks import back_in_range, in_range, single_image
+from .checks import MEDIAN, back_in_range, in_range, single_image
 from .discrete import checked_levels
 from .pyramid import QuaternionPyramid
 from .sharing import n_threads
@@ -15,8 +15,6 @@ from .sharing import n_threads
 _RULES = ("local", "bayes")
 _WINDOW = 7
 """Window, in pixels of a band, over which the energy is averaged."""
-_MEDIAN = 0.6744897501960817
-"""Median of the absolute value of a standard normal variable."""
 
 
 def estimated_noise(image: ArrayLike) -> float:
@@ -123,4 +121,4 @@ def denoise(
 def _noise(array: Reals) -> float:
     band = QuaternionPyramid(array, 1).detail[0]["D"]
     # Each of the four trees has half the standard deviation of the image's noise.
-    return float(2 * np.median(np.abs(band)) / _MEDIAN)
+    return float(2 * np.median(np.abs(band)) / MEDIAN)

@@ -12,16 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from generated import lie_filters
 
 from ..arguments import Reals, finite_number
-from .checks import back_in_range, image_stack, in_range, positive_number
+from .checks import TRUNCATE, back_in_range, image_stack, in_range, positive_number
 
 GENERATORS = ("x", "y", "rotation", "dilation", "hyperbolic", "hyperbolic45")
 """``d/dx``, ``d/dy``, ``-y d/dx + x d/dy``, ``x d/dx + y d/dy``, ``x d/dx - y d/dy`` and ``y d/dx + x d/dy``."""
 
 Generator = str | Mapping[str, float]
 """One of `GENERATORS`, or the coefficients of a sum of them, such as ``{"rotation": 1, "dilation": 0.2}``, a spiral."""
-
-_TRUNCATE = 4.0
-"""Truncation of Gaussians in standard deviations, as in `scipy.ndimage.gaussian_filter`."""
 
 
 def coefficients(generator: Generator) -> NDArray[np.float64]:
@@ -128,7 +125,7 @@ def lie_responses(image: ArrayLike, sigma: float = 1.0) -> Reals:
 @cache
 def _gaussian(sigma: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return a Gaussian of sum 1, and where it is sampled."""
-    reach = int(np.ceil(_TRUNCATE * sigma))
+    reach = int(np.ceil(TRUNCATE * sigma))
     x = np.arange(-reach, reach + 1.0)
     g = np.exp(-(x**2) / (2 * sigma**2))
     g /= g.sum()

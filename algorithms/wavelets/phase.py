@@ -12,11 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from generated import quaternion
 
 from ..arguments import Reals, finite_number, real_array
-from .checks import image_stack, in_range, positive_number
+from .checks import TRUNCATE, image_stack, in_range, positive_number
 from .sharing import in_threads
-
-_TRUNCATE = 4.0
-"""Truncation of filters in standard deviations: there the Gaussian is 3e-4 of its maximum."""
 
 
 class Phase(NamedTuple):
@@ -99,7 +96,7 @@ def gabor_bank(
     workers: int | None = None,
     *,
     aspect: float = 1.0,
-    truncate: float = _TRUNCATE,
+    truncate: float = TRUNCATE,
 ) -> Reals:
     """Filter images with quaternionic Gabor functions ``g(x, y) exp(i 2 pi u x) exp(j 2 pi v y)``.
 
@@ -178,7 +175,7 @@ def brightness(
 
 
 def gabor_taps(
-    frequency: float, sigma: float, balanced: bool, truncate: float = _TRUNCATE
+    frequency: float, sigma: float, balanced: bool, truncate: float = TRUNCATE
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the even and the odd part of a Gabor filter along one axis; `frequency` in radians per pixel."""
     reach = int(np.ceil(truncate * sigma))

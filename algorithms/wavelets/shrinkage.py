@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arguments import Reals, finite_number, real_array
+from .checks import MEDIAN
 from .discrete import WaveletPyramid, band_names, discrete_wavelet
 from .families import wavelet_filters
 from .stationary import StationaryWavelet, stationary_wavelet
 
-_MEDIAN = 0.6744897501960817
-"""Median of the absolute value of a standard normal variable."""
 _KINDS = ("soft", "hard", "garrote", "firm")
 _RULES = ("bayes", "sure", "visu")
 
@@ -160,7 +159,7 @@ def noise_deviation(coefficients: ArrayLike) -> float:
     TypeError, ValueError
         If the coefficients are not finite real numbers, or if there are none.
     """
-    return float(np.median(np.abs(_checked(coefficients))) / _MEDIAN)
+    return float(np.median(np.abs(_checked(coefficients))) / MEDIAN)
 
 
 def denoise_wavelet(

@@ -14,14 +14,12 @@ from numpy.typing import ArrayLike
 from generated import vga2, vga3
 
 from ..arguments import Reals, real_array
-from .checks import in_range, positive_number
+from .checks import TRUNCATE, in_range, positive_number
 from .convolution import clifford_convolve, clifford_correlate
 from .discrete import check_finite
 
 _PRODUCTS: dict[int, Callable[..., Any]] = {2: vga2.vector_product, 3: vga3.vector_product}
 _ROTATIONS: dict[int, Callable[..., Any]] = {2: vga2.rotate_vector, 3: vga3.rotate_vector}
-_TRUNCATE = 4.0
-"""Truncation of masks in standard deviations."""
 _STEPS = 100
 _CANDIDATES = 8
 """Number of rotations with the best scores that are refined by a few steps each, before the best one is refined."""
@@ -55,7 +53,7 @@ class Match(NamedTuple):
     similarity: float
 
 
-def derivative_mask(dimension: int, sigma: float = 1.0, truncate: float = _TRUNCATE) -> Reals:
+def derivative_mask(dimension: int, sigma: float = 1.0, truncate: float = TRUNCATE) -> Reals:
     """Return the vector derivative of a Gaussian, as a mask of vectors for `clifford_convolve`.
 
     Parameters
@@ -99,7 +97,7 @@ def divergence_and_curl(
     sigma: float = 1.0,
     mode: str = "same",
     workers: int | None = None,
-    truncate: float = _TRUNCATE,
+    truncate: float = TRUNCATE,
 ) -> Reals:
     """Compute the divergence and the curl of a smoothed vector field: the two parts of its vector derivative.
 

@@ -14,7 +14,7 @@ _BRANCHES = 8
 """Number of configurations that a search keeps."""
 REACHED = 1e-9
 """A goal is reached to this distance, relative to the arm's size."""
-_AROUND = 0.05
+AROUND = 0.05
 """Standard deviation of starts around a configuration, relative to the ranges of the joints."""
 
 
@@ -73,7 +73,7 @@ def search_within(chain: Chain, goals: Reals, hints: Hints) -> Reals:
     random, more = many[:_STARTS], many[_STARTS:]
     rounds = [np.broadcast_to(starts, (len(goals), *starts.shape)) for starts in (random, more)]
     if hints.near is not None:
-        around = hints.near[:, None] + _AROUND * (spread[:, 1] - spread[:, 0]) * rng.normal(size=random.shape)
+        around = hints.near[:, None] + AROUND * (spread[:, 1] - spread[:, 0]) * rng.normal(size=random.shape)
         rounds = [hints.near[:, None], around, *rounds]
     for starts in rounds:
         begin, ends = paired(starts[missed], goals[missed, None])

@@ -16,6 +16,7 @@ from ...arguments import Reals
 from ...evidence import WRONG, Freedom, Noise, largest_ratio, log_false_alarms
 from ...evidence.noise import USUAL_WEIGHT
 from ...evidence.status import RARE
+from ...evidence.triangles import from_triangle
 from ...precision import ROOT, ROUNDING, SINGLE, TINY
 from .pose_images import without_thin_images
 from .pose_minima import (
@@ -56,7 +57,6 @@ _APART = 0.05
 """Poses are different, even if they are uncertain, if they move samples by this fraction of the size of the model."""
 _TURN = 0.4
 """The rotation in radians by which symmetries are verified."""
-_UPPER = np.triu_indices(6)
 _MOTIONS = np.zeros((6, 6))
 """Rotation vectors and displacements of the origin by unit bivectors, as rows."""
 _MOTIONS[range(6), (2, 1, 0, 3, 4, 5)] = -2, 2, -2, -2, -2, -2
@@ -248,9 +248,7 @@ def _verified(
 
 def _covariance(table: Reals, task: PoseTask) -> tuple[Reals, Reals]:
     """Return the covariance for a noise of one pixel without undetermined bivectors, and these (k, 6)."""
-    matrix = np.zeros((6, 6))
-    matrix[_UPPER] = table
-    values, vectors = np.linalg.eigh(matrix, UPLO="U")
+    values, vectors = np.linalg.eigh(from_triangle(table, 6), UPLO="U")
     open_ones = values <= ROOT * max(float(values[-1]), 1e-300)
     size = np.array([1, 1, 1, *[task.model.size] * 3])
     bivectors = (size[:, None] * vectors).T

@@ -10,14 +10,13 @@ from generated import object_poses as kernels
 from generated import pga3
 
 from ...arguments import Reals
+from ...vision.pose_starts import FEW
 from ..pose_starts import three_points
 from .pose_features import Features, features, places_of_rotations
 from .pose_models import KINDS, Measurements, ObjectModel
 
 _ENOUGH = 6
 """Number of measured points from which turned poses are no likely minima."""
-_FEW = 7
-"""Largest number of points of which all triples are used."""
 _TURNS = 12
 """Number of rotations about a known direction."""
 _AXES = 3
@@ -81,7 +80,7 @@ def _of_triples(seen: Measurements) -> list[Reals]:
     groups = []
     for k, matrix in enumerate(seen.cameras):
         own = seen.of["points"].cameras == k
-        if not 3 <= int(own.sum()) <= _FEW:
+        if not 3 <= int(own.sum()) <= FEW:
             continue
         places = seen.of["points"].elements[own]
         axes, calibration = camera_axes(matrix)
