@@ -2,7 +2,7 @@
 // command: gac generate --all matrices
 // spec: ec48a3cca52b283e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8ca29f442cd4c3081e0e468b1e5be703f2ed4368f3209ee4e47f8301d2e5c5a0
+// body: b2788688fb462a298aaf92c2b93d7120f7a5c9c9e598d76086e7f3964337e122
 
 #ifndef REAL
 #include "matrices.h"
@@ -2164,8 +2164,8 @@ GAC_PROCEDURE(null_vector, LANES)
 #define TABLES_polynomial_roots(LENGTH, IN, NUMBER, SAME, INDEX, OUT, AND) LENGTH(0, n) \
     AND IN(0, coefficients, scalar, 1, n) AND OUT(1, out_0, scalar, 1, n) AND OUT(2, out_1, scalar, 1, n) \
     AND OUT(3, out_2, scalar, 1, 1) AND OUT(4, out_3, scalar, 1, 1)
-#define WORK_polynomial_roots(WORK) WORK(5, number, scalar, 1, n) WORK(6, real_2, scalar, 1, n) \
-    WORK(7, imaginary_2, scalar, 1, n) WORK(8, real_6, scalar, 1, n) WORK(9, imaginary_6, scalar, 1, n) \
+#define WORK_polynomial_roots(WORK) WORK(5, number, scalar, 1, n) WORK(6, state_0_0, scalar, 1, n) \
+    WORK(7, state_0_1, scalar, 1, n) WORK(8, moved_0_0, scalar, 1, n) WORK(9, moved_0_1, scalar, 1, n) \
     WORK(10, gac_kept_0, scalar, 1, n) WORK(11, gac_kept_1, scalar, 1, n)
 
 static INLINE void NAME(polynomial_roots_state_start)(REAL *state_0, REAL *state_1)
@@ -2196,17 +2196,17 @@ static INLINE void NAME(polynomial_roots_common)(REAL state_0, REAL state_1, REA
 #define PARTS_polynomial_roots_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(polynomial_roots_common, PLAIN)
 
-static INLINE void NAME(polynomial_roots_real)(REAL sum, REAL state_1, REAL i, REAL common, REAL *real, REAL
-    *imaginary, WORD *far)
+static INLINE void NAME(polynomial_roots_guess)(REAL sum, REAL state_1, REAL i, REAL common, REAL *guess_0, REAL
+    *guess_1, WORD *far)
 {
     const REAL t0 = (REAL)(7.0 / 10.0) + i * (REAL)(3141592653589793.0 / 500000000000000.0) / sum;
     const REAL t1 = SELECT(LESS(i, state_1), common, (REAL)0);
-    real[0] = t1 * COS(t0);
-    imaginary[0] = t1 * SIN(t0);
+    guess_0[0] = t1 * COS(t0);
+    guess_1[0] = t1 * SIN(t0);
 }
-#define PARTS_polynomial_roots_real(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_guess(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND OUT(4, 1) AND OUT(5, 1)
-GAC_IN_LANES(polynomial_roots_real, TURNS)
+GAC_IN_LANES(polynomial_roots_guess, TURNS)
 
 static INLINE void NAME(polynomial_roots_common_2)(REAL sum, REAL *common_3)
 {
@@ -2215,100 +2215,99 @@ static INLINE void NAME(polynomial_roots_common_2)(REAL sum, REAL *common_3)
 #define PARTS_polynomial_roots_common_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(polynomial_roots_common_2, PLAIN)
 
-static INLINE void NAME(polynomial_roots_real_start)(REAL *real_3, REAL *imaginary_3, REAL *real_4, REAL
-    *imaginary_4, REAL *state_2)
+static INLINE void NAME(polynomial_roots_real_start)(REAL *real, REAL *imaginary, REAL *real_2, REAL *imaginary_2,
+    REAL *state_2)
 {
-    real_3[0] = (REAL)1;
-    imaginary_3[0] = (REAL)0;
-    real_4[0] = (REAL)0;
-    imaginary_4[0] = (REAL)0;
+    real[0] = (REAL)1;
+    imaginary[0] = (REAL)0;
+    real_2[0] = (REAL)0;
+    imaginary_2[0] = (REAL)0;
     state_2[0] = (REAL)1;
 }
 #define PARTS_polynomial_roots_real_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
     AND OUT(3, 1) AND OUT(4, 1)
 GAC_IN_LANES(polynomial_roots_real_start, PLAIN)
 
-static INLINE void NAME(polynomial_roots_common_3)(REAL real, REAL imaginary, REAL *common_2)
+static INLINE void NAME(polynomial_roots_common_3)(REAL z_0, REAL z_1, REAL *common_2)
 {
-    common_2[0] = SQRT(real * real + imaginary * imaginary);
+    common_2[0] = SQRT(z_0 * z_0 + z_1 * z_1);
 }
 #define PARTS_polynomial_roots_common_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(polynomial_roots_common_3, PLAIN)
 
-static INLINE void NAME(polynomial_roots_real_2)(REAL real, REAL imaginary, REAL real_2, REAL imaginary_2, REAL
-    real_3, REAL imaginary_3, REAL state_2, REAL c, REAL common, REAL *real_3_out, REAL *imaginary_3_out, REAL
-    *real_4, REAL *imaginary_4, REAL *state_2_out)
+static INLINE void NAME(polynomial_roots_real)(REAL z_0, REAL z_1, REAL real, REAL imaginary, REAL real_2, REAL
+    imaginary_2, REAL state_2, REAL c, REAL common, REAL *real_out, REAL *imaginary_out, REAL *real_2_out, REAL
+    *imaginary_2_out, REAL *state_2_out)
 {
-    real_3_out[0] = c + (real * real_2 - imaginary * imaginary_2);
-    imaginary_3_out[0] = imaginary * real_2 + real * imaginary_2;
-    real_4[0] = real_2 + (real * real_3 - imaginary * imaginary_3);
-    imaginary_4[0] = imaginary_2 + (imaginary * real_3 + real * imaginary_3);
+    real_out[0] = c + (z_0 * real - z_1 * imaginary);
+    imaginary_out[0] = z_1 * real + z_0 * imaginary;
+    real_2_out[0] = real + (z_0 * real_2 - z_1 * imaginary_2);
+    imaginary_2_out[0] = imaginary + (z_1 * real_2 + z_0 * imaginary_2);
     state_2_out[0] = state_2 * common + ABS(c);
 }
-#define PARTS_polynomial_roots_real_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_real(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND OUT(9, 1) AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1)
-GAC_IN_LANES(polynomial_roots_real_2, PLAIN)
+GAC_IN_LANES(polynomial_roots_real, PLAIN)
 
-static INLINE void NAME(polynomial_roots_real_3)(REAL real, REAL imaginary, REAL i, REAL real_2, REAL imaginary_2,
-    REAL real_3, REAL imaginary_3, REAL j, REAL *real_5, REAL *imaginary_5)
+static INLINE void NAME(polynomial_roots_sum)(REAL z_0, REAL z_1, REAL i, REAL sum_0, REAL sum_1, REAL other_0, REAL
+    other_1, REAL j, REAL *sum_0_out, REAL *sum_1_out)
 {
-    const REAL t0 = real - real_3;
-    const REAL t1 = imaginary - imaginary_3;
+    const REAL t0 = z_0 - other_0;
+    const REAL t1 = z_1 - other_1;
     const REAL t2 = t0 * t0 + t1 * t1;
     const REAL t3 = SELECT(EQUAL(i, j), (REAL)0, t2);
-    const REAL t4 = (REAL)1 / SELECT(EQUAL((REAL)0, t3), (REAL)1, t3);
-    const REAL t5 = LESS((REAL)0, t3);
+    const REAL t4 = LESS((REAL)0, t3);
+    const REAL t5 = (REAL)1 / SELECT(t4, t3, (REAL)1);
     const REAL t6 = -t1;
-    real_5[0] = real_2 + t4 * SELECT(t5, t0, (REAL)0);
-    imaginary_5[0] = imaginary_2 + t4 * SELECT(t5, t6, (REAL)0);
+    sum_0_out[0] = sum_0 + t5 * SELECT(t4, t0, (REAL)0);
+    sum_1_out[0] = sum_1 + t5 * SELECT(t4, t6, (REAL)0);
 }
-#define PARTS_polynomial_roots_real_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1) AND OUT(9, 1)
-GAC_IN_LANES(polynomial_roots_real_3, PLAIN)
+GAC_IN_LANES(polynomial_roots_sum, PLAIN)
 
-static INLINE void NAME(polynomial_roots_real_4)(REAL real, REAL imaginary, REAL real_2, REAL imaginary_2, REAL
-    real_3, REAL imaginary_3, REAL state_2, REAL real_4, REAL imaginary_4, REAL common, REAL *real_6, REAL
-    *imaginary_6, REAL *moved_1)
+static INLINE void NAME(polynomial_roots_moved)(REAL z_0, REAL z_1, REAL real, REAL imaginary, REAL real_2, REAL
+    imaginary_2, REAL state_2, REAL sum_0, REAL sum_1, REAL common, REAL *moved_0_0, REAL *moved_0_1, REAL *moved_1)
 {
-    const REAL t0 = real_3 - (real_2 * real_4 - imaginary_2 * imaginary_4);
-    const REAL t1 = imaginary_3 - (real_2 * imaginary_4 + imaginary_2 * real_4);
+    const REAL t0 = real_2 - (real * sum_0 - imaginary * sum_1);
+    const REAL t1 = imaginary_2 - (real * sum_1 + imaginary * sum_0);
     const REAL t2 = t0 * t0 + t1 * t1;
-    const REAL t3 = (REAL)1 / SELECT(EQUAL(t2, (REAL)0), (REAL)1, t2);
-    const REAL t4 = real - t3 * (real_2 * t0 + imaginary_2 * t1);
-    const REAL t5 = EQUAL(state_2, state_2 + (ABS(imaginary_2) + ABS(real_2)) / common);
-    const REAL t6 = imaginary - t3 * (imaginary_2 * t0 - real_2 * t1);
-    real_6[0] = SELECT(t5, real, t4);
-    imaginary_6[0] = SELECT(t5, imaginary, t6);
+    const REAL t3 = (REAL)1 / SELECT(LESS((REAL)0, t2), t2, (REAL)1);
+    const REAL t4 = z_0 - t3 * (real * t0 + imaginary * t1);
+    const REAL t5 = EQUAL(state_2, state_2 + (ABS(imaginary) + ABS(real)) / common);
+    const REAL t6 = z_1 - t3 * (imaginary * t0 - real * t1);
+    moved_0_0[0] = SELECT(t5, z_0, t4);
+    moved_0_1[0] = SELECT(t5, z_1, t6);
     moved_1[0] = SELECT(t5, (REAL)0, (REAL)1);
 }
-#define PARTS_polynomial_roots_real_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_moved(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
     AND NUMBER(9, 0) AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1)
-GAC_IN_LANES(polynomial_roots_real_4, PLAIN)
+GAC_IN_LANES(polynomial_roots_moved, PLAIN)
 
-static INLINE void NAME(polynomial_roots_common_4)(REAL imaginary, REAL *common_4)
+static INLINE void NAME(polynomial_roots_common_4)(REAL z_1, REAL *common_4)
 {
-    common_4[0] = imaginary * (imaginary * (REAL)4);
+    common_4[0] = z_1 * (z_1 * (REAL)4);
 }
 #define PARTS_polynomial_roots_common_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(polynomial_roots_common_4, PLAIN)
 
-static INLINE void NAME(polynomial_roots_sum)(REAL real, REAL imaginary, REAL i, REAL sum, REAL real_2, REAL
-    imaginary_2, REAL j, REAL common, REAL *sum_3)
+static INLINE void NAME(polynomial_roots_sum_2)(REAL z_0, REAL z_1, REAL i, REAL sum, REAL other_0, REAL other_1,
+    REAL j, REAL common, REAL *sum_3)
 {
-    const REAL t0 = real - real_2;
-    const REAL t1 = imaginary + imaginary_2;
+    const REAL t0 = z_0 - other_0;
+    const REAL t1 = z_1 + other_1;
     const REAL t2 = LESS(t0 * t0 + t1 * t1, common);
     sum_3[0] = sum + SELECT(EQUAL(i, j), (REAL)0, t2);
 }
-#define PARTS_polynomial_roots_sum(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_polynomial_roots_sum_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1)
-GAC_IN_LANES(polynomial_roots_sum, PLAIN)
+GAC_IN_LANES(polynomial_roots_sum_2, PLAIN)
 
-static INLINE void NAME(polynomial_roots_result)(REAL imaginary, REAL real, REAL *out_1)
+static INLINE void NAME(polynomial_roots_result)(REAL z_1, REAL real, REAL *out_1)
 {
-    out_1[0] = SELECT(real, (REAL)0, imaginary);
+    out_1[0] = SELECT(real, (REAL)0, z_1);
 }
 #define PARTS_polynomial_roots_result(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(polynomial_roots_result, PLAIN)
@@ -2323,10 +2322,10 @@ intptr_t matrices_polynomial_roots_work(intptr_t n)
 static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coefficients, REAL *out_0, REAL *out_1,
     REAL *out_2, REAL *out_3, REAL *work)
 {
-    REAL number_start, *const number = work, sum, state_0, state_1, real, imaginary, common,
-    *const real_2 = number + n, *const imaginary_2 = real_2 + n, converged, steps, next_state_1, real_3,
-    imaginary_3, real_4, imaginary_4, state_2, common_2, real_5, imaginary_5, *const real_6 = imaginary_2 + n,
-    *const imaginary_6 = real_6 + n, moved_1, common_3, sum_2, sum_3, common_4, is_real;
+    REAL number_start, *const number = work, sum, state_0, state_1, guess_0, guess_1, common,
+    *const state_0_0 = number + n, *const state_0_1 = state_0_0 + n, converged, steps, next_state_1, real,
+    imaginary, real_2, imaginary_2, state_2, common_2, sum_0, sum_1, *const moved_0_0 = state_0_1 + n,
+    *const moved_0_1 = moved_0_0 + n, moved_1, common_3, sum_2, sum_3, common_4, is_real;
     NAME(eigenvectors_number_start)(&number_start);
     NAME(eigenvectors_m_start)(&sum);
     NAME(polynomial_roots_state_start)(&state_0, &state_1);
@@ -2337,33 +2336,33 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
     }
     NAME(polynomial_roots_common)(state_0, state_1, &common);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(polynomial_roots_real)(sum, state_1, number[i], common, &real, &imaginary, NULL);
-        COPY(1, &real, real_2 + i);
-        COPY(1, &imaginary, imaginary_2 + i);
+        NAME(polynomial_roots_guess)(sum, state_1, number[i], common, &guess_0, &guess_1, NULL);
+        COPY(1, &guess_0, state_0_0 + i);
+        COPY(1, &guess_1, state_0_1 + i);
     }
     NAME(eigenvectors_converged_start)(&converged, &steps);
     NAME(polynomial_roots_common_2)(sum, &common_3);
     for (int repeats = 0; repeats < 1000; repeats++) {
         NAME(eigenvectors_m_start)(&sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(polynomial_roots_real_start)(&real_3, &imaginary_3, &real_4, &imaginary_4, &state_2);
-            NAME(polynomial_roots_common_3)(real_2[j], imaginary_2[j], &common_2);
-            NAME(eigenvectors_converged_start)(&real_5, &imaginary_5);
+            NAME(polynomial_roots_real_start)(&real, &imaginary, &real_2, &imaginary_2, &state_2);
+            NAME(polynomial_roots_common_3)(state_0_0[j], state_0_1[j], &common_2);
+            NAME(eigenvectors_converged_start)(&sum_0, &sum_1);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(polynomial_roots_real_2)(real_2[j], imaginary_2[j], real_3, imaginary_3, real_4, imaginary_4,
-    state_2, coefficients[k], common_2, &real_3, &imaginary_3, &real_4, &imaginary_4, &state_2);
-                NAME(polynomial_roots_real_3)(real_2[j], imaginary_2[j], number[j], real_5, imaginary_5, real_2[k],
-    imaginary_2[k], number[k], &real_5, &imaginary_5);
+                NAME(polynomial_roots_real)(state_0_0[j], state_0_1[j], real, imaginary, real_2, imaginary_2,
+    state_2, coefficients[k], common_2, &real, &imaginary, &real_2, &imaginary_2, &state_2);
+                NAME(polynomial_roots_sum)(state_0_0[j], state_0_1[j], number[j], sum_0, sum_1, state_0_0[k],
+    state_0_1[k], number[k], &sum_0, &sum_1);
             }
-            NAME(polynomial_roots_real_4)(real_2[j], imaginary_2[j], real_3, imaginary_3, real_4, imaginary_4,
-    state_2, real_5, imaginary_5, common_3, real_6 + j, imaginary_6 + j, &moved_1);
+            NAME(polynomial_roots_moved)(state_0_0[j], state_0_1[j], real, imaginary, real_2, imaginary_2, state_2,
+    sum_0, sum_1, common_3, moved_0_0 + j, moved_0_1 + j, &moved_1);
             NAME(singular_vectors_by_element)(sum_2, moved_1, &sum_2);
         }
         COPY(1, &sum_2, &next_state_1);
         NAME(eigenvectors_converged)(next_state_1, &converged);
         for (intptr_t j = 0; j < n; j++) {
-            COPY(1, real_6 + j, real_2 + j);
-            COPY(1, imaginary_6 + j, imaginary_2 + j);
+            COPY(1, moved_0_0 + j, state_0_0 + j);
+            COPY(1, moved_0_1 + j, state_0_1 + j);
         }
         steps += 1;
         if (converged != 0)
@@ -2372,13 +2371,13 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
     NAME(eigenvectors_m_start)(out_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_m_start)(&sum_3);
-        NAME(polynomial_roots_common_4)(imaginary_2[i], &common_4);
+        NAME(polynomial_roots_common_4)(state_0_1[i], &common_4);
         for (intptr_t j = 0; j < n; j++)
-            NAME(polynomial_roots_sum)(real_2[i], imaginary_2[i], number[i], sum_3, real_2[j], imaginary_2[j],
+            NAME(polynomial_roots_sum_2)(state_0_0[i], state_0_1[i], number[i], sum_3, state_0_0[j], state_0_1[j],
     number[j], common_4, &sum_3);
         NAME(eigenvectors_mapped_7)(sum_3, &is_real);
-        NAME(polynomial_roots_result)(imaginary_2[i], is_real, out_1 + i);
-        COPY(1, real_2 + i, out_0 + i);
+        NAME(polynomial_roots_result)(state_0_1[i], is_real, out_1 + i);
+        COPY(1, state_0_0 + i, out_0 + i);
         NAME(singular_vectors_by_element)(out_2[0], is_real, out_2);
     }
     COPY(1, &converged, out_3);
@@ -2394,13 +2393,13 @@ void NAME(polynomial_roots)(intptr_t n, const REAL *coefficients, REAL *out_0, R
 }
 
 static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coefficients, REAL *out_0, REAL *out_1,
-    REAL *out_2, REAL *out_3, REAL *number, REAL *real_2, REAL *imaginary_2, REAL *real_6, REAL *imaginary_6,
+    REAL *out_2, REAL *out_3, REAL *number, REAL *state_0_0, REAL *state_0_1, REAL *moved_0_0, REAL *moved_0_1,
     REAL *gac_kept_0, REAL *gac_kept_1)
 {
-    _Alignas(64) REAL number_start[NLANES], sum[NLANES], state_0[NLANES], state_1[NLANES], real[NLANES],
-    imaginary[NLANES], common[NLANES], converged[NLANES], steps[NLANES], next_state_1[NLANES], real_3[NLANES],
-    imaginary_3[NLANES], real_4[NLANES], imaginary_4[NLANES], state_2[NLANES], common_2[NLANES], real_5[NLANES],
-    imaginary_5[NLANES], moved_1[NLANES], common_3[NLANES], sum_2[NLANES], sum_3[NLANES], common_4[NLANES],
+    _Alignas(64) REAL number_start[NLANES], sum[NLANES], state_0[NLANES], state_1[NLANES], guess_0[NLANES],
+    guess_1[NLANES], common[NLANES], converged[NLANES], steps[NLANES], next_state_1[NLANES], real[NLANES],
+    imaginary[NLANES], real_2[NLANES], imaginary_2[NLANES], state_2[NLANES], common_2[NLANES], sum_0[NLANES],
+    sum_1[NLANES], moved_1[NLANES], common_3[NLANES], sum_2[NLANES], sum_3[NLANES], common_4[NLANES],
     is_real[NLANES], gac_kept_2[NLANES];
     WORD far = 0;
     NAME(eigenvectors_number_start_lanes)(number_start);
@@ -2414,42 +2413,41 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
     }
     NAME(polynomial_roots_common_lanes)(state_0, state_1, common);
     for (intptr_t i = 0; i < n; i++) {
-        far |= NAME(polynomial_roots_real_lanes)(sum, state_1, number + NLANES * i, common, real, imaginary);
-        COPY(NLANES, real, real_2 + NLANES * i);
-        COPY(NLANES, imaginary, imaginary_2 + NLANES * i);
+        far |= NAME(polynomial_roots_guess_lanes)(sum, state_1, number + NLANES * i, common, guess_0, guess_1);
+        COPY(NLANES, guess_0, state_0_0 + NLANES * i);
+        COPY(NLANES, guess_1, state_0_1 + NLANES * i);
     }
     NAME(eigenvectors_converged_start_lanes)(converged, steps);
     NAME(polynomial_roots_common_2_lanes)(sum, common_3);
     ROUNDS(rounds, 1000) {
-        KEEP(rounds, NLANES * n, real_2, gac_kept_0);
-        KEEP(rounds, NLANES * n, imaginary_2, gac_kept_1);
+        KEEP(rounds, NLANES * n, state_0_0, gac_kept_0);
+        KEEP(rounds, NLANES * n, state_0_1, gac_kept_1);
         KEEP(rounds, NLANES, converged, gac_kept_2);
         NAME(eigenvectors_m_start_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(polynomial_roots_real_start_lanes)(real_3, imaginary_3, real_4, imaginary_4, state_2);
-            NAME(polynomial_roots_common_3_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, common_2);
-            NAME(eigenvectors_converged_start_lanes)(real_5, imaginary_5);
+            NAME(polynomial_roots_real_start_lanes)(real, imaginary, real_2, imaginary_2, state_2);
+            NAME(polynomial_roots_common_3_lanes)(state_0_0 + NLANES * j, state_0_1 + NLANES * j, common_2);
+            NAME(eigenvectors_converged_start_lanes)(sum_0, sum_1);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(polynomial_roots_real_2_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, real_3,
-    imaginary_3, real_4, imaginary_4, state_2, coefficients + NLANES * k, common_2, real_3, imaginary_3, real_4,
-    imaginary_4, state_2);
-                NAME(polynomial_roots_real_3_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j,
-    number + NLANES * j, real_5, imaginary_5, real_2 + NLANES * k, imaginary_2 + NLANES * k, number + NLANES * k,
-    real_5, imaginary_5);
+                NAME(polynomial_roots_real_lanes)(state_0_0 + NLANES * j, state_0_1 + NLANES * j, real, imaginary,
+    real_2, imaginary_2, state_2, coefficients + NLANES * k, common_2, real, imaginary, real_2, imaginary_2,
+    state_2);
+                NAME(polynomial_roots_sum_lanes)(state_0_0 + NLANES * j, state_0_1 + NLANES * j,
+    number + NLANES * j, sum_0, sum_1, state_0_0 + NLANES * k, state_0_1 + NLANES * k, number + NLANES * k, sum_0,
+    sum_1);
             }
-            NAME(polynomial_roots_real_4_lanes)(real_2 + NLANES * j, imaginary_2 + NLANES * j, real_3, imaginary_3,
-    real_4, imaginary_4, state_2, real_5, imaginary_5, common_3, real_6 + NLANES * j, imaginary_6 + NLANES * j,
-    moved_1);
+            NAME(polynomial_roots_moved_lanes)(state_0_0 + NLANES * j, state_0_1 + NLANES * j, real, imaginary,
+    real_2, imaginary_2, state_2, sum_0, sum_1, common_3, moved_0_0 + NLANES * j, moved_0_1 + NLANES * j, moved_1);
             NAME(singular_vectors_by_element_lanes)(sum_2, moved_1, sum_2);
         }
         COPY(NLANES, sum_2, next_state_1);
         NAME(eigenvectors_converged_lanes)(next_state_1, converged);
         for (intptr_t j = 0; j < n; j++) {
-            COPY(NLANES, real_6 + NLANES * j, real_2 + NLANES * j);
-            COPY(NLANES, imaginary_6 + NLANES * j, imaginary_2 + NLANES * j);
+            COPY(NLANES, moved_0_0 + NLANES * j, state_0_0 + NLANES * j);
+            COPY(NLANES, moved_0_1 + NLANES * j, state_0_1 + NLANES * j);
         }
-        RESTORE(rounds, NLANES * n, gac_kept_0, real_2);
-        RESTORE(rounds, NLANES * n, gac_kept_1, imaginary_2);
+        RESTORE(rounds, NLANES * n, gac_kept_0, state_0_0);
+        RESTORE(rounds, NLANES * n, gac_kept_1, state_0_1);
         RESTORE(rounds, NLANES, gac_kept_2, converged);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
@@ -2458,13 +2456,13 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
     NAME(eigenvectors_m_start_lanes)(out_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_m_start_lanes)(sum_3);
-        NAME(polynomial_roots_common_4_lanes)(imaginary_2 + NLANES * i, common_4);
+        NAME(polynomial_roots_common_4_lanes)(state_0_1 + NLANES * i, common_4);
         for (intptr_t j = 0; j < n; j++)
-            NAME(polynomial_roots_sum_lanes)(real_2 + NLANES * i, imaginary_2 + NLANES * i, number + NLANES * i,
-    sum_3, real_2 + NLANES * j, imaginary_2 + NLANES * j, number + NLANES * j, common_4, sum_3);
+            NAME(polynomial_roots_sum_2_lanes)(state_0_0 + NLANES * i, state_0_1 + NLANES * i, number + NLANES * i,
+    sum_3, state_0_0 + NLANES * j, state_0_1 + NLANES * j, number + NLANES * j, common_4, sum_3);
         NAME(eigenvectors_mapped_7_lanes)(sum_3, is_real);
-        NAME(polynomial_roots_result_lanes)(imaginary_2 + NLANES * i, is_real, out_1 + NLANES * i);
-        COPY(NLANES, real_2 + NLANES * i, out_0 + NLANES * i);
+        NAME(polynomial_roots_result_lanes)(state_0_1 + NLANES * i, is_real, out_1 + NLANES * i);
+        COPY(NLANES, state_0_0 + NLANES * i, out_0 + NLANES * i);
         NAME(singular_vectors_by_element_lanes)(out_2, is_real, out_2);
     }
     COPY(NLANES, converged, out_3);

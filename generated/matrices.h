@@ -2,7 +2,7 @@
 // command: gac generate --all matrices
 // spec: ec48a3cca52b283e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2e85c20185c190f163ef3f74c35e500d1904b06b812e126c3ad7ce8be7ee5283
+// body: c8f86cdc15d3dc49fb21ea8865ddec839030ec1651d7b6126d3cee7eb2a84702
 /* matrices
    Eigenvectors, null vectors, singular vectors and roots of polynomials, for matrices of any size.
    
@@ -122,7 +122,7 @@ int matrices_null_vector_rows_f32(const intptr_t *lengths, char **args, const in
      out_2[1]  SCALAR.
      out_3[1]  SCALAR.
    Costs 5 mul, 5 add, 1 div, 2 call, 9 choice for each of n; 1 mul, 0 add, 1 div, 2 call, 2 choice once; 14 mul,
-   13 add, 2 div, 1 sqrt, 8 choice for each of steps * n; 13 mul, 13 add, 1 div, 8 choice for each of steps * n *
+   13 add, 2 div, 1 sqrt, 8 choice for each of steps * n; 13 mul, 13 add, 1 div, 7 choice for each of steps * n *
    n; 0 mul, 0 add, 1 choice for each of steps; 2 mul, 4 add, 3 choice for each of n * n.
    Error: 0.7 ulp of the largest coefficient, 64 random inputs. */
 void matrices_polynomial_roots_f64(intptr_t n, const double *coefficients, double *out_0, double *out_1, double

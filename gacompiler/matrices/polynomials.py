@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from ..frontend.equations import nonzero
@@ -17,9 +18,16 @@ OFFSET = 0.7
 """Angle of the first initial guess. Guesses that are symmetric to the real axis would remain so."""
 
 
-class _Complex(NamedTuple):
+class Complex(NamedTuple):
+    """A complex number."""
+
     real: Any
     imaginary: Any
+
+
+def complex_product(a: Complex, b: Complex) -> Complex:
+    """Return the product of two complex numbers."""
+    return Complex(a.real * b.real - a.imaginary * b.imaginary, a.real * b.imaginary + a.imaginary * b.real)
 
 
 def roots(coefficients: Any) -> tuple[Any, Any, Any, Any]:
@@ -53,46 +61,61 @@ def roots(coefficients: Any) -> tuple[Any, Any, Any, Any]:
     guesses = _guesses(coefficients, numbers, n)
 
     def step(state: Any) -> Any:
-        points, _ = state
-
-        def moved(z: Any, i: Any) -> Any:
-            value, slope, bound = _values(coefficients, z)
-            is_root = equal(bound + (absolute(value.real) + absolute(value.imaginary)) / (4 * n), bound)
-
-            def inverse(other: Any, j: Any) -> Any:
-                x, y = z.real - other.real, z.imaginary - other.imaginary
-                square = select(equal(i, j), 0, x * x + y * y)
-                return _Complex(select(square > 0, x, 0) / nonzero(square), select(square > 0, -y, 0) / nonzero(square))
-
-            others = total(inverse, points, numbers)
-            x, y = slope.real - _real(value, others), slope.imaginary - _imaginary(value, others)
-            square = nonzero(x * x + y * y)
-            change = _Complex(
-                (value.real * x + value.imaginary * y) / square, (value.imaginary * x - value.real * y) / square
-            )
-            return (
-                _Complex(
-                    select(is_root, z.real, z.real - change.real),
-                    select(is_root, z.imaginary, z.imaginary - change.imaginary),
-                ),
-                select(is_root, 0, 1),
-            )
-
-        found, changes = each(moved, points, numbers)
-        return found, total(lambda x: x, changes)
+        return improved(state[0], numbers, lambda z: _values(coefficients, z), 4 * n)
 
     (points, _), converged, _ = iterate(step, (guesses, n), lambda _, new: new[1] <= 0, at_most=MOST_STEPS)
 
     def is_real(z: Any, i: Any) -> Any:
         def is_conjugate(other: Any, j: Any) -> Any:
-            x, y = z.real - other.real, z.imaginary + other.imaginary
-            return select(equal(i, j), 0, x * x + y * y < 4 * z.imaginary * z.imaginary)
+            x, y = z[0] - other[0], z[1] + other[1]
+            return select(equal(i, j), 0, x * x + y * y < 4 * z[1] * z[1])
 
         return select(total(is_conjugate, points, numbers) > 0, 0, 1)
 
     reals = each(is_real, points, numbers)
-    imaginary = each(lambda z, real: select(real, 0, z.imaginary), points, reals)
-    return each(lambda z: z.real, points), imaginary, total(lambda x: x, reals), converged
+    imaginary = each(lambda z, real: select(real, 0, z[1]), points, reals)
+    return each(lambda z: z[0], points), imaginary, total(lambda x: x, reals), converged
+
+
+def _positive(square: Any) -> Any:
+    """Return a square, or 1 where it is 0, as a safe divisor."""
+    return select(square > 0, square, 1)
+
+
+def improved(points: Any, numbers: Any, values: Callable[[Complex], tuple[Complex, Complex, Any]], parts: Any) -> Any:
+    """Return points after a step of Aberth's method towards the roots of a function, and how many of them moved.
+
+    Parameters
+    ----------
+    points : array of two scalars, (n)
+        Their real and imaginary parts.
+    numbers : array of scalars, (n)
+        The indices from 0 to n - 1.
+    values : callable
+        Function from a complex number to the value, its derivative, and the sum of the absolute values of its terms.
+    parts : scalar
+        A point is a root if the value, divided by this number, is below the rounding errors of that sum.
+    """
+
+    def moved(z: Any, i: Any) -> Any:
+        z = Complex(*z)
+        value, slope, bound = values(z)
+        is_root = equal(bound + (absolute(value.real) + absolute(value.imaginary)) / parts, bound)
+
+        def inverse(other: Any, j: Any) -> Any:
+            x, y = z.real - other[0], z.imaginary - other[1]
+            square = select(equal(i, j), 0, x * x + y * y)
+            is_apart, safe = square > 0, _positive(square)
+            return select(is_apart, x, 0) / safe, select(is_apart, -y, 0) / safe
+
+        others = complex_product(value, Complex(*total(inverse, points, numbers)))
+        x, y = slope.real - others.real, slope.imaginary - others.imaginary
+        square = _positive(x * x + y * y)
+        along = (value.real * x + value.imaginary * y) / square, (value.imaginary * x - value.real * y) / square
+        return tuple(select(is_root, at, at - step) for at, step in zip(z, along, strict=True)), select(is_root, 0, 1)
+
+    found, changes = each(moved, points, numbers)
+    return found, total(lambda x: x, changes)
 
 
 def _guesses(coefficients: Any, numbers: Any, n: Any) -> Any:
@@ -107,17 +130,9 @@ def _guesses(coefficients: Any, numbers: Any, n: Any) -> Any:
 
     def guess(i: Any) -> Any:
         angle, length = OFFSET + TURN * i / n, select(i < order, radius, 0)
-        return _Complex(length * cos(angle), length * sin(angle))
+        return length * cos(angle), length * sin(angle)
 
     return each(guess, numbers)
-
-
-def _real(a: Any, b: Any) -> Any:
-    return a.real * b.real - a.imaginary * b.imaginary
-
-
-def _imaginary(a: Any, b: Any) -> Any:
-    return a.real * b.imaginary + a.imaginary * b.real
 
 
 def _values(coefficients: Any, z: Any) -> tuple[Any, Any, Any]:
@@ -126,10 +141,11 @@ def _values(coefficients: Any, z: Any) -> tuple[Any, Any, Any]:
 
     def horner(state: Any, c: Any) -> Any:
         value, slope, bound = state
+        up, along = complex_product(value, z), complex_product(slope, z)
         return (
-            _Complex(_real(value, z) + c, _imaginary(value, z)),
-            _Complex(_real(slope, z) + value.real, _imaginary(slope, z) + value.imaginary),
+            Complex(up.real + c, up.imaginary),
+            Complex(along.real + value.real, along.imaginary + value.imaginary),
             bound * size + absolute(c),
         )
 
-    return fold(horner, (_Complex(1, 0), _Complex(0, 0), 1), coefficients)  # type: ignore[no-any-return]
+    return fold(horner, (Complex(1, 0), Complex(0, 0), 1), coefficients)  # type: ignore[no-any-return]

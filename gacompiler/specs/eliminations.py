@@ -13,11 +13,11 @@ The kernels are in one file because both of the first two reduce the six equatio
 """
 
 from fractions import Fraction
-from typing import Any, NamedTuple
 
 import gacompiler as ga
 from gacompiler import SCALAR, array, each, equal, fold, iterate, kernel, pick, select, total
 from gacompiler.algebra.catalog import PGA3
+from gacompiler.matrices.polynomials import Complex, complex_product, improved
 from gacompiler.specs import arms
 from gacompiler.specs.reaching import HALF_TURN, _inward, _motion
 
@@ -37,15 +37,6 @@ NOISE = Fraction(1, 2**43)
 """Rounding errors of the polynomial, relative to the sum of its coefficients: a thousand, of determinants and sums."""
 MOST_STEPS = 100
 """Maximum number of steps for the zeros. About ten suffice."""
-
-
-class _Complex(NamedTuple):
-    real: Any
-    imaginary: Any
-
-
-def _times(a, b):
-    return _Complex(a.real * b.real - a.imaginary * b.imaginary, a.real * b.imaginary + a.imaginary * b.real)
 
 
 def _dot(x, y):
@@ -178,10 +169,10 @@ def eliminated(
     side = each(lambda rows, own: each(less, rows, own), side, shares)
     pair, (side,), _ = _triangular(each(combined, pair), (side,), 0, NUMBERS)
     three = ga.row_numbers(side)
-    centre = _Complex(*centre)
+    centre = Complex(*centre)
 
     def height(cosine, sine):
-        z, scale = _mapped(_Complex(cosine, sine), centre)
+        z, scale = _mapped(Complex(cosine, sine), centre)
         square = scale * scale
         fourth = square * square
         columns = _combined(_array(three, (1, z.real, z.imaginary)), side, PAIRS)
@@ -191,7 +182,7 @@ def eliminated(
     coefficients = each(lambda wave: total(lambda w, x: (w[0] * x, w[1] * x), wave, heights), waves)
 
     def mapped(angle, *others):
-        z, _ = _mapped(_Complex(ga.cos(angle), ga.sin(angle)), centre)
+        z, _ = _mapped(Complex(ga.cos(angle), ga.sin(angle)), centre)
         return (ga.atan2(z.imaginary, z.real), *others)
 
     return pair, side, each(mapped, *_zeros(coefficients, guesses))
@@ -199,12 +190,12 @@ def eliminated(
 
 def _mapped(z, centre):
     """Return the image of a point of the unit circle, and the squared length of the denominator."""
-    above = _Complex(z.real + centre.real, z.imaginary + centre.imaginary)
-    below = _times(z, _Complex(centre.real, -centre.imaginary))
-    back = _Complex(1 + below.real, -below.imaginary)
+    above = Complex(z.real + centre.real, z.imaginary + centre.imaginary)
+    below = complex_product(z, Complex(centre.real, -centre.imaginary))
+    back = Complex(1 + below.real, -below.imaginary)
     scale = back.real * back.real + back.imaginary * back.imaginary
-    found = _times(above, back)
-    return _Complex(found.real / scale, found.imaginary / scale), scale
+    found = complex_product(above, back)
+    return Complex(found.real / scale, found.imaginary / scale), scale
 
 
 def _zeros(coefficients, guesses):
@@ -216,48 +207,24 @@ def _zeros(coefficients, guesses):
 
         def horner(state, c):
             value, slope, bound = state
-            up, along = _times(value, z), _times(slope, z)
+            up, along = complex_product(value, z), complex_product(slope, z)
             return (
-                _Complex(up.real + c[0], up.imaginary + c[1]),
-                _Complex(along.real + value.real, along.imaginary + value.imaginary),
+                Complex(up.real + c[0], up.imaginary + c[1]),
+                Complex(along.real + value.real, along.imaginary + value.imaginary),
                 bound * size + ga.absolute(c[0]) + ga.absolute(c[1]),
             )
 
-        return fold(horner, (_Complex(0, 0), _Complex(0, 0), 0), coefficients)
+        return fold(horner, (Complex(0, 0), Complex(0, 0), 0), coefficients)
 
     def step(state):
-        points, _ = state
-
-        def moved(z, i):
-            z = _Complex(*z)
-            value, slope, bound = values(z)
-            is_zero = equal(bound + (ga.absolute(value.real) + ga.absolute(value.imaginary)) / 64, bound)
-
-            def inverse(other, j):
-                x, y = z.real - other[0], z.imaginary - other[1]
-                square = select(equal(i, j), 0, x * x + y * y)
-                safe = select(square > 0, square, 1)
-                return select(square > 0, x, 0) / safe, select(square > 0, -y, 0) / safe
-
-            others = _times(value, _Complex(*total(inverse, points, numbers)))
-            x, y = slope.real - others.real, slope.imaginary - others.imaginary
-            square = x * x + y * y
-            safe = select(square > 0, square, 1)
-            forward = (value.real * x + value.imaginary * y) / safe, (value.imaginary * x - value.real * y) / safe
-            return (
-                (select(is_zero, z.real, z.real - forward[0]), select(is_zero, z.imaginary, z.imaginary - forward[1])),
-                select(is_zero, 0, 1),
-            )
-
-        found, changes = each(moved, points, numbers)
-        return found, total(lambda x: x, changes)
+        return improved(state[0], numbers, values, 64)
 
     (points, _), _, _ = iterate(step, (guesses, 1), lambda _, new: new[1] <= 0, at_most=MOST_STEPS)
     angle = each(lambda z: ga.atan2(z[1], z[0]), points)
     away = each(lambda z: ga.log(z[0] * z[0] + z[1] * z[1]) / 2, points)
 
     def is_real(own, own_away, i):
-        value, _, bound = values(_Complex(ga.cos(own), ga.sin(own)))
+        value, _, bound = values(Complex(ga.cos(own), ga.sin(own)))
         size = ga.sqrt(value.real * value.real + value.imaginary * value.imaginary)
 
         def is_conjugate(other, other_away, j):
