@@ -212,13 +212,7 @@ def page(kernels: Sequence[Row], chained: Sequence[Row], sizes: Sequence[int]) -
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = _parser().parse_args(arguments)
     out: Path = options.out
     effort = QUICK if options.quick else FULL

@@ -171,13 +171,7 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Compile, measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Compile, measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = _parser().parse_args(arguments)
     compiler = find_compiler()
     if compiler is None:

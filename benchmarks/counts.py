@@ -248,13 +248,7 @@ def measure_all(limit: float, progress: Callable[[str], None]) -> list[Row]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Count, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Count, and write the page; arguments are those of the command line, or by default of the process."""
     options = _parser().parse_args(arguments)
     with pages.progress() as bar:
         counting = bar.add_task("count", total=len(known()))

@@ -237,13 +237,7 @@ def _panel(axis: Any, curves: Sequence[Curve]) -> None:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page and its picture.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Measure, and write the page and its picture; arguments are those of the command line, or of the process."""
     options = _parser().parse_args(arguments)
     out: Path = options.out
     with pages.progress() as bar:

@@ -254,13 +254,7 @@ def page(rows: list[str]) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("loops", __doc__, PAGE).parse_args(arguments)
     effort = QUICK if options.quick else FULL
     return pages.publish("loops", options.out, page([measure(task, effort) for task in tasks()]), "4 rows")

@@ -199,13 +199,7 @@ def page(rows: list[str], rows_of_views: list[str], count: int) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("matrices", __doc__, PAGE).parse_args(arguments)
     effort, count = (QUICK, FEW) if options.quick else (FULL, MANY)
     cv2.setNumThreads(1)

@@ -89,13 +89,7 @@ def text(proved: dict[str, tuple[int, list[str]]]) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Search, and write the table.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Search, and write the table; arguments are those of the command line, or by default of the process."""
     options = _parser().parse_args(arguments)
     proved, open_problems = dict[str, tuple[int, list[str]]](), list[str]()
     with pages.progress() as bar:

@@ -63,13 +63,7 @@ _MANY, _FEW, _SINGLES = 100_000, 2_000, 20
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("robots", __doc__, Path("docs/robot-speed.md")).parse_args(arguments)
     what = f"{len(_ROBOTS)} robots, {len(_ARMS)} methods of inverse kinematics"
     return pages.publish("robots", options.out, page(options.quick), what)

@@ -226,13 +226,7 @@ def _milliseconds(seconds: float) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("signals", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
     rows = []

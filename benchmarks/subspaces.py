@@ -189,13 +189,7 @@ def page(rows: Sequence[Row], others: dict[str, float], elements: int, rounds: i
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("subspaces", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
     elements, rounds = (50, 1) if options.quick else (2000, ROUNDS)

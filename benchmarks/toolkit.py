@@ -280,13 +280,7 @@ def page(rows: Sequence[Row], operators: Sequence[OperatorRow], elements: int, r
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("toolkit", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
     if not installed("clifford"):

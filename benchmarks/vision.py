@@ -282,13 +282,7 @@ def page(found: list[tuple[Task, dict[str, float]]], rounds: int) -> str:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Measure, and write the page.
-
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Command-line arguments. By default, those of the process.
-    """
+    """Measure, and write the page; arguments are those of the command line, or by default of the process."""
     options = pages.options("vision", __doc__, PAGE).parse_args(arguments)
     out: Path = options.out
     rounds = 1 if options.quick else ROUNDS

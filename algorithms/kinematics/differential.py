@@ -41,8 +41,7 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        attempt = self._attempts.integrate
-        found: Reals | None = attempt(q, v)
+        found: Reals | None = self._attempts.integrate(q, v)
         return self._run(self._computed.integrate, ("q", "v"), q, v) if found is None else found
 
     def difference(self, q0: ArrayLike, q1: ArrayLike) -> Reals:
@@ -65,8 +64,7 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        attempt = self._attempts.difference
-        found: Reals | None = attempt(q0, q1)
+        found: Reals | None = self._attempts.difference(q0, q1)
         return self._run(self._computed.difference, ("q0", "q1"), q0, q1) if found is None else found
 
     def jacobian(self, q: ArrayLike, link: str | None = None) -> Reals:
@@ -91,8 +89,7 @@ class Differential(Changes):
         """
         if link is not None:
             return self._jacobian_of_link(link, q)
-        attempt = self._attempts.jacobian
-        found: Reals | None = attempt(q)
+        found: Reals | None = self._attempts.jacobian(q)
         return self._evaluate("jacobian", q) if found is None else found
 
     def _jacobian_of_link(self, name: str, q: ArrayLike) -> Reals:
@@ -118,8 +115,7 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        attempt = self._attempts.jacobian_rate
-        found: Reals | None = attempt(q, qd)
+        found: Reals | None = self._attempts.jacobian_rate(q, qd)
         return self._evaluate("jacobian_rate", q, qd) if found is None else found
 
     def velocity(self, q: ArrayLike, qd: ArrayLike) -> Reals:
@@ -134,8 +130,7 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        attempt = self._attempts.velocity
-        found: Reals | None = attempt(q, qd)
+        found: Reals | None = self._attempts.velocity(q, qd)
         return self._evaluate("velocity", q, qd) if found is None else found
 
     def acceleration(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Reals:
@@ -150,8 +145,7 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        attempt = self._attempts.acceleration
-        found: Reals | None = attempt(q, qd, qdd)
+        found: Reals | None = self._attempts.acceleration(q, qd, qdd)
         return self._evaluate("acceleration", q, qd, qdd) if found is None else found
 
     def manipulability(self, q: ArrayLike) -> Reals:
@@ -209,8 +203,7 @@ class Differential(Changes):
         TypeError, ValueError
             As in `jacobian`.
         """
-        attempt = self._attempts.twists_of_joints
-        found: Reals | None = attempt(q)
+        found: Reals | None = self._attempts.twists_of_joints(q)
         return self._evaluate("twists_of_joints", q) if found is None else found
 
     def jacobian_of_point(self, q: ArrayLike, p: ArrayLike) -> Reals:

@@ -35,8 +35,7 @@ class Dynamics(Differential):
         TypeError, ValueError
             If an argument is not an array of real numbers whose last axis has length n.
         """
-        attempt = self._attempts.inverse_dynamics
-        found: Reals | None = attempt(q, qd, qdd)
+        found: Reals | None = self._attempts.inverse_dynamics(q, qd, qdd)
         return self._evaluate("inverse_dynamics", q, qd, qdd) if found is None else found
 
     def gravity(self, q: ArrayLike) -> Reals:
@@ -51,8 +50,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.gravity
-        found: Reals | None = attempt(q)
+        found: Reals | None = self._attempts.gravity(q)
         return self._evaluate("gravity", q) if found is None else found
 
     def coriolis(self, q: ArrayLike, qd: ArrayLike) -> Reals:
@@ -67,8 +65,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.coriolis
-        found: Reals | None = attempt(q, qd)
+        found: Reals | None = self._attempts.coriolis(q, qd)
         return self._evaluate("coriolis", q, qd) if found is None else found
 
     def coriolis_matrix(self, q: ArrayLike, qd: ArrayLike) -> Reals:
@@ -90,8 +87,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.coriolis_matrix
-        found: Reals | None = attempt(q, qd)
+        found: Reals | None = self._attempts.coriolis_matrix(q, qd)
         return self._evaluate("coriolis_matrix", q, qd) if found is None else found
 
     def mass_matrix(self, q: ArrayLike) -> Reals:
@@ -108,8 +104,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.mass_matrix
-        found: Reals | None = attempt(q)
+        found: Reals | None = self._attempts.mass_matrix(q)
         return self._evaluate("mass_matrix", q) if found is None else found
 
     def inverse_mass_matrix(self, q: ArrayLike) -> Reals:
@@ -127,8 +122,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.inverse_mass_matrix
-        found: Reals | None = attempt(q)
+        found: Reals | None = self._attempts.inverse_mass_matrix(q)
         return self._evaluate("inverse_mass_matrix", q) if found is None else found
 
     def forward_dynamics(self, q: ArrayLike, qd: ArrayLike, tau: ArrayLike) -> Reals:
@@ -147,8 +141,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.forward_dynamics
-        found: Reals | None = attempt(q, qd, tau)
+        found: Reals | None = self._attempts.forward_dynamics(q, qd, tau)
         return self._evaluate("forward_dynamics", q, qd, tau) if found is None else found
 
     def inverse_dynamics_derivatives(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> tuple[Reals, Reals]:
@@ -231,8 +224,7 @@ class Dynamics(Differential):
         TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.torque_regressor
-        found: Reals | None = attempt(q, qd, qdd)
+        found: Reals | None = self._attempts.torque_regressor(q, qd, qdd)
         return self._evaluate("torque_regressor", q, qd, qdd) if found is None else found
 
     @property
@@ -262,8 +254,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.centre_of_mass
-        found: Reals | None = attempt(q)
+        found: Reals | None = self._attempts.centre_of_mass(q)
         return self._evaluate("centre_of_mass", q) if found is None else found
 
     def centroidal_momentum_matrix(self, q: ArrayLike) -> Reals:
@@ -281,8 +272,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.centroidal_momentum_matrix
-        found: Reals | None = attempt(q)
+        found: Reals | None = self._attempts.centroidal_momentum_matrix(q)
         return self._evaluate("centroidal_momentum_matrix", q) if found is None else found
 
     def centroidal_momentum(self, q: ArrayLike, qd: ArrayLike) -> Reals:
@@ -297,8 +287,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.centroidal_momentum
-        found: Reals | None = attempt(q, qd)
+        found: Reals | None = self._attempts.centroidal_momentum(q, qd)
         return self._evaluate("centroidal_momentum", q, qd) if found is None else found
 
     def kinetic_energy(self, q: ArrayLike, qd: ArrayLike) -> Reals:
@@ -313,8 +302,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.kinetic_energy
-        found: Reals | None = attempt(q, qd)
+        found: Reals | None = self._attempts.kinetic_energy(q, qd)
         return self._evaluate("kinetic_energy", q, qd) if found is None else found
 
     def potential_energy(self, q: ArrayLike) -> Reals:
@@ -331,8 +319,7 @@ class Dynamics(Differential):
         MissingInertiaError, TypeError, ValueError
             As in `inverse_dynamics`.
         """
-        attempt = self._attempts.potential_energy
-        found: Reals | None = attempt(q)
+        found: Reals | None = self._attempts.potential_energy(q)
         return self._evaluate("potential_energy", q) if found is None else found
 
 

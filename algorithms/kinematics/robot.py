@@ -275,8 +275,7 @@ class Robot(Simulated):
         TypeError, ValueError
             If `q` is not an array of real numbers whose last axis has length n.
         """
-        attempt = self._attempts.forward
-        found: Reals | None = attempt(q)
+        found: Reals | None = self._attempts.forward(q)
         return self._evaluate("forward", q) if found is None else found
 
     def forward_all(self, q: ArrayLike) -> Reals:
@@ -297,8 +296,7 @@ class Robot(Simulated):
         TypeError, ValueError
             As in `forward`.
         """
-        attempt = self._attempts.forward_all
-        found: Reals | None = attempt(q)
+        found: Reals | None = self._attempts.forward_all(q)
         return self._evaluate("forward_all", q) if found is None else found
 
     def link(self, name: str, q: ArrayLike) -> Reals:

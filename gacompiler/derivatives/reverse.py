@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..algebra.layout import SCALAR, Layout
+from ..algebra.layout import SCALAR
 from ..errors import KernelError
 from ..frontend.expression import Expression, lift
 from ..frontend.loop_trace import LoopTrace
@@ -27,46 +27,19 @@ from ..ir.procedure import Add, Clear, Copy, Loop, Place, Repeat
 from ..ir.rows import Counter, computed_numbers, goes_through, is_shifted, numbers_of
 from .adjoints import Adjoint, adjoint, grouped
 from .copies import Copies
-from .cotangents import Seed
 from .replay import written
 from .rules import added, is_zero
 from .stored import Position, has_loops, is_fixed, only_added, reads_within, tables_to_store
-from .tangents import Key
 
 Backward = Callable[[], None]
 """A function that records the transpose of a statement."""
 
 
 class Reverse(Copies):
-    """A traced kernel that is recorded with its transposed derivative.
+    """A traced kernel that is recorded with its transposed derivative; for the parameters see `Cotangents`."""
 
-    Parameters
-    ----------
-    recorder : Recorder
-    traced : LoopTrace
-    arguments : sequence
-        The arguments of the traced kernel.
-    layouts : mapping
-        The layouts of derivatives, see `tangents.tangent_layouts`.
-    wrt : str
-        The parameter with respect to which the kernel is differentiated.
-    seeds : mapping of str to Seed
-        The cotangents of results.
-    count : int
-        The number of cotangents of each result.
-    """
-
-    def __init__(
-        self,
-        recorder: Recorder,
-        traced: LoopTrace,
-        arguments: Sequence[Any],
-        layouts: Mapping[Key, Layout],
-        wrt: str,
-        seeds: Mapping[str, Seed],
-        count: int = 1,
-    ) -> None:
-        super().__init__(recorder, traced, arguments, layouts, wrt, seeds, count)
+    def __init__(self, recorder: Recorder, traced: LoopTrace, *arguments: Any) -> None:
+        super().__init__(recorder, traced, *arguments)
         self._saved, self._passed, self._numbers_in = {}, set(), {}
         self._parts: dict[str, Adjoint] = {}
         self._skipped: set[str] = set()
