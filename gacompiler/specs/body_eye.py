@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 import gacompiler as ga
 from gacompiler import SCALAR, array, each, gather, index, iterate, kernel, scatter, select, total
 from gacompiler.algebra.catalog import CGA3, PGA3
+from gacompiler.specs.families.covariances import cross, dot
+from gacompiler.specs.families.lines import direction_of, line_of, moment_of, place_of
 
 LINE, MOTOR, POINT = PGA3.LINE, PGA3.MOTOR, PGA3.POINT
 VECTOR = array(SCALAR, 3)
@@ -25,31 +27,6 @@ NEAR = Fraction(1, 10**4)
 SINGULAR = Fraction(1, 10**20)
 """The least determinant of two equations, relative to the square of their trace."""
 STEPS = 20
-
-
-def _line(direction, moment):
-    (x, y, z), (u, v, w) = direction, moment
-    return ga.assemble(PGA3, {"e12": z, "e13": -y, "e23": x, "e01": u, "e02": v, "e03": w})
-
-
-def _direction(line):
-    return line["e23"], -line["e13"], line["e12"]
-
-
-def _moment(line):
-    return line["e01"], line["e02"], line["e03"]
-
-
-def _place(point):
-    return point["e032"], point["e013"], point["e021"]
-
-
-def _cross(a, b):
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _dot(a, b):
-    return sum(x * y for x, y in zip(a, b, strict=True))
 
 
 # Exact axes from few points.
@@ -120,8 +97,8 @@ def axis_of_circles(points, circle, counts, centre):
     """
 
     def conformal(point):
-        place = tuple(x - c for x, c in zip(_place(point), centre, strict=True))
-        return (*place, _dot(place, place) / 2)
+        place = tuple(x - c for x, c in zip(place_of(point), centre, strict=True))
+        return (*place, dot(place, place) / 2)
 
     rows = each(conformal, points)
     counts = each(lambda count: ga.maximum(count, 1), counts)
@@ -136,7 +113,7 @@ def axis_of_circles(points, circle, counts, centre):
         """Return the point of the axis in the plane of the other two eigenvectors through the centre."""
 
         def products(row, weight):
-            p, q = (_dot(axis, row[:3]) for axis in plane)
+            p, q = (dot(axis, row[:3]) for axis in plane)
             return weight * p * p, weight * q * p, weight * q * q, weight * p * row[3], weight * q * row[3]
 
         pp, qp, qq, p, q = total(products, centred, gather(weights, circle))
@@ -146,8 +123,8 @@ def axis_of_circles(points, circle, counts, centre):
 
     def squared_distances(place):
         def square(row):
-            arm = _cross(direction, tuple(x - p for x, p in zip(row[:3], place, strict=True)))
-            return _dot(arm, arm)
+            arm = cross(direction, tuple(x - p for x, p in zip(row[:3], place, strict=True)))
+            return dot(arm, arm)
 
         return each(lambda found, count: found / count, scatter(each(square, rows), circle, counts), counts)
 
@@ -158,7 +135,7 @@ def axis_of_circles(points, circle, counts, centre):
     place = located(each(lambda square: 1 / ga.maximum(square, least), squares))
     point = tuple(p + c for p, c in zip(place, centre, strict=True))
     far, count = total(lambda row: (2 * row[3], 1), rows)
-    return _line(direction, _cross(point, direction)), values, far / count
+    return line_of(direction, cross(point, direction)), values, far / count
 
 
 # Refinement.
@@ -178,10 +155,10 @@ class Fit(NamedTuple):
 def _across(information, radial, axis):
     """Return the information of the components along two unit vectors: the inverse of their covariance."""
     xx, yx, yy, zx, zy, zz = information
-    tangent = _cross(axis, radial)
+    tangent = cross(axis, radial)
     table = ((xx, yx, zx), (yx, yy, zy), (zx, zy, zz))
     frame = radial, axis, tangent
-    turned = [[_dot(p, [_dot(row, q) for row in table]) for q in frame] for p in frame]
+    turned = [[dot(p, [dot(row, q) for row in table]) for q in frame] for p in frame]
     # The component along the circle is unknown: the Schur complement of its information.
     whole = turned[2][2] + NEVER_ZERO
     rr, ra, aa = ((turned[i][j] - turned[i][2] * turned[j][2] / whole) for i, j in ((0, 0), (0, 1), (1, 1)))
@@ -238,12 +215,12 @@ def refined_axes(points, information, circle, lines, start, free, least_change, 
         moved = each(lambda line: ga.sandwich(motor, line), lines)
 
         def cylindric(point, line, own):
-            x, d, m = _place(point), _direction(line), _moment(line)
+            x, d, m = place_of(point), direction_of(line), moment_of(line)
             # The point of the line next to the origin is d x m.
-            arm = tuple(a - b for a, b in zip(x, _cross(d, m), strict=True))
-            height = _dot(d, arm)
+            arm = tuple(a - b for a, b in zip(x, cross(d, m), strict=True))
+            height = dot(d, arm)
             out = tuple(a - height * b for a, b in zip(arm, d, strict=True))
-            radius = ga.sqrt(_dot(out, out) + NEVER_ZERO)
+            radius = ga.sqrt(dot(out, out) + NEVER_ZERO)
             radial = tuple(a / radius for a in out)
             return (radius, height), _across(own, radial, d), tuple(radial), tuple(d)
 
@@ -254,13 +231,13 @@ def refined_axes(points, information, circle, lines, start, free, least_change, 
 
         def rows(point, place, radial, axis):
             """Return the derivatives of the radius and the height by the twist of the line, and the values."""
-            x = _place(point)
+            x = place_of(point)
             # If the line moves by a twist, the radius and the height change as if the point moved by the inverse.
             # Heights are from the point of the line next to the origin, which moves along the line too: that part is
             # the same for all points of a circle, and is absorbed by its height.
             found = []
             for gradient, value in zip((radial, axis), place, strict=True):
-                turn = _cross(x, gradient)
+                turn = cross(x, gradient)
                 found.append((-turn[2], turn[1], -turn[0], *(-g for g in gradient), value))
             return tuple(tuple(row) for row in found)
 
@@ -323,7 +300,7 @@ def refined_axes(points, information, circle, lines, start, free, least_change, 
         right = [-free[i] * whole[i][6] for i in range(6)]
         twist, _ = ga.solve_symmetric(table, right)
         bivector = ga.assemble(PGA3, dict(zip(LINE.blades, (-x / 2 for x in twist), strict=True)))
-        less = _dot(twist, right)
+        less = dot(twist, right)
         good = less >= 0
         moved = ga.exp(ga.select(good, 1, 0) * bivector) * state.motor
         return Fit(moved, whole[6][6], select(good, less, 0), rounding * sizes[2])

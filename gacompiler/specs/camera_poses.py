@@ -27,10 +27,11 @@ from gacompiler.specs.families.covariances import choose, cross, dot, square, tr
 from gacompiler.specs.families.descents import TINY, UNKNOWN, descend, truncated_equations
 from gacompiler.specs.families.essential import nonzero, times
 from gacompiler.specs.families.linear_equations import dominant, inverse_of, quotient
+from gacompiler.specs.families.poses import matrix_of_pose, moved_pose
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.sights import rotor_of, translator_of
 from gacompiler.specs.families.triangles import pose_between
-from gacompiler.specs.families.two_views import applied, product, rotation_matrix, transposed, turned_by, unit
+from gacompiler.specs.families.two_views import applied, product, rotation_matrix, transposed, unit
 from gacompiler.specs.linear_views import axes_of, reversed_about
 
 THREE, POSE, NUMBERS = array(SCALAR, 3, 3), array(SCALAR, 3, 4), array(SCALAR, "n")
@@ -147,17 +148,9 @@ def _descended(pose, k, places, pixels, limit, at_most):
 
         return total(of, places, pixels)
 
-    def moved(state, step):
-        shift = state[4:]
-        size = sqrt(dot(shift, shift))
-        turned = turned_by((1, 0, 0, 0), step[:3])
-        after = applied(rotation_matrix(turned), shift)
-        return (*turned_by(state[:4], step[:3]), *(a + size * s for a, s in zip(after, step[3:], strict=True)))
-
-    found = descend((*quaternion_of_matrix(start), *offset), 6, equations, moved, at_most)
-    rows = rotation_matrix(found.state[:4])
-    pose = tuple((*row, s) for row, s in zip(rows, found.state[4:], strict=True))
-    ahead = fold(lambda found, x: select(dot(rows[2], x) + pose[2][3] > 0, found, 0), 1, places)
+    found = descend((*quaternion_of_matrix(start), *offset), 6, equations, moved_pose, at_most)
+    pose = matrix_of_pose(found.state)
+    ahead = fold(lambda found, x: select(dot(pose[2][:3], x) + pose[2][3] > 0, found, 0), 1, places)
     return pose, found.table, (found.cost, found.ended, found.steps, found.cost - found.gain, ahead)
 
 

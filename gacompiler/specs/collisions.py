@@ -10,7 +10,7 @@ from fractions import Fraction
 import gacompiler as ga
 from gacompiler import SCALAR, array, fold, kernel, select, sqrt
 from gacompiler.algebra.catalog import PGA3
-from gacompiler.specs.families.covariances import dot
+from gacompiler.specs.families.covariances import cross, dot
 
 POINT, PLANE = PGA3.POINT, PGA3.PLANE
 VECTOR = array(SCALAR, 3)
@@ -21,10 +21,6 @@ TINY, FAR = Fraction(1, 10**30), float(2**100)
 
 def _minus(a, b):
     return tuple(x - y for x, y in zip(a, b, strict=True))
-
-
-def _cross(a, b):
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
 
 
 def _share(x):
@@ -47,7 +43,7 @@ def _square_of_triangle(p, d, corners):
     """Return the squared distance of the segment from p to p + d from a triangle."""
     a, b, c = corners
     edges = _minus(b, a), _minus(c, b), _minus(a, c)
-    normal = _cross(edges[0], edges[1])
+    normal = cross(edges[0], edges[1])
     square = dot(normal, normal)
     least = _square_of_segments(p, d, a, edges[0])
     least = ga.minimum(least, _square_of_segments(p, d, b, edges[1]))
@@ -56,7 +52,7 @@ def _square_of_triangle(p, d, corners):
     height, slope = dot(normal, _minus(p, a)), dot(normal, d)
     s = _share(-height / select(slope * slope > TINY * square, slope, 1))
     nearest = [x + s * y for x, y in zip(p, d, strict=True)]
-    sides = [dot(_cross(normal, e), _minus(nearest, v)) for e, v in zip(edges, corners, strict=True)]
+    sides = [dot(cross(normal, e), _minus(nearest, v)) for e, v in zip(edges, corners, strict=True)]
     inside = ga.minimum(sides[0], ga.minimum(sides[1], sides[2]))
     away = height + s * slope
     return select((inside >= 0) * (square > TINY), ga.minimum(least, away * away / (square + TINY)), least)

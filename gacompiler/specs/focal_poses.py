@@ -12,6 +12,7 @@ from gacompiler.specs.families.covariances import cross, dot
 from gacompiler.specs.families.descents import descend, truncated_equations
 from gacompiler.specs.families.essential import nonzero, null_space, times
 from gacompiler.specs.families.focal import products_of_views
+from gacompiler.specs.families.poses import matrix_of_pose, moved_pose
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.sights import rotor_of, translator_of
 from gacompiler.specs.families.two_views import (
@@ -23,7 +24,6 @@ from gacompiler.specs.families.two_views import (
     sampson,
     sampson_sums,
     transposed,
-    turned_by,
     unit,
 )
 
@@ -178,20 +178,11 @@ def descend_camera(camera, places, pixels, limit, at_most):
         return total(of, places, pixels)
 
     def stepped(state, step):
-        shift = state[4:7]
-        size = sqrt(dot(shift, shift))
-        turned = turned_by((1, 0, 0, 0), step[:3])
-        after = applied(rotation_matrix(turned), shift)
-        return (
-            *turned_by(state[:4], step[:3]),
-            *(a + size * s for a, s in zip(after, step[3:6], strict=True)),
-            state[7] * ga.exp(maximum(minimum(step[6], 1), -1)),
-        )
+        return *moved_pose(state[:7], step[:6]), state[7] * ga.exp(maximum(minimum(step[6], 1), -1))
 
     offset = [inverse * camera[0][3], inverse * camera[1][3], camera[2][3]]
     found = descend((*quaternion_of_matrix(rotation_rows), *offset, length), 7, equations, stepped, at_most)
-    rows = rotation_matrix(found.state[:4])
-    pose = tuple((*row, s) for row, s in zip(rows, found.state[4:7], strict=True))
+    pose = matrix_of_pose(found.state[:7])
     return pose, found.state[7], found.table, (found.cost, found.ended, found.steps, found.cost - found.gain)
 
 

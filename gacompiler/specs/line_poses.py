@@ -12,8 +12,9 @@ from gacompiler import SCALAR, array, each, kernel, maximum, minimum, select, sq
 from gacompiler.specs.families.covariances import choose, cross, dot
 from gacompiler.specs.families.descents import TINY, UNKNOWN, descend, truncated_equations
 from gacompiler.specs.families.essential import nonzero, times
+from gacompiler.specs.families.poses import matrix_of_pose, moved_pose
 from gacompiler.specs.families.rotations import quaternion_of_matrix
-from gacompiler.specs.families.two_views import applied, product, rotation_matrix, transposed, turned_by
+from gacompiler.specs.families.two_views import applied, product, rotation_matrix, transposed
 
 THREE, POSE, NUMBERS = array(SCALAR, 3, 3), array(SCALAR, 3, 4), array(SCALAR, "n")
 ITEMS, PIXELS = array(SCALAR, "n", 7, shared=True), array(SCALAR, "n", 4, shared=True)
@@ -220,14 +221,6 @@ def descend_item_pose(pose, k, dual, items, pixels, limit, at_most):
 
         return total(of, items, pixels)
 
-    def moved(state, step):
-        shift = state[4:]
-        size = sqrt(dot(shift, shift))
-        turned = turned_by((1, 0, 0, 0), step[:3])
-        after = applied(rotation_matrix(turned), shift)
-        return (*turned_by(state[:4], step[:3]), *(a + size * s for a, s in zip(after, step[3:], strict=True)))
-
-    found = descend((*quaternion_of_matrix(start), *offset), 6, equations, moved, at_most)
-    rows = rotation_matrix(found.state[:4])
-    result = tuple((*row, s) for row, s in zip(rows, found.state[4:], strict=True))
+    found = descend((*quaternion_of_matrix(start), *offset), 6, equations, moved_pose, at_most)
+    result = matrix_of_pose(found.state)
     return result, found.table, (found.cost, found.ended, found.steps, found.cost - found.gain)

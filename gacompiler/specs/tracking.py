@@ -17,7 +17,6 @@ from gacompiler import (
     SCALAR,
     absolute,
     array,
-    assemble,
     atan2,
     commutator,
     cos,
@@ -35,6 +34,8 @@ from gacompiler import (
     total,
 )
 from gacompiler.algebra.catalog import PGA3
+from gacompiler.specs.families.covariances import cross, dot
+from gacompiler.specs.families.lines import direction_of, line_of, moment_of, place_of
 
 LINE, MOTOR, POINT, PLANE = PGA3.LINE, PGA3.MOTOR, PGA3.POINT, PGA3.PLANE
 PAIR, TRIPLE = array(SCALAR, 2), array(SCALAR, 3)
@@ -104,31 +105,6 @@ def _angle(y, x):
 # Lines, points and planes in coordinates.
 
 
-def _line(direction, moment):
-    (x, y, z), (u, v, w) = direction, moment
-    return assemble(PGA3, {"e12": z, "e13": -y, "e23": x, "e01": u, "e02": v, "e03": w})
-
-
-def _direction(line):
-    return line["e23"], -line["e13"], line["e12"]
-
-
-def _moment(line):
-    return line["e01"], line["e02"], line["e03"]
-
-
-def _place(point):
-    return point["e032"], point["e013"], point["e021"]
-
-
-def _cross(a, b):
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _dot(a, b):
-    return sum(x * y for x, y in zip(a, b, strict=True))
-
-
 def _is_finite(values):
     return SMALL * sum(map(absolute, values)) <= FINITE
 
@@ -151,9 +127,9 @@ def _divisor(seen, x):
 
 
 def _point_image(point, mirror):
-    place = _place(point)
+    place = place_of(point)
     x, y, z = place
-    square = _dot(place, place)
+    square = dot(place, place)
     far = sqrt(square + NEVER_ZERO)
     depth = z + mirror * far
     seen = (depth > NOT_SEEN * far) * (square > 0)
@@ -163,40 +139,40 @@ def _point_image(point, mirror):
     wrenches = []
     for k, value in enumerate(values):
         gradient = tuple((int(i == k) - value * (away[i] + int(i == 2))) / scale for i in range(3))
-        wrenches.append(_line(gradient, _cross(place, gradient)))
+        wrenches.append(line_of(gradient, cross(place, gradient)))
     return Image(values, wrenches, seen)
 
 
 def _line_image(line):
-    direction, moment = _direction(line), _moment(line)
+    direction, moment = direction_of(line), moment_of(line)
     a, b, c = moment
     square = a * a + b * b
-    seen = square > NOT_SEEN * NOT_SEEN * _dot(moment, moment)
+    seen = square > NOT_SEEN * NOT_SEEN * dot(moment, moment)
     scale = _divisor(seen, square)
     norm = sqrt(scale)
     distance = -c / norm
     gradients = (-b / scale, a / scale, 0), (-distance * a / scale, -distance * b / scale, -1 / norm)
-    wrenches = [_line(_cross(direction, g), _cross(moment, g)) for g in gradients]
+    wrenches = [line_of(cross(direction, g), cross(moment, g)) for g in gradients]
     return Image((atan2(b, a), distance), wrenches, seen)
 
 
 def _plane_image(plane):
     normal = plane["e1"], plane["e2"], plane["e3"]
     distance = -plane["e0"]
-    seen = distance * distance > NOT_SEEN * NOT_SEEN * NOT_SEEN * NOT_SEEN * _dot(normal, normal)
+    seen = distance * distance > NOT_SEEN * NOT_SEEN * NOT_SEEN * NOT_SEEN * dot(normal, normal)
     scale = _divisor(seen, distance)
     values = tuple(n / scale for n in normal)
     wrenches = []
     for k, value in enumerate(values):
         gradient = tuple(int(i == k) / scale for i in range(3))
         force = tuple(-value / scale * n for n in normal)
-        wrenches.append(_line(force, _cross(normal, gradient)))
+        wrenches.append(line_of(force, cross(normal, gradient)))
     return Image(values, wrenches, seen)
 
 
 def _moving_point_image(point, first, second, mirror):
     """Return the coordinates of a moving point's image as jets."""
-    place = [Jet(*each_) for each_ in zip(_place(point), _place(first), _place(second), strict=True)]
+    place = [Jet(*each_) for each_ in zip(place_of(point), place_of(first), place_of(second), strict=True)]
     square = _plus(_plus(_times(place[0], place[0]), _times(place[1], place[1])), _times(place[2], place[2]))
     far = _root(_plus(square, Jet(NEVER_ZERO, 0, 0)))
     depth = _plus(place[2], _scaled(mirror, far))
@@ -206,9 +182,9 @@ def _moving_point_image(point, first, second, mirror):
 
 
 def _moving_line_image(line, first, second):
-    a, b, c = (Jet(*each_) for each_ in zip(_moment(line), _moment(first), _moment(second), strict=True))
+    a, b, c = (Jet(*each_) for each_ in zip(moment_of(line), moment_of(first), moment_of(second), strict=True))
     square = _plus(_times(a, a), _times(b, b))
-    seen = square.value > NOT_SEEN * NOT_SEEN * _dot(_moment(line), _moment(line))
+    seen = square.value > NOT_SEEN * NOT_SEEN * dot(moment_of(line), moment_of(line))
     square = Jet(_divisor(seen, square.value), square.rate, square.bend)
     angle = _angle(b, Jet(select(seen, a.value, 1), a.rate, a.bend))
     return [angle, _quotient(_scaled(-1, c), _root(square))]
@@ -217,7 +193,7 @@ def _moving_line_image(line, first, second):
 def _moving_plane_image(plane, first, second):
     parts = [Jet(*(each_[name] for each_ in (plane, first, second))) for name in ("e1", "e2", "e3", "e0")]
     *normal, offset = parts
-    seen = offset.value * offset.value > NOT_SEEN * NOT_SEEN * NOT_SEEN * NOT_SEEN * _dot(
+    seen = offset.value * offset.value > NOT_SEEN * NOT_SEEN * NOT_SEEN * NOT_SEEN * dot(
         [n.value for n in normal], [n.value for n in normal]
     )
     distance = Jet(_divisor(seen, -offset.value), -offset.rate, -offset.bend)
@@ -329,7 +305,7 @@ def _solved(entries, weights, wanted, threshold, damping):
     solution, _ = solve_symmetric(
         [[gram[i][j] + (damped if i == j else 0) for j in range(size)] for i in range(size)], wanted
     )
-    rates = each(lambda row, weight: weight * _dot(row, solution), entries, weights)
+    rates = each(lambda row, weight: weight * dot(row, solution), entries, weights)
     return Solved(rates, sqrt(lowest))
 
 
