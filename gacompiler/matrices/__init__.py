@@ -14,6 +14,9 @@ from .fixed import fixed as fixed
 from .orthogonal import determinant as determinant
 from .orthogonal import least_squares as least_squares
 from .orthogonal import qr as qr
+from .polynomials import Complex as Complex
+from .polynomials import aberth_step as aberth_step
+from .polynomials import complex_product as complex_product
 from .polynomials import roots as roots
 from .products import dot as dot
 from .products import gram as gram

@@ -61,7 +61,7 @@ def roots(coefficients: Any) -> tuple[Any, Any, Any, Any]:
     guesses = _guesses(coefficients, numbers, n)
 
     def step(state: Any) -> Any:
-        return improved(state[0], numbers, lambda z: _values(coefficients, z), 4 * n)
+        return aberth_step(state[0], numbers, lambda z: _values(coefficients, z), 4 * n)
 
     (points, _), converged, _ = iterate(step, (guesses, n), lambda _, new: new[1] <= 0, at_most=MOST_STEPS)
 
@@ -82,7 +82,9 @@ def _positive(square: Any) -> Any:
     return select(square > 0, square, 1)
 
 
-def improved(points: Any, numbers: Any, values: Callable[[Complex], tuple[Complex, Complex, Any]], parts: Any) -> Any:
+def aberth_step(
+    points: Any, numbers: Any, values: Callable[[Complex], tuple[Complex, Complex, Any]], parts: Any
+) -> Any:
     """Return points after a step of Aberth's method towards the roots of a function, and how many of them moved.
 
     Parameters

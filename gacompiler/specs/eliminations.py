@@ -15,9 +15,8 @@ The kernels are in one file because both of the first two reduce the six equatio
 from fractions import Fraction
 
 import gacompiler as ga
-from gacompiler import SCALAR, array, each, equal, fold, iterate, kernel, pick, select, total
+from gacompiler import SCALAR, array, each, equal, fold, iterate, kernel, matrices, pick, select, total
 from gacompiler.algebra.catalog import PGA3
-from gacompiler.matrices.polynomials import Complex, complex_product, improved
 from gacompiler.specs import arms
 from gacompiler.specs.reaching import HALF_TURN, _inward, _motion
 
@@ -169,10 +168,10 @@ def eliminated(
     side = each(lambda rows, own: each(less, rows, own), side, shares)
     pair, (side,), _ = _triangular(each(combined, pair), (side,), 0, NUMBERS)
     three = ga.row_numbers(side)
-    centre = Complex(*centre)
+    centre = matrices.Complex(*centre)
 
     def height(cosine, sine):
-        z, scale = _mapped(Complex(cosine, sine), centre)
+        z, scale = _mapped(matrices.Complex(cosine, sine), centre)
         square = scale * scale
         fourth = square * square
         columns = _combined(_array(three, (1, z.real, z.imaginary)), side, PAIRS)
@@ -182,7 +181,7 @@ def eliminated(
     coefficients = each(lambda wave: total(lambda w, x: (w[0] * x, w[1] * x), wave, heights), waves)
 
     def mapped(angle, *others):
-        z, _ = _mapped(Complex(ga.cos(angle), ga.sin(angle)), centre)
+        z, _ = _mapped(matrices.Complex(ga.cos(angle), ga.sin(angle)), centre)
         return (ga.atan2(z.imaginary, z.real), *others)
 
     return pair, side, each(mapped, *_zeros(coefficients, guesses))
@@ -190,12 +189,12 @@ def eliminated(
 
 def _mapped(z, centre):
     """Return the image of a point of the unit circle, and the squared length of the denominator."""
-    above = Complex(z.real + centre.real, z.imaginary + centre.imaginary)
-    below = complex_product(z, Complex(centre.real, -centre.imaginary))
-    back = Complex(1 + below.real, -below.imaginary)
+    above = matrices.Complex(z.real + centre.real, z.imaginary + centre.imaginary)
+    below = matrices.complex_product(z, matrices.Complex(centre.real, -centre.imaginary))
+    back = matrices.Complex(1 + below.real, -below.imaginary)
     scale = back.real * back.real + back.imaginary * back.imaginary
-    found = complex_product(above, back)
-    return Complex(found.real / scale, found.imaginary / scale), scale
+    found = matrices.complex_product(above, back)
+    return matrices.Complex(found.real / scale, found.imaginary / scale), scale
 
 
 def _zeros(coefficients, guesses):
@@ -207,24 +206,24 @@ def _zeros(coefficients, guesses):
 
         def horner(state, c):
             value, slope, bound = state
-            up, along = complex_product(value, z), complex_product(slope, z)
+            up, along = matrices.complex_product(value, z), matrices.complex_product(slope, z)
             return (
-                Complex(up.real + c[0], up.imaginary + c[1]),
-                Complex(along.real + value.real, along.imaginary + value.imaginary),
+                matrices.Complex(up.real + c[0], up.imaginary + c[1]),
+                matrices.Complex(along.real + value.real, along.imaginary + value.imaginary),
                 bound * size + ga.absolute(c[0]) + ga.absolute(c[1]),
             )
 
-        return fold(horner, (Complex(0, 0), Complex(0, 0), 0), coefficients)
+        return fold(horner, (matrices.Complex(0, 0), matrices.Complex(0, 0), 0), coefficients)
 
     def step(state):
-        return improved(state[0], numbers, values, 64)
+        return matrices.aberth_step(state[0], numbers, values, 64)
 
     (points, _), _, _ = iterate(step, (guesses, 1), lambda _, new: new[1] <= 0, at_most=MOST_STEPS)
     angle = each(lambda z: ga.atan2(z[1], z[0]), points)
     away = each(lambda z: ga.log(z[0] * z[0] + z[1] * z[1]) / 2, points)
 
     def is_real(own, own_away, i):
-        value, _, bound = values(Complex(ga.cos(own), ga.sin(own)))
+        value, _, bound = values(matrices.Complex(ga.cos(own), ga.sin(own)))
         size = ga.sqrt(value.real * value.real + value.imaginary * value.imaginary)
 
         def is_conjugate(other, other_away, j):
