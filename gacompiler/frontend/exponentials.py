@@ -28,10 +28,10 @@ from typing import Any
 
 from ..algebra.multivector import Multivector
 from ..algebra.signs import Signs
-from .many_vectors import has_many_vectors, versor_exponential
+from .many_vectors import has_many_vectors, keeps_loops, versor_exponential
 from .operations import absolute, cos, exp, maximum, select, sin, sqrt
 from .scaling import exponential_by_squaring
-from .squares import Form, Value, blades_of, form_of
+from .squares import Form, Value, blades_of, form_of, grades_of
 
 NEARLY_ZERO = Fraction(1, 10**18)
 """Squares below this are 0 up to rounding, in functions with the power series ``1 + x / 6 + ...``."""
@@ -57,7 +57,7 @@ Pair = tuple[Value, Value]
 def exponential(b: Any) -> Any:
     """Return ``exp(b)`` for an element without scalar part."""
     form = form_of(b.algebra, blades_of(b))
-    if form is None and has_many_vectors(b) and all(blade.bit_count() == 2 for blade in b.blades):
+    if form is None and has_many_vectors(b) and keeps_loops(b.algebra) and grades_of(b.blades) == {2}:
         return versor_exponential(b)
     if form is None:
         return exponential_by_squaring(b)

@@ -281,10 +281,10 @@ def node(operation: Operation, *arguments: Any) -> Expression:
     KernelError
         If the algebras of the arguments differ, or an argument that must be a scalar is not.
     """
-    lifted = tuple(lift(argument) for argument in arguments)
+    lifted = tuple([each if isinstance(each, Expression) else lift(each) for each in arguments])
     algebra = SCALARS
     for argument in lifted:
-        if argument.algebra != SCALARS and argument.algebra != algebra:
+        if argument.algebra is not SCALARS and argument.algebra != algebra and argument.algebra != SCALARS:
             if algebra != SCALARS:
                 raise KernelError(
                     operation,
@@ -333,7 +333,8 @@ def topological(expressions: Sequence[Expression], known: Container[Expression] 
         expression = stack.pop()
         if expression in order or expression in known:
             continue
-        missing = [each for each in expression.arguments if each not in order and each not in known]
+        arguments = expression.arguments
+        missing = arguments and [each for each in arguments if each not in order and each not in known]
         if missing:
             stack.append(expression)
             stack += reversed(missing)
@@ -358,6 +359,8 @@ IS_EXACT = frozenset({Operation.INPUT, Operation.CONSTANT, Operation.EXP, Operat
 
 
 def _apply(expression: Expression, values: list[Multivector], inputs: Mapping[str, Any]) -> Multivector:
+    if expression.algebra is SCALARS and expression.operation in ARITHMETIC:
+        return arithmetic(expression.operation, values)
     match expression.operation:
         case Operation.INPUT:
             source: Input = expression.data
@@ -379,8 +382,6 @@ def _apply(expression: Expression, values: list[Multivector], inputs: Mapping[st
             return Multivector(expression.algebra, terms)
         case operation:
             algebra = expression.algebra
-            if algebra is SCALARS and operation in ARITHMETIC:
-                return arithmetic(operation, values)
             if algebra is SCALARS and operation.row.kind is Kind.SCALAR:
                 return SCALARS.scalar(scalar_function(operation.value, *[value.terms.get(0, 0) for value in values]))
             return MEANINGS[operation](*(v if v.algebra is algebra else Multivector(algebra, v.terms) for v in values))

@@ -49,7 +49,8 @@ def exp(a: Any) -> Any:
     rotations. The square of `a` must not overflow, and a boost is limited by the range of the exponential.
 
     For bivectors over six to eight orthogonal basis vectors with the squares 1 and -1, a kernel needs ``loops=True``.
-    Their exponentials are computed by matrices (`gacompiler.frontend.many_vectors`).
+    Their exponentials are computed by matrices (`gacompiler.frontend.many_vectors`). With ``loops=True``, this also
+    holds for null and oblique bases that a rational change of basis makes orthogonal.
 
     Every other argument is evaluated by scaling and squaring of a Taylor polynomial in more than double precision
     (`gacompiler.frontend.scaling`), with about fifty products. The error is at most 3e-14 of the largest coefficient
@@ -80,7 +81,8 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
     ----------
     a : scalar or multivector
         An even versor over up to five basis vectors, or a scalar plus a part whose square is a scalar. In kernels with
-        ``loops=True``, also an even unit versor over six to eight orthogonal vectors with the squares 1 and -1.
+        ``loops=True``, also an even unit versor over six to eight vectors that are orthogonal with the squares 1 and
+        -1, or become so by a rational change of basis, such as null pairs.
     unit : bool, optional
         Whether `a` is a unit versor. By default this is inferred from its layout and the operations on it. With a part
         of grade 4, `a` must be a unit versor.

@@ -30,6 +30,12 @@ CLOSE = Fraction(1, 64)
 """Limit of ``tanh**2`` below which the area function is a polynomial: ``log(1 + u)`` loses the digits of a small u."""
 NEAR = Fraction(1, 1024)
 """Limit of ``s**2`` and ``4 P`` for the power series; the squares of both half hyperbolic tangents are below 1/64."""
+MOST_CLOSED = 5
+"""Number of basis vectors up to which logarithms have closed forms."""
+_MANY = (
+    "over six to eight vectors, use a metric that is diagonal with the squares 1 and -1 after a rational change of "
+    "basis; write a vector with the square 0 as e0 = e+ + e-"
+)
 _AREAS = tuple(Fraction(1, 2 * k + 1) for k in range(9))
 
 
@@ -76,6 +82,7 @@ def form_of_versor(r: Any) -> Form:
             f"an element of grades {grades} over {used.bit_count()} basis vectors",
             "a scalar, a scalar plus a part whose square is one, or a unit versor of grades 0, 2 and 4 over up to "
             "five basis vectors",
+            _MANY if used.bit_count() > MOST_CLOSED else "",
         )
     if any(blade.bit_count() == 4 for blade in blades):
         return form

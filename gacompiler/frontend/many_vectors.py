@@ -15,24 +15,30 @@ half turn in a plane, in which ``M`` is nearly -1, is removed before; that plane
 *Exponential.* ``exp(b)`` is the square of the versor of the matrix ``exp(B)``, which gives its sign, and has the matrix
 ``exp(2 B)``.
 
+*Null and oblique bases.* Elements are changed exactly to an orthogonal frame with rational coordinates, and back.
+
 Iterations are loops in emitted text, with the statements of one step of an elimination or one row of a product.
 Exponentials and logarithms share most of these loops, and are one file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from functools import reduce
+from functools import cache, reduce
+from itertools import chain, combinations
 from math import pi
-from operator import or_
+from operator import or_, xor
 from typing import Any, NamedTuple
 
 from ..algebra.algebra import Algebra
-from ..errors import KernelError
+from ..algebra.coefficients import EXACT
+from ..algebra.multivector import Multivector
+from ..errors import InexactError, KernelError
 from .expression import IN_FUNCTION, Expression
 from .loops import iterate_scalars as iterate
 from .operations import absolute, assemble, maximum, select, sqrt
+from .recording import is_recording
 from .squares import form_of
 from .unrolled import is_limited
 
@@ -91,9 +97,111 @@ def signature_of(algebra: Algebra) -> Signature | None:
     return Signature(algebra, tuple(int(each) for each in squares))
 
 
+class Frame(NamedTuple):
+    """Orthogonal vectors with the squares 1 and -1 of an algebra whose own basis is oblique or null.
+
+    Attributes
+    ----------
+    space : Signature
+    to_frame, from_frame : mapping of int to multivector
+        The images of even blades under the change of basis and back, in rational numbers.
+    """
+
+    space: Signature
+    to_frame: Mapping[int, Multivector]
+    from_frame: Mapping[int, Multivector]
+
+
+@cache
+def frame_of(algebra: Algebra) -> Frame | None:
+    """Return a frame with rational coordinates, or None if there is none or the basis itself is one."""
+    n = algebra.dimension
+    if not LEAST <= n <= MOST or signature_of(algebra) is not None:
+        return None
+    vectors = _orthonormal(algebra.gram)
+    if vectors is None:
+        return None
+    squares = [int(_inner(algebra.gram, v, v)) for v in vectors]
+    space = Signature(Algebra(f"{algebra.name}_frame", algebra.vectors, squares), tuple(squares))
+    # The coordinates of an old vector are its inner products with those of the frame.
+    units = [[Fraction(i == j) for j in range(n)] for i in range(n)]
+    coordinates = [
+        [square * _inner(algebra.gram, v, x) for v, square in zip(vectors, squares, strict=True)] for x in units
+    ]
+    even = [b for b in algebra.blades() if b.bit_count() % 2 == 0]
+    to_frame = _images(space.algebra, coordinates, even)
+    return Frame(space, to_frame, _images(algebra, vectors, even))
+
+
+def _inner(gram: Sequence[Sequence[Any]], x: Sequence[Fraction], y: Sequence[Fraction]) -> Fraction:
+    n = len(gram)
+    return sum((x[i] * gram[i][j] * y[j] for i in range(n) for j in range(n) if x[i] and y[j]), Fraction(0))
+
+
+def _orthonormal(gram: Sequence[Sequence[Any]]) -> list[list[Fraction]] | None:
+    """Orthogonalise the basis by symmetric elimination (LDL^T); a null pair `a`, `b` gives ``a + b / (2 a.b)``."""
+    n = len(gram)
+    rest, found = [[Fraction(i == j) for j in range(n)] for i in range(n)], list[list[Fraction]]()
+    while rest:
+        sums = (
+            [x + y / (2 * _inner(gram, a, b)) for x, y in zip(a, b, strict=True)]
+            for a, b in combinations(rest, 2)
+            if _inner(gram, a, b)
+        )
+        sizes = ((v, _inner(gram, v, v)) for v in chain(rest, sums))
+        unit = next(([x / size for x in v] for v, square in sizes if (size := _root(abs(square)))), None)
+        if unit is None:
+            return None
+        found.append(unit)
+        square, others = _inner(gram, unit, unit), list[list[Fraction]]()
+        for v in rest:
+            factor = square * _inner(gram, unit, v)
+            reduced = [x - factor * y for x, y in zip(v, unit, strict=True)]
+            others += [reduced] if any(reduced) else []
+        rest = _independent(others, n - len(found))
+    return found
+
+
+def _root(value: Fraction) -> Fraction | None:
+    try:
+        return Fraction(EXACT["sqrt"](value))
+    except InexactError:
+        return None
+
+
+def _independent(vectors: Sequence[list[Fraction]], n: int) -> list[list[Fraction]]:
+    """Return the first `n` linearly independent vectors."""
+    found, echelon = list[list[Fraction]](), list[tuple[int, list[Fraction]]]()
+    for v in vectors:
+        left = v
+        for pivot, row in echelon:
+            left = [x - left[pivot] * y for x, y in zip(left, row, strict=True)]
+        first = next((k for k, x in enumerate(left) if x), None)
+        if first is not None and len(found) < n:
+            echelon.append((first, [x / left[first] for x in left]))
+            found.append(v)
+    return found
+
+
+def _images(algebra: Algebra, vectors: Sequence[Sequence[Fraction]], blades: Sequence[int]) -> dict[int, Multivector]:
+    """Return the outer products of vectors with these coordinates, by the bitmap of the vectors."""
+    ends = [Multivector(algebra, {1 << k: x for k, x in enumerate(v)}) for v in vectors]
+    one = Multivector(algebra, {0: 1})
+    return {blade: reduce(xor, (ends[k] for k in range(len(ends)) if blade >> k & 1), one) for blade in blades}
+
+
+def _changed(images: Mapping[int, Multivector], coefficient: Callable[[int], Any]) -> dict[int, Any]:
+    """Return the coefficients of an element after a change of basis."""
+    terms: dict[int, list[Any]] = {}
+    for blade, image in images.items():
+        for target, factor in image.terms.items():
+            terms.setdefault(target, []).append(factor * coefficient(blade))
+    return {target: _sum(values) for target, values in terms.items()}
+
+
 def has_many_vectors(a: Any) -> bool:
     """Whether functions of an even element in a kernel are those of this file, because no closed form exists."""
-    if not isinstance(a, Expression) or signature_of(a.algebra) is None:
+    if not isinstance(a, Expression) or (signature_of(a.algebra) is None and frame_of(a.algebra) is None):
         return False
     used = reduce(or_, a.blades, 0)
     bivectors = frozenset(blade for blade in a.algebra.blades(2) if blade & used == blade)
@@ -101,7 +209,8 @@ def has_many_vectors(a: Any) -> bool:
 
 
 def _signature(where: str, algebra: Algebra) -> Signature:
-    found = signature_of(algebra)
+    frame = frame_of(algebra)
+    found = frame.space if frame else signature_of(algebra)
     if found is None:
         raise KernelError(
             where, f"the metric of {algebra.name}", f"{LEAST} to {MOST} orthogonal vectors with the squares 1 and -1"
@@ -116,17 +225,46 @@ def _signature(where: str, algebra: Algebra) -> Signature:
     return found
 
 
+def keeps_loops(algebra: Algebra) -> bool:
+    """Whether exponentials use matrices: always in an orthogonal basis, otherwise only where loops are kept."""
+    return signature_of(algebra) is not None or is_recording() or is_limited()
+
+
 def versor_logarithm(r: Any) -> Any:
     """Return the bivector with the smallest angles whose exponential is the unit versor `r` or ``-r``, or NaN."""
+    frame = frame_of(r.algebra)
     space = _signature("log", r.algebra)
-    return _bivector(space, _logarithm(space, [r[blade] for blade in space.blades]))
+    if frame is None:
+        return _bivector(space, _logarithm(space, [r[blade] for blade in space.blades]))
+    values = _changed(frame.to_frame, lambda blade: r[blade])
+    matrix = _logarithm(space, _stored(tuple(values[blade] for blade in space.blades)))
+    terms = {1 << i | 1 << j: value for (i, j), value in _bivector_terms(space, _stored(matrix)).items()}
+    return _element(r.algebra, _changed(_of_grade_2(frame.from_frame), terms.__getitem__))
 
 
 def versor_exponential(b: Any) -> Any:
     """Return the exponential of a bivector."""
+    frame = frame_of(b.algebra)
     space = _signature("exp", b.algebra)
-    values = _exponential(space, _matrix_of(space, lambda i, j: b[1 << i | 1 << j]))
-    return _even(space, values)
+    pairs = [1 << i | 1 << j for j in range(space.n) for i in range(j)]
+    changed = _changed(_of_grade_2(frame.to_frame), lambda k: b[k]) if frame else {}
+    # The coefficients are read at several places, and can be long expressions of another function's result.
+    terms = dict(zip(pairs, _stored(tuple(changed.get(k, 0) if frame else b[k] for k in pairs)), strict=True))
+    values = _exponential(space, _matrix_of(space, lambda i, j: terms[1 << i | 1 << j]))
+    if frame is None:
+        return _even(space, values)
+    known = dict(zip(space.blades, values, strict=True))
+    return _element(b.algebra, _changed(frame.from_frame, known.__getitem__))
+
+
+def _of_grade_2(images: Mapping[int, Multivector]) -> dict[int, Multivector]:
+    return {blade: image for blade, image in images.items() if blade.bit_count() == 2}
+
+
+def _element(algebra: Algebra, terms: Mapping[int, Any]) -> Any:
+    """Return an element with these coefficients by bitmap."""
+    spelled = ((algebra.spelling(blade), value) for blade, value in terms.items())
+    return assemble(algebra, {name: sign * value for (sign, name), value in spelled})
 
 
 def _even(space: Signature, values: Sequence[Any]) -> Any:
@@ -350,7 +488,8 @@ def _exponential_of_matrix(a: Matrix) -> Matrix:
 
     # An iteration takes at least one step, so that one doubling more than necessary is compared.
     found = iterate(doubled, (start, 1), lambda _, new: new[1] >= halvings, LARGEST)[0][0]
-    return _map(lambda x, y: select(halvings < 2, x, y), start, found)
+    chosen: Matrix = _stored(_map(lambda x, y: select(halvings < 2, x, y), start, found))
+    return chosen
 
 
 def _versor_of(space: Signature, rest: Matrix) -> tuple[list[Any], list[Any]]:
@@ -402,7 +541,7 @@ def _logarithm(space: Signature, values: Sequence[Any]) -> Matrix:
     lack = _size(_map(lambda x, y: x - y, again, rest))
     # The quotient is infinity divided by infinity, NaN, where there is no result; it has a value in exact arithmetic.
     large = select(lack <= RESIDUAL * (1 + _size(rest)), 0, HUGE)
-    factor = (1 + large * large) / (1 + large * large * large)
+    factor = _stored((1 + large * large) / (1 + large * large * large))
     return _map(lambda x: x * factor, found)
 
 

@@ -59,6 +59,8 @@ class Decision:
 def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
     """Decide every coefficient of every result; `variants` are equivalent, possibly simpler forms of the results."""
     expressions = trace.expressions
+    if _are_declared_numbers(trace):
+        return _of_numbers(trace)
     huge = has_huge_product(expressions)
     author = [] if huge else author_scalars(trace.kernel, expressions)
     supports = [tuple(value.terms) for value in author] or [tuple(sorted(e.blades)) for e in expressions]
@@ -87,6 +89,25 @@ def decide(trace: Trace, variants: Sequence[Sequence[Expression]]) -> Decision:
         related.append(all(satisfies(layout, value[k]) for value in points for k in numbers))
         slots.append(tuple(Slot(k, slot.blade, slot.sign) for k in numbers for slot in layout.stored))
     return Decision(tuple(layouts), tuple(slots), constants, tuple(related))
+
+
+def _are_declared_numbers(trace: Trace) -> bool:
+    """Return whether all results are declared as numbers and can have no other coefficient: nothing is to be decided.
+
+    Those are most parts of kernels with loops, on which the points and polynomials of a decision would be wasted.
+    """
+    return not trace.kernel.result_names and all(
+        output.layout is SCALAR and all(each.is_scalar for each in output.expressions) for output in trace.outputs
+    )
+
+
+def _of_numbers(trace: Trace) -> Decision:
+    slots, first = list[tuple[Slot, ...]](), 0
+    for output in trace.outputs:
+        slots.append(tuple(Slot(first + k, 0, 1) for k in range(len(output.expressions))))
+        first += len(output.expressions)
+    n = len(slots)
+    return Decision((SCALAR,) * n, tuple(slots), {}, (True,) * n)
 
 
 def satisfies(layout: Layout, value: Multivector) -> bool:

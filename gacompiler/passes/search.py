@@ -166,14 +166,17 @@ class Search:
         can become cheaper by any amount, so all systems are searched for products.
         """
         n, ordered = self._effort.refined, _by_cost(tried)
-        ranked = [*ordered[:n], *self._accurate_ones(ordered, n)]
+        ranked = [*ordered[:n], *self._accurate_ones(ordered, n, ordered[:n])]
         best = list(dict.fromkeys(form for form, _ in ranked))
         further = chain.from_iterable(map(further_forms, best))
         products = chain.from_iterable(forms_as_products(form) for form, _ in tried if form not in best)
         return list(filter(self._is_new, chain(further, products)))
 
-    def _accurate_ones(self, ordered: Sequence[Tried], n: int) -> list[Tried]:
-        return list(islice((each for each in ordered if self.is_accurate(each[1])), n))
+    def _accurate_ones(self, ordered: Sequence[Tried], n: int, known: Sequence[Tried]) -> list[Tried]:
+        """Return those of the first `n` accurate candidates that are not known; errors are measured only for these."""
+        if all(each in known for each in ordered):
+            return []
+        return [each for each in islice((x for x in ordered if self.is_accurate(x[1])), n) if each not in known]
 
     def _is_new(self, form: Form) -> bool:
         """Return whether a system is small enough to compete with the best so far, and differs from those before."""
@@ -193,7 +196,7 @@ class Search:
         kinds = {_form_of(form.steps) for form, _ in best}
         others = [each for each in ordered if _form_of(each[0].steps) not in kinds]
         best += [each for each in others if each[1].cost.total == ordered[0][1].cost.total][:1]
-        best += [each for each in self._accurate_ones(ordered, n) if each not in best]
+        best += self._accurate_ones(ordered, n, best)
         found: list[Candidate] = []
         effort = 0
         for form, _ in best:
