@@ -1,4 +1,4 @@
-"""Triangle meshes: checks of arguments, and first intersections of rays."""
+"""Triangle meshes: checks of arguments, first intersections of rays, and what surrounds points."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from ..arguments import Reals, finite, moderate, real_array
 
 PAIRS = 1 << 18
 """Maximum number of pairs of rays and triangles in one call of the kernel."""
+
+_RAYS = np.array([[0.351, 0.642, 0.682], [-0.573, 0.271, 0.774], [0.436, -0.823, 0.364]])
+"""Directions that are not parallel to the faces and edges of usual objects."""
 
 Integers = NDArray[np.intp]
 Flags = NDArray[np.bool_]
@@ -97,6 +100,51 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
         face[block] = np.where(found, best, -1)
         weights[block] = np.where(found[:, None], inside[rows, best], np.nan)
     return MeshHit(distance.reshape(leading), face.reshape(leading), weights.reshape(*leading, 3))
+
+
+def winding_numbers(points: Reals, triangles: Reals) -> Integers:
+    """Return how many times a closed mesh, of one solid or several, surrounds points.
+
+    It is 0 outside of all solids. The solids may overlap, and a surface may intersect itself.
+
+    Parameters
+    ----------
+    points : array, (k, 3)
+        Not on the surface.
+    triangles : array, (m, 3, 3)
+        The corners of all faces. Each edge occurs equally often in both directions.
+
+    Returns
+    -------
+    array of int, (k,)
+        Positive where normals point outwards, and negative where they point inwards.
+
+    Notes
+    -----
+    The number is how often a ray leaves the mesh, less how often it enters. Rays through edges of faces may be
+    counted twice. Hence two rays are counted, and the median with a third one where they differ.
+    """
+    first, second = (_crossings(points, ray, triangles) for ray in _RAYS[:2])
+    differ = first != second
+    third = _crossings(points[differ], _RAYS[2], triangles)
+    first[differ] = np.median([first[differ], second[differ], third], axis=0)
+    return first
+
+
+def _crossings(points: Reals, along: Reals, triangles: Reals) -> Integers:
+    """Return how often rays of one direction leave a mesh, less how often they enter, (k,)."""
+    found = np.zeros(len(points), np.intp)
+    step = max(1, PAIRS // len(triangles))
+    for first in range(0, len(points), step):
+        p = points[first : first + step]
+        with np.errstate(all="ignore"):
+            t, inside = pga3.hit_ray_triangle(p[:, None], along, *triangles.swapaxes(0, 1))
+        met = (inside[..., 0] >= 0) & (inside[..., 1] >= 0) & (inside[..., 2] >= 0) & (t > 0) & (t < np.inf)
+        ray, face = np.nonzero(met)
+        # Only the faces that are met need a normal: a ray meets few.
+        a, b, c = triangles[face].swapaxes(0, 1)
+        found[first : first + step] = np.bincount(ray, np.sign(np.cross(b - a, c - a) @ along), len(p))
+    return found
 
 
 def checked_mesh(vertices: ArrayLike, faces: ArrayLike, name: str) -> tuple[Reals, Integers]:

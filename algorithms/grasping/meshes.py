@@ -9,7 +9,7 @@ import numpy as np
 from generated import grasping, pga3
 
 from ..arguments import Reals
-from ..geometry.meshes import PAIRS, Flags, Integers, is_closed
+from ..geometry.meshes import Flags, Integers, is_closed, winding_numbers
 from ..precision import NEGLIGIBLE, SINGLE
 from .status import GraspStatus
 
@@ -18,9 +18,6 @@ _SAMPLES = 4096
 _VERTICES = 4096
 _STEPS = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
 """The steps of a sequence of points that fill a cube evenly (Roberts' R3)."""
-
-_SLANTED = np.array([0.0131, -0.0173, 0.0097])
-"""Added to the directions of rays, so that they meet no edges of regular meshes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,32 +36,16 @@ class Surface:
     """(3,) The size along each axis."""
     length: float
     """The largest distance of a vertex from the centre of mass, by which torques are divided."""
-    vertices: Reals
-    """(n, 3) The vertices of the mesh in its own frame,"""
-    faces: Integers
-    """(m, 3) those of each face,"""
-    areas: Reals
-    """(m, 3) and the normals of faces, times their areas."""
+    triangles: Reals
+    """(m, 3, 3) The corners of the faces in the frame of the mesh."""
 
     def is_outer(self, points: Reals, normals: Reals) -> Flags:
         """Return whether contacts (k, 3) in the frame of the mesh are on the outside of all its solids, (k,).
 
-        The ray from a contact along its normal enters as many solids as it leaves. Other contacts are inside of another
-        solid, or in a common face of two.
+        Nothing surrounds the points above them. Other contacts are inside of another solid or of another part of the
+        surface, or in a common face of two solids.
         """
-        corners = self.vertices[self.faces.T]
-        starts, along = points + NEGLIGIBLE * self.length * normals, normals + _SLANTED
-        found = np.zeros(len(points), bool)
-        step = max(1, PAIRS // len(self.areas))
-        for first in range(0, len(points), step):
-            p, d = starts[first : first + step], along[first : first + step]
-            with np.errstate(all="ignore"):
-                t, inside = pga3.hit_ray_triangle(p[:, None], d[:, None], *corners)
-            within = (inside[..., 0] >= 0) & (inside[..., 1] >= 0) & (inside[..., 2] >= 0)
-            ray, face = np.nonzero(within & (t > 0) & (t < np.inf))
-            signs = np.sign((d[ray] * self.areas[face]).sum(1))
-            found[first : first + step] = np.bincount(ray, signs, len(p)) == 0
-        return found
+        return np.asarray(winding_numbers(points + NEGLIGIBLE * self.length * normals, self.triangles) == 0)
 
     def outside(self) -> Surface:
         """Return the surface with those samples that are on the outside."""
@@ -111,7 +92,7 @@ def surface_of(vertices: Reals, faces: Integers) -> Surface | GraspStatus:
     length = float(np.sqrt(np.square(placed).sum(1).max()))
     outline = np.concatenate([placed[:: -(-len(placed) // _VERTICES)], points[::2]])
     frame, extents = pga3.motor_from_matrix(matrix), np.ptp(placed, axis=0)
-    return Surface(frame, points, normals, outline, extents, length, vertices, faces, areas)
+    return Surface(frame, points, normals, outline, extents, length, vertices[faces])
 
 
 def _principal_axes(table: Reals, off: Reals) -> Reals:

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from algorithms.geometry.meshes import _RAYS as RAYS
+from algorithms.geometry.meshes import winding_numbers
 from algorithms.grasping import GraspStatus, LoopStatus, guided_grasp, hand_of_table, plan_grasps, scene_obstacles
 from algorithms.kinematics import Robot
 from algorithms.kinematics.collisions import (
@@ -24,7 +26,7 @@ from generated import collisions, pga3
 from tests.support.grasp_scene import FACES, HOME, MODEL, TARGET, VERTICES, motor, scene
 from tests.support.grasp_shapes import SHAPES
 from tests.support.scan_scene import MOUNT, TABLE, grasps_of, scene_of, standing
-from tests.support.scans import NAMES, box, scan, sphere
+from tests.support.scans import NAMES, box, eight, scan, sphere
 
 BARRETT = Path(__file__).parents[1] / "data" / "grasping" / "barrett.npz"
 
@@ -298,6 +300,40 @@ def test_clearances_of_triangles_are_exact():
     inside = coarse.contains(np.concatenate([ends[:, 0], ends[:, 1]]))
     local = pga3.move_point_back(obstacle.pose, np.concatenate([ends[:, 0], ends[:, 1]]))
     assert np.array_equal(inside, (np.abs(local) < [0.019, 0.0445, 0.0875]).all(1))
+
+
+def solid_angles(points, triangles):
+    """Return the solid angles of a mesh from points, in full spheres, by the formula of Van Oosterom and Strackee."""
+    corners = triangles - points[:, None, None]
+    a, b, c = np.moveaxis(corners, 2, 0)
+    x, y, z = np.moveaxis(np.linalg.norm(corners, axis=-1), 2, 0)
+    below = x * y * z + (a * b).sum(-1) * z + (b * c).sum(-1) * x + (c * a).sum(-1) * y
+    return np.arctan2((a * np.cross(b, c)).sum(-1), below).sum(1) / (2 * np.pi)
+
+
+def test_points_in_several_solids_and_in_a_surface_that_intersects_itself():
+    rng = np.random.default_rng(3)
+    bar, ball = box(2.0, 0.5, 0.5), sphere(0.5)
+    both = np.concatenate([bar[0], ball[0] + np.array([0.3, 0.1, 0])])
+    solids = both, np.concatenate([bar[1], ball[1] + len(bar[0])])
+    for vertices, corners in (solids, eight(1.0, 0.2)):
+        triangles = vertices[corners]
+        points = rng.uniform(vertices.min(0), vertices.max(0), (150, 3))
+        turns = solid_angles(points, triangles)
+        assert np.allclose(turns, winding_numbers(points, triangles), atol=1e-9) and turns.max() > 1.5
+        for order in (corners, corners[:, ::-1]):
+            assert np.array_equal(mesh_obstacle(vertices, order).contains(points), turns > 0.5)
+
+
+def test_rays_through_edges_are_counted_once():
+    vertices, faces = box(2.0, 2.0, 2.0)
+    triangles = vertices[faces]
+    rng = np.random.default_rng(4)
+    share, far = rng.random((100, 1)), rng.uniform(0.01, 4, (100, 1))
+    for ray in RAYS:
+        start, end, _ = triangles[rng.integers(len(faces), size=100)].swapaxes(0, 1)
+        points = start + share * (end - start) - far * ray
+        assert np.array_equal(winding_numbers(points, triangles), (np.abs(points) < 1).all(1))
 
 
 def test_a_thin_wall_between_two_samples_is_found():

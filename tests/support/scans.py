@@ -31,6 +31,16 @@ def torus(large, small):
     return _grid(np.stack([r * np.cos(u), r * np.sin(u), small * np.sin(v)], -1), around=True)
 
 
+def eight(size, radius):
+    """A tube about a curve that crosses itself, as in the digit 8."""
+    u, v = np.meshgrid(np.arange(60) * np.pi / 30, np.arange(12) * np.pi / 6, indexing="ij")
+    curve = size * np.stack([np.sin(u), np.sin(u) * np.cos(u), 0 * u], -1)
+    across = np.stack([np.cos(2 * u), -np.cos(u), 0 * u], -1)
+    across /= np.linalg.norm(across, axis=-1, keepdims=True)
+    ring = np.cos(v)[..., None] * across + np.sin(v)[..., None] * [0, 0, 1]
+    return _grid(curve + radius * ring, around=True)
+
+
 def sphere(radius):
     u, v = np.meshgrid(np.arange(48) * np.pi / 24, np.linspace(-np.pi / 2, np.pi / 2, 25), indexing="ij")
     points = radius * np.stack([np.cos(u) * np.cos(v), np.sin(u) * np.cos(v), np.sin(v)], -1)

@@ -12,15 +12,13 @@ from generated import collisions, grasping, pga3
 
 from ...arguments import Reals, finite, finite_number, moderate, real_array
 from ...elements import MOTOR, elements
-from ...geometry.meshes import Integers, checked_mesh, hit_mesh
+from ...geometry.meshes import Integers, checked_mesh, winding_numbers
 
 _FEW = 64
 """Distances from meshes with at most so many triangles are always exact."""
 _COARSE = 0.02
 """Size of the cells, in metres, of which one vertex each is used for distant capsules."""
 _STILL = np.array([1.0, 0, 0, 0, 0, 0, 0, 0])
-_ASKEW = np.array([0.351, 0.642, 0.682])
-"""A direction that is not parallel to the faces of usual objects."""
 
 
 class Obstacle(Protocol):
@@ -46,8 +44,6 @@ class MeshObstacle:
     """Points of the surface, (n, 3), from few to many, and how far the surface is from the nearest of them."""
     pose: Reals
     """(8,) The motor to the world."""
-    side: float
-    """1 if normals point outwards, -1 if they point inwards, 0 if the mesh has no volume."""
 
     def clearance(self, ends: Reals, radii: Reals) -> Reals:
         """Return the distances of capsules from the surface; lower bounds if they are more than some millimetres.
@@ -80,15 +76,11 @@ class MeshObstacle:
         return found.reshape(shape)
 
     def contains(self, points: Reals) -> Reals:
-        """Return whether points (n, 3) are inside the closed surface."""
+        """Return whether points (n, 3) are inside the closed surface, or inside one of several solids."""
         flat = self.triangles.reshape(-1, 3)
-        faces = np.arange(len(flat)).reshape(-1, 3)
         local = pga3.move_point_back(self.pose, points)
         found = ((local >= flat.min(0)) & (local <= flat.max(0))).all(-1)
-        hits = hit_mesh(local[found], _ASKEW, flat, faces)
-        a, b, c = (self.triangles[hits.face, k] for k in range(3))
-        # A ray from inside leaves through the first face that it meets.
-        found[found] = hits.hits & (self.side * (np.cross(b - a, c - a) @ _ASKEW) > 0)
+        found[found] = winding_numbers(local[found], self.triangles) != 0
         return np.asarray(found)
 
     @elements(motor=MOTOR)
@@ -154,7 +146,8 @@ def mesh_obstacle(vertices: ArrayLike, faces: ArrayLike, pose: ArrayLike = _STIL
     vertices : array_like, (n, 3)
         In metres.
     faces : array_like of int, (m, 3)
-        At least one triangle. Only a closed mesh with faces oriented alike has an inside.
+        At least one triangle. Only a closed mesh with faces oriented alike has an inside. There may be several solids
+        that overlap, and a surface that intersects itself.
     pose : array_like, (8,)
         The motor from the frame of the mesh to the world.
 
@@ -168,9 +161,8 @@ def mesh_obstacle(vertices: ArrayLike, faces: ArrayLike, pose: ArrayLike = _STIL
     if not len(corners):
         raise ValueError("mesh_obstacle: faces: none; expected at least one triangle")
     triangles = np.ascontiguousarray(points[corners])
-    volume = float(np.einsum("ij,ij->", triangles[:, 0], np.cross(triangles[:, 1], triangles[:, 2])))
     levels = () if len(triangles) <= _FEW else _levels(points[np.unique(corners)], triangles)
-    return MeshObstacle(triangles, levels, place, float(np.sign(volume)))
+    return MeshObstacle(triangles, levels, place)
 
 
 def _levels(points: Reals, triangles: Reals) -> tuple[tuple[Reals, float], ...]:
