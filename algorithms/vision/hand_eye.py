@@ -103,6 +103,11 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     the problem. The solution with which most poses agree is then found by least median of squares over sets of three
     poses, and X and Z are estimated from all poses that agree with it. Fewer than half of the poses may be wrong.
 
+    Exact copies of a pair of poses, such as those of a recording that was read twice, count once.
+
+    If all poses are inverted, X and Z are exchanged; if `a` and `b` are swapped, both are inverted. The data satisfy
+    the equation in either convention and cannot tell which one was meant: the status is OK.
+
     Parameters
     ----------
     a : array_like, (..., n, 8)
@@ -135,6 +140,18 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
         none = _nothing(one, two, leading, dtype)
         parts = none.motor, none.status, none.singular_values, none.residual, none.inliers
         return HandEyeOfPoses(*parts, none.motor.copy(), np.full((*leading, 2), np.inf))
+    found = _from_poses(one, two, refine, noise, still_below)
+    for p, first, copied in agreement.copies(one, two):
+        part = _from_poses(one[p : p + 1, first], two[p : p + 1, first], refine, noise, still_below)
+        part[4] = part[4][:, copied]
+        for whole, left in zip(found, part, strict=True):
+            whole[p] = left[0]
+    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in found))
+
+
+def _from_poses(one: Reals, two: Reals, refine: bool, noise: Noise, still_below: float) -> list[Reals]:
+    """Return the arrays of `HandEyeOfPoses` for problems (p, n, 8) of at least three poses."""
+    n_poses = one.shape[1]
     hands, eyes = solver.between(one), solver.between(two)
     screws = _screws(hands, eyes, still_below)
     still = screws.still
@@ -151,8 +168,7 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
             for whole, left in zip(found, part, strict=True):
                 whole[p] = left[0]
     found[1] = _tested(found[1], found[3], screws.reach, agreed, still)
-    deviation = noises.deviations(one, two, found[0], found[4], inliers)
-    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in (*found[:4], inliers, found[4], deviation)))
+    return [*found[:4], inliers, found[4], noises.deviations(one, two, found[0], found[4], inliers)]
 
 
 class _Screws(NamedTuple):

@@ -8,7 +8,7 @@ solutions for small samples (least median of squares: Rousseeuw and Leroy, *Robu
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import scipy
@@ -18,6 +18,7 @@ from ..arguments import Reals
 from ..evidence import all_or_some_sets
 
 Flags = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 
 _SUSPECTED = 3.0
 """A pose is suspected if it contradicts the others by more than this multiple of the usual contradiction."""
@@ -31,6 +32,22 @@ _SAMPLES = 400
 _ROUNDS = 10
 _RARE = 1e-6
 """An item is wrong if noise would cause a deviation of this size with at most this probability."""
+_KEYS = np.sqrt([[2, 3, 5, 7, 11, 13, 17, 19], [23, 29, 31, 37, 41, 43, 47, 53]])
+"""From floating point: of coefficients times these, two different poses rarely have the same sum."""
+
+
+def copies(one: Reals, two: Reals) -> Iterator[tuple[int, Indices, Indices]]:
+    """Yield the problems with exact copies of pairs of poses (p, n, 8), whose signs are irrelevant.
+
+    The other two values are the indices of different pairs, ascending, and for each pair (n,) its place among these.
+    """
+    with np.errstate(invalid="ignore"):
+        keys = np.abs((one * _KEYS[0]).sum(-1)) + np.pi * np.abs((two * _KEYS[1]).sum(-1))
+    in_order = np.sort(keys, axis=1)
+    for p in np.flatnonzero((in_order[:, 1:] == in_order[:, :-1]).any(1)):
+        _, first, copied = np.unique(keys[p], return_index=True, return_inverse=True)
+        order = np.argsort(first)
+        yield int(p), first[order], np.argsort(order)[copied]
 
 
 def suspect_poses(misfits: Reals, n_poses: int) -> Flags:
