@@ -15,7 +15,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..arguments import Reals
-from ..evidence import all_or_some_sets
+from ..evidence import WRONG, Freedom, all_or_some_sets, log_false_alarms, share_of, unrelated
 
 Flags = NDArray[np.bool_]
 Indices = NDArray[np.intp]
@@ -87,27 +87,34 @@ def _beyond(size: Reals, times: float) -> Flags:
 
 
 def agreeing(
-    n_items: int,
+    one: Reals,
+    two: Reals,
     sample_size: int,
     place: Callable[[Reals], Reals],
-    squares: Callable[[Reals], Reals],
-) -> Flags:
-    """Return which of the items (n,) agree with the solution with which most of them agree.
+    squares: Callable[[Reals, Reals, Reals], Reals],
+) -> tuple[Flags, bool]:
+    """Return which items (n,) agree with the solution with which most of them agree, and whether to trust it.
+
+    It is trusted if all agree, or if these are more than half, so that no others agree with another solution, and if
+    chance does not explain them: unrelated items are like those with the partners of others.
 
     Parameters
     ----------
-    n_items, sample_size : int
-        Number of items, and number of items that determine a solution.
+    one, two : array, (n, 8)
+        The motors of the hand, and of the camera.
+    sample_size : int
+        Number of items that determine a solution.
     place : callable
         Function from index sets (h, k) of k items to solutions (h, ...).
     squares : callable
-        Function from solutions (h, ...) to squared misfits (h, n, 2) of all items, in rotation and in translation.
+        Function from solutions (h, ...) and items to squared misfits (h, n, 2), in rotation and in translation.
     """
-    most = n_items // 2
-    """Index of the median; one more item than this is the majority."""
+    n_items = len(one)
+    most = max(n_items // 2, sample_size)
+    """Index of the median, or of an item that is not in the sample; one more item than this is the majority."""
     median = float(scipy.special.chdtri(3, 0.5))
     """Of the sum of the squares of three standard normal variables."""
-    found = np.nan_to_num(squares(place(all_or_some_sets(n_items, sample_size, _SAMPLES))), nan=np.inf)
+    found = np.nan_to_num(squares(place(all_or_some_sets(n_items, sample_size, _SAMPLES)), one, two), nan=np.inf)
     medians = np.partition(found, most, axis=1)[:, most]
     best = found[int(np.argmin(np.log(medians + 1e-300).sum(-1)))]
     variance = np.maximum(np.median(best, axis=0) / median, 1e-30)
@@ -115,7 +122,8 @@ def agreeing(
     inliers = np.zeros(n_items, bool)
     inliers[chosen] = True
     for round_ in range(_ROUNDS):
-        rest = np.nan_to_num(squares(place(np.flatnonzero(inliers)[None]))[0], nan=np.inf)
+        model = place(np.flatnonzero(inliers)[None])
+        rest = np.nan_to_num(squares(model, one, two)[0], nan=np.inf)
         count = int(inliers.sum())
         # Each item has six numbers, and a sample plus one item has as many numbers as there are unknowns.
         free = max(count - sample_size + 1, 1)
@@ -126,4 +134,14 @@ def agreeing(
         before, inliers = inliers, (rest / np.maximum(variance, _ROUNDING**2)).sum(-1) <= limit
         if inliers.sum() <= sample_size or (round_ and np.array_equal(inliers, before)):
             break
-    return inliers
+    count = int(inliers.sum())
+    if 2 * count <= n_items or count == n_items:
+        return inliers, count == n_items
+    sigma = np.sqrt(np.maximum(variance, _ROUNDING**2))
+    far = np.sqrt(squares(model, *unrelated(one, two))[0])
+    radius = float((np.sqrt(rest[inliers]) / sigma).max())
+    share = np.prod([share_of(far[:, k] / sigma[k], 3)(radius) for k in (0, 1)], keepdims=True)
+    freedom = Freedom(sample_size, 6 * (sample_size - 1), 6, 1, WRONG)
+    # Any number of items could have been those that agree.
+    logarithm = log_false_alarms(n_items, np.array([count]), share, freedom)[0]
+    return inliers, bool(logarithm + np.log(n_items) <= np.log(WRONG))

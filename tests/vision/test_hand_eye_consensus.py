@@ -193,3 +193,17 @@ def test_copies_of_two_poses_determine_nothing() -> None:
     one, two = (np.tile(pga3.motor_from_matrix(each), (1, 5, 1)) for each in (hands, eyes))
     found = hand_eye_from_poses(one, two)
     assert found.status.all() and np.isinf(found.deviation).all() and found.inliers.shape == (10, 10)
+
+
+def test_few_poses_that_agree_by_chance_are_not_ok() -> None:
+    """Four poses of five prove a solution, three do not: also three inverted poses have one, with the same screws."""
+    rng = np.random.default_rng(29)
+    x, z = poses(rng, 60, length=0.1), poses(rng, 60)
+    hands = poses(rng, 60, 6, angle=0.8, length=0.3)
+    eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None] @ poses(rng, 60, 6, angle=3e-3, length=5e-4)
+    one, two = pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes)
+    for n_wrong in (1, 2):
+        bad = pga3.motor_from_matrix(spoiled(rng, eyes[:, :5], n_wrong, "altogether"))
+        status = hand_eye_from_poses(one[:, :5], bad).status
+        assert (status == (HandEyeStatus.OK if n_wrong == 1 else HandEyeStatus.INCONSISTENT)).all()
+    assert (hand_eye_from_poses(one, pga3.motor_inverse(two)).status == HandEyeStatus.INCONSISTENT).all()
