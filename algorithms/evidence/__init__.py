@@ -1,7 +1,7 @@
 """One theory of evidence for all estimators: noise, chance, consensus, ambiguity, observability, gates and statuses."""
 
 from .ambiguity import differ, largest_likely, likely, likely_bounds
-from .chance import Freedom, by_chance, least_by_chance, log_choices, log_false_alarms
+from .chance import Freedom, by_chance, least_by_chance, log_choices, log_false_alarms, share_of
 from .consensus import (
     Consensus,
     Hypothesis,
@@ -11,6 +11,7 @@ from .consensus import (
     explained_by_chance,
     near_by_chance,
     polished,
+    unrelated,
 )
 from .gates import certain_deviations, gate_of, is_lost
 from .least_squares import Minima, minima
@@ -54,6 +55,8 @@ __all__ = [
     "random_sets",
     "random_subsets",
     "rank",
+    "share_of",
     "spectrum",
     "undetermined",
+    "unrelated",
 ]

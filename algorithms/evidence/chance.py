@@ -54,12 +54,18 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
     """
     if not len(wrong):
         return True
+    return _is_by_chance(distances, share_of(wrong, freedom.codimension), threshold, freedom)
+
+
+def share_of(wrong: Reals, codimension: int) -> Callable[[float], float]:
+    """Return the function from a limit to the share of the distances of some wrong pairs within it.
+
+    Below the nearest ones, it is extrapolated, for distances with a `codimension`.
+    """
     finite = wrong[np.isfinite(wrong)]
     rank = _nearest(len(finite)) - 1
     base = float(np.partition(finite, rank)[rank]) if len(finite) else np.inf
-    return _is_by_chance(
-        distances, lambda limit: _expected(finite, base, limit, freedom) / len(wrong), threshold, freedom
-    )
+    return lambda limit: _expected(finite, base, limit, codimension) / len(wrong)
 
 
 def tail_by_chance(distances: Reals, threshold: float, freedom: Freedom) -> bool:
@@ -95,11 +101,11 @@ def _is_by_chance(distances: Reals, share: Callable[[float], float], threshold: 
     return bool(bounds.min() > np.log(freedom.false_alarms))
 
 
-def _expected(wrong: Reals, base: float, limit: float, freedom: Freedom) -> float:
+def _expected(wrong: Reals, base: float, limit: float, codimension: int) -> float:
     """Return how many wrong pairs are expected within a limit, extrapolated if it is below the distance `base`."""
     if limit >= base:
         return float(np.count_nonzero(wrong <= limit))
-    return float(np.count_nonzero(wrong <= base)) * (limit / max(base, TINY)) ** freedom.codimension
+    return float(np.count_nonzero(wrong <= base)) * (limit / max(base, TINY)) ** codimension
 
 
 def _are_far_from_chance(n: int, count: int, share: float, freedom: Freedom) -> bool:

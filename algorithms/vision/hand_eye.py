@@ -101,7 +101,13 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     Poses that contradict the others, such as those of a pattern that was detected wrongly, are left out. They are
     suspected if the screws of the motions between poses of the hand and of the camera differ by far more than usual for
     the problem. The solution with which most poses agree is then found by least median of squares over sets of three
-    poses, and X and Z are estimated from all poses that agree with it. Fewer than half of the poses may be wrong.
+    poses, and X and Z are estimated from all poses that agree with it. Fewer than half of the poses may be wrong,
+    and chance must not explain the others: three often have some solution, so at least four must agree.
+
+    Exact copies of a pair of poses, such as those of a recording that was read twice, count once.
+
+    If all poses are inverted, X and Z are exchanged; if `a` and `b` are swapped, both are inverted. The data satisfy
+    the equation in either convention and cannot tell which one was meant: the status is OK.
 
     Parameters
     ----------
@@ -135,6 +141,18 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
         none = _nothing(one, two, leading, dtype)
         parts = none.motor, none.status, none.singular_values, none.residual, none.inliers
         return HandEyeOfPoses(*parts, none.motor.copy(), np.full((*leading, 2), np.inf))
+    found = _from_poses(one, two, refine, noise, still_below)
+    for p, first, copied in agreement.copies(one, two):
+        part = _from_poses(one[p : p + 1, first], two[p : p + 1, first], refine, noise, still_below)
+        part[4] = part[4][:, copied]
+        for whole, left in zip(found, part, strict=True):
+            whole[p] = left[0]
+    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in found))
+
+
+def _from_poses(one: Reals, two: Reals, refine: bool, noise: Noise, still_below: float) -> list[Reals]:
+    """Return the arrays of `HandEyeOfPoses` for problems (p, n, 8) of at least three poses."""
+    n_poses = one.shape[1]
     hands, eyes = solver.between(one), solver.between(two)
     screws = _screws(hands, eyes, still_below)
     still = screws.still
@@ -143,16 +161,15 @@ def hand_eye_from_poses(a: ArrayLike, b: ArrayLike, refine: bool = True, noise: 
     found = solver.of_all_poses(one, two, hands, eyes, refine, noise)
     for p in np.flatnonzero(suspect):
         hand, eye = one[p], two[p]
-        some = inliers[p] = _right_poses(hand, eye)
-        agreed[p] = 2 * some.sum() > n_poses
+        some, agreed[p] = _right_poses(hand, eye)
+        inliers[p] = some
         if agreed[p] and not some.all():
             right, seen = hand[None, some], eye[None, some]
             part = solver.of_all_poses(right, seen, solver.between(right), solver.between(seen), refine, noise)
             for whole, left in zip(found, part, strict=True):
                 whole[p] = left[0]
     found[1] = _tested(found[1], found[3], screws.reach, agreed, still)
-    deviation = noises.deviations(one, two, found[0], found[4], inliers)
-    return HandEyeOfPoses(*(_shaped(each, leading, dtype) for each in (*found[:4], inliers, found[4], deviation)))
+    return [*found[:4], inliers, found[4], noises.deviations(one, two, found[0], found[4], inliers)]
 
 
 class _Screws(NamedTuple):
@@ -181,34 +198,33 @@ def _suspects_of_motions(misfits: Reals, closed: Reals) -> Reals:
 
 
 def _right_motions(one: Reals, two: Reals, closed: bool) -> tuple[Reals, bool]:
-    """Return which motions (n, 8) of one problem agree with most others, and whether these are more than half.
+    """Return which motions (n, 8) of one problem agree with most others, and whether to trust these.
 
-    If motions are those of all pairs of poses, they must be from more than half of the poses.
+    If motions are those of all pairs of poses, they are those between poses that agree.
     """
     if closed:
-        right = _right_poses(solver.poses(one[None])[0], solver.poses(two[None])[0])
+        right, agreed = _right_poses(solver.poses(one[None])[0], solver.poses(two[None])[0])
         i, j = np.triu_indices(len(right), 1)
-        return np.asarray(right[i] & right[j]), bool(2 * right.sum() > len(right))
+        return np.asarray(right[i] & right[j]), agreed
 
     def place(sets: Reals) -> Reals:
         return solver.solved(one[sets], two[sets], False)[0]
 
-    def squares(motors: Reals) -> Reals:
+    def squares(motors: Reals, one: Reals, two: Reals) -> Reals:
         return _squares(kernels.misfit(one, two, motors[:, None]))
 
-    right = agreement.agreeing(len(one), 2, place, squares)
-    return right, bool(2 * right.sum() > len(right))
+    return agreement.agreeing(one, two, 2, place, squares)
 
 
-def _right_poses(one: Reals, two: Reals) -> Reals:
-    """Return which poses (n, 8) of one problem agree with most others."""
-    still, from_seen = np.eye(8)[0], pga3.motor_inverse(two)
+def _right_poses(one: Reals, two: Reals) -> tuple[Reals, bool]:
+    """Return which poses (n, 8) of one problem agree with most others, and whether to trust these."""
+    still = np.eye(8)[0]
 
     def place(sets: Reals) -> Reals:
         return np.stack(solver.place(one[sets], two[sets]), 1)
 
-    def squares(places: Reals) -> Reals:
-        x, z = places[:, :1], places[:, 1:]
+    def squares(places: Reals, one: Reals, two: Reals) -> Reals:
+        x, z, from_seen = places[:, :1], places[:, 1:], pga3.motor_inverse(two)
         rest = kernels.misfit_of_poses(one, two, x, z, from_seen)
         point = np.empty((len(places), 3))
         noises.still_points(rest, point)
@@ -218,7 +234,7 @@ def _right_poses(one: Reals, two: Reals) -> Reals:
         others = (kernels.misfit_of_poses(one, two, x, z, frame) for frame in (still, pga3.motor_inverse(x), at_point))
         return np.asarray(np.minimum.reduce([_squares(each) for each in (rest, *others)]))
 
-    return agreement.agreeing(len(one), 3, place, squares)
+    return agreement.agreeing(one, two, 3, place, squares)
 
 
 def _squares(misfits: Reals) -> Reals:

@@ -8,19 +8,20 @@ solutions for small samples (least median of squares: Rousseeuw and Leroy, *Robu
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from ..arguments import Reals
-from ..evidence import all_or_some_sets
+from ..evidence import WRONG, Freedom, all_or_some_sets, log_false_alarms, share_of, unrelated
 from ..evidence.status import RARE
 from ..precision import CONVERGED
 from .starts import ROUNDS
 
 Flags = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 
 _SUSPECTED = 3.0
 """A pose is suspected if it contradicts the others by more than this multiple of the usual contradiction."""
@@ -29,6 +30,22 @@ _SUSPECTED_MOTION = 10.0
 _FEWEST = 5
 _SAMPLES = 400
 """Maximum number of samples: if a third of the poses is wrong, about a hundred samples contain none of these."""
+_KEYS = np.sqrt([[2, 3, 5, 7, 11, 13, 17, 19], [23, 29, 31, 37, 41, 43, 47, 53]])
+"""From floating point: of coefficients times these, two different poses rarely have the same sum."""
+
+
+def copies(one: Reals, two: Reals) -> Iterator[tuple[int, Indices, Indices]]:
+    """Yield the problems with exact copies of pairs of poses (p, n, 8), whose signs are irrelevant.
+
+    The other two values are the indices of different pairs, ascending, and for each pair (n,) its place among these.
+    """
+    with np.errstate(invalid="ignore"):
+        keys = np.abs((one * _KEYS[0]).sum(-1)) + np.pi * np.abs((two * _KEYS[1]).sum(-1))
+    in_order = np.sort(keys, axis=1)
+    for p in np.flatnonzero((in_order[:, 1:] == in_order[:, :-1]).any(1)):
+        _, first, copied = np.unique(keys[p], return_index=True, return_inverse=True)
+        order = np.argsort(first)
+        yield int(p), first[order], np.argsort(order)[copied]
 
 
 def suspect_poses(misfits: Reals, n_poses: int) -> Flags:
@@ -68,27 +85,34 @@ def _beyond(size: Reals, times: float) -> Flags:
 
 
 def agreeing(
-    n_items: int,
+    one: Reals,
+    two: Reals,
     sample_size: int,
     place: Callable[[Reals], Reals],
-    squares: Callable[[Reals], Reals],
-) -> Flags:
-    """Return which of the items (n,) agree with the solution with which most of them agree.
+    squares: Callable[[Reals, Reals, Reals], Reals],
+) -> tuple[Flags, bool]:
+    """Return which items (n,) agree with the solution with which most of them agree, and whether to trust it.
+
+    It is trusted if all agree, or if these are more than half, so that no others agree with another solution, and if
+    chance does not explain them: unrelated items are like those with the partners of others.
 
     Parameters
     ----------
-    n_items, sample_size : int
-        Number of items, and number of items that determine a solution.
+    one, two : array, (n, 8)
+        The motors of the hand, and of the camera.
+    sample_size : int
+        Number of items that determine a solution.
     place : callable
         Function from index sets (h, k) of k items to solutions (h, ...).
     squares : callable
-        Function from solutions (h, ...) to squared misfits (h, n, 2) of all items, in rotation and in translation.
+        Function from solutions (h, ...) and items to squared misfits (h, n, 2), in rotation and in translation.
     """
-    most = n_items // 2
-    """Index of the median; one more item than this is the majority."""
+    n_items = len(one)
+    most = max(n_items // 2, sample_size)
+    """Index of the median, or of an item that is not in the sample; one more item than this is the majority."""
     median = float(scipy.special.chdtri(3, 0.5))
     """Of the sum of the squares of three standard normal variables."""
-    found = np.nan_to_num(squares(place(all_or_some_sets(n_items, sample_size, _SAMPLES))), nan=np.inf)
+    found = np.nan_to_num(squares(place(all_or_some_sets(n_items, sample_size, _SAMPLES)), one, two), nan=np.inf)
     medians = np.partition(found, most, axis=1)[:, most]
     best = found[int(np.argmin(np.log(medians + 1e-300).sum(-1)))]
     variance = np.maximum(np.median(best, axis=0) / median, 1e-30)
@@ -96,7 +120,8 @@ def agreeing(
     inliers = np.zeros(n_items, bool)
     inliers[chosen] = True
     for round_ in range(ROUNDS):
-        rest = np.nan_to_num(squares(place(np.flatnonzero(inliers)[None]))[0], nan=np.inf)
+        model = place(np.flatnonzero(inliers)[None])
+        rest = np.nan_to_num(squares(model, one, two)[0], nan=np.inf)
         count = int(inliers.sum())
         # Each item has six numbers, and a sample plus one item has as many numbers as there are unknowns.
         free = max(count - sample_size + 1, 1)
@@ -107,4 +132,14 @@ def agreeing(
         before, inliers = inliers, (rest / np.maximum(variance, CONVERGED**2)).sum(-1) <= limit
         if inliers.sum() <= sample_size or (round_ and np.array_equal(inliers, before)):
             break
-    return inliers
+    count = int(inliers.sum())
+    if 2 * count <= n_items or count == n_items:
+        return inliers, count == n_items
+    sigma = np.sqrt(np.maximum(variance, CONVERGED**2))
+    far = np.sqrt(squares(model, *unrelated(one, two))[0])
+    radius = float((np.sqrt(rest[inliers]) / sigma).max())
+    share = np.prod([share_of(far[:, k] / sigma[k], 3)(radius) for k in (0, 1)], keepdims=True)
+    freedom = Freedom(sample_size, 6 * (sample_size - 1), 6, 1, WRONG)
+    # Any number of items could have been those that agree.
+    logarithm = log_false_alarms(n_items, np.array([count]), share, freedom)[0]
+    return inliers, bool(logarithm + np.log(n_items) <= np.log(WRONG))

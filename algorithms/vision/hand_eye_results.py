@@ -26,8 +26,9 @@ class HandEyeStatus(Status):
     """No motion rotates by more than its noise, or by more than 1e-7 radians (1e-5 in single precision), which is
     decided before anything is solved: translations do not determine the translation of X."""
     INCONSISTENT = 6
-    """The motions of hand and camera contradict each other: no solution agrees with more than half of them, or the
-    residual exceeds 0.3 radians or 0.3 times the translations. Frames, their order or units may be mixed up."""
+    """The motions of hand and camera contradict each other: no solution agrees with more than half of them, or
+    chance explains those that agree, or the residual exceeds 0.3 radians or 0.3 times the translations. Frames, their
+    order or units may be mixed up."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -170,3 +170,40 @@ def test_the_point_that_motions_move_least() -> None:
     truth = np.linalg.solve(normal + pull * np.eye(3), normal @ point)
     np.testing.assert_allclose(found[0], truth, atol=1e-4)
     assert np.linalg.norm(found[0] - point) < 0.1
+
+
+@pytest.mark.parametrize("n_wrong", [0, 1])
+def test_exact_copies_of_poses_count_once(n_wrong: int) -> None:
+    """Five or seven pairs of poses, each four times, give the result of one of each; a copy may have another sign."""
+    rng = np.random.default_rng(27)
+    _, hands, eyes = noisy_poses(rng, 10, 5 + 2 * n_wrong)
+    one, two = pga3.motor_from_matrix(hands), pga3.motor_from_matrix(spoiled(rng, eyes, n_wrong, "altogether"))
+    once = hand_eye_from_poses(one, two)
+    signs = rng.choice([-1.0, 1.0], (2, 10, 4 * one.shape[1], 1))
+    several = hand_eye_from_poses(signs[0] * np.tile(one, (1, 4, 1)), signs[1] * np.tile(two, (1, 4, 1)))
+    np.testing.assert_array_equal(several.status, once.status)
+    np.testing.assert_array_equal(several.inliers, np.tile(once.inliers, (1, 4)))
+    np.testing.assert_allclose(several.deviation, once.deviation, rtol=1e-6)
+    np.testing.assert_allclose(several.motor, once.motor, atol=1e-9)
+
+
+def test_copies_of_two_poses_determine_nothing() -> None:
+    rng = np.random.default_rng(28)
+    _, hands, eyes = noisy_poses(rng, 10, 2)
+    one, two = (np.tile(pga3.motor_from_matrix(each), (1, 5, 1)) for each in (hands, eyes))
+    found = hand_eye_from_poses(one, two)
+    assert found.status.all() and np.isinf(found.deviation).all() and found.inliers.shape == (10, 10)
+
+
+def test_few_poses_that_agree_by_chance_are_not_ok() -> None:
+    """Four poses of five prove a solution, three do not: also three inverted poses have one, with the same screws."""
+    rng = np.random.default_rng(29)
+    x, z = poses(rng, 60, length=0.1), poses(rng, 60)
+    hands = poses(rng, 60, 6, angle=0.8, length=0.3)
+    eyes = np.linalg.inv(z)[:, None] @ hands @ x[:, None] @ poses(rng, 60, 6, angle=3e-3, length=5e-4)
+    one, two = pga3.motor_from_matrix(hands), pga3.motor_from_matrix(eyes)
+    for n_wrong in (1, 2):
+        bad = pga3.motor_from_matrix(spoiled(rng, eyes[:, :5], n_wrong, "altogether"))
+        status = hand_eye_from_poses(one[:, :5], bad).status
+        assert (status == (HandEyeStatus.OK if n_wrong == 1 else HandEyeStatus.INCONSISTENT)).all()
+    assert (hand_eye_from_poses(one, pga3.motor_inverse(two)).status == HandEyeStatus.INCONSISTENT).all()
