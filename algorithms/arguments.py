@@ -83,6 +83,8 @@ def _has_shape(array: Reals, shape: tuple[int, ...]) -> bool:
     if shape == (-1,):
         return array.ndim > 0
     found = array.shape[max(array.ndim - len(shape), 0) :]
+    if found == shape:  # the usual case, without a loop
+        return True
     return len(found) == len(shape) and all(want in (-1, have) for want, have in zip(shape, found, strict=True))
 
 

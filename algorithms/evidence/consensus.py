@@ -231,11 +231,12 @@ def without_repeats(first: Reals, second: Reals, threshold: float) -> NDArray[np
     n = len(first)
     if not n:
         return np.zeros(0, np.bool_)
-    sides = [side.reshape(n, -1) for side in (first, second)]
-    extents = [float(np.ptp(side, axis=0).max()) for side in sides]
+    # Rows of coordinates, because numpy is slow along short axes.
+    sides = [np.ascontiguousarray(side.reshape(n, -1).T) for side in (first, second)]
+    extents = [float(np.ptp(side, axis=1).max()) for side in sides]
     ratio = extents[0] / extents[1] if min(extents) > 0 else 1.0
     cells = sides[0] / (4 * threshold * ratio), sides[1] / (4 * threshold)
-    keys = [[np.floor(cell + shift) @ _KEYS[: cell.shape[1]] for shift in (0.0, 0.5)] for cell in cells]
+    keys = [[_KEYS[: len(cell)] @ np.floor(cell + shift) for shift in (0.0, 0.5)] for cell in cells]
     left = np.arange(n)
     for one, two in ((0, 0), (1, 1), (0, 1), (1, 0)):
         both = keys[0][one].take(left) - np.pi * keys[1][two].take(left)
