@@ -25,28 +25,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from functools import cache, reduce
-from itertools import chain, combinations
+from functools import reduce
 from math import pi
-from operator import or_, xor
-from typing import Any, NamedTuple
+from operator import or_
+from typing import Any
 
 from ..algebra.algebra import Algebra
-from ..algebra.coefficients import EXACT
 from ..algebra.multivector import Multivector
-from ..errors import InexactError, KernelError
+from ..errors import KernelError
 from .expression import IN_FUNCTION, Expression
 from .loops import iterate_scalars as iterate
 from .operations import absolute, assemble, maximum, select, sqrt
 from .recording import is_recording
 from .squares import form_of
+from .unit_frames import LEAST, MOST, Signature, frame_of, signature_of
 from .unrolled import is_limited
 
 Vector = tuple[Any, ...]
 Matrix = tuple[Vector, ...]
 
-LEAST, MOST = 6, 8
-"""Numbers of basis vectors."""
 STEPS = 80
 """Most steps of an iteration that doubles the correct digits, after as many steps as a number has binary places."""
 SMALL = Fraction(1, 8)
@@ -67,127 +64,6 @@ HUGE = 2**1000
 """A number whose square overflows."""
 RESIDUAL = Fraction(1, 2**30)
 """Largest difference of a versor's matrix from that of its logarithm, relative to its largest entry."""
-
-
-class Signature(NamedTuple):
-    """An algebra with an orthogonal basis of vectors with the squares 1 and -1."""
-
-    algebra: Algebra
-    squares: tuple[int, ...]
-
-    @property
-    def n(self) -> int:
-        """The number of vectors."""
-        return len(self.squares)
-
-    @property
-    def blades(self) -> tuple[int, ...]:
-        """The even blades, by the number that remains without the last vector, which the parity determines."""
-        last = 1 << (self.n - 1)
-        return tuple(k if k.bit_count() % 2 == 0 else k | last for k in range(last))
-
-
-def signature_of(algebra: Algebra) -> Signature | None:
-    """Return the signature of an algebra for which this file has functions, or None."""
-    n, gram = algebra.dimension, algebra.gram
-    orthogonal = all(gram[i][j] == 0 for i in range(n) for j in range(i))
-    squares = [gram[i][i] for i in range(n)]
-    if not LEAST <= n <= MOST or not orthogonal or any(abs(each) != 1 for each in squares):
-        return None
-    return Signature(algebra, tuple(int(each) for each in squares))
-
-
-class Frame(NamedTuple):
-    """Orthogonal vectors with the squares 1 and -1 of an algebra whose own basis is oblique or null.
-
-    Attributes
-    ----------
-    space : Signature
-    to_frame, from_frame : mapping of int to multivector
-        The images of even blades under the change of basis and back, in rational numbers.
-    """
-
-    space: Signature
-    to_frame: Mapping[int, Multivector]
-    from_frame: Mapping[int, Multivector]
-
-
-@cache
-def frame_of(algebra: Algebra) -> Frame | None:
-    """Return a frame with rational coordinates, or None if there is none or the basis itself is one."""
-    n = algebra.dimension
-    if not LEAST <= n <= MOST or signature_of(algebra) is not None:
-        return None
-    vectors = _orthonormal(algebra.gram)
-    if vectors is None:
-        return None
-    squares = [int(_inner(algebra.gram, v, v)) for v in vectors]
-    space = Signature(Algebra(f"{algebra.name}_frame", algebra.vectors, squares), tuple(squares))
-    # The coordinates of an old vector are its inner products with those of the frame.
-    units = [[Fraction(i == j) for j in range(n)] for i in range(n)]
-    coordinates = [
-        [square * _inner(algebra.gram, v, x) for v, square in zip(vectors, squares, strict=True)] for x in units
-    ]
-    even = [b for b in algebra.blades() if b.bit_count() % 2 == 0]
-    to_frame = _images(space.algebra, coordinates, even)
-    return Frame(space, to_frame, _images(algebra, vectors, even))
-
-
-def _inner(gram: Sequence[Sequence[Any]], x: Sequence[Fraction], y: Sequence[Fraction]) -> Fraction:
-    n = len(gram)
-    return sum((x[i] * gram[i][j] * y[j] for i in range(n) for j in range(n) if x[i] and y[j]), Fraction(0))
-
-
-def _orthonormal(gram: Sequence[Sequence[Any]]) -> list[list[Fraction]] | None:
-    """Orthogonalise the basis by symmetric elimination (LDL^T); a null pair `a`, `b` gives ``a + b / (2 a.b)``."""
-    n = len(gram)
-    rest, found = [[Fraction(i == j) for j in range(n)] for i in range(n)], list[list[Fraction]]()
-    while rest:
-        sums = (
-            [x + y / (2 * _inner(gram, a, b)) for x, y in zip(a, b, strict=True)]
-            for a, b in combinations(rest, 2)
-            if _inner(gram, a, b)
-        )
-        sizes = ((v, _inner(gram, v, v)) for v in chain(rest, sums))
-        unit = next(([x / size for x in v] for v, square in sizes if (size := _root(abs(square)))), None)
-        if unit is None:
-            return None
-        found.append(unit)
-        square, others = _inner(gram, unit, unit), list[list[Fraction]]()
-        for v in rest:
-            factor = square * _inner(gram, unit, v)
-            reduced = [x - factor * y for x, y in zip(v, unit, strict=True)]
-            others += [reduced] if any(reduced) else []
-        rest = _independent(others, n - len(found))
-    return found
-
-
-def _root(value: Fraction) -> Fraction | None:
-    try:
-        return Fraction(EXACT["sqrt"](value))
-    except InexactError:
-        return None
-
-
-def _independent(vectors: Sequence[list[Fraction]], n: int) -> list[list[Fraction]]:
-    """Return the first `n` linearly independent vectors."""
-    found, echelon = list[list[Fraction]](), list[tuple[int, list[Fraction]]]()
-    for v in vectors:
-        left = v
-        for pivot, row in echelon:
-            left = [x - left[pivot] * y for x, y in zip(left, row, strict=True)]
-        first = next((k for k, x in enumerate(left) if x), None)
-        if first is not None and len(found) < n:
-            echelon.append((first, [x / left[first] for x in left]))
-            found.append(v)
-    return found
-
-
-def _images(algebra: Algebra, vectors: Sequence[Sequence[Fraction]], blades: Sequence[int]) -> dict[int, Multivector]:
-    """Return the outer products of vectors with these coordinates, by the bitmap of the vectors."""
-    ends = [Multivector(algebra, {1 << k: x for k, x in enumerate(v)}) for v in vectors]
-    one = Multivector(algebra, {0: 1})
-    return {blade: reduce(xor, (ends[k] for k in range(len(ends)) if blade >> k & 1), one) for blade in blades}
 
 
 def _changed(images: Mapping[int, Multivector], coefficient: Callable[[int], Any]) -> dict[int, Any]:

@@ -16,7 +16,7 @@ from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA3, G33, orthogonal
 from gacompiler.algebra.layout import Layout
 from gacompiler.errors import KernelError
-from gacompiler.frontend.many_vectors import frame_of
+from gacompiler.frontend.unit_frames import frame_of
 
 ANGLES = {
     "near zero": [1e-9, 2e-9, -1e-9],
