@@ -12,7 +12,6 @@ from generated import pga2
 
 from ..arguments import Reals
 from ..evidence import Noise, rank
-from ..precision import NEGLIGIBLE
 from .agreement import agreement
 from .alignment import Aligned, aligned, covariance_of
 from .motions import are_near, unit_motor
@@ -38,6 +37,8 @@ _ROUND = 0.5
 pass it by more."""
 _PART = 6
 """A limit on work: every so many readings are compared with a turned scan before all are."""
+_SHORTEST = 1e-9
+"""From floating point: metres of a segment between two readings at the same place."""
 _SLIDES_APART, _FLAT = 0.25, 0.01
 """Metres between two of these, and difference of their scores, from which on the direction is determined."""
 LEAST_SCORE = 0.5
@@ -197,14 +198,14 @@ def _loose_turn(a: Outline, b: Outline, motor: Reals) -> Reals:
 
 def _quadratic_mean(lengths: Reals) -> float:
     """Return the root of the mean square, without squares that overflow."""
-    largest = max(float(np.abs(lengths).max()), NEGLIGIBLE)
+    largest = max(float(np.abs(lengths).max()), _SHORTEST)
     return largest * float(np.sqrt(((lengths / largest) ** 2).mean()))
 
 
 def _chain(points: Reals) -> Reals:
     """Return the segments (k - 1, 5) between consecutive points: middle, normal and half of the length."""
     steps = np.diff(points, axis=0)
-    lengths = np.maximum(np.hypot(*steps.T), NEGLIGIBLE)
+    lengths = np.maximum(np.hypot(*steps.T), _SHORTEST)
     normals = np.stack([-steps[:, 1], steps[:, 0]], 1) / lengths[:, None]
     return np.column_stack([(points[1:] + points[:-1]) / 2, normals, lengths / 2])
 

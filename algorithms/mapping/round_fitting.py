@@ -6,8 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 from ..arguments import Reals
-from ..precision import CONVERGED, NEGLIGIBLE
+from ..precision import CONVERGED
 
+_DAMPING = 1e-9
+"""From floating point: the increment of the diagonal relative to its mean, which prevents a division by 0."""
 _STEPS = 40
 
 
@@ -29,7 +31,7 @@ def fit_round(
     """
     vector = start
     for _ in range(_STEPS):
-        vector, cost, less = step(points, spreads, vector, float(curved), NEGLIGIBLE)
+        vector, cost, less = step(points, spreads, vector, float(curved), _DAMPING)
         if abs(float(less)) <= CONVERGED * (float(cost) + 1):
             return vector, True
     return vector, False
