@@ -3,31 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ... import evidence
 
-class Status(IntEnum):
-    """Outcome for one pose.
 
-    ``FOUND``: all regular branches are returned. ``SINGULAR``: two branches coincide to 1e-6 radians, or a joint can
-    rotate freely; one of the infinitely many configurations is returned. ``OUT_OF_REACH``: no configuration reaches the
-    pose. ``NOT_FOUND``: an iterative search from several starts did not converge, or the pose is missed by less than
-    1e-8 of the arm's size, next to a singularity. This does not prove that the pose is unreachable. ``NOT_FINITE``: the
-    pose is NaN, infinite, or not a rigid motion. ``INCOMPLETE``: at least one branch is valid, but others may be
-    missing. All poses that a search reaches have this status, those of redundant arms included, which have infinitely
-    many configurations.
-    """
+class Status(evidence.Status):
+    """Outcome for one pose."""
 
     FOUND = 0
+    """All regular branches are returned."""
+    OK = FOUND
     SINGULAR = 1
+    """Two branches coincide to 1e-6 radians, or a joint can rotate freely; one of the infinitely many configurations is
+    returned."""
     OUT_OF_REACH = 2
+    """No configuration reaches the pose."""
     NOT_FOUND = 3
+    """An iterative search from several starts did not converge, or the pose is missed by less than 1e-8 of the arm's
+    size, next to a singularity. This does not prove that the pose is unreachable."""
     NOT_FINITE = 4
+    """The pose is NaN, infinite, or not a rigid motion."""
     INCOMPLETE = 5
+    """At least one branch is valid, but others may be missing. All poses that a search reaches have this status, those
+    of redundant arms included, which have infinitely many configurations."""
 
 
 EVERY = np.ones(1, bool)
