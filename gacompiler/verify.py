@@ -23,7 +23,7 @@ from .passes.accuracy import ERROR_POINTS, ulps, without_rounding
 from .passes.prove import truths
 from .passes.samples import sample
 from .passes.truth import Truth
-from .program_text import difference_of_program, same_formulas, without_names
+from .program_text import difference_of_program, has_formulas, without_names
 from .verify_loops import called_programs, error_of_loops, loops_difference, part_truths
 
 
@@ -103,13 +103,17 @@ def verify_kernel(
 ) -> Verdict:
     """Compare the texts of one kernel with its definition at exact points, and measure the rounding error of `run`.
 
-    Programs that the compilation in this process has proved, at the same points, are not evaluated again.
+    Programs that the compilation in this process has proved, at the same points or for all inputs, are not evaluated
+    again.
     """
     kernel, program, proof = record.kernel, record.source.program, record.proof
     name = kernel.name
     texts = [text[name] for text in (python, c) if name in text]
-    is_known = proof is not None and all(same_formulas(_functions(text), proof.programs) for text in texts)
-    known = proof.known if proof else truths(kernel, trace(kernel).expressions, record.slots, program)
+    is_known = proof is not None and all(has_formulas(_functions(text), proof.programs) for text in texts)
+    if proof and (is_known or not proof.is_for_all):
+        known: Sequence[Truth] = proof.known
+    else:
+        known = truths(kernel, trace(kernel).expressions, record.slots, program)
     in_python, in_c = "is not in the Python text", "is not in the C text"
     if name in python:
         in_python = "" if is_known else _difference(python[name], record, known)
@@ -144,7 +148,8 @@ def verify_loops(
     definitions of the straight-line parts at exact points, and that the procedure agrees with the unrolled function for
     several lengths.
     """
-    name, known = record.kernel.name, part_truths(record)
+    name = record.kernel.name
+    known = part_truths(record, *(text[name] for text in (python, c) if name in text))
     all_truths = [truth for each in known for truth in each]
     in_python = loops_difference(python.get(name), record, known)
     proved = () if in_python else called_programs(python[name])

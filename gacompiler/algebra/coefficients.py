@@ -286,7 +286,7 @@ def _decimal_function(name: str, arguments: tuple[Any, ...]) -> Any:
         a if type(a) is Decimal else Decimal(a.numerator) / a.denominator if isinstance(a, Fraction) else Decimal(a)
         for a in arguments
     ]
-    if any(a.is_nan() for a in lifted):
+    if any(map(Decimal.is_nan, lifted)):
         if name in _ANY or name in ("atan2", "floor"):
             raise ValueError(f"{name} of a number that is not real")
         return lifted[0] if lifted[0].is_nan() else lifted[1]
