@@ -19,12 +19,12 @@ from .ir.interpret import Tape
 from .ir.procedure import Procedure
 from .ir.program import Program
 from .ir.uniform import joined
-from .passes.accuracy import ERROR_POINTS, ulps, without_rounding
+from .passes.accuracy import ulps, without_rounding
 from .passes.prove import truths
 from .passes.samples import sample
 from .passes.truth import Truth
 from .program_text import difference_of_program, has_formulas, without_names
-from .verify_loops import called_programs, error_of_loops, loops_difference, part_truths
+from .verify_loops import POINTS, called_programs, error_of_loops, loops_difference, part_truths
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +60,9 @@ class Verdict:
         """Whether both texts agree with the definition, and the code that was run agrees up to rounding."""
         return not self.python and not self.c and not self.error > LARGEST_ERROR
 
+
+ROWS = 7 * POINTS
+"""Size of the batch that is run, in which each point occurs several times, at other places of vectors."""
 
 LARGEST_ERROR = 1e6
 """The largest accepted error in ulp; a wrong sign gives an error of 1e15."""
@@ -184,23 +187,24 @@ def _difference(found: Read, record: Compiled, known: Sequence[Truth]) -> str:
 def _error_of(run: Any, record: Compiled) -> float:
     """Return the largest error in ulp of a generated function on random elements, relative to the exact program."""
     program, random = record.source.program, Random(6)
-    points = [sample(record.kernel, random, near_one=True) for _ in range(ERROR_POINTS)]
-    arrays = [
-        np.array([[float(point[name]) for name in a.components] for point in points]).reshape((len(points), *a.shape))
-        for a in program.arguments
+    points = [sample(record.kernel, random, near_one=True) for _ in range(POINTS)]
+    flat = [
+        np.array([[float(point[name]) for name in argument.components] for point in points])
+        for argument in program.arguments
     ]
-    found = run(*arrays)
+    # The points are repeated, so that batches consist of several vectors and a remainder.
+    found = run(*(np.resize(each, (ROWS, *a.shape)) for each, a in zip(flat, program.arguments, strict=True)))
     # A kernel without arguments has no batch: every point has the same result.
     results = [
-        np.broadcast_to(values, (len(points), *result.shape)).reshape(len(points), -1)
+        np.broadcast_to(values, (ROWS, *result.shape)).reshape(ROWS, -1)
         for values, result in zip(found if isinstance(found, tuple) else (found,), program.results, strict=True)
     ]
+    rows = np.concatenate(results, axis=1)
     tape, worst = Tape(program), 0.0
-    for k in range(len(points)):
-        inputs = [value for array in arrays for value in array[k].ravel().tolist()]
-        rounded = [value for result in results for value in result[k].tolist()]
+    for k in range(POINTS):
         try:
-            worst = max(worst, ulps(rounded, without_rounding(tape, inputs)))
+            exact = without_rounding(tape, [value for array in flat for value in array[k].tolist()])
+            worst = max([worst, *(ulps(rounded, exact) for rounded in np.unique(rows[k::POINTS], axis=0).tolist())])
         except (ArithmeticError, ValueError):
             continue
     return worst
