@@ -27,6 +27,11 @@ def same_formulas(one: Sequence[Program], other: Sequence[Program]) -> bool:
     return list(map(_numbered(numbers), one)) == list(map(_numbered(numbers), other))
 
 
+def has_formulas(text: Sequence[Program], programs: Sequence[Program]) -> bool:
+    """Return whether a text has the formulas of programs whose numbers are rounded once."""
+    return same_formulas(text, list(map(as_printed, programs)))
+
+
 def _numbered(numbers: dict[Any, int]) -> Callable[[Program], Any]:
     """Return a function that gives the shapes of a program and the numbers of its results, equal for equal formulas."""
 
@@ -46,18 +51,19 @@ def difference_of_program(text: Program, program: Program, known: Sequence[Truth
     """Describe how a text differs from the definition at the given points.
 
     If the text cannot hold the exact numbers of its program, the program is compared with the definition, and the text
-    with the program whose numbers are rounded once. A text with branches must also have the formulas of the program,
-    since random points do not meet every condition, such as an equality.
+    with the program whose numbers are rounded once. Texts with the formulas of the rounded program are not evaluated.
+    A text with branches must have these formulas, since random points do not meet every condition, such as an equality.
     """
     printed = as_printed(program)
-    if printed == program:
-        difference = disagreement(program_reader(text), known)
-    else:
+    is_same, is_exact = same_formulas([text], [printed]), printed == program
+    difference = disagreement(program_reader(text if is_exact else program), known)
+    if difference or is_same:
+        return difference
+    if not is_exact:
         reader = program_reader(printed)
-        difference = disagreement(program_reader(program), known) or disagreement(
+        difference = disagreement(
             program_reader(text), [replace(truth, results=(tuple(read(reader, truth)),), again=None) for truth in known]
         )
-    has_branches = cost(text).choice or cost(printed).choice
-    if not difference and has_branches and not same_formulas([text], [printed]):
+    if not difference and (cost(text).choice or cost(printed).choice):
         return "has branches, and other formulas than the compiled program"
     return difference

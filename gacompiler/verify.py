@@ -19,12 +19,12 @@ from .ir.interpret import Tape
 from .ir.procedure import Procedure
 from .ir.program import Program
 from .ir.uniform import joined
-from .passes.accuracy import ERROR_POINTS, ulps, without_rounding
+from .passes.accuracy import ulps, without_rounding
 from .passes.prove import truths
 from .passes.samples import sample
 from .passes.truth import Truth
-from .program_text import difference_of_program, same_formulas, without_names
-from .verify_loops import called_programs, error_of_loops, loops_difference, part_truths
+from .program_text import difference_of_program, has_formulas, without_names
+from .verify_loops import POINTS, called_programs, error_of_loops, loops_difference, part_truths
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +60,9 @@ class Verdict:
         """Whether both texts agree with the definition, and the code that was run agrees up to rounding."""
         return not self.python and not self.c and not self.error > LARGEST_ERROR
 
+
+ROWS = 7 * POINTS
+"""Size of the batch that is run, in which each point occurs several times, at other places of vectors."""
 
 LARGEST_ERROR = 1e6
 """The largest accepted error in ulp; a wrong sign gives an error of 1e15."""
@@ -103,13 +106,17 @@ def verify_kernel(
 ) -> Verdict:
     """Compare the texts of one kernel with its definition at exact points, and measure the rounding error of `run`.
 
-    Programs that the compilation in this process has proved, at the same points, are not evaluated again.
+    Programs that the compilation in this process has proved, at the same points or for all inputs, are not evaluated
+    again.
     """
     kernel, program, proof = record.kernel, record.source.program, record.proof
     name = kernel.name
     texts = [text[name] for text in (python, c) if name in text]
-    is_known = proof is not None and all(same_formulas(_functions(text), proof.programs) for text in texts)
-    known = proof.known if proof else truths(kernel, trace(kernel).expressions, record.slots, program)
+    is_known = proof is not None and all(has_formulas(_functions(text), proof.programs) for text in texts)
+    if proof and (is_known or not proof.is_for_all):
+        known: Sequence[Truth] = proof.known
+    else:
+        known = truths(kernel, trace(kernel).expressions, record.slots, program)
     in_python, in_c = "is not in the Python text", "is not in the C text"
     if name in python:
         in_python = "" if is_known else _difference(python[name], record, known)
@@ -144,7 +151,8 @@ def verify_loops(
     definitions of the straight-line parts at exact points, and that the procedure agrees with the unrolled function for
     several lengths.
     """
-    name, known = record.kernel.name, part_truths(record)
+    name = record.kernel.name
+    known = part_truths(record, *(text[name] for text in (python, c) if name in text))
     all_truths = [truth for each in known for truth in each]
     in_python = loops_difference(python.get(name), record, known)
     proved = () if in_python else called_programs(python[name])
@@ -179,23 +187,24 @@ def _difference(found: Read, record: Compiled, known: Sequence[Truth]) -> str:
 def _error_of(run: Any, record: Compiled) -> float:
     """Return the largest error in ulp of a generated function on random elements, relative to the exact program."""
     program, random = record.source.program, Random(6)
-    points = [sample(record.kernel, random, near_one=True) for _ in range(ERROR_POINTS)]
-    arrays = [
-        np.array([[float(point[name]) for name in a.components] for point in points]).reshape((len(points), *a.shape))
-        for a in program.arguments
+    points = [sample(record.kernel, random, near_one=True) for _ in range(POINTS)]
+    flat = [
+        np.array([[float(point[name]) for name in argument.components] for point in points])
+        for argument in program.arguments
     ]
-    found = run(*arrays)
+    # The points are repeated, so that batches consist of several vectors and a remainder.
+    found = run(*(np.resize(each, (ROWS, *a.shape)) for each, a in zip(flat, program.arguments, strict=True)))
     # A kernel without arguments has no batch: every point has the same result.
     results = [
-        np.broadcast_to(values, (len(points), *result.shape)).reshape(len(points), -1)
+        np.broadcast_to(values, (ROWS, *result.shape)).reshape(ROWS, -1)
         for values, result in zip(found if isinstance(found, tuple) else (found,), program.results, strict=True)
     ]
+    rows = np.concatenate(results, axis=1)
     tape, worst = Tape(program), 0.0
-    for k in range(len(points)):
-        inputs = [value for array in arrays for value in array[k].ravel().tolist()]
-        rounded = [value for result in results for value in result[k].tolist()]
+    for k in range(POINTS):
         try:
-            worst = max(worst, ulps(rounded, without_rounding(tape, inputs)))
+            exact = without_rounding(tape, [value for array in flat for value in array[k].tolist()])
+            worst = max([worst, *(ulps(rounded, exact) for rounded in np.unique(rows[k::POINTS], axis=0).tolist())])
         except (ArithmeticError, ValueError):
             continue
     return worst

@@ -22,25 +22,31 @@ from .passes.loop_samples import Case, Rows, in_doubles
 from .passes.prove import truths
 from .passes.prove_loops import LENGTHS, procedure_difference
 from .passes.truth import Truth
-from .program_text import difference_of_program, same_formulas, without_names
+from .program_text import difference_of_program, has_formulas, same_formulas, without_names
 
 POINTS = 11
 """Size of the batch that is run: larger than the number of vector lanes, and not a multiple of it."""
 
 
-def part_truths(record: CompiledLoops) -> list[list[Truth]]:
-    """Return points for the straight-line parts and the values of their definitions, as rows of tables."""
+def part_truths(record: CompiledLoops, *texts: Procedure) -> list[list[Truth]]:
+    """Return points for the straight-line parts and the values of their definitions, as rows of tables.
+
+    A few points suffice for parts that were proved for all inputs, if the texts with these loops have their formulas.
+    """
+    called = [called_programs(text) for text in texts]
     found = []
     pairs = zip(computes(record.trace.statements), record.parts, strict=True)
     # Parts are numbered in the order of tracing, which differs from the order in fused loops.
     parts = {f"{record.kernel.name}_{k}": pair for k, pair in enumerate(pairs, start=1)}
-    for apply in _applies(record.source.procedure):
+    for k, apply in enumerate(_applies(record.source.procedure)):
         compute, part = parts[apply.program.name]
         known: Sequence[Truth]
-        if part.proof is None:
-            known = truths(compute.kernel, trace(compute.kernel).expressions, part.slots, part.program)
+        proof = part.proof
+        is_own = bool(called) and all(has_formulas(each[k : k + 1], [apply.program]) for each in called)
+        if proof and (is_own or not proof.is_for_all):
+            known = proof.known
         else:
-            known = part.proof.known
+            known = truths(compute.kernel, trace(compute.kernel).expressions, part.slots, part.program)
         found.append([_as_rows(truth, compute, apply) for truth in known])
     return found
 

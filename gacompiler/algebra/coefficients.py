@@ -34,6 +34,7 @@ _NUMBERS = frozenset({int, Fraction, float, complex})
 """Types that are recognised without `isinstance`, which is slow for subclasses of abstract classes such as Fraction."""
 
 
+_ROUNDED = (Decimal, float, complex, *_ARRAYS)
 _CLASSES = (int, float, complex, Fraction, Decimal, *_REST)
 _FOREIGN = ("sympy", "mpmath")
 """Packages whose numbers and formulas may be coefficients; they are not imported for the test."""
@@ -124,7 +125,7 @@ def scale(value: Coefficient, factor: int | Fraction) -> Coefficient:
         return value
     if factor == -1:
         return -value
-    if isinstance(factor, Fraction) and (isinstance(value, (Decimal, float, complex, *_ARRAYS)) or _is_mpmath(value)):
+    if isinstance(factor, Fraction) and (isinstance(value, _ROUNDED) or _is_mpmath(value)):
         return value * factor.numerator / factor.denominator
     return value * factor
 
@@ -286,7 +287,7 @@ def _decimal_function(name: str, arguments: tuple[Any, ...]) -> Any:
         a if type(a) is Decimal else Decimal(a.numerator) / a.denominator if isinstance(a, Fraction) else Decimal(a)
         for a in arguments
     ]
-    if any(a.is_nan() for a in lifted):
+    if any(map(Decimal.is_nan, lifted)):
         if name in _ANY or name in ("atan2", "floor"):
             raise ValueError(f"{name} of a number that is not real")
         return lifted[0] if lifted[0].is_nan() else lifted[1]

@@ -14,6 +14,9 @@ from .scalar import RING, Op, Rational
 MANTISSA = 53
 """Number of bits of a double."""
 
+NAMES: Mapping[Op, str] = {op: op.value for op in Op}
+"""The names of operations: the attribute of an enumeration is a function in Python, needed for every evaluation."""
+
 
 def evaluate(op: Op, values: Sequence[Any]) -> Any:
     """Return ``op(values)`` in the ring of the values."""
@@ -29,13 +32,19 @@ def evaluate(op: Op, values: Sequence[Any]) -> Any:
         case Op.DIVIDE:
             return divide(values[0], values[1])
         case _:
-            return scalar_function(op.value, *values)
+            return scalar_function(NAMES[op], *values)
 
 
 class Tape:
     """A program prepared for repeated evaluation: names are replaced by positions in one list of values.
 
     The list contains the inputs, then the constants, then one value for each line.
+
+    Attributes
+    ----------
+    program : Program
+    constants : list of Fraction
+        The exact numbers in the program, apart from the factors of products.
     """
 
     def __init__(self, program: Program) -> None:
@@ -44,12 +53,12 @@ class Tape:
         for argument in program.arguments:
             for component in argument.components:
                 places[component] = len(places)
-        self._constants: list[Fraction] = []
+        self.constants: list[Fraction] = []
 
         for operand in _operands(program):
             if not isinstance(operand, str) and operand not in places:
                 places[operand] = len(places)
-                self._constants.append(operand)
+                self.constants.append(operand)
         self._first = len(places)
         self._lines: list[tuple[Op, int, int, tuple[int, ...]]] = []
         self._scaled: list[Rational | None] = []
@@ -66,7 +75,11 @@ class Tape:
 
         The exact factor of a product with a constant is not lifted: it scales the value.
         """
-        values = [*inputs, *map(constant, self._constants)]
+        return self.run_with(inputs, map(constant, self.constants))
+
+    def run_with(self, inputs: Iterable[Any], constants: Iterable[Any]) -> list[Any]:
+        """Return the same as `run`, for `constants` that are lifted already."""
+        values = [*inputs, *constants]
         append = values.append
         for (op, a, b, at), factor in zip(self._lines, self._scaled, strict=True):
             if factor is not None:
@@ -86,7 +99,7 @@ class Tape:
 
         `function` evaluates the operations that are not ring operations.
         """
-        values = [*inputs, *map(float, self._constants)]
+        values = [*inputs, *map(float, self.constants)]
         append = values.append
         for op, a, b, at in self._lines:
             if op is Op.MULTIPLY:
@@ -104,8 +117,8 @@ class Tape:
     @cached_property
     def bits(self) -> int:
         """An estimate of the number of bits of the longest exact value for inputs in double precision."""
-        found = [MANTISSA] * (self._first - len(self._constants))
-        found += [max(each.numerator.bit_length(), each.denominator.bit_length()) for each in self._constants]
+        found = [MANTISSA] * (self._first - len(self.constants))
+        found += [max(each.numerator.bit_length(), each.denominator.bit_length()) for each in self.constants]
         for op, a, b, at in self._lines:
             if op in (Op.MULTIPLY, Op.DIVIDE):
                 found.append(found[a] + found[b])
@@ -117,7 +130,7 @@ class Tape:
     def is_dyadic(self) -> bool:
         """Whether binary fractions are mapped to binary fractions: all operations and constants are dyadic."""
         ring = all(op in RING for op, *_ in self._lines)
-        return ring and all(_is_power_of_two(value.denominator) for value in self._constants)
+        return ring and all(_is_power_of_two(value.denominator) for value in self.constants)
 
     def run_dyadic(self, inputs: Iterable[float | Fraction]) -> list[Fraction]:
         """Evaluate a program with `is_dyadic` on exact binary fractions, as integers times powers of two.
@@ -126,7 +139,7 @@ class Tape:
         """
         whole: list[int] = []
         powers: list[int] = []
-        numbers: list[float | Fraction] = [*inputs, *self._constants]
+        numbers: list[float | Fraction] = [*inputs, *self.constants]
         for number in numbers:
             numerator, denominator = number.as_integer_ratio()
             whole.append(numerator)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import accumulate
 from typing import Any
 
 from .boundaries import row_near
@@ -12,6 +13,9 @@ from .rows import Along, Counter, Following, Numbered, Parent, Previous, Shifted
 
 Rows = list[list[Any]]
 """The rows of a table; rows of several axes are in C order."""
+
+Step = Callable[[], None]
+Number = Callable[[], int | None]
 
 
 def run_procedure(
@@ -40,7 +44,8 @@ def run_procedure(
         When a row is read through an index table whose entry is -1, or a number is used that no statement has written.
     """
     if apply is None:
-        apply = lambda tape, inputs: tape.run(inputs, constant)  # noqa: E731
+        lifted = {name: list(map(constant, tape.constants)) for name, tape in _tapes(procedure).items()}
+        apply = lambda tape, inputs: tape.run_with(inputs, lifted[tape.program.name])  # noqa: E731
     return _Run(procedure, lengths, arguments, constant, apply).results()
 
 
@@ -61,7 +66,11 @@ def is_dyadic(procedure: Procedure) -> bool:
 
 
 class _Run:
-    """The state of a running procedure: the rows of its tables, and the current rows of its loops."""
+    """A procedure prepared for one run: each statement is a function of no arguments, which changes the tables.
+
+    Places are resolved when the run is prepared, since a statement in nested loops runs hundreds of times. The lists of
+    rows and the rows themselves are changed in place and never replaced.
+    """
 
     def __init__(
         self,
@@ -85,8 +94,10 @@ class _Run:
 
     def results(self) -> dict[str, Rows]:
         """Run the procedure and return its results. Numbers are None until a statement writes them."""
+        steps = self._steps(self._procedure.body)
         try:
-            self._run(self._procedure.body)
+            for step in steps:
+                step()
         except TypeError as error:
             raise IndexError(f"{self._procedure.name}: a number is used before it is written") from error
         found = {table.name: self._tables[table.name] for table in self._procedure.results}
@@ -95,99 +106,213 @@ class _Run:
                 raise IndexError(f"{name}: a row is not written")
         return found
 
-    def _run(self, body: Sequence[Statement]) -> None:
-        for statement in body:
-            match statement:
-                case Apply():
-                    given = [value for place in statement.inputs for value in self._row(place)]
-                    found = iter(self._apply(self._tapes[statement.program.name], given))
-                    for place, result in zip(statement.outputs, statement.program.results, strict=True):
-                        self._write(place, [next(found) for _ in result.operands])
-                case Add():
-                    at, of = self._number(statement.target), statement.source
-                    if at is not None and (self._number(of) is not None or start_of(of.row)):
-                        row = self._tables[statement.target.table][at]
-                        row[:] = [a + b for a, b in zip(row, self._row(of), strict=True)]
-                case Copy():
-                    self._write(statement.target, list(self._row(statement.source)))
-                case Clear():
-                    for row in self._tables[statement.table]:
-                        row[:] = [self._constant(0)] * len(row)
-                case Loop():
-                    count = self._lengths[statement.length]
-                    rows = range(self._bound(statement.first, 0, count), self._bound(statement.end, count, count))
-                    self._directions[statement.counter] = (-1 if statement.reverse else 1, count)
-                    for k in reversed(rows) if statement.reverse else rows:
-                        self._counters[statement.counter] = k
-                        self._run(statement.body)
-                        if statement.until and self._tables[statement.until][0][0] != 0:
-                            break
-                case Repeat():
-                    for _ in range(statement.limit):
-                        self._run(statement.body)
-                        steps = self._tables[statement.steps][0]
-                        steps[0] = steps[0] + self._constant(1)
-                        if self._tables[statement.until][0][0] != 0:
-                            break
+    def _steps(self, body: Sequence[Statement]) -> list[Step]:
+        return [self._step(statement) for statement in body]
 
-    def _bound(self, table: str, otherwise: int, count: int) -> int:
-        """Return a bound of a loop over `count` rows: the number in a table, or another one without a table."""
+    def _step(self, statement: Statement) -> Step:
+        match statement:
+            case Apply():
+                return self._call(statement)
+            case Add():
+                return self._addition(statement)
+            case Copy():
+                row, write = self._row(statement.source), self._target(statement.target)
+
+                def step() -> None:
+                    write()[:] = row()
+
+            case Clear():
+                rows, constant = self._tables[statement.table], self._constant
+
+                def step() -> None:
+                    for each in rows:
+                        each[:] = [constant(0)] * len(each)
+
+            case Loop():
+                return self._loop(statement)
+            case Repeat():
+                return self._repetition(statement)
+        return step
+
+    def _call(self, statement: Apply) -> Step:
+        tape, apply = self._tapes[statement.program.name], self._apply
+        inputs = [self._row(place) for place in statement.inputs]
+        ends = list(accumulate(len(result.operands) for result in statement.program.results))
+        outputs = list(zip(map(self._target, statement.outputs), [0, *ends], ends, strict=False))
+
+        def step() -> None:
+            given: list[Any] = []
+            for row in inputs:
+                given += row()
+            found = apply(tape, given)
+            for target, start, end in outputs:
+                target()[:] = found[start:end]
+
+        return step
+
+    def _addition(self, statement: Add) -> Step:
+        target, source = self._number(statement.target), self._number(statement.source)
+        has_start, row = bool(start_of(statement.source.row)), self._row(statement.source)
+        rows = self._tables[statement.target.table]
+
+        def step() -> None:
+            at = target()
+            if at is not None and (has_start or source() is not None):
+                rows[at][:] = [a + b for a, b in zip(rows[at], row(), strict=True)]
+
+        return step
+
+    def _loop(self, statement: Loop) -> Step:
+        steps, count, counter = self._steps(statement.body), self._lengths[statement.length], statement.counter
+        first, end = self._bound(statement.first, 0, count), self._bound(statement.end, count, count)
+        ends = self._tables[statement.until] if statement.until else None
+        counters, directions = self._counters, self._directions
+        direction = -1 if statement.reverse else 1, count
+
+        def step() -> None:
+            rows = range(first(), end())
+            directions[counter] = direction
+            for k in reversed(rows) if statement.reverse else rows:
+                counters[counter] = k
+                for each in steps:
+                    each()
+                if ends is not None and ends[0][0] != 0:
+                    break
+
+        return step
+
+    def _repetition(self, statement: Repeat) -> Step:
+        steps, one = self._steps(statement.body), self._constant(1)
+        counts, ends = self._tables[statement.steps], self._tables[statement.until]
+
+        def step() -> None:
+            for _ in range(statement.limit):
+                for each in steps:
+                    each()
+                counts[0][0] = counts[0][0] + one
+                if ends[0][0] != 0:
+                    break
+
+        return step
+
+    def _bound(self, table: str, otherwise: int, count: int) -> Callable[[], int]:
+        """Return a function of a bound of a loop over `count` rows: the number in a table, or else another one."""
         if not table:
-            return otherwise
-        value = self._tables[table][0][0]
-        return (int(value) if value < count else count) if value > 0 else 0
+            return lambda: otherwise
+        rows = self._tables[table]
 
-    def _write(self, place: Place, values: list[Any]) -> None:
-        at = self._number(place)
-        if at is None:
-            raise IndexError(f"{place.table}: no row to write to")
-        self._tables[place.table][at][:] = values
+        def bound() -> int:
+            value = rows[0][0]
+            return (int(value) if value < count else count) if value > 0 else 0
 
-    def _row(self, place: Place) -> list[Any]:
-        at = self._number(place)
-        if at is not None:
-            return self._tables[place.table][at]
-        start = start_of(place.row)
-        if not start:
-            raise IndexError(f"{place.table}: an index table has entry -1, where a row is read")
-        return self._tables[start][0]
+        return bound
 
-    def _number(self, place: Place) -> int | None:
-        """Return the index of a row, or None if the row does not exist."""
-        row = place.row
-        if row is None:
-            return 0
-        if type(row) is Counter:
-            return self._counters[row.loop]
-        position = 0
-        for each, length in zip(numbers_of(row), self._lengths_of[place.table], strict=True):
-            k = self._along(each, length)
-            if k is None:
-                return None
-            position = position * length + k
-        return position
+    def _target(self, place: Place) -> Callable[[], list[Any]]:
+        """Return a function of the row to write to."""
+        number, rows = self._number(place), self._tables[place.table]
 
-    def _along(self, row: Along, length: int) -> int | None:
-        """Return the index of a row along an axis, or None if the row does not exist."""
+        def target() -> list[Any]:
+            at = number()
+            if at is None:
+                raise IndexError(f"{place.table}: no row to write to")
+            return rows[at]
+
+        return target
+
+    def _row(self, place: Place) -> Callable[[], list[Any]]:
+        """Return a function of the row to read."""
+        rows, start, counters = self._tables[place.table], start_of(place.row), self._counters
+        if place.row is None:
+            return lambda: rows[0]
+        if isinstance(place.row, Counter):
+            loop = place.row.loop
+            return lambda: rows[counters[loop]]
+        number = self._number(place)
+        starts = self._tables[start] if start else None
+
+        def row() -> list[Any]:
+            at = number()
+            if at is not None:
+                return rows[at]
+            if starts is None:
+                raise IndexError(f"{place.table}: an index table has entry -1, where a row is read")
+            return starts[0]
+
+        return row
+
+    def _number(self, place: Place) -> Number:
+        """Return a function of the index of a row; its value is None if the row does not exist."""
+        lengths = self._lengths_of[place.table]
+        if place.row is None:
+            return lambda: 0
+        axes = [self._along(each, length) for each, length in zip(numbers_of(place.row), lengths, strict=True)]
+        if len(axes) == 1:
+            return axes[0]
+        if len(axes) == 2:
+            (outer, inner), (_, width) = axes, lengths
+
+            def number_of_two() -> int | None:
+                a, b = outer(), inner()
+                return None if a is None or b is None else a * width + b
+
+            return number_of_two
+
+        def number() -> int | None:
+            position = 0
+            for axis, length in zip(axes, lengths, strict=True):
+                k = axis()
+                if k is None:
+                    return None
+                position = position * length + k
+            return position
+
+        return number
+
+    def _along(self, row: Along, length: int) -> Number:
+        """Return a function of the index of a row along an axis; its value is None if the row does not exist."""
+        counters, directions, tables = self._counters, self._directions, self._tables
         match row:
             case Numbered(number, _):
-                value = self._tables[number][0][0]
-                return int(value) if 0 <= value < length else None
+                numbers = tables[number]
+
+                def along() -> int | None:
+                    value = numbers[0][0]
+                    return int(value) if 0 <= value < length else None
+
             case Counter(loop):
-                return self._counters[loop]
+                return lambda: counters[loop]
             case Shifted(loop, by, boundary, stride, _):
-                return row_near(boundary, stride * self._counters[loop] + by, length)
+
+                def along() -> int | None:
+                    k = stride * counters[loop] + by
+                    return k if 0 <= k < length else row_near(boundary, k, length)
+
             case Previous(loop, _):
-                direction, count = self._directions[loop]
-                k = self._counters[loop] - direction
-                return k if 0 <= k < count else None
+
+                def along() -> int | None:
+                    direction, count = directions[loop]
+                    k = counters[loop] - direction
+                    return k if 0 <= k < count else None
+
             case Following(loop):
-                direction, count = self._directions[loop]
-                k = self._counters[loop] + direction
-                return k if 0 <= k < count else None
+
+                def along() -> int | None:
+                    direction, count = directions[loop]
+                    k = counters[loop] + direction
+                    return k if 0 <= k < count else None
+
             case Parent(index, loop, _):
-                k = self._tables[index][self._counters[loop]][0]
-                return k if k >= 0 else None
+                parents = tables[index]
+
+                def along() -> int | None:
+                    k: int = parents[counters[loop]][0]
+                    return k if k >= 0 else None
+
             case Through(index, loop, column):
-                k = self._tables[index][self._counters[loop]][column]
-                return k if k >= 0 else None
+                entries = tables[index]
+
+                def along() -> int | None:
+                    k: int = entries[counters[loop]][column]
+                    return k if k >= 0 else None
+
+        return along

@@ -24,7 +24,7 @@ from ..algebra.coefficients import FLOAT
 from ..algebra.layout import Layout
 from ..errors import GacError, InexactError
 from ..frontend.kernel import Kernel
-from ..ir.interpret import Tape, evaluate
+from ..ir.interpret import NAMES, Tape, evaluate
 from ..ir.program import Program
 from ..ir.scalar import Op
 from ..rings.decimals import digits, from_decimal, to_decimal
@@ -225,7 +225,7 @@ def rounded_once(op: Op, operands: list[float]) -> float:
             return float(evaluate(op, [mpmath.mpf(operand) for operand in operands]))
     if op is Op.DIVIDE:
         return operands[0] / operands[1]
-    return float(FLOAT[op.value](*operands))
+    return float(FLOAT[NAMES[op]](*operands))
 
 
 def ulps(found: Sequence[Any], exact: Sequence[Any], least: Any = 0) -> float:

@@ -256,21 +256,23 @@ def prove_program(record: Compilation) -> Compilation:
     definition = record.kernel, record.trace.expressions, record.decision.slots
     programs = [record.program, *(joined(form, record.program) for form in record.uniform)]
     has_branches = _has_branches(record.program)
-    n = QUICK_POINTS if record.kernel.result_names and has_branches else None
-    few = EXACT_POINTS if has_branches and are_identities(*definition, programs) else n
+    quick = QUICK_POINTS if record.kernel.result_names and has_branches else None
+    is_for_all = has_branches and are_identities(*definition, programs)
+    n = EXACT_POINTS if is_for_all else quick
     try:
-        known = truths(*definition, record.program, n=few)
+        known = truths(*definition, record.program, n=n)
     except ProofError:
-        if few == n:
+        if n == quick:
             raise
-        few, known = n, truths(*definition, record.program, n=n)  # A few points may miss a small domain.
+        known = truths(*definition, record.program, n=quick)  # A few points may miss a small domain.
     difference = next(filter(None, (disagreement(program_reader(program), known) for program in programs)), "")
     if difference:
         raise ProofError(
             f"kernel {record.kernel.name}", difference, remedy="this is a defect of the compiler, please report it"
         )
-    # A text is verified at more points than these few.
-    return record if few else replace(record, proof=Proof(tuple(programs), tuple(known)))
+    if quick and not is_for_all:
+        return record  # A text is verified at more points than these few.
+    return replace(record, proof=Proof(tuple(programs), tuple(known), is_for_all))
 
 
 class _Identities(PolynomialRing):

@@ -35,7 +35,10 @@ class Proof:
         The program, and the forms for uniform arguments as whole programs.
     known : tuple of Truth
         The points, and the values of the definition there.
+    is_for_all : bool
+        Whether the programs were proved for all inputs, in addition to a few points. Other programs need more points.
     """
 
     programs: tuple[Program, ...]
     known: tuple[Truth, ...]
+    is_for_all: bool = False

@@ -34,6 +34,8 @@ def to_decimal(value: Any) -> Decimal:
     """Convert a number of Python or mpmath to a decimal of the current precision."""
     if isinstance(value, Decimal):
         return value
+    if isinstance(value, float):
+        return +Decimal(value)
     if isinstance(value, (int, Fraction)):
         return Decimal(value.numerator) / value.denominator
     if not mpmath.isfinite(value):
