@@ -95,7 +95,7 @@ def _python_source(module: ModuleSource, imports: str, label: str) -> str:
             types=["\n".join(class_text(name, layouts[layout])) for name, layout in types.values()],
             operators=_call("_module.operators", operator_lines(module, types), one_each=True),
             sums=", ".join(combined_types(types)),
-            public=_filled([_string(name) for name in (*names, *(name for name, _ in types.values()), *PUBLIC)]),
+            public=_call("__all__ = ", ["*kernels", *map(_string, (*(name for name, _ in types.values()), *PUBLIC))]),
         )
     )
     return stamp(body, module, "#")
@@ -279,14 +279,18 @@ def _documentation(summary: str) -> list[str]:
 
 
 def _call(function: str, parts: Sequence[str], one_each: bool = False) -> list[str]:
-    """Print a call, on one line if it fits; return no lines if there are no arguments."""
+    """Print a call, on one line if it fits, else aligned; return no lines if there are no arguments."""
     if not parts:
         return []
     line = f"{function}({', '.join(parts)})"
     if len(line) <= _WIDTH:
         return [line]
-    lines = [f"{part}," for part in parts] if one_each else _filled(list(parts), _WIDTH - 4)
-    return [f"{function}(", *(f"    {line}" for line in lines), ")"]
+    if one_each:
+        return [f"{function}(", *(f"    {part}," for part in parts), ")"]
+    inner = " " * len(f"{function}(")
+    first, *rest = _filled(parts, _WIDTH - len(inner))
+    lines = [f"{function}({first}", *(f"{inner}{line}" for line in rest)]
+    return [*lines[:-1], f"{lines[-1].removesuffix(',')})"]
 
 
 def _filled(items: Sequence[str], width: int = _WIDTH - 4) -> list[str]:

@@ -13,7 +13,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..errors import BackendError
-from ..gac_runtime.definition import shapes_in
 from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Storage, Table
 from ..ir.procedure_cost import procedure_costs
 from ..ir.program import Program
@@ -38,14 +37,14 @@ def python_procedures(text: str) -> dict[str, Procedure]:
     parts: dict[str, _Part] = {}
     found: dict[str, Procedure] = {}
     for node in nodes:
-        if not isinstance(node, ast.FunctionDef) or len(node.decorator_list) != 1:
+        if not isinstance(node, ast.FunctionDef):
             continue
-        match node.decorator_list[0]:
-            case ast.Call(ast.Attribute(ast.Name("_module"), "part"), [ast.Constant(str(signature))], []):
+        match node.decorator_list:
+            case [] if node.returns:
                 if node.name in parts:
                     raise BackendError(f"Python text of {node.name}", "two functions with the same name", "one")
-                parts[node.name] = _part(lines, node, signature)
-            case ast.Call(ast.Attribute(ast.Name("_module"), "loops")) as declared:
+                parts[node.name] = _part(lines, node)
+            case [ast.Call(ast.Attribute(ast.Name("_module"), "loops")) as declared]:
                 where = f"Python text of {node.name}"
                 function = python_function(lines, node)
                 read = _Reader(where, function, declared, parts)
@@ -65,21 +64,31 @@ def outline(procedure: Procedure) -> Procedure:
 
 
 class _Part(NamedTuple):
-    """A straight-line part: its program, and its text including the decorator."""
+    """A straight-line part: its program and its text."""
 
     program: Program
     lines: list[str]
 
 
-def _part(lines: list[str], node: ast.FunctionDef, signature: str) -> _Part:
-    if not re.fullmatch(r"(\([\d,]*\)(,\([\d,]*\))*)?->\([\d,]*\)(,\([\d,]*\))*", signature):
-        raise BackendError(f"Python text of {node.name}", f"signature {signature!r}", "shapes, as in (8),()->(8)")
+def _part(lines: list[str], node: ast.FunctionDef) -> _Part:
+    where = f"Python text of {node.name}"
+    results = node.returns.elts if isinstance(node.returns, ast.Tuple) else [node.returns]
+    shapes, out_shapes = (
+        [_row_shape(where, row) for row in rows] for rows in ([each.annotation for each in node.args.args], results)
+    )
     try:
-        program = python_program(python_function(lines, node), *shapes_in(signature))
+        program = python_program(python_function(lines, node), shapes, out_shapes)
     except ValueError as error:  # an argument that is not unpacked
-        raise BackendError(f"Python text of {node.name}", f"{error}", f"a function of {signature}") from error
-    first = node.decorator_list[0].lineno
-    return _Part(program, lines[first - 1 : node.end_lineno])
+        raise BackendError(where, f"{error}", f"a function of {shapes}") from error
+    return _Part(program, lines[node.lineno - 1 : node.end_lineno])
+
+
+def _row_shape(where: str, row: ast.expr | None) -> Shape:
+    """Read the shape of a row, such as ``R8``."""
+    match row:
+        case ast.Name(text) if re.fullmatch(r"R(\d+(x\d+)*)?", text):
+            return tuple(int(size) for size in text[1:].split("x") if size)
+    raise BackendError(where, "a row without a shape", "shapes, as in R8 or R3x3")
 
 
 def _check(

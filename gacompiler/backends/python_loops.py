@@ -1,6 +1,7 @@
 """Print kernels with loops as Python: functions on numpy arrays that numba can compile.
 
 Tables over lengths are parameters, which the function reads and writes by rows. Tables of a single row are variables.
+The functions of straight-line parts are annotated with the shapes of rows: ``R`` is a number, ``R3x3`` a matrix.
 Three functions are free names, which must be bound to run the text: ``_row_or(table, k, start)`` returns row k of a
 table, or `start` if there is no such row; ``_add_to(table, k, row)`` adds a row to row k if it exists; and ``_sum(a,
 b)`` returns the sum of two rows. ``_bound(x, n)`` returns a computed number as the bound of a loop over n rows.
@@ -64,7 +65,7 @@ class LoopText:
     Attributes
     ----------
     parts : dict of str to list of str
-        The lines of the functions of its straight-line programs, with their decorators, by the names of the programs.
+        The lines of the functions of its straight-line programs, by the names of the programs.
     options : list of str
         The arguments of the decorator that follow the signature and the layouts.
     head : str
@@ -96,10 +97,22 @@ def loop_text(procedure: Procedure) -> LoopText:
     parts = {}
     for program in procedure.programs:
         lines = function_text(program)
-        head = lines[0].replace(f"def {program.name}(", f"def {part_name(program)}(", 1)
-        parts[program.name] = [f'@_module.part("{program.signature}")', head, *lines[1:]]
+        parts[program.name] = [_part_head(program, lines[0]), *lines[1:]]
     body = list(printer.lines(procedure.body, _INDENT))
     return LoopText(parts, printer.options(), printer.head, body)
+
+
+def _part_head(program: Program, head: str) -> str:
+    """Return the first line of the function of a part, with the types of its rows: ``R8`` has 8 numbers."""
+    names = filter(None, head.partition("(")[2].removesuffix("):").split(", "))
+    typed = [f"{name}: {_row(argument.shape)}" for name, argument in zip(names, program.arguments, strict=True)]
+    results = ", ".join(_row(result.shape) for result in program.results)
+    returned = f"({results})" if len(program.results) > 1 else results
+    return f"def {part_name(program)}({', '.join(typed)}) -> {returned}:"
+
+
+def _row(shape: Sequence[int]) -> str:
+    return f"R{'x'.join(map(str, shape))}"
 
 
 def costs_text(costs: Sequence[tuple[str, Cost]]) -> str:

@@ -33,8 +33,8 @@ from .printers import MACROS, PYTHON, C
 from .python import cost_text, form_text
 from .python_text import form_functions, function_text
 
-OF_LOOPS = ("_module.part", "_module.loops")
-"""Decorators of kernels with loops and their parts, which `python_loop_reader` reads."""
+OF_LOOPS = "_module.loops"
+"""The decorator of kernels with loops, which `python_loop_reader` reads."""
 
 Function = Callable[..., tuple[tuple[Any, ...], ...]]
 
@@ -301,7 +301,7 @@ def python_programs(text: str) -> dict[str, Read]:
         for node in definitions
         if node.decorator_list
         and isinstance(node.decorator_list[0], ast.Call)
-        and ast.unparse(node.decorator_list[0].func) not in OF_LOOPS
+        and ast.unparse(node.decorator_list[0].func) != OF_LOOPS
     }
 
 

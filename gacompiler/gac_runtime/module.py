@@ -16,7 +16,7 @@ from .documentation import Facts
 from .kernel import Kernel
 from .layout import SCALAR, Layout, layout
 from .library import Library, chosen_backend, without_library
-from .loop_definition import Part, cost_text, loop_definition
+from .loop_definition import cost_text, loop_definition
 from .loop_kernel import LoopKernel
 from .threads import default_threads
 from .value import Family, Value, families
@@ -54,7 +54,6 @@ class GeneratedModule:
             )
         self.namespace = namespace
         self.kernels: list[str] = []
-        self._parts: dict[str, Part] = {}
         families[name] = self._family = Family()
         file = Path(os.path.abspath(namespace["__file__"]))
         self.library = Library(library, file.with_name(f"{library.rpartition('-')[0]}.c"))
@@ -140,21 +139,6 @@ class GeneratedModule:
         """Declare a form of a kernel; see `Form`."""
         kernel.definition.forms.append(Form(tuple(same.split()), least, n_prepared, prepare, apply, once, each))
 
-    def part(self, signature: str) -> Callable[[Function], Function]:
-        """Return a decorator that declares a straight-line part of a kernel with loops from its function of rows.
-
-        Parameters
-        ----------
-        signature : str
-            The shapes of the rows, ``(8),(),(6)->(8)``.
-        """
-
-        def declared(function: Function) -> Function:
-            self._parts[function.__name__] = Part(function, *shapes_in(signature))
-            return function
-
-        return declared
-
     def loops(
         self,
         signature: str,
@@ -196,7 +180,7 @@ class GeneratedModule:
 
         def declared(function: Function) -> LoopKernel:
             definition = loop_definition(
-                function, signature, layouts, self._parts,
+                function, signature, layouts, self.namespace,
                 cost=cost, names=names, shared=shared, indices=indices, work=work, repeats=repeats,
             )  # fmt: skip
             self.kernels.append(definition.name)
