@@ -21,7 +21,7 @@ from ..ir.scalar import Op
 from ..ir.verify import verify
 from .printers import PYTHON, C, Names, Notation, Written
 
-WIDTHS: Mapping[Notation, int] = {C: 92, PYTHON: 102}
+WIDTHS: Mapping[Notation, int] = {C: 92, PYTHON: 105}
 """The longest expressions: with the declaration or the tuple around it, a line has at most 120 characters."""
 
 _BY_NAME = {Op.MINIMUM: (0, 1), Op.MAXIMUM: (0, 1), Op.SELECT: (1, 2)}

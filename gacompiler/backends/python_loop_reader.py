@@ -10,18 +10,20 @@ import ast
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import prod
 from typing import NamedTuple
 
 from ..errors import BackendError
 from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Storage, Table
 from ..ir.procedure_cost import procedure_costs
-from ..ir.program import Program
+from ..ir.program import Argument, Operand, Program, Result
 from ..ir.rows import Through, goes_through, numbers_of
+from ..ir.verify import verify
 from .loop_statements import Bound
 from .nesting import Shape
 from .python_loop_rows import RowReader
-from .python_loops import ADD_TO, BOUND, SUM, costs_text, loop_text
-from .readers import PythonFunction, python_function, python_program, python_statements
+from .python_loops import ADD_TO, BOUND, NUMBER, SUM, costs_text, loop_text, moves_numbers
+from .readers import PythonFunction, python_function, python_program, python_statements, read_number
 from .shared_parts import with_applies
 
 
@@ -50,7 +52,8 @@ def python_procedures(text: str) -> dict[str, Procedure]:
                 read = _Reader(where, function, declared, parts)
                 found[node.name] = procedure = read.procedure(node.name)
                 _check(where, procedure, declared, function, parts)
-    used = {f"_{program.name}" for procedure in found.values() for program in procedure.programs}
+    called = [program for procedure in found.values() for program in procedure.programs]
+    used = {f"_{program.name}" for program in called if not moves_numbers(program)}
     if used != parts.keys():
         raise BackendError("Python text", f"a part {min(parts.keys() - used)} that is never called", "a call of it")
     return found
@@ -135,6 +138,7 @@ class _Reader(RowReader):
         except (ValueError, TypeError, AttributeError, IndexError, KeyError) as error:
             raise BackendError(where, f"a declaration that cannot be read ({error})", "@_module.loops(...)") from error
         self._may_miss = False
+        self._n_moved = 0
 
     def _declared(self, signature: str, options: Mapping[str, Mapping[str, str]]) -> dict[str, Table]:
         """Return the tables by their names in the text; the lengths are determined at the same time."""
@@ -184,6 +188,8 @@ class _Reader(RowReader):
                 return Add(self._added(row), place)
             case ast.Assign([ast.Subscript(ast.Name(name), ast.Slice(None, None, None))], ast.Constant(0)):
                 return Clear(self._table(node, name).name)
+            case ast.Assign([target], value) if _is_moved(value):
+                return self._moved(node, target, value)
             case ast.Assign([target], value):
                 return Copy(self._read(value), self._written(target))
             case ast.Expr(ast.Call(ast.Name(name), [ast.Name(table), key, row], [])) if name == ADD_TO:
@@ -234,6 +240,31 @@ class _Reader(RowReader):
         ):
             raise self._unreadable(node)
         return Apply(program, inputs, outputs)
+
+    def _moved(self, node: ast.AST, target: ast.expr, value: ast.expr) -> Apply:
+        """Read results that are constants or numbers of other tables."""
+        outputs = tuple(map(self._written, target.elts if isinstance(target, ast.Tuple) else [target]))
+        values = value.elts if len(outputs) > 1 and isinstance(value, ast.Tuple) else [value]
+        if len(values) != len(outputs):
+            raise self._unreadable(node)
+        inputs: list[Place] = []
+        results: list[tuple[Shape, tuple[Operand, ...]]] = []
+        for place, row in zip(outputs, values, strict=True):
+            operands: list[Operand] = []
+            for entry in _entries(row):
+                if isinstance(entry, ast.Call):
+                    inputs.append(self._read(entry.args[0]))
+                    operands.append(f"x{len(inputs) - 1}")
+                else:
+                    operands.append(read_number(self._where, entry))
+            results.append((self._shape(place), tuple(operands)))
+        if any(map(self._shape, inputs)) or any(prod(shape) != len(row) for shape, row in results):
+            raise self._unreadable(node)
+        self._n_moved += 1
+        name = f"{self._function.name}_moved_{self._n_moved}"
+        arguments = tuple(Argument(f"x{k}", (), (f"x{k}",)) for k in range(len(inputs)))
+        outs = tuple(Result(f"out{k}", *result) for k, result in enumerate(results))
+        return Apply(verify(Program(name, arguments, (), outs)), tuple(inputs), outputs)
 
     def _shape(self, place: Place) -> Shape:
         return next(table.shape for table in self._tables.values() if table.name == place.table)
@@ -290,6 +321,26 @@ class _Reader(RowReader):
                 return Repeat(limit, *names, self._statements(inner))
             case _:
                 raise self._unreadable(node)
+
+
+def _entries(row: ast.expr) -> list[ast.expr]:
+    """Return the entries of a row: of a tuple, of the same number several times, or the number itself."""
+    match row:
+        case ast.BinOp(ast.Tuple([number]), ast.Mult(), ast.Constant(int(count))):
+            return [number] * count
+        case ast.Tuple(entries):
+            return entries
+    return [row]
+
+
+def _is_moved(value: ast.expr) -> bool:
+    """Whether a value is a constant, a number of another table, or a tuple of these."""
+    match value:
+        case ast.Tuple(entries):
+            return all(map(_is_moved, entries))
+        case ast.Call(ast.Name(name), [_], []):
+            return name == NUMBER
+    return isinstance(value, (ast.Constant, ast.UnaryOp, ast.BinOp))
 
 
 def _sizes(text: str) -> tuple[tuple[str, ...], Shape]:

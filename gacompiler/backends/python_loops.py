@@ -2,9 +2,10 @@
 
 Tables over lengths are parameters, which the function reads and writes by rows. Tables of a single row are variables.
 The functions of straight-line parts are annotated with the shapes of rows: ``R`` is a number, ``R3x3`` a matrix.
-Three functions are free names, which must be bound to run the text: ``_row_or(table, k, start)`` returns row k of a
+Some functions are free names, which must be bound to run the text: ``_row_or(table, k, start)`` returns row k of a
 table, or `start` if there is no such row; ``_add_to(table, k, row)`` adds a row to row k if it exists; and ``_sum(a,
 b)`` returns the sum of two rows. ``_bound(x, n)`` returns a computed number as the bound of a loop over n rows.
+``_number(x)`` is a number of another table, in the type of the kernel. Constant rows are flat.
 Functions such as ``_reflect(k, n)`` return the row that a boundary mode puts at k.
 """
 
@@ -46,14 +47,16 @@ from ..ir.rows import (
     numbers_of,
     start_of,
 )
+from ..ir.scalar import Rational
 from .module import LoopSource
-from .printers import Names
+from .printers import Names, number
 from .python_text import function_text
 
 READ_OR = "_row_or"
 ADD_TO = "_add_to"
 SUM = "_sum"
 BOUND = "_bound"
+NUMBER = "_number"
 
 _INDENT = "    "
 
@@ -96,10 +99,26 @@ def loop_text(procedure: Procedure) -> LoopText:
     printer = _Printer(procedure)
     parts = {}
     for program in procedure.programs:
+        if moves_numbers(program):
+            continue
         lines = function_text(program)
         parts[program.name] = [_part_head(program, lines[0]), *lines[1:]]
     body = list(printer.lines(procedure.body, _INDENT))
     return LoopText(parts, printer.options(), printer.head, body)
+
+
+def moves_numbers(program: Program) -> bool:
+    """Whether the results are constants, or the arguments in their order and all of them numbers.
+
+    Such a program is not printed as a part.
+    """
+    if program.lines:
+        return False
+    results = [operand for result in program.results for operand in result.operands]
+    if program.arguments:
+        shapes = {part.shape for part in (*program.arguments, *program.results)}
+        return shapes == {()} and results == [argument.components[0] for argument in program.arguments]
+    return True
 
 
 def _part_head(program: Program, head: str) -> str:
@@ -109,6 +128,25 @@ def _part_head(program: Program, head: str) -> str:
     results = ", ".join(_row(result.shape) for result in program.results)
     returned = f"({results})" if len(program.results) > 1 else results
     return f"def {part_name(program)}({', '.join(typed)}) -> {returned}:"
+
+
+def _moved(program: Program, inputs: Sequence[str]) -> Iterator[str]:
+    """Yield the texts of results that are constants or arguments."""
+    given = iter(inputs)
+    for result in program.results:
+        numbers = [f"{NUMBER}({next(given)})" if isinstance(o, str) else _constant(o) for o in result.operands]
+        if not result.shape:
+            yield numbers[0]
+        elif len(set(numbers)) == 1:
+            yield f"({numbers[0]},) * {len(numbers)}"
+        else:
+            yield f"({', '.join(numbers)})"
+
+
+def _constant(value: Rational) -> str:
+    """Write a constant as a floating-point number."""
+    text = number(value)
+    return f"{text}.0" if text.lstrip("-").isdigit() else text
 
 
 def _row(shape: Sequence[int]) -> str:
@@ -222,6 +260,9 @@ class _Printer:
         """Yield the lines of statements."""
         for statement in body:
             match statement:
+                case Apply(program, inputs, outputs) if moves_numbers(program):
+                    values = ", ".join(_moved(program, [self._read(place) for place in inputs]))
+                    yield f"{indent}{', '.join(map(self._written, outputs))} = {values}"
                 case Apply(program, inputs, outputs):
                     targets = ", ".join(map(self._written, outputs))
                     yield f"{indent}{targets} = {part_name(program)}({', '.join(map(self._read, inputs))})"

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 from .definition import COUNTS, counted
 from .layout import Layout
 
-ROW_OR, ADD_TO, SUM, BOUND = "_row_or", "_add_to", "_sum", "_bound"
-"""The free names in the text of a loop: read a row or a default, add to a row, and add two rows."""
+ROW_OR, ADD_TO, SUM, BOUND, NUMBER = "_row_or", "_add_to", "_sum", "_bound", "_number"
+"""Free names in the text of a loop: read a row or a default, add to a row, add two rows, a bound, and a number."""
 
 ROWS_TYPE = "int(*)(void *, void *, void *, intptr_t)"
 """C type of a compiled loop over elements; it takes lengths, addresses, steps and the number of elements."""

@@ -124,20 +124,15 @@ class GeneratedModule:
 
         return declared
 
-    def form(
-        self,
-        kernel: Kernel,
-        same: str,
-        prepare: Function | None = None,
-        apply: Function | None = None,
-        *,
-        least: int,
-        n_prepared: int = 0,
-        once: str,
-        each: str,
-    ) -> None:
-        """Declare a form of a kernel; see `Form`."""
-        kernel.definition.forms.append(Form(tuple(same.split()), least, n_prepared, prepare, apply, once, each))
+    def form(self, kernel: Kernel, same: str, *, least: int, n_prepared: int = 0, once: str, each: str) -> None:
+        """Declare a form of a kernel; see `Form`. Its functions are in the module if it prepares values."""
+        definition, chosen = kernel.definition, same.split()
+        own = definition.function.__code__.co_varnames[: len(definition.inputs)]
+        labels = [*map(str, range(len(own)))] if any("_" in name for name in own) else own
+        label = "_".join(label for label, (name, _) in zip(labels, definition.inputs, strict=True) if name in chosen)
+        names = [f"_{definition.name}_{what}_{label}" for what in ("prepare", "apply")]
+        prepare, apply = (self.namespace[name] if n_prepared else None for name in names)
+        definition.forms.append(Form(tuple(chosen), least, n_prepared, prepare, apply, once, each))
 
     def loops(
         self,

@@ -69,7 +69,7 @@ def test_every_kernel_is_read_back(text: str) -> None:
 
 def test_the_text_is_a_loop_over_rows(text: str) -> None:
     assert (
-        """    m = _forward_m_start()
+        """    m = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(n):
         m = _forward_m(m, q[i], axes[i])
     out[:] = _forward_result(tool, m)

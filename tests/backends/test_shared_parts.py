@@ -18,6 +18,7 @@ from gacompiler.backends import c_procedures, c_source, python_procedures, pytho
 from gacompiler.backends.build import build_library, find_compiler
 from gacompiler.backends.c import c_body
 from gacompiler.backends.module import ModuleSource
+from gacompiler.backends.python_loops import moves_numbers
 from gacompiler.backends.shared_parts import with_applies, with_shared_parts
 from gacompiler.errors import BackendError
 from gacompiler.generation.sources import loop_source
@@ -110,7 +111,8 @@ def test_both_texts_are_read_back(source: ModuleSource) -> None:
     for loop in with_shared_parts(source).loops:
         name = loop.procedure.name
         names = [program.name for program in loop.procedure.programs]
-        assert [program.name for program in python[name].programs] == names
+        parts = [program.name for program in python[name].programs if not moves_numbers(program)]
+        assert parts == [program.name for program in loop.procedure.programs if not moves_numbers(program)]
         assert [program.name for program in c[name].programs] == names
 
 
