@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from .definition import COUNTS, counted
+from .definition import COUNTS, counted, needs_doubles
 from .layout import Layout
 
 ROW_OR, ADD_TO, SUM, BOUND, NUMBER = "_row_or", "_add_to", "_sum", "_bound", "_number"
@@ -91,6 +91,11 @@ class LoopDefinition:
     cost: Mapping[str, Mapping[str, int]]
     signature: str
     repeats: bool
+
+    @property
+    def in_doubles(self) -> bool:
+        """Whether a part computes with integers that single precision rounds."""
+        return any(needs_doubles(part.function) for part in self.parts.values())
 
     def blades(self, name: str) -> str:
         """Return the blades of an argument or a result, as the end of an error message."""
