@@ -66,7 +66,7 @@ def loop_text(program: Program, forms: Sequence[Uniform]) -> list[str]:
     uses = []
     for form in usable_forms(program, forms):
         same = _same(program, form)
-        label, kind, dense = _label(program, form), _kind_of_form(form.apply), _dense(program, form)
+        label, kind, dense = _label(program, form.same), _kind_of_form(form.apply), _dense(program, form)
         changing = [k for k in everything if k not in same]
         lines += [
             f"#define PARTS_{name}_{label}(IN, NUMBER, OUT, AND) {_listed(program, changing)}",
@@ -155,12 +155,12 @@ def _listed(program: Program, chosen: Collection[int]) -> str:
     return " AND ".join(listed)
 
 
-def form_name(program: Program, form: Uniform, what: str) -> str:
-    """Return the name of a function of a uniform variant: ``move_point_block_m``."""
-    return f"{program.name}_{what}_{_label(program, form)}"
+def form_name(program: Program, same: Collection[str], what: str) -> str:
+    """Return the name of a function of the uniform variant for some arguments: ``move_point_block_m``."""
+    return f"{program.name}_{what}_{_label(program, same)}"
 
 
-def _label(program: Program, form: Uniform) -> str:
+def _label(program: Program, same: Collection[str]) -> str:
     """Return a label of the uniform arguments: their printed names, or their numbers if a name contains an underscore.
 
     Otherwise ``a_b`` could be one argument or two.
@@ -168,15 +168,15 @@ def _label(program: Program, form: Uniform) -> str:
     names = Names(program).parameters(program)
     if any("_" in name for name in names):
         names = list(map(str, range(len(names))))
-    kept = [name for name, argument in zip(names, program.arguments, strict=True) if argument.name in form.same]
+    kept = [name for name, argument in zip(names, program.arguments, strict=True) if argument.name in same]
     return "_".join(kept)
 
 
 def named_parts(program: Program, form: Uniform) -> tuple[Program, Program]:
     """What a form prepares and what it applies, under the names of their functions."""
     return (
-        replace(form.prepare, name=form_name(program, form, "prepare")),
-        replace(with_coefficients(form.apply), name=form_name(program, form, "apply")),
+        replace(form.prepare, name=form_name(program, form.same, "prepare")),
+        replace(with_coefficients(form.apply), name=form_name(program, form.same, "apply")),
     )
 
 

@@ -4,22 +4,25 @@ A value is assigned to a variable if it is used more than once, if the expressio
 line, or if an operation reads its operand more than once. Every other value is written where it is used. The operations
 and their operands are those of the program, so that every result is rounded in the same way.
 
-The length of a line is measured in C, whose text is longer, so that both languages have the same statements.
+The length of a line is measured in the language that is printed. In Python, components are named after the initials of
+their argument, ``m_e12`` for ``motor_e12``, and a value that only divides an expression precedes the statement that
+uses it.
 """
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from ..ir.program import Argument, Line, Operand, Program, Result
 from ..ir.scalar import Op
 from ..ir.verify import verify
-from .printers import C, Names, Notation, Written
+from .printers import PYTHON, C, Names, Notation, Written
 
-WIDTH = 92
-"""The longest expression: with the declaration of a constant around it, a line of C has at most 116 characters."""
+WIDTHS: Mapping[Notation, int] = {C: 92, PYTHON: 105}
+"""The longest expressions: with the declaration or the tuple around it, a line has at most 120 characters."""
 
 _BY_NAME = {Op.MINIMUM: (0, 1), Op.MAXIMUM: (0, 1), Op.SELECT: (1, 2)}
 """Operands that must be names or numbers: macros evaluate them more than once, or only if they are selected."""
@@ -62,18 +65,20 @@ class Nested:
     results: tuple[tuple[Tree, ...], ...]
 
 
-def nested(program: Program) -> Nested:
+def nested(program: Program, notation: Notation = C) -> Nested:
     """Return the statements as which a program is printed, in the order of its lines."""
     names = Names(program)
     parameters = tuple(names.parameters(program))
     used = used_variables(program)
+    wanted = _short_names(program.arguments, parameters) if notation == PYTHON else {}
     components = tuple(
-        tuple(names.define(component) if component in used else None for component in argument.components)
+        tuple(names.define(each, wanted.get(each, "")) if each in used else None for each in argument.components)
         if argument.shape
         else (parameter if argument.components[0] in used else None,)
         for argument, parameter in zip(program.arguments, parameters, strict=True)
     )
-    named = _named(program, names)
+    kept, divided = _named(program, names, notation)
+    lines = {line.target: line for line in program.lines}
     trees: dict[str, Tree] = {}
     statements: list[tuple[str, Node]] = []
 
@@ -82,16 +87,40 @@ def nested(program: Program) -> Nested:
             return operand
         return trees[operand] if operand in trees else names.variable(operand)
 
-    for line in program.lines:
+    def write(target: str) -> None:
+        line = lines[target]
         node = Node(line.op, tuple(map(tree, line.operands)))
-        if line.target in named:
-            statements.append((names.define(line.target, f"t{len(statements)}"), node))
+        if target in kept or target in divided:
+            statements.append((names.define(target, f"t{len(statements)}"), node))
         else:
-            trees[line.target] = node
+            trees[target] = node
+
+    if notation == PYTHON:
+        ends = [operand for result in program.results for operand in result.operands if operand in lines]
+        written: set[Operand] = set()
+        for end in (*(line.target for line in program.lines if line.target in kept), *ends):
+            for target in _before(str(end), lines, written):
+                write(target)
+    else:
+        for line in program.lines:
+            write(line.target)
     results = tuple(tuple(map(tree, result.operands)) for result in program.results)
     # Results are named last, since their names do not occur in Python.
     outputs = tuple(names.fresh(result.name) for result in program.results)
     return Nested(parameters, outputs, components, tuple(statements), results)
+
+
+def _before(end: str, lines: Mapping[str, Line], written: set[Operand]) -> Iterator[str]:
+    """Yield the values that `end` is computed from and that are not written yet, operands first, and then itself."""
+    stack = [(end, False)]
+    while stack:
+        target, is_ready = stack.pop()
+        if is_ready:
+            yield target
+        elif target not in written:
+            written.add(target)
+            stack.append((target, True))
+            stack += [(o, False) for o in reversed(lines[target].operands) if isinstance(o, str) and o in lines]
 
 
 def expression(tree: Tree, notation: Notation) -> Written:
@@ -114,32 +143,55 @@ def _read(program: Program) -> Iterator[Operand]:
         yield from result.operands
 
 
-def _named(program: Program, names: Names) -> frozenset[str]:
-    """Return the targets of the lines that are separate statements."""
+def _short_names(arguments: Sequence[Argument], parameters: Sequence[str]) -> dict[str, str]:
+    """Return names of components with the initials of their arguments, or with more letters if these are not distinct.
+
+    The components of a program that was read from a text have these names already.
+    """
+    arrays = [pair for pair in zip(arguments, parameters, strict=True) if pair[0].shape]
+    words = [re.findall(r"[A-Za-z]+|\d+", parameter) for _, parameter in arrays]
+    initials = [parameter for _, parameter in arrays]
+    for n_letters in range(max((len(word) for each in words for word in each), default=0), 0, -1):
+        found = ["".join(word[:n_letters] if word.isalpha() else word for word in each) for each in words]
+        if len(set(found)) == len(found) and all(found):
+            initials = found
+    short = {}
+    for (argument, _), letters in zip(arrays, initials, strict=True):
+        for component in argument.components:
+            start = next((s for s in (f"{argument.name}_", f"{letters}_") if component.startswith(s)), None)
+            if start is not None:
+                short[component] = f"{letters}_{component[len(start) :]}"
+    return short
+
+
+def _named(program: Program, names: Names, notation: Notation) -> tuple[set[str], set[str]]:
+    """Return the targets of the lines that are separate statements: those of any text, and those that divide a line."""
     uses = Counter(operand for operand in _read(program) if isinstance(operand, str))
-    name = C.variable("t" * len(f"t{len(program.lines)}"))
-    named = {line.target for line in program.lines if uses[line.target] > 1}
+    name, width = notation.variable("t" * len(f"t{len(program.lines)}")), WIDTHS[notation]
+    kept = {line.target for line in program.lines if uses[line.target] > 1}
+    divided: set[str] = set()
     inner: dict[str, Written] = {}
 
     def text(operand: Operand) -> Written:
         if not isinstance(operand, str):
-            return C.number(operand)
-        if operand in named:
+            return notation.number(operand)
+        if operand in kept or operand in divided:
             return name
-        return inner.get(operand) or C.variable(names.variable(operand))
+        return inner.get(operand) or notation.variable(names.variable(operand))
 
     for line in program.lines:
-        named.update(o for k, o in enumerate(line.operands) if k in _BY_NAME.get(line.op, ()) and o in inner)  # type: ignore[misc]
-        written = C.operation(line.op, [text(operand) for operand in line.operands])
-        while len(written.text) > WIDTH:
-            nodes = [o for o in line.operands if isinstance(o, str) and o in inner and o not in named]
+        kept.update(o for k, o in enumerate(line.operands) if k in _BY_NAME.get(line.op, ()) and o in inner)  # type: ignore[misc]
+        written = notation.operation(line.op, [text(operand) for operand in line.operands])
+        while len(written.text) > width:
+            whole = [o for o in line.operands if isinstance(o, str) and o not in kept and o not in divided]
+            nodes = [o for o in whole if o in inner]
             if not nodes:
                 break
-            named.add(max(nodes, key=lambda node: len(inner[node].text)))
-            written = C.operation(line.op, [text(operand) for operand in line.operands])
-        if line.target not in named:
+            divided.add(max(nodes, key=lambda node: len(inner[node].text)))
+            written = notation.operation(line.op, [text(operand) for operand in line.operands])
+        if line.target not in kept:
             inner[line.target] = written
-    return frozenset(named)
+    return kept, divided - kept
 
 
 def with_coefficients(program: Program) -> Program:

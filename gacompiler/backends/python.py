@@ -95,7 +95,7 @@ def _python_source(module: ModuleSource, imports: str, label: str) -> str:
             types=["\n".join(class_text(name, layouts[layout])) for name, layout in types.values()],
             operators=_call("_module.operators", operator_lines(module, types), one_each=True),
             sums=", ".join(combined_types(types)),
-            public=_filled([_string(name) for name in (*names, *(name for name, _ in types.values()), *PUBLIC)]),
+            public=_call("__all__ = ", ["*kernels", *map(_string, (*(name for name, _ in types.values()), *PUBLIC))]),
         )
     )
     return stamp(body, module, "#")
@@ -136,7 +136,7 @@ def check_names(module: ModuleSource) -> None:
     taken |= dict.fromkeys(sorted(C_MACRO_NAMES), "the C headers")
     for kernel in module.kernels:
         name = kernel.program.name
-        forms = [form_name(kernel.program, form, what) for form in kernel.uniform for what in FORM_PARTS]
+        forms = [form_name(kernel.program, form.same, what) for form in kernel.uniform for what in FORM_PARTS]
         own_names = (name, *(f"{name}{ending}" for ending in C_ENDINGS), *forms)
         for own in (*own_names, *(f"_{form}" for form in forms)):
             if own in taken:
@@ -226,25 +226,22 @@ def _loops(kernel: LoopSource, layouts: Mapping[Layout, str], printed: set[str])
     parts = [_string(kernel.procedure.signature), *(layouts[layout] if layout else "None" for layout in found)]
     parts += [f"cost={_string(costs_text(kernel.costs))}", *text.options]
     parts += [f"assumes=({', '.join(map(_string, kernel.relations))},)"] if kernel.relations else []
-    parts += [f"error={_string(kernel.error)}"] if kernel.error else []
+    parts += [f"error={_string(kernel.error.removesuffix(', 64 inputs'))}"] if kernel.error else []
     return [*lines, *_call("@_module.loops", parts), text.head, *_documentation(kernel.summary), *text.body]
 
 
 def form_text(program: Program, form: Uniform, names: Sequence[str] = ()) -> list[str]:
-    """Print the declaration of a uniform variant, which follows its functions.
+    """Print the declaration of a uniform variant, which follows its functions; the runtime finds them by their names.
 
     A reader, which only knows the arguments by the names of the parameters, passes the declared names as `names`.
     """
     declared = dict(zip((argument.name for argument in program.arguments), names, strict=False))
     once, each = form.costs
     options = {"least": str(form.least(program)), "once": _string(str(once)), "each": _string(str(each))}
-    functions = []
     if form_functions(program, form):
-        functions = [f"_{form_name(program, form, what)}" for what in ("prepare", "apply")]
         options = {"least": options.pop("least"), "n_prepared": str(form.apply.arguments[0].shape[0]), **options}
-    same = " ".join(declared.get(name, name) for name in form.same)
-    parts = [program.name, _string(same), *functions]
-    return _call("_module.form", [*parts, *(f"{option}={value}" for option, value in options.items())])
+    same = _string(" ".join(declared.get(name, name) for name in form.same))
+    return _call("_module.form", [program.name, same, *(f"{option}={value}" for option, value in options.items())])
 
 
 def declaration(kernel: KernelSource, layouts: Sequence[str]) -> list[str]:
@@ -257,7 +254,7 @@ def declaration(kernel: KernelSource, layouts: Sequence[str]) -> list[str]:
     parts += [f"names={_string(' '.join(arguments))}"] if printed != arguments else []
     parts += [f"results={_string(' '.join(results))}"] if results != result_names(len(results)) else []
     parts += [f"assumes=({', '.join(map(_string, kernel.relations))},)"] if kernel.relations else []
-    parts += [f"error={_string(kernel.error)}"] if kernel.error else []
+    parts += [f"error={_string(kernel.error.removesuffix(', 64 inputs'))}"] if kernel.error else []
     return _call("@_module.kernel", parts)
 
 
@@ -279,14 +276,18 @@ def _documentation(summary: str) -> list[str]:
 
 
 def _call(function: str, parts: Sequence[str], one_each: bool = False) -> list[str]:
-    """Print a call, on one line if it fits; return no lines if there are no arguments."""
+    """Print a call, on one line if it fits, else aligned; return no lines if there are no arguments."""
     if not parts:
         return []
     line = f"{function}({', '.join(parts)})"
     if len(line) <= _WIDTH:
         return [line]
-    lines = [f"{part}," for part in parts] if one_each else _filled(list(parts), _WIDTH - 4)
-    return [f"{function}(", *(f"    {line}" for line in lines), ")"]
+    if one_each:
+        return [f"{function}(", *(f"    {part}," for part in parts), ")"]
+    inner = " " * len(f"{function}(")
+    first, *rest = _filled(parts, _WIDTH - len(inner))
+    lines = [f"{function}({first}", *(f"{inner}{line}" for line in rest)]
+    return [*lines[:-1], f"{lines[-1].removesuffix(',')})"]
 
 
 def _filled(items: Sequence[str], width: int = _WIDTH - 4) -> list[str]:

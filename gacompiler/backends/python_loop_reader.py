@@ -10,19 +10,20 @@ import ast
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import prod
 from typing import NamedTuple
 
 from ..errors import BackendError
-from ..gac_runtime.definition import shapes_in
 from ..ir.procedure import Add, Apply, Clear, Copy, Loop, Place, Procedure, Repeat, Statement, Storage, Table
 from ..ir.procedure_cost import procedure_costs
-from ..ir.program import Program
+from ..ir.program import Argument, Operand, Program, Result
 from ..ir.rows import Through, goes_through, numbers_of
+from ..ir.verify import verify
 from .loop_statements import Bound
 from .nesting import Shape
 from .python_loop_rows import RowReader
-from .python_loops import ADD_TO, BOUND, SUM, costs_text, loop_text
-from .readers import PythonFunction, python_function, python_program, python_statements
+from .python_loops import ADD_TO, BOUND, NUMBER, SUM, costs_text, loop_text, moves_numbers
+from .readers import PythonFunction, python_function, python_program, python_statements, read_number
 from .shared_parts import with_applies
 
 
@@ -38,20 +39,21 @@ def python_procedures(text: str) -> dict[str, Procedure]:
     parts: dict[str, _Part] = {}
     found: dict[str, Procedure] = {}
     for node in nodes:
-        if not isinstance(node, ast.FunctionDef) or len(node.decorator_list) != 1:
+        if not isinstance(node, ast.FunctionDef):
             continue
-        match node.decorator_list[0]:
-            case ast.Call(ast.Attribute(ast.Name("_module"), "part"), [ast.Constant(str(signature))], []):
+        match node.decorator_list:
+            case [] if node.returns:
                 if node.name in parts:
                     raise BackendError(f"Python text of {node.name}", "two functions with the same name", "one")
-                parts[node.name] = _part(lines, node, signature)
-            case ast.Call(ast.Attribute(ast.Name("_module"), "loops")) as declared:
+                parts[node.name] = _part(lines, node)
+            case [ast.Call(ast.Attribute(ast.Name("_module"), "loops")) as declared]:
                 where = f"Python text of {node.name}"
                 function = python_function(lines, node)
                 read = _Reader(where, function, declared, parts)
                 found[node.name] = procedure = read.procedure(node.name)
                 _check(where, procedure, declared, function, parts)
-    used = {f"_{program.name}" for procedure in found.values() for program in procedure.programs}
+    called = [program for procedure in found.values() for program in procedure.programs]
+    used = {f"_{program.name}" for program in called if not moves_numbers(program)}
     if used != parts.keys():
         raise BackendError("Python text", f"a part {min(parts.keys() - used)} that is never called", "a call of it")
     return found
@@ -65,21 +67,31 @@ def outline(procedure: Procedure) -> Procedure:
 
 
 class _Part(NamedTuple):
-    """A straight-line part: its program, and its text including the decorator."""
+    """A straight-line part: its program and its text."""
 
     program: Program
     lines: list[str]
 
 
-def _part(lines: list[str], node: ast.FunctionDef, signature: str) -> _Part:
-    if not re.fullmatch(r"(\([\d,]*\)(,\([\d,]*\))*)?->\([\d,]*\)(,\([\d,]*\))*", signature):
-        raise BackendError(f"Python text of {node.name}", f"signature {signature!r}", "shapes, as in (8),()->(8)")
+def _part(lines: list[str], node: ast.FunctionDef) -> _Part:
+    where = f"Python text of {node.name}"
+    results = node.returns.elts if isinstance(node.returns, ast.Tuple) else [node.returns]
+    shapes, out_shapes = (
+        [_row_shape(where, row) for row in rows] for rows in ([each.annotation for each in node.args.args], results)
+    )
     try:
-        program = python_program(python_function(lines, node), *shapes_in(signature))
+        program = python_program(python_function(lines, node), shapes, out_shapes)
     except ValueError as error:  # an argument that is not unpacked
-        raise BackendError(f"Python text of {node.name}", f"{error}", f"a function of {signature}") from error
-    first = node.decorator_list[0].lineno
-    return _Part(program, lines[first - 1 : node.end_lineno])
+        raise BackendError(where, f"{error}", f"a function of {shapes}") from error
+    return _Part(program, lines[node.lineno - 1 : node.end_lineno])
+
+
+def _row_shape(where: str, row: ast.expr | None) -> Shape:
+    """Read the shape of a row, such as ``R8``."""
+    match row:
+        case ast.Name(text) if re.fullmatch(r"R(\d+(x\d+)*)?", text):
+            return tuple(int(size) for size in text[1:].split("x") if size)
+    raise BackendError(where, "a row without a shape", "shapes, as in R8 or R3x3")
 
 
 def _check(
@@ -126,6 +138,7 @@ class _Reader(RowReader):
         except (ValueError, TypeError, AttributeError, IndexError, KeyError) as error:
             raise BackendError(where, f"a declaration that cannot be read ({error})", "@_module.loops(...)") from error
         self._may_miss = False
+        self._n_moved = 0
 
     def _declared(self, signature: str, options: Mapping[str, Mapping[str, str]]) -> dict[str, Table]:
         """Return the tables by their names in the text; the lengths are determined at the same time."""
@@ -175,6 +188,8 @@ class _Reader(RowReader):
                 return Add(self._added(row), place)
             case ast.Assign([ast.Subscript(ast.Name(name), ast.Slice(None, None, None))], ast.Constant(0)):
                 return Clear(self._table(node, name).name)
+            case ast.Assign([target], value) if _is_moved(value):
+                return self._moved(node, target, value)
             case ast.Assign([target], value):
                 return Copy(self._read(value), self._written(target))
             case ast.Expr(ast.Call(ast.Name(name), [ast.Name(table), key, row], [])) if name == ADD_TO:
@@ -225,6 +240,31 @@ class _Reader(RowReader):
         ):
             raise self._unreadable(node)
         return Apply(program, inputs, outputs)
+
+    def _moved(self, node: ast.AST, target: ast.expr, value: ast.expr) -> Apply:
+        """Read results that are constants or numbers of other tables."""
+        outputs = tuple(map(self._written, target.elts if isinstance(target, ast.Tuple) else [target]))
+        values = value.elts if len(outputs) > 1 and isinstance(value, ast.Tuple) else [value]
+        if len(values) != len(outputs):
+            raise self._unreadable(node)
+        inputs: list[Place] = []
+        results: list[tuple[Shape, tuple[Operand, ...]]] = []
+        for place, row in zip(outputs, values, strict=True):
+            operands: list[Operand] = []
+            for entry in _entries(row):
+                if isinstance(entry, ast.Call):
+                    inputs.append(self._read(entry.args[0]))
+                    operands.append(f"x{len(inputs) - 1}")
+                else:
+                    operands.append(read_number(self._where, entry))
+            results.append((self._shape(place), tuple(operands)))
+        if any(map(self._shape, inputs)) or any(prod(shape) != len(row) for shape, row in results):
+            raise self._unreadable(node)
+        self._n_moved += 1
+        name = f"{self._function.name}_moved_{self._n_moved}"
+        arguments = tuple(Argument(f"x{k}", (), (f"x{k}",)) for k in range(len(inputs)))
+        outs = tuple(Result(f"out{k}", *result) for k, result in enumerate(results))
+        return Apply(verify(Program(name, arguments, (), outs)), tuple(inputs), outputs)
 
     def _shape(self, place: Place) -> Shape:
         return next(table.shape for table in self._tables.values() if table.name == place.table)
@@ -281,6 +321,26 @@ class _Reader(RowReader):
                 return Repeat(limit, *names, self._statements(inner))
             case _:
                 raise self._unreadable(node)
+
+
+def _entries(row: ast.expr) -> list[ast.expr]:
+    """Return the entries of a row: of a tuple, of the same number several times, or the number itself."""
+    match row:
+        case ast.BinOp(ast.Tuple([number]), ast.Mult(), ast.Constant(int(count))):
+            return [number] * count
+        case ast.Tuple(entries):
+            return entries
+    return [row]
+
+
+def _is_moved(value: ast.expr) -> bool:
+    """Whether a value is a constant, a number of another table, or a tuple of these."""
+    match value:
+        case ast.Tuple(entries):
+            return all(map(_is_moved, entries))
+        case ast.Call(ast.Name(name), [_], []):
+            return name == NUMBER
+    return isinstance(value, (ast.Constant, ast.UnaryOp, ast.BinOp))
 
 
 def _sizes(text: str) -> tuple[tuple[str, ...], Shape]:

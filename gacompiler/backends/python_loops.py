@@ -1,9 +1,11 @@
 """Print kernels with loops as Python: functions on numpy arrays that numba can compile.
 
 Tables over lengths are parameters, which the function reads and writes by rows. Tables of a single row are variables.
-Three functions are free names, which must be bound to run the text: ``_row_or(table, k, start)`` returns row k of a
+The functions of straight-line parts are annotated with the shapes of rows: ``R`` is a number, ``R3x3`` a matrix.
+Some functions are free names, which must be bound to run the text: ``_row_or(table, k, start)`` returns row k of a
 table, or `start` if there is no such row; ``_add_to(table, k, row)`` adds a row to row k if it exists; and ``_sum(a,
 b)`` returns the sum of two rows. ``_bound(x, n)`` returns a computed number as the bound of a loop over n rows.
+``_number(x)`` is a number of another table, in the type of the kernel. Constant rows are flat.
 Functions such as ``_reflect(k, n)`` return the row that a boundary mode puts at k.
 """
 
@@ -45,14 +47,16 @@ from ..ir.rows import (
     numbers_of,
     start_of,
 )
+from ..ir.scalar import Rational
 from .module import LoopSource
-from .printers import Names
+from .printers import Names, number
 from .python_text import function_text
 
 READ_OR = "_row_or"
 ADD_TO = "_add_to"
 SUM = "_sum"
 BOUND = "_bound"
+NUMBER = "_number"
 
 _INDENT = "    "
 
@@ -64,7 +68,7 @@ class LoopText:
     Attributes
     ----------
     parts : dict of str to list of str
-        The lines of the functions of its straight-line programs, with their decorators, by the names of the programs.
+        The lines of the functions of its straight-line programs, by the names of the programs.
     options : list of str
         The arguments of the decorator that follow the signature and the layouts.
     head : str
@@ -95,11 +99,58 @@ def loop_text(procedure: Procedure) -> LoopText:
     printer = _Printer(procedure)
     parts = {}
     for program in procedure.programs:
+        if moves_numbers(program):
+            continue
         lines = function_text(program)
-        head = lines[0].replace(f"def {program.name}(", f"def {part_name(program)}(", 1)
-        parts[program.name] = [f'@_module.part("{program.signature}")', head, *lines[1:]]
+        parts[program.name] = [_part_head(program, lines[0]), *lines[1:]]
     body = list(printer.lines(procedure.body, _INDENT))
     return LoopText(parts, printer.options(), printer.head, body)
+
+
+def moves_numbers(program: Program) -> bool:
+    """Whether the results are constants, or the arguments in their order and all of them numbers.
+
+    Such a program is not printed as a part.
+    """
+    if program.lines:
+        return False
+    results = [operand for result in program.results for operand in result.operands]
+    if program.arguments:
+        shapes = {part.shape for part in (*program.arguments, *program.results)}
+        return shapes == {()} and results == [argument.components[0] for argument in program.arguments]
+    return True
+
+
+def _part_head(program: Program, head: str) -> str:
+    """Return the first line of the function of a part, with the types of its rows: ``R8`` has 8 numbers."""
+    names = filter(None, head.partition("(")[2].removesuffix("):").split(", "))
+    typed = [f"{name}: {_row(argument.shape)}" for name, argument in zip(names, program.arguments, strict=True)]
+    results = ", ".join(_row(result.shape) for result in program.results)
+    returned = f"({results})" if len(program.results) > 1 else results
+    return f"def {part_name(program)}({', '.join(typed)}) -> {returned}:"
+
+
+def _moved(program: Program, inputs: Sequence[str]) -> Iterator[str]:
+    """Yield the texts of results that are constants or arguments."""
+    given = iter(inputs)
+    for result in program.results:
+        numbers = [f"{NUMBER}({next(given)})" if isinstance(o, str) else _constant(o) for o in result.operands]
+        if not result.shape:
+            yield numbers[0]
+        elif len(set(numbers)) == 1:
+            yield f"({numbers[0]},) * {len(numbers)}"
+        else:
+            yield f"({', '.join(numbers)})"
+
+
+def _constant(value: Rational) -> str:
+    """Write a constant as a floating-point number."""
+    text = number(value)
+    return f"{text}.0" if text.lstrip("-").isdigit() else text
+
+
+def _row(shape: Sequence[int]) -> str:
+    return f"R{'x'.join(map(str, shape))}"
 
 
 def costs_text(costs: Sequence[tuple[str, Cost]]) -> str:
@@ -209,6 +260,9 @@ class _Printer:
         """Yield the lines of statements."""
         for statement in body:
             match statement:
+                case Apply(program, inputs, outputs) if moves_numbers(program):
+                    values = ", ".join(_moved(program, [self._read(place) for place in inputs]))
+                    yield f"{indent}{', '.join(map(self._written, outputs))} = {values}"
                 case Apply(program, inputs, outputs):
                     targets = ", ".join(map(self._written, outputs))
                     yield f"{indent}{targets} = {part_name(program)}({', '.join(map(self._read, inputs))})"

@@ -7,7 +7,7 @@ are free names, which must be bound to run the text.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from math import prod
 
 from ..ir.program import Program
@@ -18,7 +18,7 @@ from .printers import PYTHON
 
 _WIDTH = 120
 _SHORT = 40
-"""Longer statements have lines of their own, as have longer entries of a tuple that does not fit on one line."""
+"""Longer statements have lines of their own."""
 
 Items = str | list["Items"]
 """Texts in nested tuples."""
@@ -41,7 +41,7 @@ def form_functions(program: Program, form: Uniform) -> list[list[str]]:
 
 def _one_function(program: Program, name: str) -> list[str]:
     """Return the lines of one function: components, statements and results."""
-    text = nested(program)
+    text = nested(program, PYTHON)
     statements = []
     for argument, parameter, components in zip(program.arguments, text.parameters, text.components, strict=True):
         if argument.shape and any(components):
@@ -95,25 +95,24 @@ def _on_one_line(items: Items) -> str:
 
 
 def _tuple_lines(items: Sequence[Items], indent: str, head: str, tail: str, bare: bool = False) -> list[str]:
-    """Format a tuple on one line if it fits (without parentheses if `bare`), else on as few lines as possible."""
+    """Format a tuple on one line if it fits (without parentheses if `bare`), else on as few lines as possible.
+
+    Lines are aligned below the first item. A nested tuple is divided only if it is longer than a line.
+    """
     line = _on_one_line(list(items))
     line = f"{indent}{head}{line[1:-1] if bare else line}{tail}"
     if len(line) <= _WIDTH:
         return [line]
-    return [f"{indent}{head}(", *_filled(items, f"{indent}    "), f"{indent}){tail}"]
-
-
-def _filled(items: Sequence[Items], indent: str) -> Iterator[str]:
-    """Yield lines of items followed by commas; short neighbouring items share a line as far as they fit."""
-    line: list[str] = []
-    for item in items:
-        text = f"{_on_one_line(item)},"
-        if line and (max(len(text), len(line[-1])) > _SHORT or len(indent + " ".join([*line, text])) > _WIDTH):
-            yield indent + " ".join(line)
-            line = []
-        if isinstance(item, str) or len(indent + text) <= _WIDTH:
-            line.append(text)
-        else:
-            yield from _tuple_lines(item, indent, "", ",")
-    if line:
-        yield indent + " ".join(line)
+    lines, inner = [f"{indent}{head}("], " " * len(f"{indent}{head}(")
+    for k, item in enumerate(items):
+        after = f"){tail}" if k == len(items) - 1 else ","
+        text = f"{_on_one_line(item)}{after}"
+        parts = [f"{inner}{text}"]
+        if not isinstance(item, str) and len(parts[0]) > _WIDTH:
+            parts = _tuple_lines(item, inner, "", after)
+        elif k and len(f"{lines[-1]} {text}") <= _WIDTH:
+            parts = [f"{lines.pop()} {text}"]
+        if not k:
+            parts[0] = lines.pop() + parts[0].strip()
+        lines += parts
+    return lines

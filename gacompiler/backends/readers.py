@@ -26,6 +26,7 @@ from ..ir.program import Program
 from ..ir.scalar import ARITY, Op
 from ..ir.uniform import Uniform, split
 from .c import c_body
+from .c_batch import form_name
 from .c_loop_reader import START as LOOPS_START
 from .c_loop_reader import read_procedures
 from .nesting import Nested, Node, Shape, Tree, flattened
@@ -33,8 +34,8 @@ from .printers import MACROS, PYTHON, C
 from .python import cost_text, form_text
 from .python_text import form_functions, function_text
 
-OF_LOOPS = ("_module.part", "_module.loops")
-"""Decorators of kernels with loops and their parts, which `python_loop_reader` reads."""
+OF_LOOPS = "_module.loops"
+"""The decorator of kernels with loops, which `python_loop_reader` reads."""
 
 Function = Callable[..., tuple[tuple[Any, ...], ...]]
 
@@ -301,7 +302,7 @@ def python_programs(text: str) -> dict[str, Read]:
         for node in definitions
         if node.decorator_list
         and isinstance(node.decorator_list[0], ast.Call)
-        and ast.unparse(node.decorator_list[0].func) not in OF_LOOPS
+        and ast.unparse(node.decorator_list[0].func) != OF_LOOPS
     }
 
 
@@ -340,11 +341,13 @@ def _python_read(
     _compare(where, "\n".join(function_text(program)), "\n".join(functions[name].lines))
     read = []
     for call in forms:
-        names = [ast.unparse(argument) for argument in call.args[2:4]]
+        same = _same_arguments(program, call, declared)
+        has_functions = any(option.arg == "n_prepared" for option in call.keywords)
+        names = [f"_{form_name(program, same, what)}" for what in ("prepare", "apply") if has_functions]
         if not functions.keys() >= set(names):
             raise BackendError(where, f"no functions {' and '.join(names)}", "both")
         own = [functions[name] for name in names]
-        read.append(form := _python_form(where, program, call, own, declared))
+        read.append(form := _python_form(where, program, same, own))
         expected = form_text(program, form, declared)
         _compare(where, "\n".join(expected), "\n".join(lines[call.lineno - 1 : call.end_lineno]))
         for text, function in zip(form_functions(program, form), own, strict=True):
@@ -352,14 +355,16 @@ def _python_read(
     return Read(program, tuple(read))
 
 
-def _python_form(
-    where: str, program: Program, call: ast.Call, functions: Sequence[PythonFunction], declared: Sequence[str]
-) -> Uniform:
+def _same_arguments(program: Program, call: ast.Call, declared: Sequence[str]) -> list[str]:
+    """Return the arguments that a declared variant has the same for all elements."""
+    own = [argument.name for argument in program.arguments]
+    names = dict(zip(declared or own, own, strict=True))
+    return [names.get(name, name) for name in ast.literal_eval(call.args[1]).split()]
+
+
+def _python_form(where: str, program: Program, same: Sequence[str], functions: Sequence[PythonFunction]) -> Uniform:
     """Read a uniform variant from its functions; without functions, it performs the operations of the program."""
     if not functions:
-        own = [argument.name for argument in program.arguments]
-        names = dict(zip(declared or own, own, strict=True))
-        same = [names.get(name, name) for name in ast.literal_eval(call.args[1]).split()]
         form = split(program, same)
         if form is None:
             raise BackendError(where, f"a variant for the same {' '.join(same)}", "a variant of it")
@@ -455,6 +460,14 @@ def _tree(where: str, value: ast.expr) -> Tree:
             return Node(_CALLS[name], tuple(_tree(where, argument) for argument in arguments))
         case _:
             raise _unreadable(where, value)
+
+
+def read_number(where: str, value: ast.expr) -> Fraction:
+    """Read a constant."""
+    tree = _tree(where, value)
+    if not isinstance(tree, Fraction):
+        raise _unreadable(where, value)
+    return tree
 
 
 def _body(text: str, prefix: str) -> str:

@@ -46,7 +46,7 @@ def uniform(seed: Any, counter: Any) -> Any:
     Notes
     -----
     Numbers have the same bits on all targets. They are not suitable for cryptography. Single precision is not
-    supported: its products are rounded, and its numbers are not random. The derivative is 0.
+    supported, since it rounds the products: kernels convert arguments to double precision. The derivative is 0.
 
     Numbers of one sequence are without repetition: a counter below ``PRIME**2`` has a number of its own.
     """

@@ -39,6 +39,13 @@ class Form:
     """The operation counts of both steps, as text for documentation."""
 
 
+def needs_doubles(function: Callable[..., Any]) -> bool:
+    """Whether a function computes with integers that single precision rounds, as the random numbers of kernels do."""
+    code = function.__code__
+    integers = (value for value in code.co_consts if type(value) is int and value)
+    return "floor" in code.co_names and any(abs(value) // (value & -value) >= 1 << 24 for value in integers)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Definition:
     """A kernel: its function on one element, the shapes of its arguments and results, and its forms."""

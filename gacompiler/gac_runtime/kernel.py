@@ -26,7 +26,7 @@ from .arrays import (
     parsed_signature,
     usable,
 )
-from .definition import Definition, Shape, result_names
+from .definition import Definition, Shape, needs_doubles, result_names
 from .documentation import Facts, docstring, shape_text
 from .elements import as_elements, element_among, without_elements
 from .extension import Call, Signature, extension
@@ -150,6 +150,7 @@ class Kernel(checked.Switched, Call):
         self._facts = facts
         self._settings: Settings = settings or _UserSettings()
         self._work = definition.work
+        self._in_doubles = definition.is_generated and needs_doubles(definition.function)
         self._loops: dict[Any, _Loop] = {}
         self._addresses = [(0, 0, 0), (0, 0, 0)]
         self._jit: Any = None
@@ -305,6 +306,8 @@ class Kernel(checked.Switched, Call):
             raise TypeError(
                 f"{self.name}: complex arguments, but the kernel is not polynomial; expected float32 or float64"
             )
+        if self._in_doubles:
+            dtype = FLOAT64
         return [usable(operand, dtype) for operand in operands], dtype
 
     def _run(
@@ -351,6 +354,8 @@ class Kernel(checked.Switched, Call):
                 library = self._settings.library
                 loop = StridedLoop(self.definition, library.loop(self.name, dtype))
                 self._addresses[:] = library.loop_addresses(self.name)
+                if self._in_doubles:
+                    self._addresses[1] = (0, 0, 0)
                 function = library.address(f"{self.name}_f64")
             else:
                 from .jit import Loops
@@ -385,6 +390,8 @@ class Kernel(checked.Switched, Call):
         operands = namespace_operands(namespace, arrays)
         for (name, shape), operand in zip(definition.inputs, operands, strict=True):
             found = tuple(operand.shape)
+            if self._in_doubles and str(operand.dtype).endswith(("float32", "float16")):
+                raise TypeError(f"{self.name}: argument {name} has dtype {operand.dtype}; expected float64")
             if len(found) < len(shape) or found[len(found) - len(shape) :] != shape:
                 expected = f"{shape_text(shape)}{definition.blades(name)}"
                 raise ValueError(f"{self.name}: argument {name} has shape {found}; expected {expected}")

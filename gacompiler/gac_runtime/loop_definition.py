@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from .definition import COUNTS, counted
+from .definition import COUNTS, counted, needs_doubles
 from .layout import Layout
 
-ROW_OR, ADD_TO, SUM, BOUND = "_row_or", "_add_to", "_sum", "_bound"
-"""The free names in the text of a loop: read a row or a default, add to a row, and add two rows."""
+ROW_OR, ADD_TO, SUM, BOUND, NUMBER = "_row_or", "_add_to", "_sum", "_bound", "_number"
+"""Free names in the text of a loop: read a row or a default, add to a row, add two rows, a bound, and a number."""
 
 ROWS_TYPE = "int(*)(void *, void *, void *, intptr_t)"
 """C type of a compiled loop over elements; it takes lengths, addresses, steps and the number of elements."""
@@ -92,6 +92,11 @@ class LoopDefinition:
     signature: str
     repeats: bool
 
+    @property
+    def in_doubles(self) -> bool:
+        """Whether a part computes with integers that single precision rounds."""
+        return any(needs_doubles(part.function) for part in self.parts.values())
+
     def blades(self, name: str) -> str:
         """Return the blades of an argument or a result, as the end of an error message."""
         layout = self.layouts.get(name)
@@ -111,7 +116,7 @@ def loop_definition(
     function: Callable[..., Any],
     signature: str,
     layouts: Sequence[Layout | None],
-    parts: Mapping[str, Part],
+    namespace: Mapping[str, Any],
     *,
     cost: str,
     names: str = "",
@@ -120,7 +125,10 @@ def loop_definition(
     work: str = "",
     repeats: bool = False,
 ) -> LoopDefinition:
-    """Create the definition of a kernel with loops from the declaration in its module, see `GeneratedModule.loops`."""
+    """Create the definition of a kernel with loops from the declaration in its module, see `GeneratedModule.loops`.
+
+    Its parts are the annotated functions in `namespace`, the global variables of the module, that it calls.
+    """
     inputs, outputs = ([_sizes(shape) for shape in part[1:-1].split("),(")] for part in signature.split("->"))
     lengths = tuple(dict.fromkeys(name for named, _ in inputs for name in named))
     code = function.__code__
@@ -132,7 +140,8 @@ def loop_definition(
     ]
     declared = [Table(name, *_sizes(sizes)) for name, sizes in re.findall(r"(\w+)\(([^)]*)\)", work)]
     known = {name: layout for name, layout in zip(public, layouts, strict=True) if layout is not None}
-    used = {name: parts[name] for name in code.co_names if name in parts}
+    called = {name: namespace[name] for name in code.co_names if name in namespace}
+    used = {name: _part(part) for name, part in called.items() if getattr(part, "__annotations__", None)}
     return LoopDefinition(
         function.__name__,
         function,
@@ -146,6 +155,14 @@ def loop_definition(
         signature,
         repeats,
     )
+
+
+def _part(function: Callable[..., Any]) -> Part:
+    """Read the shapes of rows from the annotations of a function, such as ``R8``, ``R3x3`` and ``(R6, R)``."""
+    *given, returned = function.__annotations__.values()
+    results = returned.strip("()").split(", ")
+    shapes, out_shapes = ([tuple(map(int, re.findall(r"\d+", row))) for row in rows] for rows in (given, results))
+    return Part(function, shapes, out_shapes)
 
 
 def _sizes(text: str) -> tuple[tuple[str, ...], tuple[int, ...]]:

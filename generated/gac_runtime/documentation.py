@@ -25,7 +25,7 @@ class Facts:
     assumes: tuple[str, ...] = ()
     """Relations of the arguments: ``m ~m = 1``."""
     error: str = ""
-    """The measured error, ``1.5 ulp, 64 inputs``; empty if it was not measured."""
+    """The measured error, ``1.5 ulp, 29 inputs`` or ``1.5 ulp`` for 64 inputs; empty if it was not measured."""
 
 
 def docstring(definition: Definition, layouts: Mapping[str, Layout], facts: Facts) -> str:
@@ -60,7 +60,7 @@ def sentences(facts: Facts, forms: Iterable[tuple[Sequence[str], int, str, str]]
     found += [f"Costs {facts.cost}.", *(_form_sentence(*form) for form in forms)]
     if facts.error:
         ulp, _, inputs = facts.error.partition(", ")
-        found.append(f"Error: {ulp} of the largest coefficient, {inputs.replace(' ', ' random ')}.")
+        found.append(f"Error: {ulp} of the largest coefficient, {(inputs or '64 inputs').replace(' ', ' random ')}.")
     return found
 
 

@@ -48,6 +48,8 @@ def checked(
     if all(dtype is FLOAT64 for dtype in strong):
         return operands, FLOAT64
     dtype = np.result_type(*strong)
+    if definition.in_doubles:
+        return operands, FLOAT64
     return operands, dtype if dtype.isnative else dtype.newbyteorder("=")
 
 

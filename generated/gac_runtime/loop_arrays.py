@@ -10,7 +10,7 @@ import numpy as np
 
 from .boundaries import NAMES, bound_of
 from .functions import array_functions, bound
-from .loop_definition import ADD_TO, BOUND, ROW_OR, SUM, LoopDefinition, Part, Table
+from .loop_definition import ADD_TO, BOUND, NUMBER, ROW_OR, SUM, LoopDefinition, Part, Table
 
 
 class _Rows:
@@ -61,6 +61,10 @@ def _bound(x: Any, n: int) -> Any:
     return bound_of(np.asarray(x).flat[0], n)
 
 
+def _number(x: Any) -> Any:
+    return x
+
+
 def _sum(a: Any, b: Any) -> Any:
     return tuple(x + y for x, y in zip(a, b, strict=True)) if isinstance(a, tuple) else a + b
 
@@ -89,7 +93,7 @@ def evaluate_loops(
     step = 1 if definition.repeats else count
     names = array_functions(np)
     names |= {name: _on_rows(part, bound(part.function, names)) for name, part in definition.parts.items()}
-    names |= {**NAMES, ROW_OR: _row_or, ADD_TO: _add_to, SUM: _sum, BOUND: _bound}
+    names |= {**NAMES, ROW_OR: _row_or, ADD_TO: _add_to, SUM: _sum, BOUND: _bound, NUMBER: _number}
     run = bound(definition.function, names)
     for first in range(0, count, max(step, 1)):
         chosen = slice(first, first + step)

@@ -16,7 +16,7 @@ from .documentation import Facts
 from .kernel import Kernel
 from .layout import SCALAR, Layout, layout
 from .library import Library, chosen_backend, without_library
-from .loop_definition import Part, cost_text, loop_definition
+from .loop_definition import cost_text, loop_definition
 from .loop_kernel import LoopKernel
 from .threads import default_threads
 from .value import Family, Value, families
@@ -54,7 +54,6 @@ class GeneratedModule:
             )
         self.namespace = namespace
         self.kernels: list[str] = []
-        self._parts: dict[str, Part] = {}
         families[name] = self._family = Family()
         file = Path(os.path.abspath(namespace["__file__"]))
         self.library = Library(library, file.with_name(f"{library.rpartition('-')[0]}.c"))
@@ -125,35 +124,15 @@ class GeneratedModule:
 
         return declared
 
-    def form(
-        self,
-        kernel: Kernel,
-        same: str,
-        prepare: Function | None = None,
-        apply: Function | None = None,
-        *,
-        least: int,
-        n_prepared: int = 0,
-        once: str,
-        each: str,
-    ) -> None:
-        """Declare a form of a kernel; see `Form`."""
-        kernel.definition.forms.append(Form(tuple(same.split()), least, n_prepared, prepare, apply, once, each))
-
-    def part(self, signature: str) -> Callable[[Function], Function]:
-        """Return a decorator that declares a straight-line part of a kernel with loops from its function of rows.
-
-        Parameters
-        ----------
-        signature : str
-            The shapes of the rows, ``(8),(),(6)->(8)``.
-        """
-
-        def declared(function: Function) -> Function:
-            self._parts[function.__name__] = Part(function, *shapes_in(signature))
-            return function
-
-        return declared
+    def form(self, kernel: Kernel, same: str, *, least: int, n_prepared: int = 0, once: str, each: str) -> None:
+        """Declare a form of a kernel; see `Form`. Its functions are in the module if it prepares values."""
+        definition, chosen = kernel.definition, same.split()
+        own = definition.function.__code__.co_varnames[: len(definition.inputs)]
+        labels = [*map(str, range(len(own)))] if any("_" in name for name in own) else own
+        label = "_".join(label for label, (name, _) in zip(labels, definition.inputs, strict=True) if name in chosen)
+        names = [f"_{definition.name}_{what}_{label}" for what in ("prepare", "apply")]
+        prepare, apply = (self.namespace[name] if n_prepared else None for name in names)
+        definition.forms.append(Form(tuple(chosen), least, n_prepared, prepare, apply, once, each))
 
     def loops(
         self,
@@ -196,7 +175,7 @@ class GeneratedModule:
 
         def declared(function: Function) -> LoopKernel:
             definition = loop_definition(
-                function, signature, layouts, self._parts,
+                function, signature, layouts, self.namespace,
                 cost=cost, names=names, shared=shared, indices=indices, work=work, repeats=repeats,
             )  # fmt: skip
             self.kernels.append(definition.name)

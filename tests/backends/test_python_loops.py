@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from fractions import Fraction
 from functools import cache
@@ -70,7 +69,7 @@ def test_every_kernel_is_read_back(text: str) -> None:
 
 def test_the_text_is_a_loop_over_rows(text: str) -> None:
     assert (
-        """    m = _forward_m_start()
+        """    m = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(n):
         m = _forward_m(m, q[i], axes[i])
     out[:] = _forward_result(tool, m)
@@ -82,11 +81,9 @@ def test_the_text_is_a_loop_over_rows(text: str) -> None:
     assert 'cost="n * (51 mul, 36 add, 2 call, 51 fma) + 48 mul, 40 add, 48 fma"' in text
 
 
-def test_lines_are_short_and_names_are_public(text: str) -> None:
-    statement = re.compile(r"    (work|cost)=|\s+\S.* = _\w+\(|def ")  # with as many names as there are tables
+def test_lines_are_short(text: str) -> None:
+    statement = re.compile(r"\s+(work|cost)=|\s+\S.* = _\w+\(|def ")  # with as many names as there are tables
     assert max(len(line) for line in text.splitlines() if not statement.match(line)) <= 120
-    listed = ast.literal_eval(text[text.index("__all__ = ") + len("__all__ = ") :])
-    assert set(NAMES) < set(listed)
 
 
 def test_other_readers_ignore_loops(text: str) -> None:
@@ -141,7 +138,7 @@ def mutated(lines: list[str], random: Random) -> list[str] | None:
 @pytest.mark.slow
 def test_mutations_are_detected(text: str, seed: int) -> None:
     random = Random(seed)
-    start = text.index("@_module.part")
+    start = re.search(r"^def _\w+\(.*\) -> ", text, re.MULTILINE).start()
     head, body = text[:start], text[start : text.index("kernels = tuple")].splitlines()
     documented = {f'    """{source.summary}"""' for source in sources().values()}
     editable = [k for k, line in enumerate(body) if line.strip() and line not in documented and "error=" not in line]

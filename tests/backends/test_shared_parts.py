@@ -18,6 +18,7 @@ from gacompiler.backends import c_procedures, c_source, python_procedures, pytho
 from gacompiler.backends.build import build_library, find_compiler
 from gacompiler.backends.c import c_body
 from gacompiler.backends.module import ModuleSource
+from gacompiler.backends.python_loops import moves_numbers
 from gacompiler.backends.shared_parts import with_applies, with_shared_parts
 from gacompiler.errors import BackendError
 from gacompiler.generation.sources import loop_source
@@ -25,7 +26,7 @@ from gacompiler.passes.loops import compile_loops
 from gacompiler.runtime import load_module
 
 BACKENDS = ["arrays", pytest.param("numba", marks=pytest.mark.slow), *(["c"] if find_compiler() else [])]
-LINES = 70
+LINES = 55
 """The most lines for each kernel of the modules in ``generated``; copies of equal parts made them 96.
 
 They were 60 before the solutions of nine and twelve linear equations, which are written without loops over unknowns,
@@ -110,7 +111,8 @@ def test_both_texts_are_read_back(source: ModuleSource) -> None:
     for loop in with_shared_parts(source).loops:
         name = loop.procedure.name
         names = [program.name for program in loop.procedure.programs]
-        assert [program.name for program in python[name].programs] == names
+        parts = [program.name for program in python[name].programs if not moves_numbers(program)]
+        assert parts == [program.name for program in loop.procedure.programs if not moves_numbers(program)]
         assert [program.name for program in c[name].programs] == names
 
 
@@ -166,13 +168,7 @@ def test_kernels_with_shared_parts_compute_their_sums(source: ModuleSource, back
 def test_no_two_parts_of_a_generated_module_are_equal(name: str) -> None:
     """In these modules two thirds of the parts were copies."""
     text = Path(str(generated.__path__[0]), f"{name}.py").read_text()
-    parts = [
-        node
-        for node in ast.parse(text).body
-        if isinstance(node, ast.FunctionDef)
-        and node.decorator_list
-        and "_module.part" in ast.unparse(node.decorator_list[0])
-    ]
+    parts = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef) and node.returns is not None]
     # Parts with equal texts differ in the arguments that all elements share, which the Python text does not show.
     texts = [without_names(part) for part in parts]
     assert len(set(texts)) >= 0.95 * len(texts) > 10

@@ -16,7 +16,7 @@ from scipy.stats import chi2
 from text_mutations import mutations
 
 import gacompiler
-from gacompiler import SCALAR, floor, jvp, kernel, random_integer, uniform
+from gacompiler import SCALAR, array, floor, jvp, kernel, random_integer, total, uniform
 from gacompiler.backends import c_source, python_source
 from gacompiler.backends.readers import c_functions, c_programs, python_functions, python_programs
 from gacompiler.errors import GacError
@@ -180,3 +180,21 @@ def test_a_parameter_may_be_named_like_the_function() -> None:
     for read in (c_functions(c_source(module)), python_functions(python_source(module))):
         assert read["above"]([Fraction(-7, 3)]) == ((Fraction(2, 3),),)
     assert gacompiler.compile(above)(floor=2.75) == 0.75
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.int16, np.uint8])
+def test_arguments_of_other_types_are_converted_to_doubles(dtype: Any) -> None:
+    """Single precision rounds the products, so that its numbers would not be random."""
+    counters = np.arange(100, dtype=dtype)
+    expected = [truth(3, counter) * (1 / PRIME**2) for counter in range(100)]
+    for _ in range(3):  # also in calls that the extension could run
+        found, _ = compiled()(dtype(3), counters, dtype(2))
+        assert found.dtype == np.float64 and np.array_equal(found, expected)
+
+    @kernel(seed=SCALAR, counters=array(SCALAR, "n"))
+    def sum_of_numbers(seed: Any, counters: Any) -> Any:
+        """A sum of random numbers."""
+        return total(lambda counter: uniform(seed, counter), counters)
+
+    found = gacompiler.compile(sum_of_numbers, effort=0)(dtype(3), counters)
+    assert found.dtype == np.float64 and found == pytest.approx(sum(expected), abs=1e-12)

@@ -531,7 +531,7 @@ def numbers_of_forms(text: str, ending: str) -> list[tuple[int, int]]:
     """Find the numbers and names in the tables and loops of forms, apart from the statements."""
     heads = {
         "c": r"^#define (?:PARTS|SAME)_\w+\(.*?[^\\]$|^GAC_(?:FORM|KERNEL_AND_FORMS)\(.*?\)$",
-        "py": r"^_module\.form\(.*?^\)$",
+        "py": r"^_module\.form\(.*?\)$",
     }[ending]
     found = []
     for block in re.finditer(heads, text, re.DOTALL | re.MULTILINE):
@@ -560,7 +560,7 @@ def test_changes_around_a_form_in_the_text_are_detected(name: str, ending: str, 
     [
         ("py", 'move_point, "m", ', 'move_point, "p", '),
         ("py", 'move_point, "m", ', 'move_point, "m p", '),
-        ("py", "_move_point_prepare_m, _move_point_apply_m", "_move_point_apply_m, _move_point_prepare_m"),
+        ("py", "def _move_point_apply_m(", "def _move_point_apply_p("),
         ("py", "n_prepared=12", "n_prepared=11"),
         ("py", "21 mul, 18 add", "20 mul, 18 add"),
         ("c", "SAME_move_point_m(IN, NUMBER, OUT, AND) IN(0, 0,", "SAME_move_point_m(IN, NUMBER, OUT, AND) IN(1, 1,"),

@@ -17,7 +17,7 @@ from numba.extending import overload
 from ..boundaries import NAMES, bound_of
 from ..foreign import LOCK, foreign
 from ..functions import bound
-from ..loop_definition import ADD_TO, BOUND, ROW_OR, ROWS_TYPE, SUM, LoopDefinition, Part
+from ..loop_definition import ADD_TO, BOUND, NUMBER, ROW_OR, ROWS_TYPE, SUM, LoopDefinition, Part
 from .compiled import callback, element_of, kept
 from .llvm import (
     CompilerBase,
@@ -65,6 +65,18 @@ def on_rows(part: Part, real: Any) -> Any:
     parameters = [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in names]
     apply.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     return intrinsic(apply)
+
+
+def _number_as(real: Any) -> Any:
+    """Compile a function that returns a number of a table in the type of the kernel."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _numbers(context, builder, signature.args[0], arguments[0], 1, real)[0]
+
+    def number(typing: Any, x: Any) -> Any:
+        return real(x), code
+
+    return intrinsic(number)
 
 
 def _row_type(real: Any, shape: Sequence[int]) -> Any:
@@ -236,7 +248,7 @@ class LoopRows:
         with LOCK:
             names: dict[str, Any] = {name: on_rows(part, real) for name, part in definition.parts.items()}
             names |= {"__name__": __name__, "range": range, ROW_OR: _row_or, ADD_TO: _add_to, SUM: _sum}
-            names |= {**_BOUNDARIES, BOUND: _BOUND}
+            names |= {**_BOUNDARIES, BOUND: _BOUND, NUMBER: _number_as(real)}
             chosen = bound(definition.function, names)
             chosen.__qualname__ = f"{definition.name}_{real}"
             inner = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
