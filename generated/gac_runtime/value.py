@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import operator
 import sys
+import warnings
 from collections.abc import Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
-from .array_element import OPERATORS, ArrayElement, adopt, field_of
+from .array_element import OPERATORS, ArrayElement, Element, adopt, field_of
 from .arrays import FLOAT64, plain
 from .documentation import layout_text
 from .extension import extension
@@ -45,63 +46,13 @@ families: dict[str, Family] = {}
 """The families by name of their module."""
 
 
-class _PythonValue(ArrayElement):
-    """The base class of values without the extension."""
-
-    __slots__ = ()
-
-    def __new__(cls, *coefficients: Any) -> Any:
-        if not hasattr(cls, "layout"):
-            raise TypeError(f"{cls.__name__} has no layout and cannot be instantiated; use a type with a layout")
-        value = object.__new__(cls)
-        array = _coefficients(cls, coefficients)
-        array.flags.writeable = False
-        value._hold(array.view())  # a view of such an array can never be written
-        return value
-
-    @staticmethod
-    def _operate(symbol: str, *operands: Any) -> Any:
-        return _operate(symbol, *operands)
-
-    @classmethod
-    def _adopt(
-        cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, *is_unit: bool
-    ) -> None:
-        for k, name in enumerate(names):
-            setattr(cls, name, property(operator.itemgetter(k)))
-
-    def __len__(self) -> int:
-        return len(self.values)
-
-    def __getitem__(self, index: int) -> float:
-        return float(self.values[operator.index(index)])
-
-    def __eq__(self, other: Any) -> Any:
-        if type(self) is not type(other):
-            if not hasattr(type(other), "family"):  # values of other copies of this file have one, too
-                return NotImplemented
-            kinds: tuple[Any, Any] = type(self), type(other)
-            own, others = ((kind.layout.identity, kind.layout.unit) for kind in kinds)
-            if own != others:
-                return NotImplemented
-        return bool((self.values == other.values).all())
-
-    __hash__ = ArrayElement.__hash__
-
-
 Kind = TypeVar("Kind", covariant=True)
 if TYPE_CHECKING:
 
     class _Value(Generic[Kind]):
         """What type checkers know of both base classes; the kind is the literal name of the layout."""
 
-        @property
-        def values(self) -> np.ndarray[Any, Any]:
-            """The coefficients."""
-
-        def __len__(self) -> int: ...
-        def __iter__(self) -> Iterator[float]: ...
-        def __getitem__(self, index: int, /) -> float: ...
+        def _numbers(self) -> list[float]: ...
         def __hash__(self) -> int: ...
         @classmethod
         def _adopt(
@@ -110,14 +61,14 @@ if TYPE_CHECKING:
 
 else:
     # The base class stands for `_Value[Kind]`, since the class in C takes no parameters of types.
-    _Value = {Kind: _PythonValue if extension is None else extension.Value}
+    _Value = {Kind: ArrayElement if extension is None else extension.Value}
 
 
-class Value(_Value[Kind]):
+class Value(Element, _Value[Kind]):
     """One element of a layout, with the operators that the module's kernels define, and sums and multiples.
 
-    Values are created from an array or from their coefficients, ``Point(1, 2, 3)``. They are immutable, and numpy reads
-    them as arrays without a copy. Coefficients are attributes named after their blades, and `scalar`.
+    Values are created from an array or from their coefficients, ``Point(1, 2, 3)``, and are immutable. `values` is a
+    read-only array of the coefficients, without a copy; each is an attribute named after its blade, or `scalar`.
 
     The type of a sum has unconstrained coefficients: the sum of two motors is an even element, not a motor.
     """
@@ -126,7 +77,14 @@ class Value(_Value[Kind]):
     __array_ufunc__ = None
     layout: Layout
     family: Family
-    if extension is not None and not TYPE_CHECKING:
+    shape = ()
+    if TYPE_CHECKING:
+
+        @property
+        def values(self) -> np.ndarray[Any, Any]:
+            """The coefficients. Read-only."""
+
+    elif extension is not None:
         values = property(np.frombuffer, doc="The coefficients. Read-only.")
 
     def __init_subclass__(cls) -> None:
@@ -141,20 +99,37 @@ class Value(_Value[Kind]):
         cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])
         adopt(cls, cls.layout, _operate, _coefficients)
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
-        if copy or (dtype is not None and dtype != FLOAT64):
-            return np.array(self.values, dtype)
-        return self.values
+    def _coefficient(self, name: str) -> float:
+        found = coefficients(self.values, self.layout)
+        if name not in found:
+            raise KeyError(f"{self.layout.name} has no coefficient {name!r}; expected one of {' '.join(found)}")
+        return float(found[name])
+
+    def __len__(self) -> int:
+        _warn("len(x)", "len(x.values)")
+        return len(self.values)
+
+    def __iter__(self) -> Iterator[float]:
+        _warn("iteration over x", "x.values")
+        return iter(self._numbers())
+
+    def __getitem__(self, index: Any) -> float:
+        """Return a coefficient by the name of its blade, as spelled in the layout: ``x["e12"]``."""
+        if isinstance(index, str):
+            return self._coefficient(index)
+        k = operator.index(index)
+        _warn("x[k]", 'x.values[k] or x["e12"]')
+        return self._numbers()[k]
 
     def __reduce__(self) -> tuple[Any, ...]:
         if getattr(sys.modules.get(self.__module__), type(self).__name__, None) is type(self):
-            return type(self), tuple(self)
-        return value_of, (self.__module__, self.layout, self.__array__().copy())
+            return type(self), tuple(self._numbers())
+        return value_of, (self.__module__, self.layout, np.array(self.values))
 
     @property
     def stored(self) -> tuple[np.ndarray[Any, Any], Layout]:
         """The coefficients and their layout, which kernels check."""
-        return self.__array__(), self.layout
+        return self.values, self.layout
 
     def require_unit(self, where: str) -> None:
         """Raise TypeError unless ``x ~x = 1``, where a kernel takes unit elements only.
@@ -168,7 +143,7 @@ class Value(_Value[Kind]):
                 f"{where} is {self.layout.name}, whose norm {self.__module__} cannot compute; expected a type of unit "
                 "elements"
             )
-        check_unit(where, self.layout.name, found, self.__array__())
+        check_unit(where, self.layout.name, found, self.values)
 
     def like(self, layout: Layout, values: np.ndarray[Any, Any]) -> Any:
         """Return one element of a layout as a value of the same module; several, which have no type, stay an array."""
@@ -177,12 +152,17 @@ class Value(_Value[Kind]):
     def __repr__(self) -> str:
         text = ""
         fixed = [(blade, getattr(self, field_of(blade))) for blade, value in self.layout.fixed if value != "implied"]
-        for blade, x in (*zip(self.layout.blades, self, strict=True), *fixed):
+        for blade, x in (*zip(self.layout.blades, self._numbers(), strict=True), *fixed):
             if x:
                 number = repr(abs(x)).removesuffix(".0")
                 sign = ("-" if x < 0 else "") if not text else " - " if x < 0 else " + "
                 text += sign + (number if blade == "1" else blade if number == "1" else f"{number}*{blade}")
         return f"{type(self).__name__}({text or '0'})"
+
+
+def _warn(what: str, instead: str) -> None:
+    message = f"{what} of an element will mean elements, not coefficients, from version 0.4 on; use {instead}"
+    warnings.warn(message, DeprecationWarning, stacklevel=3)
 
 
 def value_of(module: str, layout: Layout, values: np.ndarray[Any, Any]) -> Value[Any]:
@@ -210,7 +190,7 @@ def _square(x: Value[Any]) -> np.ndarray[Any, Any] | None:
             or not {*x.layout.blades, *dict(x.layout.fixed)} <= {*wide.blades}
         ):
             continue
-        values = converted("", x.__array__(), x.layout, wide)
+        values = converted("", x.values, x.layout, wide)
         one = [blade == "1" for blade in product.layouts["out"].blades]
         return np.asarray(product(values, reverse[0](values)) - one)
     return None
@@ -242,7 +222,7 @@ def _operate(symbol: str, *operands: Any) -> Any:
         other = next((x for x in operands if not isinstance(x, Value) and hasattr(x, "stored")), None)
         if other is not None and (symbol, len(operands)) in OPERATORS:  # those of the other element have any operands
             return OPERATORS[symbol, len(operands)](
-                *[other.like(x.layout, x.__array__().copy()) if isinstance(x, Value) else x for x in operands]
+                *[other.like(x.layout, np.array(x.values)) if isinstance(x, Value) else x for x in operands]
             )
         combined = None if symbol == "()" else _sum_or_multiple(symbol, *operands)
         if combined is not None:
@@ -253,7 +233,7 @@ def _operate(symbol: str, *operands: Any) -> Any:
             raise _unknown(family, symbol, types)
         return NotImplemented
     kernel, result, swapped = found
-    arrays = [operand.__array__() for operand in operands]
+    arrays = [operand.values for operand in operands]
     value = kernel(*(reversed(arrays) if swapped else arrays))
     if extension is not None and kernel.element_address:
         extension.bind_operator(symbol, types, None if result is float else result, kernel.element_address, swapped)
@@ -266,7 +246,7 @@ def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
         a, b = b, a
     if symbol == "-" and b is None:
         if a.layout.unit and not a.layout.fixed:
-            return type(a)(*(-x for x in a))  # the negative of a unit element is a unit element
+            return type(a)(*(-x for x in a._numbers()))  # the negative of a unit element is a unit element
         total = {blade: -x for blade, x in _terms(a).items()}
     elif symbol in "*/" and isinstance(a, Value) and isinstance(b, _NUMBERS):
         scale = operator.mul if symbol == "*" else operator.truediv
@@ -300,8 +280,9 @@ def _terms(x: Any) -> dict[str, float]:
         return {"1": float(x)}
     layout = x.layout
     if layout.implied:
-        return {blade: float(value) for blade, value in coefficients(x.__array__(), layout).items()}
-    return {**dict(zip(layout.blades, x, strict=True)), **{blade: number(text) for blade, text in layout.fixed}}
+        return {blade: float(value) for blade, value in coefficients(x.values, layout).items()}
+    fixed = {blade: number(text) for blade, text in layout.fixed}
+    return {**dict(zip(layout.blades, x._numbers(), strict=True)), **fixed}
 
 
 def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:
