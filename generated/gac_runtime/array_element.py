@@ -165,7 +165,6 @@ class ArrayElement:
     values: np.ndarray[Any, Any]
     _operate: Callable[..., Any]
     _read: Callable[..., np.ndarray[Any, Any]]
-    stored: tuple[np.ndarray[Any, Any], Layout]
 
     def __new__(cls, *arguments: Any) -> Self:
         if not hasattr(cls, "_read"):
@@ -202,7 +201,8 @@ class ArrayElement:
         """Whether all coefficients are equal, for each element; those of layouts with other coefficients never are."""
         if not hasattr(type(other), "stored"):
             return NotImplemented
-        (values, own), (others, wanted) = self.stored, other.stored  # type: ignore[attr-defined]
+        pair: Any = self, other
+        (values, own), (others, wanted) = (each.stored for each in pair)
         if own is not wanted and (own.identity, own.unit) != (wanted.identity, wanted.unit):
             same: Any = np.zeros(np.broadcast_shapes(values.shape[:-1], others.shape[:-1]), bool)
         else:

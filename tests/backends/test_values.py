@@ -391,6 +391,52 @@ def test_one_element_is_no_sequence(module: ModuleType) -> None:
         point[0:2]
 
 
+def test_arrays_of_elements_are_their_elements(module: ModuleType) -> None:
+    """Operators, kernels, sums and indices of an array give for each element what they give for it alone."""
+    v, random = random_values(module), np.random.default_rng(3)
+    points, lines = module.Point.array(random.normal(size=(2, 3, 3))), module.Line.array(random.normal(size=(3, 6)))
+    motor, point = v["Motor"], v["Point"]
+    cases: list[Any] = [
+        lambda p, q: motor(p), lambda p, q: p & point, lambda p, q: point & p, lambda p, q: module.moved(p, motor),
+        lambda p, q: p - point, lambda p, q: point + p, lambda p, q: 2 * p, lambda p, q: p / 4 - p, lambda p, q: -p,
+        lambda p, q: -(p - point), lambda p, q: q ^ v["Plane"], lambda p, q: q + q, lambda p, q: v["UnitPlane"] & p,
+        lambda p, q: ~motor * motor,
+    ]  # fmt: skip
+    for case in cases:
+        found = case(points, lines)
+        for i, k in np.ndindex(2, 3):
+            one, of = case(points[i, k], lines[k]), found
+            for index in (i, k)[2 - np.ndim(found) :]:
+                of = of[index]
+            assert type(of) is type(one) or isinstance(of, float)
+            np.testing.assert_array_equal(getattr(of, "values", of), getattr(one, "values", one))
+    assert (points.shape, len(points), points.ndim, points.size) == ((2, 3), 2, 2, 6)
+    assert points[1].shape == (3,) and [type(p) for p in points[1]] == 3 * [module.Point]
+    np.testing.assert_array_equal(points.e013, points.values[..., 1])
+    np.testing.assert_array_equal(points["e123"], np.ones((2, 3)))
+    assert (points == points[0, 1]).tolist() == (points[0, 1] == points).tolist() == [[False, True, False], 3 * [False]]
+    again = pickle.loads(pickle.dumps(points))
+    assert type(again) is type(points) and (again == points).all()
+
+
+def test_arrays_of_elements_are_no_arrays_of_numbers(module: ModuleType) -> None:
+    points, motor = module.Point.array(np.eye(3)), random_values(module)["Motor"]
+    for wrong in (lambda: motor * points, lambda: ~points, lambda: points * np.ones(3), lambda: np.ones(3) + points):
+        with pytest.raises(TypeError, match="not defined by"):
+            wrong()
+    with pytest.raises(ValueError, match=r"shape \(3, 2\); expected \(..., 3\): e032 e013 e021"):
+        module.Point.array(np.ones((3, 2)))
+    with pytest.raises(TypeError, match="not hashable"):
+        hash(points)
+    with pytest.raises(AttributeError, match="immutable"):
+        points.values = np.ones(3)
+    with pytest.raises(AttributeError, match="no coefficient 'e1'"):
+        _ = points.e1
+    single = module.moved(module.Point.array(np.ones((2, 3), np.float32)), motor)
+    assert single.values.dtype == np.float64 and np.asarray(points, np.float32).dtype == np.float32
+    assert np.asarray(points).tolist() == list(points) and "Point of shape (3,)" in repr(points)
+
+
 def test_equal_by_value(module: ModuleType) -> None:
     point, other = module.Point(0.0, 1, 2), module.Point(-0.0, 1, 2)
     assert point == other and hash(point) == hash(other) and (point != other) is False
