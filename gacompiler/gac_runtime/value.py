@@ -164,11 +164,12 @@ class Value(OfModule, _Value[Kind]):
         _warn("iteration over x", "x.values")
         return iter(self._numbers())
 
-    def __getitem__(self, index: Any) -> float:
+    def __getitem__(self, index: str) -> float:
         """Return a coefficient by the name of its blade, as spelled in the layout: ``x["e12"]``."""
-        if isinstance(index, str):
-            return float(self._coefficient(index))
-        k = operator.index(index)
+        given: Any = index
+        if isinstance(given, str):
+            return float(self._coefficient(given))
+        k = operator.index(given)
         _warn("x[k]", 'x.values[k] or x["e12"]')
         return self._numbers()[k]
 

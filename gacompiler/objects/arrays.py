@@ -44,7 +44,7 @@ from .normalizing import normalized
 from .numpy_functions import NumpyFunctions
 from .operators import OBSERVERS, Operator, operator_of
 from .printing import latex_of, repr_of, text_of
-from .scalars import ScalarMethods
+from .scalars import Scalar
 from .tables import table_of
 
 SYMBOLS = {
@@ -459,20 +459,6 @@ class _Array(ArrayElement, MultivectorArray):
         object.__setattr__(made, "layout", layout)
         made._hold(values)
         return made
-
-
-class Scalar(ScalarMethods):
-    """A number returned by an operation: a float with the methods of multivectors.
-
-    It is a float in every respect. ``+ - * /`` with numbers return numbers of this class; with multivectors they are
-    the operators of multivectors. ``^`` and ``|`` of two numbers are their product, and ``~`` is the number itself.
-    """
-
-    __slots__ = ()
-
-    def in_algebra(self, algebra: Algebra) -> MultivectorArray:
-        """Return the number as the only coefficient of a multivector of an algebra."""
-        return scalar_of(float(self), algebra)
 
 
 _single_types: dict[Any, type | None] = {}
@@ -936,4 +922,4 @@ def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:
     )  # fmt: skip
 
 
-run_by(Engine(apply, role_type))
+run_by(Engine(apply, role_type, scalar_of))

@@ -48,6 +48,7 @@ pga3.move_point(np.ones(8))  # mistake
 pga3.move_pont(motor, point)  # mistake
 pga3.move_point.cots  # mistake
 pga3.Point(1, 2)  # mistake
+point[0]  # mistake
 point * point  # mistake
 PGA3.of(point).lgo()  # mistake
 PGA3.of("x")  # mistake
