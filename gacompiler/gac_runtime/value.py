@@ -41,6 +41,15 @@ class Family:
         self.sums: list[Any] = []
         self.types: dict[tuple[Any, bool], Any] = {}
 
+    def alike(self, types: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return types with those of other modules replaced by the types of this one with the same layouts."""
+        return tuple(
+            self.types.get((kind.layout.identity, kind.layout.unit), kind)
+            if issubclass(kind, Value) and kind.family is not self
+            else kind
+            for kind in types
+        )
+
 
 families: dict[str, Family] = {}
 """The families by name of their module."""
@@ -296,8 +305,9 @@ def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
 def _operate(symbol: str, *operands: Any) -> Any:
     """Apply an operator by its kernel; return NotImplemented for foreign types, which may define the operator."""
     types = tuple(map(_kind, operands))
-    family = next(operand.family for operand in operands if isinstance(operand, OfModule))
-    found = family.operators.get((symbol, types))
+    families_of = list(dict.fromkeys(operand.family for operand in operands if isinstance(operand, OfModule)))
+    family = families_of[0]
+    found = next((row for each in families_of if (row := each.operators.get((symbol, each.alike(types))))), None)
     if found is None:
         other = next((x for x in operands if not isinstance(x, OfModule) and hasattr(x, "stored")), None)
         if other is not None and (symbol, len(operands)) in OPERATORS:  # those of the other element have any operands

@@ -13,7 +13,7 @@ import pytest
 from gacompiler import compile, kernel
 from gacompiler.algebra.catalog import CATALOG, PGA3
 from gacompiler.generation.checked_in import own_specs
-from generated import cga3, pga3
+from generated import arms, cga3, pga3
 
 MODULES = [path.stem for path in own_specs()]
 
@@ -117,6 +117,19 @@ def test_sums_and_multiples_of_motors_and_points() -> None:
         _ = 3 / a
     with pytest.raises(TypeError):
         _ = a + cga3.Motor(*[0] * 8)
+
+
+def test_values_of_two_modules_have_the_operators_of_both() -> None:
+    numbers = [np.cos(0.5), np.sin(0.5), 0, 0, 0, 0, 0, 0]
+    motor, other, point = arms.Motor(numbers), pga3.Motor(numbers), pga3.Point(1, 2, 3)
+    points = pga3.Point.array(np.eye(3))
+    for _ in range(3):  # the first call looks up the kernel, later ones run it
+        assert type(motor(point)) is pga3.Point and motor(point) == other(point)
+        assert motor * other == other * motor == other * other and (motor(points) == other(points)).all()
+        assert (motor + other).values.tolist() == (2 * other).values.tolist()
+        for wrong in (lambda: motor * point, lambda: motor * cga3.Motor(*[0] * 8), lambda: point(motor)):
+            with pytest.raises(TypeError, match="not defined by"):
+                wrong()
 
 
 def test_conformal_points_have_differences() -> None:
