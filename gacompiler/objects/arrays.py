@@ -452,13 +452,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
 class _Array(ArrayElement, MultivectorArray):
     """An array of multivectors, or a single one that is not of doubles or exists without the extension."""
 
-    __slots__ = ("layout",)
-
-    def __new__(cls, layout: Layout, values: np.ndarray[Any, Any]) -> Self:
-        made = object.__new__(cls)
-        object.__setattr__(made, "layout", layout)
-        made._hold(values)
-        return made
+    __slots__ = ()
 
 
 _single_types: dict[Any, type | None] = {}

@@ -151,46 +151,50 @@ class Element:
 
 
 class ArrayElement:
-    """Base class of immutable elements that the extension does not store: arrays of elements, and all without it.
+    """Immutable elements that the extension does not store: arrays, other precisions, and all elements without it.
 
-    It behaves as the class of the extension. Subclasses define `layout` and `stored`.
+    Subclasses define `_operate`, which applies a Python operator to operands that include an element, and `stored`.
 
     Attributes
     ----------
+    layout : Layout
+        The layout, of the runtime or of the compiler.
     values : numpy.ndarray
         The stored coefficients along the last axis. Read-only.
     """
 
-    __slots__ = ("values",)
+    __slots__ = ("layout", "values")
+    layout: Any
     values: np.ndarray[Any, Any]
     _operate: Callable[..., Any]
-    _read: Callable[..., np.ndarray[Any, Any]]
 
-    def __new__(cls, *arguments: Any) -> Self:
-        if not hasattr(cls, "_read"):
-            raise TypeError(f"{cls.__name__} has no layout and cannot be instantiated; use a type with a layout")
+    def __new__(cls, layout: Any, values: np.ndarray[Any, Any]) -> Self:
         made = object.__new__(cls)
-        array = cls._read(cls, arguments)
-        array.flags.writeable = False
-        made._hold(array.view())  # a view of such an array can never be written
+        object.__setattr__(made, "layout", layout)
+        if values.flags.writeable:  # the array of the caller can still be written
+            values = values.view()
+            values.flags.writeable = False
+        object.__setattr__(made, "values", values)
         return made
 
     @classmethod
     def _adopt(cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, *_layout: Any) -> None:
-        cls._operate, cls._read = staticmethod(operate), staticmethod(coefficients)
+        """Become a type of single elements of one layout, whose objects are created by their coefficients."""
+
+        def new(cls: Any, *arguments: Any) -> Any:
+            array = coefficients(cls, arguments)
+            array.flags.writeable = False
+            made = object.__new__(cls)
+            object.__setattr__(made, "values", array.view())  # a view of such an array can never be written
+            return made
+
+        cls.__new__, cls._operate = staticmethod(new), staticmethod(operate)  # type: ignore[assignment]
         for k, name in enumerate(names):
             setattr(cls, name, property(partial(_number, k)))
 
     def _numbers(self) -> list[float]:
         numbers: list[float] = self.values.tolist()
         return numbers
-
-    def _hold(self, values: np.ndarray[Any, Any]) -> None:
-        """Set the coefficients; the array of the caller can still be written if it could."""
-        if values.flags.writeable:
-            values = values.view()
-            values.flags.writeable = False
-        object.__setattr__(self, "values", values)
 
     def __setattr__(self, name: str, value: Any = None) -> NoReturn:
         raise AttributeError(f"{type(self).__name__} is immutable; cannot set or delete {name}")

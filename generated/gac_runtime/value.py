@@ -1,4 +1,7 @@
-"""Elements of the layouts of a module as immutable objects, with the operators for which the module has kernels."""
+"""Elements of the layouts of a module as immutable objects, with the operators for which the module has kernels.
+
+Single elements, arrays of them and their operators are in one file because each creates objects of the others.
+"""
 
 from __future__ import annotations
 
@@ -135,6 +138,10 @@ class Value(OfModule, _Value[Kind]):
 
     elif extension is not None:
         values = property(np.frombuffer, doc="The coefficients. Read-only.")
+    else:
+
+        def __new__(cls, *_arguments: Any) -> Any:
+            raise TypeError(f"{cls.__name__} has no layout and cannot be instantiated; use a type with a layout")
 
     def __init_subclass__(cls) -> None:
         (base, *_) = cls.__bases__
@@ -211,12 +218,10 @@ class Values(OfModule, ArrayElement):
     kind: Any
 
     def __new__(cls, kind: Any, values: np.ndarray[Any, Any]) -> Self:
-        made = object.__new__(cls)
+        made = ArrayElement.__new__(cls, kind.layout, values)
         object.__setattr__(made, "kind", kind)
-        made._hold(values)
         return made
 
-    layout = property(operator.attrgetter("kind.layout"))
     family = property(operator.attrgetter("kind.family"))
     module = property(operator.attrgetter("kind.__module__"))
 
