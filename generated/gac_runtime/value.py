@@ -309,10 +309,13 @@ def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
 
 def _operate(symbol: str, *operands: Any) -> Any:
     """Apply an operator by its kernel; return NotImplemented for foreign types, which may define the operator."""
-    types = tuple(map(_kind, operands))
-    families_of = list(dict.fromkeys(operand.family for operand in operands if isinstance(operand, OfModule)))
-    family = families_of[0]
-    found = next((row for each in families_of if (row := each.operators.get((symbol, each.alike(types))))), None)
+    types = own = tuple(map(type, operands))
+    modules = {operand.family: None for operand in operands if isinstance(operand, OfModule)}
+    family = next(iter(modules))
+    found = family.operators.get((symbol, types))
+    if found is None and (len(modules) > 1 or Values in types):
+        types = tuple(map(_kind, operands))
+        found = next((row for each in modules if (row := each.operators.get((symbol, each.alike(types))))), None)
     if found is None:
         other = next((x for x in operands if not isinstance(x, OfModule) and hasattr(x, "stored")), None)
         if other is not None and (symbol, len(operands)) in OPERATORS:  # those of the other element have any operands
@@ -330,7 +333,7 @@ def _operate(symbol: str, *operands: Any) -> Any:
     kernel, result, swapped = found
     arrays = [operand.values for operand in operands]
     value = kernel(*(reversed(arrays) if swapped else arrays))
-    if types != tuple(map(type, operands)):
+    if types != own:
         return value if result is float else _made(result, value)
     if extension is not None and kernel.element_address:
         extension.bind_operator(symbol, types, None if result is float else result, kernel.element_address, swapped)
@@ -343,7 +346,8 @@ def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
         a, b = b, a
     if symbol == "-" and b is None:
         if a.layout.unit and not a.layout.fixed:
-            return _made(_kind(a), -a.values)  # the negative of a unit element is a unit element
+            # The negative of a unit element is a unit element.
+            return Values(a.kind, -a.values) if isinstance(a, Values) else type(a)(*[-x for x in a._numbers()])
         total = {blade: -x for blade, x in _terms(a).items()}
     elif symbol in "*/" and isinstance(a, OfModule) and isinstance(b, _NUMBERS):
         scale = operator.mul if symbol == "*" else operator.truediv
@@ -354,8 +358,8 @@ def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
         total = {blade: join(own.get(blade, 0.0), other.get(blade, 0.0)) for blade in {**own, **other}}
     else:
         return None
-    types = tuple(_kind(x) for x in (a, b) if isinstance(x, OfModule))
-    is_single = not (isinstance(a, Values) or isinstance(b, Values))
+    is_single = type(a) is not Values is not type(b)
+    types = tuple([(type(x) if is_single else _kind(x)) for x in (a, b) if isinstance(x, OfModule)])
     # Equal fixed coefficients cancel in a difference: two points of weight 1 give a direction.
     result = _type_of_sum(types, frozenset(blade for blade, x in total.items() if (x if is_single else np.any(x))))
     if result is None:
@@ -379,10 +383,11 @@ def _terms(x: Any) -> dict[str, Any]:
     """Return all coefficients of a value or a number by blade, including those that are not stored."""
     if not isinstance(x, OfModule):
         return {"1": float(x)}
-    if not isinstance(x, Value) or x.layout.implied:
-        return coefficients(x.values, x.layout)
-    fixed = {blade: number(text) for blade, text in x.layout.fixed}
-    return {**dict(zip(x.layout.blades, x._numbers(), strict=True)), **fixed}
+    layout = x.layout
+    if layout.implied or not isinstance(x, Value):
+        return coefficients(x.values, layout)
+    fixed = {blade: number(text) for blade, text in layout.fixed}
+    return {**dict(zip(layout.blades, x._numbers(), strict=True)), **fixed}
 
 
 def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:
