@@ -239,6 +239,11 @@ class Values(OfModule, ArrayElement):
                 return self._coefficient(blade)
         raise AttributeError(f"{self.kind.__name__} has no coefficient {name!r}")
 
+    def reshape(self, *shape: int | tuple[int, ...]) -> Any:
+        """Return the same elements in another shape."""
+        wanted = shape[0] if len(shape) == 1 and isinstance(shape[0], tuple) else shape
+        return self._part(self.values.reshape((*wanted, self.values.shape[-1])))
+
     def __reduce__(self) -> tuple[Any, ...]:
         return value_of, (self.module, self.layout, np.array(self.values))
 

@@ -409,6 +409,7 @@ def test_arrays_of_elements_are_their_elements(module: ModuleType) -> None:
     np.testing.assert_array_equal(points.e013, points.values[..., 1])
     np.testing.assert_array_equal(points["e123"], np.ones((2, 3)))
     assert (points == points[0, 1]).tolist() == (points[0, 1] == points).tolist() == [[False, True, False], 3 * [False]]
+    assert (points.reshape(6)[4] == points[1, 1]) and (points.reshape((3, 2)).reshape(2, 3) == points).all()
     again = pickle.loads(pickle.dumps(points))
     assert type(again) is type(points) and (again == points).all()
 
