@@ -27,7 +27,7 @@ from ..errors import AlgebraError, LayoutError, OperandError, ZeroDivisorError
 from ..frontend.expression import Expression
 from ..frontend.operands import own_operations
 from ..gac_runtime.annotations import Numbers, Real
-from ..gac_runtime.array_element import OPERATORS, ArrayElement, adopt, next_index
+from ..gac_runtime.array_element import OPERATORS, ArrayElement, Element, adopt, next_index
 from ..gac_runtime.layout import Layout as PlainLayout
 from ..gac_runtime.layout import check_unit
 from .caches import key_of
@@ -44,7 +44,7 @@ from .normalizing import normalized
 from .numpy_functions import NumpyFunctions
 from .operators import OBSERVERS, Operator, operator_of
 from .printing import latex_of, repr_of, text_of
-from .scalars import ScalarMethods
+from .scalars import Scalar
 from .tables import table_of
 
 SYMBOLS = {
@@ -102,7 +102,7 @@ else:
         __slots__ = ()
 
 
-class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunctions):
+class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunctions, Element):
     """Immutable multivectors of one layout: a single one, with shape ``()``, or an array of any shape.
 
     Operators: ``+ -``, ``*`` geometric product, ``^`` outer product, ``&`` regressive product (join of points in
@@ -141,12 +141,6 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         return self.layout.algebra
 
     @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape without the axis of blades."""
-        found: tuple[int, ...] = self.values.shape[:-1]
-        return found
-
-    @property
     def stored(self) -> tuple[np.ndarray[Any, Any], PlainLayout]:
         """The coefficients and their layout, which kernels of generated modules check."""
         return self.values, plain_layout(self.layout)
@@ -161,57 +155,17 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         found = layout_from_plain(layout, self.algebra)
         return values if found is None else wrap(found, values)
 
-    @property
-    def ndim(self) -> int:
-        """Number of axes without the axis of blades."""
-        return len(self.shape)
+    if TYPE_CHECKING:
 
-    @property
-    def size(self) -> int:
-        """Number of multivectors."""
-        return int(np.prod(self.shape))
+        def __iter__(self) -> Iterator[Self]: ...
+        @overload
+        def __getitem__(self, index: str) -> Real: ...
+        @overload
+        def __getitem__(self, index: Any) -> Self: ...
+        def __getitem__(self, index: Any) -> Any: ...
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
-        """Return the coefficients for a type of numbers, ``np.asarray(x, float)``; otherwise an array of elements.
-
-        numpy converts each element of a list by the same call as a single one. With elements as entries, functions of
-        lists, such as ``np.sum([a, b])`` and ``rng.permutation(points)``, keep the meaning of the coefficients.
-        """
-        if dtype is not None and np.dtype(dtype) != np.dtype(object):
-            return np.array(self.values, dtype, copy=copy)
-        if copy is False:
-            raise ValueError(f"np.asarray: arrays of elements are copies; the numbers of {self.layout} are in .values")
-        found = np.empty(self.shape, object)
-        for index in np.ndindex(self.shape):
-            found[index] = self[index] if index else self
-        return found
-
-    def __len__(self) -> int:
-        if not self.shape:
-            raise TypeError(f"a single {self.layout} has no length; its coefficients are in .values")
-        return self.shape[0]
-
-    def __bool__(self) -> bool:
-        raise TypeError("the truth value of a multivector is undefined; compare coefficients, or use isclose()")
-
-    def __iter__(self) -> Iterator[Self]:
-        if not self.shape:
-            raise TypeError(f"a single {self.layout} is not iterable; its coefficients are in .values")
-        return iter([wrap(self.layout, values) for values in self.values])
-
-    @overload
-    def __getitem__(self, index: str) -> Real: ...
-    @overload
-    def __getitem__(self, index: Any) -> Self: ...
-    def __getitem__(self, index: Any) -> Any:
-        """Return a coefficient by any spelling of its blade, ``x["e31"]``, or elements by the axes of `shape`."""
-        if isinstance(index, str):
-            return self._coefficient(index)
-        if not self.shape:
-            raise TypeError(f'a single {self.layout} has no axes; index it by a blade, x["{self.layout.blades[0]}"]')
-        indices = index if isinstance(index, tuple) else (index,)
-        last = slice(None) if any(each is Ellipsis for each in indices) else Ellipsis
-        return wrap(self.layout, self.values[(*indices, last)])
+    def _part(self, values: np.ndarray[Any, Any]) -> Any:
+        return wrap(self.layout, values)
 
     def _coefficient(self, name: str) -> Any:
         sign, blade = self.algebra.blade(name)
@@ -498,40 +452,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
 class _Array(ArrayElement, MultivectorArray):
     """An array of multivectors, or a single one that is not of doubles or exists without the extension."""
 
-    __slots__ = ("layout",)
-
-    def __init__(self, layout: Layout, values: np.ndarray[Any, Any]) -> None:
-        object.__setattr__(self, "layout", layout)
-        self._hold(values)
-
-    def __eq__(self, other: object) -> Any:
-        """Whether all coefficients are equal, for each element; multivectors of different layouts are never equal."""
-        _, other = without_values("x == y", (self, other))
-        if not isinstance(other, MultivectorArray):
-            return NotImplemented
-        if other.layout != self.layout:
-            return _number(np.zeros(np.broadcast_shapes(self.shape, other.shape), bool))
-        return _number(np.all(self.values == other.values, axis=-1))
-
-    def __ne__(self, other: object) -> Any:
-        found = self.__eq__(other)
-        return found if found is NotImplemented else np.logical_not(found)
-
-    __hash__ = ArrayElement.__hash__
-
-
-class Scalar(ScalarMethods):
-    """A number returned by an operation: a float with the methods of multivectors.
-
-    It is a float in every respect. ``+ - * /`` with numbers return numbers of this class; with multivectors they are
-    the operators of multivectors. ``^`` and ``|`` of two numbers are their product, and ``~`` is the number itself.
-    """
-
     __slots__ = ()
-
-    def in_algebra(self, algebra: Algebra) -> MultivectorArray:
-        """Return the number as the only coefficient of a multivector of an algebra."""
-        return scalar_of(float(self), algebra)
 
 
 _single_types: dict[Any, type | None] = {}
@@ -588,7 +509,7 @@ def _make_single_type(layout: Layout) -> type | None:
     word = "".join(part.capitalize() for part in layout.name.split("_"))
     made = type(word if word.isidentifier() else "Multivector", (MultivectorArray, found.Value), body)
     plain = plain_layout(layout)
-    adopt(made, plain._replace(blades=layout.blades), operate, _coefficients, is_entry=True)  # numbers have none there
+    adopt(made, plain._replace(blades=layout.blades), operate, _coefficients)  # numbers have none there
     return made
 
 
@@ -984,7 +905,7 @@ def without_values(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
             names = " and ".join(f"{type(each).__module__}.{type(each).__name__}" for each in operands)
             remedy = "convert one of them, as in PGA3.of(PGA3.MOTOR, x) or generated.pga3.Motor(x)"
             raise OperandError(where, names, "operands of one module", remedy)
-        found.append(each if layout is None else wrap(layout, np.array(each.__array__())))
+        found.append(each if layout is None else wrap(layout, np.array(each.values)))
     return tuple(found)
 
 
@@ -995,4 +916,4 @@ def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:
     )  # fmt: skip
 
 
-run_by(Engine(apply, role_type))
+run_by(Engine(apply, role_type, scalar_of))

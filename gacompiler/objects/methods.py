@@ -7,11 +7,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..algebra import methods
+from ..algebra.algebra import Algebra
 from ..algebra.operations import Operation
 from .definitions import BINARY, UNARY, Definition
 from .native import extension, extension_is_settled
 
-__all__ = ["Engine", "Operations", "applied", "curried", "run_by"]
+__all__ = ["Engine", "Operations", "applied", "curried", "run_by", "scalar_of"]
 
 
 class Engine(NamedTuple):
@@ -21,6 +22,8 @@ class Engine(NamedTuple):
     """Takes a definition and its operands."""
     role_type: Callable[..., Any]
     """Returns the type of the extension's object for a definition."""
+    scalar_of: Callable[..., Any]
+    """Returns a number as the only coefficient of a multivector of an algebra."""
 
 
 _engine: list[Engine] = []
@@ -34,6 +37,11 @@ def run_by(engine: Engine) -> None:
 def applied(definition: Definition, *operands: Any) -> Any:
     """Apply a definition to multivectors and numbers."""
     return _engine[0].apply(definition, *operands)
+
+
+def scalar_of(number: float, algebra: Algebra) -> Any:
+    """Return a number as the only coefficient of a multivector of an algebra."""
+    return _engine[0].scalar_of(number, algebra)
 
 
 def curried(definition: Definition) -> list[Callable[[Any], Any]]:

@@ -47,7 +47,9 @@ def distance(a: Any, b: Any) -> Any:
 
 
 def _how(a: Any, b: Any) -> tuple[bool, bool]:
-    single = all(getattr(x, "shape", None) == () and x.values.dtype == np.float64 for x in (a, b))
+    single = all(
+        hasattr(x, "algebra") and getattr(x, "shape", None) == () and x.values.dtype == np.float64 for x in (a, b)
+    )
     if not single or a.algebra not in _FLATS or a.algebra != b.algebra or a.layout != a.algebra.POINT:
         return False, False
     flats: list[Layout] = [a.algebra.layouts[name] for name in _FLATS[a.algebra]]

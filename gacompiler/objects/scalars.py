@@ -1,4 +1,4 @@
-"""Floats with the methods of multivectors: the base class of `arrays.Scalar`, the numbers returned by operations.
+"""Floats with the methods of multivectors, the numbers returned by operations.
 
 With these methods, code for multivectors also works if a product happens to be a number: ``(x * x).grade(0)``,
 ``~(x * x)``.
@@ -13,13 +13,13 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..errors import AlgebraError, ZeroDivisorError
-from .methods import Operations
+from .methods import Operations, scalar_of
 
 
 def _lifted(name: str) -> Any:
     """Return a method that converts the number to a multivector and calls the method of that name."""
 
-    def method(self: ScalarMethods, *operands: Any, **options: Any) -> Any:
+    def method(self: Scalar, *operands: Any, **options: Any) -> Any:
         return getattr(self.as_multivector(), name)(*operands, **options)
 
     method.__name__, method.__qualname__ = name, f"Scalar.{name}"
@@ -31,7 +31,7 @@ def _of_floats(name: str) -> Any:
     """Return an operator of floats whose results are again of this class."""
     run = getattr(float, name)
 
-    def method(self: ScalarMethods, *operands: Any) -> Any:
+    def method(self: Scalar, *operands: Any) -> Any:
         found = run(self, *operands)
         return type(self)(found) if type(found) is float else found
 
@@ -39,13 +39,13 @@ def _of_floats(name: str) -> Any:
     return method
 
 
-def _product(self: ScalarMethods, other: Any) -> Any:
+def _product(self: Scalar, other: Any) -> Any:
     """Return the outer or inner product of numbers, which is their product."""
     return type(self)(float.__mul__(self, other)) if isinstance(other, (int, float)) else NotImplemented
 
 
 def _without_algebra(name: str) -> Any:
-    def method(self: ScalarMethods) -> Any:
+    def method(self: Scalar) -> Any:
         raise AlgebraError(
             name, "a number, which belongs to no algebra", "a multivector",
             "its dual in an algebra is the number times algebra.pseudoscalar",
@@ -56,8 +56,8 @@ def _without_algebra(name: str) -> Any:
     return method
 
 
-class ScalarMethods(Operations, float):
-    """A number with the methods of multivectors; its subclass defines the conversion to a multivector.
+class Scalar(Operations, float):
+    """A number returned by an operation: a float with the methods of multivectors.
 
     It is a float in every respect. ``+ - * /`` with numbers return numbers of this class; with multivectors they are
     the operators of multivectors. ``^`` and ``|`` of two numbers are their product, and ``~`` is the number itself.
@@ -78,7 +78,7 @@ class ScalarMethods(Operations, float):
 
     def in_algebra(self, algebra: Algebra) -> Any:
         """Return the number as the only coefficient of a multivector of an algebra."""
-        raise NotImplementedError
+        return scalar_of(float(self), algebra)
 
     def as_multivector(self) -> Any:
         """Return the number as a multivector without an algebra, which can be combined with those of any algebra."""

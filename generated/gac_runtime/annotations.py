@@ -54,9 +54,8 @@ class Stored(Protocol):
 class Elements(Stored, Protocol):
     """A multivector with numbers as coefficients, or an array of these, as in `gacompiler.objects`."""
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The shape without the axis of coefficients; values of generated modules have none."""
+    def reshape(self, *shape: Any) -> Any:
+        """Return the same elements in another shape; single values of generated modules have none."""
 
     def like(self, layout: Any, values: Any) -> Any:
         """Return elements of the same kind from a layout and coefficients."""

@@ -1,12 +1,17 @@
-"""Elements whose coefficients are in an array, and Python's operators, which the extension gives all other elements."""
+"""What elements with numbers have in common, and those whose coefficients are in an array.
+
+The extension stores the coefficients of all other elements, and gives them Python's operators.
+"""
 
 from __future__ import annotations
 
 import itertools
+import math
 import operator
 import sys
-from collections.abc import Callable
-from typing import Any, NoReturn
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any, NoReturn, Self
 
 import numpy as np
 
@@ -41,7 +46,7 @@ def field_of(blade: str) -> str:
     return "scalar" if blade == "1" else blade.replace("^", "_")
 
 
-def adopt(cls: Any, layout: Layout, operate: Any, coefficients: Any, is_entry: bool = False) -> None:
+def adopt(cls: Any, layout: Layout, operate: Any, coefficients: Any) -> None:
     """Make a class a type of single elements of a layout, with their coefficients as attributes.
 
     Parameters
@@ -50,43 +55,167 @@ def adopt(cls: Any, layout: Layout, operate: Any, coefficients: Any, is_entry: b
         A subclass of the extension's type of values, or of the class that replaces it.
     operate, coefficients : callable
         Apply operators that the extension does not know, and convert arguments of the type that it does not read.
-    is_entry : bool
-        Whether arrays of numpy hold the elements themselves; otherwise they hold the coefficients.
     """
     # The attributes of the class keep interned names alive, of which the extension has the addresses.
     names = tuple(sys.intern(field_of(blade)) for blade in layout.blades)
-    cls._adopt(next_index(), names, operate, coefficients, layout.identity, layout.unit, is_entry)
+    cls._adopt(next_index(), names, operate, coefficients, layout.identity, layout.unit)
     for blade, text in layout.fixed:
         if text != "implied":
             setattr(cls, field_of(blade), number(text))
 
 
-class ArrayElement:
-    """Base class of immutable elements that the extension does not store: arrays of elements, and all without it.
+def _number(k: int, x: ArrayElement) -> float:
+    return float(x.values[k])
 
-    Subclasses define `layout`, and `_operate`, which applies a Python operator to operands that include an element.
+
+class Element:
+    """Base class of elements with numbers: a single one, with shape ``()``, or an array of any shape.
+
+    Lengths, indices and arrays of numpy mean elements; coefficients are in `values`, and in ``x["e12"]``. Subclasses
+    define `values`, `stored`, and two methods: `_part` and `_coefficient`.
+    """
+
+    __slots__ = ()
+    values: Any
+
+    @property
+    def stored(self) -> tuple[np.ndarray[Any, Any], Layout]:
+        """The coefficients and their layout, which kernels check."""
+        raise NotImplementedError
+
+    def _part(self, values: np.ndarray[Any, Any]) -> Any:
+        """Return elements of the same layout."""
+        raise NotImplementedError
+
+    def _coefficient(self, name: str) -> Any:
+        """Return the coefficient of a blade."""
+        raise NotImplementedError
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape without the axis of blades."""
+        found: tuple[int, ...] = self.values.shape[:-1]
+        return found
+
+    @property
+    def ndim(self) -> int:
+        """Number of axes without the axis of blades."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> int:
+        """Number of elements."""
+        return math.prod(self.shape)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
+        """Return the coefficients for a type of numbers, ``np.asarray(x, float)``; otherwise an array of elements.
+
+        numpy converts each element of a list by the same call as a single one. With elements as entries, functions of
+        lists, such as ``np.sum([a, b])`` and ``rng.permutation(points)``, keep the meaning of the coefficients.
+        """
+        if dtype is not None and np.dtype(dtype) != np.dtype(object):
+            return np.array(self.values, dtype, copy=copy)
+        if copy is False:
+            raise ValueError(
+                f"np.asarray: arrays of elements are copies; the numbers of {self.stored[1].name} are in .values"
+            )
+        found = np.empty(self.shape, object)
+        for index in np.ndindex(self.shape):
+            found[index] = self[index] if index else self
+        return found
+
+    def __len__(self) -> int:
+        if not self.shape:
+            raise TypeError(f"a single {self.stored[1].name} has no length; its coefficients are in .values")
+        return self.shape[0]
+
+    def __bool__(self) -> bool:
+        raise TypeError("the truth value of a multivector is undefined; compare coefficients, or use isclose()")
+
+    def __iter__(self) -> Iterator[Any]:
+        if not self.shape:
+            raise TypeError(f"a single {self.stored[1].name} is not iterable; its coefficients are in .values")
+        return map(self._part, self.values)
+
+    def __getitem__(self, index: Any) -> Any:
+        """Return a coefficient by the name of its blade, ``x["e31"]``, or elements by the axes of `shape`."""
+        if isinstance(index, str):
+            return self._coefficient(index)
+        values = self.values
+        if values.ndim == 1:
+            layout = self.stored[1]
+            raise TypeError(f'a single {layout.name} has no axes; index it by a blade, x["{layout.blades[0]}"]')
+        indices = index if isinstance(index, tuple) else (index,)
+        last = slice(None) if any(each is Ellipsis for each in indices) else Ellipsis
+        return self._part(values[(*indices, last)])
+
+
+class ArrayElement:
+    """Immutable elements that the extension does not store: arrays, other precisions, and all elements without it.
+
+    Subclasses define `_operate`, which applies a Python operator to operands that include an element, and `stored`.
 
     Attributes
     ----------
+    layout : Layout
+        The layout, of the runtime or of the compiler.
     values : numpy.ndarray
         The stored coefficients along the last axis. Read-only.
     """
 
-    __slots__ = ("values",)
+    __slots__ = ("layout", "values")
+    layout: Any
     values: np.ndarray[Any, Any]
     _operate: Callable[..., Any]
 
-    def _hold(self, values: np.ndarray[Any, Any]) -> None:
-        """Set the coefficients; the array of the caller can still be written if it could."""
-        if values.flags.writeable:
+    def __new__(cls, layout: Any, values: np.ndarray[Any, Any]) -> Self:
+        made = object.__new__(cls)
+        object.__setattr__(made, "layout", layout)
+        if values.flags.writeable:  # the array of the caller can still be written
             values = values.view()
             values.flags.writeable = False
-        object.__setattr__(self, "values", values)
+        object.__setattr__(made, "values", values)
+        return made
+
+    @classmethod
+    def _adopt(cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, *_layout: Any) -> None:
+        """Become a type of single elements of one layout, whose objects are created by their coefficients."""
+
+        def new(cls: Any, *arguments: Any) -> Any:
+            array = coefficients(cls, arguments)
+            array.flags.writeable = False
+            made = object.__new__(cls)
+            object.__setattr__(made, "values", array.view())  # a view of such an array can never be written
+            return made
+
+        cls.__new__, cls._operate = staticmethod(new), staticmethod(operate)  # type: ignore[assignment]
+        for k, name in enumerate(names):
+            setattr(cls, name, property(partial(_number, k)))
+
+    def _numbers(self) -> list[float]:
+        numbers: list[float] = self.values.tolist()
+        return numbers
 
     def __setattr__(self, name: str, value: Any = None) -> NoReturn:
         raise AttributeError(f"{type(self).__name__} is immutable; cannot set or delete {name}")
 
     __delattr__: Any = __setattr__
+
+    def __eq__(self, other: object) -> Any:
+        """Whether all coefficients are equal, for each element; those of layouts with other coefficients never are."""
+        if not hasattr(type(other), "stored"):
+            return NotImplemented
+        pair: Any = self, other
+        (values, own), (others, wanted) = (each.stored for each in pair)
+        if own is not wanted and (own.identity, own.unit) != (wanted.identity, wanted.unit):
+            same: Any = np.zeros(np.broadcast_shapes(values.shape[:-1], others.shape[:-1]), bool)
+        else:
+            same = np.all(values == others, axis=-1)
+        return same if same.ndim else bool(same)
+
+    def __ne__(self, other: object) -> Any:
+        found = self.__eq__(other)
+        return found if found is NotImplemented else np.logical_not(found) if np.ndim(found) else not found
 
     def __hash__(self) -> int:
         if self.values.ndim != 1:

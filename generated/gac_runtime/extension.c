@@ -275,7 +275,6 @@ struct Kind {
     PyObject *coefficients;
     PyObject *layout; /* What identifies the layout among those of kernels; NULL if nothing does. */
     int is_unit; /* Whether kernels take the values for arguments of unit norm without looking at their coefficients. */
-    int is_entry; /* Whether arrays of numpy hold the values themselves; otherwise they hold the coefficients. */
     PyMemberDef *fields;
     richcmpfunc order; /* Compares by order, as the Python methods of the class do; NULL if it has none. */
     Operation *operations[N_SYMBOLS];
@@ -552,12 +551,10 @@ static PyObject *value_vectorcall(PyObject *self, PyObject *const *args, size_t 
     return result;
 }
 
-/* Whether elements of these kinds are equal if their coefficients are: objects of the compiler also compare names of
-   layouts, values of modules and objects what their layouts store. */
+/* Whether elements of these kinds are equal if their coefficients are. */
 static int is_comparable(const Kind *a, const Kind *b)
 {
-    return a == b ||
-           (a->layout != NULL && a->layout == b->layout && a->is_unit == b->is_unit && !(a->is_entry && b->is_entry));
+    return a == b || (a->layout != NULL && a->layout == b->layout && a->is_unit == b->is_unit);
 }
 
 static PyObject *value_compare(PyObject *a, PyObject *b, int how)
@@ -593,15 +590,6 @@ static Py_hash_t value_hash(PyObject *self)
     return hash;
 }
 
-static Py_ssize_t value_length(PyObject *self) { return Py_SIZE(self); }
-
-static PyObject *value_item(PyObject *self, Py_ssize_t k)
-{
-    if (k >= 0 && k < Py_SIZE(self))
-        return PyFloat_FromDouble(((Value *)self)->x[k]);
-    return PyErr_Format(PyExc_IndexError, "%s has %zd coefficients", Py_TYPE(self)->tp_name, Py_SIZE(self));
-}
-
 static PyObject *value_numbers(PyObject *self, PyObject *Py_UNUSED(args))
 {
     PyObject *numbers = PyList_New(Py_SIZE(self));
@@ -625,7 +613,7 @@ static int value_buffer(PyObject *self, Py_buffer *view, int flags)
         return -1;
     }
     /* numpy requests a format; refused, it calls `__array__`. `numpy.frombuffer`, which is told the type, does not. */
-    if (flags & PyBUF_FORMAT && ((Value *)self)->kind->is_entry) {
+    if (flags & PyBUF_FORMAT) {
         PyErr_Format(PyExc_BufferError, "%s is an element; expected an array, its .values", Py_TYPE(self)->tp_name);
         return -1;
     }
@@ -634,7 +622,7 @@ static int value_buffer(PyObject *self, Py_buffer *view, int flags)
     view->len = Py_SIZE(self) * stride;
     view->readonly = 1;
     view->itemsize = stride;
-    view->format = flags & PyBUF_FORMAT ? "d" : NULL;
+    view->format = NULL;
     view->ndim = 1;
     view->shape = flags & PyBUF_ND ? &((Value *)self)->kind->size : NULL;
     view->strides = (flags & PyBUF_STRIDES) == PyBUF_STRIDES ? &stride : NULL;
@@ -659,10 +647,9 @@ static void free_kind(PyObject *capsule)
 
 PyDoc_STRVAR(
     adopt_doc,
-    "_adopt(index, names, operate, coefficients, layout, is_unit=True, is_entry=False)\n--\n\n"
+    "_adopt(index, names, operate, coefficients, layout, is_unit=True)\n--\n\n"
     "Make this class a type of values with a coefficient for each name; `index` is its number in the module. Kernels\n"
-    "take the values as they are for arguments with the same object as `layout`, of unit norm only if `is_unit`. With\n"
-    "`is_entry`, arrays of numpy hold the values themselves; otherwise they hold the coefficients."
+    "take the values as they are for arguments with the same object as `layout`, of unit norm only if `is_unit`."
 );
 
 static PyObject *value_adopt(PyObject *cls, PyObject *args)
@@ -670,9 +657,9 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     PyTypeObject *type = (PyTypeObject *)cls;
     Py_ssize_t index;
     PyObject *names, *operate, *coefficients, *layout = NULL;
-    int is_unit = 1, is_entry = 0;
+    int is_unit = 1;
     if (!PyArg_ParseTuple(
-            args, "nO!OO|Opp", &index, &PyTuple_Type, &names, &operate, &coefficients, &layout, &is_unit, &is_entry
+            args, "nO!OO|Op", &index, &PyTuple_Type, &names, &operate, &coefficients, &layout, &is_unit
         ))
         return NULL;
     const Py_ssize_t size = PyTuple_GET_SIZE(names);
@@ -686,7 +673,6 @@ static PyObject *value_adopt(PyObject *cls, PyObject *args)
     kind->coefficients = Py_NewRef(coefficients);
     kind->layout = Py_XNewRef(layout);
     kind->is_unit = is_unit;
-    kind->is_entry = is_entry;
     PyObject *capsule = PyCapsule_New(kind, "Kind", free_kind);
     kind->fields = PyMem_Calloc((size_t)size, sizeof(PyMemberDef));
     int failed = capsule == NULL || kind->fields == NULL || PyObject_SetAttr(cls, word_kind, capsule) < 0;
@@ -787,8 +773,6 @@ static PyType_Slot value_slots[] = {
     {Py_tp_hash, value_hash},
     {Py_tp_methods, value_methods},
     {Py_tp_members, value_members},
-    {Py_sq_length, value_length},
-    {Py_sq_item, value_item},
     {Py_bf_getbuffer, value_buffer},
 #define OPERATOR_SLOT(name, text) {Py_nb_##name, value_##name},
     BINARY(OPERATOR_SLOT)

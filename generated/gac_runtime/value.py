@@ -1,16 +1,20 @@
-"""One element of a layout as an immutable Python object, with the operators for which the module has kernels."""
+"""Elements of the layouts of a module as immutable objects, with the operators for which the module has kernels.
+
+Single elements, arrays of them and their operators are in one file because each creates objects of the others.
+"""
 
 from __future__ import annotations
 
 import operator
 import sys
+import warnings
 from collections.abc import Iterator
 from functools import cache
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 import numpy as np
 
-from .array_element import OPERATORS, ArrayElement, adopt, field_of
+from .array_element import OPERATORS, ArrayElement, Element, adopt, field_of
 from .arrays import FLOAT64, plain
 from .documentation import layout_text
 from .extension import extension
@@ -40,53 +44,18 @@ class Family:
         self.sums: list[Any] = []
         self.types: dict[tuple[Any, bool], Any] = {}
 
+    def alike(self, types: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return types with those of other modules replaced by the types of this one with the same layouts."""
+        return tuple(
+            self.types.get((kind.layout.identity, kind.layout.unit), kind)
+            if issubclass(kind, Value) and kind.family is not self
+            else kind
+            for kind in types
+        )
+
 
 families: dict[str, Family] = {}
 """The families by name of their module."""
-
-
-class _PythonValue(ArrayElement):
-    """The base class of values without the extension."""
-
-    __slots__ = ()
-
-    def __new__(cls, *coefficients: Any) -> Any:
-        if not hasattr(cls, "layout"):
-            raise TypeError(f"{cls.__name__} has no layout and cannot be instantiated; use a type with a layout")
-        value = object.__new__(cls)
-        array = _coefficients(cls, coefficients)
-        array.flags.writeable = False
-        value._hold(array.view())  # a view of such an array can never be written
-        return value
-
-    @staticmethod
-    def _operate(symbol: str, *operands: Any) -> Any:
-        return _operate(symbol, *operands)
-
-    @classmethod
-    def _adopt(
-        cls, index: int, names: tuple[str, ...], operate: Any, coefficients: Any, layout: Any, *is_unit: bool
-    ) -> None:
-        for k, name in enumerate(names):
-            setattr(cls, name, property(operator.itemgetter(k)))
-
-    def __len__(self) -> int:
-        return len(self.values)
-
-    def __getitem__(self, index: int) -> float:
-        return float(self.values[operator.index(index)])
-
-    def __eq__(self, other: Any) -> Any:
-        if type(self) is not type(other):
-            if not hasattr(type(other), "family"):  # values of other copies of this file have one, too
-                return NotImplemented
-            kinds: tuple[Any, Any] = type(self), type(other)
-            own, others = ((kind.layout.identity, kind.layout.unit) for kind in kinds)
-            if own != others:
-                return NotImplemented
-        return bool((self.values == other.values).all())
-
-    __hash__ = ArrayElement.__hash__
 
 
 Kind = TypeVar("Kind", covariant=True)
@@ -95,13 +64,7 @@ if TYPE_CHECKING:
     class _Value(Generic[Kind]):
         """What type checkers know of both base classes; the kind is the literal name of the layout."""
 
-        @property
-        def values(self) -> np.ndarray[Any, Any]:
-            """The coefficients."""
-
-        def __len__(self) -> int: ...
-        def __iter__(self) -> Iterator[float]: ...
-        def __getitem__(self, index: int, /) -> float: ...
+        def _numbers(self) -> list[float]: ...
         def __hash__(self) -> int: ...
         @classmethod
         def _adopt(
@@ -110,24 +73,75 @@ if TYPE_CHECKING:
 
 else:
     # The base class stands for `_Value[Kind]`, since the class in C takes no parameters of types.
-    _Value = {Kind: _PythonValue if extension is None else extension.Value}
+    _Value = {Kind: ArrayElement if extension is None else extension.Value}
 
 
-class Value(_Value[Kind]):
-    """One element of a layout, with the operators that the module's kernels define, and sums and multiples.
-
-    Values are created from an array or from their coefficients, ``Point(1, 2, 3)``. They are immutable, and numpy reads
-    them as arrays without a copy. Coefficients are attributes named after their blades, and `scalar`.
-
-    The type of a sum has unconstrained coefficients: the sum of two motors is an even element, not a motor.
-    """
+class OfModule(Element):
+    """What one element and an array of elements of a module have in common."""
 
     __slots__ = ()
     __array_ufunc__ = None
     layout: Layout
     family: Family
-    if extension is not None and not TYPE_CHECKING:
+
+    @property
+    def module(self) -> str:
+        """The name of the module."""
+        raise NotImplementedError
+
+    @property
+    def stored(self) -> tuple[np.ndarray[Any, Any], Layout]:
+        """The coefficients and their layout, which kernels check."""
+        return self.values, self.layout
+
+    def like(self, layout: Layout, values: np.ndarray[Any, Any]) -> Any:
+        """Return elements of a layout that belong to the same module."""
+        return value_of(self.module, layout, values)
+
+    def _coefficient(self, name: str) -> Any:
+        found = coefficients(self.values, self.layout)
+        if name not in found:
+            raise KeyError(f"{self.layout.name} has no coefficient {name!r}; expected one of {' '.join(found)}")
+        return found[name]
+
+    def require_unit(self, where: str) -> None:
+        """Raise TypeError unless ``x ~x = 1``, where a kernel takes unit elements only.
+
+        The product and the reverse are those of the first type of the module with both operators that can hold this
+        value. If there is none, the norm cannot be tested, and values whose type does not guarantee it are refused.
+        """
+        found = _square(self)
+        if found is None:
+            raise TypeError(
+                f"{where} is {self.layout.name}, whose norm {self.module} cannot compute; expected a type of unit "
+                "elements"
+            )
+        check_unit(where, self.layout.name, found, self.values)
+
+
+class Value(OfModule, _Value[Kind]):
+    """One element of a layout, with the operators that the module's kernels define, and sums and multiples.
+
+    Values are created from an array or from their coefficients, ``Point(1, 2, 3)``, and are immutable. `values` is a
+    read-only array of the coefficients, without a copy; each is an attribute named after its blade, or `scalar`.
+
+    The type of a sum has unconstrained coefficients: the sum of two motors is an even element, not a motor.
+    """
+
+    __slots__ = ()
+    shape = ()
+    if TYPE_CHECKING:
+
+        @property
+        def values(self) -> np.ndarray[Any, Any]:
+            """The coefficients. Read-only."""
+
+    elif extension is not None:
         values = property(np.frombuffer, doc="The coefficients. Read-only.")
+    else:
+
+        def __new__(cls, *_arguments: Any) -> Any:
+            raise TypeError(f"{cls.__name__} has no layout and cannot be instantiated; use a type with a layout")
 
     def __init_subclass__(cls) -> None:
         (base, *_) = cls.__bases__
@@ -141,43 +155,49 @@ class Value(_Value[Kind]):
         cls.__doc__ = cls.__doc__ or layout_text(*cls.layout[:4])
         adopt(cls, cls.layout, _operate, _coefficients)
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
-        if copy or (dtype is not None and dtype != FLOAT64):
-            return np.array(self.values, dtype)
-        return self.values
+    @property
+    def module(self) -> str:
+        """The name of the module."""
+        return self.__module__
+
+    @classmethod
+    def array(cls, values: Any) -> Values:
+        """Return an array of elements from their coefficients along the last axis."""
+        array, size = (
+            np.array(values, None if np.asarray(values).dtype.kind == "f" else FLOAT64),
+            len(cls.layout.blades),
+        )
+        if array.shape[-1:] != (size,):
+            wanted = f"(..., {size}): {' '.join(cls.layout.blades)}"
+            raise ValueError(f"{cls.__name__}: coefficients have shape {array.shape}; expected {wanted}")
+        return Values(cls, array)
+
+    def __len__(self) -> int:
+        _warn("len(x)", "len(x.values)")
+        return len(self.values)
+
+    def __iter__(self) -> Iterator[float]:
+        _warn("iteration over x", "x.values")
+        return iter(self._numbers())
+
+    def __getitem__(self, index: str) -> float:
+        """Return a coefficient by the name of its blade, as spelled in the layout: ``x["e12"]``."""
+        given: Any = index
+        if isinstance(given, str):
+            return float(self._coefficient(given))
+        k = operator.index(given)
+        _warn("x[k]", 'x.values[k] or x["e12"]')
+        return self._numbers()[k]
 
     def __reduce__(self) -> tuple[Any, ...]:
         if getattr(sys.modules.get(self.__module__), type(self).__name__, None) is type(self):
-            return type(self), tuple(self)
-        return value_of, (self.__module__, self.layout, self.__array__().copy())
-
-    @property
-    def stored(self) -> tuple[np.ndarray[Any, Any], Layout]:
-        """The coefficients and their layout, which kernels check."""
-        return self.__array__(), self.layout
-
-    def require_unit(self, where: str) -> None:
-        """Raise TypeError unless ``x ~x = 1``, where a kernel takes unit elements only.
-
-        The product and the reverse are those of the first type of the module with both operators that can hold this
-        value. If there is none, the norm cannot be tested, and values whose type does not guarantee it are refused.
-        """
-        found = _square(self)
-        if found is None:
-            raise TypeError(
-                f"{where} is {self.layout.name}, whose norm {self.__module__} cannot compute; expected a type of unit "
-                "elements"
-            )
-        check_unit(where, self.layout.name, found, self.__array__())
-
-    def like(self, layout: Layout, values: np.ndarray[Any, Any]) -> Any:
-        """Return one element of a layout as a value of the same module; several, which have no type, stay an array."""
-        return value_of(self.__module__, layout, values) if np.ndim(values) == 1 and values.dtype == FLOAT64 else values
+            return type(self), tuple(self._numbers())
+        return value_of, (self.module, self.layout, np.array(self.values))
 
     def __repr__(self) -> str:
         text = ""
         fixed = [(blade, getattr(self, field_of(blade))) for blade, value in self.layout.fixed if value != "implied"]
-        for blade, x in (*zip(self.layout.blades, self, strict=True), *fixed):
+        for blade, x in (*zip(self.layout.blades, self._numbers(), strict=True), *fixed):
             if x:
                 number = repr(abs(x)).removesuffix(".0")
                 sign = ("-" if x < 0 else "") if not text else " - " if x < 0 else " + "
@@ -185,18 +205,77 @@ class Value(_Value[Kind]):
         return f"{type(self).__name__}({text or '0'})"
 
 
-def value_of(module: str, layout: Layout, values: np.ndarray[Any, Any]) -> Value[Any]:
-    """Return a value of a module from its coefficients; its type is created if the module names none of the layout."""
+class Values(OfModule, ArrayElement):
+    """An array of elements of one type of a module, or a single one in another precision.
+
+    Attributes
+    ----------
+    kind : type
+        The type of single elements.
+    """
+
+    __slots__ = ("kind",)
+    kind: Any
+
+    def __new__(cls, kind: Any, values: np.ndarray[Any, Any]) -> Self:
+        made = ArrayElement.__new__(cls, kind.layout, values)
+        object.__setattr__(made, "kind", kind)
+        return made
+
+    family = property(operator.attrgetter("kind.family"))
+    module = property(operator.attrgetter("kind.__module__"))
+
+    @staticmethod
+    def _operate(symbol: str, *operands: Any) -> Any:
+        return _operate(symbol, *operands)
+
+    def _part(self, values: np.ndarray[Any, Any]) -> Any:
+        return _made(self.kind, values)
+
+    def __getattr__(self, name: str) -> Any:
+        """Return the coefficients of a blade, ``x.e12``."""
+        for blade in () if name.startswith("_") else (*self.layout.blades, *dict(self.layout.fixed)):
+            if field_of(blade) == name:
+                return self._coefficient(blade)
+        raise AttributeError(f"{self.kind.__name__} has no coefficient {name!r}")
+
+    def reshape(self, *shape: int | tuple[int, ...]) -> Any:
+        """Return the same elements in another shape."""
+        wanted = shape[0] if len(shape) == 1 and isinstance(shape[0], tuple) else shape
+        return self._part(self.values.reshape((*wanted, self.values.shape[-1])))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return value_of, (self.module, self.layout, np.array(self.values))
+
+    def __repr__(self) -> str:
+        return f"{self.kind.__name__} of shape {self.shape}:\n{self.values}"
+
+
+def _made(kind: Any, values: np.ndarray[Any, Any]) -> Any:
+    return kind(values) if values.ndim == 1 and values.dtype == FLOAT64 else Values(kind, values)
+
+
+def _kind(x: Any) -> Any:
+    return x.kind if isinstance(x, Values) else type(x)
+
+
+def _warn(what: str, instead: str) -> None:
+    message = f"{what} of an element will mean elements, not coefficients, from version 0.4 on; use {instead}"
+    warnings.warn(message, DeprecationWarning, stacklevel=3)
+
+
+def value_of(module: str, layout: Layout, values: np.ndarray[Any, Any]) -> Any:
+    """Return values of a module from coefficients; their type is created if the module names none of the layout."""
     types = families.setdefault(module, Family()).types
     found = types.get((layout.identity, layout.unit))
     if found is None:
         word = "".join(part.capitalize() for part in layout.name.rpartition(".")[2].split("_"))
         name = word if word.isidentifier() else "Multivector"
         found = type(name, (Value,), {"__slots__": (), "__module__": module, "layout": layout})
-    return found(values)  # type: ignore[no-any-return]
+    return _made(found, values)
 
 
-def _square(x: Value[Any]) -> np.ndarray[Any, Any] | None:
+def _square(x: OfModule) -> np.ndarray[Any, Any] | None:
     """Return ``x ~x - 1`` by operators of the module; None if it has none for a type that can hold the value."""
     for (symbol, types), (product, _, _) in x.family.operators.items():
         reverse = x.family.operators.get(("~", types[:1]))
@@ -210,7 +289,7 @@ def _square(x: Value[Any]) -> np.ndarray[Any, Any] | None:
             or not {*x.layout.blades, *dict(x.layout.fixed)} <= {*wide.blades}
         ):
             continue
-        values = converted("", x.__array__(), x.layout, wide)
+        values = converted("", x.values, x.layout, wide)
         one = [blade == "1" for blade in product.layouts["out"].blades]
         return np.asarray(product(values, reverse[0](values)) - one)
     return None
@@ -235,26 +314,32 @@ def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
 
 def _operate(symbol: str, *operands: Any) -> Any:
     """Apply an operator by its kernel; return NotImplemented for foreign types, which may define the operator."""
-    types = tuple(map(type, operands))
-    family = next(operand.family for operand in operands if isinstance(operand, Value))
+    types = own = tuple(map(type, operands))
+    modules = {operand.family: None for operand in operands if isinstance(operand, OfModule)}
+    family = next(iter(modules))
     found = family.operators.get((symbol, types))
+    if found is None and (len(modules) > 1 or Values in types):
+        types = tuple(map(_kind, operands))
+        found = next((row for each in modules if (row := each.operators.get((symbol, each.alike(types))))), None)
     if found is None:
-        other = next((x for x in operands if not isinstance(x, Value) and hasattr(x, "stored")), None)
+        other = next((x for x in operands if not isinstance(x, OfModule) and hasattr(x, "stored")), None)
         if other is not None and (symbol, len(operands)) in OPERATORS:  # those of the other element have any operands
             return OPERATORS[symbol, len(operands)](
-                *[other.like(x.layout, x.__array__().copy()) if isinstance(x, Value) else x for x in operands]
+                *[other.like(x.layout, np.array(x.values)) if isinstance(x, OfModule) else x for x in operands]
             )
         combined = None if symbol == "()" else _sum_or_multiple(symbol, *operands)
         if combined is not None:
             return combined
-        if all(isinstance(x, (Value, int, float, complex, np.ndarray, np.generic, list, tuple)) for x in operands):
+        if all(isinstance(x, (OfModule, int, float, complex, np.ndarray, np.generic, list, tuple)) for x in operands):
             raise _unknown(family, symbol, types)
         if symbol == "()" or (len(types) == 2 and types[0].__name__ == types[1].__name__):
             raise _unknown(family, symbol, types)
         return NotImplemented
     kernel, result, swapped = found
-    arrays = [operand.__array__() for operand in operands]
+    arrays = [operand.values for operand in operands]
     value = kernel(*(reversed(arrays) if swapped else arrays))
+    if types != own:
+        return value if result is float else _made(result, value)
     if extension is not None and kernel.element_address:
         extension.bind_operator(symbol, types, None if result is float else result, kernel.element_address, swapped)
     return result(value)
@@ -266,21 +351,26 @@ def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
         a, b = b, a
     if symbol == "-" and b is None:
         if a.layout.unit and not a.layout.fixed:
-            return type(a)(*(-x for x in a))  # the negative of a unit element is a unit element
+            # The negative of a unit element is a unit element.
+            return Values(a.kind, -a.values) if isinstance(a, Values) else type(a)(*[-x for x in a._numbers()])
         total = {blade: -x for blade, x in _terms(a).items()}
-    elif symbol in "*/" and isinstance(a, Value) and isinstance(b, _NUMBERS):
+    elif symbol in "*/" and isinstance(a, OfModule) and isinstance(b, _NUMBERS):
         scale = operator.mul if symbol == "*" else operator.truediv
         total = {blade: scale(x, float(b)) for blade, x in _terms(a).items()}
-    elif symbol in "+-" and all(isinstance(x, (Value, *_NUMBERS)) for x in (a, b)):
+    elif symbol in "+-" and all(isinstance(x, (OfModule, *_NUMBERS)) for x in (a, b)):
         join = operator.add if symbol == "+" else operator.sub
         own, other = _terms(a), _terms(b)
         total = {blade: join(own.get(blade, 0.0), other.get(blade, 0.0)) for blade in {**own, **other}}
     else:
         return None
-    types = tuple(type(x) for x in (a, b) if isinstance(x, Value))
+    is_single = type(a) is not Values is not type(b)
+    types = tuple([(type(x) if is_single else _kind(x)) for x in (a, b) if isinstance(x, OfModule)])
     # Equal fixed coefficients cancel in a difference: two points of weight 1 give a direction.
-    result = _type_of_sum(types, frozenset(blade for blade, x in total.items() if x))
-    return result and result(*[total.get(blade, 0.0) for blade in result.layout.blades])
+    result = _type_of_sum(types, frozenset(blade for blade, x in total.items() if (x if is_single else np.any(x))))
+    if result is None:
+        return None
+    row = [total.get(blade, 0.0) for blade in result.layout.blades]
+    return result(*row) if is_single else _made(result, np.stack(np.broadcast_arrays(*row), -1))
 
 
 @cache
@@ -294,14 +384,15 @@ def _type_of_sum(types: tuple[Any, ...], nonzero: frozenset[str]) -> Any:
     return None
 
 
-def _terms(x: Any) -> dict[str, float]:
+def _terms(x: Any) -> dict[str, Any]:
     """Return all coefficients of a value or a number by blade, including those that are not stored."""
-    if not isinstance(x, Value):
+    if not isinstance(x, OfModule):
         return {"1": float(x)}
     layout = x.layout
-    if layout.implied:
-        return {blade: float(value) for blade, value in coefficients(x.__array__(), layout).items()}
-    return {**dict(zip(layout.blades, x, strict=True)), **{blade: number(text) for blade, text in layout.fixed}}
+    if layout.implied or not isinstance(x, Value):
+        return coefficients(x.values, layout)
+    fixed = {blade: number(text) for blade, text in layout.fixed}
+    return {**dict(zip(layout.blades, x._numbers(), strict=True)), **fixed}
 
 
 def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:

@@ -186,9 +186,9 @@ def test_an_operator_is_its_kernel(module: ModuleType) -> None:
             for found, kind, wanted in cases:
                 assert type(found) is kind
                 if wanted is not None:
-                    np.testing.assert_array_equal(found, wanted)
+                    np.testing.assert_array_equal(found.values, getattr(wanted, "values", wanted))
             difference = point - random_values(module, 3)["Point"]
-            np.testing.assert_array_equal(difference, np.asarray(point) - np.asarray(random_values(module, 3)["Point"]))
+            np.testing.assert_array_equal(difference.values, point.values - random_values(module, 3)["Point"].values)
             number = v["UnitPlane"] & point
             assert type(number) is float and number == module.distance(point, v["UnitPlane"])
 
@@ -197,7 +197,7 @@ def test_more_specific_types_are_accepted(module: ModuleType) -> None:
     """A motor is an even element and a unit plane is a plane, but the converse is false."""
     v = random_values(module)
     product = v["Motor"] * v["Even"]
-    assert type(product) is module.Even and product == module.Even(np.asarray(v["Motor"])) * v["Even"]
+    assert type(product) is module.Even and product == module.Even(v["Motor"].values) * v["Even"]
     assert type(v["Even"] * v["Motor"]) is module.Even
     assert (v["Line"] ^ v["UnitPlane"]) == (v["Line"] ^ module.Plane(v["UnitPlane"]))
     with pytest.raises(TypeError):
@@ -247,19 +247,13 @@ def test_other_types_may_define_the_operator(module: ModuleType) -> None:
         Other() * motor
 
 
-def test_values_of_other_modules_are_rejected_without_the_extension(implementations: dict[str, ModuleType]) -> None:
-    """Values that the extension stores are operands of objects, and so of the values of any module of equal layouts."""
-    for name, one in implementations.items():
-        for other_name, other in implementations.items():
-            if one is not other:
-                a, b = random_values(one)["Motor"], random_values(other)["Motor"]
-                kind, *numbers = outcome(lambda a=a, b=b: a * b)
-                assert a == b and hash(a) == hash(b)
-                if "extension" in (name, other_name):
-                    assert numbers == [*outcome(lambda a=a: a * a)[1:]]
-                else:
-                    assert kind is TypeError
-                np.testing.assert_array_equal(one.composed(a, b), one.composed(a, a))
+def test_values_of_other_modules_are_operands(implementations: dict[str, ModuleType]) -> None:
+    for one in implementations.values():
+        for other in implementations.values():
+            a, b = random_values(one)["Motor"], random_values(other)["Motor"]
+            assert a == b and hash(a) == hash(b)
+            np.testing.assert_array_equal((a * b).values, (a * a).values)
+            assert one.composed(a, b) == one.composed(a, a)
 
 
 @pytest.mark.parametrize(
@@ -281,7 +275,7 @@ def test_values_of_other_modules_are_rejected_without_the_extension(implementati
 )
 def test_constructed_from_anything_with_its_numbers(module: ModuleType, arguments: Any) -> None:
     point = module.Point(*arguments)
-    assert list(point) == [1, 2, 3] and all(type(x) is float for x in point)
+    assert point.values.tolist() == [1, 2, 3] and type(point.e032) is type(point["e032"]) is float
     assert point == module.Point(point) and (point.e032, point.e013, point.e021, point.e123) == (1, 2, 3, 1)
 
 
@@ -314,7 +308,7 @@ def test_constructed_from_wrong_arguments(module: ModuleType, arguments: Any, er
 
 def test_one_coefficient(module: ModuleType) -> None:
     for made in (module.Volume(2), module.Volume([2]), module.Volume(np.array([2.0])), module.Volume(np.float32(2))):
-        assert made.e0123 == 2 and len(made) == 1
+        assert made.e0123 == 2 and made.values.shape == (1,)
     with pytest.raises(ValueError, match=r"\(2,\)"):
         module.Volume([1, 2])
 
@@ -329,9 +323,9 @@ def test_nothing_can_be_changed(module: ModuleType) -> None:
     with pytest.raises(TypeError):
         point[0] = 1.0
     with pytest.raises(ValueError, match="read-only"):
-        np.asarray(point)[0] = 1
+        point.values[0] = 1
     with pytest.raises(ValueError):
-        np.asarray(point).flags.writeable = True
+        point.values.flags.writeable = True
     with pytest.raises(TypeError, match="cannot be subclassed"):
         type("Mine", (module.Point,), {})
     if extension_of(module) is not None:
@@ -339,31 +333,103 @@ def test_nothing_can_be_changed(module: ModuleType) -> None:
             object.__new__(module.Point)
     with pytest.raises(TypeError, match="layout"):
         module.Value(1.0)
-    assert list(point) == [1, 2, 3]
+    assert point.values.tolist() == [1, 2, 3]
 
 
-def test_an_array_to_numpy(module: ModuleType) -> None:
+def test_coefficients_are_an_array_without_a_copy(module: ModuleType) -> None:
     point = module.Point(1, 2, 3)
-    array = np.asarray(point)
-    assert array.dtype == float and array.shape == (3,) and not array.flags.owndata
-    assert np.shares_memory(array, np.asarray(point)) and np.asarray(point, np.float32).dtype == np.float32
-    assert not np.shares_memory(np.array(point), array) and np.array(point).flags.writeable
-    assert np.array([point, point]).shape == (2, 3)
+    array = point.values
+    assert array.dtype == float and array.shape == (3,) and np.shares_memory(array, point.values)
+    assert np.shares_memory(array, np.asarray(point, float)) and np.array(point, float).flags.writeable
+    assert np.asarray(point, np.float32).dtype == np.float32 and np.asarray(point, np.float32).tolist() == [1, 2, 3]
     del point
     gc.collect()
     assert array.tolist() == [1, 2, 3]
     motor = random_values(module)["Motor"]
     points = np.random.default_rng(0).normal(size=(5, 3))
-    np.testing.assert_array_equal(module.moved(points, motor), module.moved(points, np.asarray(motor)))
+    np.testing.assert_array_equal(module.moved(points, motor), module.moved(points, motor.values))
 
 
-def test_a_sequence(module: ModuleType) -> None:
+def test_entries_of_arrays_are_elements(module: ModuleType) -> None:
+    """As for objects: functions of numpy on lists keep the meaning of the coefficients."""
+    point, other = module.Line(1, 2, 3, 4, 5, 6), module.Line(0, 0, 1, 0, 2, 0)
+    single, several = np.asarray(point), np.array([point, other])
+    assert single.shape == () and single.item() is point
+    assert several.shape == (2,) and several[1] is other and np.sum(several) == point + other
+    assert np.random.default_rng(0).permutation([point, other]).dtype == object
+    with pytest.raises(ValueError, match="copies"):
+        np.asarray(point, copy=False)
+    with pytest.raises((BufferError, TypeError)):
+        memoryview(point)
+    assert (point.shape, point.ndim, point.size) == ((), 0, 1)
+
+
+def test_one_element_is_no_sequence(module: ModuleType) -> None:
+    """Coefficients by number are deprecated, as they are not those of objects."""
     point = module.Point(1, 2, 3)
-    x, y, z = point
-    assert (x, y, z) == (1, 2, 3) and len(point) == 3 and point[-1] == 3 and point[np.int64(1)] == 2 and 2.0 in point
-    for index, error in ((3, IndexError), (-4, IndexError), ("e032", TypeError), (slice(0, 2), TypeError)):
-        with pytest.raises(error):
+    assert [point[name] for name in ("e032", "e013", "e021", "e123")] == [1, 2, 3, 1]
+    with pytest.raises(KeyError, match="no coefficient 'e1'; expected one of e032"):
+        point["e1"]
+    with pytest.raises(TypeError, match="truth value"):
+        bool(point)
+    cases: list[tuple[Any, Any]] = [(lambda: len(point), 3), (lambda: point[-1], 3), (lambda: point[np.int64(1)], 2),
+                                    (lambda: list(point), [1, 2, 3]), (lambda: 2.0 in point, True)]  # fmt: skip
+    for call, wanted in cases:
+        with pytest.warns(DeprecationWarning, match="mean elements, not coefficients, from version 0.4") as caught:
+            assert call() == wanted
+        assert caught[0].filename == __file__
+    for index in (3, -4):
+        with pytest.raises(IndexError), pytest.warns(DeprecationWarning):
             point[index]
+    with pytest.raises(TypeError):
+        point[0:2]
+
+
+def test_arrays_of_elements_are_their_elements(module: ModuleType) -> None:
+    """Operators, kernels, sums and indices of an array give for each element what they give for it alone."""
+    v, random = random_values(module), np.random.default_rng(3)
+    points, lines = module.Point.array(random.normal(size=(2, 3, 3))), module.Line.array(random.normal(size=(3, 6)))
+    motor, point = v["Motor"], v["Point"]
+    cases: list[Any] = [
+        lambda p, q: motor(p), lambda p, q: p & point, lambda p, q: point & p, lambda p, q: module.moved(p, motor),
+        lambda p, q: p - point, lambda p, q: point + p, lambda p, q: 2 * p, lambda p, q: p / 4 - p, lambda p, q: -p,
+        lambda p, q: -(p - point), lambda p, q: q ^ v["Plane"], lambda p, q: q + q, lambda p, q: v["UnitPlane"] & p,
+        lambda p, q: ~motor * motor,
+    ]  # fmt: skip
+    for case in cases:
+        found = case(points, lines)
+        for i, k in np.ndindex(2, 3):
+            one, of = case(points[i, k], lines[k]), found
+            for index in (i, k)[2 - np.ndim(found) :]:
+                of = of[index]
+            assert type(of) is type(one) or isinstance(of, float)
+            np.testing.assert_array_equal(getattr(of, "values", of), getattr(one, "values", one))
+    assert (points.shape, len(points), points.ndim, points.size) == ((2, 3), 2, 2, 6)
+    assert points[1].shape == (3,) and [type(p) for p in points[1]] == 3 * [module.Point]
+    np.testing.assert_array_equal(points.e013, points.values[..., 1])
+    np.testing.assert_array_equal(points["e123"], np.ones((2, 3)))
+    assert (points == points[0, 1]).tolist() == (points[0, 1] == points).tolist() == [[False, True, False], 3 * [False]]
+    assert (points.reshape(6)[4] == points[1, 1]) and (points.reshape((3, 2)).reshape(2, 3) == points).all()
+    again = pickle.loads(pickle.dumps(points))
+    assert type(again) is type(points) and (again == points).all()
+
+
+def test_arrays_of_elements_are_no_arrays_of_numbers(module: ModuleType) -> None:
+    points, motor = module.Point.array(np.eye(3)), random_values(module)["Motor"]
+    for wrong in (lambda: motor * points, lambda: ~points, lambda: points * np.ones(3), lambda: np.ones(3) + points):
+        with pytest.raises(TypeError, match="not defined by"):
+            wrong()
+    with pytest.raises(ValueError, match=r"shape \(3, 2\); expected \(..., 3\): e032 e013 e021"):
+        module.Point.array(np.ones((3, 2)))
+    with pytest.raises(TypeError, match="not hashable"):
+        hash(points)
+    with pytest.raises(AttributeError, match="immutable"):
+        points.values = np.ones(3)
+    with pytest.raises(AttributeError, match="no coefficient 'e1'"):
+        _ = points.e1
+    single = module.moved(module.Point.array(np.ones((2, 3), np.float32)), motor)
+    assert single.values.dtype == np.float64 and np.asarray(points, np.float32).dtype == np.float32
+    assert np.asarray(points).tolist() == list(points) and "Point of shape (3,)" in repr(points)
 
 
 def test_equal_by_value(module: ModuleType) -> None:
@@ -450,9 +516,9 @@ def test_values_do_not_leak(implementations: dict[str, ModuleType]) -> None:
 
     def calls() -> None:
         hash((motor * motor)(point & point))
-        np.asarray(module.Point(1.0, 2.0, 3.0)).sum()
+        module.Point(1.0, 2.0, 3.0).values.sum()
         outcome(lambda: motor * 2)
-        assert point == point and ~motor != motor and (point - point) and point[1] == point.e013
+        assert point == point and ~motor != motor and not any((point - point).values) and point.values[1] == point.e013
 
     calls()
     gc.collect()
@@ -492,7 +558,7 @@ def test_random_operations_never_crash(implementations: dict[str, ModuleType]) -
         lambda a, b: a(b),
         lambda a, b: a == b,
         lambda a, b: type(a)(b) if hasattr(a, "layout") else None,
-        lambda a, b: type(a)(*b) if hasattr(a, "layout") else None,
+        lambda a, b: type(a)(*b.values) if hasattr(a, "layout") else None,
     ]
     for turn, (which, i, j) in enumerate(random.integers(0, 2**31, size=(20_000, 3))):
         operation, i, j = operations[which % len(operations)], i % len(pools[0]), j % len(pools[0])
@@ -511,7 +577,7 @@ def test_values_outlive_their_module(implementations: dict[str, ModuleType]) -> 
         motor = random_values(again)["Motor"]
         del sys.modules[again.__name__], again
         gc.collect()
-        assert len(~(motor * motor)) == 8
+        assert (~(motor * motor)).values.shape == (8,)
 
 
 def test_operators_in_threads(module: ModuleType) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from algorithms.geometry import distance, project
 from gacompiler.errors import GacError
 from gacompiler.objects import CGA3, PGA3, QUATERNIONS, VGA3
 from generated import arms, cga3, pga3, quaternion, vga3
@@ -108,3 +109,26 @@ def test_values_are_equal_to_their_objects() -> None:
     ):  # fmt: skip
         assert value != other and other != value
     assert pga3.Motor(1, 0, 0, 0, 0, 0, 0, 0) != pga3.Even(1, 0, 0, 0, 0, 0, 0, 0)
+
+
+def test_equality_is_that_of_layouts_without_their_names() -> None:
+    mine = PGA3.of(PGA3.algebra.layout("MINE", "e032 e013 e021", fixed={"e123": 1}), 1, 2, 3)
+    point, points = PGA3.point(1, 2, 3), PGA3.point(np.array([[1.0, 2, 3], [0, 0, 1]]))
+    assert mine == point and (mine != point) is False and hash(mine) == hash(point)
+    assert (points == mine).tolist() == (mine == points).tolist() == [True, False]
+    assert (points != mine).tolist() == [False, True]
+    turned = PGA3.of(PGA3.algebra.layout("TURNED", "e013 e032 e021", fixed={"e123": 1}), 2, 1, 3)
+    assert turned != point and turned.isclose(point)
+
+
+def test_arrays_of_values_are_arrays_of_objects() -> None:
+    numbers = np.arange(12.0).reshape(4, 3)
+    values, points, motor = pga3.Point.array(numbers), PGA3.point(numbers), PGA3.motor([0, 0, 1], 0.5)
+    plane = PGA3.plane(0, 0, 1, -1)
+    assert np.all(PGA3.of(values) == points) and np.all(values == points) and np.all(points == values)
+    for moved in (motor >> values, motor(values), pga3.move_point(motor, values)):
+        np.testing.assert_allclose(np.asarray(moved, float), (motor >> points).values, atol=1e-14)
+    assert np.all(values & PGA3.point(0, 0, 0) == points & PGA3.point(0, 0, 0))
+    np.testing.assert_array_equal(distance(values, plane), distance(points, plane))
+    onto = project(values, pga3.Plane(0, 0, 1, -1))
+    assert type(onto[0]) is pga3.Point and np.all(onto == project(points, plane))

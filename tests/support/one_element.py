@@ -66,5 +66,5 @@ def outcome(function: Callable[..., Any], *arguments: Any, **named: Any) -> tupl
 def _described(result: Any) -> tuple[Any, ...]:
     if isinstance(result, tuple):
         return tuple(map(_described, result))
-    array = np.asarray(result)
+    array = np.asarray(getattr(result, "values", result))
     return type(result), array.dtype, array.shape, array.tobytes()

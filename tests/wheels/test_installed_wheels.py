@@ -44,7 +44,7 @@ single = pga2.move_point(m.astype(np.float32), points.astype(np.float32))
 product = pga2.Motor(m) * pga2.Motor(m)
 loaded = sorted({{line.rpartition("/")[2].strip() for line in open("/proc/self/maps") if "/_build/" in line}})
 others = sorted({{"numba", "_cffi_backend", "scipy", "gacompiler"}} & set(sys.modules))
-results = [array.tolist() for array in (moved, one, single, np.array(product))]
+results = [array.tolist() for array in (moved, one, single, product.values)]
 print(json.dumps([pga2.backend, loaded, others, *results]))
 """
 
