@@ -94,10 +94,7 @@ class Multivector(WithCoefficients):
 
     def with_signs(self, sign_of_grade: Callable[[int], int]) -> Multivector:
         """Multiply every coefficient by a sign that depends on the grade; all involutions are of this form."""
-        return Multivector(
-            self.algebra,
-            {blade: value if sign_of_grade(grade(blade)) > 0 else -value for blade, value in self.terms.items()},
-        )
+        return Multivector(self.algebra, signed(self.terms, sign_of_grade))
 
     def complement(self, sign: Callable[[int, int], int]) -> Multivector:
         """Replace every blade by its complement, the blade of all other vectors; `sign` is called with both."""
@@ -135,10 +132,7 @@ class Multivector(WithCoefficients):
     def __add__(self, other: Any) -> Multivector:
         if _defers(other):
             return NotImplemented
-        terms = dict(self.terms)
-        for blade, value in self.lift(other).terms.items():
-            terms[blade] = terms[blade] + value if blade in terms else value
-        return Multivector(self.algebra, terms)
+        return Multivector(self.algebra, added(self.terms, self.lift(other).terms))
 
     def __radd__(self, other: Any) -> Multivector:
         return self.__add__(other)
@@ -226,6 +220,19 @@ class Multivector(WithCoefficients):
 
     def _repr_latex_(self) -> str:
         return f"${constant(self)}$"
+
+
+def added(a: Mapping[int, Coefficient], b: Mapping[int, Coefficient]) -> dict[int, Coefficient]:
+    """Return the coefficients of a sum of multivectors, which may contain zeros."""
+    terms = dict(a)
+    for blade, value in b.items():
+        terms[blade] = terms[blade] + value if blade in terms else value
+    return terms
+
+
+def signed(a: Mapping[int, Coefficient], sign_of_grade: Callable[[int], int]) -> dict[int, Coefficient]:
+    """Return coefficients times a sign that depends on the grade of the blade."""
+    return {blade: value if sign_of_grade(grade(blade)) > 0 else -value for blade, value in a.items()}
 
 
 def integer_power(x: Any, exponent: Any, one: Any) -> Any:

@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
-from functools import lru_cache
-from math import isfinite
+from functools import cmp_to_key, lru_cache
+from math import gcd, isfinite, lcm
 from typing import Any
 
 import sympy
+from sympy.core.basic import Basic
+from sympy.core.function import AppliedUndef
 
 from ..algebra.blades import exact
 from ..algebra.coefficients import scalar_function
@@ -28,6 +30,9 @@ _generators: list[Any] = []
 _numbers: dict[Any, int] = {}
 _composite: set[int] = set()
 """Generators with relations of their own: numbers, the imaginary unit, sums and products under a root."""
+_plain_generators: set[int] = set()
+"""Generators whose products and sums sympy only sorts: symbols, sines and cosines, and unknown functions."""
+_SORTED = (sympy.Symbol, AppliedUndef, sympy.sin, sympy.cos, sympy.sinh, sympy.cosh)
 
 
 def _generator(base: Any) -> int:
@@ -37,6 +42,8 @@ def _generator(base: Any) -> int:
         _generators.append(base)
         if base is sympy.I or base.is_Number or base.is_Add or base.is_Mul:
             _composite.add(number)
+        if isinstance(base, _SORTED) and base.is_commutative:
+            _plain_generators.add(number)
     return number
 
 
@@ -54,11 +61,12 @@ class Expanded:
         fractions become fractions: 0.5 becomes 1/2.
     """
 
-    __slots__ = ("_expression", "terms")
+    __slots__ = ("_expression", "_reciprocal", "terms")
 
     def __init__(self, terms: Mapping[Monomial, Number]) -> None:
         self.terms = terms
         self._expression: Any = None
+        self._reciprocal: Expanded | None = None
 
     @classmethod
     def of(cls, value: Any) -> Expanded:
@@ -92,12 +100,7 @@ class Expanded:
     def expression(self) -> Any:
         """The sympy expression."""
         if self._expression is None:
-            self._expression = sympy.Add(
-                *(
-                    sympy.Mul(_sympy_number(value), *(_power(_generators[g], e) for g, e in monomial))
-                    for monomial, value in self.terms.items()
-                )
-            )
+            self._expression = _sum_of_terms(self.terms)
         return self._expression
 
     @property
@@ -109,8 +112,12 @@ class Expanded:
         return bool(self.terms)
 
     def __add__(self, other: Any) -> Expanded:
+        if type(other) is not Expanded:
+            other = Expanded.of(other)
+        if not (self.terms and other.terms):
+            return self if self.terms else other
         terms = dict(self.terms)
-        for monomial, value in Expanded.of(other).terms.items():
+        for monomial, value in other.terms.items():
             total = terms.get(monomial, 0) + value
             if total:
                 terms[monomial] = total
@@ -130,11 +137,11 @@ class Expanded:
         return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Expanded:
-        if isinstance(other, (int, Fraction)):
-            return Expanded(
-                {monomial: _plain(value * other) for monomial, value in self.terms.items()} if other else {}
-            )
-        other = Expanded.of(other)
+        if type(other) is not Expanded:
+            other = Expanded.of(other)
+        for factor, rest in ((self.terms, other), (other.terms, self)):
+            if len(factor) == 1 and () in factor:
+                return rest._multiple(factor[()])
         terms: dict[Monomial, Number] = {}
         left: list[Expanded] = []
         get = terms.get
@@ -151,6 +158,12 @@ class Expanded:
         return result
 
     __rmul__ = __mul__
+
+    def _multiple(self, factor: Number) -> Expanded:
+        if type(factor) is int and factor in (1, -1):
+            return self if factor == 1 else -self
+        products = {monomial: _plain(value * factor) for monomial, value in self.terms.items()}
+        return Expanded({monomial: value for monomial, value in products.items() if value})
 
     def __truediv__(self, other: Any) -> Expanded:
         divisor = Expanded.of(other)
@@ -179,23 +192,45 @@ class Expanded:
             for _ in range(exponent):
                 result = result * self
             return result
+        if exponent == -1 and self._reciprocal is not None:
+            return self._reciprocal
+        found = self._negative_power(exponent)
+        if exponent == -1:
+            self._reciprocal = found
+        return found
+
+    def _negative_power(self, exponent: int) -> Expanded:
         if not self.terms:
             raise ZeroDivisorError("division", "1 / 0", "a divisor that can differ from zero")
         if len(self.terms) == 1:
             ((monomial, value),) = self.terms.items()
             inverted = tuple((g, -e) for g, e in monomial)
             factor = Expanded({(): _quotient(1, value) ** -exponent})
-            single, whole = _times(inverted, ())
-            return (whole or Expanded({single: 1})).power(-exponent) * factor
+            return term(inverted).power(-exponent) * factor
         common = self._common()
         if common.terms.keys() != {()}:
             return (self * common.power(-1)).power(exponent) * common.power(exponent)
-        content, primitive = self.expression.as_content_primitive()
-        if primitive.could_extract_minus_sign():
-            content, primitive = -content, -primitive
+        content, primitive = self._content_and_primitive()
         if primitive.is_Add:
-            return Expanded({((_generator(primitive), exponent),): 1}) * Expanded.of(content**exponent)
+            return Expanded({((_generator(primitive), exponent),): _power_of_number(_number(content), exponent)})
         return _read(primitive).power(exponent) * Expanded.of(content**exponent)
+
+    def _content_and_primitive(self) -> tuple[Any, Any]:
+        """Return a rational content and the rest, of which sympy does not extract a minus sign.
+
+        For plain generators this is what `sympy.Expr.as_content_primitive` finds, without its search for factors.
+        """
+        if not _is_plain(self.terms):
+            content, primitive = self.expression.as_content_primitive()
+            return (-content, -primitive) if primitive.could_extract_minus_sign() else (content, primitive)
+        values = [Fraction(value) for value in self.terms.values()]
+        exact_content = Fraction(gcd(*(x.numerator for x in values)), lcm(*(x.denominator for x in values)))
+        primitive = self._multiple(exact(1 / exact_content))
+        negative = sum(x < 0 for x in values)
+        is_tie = 2 * negative == len(values)
+        if primitive.expression.could_extract_minus_sign() if is_tie else 2 * negative > len(values):
+            exact_content, primitive = -exact_content, -primitive
+        return _sympy_number(exact_content), primitive.expression
 
     def _common(self) -> Expanded:
         """Return the product of powers that divides every term, so that ``1 - 2 m / r`` becomes ``(r - 2 m) / r``.
@@ -236,12 +271,14 @@ class Expanded:
                 inner = _derivative(_generators[g], variable)
                 if inner.terms:
                     # Read as a product, since powers of sums and numbers have forms of their own.
-                    outer = Expanded({((g, exact(e - 1)),): 1}) if e != 1 else Expanded({(): 1})
+                    outer = term(((g, exact(e - 1)),) if e != 1 else ())
                     rest = Expanded({(*monomial[:k], *monomial[k + 1 :]): _plain(value * e)})
                     total = total + rest * outer * inner
         return total
 
     def __eq__(self, other: object) -> bool:
+        if type(other) is int:
+            return self.terms == ({(): other} if other else {})
         try:
             return dict(self.terms) == dict(Expanded.of(other).terms)
         except AlgebraError:
@@ -267,6 +304,47 @@ class Expanded:
 
     def __repr__(self) -> str:
         return f"Expanded({self})"
+
+
+_canonical = cmp_to_key(Basic.compare)
+"""The order of the arguments of sums and products in sympy."""
+
+
+def _sum_of_terms(terms: Mapping[Monomial, Number]) -> Any:
+    """Return a sympy expression. Terms without relations are sorted here, since `sympy.Add` would look for them."""
+    if not _is_plain(terms):
+        return sympy.Add(
+            *(
+                sympy.Mul(_sympy_number(value), *(_power(_generators[g], e) for g, e in monomial))
+                for monomial, value in terms.items()
+            )
+        )
+    found = [_plain_product(value, monomial) for monomial, value in terms.items() if monomial]
+    if len(found) > 1:
+        found.sort(key=_canonical)
+    if () in terms:
+        found.insert(0, _sympy_number(terms[()]))
+    return sympy.Add._from_args(found, is_commutative=True)
+
+
+def _is_plain(terms: Mapping[Monomial, Any]) -> bool:
+    """Return whether the numbers are exact and all generators plain."""
+    return all(type(value) is not float for value in terms.values()) and all(
+        g in _plain_generators for monomial in terms for g, _ in monomial
+    )
+
+
+def _plain_product(value: Number, monomial: Monomial) -> Any:
+    found = [
+        # The integer power of a generator without a value of its own is only stored.
+        _generators[g] if e == 1 else sympy.Pow(_generators[g], _sympy_number(e), evaluate=type(e) is not int)
+        for g, e in monomial
+    ]
+    if len(found) > 1:
+        found.sort(key=_canonical)
+    if value != 1:
+        found.insert(0, _sympy_number(value))
+    return sympy.Mul._from_args(found, is_commutative=True)
 
 
 def _power(base: Any, exponent: int | Fraction) -> Any:
@@ -297,24 +375,34 @@ def generator(number: int) -> Any:
     return _generators[number]
 
 
+def term(monomial: Monomial, value: Number = 1) -> Expanded:
+    """Return a number times a product of powers of generators, where powers of numbers and sums are evaluated."""
+    found = _evaluated(monomial)
+    return Expanded({monomial: value}) if found is None else found._multiple(value)
+
+
 def _times(a: Monomial, b: Monomial) -> tuple[Monomial, Expanded | None]:
     """Return the product of two monomials, and the element that it reduces to if powers of generators simplify."""
-    if not b:
-        product = a
-    elif not a:
-        product = b
-    else:
-        powers = dict(a)
-        for g, e in b:
-            total = powers.get(g, 0) + e
-            if total:
-                powers[g] = exact(total)
-            else:
-                del powers[g]
-        product = tuple(sorted(powers.items()))
-    if _composite and any(g in _composite for g, _ in product):
-        return product, _resolved(product)
-    return product, None
+    if not (a and b):
+        return a or b, None
+    if a[-1][0] < b[0][0]:
+        return a + b, None
+    if b[-1][0] < a[0][0]:
+        return b + a, None
+    powers = dict(a)
+    for g, e in b:
+        total = powers.get(g, 0) + e
+        if total:
+            powers[g] = exact(total)
+        else:
+            del powers[g]
+    product = tuple(sorted(powers.items()))
+    return product, _evaluated(product)
+
+
+def _evaluated(monomial: Monomial) -> Expanded | None:
+    """Return the element that a monomial reduces to if powers of its generators simplify, or None."""
+    return _resolved(monomial) if _composite and any(g in _composite for g, _ in monomial) else None
 
 
 def _resolved(monomial: Monomial) -> Expanded | None:
@@ -378,6 +466,8 @@ SHORT = 1024
 
 
 def _sympy_number(value: Number) -> Any:
+    if type(value) is int:
+        return sympy.Integer(value)
     return sympy.Rational(value.numerator, value.denominator) if isinstance(value, Fraction) else sympy.sympify(value)
 
 
@@ -420,8 +510,7 @@ def _read_power(value: Any) -> Expanded:
             return Expanded(
                 {((_generator(sympy.Pow(base, sympy.Rational(1, power.denominator))), power.numerator),): 1}
             )
-    single, whole = _times(((_generator(base), power),), ())
-    return whole if whole is not None else Expanded({single: 1})
+    return term(((_generator(base), power),))
 
 
 def _read_exponential(base: Any, whole: Any) -> Expanded:
@@ -432,7 +521,7 @@ def _read_exponential(base: Any, whole: Any) -> Expanded:
         if not (factor.is_Integer or (factor.is_Rational and base is sympy.E)):
             factor, rest = (sympy.Integer(-1), -part) if part.could_extract_minus_sign() else (sympy.Integer(1), part)
         exponent = exact(Fraction(int(factor.p), int(factor.q)))
-        result = result * Expanded({((_generator(sympy.Pow(base, rest)), exponent),): 1})
+        result = result * term(((_generator(sympy.Pow(base, rest)), exponent),))
     return result
 
 

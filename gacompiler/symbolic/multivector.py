@@ -12,8 +12,9 @@ from sympy.simplify.fu import TR8
 from ..algebra.algebra import Algebra
 from ..algebra.immutable import Immutable
 from ..algebra.layout import SCALARS, Layout
-from ..algebra.multivector import Multivector
+from ..algebra.multivector import Multivector, added, signed
 from ..algebra.operations import BY_NAME, Operation
+from ..algebra.products import product
 from ..errors import AlgebraError
 from ..rings.symbolic import Expanded
 from .printing import Printed, plain_text
@@ -68,6 +69,23 @@ class SymbolicMultivector(Immutable, Multivector):
         object.__setattr__(self, "_in_own_form", shown is not None)
         object.__setattr__(self, "_shown", None if shown is None else MappingProxyType(dict(shown)))
 
+    @classmethod
+    def _of_terms(
+        cls, algebra: Algebra, terms: dict[int, Any], operation: Operation, *operands: Any
+    ) -> SymbolicMultivector:
+        """Return the result of an operation on elements of this class, whose coefficients are already expanded."""
+        result = object.__new__(cls)
+        set_ = object.__setattr__
+        set_(result, "algebra", algebra)
+        kept = {blade: value for blade in sorted(terms) if (value := terms[blade]).terms}
+        set_(result, "terms", MappingProxyType(kept))
+        set_(result, "name", None)
+        set_(result, "layout", None)
+        set_(result, "history", (operation, operands))
+        set_(result, "_in_own_form", False)
+        set_(result, "_shown", None)
+        return result
+
     @property
     def expressions(self) -> Mapping[int, Any]:
         """Coefficients as sympy expressions, by bitmap of the blade, ordered by grade."""
@@ -109,7 +127,7 @@ class SymbolicMultivector(Immutable, Multivector):
 
     def lift(self, other: Any) -> SymbolicMultivector:
         """Convert a multivector, or a number or sympy expression as a scalar, to a multivector of this algebra."""
-        if isinstance(other, SymbolicMultivector) and other.algebra == self.algebra:
+        if isinstance(other, SymbolicMultivector) and (other.algebra is self.algebra or other.algebra == self.algebra):
             return other
         if isinstance(other, Multivector):
             terms = other.terms if other.algebra == SCALARS else super().lift(other).terms
@@ -225,13 +243,14 @@ class SymbolicMultivector(Immutable, Multivector):
     def product(self, name: str, other: Multivector) -> SymbolicMultivector:
         """Return the named product with `other`: the geometric product, a part of its grades, or a commutator."""
         lifted = self.lift(other)
-        return symbolic(super().product(name, lifted), BY_NAME[name], self, lifted)
+        terms = product(self.algebra, name, self.terms, lifted.terms)
+        return self._of_terms(self.algebra, terms, BY_NAME[name], self, lifted)
 
     def __add__(self, other: Any) -> SymbolicMultivector:
         if _acts(other):
             return NotImplemented
         lifted = self.lift(other)
-        return symbolic(super().__add__(lifted), Operation.ADD, self, lifted)
+        return self._of_terms(self.algebra, added(self.terms, lifted.terms), Operation.ADD, self, lifted)
 
     def __radd__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) + self
@@ -240,13 +259,14 @@ class SymbolicMultivector(Immutable, Multivector):
         if _acts(other):
             return NotImplemented
         lifted = self.lift(other)
-        return symbolic(super().__sub__(lifted), Operation.SUBTRACT, self, lifted)
+        terms = added(self.terms, signed(lifted.terms, lambda _: -1))
+        return self._of_terms(self.algebra, terms, Operation.SUBTRACT, self, lifted)
 
     def __rsub__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) - self
 
     def __neg__(self) -> SymbolicMultivector:
-        return symbolic(-self._plain, Operation.NEGATE, self)
+        return self._of_terms(self.algebra, signed(self.terms, lambda _: -1), Operation.NEGATE, self)
 
     def __pos__(self) -> SymbolicMultivector:
         return self
@@ -284,7 +304,7 @@ class SymbolicMultivector(Immutable, Multivector):
         return symbolic(super().__pow__(exponent))
 
     def __invert__(self) -> SymbolicMultivector:
-        return symbolic(super().__invert__(), Operation.REVERSE, self)
+        return self._of_terms(self.algebra, signed(self.terms, self.algebra.reverse_sign), Operation.REVERSE, self)
 
     def __eq__(self, other: object) -> bool:
         """Compare the expanded coefficients; the function `equal` of this package also applies identities."""

@@ -16,7 +16,7 @@ from ..errors import AlgebraError, TooLargeError
 from ..rings.ideal import Ideal
 from ..rings.points import point
 from ..rings.polynomial import Polynomial, PolynomialRing
-from ..rings.symbolic import Expanded, generator, generators
+from ..rings.symbolic import Expanded, generator, generators, term
 from .multivector import SymbolicMultivector, required
 
 POINTS = 3
@@ -137,7 +137,7 @@ class _Bridge:
                 g = self._generators[variable]
                 powers[g] = powers.get(g, 0) + 1
             exponents = ((g, exact(Fraction(n, self._roots[g]))) for g, n in powers.items() if n)
-            result = result + Expanded({tuple(sorted(exponents)): value})
+            result = result + term(tuple(sorted(exponents)), value)
         return result
 
     def identities(self) -> list[Polynomial]:

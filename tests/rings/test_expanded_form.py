@@ -1,0 +1,48 @@
+"""The sympy expressions of expanded elements have the form that sympy itself gives them, argument by argument."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from random import Random
+from typing import Any
+
+import pytest
+import sympy
+
+from gacompiler.rings.symbolic import Expanded
+
+X, Y, P = sympy.Symbol("x", real=True), sympy.Symbol("y"), sympy.Symbol("p", positive=True)
+BASES = [X, Y, P, sympy.Symbol("_z9", integer=True), sympy.Function("f")(X, Y), sympy.sin(X), sympy.cosh(Y - P)]
+OTHERS = [sympy.sqrt(2), sympy.I, sympy.pi, sympy.exp(X), sympy.Abs(Y), sympy.sqrt(P)]
+
+
+def monomial(random: Random, bases: list[Any]) -> Any:
+    powers = [base ** random.choice([1, 1, 2, 3, -1, -2]) for base in random.sample(bases, random.randint(0, 3))]
+    return sympy.Mul(sympy.Rational(random.randint(-4, 4), random.randint(1, 3)), *powers)
+
+
+def polynomial(random: Random, bases: list[Any]) -> Any:
+    return sympy.Add(*(monomial(random, bases) for _ in range(random.randint(1, 5))))
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_expressions_are_those_of_sympy(seed: int) -> None:
+    random = Random(seed)
+    bases = BASES if seed % 2 else BASES + OTHERS
+    a, b = polynomial(random, bases), polynomial(random, bases)
+    product = (Expanded.of(a) * Expanded.of(b) - Expanded.of(a)).expression
+    assert sympy.srepr(product) == sympy.srepr(sympy.expand(a * b - a))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_reciprocals_have_the_sign_and_the_content_of_sympy(seed: int) -> None:
+    """Multiples of a sum have the same denominator, which is primitive and has no minus sign to extract."""
+    random = Random(100 + seed)
+    symbols = [each for each in BASES if each.is_Symbol]
+    weights = [random.choice([-6, -4, -1, 2, 3, Fraction(5, 2)]) for _ in symbols]
+    total = sympy.Add(*(sympy.Rational(w.numerator, w.denominator) * s for w, s in zip(weights, symbols, strict=True)))
+    content, primitive = total.as_content_primitive()
+    if primitive.could_extract_minus_sign():
+        content, primitive = -content, -primitive
+    for factor in (1, -1, sympy.Rational(-2, 3)):
+        assert (1 / Expanded.of(factor * total)).expression == 1 / (factor * content) / primitive
