@@ -65,7 +65,10 @@ POINTS = {
     *("vertices", "views", "walls"),
 }
 """Parameters that may be points; points for all others, such as angles and colours, are wrong."""
-OF_KINDS = {"distance", "angle", "meet", "project", "versor_between", "similarity_between"}
+OF_KINDS = {
+    *("distance", "angle", "meet", "project", "versor_between", "similarity_between"),
+    *("fit_circle", "fit_line", "fit_plane", "fit_sphere"),
+}
 """Functions of `algorithms.geometry` that convert elements by their kind, which `tests/geometry` compares."""
 INSIDE = {"pull"}
 """Methods of layers, which networks call with arrays, and which do not read all of their arguments."""
@@ -73,6 +76,8 @@ MOST, LARGEST, KINDS = 10, 1_000_000, 4
 
 Call = tuple[tuple[str, ...], bytes]
 RECORDED: dict[tuple[str, str, str], list[Call]] = {}
+ORIGINAL: dict[Any, Callable[..., Any]] = {}
+"""What functions that record their calls run, which converts elements."""
 KNOWN: set[str] = set()
 """Tests whose further cases are skipped."""
 
@@ -94,6 +99,7 @@ def recorded(function: Callable[..., Any], key: tuple[str, str, str]) -> Callabl
             calls.append((kinds, data))
         return result
 
+    ORIGINAL[run] = function
     return run
 
 
@@ -176,7 +182,8 @@ def examined() -> dict[str, Any]:
         if name in OF_KINDS or method in INSIDE:
             continue
         owner = getattr(importlib.import_module(module), name)
-        function = inspect.unwrap(getattr(owner, method) if method else owner)
+        function = getattr(owner, method) if method else owner
+        function = ORIGINAL.get(function, function)
         parameters = list(inspect.signature(function).parameters.values())
         several = next((k for k, each in enumerate(parameters) if each.kind is each.VAR_POSITIONAL), len(parameters))
         for _, data in calls:
