@@ -36,7 +36,7 @@ from loop_examples import (
     squares,
     tree,
 )
-from programs import needs, runs
+from programs import SANITIZED, needs, runs
 from selection import some_slow
 
 from gacompiler.backends import body_is_intact
@@ -260,11 +260,10 @@ static size_t work_item;
 @cache
 def sanitizers(compiler: str) -> tuple[str, ...]:
     """Options that detect accesses outside of arrays, if the compiler supports them."""
-    options = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all")
     language = "c++" if compiler == "g++" else "c"
-    command = [compiler, *options, "-x", language, "-", "-o", os.devnull]
+    command = [compiler, *SANITIZED, "-x", language, "-", "-o", os.devnull]
     done = subprocess.run(command, input="int main() { return 0; }", capture_output=True, text=True)
-    return options if done.returncode == 0 else ()
+    return SANITIZED if done.returncode == 0 else ()
 
 
 def run_on_processor(

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from built_operators import wait_for_operators
 from selection import some_slow
 
 import gacompiler as ga
 from gacompiler.errors import AlgebraError
 from gacompiler.objects import CGA3, PGA2, PGA3, VGA2, VGA3, MultivectorArray
-from gacompiler.objects.operators import operators
 
 RNG = np.random.default_rng(22)
 POINTS = PGA3.point(RNG.integers(-8, 9, (3, 4, 3)) / 4)
@@ -228,8 +228,7 @@ def test_scalars_keep_the_methods_of_multivectors(times: int) -> None:
                 with pytest.raises(AlgebraError, match=f"{name}: a number, which belongs to no algebra"):
                     getattr(x, name)()
         if times > 1:
-            for operator in operators():
-                operator.wait()
+            wait_for_operators(VGA3.algebra)
 
 
 def test_numbers_are_floats() -> None:

@@ -84,14 +84,15 @@ def main(folder: str, name: str, library: ctypes.CDLL, rounds: int) -> None:
     count = 0
     with np.errstate(all="ignore"):
         for kernel in map(module.__dict__.__getitem__, module.kernels):
-            loop = f"{name}_{kernel.name}_loop"
-            if isinstance(kernel, module.Kernel) and not hasattr(library, f"{loop}_f64"):
+            is_straight = isinstance(kernel, module.Kernel)
+            loop = f"{name}_{kernel.name}_loop" if is_straight else f"{name}_{kernel.name}"
+            if not hasattr(library, f"{loop}_f64"):
                 continue
             dtypes = [np.float64, *([np.float32] if hasattr(library, f"{loop}_f32") else [])]
             for _ in range(rounds):
                 dtype = dtypes[random.integers(len(dtypes))]
                 leading = leading_shape(random)
-                if not isinstance(kernel, module.Kernel):
+                if not is_straight:
                     call_with_loops(random, kernel, leading, dtype)
                     count += 1
                     continue

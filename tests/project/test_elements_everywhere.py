@@ -43,18 +43,17 @@ FILES = {
 }
 """Tests of each chapter that together call most of its functions, and take little time."""
 LEAST = {
-    "calculus": 32, "estimation": 145, "fuzzy": 1, "geometry": 15, "gestures": 3, "grasping": 15, "kinematics": 42,
-    "learning": 30, "mapping": 27, "motors": 28, "registration": 7, "shapes": 5, "subspaces": 10, "vision": 102,
-    "wavelets": 52,
+    "calculus": 32, "estimation": 150, "fuzzy": 2, "geometry": 16, "gestures": 3, "grasping": 14, "kinematics": 79,
+    "learning": 34, "mapping": 22, "motors": 28, "registration": 7, "shapes": 7, "subspaces": 10, "vision": 102,
+    "wavelets": 54,
 }  # fmt: skip
-"""How many pairs of a function and a parameter they examine at least."""
+"""How many pairs of a function of the chapter and a parameter they examine at least."""
 FOLDER = Path(__file__).parents[1]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("chapter", FILES)
-def test_elements_are_what_functions_take_or_are_refused(chapter: str, tmp_path: Path) -> None:
-    files = [str(FOLDER / chapter / f"test_{name}.py") for name in FILES[chapter].split()]
+def test_elements_are_what_functions_take_or_are_refused(tmp_path: Path) -> None:
+    files = [str(FOLDER / chapter / f"test_{name}.py") for chapter, names in FILES.items() for name in names.split()]
     written = tmp_path / "found.json"
     command = [sys.executable, "-m", "pytest", "-q", "-p", "elements_everywhere", "-p", "no:cacheprovider", *files]
     run = subprocess.run(
@@ -63,4 +62,5 @@ def test_elements_are_what_functions_take_or_are_refused(chapter: str, tmp_path:
     )  # fmt: skip
     assert written.exists(), run.stdout + run.stderr
     found = json.loads(written.read_text())
-    assert not found["wrong"] and found["pairs"] >= LEAST[chapter], (found, run.stdout)
+    few = {chapter: least for chapter, least in LEAST.items() if found["pairs"].get(chapter, 0) < least}
+    assert not found["wrong"] and not few, (found, few, run.stdout)

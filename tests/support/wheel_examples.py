@@ -60,11 +60,11 @@ class Environment:
             (self.site / path.name).symlink_to(path)
 
     def install(self, *wheels: Path, alone: bool = False) -> None:
-        """Install wheels; unless it is `alone`, their dependencies must already be present."""
+        """Install wheels, of which few files are run; unless `alone`, their dependencies must already be present."""
         pip = [sys.executable, "-m", "pip", "--isolated", "--python", str(self.python)]
         known = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}  # pip would look there.
         done = subprocess.run(
-            [*pip, "install", "--no-index", *["--no-deps"] * alone, *map(str, wheels)],
+            [*pip, "install", "--no-index", "--no-compile", *["--no-deps"] * alone, *map(str, wheels)],
             capture_output=True,
             text=True,
             env=known,

@@ -21,8 +21,8 @@ from gacompiler.gac_runtime.processor import machine_level
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = ("gacompiler", "algorithms", "generated")
-MODULES = ("pga2", "vga2")
-"""The modules of the project that are compiled here; all of them take minutes."""
+MODULE = "vga2"
+"""The module of the project that is compiled here; all of them take minutes."""
 
 pytestmark = [
     pytest.mark.slow,
@@ -31,57 +31,52 @@ pytestmark = [
 ]
 
 LEVELS = [level for level in (1, 3, 4) if level <= machine_level()]
+LEVEL = ["--target-level", f"v{LEVELS[-1]}"] if LEVELS else []
+"""Options for libraries of one level."""
 
 PLANE = """
 import json, sys
 import numpy as np
-from generated import pga2
-T, points = np.array({pose}), np.array({points})
-m = pga2.motor_from_matrix(T)
-moved = pga2.move_point(m, points)
-one = pga2.move_point(m, points[0])
-single = pga2.move_point(m.astype(np.float32), points.astype(np.float32))
-product = pga2.Motor(m) * pga2.Motor(m)
+from generated import vga2
+R, points = np.array({rotation}), np.array({points})
+r = vga2.rotor_from_matrix(R)
+turned = vga2.rotate_vector(r, points)
+one = vga2.rotate_vector(r, points[0])
+single = vga2.rotate_vector(r.astype(np.float32), points.astype(np.float32))
+product = vga2.Rotor(r) * vga2.Rotor(r)
 loaded = sorted({{line.rpartition("/")[2].strip() for line in open("/proc/self/maps") if "/_build/" in line}})
 others = sorted({{"numba", "_cffi_backend", "scipy", "gacompiler"}} & set(sys.modules))
-results = [array.tolist() for array in (moved, one, single, product.values)]
-print(json.dumps([pga2.backend, loaded, others, *results]))
+results = [array.tolist() for array in (turned, one, single, product.values)]
+print(json.dumps([vga2.backend, loaded, others, *results]))
 """
-
-
-def pose() -> np.ndarray:
-    """A rotation of the plane and a translation."""
-    c, s = np.cos(0.7), np.sin(0.7)
-    return np.array([[c, -s, 0.5], [s, c, -1.5], [0, 0, 1]])
-
-
+ROTATION = np.array([[np.cos(0.7), -np.sin(0.7)], [np.sin(0.7), np.cos(0.7)]])
 POINTS = np.random.default_rng(7).normal(size=(37, 2))
 
 
-def run_pga2(where: Environment, **variables: str) -> tuple[str, list[str], np.ndarray]:
-    """The backend, what was loaded, and the moved points, which are checked against the matrix."""
-    code = PLANE.format(pose=pose().tolist(), points=POINTS.tolist())
-    backend, loaded, others, moved, one, single, product = json.loads(where.output(code, **variables))
-    expected = POINTS @ pose()[:2, :2].T + pose()[:2, 2]
-    assert np.allclose(moved, expected, rtol=0, atol=1e-14)
+def run_vga2(where: Environment, **variables: str) -> tuple[str, list[str], np.ndarray]:
+    """The backend, what was loaded, and the turned points, which are checked against the matrix."""
+    code = PLANE.format(rotation=ROTATION.tolist(), points=POINTS.tolist())
+    backend, loaded, others, turned, one, single, product = json.loads(where.output(code, **variables))
+    expected = POINTS @ ROTATION.T
+    assert np.allclose(turned, expected, rtol=0, atol=1e-14)
     assert np.allclose(one, expected[0], rtol=0, atol=1e-14)
     assert np.allclose(single, expected, rtol=0, atol=1e-5)
-    # The motor of twice the motion: its scalar is the cosine of half the angle, 2 * 0.7 / 2.
+    # The rotor of twice the rotation: its scalar is the cosine of half the angle, 2 * 0.7 / 2.
     assert np.isclose(abs(product[0]), np.cos(0.7))
     assert others == []
-    return backend, loaded, np.array(moved)
+    return backend, loaded, np.array(turned)
 
 
 @pytest.fixture(scope="module")
 def source(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The project's files, with few generated modules."""
+    """The project's files, with one generated module."""
     folder = tmp_path_factory.mktemp("project")
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, folder)
     for name in SHIPPED:
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "_build"))
     for path in (folder / "generated").glob("*.[pch]*"):
-        if path.stem not in (*MODULES, "__init__") and path.name != "py.typed":
+        if path.stem not in (MODULE, "__init__") and path.name != "py.typed":
             path.unlink()
     return folder
 
@@ -141,9 +136,9 @@ def test_an_editable_installation_is_a_path(source: Path, tmp_path: Path) -> Non
 
 
 def test_generated_modules_need_numpy_alone(installed: Environment) -> None:
-    backend, loaded, _ = run_pga2(installed)
+    backend, loaded, _ = run_vga2(installed)
     assert backend == "c"
-    (library,) = library_of(loaded, "pga2")
+    (library,) = library_of(loaded, "vga2")
     assert library.endswith(f"-v{machine_level()}.so" if machine_level() else ".so")
     assert len([name for name in loaded if name.startswith("calls_")]) == 1
 
@@ -152,19 +147,19 @@ def test_kernels_are_called_through_ctypes_without_the_extension(wheel: Path, em
     empty.install(wheel, alone=True)
     for extension in empty.site.glob("generated/_build/calls_*"):
         extension.unlink()
-    backend, loaded, _ = run_pga2(empty)
-    assert backend == "c" and len(loaded) == len(library_of(loaded, "pga2")) == 1
+    backend, loaded, _ = run_vga2(empty)
+    assert backend == "c" and len(loaded) == len(library_of(loaded, "vga2")) == 1
 
 
 @pytest.mark.skipif(len(LEVELS) < 2, reason="needs x86-64 with AVX2")
 def test_each_level_loads_its_own_library(installed: Environment) -> None:
-    found = {level: run_pga2(installed, GAC_LEVEL=str(level)) for level in LEVELS}
+    found = {level: run_vga2(installed, GAC_LEVEL=str(level)) for level in LEVELS}
     for level, (backend, loaded, moved) in found.items():
-        (library,) = library_of(loaded, "pga2")
+        (library,) = library_of(loaded, "vga2")
         assert (backend, library[-6:]) == ("c", f"-v{level}.so")
         # Some levels fuse a product and a sum into one rounding.
         assert np.allclose(moved, found[1][2], rtol=0, atol=4e-15)
-    failed = installed.run("from generated import pga2", GAC_LEVEL="2")
+    failed = installed.run("from generated import vga2", GAC_LEVEL="2")
     assert failed.stderr.splitlines()[-1] == "ImportError: GAC_LEVEL: '2'; expected 1, 3 or 4"
 
 
@@ -174,8 +169,8 @@ def test_a_lower_level_is_loaded_where_there_is_no_other(wheel: Path, empty: Env
     for level in LEVELS[1:]:
         for library in empty.site.glob(f"generated/_build/*-v{level}.so"):
             library.unlink()
-    backend, loaded, _ = run_pga2(empty)
-    assert backend == "c" and library_of(loaded, "pga2")[0].endswith("-v1.so")
+    backend, loaded, _ = run_vga2(empty)
+    assert backend == "c" and library_of(loaded, "vga2")[0].endswith("-v1.so")
 
 
 @pytest.mark.parametrize(("name", "missing"), [("gacompiler", "jinja2 mpmath"), ("algorithms", "scipy")])
@@ -233,11 +228,11 @@ def spec(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_package_of_kernels(spec: Path, empty: Environment, tmp_path: Path) -> None:
     """Two packages of the same kernels coexist, each with its own runtime."""
-    first = packaged(spec, output=tmp_path / "first")
-    again = packaged(spec, output=tmp_path / "again")
+    first = packaged(spec, *LEVEL, output=tmp_path / "first")
+    again = packaged(spec, *LEVEL, output=tmp_path / "again")
     assert first.read_bytes() == again.read_bytes()
     assert first.name.startswith("my_kernels-0.1.0-py3-none-manylinux_2_")
-    other = packaged(spec, "--name", "Other.Kernels", "--version", "2.0", output=tmp_path / "other")
+    other = packaged(spec, *LEVEL, "--name", "Other.Kernels", "--version", "2.0", output=tmp_path / "other")
     empty.install(first, other)
     for package in ("my_kernels", "other_kernels"):
         assert kernels_of(empty, package) == "c"
@@ -259,9 +254,7 @@ def test_a_pure_package_runs_without_a_compiler(spec: Path, empty: Environment, 
 
 
 def test_a_library_that_cannot_be_loaded_has_a_fallback(spec: Path, empty: Environment, tmp_path: Path) -> None:
-    level = f"v{LEVELS[-1]}" if LEVELS else ""
-    options = ["--target-level", level] if level else []
-    empty.install(packaged(spec, *options, output=tmp_path / "one"))
+    empty.install(packaged(spec, *LEVEL, output=tmp_path / "one"))
     (library,) = empty.site.glob("my_kernels/_build/my_kernels-*.so")
     library.write_bytes(b"no library")
     for call, expected in (("squares([3.0, 4.0])", "25.0"), ("move_point(np.eye(8)[0], np.ones(3))", "[1. 1. 1.]")):
