@@ -163,14 +163,19 @@ class Value(OfModule, _Value[Kind]):
     @classmethod
     def array(cls, values: Any) -> Values:
         """Return an array of elements from their coefficients along the last axis."""
-        array, size = (
-            np.array(values, None if np.asarray(values).dtype.kind == "f" else FLOAT64),
-            len(cls.layout.blades),
-        )
+        array, size = np.asarray(values), len(cls.layout.blades)
+        array = np.array(array, None if array.dtype.kind == "f" else FLOAT64)
         if array.shape[-1:] != (size,):
             wanted = f"(..., {size}): {' '.join(cls.layout.blades)}"
             raise ValueError(f"{cls.__name__}: coefficients have shape {array.shape}; expected {wanted}")
         return Values(cls, array)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
+        if dtype is None:
+            # Not hidden by default, because functions of lists, such as numpy.sum, mix coefficients without an error.
+            _warn("numpy.asarray(x)", "numpy.asarray(x, float) or x.values", FutureWarning)
+            dtype = FLOAT64
+        return super().__array__(dtype, copy)
 
     def __len__(self) -> int:
         _warn("len(x)", "len(x.values)")
@@ -259,9 +264,9 @@ def _kind(x: Any) -> Any:
     return x.kind if isinstance(x, Values) else type(x)
 
 
-def _warn(what: str, instead: str) -> None:
+def _warn(what: str, instead: str, category: type[Warning] = DeprecationWarning) -> None:
     message = f"{what} of an element will mean elements, not coefficients, from version 0.4 on; use {instead}"
-    warnings.warn(message, DeprecationWarning, stacklevel=3)
+    warnings.warn(message, category, stacklevel=3)
 
 
 def value_of(module: str, layout: Layout, values: np.ndarray[Any, Any]) -> Any:

@@ -351,14 +351,14 @@ def test_coefficients_are_an_array_without_a_copy(module: ModuleType) -> None:
 
 
 def test_entries_of_arrays_are_elements(module: ModuleType) -> None:
-    """As for objects: functions of numpy on lists keep the meaning of the coefficients."""
+    """Functions of numpy on lists mean coefficients until version 0.4, but not without a visible warning."""
     point, other = module.Line(1, 2, 3, 4, 5, 6), module.Line(0, 0, 1, 0, 2, 0)
-    single, several = np.asarray(point), np.array([point, other])
+    single, several = np.asarray(point, object), np.array([point, other], object)
     assert single.shape == () and single.item() is point
     assert several.shape == (2,) and several[1] is other and np.sum(several) == point + other
-    assert np.random.default_rng(0).permutation([point, other]).dtype == object
-    with pytest.raises(ValueError, match="copies"):
-        np.asarray(point, copy=False)
+    for function in (np.asarray, lambda x: np.array([x])[0], lambda x: np.random.default_rng(0).permutation([x])[0]):
+        with pytest.warns(FutureWarning, match=r"numpy.asarray\(x\) of an element"):
+            np.testing.assert_array_equal(function(point), point.values)
     with pytest.raises((BufferError, TypeError)):
         memoryview(point)
     assert (point.shape, point.ndim, point.size) == ((), 0, 1)
