@@ -9,9 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from generated import samples
+
 from ..arguments import Reals, finite_number
 from ..precision import NEGLIGIBLE
-from .chance import Freedom, by_chance, tail_by_chance
+from .chance import Freedom, by_chance, surely_not_by_chance, tail_by_chance
 from .sampling import Seed, random_subsets
 
 _BATCH, _LARGEST = 16, 256
@@ -33,7 +35,7 @@ _ROUNDS = 4
 """A limit on work: how often a minimum is left in search of a lower one."""
 N_WRONG = 5000
 """A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
-_KEYS = np.random.default_rng(0).normal(size=64)
+_FACTORS = np.random.default_rng(0).normal(size=128)
 """From floating point: of whole numbers times these, two sets rarely have the same sum."""
 
 Indices = NDArray[Any]
@@ -138,11 +140,12 @@ def _samples_for(problem: Problem, model: Reals, threshold: float, confidence: f
 
 def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.Generator) -> tuple[Reals, Reals]:
     """Return the best models of some samples, the best one first, and their costs."""
-    models = problem.solve(sets)
-    models = _promising(problem, models.compress(_are_finite(models), axis=0), threshold, rng)
-    costs = _costs(problem, models, threshold) if len(models) else np.zeros(0)
-    order = np.argsort(costs, kind="stable")[:_REFINED]
-    return models.take(order, axis=0), costs.take(order)
+    models = _promising(problem, problem.solve(sets), threshold, rng)
+    costs = _costs(problem, models, threshold)
+    order = costs.argsort(kind="stable")[:_REFINED]
+    models, costs = models.take(order, axis=0), costs.take(order)
+    finite = np.isfinite(models.sum(axis=tuple(range(1, models.ndim))))
+    return (models, costs) if finite.all() else (models.compress(finite, axis=0), costs.compress(finite))
 
 
 def _among_inliers(
@@ -165,11 +168,11 @@ def _followed(problem: Problem, models: Reals, costs: Reals, threshold: float) -
     Twice the threshold helps from farther away; then follows the threshold.
     """
     new = problem.descend(models, 2 * threshold, _SOON)
-    lower = _finite_costs(problem, new, threshold)
+    lower = _costs_of_few(problem, new, threshold)
     k = int(np.minimum(costs, lower).argmin())
     model, cost = (new[k], lower[k]) if lower[k] < costs[k] else (models[k], costs[k])
     new = problem.descend(model[None], threshold, _STEPS)
-    lower = _finite_costs(problem, new, threshold)
+    lower = _costs_of_few(problem, new, threshold)
     return (new[0], float(lower[0])) if lower[0] < cost else (model, float(cost))
 
 
@@ -182,7 +185,7 @@ def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> t
     for _ in range(_ROUNDS):
         away = np.concatenate([problem.descend(model[None], limit, _STEPS) for limit in (threshold / 2, 2 * threshold)])
         found = problem.descend(away, threshold, _STEPS)
-        costs = _finite_costs(problem, found, threshold)
+        costs = _costs_of_few(problem, found, threshold)
         k = int(costs.argmin())
         if costs[k] >= cost * (1 - NEGLIGIBLE):
             break
@@ -201,9 +204,15 @@ def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: n
     order = order.compress(once.take(order))
     if len(order) <= problem.freedom.sample_size:
         return True
-    wrong = unrelated(problem.first.take(order, axis=0), problem.second.take(order, axis=0))
-    far = problem.distances(model[None], *wrong)[0]
-    return by_chance(distances.compress(once), far, threshold, problem.freedom)
+    own, firsts, seconds = (
+        distances.compress(once),
+        problem.first.take(order, axis=0),
+        problem.second.take(order, axis=0),
+    )
+    few = problem.distances(model[None], *unrelated(firsts, seconds, 1))[0]
+    if surely_not_by_chance(own, few, threshold, problem.freedom):
+        return False
+    return by_chance(own, problem.distances(model[None], *unrelated(firsts, seconds))[0], threshold, problem.freedom)
 
 
 def near_by_chance(problem: Problem, model: Reals, threshold: float) -> bool:
@@ -215,10 +224,10 @@ def near_by_chance(problem: Problem, model: Reals, threshold: float) -> bool:
     return tail_by_chance(_distances(problem, model), threshold, problem.freedom)
 
 
-def unrelated(first: Reals, second: Reals) -> tuple[Reals, Reals]:
-    """Return about `N_WRONG` pairs of items with the partners of others."""
+def unrelated(first: Reals, second: Reals, at_least: int = N_WRONG) -> tuple[Reals, Reals]:
+    """Return pairs of items with the partners of others: `at_least` so many, if there are, and fewer than n more."""
     n = len(first)
-    shifts, twice = range(1, min(n - 1, -(-N_WRONG // n)) + 1), np.concatenate([second, second])
+    shifts, twice = range(1, min(n - 1, -(-at_least // n)) + 1), np.concatenate([second, second])
     return np.concatenate([first] * len(shifts)), np.concatenate([twice[n - k : 2 * n - k] for k in shifts])
 
 
@@ -231,18 +240,17 @@ def without_repeats(first: Reals, second: Reals, threshold: float) -> NDArray[np
     n = len(first)
     if not n:
         return np.zeros(0, np.bool_)
-    # Rows of coordinates, because numpy is slow along short axes.
-    sides = [np.ascontiguousarray(side.reshape(n, -1).T) for side in (first, second)]
-    extents = [float(np.ptp(side, axis=1).max()) for side in sides]
-    ratio = extents[0] / extents[1] if min(extents) > 0 else 1.0
-    cells = sides[0] / (4 * threshold * ratio), sides[1] / (4 * threshold)
-    keys = [[_KEYS[: len(cell)] @ np.floor(cell + shift) for shift in (0.0, 0.5)] for cell in cells]
+    one, two = first.reshape(n, -1), second.reshape(n, -1)
+    width, after = one.shape[1], one.shape[1] + two.shape[1]
+    numbers = samples.cell_numbers(one, two, 4 * threshold, _FACTORS[:width], _FACTORS[width:after])
     left = np.arange(n)
-    for one, two in ((0, 0), (1, 1), (0, 1), (1, 0)):
-        both = keys[0][one].take(left) - np.pi * keys[1][two].take(left)
+    for cells in np.ascontiguousarray(numbers.T):
+        both = cells.take(left)
         order = both.argsort()
         in_order = both.take(order)
-        left = left.take(order.compress(np.append(True, in_order[1:] != in_order[:-1])))
+        is_first = np.append(True, in_order[1:] != in_order[:-1])
+        if not is_first.all():
+            left = left.take(order.compress(is_first))
     kept = np.zeros(n, np.bool_)
     kept[left] = True
     return kept
@@ -253,19 +261,15 @@ def _costs(problem: Problem, models: Reals, threshold: float) -> Reals:
     return without_nan(problem.costs(models, problem.first, problem.second, threshold))
 
 
-def _finite_costs(problem: Problem, models: Reals, threshold: float) -> Reals:
-    """Return the sums (m,) of truncated squared distances, or infinity for models that are not finite."""
-    return np.where(_are_finite(models), _costs(problem, models, threshold), np.inf)
+def _costs_of_few(problem: Problem, models: Reals, threshold: float) -> Reals:
+    """Return `_costs` by distances, which takes less time for few models. All items are far from what is not finite."""
+    distances = np.fmin(problem.distances(models, problem.first, problem.second), threshold)
+    return np.asarray(np.einsum("mn,mn->m", distances, distances))
 
 
 def _distances(problem: Problem, model: Reals) -> Reals:
     """Return the distances (n,) of all items."""
     return without_nan(problem.distances(model[None], problem.first, problem.second)[0])
-
-
-def _are_finite(models: Reals) -> Reals:
-    """Return whether models (m, ...) are finite, as (m,)."""
-    return np.asarray(np.isfinite(np.add.reduce(models, axis=tuple(range(1, models.ndim)))))
 
 
 def without_nan(numbers: Reals) -> Reals:

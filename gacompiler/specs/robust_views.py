@@ -87,6 +87,34 @@ def homography_of_four(first, second):
     return tuple(tuple(x / nonzero(size) for x in row) for row in matrix), fine * fine_there
 
 
+@kernel(matrix=THREE, first=array(SCALAR, 3, 2), second=array(SCALAR, 3, 2), returns=THREE)
+def homography_of_three(matrix, first, second):
+    """Compute the homography of norm 1 that maps three pixels to three others and is compatible with F.
+
+    It is that of the plane through three points, seen by two cameras with the fundamental matrix `matrix`.
+    """
+    columns = transposed(matrix)
+    crossed = [cross(columns[j], columns[k]) for j, k in ((1, 2), (2, 0), (0, 1))]
+    epipole, most = crossed[0], dot(crossed[0], crossed[0])
+    for each_ in crossed[1:]:
+        square_ = dot(each_, each_)
+        epipole, most = choose(square_ > most, each_, epipole), maximum(square_, most)
+    epipole = [x / nonzero(sqrt(most)) for x in epipole]
+    # All such homographies are this one minus the product of the epipole and a vector.
+    one = transposed([cross(epipole, column) for column in columns])
+    places = [(*p, 1) for p in first]
+    parts = []
+    for x, y in zip(places, second, strict=True):
+        y = (*y, 1)
+        line = cross(y, epipole)
+        parts.append(dot(cross(y, applied(one, x)), line) / nonzero(dot(line, line)))
+    duals = [cross(places[j], places[k]) for j, k in ((1, 2), (2, 0), (0, 1))]
+    volume = nonzero(dot(duals[0], places[0]))
+    vector = [sum(part * dual[k] for part, dual in zip(parts, duals, strict=True)) / volume for k in range(3)]
+    entries = unit([a - e * b for row, e in zip(one, epipole, strict=True) for a, b in zip(row, vector, strict=True)])
+    return entries[:3], entries[3:6], entries[6:]
+
+
 def _moved_pixel(matrix, x, y):
     """Return the offset of the image of a pixel from another, the image, and its weight."""
     moved = applied(matrix, (*x, 1))
@@ -378,6 +406,52 @@ def _plane_of(first, second):
     matrix = entries[:3], entries[3:6], entries[6:]
     entries = unit([x for row in product(undone(right), product(matrix, left)) for x in row])
     return entries[:3], entries[3:6], entries[6:]
+
+
+@kernel(first=OWN_PIXELS, second=OWN_PIXELS, returns=array(SCALAR, 9, 9))
+def plane_products(first, second):
+    """Sum the products of the coefficients of the equations of a homography between normalised pixels."""
+    (one, _), (two, _) = normalized(first, 2), normalized(second, 2)
+
+    def products(x, y):
+        rows = homography_equations(x, y)
+        return tuple(dot(a, b) for a, b in combinations_with_replacement(transposed(rows), 2))
+
+    return tuple(map(tuple, square(total(products, one, two), 9)))
+
+
+@kernel(first=OWN_PIXELS, second=OWN_PIXELS, used=NUMBERS, returns=OWN_PIXELS)
+def affine_places(first, second, used):
+    """Compute the images of pixels under the affine map that leaves the least squares of distances from others.
+
+    Parameters
+    ----------
+    first, second
+    used
+        1 for each of the pairs that determine the map, else 0. If they are on a line, places beside it do not move.
+    """
+
+    def sums(x, y, w):
+        return w, tuple(w * a for a in x), tuple(w * a for a in y)
+
+    count, here, there = total(sums, first, second, used)
+    count = nonzero(count)
+    here, there = ([a / count for a in each_] for each_ in (here, there))
+
+    def products(x, y, w):
+        u, v = [a - m for a, m in zip(x, here, strict=True)], [a - m for a, m in zip(y, there, strict=True)]
+        return (w * u[0] * u[0], w * u[0] * u[1], w * u[1] * u[1]), tuple(tuple(w * a * b for b in u) for a in v)
+
+    (xx, xy, yy), mixed = total(products, first, second, used)
+    volume = xx * yy - xy * xy
+    volume = select(volume > FLAT_SQUARE * (xx + yy) * (xx + yy), 1 / nonzero(volume), 0)
+    rows = [(volume * (yy * a - xy * b), volume * (xx * b - xy * a)) for a, b in mixed]
+
+    def moved(x):
+        u = [a - m for a, m in zip(x, here, strict=True)]
+        return tuple(m + dot(row, u) for row, m in zip(rows, there, strict=True))
+
+    return each(moved, first)
 
 
 @kernel(first=OWN_PIXELS, second=OWN_PIXELS, returns=NUMBERS)

@@ -58,6 +58,31 @@ def test_homographies_of_four_pairs() -> None:
     assert robust_views.homography_of_four(square, 2 * square)[1]
 
 
+def test_homographies_of_three_pairs_and_f() -> None:
+    """They are those of the planes through three points."""
+    rng = np.random.default_rng(11)
+    for _ in range(20):
+        one, two = motion(rng), motion(rng)
+        places = np.c_[rng.normal(size=(20, 2)), np.zeros(20)] @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        turn = two[:, :3] @ one[:, :3].T
+        essential = np.cross(np.eye(3), two[:, 3] - turn @ one[:, 3]).T @ turn
+        first, second = (600 * seen(pose, places) + [320, 240] for pose in (one, two))
+        back = np.linalg.inv(np.array([[600, 0, 320], [0, 600, 240], [0, 0, 1.0]]))
+        found = robust_views.homography_of_three(back.T @ essential @ back, first[:3], second[:3])
+        assert np.linalg.norm(found) == pytest.approx(1) and np.abs(seen(found, first) - second).max() < 1e-5
+
+
+def test_affine_places_and_products_of_equations_are_those_of_numpy() -> None:
+    rng = np.random.default_rng(12)
+    first, used = rng.uniform(0, 500, (30, 2)), rng.random(30) < 0.6
+    second = first @ rng.normal(size=(2, 2)) + rng.normal(size=(30, 2))
+    rows = np.c_[first, np.ones(30)]
+    known = rows @ np.linalg.lstsq(rows[used], second[used], rcond=None)[0]
+    assert np.allclose(robust_views.affine_places(first, second, used.astype(float)), known, atol=1e-9)
+    equations = np.asarray(linear_views.plane_equations(first, second)[0]).reshape(-1, 9)
+    assert np.allclose(robust_views.plane_products(first, second), equations.T @ equations, atol=1e-10)
+
+
 def test_fundamental_matrices_of_seven_pairs_are_all_singular_ones_that_fit() -> None:
     """Their number is that of the real roots of the determinant in the null space of the equations."""
     rng, numbers = np.random.default_rng(2), set()
