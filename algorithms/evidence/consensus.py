@@ -23,14 +23,10 @@ _SUBSET = 64
 """A limit on work: if there are many items, models are first scored on this number of them,"""
 _KEPT = 32
 """and this number of models is scored on all items."""
-_REFINED = 2
-"""A limit on work: the best models of samples, of which each is improved"""
-_SOON = 3.0
-"""by this number of steps, so that the best one of them is followed to a minimum,"""
+_SOON = 2.0
+"""A limit on work: the best model of samples is improved by this number of steps with twice the threshold,"""
 _STEPS = 50.0
-"""in this number of steps."""
-_INNER = 32
-"""A limit on work: samples of the inliers of the best model, which almost always include a better one."""
+"""and by this number of steps to a minimum."""
 _ROUNDS = 4
 """A limit on work: how often a minimum is left in search of a lower one."""
 N_WRONG = 5000
@@ -115,14 +111,14 @@ def consensus(
             wanted, is_polished = _samples_for(problem, best, threshold, confidence), True
         if drawn >= min(wanted, max_samples):
             break
-        models, costs = _best_of(problem, random_subsets(rng, n, size, batch), threshold, rng)
+        model, cost = _best_of(problem, random_subsets(rng, n, size, batch), threshold, rng)
         drawn += batch
         batch = min(2 * batch, _LARGEST, max_samples - drawn)
-        if not len(models) or costs[0] >= least:
+        if model is None or cost >= least:
             continue
         # Refine each new best sample. If compared with refined models, few would be, and maybe not the right one.
-        least = costs[0]
-        model, cost = _followed(problem, models, costs, threshold)
+        least = cost
+        model, cost = _followed(problem, model, cost, threshold)
         if cost < lowest:
             best, lowest, is_polished = model, cost, False
             wanted = _samples_for(problem, best, threshold, confidence)
@@ -138,42 +134,41 @@ def _samples_for(problem: Problem, model: Reals, threshold: float, confidence: f
     return float(np.log(1 - confidence) / min(np.log1p(-min(share**problem.freedom.sample_size, 1 - 1e-12)), -1e-300))
 
 
-def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.Generator) -> tuple[Reals, Reals]:
-    """Return the best models of some samples, the best one first, and their costs."""
+def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.Generator) -> tuple[Reals | None, float]:
+    """Return the best model of some samples, or None, and its cost."""
     models = _promising(problem, problem.solve(sets), threshold, rng)
+    if not len(models):
+        return None, np.inf
     costs = _costs(problem, models, threshold)
-    order = costs.argsort(kind="stable")[:_REFINED]
-    models, costs = models.take(order, axis=0), costs.take(order)
-    finite = np.isfinite(models.sum(axis=tuple(range(1, models.ndim))))
-    return (models, costs) if finite.all() else (models.compress(finite, axis=0), costs.compress(finite))
+    k = int(costs.argmin())
+    return (models[k], float(costs[k])) if np.isfinite(models[k]).all() else (None, np.inf)
 
 
 def _among_inliers(
     problem: Problem, model: Reals, cost: float, threshold: float, rng: np.random.Generator
 ) -> tuple[Reals, float]:
-    """Return the minimum to which samples of inliers lead, if it is lower than that of a model."""
-    inliers = np.flatnonzero(_distances(problem, model) <= threshold)
-    if len(inliers) > problem.freedom.sample_size:
-        sets = inliers.take(random_subsets(rng, len(inliers), problem.freedom.sample_size, _INNER))
-        models, costs = _best_of(problem, sets, threshold, rng)
-        if len(models):
-            found, lower = _followed(problem, models, costs, threshold)
+    """Return the minimum to which samples of inliers lead, if it is lower than that of a model.
+
+    A first batch of them almost always includes a better one.
+    """
+    inliers, size = np.flatnonzero(_distances(problem, model) <= threshold), problem.freedom.sample_size
+    if len(inliers) > size:
+        sets = inliers.take(random_subsets(rng, len(inliers), size, _BATCH * size))
+        found, lower = _best_of(problem, sets, threshold, rng)
+        if found is not None:
+            found, lower = _followed(problem, found, lower, threshold)
             return (found, lower) if lower < cost else (model, cost)
     return model, cost
 
 
-def _followed(problem: Problem, models: Reals, costs: Reals, threshold: float) -> tuple[Reals, float]:
-    """Return the minimum near the best of some models, and its cost.
+def _followed(problem: Problem, model: Reals, cost: float, threshold: float) -> tuple[Reals, float]:
+    """Return the minimum near a model, if it is lower, and its cost.
 
     Twice the threshold helps from farther away; then follows the threshold.
     """
-    new = problem.descend(models, 2 * threshold, _SOON)
-    lower = _costs_of_few(problem, new, threshold)
-    k = int(np.minimum(costs, lower).argmin())
-    model, cost = (new[k], lower[k]) if lower[k] < costs[k] else (models[k], costs[k])
-    new = problem.descend(model[None], threshold, _STEPS)
-    lower = _costs_of_few(problem, new, threshold)
-    return (new[0], float(lower[0])) if lower[0] < cost else (model, float(cost))
+    found = problem.descend(problem.descend(model[None], 2 * threshold, _SOON), threshold, _STEPS)
+    lower = float(_costs_of_few(problem, found, threshold)[0])
+    return (found[0], lower) if lower < cost else (model, cost)
 
 
 def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> tuple[Reals, float]:
