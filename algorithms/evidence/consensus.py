@@ -24,9 +24,9 @@ _SUBSET = 64
 _KEPT = 32
 """and this number of models is scored on all items."""
 _SOON = 2.0
-"""A limit on work: the best model of samples is improved by this number of steps with twice the threshold,"""
+"""A limit on work: the number of steps with another threshold,"""
 _STEPS = 50.0
-"""and by this number of steps to a minimum."""
+"""and of those to a minimum."""
 _ROUNDS = 4
 """A limit on work: how often a minimum is left in search of a lower one."""
 N_WRONG = 5000
@@ -178,7 +178,7 @@ def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> t
     lead away from one and back to others.
     """
     for _ in range(_ROUNDS):
-        away = np.concatenate([problem.descend(model[None], limit, _STEPS) for limit in (threshold / 2, 2 * threshold)])
+        away = np.concatenate([problem.descend(model[None], limit, _SOON) for limit in (threshold / 2, 2 * threshold)])
         found = problem.descend(away, threshold, _STEPS)
         costs = _costs_of_few(problem, found, threshold)
         k = int(costs.argmin())
@@ -238,14 +238,17 @@ def without_repeats(first: Reals, second: Reals, threshold: float) -> NDArray[np
     one, two = first.reshape(n, -1), second.reshape(n, -1)
     width, after = one.shape[1], one.shape[1] + two.shape[1]
     numbers = samples.cell_numbers(one, two, 4 * threshold, _FACTORS[:width], _FACTORS[width:after])
+    cells = np.ascontiguousarray(numbers.T)
+    in_order = np.sort(cells, axis=1)
+    repeats = np.logical_or.reduce(in_order[:, 1:] == in_order[:, :-1], axis=1)
     left = np.arange(n)
-    for cells in np.ascontiguousarray(numbers.T):
-        both = cells.take(left)
-        order = both.argsort()
-        in_order = both.take(order)
-        is_first = np.append(True, in_order[1:] != in_order[:-1])
-        if not is_first.all():
-            left = left.take(order.compress(is_first))
+    for row in cells.compress(repeats, axis=0):
+        own = row.take(left)
+        order = own.argsort()
+        own = own.take(order)
+        is_first = np.ones(len(own), np.bool_)
+        np.not_equal(own[1:], own[:-1], out=is_first[1:])
+        left = left.take(order.compress(is_first))
     kept = np.zeros(n, np.bool_)
     kept[left] = True
     return kept

@@ -157,9 +157,6 @@ def hidden_by_a_line(
 def _off_a_line(points: Reals, inliers: Indices, distance: float, rng: np.random.Generator) -> Indices:
     """Return which points are off the line through two inliers near which most inliers are."""
     good = points.compress(inliers, axis=0)
-    a, b = good[rng.integers(0, len(good), (2, _LINES))]
-    # Lines as functions: the distance, times that of the two points.
-    u, v = a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]
-    lines, limits = np.stack([u, v, -u * a[:, 0] - v * a[:, 1]], -1), distance * np.hypot(u, v)
-    most = np.argmax(robust_views.count_near_line(lines, good, limits))
-    return np.asarray(np.abs(points @ lines[most, :2] + lines[most, 2]) >= limits[most])
+    ends = good.take(rng.integers(0, len(good), (_LINES, 2)), axis=0)
+    most = np.asarray(robust_views.count_near_line(ends, good, distance)).argmax()
+    return np.asarray(robust_views.off_line(ends[most], points, distance)) > 0

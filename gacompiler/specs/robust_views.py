@@ -502,10 +502,25 @@ def extents_of_pixels(points):
     return thin, long
 
 
-@kernel(line=array(SCALAR, 3), points=PIXELS, limit=SCALAR, returns=SCALAR)
-def count_near_line(line, points, limit):
-    """Count the points at which the function ``a x + b y + c`` of a line is less than a limit in size."""
-    return total(lambda p: select(absolute(line[0] * p[0] + line[1] * p[1] + line[2]) < limit, 1, 0), points)
+def _line(ends, distance):
+    """Return the function ``a x + b y + c`` of the line through two points, and the size that it has at a distance."""
+    (x, y), (u, v) = ends
+    a, b = y - v, u - x
+    return (a, b, -a * x - b * y), distance * sqrt(a * a + b * b)
+
+
+@kernel(ends=array(SCALAR, 2, 2), points=PIXELS, distance=SCALAR, returns=SCALAR)
+def count_near_line(ends, points, distance):
+    """Count the points that are nearer to the line through two points than a distance."""
+    line, limit = _line(ends, distance)
+    return total(lambda p: select(absolute(dot(line, (*p, 1))) < limit, 1, 0), points)
+
+
+@kernel(ends=array(SCALAR, 2, 2), points=OWN_PIXELS, distance=SCALAR, returns=NUMBERS)
+def off_line(ends, points, distance):
+    """Determine which points are not nearer to the line through two points than a distance: 1, else 0."""
+    line, limit = _line(ends, distance)
+    return each(lambda p: select(absolute(dot(line, (*p, 1))) < limit, 0, 1), points)
 
 
 @kernel(

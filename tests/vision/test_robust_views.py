@@ -208,10 +208,13 @@ def test_squares_of_pairs() -> None:
 
 def test_points_near_lines_and_extents() -> None:
     rng = np.random.default_rng(6)
-    points, lines, limits = rng.normal(size=(30, 2)) * [3, 1] + 50, rng.normal(size=(5, 3)), rng.uniform(0, 80, 5)
-    near = np.abs(lines[:, :2] @ points.T + lines[:, 2:]) < limits[:, None]
-    assert (robust_views.count_near_line(lines, points, limits) == near.sum(1)).all() and 0 < near.mean() < 1
-    assert robust_views.count_near_line(np.zeros(3), points, 0.0) == 0
+    points, ends = rng.normal(size=(30, 2)) * [3, 1] + 50, rng.normal(size=(5, 2, 2)) + 50
+    along = ends[:, 1] - ends[:, 0]
+    normals = np.stack([-along[:, 1], along[:, 0]], 1) / np.linalg.norm(along, axis=1)[:, None]
+    near = np.abs(np.einsum("mi,mni->mn", normals, points - ends[:, :1])) < 1.5
+    assert (robust_views.count_near_line(ends, points, 1.5) == near.sum(1)).all() and 0 < near.mean() < 1
+    assert (robust_views.off_line(ends[2], points, 1.5) == ~near[2]).all()
+    assert robust_views.count_near_line(ends[[0, 0], 0], points, 1.5) == 0
     values = np.linalg.svd(points - points.mean(0), compute_uv=False)
     assert robust_views.extents_of_pixels(points) == pytest.approx(values[::-1] ** 2, rel=1e-12)
 
