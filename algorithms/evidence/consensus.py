@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import log, log1p
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -103,12 +104,14 @@ def consensus(
     """
     rng = np.random.default_rng(seed)
     n, size = len(problem.first), problem.freedom.sample_size
-    best, lowest, least, is_polished = None, np.inf, np.inf, False
+    best, inliers, lowest, least, is_polished = None, np.zeros(n, np.bool_), np.inf, np.inf, False
     drawn, wanted, batch = 0, np.inf, max_samples if at_once else min(_BATCH * size, max_samples)
     while True:
         if best is not None and drawn >= wanted and not is_polished:
-            best, lowest = polished(problem, *_among_inliers(problem, best, lowest, threshold, rng), threshold)
-            wanted, is_polished = _samples_for(problem, best, threshold, confidence), True
+            found = _among_inliers(problem, best, lowest, inliers, threshold, rng)
+            best, lowest = polished(problem, *found, threshold)
+            inliers, is_polished = _distances(problem, best) <= threshold, True
+            wanted = _samples_for(inliers, size, confidence)
         if drawn >= min(wanted, max_samples):
             break
         model, cost = _best_of(problem, random_subsets(rng, n, size, batch), threshold, rng)
@@ -121,17 +124,17 @@ def consensus(
         model, cost = _followed(problem, model, cost, threshold)
         if cost < lowest:
             best, lowest, is_polished = model, cost, False
-            wanted = _samples_for(problem, best, threshold, confidence)
+            inliers = _distances(problem, best) <= threshold
+            wanted = _samples_for(inliers, size, confidence)
     if best is None:
         return Consensus(None, drawn, reached=False)
-    return Consensus(Hypothesis(lowest, best, _distances(problem, best) <= threshold), drawn, bool(drawn >= wanted))
+    return Consensus(Hypothesis(lowest, best, inliers), drawn, drawn >= wanted)
 
 
-def _samples_for(problem: Problem, model: Reals, threshold: float, confidence: float) -> float:
-    """Return the number of samples of which one has inliers of a model only, with a confidence."""
-    inliers = _distances(problem, model) <= threshold
+def _samples_for(inliers: Indices, size: int, confidence: float) -> float:
+    """Return the number of samples of a size of which one has inliers only, with a confidence."""
     share = np.count_nonzero(inliers) / len(inliers)
-    return float(np.log(1 - confidence) / min(np.log1p(-min(share**problem.freedom.sample_size, 1 - 1e-12)), -1e-300))
+    return log(1 - confidence) / min(log1p(-min(share**size, 1 - 1e-12)), -1e-300)
 
 
 def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.Generator) -> tuple[Reals | None, float]:
@@ -145,15 +148,15 @@ def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.G
 
 
 def _among_inliers(
-    problem: Problem, model: Reals, cost: float, threshold: float, rng: np.random.Generator
+    problem: Problem, model: Reals, cost: float, inliers: Indices, threshold: float, rng: np.random.Generator
 ) -> tuple[Reals, float]:
     """Return the minimum to which samples of inliers lead, if it is lower than that of a model.
 
     A first batch of them almost always includes a better one.
     """
-    inliers, size = np.flatnonzero(_distances(problem, model) <= threshold), problem.freedom.sample_size
-    if len(inliers) > size:
-        sets = inliers.take(random_subsets(rng, len(inliers), size, _BATCH * size))
+    which, size = np.flatnonzero(inliers), problem.freedom.sample_size
+    if len(which) > size:
+        sets = which.take(random_subsets(rng, len(which), size, _BATCH * size))
         found, lower = _best_of(problem, sets, threshold, rng)
         if found is not None:
             found, lower = _followed(problem, found, lower, threshold)

@@ -408,16 +408,21 @@ def _plane_of(first, second):
     return entries[:3], entries[3:6], entries[6:]
 
 
-@kernel(first=OWN_PIXELS, second=OWN_PIXELS, returns=array(SCALAR, 9, 9))
-def plane_products(first, second):
-    """Sum the products of the coefficients of the equations of a homography between normalised pixels."""
+def _least_and_largest(sums, entries, inverse):
+    """Return the least, the second least and the largest eigenvalue of the sums of products of equations."""
+    vectors = entries, dominant(inverse, 9), dominant(sums, 9)
+    return [maximum(quotient(sums, vector), 0) for vector in vectors]
+
+
+@kernel(first=OWN_PIXELS, second=OWN_PIXELS, returns=array(SCALAR, 3))
+def squares_of_plane(first, second):
+    """Compute squared singular values of the equations of a homography between normalised pixels.
+
+    These are the least, the second least and the largest one, to 1e-14 of the largest.
+    """
     (one, _), (two, _) = normalized(first, 2), normalized(second, 2)
-
-    def products(x, y):
-        rows = homography_equations(x, y)
-        return tuple(dot(a, b) for a, b in combinations_with_replacement(transposed(rows), 2))
-
-    return tuple(map(tuple, square(total(products, one, two), 9)))
+    entries, sums, inverse = solution(homography_equations, one, two)
+    return tuple(_least_and_largest(sums, entries, inverse))
 
 
 @kernel(first=OWN_PIXELS, second=OWN_PIXELS, used=NUMBERS, returns=OWN_PIXELS)
@@ -566,8 +571,7 @@ def are_degenerate(matrix, first, second, off, known, by_size, by_rest, line, pl
     on_plane = left <= maximum(plane * variance, ROUNDING * square * (2 * count - 8))
     (one, _), (two, _) = normalized(first, 2), normalized(second, 2)
     entries, sums, inverse = solution(lambda x, y: [epipolar_equation(x, y)], one, two)
-    least, largest = (maximum(quotient(sums, v), 0) for v in (entries, dominant(sums, 9)))
-    second_least = maximum(quotient(sums, dominant(inverse, 9)), 0)
+    least, second_least, largest = _least_and_largest(sums, entries, inverse)
     several = select(second_least <= OPEN * largest, 1, second_least <= ratio * ratio * least)
     several = select(count < 8, 0, several)
     return maximum(maximum(on_line, flat), maximum(on_plane, several))
