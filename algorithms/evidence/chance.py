@@ -59,13 +59,13 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
     return _is_by_chance(distances, share_of(wrong, freedom.codimension), threshold, freedom)
 
 
-def surely_not_by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom) -> bool:
-    """Return whether already a few `wrong` pairs show that chance does not explain `distances`, as `by_chance` would.
+def surely_not_by_chance(n: int, count: int, wrong: Reals, threshold: float, freedom: Freedom) -> bool:
+    """Return whether a few `wrong` pairs suffice to show that chance does not explain `count` of n points.
 
     It bounds the share of wrong pairs within the threshold by an upper confidence limit (Clopper and Pearson).
     """
     share = float(scipy.special.bdtri(np.count_nonzero(wrong <= threshold), len(wrong), _MISSED))
-    return _are_far_from_chance(len(distances), int(np.count_nonzero(distances <= threshold)), share, freedom)
+    return _are_far_from_chance(n, count, share, freedom)
 
 
 def share_of(wrong: Reals, codimension: int) -> Callable[[float], float]:

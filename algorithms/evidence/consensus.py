@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import log, log1p
+from math import log, log1p, prod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -197,20 +197,19 @@ def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: n
     once = distances > threshold
     inliers = np.flatnonzero(~once)
     firsts, seconds = problem.first.take(inliers, axis=0), problem.second.take(inliers, axis=0)
-    once[inliers] = without_repeats(firsts, seconds, threshold)
+    cells = _cells(firsts, seconds, threshold)
     order = rng.permutation(len(distances))
+    next_ones = np.concatenate([order[1:], order[:1]])
+    few = problem.distances(model[None], problem.first.take(order, axis=0), problem.second.take(next_ones, axis=0))[0]
+    most = int(np.count_nonzero(_repeat_in_order(cells)))
+    if surely_not_by_chance(len(order) - most, len(inliers) - most, few, threshold, problem.freedom):
+        return False
+    once[inliers] = _without_repeats(cells)
     order = order.compress(once.take(order))
     if len(order) <= problem.freedom.sample_size:
         return True
-    own, firsts, seconds = (
-        distances.compress(once),
-        problem.first.take(order, axis=0),
-        problem.second.take(order, axis=0),
-    )
-    few = problem.distances(model[None], *unrelated(firsts, seconds, 1))[0]
-    if surely_not_by_chance(own, few, threshold, problem.freedom):
-        return False
-    return by_chance(own, problem.distances(model[None], *unrelated(firsts, seconds))[0], threshold, problem.freedom)
+    wrong = unrelated(problem.first.take(order, axis=0), problem.second.take(order, axis=0))
+    return by_chance(distances.compress(once), problem.distances(model[None], *wrong)[0], threshold, problem.freedom)
 
 
 def near_by_chance(problem: Problem, model: Reals, threshold: float) -> bool:
@@ -222,10 +221,10 @@ def near_by_chance(problem: Problem, model: Reals, threshold: float) -> bool:
     return tail_by_chance(_distances(problem, model), threshold, problem.freedom)
 
 
-def unrelated(first: Reals, second: Reals, at_least: int = N_WRONG) -> tuple[Reals, Reals]:
-    """Return pairs of items with the partners of others: `at_least` so many, if there are, and fewer than n more."""
+def unrelated(first: Reals, second: Reals) -> tuple[Reals, Reals]:
+    """Return about `N_WRONG` pairs of items with the partners of others."""
     n = len(first)
-    shifts, twice = range(1, min(n - 1, -(-at_least // n)) + 1), np.concatenate([second, second])
+    shifts, twice = range(1, min(n - 1, -(-N_WRONG // n)) + 1), np.concatenate([second, second])
     return np.concatenate([first] * len(shifts)), np.concatenate([twice[n - k : 2 * n - k] for k in shifts])
 
 
@@ -235,24 +234,34 @@ def without_repeats(first: Reals, second: Reals, threshold: float) -> NDArray[np
     Images of one thing differ by up to twice the threshold, and are therefore in one cell of twice that size, or of
     those shifted by a half. On the first side, which may have another unit, cells are in relation to the extent.
     """
-    n = len(first)
-    if not n:
-        return np.zeros(0, np.bool_)
-    one, two = first.reshape(n, -1), second.reshape(n, -1)
-    width, after = one.shape[1], one.shape[1] + two.shape[1]
-    numbers = samples.cell_numbers(one, two, 4 * threshold, _FACTORS[:width], _FACTORS[width:after])
-    cells = np.ascontiguousarray(numbers.T)
+    return _without_repeats(_cells(first, second, threshold))
+
+
+def _cells(first: Reals, second: Reals, threshold: float) -> Reals:
+    """Return numbers (4, n) of the cells of items, without a shift and with one on either or both sides."""
+    width, height = prod(first.shape[1:]), prod(second.shape[1:])
+    one, two = first.reshape(len(first), width), second.reshape(len(second), height)
+    numbers = samples.cell_numbers(one, two, 4 * threshold, _FACTORS[:width], _FACTORS[width:][:height])
+    return np.ascontiguousarray(np.asarray(numbers).T)
+
+
+def _repeat_in_order(cells: Reals) -> NDArray[np.bool_]:
+    """Return which of the cells (4, n) in order, but for the last ones, are those of another item."""
     in_order = np.sort(cells, axis=1)
-    repeats = np.logical_or.reduce(in_order[:, 1:] == in_order[:, :-1], axis=1)
-    left = np.arange(n)
-    for row in cells.compress(repeats, axis=0):
+    return np.asarray(in_order[:, 1:] == in_order[:, :-1])
+
+
+def _without_repeats(cells: Reals) -> NDArray[np.bool_]:
+    """Return `without_repeats` (n,) for cells (4, n)."""
+    left = np.arange(cells.shape[1])
+    for row in cells.compress(_repeat_in_order(cells).any(1), axis=0):
         own = row.take(left)
         order = own.argsort()
         own = own.take(order)
         is_first = np.ones(len(own), np.bool_)
         np.not_equal(own[1:], own[:-1], out=is_first[1:])
         left = left.take(order.compress(is_first))
-    kept = np.zeros(n, np.bool_)
+    kept = np.zeros(cells.shape[1], np.bool_)
     kept[left] = True
     return kept
 

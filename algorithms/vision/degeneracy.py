@@ -114,7 +114,7 @@ def displaced_by_chance(problem: Problem, model: Reals, expected: Reals, thresho
     their `expected` places, and from the places of the points in the first image.
     """
     distances = without_nan(problem.distances(model[None], problem.first, problem.second)[0])
-    n = len(distances)
+    n, count = len(distances), int(np.count_nonzero(distances <= threshold))
 
     def wrong(place: Reals, length: Reals, repeats: int) -> Reals:
         partners = place + length[:, None] * _directions(repeats * n).reshape(repeats, n, 2)
@@ -124,7 +124,7 @@ def displaced_by_chance(problem: Problem, model: Reals, expected: Reals, thresho
     for place in (expected, problem.first):
         off = problem.second - place
         length = np.sqrt(np.einsum("ni,ni->n", off, off))
-        if surely_not_by_chance(distances, wrong(place, length, 1), threshold, freedom):
+        if surely_not_by_chance(n, count, wrong(place, length, 1), threshold, freedom):
             continue
         if by_chance(distances, wrong(place, length, -(-N_WRONG // (2 * n))), threshold, freedom):
             return True

@@ -154,7 +154,6 @@ def test_few_wrong_pairs_bound_their_share() -> None:
     of false alarms, 2 * 20 * 2 times Chernoff's bound for 5 of 19, decides.
     """
     free = Freedom(sample_size=1, parameters=1, codimension=1, solutions=1, false_alarms=1.0)
-    distances = np.where(np.arange(20) < 6, 0.5, 9.0)
 
     def bound(n: int) -> float:
         p = 1 - 1e-6 ** (1 / n)
@@ -162,8 +161,8 @@ def test_few_wrong_pairs_bound_their_share() -> None:
 
     least = next(n for n in range(60, 1000) if bound(n) <= 1)
     for n in (least - 1, least):
-        assert surely_not_by_chance(distances, np.full(n, 2.0), 1.0, free) == (n == least)
-    assert not surely_not_by_chance(distances, np.full(least, 0.5), 1.0, free)
+        assert surely_not_by_chance(20, 6, np.full(n, 2.0), 1.0, free) == (n == least)
+    assert not surely_not_by_chance(20, 6, np.full(least, 0.5), 1.0, free)
 
 
 def test_subsets_are_equally_likely() -> None:
