@@ -22,7 +22,7 @@ _BATCH, _LARGEST = 16, 256
 twice as large as the one before."""
 _SUBSET = 64
 """A limit on work: if there are many items, models are first scored on this number of them,"""
-_KEPT = 32
+_KEPT = 16
 """and this number of models is scored on all items."""
 _SOON = 2.0
 """A limit on work: the number of steps with another threshold,"""
