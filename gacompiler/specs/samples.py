@@ -63,6 +63,7 @@ def cell_numbers(first, second, width, first_factors, second_factors):
     width
         The width of a cell on the second side; on the first, it is in relation to the extents of the items.
     first_factors, second_factors
+        Factors of which no whole multiples cancel.
     """
     here, there = _extent(first), _extent(second)
     ratio = select(minimum(here, there) > 0, here / select(there > 0, there, 1), 1)
