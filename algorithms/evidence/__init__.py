@@ -1,7 +1,15 @@
 """One theory of evidence for all estimators: noise, chance, consensus, ambiguity, observability, gates and statuses."""
 
 from .ambiguity import differ, largest_likely, likely, likely_bounds
-from .chance import Freedom, by_chance, least_by_chance, log_choices, log_false_alarms, share_of
+from .chance import (
+    Freedom,
+    by_chance,
+    least_by_chance,
+    log_choices,
+    log_false_alarms,
+    share_of,
+    surely_not_by_chance,
+)
 from .consensus import (
     Consensus,
     Hypothesis,
@@ -57,6 +65,7 @@ __all__ = [
     "rank",
     "share_of",
     "spectrum",
+    "surely_not_by_chance",
     "undetermined",
     "unrelated",
 ]

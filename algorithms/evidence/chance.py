@@ -21,6 +21,8 @@ _LEVELS = 24
 _NEAREST = 16
 """From a probability, whose relative error is then a quarter: fractions of wrong pairs at small distances are
 extrapolated from this number of nearest ones."""
+_MISSED = 1e-6
+"""From a probability: that a few wrong pairs agree less often than their share would let expect."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,15 +59,39 @@ def by_chance(distances: Reals, wrong: Reals, threshold: float, freedom: Freedom
     return _is_by_chance(distances, share_of(wrong, freedom.codimension), threshold, freedom)
 
 
+def surely_not_by_chance(n: int, count: int, wrong: Reals, threshold: float, freedom: Freedom) -> bool:
+    """Return whether a few `wrong` pairs suffice to show that chance does not explain `count` of n points.
+
+    It bounds the share of wrong pairs within the threshold by an upper confidence limit (Clopper and Pearson).
+    """
+    share = float(scipy.special.bdtri(np.count_nonzero(wrong <= threshold), len(wrong), _MISSED))
+    return _are_far_from_chance(n, count, share, freedom)
+
+
 def share_of(wrong: Reals, codimension: int) -> Callable[[float], float]:
     """Return the function from a limit to the share of the distances of some wrong pairs within it.
 
     Below the nearest ones, it is extrapolated, for distances with a `codimension`.
     """
+    n, base = len(wrong), None
+
+    def share(limit: float) -> float:
+        nonlocal base
+        within = np.count_nonzero(wrong <= limit)
+        if within >= _NEAREST:
+            return within / n
+        if base is None:
+            base = _nearest_limit(wrong)
+        return _expected(wrong, base, limit, codimension) / n
+
+    return share
+
+
+def _nearest_limit(wrong: Reals) -> float:
+    """Return the largest distance of the nearest wrong pairs, by which fractions are extrapolated."""
     finite = wrong[np.isfinite(wrong)]
     rank = _nearest(len(finite)) - 1
-    base = float(np.partition(finite, rank)[rank]) if len(finite) else np.inf
-    return lambda limit: _expected(finite, base, limit, codimension) / len(wrong)
+    return float(np.partition(finite, rank)[rank]) if len(finite) else np.inf
 
 
 def tail_by_chance(distances: Reals, threshold: float, freedom: Freedom) -> bool:

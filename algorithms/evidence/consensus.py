@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import log, log1p, prod
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from generated import samples
+
 from ..arguments import Reals, finite_number
 from ..precision import NEGLIGIBLE
-from .chance import Freedom, by_chance, tail_by_chance
+from .chance import Freedom, by_chance, surely_not_by_chance, tail_by_chance
 from .sampling import Seed, random_subsets
 
 _BATCH, _LARGEST = 16, 256
@@ -19,21 +22,17 @@ _BATCH, _LARGEST = 16, 256
 twice as large as the one before."""
 _SUBSET = 64
 """A limit on work: if there are many items, models are first scored on this number of them,"""
-_KEPT = 32
+_KEPT = 16
 """and this number of models is scored on all items."""
-_REFINED = 2
-"""A limit on work: the best models of samples, of which each is improved"""
-_SOON = 3.0
-"""by this number of steps, so that the best one of them is followed to a minimum,"""
+_SOON = 2.0
+"""A limit on work: the number of steps with another threshold,"""
 _STEPS = 50.0
-"""in this number of steps."""
-_INNER = 32
-"""A limit on work: samples of the inliers of the best model, which almost always include a better one."""
+"""and of those to a minimum."""
 _ROUNDS = 4
 """A limit on work: how often a minimum is left in search of a lower one."""
 N_WRONG = 5000
 """A limit on work: number of wrong pairs by which the distances of unrelated items are estimated."""
-_KEYS = np.random.default_rng(0).normal(size=64)
+_FACTORS = np.random.default_rng(0).normal(size=128)
 """From floating point: of whole numbers times these, two sets rarely have the same sum."""
 
 Indices = NDArray[Any]
@@ -105,72 +104,74 @@ def consensus(
     """
     rng = np.random.default_rng(seed)
     n, size = len(problem.first), problem.freedom.sample_size
-    best, lowest, least, is_polished = None, np.inf, np.inf, False
+    best, inliers, lowest, least, is_polished = None, np.zeros(n, np.bool_), np.inf, np.inf, False
     drawn, wanted, batch = 0, np.inf, max_samples if at_once else min(_BATCH * size, max_samples)
     while True:
         if best is not None and drawn >= wanted and not is_polished:
-            best, lowest = polished(problem, *_among_inliers(problem, best, lowest, threshold, rng), threshold)
-            wanted, is_polished = _samples_for(problem, best, threshold, confidence), True
+            found = _among_inliers(problem, best, lowest, inliers, threshold, rng)
+            best, lowest = polished(problem, *found, threshold)
+            inliers, is_polished = _distances(problem, best) <= threshold, True
+            wanted = _samples_for(inliers, size, confidence)
         if drawn >= min(wanted, max_samples):
             break
-        models, costs = _best_of(problem, random_subsets(rng, n, size, batch), threshold, rng)
+        model, cost = _best_of(problem, random_subsets(rng, n, size, batch), threshold, rng)
         drawn += batch
         batch = min(2 * batch, _LARGEST, max_samples - drawn)
-        if not len(models) or costs[0] >= least:
+        if model is None or cost >= least:
             continue
         # Refine each new best sample. If compared with refined models, few would be, and maybe not the right one.
-        least = costs[0]
-        model, cost = _followed(problem, models, costs, threshold)
+        least = cost
+        model, cost = _followed(problem, model, cost, threshold)
         if cost < lowest:
             best, lowest, is_polished = model, cost, False
-            wanted = _samples_for(problem, best, threshold, confidence)
+            inliers = _distances(problem, best) <= threshold
+            wanted = _samples_for(inliers, size, confidence)
     if best is None:
         return Consensus(None, drawn, reached=False)
-    return Consensus(Hypothesis(lowest, best, _distances(problem, best) <= threshold), drawn, bool(drawn >= wanted))
+    return Consensus(Hypothesis(lowest, best, inliers), drawn, drawn >= wanted)
 
 
-def _samples_for(problem: Problem, model: Reals, threshold: float, confidence: float) -> float:
-    """Return the number of samples of which one has inliers of a model only, with a confidence."""
-    inliers = _distances(problem, model) <= threshold
+def _samples_for(inliers: Indices, size: int, confidence: float) -> float:
+    """Return the number of samples of a size of which one has inliers only, with a confidence."""
     share = np.count_nonzero(inliers) / len(inliers)
-    return float(np.log(1 - confidence) / min(np.log1p(-min(share**problem.freedom.sample_size, 1 - 1e-12)), -1e-300))
+    return log(1 - confidence) / min(log1p(-min(share**size, 1 - 1e-12)), -1e-300)
 
 
-def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.Generator) -> tuple[Reals, Reals]:
-    """Return the best models of some samples, the best one first, and their costs."""
-    models = problem.solve(sets)
-    models = _promising(problem, models.compress(_are_finite(models), axis=0), threshold, rng)
-    costs = _costs(problem, models, threshold) if len(models) else np.zeros(0)
-    order = np.argsort(costs, kind="stable")[:_REFINED]
-    return models.take(order, axis=0), costs.take(order)
+def _best_of(problem: Problem, sets: Indices, threshold: float, rng: np.random.Generator) -> tuple[Reals | None, float]:
+    """Return the best model of some samples, or None, and its cost."""
+    models = _promising(problem, problem.solve(sets), threshold, rng)
+    if not len(models):
+        return None, np.inf
+    costs = _costs(problem, models, threshold)
+    k = int(costs.argmin())
+    return (models[k], float(costs[k])) if np.isfinite(models[k]).all() else (None, np.inf)
 
 
 def _among_inliers(
-    problem: Problem, model: Reals, cost: float, threshold: float, rng: np.random.Generator
+    problem: Problem, model: Reals, cost: float, inliers: Indices, threshold: float, rng: np.random.Generator
 ) -> tuple[Reals, float]:
-    """Return the minimum to which samples of inliers lead, if it is lower than that of a model."""
-    inliers = np.flatnonzero(_distances(problem, model) <= threshold)
-    if len(inliers) > problem.freedom.sample_size:
-        sets = inliers.take(random_subsets(rng, len(inliers), problem.freedom.sample_size, _INNER))
-        models, costs = _best_of(problem, sets, threshold, rng)
-        if len(models):
-            found, lower = _followed(problem, models, costs, threshold)
+    """Return the minimum to which samples of inliers lead, if it is lower than that of a model.
+
+    A first batch of them almost always includes a better one.
+    """
+    which, size = np.flatnonzero(inliers), problem.freedom.sample_size
+    if len(which) > size:
+        sets = which.take(random_subsets(rng, len(which), size, _BATCH * size))
+        found, lower = _best_of(problem, sets, threshold, rng)
+        if found is not None:
+            found, lower = _followed(problem, found, lower, threshold)
             return (found, lower) if lower < cost else (model, cost)
     return model, cost
 
 
-def _followed(problem: Problem, models: Reals, costs: Reals, threshold: float) -> tuple[Reals, float]:
-    """Return the minimum near the best of some models, and its cost.
+def _followed(problem: Problem, model: Reals, cost: float, threshold: float) -> tuple[Reals, float]:
+    """Return the minimum near a model, if it is lower, and its cost.
 
     Twice the threshold helps from farther away; then follows the threshold.
     """
-    new = problem.descend(models, 2 * threshold, _SOON)
-    lower = _finite_costs(problem, new, threshold)
-    k = int(np.minimum(costs, lower).argmin())
-    model, cost = (new[k], lower[k]) if lower[k] < costs[k] else (models[k], costs[k])
-    new = problem.descend(model[None], threshold, _STEPS)
-    lower = _finite_costs(problem, new, threshold)
-    return (new[0], float(lower[0])) if lower[0] < cost else (model, float(cost))
+    found = problem.descend(problem.descend(model[None], 2 * threshold, _SOON), threshold, _STEPS)
+    lower = float(_costs_of_few(problem, found, threshold)[0])
+    return (found[0], lower) if lower < cost else (model, cost)
 
 
 def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> tuple[Reals, float]:
@@ -180,9 +181,9 @@ def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> t
     lead away from one and back to others.
     """
     for _ in range(_ROUNDS):
-        away = np.concatenate([problem.descend(model[None], limit, _STEPS) for limit in (threshold / 2, 2 * threshold)])
+        away = np.concatenate([problem.descend(model[None], limit, _SOON) for limit in (threshold / 2, 2 * threshold)])
         found = problem.descend(away, threshold, _STEPS)
-        costs = _finite_costs(problem, found, threshold)
+        costs = _costs_of_few(problem, found, threshold)
         k = int(costs.argmin())
         if costs[k] >= cost * (1 - NEGLIGIBLE):
             break
@@ -196,14 +197,19 @@ def explained_by_chance(problem: Problem, model: Reals, threshold: float, rng: n
     once = distances > threshold
     inliers = np.flatnonzero(~once)
     firsts, seconds = problem.first.take(inliers, axis=0), problem.second.take(inliers, axis=0)
-    once[inliers] = without_repeats(firsts, seconds, threshold)
+    cells = _cells(firsts, seconds, threshold)
     order = rng.permutation(len(distances))
+    next_ones = np.concatenate([order[1:], order[:1]])
+    few = problem.distances(model[None], problem.first.take(order, axis=0), problem.second.take(next_ones, axis=0))[0]
+    most = int(np.count_nonzero(_repeat_in_order(cells)))
+    if surely_not_by_chance(len(order) - most, len(inliers) - most, few, threshold, problem.freedom):
+        return False
+    once[inliers] = _without_repeats(cells)
     order = order.compress(once.take(order))
     if len(order) <= problem.freedom.sample_size:
         return True
     wrong = unrelated(problem.first.take(order, axis=0), problem.second.take(order, axis=0))
-    far = problem.distances(model[None], *wrong)[0]
-    return by_chance(distances.compress(once), far, threshold, problem.freedom)
+    return by_chance(distances.compress(once), problem.distances(model[None], *wrong)[0], threshold, problem.freedom)
 
 
 def near_by_chance(problem: Problem, model: Reals, threshold: float) -> bool:
@@ -228,22 +234,34 @@ def without_repeats(first: Reals, second: Reals, threshold: float) -> NDArray[np
     Images of one thing differ by up to twice the threshold, and are therefore in one cell of twice that size, or of
     those shifted by a half. On the first side, which may have another unit, cells are in relation to the extent.
     """
-    n = len(first)
-    if not n:
-        return np.zeros(0, np.bool_)
-    # Rows of coordinates, because numpy is slow along short axes.
-    sides = [np.ascontiguousarray(side.reshape(n, -1).T) for side in (first, second)]
-    extents = [float(np.ptp(side, axis=1).max()) for side in sides]
-    ratio = extents[0] / extents[1] if min(extents) > 0 else 1.0
-    cells = sides[0] / (4 * threshold * ratio), sides[1] / (4 * threshold)
-    keys = [[_KEYS[: len(cell)] @ np.floor(cell + shift) for shift in (0.0, 0.5)] for cell in cells]
-    left = np.arange(n)
-    for one, two in ((0, 0), (1, 1), (0, 1), (1, 0)):
-        both = keys[0][one].take(left) - np.pi * keys[1][two].take(left)
-        order = both.argsort()
-        in_order = both.take(order)
-        left = left.take(order.compress(np.append(True, in_order[1:] != in_order[:-1])))
-    kept = np.zeros(n, np.bool_)
+    return _without_repeats(_cells(first, second, threshold))
+
+
+def _cells(first: Reals, second: Reals, threshold: float) -> Reals:
+    """Return numbers (4, n) of the cells of items, without a shift and with one on either or both sides."""
+    width, height = prod(first.shape[1:]), prod(second.shape[1:])
+    one, two = first.reshape(len(first), width), second.reshape(len(second), height)
+    numbers = samples.cell_numbers(one, two, 4 * threshold, _FACTORS[:width], _FACTORS[width:][:height])
+    return np.ascontiguousarray(np.asarray(numbers).T)
+
+
+def _repeat_in_order(cells: Reals) -> NDArray[np.bool_]:
+    """Return which of the cells (4, n) in order, but for the last ones, are those of another item."""
+    in_order = np.sort(cells, axis=1)
+    return np.asarray(in_order[:, 1:] == in_order[:, :-1])
+
+
+def _without_repeats(cells: Reals) -> NDArray[np.bool_]:
+    """Return `without_repeats` (n,) for cells (4, n)."""
+    left = np.arange(cells.shape[1])
+    for row in cells.compress(_repeat_in_order(cells).any(1), axis=0):
+        own = row.take(left)
+        order = own.argsort()
+        own = own.take(order)
+        is_first = np.ones(len(own), np.bool_)
+        np.not_equal(own[1:], own[:-1], out=is_first[1:])
+        left = left.take(order.compress(is_first))
+    kept = np.zeros(cells.shape[1], np.bool_)
     kept[left] = True
     return kept
 
@@ -253,19 +271,15 @@ def _costs(problem: Problem, models: Reals, threshold: float) -> Reals:
     return without_nan(problem.costs(models, problem.first, problem.second, threshold))
 
 
-def _finite_costs(problem: Problem, models: Reals, threshold: float) -> Reals:
-    """Return the sums (m,) of truncated squared distances, or infinity for models that are not finite."""
-    return np.where(_are_finite(models), _costs(problem, models, threshold), np.inf)
+def _costs_of_few(problem: Problem, models: Reals, threshold: float) -> Reals:
+    """Return `_costs` by distances, which takes less time for few models. All items are far from what is not finite."""
+    distances = np.fmin(problem.distances(models, problem.first, problem.second), threshold)
+    return np.asarray(np.einsum("mn,mn->m", distances, distances))
 
 
 def _distances(problem: Problem, model: Reals) -> Reals:
     """Return the distances (n,) of all items."""
     return without_nan(problem.distances(model[None], problem.first, problem.second)[0])
-
-
-def _are_finite(models: Reals) -> Reals:
-    """Return whether models (m, ...) are finite, as (m,)."""
-    return np.asarray(np.isfinite(np.add.reduce(models, axis=tuple(range(1, models.ndim)))))
 
 
 def without_nan(numbers: Reals) -> Reals:

@@ -8,6 +8,11 @@ from math import comb
 import numpy as np
 from numpy.typing import NDArray
 
+from generated import samples
+
+_LARGEST = 8
+"""The number of different numbers that `samples.different` computes."""
+
 Seed = int | np.random.Generator
 """The seed of random numbers, or a generator that goes on; to make one takes as long as many a test."""
 
@@ -28,15 +33,10 @@ def random_subsets(rng: np.random.Generator, n_items: int, size: int, count: int
     """
     if size > n_items:
         raise ValueError(f"size: {size}; expected at most the number of items, {n_items}")
-    if n_items < size * size:
+    if size > _LARGEST:
         return rng.permuted(np.tile(np.arange(n_items), (count, 1)), axis=1)[:, :size]
-    sets = np.empty((0, size), np.intp)
-    while len(sets) < count:
-        # Fewer than size^2 / 2n of the sets have an item twice and are left out: twice as many more are drawn.
-        drawn = rng.integers(0, n_items, (count + count * size * size // n_items + size, size))
-        in_order = np.sort(drawn, axis=1)
-        sets = np.concatenate([sets, drawn[(in_order[:, 1:] != in_order[:, :-1]).all(1)]])
-    return sets[:count]
+    numbers = np.asarray(samples.different(rng.random((count, _LARGEST)), n_items))
+    return numbers[:, :size].astype(np.intp)
 
 
 def all_or_some_sets(n_items: int, size: int, most: int) -> NDArray[np.intp]:

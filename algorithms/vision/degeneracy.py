@@ -11,8 +11,8 @@ import scipy
 from generated import robust_views
 
 from ..arguments import Reals
-from ..evidence import Freedom, Noise, Problem, Seed, by_chance, explained_by_chance
-from ..evidence.consensus import N_WRONG, Indices
+from ..evidence import Freedom, Noise, Problem, Seed, by_chance, explained_by_chance, surely_not_by_chance
+from ..evidence.consensus import N_WRONG, Indices, without_nan
 from ..evidence.noise import USUAL_WEIGHT
 
 _RATIO = 1.1
@@ -107,27 +107,35 @@ def few_places(first: Reals, second: Reals, noise: float, least: int = 8) -> Rea
     return np.asarray(~left.any(-1))
 
 
-def displaced_by_chance(
-    problem: Problem, model: Reals, expected: Reals, threshold: float, seed: Seed, freedom: Freedom
-) -> bool:
-    """Return whether partners displaced as far, but in random directions, agree with a model as well.
+def displaced_by_chance(problem: Problem, model: Reals, expected: Reals, threshold: float, freedom: Freedom) -> bool:
+    """Return whether partners displaced as far, but in other directions, agree with a model as well.
 
     Pairs that were searched only near each other agree more often than shuffled pairs. Partners are displaced from
     their `expected` places, and from the places of the points in the first image.
     """
-    rng = np.random.default_rng(seed)
-    distances = np.nan_to_num(problem.distances(model[None], problem.first, problem.second)[0], nan=np.inf)
-    n = len(problem.first)
-    repeats = -(-N_WRONG // (2 * n))
-    angles = rng.uniform(0, 2 * np.pi, (repeats, n))
-    directions, firsts = np.stack([np.cos(angles), np.sin(angles)], -1), np.concatenate([problem.first] * repeats)
+    distances = without_nan(problem.distances(model[None], problem.first, problem.second)[0])
+    n, count = len(distances), int(np.count_nonzero(distances <= threshold))
+
+    def wrong(place: Reals, length: Reals, repeats: int) -> Reals:
+        partners = place + length[:, None] * _directions(repeats * n).reshape(repeats, n, 2)
+        firsts = np.concatenate([problem.first] * repeats)
+        return np.asarray(problem.distances(model[None], firsts, partners.reshape(-1, 2))[0])
+
     for place in (expected, problem.first):
         off = problem.second - place
-        partners = place + np.hypot(off[:, 0], off[:, 1])[:, None] * directions
-        wrong = problem.distances(model[None], firsts, partners.reshape(-1, 2))[0]
-        if by_chance(distances, wrong, threshold, freedom):
+        length = np.sqrt(np.einsum("ni,ni->n", off, off))
+        if surely_not_by_chance(n, count, wrong(place, length, 1), threshold, freedom):
+            continue
+        if by_chance(distances, wrong(place, length, -(-N_WRONG // (2 * n))), threshold, freedom):
             return True
     return False
+
+
+@lru_cache(maxsize=16)
+def _directions(n: int) -> Reals:
+    """Return unit vectors (n, 2), of which any that follow each other are evenly distributed (golden angle)."""
+    angles = np.pi * (3 - np.sqrt(5)) * np.arange(n)
+    return np.stack([np.cos(angles), np.sin(angles)], -1)
 
 
 def hidden_by_a_line(
@@ -149,9 +157,6 @@ def hidden_by_a_line(
 def _off_a_line(points: Reals, inliers: Indices, distance: float, rng: np.random.Generator) -> Indices:
     """Return which points are off the line through two inliers near which most inliers are."""
     good = points.compress(inliers, axis=0)
-    a, b = good[rng.integers(0, len(good), (2, _LINES))]
-    # Lines as functions: the distance, times that of the two points.
-    u, v = a[:, 1] - b[:, 1], b[:, 0] - a[:, 0]
-    lines, limits = np.stack([u, v, -u * a[:, 0] - v * a[:, 1]], -1), distance * np.hypot(u, v)
-    most = np.argmax(robust_views.count_near_line(lines, good, limits))
-    return np.asarray(np.abs(points @ lines[most, :2] + lines[most, 2]) >= limits[most])
+    ends = good.take(rng.integers(0, len(good), (_LINES, 2)), axis=0)
+    most = np.asarray(robust_views.count_near_line(ends, good, distance)).argmax()
+    return np.asarray(robust_views.off_line(ends[most], points, distance)) > 0

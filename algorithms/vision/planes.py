@@ -117,9 +117,8 @@ def _is_open(first: Reals, second: Reals) -> bool:
 
     Squared singular values, of which rounding leaves those above `_SQUARE`, take a tenth of the time of others.
     """
-    rows = np.asarray(linear_views.plane_equations(first, second)[0]).reshape(-1, 9)
-    squares = np.linalg.eigvalsh(rows.T @ rows)
-    return bool(squares[1] <= max(_NOISE**2 * squares[0], _SQUARE * squares[8]))
+    least, second_least, largest = np.asarray(robust_views.squares_of_plane(first, second))
+    return bool(second_least <= max(_NOISE**2 * least, _SQUARE * largest))
 
 
 def homography_problem(first: Reals, second: Reals, in_both: bool = False) -> Problem:

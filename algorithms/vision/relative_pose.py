@@ -171,7 +171,7 @@ def estimate_motion(
     known = Noise(variance, scene.noise.weight + max(n - 5, 0))
     if threshold is None and _contradicted(scene.noise, squares[0]):
         return _no_pose(VisionStatus.NOT_CONVERGED, n)
-    rotation, explained = _without_parallax(scene, inliers, candidates.motors[0], known, threshold, seed)
+    rotation, explained = _without_parallax(scene, inliers, candidates.motors[0], known, threshold)
     if rotation is not None:
         if 2 * explained < n:
             return _no_pose(VisionStatus.NO_CONSENSUS, len(inliers), n_samples=n_samples)
@@ -282,7 +282,7 @@ def _contradicted(noise: Noise, squares: Reals) -> bool:
 def _beyond_chance(scene: Scene, inliers: Reals, motor: Reals, threshold: float, seed: int) -> VisionStatus:
     """Return whether the inliers are neither those of a line nor those of partners displaced at random."""
     problem, model = scene.problem(), np.asarray(relative_poses.essential_of_motion(motor))
-    if displaced_by_chance(problem, model, scene.turned(motor), threshold, seed, FREEDOM):
+    if displaced_by_chance(problem, model, scene.turned(motor), threshold, FREEDOM):
         return VisionStatus.NO_CONSENSUS
     hidden = hidden_by_a_line(problem, model, inliers, threshold, seed, _OFF_A_LINE)
     return VisionStatus.DEGENERATE if hidden else VisionStatus.OK
@@ -304,7 +304,7 @@ def _status(used: Scene, information: Reals, known: Noise) -> VisionStatus:
 
 
 def _without_parallax(
-    scene: Scene, inliers: Reals, motor: Reals, known: Noise, threshold: float | None, seed: int
+    scene: Scene, inliers: Reals, motor: Reals, known: Noise, threshold: float | None
 ) -> tuple[Reals | None, int]:
     """Return a rotation if chance and noise explain what it leaves, or None, and the number of inliers it explains.
 
@@ -324,7 +324,7 @@ def _without_parallax(
     if off.sum() > _OFF_A_ROTATION.sample_size:
         rest = scene.some(off)
         model = np.asarray(relative_poses.essential_of_motion(motor))
-        if not displaced_by_chance(rest.problem(), model, rest.turned(rotation), threshold, seed, _OFF_A_ROTATION):
+        if not displaced_by_chance(rest.problem(), model, rest.turned(rotation), threshold, _OFF_A_ROTATION):
             return None, explained
     return rotation, explained
 

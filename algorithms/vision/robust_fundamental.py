@@ -25,8 +25,9 @@ _OFF_A_PLANE = Freedom(sample_size=2, parameters=2, codimension=1, solutions=1, 
 _OFF_A_LINE = Freedom(sample_size=4, parameters=4, codimension=1, solutions=3, false_alarms=1e-2)
 _SIGMAS = 5.0
 """Pairs within this many standard deviations of the others of a plane give no information about points off it."""
-_SAMPLES = 600
-"""Number of samples, enough to find a plane with a third of the pairs."""
+_SAMPLES = 200
+"""Number of samples of three pairs, which determine a homography compatible with F: enough to find a plane with a third
+of the pairs."""
 _SHALLOW = 4.0
 """Points of a plane with more than this multiple of the variance that F leaves are points in space."""
 
@@ -120,13 +121,12 @@ def _costs(models: Reals, first: Reals, second: Reals, threshold: float) -> Real
     return np.asarray(relative_poses.truncated_squares(models, first, second, threshold * threshold))
 
 
-def _in_space(problem: Problem, found: RobustEstimate, threshold: float, seed: Seed) -> RobustEstimate:
+def _in_space(problem: Problem, found: RobustEstimate, threshold: float) -> RobustEstimate:
     """Return the estimate, unless partners displaced in random directions from a linear map agree as well."""
-    places = homogeneous(problem.first)
-    one, two = (side.compress(found.inliers, axis=0) for side in (places, problem.second))
-    linear = np.linalg.lstsq(one, two, rcond=None)[0]
-    if displaced_by_chance(problem, found.model, places @ linear, threshold, seed, problem.freedom):
-        return no_estimate(VisionStatus.NO_CONSENSUS, len(places), n_samples=found.n_samples)
+    n, used = len(problem.first), found.inliers.astype(float)
+    expected = np.asarray(robust_views.affine_places(problem.first, problem.second, used))
+    if displaced_by_chance(problem, found.model, expected, threshold, problem.freedom):
+        return no_estimate(VisionStatus.NO_CONSENSUS, n, n_samples=found.n_samples)
     return found
 
 
@@ -137,12 +137,17 @@ def _beyond_a_plane(
     one, two = problem.first, problem.second
     good = one.compress(found.inliers, axis=0), two.compress(found.inliers, axis=0)
     planar = homography_problem(*good, in_both=True)
-    flat = consensus(planar, WIDE * threshold, seed, confidence, _SAMPLES, at_once=True)
+
+    def solve(sets: Indices) -> Reals:
+        return np.asarray(robust_views.homography_of_three(found.model, *(side.take(sets, axis=0) for side in good)))
+
+    by_three = replace(planar, solve=solve, freedom=replace(planar.freedom, sample_size=3))
+    flat = consensus(by_three, WIDE * threshold, seed, confidence, _SAMPLES, at_once=True)
     if not flat.reached:
-        return _in_space(problem, found, threshold, seed)
+        return _in_space(problem, found, threshold)
     plane = consensus_estimate(planar, flat, WIDE * threshold, seed)
     if plane.status != VisionStatus.OK:
-        return _in_space(problem, found, threshold, seed)
+        return _in_space(problem, found, threshold)
     tolerance = max(WIDE * threshold, _SIGMAS * plane.distance / np.sqrt(2))
     on_plane = np.sqrt(robust_views.plane_squares(plane.model, one, two)) <= tolerance
     off = np.nonzero(~on_plane)[0]
@@ -150,7 +155,7 @@ def _beyond_a_plane(
     rest = replace(problem, first=one[off], second=two[off], freedom=_OFF_A_PLANE)
     expected = np.asarray(projective2.transform_point(plane.model, one[off]))
     if parallax.status == VisionStatus.OK and not displaced_by_chance(
-        rest, parallax.model, expected, threshold, seed, rest.freedom
+        rest, parallax.model, expected, threshold, rest.freedom
     ):
         cost = float(problem.costs(parallax.model[None], one, two, threshold)[0])
         models = np.array([found.model, parallax.model, polished(problem, parallax.model, cost, threshold)[0]])
@@ -163,7 +168,7 @@ def _beyond_a_plane(
     if parallax.status == VisionStatus.NOT_CONVERGED:
         return no_estimate(parallax.status, len(one), n_samples=found.n_samples)
     if len(off) < len(one) and not degenerate(found.model, one[on_plane], two[on_plane], margin=_SHALLOW):
-        return _in_space(problem, found, threshold, seed)
+        return _in_space(problem, found, threshold)
     return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
 
 

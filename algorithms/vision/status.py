@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 import numpy as np
 
 from ..arguments import Reals
@@ -50,7 +52,8 @@ def check_points(arrays: dict[str, Reals], least: int, what: str) -> VisionStatu
     if n < least:
         return VisionStatus.TOO_FEW
     for array in arrays.values():
-        if not np.logical_and.reduce(np.isfinite(array), axis=None):
+        # A finite sum of squares, which takes a third of the time, has finite terms.
+        if not isfinite(np.vdot(array, array)) and not np.isfinite(array).all():
             return VisionStatus.NOT_FINITE
     return VisionStatus.OK
 

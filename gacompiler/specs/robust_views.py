@@ -5,11 +5,12 @@ distance is below a limit. Tests of fundamental matrices use both, so that all o
 """
 
 from fractions import Fraction
+from itertools import combinations_with_replacement
 
 import gacompiler as ga
 from gacompiler import SCALAR, absolute, array, each, fold, kernel, matrices, maximum, minimum, select, sqrt, total
-from gacompiler.specs.families.covariances import choose, cross, dot
-from gacompiler.specs.families.descents import LEAST_DAMPING, UNKNOWN, descend, step_of, truncated_equations
+from gacompiler.specs.families.covariances import choose, cross, dot, square
+from gacompiler.specs.families.descents import LEAST_DAMPING, TINY, UNKNOWN, descend, step_of
 from gacompiler.specs.families.essential import nonzero, null_space
 from gacompiler.specs.families.linear_equations import (
     dominant,
@@ -25,7 +26,6 @@ from gacompiler.specs.families.two_views import (
     product,
     rotation_matrix,
     sampson,
-    sampson_sums,
     transposed,
     turned_by,
     unit,
@@ -49,7 +49,6 @@ ALL = 10**20
 """A squared distance, in units of the size of the images, that no pixels reach."""
 SMALL = Fraction(1, 10**28)
 """A sum of squares of coordinates near 1 that is rounding."""
-AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 # Homographies.
@@ -86,6 +85,34 @@ def homography_of_four(first, second):
     matrix = product(transposed(columns), crossed)
     size = sqrt(sum(x * x for row in matrix for x in row))
     return tuple(tuple(x / nonzero(size) for x in row) for row in matrix), fine * fine_there
+
+
+@kernel(matrix=THREE, first=array(SCALAR, 3, 2), second=array(SCALAR, 3, 2), returns=THREE)
+def homography_of_three(matrix, first, second):
+    """Compute the homography of norm 1 that maps three pixels to three others and is compatible with F.
+
+    It is that of the plane through three points, seen by two cameras with the fundamental matrix `matrix`.
+    """
+    columns = transposed(matrix)
+    crossed = [cross(columns[j], columns[k]) for j, k in ((1, 2), (2, 0), (0, 1))]
+    epipole, most = crossed[0], dot(crossed[0], crossed[0])
+    for each_ in crossed[1:]:
+        square_ = dot(each_, each_)
+        epipole, most = choose(square_ > most, each_, epipole), maximum(square_, most)
+    epipole = [x / nonzero(sqrt(most)) for x in epipole]
+    # All such homographies are this one minus the product of the epipole and a vector.
+    one = transposed([cross(epipole, column) for column in columns])
+    places = [(*p, 1) for p in first]
+    parts = []
+    for x, y in zip(places, second, strict=True):
+        y = (*y, 1)
+        line = cross(y, epipole)
+        parts.append(dot(cross(y, applied(one, x)), line) / nonzero(dot(line, line)))
+    duals = [cross(places[j], places[k]) for j, k in ((1, 2), (2, 0), (0, 1))]
+    volume = nonzero(dot(duals[0], places[0]))
+    vector = [sum(part * dual[k] for part, dual in zip(parts, duals, strict=True)) / volume for k in range(3)]
+    entries = unit([a - e * b for row, e in zip(one, epipole, strict=True) for a, b in zip(row, vector, strict=True)])
+    return entries[:3], entries[3:6], entries[6:]
 
 
 def _moved_pixel(matrix, x, y):
@@ -150,6 +177,38 @@ def _scale(points):
     return mean, 1 / sqrt(select(square > 0, square / count, 1))
 
 
+def _mean(points):
+    """Return the mean of points."""
+    sums, count = total(lambda p: (tuple(p), 1), points)
+    return tuple(x / count for x in sums)
+
+
+def _of_factors(matrix, products):
+    """Return the normal equations of the first eight entries of a matrix that precedes another.
+
+    Derivatives of the place p by the rows of the other are u / w, and those by its last row -p u / w. The sums of
+    ``u u'`` times 1, both coordinates of p and its square, each divided by the square of w, are the `products`.
+    """
+    blocks = {}
+    for k in range(3):
+        for m in range(k, 3):
+            (a, b, c), (d, e, f) = ([row[i] for row in matrix] for i in (k, m))
+            factors = a * d + b * e, -a * f - c * d, -b * f - c * e, c * f
+            sums = zip(*products, strict=True)
+            blocks[k, m] = square([dot(factors, each_) for each_ in sums], 3)
+    entry = {}
+    for k, m in blocks:
+        for i in range(3):
+            for j in range(3):
+                entry[3 * k + i, 3 * m + j] = blocks[k, m][i][j]
+    return [entry[i, j] for i in range(8) for j in range(i, 8)]
+
+
+def _slope_of_factors(matrix, slopes):
+    """Return half of the derivatives by these entries, from those by the rows of the other matrix."""
+    return [x for column in transposed(matrix) for x in [dot(column, each_) for each_ in transposed(slopes)]][:8]
+
+
 @kernel(
     matrix=THREE, first=PIXELS, second=PIXELS, limit=SCALAR, at_most=SCALAR,
     returns=(THREE, array(SCALAR, 3)),
@@ -166,20 +225,28 @@ def descend_homography(matrix, first, second, limit, at_most):
         The sum of truncated squares, 1 if a minimum was reached, else 0, and the number of steps.
     """
     (x_mean, y_mean), scale = _scale(first)
-    start = [(row[0] / scale, row[1] / scale, dot(row, (x_mean, y_mean, 1))) for row in matrix]
+    there = _mean(second)
+    rows = [[a - m * b for a, b in zip(row, matrix[2], strict=True)] for row, m in zip(matrix[:2], there, strict=True)]
+    start = [(row[0] / scale, row[1] / scale, dot(row, (x_mean, y_mean, 1))) for row in (*rows, matrix[2])]
 
     def equations(state):
         now = state[:3], state[3:6], state[6:]
 
         def of(x, y):
             u = scale * (x[0] - x_mean), scale * (x[1] - y_mean), 1
-            off, place, weight = _moved_pixel(now, u[:2], y)
-            square = dot(off, off)
-            change = [[(row[k] - p * now[2][k]) / weight for k in range(3)] for row, p in zip(now, place, strict=False)]
-            rows = [[row[i] * u[j] for i in range(3) for j in range(3)][:8] for row in change]
-            return truncated_equations(tuple(zip(*rows, strict=True)), off, square, limit)
+            off, place, weight = _moved_pixel(now, u[:2], [b - m for b, m in zip(y, there, strict=True)])
+            square_ = dot(off, off)
+            used = select(square_ < limit, 1, 0) / weight
+            part = used / weight
+            along = [part * p for p in place]
+            slope = [used * off[0], used * off[1], -used * dot(place, off)]
+            weights = part, *along, dot(along, place)
+            pairs = [u[i] * u[j] for i in range(3) for j in range(i, 3)]
+            products = [[a * b for b in pairs] for a in weights]
+            return tuple(map(tuple, products)), tuple(tuple(a * b for b in u) for a in slope), minimum(square_, limit)
 
-        return total(of, first, second)
+        products, slopes, cost = total(of, first, second)
+        return (*_of_factors(now, products), *_slope_of_factors(now, slopes), cost)
 
     def moved(state, step):
         now = state[:3], state[3:6], state[6:]
@@ -188,10 +255,11 @@ def descend_homography(matrix, first, second, limit, at_most):
         return unit([a + b for a, b in zip(state, steps, strict=True)])
 
     found = descend(unit([x for row in start for x in row]), 8, equations, moved, at_most)
-    rows = found.state[:3], found.state[3:6], found.state[6:]
+    *rows, last = found.state[:3], found.state[3:6], found.state[6:]
+    rows = [[a + m * b for a, b in zip(row, last, strict=True)] for row, m in zip(rows, there, strict=True)]
     entries = [
         x
-        for row in rows
+        for row in (*rows, last)
         for x in (scale * row[0], scale * row[1], row[2] - scale * (row[0] * x_mean + row[1] * y_mean))
     ]
     entries = unit(entries)
@@ -275,12 +343,25 @@ class _RankTwo:
         left, back = rotation_matrix(state[:4]), rotation_matrix(state[4:8])
         current = self.matrix(state)
         columns = transposed(current)
-        changes = [transposed([cross(axis, column) for column in columns]) for axis in AXES]
-        changes += [[cross(axis, row) for row in current] for axis in AXES]
-        changes.append([[row[1] * other[1] for other in back] for row in left])
+        one, two = ([row[1] for row in rotation] for rotation in (left, back))
 
         def of(x, y):
-            return sampson_sums(sampson(current, columns, x, y), x, y, changes, limit)
+            x, y = (*x, 1), (*y, 1)
+            off, size, line, other = sampson(current, columns, x[:2], y[:2])
+            inverse = 1 / sqrt(maximum(size, TINY))
+            residual = off * inverse
+            square_ = residual * residual
+            part = residual * inverse
+            # The derivative of the residual by the matrix is near x' - y far'.
+            near = [(y[0] - part * line[0]) * inverse, (y[1] - part * line[1]) * inverse, inverse]
+            far = [part * inverse * other[0], part * inverse * other[1]]
+            turns = cross(line, near), cross([dot(row[:2], far) for row in current], y)
+            turns_back = cross(applied(columns, near), x), cross(other, (*far, 0))
+            row = [a - b for pair in (turns, turns_back) for a, b in zip(*pair, strict=True)]
+            row.append(dot(one, near) * dot(two, x) - dot(one, y) * dot(two[:2], far))
+            used = [select(square_ < limit, a, 0) for a in row]
+            table = [a * b for a, b in combinations_with_replacement(used, 2)]
+            return (*table, *(residual * a for a in used), minimum(square_, limit))
 
         return total(of, self.one, self.two)
 
@@ -325,6 +406,57 @@ def _plane_of(first, second):
     matrix = entries[:3], entries[3:6], entries[6:]
     entries = unit([x for row in product(undone(right), product(matrix, left)) for x in row])
     return entries[:3], entries[3:6], entries[6:]
+
+
+def _least_and_largest(sums, entries, inverse):
+    """Return the least, the second least and the largest eigenvalue of the sums of products of equations."""
+    vectors = entries, dominant(inverse, 9), dominant(sums, 9)
+    return [maximum(quotient(sums, vector), 0) for vector in vectors]
+
+
+@kernel(first=OWN_PIXELS, second=OWN_PIXELS, returns=array(SCALAR, 3))
+def squares_of_plane(first, second):
+    """Compute squared singular values of the equations of a homography between normalised pixels.
+
+    These are the least, the second least and the largest one, to 1e-14 of the largest.
+    """
+    (one, _), (two, _) = normalized(first, 2), normalized(second, 2)
+    entries, sums, inverse = solution(homography_equations, one, two)
+    return tuple(_least_and_largest(sums, entries, inverse))
+
+
+@kernel(first=OWN_PIXELS, second=OWN_PIXELS, used=NUMBERS, returns=OWN_PIXELS)
+def affine_places(first, second, used):
+    """Compute the images of pixels under the affine map that leaves the least squares of distances from others.
+
+    Parameters
+    ----------
+    first, second
+    used
+        1 for each of the pairs that determine the map, else 0. If they are on a line, places beside it do not move.
+    """
+
+    def sums(x, y, w):
+        return w, tuple(w * a for a in x), tuple(w * a for a in y)
+
+    count, here, there = total(sums, first, second, used)
+    count = nonzero(count)
+    here, there = ([a / count for a in each_] for each_ in (here, there))
+
+    def products(x, y, w):
+        u, v = [a - m for a, m in zip(x, here, strict=True)], [a - m for a, m in zip(y, there, strict=True)]
+        return (w * u[0] * u[0], w * u[0] * u[1], w * u[1] * u[1]), tuple(tuple(w * a * b for b in u) for a in v)
+
+    (xx, xy, yy), mixed = total(products, first, second, used)
+    volume = xx * yy - xy * xy
+    volume = select(volume > FLAT_SQUARE * (xx + yy) * (xx + yy), 1 / nonzero(volume), 0)
+    rows = [(volume * (yy * a - xy * b), volume * (xx * b - xy * a)) for a, b in mixed]
+
+    def moved(x):
+        u = [a - m for a, m in zip(x, here, strict=True)]
+        return tuple(m + dot(row, u) for row, m in zip(rows, there, strict=True))
+
+    return each(moved, first)
 
 
 @kernel(first=OWN_PIXELS, second=OWN_PIXELS, returns=NUMBERS)
@@ -375,10 +507,25 @@ def extents_of_pixels(points):
     return thin, long
 
 
-@kernel(line=array(SCALAR, 3), points=PIXELS, limit=SCALAR, returns=SCALAR)
-def count_near_line(line, points, limit):
-    """Count the points at which the function ``a x + b y + c`` of a line is less than a limit in size."""
-    return total(lambda p: select(absolute(line[0] * p[0] + line[1] * p[1] + line[2]) < limit, 1, 0), points)
+def _line(ends, distance):
+    """Return the function ``a x + b y + c`` of the line through two points, and the size that it has at a distance."""
+    (x, y), (u, v) = ends
+    a, b = y - v, u - x
+    return (a, b, -a * x - b * y), distance * sqrt(a * a + b * b)
+
+
+@kernel(ends=array(SCALAR, 2, 2), points=PIXELS, distance=SCALAR, returns=SCALAR)
+def count_near_line(ends, points, distance):
+    """Count the points that are nearer to the line through two points than a distance."""
+    line, limit = _line(ends, distance)
+    return total(lambda p: select(absolute(dot(line, (*p, 1))) < limit, 1, 0), points)
+
+
+@kernel(ends=array(SCALAR, 2, 2), points=OWN_PIXELS, distance=SCALAR, returns=NUMBERS)
+def off_line(ends, points, distance):
+    """Determine which points are not nearer to the line through two points than a distance: 1, else 0."""
+    line, limit = _line(ends, distance)
+    return each(lambda p: select(absolute(dot(line, (*p, 1))) < limit, 0, 1), points)
 
 
 @kernel(
@@ -424,8 +571,7 @@ def are_degenerate(matrix, first, second, off, known, by_size, by_rest, line, pl
     on_plane = left <= maximum(plane * variance, ROUNDING * square * (2 * count - 8))
     (one, _), (two, _) = normalized(first, 2), normalized(second, 2)
     entries, sums, inverse = solution(lambda x, y: [epipolar_equation(x, y)], one, two)
-    least, largest = (maximum(quotient(sums, v), 0) for v in (entries, dominant(sums, 9)))
-    second_least = maximum(quotient(sums, dominant(inverse, 9)), 0)
+    least, second_least, largest = _least_and_largest(sums, entries, inverse)
     several = select(second_least <= OPEN * largest, 1, second_least <= ratio * ratio * least)
     several = select(count < 8, 0, several)
     return maximum(maximum(on_line, flat), maximum(on_plane, several))

@@ -35,6 +35,7 @@ from algorithms.evidence import (
     polished,
     random_subsets,
     rank,
+    surely_not_by_chance,
     undetermined,
 )
 from algorithms.evidence.gates import OPEN, checked_gate
@@ -144,6 +145,24 @@ def test_nothing_is_no_evidence() -> None:
     assert least_by_chance(np.zeros(0), lambda r: r, free) == (np.inf, 0)
     logarithms, thresholds = least_by_chance(np.zeros((3, 0)), lambda r: r, free)
     assert logarithms.tolist() == [np.inf] * 3 and thresholds.tolist() == [0] * 3
+
+
+def test_few_wrong_pairs_bound_their_share() -> None:
+    """Six of 20 items of a model with one parameter agree, and none of n wrong pairs.
+
+    No more than a share p of these agrees with the confidence 1 - 1e-6, where (1 - p)^n = 1e-6. The bound on the number
+    of false alarms, 2 * 20 * 2 times Chernoff's bound for 5 of 19, decides.
+    """
+    free = Freedom(sample_size=1, parameters=1, codimension=1, solutions=1, false_alarms=1.0)
+
+    def bound(n: int) -> float:
+        p = 1 - 1e-6 ** (1 / n)
+        return float(80 * (19 * p / 5) ** 5 * (19 * (1 - p) / 14) ** 14)
+
+    least = next(n for n in range(60, 1000) if bound(n) <= 1)
+    for n in (least - 1, least):
+        assert surely_not_by_chance(20, 6, np.full(n, 2.0), 1.0, free) == (n == least)
+    assert not surely_not_by_chance(20, 6, np.full(least, 0.5), 1.0, free)
 
 
 def test_subsets_are_equally_likely() -> None:

@@ -58,6 +58,32 @@ def test_homographies_of_four_pairs() -> None:
     assert robust_views.homography_of_four(square, 2 * square)[1]
 
 
+def test_homographies_of_three_pairs_and_f() -> None:
+    """They are those of the planes through three points."""
+    rng = np.random.default_rng(11)
+    for _ in range(20):
+        one, two = motion(rng), motion(rng)
+        places = np.c_[rng.normal(size=(20, 2)), np.zeros(20)] @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        turn = two[:, :3] @ one[:, :3].T
+        essential = np.cross(np.eye(3), two[:, 3] - turn @ one[:, 3]).T @ turn
+        first, second = (600 * seen(pose, places) + [320, 240] for pose in (one, two))
+        back = np.linalg.inv(np.array([[600, 0, 320], [0, 600, 240], [0, 0, 1.0]]))
+        found = robust_views.homography_of_three(back.T @ essential @ back, first[:3], second[:3])
+        assert np.linalg.norm(found) == pytest.approx(1) and np.abs(seen(found, first) - second).max() < 1e-5
+
+
+def test_affine_places_and_singular_values_are_those_of_numpy() -> None:
+    rng = np.random.default_rng(12)
+    first, used = rng.uniform(0, 500, (30, 2)), rng.random(30) < 0.6
+    second = first @ rng.normal(size=(2, 2)) + rng.normal(size=(30, 2))
+    rows = np.c_[first, np.ones(30)]
+    known = rows @ np.linalg.lstsq(rows[used], second[used], rcond=None)[0]
+    assert np.allclose(robust_views.affine_places(first, second, used.astype(float)), known, atol=1e-9)
+    equations = np.asarray(linear_views.plane_equations(first, second)[0]).reshape(-1, 9)
+    values = np.linalg.svd(equations, compute_uv=False) ** 2
+    assert np.allclose(robust_views.squares_of_plane(first, second), values[[8, 7, 0]], rtol=1e-3, atol=1e-13)
+
+
 def test_fundamental_matrices_of_seven_pairs_are_all_singular_ones_that_fit() -> None:
     """Their number is that of the real roots of the determinant in the null space of the equations."""
     rng, numbers = np.random.default_rng(2), set()
@@ -183,10 +209,13 @@ def test_squares_of_pairs() -> None:
 
 def test_points_near_lines_and_extents() -> None:
     rng = np.random.default_rng(6)
-    points, lines, limits = rng.normal(size=(30, 2)) * [3, 1] + 50, rng.normal(size=(5, 3)), rng.uniform(0, 80, 5)
-    near = np.abs(lines[:, :2] @ points.T + lines[:, 2:]) < limits[:, None]
-    assert (robust_views.count_near_line(lines, points, limits) == near.sum(1)).all() and 0 < near.mean() < 1
-    assert robust_views.count_near_line(np.zeros(3), points, 0.0) == 0
+    points, ends = rng.normal(size=(30, 2)) * [3, 1] + 50, rng.normal(size=(5, 2, 2)) + 50
+    along = ends[:, 1] - ends[:, 0]
+    normals = np.stack([-along[:, 1], along[:, 0]], 1) / np.linalg.norm(along, axis=1)[:, None]
+    near = np.abs(np.einsum("mi,mni->mn", normals, points - ends[:, :1])) < 1.5
+    assert (robust_views.count_near_line(ends, points, 1.5) == near.sum(1)).all() and 0 < near.mean() < 1
+    assert (robust_views.off_line(ends[2], points, 1.5) == ~near[2]).all()
+    assert robust_views.count_near_line(ends[[0, 0], 0], points, 1.5) == 0
     values = np.linalg.svd(points - points.mean(0), compute_uv=False)
     assert robust_views.extents_of_pixels(points) == pytest.approx(values[::-1] ** 2, rel=1e-12)
 

@@ -76,14 +76,22 @@ def test_a_line_with_wrong_pairs_does_not_determine_f() -> None:
 
 @pytest.mark.parametrize("share", some_slow([0.0, 0.5, 0.8, 0.9, 0.95], 0.5, 0.8, 0.9))
 def test_points_off_a_plane_determine_f(share: float) -> None:
-    """Errors on new points are those of noise; an F of the plane alone has an error of more than ten pixels."""
+    """Errors on new points are those of noise; an F of the plane alone has an error of more than ten pixels.
+
+    Of 16 pairs off a plane, chance explains those that agree in 3 % of the scenes.
+    """
     rng = np.random.default_rng(round(100 * share))
-    for _ in range(2):
+    refused = 0
+    for _ in range(8):
         one, two, wrong, fresh = seen_from_two_places(rng, 400, share, 0.5, 0.2)
         found = robust_fundamental_matrix(one, two)
+        refused += found.status == VisionStatus.DEGENERATE
+        if share == 0.95 and found.status == VisionStatus.DEGENERATE:
+            continue
         assert found.status == VisionStatus.OK
         assert found.inliers[~wrong].mean() > 0.9 and found.inliers[wrong].mean() < 0.1
         assert error_on_fresh_points(found.model, *fresh) < (1.0 if share < 0.95 else 2.0)
+    assert refused <= 1
 
 
 def test_no_lower_minimum_is_near_the_truth() -> None:
