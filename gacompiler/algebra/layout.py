@@ -197,11 +197,18 @@ class Layout(Immutable):
             # In a finite-dimensional algebra each implies the other, but not by polynomials of the same degree.
             zero += (element * ~element - 1).terms.values()
             zero += (~element * element - 1).terms.values()
-        if self.user_relations is not None:
-            found = self.user_relations(element)
-            for each in [found] if isinstance(found, Multivector) else found:
-                zero += element.lift(each).terms.values()
-        return tuple(zero)
+        return (*zero, *self._values_of_user_relations(element))
+
+    def relations_hold(self, element: Multivector) -> bool:
+        """Return whether the relations hold at `element`, whose coefficients are exact numbers."""
+        if self.unit and any(value != 0 for value in (element * ~element - 1).terms.values()):
+            return False
+        return all(value == 0 for value in self._values_of_user_relations(element))
+
+    def _values_of_user_relations(self, element: Multivector) -> list[Coefficient]:
+        found = () if self.user_relations is None else self.user_relations(element)
+        values = [found] if isinstance(found, Multivector) else found
+        return [value for each in values for value in element.lift(each).terms.values()]
 
     def __str__(self) -> str:
         return f"{self.algebra.name}.{self.name}"

@@ -91,7 +91,7 @@ class Expression(Immutable, WithCoefficients):
     @property
     def is_scalar(self) -> bool:
         """Whether only the scalar part can occur."""
-        return self.blades <= {0}
+        return self.algebra is SCALARS or self.blades <= {0}
 
     def grade(self, *grades: int) -> Expression:
         """Return the part of the given grades."""

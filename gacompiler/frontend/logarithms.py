@@ -34,7 +34,7 @@ MOST_CLOSED = 5
 """Number of basis vectors up to which logarithms have closed forms."""
 _MANY = (
     "over six to eight vectors, use a metric that is diagonal with the squares 1 and -1 after a rational change of "
-    "basis; write a vector with the square 0 as e0 = e+ + e-"
+    "basis; write a vector with the square 0 as e0 = e+ + e-, in units of length that make translations about 1"
 )
 _AREAS = tuple(Fraction(1, 2 * k + 1) for k in range(9))
 

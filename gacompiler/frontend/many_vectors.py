@@ -488,6 +488,12 @@ def _half_turn(space: Signature, rest: Matrix) -> tuple[Matrix, Matrix]:
         STEPS,
     )
     plane = _stored(_add_identity(_scaled(sign, -HALF), HALF))
+    # The first inverse is as large as 1 / limit, and leaves its rounding errors in the plane. One step of Newton's
+    # method for the kernel of the cosines removes them, with a matrix in which the least eigenvalue is raised by 1.
+    image = _stored(_product(cosines, plane))
+    outside_plane = _map(lambda x, y: x - y, image, _product(plane, image))
+    raised = _map(lambda x, y, one: select(near, x + y, one), cosines, plane, _one(n))
+    plane = _stored(_map(lambda x, y: x - y, plane, _product(_inverse(raised), outside_plane)))
     columns = tuple(zip(*plane, strict=True))
     a = _longest(columns, lambda x: x)
     square = _stored(_dot(space, a, a))
@@ -503,7 +509,8 @@ def _half_turn(space: Signature, rest: Matrix) -> tuple[Matrix, Matrix]:
     unit = _stored(_matrix_of(space, lambda i, j: (a[i] * b[j] - a[j] * b[i]) / size))
     turning = _sum(unit[i][j] * (rest[j][i] - back[j][i]) for i in range(n) for j in range(n))
     factor = select(is_there, select(turning > 0, -1, 1), 0)
-    moved = _product(_add_identity(rest, 1), plane)
+    # The projection is minus the square of the unit bivector's matrix.
+    moved = _product(_product(_add_identity(rest, 1), _scaled(unit, -1)), unit)
     return _scaled(unit, factor), _map(lambda x, y: x - select(is_there, 2 * y, 0), rest, moved)
 
 

@@ -18,7 +18,7 @@ from ..frontend.kernel import Kernel
 from ..ir.scalar import Graph, Scalar
 from ..rings.ideal import Ideal
 from ..rings.polynomial import Monomial, Polynomial, PolynomialRing
-from ..rings.sparse import simplify
+from ..rings.sparse import IndexedRelations, simplify
 from .squares import solvable, solve, square_of
 from .system import Definition, System
 
@@ -63,6 +63,7 @@ class Relations:
         self._ring = ring
         self._known: list[Polynomial] = []
         self._ideals: dict[tuple[tuple[int, ...], int], Ideal] = {}
+        self._indexed: dict[tuple[tuple[int, ...], int], IndexedRelations] = {}
 
     @property
     def known(self) -> bool:
@@ -95,7 +96,10 @@ class Relations:
         if not relevant:
             return list(polynomials)
         if how is Reduction.SPARSE:
-            return [simplify(polynomial, [known[k] for k in relevant]) for polynomial in polynomials]
+            place = (tuple(relevant), len(self._known))
+            if place not in self._indexed:
+                self._indexed[place] = IndexedRelations(known[k] for k in relevant)
+            return [simplify(polynomial, self._indexed[place]) for polynomial in polynomials]
         key = (tuple(relevant), degree)
         if key not in self._ideals:
             self._ideals[key] = Ideal((known[k] for k in relevant if known[k].degree <= degree), degree)

@@ -217,7 +217,7 @@ def _accepted(layout: Layout, element: Multivector | None) -> list[Any] | None:
         found = list(layout.coefficients(element))
     except LayoutError:
         return None
-    return found if all(value == 0 for value in layout.relations(layout.element(found))) else None
+    return found if layout.relations_hold(layout.element(found)) else None
 
 
 def _newton(layout: Layout, random: Random) -> list[Any]:

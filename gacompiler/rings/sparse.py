@@ -6,7 +6,7 @@ results: with ``n1**2 + n2**2 + n3**2 = 1``, a different square in each coordina
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import combinations
 
 from ..algebra.blades import Rational, exact
@@ -26,35 +26,47 @@ def weight(monomial: Monomial, value: Rational) -> int:
     return max(len(monomial), 1) + (value not in (1, -1))
 
 
-def simplify(polynomial: Polynomial, relations: Sequence[Polynomial]) -> Polynomial:
+class IndexedRelations:
+    """Relations with an index of their terms, which is the same for all polynomials that are simplified."""
+
+    def __init__(self, relations: Iterable[Polynomial]) -> None:
+        self.polynomials = tuple(relations)
+        self._places = _places(self.polynomials)
+        self._lengths = sorted({len(part) for part in self._places})
+        self._multiples: dict[Monomial, list[Place]] = {}
+
+    def dividing(self, monomial: Monomial) -> list[Place]:
+        """Return the terms of relations that divide a monomial, with the cofactors, in the order of the relations."""
+        found = self._multiples.get(monomial)
+        if found is None:
+            found = self._multiples[monomial] = _multiples(monomial, self._places, self._lengths)
+        return found
+
+
+def simplify(polynomial: Polynomial, relations: IndexedRelations) -> Polynomial:
     """Return a polynomial that is equal modulo `relations` and costs no more, by a greedy, deterministic search."""
     terms = dict(polynomial.terms)
     if len(terms) > TERM_LIMIT:
         return polynomial
-    places = _places(relations)
-    lengths = sorted({len(part) for part in places})
-    multiples: dict[Monomial, list[Place]] = {}
     for _ in range(ROUNDS):
         best: tuple[int, Monomial, int, Rational] | None = None
         seen: set[tuple[Monomial, int, Rational]] = set()
         for monomial in sorted(terms, key=lambda m: (-len(m), m)):
-            if monomial not in multiples:
-                multiples[monomial] = _multiples(monomial, places, lengths)
             value = terms[monomial]
-            for number, _, factor, cofactor in multiples[monomial]:
+            for number, _, factor, cofactor in relations.dividing(monomial):
                 if value % factor:
                     continue
                 multiple = value // factor
                 if (cofactor, number, multiple) in seen:
                     continue
                 seen.add((cofactor, number, multiple))
-                gain = _gain(terms, relations[number], cofactor, multiple)
+                gain = _gain(terms, relations.polynomials[number], cofactor, multiple)
                 if gain > 0 and (best is None or gain > best[0]):
                     best = (gain, cofactor, number, multiple)
         if best is None:
             break
         _, shift, chosen, times = best
-        for part, factor in relations[chosen].terms.items():
+        for part, factor in relations.polynomials[chosen].terms.items():
             target = tuple(sorted(part + shift))
             total = terms.get(target, 0) - times * factor
             if total:
@@ -76,7 +88,6 @@ def _places(relations: Sequence[Polynomial]) -> dict[Monomial, list[tuple[int, i
 def _multiples(
     monomial: Monomial, places: dict[Monomial, list[tuple[int, int, Rational]]], lengths: Sequence[int]
 ) -> list[Place]:
-    """Return the terms of relations that divide a monomial, with the cofactors, in the order of the relations."""
     found = []
     for length in lengths:
         for part in set(combinations(monomial, length)) if length <= len(monomial) else ():

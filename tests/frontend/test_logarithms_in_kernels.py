@@ -8,7 +8,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from many_planes import ANGLES, example, size
+from many_planes import ANGLES, PI, exact_exp, example, size
 
 import gacompiler as ga
 from gacompiler import SCALAR, Cl
@@ -60,6 +60,49 @@ def test_formulas(numbers: Any, signature: tuple[int, ...], name: str) -> None:
     assert max(errors) <= limit * max(map(abs, known.values()))
     power = numbers._exponential(space, numbers._matrix_of(space, lambda i, j: known[1 << i | 1 << j]))
     assert np.abs(np.array(power) - coefficients).max() <= limit
+
+
+def motion(n: int, angles: list[Any], shift: float) -> tuple[Any, Any]:
+    """Return a bivector of G(n, 0, 1) and its exponential, written with e0 = e+ + e- in G(n + 1, 1).
+
+    These are rotations, a translation along the last vector if it is in none of their planes, all of them turned and
+    moved. The factors commute, so that the exponential is their product.
+    """
+    with mpmath.workdps(40):
+        algebra = Cl(n + 1, 1).algebra
+        e, one = algebra.basis(), algebra.scalar(mpmath.mpf(1))
+        e0 = e[n] + e[n + 1]
+        parts = [(e[2 * k] * e[2 * k + 1], mpmath.mpf(angle) / 2) for k, angle in enumerate(angles)]
+        b, versor = algebra.scalar(0), one
+        for blade, half in parts:
+            b = b + scaled(blade, half)
+            versor = versor * (scaled(one, mpmath.cos(half)) + scaled(blade, mpmath.sin(half)))
+        if 2 * len(angles) < n:
+            translation = scaled(e[n - 1] * e0, mpmath.mpf(shift))
+            b, versor = b + translation, versor * (one + translation)
+        mover = one
+        for k in range(n):
+            mover = mover + scaled(e[k] * e0, mpmath.mpf(shift) * (k + 1) / 7)
+        mover = mover * exact_exp(scaled(e[0] * e[2], mpmath.mpf(1) / 7)) * exact_exp(scaled(e[1] * e[3], 0.2))
+        return (mover * b * ~mover).grade(2), mover * versor * ~mover
+
+
+def scaled(x: Any, factor: Any) -> Any:
+    return x.map(lambda value: value * factor)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.1, 1.0, 10.0])
+@pytest.mark.parametrize("angles", [[1.0, 0.5], [1.0, 1.0], [1e-9, 2e-9], [PI - mpmath.mpf("1e-13"), 0.3]], ids=str)
+@pytest.mark.parametrize("n", [5, 6])
+def test_degenerate_metrics_within_one_more_vector(numbers: Any, n: int, angles: list[Any], shift: float) -> None:
+    """What is refused over G(n, 0, 1) has the logarithm that the error message leads to."""
+    b, versor = motion(n, [*angles, 0.7] if n == 6 else angles, shift)
+    space = numbers.signature_of(b.algebra)
+    found = numbers._logarithm(space, [float(versor.terms.get(blade, 0)) for blade in space.blades])
+    known = {blade: float(b.terms.get(blade, 0)) for blade in b.algebra.blades(2)}
+    size = max(abs(float(x)) for x in versor.terms.values())
+    errors = [abs(x - known[1 << i | 1 << j]) for (i, j), x in numbers._bivector_terms(space, found).items()]
+    assert max(errors) <= 1e-14 * size**2 * max(map(abs, known.values()))
 
 
 def test_one_has_the_logarithm_zero(numbers: Any) -> None:

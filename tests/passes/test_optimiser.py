@@ -54,7 +54,7 @@ from gacompiler.passes.shift import shift
 from gacompiler.passes.squares import solvable, solve, square_of
 from gacompiler.passes.system import Definition, System
 from gacompiler.rings.polynomial import Polynomial, PolynomialRing
-from gacompiler.rings.sparse import simplify
+from gacompiler.rings.sparse import IndexedRelations, simplify
 from gacompiler.structure.blocks import matrix_product
 from gacompiler.structure.levels import COMPLEX, HALVES, plans
 
@@ -346,9 +346,9 @@ def test_sparse_gives_each_result_its_own_square() -> None:
     ring = PolynomialRing()
     x, a, b, c = (ring.variable(name) for name in "xabc")
     relation = a * a + b * b + c * c - 1
-    assert simplify(x * b * b + x * c * c, [relation]) == x - x * a * a
-    assert simplify(x * a * a + x * c * c, [relation]) == x - x * b * b
-    assert simplify(a * b, [relation]) == a * b
+    assert simplify(x * b * b + x * c * c, IndexedRelations([relation])) == x - x * a * a
+    assert simplify(x * a * a + x * c * c, IndexedRelations([relation])) == x - x * b * b
+    assert simplify(a * b, IndexedRelations([relation])) == a * b
 
 
 def test_sparse_remains_equal_on_the_relations() -> None:
@@ -361,7 +361,7 @@ def test_sparse_remains_equal_on_the_relations() -> None:
             (random.randint(-3, 3) * _power(s, i) * _power(p, j) for i in range(4) for j in range(3)),
             ring.constant(0),
         )
-        simple = simplify(polynomial, [relation])
+        simple = simplify(polynomial, IndexedRelations([relation]))
         t = Fraction(random.randint(1, 9), random.randint(1, 9))
         at = {0: (1 - t * t) / (1 + t * t), 1: 2 * t / (1 + t * t)}
         assert value(simple, at) == value(polynomial, at)
