@@ -182,7 +182,8 @@ class Graph:
 
     def apply(self, op: Op, *arguments: Any) -> Scalar:
         """Return the node ``op(arguments)``, folded if this is exact."""
-        nodes = tuple(map(self.lift, arguments))
+        lift = self.lift
+        nodes = tuple([a if type(a) is Scalar and a.graph is self else lift(a) for a in arguments])
         folded = _fold(self, op, nodes)
         if folded is not None:
             return folded
@@ -203,10 +204,14 @@ class Graph:
 
 
 _OPERANDS = (Scalar, int, float, Fraction)
+_FOLDED = (Op.CONSTANT, Op.NEGATE)
+"""Operands without which no operation on two different nodes is folded."""
 
 
 def _fold(graph: Graph, op: Op, nodes: tuple[Scalar, ...]) -> Scalar | None:
     """Return a simpler node that equals ``op(nodes)`` in every ring, or None."""
+    if len(nodes) == 2 and nodes[0] is not nodes[1] and nodes[0].op not in _FOLDED and nodes[1].op not in _FOLDED:
+        return None  # most nodes
     match op:
         case Op.ADD:
             return _fold_add(graph, *nodes)

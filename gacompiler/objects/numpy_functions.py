@@ -226,7 +226,7 @@ def _attribute(name: str) -> Any:
     return lambda kind, where, function, x: getattr(x, name)
 
 
-_REARRANGING = (
+_REARRANGING: tuple[Any, ...] = (
     np.reshape, np.ravel, np.transpose, np.swapaxes, np.moveaxis, np.rollaxis, np.squeeze, np.expand_dims,
     np.broadcast_to, np.repeat, np.tile, np.take, np.roll, np.flip, np.fliplr, np.flipud, np.rot90, np.atleast_1d,
     np.atleast_2d, np.atleast_3d, np.delete, np.compress, np.resize, np.copy, np.split, np.array_split, np.hsplit,

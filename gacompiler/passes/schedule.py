@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from ..ir.program import Argument, Line, Operand, Program, Result
-from ..ir.scalar import Op, Scalar
+from ..ir.scalar import LEAVES, Op, Scalar
 from ..ir.verify import verify
 from .opposites import share_opposites
 
@@ -22,29 +22,34 @@ def schedule(
     order: list[Scalar] = []
     size: dict[Scalar, int] = {}
 
+    placed: set[Scalar] = set()  # leaves, too, which need no line
+
     def measure(root: Scalar) -> None:
         stack = [root]
         while stack:
             node = stack[-1]
+            if node in size:
+                stack.pop()
+                continue
             missing = [argument for argument in node.arguments if argument not in size]
             if missing:
-                stack.extend(missing)
-            else:
-                size[node] = 1 + sum(size[argument] for argument in node.arguments)
-                stack.pop()
-
-    placed: set[Scalar] = set()
+                stack += missing
+                continue
+            stack.pop()
+            size[node] = 1 + sum([size[argument] for argument in node.arguments])
+            if node.op in LEAVES:
+                placed.add(node)
 
     def place(root: Scalar) -> None:
         stack = [root]
         while stack:
             node = stack[-1]
-            if node in placed or node.op in (Op.CONSTANT, Op.VARIABLE):
+            if node in placed:
                 stack.pop()
                 continue
-            waiting = [a for a in node.arguments if a not in placed and a.op not in (Op.CONSTANT, Op.VARIABLE)]
+            waiting = [argument for argument in node.arguments if argument not in placed]
             if waiting:
-                stack.append(max(waiting, key=lambda a: (size[a], -a.index)))
+                stack.append(max(waiting, key=lambda a: (size[a], -a.index)) if len(waiting) > 1 else waiting[0])
             else:
                 stack.pop()
                 placed.add(node)
