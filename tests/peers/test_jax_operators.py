@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from operator_kernels import SHAPES, arm, move_point, picked, polynomial
+from operator_kernels import SHAPES, arm, compile_quickly, move_point, picked, polynomial
 
 import gacompiler
 from gacompiler.errors import KernelError
@@ -21,6 +21,11 @@ from jax.test_util import check_grads  # noqa: E402
 from gacompiler.jax import operator  # noqa: E402
 
 BOTH = ["fwd", "rev"]
+
+
+@pytest.fixture(autouse=True)
+def _quickly_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    compile_quickly(monkeypatch)
 
 
 @pytest.fixture(autouse=True)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from operator_kernels import SHAPES, arm, move_point, picked
+from operator_kernels import SHAPES, arm, compile_quickly, move_point, picked
 
 import gacompiler
 from gacompiler.errors import KernelError
@@ -16,6 +16,11 @@ pytestmark = pytest.mark.peers
 torch = pytest.importorskip("torch")
 
 from gacompiler.torch import operator  # noqa: E402
+
+
+@pytest.fixture(autouse=True)
+def _quickly_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    compile_quickly(monkeypatch)
 
 
 def tensors(*shapes: tuple[int, ...], dtype: Any = None) -> list[Any]:

@@ -2,7 +2,24 @@
 
 from __future__ import annotations
 
-from gacompiler import SCALAR, array, cos, fold, gather, kernel, sandwich, scalar_product, sin, total
+import functools
+
+import pytest
+
+import gacompiler
+from gacompiler import (
+    SCALAR,
+    array,
+    cos,
+    differentiable,
+    fold,
+    gather,
+    kernel,
+    sandwich,
+    scalar_product,
+    sin,
+    total,
+)
 from gacompiler.algebra.catalog import PGA3, VGA3
 from gacompiler.frontend.parameters import index
 
@@ -39,3 +56,8 @@ def picked(x, rows):
 
 SHAPES = [(move_point, ((3, 8), (2, 1, 3))), (two_results, ((4, 3), (4,))), (two_results, ((3,), (2, 1)))]
 """Kernels with shapes of their arguments, which broadcast."""
+
+
+def compile_quickly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compile operators without a search for cheaper forms, which takes most of the time and changes no result."""
+    monkeypatch.setattr(differentiable, "compile", functools.partial(gacompiler.compile, effort=0))
