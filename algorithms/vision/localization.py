@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from generated import camera_poses, projective2
 
 from ..arguments import Reals, finite_number, real_array
-from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance
+from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance, likely
 from ..evidence.consensus import without_repeats
 from .camera import Camera, pinhole_pixels
 from .line_poses import line_arrays, localize_with_lines
@@ -25,7 +25,7 @@ from .pose_refinement import (
     pose_status,
 )
 from .pose_starts import three_points
-from .robust import robust_estimate
+from .robust import ALL, robust_estimate
 from .starts import ROUNDS, STEPS
 from .status import VisionStatus, check_points
 
@@ -36,6 +36,8 @@ _FEWEST = 6
 """From a probability: of five points, one of which is wrong, chance explains the others."""
 _SIGMAS = 2.5
 """From the noise: the multiple of it that thresholds usually are, up to twice which images of a point differ."""
+_NARROWING = 16.0, 4.0, 1.0
+"""A limit on work: multiples of the threshold with which the pose of a mirror image is followed, one by one."""
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=1e-2)
 
 
@@ -98,6 +100,7 @@ def localize(
         four distinct points, and DEGENERATE for points on a line and others that do not determine the pose. The status
         is NOT_CONVERGED if the best pose violates one of the other conditions, and NO_CONSENSUS if no pose has more
         inliers than expected by chance, or than of pixels as near their places as those that disagree with the pose.
+        With a threshold, this is also the status if the mirror image of the points explains the pixels better.
 
     Raises
     ------
@@ -134,10 +137,13 @@ def localize(
     scene = _Scene(places - centroid, image, k, known)
     inliers: Reals = np.ones(len(places), bool)
     if threshold is not None:
-        estimate = robust_estimate(_problem(scene), threshold, np.random.default_rng(seed), confidence, max_samples)
+        problem = _problem(scene)
+        estimate = robust_estimate(problem, threshold, np.random.default_rng(seed), confidence, max_samples)
         if estimate.status != VisionStatus.OK:
             return no_localization(estimate.status, len(places))
         inliers = estimate.inliers
+        if not inliers.all() and _is_of_mirror_image(problem, estimate.model, scene, threshold):
+            return no_localization(VisionStatus.NO_CONSENSUS, len(places))
     found = scene.minima(inliers)
     states, likely = scene.status(found, inliers)
     status = VisionStatus(int(states[0]))
@@ -228,6 +234,27 @@ def _without_wrong_pixels(scene: _Scene) -> Reals | None:
         if np.array_equal(inliers, before):
             break
     return inliers if by_chance(found.matrix)[0] <= np.log(WRONG) else None
+
+
+def _is_of_mirror_image(problem: Problem, pose: Reals, scene: _Scene, threshold: float) -> bool:
+    """Return whether a pose of the mirror image of the points explains the pixels so much better that it is unlikely.
+
+    Axes of the pixels or of the world are then mirrored. Far from the points, both have the same image if the depths of
+    one are reversed, which is where the search starts: with all pixels, which wrong ones disturb, and with near ones.
+    """
+    mirror = np.array([1.0, 1.0, -1.0])
+    start = (mirror[:, None] * pose) * np.append(mirror, 1.0)
+    start[2, 3] = pose[2, 3]
+    places, k = problem.first * mirror, scene.k
+    everywhere, _, _ = camera_poses.descend_pose(start[None], k, places, problem.second, ALL, STEPS)
+    found = np.concatenate([start[None], np.asarray(everywhere)])
+    for factor in _NARROWING:
+        limit = (factor * threshold) ** 2
+        found = np.asarray(camera_poses.descend_pose(found, k, places, problem.second, limit, STEPS)[0])
+    mirrored = float(np.fmin(problem.costs(found, places, problem.second, threshold), np.inf).min())
+    own = float(problem.costs(pose[None], problem.first, problem.second, threshold)[0])
+    n = len(places)
+    return not likely(np.array([own, mirrored]), 2 * n, 2 * n - _FREEDOM.parameters, scene.noise)[0]
 
 
 def _problem(scene: _Scene) -> Problem:
