@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 
 import numpy as np
@@ -13,6 +13,7 @@ from generated import camera_poses, projective2
 from ..arguments import Reals, finite_number, real_array
 from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance, likely
 from ..evidence.consensus import without_repeats
+from ..evidence.sampling import without_copies
 from .camera import Camera, pinhole_pixels
 from .line_poses import line_arrays, localize_with_lines
 from .localization_results import Localization, no_localization
@@ -21,6 +22,7 @@ from .pose_refinement import (
     all_poses,
     camera_motors,
     deviations,
+    growth_of_poses,
     pixel_noise,
     pose_status,
 )
@@ -59,7 +61,8 @@ def localize(
     This is the perspective-n-point problem (PnP, resection). Initial poses come from linear equations for points in
     space and for points near a plane, and for few points from triples. Levenberg-Marquardt iterations on the manifold
     of motors lead from each of them to a minimum; the least one with all points in front of the camera is returned.
-    Coordinates are taken relative to the centroid of the points, so the origin of the world is arbitrary.
+    Coordinates are taken relative to the centroid of the points, so the origin of the world is arbitrary. Exact copies
+    of points with their pixels are not further measurements, and count once.
 
     Parameters
     ----------
@@ -100,7 +103,8 @@ def localize(
         four distinct points, and DEGENERATE for points on a line and others that do not determine the pose. The status
         is NOT_CONVERGED if the best pose violates one of the other conditions, and NO_CONSENSUS if no pose has more
         inliers than expected by chance, or than of pixels as near their places as those that disagree with the pose.
-        With a threshold, this is also the status if the mirror image of the points explains the pixels better.
+        With a threshold, this is also the status if the mirror image of the points explains the pixels better, or if
+        so many pixels are within one and two thresholds that their noise is not less than the threshold.
 
     Raises
     ------
@@ -131,6 +135,11 @@ def localize(
     status = check_points({"points": places, "pixels": image}, 4, "points")
     if status != VisionStatus.OK:
         return no_localization(status, len(places))
+    kept, again = without_copies(image, places)
+    if len(kept) < len(places):
+        options = threshold, seed, confidence, max_samples, noise
+        once = localize(places[kept], image[kept], matrix, *options)
+        return replace(once, inliers=once.inliers[again])
     places, image = places.astype(np.float64), image.astype(np.float64)
     centroid = places.sum(0) / len(places)
     known = pixel_noise(k, noise)
@@ -158,11 +167,14 @@ def localize(
     if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
         return no_localization(status, len(places))
     rows = found.matrix[0, likely[0]]
+    growth = 1.0 if threshold is None else growth_of_poses(scene.squares(rows[0]), threshold)
+    if not isfinite(growth):
+        return no_localization(VisionStatus.NO_CONSENSUS, len(places))
     poses = camera_motors(rows, centroid)
     pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
     best, n_used = found.at((0, 0)), int(inliers.sum())
     residual = float(np.sqrt(best.cost / n_used))
-    return Localization(pose, status, residual, inliers, poses, deviations(best, n_used, known))
+    return Localization(pose, status, residual, inliers, poses, deviations(best, n_used, known, growth=growth))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
