@@ -38,6 +38,8 @@ _FEWEST = 6
 """From a probability: of five points, one of which is wrong, chance explains the others."""
 _SIGMAS = 2.5
 """From the noise: the multiple of it that thresholds usually are, up to twice which images of a point differ."""
+_SOME = 64
+"""A limit on work: the number of pixels with which the pose of a mirror image is searched for."""
 _NARROWING = 16.0, 4.0, 1.0
 """A limit on work: multiples of the threshold with which the pose of a mirror image is followed, one by one."""
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=1e-2)
@@ -257,16 +259,21 @@ def _is_of_mirror_image(problem: Problem, pose: Reals, scene: _Scene, threshold:
     mirror = np.array([1.0, 1.0, -1.0])
     start = (mirror[:, None] * pose) * np.append(mirror, 1.0)
     start[2, 3] = pose[2, 3]
-    places, k = problem.first * mirror, scene.k
-    everywhere, _, _ = camera_poses.descend_pose(start[None], k, places, problem.second, ALL, STEPS)
+    places, image, k, n = problem.first * mirror, problem.second, scene.k, len(problem.first)
+    some = slice(None, None, -(-n // _SOME))
+    own_first, first, second = (np.ascontiguousarray(each[some]) for each in (problem.first, places, image))
+    everywhere, _, _ = camera_poses.descend_pose(start[None], k, first, second, ALL, STEPS)
     found = np.concatenate([start[None], np.asarray(everywhere)])
     for factor in _NARROWING:
-        limit = (factor * threshold) ** 2
-        found = np.asarray(camera_poses.descend_pose(found, k, places, problem.second, limit, STEPS)[0])
-    mirrored = float(np.fmin(problem.costs(found, places, problem.second, threshold), np.inf).min())
-    own = float(problem.costs(pose[None], problem.first, problem.second, threshold)[0])
-    n = len(places)
-    return not likely(np.array([own, mirrored]), 2 * n, 2 * n - _FREEDOM.parameters, scene.noise)[0]
+        found = np.asarray(camera_poses.descend_pose(found, k, first, second, (factor * threshold) ** 2, STEPS)[0])
+    costs = np.fmin(problem.costs(found, first, second, threshold), np.inf)
+    if costs.min() >= problem.costs(pose[None], own_first, second, threshold)[0]:
+        return False
+    best = found[int(costs.argmin())]
+    found, _, numbers = camera_poses.descend_pose(best[None], k, places, image, threshold**2, STEPS)
+    own = float(problem.costs(pose[None], problem.first, image, threshold)[0])
+    freedom = 2 * n - _FREEDOM.parameters
+    return not likely(np.array([own, float(np.asarray(numbers)[0, 0])]), 2 * n, freedom, scene.noise)[0]
 
 
 def _problem(scene: _Scene) -> Problem:
