@@ -17,6 +17,7 @@ from ..evidence.sampling import without_copies
 from .camera import Camera, pinhole_pixels
 from .line_poses import line_arrays, localize_with_lines
 from .localization_results import Localization, no_localization
+from .other_focal import moved_by_another_focal
 from .pose_refinement import (
     Poses,
     all_poses,
@@ -103,10 +104,12 @@ def localize(
         their centroid. AMBIGUOUS means that another pose, as the mirror image of a small or distant plane, has a
         likelihood of more than a thousandth of the best one; both are in `poses`. TOO_FEW is returned for fewer than
         four distinct points, and DEGENERATE for points on a line and others that do not determine the pose. The status
-        is NOT_CONVERGED if the best pose violates one of the other conditions, and NO_CONSENSUS if no pose has more
-        inliers than expected by chance, or than of pixels as near their places as those that disagree with the pose.
-        With a threshold, this is also the status if the mirror image of the points explains the pixels better, or if
-        so many pixels are within one and two thresholds that their noise is not less than the threshold.
+        is NOT_CONVERGED if the best pose violates one of the other conditions, or if another focal length explains more
+        of the squared distances than it leaves, and than noise would. This is tested if distances are larger than
+        usual, or if most pixels disagree. The status is NO_CONSENSUS if no pose has more inliers than expected by
+        chance, or than of pixels as near their places as those that disagree with the pose. With a threshold, this is
+        also the status if the mirror image of the points explains the pixels better, or if so many pixels are within
+        one and two thresholds that their noise is not less than the threshold.
 
     Raises
     ------
@@ -172,11 +175,18 @@ def localize(
     growth = 1.0 if threshold is None else growth_of_poses(scene.squares(rows[0]), threshold)
     if not isfinite(growth):
         return no_localization(VisionStatus.NO_CONSENSUS, len(places))
+    best, n_used, shift = found.at((0, 0)), int(inliers.sum()), np.zeros(2)
+    # A right camera rarely leaves more than is usual, or most of the pixels.
+    if best.cost > (2 * n_used - _FREEDOM.parameters) * known.variance or 2 * n_used < len(places):
+        refused, shift = moved_by_another_focal(rows[0], scene.places[inliers], scene.image[inliers], k, known)
+        if refused:
+            return no_localization(VisionStatus.NOT_CONVERGED, len(places))
     poses = camera_motors(rows, centroid)
     pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
-    best, n_used = found.at((0, 0)), int(inliers.sum())
     residual = float(np.sqrt(best.cost / n_used))
-    return Localization(pose, status, residual, inliers, poses, deviations(best, n_used, known, growth=growth))
+    return Localization(
+        pose, status, residual, inliers, poses, np.hypot(deviations(best, n_used, known, growth=growth), shift)
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
