@@ -501,3 +501,15 @@ def test_a_measurement_far_from_the_prediction_is_inconsistent() -> None:
     heights[:, 5:35] += np.array([[[0.0]], [[60.0]]])
     gated.run(heights)
     assert gated.status.tolist() == [EstimationStatus.OK, EstimationStatus.INCONSISTENT]
+
+
+def test_far_measurements_contradict_nonlinear_filters() -> None:
+    """The distance of a place that is known to 0.1, which is measured to 0.1: 0.3 off, and 3 off."""
+    for off, status in ((0.3, EstimationStatus.OK), (3.0, EstimationStatus.INCONSISTENT)):
+        extended, unscented = (
+            kind([3.0, 4.0], 0.01 * np.eye(2)) for kind in (ExtendedKalmanFilter, UnscentedKalmanFilter)
+        )
+        distance = np.array([5.0 + off])
+        extended.update(distance, lambda x: (np.hypot(*x)[None], x[None] / np.hypot(*x)), [[0.01]])
+        unscented.update(distance, lambda x: np.hypot(x[:, :1], x[:, 1:]), [[0.01]])
+        assert extended.status == unscented.status == status
