@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from generated import kalman as kernels
 
 from ..arguments import Reals, finite, real_array
-from ..evidence.gates import checked_gate
+from ..evidence import WRONG
+from ..evidence.gates import UNLIKELY, checked_gate, gate_of
 from .matrices import as_definite, definite_once
 from .status import EstimationStatus
 
@@ -113,6 +114,7 @@ class KalmanFilter:
         self._gates, self._each = np.array([np.inf, limit]), np.array([limit, np.inf])
         self._innovation = np.full((*leading, m), np.nan)
         self._square, self._count = np.zeros(leading), np.zeros(leading)
+        self._recorded: tuple[Reals, Reals, Reals] | None = None
         self._good = definite and process_definite and noise_definite
         self._status: Reals | None = self._known_status(leading)
 
@@ -143,14 +145,43 @@ class KalmanFilter:
 
     @property
     def status(self) -> Reals:
-        """(...) int, an `EstimationStatus` each: OK, SKIPPED, REJECTED or NOT_DEFINITE, of the last call."""
+        """(...) int, an `EstimationStatus` each: OK, SKIPPED, REJECTED, INCONSISTENT or NOT_DEFINITE, of the last call.
+
+        After `run` it is INCONSISTENT if the squares of all innovations are larger than a correct model leaves with a
+        probability of a thousandth, or if less than half of the measurements were used. After `update`, which is called
+        many times, the probability is a billionth.
+        """
         if self._status is None:
             # Computed here, because it takes longer than an update.
             missing = ~np.isfinite(self._innovation).any(-1)
-            status = np.where(missing, EstimationStatus.SKIPPED, EstimationStatus.REJECTED)
-            good = self._known_status(())
-            self._status = np.where((self._count > 0) & ~missing, good, status)
+            inconsistent = self._is_inconsistent()
+            if inconsistent.ndim:
+                status = np.where(missing, EstimationStatus.SKIPPED, EstimationStatus.REJECTED)
+                status = np.where((self._count > 0) & ~missing, self._known_status(()), status)
+                self._status = np.where(inconsistent, EstimationStatus.INCONSISTENT, status)
+            elif inconsistent:
+                self._status = np.array(EstimationStatus.INCONSISTENT)
+            elif self._count > 0 and not missing:
+                self._status = self._known_status(())
+            else:
+                self._status = np.array(EstimationStatus.SKIPPED if missing else EstimationStatus.REJECTED)
         return self._status
+
+    def _is_inconsistent(self) -> Reals:
+        """Return whether the innovations of the last call are larger than their covariances let them be."""
+        if self._recorded is None:
+            squares, count, probability = self._square, self._count, UNLIKELY
+            lost = np.zeros(np.shape(count), np.bool_)
+        else:
+            innovations, each, counts = self._recorded
+            used, seen = (counts > 0).sum(-1), np.isfinite(innovations).any(-1).sum(-1)
+            squares, count, probability = np.where(counts > 0, each, 0).sum(-1), counts.sum(-1), WRONG
+            lost = (seen > 1) & (2 * used < seen)
+        if not np.ndim(count):
+            return np.asarray(lost | (count > 0 and squares > gate_of(int(count), probability)))
+        numbers, where = np.unique(np.asarray(count, int), return_inverse=True)
+        limits = np.array([gate_of(int(n), probability) if n else np.inf for n in numbers])
+        return np.asarray((squares > limits[where].reshape(np.shape(count))) | lost)
 
     def _known_status(self, leading: tuple[int, ...]) -> Reals:
         """Return the status of a call whose measurement, if any, was used."""
@@ -212,7 +243,7 @@ class KalmanFilter:
         self._state, self._covariance, self._innovation, self._square, self._count = kernels.update(
             self._state, self._covariance, z, own, spread, self._each if in_sequence else self._gates
         )
-        self._status, self._good = None, good
+        self._status, self._recorded, self._good = None, None, good
 
     def run(
         self,
@@ -261,6 +292,7 @@ class KalmanFilter:
             self._state, self._covariance = states[..., -1, :].copy(), covariances[..., -1, :, :].copy()
             self._innovation, self._square, self._count = innovations[..., -1, :], squares[..., -1], count[..., -1]
             self._status = None
+            self._recorded = innovations, squares, count
         missing = (~np.isfinite(np.broadcast_to(z, (*leading, t, m)))).sum((-1, -2))
         return Filtered(states, covariances, before, spreads, innovations, squares, count > 0, missing, used)
 

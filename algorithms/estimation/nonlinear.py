@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from generated import kalman as kernels
 
 from ..arguments import Reals, finite, real_array
-from ..evidence.gates import checked_gate
+from ..evidence.gates import UNLIKELY, checked_gate, gate_of
 from .matrices import as_definite, definite_once
 from .status import EstimationStatus
 
@@ -55,7 +55,7 @@ class _NonlinearFilter:
 
     @property
     def status(self) -> EstimationStatus:
-        """The status of the last call: OK, SKIPPED, REJECTED, NOT_CONVERGED or NOT_DEFINITE."""
+        """The status of the last call: OK, SKIPPED, REJECTED, NOT_CONVERGED, INCONSISTENT or NOT_DEFINITE."""
         return self._status
 
     def _predicted(self, after: Reals, rows: Reals, noise: Reals, definite: bool) -> EstimationStatus:
@@ -104,7 +104,10 @@ class _NonlinearFilter:
                 self._status = EstimationStatus.REJECTED
                 return self._status
         self._state, self._covariance = at, covariance
-        self._status = EstimationStatus.OK if definite else EstimationStatus.NOT_DEFINITE
+        if self._square > gate_of(int(count), UNLIKELY):
+            self._status = EstimationStatus.INCONSISTENT
+        else:
+            self._status = EstimationStatus.OK if definite else EstimationStatus.NOT_DEFINITE
         return self._status
 
 

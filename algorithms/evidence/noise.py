@@ -50,31 +50,46 @@ def largest_ratio(n: int, freedom: float = np.inf, probability: float = WRONG) -
     return 1 / float(scipy.special.fdtri(freedom, n, probability))
 
 
-def growth_by_threshold(n_within: int, n_beyond: int) -> float:
+def growth_by_threshold(n_within: int, n_beyond: int, codimension: int = 1) -> float:
     """Return the factor by which a threshold near the noise makes the variance of least squares larger.
 
-    Residuals within a threshold c are used. A change of the parameters also moves residuals across it, which leaves the
-    fraction ``1 - 2 c p(c) / P(|r| < c)`` of the information of those within (Huber, *Robust Statistics*, 1981). The
-    threshold, in deviations of normal noise, follows from how many residuals are within it and within twice of it. The
-    factor is 1.06 for three deviations, 1.7 for two and 12 for one. It is infinite below: there, residuals look as if
-    they were uniform.
+    Items within a threshold c are used. A change of the parameters also moves items across it, which leaves the
+    fraction ``F(c**2; k + 2) / F(c**2; k)`` of the information of those within, with the chi-square distributions F of
+    k residuals (Huber, *Robust Statistics*, 1981). The threshold, in deviations of normal noise, follows from how many
+    items are within it and within twice of it. For one residual, the factor is 1.06 for three deviations, 1.7 for two
+    and 12 for one. It is infinite below: there, items look as if their distances were uniform.
 
     Parameters
     ----------
     n_within, n_beyond : int
-        Numbers of residuals up to the threshold, and from there to twice of it.
+        Numbers of items up to the threshold, and from there to twice of it.
+    codimension : int, optional
+        Number of residuals of an item.
     """
-    ratios, factors = _growths()
+    ratios, factors = _growths(codimension)
     return float(np.interp(n_beyond / max(n_within, 1), ratios, factors, right=np.inf))
 
 
-@lru_cache(maxsize=1)
-def _growths() -> tuple[Reals, Reals]:
-    """Return ratios of residuals beyond a threshold, ascending, and the factors of the variance."""
+@lru_cache(maxsize=10)
+def _growths(codimension: int) -> tuple[Reals, Reals]:
+    """Return ratios of items beyond a threshold, ascending, and the factors of the variance."""
     c = np.linspace(6.0, 1.0, 200)
-    within, twice = (scipy.special.erf(each / np.sqrt(2)) for each in (c, 2 * c))
-    crossing = np.sqrt(2 / np.pi) * c * np.exp(-c * c / 2)
-    return twice / within - 1, (1 - crossing / within) ** -2.0
+    within, twice, left = (
+        scipy.special.chdtr(k, each * each)
+        for k, each in ((codimension, c), (codimension, 2 * c), (codimension + 2, c))
+    )
+    return twice / within - 1, (left / within) ** -2.0
+
+
+def coherent(residuals: Reals) -> bool:
+    """Return whether neighbours in a sequence of residuals (n,) agree more than independent noise would let them.
+
+    The sum of products of neighbours, divided by that of squares, has a standard deviation of less than
+    ``1 / sqrt(n)``; shapes that a model does not have make it larger.
+    """
+    squares = float(residuals @ residuals)
+    products = float(residuals[1:] @ residuals[:-1])
+    return bool(len(residuals) >= ENOUGH and products > -scipy.special.ndtri(WRONG) * squares / np.sqrt(len(residuals)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from generated import samples
 
+from ..arguments import Reals
+
 _LARGEST = 8
 """The number of different numbers that `samples.different` computes."""
 
@@ -44,3 +46,29 @@ def all_or_some_sets(n_items: int, size: int, most: int) -> NDArray[np.intp]:
     if comb(n_items, size) <= most:
         return np.array(list(combinations(range(n_items), size)), np.intp).reshape(-1, size)
     return random_sets(n_items, size, most)
+
+
+def without_copies(*sides: Reals) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the items that are no exact copies of others, and the number of each item among these.
+
+    Noise leaves no two measurements equal, so that copies carry no information; to count them would make a result look
+    too certain.
+
+    Parameters
+    ----------
+    *sides : array, (n, k)
+        The numbers of items; copies agree in all of them.
+
+    Returns
+    -------
+    kept : array of int, (m,)
+    again : array of int, (n,)
+    """
+    n = len(sides[0])
+    # Most items differ in the first number.
+    first = np.sort(sides[0][:, 0])
+    if (first[1:] != first[:-1]).all():
+        return np.arange(n), np.arange(n)
+    _, kept, again = np.unique(np.concatenate(sides, 1), axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(kept)
+    return kept[order], np.argsort(order)[again.ravel()]

@@ -45,7 +45,7 @@ class FitStatus(Status):
     """The points do not determine the object, for example a circle by points on a line."""
     NOT_CONVERGED = 3
     UNEXPLAINED = 4
-    """Points at random would have as many points near some object."""
+    """Points at random would have as many points near some object, or the points contradict the object."""
 
 
 class PathStatus(Status):

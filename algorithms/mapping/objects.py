@@ -14,7 +14,8 @@ from generated import cga2, pga2
 from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
-from ..evidence import Noise, certain_deviations
+from ..evidence import Noise, certain_deviations, likely
+from ..evidence.noise import coherent
 from ..precision import SINGLE
 from .navigation_status import FitStatus
 from .round_fitting import fit_round
@@ -153,7 +154,9 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
     Returns
     -------
     ObjectFit
-        DEGENERATE if the points are on a line within their noise.
+        DEGENERATE if the points are on a line within their noise, or if a line explains those that agree nearly as
+        well. UNEXPLAINED if most points do not agree, if the distances of those that do are larger than their noise, or
+        if distances up to 6 standard deviations are coherent along the circle, such as those of corners and ellipses.
     """
     places = real_array(points, "points", (2,), "points").astype(float).reshape(-1, 2)
     inliers = np.isfinite(places).all(1)
@@ -184,10 +187,18 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
     # The standard deviation of the curvature of points along a nearly straight arc: Gluckstern, *Nucl. Instrum.
     # Methods* 24:381, 1963.
     uncertain = sigma / (2 * extent) ** 2 * np.sqrt(720 / (inliers.sum() + 4)) if extent > 0 else np.inf
-    if not np.isfinite(vector).all() or abs(curvature) < _SURE * uncertain:
+    if not np.isfinite(vector).all() or abs(curvature) < _SURE * uncertain or _is_straight(local[inliers], off, sigma):
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     found = MapObject.circle(vector[:2] / curvature + shift, 1 / abs(float(curvature)), name)
     residual = float(np.sqrt(np.mean(off**2)))
+    whole = _distances(local, vector)
+    # The shape of what is left out continues near the circle; other things are farther away.
+    near = np.abs(whole) <= 6 * sigma
+    around = local[near] - vector[:2] / curvature
+    in_order = np.clip(whole[near], -3 * sigma, 3 * sigma)[np.argsort(np.arctan2(*around.T))]
+    contradicted = Noise(sigma**2).contradicted(np.asarray(off @ off), len(off) - 3)
+    if 2 * len(off) < np.isfinite(whole).sum() or contradicted or coherent(in_order):
+        return ObjectFit(None, residual, inliers, FitStatus.UNEXPLAINED)
     return ObjectFit(found if status == FitStatus.OK else None, residual, inliers, status)
 
 
@@ -312,6 +323,12 @@ def _end(seen: _Sides, own: Reals, k: int, level: float, turned: float) -> tuple
     steps = np.maximum(steps, np.diff(ordered[: min(4, len(ordered))]).mean())
     half = float(steps[0]) / 2 if np.isfinite(steps[0]) else 0.0
     return sign * (float(ordered[0]) - half), max(half, float(steps[1]) - half)
+
+
+def _is_straight(points: Reals, off: Reals, sigma: float) -> bool:
+    """Return whether a line is likely in relation to a circle with the distances `off` from points."""
+    least = np.linalg.eigvalsh(np.cov(points.T))[0] * (len(points) - 1)
+    return bool(likely(np.array([off @ off, least]), len(off), len(off) - 3, Noise(sigma**2))[1])
 
 
 def _is_bent(points: Reals, sigma: float) -> bool:

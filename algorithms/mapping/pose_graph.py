@@ -14,7 +14,7 @@ from ..arguments import Reals, finite, real_array
 from ..estimation.motor_factors import MOTION, Factors, States
 from ..estimation.motor_problem import REJECTED, MotorProblem, SmoothingStatus
 from ..estimation.smoothing import checked_states, smoothed
-from ..evidence import Status, gate_of, is_lost
+from ..evidence import Noise, Status, gate_of, is_lost
 from ..evidence.descent import Descent, descended
 from ..evidence.normal_equations import NormalEquations, Parts, blocks_of_inverse
 from ..precision import NEGLIGIBLE
@@ -38,7 +38,7 @@ class GraphStatus(Status):
     UNDETERMINED = 4
     """The information of the edges leaves some direction of the poses undetermined. It is tested in space."""
     INCONSISTENT = 5
-    """Misfits are larger than the information leaves with a probability of 0.001. It is tested in space."""
+    """Misfits are larger than the information leaves with a probability of 0.001."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -210,15 +210,29 @@ class _Graph:
             if other is not None and (other.settled, -other.cost) > (found.settled, -found.cost):
                 found = other
         status = GraphStatus.OK if found.settled else GraphStatus.NOT_CONVERGED
-        used = int((found.weights[self.robust] >= REJECTED).sum())
-        if found.settled and is_lost(used, int(self.robust.sum())):
+        used = ~self.robust | (found.weights >= REJECTED)
+        if found.settled and is_lost(int(used[self.robust].sum()), int(self.robust.sum())):
             status = GraphStatus.CONTRADICTED
+        elif found.settled and self.reached.all() and self._is_inconsistent(found.squares, used):
+            status = GraphStatus.INCONSISTENT
         if not self.reached.all():
             status = GraphStatus.DISCONNECTED
         misfits, by_a, by_b = found.equations
         spreads = self.rows.covariances(by_a, by_b, found.weights[:, None, None] * self.information, wanted)
         motors = np.asarray(pga2.normalize_motor(found.state))
         return OptimisedPoses(motors, status, misfits, found.weights, found.cost, found.steps, spreads)
+
+    def _is_inconsistent(self, squares: Reals, used: Reals) -> bool:
+        """Return whether the squared misfits of some edges are larger than their information leaves.
+
+        Edges that measure all three numbers determine the poses that they connect; the others may determine no more.
+        """
+        values = np.linalg.eigvalsh(self.information)
+        numbers = (values > NEGLIGIBLE * values[:, -1:]).sum(1)
+        whole = used & (numbers == 3)
+        n_parts = 1 if whole.all() else _components(len(self.reached), self.edges[whole])[0]
+        freedom = int(numbers[used].sum()) - 3 * (len(self.reached) - n_parts)
+        return bool(Noise(1.0).contradicted(np.asarray(squares[used].sum()), freedom))
 
     def linearised(self, poses: Reals) -> tuple[Reals, tuple[Reals, Reals, Reals]]:
         """Return squared misfits, and the misfits with their derivatives."""
@@ -346,6 +360,14 @@ def _parts(misfits: Reals, by_a: Reals, by_b: Reals, information: Reals) -> Part
 
 def _reached(n: int, edges: Reals) -> Reals:
     """Return which poses are connected to the first one."""
-    links = scipy.sparse.csc_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(n, n))
-    labels = scipy.sparse.csgraph.connected_components(links, directed=False)[1] if n else np.zeros(0, int)
+    labels = _components(n, edges)[1]
     return np.asarray(labels == labels[0] if n else np.zeros(0, bool))
+
+
+def _components(n: int, edges: Reals) -> tuple[int, Reals]:
+    """Return the number of parts of poses that edges connect, and the part (n,) of each pose."""
+    if not n:
+        return 0, np.zeros(0, int)
+    links = scipy.sparse.csc_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(n, n))
+    found = scipy.sparse.csgraph.connected_components(links, directed=False)
+    return int(found[0]), np.asarray(found[1])

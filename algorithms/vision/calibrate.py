@@ -50,7 +50,8 @@ class PlaneCalibration:
     """Names of the estimated parameters: ``fx fy cx cy``, ``skew`` if requested, and the coefficients."""
     covariance: Reals = field(default_factory=lambda: np.empty((0, 0)))
     """(p, p) Covariance of the parameters, for independent noise of pixels with the variance that residuals show;
-    infinite if there are no more pixels than unknowns."""
+    infinite if there are no more pixels than unknowns. If further terms of distortion explain more of the residuals
+    than noise would, it includes by how much these would move the parameters."""
     poses: Reals = field(default_factory=lambda: np.empty((0, 8)))
     """(v, 8) Unit motors from the frames of the planes, whose points are ``(x, y, 0)``, to the camera frame."""
     view_residuals: Reals = field(default_factory=lambda: np.empty(0))

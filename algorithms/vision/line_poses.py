@@ -13,7 +13,7 @@ from ..evidence.triangles import from_triangle
 from ..precision import ROUNDING
 from .camera import Camera
 from .localization_results import Localization, no_localization
-from .pose_refinement import Poses, camera_motors, deviations, judged_poses, ordered, pixel_noise
+from .pose_refinement import Poses, camera_motors, deviations, growth_of_poses, judged_poses, ordered, pixel_noise
 from .pose_starts import reversed_pose
 from .robust import ALL, robust_estimate
 from .starts import BEST, REAL, SETS, STEPS
@@ -63,7 +63,7 @@ def localize_with_lines(
         if estimate.status != VisionStatus.OK:
             return no_localization(estimate.status, n, m)
         inliers, starts = estimate.inliers, estimate.model[None]
-    return scene.result(inliers, starts)
+    return scene.result(inliers, starts, threshold)
 
 
 class _Scene:
@@ -176,7 +176,7 @@ class _Scene:
 
         return Problem(self.items, self.pixels, _FREEDOM, self.of_sets, distances, costs, descend)
 
-    def result(self, inliers: Reals, starts: Reals) -> Localization:
+    def result(self, inliers: Reals, starts: Reals, threshold: float | None) -> Localization:
         """Return the result for some of the items."""
         n, m = self.n_points, len(self.items) - self.n_points
         some = np.flatnonzero(inliers)
@@ -199,13 +199,17 @@ class _Scene:
         status = VisionStatus(int(states[0]))
         if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
             return no_localization(status, n, m)
-        rows = found.matrix[0, rivals[0]].copy()
+        rows, growth = found.matrix[0, rivals[0]].copy(), 1.0
+        if threshold is not None:
+            growth = growth_of_poses(self.squares(rows[:1], np.arange(n + m)), threshold)
+        if not np.isfinite(growth):
+            return no_localization(VisionStatus.NO_CONSENSUS, n, m)
         rows[..., 3] *= self.unit
         poses = camera_motors(rows, np.broadcast_to(self.centroid, (len(rows), 3)))
         pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
         first = found.at((0, 0))
         size = float(units[0, 0]) * self.unit
-        known = deviations(first, len(some), self.noise, size)
+        known = deviations(first, len(some), self.noise, size, growth)
         residual = float(np.sqrt(first.cost / len(some)))
         return Localization(pose, status, residual, inliers[:n], poses, known, inliers[n:])
 

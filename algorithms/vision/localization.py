@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 
 import numpy as np
@@ -11,21 +11,24 @@ from numpy.typing import ArrayLike
 from generated import camera_poses, projective2
 
 from ..arguments import Reals, finite_number, real_array
-from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance
+from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance, likely
 from ..evidence.consensus import without_repeats
+from ..evidence.sampling import without_copies
 from .camera import Camera, pinhole_pixels
 from .line_poses import line_arrays, localize_with_lines
 from .localization_results import Localization, no_localization
+from .other_focal import moved_by_another_focal
 from .pose_refinement import (
     Poses,
     all_poses,
     camera_motors,
     deviations,
+    growth_of_poses,
     pixel_noise,
     pose_status,
 )
 from .pose_starts import three_points
-from .robust import robust_estimate
+from .robust import ALL, robust_estimate
 from .starts import ROUNDS, STEPS
 from .status import VisionStatus, check_points
 
@@ -36,6 +39,10 @@ _FEWEST = 6
 """From a probability: of five points, one of which is wrong, chance explains the others."""
 _SIGMAS = 2.5
 """From the noise: the multiple of it that thresholds usually are, up to twice which images of a point differ."""
+_SOME = 64
+"""A limit on work: the number of pixels with which the pose of a mirror image is searched for."""
+_NARROWING = 16.0, 4.0, 1.0
+"""A limit on work: multiples of the threshold with which the pose of a mirror image is followed, one by one."""
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=1e-2)
 
 
@@ -57,7 +64,8 @@ def localize(
     This is the perspective-n-point problem (PnP, resection). Initial poses come from linear equations for points in
     space and for points near a plane, and for few points from triples. Levenberg-Marquardt iterations on the manifold
     of motors lead from each of them to a minimum; the least one with all points in front of the camera is returned.
-    Coordinates are taken relative to the centroid of the points, so the origin of the world is arbitrary.
+    Coordinates are taken relative to the centroid of the points, so the origin of the world is arbitrary. Exact copies
+    of points with their pixels are not further measurements, and count once.
 
     Parameters
     ----------
@@ -96,8 +104,12 @@ def localize(
         their centroid. AMBIGUOUS means that another pose, as the mirror image of a small or distant plane, has a
         likelihood of more than a thousandth of the best one; both are in `poses`. TOO_FEW is returned for fewer than
         four distinct points, and DEGENERATE for points on a line and others that do not determine the pose. The status
-        is NOT_CONVERGED if the best pose violates one of the other conditions, and NO_CONSENSUS if no pose has more
-        inliers than expected by chance, or than of pixels as near their places as those that disagree with the pose.
+        is NOT_CONVERGED if the best pose violates one of the other conditions, or if another focal length explains more
+        of the squared distances than it leaves, and than noise would. This is tested if distances are larger than
+        usual, or if most pixels disagree. The status is NO_CONSENSUS if no pose has more inliers than expected by
+        chance, or than of pixels as near their places as those that disagree with the pose. With a threshold, this is
+        also the status if the mirror image of the points explains the pixels better, or if so many pixels are within
+        one and two thresholds that their noise is not less than the threshold.
 
     Raises
     ------
@@ -128,16 +140,24 @@ def localize(
     status = check_points({"points": places, "pixels": image}, 4, "points")
     if status != VisionStatus.OK:
         return no_localization(status, len(places))
+    kept, again = without_copies(image, places)
+    if len(kept) < len(places):
+        options = threshold, seed, confidence, max_samples, noise
+        once = localize(places[kept], image[kept], matrix, *options)
+        return replace(once, inliers=once.inliers[again])
     places, image = places.astype(np.float64), image.astype(np.float64)
     centroid = places.sum(0) / len(places)
     known = pixel_noise(k, noise)
     scene = _Scene(places - centroid, image, k, known)
     inliers: Reals = np.ones(len(places), bool)
     if threshold is not None:
-        estimate = robust_estimate(_problem(scene), threshold, np.random.default_rng(seed), confidence, max_samples)
+        problem = _problem(scene)
+        estimate = robust_estimate(problem, threshold, np.random.default_rng(seed), confidence, max_samples)
         if estimate.status != VisionStatus.OK:
             return no_localization(estimate.status, len(places))
         inliers = estimate.inliers
+        if not inliers.all() and _is_of_mirror_image(problem, estimate.model, scene, threshold):
+            return no_localization(VisionStatus.NO_CONSENSUS, len(places))
     found = scene.minima(inliers)
     states, likely = scene.status(found, inliers)
     status = VisionStatus(int(states[0]))
@@ -152,11 +172,21 @@ def localize(
     if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
         return no_localization(status, len(places))
     rows = found.matrix[0, likely[0]]
+    growth = 1.0 if threshold is None else growth_of_poses(scene.squares(rows[0]), threshold)
+    if not isfinite(growth):
+        return no_localization(VisionStatus.NO_CONSENSUS, len(places))
+    best, n_used, shift = found.at((0, 0)), int(inliers.sum()), np.zeros(2)
+    # A right camera rarely leaves more than is usual, or most of the pixels.
+    if best.cost > (2 * n_used - _FREEDOM.parameters) * known.variance or 2 * n_used < len(places):
+        refused, shift = moved_by_another_focal(rows[0], scene.places[inliers], scene.image[inliers], k, known)
+        if refused:
+            return no_localization(VisionStatus.NOT_CONVERGED, len(places))
     poses = camera_motors(rows, centroid)
     pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
-    best, n_used = found.at((0, 0)), int(inliers.sum())
     residual = float(np.sqrt(best.cost / n_used))
-    return Localization(pose, status, residual, inliers, poses, deviations(best, n_used, known))
+    return Localization(
+        pose, status, residual, inliers, poses, np.hypot(deviations(best, n_used, known, growth=growth), shift)
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -228,6 +258,32 @@ def _without_wrong_pixels(scene: _Scene) -> Reals | None:
         if np.array_equal(inliers, before):
             break
     return inliers if by_chance(found.matrix)[0] <= np.log(WRONG) else None
+
+
+def _is_of_mirror_image(problem: Problem, pose: Reals, scene: _Scene, threshold: float) -> bool:
+    """Return whether a pose of the mirror image of the points explains the pixels so much better that it is unlikely.
+
+    Axes of the pixels or of the world are then mirrored. Far from the points, both have the same image if the depths of
+    one are reversed, which is where the search starts: with all pixels, which wrong ones disturb, and with near ones.
+    """
+    mirror = np.array([1.0, 1.0, -1.0])
+    start = (mirror[:, None] * pose) * np.append(mirror, 1.0)
+    start[2, 3] = pose[2, 3]
+    places, image, k, n = problem.first * mirror, problem.second, scene.k, len(problem.first)
+    some = slice(None, None, -(-n // _SOME))
+    own_first, first, second = (np.ascontiguousarray(each[some]) for each in (problem.first, places, image))
+    everywhere, _, _ = camera_poses.descend_pose(start[None], k, first, second, ALL, STEPS)
+    found = np.concatenate([start[None], np.asarray(everywhere)])
+    for factor in _NARROWING:
+        found = np.asarray(camera_poses.descend_pose(found, k, first, second, (factor * threshold) ** 2, STEPS)[0])
+    costs = np.fmin(problem.costs(found, first, second, threshold), np.inf)
+    if costs.min() >= problem.costs(pose[None], own_first, second, threshold)[0]:
+        return False
+    best = found[int(costs.argmin())]
+    found, _, numbers = camera_poses.descend_pose(best[None], k, places, image, threshold**2, STEPS)
+    own = float(problem.costs(pose[None], problem.first, image, threshold)[0])
+    freedom = 2 * n - _FREEDOM.parameters
+    return not likely(np.array([own, float(np.asarray(numbers)[0, 0])]), 2 * n, freedom, scene.noise)[0]
 
 
 def _problem(scene: _Scene) -> Problem:

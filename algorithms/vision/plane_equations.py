@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, listed, real_array
-from ..evidence import Noise, largest_ratio
+from ..evidence import WRONG, Noise, largest_ratio
 from ..precision import NEGLIGIBLE, SINGLE
 from .normalization import flatness, homogeneous, similarity
 from .planes import linear_homography
@@ -120,15 +120,22 @@ def explained_by(normal: Reals) -> Explained:
     return Explained(float(normal[:-1, -1] @ coefficients), coefficients, int(rank))
 
 
-def contradicts(explained: float, cost: float, n_terms: int, freedom: int, rounding: float) -> bool:
-    """Return whether terms explain more of a sum of squares than they leave, and than noise would.
+def exceeds_noise(
+    explained: float, cost: float, n_terms: int, freedom: int, rounding: float, probability: float = WRONG
+) -> bool:
+    """Return whether terms explain more of a sum of squares than noise would with a probability.
 
-    Terms that leave more than they explain are hidden in the noise, and move the parameters as little. The ratio has
-    Fisher's distribution, with as many degrees of freedom as there are terms.
+    The ratio has Fisher's distribution, with as many degrees of freedom as there are terms.
     """
     noise = Noise(0.0, 0.0).raised(np.asarray(cost - explained), freedom)
-    ratio = n_terms * largest_ratio(n_terms, freedom) if n_terms and freedom > 0 else np.inf
-    return bool(freedom > 0 and explained > max(ratio * float(noise), cost - explained) + rounding)
+    ratio = n_terms * largest_ratio(n_terms, freedom, probability) if n_terms and freedom > 0 else np.inf
+    return bool(freedom > 0 and explained > ratio * float(noise) + rounding)
+
+
+def contradicts(explained: float, cost: float, n_terms: int, freedom: int, rounding: float) -> bool:
+    """Return whether terms explain more of a sum of squares than they leave, and than noise would."""
+    is_more = explained > cost - explained + rounding
+    return is_more and exceeds_noise(explained, cost, n_terms, freedom, rounding)
 
 
 def bending_of(

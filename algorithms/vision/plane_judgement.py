@@ -14,7 +14,7 @@ from ..evidence.noise import USUAL_WEIGHT
 from ..precision import NEGLIGIBLE
 from .distortion import Distortion
 from .plane_adjustment import N_INTRINSICS, N_POSE, Adjustment, Lens, Views, adjusted, equations
-from .plane_equations import contradicts, explained_by
+from .plane_equations import contradicts, exceeds_noise, explained_by
 from .status import VisionStatus
 
 _EXPLAINED = 0.03
@@ -181,20 +181,23 @@ def _status(fit: Adjustment, views: Views, used: Reals) -> tuple[VisionStatus, R
             return VisionStatus.DEGENERATE, covariance
     middle = (views.weights[..., None] * views.pixels).sum(1) / views.weights.sum(1)[:, None]
     squares = (views.weights[..., None] * (views.pixels - middle[:, None]) ** 2).sum()
-    valid = fit.converged and fit.cost <= _EXPLAINED * squares and not _contradicted(fit, views, used, freedom)
-    return (VisionStatus.OK if valid else VisionStatus.NOT_CONVERGED), covariance
+    contradicted, more = _contradicted(fit, views, used, freedom)
+    valid = fit.converged and fit.cost <= _EXPLAINED * squares and not contradicted
+    return (VisionStatus.OK if valid else VisionStatus.NOT_CONVERGED), covariance + more
 
 
-def _contradicted(fit: Adjustment, views: Views, used: Reals, freedom: int) -> bool:
+def _contradicted(fit: Adjustment, views: Views, used: Reals, freedom: int) -> tuple[bool, Reals]:
     """Return whether points are beyond the range of a lens, or further terms of distortion explain the residuals.
 
-    Residuals and their derivatives by the terms are compared across the derivatives by all parameters.
+    Residuals and their derivatives by the terms are compared across the derivatives by all parameters. If they
+    explain more than noise would, the second result (p, p) is what they add to the covariance of the parameters: by how
+    much they would move these, and how uncertain that is.
     """
     off, rows, sights = equations(fit.lens, views)
     seen = views.weights > 0
     lens = Distortion(fit.lens.model, tuple(map(float, fit.lens.k)))
     if not np.isfinite(lens.distort(sights[seen])).all():
-        return True
+        return True, np.zeros((len(used), len(used)))
     terms = np.where(seen[..., None, None], _terms(fit.lens, sights), 0)
     terms = terms.reshape(*off.shape, terms.shape[-1])
     size = len(used)
@@ -202,10 +205,29 @@ def _contradicted(fit: Adjustment, views: Views, used: Reals, freedom: int) -> b
     scale = np.sqrt((columns**2).sum((0, 1)))
     columns = columns / np.where(scale > 0, scale, 1)
     normal = _eliminated(np.swapaxes(columns, 1, 2) @ columns, N_POSE).sum(0)
-    normal = _eliminated(normal[None], size)[0]
-    found = explained_by(normal)
+    rest = _eliminated(normal[None], size)[0]
+    found = explained_by(rest)
     rounding = float((NEGLIGIBLE**2 * views.pixels[seen] ** 2).sum()) / max(float(scale[-1]) ** 2, 1e-300)
-    return contradicts(found.explained, float(normal[-1, -1]), found.n_terms, freedom - found.n_terms, rounding)
+    cost = float(rest[-1, -1])
+    by_all = found.explained, cost, found.n_terms, freedom - found.n_terms, rounding
+    # One term alone is found more easily than all of them, and moves the parameters as much.
+    diagonal = np.diag(rest)[:-1]
+    alone = rest[:-1, -1] / np.where(diagonal > NEGLIGIBLE, diagonal, np.inf)
+    best = int(np.argmax(alone * rest[:-1, -1]))
+    by_one = float(alone[best] * rest[best, -1]), cost, 1, freedom - 1, rounding
+    if exceeds_noise(*by_all):
+        some = np.flatnonzero(diagonal > NEGLIGIBLE)
+    elif exceeds_noise(*by_one, WRONG / max(found.n_terms, 1)):
+        some = np.array([best])
+    else:
+        return False, np.zeros((size, size))
+    spread = np.linalg.pinv(rest[np.ix_(some, some)], rcond=NEGLIGIBLE, hermitian=True)
+    coefficients = spread @ rest[some, -1]
+    variance = (cost - float(coefficients @ rest[some, -1])) / max(freedom - len(some), 1)
+    own = scale[N_POSE : N_POSE + size]
+    moves = np.linalg.solve(normal[:size, :size], normal[:size, size + some])
+    moves = moves * scale[-1] / np.where(own > 0, own, np.inf)[:, None]
+    return contradicts(*by_all), moves @ (np.outer(coefficients, coefficients) + variance * spread) @ moves.T
 
 
 def _eliminated(normal: Reals, size: int) -> Reals:

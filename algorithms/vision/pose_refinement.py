@@ -9,7 +9,7 @@ import numpy as np
 from generated import camera_poses, pga3
 
 from ..arguments import Reals
-from ..evidence import WRONG, Noise, differ, likely, likely_bounds
+from ..evidence import WRONG, Noise, differ, growth_by_threshold, likely, likely_bounds
 from ..evidence.noise import USUAL_WEIGHT
 from .pose_starts import pose_starts
 from .robust import ALL
@@ -141,12 +141,22 @@ def judged_poses(
     return status, rivals
 
 
-def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = None) -> Reals:
+def growth_of_poses(squares: Reals, threshold: float) -> float:
+    """Return the factor by which a threshold makes the variance of a pose larger.
+
+    `squares` are those of the distances of all pixels.
+    """
+    within, twice = (int((squares <= limit * limit).sum()) for limit in (threshold, 2 * threshold))
+    return growth_by_threshold(within, twice - within, 2)
+
+
+def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = None, growth: float = 1.0) -> Reals:
     """Return the standard deviations (2,) of rotation and centre, in the least certain directions, of one pose.
 
-    The unit of translations is the distance of the centroid of the points from the camera, unless it is given.
+    The unit of translations is the distance of the centroid of the points from the camera, unless it is given. The
+    variance is multiplied by a growth.
     """
-    variance = noise.raised(pose.cost, 2 * n_points - _PARAMETERS)
+    variance = growth * noise.raised(pose.cost, 2 * n_points - _PARAMETERS)
     largest = np.maximum(camera_poses.largest_variances(pose.normal), 0)
     return np.asarray(np.sqrt(variance * largest) * [1, _depth(pose.matrix) if unit is None else unit])
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,10 +12,11 @@ from generated import matrices, pga3, rig_poses
 
 from ..arguments import Reals, finite_number, listed, real_array
 from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling
+from ..evidence.sampling import without_copies
 from ..evidence.triangles import from_triangle
 from .camera import Camera
 from .localization_results import Localization, no_localization
-from .pose_refinement import Poses, camera_motors, deviations, judged_poses, ordered, pixel_noise
+from .pose_refinement import Poses, camera_motors, deviations, growth_of_poses, judged_poses, ordered, pixel_noise
 from .robust import ALL, robust_estimate
 from .starts import BEST, REAL, SETS, STEPS
 from .status import VisionStatus, check_points, distinct
@@ -81,15 +83,17 @@ def localize_rig(
         status = VisionStatus.TOO_FEW
     if status != VisionStatus.OK:
         return no_localization(status, len(places))
-    scene = _Rig(places, image, cameras, which, noise)
-    inliers: Reals = np.ones(len(places), bool)
+    kept, again = without_copies(image, places, which[:, None])
+    scene = _Rig(places[kept], image[kept], cameras, which[kept], noise)
+    inliers: Reals = np.ones(len(kept), bool)
     starts = None
     if threshold is not None:
         estimate = robust_estimate(scene.problem(), threshold, seed, confidence, max_samples)
         if estimate.status != VisionStatus.OK:
             return no_localization(estimate.status, len(places))
         inliers, starts = estimate.inliers, estimate.model[None]
-    return scene.result(inliers, starts)
+    found = scene.result(inliers, starts, threshold)
+    return replace(found, inliers=found.inliers[again])
 
 
 class _Rig:
@@ -136,7 +140,7 @@ class _Rig:
 
         return Problem(self.places, self.sights, _FREEDOM, self.of_sets, distances, costs, descend)
 
-    def result(self, inliers: Reals, starts: Reals | None) -> Localization:
+    def result(self, inliers: Reals, starts: Reals | None, threshold: float | None) -> Localization:
         """Return the result for some of the points."""
         n = len(self.places)
         places, sights = self.places[inliers], self.sights[inliers]
@@ -158,13 +162,18 @@ class _Rig:
         status = VisionStatus(int(states[0]))
         if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
             return no_localization(status, n)
-        rows = found.matrix[0, likely[0]].copy()
+        rows, growth = found.matrix[0, likely[0]].copy(), 1.0
+        if threshold is not None:
+            growth = growth_of_poses(np.asarray(rig_poses.sight_squares(rows[:1], self.places, self.sights)), threshold)
+        if not np.isfinite(growth):
+            return no_localization(VisionStatus.NO_CONSENSUS, n)
         rows[..., 3] *= self.unit
         poses = camera_motors(rows, np.broadcast_to(self.centroid, (len(rows), 3)))
         pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
         first = found.at((0, 0))
         residual = float(np.sqrt(first.cost / len(some)))
-        return Localization(pose, status, residual, inliers, poses, deviations(first, len(some), self.noise, self.unit))
+        spread = deviations(first, len(some), self.noise, self.unit, growth)
+        return Localization(pose, status, residual, inliers, poses, spread)
 
     def _refined(self, starts: Reals, places: Reals, sights: Reals) -> Poses:
         """Return the minima (1, s) near starts (s, 3, 4)."""

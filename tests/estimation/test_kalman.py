@@ -460,3 +460,56 @@ def test_unscented_filter_of_far_bearings(rng: np.random.Generator) -> None:
     assert f.update([1.0], lambda x: np.nan * x[:, :1], [[1.0]]) == EstimationStatus.NOT_CONVERGED
     with pytest.raises(ValueError, match="noise"):
         f.update([1.0], lambda x: x[:, :1], [[np.nan]])
+
+
+def _falling(
+    rng: np.random.Generator, n: int, noise: float, gravity: float
+) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+    """Heights of n balls of which 40 are measured, as (n, 40, 1), and the system of a ball without gravity."""
+    move = np.array([[1, 0.05, 0.00125], [0, 1, 0.05], [0, 0, 1]])
+    process = 1e-4 * np.eye(3)
+    state, heights = rng.normal(size=(n, 3)), []
+    for _ in range(40):
+        state = state @ move.T + 1e-2 * rng.normal(size=(n, 3)) - [0, 0.05 * gravity, 0]
+        heights.append(state[:, :1] + 0.1 * noise * rng.normal(size=(n, 1)))
+    return (np.zeros((n, 3)), np.eye(3), move, process, np.eye(3)[:1], [[0.01]]), np.stack(heights, 1)
+
+
+@pytest.mark.parametrize(("noise", "gravity", "kept"), [(1.0, 0.0, True), (2.0, 0.0, False), (1.0, 9.8, False)])
+def test_recordings_that_contradict_the_model_are_inconsistent(noise: float, gravity: float, kept: bool) -> None:
+    """The sum of squared innovations is compared with scipy's distribution for each of 300 filters."""
+    system, heights = _falling(np.random.default_rng(8), 300, noise, gravity)
+    own = KalmanFilter(*system)
+    found = own.run(heights)
+    expected = found.squares.sum(-1) > chi2.isf(1e-3, 40)
+    assert np.array_equal(own.status == EstimationStatus.INCONSISTENT, expected)
+    assert expected.sum() <= 3 if kept else expected.sum() >= 290
+    # One filter alone says the same.
+    alone = KalmanFilter(system[0][0], *system[1:])
+    alone.run(heights[0])
+    assert alone.status == own.status[0]
+
+
+def test_a_measurement_far_from_the_prediction_is_inconsistent() -> None:
+    system, heights = _falling(np.random.default_rng(9), 2, 1.0, 0.0)
+    own = KalmanFilter(*system)
+    own.run(heights)
+    own.predict()
+    own.update(own.state[:, :1] + np.array([[0.0], [5.0]]))
+    assert own.status.tolist() == [EstimationStatus.OK, EstimationStatus.INCONSISTENT]
+    gated = KalmanFilter(*system, gate=10.8)
+    heights[:, 5:35] += np.array([[[0.0]], [[60.0]]])
+    gated.run(heights)
+    assert gated.status.tolist() == [EstimationStatus.OK, EstimationStatus.INCONSISTENT]
+
+
+def test_far_measurements_contradict_nonlinear_filters() -> None:
+    """The distance of a place that is known to 0.1, which is measured to 0.1: 0.3 off, and 3 off."""
+    for off, status in ((0.3, EstimationStatus.OK), (3.0, EstimationStatus.INCONSISTENT)):
+        extended, unscented = (
+            kind([3.0, 4.0], 0.01 * np.eye(2)) for kind in (ExtendedKalmanFilter, UnscentedKalmanFilter)
+        )
+        distance = np.array([5.0 + off])
+        extended.update(distance, lambda x: (np.hypot(*x)[None], x[None] / np.hypot(*x)), [[0.01]])
+        unscented.update(distance, lambda x: np.hypot(x[:, :1], x[:, 1:]), [[0.01]])
+        assert extended.status == unscented.status == status

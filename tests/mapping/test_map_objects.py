@@ -142,3 +142,39 @@ def test_bounds_of_boxes_contain_their_sizes() -> None:
         else:
             assert turn < 0.2 and found.fitted is None and np.isnan(found.bounds).all()
     assert n_found >= 2
+
+
+def test_shapes_that_are_no_circles_are_rarely_fitted() -> None:
+    """Corners of walls, ellipses, points at random, and a column at a wall; columns themselves are fitted."""
+    turn, step, fitted = np.linspace(0.2, 3.4, 70), np.linspace(0, 1, 35), {}
+    column = 0.3 * np.stack([np.cos(turn), np.sin(turn)], 1)
+    shapes = {
+        "column": column,
+        "corner": np.concatenate([np.stack([step[::-1], 0 * step], 1), np.stack([0 * step, step], 1)]) * 0.6,
+        "ellipse": np.stack([0.45 * np.cos(2 * turn), 0.3 * np.sin(2 * turn)], 1),
+        "random": np.zeros((40, 2)),
+        "wall": np.concatenate([column, column[:1] + np.stack([0 * step, -step], 1)]),
+    }
+    for name, shape in shapes.items():
+        fitted[name] = 0
+        for seed in range(50):
+            rng = np.random.default_rng(seed)
+            points = rng.uniform(0, 1.2, shape.shape) if name == "random" else shape
+            found = fit_circle(points + rng.normal(0, 0.008, shape.shape) + 3, 0.008)
+            right = name == "wall" and found.fitted is not None and abs(found.fitted.size[2] - 0.3) < 0.015
+            fitted[name] += found.status == FitStatus.OK and not right
+    assert fitted["column"] >= 49
+    assert max(n for name, n in fitted.items() if name != "column") <= 4
+
+
+def test_short_arcs_have_the_right_circle_or_none() -> None:
+    """Arcs of 6 to 15 cm of columns of 25 to 50 cm; a fifth was fitted by whole circles of 3 cm."""
+    wrong = 0
+    for seed in range(150):
+        rng = np.random.default_rng(seed)
+        radius, n = rng.uniform(0.25, 0.5), int(rng.integers(20, 70))
+        turn = rng.uniform(0.06, 0.15) / radius * np.linspace(-0.5, 0.5, n)
+        points = radius * np.stack([np.cos(turn), np.sin(turn)], 1) + rng.normal(0, 0.01, (n, 2))
+        found = fit_circle(points, 0.01)
+        wrong += found.fitted is not None and found.fitted.size[2] < 0.1
+    assert wrong <= 5

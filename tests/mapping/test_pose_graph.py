@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from scipy.stats import chi2
 
 from algorithms.arguments import Reals
 from algorithms.mapping.g2o import read_g2o
@@ -218,3 +219,33 @@ def test_closures_that_contradict_each_other() -> None:
     start, edges, motions, information, _ = walk_with_closures(5, 40)
     found = optimise_poses(start, edges, motions, information, np.arange(len(edges)) >= 119)
     assert found.status != GraphStatus.OK
+
+
+@pytest.mark.parametrize("partial", [False, True])
+def test_misfits_larger_than_stated_are_inconsistent(loop: tuple[Reals, Reals, Reals, Reals], partial: bool) -> None:
+    """The cost reaches its quantile of the chi-square distribution if the information is that of too little noise.
+
+    Partial closures measure no angle.
+    """
+    poses, edges, motions, information = loop
+    closures = edges[:, 1] != edges[:, 0] + 1
+    if partial:
+        information[closures, 0], information[closures, :, 0] = 0, 0
+    noisy = motions + 0.02 * np.random.default_rng(11).normal(size=motions.shape)
+    cost = optimise_poses(motors(poses), edges, motors(noisy), information).cost
+    limit = float(chi2.isf(1e-3, (2 if partial else 3) * closures.sum()))
+    for factor, status in ((0.97, GraphStatus.OK), (1.03, GraphStatus.INCONSISTENT)):
+        # By least squares, the poses do not depend on a common factor.
+        scaled = factor * limit / (2 * cost) * information
+        assert optimise_poses(motors(poses), edges, motors(noisy), scaled).status == status
+
+
+def test_a_wrong_edge_or_a_biased_gyroscope_contradicts_a_graph() -> None:
+    for seed in range(5):
+        start, edges, motions, information, _ = walk_with_closures(20 + seed, 0)
+        assert optimise_poses(start, edges, motions, information).status == GraphStatus.OK
+        turned = pga2.motor_from_angle_translation(np.where(edges[:, 1] == edges[:, 0] + 1, 0.05, 0.0), np.zeros(2))
+        wrong = motions.copy()
+        wrong[-1] = pga2.motor_product(wrong[-1], pga2.motor_from_angle_translation(0.4, np.array([0.5, 0.5])))
+        for contradicting in (np.asarray(pga2.motor_product(motions, turned)), wrong):
+            assert optimise_poses(start, edges, contradicting, information).status == GraphStatus.INCONSISTENT

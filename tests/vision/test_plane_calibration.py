@@ -125,7 +125,10 @@ def test_photographs_have_the_results_of_opencv() -> None:
         assert found.status == VisionStatus.OK and found.inliers.all()
         off = found.intrinsics[[0, 1, 0, 1], [0, 1, 2, 2]] - camera
         assert np.abs(off / deviations).max() < 1e-3
-        assert np.abs(np.sqrt(np.diag(found.covariance)[:4]) / deviations - 1).max() < 1e-3
+        # OpenCV takes the noise as white; further terms of distortion explain some of it, and raise our deviations.
+        ratios = np.sqrt(np.diag(found.covariance)[:4]) / deviations
+        assert ratios.min() > 1 - 1e-3
+        assert ratios.max() < 2
         assert np.abs(np.subtract(found.distortion.coefficients[:5], coefficients)).max() < 1e-4
         assert calibrate_from_planes(GRID, corners).status == VisionStatus.NOT_CONVERGED
 
@@ -270,3 +273,37 @@ def test_errors_are_those_of_the_covariance(model: str) -> None:
         off.append(standardised(found, camera))
     assert flagged <= 2
     assert np.sqrt(np.mean(np.square(off))) == pytest.approx(1, abs=0.12) and np.abs(off).max() < 5
+
+
+def test_a_slight_distortion_that_is_not_estimated_raises_the_covariance() -> None:
+    """A coefficient of 0.015 moves focal lengths by many deviations of the noise, and residuals by little of it.
+
+    The errors of lenses without it are as likely as the covariance says.
+    """
+    board = np.stack(np.meshgrid(np.arange(8.0) - 3.5, np.arange(8.0) - 3.5), -1).reshape(-1, 2) / 5
+    right, means = 0, []
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        bent = seed < 20
+        lens = Distortion("brown", ((0.015 if seed % 2 else -0.015) * bent,))
+        views = []
+        for _ in range(10):
+            turn, place = rng.uniform(-0.45, 0.45, 3), np.array([*rng.uniform(-0.6, 0.6, 2), -rng.uniform(3, 5)])
+            pose = pga3.motor_from_rotation_vector_translation(turn, place)
+            seen = Camera.from_intrinsics((880.0, 870.0), (610.0, 380.0), pose, 0.0, lens).project(
+                np.insert(board, 2, 0, axis=1)
+            )
+            views.append(seen + rng.normal(0, 0.25, seen.shape))
+        found = calibrate_from_planes(board, views)
+        if bent and found.status == VisionStatus.NOT_CONVERGED:
+            right += 1
+            continue
+        assert found.status == VisionStatus.OK
+        off = found.intrinsics[[0, 1, 0, 1], [0, 1, 2, 2]] - [880, 870, 610, 380]
+        square = off @ np.linalg.solve(found.covariance, off)
+        if bent:
+            right += square < 18.5  # a quantile of 0.999 of the chi-square distribution of four numbers
+        else:
+            means.append(square)
+    assert right >= 19
+    assert 2.5 < np.mean(means) < 5.5
