@@ -11,6 +11,7 @@ from .quality import contact_wrenches, grasp_quality
 from .status import GraspStatus
 from .touching import ClosedHand, ClosingStatus, close_hand
 from .urdf_hands import hand_from_urdf
+from .view_plans import plan_grasps_in_view
 
 __all__ = [
     "ALLEGRO",
@@ -40,6 +41,7 @@ __all__ = [
     "hand_from_urdf",
     "hand_of_table",
     "plan_grasps",
+    "plan_grasps_in_view",
     "scene_obstacles",
 ]
 

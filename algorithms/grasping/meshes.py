@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ..geometry.meshes import Flags, Integers, is_closed, winding_numbers
 from ..precision import NEGLIGIBLE, SINGLE
 from .status import GraspStatus
 
-_SAMPLES = 4096
+SAMPLES = 4096
 """Number of samples of the surface: the distance between neighbours is about a sixtieth of the object's size."""
 _VERTICES = 4096
 _STEPS = np.array([0.8191725133961645, 0.6710436067037893, 0.5497004779019703])
@@ -37,7 +37,9 @@ class Surface:
     length: float
     """The largest distance of a vertex from the centre of mass, by which torques are divided."""
     triangles: Reals
-    """(m, 3, 3) The corners of the faces in the frame of the mesh."""
+    """(m, 3, 3) The corners of the faces in the frame of the mesh; none if only a side is known."""
+    errors: Reals = field(default_factory=lambda: np.zeros((1, 2)))
+    """(n, 2) or (1, 2) Bounds of the errors of the points along the normals, and of the angles of normals."""
 
     def is_outer(self, points: Reals, normals: Reals) -> Flags:
         """Return whether contacts (k, 3) in the frame of the mesh are on the outside of all its solids, (k,).
@@ -45,6 +47,8 @@ class Surface:
         Nothing surrounds the points above them. Other contacts are inside of another solid or of another part of the
         surface, or in a common face of two solids.
         """
+        if not len(self.triangles):
+            return np.ones(len(points), bool)
         return np.asarray(winding_numbers(points + NEGLIGIBLE * self.length * normals, self.triangles) == 0)
 
     def outside(self) -> Surface:
@@ -52,9 +56,16 @@ class Surface:
         contacts = pga3.move_point(self.frame, self.points), pga3.move_direction(self.frame, self.normals)
         return self.with_samples(self.is_outer(*contacts))
 
+    def certain(self, samples: Integers, friction: float) -> tuple[float, float]:
+        """Return a friction whose cones at samples are within the true cones, and the bound of errors of the points."""
+        errors = self.errors if len(self.errors) == 1 else self.errors[samples]
+        distance, angle = errors.max(0).tolist()
+        return float(np.tan(np.arctan(friction) - angle)) if angle else friction, distance
+
     def with_samples(self, kept: Flags) -> Surface:
         """Return the surface with some of its samples."""
-        return replace(self, points=self.points[kept], normals=self.normals[kept])
+        errors = self.errors if len(self.errors) == 1 else self.errors[kept]
+        return replace(self, points=self.points[kept], normals=self.normals[kept], errors=errors)
 
 
 def surface_of(vertices: Reals, faces: Integers) -> Surface | GraspStatus:
@@ -136,10 +147,10 @@ def _samples(vertices: Reals, faces: Integers, areas: Reals) -> tuple[Reals, Rea
     """Return points on the faces, evenly distributed by area, and the unit normals of their faces."""
     sizes = np.sqrt(np.square(areas).sum(1))
     reached = np.cumsum(sizes)
-    share = (0.5 + np.arange(1, _SAMPLES + 1)[:, None] * _STEPS) % 1.0
+    share = (0.5 + np.arange(1, SAMPLES + 1)[:, None] * _STEPS) % 1.0
     # One sample in each of equal parts of the area, not at its middle: faces of a regular mesh may be in an order of
     # the same period.
-    steps = (np.arange(_SAMPLES) + share[:, 0]) * (reached[-1] / _SAMPLES)
+    steps = (np.arange(SAMPLES) + share[:, 0]) * (reached[-1] / SAMPLES)
     chosen = np.minimum(np.searchsorted(reached, steps), len(faces) - 1)
     share = share[:, 1:]
     share = np.where(share.sum(1, keepdims=True) > 1, 1 - share, share)

@@ -154,40 +154,32 @@ def plan_grasps(
         If an argument has a wrong type or shape, a coordinate is not finite, a face refers to a missing vertex, or
         an option is out of its range.
     """
-    model = hand if isinstance(hand, Hand) else hand_of_table() if hand is None else hand_of_table(hand)
-    if isinstance(style, bool) or style not in (1, 2, 3):
-        raise ValueError(f"plan_grasps: style: {style!r}; expected 1, 2 or 3")
-    if not finite_number(friction, "plan_grasps: friction") > 0:
-        raise ValueError(f"plan_grasps: friction: {friction}; expected a positive number")
-    for name, value, least in (("edges", edges, 3), ("count", count, 1)):
-        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-            raise ValueError(f"plan_grasps: {name}: {value!r}; expected an integer of at least {least}")
-    if not finite_number(margin, "plan_grasps: margin") >= 0:
-        raise ValueError(f"plan_grasps: margin: {margin}; expected at least 0 metres")
-    if not finite_number(displacement, "plan_grasps: displacement") >= 0:
-        raise ValueError(f"plan_grasps: displacement: {displacement}; expected at least 0 metres")
-    task = np.zeros((0, 6))
-    if loads is not None:
-        task = np.atleast_2d(finite(real_array(loads, "loads", (6,), "forces and torques as rows"), "loads"))
+    model = any_hand(hand)
+    wanted = Wanted.checked("plan_grasps", style, friction, edges, count, margin, displacement, loads)
     points, corners = checked_mesh(vertices, faces, "plan_grasps")
     surface = surface_of(points, corners)
     if isinstance(surface, GraspStatus):
-        return GraspPlan((_failed(surface, model),), model, friction)
+        return GraspPlan((failed(surface, model),), model, friction)
     others = Others(surface.frame, tuple(obstacles), margin)
-    wanted = _Wanted(style, friction, edges, count, float(displacement), task)
-    found = _planned(surface, model, wanted, others)
-    grasps = (_failed(found, model),) if isinstance(found, GraspStatus) else found
+    found = planned(surface, body_of(surface), model, wanted, others)
+    grasps = (failed(found, model),) if isinstance(found, GraspStatus) else found
     return GraspPlan(grasps, model, friction, points, corners)
 
 
-def _failed(status: GraspStatus, hand: Hand) -> Grasp:
+def any_hand(hand: HandTable | Hand | None) -> Hand:
+    """Return a hand, that of a table, or the default one."""
+    return hand if isinstance(hand, Hand) else hand_of_table() if hand is None else hand_of_table(hand)
+
+
+def failed(status: GraspStatus, hand: Hand) -> Grasp:
+    """Return the reason why there is no grasp."""
     nowhere, rest = np.full((hand.contacts, 3), np.nan), np.zeros(len(hand.limits))
     fingers = hand.preshapes[0].fingers
     return Grasp(nowhere, nowhere.copy(), np.eye(8)[0], rest, 0.0, status, rest.copy(), fingers)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Wanted:
+class Wanted:
     """The options of `plan_grasps` that concern contacts and forces."""
 
     style: int
@@ -197,22 +189,54 @@ class _Wanted:
     displacement: float
     loads: Reals
 
+    @classmethod
+    def checked(
+        cls,
+        name: str,
+        style: int,
+        friction: float,
+        edges: int,
+        count: int,
+        margin: float,
+        displacement: float = 0.0,
+        loads: ArrayLike | None = None,
+    ) -> Wanted:
+        """Return options of a function that has a name, if they are in their ranges."""
+        if isinstance(style, bool) or style not in (1, 2, 3):
+            raise ValueError(f"{name}: style: {style!r}; expected 1, 2 or 3")
+        if not finite_number(friction, f"{name}: friction") > 0:
+            raise ValueError(f"{name}: friction: {friction}; expected a positive number")
+        for option, value, least in (("edges", edges, 3), ("count", count, 1)):
+            if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+                raise ValueError(f"{name}: {option}: {value!r}; expected an integer of at least {least}")
+        for option, length in (("margin", margin), ("displacement", displacement)):
+            if not finite_number(length, f"{name}: {option}") >= 0:
+                raise ValueError(f"{name}: {option}: {length}; expected at least 0 metres")
+        task = np.zeros((0, 6))
+        if loads is not None:
+            task = np.atleast_2d(finite(real_array(loads, "loads", (6,), "forces and torques as rows"), "loads"))
+        return cls(style, friction, edges, count, float(displacement), task)
 
-def _planned(surface: Surface, hand: Hand, wanted: _Wanted, others: Others) -> tuple[Grasp, ...] | GraspStatus:
+
+def planned(
+    surface: Surface, body: Body, hand: Hand, wanted: Wanted, others: Others
+) -> tuple[Grasp, ...] | GraspStatus:
+    """Return grasps with contacts on a surface at which the hand is clear of a body, or why there is none."""
     if surface.extents.min() < _THINNEST:
         return GraspStatus.TOO_THIN
     radius = float(hand.tips.radii.min())
     span = Span(radius, 2 * radius, hand.opening)
-    body = body_of(surface)
     kept = others.touchable(surface, radius)
     if not kept.any():
         return GraspStatus.COLLISION
     whole, surface = surface, surface if kept.all() else surface.with_samples(kept)
 
+    friction = float(np.tan(np.arctan(wanted.friction) - surface.errors[:, 1].min()))
+
     def contacts(span: Span, thorough: bool = False) -> tuple[Integers, Reals]:
         if hand.contacts == 2:
-            return pairs(surface, wanted.friction, hand.torsion, span)
-        return triples(surface, wanted.style, wanted.friction, span, thorough)
+            return pairs(surface, friction, hand.torsion, span)
+        return triples(surface, wanted.style, friction, span, thorough)
 
     rows, bounds = contacts(span)
     if not len(rows):
@@ -232,7 +256,7 @@ def _planned(surface: Surface, hand: Hand, wanted: _Wanted, others: Others) -> t
     held = np.array([(one.contacts, one.normals) for one in found[:count]]).reshape(-1, 2, hand.contacts, 3)
     if not surface.is_outer(*np.swapaxes(held, 0, 1).reshape(2, -1, 3)).all():
         # Solids overlap: the search begins again with the samples of their common surface.
-        return _planned(whole.outside(), hand, wanted, others)
+        return planned(whole.outside(), body, hand, wanted, others)
     return tuple(found[:count]) or cause
 
 
@@ -242,7 +266,7 @@ class _Search:
 
     surface: Surface
     hand: Hand
-    wanted: _Wanted
+    wanted: Wanted
     others: Others
     body: Body
 
@@ -304,7 +328,7 @@ def _verified(
     motor: Reals,
     joints: Reals,
     start: Reals,
-    wanted: _Wanted,
+    wanted: Wanted,
 ) -> Grasp | None:
     """Return a grasp in the frame of the mesh if its fingertips touch the contacts and it has force closure."""
     contacts, normals = surface.points[samples], surface.normals[samples]
@@ -313,15 +337,17 @@ def _verified(
         return None
     least = np.inf
     for at in (samples, *_displaced(surface, samples, wanted.displacement)):
+        friction, error = surface.certain(at, wanted.friction)
         quality = grasp_quality(
             surface.points[at],
             surface.normals[at],
-            wanted.friction,
+            friction,
             wanted.edges,
             length=surface.length,
             torsion=hand.torsion,
         )
-        least = min(least, quality)
+        # A force of the cone, of at most this size, has another moment if its contact is displaced.
+        least = min(least, quality - error * float(np.hypot(1, friction)) / surface.length)
         if not least > LEAST_QUALITY:
             return None
     return Grasp(
@@ -346,7 +372,7 @@ def _displaced(surface: Surface, samples: Integers, most: float) -> list[Integer
     return [np.array([rng.choice(one) for one in near]) for _ in range(_DISPLACED)]
 
 
-def _loaded(surface: Surface, hand: Hand, wanted: _Wanted, one: Grasp) -> Grasp:
+def _loaded(surface: Surface, hand: Hand, wanted: Wanted, one: Grasp) -> Grasp:
     """Return a grasp with the force that balances each of the loads, infinite if some load cannot be balanced."""
     centre = pga3.move_point(surface.frame, np.zeros(3))
     largest = 0.0

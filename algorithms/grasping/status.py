@@ -25,4 +25,6 @@ class GraspStatus(Status):
     OUT_OF_REACH = 7
     """The joints of the hand cannot put the fingertips onto any good triple or pair of contacts."""
     COLLISION = 8
-    """Every pose of the hand that reaches good contacts intersects the object."""
+    """Every pose of the hand that reaches good contacts intersects the object, or is in space not seen to be free."""
+    UNSEEN = 9
+    """The sides of the object that are seen have no contacts that surely hold it."""

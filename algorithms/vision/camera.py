@@ -83,6 +83,11 @@ class Camera:
         to_camera = pga3.motor_to_matrix(pga3.motor_inverse(self.pose))
         return np.asarray(self.intrinsics @ to_camera[:3])
 
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """The centre of the camera in the world, (3,), from which all lines of sight start."""
+        return np.asarray(pga3.move_point(self.pose, np.zeros(3)))
+
     def project(self, points: ArrayLike) -> Reals:
         """Project points to pixels.
 
@@ -184,6 +189,25 @@ class Camera:
         array = real_array(pixels, "pixels", (2,), "x y in pixels")
         sights = self._sights(np.asarray(array, np.float64))
         return np.asarray(sights / np.linalg.norm(sights, axis=-1, keepdims=True), array.dtype)
+
+    def rays(self, pixels: ArrayLike) -> NDArray[np.float64]:
+        """Return the directions of lines of sight in the world.
+
+        Parameters
+        ----------
+        pixels : array_like, (..., 2)
+
+        Returns
+        -------
+        array, (..., 3)
+            As `directions`, in the world frame.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If `pixels` is not an array of pixels.
+        """
+        return np.asarray(pga3.move_direction(self.pose, np.asarray(self.directions(pixels), np.float64)))
 
     def _sights(self, pixels: Reals) -> Reals:
         places = projective2.transform_point(np.linalg.inv(self.intrinsics), pixels)

@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import gacompiler as ga
 from gacompiler import SCALAR, absolute, array, assemble, each, gather, iterate, kernel, select, total
 from gacompiler.specs.families.covariances import choose, congruent, cross, dot, square
-from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.sights import (
     ANCHORS,
     CAMERA,
@@ -28,10 +27,8 @@ from gacompiler.specs.families.sights import (
     place_of,
     plane_of,
     planes_of,
-    rotor_of,
     scalar_of,
     tables,
-    translator_of,
 )
 
 RIDGE = Fraction(1, 10**11)
@@ -44,10 +41,6 @@ SMALL_PART = Fraction(1, 10**4)
 UNKNOWN = 10**30
 """The sum of squares before the first step."""
 PLAIN_STAGE, ROBUST_STAGE, ENDED = 1, 2, 3
-COINCIDENT = Fraction(1, 10**24)
-"""Points coincide if their squared distances are this part of the squared distance from the origin."""
-FLAT = Fraction(1, 10**4)
-"""Points are in a plane if the smallest of the three sums of squares along their principal axes is this part."""
 
 
 def _share(residuals, weight, scale):
@@ -290,94 +283,3 @@ def distance_of_poses(a, b, samples):
 
     squares, count = total(of, samples)
     return squares / count
-
-
-def _camera_axes(camera):
-    """Return the axes of a camera as rows, by Gram-Schmidt from the last one, and its calibration."""
-    first, second, third = (row[:3] for row in camera)
-    skew = dot(second, third)
-    y = [a - skew * b for a, b in zip(second, third, strict=True)]
-    fy = ga.sqrt(dot(y, y))
-    y = [a / fy for a in y]
-    x = cross(y, third)
-    return (x, y, third), (dot(first, x), dot(first, y), dot(first, third), fy, skew)
-
-
-def _calibrated(u, v, w, calibration):
-    """Return the solution x of ``K x = (u, v, w)``."""
-    fx, oblique, cx, fy, cy = calibration
-    y = (v - cy * w) / fy
-    return (u - cx * w - oblique * y) / fx, y, w
-
-
-@kernel(
-    camera=CAMERA, points=array(SCALAR, "points", 3), pixels=array(SCALAR, "points", 2), returns=(MOTOR, MOTOR),
-)  # fmt: skip
-def parallel_poses(camera, points, pixels):
-    """Compute the two poses of points whose images under scaled parallel projection are nearest to pixels.
-
-    The image is an affine map of rank two. Its rows are multiplied by a symmetric matrix so that they are orthogonal
-    and of equal length, and the second pose is the reversal of depth. For points in a plane, the components of the rows
-    along its normal are unknown, and follow from the same conditions up to a common sign.
-    """
-    axes, calibration = _camera_axes(camera)
-    normalised = each(lambda pixel: _calibrated(pixel[0], pixel[1], 1, calibration)[:2], pixels)
-    sums, count = total(lambda p, s: ((*p[:3], *s), 1), points, normalised)
-    centre, middle = [x / count for x in sums[:3]], [x / count for x in sums[3:]]
-
-    def products(p, s):
-        d = [x - c for x, c in zip(p[:3], centre, strict=True)]
-        e = [x - c for x, c in zip(s, middle, strict=True)]
-        return tuple(d[i] * d[j] for i in range(3) for j in range(i, 3)), tuple(x * y for x in e for y in d)
-
-    scatter, crossed = total(products, points, normalised)
-    values, vectors = ga.eigenvectors_symmetric(square(scatter, 3))
-    directions = [list(direction) for direction in zip(*vectors, strict=True)]
-    least = FLAT * values[2] + COINCIDENT * count * dot(centre, centre)
-    is_wide = values[1] > least
-    # For points on a line, which determine no pose, any basis serves, but it should not depend on rounding.
-    directions = [
-        [select(is_wide, x, int(i == k)) for i, x in enumerate(direction)] for k, direction in enumerate(directions)
-    ]
-    weights = [select(value > least, 1 / (value + TINY), 0) for value in values]
-    along = [[dot(crossed[3 * k : 3 * k + 3], d) * w for d, w in zip(directions, weights, strict=True)] for k in (0, 1)]
-    rows = [[sum(a * d[i] for a, d in zip(row, directions, strict=True)) for i in range(3)] for row in along]
-    thin, thick = directions[0], values[0] > least
-    aa, ab, bb = dot(rows[0], rows[0]), dot(rows[0], rows[1]), dot(rows[1], rows[1])
-    # Points in space: (A A^T)^(-1/2) A, whose mean singular value is half the trace of the square root.
-    root = ga.sqrt(ga.maximum(aa * bb - ab * ab, 0))
-    trace = ga.sqrt(aa + bb + 2 * root + TINY)
-    part = 1 / (root * trace + TINY)
-    solid = [
-        [part * ((bb + root) * x - ab * y) for x, y in zip(*rows, strict=True)],
-        [part * ((aa + root) * y - ab * x) for x, y in zip(*rows, strict=True)],
-    ]
-    # Points in a plane: the components (z, w) along its normal satisfy (z + i w)^2 = bb - aa - 2 i ab.
-    size = ga.sqrt((bb - aa) * (bb - aa) + 4 * ab * ab)
-    z = ga.sqrt(ga.maximum(size + bb - aa, 0) / 2)
-    w = select(ab > 0, -1, 1) * ga.sqrt(ga.maximum(size + aa - bb, 0) / 2)
-    scale = select(thick, trace / 2, ga.sqrt(aa + z * z + TINY))
-    options = []
-    for sign in (1, -1):
-        flat = [
-            [(x + sign * c * t) / scale for x, t in zip(row, thin, strict=True)]
-            for row, c in zip(rows, (z, w), strict=True)
-        ]
-        deep = (
-            solid
-            if sign == 1
-            else [[x - 2 * dot(row, thin) * t for x, t in zip(row, thin, strict=True)] for row in solid]
-        )
-        options.append([choose(thick, one, other) for one, other in zip(deep, flat, strict=True)])
-    offset = _calibrated(camera[0][3], camera[1][3], camera[2][3], calibration)
-    return tuple(_whole(two, axes, centre, [*(x / scale for x in middle), 1 / scale], offset) for two in options)
-
-
-def _whole(two, axes, centre, place, offset):
-    """Return a pose in the world from two rows of a rotation and the place of a centre in the frame of a camera."""
-    rotation = [*two, cross(*two)]
-    turned = [[sum(axes[k][i] * rotation[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
-    off = [a - b for a, b in zip(place, offset, strict=True)]
-    there = [sum(axes[k][i] * off[k] for k in range(3)) for i in range(3)]
-    shift = [t - dot(row, centre) for t, row in zip(there, turned, strict=True)]
-    return translator_of(shift) * rotor_of(quaternion_of_matrix(turned))

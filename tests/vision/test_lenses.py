@@ -47,6 +47,15 @@ def test_a_fisheye_lens_with_the_series_of_stereographic_projection() -> None:
     assert np.abs(lens.distort(7 * directions) - expected).max() < 3e-12
 
 
+@pytest.mark.parametrize("lens", [None, *LENSES])
+def test_lines_of_sight_in_the_world_lead_from_the_centre_to_the_points(lens) -> None:
+    eye, matrix = camera(lens), pga3.motor_to_matrix(POSE)
+    points = 7 * sights(np.random.default_rng(5), 40, 0.3) @ matrix[:3, :3].T + matrix[:3, 3]
+    away = points - matrix[:3, 3]
+    assert np.abs(eye.centre - matrix[:3, 3]).max() < 1e-14
+    assert np.abs(eye.rays(eye.project(points)) - away / np.linalg.norm(away, axis=1, keepdims=True)).max() < 1e-11
+
+
 def test_equidistant_images_behind_the_lens() -> None:
     lens = Distortion("fisheye")
     angle = np.array([0, 0.5, np.pi / 2, 3.0])

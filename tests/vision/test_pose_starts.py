@@ -6,9 +6,12 @@ import pytest
 from algorithms.vision.camera import Camera
 from algorithms.vision.objects.pose_estimation import estimate_pose
 from algorithms.vision.objects.pose_features import ball_of_rays, circle_of_rays, tube_of_rays
-from algorithms.vision.objects.pose_models import ObjectModel, View
+from algorithms.vision.objects.pose_judgement import judged
+from algorithms.vision.objects.pose_minima import Minima, PoseTask
+from algorithms.vision.objects.pose_models import ObjectModel, View, measurements
+from algorithms.vision.objects.pose_starts import quick_starts
 from algorithms.vision.objects.pose_status import PoseStatus
-from generated import object_poses, pga3
+from generated import pga3
 from tests.support.object_views import (
     ball_silhouette,
     motor,
@@ -68,15 +71,32 @@ def test_one_of_two_circles_of_an_ellipse_is_the_true_one() -> None:
         assert off.min() < 1e-6
 
 
-@pytest.mark.parametrize("thickness", [1.0, 0.0])
-def test_points_far_away_have_two_poses_by_parallel_projection(thickness: float) -> None:
+@pytest.mark.parametrize(("count", "thickness"), [(12, 1.0), (12, 0.0), (5, 1.0), (4, 0.0)])
+def test_exact_points_determine_a_start_by_linear_equations_or_triples(count: int, thickness: float) -> None:
     rng = np.random.default_rng(2)
-    points = rng.uniform(-0.1, 0.1, (12, 3)) * [1, 1, thickness] + [0.3, 0.1, -0.2]
+    points = rng.uniform(-0.1, 0.1, (count, 3)) * [1, 1, thickness] + [0.3, 0.1, -0.2]
     camera = Camera.from_intrinsics((900.0, 950.0), (320.0, 240.0), motor((0.2, 0.1, 0.4), (0.5, 0.2, 0.1)), skew=2.0)
-    truth = pga3.motor_product(camera.pose, motor((0.4, -0.7, 0.2), (0.5, 0.2, 1000.0)))
-    found = object_poses.parallel_poses(camera.matrix, points, camera.project(pga3.move_point(truth, points)))
-    off = [np.abs(pga3.motor_to_matrix(m)[:3, :3] - pga3.motor_to_matrix(truth)[:3, :3]).max() for m in found]
-    assert min(off) < 1e-3 < 0.1 < max(off)
+    truth = pga3.motor_product(camera.pose, motor((0.4, -0.7, 0.2), (0.5, 0.2, 3.0)))
+    view = View(camera, points=camera.project(pga3.move_point(truth, points)))
+    found = quick_starts(measurements(ObjectModel.of(points=points), (view,)))
+    off = [np.abs(pga3.motor_to_matrix(m) - pga3.motor_to_matrix(truth)).max() for m in found]
+    assert min(off) < 1e-6
+    # Fewer than four points, also of two cameras together, give no start by themselves.
+    assert quick_starts(measurements(ObjectModel.of(points=points[:3]), (View(camera, view.points[:3]),) * 2)) is None
+
+
+def test_a_minimum_behind_the_camera_does_not_hide_the_pose() -> None:
+    model = ObjectModel.of(points=np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [0.5, 0.2, 0]]) * 0.1)
+    whole = np.asarray(pga3.motor_to_matrix(motor((0.3, 0.7, 0.1), (0.0, 0.05, 0.7))))
+    # The mirror image of a plane in the centre of the camera has the same pixels: R p + t = -(R' p - t) for p in it.
+    mirrored = whole * [-1, -1, 1, 1]
+    mirrored[:3, 3] = -whole[:3, 3]
+    truth, behind = (np.asarray(pga3.motor_from_matrix(each)) for each in (whole, mirrored))
+    view = View(CAMERA, points=CAMERA.project(pga3.move_point(truth, model.points)))
+    task = PoseTask(model, measurements(model, (view,)), 0.3, (1.0, 1.0))
+    found = judged(Minima(np.array([behind, truth]), np.array([0.0, 1e-6])), task)
+    assert found.status == PoseStatus.OK
+    assert np.abs(pga3.motor_to_matrix(found.motor) - whole).max() < 1e-6
 
 
 def test_a_wrong_start_does_not_prevent_the_pose() -> None:

@@ -13,7 +13,7 @@ from generated import pga3
 
 from ...arguments import Reals, finite_number
 from ...elements import MOTOR, elements
-from ...evidence import Status
+from ...evidence import Status, deviation_of_most
 from .edge_measurement import MeasuredEdges, edges_near
 from .image_arguments import check_outline, checked_mesh, checked_start, real_image
 from .image_status import ImageStatus
@@ -33,8 +33,6 @@ _LEAST_INLIERS, _LEAST_SEEN = 0.75, 0.4
 """Least part of the edges that agree with the pose, and of the visible curves that have an edge which agrees."""
 _LARGEST_RESIDUAL = 0.85
 """Largest root mean square residual, as a part of the bound of the noise."""
-_DOUBLE_DEVIATION = 2 * 1.4826
-"""Twice the quotient of the standard deviation of normal numbers and their median absolute value."""
 _TURN_LIMIT, _SHIFT_LIMIT = radians(0.5), 2 / 125
 """The default tolerance: in radians, and in sizes of the model."""
 _MOST_MISSED = 5
@@ -256,8 +254,8 @@ def _verified(
 
 def _proved_noise(parts: list[MeasuredEdges], noise: float) -> float:
     """Return twice the standard deviation of offsets by their median, within the bound of the noise and a third."""
-    off = float(np.median(np.abs(np.concatenate([one.offsets for one in parts]))))
-    return min(max(_DOUBLE_DEVIATION * off, noise / 3), noise)
+    deviation = deviation_of_most(np.concatenate([one.offsets for one in parts]))
+    return min(max(2 * deviation, noise / 3), noise)
 
 
 def _shown(parts: list[MeasuredEdges]) -> float:

@@ -95,7 +95,6 @@ def _draw(axes: Any, scene: Scene, contacts: Reals | None) -> None:
 def _pyramid(camera: SceneCamera, pose: Reals) -> Reals:
     """Return the edges (8, 2, 3) of the pyramid of a camera's view."""
     width, height = camera.size
-    corners = np.array([[0, 0, 1], [width, 0, 1], [width, height, 1], [0, height, 1]], float)
-    rays = corners @ np.linalg.inv(camera.camera.intrinsics).T * _FRUSTUM
-    top, around = pga3.move_point(pose, np.zeros(3)), pga3.move_point(pose, rays)
+    rays = camera.pinhole.directions(np.array([[0, 0], [width, 0], [width, height], [0, height]], float))
+    top, around = pga3.move_point(pose, np.zeros(3)), pga3.move_point(pose, rays * _FRUSTUM / rays[:, 2:])
     return np.array([*((top, p) for p in around), *zip(around, np.roll(around, -1, 0), strict=True)])

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import radians
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import pga3
 
-from ...arguments import Reals, finite_number, real_array
+from ...arguments import Reals, finite_number
 from ...elements import MOTOR, elements
+from .image_arguments import checked_start
 from .pose_judgement import judged, no_pose
 from .pose_minima import PoseTask, groups_of_minima, minima
 from .pose_models import Measurements, ObjectModel, View, measurements
@@ -88,7 +88,7 @@ def estimated_pose(
     if not finite_number(noise, "noise") > 0:
         raise ValueError(f"noise: {noise}; expected a positive number of pixels")
     limits = pose_limits(model, tolerance)
-    guess = None if start is None else _start(start)
+    guess = None if start is None else checked_start(start)
     if not seen.is_finite:
         return no_pose(PoseStatus.NOT_FINITE, seen)
     if seen.n_equations < 6:
@@ -103,14 +103,6 @@ def estimated_pose(
         if found.status not in _RETRIED:
             break
     return found
-
-
-def _start(start: ArrayLike) -> Reals:
-    given = real_array(start, "start", (8,), "a motor").astype(np.float64)
-    off = given - pga3.normalize_motor(given)
-    if given.ndim != 1 or not off @ off < 1e-12:
-        raise ValueError(f"start: {given}; expected one unit motor of generated.pga3")
-    return given
 
 
 def pose_limits(model: ObjectModel, tolerance: tuple[float, float] | None) -> tuple[float, float]:
@@ -129,6 +121,6 @@ def _why_too_few(model: ObjectModel, seen: Measurements, guess: Reals | None) ->
     """Return why there are too few measurements."""
     if guess is not None:
         there = pga3.move_point(guess, model.centre)
-        if not (seen.cameras[:, 2, :3] @ there + seen.cameras[:, 2, 3] > 0).all():
+        if not all(camera.depth(there) > 0 for camera in seen.cameras):
             return PoseStatus.BEHIND_CAMERA
     return PoseStatus.OCCLUDED if seen.n_equations + 2 * seen.n_missing >= 6 else PoseStatus.TOO_FEW

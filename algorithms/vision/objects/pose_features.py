@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from generated import pga3
+
 from ...arguments import Reals
 from ...precision import TINY
 from .pose_models import Measurements, ObjectModel
@@ -52,27 +54,20 @@ def features(model: ObjectModel, seen: Measurements) -> Features:
     """Return what the silhouettes of single elements determine in each image."""
     found = Features([], [], [], [])
     counts: list[int] = []
-    for k, matrix in enumerate(seen.cameras):
-        back = np.linalg.inv(matrix[:, :3])
-        centre = -back @ matrix[:, 3]
+    for k, camera in enumerate(seen.cameras):
         for kind in seen.kinds:
             here = seen.of[kind].cameras == k
-            rows = seen.of[kind].rows[here]
-            rays = np.column_stack([seen.of[kind].pixels[here], np.ones(len(rows))]) @ back.T
-            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+            rows, rays = seen.of[kind].rows[here], camera.rays(seen.of[kind].pixels[here])
             for row in np.unique(rows):
-                own = rays[rows == row]
-                _add(found, counts, model, kind, int(row), own, centre)
+                _add(found, counts, model, kind, int(row), rays[rows == row], camera.centre)
     order = np.argsort(counts)[::-1]
     return found._replace(axes=[found.axes[k] for k in order])
 
 
 def _add(found: Features, counts: list[int], model: ObjectModel, kind: str, row: int, rays: Reals, eye: Reals) -> None:
     """Add what the rays of one element in one image determine."""
-    whole = np.eye(3)
     if kind == "points":
-        for ray in rays:
-            found.constraints.append(Constraint(whole - np.outer(ray, ray), model.points[row], eye))
+        found.constraints.extend(on_line(ray, model.points[row], eye) for ray in rays)
     if len(rays) < _FEWEST.get(kind, len(rays) + 1):
         return
     if kind == "edges":
@@ -81,13 +76,13 @@ def _add(found: Features, counts: list[int], model: ObjectModel, kind: str, row:
     elif kind == "balls":
         place = ball_of_rays(rays, float(model.balls[row, 3]))
         if place is not None:
-            found.constraints.append(Constraint(whole, model.balls[row, :3], eye + place))
+            found.constraints.append(Constraint(np.eye(3), model.balls[row, :3], eye + place))
             found.centres.append((model.balls[row, :3], eye + place))
     elif kind == "tubes":
         tube = tube_of_rays(rays, float(model.tubes[row, 6]))
         if tube is not None:
             axis, place = tube
-            found.constraints.append(Constraint(whole - np.outer(axis, axis), model.tubes[row, :3], eye + place))
+            found.constraints.append(on_line(axis, model.tubes[row, :3], eye + place))
             along = model.tubes[row, 3:6] - model.tubes[row, :3]
             found.axes.append((along / np.linalg.norm(along), axis))
             counts.append(len(rays))
@@ -96,11 +91,22 @@ def _add(found: Features, counts: list[int], model: ObjectModel, kind: str, row:
         normal, point = model.rims[row, 3:6], model.rims[row, :3]
         if circle is not None:
             places, normals = circle
-            found.constraints.append(Constraint(whole, point, eye + places, normal, normals))
+            found.constraints.append(Constraint(np.eye(3), point, eye + places, normal, normals))
             found.circles.append((normal, normals))
         else:
-            ray = rays.mean(0) / np.linalg.norm(rays.mean(0))
-            found.constraints.append(Constraint(whole - np.outer(ray, ray), point, eye))
+            found.constraints.append(on_line(rays.mean(0), point, eye))
+
+
+def on_line(ray: Reals, point: Reals, place: Reals) -> Constraint:
+    """Return the constraint that a point of the object is on the line through a place in a direction."""
+    return Constraint(np.eye(3) - np.outer(ray, ray) / (ray @ ray), point, place)
+
+
+def poses_of_rotations(rotations: Reals, translations: Reals) -> Reals:
+    """Return motors (b, 8) of rotations (b, 3, 3) and translations (b, 3)."""
+    whole = np.tile(np.eye(4), (len(rotations), 1, 1))
+    whole[:, :3, :3], whole[:, :3, 3] = rotations, translations
+    return np.asarray(pga3.motor_from_matrix(whole))
 
 
 def places_of_rotations(rotations: Reals, constraints: list[Constraint]) -> Reals | None:

@@ -7,6 +7,7 @@ import numpy as np
 from generated import pga3
 
 from ...arguments import Reals
+from ..camera import Camera
 from .pose_models import Measurements, ObjectModel, with_weights
 
 _SHORT, _THIN = 40.0, 10.0
@@ -26,7 +27,7 @@ def without_thin_images(model: ObjectModel, motor: Reals, seen: Measurements, no
         if kind not in seen.kinds:
             continue
         least = noise * (_SHORT if kind == "edges" else _THIN)
-        wide = np.array([extents(model, motor, matrix) for matrix in seen.cameras]) >= least
+        wide = np.array([extents(model, motor, camera) for camera in seen.cameras]) >= least
         one = seen.of[kind]
         kept = wide[one.cameras, one.rows]
         if not kept.all():
@@ -37,25 +38,17 @@ def without_thin_images(model: ObjectModel, motor: Reals, seen: Measurements, no
     return found if found.n_equations >= 6 else None
 
 
-def _lengths(model: ObjectModel, motor: Reals, matrix: Reals) -> Reals:
+def _lengths(model: ObjectModel, motor: Reals, camera: Camera) -> Reals:
     """Return the lengths in pixels of the images of edges."""
-    ends = _images(matrix, pga3.move_point(motor, model.edges))
+    with np.errstate(all="ignore"):
+        ends = camera.project(pga3.move_point(motor, model.edges))
     return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
 
 
-def _half_axes(model: ObjectModel, motor: Reals, matrix: Reals) -> Reals:
+def _half_axes(model: ObjectModel, motor: Reals, camera: Camera) -> Reals:
     """Return the minor half-axes in pixels of the images of circles, to first order."""
-    centres = pga3.move_point(motor, model.rims[:, :3].copy())
-    normals = pga3.move_direction(motor, model.rims[:, 3:6].copy())
-    eye = -np.linalg.solve(matrix[:, :3], matrix[:, 3])
-    sight = centres - eye
+    sight = pga3.move_point(motor, model.rims[:, :3].copy()) - camera.centre
     away = np.linalg.norm(sight, axis=1)
-    cosines = np.abs((sight * normals).sum(1)) / away
-    focal = np.sqrt(np.abs(np.linalg.det(matrix[:, :3])))
+    cosines = np.abs((sight * pga3.move_direction(motor, model.rims[:, 3:6].copy())).sum(1)) / away
+    focal = np.sqrt(np.abs(camera.intrinsics[0, 0] * camera.intrinsics[1, 1]))
     return np.asarray(focal * model.rims[:, 6] / away * cosines)
-
-
-def _images(matrix: Reals, places: Reals) -> Reals:
-    there = places @ matrix[:, :3].T + matrix[:, 3]
-    with np.errstate(all="ignore"):
-        return np.asarray(there[..., :2] / there[..., 2:])

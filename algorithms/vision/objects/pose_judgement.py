@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from math import inf, pi, sqrt
 
 import numpy as np
-import scipy
 
 from generated import object_poses as kernels
 from generated import pga3
@@ -32,7 +30,7 @@ from .pose_minima import (
     thorough_minima,
 )
 from .pose_models import KINDS, Measurements
-from .pose_record import PoseEstimate, bounds_of, deviations_of
+from .pose_record import PoseEstimate, bounds_of, deviations_of, twist_between
 from .pose_starts import reversals
 from .pose_status import PoseStatus
 
@@ -81,6 +79,11 @@ def judged(found: Minima, task: PoseTask) -> PoseEstimate:
             task, found = used, again
     while True:
         result, cost, count = _of_least(found, task)
+        if result.status == PoseStatus.BEHIND_CAMERA:
+            front = [k for k in np.flatnonzero(found.costs < NONE) if _is_in_front(found.poses[k], task)]
+            if front:
+                found = Minima(found.poses[front], found.costs[front])
+                continue
         if result.status not in (PoseStatus.OK, PoseStatus.SYMMETRIC):
             return result
         found = _joined([found, *_neighbours(result, count, task)])
@@ -111,7 +114,7 @@ def _of_least(found: Minima, task: PoseTask) -> tuple[PoseEstimate, float, float
     if (
         (is_whole and freedom < 0)
         or not (is_whole or _are_enough(far["points"], inliers, freedom, seen.n_equations - equations, task))
-        or not squares <= noise * noise * _most(freedom)
+        or not squares <= noise * noise * max(freedom, 1) * largest_ratio(max(freedom, 1), probability=RARE)
     ):
         cause = PoseStatus.INCONSISTENT
     elif behind:
@@ -219,19 +222,10 @@ def _variance(noise: float, squares: float, freedom: int) -> float:
     freedom = max(freedom, 0)
     raised = max(noise * noise, float(Noise(noise * noise, USUAL_WEIGHT).raised(np.asarray(squares), freedom)))
     raised *= largest_ratio(3, USUAL_WEIGHT + freedom) / largest_ratio(3)
-    return min(raised, max(squares / _least(freedom), ROUNDING * noise * noise)) if freedom else raised
-
-
-@lru_cache(maxsize=1024)
-def _most(freedom: int) -> float:
-    """Return the sum of squared standard deviations that noise exceeds with a small probability only."""
-    return float(scipy.special.chdtri(max(freedom, 1), RARE))
-
-
-@lru_cache(maxsize=1024)
-def _least(freedom: int) -> float:
-    """Return the sum of squared standard deviations that noise exceeds with a probability of 0.999."""
-    return float(scipy.special.chdtri(freedom, 0.999))
+    if not freedom:
+        return raised
+    least = freedom * largest_ratio(freedom, probability=1 - WRONG)
+    return min(raised, max(squares / least, ROUNDING * noise * noise))
 
 
 def _verified(
@@ -305,13 +299,8 @@ def _differ(pose: Reals, other: Reals, found: PoseEstimate, task: PoseTask) -> b
     """Return whether two poses differ by more than their uncertainty and undetermined motions."""
     if not len(found.freedoms):
         return bool(_away(pose[None], other, found, task)[0])
-    between = pga3.motor_product(pga3.motor_inverse(other), pose)
-    twist = pga3.motor_logarithm(between if between[0] >= 0 else -between)
-    size = np.array([1, 1, 1, *[task.model.size] * 3])
-    free = np.linalg.qr((found.freedoms / size).T)[0]
-    scaled = twist / size
-    scaled = scaled - free @ (free.T @ scaled)
-    return bool(np.sqrt(scaled @ scaled) > 10 * _SAME)
+    twist = twist_between(pose, other, task.model.size, found.freedoms)
+    return bool(np.sqrt(twist @ twist) > 10 * _SAME)
 
 
 def no_pose(status: PoseStatus, seen: Measurements) -> PoseEstimate:

@@ -8,14 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from generated import object_poses as kernels
-from generated import pga3
 
 from ...arguments import Reals
 from ...precision import NEGLIGIBLE
 from ..localization import localize
 from ..status import VisionStatus
-from .pose_models import Measurements, ObjectModel
-from .pose_starts import camera_axes, quick_starts, thorough_starts
+from .pose_models import Measurements, ObjectModel, fullest_camera, points_of_camera
+from .pose_starts import pose_seen_by, quick_starts, thorough_starts
 
 SCALE, REJECTED = 4.0, 5.0
 """The scale of robust weights, and the distance from which a measurement is rejected, in standard deviations."""
@@ -72,7 +71,8 @@ def groups_of_minima(task: PoseTask) -> Iterator[Minima]:
     """Yield minima from groups of initial poses; each is computed only if those before it led to no pose."""
     first = quick_starts(task.seen)
     if first is not None:
-        yield minima(first, task)
+        # The descent from the best one is enough: the reversal of its depth is compared afterwards.
+        yield minima(first[limited_costs(first, task).argmin()][None], task)
         again = pose_by_consensus(task)
         if again is not None:
             yield near_minima(again, task)
@@ -140,16 +140,8 @@ def _nearest(first: Reals, task: PoseTask) -> Reals:
 def pose_by_consensus(task: PoseTask) -> Reals | None:
     """Return a pose (1, 8) from random samples of the points of the camera that sees most of them."""
     seen = task.seen
-    if len(seen.of["points"].cameras) < 6:
+    if len(seen.of["points"].rows) < 6:
         return None
-    camera = int(np.bincount(seen.of["points"].cameras).argmax())
-    own = seen.of["points"].cameras == camera
-    axes, k = camera_axes(seen.cameras[camera])
-    found = localize(seen.of["points"].elements[own], seen.of["points"].pixels[own], k, threshold=REJECTED * task.noise)
-    if found.status != VisionStatus.OK:
-        return None
-    back = np.eye(4)
-    back[:3, :3] = axes.T
-    back[:3, 3] = -np.linalg.solve(seen.cameras[camera, :, :3], seen.cameras[camera, :, 3])
-    pose = pga3.motor_product(pga3.motor_from_matrix(back), pga3.motor_inverse(found.pose))
-    return np.asarray(pose)[None]
+    k = fullest_camera(seen, ("points",))
+    found = localize(*points_of_camera(seen, k), seen.cameras[k], threshold=REJECTED * task.noise)
+    return pose_seen_by(seen.cameras[k], found.pose)[None] if found.status == VisionStatus.OK else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -174,8 +175,9 @@ class Pixels(NamedTuple):
 class Measurements(NamedTuple):
     """All pixels of all views."""
 
-    cameras: Reals
-    """(v, 3, 4)"""
+    cameras: tuple[Camera, ...]
+    matrices: Reals
+    """(v, 3, 4) Of the cameras."""
     of: dict[str, Pixels]
     """By kind of element."""
     kinds: tuple[str, ...]
@@ -237,14 +239,31 @@ def measurements(model: ObjectModel, views: tuple[View, ...]) -> Measurements:
             count += len(one.rows)
             equations += _EQUATIONS[kind] * len(one.rows)
         arguments += found[kind][:4]
-    return Measurements(arguments[0], found, tuple(present), count, equations, missing, is_finite, tuple(arguments))
+    cameras, counts = tuple(view.camera for view in views), (count, equations, missing)
+    return Measurements(cameras, arguments[0], found, tuple(present), *counts, is_finite, tuple(arguments))
+
+
+def fullest_camera(seen: Measurements, kinds: Sequence[str]) -> int:
+    """Return the index of the camera that sees most pixels of some kinds."""
+    if len(seen.cameras) == 1:
+        return 0
+    return int(np.bincount(np.concatenate([seen.of[kind].cameras for kind in kinds]), minlength=1).argmax())
+
+
+def points_of_camera(seen: Measurements, k: int) -> tuple[Reals, Reals]:
+    """Return the points (n, 3) of the object that a camera sees, and their pixels (n, 2)."""
+    one = seen.of["points"]
+    if len(seen.cameras) == 1:
+        return one.elements, one.pixels
+    own = one.cameras == k
+    return one.elements[own], one.pixels[own]
 
 
 def with_weights(seen: Measurements, weights: dict[str, Reals]) -> Measurements:
     """Return measurements with weights, zeros and ones, for some kinds of elements."""
     found = {kind: one._replace(weights=weights.get(kind, one.weights)) for kind, one in seen.of.items()}
     counts = {kind: int(one.weights.sum()) for kind, one in found.items()}
-    arguments = (seen.cameras, *(part for kind in KINDS for part in found[kind][:4]))
+    arguments = (seen.matrices, *(part for kind in KINDS for part in found[kind][:4]))
     equations = sum(_EQUATIONS[kind] * n for kind, n in counts.items())
     return seen._replace(of=found, n_pixels=sum(counts.values()), n_equations=equations, arguments=arguments)
 

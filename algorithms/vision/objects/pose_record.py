@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf, isfinite, sqrt
 
+import numpy as np
+
+from generated import pga3
+
 from ...arguments import Reals
 from .pose_status import PoseStatus
 
@@ -52,6 +56,18 @@ class PoseEstimate:
         By the covariance, an error exceeds its bound with a probability of one in a thousand.
         """
         return bounds_of(self.covariance)
+
+
+def twist_between(pose: Reals, other: Reals, size: float, freedoms: Reals) -> Reals:
+    """Return the motion (6,) from another pose to a pose, without the part along freedoms, as a bivector.
+
+    Translations are in multiples of a size.
+    """
+    units = np.array([1, 1, 1, size, size, size])
+    between = pga3.motor_product(pga3.motor_inverse(other), pose)
+    twist = pga3.motor_logarithm(between if between[0] >= 0 else -between) / units
+    free = np.linalg.qr((freedoms / units).T)[0]
+    return np.asarray(twist - free @ (free.T @ twist))
 
 
 def deviations_of(covariance: Reals) -> tuple[float, float]:

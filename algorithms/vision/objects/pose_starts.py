@@ -1,19 +1,24 @@
-"""Initial poses of objects: from points under scaled parallel projection, from silhouettes, and rotations of a cube."""
+"""Initial poses of objects: from points as in `localize`, from silhouettes, and rotations of a cube."""
 
 from __future__ import annotations
 
-from itertools import combinations, permutations, product
+from itertools import permutations, product
 
 import numpy as np
 
+from generated import linear_views, pga3
 from generated import object_poses as kernels
-from generated import pga3
 
 from ...arguments import Reals
-from ...vision.pose_starts import FEW
-from ..pose_starts import three_points
-from .pose_features import Features, features, places_of_rotations
-from .pose_models import KINDS, Measurements, ObjectModel
+from ...evidence import all_or_some_sets
+from ...geometry.fits import axis_frame
+from ...precision import NEGLIGIBLE
+from ..camera import Camera
+from ..pose_refinement import camera_motors
+from ..pose_starts import FEW, three_points
+from ..starts import SETS
+from .pose_features import Features, features, on_line, places_of_rotations, poses_of_rotations
+from .pose_models import KINDS, Measurements, ObjectModel, fullest_camera, points_of_camera
 
 _ENOUGH = 6
 """Number of measured points from which turned poses are no likely minima."""
@@ -43,58 +48,45 @@ _AROUND = 2 * np.pi / _TURNS * np.arange(_TURNS)
 
 
 def quick_starts(seen: Measurements) -> Reals | None:
-    """Return two initial poses (2, 8) from the points of a camera, or None if no camera sees four of them."""
-    places, pixels, cameras, *_ = seen.of["points"]
-    if len(places) < 4:
-        return None
-    camera = 0
-    if len(seen.cameras) > 1:
-        camera = int(np.bincount(cameras).argmax())
-        own = cameras == camera
-        places, pixels = places[own], pixels[own]
-        if len(places) < 4:
-            return None
-    return np.array(kernels.parallel_poses(seen.cameras[camera], places, pixels))
+    """Return initial poses (b, 8) from the points of a camera, or None if no camera sees four of them."""
+    k = fullest_camera(seen, ("points",))
+    places, pixels = points_of_camera(seen, k)
+    return _of_points(seen.cameras[k], places, pixels) if len(places) >= 4 else None
 
 
 def thorough_starts(model: ObjectModel, seen: Measurements) -> Reals:
     """Return initial poses (b, 8) with rotations that silhouettes suggest, and those of a cube.
 
-    The translation of each follows from the rotation by linear equations. If a camera sees three to seven points, the
-    poses that fit three of them exactly are added.
+    The translation of each follows from the rotation by linear equations. Those from three to seven points that a
+    camera sees are added.
     """
     found = features(model, seen)
-    camera = int(np.bincount(np.concatenate([seen.of[kind].cameras for kind in KINDS])).argmax())
-    axes, _ = camera_axes(seen.cameras[camera])
-    rotations = np.concatenate([*_suggested(found), axes.T @ _CUBE])
-    places = places_of_rotations(rotations, found.constraints)
-    if places is None:
-        places = _place(model, seen, camera) - rotations @ model.centre
-    whole = np.tile(np.eye(4), (len(rotations), 1, 1))
-    whole[:, :3, :3], whole[:, :3, 3] = rotations, places
-    return np.concatenate([*_of_triples(seen), pga3.motor_from_matrix(whole)])
+    camera = seen.cameras[fullest_camera(seen, KINDS)]
+    rotations = np.concatenate([*_suggested(found), pga3.motor_to_matrix(camera.pose)[:3, :3] @ _CUBE])
+    shifts = places_of_rotations(rotations, found.constraints)
+    if shifts is None:
+        shifts = _placed(model, seen, rotations)
+    points = [(camera, *points_of_camera(seen, k)) for k, camera in enumerate(seen.cameras)]
+    few = [_of_points(*one) for one in points if 3 <= len(one[1]) <= FEW]
+    return np.concatenate([*few, poses_of_rotations(rotations, shifts)])
 
 
-def _of_triples(seen: Measurements) -> list[Reals]:
-    """Return for each camera that sees a few points the poses (b, 8) that fit three of them exactly."""
-    groups = []
-    for k, matrix in enumerate(seen.cameras):
-        own = seen.of["points"].cameras == k
-        if not 3 <= int(own.sum()) <= FEW:
-            continue
-        places = seen.of["points"].elements[own]
-        axes, calibration = camera_axes(matrix)
-        back = np.linalg.inv(calibration)
-        pixels = np.column_stack([seen.of["points"].pixels[own], np.ones(len(places))]) @ back.T
-        triples = np.array(list(combinations(range(len(places)), 3)))
-        with np.errstate(all="ignore"):
-            found = three_points(places[triples], pixels[triples, :2] / pixels[triples, 2:]).reshape(-1, 3, 4)
-        found = found[np.isfinite(found).all((1, 2))]
-        whole = np.tile(np.eye(4), (len(found), 1, 1))
-        whole[:, :3, :3] = axes.T @ found[:, :, :3]
-        whole[:, :3, 3] = (found[:, :, 3] - back @ matrix[:, 3]) @ axes
-        groups.append(np.asarray(pga3.motor_from_matrix(whole)))
-    return groups
+def _of_points(camera: Camera, places: Reals, pixels: Reals) -> Reals:
+    """Return poses (b, 8) by linear equations for the points that a camera sees, and of few points by all triples."""
+    middle = places.sum(0) / len(places)
+    centred = places - middle
+    found = np.asarray(linear_views.starts_of_pose(centred, pixels, camera.intrinsics))
+    if len(places) <= FEW:
+        triples, sights = all_or_some_sets(len(places), 3, SETS), camera.directions(pixels)
+        fits = three_points(centred[triples], (sights[:, :2] / sights[:, 2:])[triples])
+        found = np.concatenate([found, fits.reshape(-1, 3, 4)])
+    # Missing ones are zeros or NaN.
+    return pose_seen_by(camera, camera_motors(found[found[:, 2, 3] > 0], middle))
+
+
+def pose_seen_by(camera: Camera, motors: Reals) -> Reals:
+    """Return poses (..., 8) of an object from those of a camera in its frame."""
+    return np.asarray(pga3.motor_product(camera.pose, pga3.motor_inverse(motors)))
 
 
 def _suggested(found: Features) -> list[Reals]:
@@ -122,7 +114,7 @@ def _between_points(ours: Reals, theirs: Reals) -> Reals:
 
 def _about(ours: Reals, theirs: Reals) -> Reals:
     """Return rotations (b, 3, 3) that take a unit vector to another, at equal angles about it."""
-    first, last = _frame(ours), _frame(theirs)
+    first, last = axis_frame(ours), axis_frame(theirs)
     cosines, sines = np.cos(_AROUND), np.sin(_AROUND)
     turns = np.zeros((_TURNS, 3, 3))
     turns[:, 0, 0] = turns[:, 1, 1] = cosines
@@ -130,33 +122,20 @@ def _about(ours: Reals, theirs: Reals) -> Reals:
     return np.asarray(last.T @ turns @ first)
 
 
-def _frame(z: Reals) -> Reals:
-    """Return orthonormal axes as rows, the last of which is given."""
-    x = np.cross(z, np.eye(3)[np.abs(z).argmin()])
-    x = x / np.linalg.norm(x)
-    return np.array([x, np.cross(z, x), z])
-
-
-def _place(model: ObjectModel, seen: Measurements, camera: int) -> Reals:
-    """Return where an object is: at the depth that its size suggests, or nearest to the lines of sight of all views."""
-    sums, right, rough = np.zeros((3, 3)), np.zeros(3), np.zeros(3)
-    n_views = 0
-    for k, matrix in enumerate(seen.cameras):
+def _placed(model: ObjectModel, seen: Measurements, rotations: Reals) -> Reals:
+    """Return translations (b, 3): near the lines of sight of all views, or at the depth that the size suggests."""
+    sights, deepest = [], 0.0
+    for k, camera in enumerate(seen.cameras):
         pixels = np.concatenate([seen.of[kind].pixels[seen.of[kind].cameras == k] for kind in KINDS])
-        if not len(pixels):
-            continue
-        back = np.linalg.inv(matrix[:, :3])
-        middle = pixels.mean(0)
-        direction, centre = back @ np.array([*middle, 1.0]), -back @ matrix[:, 3]
-        if k == camera:
-            off = (pixels - middle) @ back[:, :2].T
-            spread = max(float(np.sqrt(np.square(off).sum(1).mean())), 1e-9)
-            rough = centre + direction * model.size / spread
-        across = np.eye(3) - np.outer(direction, direction) / (direction @ direction)
-        sums, right, n_views = sums + across, right + across @ centre, n_views + 1
-    if n_views < 2 or np.linalg.eigvalsh(sums)[0] < 1e-3:
-        return rough
-    return np.asarray(np.linalg.solve(sums, right))
+        if len(pixels):
+            rays = camera.rays(pixels)
+            ray = rays.mean(0)
+            sights.append(on_line(ray, model.centre, camera.centre))
+            away = model.size / max(float(np.sqrt(np.square(rays - ray).sum(1).mean())), NEGLIGIBLE)
+            if len(pixels) > deepest:
+                deepest, rough = len(pixels), camera.centre + away * ray
+    places = places_of_rotations(rotations, sights)
+    return rough - rotations @ model.centre if places is None else places
 
 
 def reversals(model: ObjectModel, motor: Reals, seen: Measurements) -> Reals:
@@ -164,24 +143,7 @@ def reversals(model: ObjectModel, motor: Reals, seen: Measurements) -> Reals:
 
     Edges, cylinders and spheres may coincide with themselves after a half turn, and few points determine a pose badly.
     """
-    back = kernels.reverse_depth(motor, model.axes[0][2], model.centre, seen.cameras[0])[None]
+    back = kernels.reverse_depth(motor, model.axes[0][2], model.centre, seen.matrices[0])[None]
     if len(seen.of["points"].pixels) >= _ENOUGH:
         return np.asarray(back)
     return np.concatenate([back, pga3.motor_product(motor, model.half_turns)])
-
-
-def cross(a: Reals, b: Reals) -> list[float]:
-    """Return the cross product of two vectors; numpy's takes ten times as long for a single pair."""
-    (x, y, z), (u, v, w) = a.tolist(), b.tolist()
-    return [y * w - z * v, z * u - x * w, x * v - y * u]
-
-
-def camera_axes(matrix: Reals) -> tuple[Reals, Reals]:
-    """Return the axes of a camera as rows, and its upper triangular matrix."""
-    first, second, third = matrix[:, :3]
-    y = second - (second @ third) * third
-    fy = np.sqrt(y @ y)
-    y = y / fy
-    x = np.array(cross(y, third))
-    k = np.array([[first @ x, first @ y, first @ third], [0, fy, second @ third], [0, 0, 1.0]])
-    return np.array([x, y, third]), k

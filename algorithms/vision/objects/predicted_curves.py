@@ -8,8 +8,6 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from generated import pga3
-
 from ...arguments import Reals
 from ..camera import Camera
 from .pose_models import KINDS, ObjectModel
@@ -88,12 +86,11 @@ def predicted_curves(model: ObjectModel, pose: Reals, camera: Camera, mesh: Mesh
     normals = np.column_stack([along[:, 1], -along[:, 0]]) / np.maximum(steps, 1e-12)[:, None]
     surfaces = Surfaces.at(pose, *mesh, model.balls, model.tubes)
     probes = np.concatenate([at + _STEP * normals, at - _STEP * normals])
-    origin = np.asarray(pga3.move_point(camera.pose, np.zeros(3)))
-    hits = np.isfinite(first_hits(origin, _sights(camera, probes), surfaces)).reshape(2, -1)
+    hits = np.isfinite(first_hits(camera.centre, camera.rays(probes), surfaces)).reshape(2, -1)
     is_outline = hits[0] != hits[1]
     normals = np.where((is_outline & hits[0])[:, None], -normals, normals)
     beside = np.where(is_outline, -_BESIDE, _BESIDE)[:, None] * normals
-    directions = _sights(camera, np.concatenate([at + beside, at - np.where(is_outline[:, None], -beside, beside)]))
+    directions = camera.rays(np.concatenate([at + beside, at - np.where(is_outline[:, None], -beside, beside)]))
     is_visible = _visible(model, kinds, elements, places, camera, surfaces, directions, is_outline)
     return PredictedCurves(kinds, elements, at, normals, steps, is_outline, is_visible)
 
@@ -110,12 +107,6 @@ def _along(camera: Camera, kind: str, index: Reals, places: Reals) -> tuple[Real
     return pixels, change.reshape(-1, 2)
 
 
-def _sights(camera: Camera, pixels: Reals) -> Reals:
-    """Return directions (n, 3) of lines of sight in the world, of unit depth."""
-    own = np.column_stack([pixels, np.ones(len(pixels))]) @ np.linalg.inv(camera.intrinsics).T
-    return np.asarray(pga3.move_direction(camera.pose, np.ascontiguousarray(own)))
-
-
 def _visible(
     model: ObjectModel, kinds: Reals, elements: Reals, places: Reals, camera: Camera, surfaces: Surfaces,
     directions: Reals, is_outline: Reals,
@@ -124,9 +115,9 @@ def _visible(
 
     Lines of sight are slightly beside a curve: on both sides, or on the outline on the side of the object.
     """
-    origin = np.asarray(pga3.move_point(camera.pose, np.zeros(3)))
-    depth = camera.depth(places)
-    n = len(depth)
+    origin = camera.centre
+    away = np.linalg.norm(places - origin, axis=1)
+    n = len(away)
     visible = np.zeros(n, bool)
     for kind, name in enumerate(KINDS):
         for element in np.unique(elements[kinds == kind]):
@@ -139,7 +130,7 @@ def _visible(
                 own, tolerance = tube + len(model.balls), float(model.tubes[tube, 6])
             sides = np.stack([at, at + n])
             near = first_hits(origin, directions[sides.ravel()], surfaces, own).reshape(2, -1)
-            visible[at] = near.min(0) >= depth[at] - tolerance
+            visible[at] = near.min(0) >= away[at] - tolerance
             if name == "rims":
                 visible[at] &= is_outline[at] | _faces_camera(model, int(element), surfaces, origin)
             elif name in ("balls", "tubes"):

@@ -154,13 +154,12 @@ class Scene:
         pixels = np.full((len(places), 2), -1.0)
         pixels[front] = camera.project(places[front])
         seen = front & (pixels >= 0).all(1) & (pixels < [width, height]).all(1)
-        centre = pga3.move_point(camera.pose, np.zeros(3))
-        away = places - centre
+        away = places - camera.centre
         size = np.maximum(np.linalg.norm(away, axis=1), 1e-12)
         for one in self.objects:
             if len(one.faces) and seen.any():
                 vertices = pga3.move_point(one.pose, one.vertices)
-                near = hit_mesh(centre, away / size[:, None], vertices, one.faces).distance < size - _NEAR
+                near = hit_mesh(camera.centre, away / size[:, None], vertices, one.faces).distance < size - _NEAR
                 seen = seen & ~near
         return np.asarray(seen)
 

@@ -141,10 +141,9 @@ class _Eye:
     def __init__(self, scene: Scene, k: int) -> None:
         self.lens = scene.camera(k)
         self.camera = self.lens.pinhole
-        self.origin = np.asarray(pga3.move_point(self.camera.pose, np.zeros(3)))
+        self.origin = self.lens.centre
         self.objects = scene.objects
         self.parts = [_surfaces(one) for one in scene.objects]
-        self.back = np.linalg.inv(self.camera.intrinsics)
 
     def shaded(self, at: Reals, offsets: Reals, settings: ImageSettings) -> tuple[Reals, Reals]:
         """Return the colours of surfaces (n, s, 3) and numbers of objects (n, s), or -1, at samples of n pixels.
@@ -154,9 +153,7 @@ class _Eye:
         """
         places = np.argwhere(at >= 0)[:, None, ::-1] + offsets
         n, s = places.shape[:2]
-        plain = self.lens.undistort(places.reshape(-1, 2))
-        sights = np.column_stack([plain, np.ones(len(plain))]) @ self.back.T
-        directions = np.asarray(pga3.move_direction(self.camera.pose, np.ascontiguousarray(sights)))
+        directions = self.lens.rays(places.reshape(-1, 2))
         directions[~np.isfinite(directions).all(1)] = 0
         depth, owner = np.full(n * s, np.inf), np.full(n * s, -1)
         normal, colour = np.zeros_like(directions), np.zeros_like(directions)

@@ -7,6 +7,7 @@ import numpy as np
 from generated import pga3
 
 from ...arguments import Reals
+from ...geometry.fits import axis_frame
 from ..camera import Camera
 from .pose_models import ObjectModel
 
@@ -16,7 +17,7 @@ _ALONG, _AROUND = 24, 48
 
 def element_pixels(model: ObjectModel, pose: Reals, camera: Camera) -> dict[str, tuple[Reals, Reals]]:
     """Return for each kind of element the indices of elements and points (n, 3) of the world on them."""
-    centre = pga3.move_point(camera.pose, np.zeros(3))
+    centre = camera.centre
     found = {"points": (np.arange(len(model.points)), _moved(pose, model.points))}
     if len(model.edges):
         ends = _moved(pose, model.edges)
@@ -51,10 +52,8 @@ def _numbered(places: Reals) -> tuple[Reals, Reals]:
 
 
 def _circle(centre: Reals, normal: Reals, radius: float) -> Reals:
-    x = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
-    x = x / np.linalg.norm(x)
-    angles = np.linspace(0, 2 * np.pi, _AROUND, endpoint=False)[:, None]
-    return np.asarray(centre + radius * (np.cos(angles) * x + np.sin(angles) * np.cross(normal, x)))
+    angles = np.linspace(0, 2 * np.pi, _AROUND, endpoint=False)
+    return centre + radius * np.column_stack([np.cos(angles), np.sin(angles)]) @ axis_frame(normal)[:2]
 
 
 def _tangent_circle(place: Reals, radius: float, centre: Reals) -> Reals:

@@ -10,7 +10,9 @@ from generated import pga3
 
 from ...arguments import Reals
 from .pose_estimation import PoseEstimate, estimated_pose
+from .pose_features import on_line, places_of_rotations, poses_of_rotations
 from .pose_models import ObjectModel, View
+from .pose_record import twist_between
 from .pose_status import PoseStatus
 from .predicted_curves import Mesh, predicted_curves
 from .silhouette_starts import starts_of_silhouette
@@ -72,23 +74,11 @@ def fits_of_silhouettes(
 
 def _triangulated(model: ObjectModel, poses: Reals, usable: list[Silhouette]) -> Reals:
     """Return poses moved so that the centre of the model is nearest to the lines of sight of all silhouettes."""
-    sums, right = np.zeros((3, 3)), np.zeros(3)
-    for one in usable:
-        camera = one.camera.pinhole
-        sight = np.linalg.solve(camera.intrinsics, np.array([*_middle(one.pixels), 1.0]))
-        direction = np.asarray(pga3.move_direction(camera.pose, sight / np.linalg.norm(sight)))
-        across = np.eye(3) - np.outer(direction, direction)
-        sums += across
-        right += across @ pga3.move_point(camera.pose, np.zeros(3))
-    if np.linalg.eigvalsh(sums)[0] < 1e-3:
-        return poses
-    place = np.linalg.solve(sums, right)
-    still = np.array([1.0, 0, 0, 0])
-    moved = [
-        pga3.motor_product(pga3.motor_from_rotor_translation(still, place - pga3.move_point(p, model.centre)), p)
-        for p in poses
-    ]
-    return np.array(moved).reshape(-1, 8)
+    rotations = np.asarray(pga3.motor_to_matrix(poses))[:, :3, :3]
+    cameras, middles = [one.camera.pinhole for one in usable], [_middle(one.pixels) for one in usable]
+    sights = [on_line(c.rays(pixel), model.centre, c.centre) for c, pixel in zip(cameras, middles, strict=True)]
+    places = places_of_rotations(rotations, sights)
+    return poses if places is None else poses_of_rotations(rotations, places)
 
 
 def _middle(pixels: Reals) -> Reals:
@@ -141,9 +131,4 @@ def _assignments(
 
 def differ(model: ObjectModel, a: PoseEstimate, b: PoseEstimate) -> bool:
     """Return whether two poses differ by more than motions that change no image."""
-    between = pga3.motor_product(pga3.motor_inverse(b.motor), a.motor)
-    scaled = pga3.motor_logarithm(between if between[0] >= 0 else -between) / [1, 1, 1, *[model.size] * 3]
-    if len(b.freedoms):
-        free = np.linalg.qr((b.freedoms / [1, 1, 1, *[model.size] * 3]).T)[0]
-        scaled = scaled - free @ (free.T @ scaled)
-    return bool(np.linalg.norm(scaled) > _SAME)
+    return bool(np.linalg.norm(twist_between(a.motor, b.motor, model.size, b.freedoms)) > _SAME)

@@ -12,9 +12,11 @@ import scipy
 from generated import pga3
 
 from ...arguments import Reals
-from ...evidence import deviation_of_most
+from ...geometry.fits import axis_frame
 from ..camera import Camera
+from .pose_features import ball_of_rays, poses_of_rotations
 from .pose_models import ObjectModel
+from .pose_record import twist_between
 from .predicted_curves import Mesh, predicted_curves
 from .silhouettes import Silhouette, hull_area
 
@@ -26,8 +28,6 @@ _PLAIN = 600.0
 """Focal length in pixels of the camera with which outlines are computed."""
 _APART = 0.35
 """Starts differ by at least this angle in radians."""
-_ROUNDS, _SCALE = 20, 1.0
-"""Rounds of robust weights of the cone of a sphere, and their scale in pixels."""
 
 
 def starts_of_silhouette(model: ObjectModel, silhouette: Silhouette, mesh: Mesh, most: int) -> Reals:
@@ -49,34 +49,19 @@ def starts_of_silhouette(model: ObjectModel, silhouette: Silhouette, mesh: Mesh,
 
 
 def _ball(model: ObjectModel, silhouette: Silhouette) -> Reals:
-    """Return the pose of a sphere from its silhouette: ``m . s = 1`` for all unit lines of sight s.
-
-    The vector m points to the centre, and its length is the inverse of the cosine of the cone's half angle.
-    """
+    """Return the pose of a sphere from its silhouette."""
     camera = silhouette.camera.pinhole
-    sights = np.column_stack([silhouette.pixels, np.ones(len(silhouette.pixels))]) @ np.linalg.inv(camera.intrinsics).T
-    sights /= np.linalg.norm(sights, axis=1, keepdims=True)
-    weights, focal = np.ones(len(sights)), float(abs(camera.intrinsics[0, 0]))
-    for _ in range(_ROUNDS):
-        root = np.sqrt(weights)[:, None]
-        m = np.linalg.lstsq(root * sights, root[:, 0], rcond=None)[0]
-        size = float(np.linalg.norm(m))
-        if not size > 1 + 1e-12:
-            return np.zeros((0, 8))
-        # Residuals are angles, by the derivative of the cosine.
-        angles = (sights @ m - 1) / np.sqrt(size * size - 1) * focal
-        scale = max(_SCALE, deviation_of_most(angles))
-        weights = 1 / (1 + np.square(angles / scale)) ** 2
-    place = m / size * model.balls[0, 3] / np.sqrt(1 - 1 / size**2)
-    centre = pga3.move_point(camera.pose, place) - model.balls[0, :3]
-    return np.asarray(pga3.motor_from_rotation_vector_translation(np.zeros(3), centre))[None]
+    place = ball_of_rays(camera.rays(silhouette.pixels), float(model.balls[0, 3]))
+    if place is None:
+        return np.zeros((0, 8))
+    return poses_of_rotations(np.eye(3)[None], (camera.centre + place - model.balls[0, :3])[None])
 
 
 def _similar(model: ObjectModel, silhouette: Silhouette, mesh: Mesh, most: int) -> Reals:
     camera = silhouette.camera.pinhole
-    middle = silhouette.pixels.mean(0)
-    turned = _towards(camera, middle)
-    seen = _in_plane(camera, turned, silhouette.pixels)
+    sights = camera.rays(silhouette.pixels)
+    axes = axis_frame(sights.sum(0) / np.linalg.norm(sights.sum(0)))
+    seen = _in_plane(axes, sights)
     area, centroid, axis, ratio = _moments(seen)
     if not area > 0:
         return np.zeros((0, 8))
@@ -109,17 +94,15 @@ def _similar(model: ObjectModel, silhouette: Silhouette, mesh: Mesh, most: int) 
     found.sort(key=lambda one: one[0])
     poses: list[Reals] = []
     for _, pose in found:
-        if len(poses) < most and all(_angle(pose, other) > _APART for other in poses):
+        if len(poses) < most and all(_apart(pose, other) for other in poses):
             poses.append(pose)
-    to_world = pga3.motor_product(camera.pose, turned)
-    return np.array([pga3.motor_product(to_world, pose) for pose in poses]).reshape(-1, 8)
+    to_world = poses_of_rotations(axes.T[None], camera.centre[None])
+    return np.asarray(pga3.motor_product(to_world, np.array(poses).reshape(-1, 8)))
 
 
 def _placed(rotation: Reals, centre: Reals, model: ObjectModel) -> Reals:
     """Return the pose with a rotation, at which the centre of the model is at a point."""
-    whole = np.eye(4)
-    whole[:3, :3], whole[:3, 3] = rotation, centre - rotation @ model.centre
-    return np.asarray(pga3.motor_from_matrix(whole))
+    return np.asarray(poses_of_rotations(rotation[None], (centre - rotation @ model.centre)[None])[0])
 
 
 def _rotations() -> list[Reals]:
@@ -128,28 +111,12 @@ def _rotations() -> list[Reals]:
     z = 1 - (2 * k + 1) / _DIRECTIONS
     angle = k * np.pi * (3 - np.sqrt(5))
     r = np.sqrt(1 - z * z)
-    found = []
-    for d in np.column_stack([r * np.cos(angle), r * np.sin(angle), z]):
-        x = np.cross(d, np.eye(3)[np.abs(d).argmin()])
-        x /= np.linalg.norm(x)
-        found.append(np.array([x, np.cross(-d, x), -d]))
-    return found
+    return [np.asarray(axis_frame(-d)) for d in np.column_stack([r * np.cos(angle), r * np.sin(angle), z])]
 
 
-def _towards(camera: Camera, pixel: Reals) -> Reals:
-    """Return the motor of a rotation that takes the optical axis to the line of sight of a pixel."""
-    sight = np.linalg.solve(camera.intrinsics, np.array([*pixel, 1.0]))
-    sight /= np.linalg.norm(sight)
-    axis = np.cross([0, 0, 1.0], sight)
-    size = float(np.linalg.norm(axis))
-    vector = axis / size * np.arctan2(size, sight[2]) if size > 1e-12 else np.zeros(3)
-    return np.asarray(pga3.motor_from_rotation_vector_translation(vector, np.zeros(3)))
-
-
-def _in_plane(camera: Camera, turned: Reals, pixels: Reals) -> Reals:
-    """Return pixels in the image of a camera that is turned, with the focal length for outlines."""
-    sights = np.column_stack([pixels, np.ones(len(pixels))]) @ np.linalg.inv(camera.intrinsics).T
-    own = np.asarray(pga3.move_point_back(turned, np.ascontiguousarray(sights)))
+def _in_plane(axes: Reals, sights: Reals) -> Reals:
+    """Return the pixels of directions (n, 3) in a camera with given axes, as rows, and the focal length of outlines."""
+    own = sights @ axes.T
     return np.asarray(_PLAIN * own[:, :2] / own[:, 2:])
 
 
@@ -171,8 +138,6 @@ def _moments(pixels: Reals) -> tuple[float, Reals, float, float]:
     return area, corners[0] + centre, float(np.arctan2(vectors[1, 1], vectors[0, 1])), ratio
 
 
-def _angle(a: Reals, b: Reals) -> float:
-    """Return the angle of the rotation between two poses."""
-    between = pga3.motor_product(pga3.motor_inverse(a), b)
-    sine = float(np.linalg.norm(between[1:4]))
-    return 2 * float(np.arctan2(sine, abs(float(between[0]))))
+def _apart(a: Reals, b: Reals) -> bool:
+    """Return whether the angle of the rotation between two poses is large."""
+    return 2 * float(np.linalg.norm(twist_between(a, b, np.inf, np.zeros((0, 6))))) > _APART

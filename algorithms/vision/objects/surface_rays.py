@@ -9,7 +9,9 @@ import numpy as np
 from generated import cga2, cga3, pga3
 
 from ...arguments import Reals
+from ...geometry.fits import axis_frame
 from ...geometry.meshes import hit_mesh
+from .pose_features import poses_of_rotations
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,9 +101,4 @@ def _frame_of_tube(tube: Reals) -> tuple[Reals, float]:
     """Return the motor from the frame of a cylinder, with its axis z from the first end, and its height."""
     along = tube[3:6] - tube[:3]
     height = float(np.linalg.norm(along))
-    z = along / height
-    x = np.cross(z, np.eye(3)[np.abs(z).argmin()])
-    x /= np.linalg.norm(x)
-    whole = np.eye(4)
-    whole[:3, :3], whole[:3, 3] = np.column_stack([x, np.cross(z, x), z]), tube[:3]
-    return np.asarray(pga3.motor_from_matrix(whole)), height
+    return poses_of_rotations(axis_frame(along / height).T[None], tube[None, :3])[0], height
