@@ -116,7 +116,7 @@ def moves_numbers(program: Program) -> bool:
         return False
     results = [operand for result in program.results for operand in result.operands]
     if program.arguments:
-        shapes = {part.shape for part in (*program.arguments, *program.results)}
+        shapes = {*(argument.shape for argument in program.arguments), *(result.shape for result in program.results)}
         return shapes == {()} and results == [argument.components[0] for argument in program.arguments]
     return True
 

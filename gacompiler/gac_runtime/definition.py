@@ -88,6 +88,16 @@ class Definition:
         return self.is_generated and not any(self.cost[name] for name in ("div", "sqrt", "call", "choice"))
 
     @property
+    def in_doubles(self) -> bool:
+        """Whether arguments are converted to double precision."""
+        return self.is_generated and needs_doubles(self.function)
+
+    def refuse_single(self, name: str, array: Any) -> None:
+        """Raise an error if an array of another library than numpy has to be converted to double precision."""
+        if self.in_doubles and not str(array.dtype).endswith("float64"):
+            raise TypeError(f"{self.name}: argument {name} has dtype {array.dtype}; expected float64")
+
+    @property
     def work(self) -> int:
         """The work for one element, which decides about threads: its bytes as doubles, and four for each operation."""
         return 8 * sum(map(math.prod, (*self.shapes, *self.out_shapes))) + 4 * sum(self.cost.values())

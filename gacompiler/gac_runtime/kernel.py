@@ -26,7 +26,7 @@ from .arrays import (
     parsed_signature,
     usable,
 )
-from .definition import Definition, Shape, needs_doubles, result_names
+from .definition import Definition, Shape, result_names
 from .documentation import Facts, docstring, shape_text
 from .elements import as_elements, element_among, without_elements
 from .extension import Call, Signature, extension
@@ -150,7 +150,7 @@ class Kernel(checked.Switched, Call):
         self._facts = facts
         self._settings: Settings = settings or _UserSettings()
         self._work = definition.work
-        self._in_doubles = definition.is_generated and needs_doubles(definition.function)
+        self._in_doubles = definition.in_doubles
         self._loops: dict[Any, _Loop] = {}
         self._addresses = [(0, 0, 0), (0, 0, 0)]
         self._jit: Any = None
@@ -288,7 +288,7 @@ class Kernel(checked.Switched, Call):
     def _checked(self, arrays: tuple[Any, ...]) -> tuple[list[Any], np.dtype[Any]]:
         """Return the arguments as arrays of a common dtype, and that dtype."""
         definition = self.definition
-        operands, strong = [], []
+        operands, strong = [], [FLOAT64] if self._in_doubles else []
         for (name, shape), value in zip(definition.inputs, arrays, strict=True):
             array = as_array(definition, name, value)
             if array.shape[array.ndim - len(shape) :] != shape or array.ndim < len(shape):
@@ -306,8 +306,6 @@ class Kernel(checked.Switched, Call):
             raise TypeError(
                 f"{self.name}: complex arguments, but the kernel is not polynomial; expected float32 or float64"
             )
-        if self._in_doubles:
-            dtype = FLOAT64
         return [usable(operand, dtype) for operand in operands], dtype
 
     def _run(
@@ -354,8 +352,6 @@ class Kernel(checked.Switched, Call):
                 library = self._settings.library
                 loop = StridedLoop(self.definition, library.loop(self.name, dtype))
                 self._addresses[:] = library.loop_addresses(self.name)
-                if self._in_doubles:
-                    self._addresses[1] = (0, 0, 0)
                 function = library.address(f"{self.name}_f64")
             else:
                 from .jit import Loops
@@ -367,7 +363,8 @@ class Kernel(checked.Switched, Call):
                 limits = (LEAST_WORK - 1) // self._work, PATIENCE // self._work
                 space = self._settings.namespace
                 layouts = self._identities, self._units
-                self._binding = shapes, out_shapes, function, tuple(self._addresses), *limits, space, *layouts
+                addresses = self._addresses[0], (0, 0, 0) if self._in_doubles else self._addresses[1]
+                self._binding = shapes, out_shapes, function, addresses, *limits, space, *layouts
                 if not checked.active:
                     self.rebind()
             self._loops[dtype] = loop
@@ -390,8 +387,7 @@ class Kernel(checked.Switched, Call):
         operands = namespace_operands(namespace, arrays)
         for (name, shape), operand in zip(definition.inputs, operands, strict=True):
             found = tuple(operand.shape)
-            if self._in_doubles and str(operand.dtype).endswith(("float32", "float16")):
-                raise TypeError(f"{self.name}: argument {name} has dtype {operand.dtype}; expected float64")
+            definition.refuse_single(name, operand)
             if len(found) < len(shape) or found[len(found) - len(shape) :] != shape:
                 expected = f"{shape_text(shape)}{definition.blades(name)}"
                 raise ValueError(f"{self.name}: argument {name} has shape {found}; expected {expected}")
