@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
+from math import ulp
 from random import Random
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
+import sympy
 from exact_elements import GRASSMANN, OBLIQUE, name_of
 from expressions import element, outputs_at, same_value
 
@@ -31,7 +33,8 @@ from gacompiler import (
 from gacompiler.algebra.catalog import CGA3, PGA3, STA, VGA3, null_pairs, orthogonal
 from gacompiler.frontend.expression import Expression
 from gacompiler.ir.interpret import Tape
-from gacompiler.passes.accuracy import run_in_double
+from gacompiler.ir.program import Program
+from gacompiler.passes.accuracy import WORSE, Gate, _references, _ulps_or_inf, run_in_double
 from gacompiler.passes.common_factors import without_common_factors
 from gacompiler.passes.expand import (
     expand_commutator,
@@ -263,6 +266,50 @@ def test_determinants_that_lose_digits_are_refused(
             worst = max(worst, abs(float((Fraction(value) - exact) / exact)))
         errors.append(worst)
     assert errors[0] < 10.0**-digits and errors[1] > 10.0**-by_hand_digits, errors
+
+
+def refusals(gate: Gate, program: Program) -> list[int]:
+    """Return the kinds of points at which a program is refused: 0 ordinary, 1 of small spread, 2 close together."""
+    tape, kinds = Tape(program), []
+    sizes = [len(points) for points in _references(gate._kernel, gate._author)]
+    places = [kind for kind, size in enumerate(sizes) for _ in range(size)]
+    for k, (inputs, exact, limit) in enumerate(gate._known):
+        if _ulps_or_inf(tape, inputs, exact) > max(limit, WORSE * gate._sensitivity(k)):
+            kinds.append(places[k])
+    return sorted(set(kinds))
+
+
+@pytest.mark.parametrize(
+    ("definition", "steps", "counts", "kinds"),
+    [
+        (inner_product_of_planes, "products expanded", (22, 17), [2]),
+        (squared_volume, "products expanded", (39, 29), [2]),
+        (squared_volume, "products of differences expanded", (39, 39), [0, 1]),
+        (tangency, "products expanded", (15, 13), [2]),
+    ],
+    ids=lambda x: getattr(x, "name", ""),
+)
+def test_rules_that_refuse_determinants(definition: Any, steps: str, counts: Any, kinds: list[int]) -> None:
+    record = compile_kernel(definition, forms=False)
+    (found,) = (c for c in record.candidates if c.steps == (steps,))
+    assert record.gate is not None
+    assert (found.cost.mul, found.cost.add) == counts and refusals(record.gate, found.program) == kinds
+
+
+def test_no_arrangement_of_rounded_inner_products_is_a_squared_volume() -> None:
+    """Their determinant is beyond the limit even if it is computed without rounding, with and without differences."""
+    record = compile_kernel(squared_volume, forms=False)
+    assert record.gate is not None
+    worst = [0.0] * 4
+    for k, (inputs, (exact,), limit) in enumerate(record.gate._known):
+        vectors = np.reshape(inputs, (3, 5))
+        allowed = max(limit, WORSE * record.gate._sensitivity(k)) * ulp(float(exact))
+        for base in range(4):
+            moved = vectors if base == 3 else vectors - np.where(np.arange(3)[:, None] == base, 0, vectors[base])
+            gram = [[Fraction(float(sum(x * y))) for y in moved] for x in moved]
+            determinant = sympy.Matrix(gram).det()
+            worst[base] = max(worst[base], abs(float(determinant - sympy.Rational(exact))) / allowed)
+    assert min(worst) > 1, worst
 
 
 def _square_of_minors(rows: list[list[Any]]) -> Any:
