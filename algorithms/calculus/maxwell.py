@@ -5,6 +5,8 @@ Fields are bivectors of `generated.sta`, events and vectors have coefficients (t
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -59,7 +61,8 @@ def plane_wave(
         potentials.append(_spatial(-amplitude / frequency))
     x = real_array(events, "events", (4,), "events (t, x, y, z)")
     lightlike = np.concatenate([frequency, k], -1)
-    return np.asarray(spacetime.electromagnetic_wave(lightlike, *potentials, x))  # type: ignore[call-overload]
+    wave: Any = spacetime.electromagnetic_wave  # mypy takes seconds to find that unpacked arguments fit no overload
+    return np.asarray(wave(lightlike, *potentials, x))
 
 
 def field_seen_by(field: ArrayLike, velocity: ArrayLike) -> Reals:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -185,9 +187,8 @@ class OutputTables:
         """Compute the points that divide the areas into halves."""
         half = kernels.half_on_grid(cuts, self._sum_rows, *self._terms, self._scaled, *self._place_ends)  # type: ignore[call-overload]
         points = self._points(cuts, work)
-        found, inside = kernels.bisector(  # type: ignore[call-overload]
-            cuts, *points, *self._pairs, *self._flanks, *self._insertions, *self._steps, *half
-        )
+        bisector: Any = kernels.bisector  # mypy takes seconds to find that unpacked arguments fit no overload
+        found, inside = bisector(cuts, *points, *self._pairs, *self._flanks, *self._insertions, *self._steps, *half)
         # Few elements have more points in the interval, or a bisector in another one because of the points before it.
         rest = np.flatnonzero(inside < 1)
         size = self._part_size()

@@ -7,6 +7,7 @@ networks*, 1994. All samples are presented at once: a node goes to the mean of i
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import scipy
@@ -268,7 +269,7 @@ class _Growing:
         worst = last[np.argsort(-errors[own[last]], kind="stable")[:count]]
         pairs = np.unique(np.sort(np.stack([own[worst], other[worst]], 1), axis=1), axis=0)
         planar = self.samples.shape[1] == 2
-        halfway = pga2.interpolate_motors if planar else pga3.interpolate_motors
+        halfway: Any = pga2.interpolate_motors if planar else pga3.interpolate_motors
         new = np.asarray(halfway(self.motors[pairs[:, 0]], self.motors[pairs[:, 1]], 0.5))
         places = (pga2 if planar else pga3).move_point(new, np.zeros(self.samples.shape[1]))
         # Halfway between two parts there are no samples: the nearest one is next to one of the parts.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -161,9 +162,9 @@ def _frame(places: Reals, where: str, expected: str) -> Reals:
     spread = np.linalg.cholesky(places.T @ places / len(places) + 1e-15 * np.eye(4))
     even = np.linalg.solve(spread, places.T).T
     even /= np.linalg.norm(even, axis=-1, keepdims=True)
+    bracket: Any = projective3.bracket  # mypy takes seconds to compare unpacked arguments with overloads
     volumes = [
-        np.abs(projective3.bracket(*(np.ascontiguousarray(even[sets[:, k]]) for k in four)))
-        for four in combinations(range(5), 4)
+        np.abs(bracket(*(np.ascontiguousarray(even[sets[:, k]]) for k in four))) for four in combinations(range(5), 4)
     ]
     least = np.min(volumes, axis=0)
     best = int(np.argmax(np.nan_to_num(least, nan=-1.0)))

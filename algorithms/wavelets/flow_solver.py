@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import scipy
@@ -63,7 +64,8 @@ def _relaxed(sums: Reals, motion: Reals, sides: Reals, parameters: Reals, rounds
     """Return the motion (2, m, n) after some reweightings and sweeps; see `images.relaxed_motion`."""
     repeated = np.zeros(rounds, np.float32)
     further = parameters, repeated, _factors(sweeps)
-    return np.stack(images.relaxed_motion(*sums, *motion, *motion, *sides, *further))  # type: ignore[call-overload]
+    relaxed_motion: Any = images.relaxed_motion  # mypy takes seconds to find that unpacked arguments fit no overload
+    return np.stack(relaxed_motion(*sums, *motion, *motion, *sides, *further))
 
 
 @lru_cache

@@ -226,6 +226,7 @@ def _attribute(name: str) -> Any:
     return lambda kind, where, function, x: getattr(x, name)
 
 
+# Without annotations, mypy takes seconds to find a common type of overloaded functions.
 _REARRANGING: tuple[Any, ...] = (
     np.reshape, np.ravel, np.transpose, np.swapaxes, np.moveaxis, np.rollaxis, np.squeeze, np.expand_dims,
     np.broadcast_to, np.repeat, np.tile, np.take, np.roll, np.flip, np.fliplr, np.flipud, np.rot90, np.atleast_1d,
@@ -234,11 +235,15 @@ _REARRANGING: tuple[Any, ...] = (
 )  # fmt: skip
 """Functions that rearrange elements, or round their stored coefficients."""
 
+_SUMS: tuple[Any, ...] = (np.sum, np.cumsum, np.diff, np.nansum)
+_MEANS: tuple[Any, ...] = (np.mean, np.average)
+_JOINING: tuple[Any, ...] = (np.stack, np.concatenate, np.vstack, np.hstack, np.dstack)
+
 _TABLE: Mapping[Any, Any] = {
     **{function: _one(lambda layout: layout) for function in _REARRANGING},
-    **{function: _one(_plain) for function in (np.sum, np.cumsum, np.diff, np.nansum)},
-    **{function: _one(_mean) for function in (np.mean, np.average)},
-    **{function: _list for function in (np.stack, np.concatenate, np.vstack, np.hstack, np.dstack)},
+    **{function: _one(_plain) for function in _SUMS},
+    **{function: _one(_mean) for function in _MEANS},
+    **dict.fromkeys(_JOINING, _list),
     np.append: _append,
     np.where: _where,
     np.broadcast_arrays: _broadcast_arrays,

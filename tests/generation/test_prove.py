@@ -117,6 +117,25 @@ def test_what_was_proved_in_this_process_is_not_evaluated_again(monkeypatch: pyt
     assert str(verify_kernel(replace(record, proof=None), python, {})) == again and len(evaluated) == 1
 
 
+def test_other_texts_of_programs_that_were_proved_for_all_inputs_need_many_points() -> None:
+    """Otherwise a text that is wrong in one branch could agree at the few points of the proof."""
+
+    @kernel(a=SCALAR, b=SCALAR, c=SCALAR)
+    def larger(a, b, c):  # type: ignore[no-untyped-def]
+        return select(a < b, (a + b) * c, a * c / 3)
+
+    record = compile_definition(larger)
+    assert record.proof is not None and record.proof.is_for_all
+    text = python_source(ModuleSource("larger", "", "", "", (record.source,)))
+    own = verify_kernel(record, python_programs(text), {})
+    assert own.python == "" and own.points == len(record.proof.known)
+    others = [
+        python_programs(each.text) for each in mutations(text, "larger") if _is_readable(each.text, python_programs)
+    ]
+    found = [verify_kernel(record, each, {}) for each in others]
+    assert found and all(each.python and each.points > 4 * own.points for each in found)
+
+
 def test_mutated_texts_have_other_formulas() -> None:
     """Otherwise a wrong text would be taken for the program that was proved."""
 

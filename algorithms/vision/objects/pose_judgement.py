@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import inf, pi, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -233,9 +234,8 @@ def _verified(
 ) -> tuple[dict[str, Reals], Reals, float, float, float, float, float]:
     """Return distances by kind, the covariance for a noise of one pixel, and the numbers of the kernel `judge_pose`."""
     most = REJECTED * task.noise if limit is None else limit
-    *far, covariance, numbers = kernels.judge_pose(  # type: ignore[call-overload]
-        motor, *task.seen.arguments, table, task.model.size, task.model.centre, most
-    )
+    judge: Any = kernels.judge_pose  # mypy takes seconds to find that unpacked arguments fit no overload
+    *far, covariance, numbers = judge(motor, *task.seen.arguments, table, task.model.size, task.model.centre, most)
     count, equations, squares, behind, condition = numbers.tolist()
     return dict(zip(KINDS, far, strict=True)), covariance, count, equations, squares, behind, condition
 

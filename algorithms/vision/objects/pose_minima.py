@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -98,20 +98,22 @@ def _descend(first: Reals, task: PoseTask, scale: float, tolerance: float, stage
     The parameters are those of the kernel, whose calls take a few steps each.
     """
     given = (*task.seen.arguments, task.model.size, scale, _PLAIN, tolerance, metric)
-    poses, _, numbers = kernels.refine_pose(first, *given, stage, _DAMPING)  # type: ignore[call-overload]
+    refine: Any = kernels.refine_pose  # mypy takes seconds to find that unpacked arguments fit no overload
+    poses, _, numbers = refine(first, *given, stage, _DAMPING)
     for k in range(_CALLS):
         if numbers[:, 1].min() >= _ENDED:
             break
         left = np.flatnonzero(numbers[:, 1] < _ENDED)
         stages = numbers[left, 1] if k < _CALLS // 2 else ROBUST
-        poses[left], _, numbers[left] = kernels.refine_pose(poses[left], *given, stages, numbers[left, 2])  # type: ignore[call-overload]
+        poses[left], _, numbers[left] = refine(poses[left], *given, stages, numbers[left, 2])
     return Minima(poses, numbers[:, 0])
 
 
 def polished(motor: Reals, task: PoseTask) -> tuple[Reals, Reals, float]:
     """Return a minimum (8) to rounding, its normal equations (21), and its cost, from a motor near it."""
     given = task.seen.arguments
-    pose, table, numbers = kernels.refine_pose(  # type: ignore[call-overload]
+    refine: Any = kernels.refine_pose
+    pose, table, numbers = refine(
         motor, *given, task.model.size, SCALE * task.noise, _PLAIN, 1e-12, 0.0, ROBUST, _DAMPING
     )
     return pose, table, float(numbers[0])
@@ -124,7 +126,8 @@ def _descended(first: Reals, task: PoseTask, stage: float, metric: float) -> Min
 def limited_costs(poses: Reals, task: PoseTask) -> Reals:
     """Return the sums of squared distances of poses (b, 8), in which large distances count equally."""
     given, model = task.seen.arguments, task.model
-    numbers = kernels.judge_pose(poses, *given, np.zeros(21), model.size, model.centre, _FAR)[-1]  # type: ignore[call-overload]
+    judge: Any = kernels.judge_pose
+    numbers = judge(poses, *given, np.zeros(21), model.size, model.centre, _FAR)[-1]
     return np.asarray(numbers[:, 2] + _FAR**2 * (task.seen.n_pixels - numbers[:, 0]))
 
 
