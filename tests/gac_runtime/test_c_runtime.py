@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from backend_programs import ALL_OPERATIONS, INTERPOLATE, MOVE_POINT, NORMALIZE, PROGRAMS, inputs, module_source, write
+from backend_programs import ALL_OPERATIONS, INTERPOLATE, MOVE_POINT, NORMALIZE, inputs, module_source, write
 
 from gacompiler.backends import c_header, c_source, library_path, runtime_files, standalone_c_source
 from gacompiler.backends.approximations import APPROXIMATIONS, FARTHEST, coefficients, numbers
@@ -143,12 +143,15 @@ def check_tile(size: int, precision: str, tiles: ctypes.CDLL) -> None:
 
 # Other machines and compilers.
 
+VARIOUS = (MOVE_POINT, NORMALIZE, INTERPOLATE, ALL_OPERATIONS)
+"""Programs with every operation, numbers and elements as arguments, and one or two results."""
+
 
 def loop_results(library: Path, module: str, n: int) -> list[bytes]:
     """The results of all programs on a batch in C order and one in Fortran order."""
     loaded = ctypes.CDLL(str(library))
     found = []
-    for program in PROGRAMS:
+    for program in VARIOUS:
         for precision, dtype in PRECISIONS.items():
             for order in "CF":
                 arrays = inputs(program, (n,), dtype, order)
@@ -166,7 +169,7 @@ def loop_results(library: Path, module: str, n: int) -> list[bytes]:
 @needs_compiler
 def test_a_machine_without_supported_vector_instructions(tmp_path: Path) -> None:
     """Code compiled without the macros for x86-64 gives the same numbers."""
-    c_path = write(module_source("kernels", *PROGRAMS), tmp_path)
+    c_path = write(module_source("kernels", *VARIOUS), tmp_path)
     write_files(runtime_files(), tmp_path)
     compiler = find_compiler()
     library = build_library(c_path)
@@ -184,7 +187,7 @@ def test_a_machine_without_supported_vector_instructions(tmp_path: Path) -> None
 @pytest.mark.skipif(machine_level() < 3, reason="needs x86-64 with AVX2 on Linux")
 def test_libraries_for_each_kind_of_machine_compute_the_same(tmp_path: Path) -> None:
     """Test the libraries for every level that this machine can run, and the combined library."""
-    c_path = write(module_source("kernels", *PROGRAMS), tmp_path)
+    c_path = write(module_source("kernels", *VARIOUS), tmp_path)
     levels = [level for level in LEVEL_FLAGS if level <= machine_level()]
     libraries = {level: tmp_path / f"level{level}.so" for level in levels}
     for level, library in libraries.items():
@@ -271,7 +274,7 @@ def test_a_c_program_with_standalone_modules(tmp_path: Path) -> None:
 
 def test_standalone_text_equals_the_shared_text() -> None:
     """It contains the complete runtime and module, except for include directives and guards."""
-    module = module_source("kernels", *PROGRAMS)
+    module = module_source("kernels", *VARIOUS)
     alone = set(standalone_c_source(module).splitlines())
     driver = runtime_files()["gac_runtime/gac_runtime.c"]
     held = re.compile(r'#(include "|define (REAL|PRECISION|NAME|GAC_TILE)|if|endif|else|undef|error)|//|GAC_TILE')
