@@ -162,11 +162,8 @@ def guided_grasp(
         raise ValueError(f"trials: {trials!r}; expected an integer of at least 0")
     if not finite_number(accuracy, "accuracy") > 0:
         raise ValueError(f"accuracy: {accuracy}; expected a positive number of metres")
-    seen = tuple(views)
     hand = hand or (plans.hand if isinstance(plans, GraspPlan) else hand_of_table())
-    estimate = estimate_pose(model, seen, start, noise, _ANY)
-    if start is None and expected is not None and estimate.status in (PoseStatus.OCCLUDED, PoseStatus.TOO_FEW):
-        estimate = estimate_pose(model, seen, expected, noise, _ANY)
+    estimate = _pose_of_object(model, tuple(views), start, expected, noise)
     if not estimate.is_found:
         return _still(_CAUSES.get(estimate.status, LoopStatus.POSE_UNKNOWN), estimate, None, joints, hand)
     grasps = tuple(plans)
@@ -198,6 +195,16 @@ def guided_grasp(
     return GuidedGrasp(
         LoopStatus.OK, estimate, GraspStatus.OK, grasp, path, contacts, found.approach_at, found.open_joints
     )
+
+
+def _pose_of_object(
+    model: ObjectModel, views: tuple[View, ...], start: ArrayLike | None, expected: ArrayLike | None, noise: float
+) -> PoseEstimate:
+    """Return the pose of an object, or why it is not found where it is expected."""
+    found = estimate_pose(model, views, start, noise, _ANY)
+    if start is None and expected is not None and found.status in (PoseStatus.OCCLUDED, PoseStatus.TOO_FEW):
+        return estimate_pose(model, views, expected, noise, _ANY)
+    return found
 
 
 def contact_bound(estimate: PoseEstimate, model: ObjectModel, grasp: Grasp) -> float:

@@ -88,25 +88,7 @@ def close_hand(hand: Hand, motor: ArrayLike, joints: ArrayLike, body: Obstacle) 
     The hand moves by steps in which no part can reach the object (conservative advancement), until the distance of
     some part is 1e-7 metres.
     """
-    q = finite(real_array(joints, "joints", (len(hand.limits),), "variables of a hand"), "joints")
-    pose = finite(real_array(motor, "motor", (8,), "a motor"), "motor").astype(np.float64)
-    if q.ndim != 1 or pose.ndim != 1:
-        raise ValueError(
-            f"close_hand: joints, motor: shapes {q.shape}, {pose.shape}; expected one posture and one pose"
-        )
-    # In the precision of the variables, in which limits are rounded as well.
-    low, high = hand.limits.T.astype(q.dtype)
-    beyond = np.flatnonzero((q < low) | (q > high))
-    if len(beyond):
-        at = beyond[0]
-        raise ValueError(
-            f"close_hand: joints: {q[at]} at {at} is outside of the limits, {low[at]} to {high[at]}; expected joints "
-            "that the hand reaches"
-        )
-    q = np.clip(q.astype(np.float64), *hand.limits.T)
-    if not pose[:4].any():
-        raise ValueError(f"close_hand: motor: {pose}; expected a motor, whose rotor is not 0")
-    pose = pga3.normalize_motor(pose)
+    q, pose = _posture(hand, joints, motor)
     robot = hand.robot
     variables, ratios, offsets = followed(robot)
     # Each joint is a variable of its own.
@@ -147,6 +129,28 @@ def close_hand(hand: Hand, motor: ArrayLike, joints: ArrayLike, body: Obstacle) 
         position = position + rates * min(max(least, _TOUCH), ends)
         left = gaps()
     return _closed(hand, ClosingStatus.NOT_SOLVED, position, left, pose, loose, body)
+
+
+def _posture(hand: Hand, joints: ArrayLike, motor: ArrayLike) -> tuple[Reals, Reals]:
+    """Return the variables of a hand and its pose, a unit motor, if they are valid."""
+    q = finite(real_array(joints, "joints", (len(hand.limits),), "variables of a hand"), "joints")
+    pose = finite(real_array(motor, "motor", (8,), "a motor"), "motor").astype(np.float64)
+    if q.ndim != 1 or pose.ndim != 1:
+        raise ValueError(
+            f"close_hand: joints, motor: shapes {q.shape}, {pose.shape}; expected one posture and one pose"
+        )
+    # In the precision of the variables, in which limits are rounded as well.
+    low, high = hand.limits.T.astype(q.dtype)
+    beyond = np.flatnonzero((q < low) | (q > high))
+    if len(beyond):
+        at = beyond[0]
+        raise ValueError(
+            f"close_hand: joints: {q[at]} at {at} is outside of the limits, {low[at]} to {high[at]}; expected joints "
+            "that the hand reaches"
+        )
+    if not pose[:4].any():
+        raise ValueError(f"close_hand: motor: {pose}; expected a motor, whose rotor is not 0")
+    return np.clip(q.astype(np.float64), *hand.limits.T), np.asarray(pga3.normalize_motor(pose))
 
 
 def _path(robot: Robot, joint: int) -> Flags:
