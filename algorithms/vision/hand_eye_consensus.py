@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..arguments import Reals
 from ..evidence import WRONG, Freedom, all_or_some_sets, log_false_alarms, share_of, unrelated
+from ..evidence.sampling import without_copies
 from ..evidence.status import RARE
 from ..precision import CONVERGED
 from .starts import ROUNDS
@@ -30,22 +31,25 @@ _SUSPECTED_MOTION = 10.0
 _FEWEST = 5
 _SAMPLES = 400
 """Maximum number of samples: if a third of the poses is wrong, about a hundred samples contain none of these."""
-_KEYS = np.sqrt([[2, 3, 5, 7, 11, 13, 17, 19], [23, 29, 31, 37, 41, 43, 47, 53]])
-"""From floating point: of coefficients times these, two different poses rarely have the same sum."""
 
 
 def copies(one: Reals, two: Reals) -> Iterator[tuple[int, Indices, Indices]]:
     """Yield the problems with exact copies of pairs of poses (p, n, 8), whose signs are irrelevant.
 
-    The other two values are the indices of different pairs, ascending, and for each pair (n,) its place among these.
+    The other two values are those of `without_copies`.
     """
-    with np.errstate(invalid="ignore"):
-        keys = np.abs((one * _KEYS[0]).sum(-1)) + np.pi * np.abs((two * _KEYS[1]).sum(-1))
-    in_order = np.sort(keys, axis=1)
+    one, two = _of_one_sign(one), _of_one_sign(two)
+    in_order = np.sort(one[..., 0], axis=1)
     for p in np.flatnonzero((in_order[:, 1:] == in_order[:, :-1]).any(1)):
-        _, first, copied = np.unique(keys[p], return_index=True, return_inverse=True)
-        order = np.argsort(first)
-        yield int(p), first[order], np.argsort(order)[copied]
+        kept, again = without_copies(one[p], two[p])
+        if len(kept) < one.shape[1]:
+            yield int(p), kept, again
+
+
+def _of_one_sign(motors: Reals) -> Reals:
+    """Return motors (..., 8) with the sign that makes the largest coefficient of the rotation positive."""
+    largest = np.abs(motors[..., :4]).argmax(-1, keepdims=True)
+    return motors * np.copysign(1.0, np.take_along_axis(motors, largest, -1))
 
 
 def suspect_poses(misfits: Reals, n_poses: int) -> Flags:
