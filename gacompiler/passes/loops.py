@@ -23,6 +23,7 @@ from ..ir.procedure_cost import Costs, procedure_costs
 from ..ir.program import Argument, Operand, Program, Result
 from ..ir.rows import further_tables
 from ..ir.verify import verify
+from .collection import rare_collection
 from .effort import DEFAULT
 from .fuse import fuse
 from .inference import LayoutInference
@@ -55,6 +56,7 @@ class LoopCompilation:
         return procedure_costs(self.procedure)
 
 
+@rare_collection()
 def compile_loops(
     kernel: Kernel, traced: LoopTrace | None = None, effort: int = DEFAULT, cost: str = COUNTS.name
 ) -> LoopCompilation:

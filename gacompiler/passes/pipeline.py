@@ -15,6 +15,7 @@ from ..frontend.kernel import Kernel, trace
 from ..ir.cost import Cost
 from ..ir.cost_models import COUNTS, cost_model
 from .candidate import Candidate
+from .collection import rare_collection
 from .compose import Composer, composable
 from .decide import decide
 from .effort import DEFAULT, LEVELS, effort_of
@@ -151,6 +152,7 @@ PIPELINE: tuple[Callable[[Compilation], Compilation], ...] = (
 )
 
 
+@rare_collection()
 def compile_kernel(kernel: Kernel, forms: bool = True, effort: int = DEFAULT, cost: str = COUNTS.name) -> Compilation:
     """Run the pipeline on one kernel. Error messages name the kernel.
 

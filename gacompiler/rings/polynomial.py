@@ -207,6 +207,9 @@ class Polynomial:
         self.ring.effort -= len(self.terms) * len(other.terms)
         if self.ring.effort < 0:
             raise _too_large(self.ring, "more pairs of terms than the limit")
+        if len(self.terms) == len(other.terms) == 1:
+            ((m, v),), ((n, w),) = self.terms.items(), other.terms.items()
+            return Polynomial(self.ring, {tuple(sorted(m + n)) if m and n else m or n: exact(v * w)})
         terms: dict[Monomial, int] = {}
         get = terms.get
         (left, p), (right, q) = _whole(self.terms), _whole(other.terms)
