@@ -30,7 +30,7 @@ FLAGS = ["-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-O0", *SA
 IN_RUNTIME = [*FLAGS, "-fsanitize=null,object-size,pointer-overflow,alignment"]
 """Nothing is left out in the runtime, which passes pointers to modules that are aligned as they expect."""
 ROUNDS = 30
-LARGE = 80_000
+LARGE = 40_000
 """Characters of a text from which it is compiled for doubles alone."""
 CHANGED = {
     "#define LOOPS(name) GAC_FOR(v3, NAME(name), NAME(name##_v3)) GAC_FOR(v4, NAME(name), NAME(name##_v4))":
