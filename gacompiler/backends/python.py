@@ -92,7 +92,7 @@ def _python_source(module: ModuleSource, imports: str, label: str) -> str:
                     *(_loops(kernel, layouts, printed) for kernel in module.loops),
                 )
             ],
-            types=["\n".join(class_text(name, layouts[layout])) for name, layout in types.values()],
+            types=[class_text(name, layouts[layout]) for name, layout in types.values()],
             operators=_call("_module.operators", operator_lines(module, types), one_each=True),
             sums=", ".join(combined_types(types)),
             public=_call("__all__ = ", ["*kernels", *map(_string, (*(name for name, _ in types.values()), *PUBLIC))]),

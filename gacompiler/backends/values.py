@@ -70,9 +70,9 @@ def _type_name(name: str) -> str:
     return "".join(part[:1].upper() + (part[1:].lower() if part.isupper() else part[1:]) for part in name.split("_"))
 
 
-def class_text(name: str, variable: str) -> list[str]:
-    """Return the lines that define a type; `variable` is the name of its layout."""
-    return [f"class {name}(Value):", "    __slots__ = ()", f"    layout = {variable}"]
+def class_text(name: str, variable: str) -> str:
+    """Return the line that defines a type; `variable` is the name of its layout."""
+    return f"class {name}(Value, layout={variable}): __slots__ = ()"
 
 
 def operator_rows(

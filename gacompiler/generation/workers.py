@@ -5,10 +5,9 @@ from __future__ import annotations
 import gc
 import multiprocessing
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from multiprocessing.connection import Connection
 from multiprocessing.synchronize import Lock
 from pathlib import Path
@@ -16,6 +15,7 @@ from threading import Event, Thread
 from typing import TypeVar
 
 from ..errors import BackendError
+from ..passes.collection import rare_collection
 from ..passes.interruption import interrupt, is_interruptible, reporting
 from .compiling import Progress
 from .spec_files import Spec, load_spec
@@ -58,7 +58,7 @@ def each_spec(work: Work[T], specs: Sequence[Spec], progress: Progress, jobs: in
         If a process ends before its work is done, for example because it runs out of memory.
     """
     if min(jobs, len(specs)) < 2:
-        with _rare_collections():
+        with rare_collection(_MOST_OBJECTS):
             return [work(spec, progress) for spec in specs]
     context = multiprocessing.get_context("spawn")
     names, sender = context.Pipe(duplex=False)
@@ -126,16 +126,6 @@ def _begin(sender: Connection, lock: Lock, ends_searches: bool) -> None:
     gc.set_threshold(_MOST_OBJECTS)
     # An interrupt reaches all processes of the command; it is enough that the main process reports it.
     signal.signal(signal.SIGINT, interrupt if ends_searches else signal.SIG_DFL)
-
-
-@contextmanager
-def _rare_collections() -> Iterator[None]:
-    limits = gc.get_threshold()
-    gc.set_threshold(_MOST_OBJECTS)
-    try:
-        yield
-    finally:
-        gc.set_threshold(*limits)
 
 
 def _run(work: Work[T], path: Path, command: str, algebra: str | None) -> T:

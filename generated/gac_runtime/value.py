@@ -143,7 +143,9 @@ class Value(OfModule, _Value[Kind]):
         def __new__(cls, *_arguments: Any) -> Any:
             raise TypeError(f"{cls.__name__} has no layout and cannot be instantiated; use a type with a layout")
 
-    def __init_subclass__(cls) -> None:
+    def __init_subclass__(cls, layout: Layout | None = None) -> None:
+        if layout is not None:
+            cls.layout = layout
         (base, *_) = cls.__bases__
         if base is not Value:
             raise TypeError(f"{base.__name__} cannot be subclassed")
@@ -276,7 +278,7 @@ def value_of(module: str, layout: Layout, values: np.ndarray[Any, Any]) -> Any:
     if found is None:
         word = "".join(part.capitalize() for part in layout.name.rpartition(".")[2].split("_"))
         name = word if word.isidentifier() else "Multivector"
-        found = type(name, (Value,), {"__slots__": (), "__module__": module, "layout": layout})
+        found = type(name, (Value,), {"__slots__": (), "__module__": module}, layout=layout)
     return _made(found, values)
 
 
