@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite_number
+from ..arguments import Reals, finite_number, real_array
 from .jets import jet_normals
 from .vote_scale import default_sigma
 from .vote_status import VoteStatus
@@ -62,8 +62,9 @@ def estimate_normals(points: ArrayLike, sigma: float | None = None, passes: int 
     -------
     Normals
     """
-    scale = default_sigma(points) if sigma is None else finite_number(sigma, "sigma")
-    votes = tensor_vote(points, sigma=scale, passes=passes)
+    places = real_array(points, "points")
+    scale = default_sigma(places) if sigma is None else finite_number(sigma, "sigma")
+    votes = tensor_vote(places, sigma=scale, passes=passes)
     found = _oriented(votes)
     largest = votes.eigenvalues[:, 0]
     gap = largest - votes.eigenvalues[:, 1]
