@@ -49,7 +49,7 @@ def copies(one: Reals, two: Reals) -> Iterator[tuple[int, Indices, Indices]]:
 def _of_one_sign(motors: Reals) -> Reals:
     """Return motors (..., 8) with the sign that makes the largest coefficient of the rotation positive."""
     largest = np.abs(motors[..., :4]).argmax(-1, keepdims=True)
-    return motors * np.copysign(1.0, np.take_along_axis(motors, largest, -1))
+    return np.asarray(motors * np.copysign(1.0, np.take_along_axis(motors, largest, -1)))
 
 
 def suspect_poses(misfits: Reals, n_poses: int) -> Flags:
