@@ -17,6 +17,7 @@ from ..estimation.smoothing import checked_states, smoothed
 from ..evidence import Noise, Status, gate_of, is_lost
 from ..evidence.descent import Descent, descended
 from ..evidence.normal_equations import NormalEquations, Parts, blocks_of_inverse
+from ..evidence.sampling import without_copies
 from ..precision import NEGLIGIBLE
 
 _LEAST = 1e-12
@@ -108,8 +109,8 @@ def optimise_poses(
     Each step solves the sparse normal equations, narrow bands by LAPACK and others by SuperLU, with the damping of
     Levenberg and Marquardt. If robust edges are rejected, the poses are computed again from those that agree with the
     other edges within the covariance of these (the test of innovations of filters), and the result with the smaller
-    cost is returned. Graphs in space are smoothed as by `algorithms.estimation.smooth_motors`; translations of misfits
-    are those of logarithms.
+    cost is returned. Exact copies of an edge, such as those of a file that was read twice, count once. Graphs in space
+    are smoothed as by `algorithms.estimation.smooth_motors`; translations of misfits are those of logarithms.
     """
     width = 8 if np.shape(motors)[-1:] == (8,) else 4
     poses = finite(real_array(motors, "motors", (-1, width)).astype(float), "motors")
@@ -128,12 +129,17 @@ def optimise_poses(
     if not bound > 0:
         raise ValueError(f"bound: {bound}; expected a positive number of standard deviations")
     wanted = checked_states(marginals, len(poses), "marginals")
+    kept, again = without_copies(measured, pairs, weights.reshape(len(pairs), square[1] ** 2), bounded[:, None])
+    pairs, measured, weights, bounded = pairs[kept], measured[kept], weights[kept], bounded[kept]
     reached = _reached(len(poses), pairs)
     if width == 8:
-        return _in_space(poses, _SpaceEdges(pairs, measured, weights, bounded), reached, bound**2, tolerance, wanted)
-    rows = _Rows(len(poses), pairs, reached)
-    problem = _Graph(pairs, measured, weights, bounded, bound**2, tolerance, reached, rows)
-    return problem.optimised(poses, wanted)
+        edges_in_space = _SpaceEdges(pairs, measured, weights, bounded)
+        found = _in_space(poses, edges_in_space, reached, bound**2, tolerance, wanted)
+    else:
+        rows = _Rows(len(poses), pairs, reached)
+        problem = _Graph(pairs, measured, weights, bounded, bound**2, tolerance, reached, rows)
+        found = problem.optimised(poses, wanted)
+    return replace(found, misfits=found.misfits[again], weights=found.weights[again])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

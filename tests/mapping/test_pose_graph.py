@@ -12,7 +12,7 @@ from scipy.stats import chi2
 from algorithms.arguments import Reals
 from algorithms.mapping.g2o import read_g2o
 from algorithms.mapping.pose_graph import GraphStatus, optimise_poses
-from generated import line_maps, pga2
+from generated import line_maps, pga2, pga3
 
 KILLIAN = Path(__file__).parents[1] / "data" / "maps" / "killian_start.g2o.gz"
 
@@ -249,3 +249,29 @@ def test_a_wrong_edge_or_a_biased_gyroscope_contradicts_a_graph() -> None:
         wrong[-1] = pga2.motor_product(wrong[-1], pga2.motor_from_angle_translation(0.4, np.array([0.5, 0.5])))
         for contradicting in (np.asarray(pga2.motor_product(motions, turned)), wrong):
             assert optimise_poses(start, edges, contradicting, information).status == GraphStatus.INCONSISTENT
+
+
+@pytest.mark.parametrize("in_space", [False, True])
+def test_copies_of_edges_carry_no_information(in_space: bool) -> None:
+    """Covariances and the test of misfits are those of different edges; there are misfits of all of them."""
+    rng = np.random.default_rng(31)
+    n, k, module = 12, 6 if in_space else 3, pga3 if in_space else pga2
+    create = pga3.motor_from_rotation_vector_translation if in_space else pga2.motor_from_angle_translation
+    step = create([0.0, 0, 0.3], [1.0, 0, 0]) if in_space else create(0.3, [1.0, 0])
+    poses = [np.eye(len(step))[0]]
+    for _ in range(n - 1):
+        poses.append(np.asarray(module.motor_product(poses[-1], step)))
+    truth, edges = np.array(poses), np.array([(a, b) for a in range(n) for b in range(a + 1, min(a + 3, n))])
+    noise = 0.01 * rng.normal(size=(len(edges), k))
+    moved = create(noise[:, :3], noise[:, 3:]) if in_space else create(noise[:, 0], noise[:, 1:])
+    first, second = truth[edges[:, 0]], truth[edges[:, 1]]
+    motions = module.motor_product(module.motor_product(module.motor_inverse(first), second), moved)
+    information = np.tile(1e4 * np.eye(k), (len(edges), 1, 1))
+    once = optimise_poses(truth, edges, motions, information, marginals=[n - 1])
+    order = rng.permutation(np.tile(np.arange(len(edges)), 4))
+    again = optimise_poses(truth, edges[order], motions[order], information[order], marginals=[n - 1])
+    assert once.status == again.status == GraphStatus.OK
+    np.testing.assert_allclose(again.covariances, once.covariances, rtol=1e-9)
+    np.testing.assert_allclose(again.motors, once.motors, atol=1e-10)
+    np.testing.assert_allclose(again.misfits, once.misfits[order], atol=1e-10)
+    assert again.cost == pytest.approx(once.cost)
