@@ -50,7 +50,7 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "rings": ("gacompiler/rings", ("rings/test_*", "test_equations", "test_optimiser", "test_symbolic")),
     "passes": ("gacompiler/passes", ("passes/test_*", "test_prove", "test_loop_specs", "test_loops", "test_functions")),
     "algebra": ("gacompiler/algebra", ("algebra/test_*", "test_inverses", "test_one_vocabulary", "test_pickling")),
-    "backends": ("gacompiler/backends", ("test_backends", "test_targets", "test_values", "test_no_arguments")),
+    "backends": ("gacompiler/backends", ("backends/test_*", "test_loop_specs", "test_values", "test_no_arguments")),
     "gac_runtime": (
         "generated/gac_runtime",  # the copy that the tests of generated modules use
         ("gac_runtime/test_*", "test_one_call", "test_kernel_calls", "test_backend_calls", "test_values"),
@@ -60,13 +60,7 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "subspaces": ("algorithms/subspaces", ("subspaces/test_*",)),
     "geometry": ("algorithms/geometry", ("geometry/test_*",)),
     "vision": ("algorithms/vision", ("vision/test_*",)),
-    "estimation": (
-        "algorithms/estimation",
-        (
-            *("test_kalman", "test_motor_filter", "test_orientation", "test_rotor_filter", "test_end_effector"),
-            *("test_body_eye", "test_wrong_tracks", "test_clocks", "test_tracking", "test_tracking_simulation"),
-        ),
-    ),
+    "estimation": ("algorithms/estimation", ("estimation/test_*",)),
     "kinematics": ("algorithms/kinematics", ("kinematics/test_*", "robots/test_*")),
 }
 """Source folder, and the test files (patterns) of each package."""

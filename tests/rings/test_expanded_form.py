@@ -46,3 +46,13 @@ def test_reciprocals_have_the_sign_and_the_content_of_sympy(seed: int) -> None:
         content, primitive = -content, -primitive
     for factor in (1, -1, sympy.Rational(-2, 3)):
         assert (1 / Expanded.of(factor * total)).expression == 1 / (factor * content) / primitive
+
+
+@pytest.mark.parametrize(
+    "text", ["-sqrt(x) - 1", "-2*sqrt(2)*x - sqrt(2)", "-x - exp(y)", "-2*log(x) - 4*y", "1 - pi*x"]
+)
+def test_reciprocals_of_sums_with_roots_and_functions_keep_their_sign(text: str) -> None:
+    value = sympy.sympify(text)
+    product = Expanded.of(value).power(-1).expression * value
+    at = {"x": 0.7, "y": 1.3}
+    assert float(product.subs(at)) == pytest.approx(1, abs=1e-14)
