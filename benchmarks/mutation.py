@@ -55,7 +55,7 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
         "generated/gac_runtime",  # the copy that the tests of generated modules use
         ("gac_runtime/test_*", "test_one_call", "test_kernel_calls", "test_backend_calls", "test_values"),
     ),
-    "generation": ("gacompiler/generation", ("test_generate", "test_kernel_key", "test_compile_cache")),
+    "generation": ("gacompiler/generation", ("generation/test_*", "cli/test_*")),
     "motors": ("algorithms/motors", ("test_motors", "test_determined")),
     "subspaces": ("algorithms/subspaces", ("subspaces/test_*",)),
     "geometry": ("algorithms/geometry", ("geometry/test_*",)),

@@ -371,6 +371,12 @@ def test_sandwich_by_even_odd_and_mixed() -> None:
         sandwich(1 + e1, e2)
 
 
+def test_sandwich_of_a_quaternion_has_its_conjugate() -> None:
+    """``1 + i`` turns j to k by a quarter turn and doubles lengths; i is kept, and no grade decides a sign."""
+    i, j = catalog.QUATERNIONS.basis()
+    assert [sandwich(1 + i, x) for x in (i, j, i * j, 1 + 0 * i)] == [2 * i, 2 * i * j, -2 * j, 2]
+
+
 def test_the_right_hand_rule() -> None:
     """``exp(-t/2 e12)`` turns e1 towards e2; with t = 90 degrees, up to its norm, it is ``1 - e12``."""
     e1, e2, e3 = VGA3.basis()
