@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from generated import pga3
 
 from ..arguments import Reals
+from ..cubes import thinned
 from ..evidence import WRONG, Noise, certain_deviations, largest_ratio
 from ..geometry.meshes import Flags
 from ..precision import CONVERGED, TINY
@@ -183,7 +184,7 @@ def seen_side(
     others = np.column_stack([sights.reshape(-1, 2), np.ones(h * w)]) * known.reshape(-1, 1)
     others = others[(~own & np.isfinite(known) & (known > 0)).ravel()]
     boundary = np.concatenate([seen, others, _walls(sights, known, middle, reach)])
-    boundary = _thinned(boundary[np.linalg.norm(boundary - middle, axis=1) < reach])
+    boundary = thinned(boundary[np.linalg.norm(boundary - middle, axis=1) < reach], _STEP)
     certain = np.flatnonzero((found.angles < angle) & ((found.normals * seen).sum(1) < 0))
     if not len(certain):
         return GraspStatus.UNSEEN
@@ -248,12 +249,3 @@ def _walls(sights: Reals, known: Reals, middle: Reals, reach: float) -> Reals:
         within = np.arange(len(each)) - np.repeat(np.cumsum(counts) - counts, counts)
         found.append(ray[each] * (start[each] + (within + 0.5) * _STEP)[:, None])
     return np.concatenate(found)
-
-
-def _thinned(points: Reals) -> Reals:
-    """Return one of the points in each cell of a grid."""
-    cells = np.floor(points / _STEP).astype(np.int64)
-    cells -= cells.min(0)
-    size = cells.max(0) + 1
-    keys = (cells[:, 0] * size[1] + cells[:, 1]) * size[2] + cells[:, 2]
-    return np.asarray(points[np.sort(np.unique(keys, return_index=True)[1])])

@@ -12,8 +12,9 @@ from generated import lidar as kernels
 from generated import motor_graphs, pga3
 
 from ..arguments import Reals, finite_number, real_array
+from ..cubes import thinned
 from ..evidence.triangles import from_triangle
-from .point_cells import PointCells, thinned
+from .point_cells import PointCells
 from .status import MappingStatus
 
 IDENTITY = np.eye(8)[0]

@@ -8,6 +8,7 @@ import scipy
 from generated import lidar as kernels
 
 from ..arguments import Reals
+from ..cubes import cube_keys
 
 _FEWEST = 5
 """Points of a cell from which on its plane counts: fewer are on a plane by chance."""
@@ -17,19 +18,6 @@ angle between normals, and with its mean on it, within this many deviations of r
 edge is on a plane by chance, which other cells do not continue."""
 _MOST = 80
 """A limit on influence: cells with that many points are complete, so that later poses do not move them."""
-_BITS, _MIDDLE = 21, 1 << 20
-"""Bits of the number of a cell along an axis, and that of the cell at the origin."""
-
-
-def cell_keys(points: Reals, size: float) -> Reals:
-    """Return numbers (n,) that are the same for points in the same cube of a size."""
-    x, y, z = (np.floor(points / size).astype(np.int64) + _MIDDLE).T
-    return np.asarray((x << 2 * _BITS) | (y << _BITS) | z)
-
-
-def thinned(points: Reals, size: float) -> Reals:
-    """Return the first point in each cube of a size."""
-    return np.asarray(points[np.sort(np.unique(cell_keys(points, size), return_index=True)[1])])
 
 
 class PointCells:
@@ -59,7 +47,7 @@ class PointCells:
 
     def add(self, points: Reals) -> None:
         """Add points (n, 3) to cells that are not complete."""
-        keys, first, inverse = np.unique(cell_keys(points, self._size), return_index=True, return_inverse=True)
+        keys, first, inverse = np.unique(cube_keys(points, self._size), return_index=True, return_inverse=True)
         centres = (np.floor(points[first] / self._size) + 0.5) * self._size
         x, y, z = (points - centres[inverse]).T
         terms = (np.ones(len(points)), x, y, z, x * x, x * y, x * z, y * y, y * z, z * z)
