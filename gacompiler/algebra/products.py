@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from math import lcm
+from operator import itemgetter, mul
 from typing import Protocol
 
 from .blades import Rational, bits, grade, outer
@@ -25,6 +27,10 @@ Row = dict[int, tuple[tuple[int, Rational], ...]]
 
 _FEW = 32
 """The number of terms up to which all pairs of terms are visited."""
+_DENSE = 64
+"""Products of integers with at least this number of pairs are sums at places that are found once."""
+_PLANS = 32
+"""Number of lists of such places that are kept. A list of the largest products takes a megabyte."""
 
 
 class BladeAlgebra(Protocol):
@@ -46,6 +52,10 @@ def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, C
         numerators, others, denominator = whole
         terms = product(algebra, name, numerators, others)
         return {blade: divide(value, denominator) for blade, value in terms.items()}
+    if len(a) * len(b) >= _DENSE and {*map(type, a.values()), *map(type, b.values())} == {int}:
+        plan = _plan(algebra, name, tuple(a), tuple(b))
+        if plan is not None:
+            return _sums(plan, list(a.values()), list(b.values()))
     result: dict[int, Coefficient] = {}
     rights = tuple(b.items())
     near = _near(algebra, name, b) if len(rights) > _FEW else None
@@ -62,6 +72,38 @@ def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, C
                 term = xy if factor == 1 else -xy if factor == -1 else scale(xy, factor)
                 result[blade] = result[blade] + term if blade in result else term
     return {blade: result[blade] for blade in sorted(result) if not is_zero(result[blade])}
+
+
+@lru_cache(_PLANS)
+def _plan(
+    algebra: BladeAlgebra, name: str, lefts: tuple[int, ...], rights: tuple[int, ...]
+) -> tuple[tuple[int, itemgetter[int], itemgetter[int]], ...] | None:
+    """Return the places of both factors of the terms of each blade, or None if terms have factors other than 1 and -1.
+
+    The places in the right operand are those in a list of its coefficients, of these with the other sign, and of zero.
+    """
+    places: dict[int, tuple[list[int], list[int]]] = {}
+    for i, left in enumerate(lefts):
+        row = algebra.product_row(name, left)
+        for j, right in enumerate(rights):
+            targets = row.get(right)
+            if targets is None:
+                targets = row[right] = kept(algebra, name, left, right)
+            for blade, factor in targets:
+                if abs(factor) != 1:
+                    return None
+                first, second = places.setdefault(blade, ([0], [-1]))
+                first.append(i)
+                second.append(j if factor == 1 else len(rights) + j)
+    return tuple((blade, itemgetter(*first), itemgetter(*second)) for blade, (first, second) in sorted(places.items()))
+
+
+def _sums(
+    plan: tuple[tuple[int, itemgetter[int], itemgetter[int]], ...], a: Sequence[int], b: Sequence[int]
+) -> dict[int, Coefficient]:
+    signed = [*b, *(-value for value in b), 0]
+    sums = ((blade, sum(map(mul, first(a), second(signed)))) for blade, first, second in plan)
+    return {blade: value for blade, value in sums if value}
 
 
 def _near(algebra: BladeAlgebra, name: str, b: Terms) -> Callable[[int], Sequence[tuple[int, Coefficient]]] | None:

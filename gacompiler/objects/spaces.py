@@ -176,6 +176,11 @@ class Space(Immutable, Generic[M]):
 
     def multivector(self, coefficients: Mapping[str, Numbers | complex]) -> M:
         """Create multivectors from numbers or arrays by blade, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
+        if type(coefficients) is not dict and not isinstance(coefficients, Mapping):
+            raise AlgebraError(
+                "multivector", type(coefficients).__name__, 'coefficients by blade, as in {"1": 2}',
+                "of(layout, coefficients) takes those of a layout in its order",
+            )  # fmt: skip
         key = id(self.algebra), *coefficients
         given: Mapping[str, Any] = coefficients
         known = _BY_NAMES.get(key)

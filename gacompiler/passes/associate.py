@@ -17,7 +17,7 @@ def associate(expression: Expression) -> Expression | None:
     if expression.operation not in _ASSOCIATIVE:
         return None
     factors, given = _chain(expression)
-    if not 3 <= len(factors) <= LONGEST:
+    if not 3 <= len(factors) <= LONGEST or all(factor.is_scalar for factor in factors):
         return None
     best, cost = _cheapest(expression.operation, factors)
     return best if cost < given else None
