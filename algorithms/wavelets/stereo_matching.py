@@ -126,9 +126,9 @@ def disparity(
 
 def _of_contrast_one(one: Reals, two: Reals) -> Reals:
     """Return both images in single precision, with the mean 0, and with variance 1 unless they are constant."""
-    pair = np.stack([one - one.mean(dtype=float), two - two.mean(dtype=float)])
-    contrast = np.sqrt(np.mean(pair**2, (1, 2), dtype=float, keepdims=True))
-    return (pair / np.where(contrast > 0, contrast, 1)).astype(np.float32)
+    pair = np.stack([image - float(image.mean(dtype=float)) for image in (one, two)])
+    contrast = np.sqrt(np.mean(np.square(pair, dtype=float), (1, 2), keepdims=True))
+    return (pair / np.where(contrast > 0, contrast, 1).astype(pair.dtype)).astype(np.float32, copy=False)
 
 
 def _without_noise(pair: Reals) -> Reals:
