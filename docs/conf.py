@@ -41,6 +41,7 @@ toc_object_entries = False
 html_extra_path = [str(Path(__file__).parents[1] / "build" / "site-scenes")]
 html_static_path = ["website/static"]
 html_css_files = ["site.css"]
+html_js_files = ["versions.js"]
 pygments_dark_style = "github-dark"
 html_theme = "furo"
 html_title = f"gacompiler {release}"

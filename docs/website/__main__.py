@@ -8,7 +8,9 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from . import commands, contents, gallery, interfaces, modules, playground, scenes
+from gacompiler import __version__
+
+from . import commands, contents, gallery, interfaces, modules, playground, scenes, versions
 from .markdown import table
 from .places import BUILD, DOCS, ROOT, SITE, SOURCE, notebooks, pages, write
 
@@ -29,6 +31,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--pyodide", type=Path, help="folder of Pyodide to copy; else the playground loads it elsewhere"
     )
+    parser.add_argument("--versions", type=Path, help="folder of sites of several versions to copy the site to")
+    parser.add_argument("--version-name", default=__version__, help="name of the copy [%(default)s]")
     parser.add_argument("-j", "--jobs", default="auto", help="number of processes [%(default)s]")
     given = parser.parse_args(arguments)
     if given.fresh:
@@ -46,6 +50,9 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     if not status:
         print(f"{SITE.relative_to(ROOT)}/index.html: {len(list(SITE.rglob('*.html')))} pages")
+        if given.versions:
+            found = versions.publish(SITE, given.versions, given.version_name)
+            print(f"{given.versions}/index.html: versions {', '.join(found)}")
     return int(status)
 
 
