@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import line_poses, matrices
+from generated import line_poses
 
 from ..arguments import Reals, real_array
 from ..evidence import Freedom, Problem, all_or_some_sets
@@ -16,7 +16,7 @@ from .localization_results import Localization, no_localization
 from .pose_refinement import Poses, camera_motors, deviations, growth_of_poses, judged_poses, ordered, pixel_noise
 from .pose_starts import reversed_pose
 from .robust import ALL, robust_estimate
-from .starts import BEST, REAL, SETS, STEPS
+from .starts import BEST, SETS, STEPS, real_roots
 from .status import VisionStatus
 
 _FARTHEST = 1e8
@@ -98,12 +98,8 @@ class _Scene:
         sets = np.sort(sets, axis=1)  # points first
         equations = self._equations(sets)
         coefficients, pencil = line_poses.rotation_polynomial(*np.moveaxis(equations, 1, 0))
-        coefficients, pencil = np.asarray(coefficients), np.asarray(pencil)
-        usable: Reals = np.asarray(np.isfinite(coefficients).all(-1))
-        real, imaginary, _, converged = matrices.polynomial_roots(np.where(usable[:, None], coefficients, 0))
-        is_real = np.abs(imaginary) <= REAL * np.maximum(np.abs(real), np.finfo(float).tiny)
-        which, root = np.nonzero(is_real & (usable & (converged > 0))[:, None])
-        rotation = np.asarray(line_poses.rotation_of_root(real[which, root], pencil[which]))
+        which, roots = real_roots(np.asarray(coefficients))
+        rotation = np.asarray(line_poses.rotation_of_root(roots, np.asarray(pencil)[which]))
         poses = self._shifted(rotation, sets[which])
         return np.asarray(poses[np.isfinite(poses).all((1, 2))])
 
