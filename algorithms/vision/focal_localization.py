@@ -35,6 +35,8 @@ _STEPS = 100.0
 """A limit on work: the number of iterations from each start."""
 _PARAMETERS = 7
 _FREEDOM = Freedom(sample_size=4, parameters=_PARAMETERS, codimension=2, solutions=8, false_alarms=1e-2)
+_GOLDEN = np.pi * (3 - np.sqrt(5))
+"""Multiples of this angle are evenly distributed."""
 FACTOR = 2.0
 """A focal length is undetermined if one that is larger or smaller by this factor is likely."""
 
@@ -307,13 +309,16 @@ def cameras_of_sets(places: Reals, image: Reals, size: float, every: bool = Fals
     `every`, there are eight cameras of each set: also those with points behind, and the real parts of complex ones,
     near which noise may leave a minimum.
     """
-    coefficients, pencil, basis = focal_poses.equations_of_four(places, image / size)
+    # The equation that is left out depends on the axes of the image, which are turned by another angle for each set.
+    angle = _GOLDEN * np.arange(len(places))
+    turns = np.moveaxis(np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]), 2, 0)
+    coefficients, pencil, basis = focal_poses.equations_of_four(places, image @ turns / size)
     which, roots = real_roots(np.asarray(coefficients), np.inf if every else REAL)
     own_pencil, own_basis = np.asarray(pencil)[which], np.asarray(basis)[which]
     cameras, there = focal_poses.camera_of_root(roots, own_pencil, own_basis, places[which])
-    cameras = np.asarray(cameras)[(np.asarray(there) > 0) | every]
-    cameras[:, :2] *= size
-    return np.asarray(cameras[np.isfinite(cameras).all((1, 2))])
+    cameras = np.asarray(cameras)
+    cameras[:, :2] = size * turns[which] @ cameras[:, :2]
+    return np.asarray(cameras[((np.asarray(there) > 0) | every) & np.isfinite(cameras).all((1, 2))])
 
 
 def _minima(cameras: Reals, places: Reals, image: Reals) -> _Cameras:

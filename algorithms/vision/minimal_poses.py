@@ -19,6 +19,8 @@ from .status import VisionStatus, check_points, refuse
 
 _STEPS = 10.0
 """A limit on work: steps that remove the rounding errors of a pose."""
+_TURNS = 4
+"""A limit on work: how often another of the equations of four points is left out."""
 _FAR = 100.0
 """A limit on work: steps to a minimum, if the equations of the starts are not all."""
 _SAME = 1e-5
@@ -87,9 +89,10 @@ def _different(poses: Reals) -> list[int]:
 def cameras_of_four_points(points: ArrayLike, pixels: ArrayLike, centre: ArrayLike) -> tuple[Reals, Reals, Reals]:
     """Return all poses and focal lengths of a camera that sees four points in given pixels (P4Pf).
 
-    Four points give eight equations for seven unknowns. Eight cameras, some of them complex, solve seven of these; from
-    each of them, steps lead to a minimum of the squares of distances in the image. Exact pixels leave a residual of 0
-    in one of them, rarely in several. `localize_unknown_focal` judges such cameras for five or more points.
+    Four points give eight equations for seven unknowns. Eight cameras, some of them complex, solve seven of these. From
+    those of several choices of seven, steps lead to minima of the squares of distances in the image. Exact pixels leave
+    a residual of 0 in one of them, rarely in several. `localize_unknown_focal` judges such cameras for five or more
+    points.
 
     Parameters
     ----------
@@ -103,8 +106,8 @@ def cameras_of_four_points(points: ArrayLike, pixels: ArrayLike, centre: ArrayLi
     Returns
     -------
     poses : array, (m, 8)
-        Unit motors from the camera frame to the world frame, m from 0 to 8, with all points in front of the camera; the
-        one with the least residual first.
+        Unit motors from the camera frame to the world frame, with all points in front of the camera; the one with the
+        least residual first.
     focals : array, (m,)
         In pixels.
     residuals : array, (m,)
@@ -119,8 +122,8 @@ def cameras_of_four_points(points: ArrayLike, pixels: ArrayLike, centre: ArrayLi
 
     Notes
     -----
-    With half a pixel of noise, the minimum near the true camera was found in all of 300 scenes with points in space,
-    and in 278 of 300 with points on planes tilted by 0.6.
+    With half a pixel of noise, the minimum near the true camera is among the results in 299 of 300 scenes with points
+    in space, and in 289 of 300 with points of a tilted plane.
     """
     places = real_array(points, "points", (3,), "x y z").astype(np.float64)
     image = real_array(pixels, "pixels", (2,), "x y in pixels").astype(np.float64)
@@ -135,12 +138,13 @@ def cameras_of_four_points(points: ArrayLike, pixels: ArrayLike, centre: ArrayLi
         refuse(VisionStatus.DEGENERATE, "cameras_of_four_points", "four points that are not on a line")
     unit, size = float(extents[0]), max(float(np.sqrt((image**2).sum(1).mean())), TINY)
     places = (places - centroid) / unit
-    starts = cameras_of_sets(places[None], image[None], size, every=True)
+    starts = cameras_of_sets(*(np.stack([each] * _TURNS) for each in (places, image)), size, every=True)
     found, focals, _, numbers = focal_poses.descend_camera(starts, places, image, ALL, _FAR)
     poses, focals, costs = (np.asarray(each) for each in (found, focals, numbers[:, 0]))
     in_front = (places @ poses[:, 2, :3, None])[..., 0] + poses[:, 2, 3:] > 0
     order = np.argsort(costs)
-    order = order[(in_front.all(1) & (costs < ALL) & (numbers[:, 1] > 0))[order]]
+    usable = in_front.all(1) & (costs < ALL) & (numbers[:, 1] > 0) & (focals * SINGLE < size)
+    order = order[usable[order]]
     kept = order[_different(poses[order])]
     rows = poses[kept] * [1, 1, 1, unit]
     return (

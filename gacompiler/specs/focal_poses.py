@@ -5,6 +5,8 @@ pixel ``f (x, y) / z``. A camera is the matrix ``diag(f, f, 1) [R | t]``, which 
 homogeneous pixels.
 """
 
+from fractions import Fraction
+
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel, maximum, minimum, select, sqrt, total
 from gacompiler.algebra.catalog import PGA3
@@ -31,6 +33,10 @@ from gacompiler.specs.families.two_views import (
 MOTOR, THREE, POSE = PGA3.MOTOR, array(SCALAR, 3, 3), array(SCALAR, 3, 4)
 PIXELS = array(SCALAR, "n", 2, shared=True)
 OWN_PIXELS, OWN_PLACES = array(SCALAR, "n", 2), array(SCALAR, "n", 3)
+GENERIC = tuple(
+    tuple(Fraction(x, 11) for x in row) for row in ((1, -2, -4, -10), (2, 1, -10, 4), (4, 10, 1, -2), (10, -4, 2, 1))
+)
+"""An orthogonal matrix after which usual scenes, such as points with z = 0, have no special coordinates."""
 ALL = 10**20
 """A squared distance of pixels beyond which no limit is meant."""
 
@@ -65,7 +71,9 @@ def equations_of_four(places, pixels):
         whole = (*place, 1)
         rows.append((*whole, *(0 for _ in whole), *(-u * x for x in whole)))
         rows.append((*(0 for _ in whole), *whole, *(-v * x for x in whole)))
-    basis = [(b[:4], b[4:8], b[8:]) for b in null_space(rows)]
+    solutions = null_space(rows)
+    mixed = [[dot(weights, column) for column in transposed(solutions)] for weights in GENERIC]
+    basis = [(b[:4], b[4:8], b[8:]) for b in mixed]
 
     def of(i, j):
         return quadric(lambda a, b: dot(basis[a][i][:3], basis[b][j][:3]))

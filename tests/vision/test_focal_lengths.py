@@ -52,6 +52,24 @@ def test_cameras_of_four_points_are_minima_of_scipy():
     assert len(reached) > 30 and np.mean(reached) > 0.85
 
 
+@pytest.mark.parametrize("axis", [(1, 0), (0, 1), (0.6, 0.8)])
+def test_boards_with_z_0_and_cameras_that_tilt_about_one_axis(axis):
+    """Such scenes satisfy some of the equations for every focal length."""
+    board = np.insert(np.stack(np.meshgrid(np.arange(9.0), np.arange(6.0)), -1).reshape(-1, 2), 2, 0, axis=1)
+    for seed in range(6):
+        rng = np.random.default_rng([88, seed])
+        turn = np.append(rng.uniform(0.4, 0.9) * np.array(axis), 0)
+        motor = pga3.motor_from_rotation_vector_translation(turn, np.array([0.0, 0, 20]))
+        there = np.asarray(pga3.move_point(motor, board - board.mean(0)))
+        pixels = 900 * there[:, :2] / there[:, 2:] + CENTRE
+        _, focals, residuals = cameras_of_four_points(board[[0, 8, 45, 53]], pixels[[0, 8, 45, 53]], CENTRE)
+        assert np.abs(focals[residuals < 1e-6] - 900).min() < 1e-6
+        wrong = np.arange(54) % 3 == 0
+        pixels[wrong] = rng.uniform(0, 1, (18, 2)) * SIZE
+        found = localize_unknown_focal(board, pixels, CENTRE, threshold=2.0)
+        assert found.status == VisionStatus.OK and abs(found.focal - 900) < 1e-6
+
+
 def test_invalid_sets_of_four_points():
     points, pixels, *_ = seen_points(np.random.default_rng(87), 4, noise=0.0)
     for wrong in (points * np.nan, points[:1] + np.arange(4)[:, None] * [1.0, 2, 3]):
