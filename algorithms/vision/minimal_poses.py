@@ -138,7 +138,7 @@ def cameras_of_four_points(points: ArrayLike, pixels: ArrayLike, centre: ArrayLi
         refuse(VisionStatus.DEGENERATE, "cameras_of_four_points", "four points that are not on a line")
     unit, size = float(extents[0]), max(float(np.sqrt((image**2).sum(1).mean())), TINY)
     places = (places - centroid) / unit
-    starts = cameras_of_sets(*(np.stack([each] * _TURNS) for each in (places, image)), size, every=True)
+    starts = cameras_of_sets(np.stack([places] * _TURNS), np.stack([image] * _TURNS), size, every=True)
     found, focals, _, numbers = focal_poses.descend_camera(starts, places, image, ALL, _FAR)
     poses, focals, costs = (np.asarray(each) for each in (found, focals, numbers[:, 0]))
     in_front = (places @ poses[:, 2, :3, None])[..., 0] + poses[:, 2, 3:] > 0
