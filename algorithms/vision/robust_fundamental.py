@@ -13,7 +13,7 @@ from ..arguments import Reals, real_array
 from ..evidence import Freedom, Problem, Seed, check_sampling, consensus, explained_by_chance, polished
 from ..evidence.consensus import Indices, without_nan
 from ..evidence.noise import tail_of
-from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line
+from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line, off_lines
 from .normalization import extents, homogeneous
 from .planes import homography_problem
 from .robust import ALL, RobustEstimate, consensus_status, estimate, no_estimate, robust_estimate
@@ -96,11 +96,7 @@ def robust_fundamental_matrix(
     if found.status != VisionStatus.OK:
         return found
     found = _beyond_a_plane(problem, found, threshold, rng, confidence)
-    if found.status != VisionStatus.OK:
-        return found
-    if hidden_by_a_line(problem, found.model, found.inliers, threshold, rng, _OFF_A_LINE):
-        return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
-    return _likeliest(problem, found, threshold)
+    return _likeliest(problem, found, threshold) if found.status == VisionStatus.OK else found
 
 
 def _likeliest(problem: Problem, found: RobustEstimate, threshold: float) -> RobustEstimate:
@@ -150,9 +146,9 @@ def _in_space(problem: Problem, found: RobustEstimate, threshold: float) -> Robu
 
 
 def _beyond_a_plane(
-    problem: Problem, found: RobustEstimate, threshold: float, seed: Seed, confidence: float
+    problem: Problem, found: RobustEstimate, threshold: float, rng: np.random.Generator, confidence: float
 ) -> RobustEstimate:
-    """Return the estimate, or a better one, if pairs off the plane with the most inliers determine it."""
+    """Return the estimate, or a better one, if pairs off the plane and the lines with the most inliers determine it."""
     one, two = problem.first, problem.second
     good = one.compress(found.inliers, axis=0), two.compress(found.inliers, axis=0)
     planar = homography_problem(*good, in_both=True)
@@ -161,35 +157,39 @@ def _beyond_a_plane(
         return np.asarray(robust_views.homography_of_three(found.model, *(side.take(sets, axis=0) for side in good)))
 
     by_three = replace(planar, solve=solve, freedom=replace(planar.freedom, sample_size=3))
-    flat = consensus(by_three, WIDE * threshold, seed, confidence, _SAMPLES, at_once=True)
+    flat = consensus(by_three, WIDE * threshold, rng, confidence, _SAMPLES, at_once=True)
     if flat.best is not None:
         plane = estimate(planar, flat.best.model, WIDE * threshold, flat.n_samples)
         tolerance = max(WIDE * threshold, _SIGMAS * plane.distance / np.sqrt(2))
         on_plane = np.sqrt(robust_views.plane_squares(plane.model, one, two)) <= tolerance
-        if _decided_off_a_plane(problem, found, plane.model, ~on_plane, threshold, seed):
+        off = off_lines(problem, found.inliers, threshold, rng)
+        if _decided(problem, found, plane.model, off[0] & off[1] & ~on_plane, threshold, rng):
             return found
-    if flat.best is None or consensus_status(planar, flat, WIDE * threshold, seed) != VisionStatus.OK:
+    if flat.best is None or consensus_status(planar, flat, WIDE * threshold, rng) != VisionStatus.OK:
         better = _in_space(problem, found, threshold)
     else:
-        better = _by_parallax(problem, found, plane.model, on_plane, threshold, seed, confidence)
-    if better.status == VisionStatus.OK and degenerate(better.model, one[better.inliers], two[better.inliers]):
+        better = _by_parallax(problem, found, plane.model, on_plane, threshold, rng, confidence)
+    if better.status == VisionStatus.OK and (
+        hidden_by_a_line(problem, better.model, better.inliers, threshold, rng, _OFF_A_LINE)
+        or degenerate(better.model, one[better.inliers], two[better.inliers])
+    ):
         return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
     return better
 
 
-def _decided_off_a_plane(
-    problem: Problem, found: RobustEstimate, plane: Reals, off: Indices, threshold: float, seed: Seed
+def _decided(
+    problem: Problem, found: RobustEstimate, plane: Reals, off: Indices, threshold: float, rng: np.random.Generator
 ) -> bool:
-    """Return whether the pairs off a plane suffice for an estimate, so that no other epipole has more of them.
+    """Return whether pairs off a plane and lines suffice for an estimate, so that no other epipole has more of them.
 
-    Most of them agree, and not by chance, even if all of F is free. Nor does a plane fit all inliers then, since many
-    are far from the one with the most.
+    Most of them agree, and not by chance, even if all of F is free. Nor does a plane or a line fit all inliers then,
+    since many are far from those with the most.
     """
     one, two = problem.first.compress(off, axis=0), problem.second.compress(off, axis=0)
     if len(one) <= problem.freedom.sample_size or 2 * np.count_nonzero(found.inliers & off) <= len(one):
         return False
     rest = replace(problem, first=one, second=two)
-    if explained_by_chance(rest, found.model, threshold, np.random.default_rng(seed)):
+    if explained_by_chance(rest, found.model, threshold, rng):
         return False
     expected = np.asarray(projective2.transform_point(plane, one))
     return not displaced_by_chance(rest, found.model, expected, threshold, rest.freedom)
