@@ -100,11 +100,11 @@ def consensus(
 
     Samples are drawn until one of them is free of wrong items with the given confidence. Chum, Matas and Kittler,
     *Locally optimized RANSAC*, DAGM 2003. Whether chance explains the inliers is for `explained_by_chance` to say. If
-    few models are expected to have a consensus, all samples can be drawn `at_once`, so that one model is refined.
+    few models are expected to have a consensus, all samples can be drawn `at_once`, so that one model is refined, once.
     """
     rng = np.random.default_rng(seed)
     n, size = len(problem.first), problem.freedom.sample_size
-    best, inliers, lowest, least, is_polished = None, np.zeros(n, np.bool_), np.inf, np.inf, False
+    best, inliers, lowest, least, is_polished = None, np.zeros(n, np.bool_), np.inf, np.inf, at_once
     drawn, wanted, batch = 0, np.inf, max_samples if at_once else min(_BATCH * size, max_samples)
     while True:
         if best is not None and drawn >= wanted and not is_polished:
@@ -123,7 +123,7 @@ def consensus(
         least = cost
         model, cost = _followed(problem, model, cost, threshold)
         if cost < lowest:
-            best, lowest, is_polished = model, cost, False
+            best, lowest, is_polished = model, cost, at_once
             inliers = _distances(problem, best) <= threshold
             wanted = _samples_for(inliers, size, confidence)
     if best is None:
@@ -181,8 +181,8 @@ def polished(problem: Problem, model: Reals, cost: float, threshold: float) -> t
     lead away from one and back to others.
     """
     for _ in range(_ROUNDS):
-        away = np.concatenate([problem.descend(model[None], limit, _SOON) for limit in (threshold / 2, 2 * threshold)])
-        found = problem.descend(away, threshold, _STEPS)
+        away = [problem.descend(model[None], limit, _SOON) for limit in (threshold / 2, 2 * threshold)]
+        found = np.concatenate([problem.descend(each, threshold, _STEPS) for each in away])
         costs = _costs_of_few(problem, found, threshold)
         k = int(costs.argmin())
         if costs[k] >= cost * (1 - NEGLIGIBLE):

@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 
 from ..arguments import Reals
+from ..precision import TINY
 from .status import WRONG
 
 _NORMAL = 1.4826
@@ -23,6 +24,12 @@ USUAL_WEIGHT = 4.0
 """From a probability: the usual noise of photographs is as certain as by this number of residuals, so that a seventh to
 five times as much is not a contradiction."""
 
+_TAILS = 4.0 ** np.arange(4)[:, None]
+"""A limit on work: tails that are tried, in relation to the median of squares."""
+_EXPONENTS = np.geomspace(0.51, 200.0, 200)
+"""A limit on work: half of one more than the degrees of freedom of Student's distribution that are tried."""
+_LOGARITHMS = scipy.special.gammaln(_EXPONENTS) - scipy.special.gammaln(_EXPONENTS - 0.5) - np.log(np.pi) / 2
+
 
 def deviation_of_most(offsets: Reals) -> float:
     """Return the standard deviation of the normal distribution whose median of absolute values is that of the offsets.
@@ -30,6 +37,27 @@ def deviation_of_most(offsets: Reals) -> float:
     Up to half of the offsets may be wrong.
     """
     return _NORMAL * float(np.median(np.abs(offsets)))
+
+
+def tail_of(squares: Reals) -> float:
+    """Return the square of an error whose weight is half of that of small ones, or infinity if errors look normal.
+
+    Errors whose variances differ have Student's distribution: their densities are powers of ``1 + square / tail``. The
+    likeliest tail and power are sought, and compared with the normal distribution.
+
+    Parameters
+    ----------
+    squares : array, (n,)
+        Squared errors.
+    """
+    middle, mean = float(np.median(squares)), float(np.mean(squares))
+    if middle <= TINY:
+        return np.inf
+    tails = _TAILS * middle
+    logarithms = np.log1p(squares / tails).mean(1, keepdims=True)
+    likelihoods = (_LOGARITHMS - _EXPONENTS * logarithms).max(1, keepdims=True) - np.log(tails) / 2
+    k = int(likelihoods.argmax())
+    return float(tails[k, 0]) if likelihoods[k, 0] > -np.log(2 * np.pi * np.e * mean) / 2 else np.inf
 
 
 @lru_cache(maxsize=1000)

@@ -24,7 +24,7 @@ from .invariants import cross_ratio, invariants_3d, invariants_3d_deviation, p2_
 from .landmarks import LandmarkMap, Recognition
 from .localization import localize
 from .localization_results import Localization
-from .minimal_poses import poses_of_three_points
+from .minimal_poses import cameras_of_four_points, poses_of_three_points
 from .navigation import LandmarkPose, localize_by_landmarks
 from .omnidirectional import OmnidirectionalCamera, conic_value
 from .plane_motions import PlaneMotions, motions_of_plane
@@ -96,6 +96,7 @@ __all__ = [
     "calibrate_from_planes",
     "calibrate_stereo",
     "camera_centre",
+    "cameras_of_four_points",
     "complete_points",
     "conic_through_points",
     "conic_value",

@@ -20,7 +20,7 @@ from .degeneracy import degenerate
 from .fundamental import eight_points
 from .localization import checked_intrinsics
 from .normalization import three_on_a_line
-from .planes import linear_homography
+from .planes import homography_of_four, linear_homography
 from .pose_refinement import all_poses, camera_motors, pixel_noise, pose_status
 from .status import VisionStatus
 
@@ -90,8 +90,11 @@ def homographies(first: ArrayLike, second: ArrayLike) -> BatchEstimate:
     one, two, leading = _sets(first, second, "first", "second", (2, 2))
 
     def solve(a: Reals, b: Reals) -> tuple[Reals, Reals]:
-        matrix, gap = linear_homography(a, b)
-        open_ = three_on_a_line(a, NEGLIGIBLE) | three_on_a_line(b, NEGLIGIBLE) if a.shape[1] == 4 else gap <= ROOT
+        if a.shape[1] == 4:
+            matrix, open_ = homography_of_four(a, b), three_on_a_line(a, NEGLIGIBLE) | three_on_a_line(b, NEGLIGIBLE)
+        else:
+            matrix, gap = linear_homography(a, b)
+            open_ = gap <= ROOT
         return matrix, np.where(open_, VisionStatus.DEGENERATE, VisionStatus.OK)
 
     return _all(solve, one, two, leading, 4, (3, 3))

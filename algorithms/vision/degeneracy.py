@@ -149,9 +149,14 @@ def hidden_by_a_line(
         rest = replace(problem, first=one, second=two, freedom=freedom)
         return len(one) <= freedom.sample_size or explained_by_chance(rest, model, threshold, rng)
 
-    off = [_off_a_line(points, inliers, WIDE * threshold, rng) for points in (problem.first, problem.second)]
+    off = off_lines(problem, inliers, threshold, rng)
     # In most scenes the pairs off both lines suffice.
     return agree_by_chance(off[0] & off[1]) and any(agree_by_chance(each) for each in off if not each.all())
+
+
+def off_lines(problem: Problem, inliers: Indices, threshold: float, rng: np.random.Generator) -> list[Indices]:
+    """Return which pairs are off the line with the most inliers, in either image."""
+    return [_off_a_line(points, inliers, WIDE * threshold, rng) for points in (problem.first, problem.second)]
 
 
 def _off_a_line(points: Reals, inliers: Indices, distance: float, rng: np.random.Generator) -> Indices:

@@ -28,13 +28,15 @@ from .degeneracy import usual_noise
 from .pose_refinement import EXPLAINED, OPEN, camera_motors, motions_between
 from .pose_starts import reversed_pose
 from .robust import ALL, robust_estimate
-from .starts import BEST, SETS
+from .starts import BEST, REAL, SETS, real_roots
 from .status import VisionStatus, check_points, distinct
 
 _STEPS = 100.0
 """A limit on work: the number of iterations from each start."""
 _PARAMETERS = 7
-_FREEDOM = Freedom(sample_size=5, parameters=_PARAMETERS, codimension=2, solutions=4, false_alarms=1e-2)
+_FREEDOM = Freedom(sample_size=4, parameters=_PARAMETERS, codimension=2, solutions=8, false_alarms=1e-2)
+_GOLDEN = np.pi * (3 - np.sqrt(5))
+"""Multiples of this angle are evenly distributed."""
 FACTOR = 2.0
 """A focal length is undetermined if one that is larger or smaller by this factor is likely."""
 
@@ -76,7 +78,7 @@ def localize_unknown_focal(
 ) -> FocalLocalization:
     """Estimate the pose and the focal length of a camera from known points and their pixels (P4Pf, PnPf).
 
-    Five points have up to four cameras. Levenberg-Marquardt iterations on motions and focal lengths lead from these to
+    Four points have up to eight cameras. Levenberg-Marquardt iterations on motions and focal lengths lead from these to
     minima of the squares of distances in the image. Pixels are square, and the lens has no distortion.
 
     Parameters
@@ -87,7 +89,7 @@ def localize_unknown_focal(
     centre : array_like, (2,)
         The principal point, in pixels: usually the middle of the image.
     threshold : float, optional
-        Distance in pixels from which a pixel counts as wrong. If given, inliers are found by random samples of five
+        Distance in pixels from which a pixel counts as wrong. If given, inliers are found by random samples of four
         points. By default all pixels are used.
     seed, confidence, max_samples : int, float, int
         As in `localize`.
@@ -192,14 +194,11 @@ class _Scene:
         self.noise = usual_noise(image) if noise is None else Noise(noise * noise)
 
     def of_sets(self, sets: Reals) -> Reals:
-        """Return the cameras (m, 3, 4) of sets of five points, with all of these in front."""
-        cameras, there = focal_poses.cameras_of_five(self.places[sets], self.image[sets] / self.size)
-        cameras = np.asarray(cameras)[np.asarray(there) > 0]
-        cameras[:, :2] *= self.size
-        return np.asarray(cameras[np.isfinite(cameras).all((1, 2))])
+        """Return the cameras (m, 3, 4) of sets of four points, with all of these in front."""
+        return cameras_of_sets(self.places[sets], self.image[sets], self.size)
 
     def problem(self) -> Problem:
-        """Return the problem of cameras from samples of five points."""
+        """Return the problem of cameras from samples of four points."""
         one = np.eye(3)
 
         def distances(models: Reals, places: Reals, pixels: Reals) -> Reals:
@@ -222,7 +221,7 @@ class _Scene:
         extent = np.linalg.svd(places - places.mean(0), compute_uv=False)
         if len(some) < 5 or not extent[1] > OPEN * extent[0]:
             return _nothing(VisionStatus.DEGENERATE, n)
-        candidates = self.of_sets(some[all_or_some_sets(len(some), 5, SETS)])
+        candidates = self.of_sets(some[all_or_some_sets(len(some), 4, SETS)])
         squares = np.asarray(camera_poses.pixel_squares(candidates, np.eye(3), places, image))
         order = np.argsort(np.median(squares, axis=1) + squares.mean(1) / len(some), kind="stable")
         candidates = np.concatenate([starts, candidates[order[:BEST]]])
@@ -301,6 +300,25 @@ class _Scene:
             if numbers[0] < limit:
                 return True
         return False
+
+
+def cameras_of_sets(places: Reals, image: Reals, size: float, every: bool = False) -> Reals:
+    """Return the cameras (m, 3, 4) of sets of four points, with all of these in front.
+
+    Places (b, 4, 3) are of the order of 1, and pixels (b, 4, 2) relative to the principal point of that of `size`. With
+    `every`, there are eight cameras of each set: also those with points behind, and the real parts of complex ones,
+    near which noise may leave a minimum.
+    """
+    # The equation that is left out depends on the axes of the image, which are turned by another angle for each set.
+    angle = _GOLDEN * np.arange(len(places))
+    turns = np.moveaxis(np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]), 2, 0)
+    coefficients, pencil, basis = focal_poses.equations_of_four(places, image @ turns / size)
+    which, roots = real_roots(np.asarray(coefficients), np.inf if every else REAL)
+    own_pencil, own_basis = np.asarray(pencil)[which], np.asarray(basis)[which]
+    cameras, there = focal_poses.camera_of_root(roots, own_pencil, own_basis, places[which])
+    cameras = np.asarray(cameras)
+    cameras[:, :2] = size * turns[which] @ cameras[:, :2]
+    return np.asarray(cameras[((np.asarray(there) > 0) | every) & np.isfinite(cameras).all((1, 2))])
 
 
 def _minima(cameras: Reals, places: Reals, image: Reals) -> _Cameras:

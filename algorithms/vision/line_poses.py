@@ -5,18 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import line_poses, matrices
+from generated import line_poses
 
 from ..arguments import Reals, real_array
-from ..evidence import Freedom, Problem, all_or_some_sets
+from ..evidence import Freedom, Noise, Problem, all_or_some_sets
+from ..evidence.consensus import Indices, without_repeats
 from ..evidence.triangles import from_triangle
 from ..precision import ROUNDING
 from .camera import Camera
 from .localization_results import Localization, no_localization
+from .pose_agreement import FEWEST, SAMPLES, SIGMAS, agreeing_items
 from .pose_refinement import Poses, camera_motors, deviations, growth_of_poses, judged_poses, ordered, pixel_noise
 from .pose_starts import reversed_pose
 from .robust import ALL, robust_estimate
-from .starts import BEST, REAL, SETS, STEPS
+from .starts import BEST, SETS, STEPS, real_roots
 from .status import VisionStatus
 
 _FARTHEST = 1e8
@@ -63,7 +65,14 @@ def localize_with_lines(
         if estimate.status != VisionStatus.OK:
             return no_localization(estimate.status, n, m)
         inliers, starts = estimate.inliers, estimate.model[None]
-    return scene.result(inliers, starts, threshold)
+    found = scene.result(inliers, starts, threshold)
+    if threshold is None and n + m >= FEWEST and scene.suspicious(found):
+        agreed = scene.without_wrong_items()
+        if agreed is None:
+            status = VisionStatus.NO_CONSENSUS if found.status == VisionStatus.OK else found.status
+            return no_localization(status, n, m)
+        return scene.result(agreed, starts, threshold)
+    return found
 
 
 class _Scene:
@@ -98,12 +107,8 @@ class _Scene:
         sets = np.sort(sets, axis=1)  # points first
         equations = self._equations(sets)
         coefficients, pencil = line_poses.rotation_polynomial(*np.moveaxis(equations, 1, 0))
-        coefficients, pencil = np.asarray(coefficients), np.asarray(pencil)
-        usable: Reals = np.asarray(np.isfinite(coefficients).all(-1))
-        real, imaginary, _, converged = matrices.polynomial_roots(np.where(usable[:, None], coefficients, 0))
-        is_real = np.abs(imaginary) <= REAL * np.maximum(np.abs(real), np.finfo(float).tiny)
-        which, root = np.nonzero(is_real & (usable & (converged > 0))[:, None])
-        rotation = np.asarray(line_poses.rotation_of_root(real[which, root], pencil[which]))
+        which, roots = real_roots(np.asarray(coefficients))
+        rotation = np.asarray(line_poses.rotation_of_root(roots, np.asarray(pencil)[which]))
         poses = self._shifted(rotation, sets[which])
         return np.asarray(poses[np.isfinite(poses).all((1, 2))])
 
@@ -175,6 +180,37 @@ class _Scene:
             return np.asarray(found)
 
         return Problem(self.items, self.pixels, _FREEDOM, self.of_sets, distances, costs, descend)
+
+    def suspicious(self, found: Localization) -> bool:
+        """Return whether the offsets of all items exceed the usual noise."""
+        n = len(self.items)
+        if found.status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
+            return found.status == VisionStatus.NOT_CONVERGED
+        return bool(Noise(self.noise.variance).contradicted(np.array(n * found.residual**2), 2 * n - 6))
+
+    def without_wrong_items(self) -> Indices | None:
+        """Return which items agree with a pose.
+
+        Unrelated pixels of points are anywhere in the part of the image that pixels cover. What is seen of unrelated
+        lines has any place and direction there.
+        """
+        pixels = self.pixels.reshape(-1, 2)
+        extents = np.ptp(pixels, axis=0)
+        lengths = np.linalg.norm(self.pixels[:, 2:] - self.pixels[:, :2], axis=1)
+        lengths = np.where(self.items[:, 6] > 0, np.hypot(*extents) / np.pi, lengths)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            shares = np.hypot(*extents) / (np.prod(extents) * lengths)
+        once = without_repeats(self.items, self.pixels, SIGMAS * float(np.sqrt(self.noise.variance)))
+
+        def minimum(pose: Reals, inliers: Indices) -> tuple[Reals, Reals]:
+            found = self._refined(pose[None], np.flatnonzero(inliers)).at((0, 0))
+            return found.matrix, found.cost
+
+        def squares(poses: Reals) -> Reals:
+            return self.squares(poses, slice(None))
+
+        poses = self.of_sets(all_or_some_sets(len(self.items), 3, SAMPLES))
+        return agreeing_items(poses, squares, minimum, shares, once, self.noise, _FREEDOM)
 
     def result(self, inliers: Reals, starts: Reals, threshold: float | None) -> Localization:
         """Return the result for some of the items."""

@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike
 from generated import camera_poses, projective2
 
 from ..arguments import Reals, finite_number, real_array
-from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance, likely
-from ..evidence.consensus import without_repeats
+from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling, likely
+from ..evidence.consensus import Indices, without_repeats
 from ..evidence.sampling import without_copies
 from .camera import Camera, pinhole_pixels
 from .line_poses import line_arrays, localize_with_lines
 from .localization_results import Localization, no_localization
 from .other_focal import moved_by_another_focal
+from .pose_agreement import FEWEST, SAMPLES, SIGMAS, agreeing_items
 from .pose_refinement import (
     Poses,
     all_poses,
@@ -29,16 +30,9 @@ from .pose_refinement import (
 )
 from .pose_starts import three_points
 from .robust import ALL, robust_estimate
-from .starts import ROUNDS, STEPS
+from .starts import STEPS
 from .status import VisionStatus, check_points
 
-_SETS = 400
-"""A limit on work: the number of samples of three points if some pixels seem wrong and no threshold is given: 12 points
-have 220 of them, and if half of many pixels are wrong, 50 of these are free of wrong ones."""
-_FEWEST = 6
-"""From a probability: of five points, one of which is wrong, chance explains the others."""
-_SIGMAS = 2.5
-"""From the noise: the multiple of it that thresholds usually are, up to twice which images of a point differ."""
 _SOME = 64
 """A limit on work: the number of pixels with which the pose of a mirror image is searched for."""
 _NARROWING = 16.0, 4.0, 1.0
@@ -77,8 +71,8 @@ def localize(
         and distances are those in the image of its pinhole. Pixels that the lens shows for no point are not finite.
     threshold : float, optional
         Distance in pixels from which a pixel counts as wrong. If given, inliers are found by random samples of three
-        points. By default all pixels are used, unless the residuals of six or more points show that some are wrong:
-        inliers are then those that are least likely by chance, and noise explains the distances of these.
+        points and lines. By default all are used, unless the residuals of six or more show that some are wrong: inliers
+        are then those that are least likely by chance, and noise explains the distances of these.
     seed : int
         Seed of the random samples.
     confidence : float
@@ -90,7 +84,7 @@ def localize(
         the focal length, as well known as by four residuals.
     lines : array_like, (m, 2, 3), optional
         Two points of each of some lines in space, on what is seen of it. Together with points they must be at least
-        four; there may be no points, with shapes (0, 3) and (0, 2). Without a threshold, all are used.
+        four; there may be no points, with shapes (0, 3) and (0, 2).
     image_lines : array_like, (m, 2, 2), optional
         Two pixels of the image of each line, as far apart as it is seen; they need not be those of the points of
         `lines`. Their distances from the image of the line count as those of pixels.
@@ -162,7 +156,7 @@ def localize(
     states, likely = scene.status(found, inliers)
     status = VisionStatus(int(states[0]))
     undetermined = status in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
-    if threshold is None and len(places) >= _FEWEST and not undetermined and scene.suspicious(found):
+    if threshold is None and len(places) >= FEWEST and not undetermined and scene.suspicious(found):
         agreed = _without_wrong_pixels(scene)
         if agreed is None:
             return no_localization(VisionStatus.NO_CONSENSUS if status == VisionStatus.OK else status, len(places))
@@ -213,7 +207,7 @@ class _Scene:
         return self.places[None, inliers], self.image[None, inliers]
 
     def squares(self, pose: Reals) -> Reals:
-        """Return the squared distances (n,) of all pixels in a pose (3, 4)."""
+        """Return the squared distances (..., n) of all pixels in poses (..., 3, 4)."""
         return np.asarray(camera_poses.pixel_squares(pose, self.k, self.places, self.image))
 
     def suspicious(self, found: Poses) -> bool:
@@ -222,42 +216,18 @@ class _Scene:
         return bool(Noise(self.noise.variance).contradicted(found.cost[0, 0], freedom))
 
 
-def _without_wrong_pixels(scene: _Scene) -> Reals | None:
-    """Return which pixels agree with a pose, up to the noise of these, or None if chance explains their number.
+def _without_wrong_pixels(scene: _Scene) -> Indices | None:
+    """Return which pixels agree with a pose; unrelated ones are anywhere in the part of the image that pixels cover."""
+    with np.errstate(divide="ignore"):
+        shares = np.full(len(scene.places), np.pi / np.prod(np.ptp(scene.image, axis=0)))
+    once = without_repeats(scene.places, scene.image, SIGMAS * float(np.sqrt(scene.noise.variance)))
 
-    The pose of three points is taken with which the others agree in the least likely way; unrelated pixels are anywhere
-    in the part of the image that the pixels cover.
-    """
-    area = float(np.prod(np.ptp(scene.image, axis=0)))
-    if not area > 0:
-        return None
-    once = without_repeats(scene.places, scene.image, _SIGMAS * float(np.sqrt(scene.noise.variance)))
-
-    def by_chance(pose: Reals) -> tuple[float, float]:
-        distances = np.sqrt(scene.squares(pose).compress(once))
-        share = np.pi * scene.noise.variance / area
-        return least_by_chance(distances, lambda r: np.clip(np.pi * r * r / area, min(share, 1), 1), _FREEDOM)
-
-    problem = _problem(scene)
-    poses = problem.solve(all_or_some_sets(len(scene.places), 3, _SETS))
-    poses = poses[np.isfinite(poses).all((1, 2))]
-    if not len(poses):
-        return None
-    distances = problem.distances(poses, scene.places, scene.image)
-    # The median prefers no number of inliers; the best tenth is compared by chance.
-    order = np.argsort(np.median(distances, axis=1), kind="stable")[: max(len(poses) // 10, 1)]
-    chances = [by_chance(pose) for pose in poses[order]]
-    best = int(np.argmin([each for each, _ in chances]))
-    inliers = np.sqrt(scene.squares(poses[order[best]])) <= chances[best][1]
-    for _ in range(ROUNDS):
-        if inliers.sum() < 4:
-            return None
+    def minimum(_: Reals, inliers: Indices) -> tuple[Reals, Reals]:
         found = scene.minima(inliers).at((0, 0))
-        squares, before = scene.squares(found.matrix), inliers
-        inliers = ~scene.noise.outlying(squares, 2, found.cost[None], 2 * int(before.sum()) - 6)
-        if np.array_equal(inliers, before):
-            break
-    return inliers if by_chance(found.matrix)[0] <= np.log(WRONG) else None
+        return found.matrix, found.cost
+
+    poses = _problem(scene).solve(all_or_some_sets(len(scene.places), 3, SAMPLES))
+    return agreeing_items(poses, scene.squares, minimum, shares, once, scene.noise, _FREEDOM)
 
 
 def _is_of_mirror_image(problem: Problem, pose: Reals, scene: _Scene, threshold: float) -> bool:

@@ -62,6 +62,20 @@ def linear_homography(first: Reals, second: Reals) -> tuple[Reals, Reals]:
     return np.asarray(matrix), np.where(gap <= _NOISE * noise, 0.0, gap)
 
 
+def homography_of_four(first: Reals, second: Reals) -> Reals:
+    """Return homographies of sets (..., 4, 2), in closed form, relative to the centroids of both."""
+    offs, entries = [], []
+    for points in (first, second):
+        mean = points.mean(-2)
+        off = np.zeros((*mean.shape[:-1], 3, 3))
+        off[..., [0, 1, 2], [0, 1, 2]] = 1.0
+        off[..., :2, 2] = -mean
+        offs.append(off)
+        entries.append(points - mean[..., None, :])
+    matrix, _ = robust_views.homography_of_four(*entries)
+    return np.asarray(linear_views.homography_of_entries(matrix.reshape(*matrix.shape[:-2], 9), *offs))
+
+
 def robust_homography(
     first: ArrayLike,
     second: ArrayLike,

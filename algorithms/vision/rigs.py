@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from generated import matrices, pga3, rig_poses
+from generated import pga3, rig_poses
 
 from ..arguments import Reals, finite_number, listed, real_array
 from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling
@@ -18,7 +18,7 @@ from .camera import Camera
 from .localization_results import Localization, no_localization
 from .pose_refinement import Poses, camera_motors, deviations, growth_of_poses, judged_poses, ordered, pixel_noise
 from .robust import ALL, robust_estimate
-from .starts import BEST, REAL, SETS, STEPS
+from .starts import BEST, SETS, STEPS, real_roots
 from .status import VisionStatus, check_points, distinct
 
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=8, false_alarms=1e-2)
@@ -199,11 +199,8 @@ def poses_of_triples(places: Reals, centres: Reals, rays: Reals) -> Reals:
     `places` are of the order of 1, and `centres` and `rays`, of length 1, are in the frame of the rig.
     """
     coefficients = np.asarray(rig_poses.depth_polynomial(places, centres, rays))
-    usable = np.isfinite(coefficients).all(-1)
-    real, imaginary, _, converged = matrices.polynomial_roots(np.where(usable[:, None], coefficients, 0))
-    is_real = np.abs(imaginary) <= REAL * np.maximum(np.abs(real), np.finfo(float).tiny)
-    sets, root = np.nonzero(is_real & (usable & (converged > 0))[:, None])
-    poses, there = rig_poses.pose_of_depth(real[sets, root], places[sets], centres[sets], rays[sets])
+    sets, roots = real_roots(coefficients)
+    poses, there = rig_poses.pose_of_depth(roots, places[sets], centres[sets], rays[sets])
     poses = np.asarray(poses)
     return np.asarray(poses[(np.asarray(there) > 0) & np.isfinite(poses).all((1, 2))])
 

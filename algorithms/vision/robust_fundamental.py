@@ -10,12 +10,13 @@ from numpy.typing import ArrayLike
 from generated import projective2, relative_poses, robust_views
 
 from ..arguments import Reals, real_array
-from ..evidence import Freedom, Problem, Seed, check_sampling, consensus, polished
+from ..evidence import Freedom, Problem, Seed, check_sampling, consensus, explained_by_chance, polished
 from ..evidence.consensus import Indices, without_nan
-from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line
+from ..evidence.noise import tail_of
+from .degeneracy import WIDE, degenerate, displaced_by_chance, hidden_by_a_line, off_lines
 from .normalization import extents, homogeneous
 from .planes import homography_problem
-from .robust import RobustEstimate, consensus_estimate, estimate, no_estimate, robust_estimate
+from .robust import ALL, RobustEstimate, consensus_status, estimate, no_estimate, robust_estimate
 from .status import VisionStatus, check_points
 
 _FREEDOM = Freedom(sample_size=7, parameters=7, codimension=1, solutions=3, false_alarms=1.0)
@@ -28,6 +29,8 @@ _SIGMAS = 5.0
 _SAMPLES = 200
 """Number of samples of three pairs, which determine a homography compatible with F: enough to find a plane with a third
 of the pairs."""
+_STEPS = 20.0
+"""A limit on work: the number of steps with weights by distances."""
 _SHALLOW = 4.0
 """Points of a plane with more than this multiple of the variance that F leaves are points in space."""
 
@@ -42,10 +45,11 @@ def robust_fundamental_matrix(
 ) -> RobustEstimate:
     """Estimate the fundamental matrix with which most correspondences agree.
 
-    Samples of seven points are drawn, and the best of them are refined on all inliers; the result has the least squares
-    of Sampson distances. If most pairs are on a plane, most samples are from this plane, and all F compatible with the
-    plane agree with them. In this case its homography is kept, and samples of two pairs off the plane give the epipole
-    (plane and parallax, as in DEGENSAC: Chum, Werner and Matas, CVPR 2005).
+    Samples of seven points are drawn, and the best of them are refined on all inliers. The result is the likeliest if
+    the Sampson distances of the inliers have Student's distribution with the tails that they show. If most pairs are on
+    a plane, most samples are from this plane, and all F compatible with the plane agree with them. In this case its
+    homography is kept, and samples of two pairs off the plane give the epipole (plane and parallax, as in DEGENSAC:
+    Chum, Werner and Matas, CVPR 2005).
 
     Parameters
     ----------
@@ -92,12 +96,23 @@ def robust_fundamental_matrix(
     if found.status != VisionStatus.OK:
         return found
     found = _beyond_a_plane(problem, found, threshold, rng, confidence)
-    if found.status == VisionStatus.OK and (
-        hidden_by_a_line(problem, found.model, found.inliers, threshold, rng, _OFF_A_LINE)
-        or degenerate(found.model, one[found.inliers], two[found.inliers])
-    ):
-        return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
-    return found
+    return _likeliest(problem, found, threshold) if found.status == VisionStatus.OK else found
+
+
+def _likeliest(problem: Problem, found: RobustEstimate, threshold: float) -> RobustEstimate:
+    """Return the estimate whose inliers are likeliest, as their distances have longer tails than a normal distribution.
+
+    Pixels of features are not equally exact, so that least squares would depend on the least exact ones.
+    """
+    good = problem.first.compress(found.inliers, axis=0), problem.second.compress(found.inliers, axis=0)
+    tail = tail_of(relative_poses.squared_distances(found.model, *good))
+    if not np.isfinite(tail):
+        return found
+    model, _ = robust_views.likeliest_fundamental(found.model, *good, ALL, tail, _STEPS)
+    before, after = (
+        np.log1p(relative_poses.squared_distances(each, *good) / tail).sum() for each in (found.model, model)
+    )
+    return estimate(problem, model, threshold, found.n_samples) if after < before else found
 
 
 def _problem(first: Reals, second: Reals) -> Problem:
@@ -131,9 +146,9 @@ def _in_space(problem: Problem, found: RobustEstimate, threshold: float) -> Robu
 
 
 def _beyond_a_plane(
-    problem: Problem, found: RobustEstimate, threshold: float, seed: Seed, confidence: float
+    problem: Problem, found: RobustEstimate, threshold: float, rng: np.random.Generator, confidence: float
 ) -> RobustEstimate:
-    """Return the estimate, or a better one, if pairs off the plane with the most inliers determine it."""
+    """Return the estimate, or a better one, if pairs off the plane and the lines with the most inliers determine it."""
     one, two = problem.first, problem.second
     good = one.compress(found.inliers, axis=0), two.compress(found.inliers, axis=0)
     planar = homography_problem(*good, in_both=True)
@@ -142,18 +157,58 @@ def _beyond_a_plane(
         return np.asarray(robust_views.homography_of_three(found.model, *(side.take(sets, axis=0) for side in good)))
 
     by_three = replace(planar, solve=solve, freedom=replace(planar.freedom, sample_size=3))
-    flat = consensus(by_three, WIDE * threshold, seed, confidence, _SAMPLES, at_once=True)
-    if not flat.reached:
-        return _in_space(problem, found, threshold)
-    plane = consensus_estimate(planar, flat, WIDE * threshold, seed)
-    if plane.status != VisionStatus.OK:
-        return _in_space(problem, found, threshold)
-    tolerance = max(WIDE * threshold, _SIGMAS * plane.distance / np.sqrt(2))
-    on_plane = np.sqrt(robust_views.plane_squares(plane.model, one, two)) <= tolerance
-    off = np.nonzero(~on_plane)[0]
-    parallax = _parallax(problem, plane.model, on_plane, threshold, seed, confidence)
+    flat = consensus(by_three, WIDE * threshold, rng, confidence, _SAMPLES, at_once=True)
+    if flat.best is not None:
+        plane = estimate(planar, flat.best.model, WIDE * threshold, flat.n_samples)
+        tolerance = max(WIDE * threshold, _SIGMAS * plane.distance / np.sqrt(2))
+        on_plane = np.sqrt(robust_views.plane_squares(plane.model, one, two)) <= tolerance
+        off = off_lines(problem, found.inliers, threshold, rng)
+        if _decided(problem, found, plane.model, off[0] & off[1] & ~on_plane, threshold, rng):
+            return found
+    if flat.best is None or consensus_status(planar, flat, WIDE * threshold, rng) != VisionStatus.OK:
+        better = _in_space(problem, found, threshold)
+    else:
+        better = _by_parallax(problem, found, plane.model, on_plane, threshold, rng, confidence)
+    if better.status == VisionStatus.OK and (
+        hidden_by_a_line(problem, better.model, better.inliers, threshold, rng, _OFF_A_LINE)
+        or degenerate(better.model, one[better.inliers], two[better.inliers])
+    ):
+        return no_estimate(VisionStatus.DEGENERATE, len(one), n_samples=found.n_samples)
+    return better
+
+
+def _decided(
+    problem: Problem, found: RobustEstimate, plane: Reals, off: Indices, threshold: float, rng: np.random.Generator
+) -> bool:
+    """Return whether pairs off a plane and lines suffice for an estimate, so that no other epipole has more of them.
+
+    Most of them agree, and not by chance, even if all of F is free. Nor does a plane or a line fit all inliers then,
+    since many are far from those with the most.
+    """
+    one, two = problem.first.compress(off, axis=0), problem.second.compress(off, axis=0)
+    if len(one) <= problem.freedom.sample_size or 2 * np.count_nonzero(found.inliers & off) <= len(one):
+        return False
+    rest = replace(problem, first=one, second=two)
+    if explained_by_chance(rest, found.model, threshold, rng):
+        return False
+    expected = np.asarray(projective2.transform_point(plane, one))
+    return not displaced_by_chance(rest, found.model, expected, threshold, rest.freedom)
+
+
+def _by_parallax(
+    problem: Problem,
+    found: RobustEstimate,
+    plane: Reals,
+    on_plane: Indices,
+    threshold: float,
+    seed: Seed,
+    confidence: float,
+) -> RobustEstimate:
+    """Return the estimate, or one from pairs off a plane: the plane, and the epipole with which they agree."""
+    one, two, off = problem.first, problem.second, np.flatnonzero(~on_plane)
     rest = replace(problem, first=one[off], second=two[off], freedom=_OFF_A_PLANE)
-    expected = np.asarray(projective2.transform_point(plane.model, one[off]))
+    expected = np.asarray(projective2.transform_point(plane, one[off]))
+    parallax = _parallax(problem, plane, on_plane, threshold, seed, confidence)
     if parallax.status == VisionStatus.OK and not displaced_by_chance(
         rest, parallax.model, expected, threshold, rest.freedom
     ):

@@ -1,18 +1,21 @@
-"""Poses with an unknown focal length: of a camera that sees five points, and between two cameras with the same one.
+"""Poses with an unknown focal length: of a camera that sees four points, and between two cameras with the same one.
 
 Pixels are relative to the principal point, and they are square: the point (x, y, z) of the frame of a camera has the
 pixel ``f (x, y) / z``. A camera is the matrix ``diag(f, f, 1) [R | t]``, which takes the frame of the points to
 homogeneous pixels.
 """
 
+from fractions import Fraction
+
 import gacompiler as ga
 from gacompiler import SCALAR, array, kernel, maximum, minimum, select, sqrt, total
 from gacompiler.algebra.catalog import PGA3
 from gacompiler.specs.families.covariances import cross, dot
 from gacompiler.specs.families.descents import descend, truncated_equations
-from gacompiler.specs.families.essential import nonzero, null_space, times
+from gacompiler.specs.families.essential import nonzero, null_space
 from gacompiler.specs.families.focal import products_of_views
 from gacompiler.specs.families.poses import matrix_of_pose, moved_pose
+from gacompiler.specs.families.quadrics import common_points, point_of_root, quadric
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.sights import rotor_of, translator_of
 from gacompiler.specs.families.two_views import (
@@ -30,46 +33,24 @@ from gacompiler.specs.families.two_views import (
 MOTOR, THREE, POSE = PGA3.MOTOR, array(SCALAR, 3, 3), array(SCALAR, 3, 4)
 PIXELS = array(SCALAR, "n", 2, shared=True)
 OWN_PIXELS, OWN_PLACES = array(SCALAR, "n", 2), array(SCALAR, "n", 3)
+GENERIC = tuple(
+    tuple(Fraction(x, 11) for x in row) for row in ((1, -2, -4, -10), (2, 1, -10, 4), (4, 10, 1, -2), (10, -4, 2, 1))
+)
+"""An orthogonal matrix after which usual scenes, such as points with z = 0, have no special coordinates."""
 ALL = 10**20
 """A squared distance of pixels beyond which no limit is meant."""
 
 
-def _conic(first, second):
-    """Return the polynomials in y of the powers of x in the product of two vectors ``x a + y b + c``, ascending."""
-    (a, b, c), (p, q, r) = first, second
-    return [
-        [dot(c, r), dot(b, r) + dot(c, q), dot(b, q)],
-        [dot(a, r) + dot(c, p), dot(a, q) + dot(b, p)],
-        [dot(a, p)],
-    ]
+@kernel(
+    places=array(SCALAR, 4, 3), pixels=array(SCALAR, 4, 2),
+    returns=(array(SCALAR, 8), array(SCALAR, 3, 13), array(SCALAR, 4, 3, 4)),
+)  # fmt: skip
+def equations_of_four(places, pixels):
+    """Compute the polynomial of degree 8 whose real roots give the cameras that see four points in given pixels.
 
-
-def _difference(one, two):
-    return [[a - b for a, b in zip(p, q, strict=True)] for p, q in zip(one, two, strict=True)]
-
-
-def _minus(a, b):
-    n = max(len(a), len(b))
-    padded = [[*p, *(0 for _ in range(n - len(p)))] for p in (a, b)]
-    return [x - y for x, y in zip(*padded, strict=True)]
-
-
-def _at(polynomial, x):
-    value = polynomial[-1]
-    for coefficient in polynomial[-2::-1]:
-        value = value * x + coefficient
-    return value
-
-
-@kernel(places=array(SCALAR, 5, 3), pixels=array(SCALAR, 5, 2), returns=(array(SCALAR, 4, 3, 4), array(SCALAR, 4)))
-def cameras_of_five(places, pixels):
-    """Compute the cameras that see five points in given pixels, in space or on a plane.
-
-    The directions of the pixels from the principal point are five linear equations for the first two rows of the
-    camera, which do not depend on the focal length. These rows are orthogonal and of the same length, so that they are
-    the common points of two conics. The focal length and the depth then follow from linear equations. Kukelova,
-    Bujnak and Pajdla, *Real-time solution to the absolute pose problem with unknown radial distortion and focal
-    length*, ICCV 2013. For complex solutions, which noise makes of double ones, the real part is used.
+    The pixels are eight linear equations for the 3 x 4 entries of a camera, which leave sums of four matrices. The
+    first two rows of its left part have the same length and are orthogonal, also to the last one. Of these four
+    quadrics, three determine the camera (P4Pf, which has one equation more than unknowns); the fourth is left out.
 
     Parameters
     ----------
@@ -78,56 +59,49 @@ def cameras_of_five(places, pixels):
 
     Returns
     -------
-    cameras
-    is_there
-        1 if all points are in front of the camera, else 0.
+    coefficients
+        Those after the first one, which is 1.
+    pencil
+        For three equations, the polynomials in z of x, y and 1, in ascending powers.
+    basis
+        The four matrices, of which 1, x, y and z are the factors.
     """
-    rows = [
-        (*(v * x for x in (*place, 1)), *(-u * x for x in (*place, 1)))
-        for place, (u, v) in zip(places, pixels, strict=True)
-    ]
-    basis = null_space(rows)
-    first, second = [b[:3] for b in basis], [b[4:7] for b in basis]
-    (c, b, (a,)), (r, q, (p,)) = _conic(first, second), _difference(_conic(first, first), _conic(second, second))
-    low, middle = _minus([a * x for x in r], [p * x for x in c]), _minus([a * x for x in q], [p * x for x in b])
-    high = _minus(times(b, r), times(q, c))
-    quartic = _minus(times(low, low), times(middle, high))
-    roots, _, _ = ga.quartic_roots(*quartic[::-1])
-    cameras, there = [], []
-    for y in roots:
-        x = -_at(low, y) / nonzero(_at(middle, y))
-        whole = [x * i + y * j + k for i, j, k in zip(*basis, strict=True)]
-        size = 1 / nonzero(sqrt(dot(whole[:3], whole[:3])))
-        one, two = [size * i for i in whole[:4]], [size * i for i in whole[4:]]
-        last = unit(cross(one[:3], two[:3]))
-        across = cross(last, one[:3])
-        rotation = one[:3], across, last
-        sums = [0, 0, 0, 0, 0]
-        seen = []
-        for place, (u, v) in zip(places, pixels, strict=True):
-            beside = dot(one, (*place, 1)), dot(across, place) + two[3]
-            radius = u * u + v * v
-            along, depth = u * beside[0] + v * beside[1], dot(last, place)
-            seen.append(depth)
-            for k, term in enumerate(
-                (along * along, -along * radius, radius * radius, along * depth * radius, -radius * depth * radius)
-            ):
-                sums[k] = sums[k] + term
-        scale = 1 / nonzero(sums[0] * sums[2] - sums[1] * sums[1])
-        focal = scale * (sums[2] * sums[3] - sums[1] * sums[4])
-        far = scale * (sums[0] * sums[4] - sums[1] * sums[3])
-        sign = select(focal < 0, -1, 1)
-        length = sign * focal
-        upper = [
-            [sign * length * i for i in (*row, shift)]
-            for row, shift in zip(rotation[:2], (one[3], two[3]), strict=True)
-        ]
-        cameras.append((*(tuple(row) for row in upper), (*last, far)))
-        nearest = seen[0]
-        for depth in seen[1:]:
-            nearest = minimum(nearest, depth)
-        there.append(select(nearest + far > 0, select(length > 0, 1, 0), 0))
-    return tuple(cameras), tuple(there)
+    rows = []
+    for place, (u, v) in zip(places, pixels, strict=True):
+        whole = (*place, 1)
+        rows.append((*whole, *(0 for _ in whole), *(-u * x for x in whole)))
+        rows.append((*(0 for _ in whole), *whole, *(-v * x for x in whole)))
+    solutions = null_space(rows)
+    mixed = [[dot(weights, column) for column in transposed(solutions)] for weights in GENERIC]
+    basis = [(b[:4], b[4:8], b[8:]) for b in mixed]
+
+    def of(i, j):
+        return quadric(lambda a, b: dot(basis[a][i][:3], basis[b][j][:3]))
+
+    def difference(a, b):
+        return dot(basis[a][0][:3], basis[b][0][:3]) - dot(basis[a][1][:3], basis[b][1][:3])
+
+    coefficients, pencil = common_points([of(0, 1), quadric(difference), of(0, 2)])
+    return coefficients, pencil, tuple(basis)
+
+
+@kernel(
+    z=SCALAR, pencil=array(SCALAR, 3, 13), basis=array(SCALAR, 4, 3, 4), places=array(SCALAR, 4, 3),
+    returns=(POSE, SCALAR),
+)  # fmt: skip
+def camera_of_root(z, pencil, basis, places):
+    """Compute the camera from a root of `equations_of_four`, and 1 if all points are in front of it, else 0."""
+    factors = point_of_root(z, pencil)
+    rows = [[dot(factors, [b[i][k] for b in basis]) for k in range(4)] for i in range(3)]
+    last = unit(cross(rows[0][:3], rows[1][:3]))
+    scale = 1 / nonzero(dot(last, rows[2][:3]))
+    one, two = ([scale * x for x in row] for row in rows[:2])
+    across = cross(last, one[:3])
+    far = scale * rows[2][3]
+    nearest = dot(last, places[0])
+    for place in places[1:]:
+        nearest = minimum(nearest, dot(last, place))
+    return ((*one[:3], one[3]), (*across, two[3]), (*last, far)), select(nearest + far > 0, 1, 0)
 
 
 @kernel(

@@ -11,8 +11,9 @@ from fractions import Fraction
 from gacompiler import SCALAR, array, each, kernel, maximum, minimum, select, sqrt, total
 from gacompiler.specs.families.covariances import choose, cross, dot
 from gacompiler.specs.families.descents import TINY, UNKNOWN, descend, truncated_equations
-from gacompiler.specs.families.essential import nonzero, times
+from gacompiler.specs.families.essential import nonzero
 from gacompiler.specs.families.poses import matrix_of_pose, moved_pose
+from gacompiler.specs.families.quadrics import common_points, point_of_root
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.two_views import applied, product, rotation_matrix, transposed
 
@@ -23,16 +24,6 @@ ALL = 10**20
 """A squared distance of pixels beyond which no limit is meant."""
 GENERIC = tuple(tuple(Fraction(x, 15) for x in row) for row in ((-5, -14, -2), (-10, 5, -10), (10, -2, -11)))
 """A rotation for which no solution of usual scenes is a half turn, which has no parameters."""
-
-
-def _sum(*polynomials):
-    """Return the sum of polynomials, in ascending powers."""
-    n = max(map(len, polynomials))
-    return [sum((p[k] for p in polynomials if k < len(p)), 0) for k in range(n)]
-
-
-def _minus(a, b):
-    return _sum(a, [-x for x in b])
 
 
 def _quadric(m):
@@ -49,19 +40,12 @@ def _quadric(m):
     )
 
 
-def _reduced(factors, constant, tables):
-    """Return the polynomials of x, y and 1 in a sum of x^2, y^2 and xy with factors, and of x, y and 1."""
-    parts = [[times(f, p) for p in table] for f, table in zip(factors, tables, strict=True)]
-    return [_sum(*(part[k] for part in parts), constant[k]) for k in range(3)]
-
-
 @kernel(first=THREE, second=THREE, third=THREE, returns=(array(SCALAR, 8), array(SCALAR, 3, 13)))
 def rotation_polynomial(first, second, third):
     """Compute the polynomial of degree 8 whose real roots give the rotations R that solve three linear equations.
 
     The sums of products of the entries of R with those of each matrix vanish. For a quaternion these are three
-    quadrics. Kukelova, Heller and Fitzgibbon, *Efficient intersection of three quadrics and applications in computer
-    vision*, CVPR 2016.
+    quadrics, of which the common points are sought.
 
     Returns
     -------
@@ -71,70 +55,13 @@ def rotation_polynomial(first, second, third):
         For three equations, the polynomials in z of x, y and 1, in ascending powers.
     """
     turned = [product(m, transposed(GENERIC)) for m in (first, second, third)]
-    quadrics = [_quadric(m) for m in turned]
-    rows = [squares for squares, _ in quadrics]
-    columns = transposed(rows)
-    minors = [cross(columns[1], columns[2]), cross(columns[2], columns[0]), cross(columns[0], columns[1])]
-    inverse = -1 / nonzero(dot(columns[0], minors[0]))
-    # x^2, y^2 and xy as linear functions of x, y and 1.
-    a, b, c = (
-        [[inverse * dot(minor, [q[1][k][power] for q in quadrics]) for power in range(len(quadrics[0][1][k]))]
-         for k in range(3)]
-        for minor in minors
-    )  # fmt: skip
-    nothing = [0]
-    tables = a, b, c
-    # x (x y) = y x^2, y (x y) = x y^2, and (x y)^2 = x^2 y^2.
-    one = _reduced((c[0], [-q for q in a[1]], _minus(c[1], a[0])), (c[2], [-q for q in a[2]], nothing), tables)
-    two = _reduced(([-q for q in b[0]], c[1], _minus(c[0], b[1])), ([-q for q in b[2]], c[2], nothing), tables)
-    three = _reduced(
-        (
-            _minus(times(c[0], c[0]), times(a[0], b[0])),
-            _minus(times(c[1], c[1]), times(a[1], b[1])),
-            _minus([2 * q for q in times(c[0], c[1])], _sum(times(a[0], b[1]), times(a[1], b[0]))),
-        ),
-        (
-            _minus([2 * q for q in times(c[0], c[2])], _sum(times(a[0], b[2]), times(a[2], b[0]))),
-            _minus([2 * q for q in times(c[1], c[2])], _sum(times(a[1], b[2]), times(a[2], b[1]))),
-            _minus(times(c[2], c[2]), times(a[2], b[2])),
-        ),
-        tables,
-    )  # fmt: skip
-    pencil = [one, two, three]
-    found = [0]
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        found = _sum(found, times(pencil[2][i], _minus(times(pencil[0][j], pencil[1][k]),
-                                                      times(pencil[0][k], pencil[1][j]))))  # fmt: skip
-    scale = 1 / nonzero(found[8])
-    sizes = 4, 4, 5
-    padded = [
-        [x for part, size in zip(row, sizes, strict=True) for x in (*part, *(0 for _ in range(size - len(part))))]
-        for row in pencil
-    ]
-    return tuple(scale * x for x in found[7::-1]), tuple(tuple(row) for row in padded)
-
-
-def _at(polynomial, x):
-    value = polynomial[-1]
-    for coefficient in polynomial[-2::-1]:
-        value = value * x + coefficient
-    return value
+    return common_points([_quadric(m) for m in turned])
 
 
 @kernel(z=SCALAR, pencil=array(SCALAR, 3, 13), returns=THREE)
 def rotation_of_root(z, pencil):
     """Compute the rotation from a root of `rotation_polynomial`."""
-    rows = [tuple(_at(row[begin:end], z) for begin, end in ((0, 4), (4, 8), (8, 13))) for row in pencil]
-    best = cross(rows[0], rows[1])
-    longest = dot(best, best)
-    for i, j in ((0, 2), (1, 2)):
-        other = cross(rows[i], rows[j])
-        size = dot(other, other)
-        best, longest = choose(size > longest, other, best), maximum(size, longest)
-    x, y, w = best
-    whole = w, x, y, z * w
-    size = 1 / nonzero(sqrt(dot(whole, whole)))
-    return product(rotation_matrix([size * q for q in whole]), GENERIC)
+    return product(rotation_matrix(point_of_root(z, pencil)), GENERIC)
 
 
 def _parts(pose):

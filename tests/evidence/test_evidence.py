@@ -39,6 +39,7 @@ from algorithms.evidence import (
     undetermined,
 )
 from algorithms.evidence.gates import OPEN, checked_gate
+from algorithms.evidence.noise import tail_of
 from algorithms.vision import VisionStatus
 from tests.support.all_cases import all_cases
 
@@ -59,6 +60,16 @@ def test_residuals_only_raise_a_stated_variance() -> None:
     assert stated.raised(np.array([1.0, 100.0]), 10).tolist() == [2.0, 10.0]
     known = Noise(2.0, 4.0)
     assert known.raised(np.array(0.0), 4) == 1.0 and known.raised(np.array(80.0), 4) == 11.0
+
+
+def test_tails_are_those_of_students_distribution() -> None:
+    """The weight of an error is half of that of small ones where its square is the degrees of freedom."""
+    rng = np.random.default_rng(3)
+    for freedom in (1.0, 2.0, 4.0):
+        tails = [tail_of(9 * rng.standard_t(freedom, 2000) ** 2) / (9 * freedom) for _ in range(20)]
+        assert 0.3 < np.median(tails) < 3
+    assert all(tail_of(rng.normal(size=2000) ** 2) > 20 for _ in range(20))
+    assert np.isinf(tail_of(rng.uniform(-1, 1, 300) ** 2)) and np.isinf(tail_of(np.zeros(9)))
 
 
 def test_right_noise_is_contradicted_once_in_a_thousand_times() -> None:

@@ -9,8 +9,14 @@ import pytest
 from focal_scenes import CENTRE, seen_pairs, seen_points
 from scenes_of_lines import K, seen_lines
 
-from algorithms.vision import VisionStatus, localize, localize_unknown_focal, relative_pose_unknown_focal
-from generated import focal_poses, pga3
+from algorithms.vision import (
+    VisionStatus,
+    cameras_of_four_points,
+    localize,
+    localize_unknown_focal,
+    relative_pose_unknown_focal,
+)
+from generated import pga3
 
 pytestmark = pytest.mark.peers
 
@@ -18,19 +24,17 @@ Array = np.ndarray[Any, Any]
 MODEL = {"model": "PINHOLE", "width": 800, "height": 600, "params": [800.0, 790.0, 400.0, 300.0]}
 
 
-def test_five_points_are_as_exact_as_four_of_poselib() -> None:
-    """Without noise; PoseLib's `p4pf` also takes a part of the equations of its points only."""
+@pytest.mark.parametrize("noise", [0.0, 0.2])
+def test_four_points_are_as_exact_as_those_of_poselib(noise: float) -> None:
     poselib = pytest.importorskip("poselib")
     ours, theirs = [], []
     for seed in range(200):
-        points, pixels, focal, _, _ = seen_points(np.random.default_rng([120, seed]), 5, noise=0.0)
-        places, image = points - points.mean(0), (pixels - CENTRE) / 500
-        cameras, there = focal_poses.cameras_of_five(places, image)
-        lengths = np.linalg.norm(cameras[there > 0][:, 0, :3], axis=1) * 500
-        ours.append(np.abs(lengths / focal - 1).min())
-        _, others = poselib.p4pf(image[:4], places[:4], True)
+        points, pixels, focal, _, _ = seen_points(np.random.default_rng([120, seed]), 4, noise=noise)
+        _, lengths, _ = cameras_of_four_points(points, pixels, CENTRE)
+        ours.append(np.abs(lengths / focal - 1).min(initial=1.0))
+        _, others = poselib.p4pf((pixels - CENTRE) / 500, points - points.mean(0), True)
         theirs.append(min((abs(each * 500 / focal - 1) for each in others), default=1.0))
-    assert np.quantile(ours, 0.95) < np.quantile(theirs, 0.95) and np.median(ours) < np.median(theirs)
+    assert np.quantile(ours, 0.9) <= np.quantile(theirs, 0.9) and np.median(ours) < np.median(theirs)
 
 
 @pytest.mark.parametrize("wrong", [0.0, 0.3, 0.6])

@@ -146,6 +146,28 @@ def test_robust_fundamental_matrix_of_photographs() -> None:
         assert cost(ours.model) <= 1.05 * cost(theirs)
 
 
+def test_robust_fundamental_matrix_of_a_rectified_pair() -> None:
+    """True pairs of the Motorcycle are nearer to F from matches of its features than with OpenCV or PoseLib."""
+    cv2, poselib = pytest.importorskip("cv2"), pytest.importorskip("poselib")
+    left, right, disparity = pytest.importorskip("skimage.data").stereo_motorcycle()
+    pixels, partners = (part[::50] for part in MOTORCYCLE.correspondences(disparity.astype(float)))
+    images = [cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) for image in (left, right)]
+    errors = []
+    for most, ratio in ((0, 0.8), (2000, 0.8), (1000, 0.8), (0, 0.75), (2000, 0.75), (1000, 0.75)):
+        (keys, a), (others, b) = (cv2.SIFT_create(most).detectAndCompute(image, None) for image in images)
+        near = [m for m, n in cv2.BFMatcher().knnMatch(a, b, k=2) if m.distance < ratio * n.distance]
+        one = np.array([keys[m.queryIdx].pt for m in near])
+        two = np.array([others[m.trainIdx].pt for m in near])
+        found = robust_fundamental_matrix(one, two)
+        assert found.status == VisionStatus.OK
+        theirs, _ = cv2.findFundamentalMat(one, two, cv2.USAC_MAGSAC, 1.0, 0.999, 10000)
+        other, _ = poselib.estimate_fundamental(one, two, {"max_epipolar_error": 1.0}, {})
+        matrices = found.model, theirs, other
+        errors.append([_root_mean_square(sampson_distance(each, pixels, partners)) for each in matrices])
+    ours, magsac, of_poselib = np.median(errors, axis=0)
+    assert ours < min(magsac, of_poselib) and ours < 0.11
+
+
 def test_pose_under_noise_is_as_exact_as_opencvs() -> None:
     cv2 = pytest.importorskip("cv2")
     rng = np.random.default_rng(2)

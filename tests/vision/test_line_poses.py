@@ -61,6 +61,32 @@ def test_errors_are_as_stated(n_points, n_lines, wrong):
     assert np.max(ratios) < 5 and 0.3 < np.median(ratios) < 2
 
 
+@pytest.mark.parametrize(("n_points", "n_lines", "wrong"), [(0, 12, 0.2), (10, 10, 0.3), (0, 60, 0.5)])
+def test_wrong_items_are_left_out_without_a_threshold(n_points, n_lines, wrong):
+    """Wrong ones are anywhere in the image; they may touch what is seen of the right line."""
+    ratios = []
+    for seed in range(6):
+        points, pixels, lines, image, pose, bad, bad_lines = seen_lines(
+            np.random.default_rng([118, n_lines, seed]), n_points, n_lines, wrong=wrong
+        )
+        found = localize(points, pixels, K, lines=lines, image_lines=image)
+        assert found.status == VisionStatus.OK
+        assert not found.inliers[bad].any() and not found.line_inliers[bad_lines].any()
+        assert found.inliers[~bad].all() and found.line_inliers[~bad_lines].all()
+        ratios.append(off(found.pose, pose) / found.deviation)
+    assert np.max(ratios) < 5 and 0.3 < np.median(ratios) < 2
+
+
+@pytest.mark.parametrize(("n_points", "n_lines"), [(0, 6), (3, 6), (0, 40), (30, 30)])
+def test_random_items_have_no_pose(n_points, n_lines):
+    for seed in range(8):
+        rng = np.random.default_rng([119, n_lines, seed])
+        points, pixels, lines, image, *_ = seen_lines(rng, n_points, n_lines)
+        pixels, image = (rng.uniform(0, 1, each.shape) * SIZE for each in (pixels, image))
+        found = localize(points, pixels, K, lines=lines, image_lines=image)
+        assert found.status != VisionStatus.OK and np.isnan(found.pose).all()
+
+
 def test_lines_improve_a_pose():
     """The error of many scenes with lines is less than with their points alone."""
     errors = []
@@ -106,7 +132,7 @@ def test_what_is_refused():
     assert status(points, random[0], lines, random[1]) in (VisionStatus.NOT_CONVERGED, VisionStatus.AMBIGUOUS)
     spoiled = image.copy()
     spoiled[0] += 30
-    assert status(points, pixels, lines, spoiled) == VisionStatus.NOT_CONVERGED
+    assert status(points[:2], pixels[:2], lines[:3], spoiled[:3]) == VisionStatus.NOT_CONVERGED
     none = np.empty((0, 3)), np.empty((0, 2))
     frame = np.linalg.inv(seen_lines(np.random.default_rng(117), 0, 8, noise=0.0)[4])
     parallel = np.stack([rng.uniform(-1, 1, (8, 3)) - np.array([0, 0, -6]), np.zeros((8, 3))], 1)

@@ -182,6 +182,40 @@ def test_descents_end_in_the_minima_of_scipy(seed: int) -> None:
     assert relative_poses.truncated_squares(fitted, x, y, 2e-5) == pytest.approx(numbers[0])
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_the_likeliest_fundamental_matrix_is_that_of_scipy(seed: int) -> None:
+    """The loss of scipy named for Cauchy is the negative logarithm of the density of Student's distribution."""
+    rng = np.random.default_rng(seed)
+    x, y, essential = views(rng, 150)
+    y = y + 1e-3 * rng.standard_t(2, (150, 2))
+    x = x + 1e-3 * rng.standard_t(2, (150, 2))
+    start = robust_views.descend_fundamental(essential, x, y, 1e20, 50.0)[0]
+    tail = 4e-7
+    fitted, (ended, steps) = robust_views.likeliest_fundamental(start, x, y, 1e20, tail, 100.0)
+    u, s, v = np.linalg.svd(start)
+    a, b = np.insert(x, 2, 1, axis=1), np.insert(y, 2, 1, axis=1)
+
+    def distances(step: Array) -> Array:
+        left, right = (pga3.rotor_to_matrix(pga3.rotor_from_rotation_vector(w)) for w in (step[:3], step[3:6]))
+        now = left @ u @ np.diag([1, s[1] / s[0] + step[6], 0]) @ v @ right
+        lines, others = a @ now.T, b @ now
+        size = np.sqrt((lines[:, :2] ** 2).sum(1) + (others[:, :2] ** 2).sum(1))
+        return np.asarray((b * lines).sum(1) / size)
+
+    known = scipy.optimize.least_squares(distances, np.zeros(7), loss="cauchy", f_scale=np.sqrt(tail), xtol=1e-12)
+    found = tail * np.log1p(np.asarray(relative_poses.squared_distances(fitted, x, y)) / tail).sum()
+    assert ended and steps < 100 and abs(np.linalg.det(fitted)) < 1e-15
+    assert found == pytest.approx(2 * known.cost, rel=1e-5)
+    assert found < 0.999 * tail * np.log1p(np.asarray(relative_poses.squared_distances(start, x, y)) / tail).sum()
+    # Pairs beyond the limit have no influence.
+    wrong = y + rng.normal(size=y.shape)
+    far = np.asarray(relative_poses.squared_distances(fitted, x, wrong)) > 0.02
+    more = np.concatenate([x, x[far]]), np.concatenate([y, wrong[far]])
+    with_wrong, _ = robust_views.likeliest_fundamental(start, *more, 0.01, tail, 100.0)
+    assert far.sum() > 50
+    assert up_to_sign(with_wrong, fitted) < 1e-4
+
+
 def test_squares_of_pairs() -> None:
     rng = np.random.default_rng(4)
     pose, places = motion(rng), rng.normal(size=(20, 3))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from itertools import permutations
 from pathlib import Path
 from typing import Any
@@ -226,3 +227,33 @@ def test_the_benchmark_writes_its_page(tmp_path: Path, monkeypatch: pytest.Monke
     rows = [line for line in out.read_text().splitlines() if line.startswith("| ")]
     assert len(rows) == 38 and all(float(row.split(" | ")[1].replace(",", "")) > 0 for row in rows[2:])
     assert vision.main(["--quick", "--out", str(out / "no")]) == 1
+
+
+@pytest.mark.parametrize("origin", [0, 1000, 10**6])
+def test_homographies_of_four_points_are_exact(origin: int) -> None:
+    """Rational homographies of whole pixels, by Cramer's rule: weights of three points and of the fourth one."""
+    rng = np.random.default_rng(31)
+    first, second = rng.integers(0, 600, (2, 40, 4, 2)) + origin
+    found = homographies(first, second)
+    for model, status, *quads in zip(found.models, found.status, first, second, strict=True):
+        (a, p), (b, q) = (_frame([[Fraction(int(x)) for x in (*each, 1)] for each in quad]) for quad in quads)
+        if not all(a) or not all(b):
+            assert status == VisionStatus.DEGENERATE
+            continue
+        duals = [_cross(p[j], p[k]) for j, k in ((1, 2), (2, 0), (0, 1))]
+        exact = np.array(
+            [[float(sum(b[k] / a[k] * q[k][i] * duals[k][j] for k in range(3))) for j in range(3)] for i in range(3)]
+        )
+        exact /= np.linalg.norm(exact)
+        assert status == VisionStatus.OK
+        assert min(np.abs(model - exact).max(), np.abs(model + exact).max()) < 1e-12
+
+
+def _cross(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+
+def _frame(points: list[list[Fraction]]) -> tuple[list[Fraction], list[list[Fraction]]]:
+    """The weights of three points whose sum is the fourth, times the determinant of the three, and the three."""
+    duals = [_cross(points[j], points[k]) for j, k in ((1, 2), (2, 0), (0, 1))]
+    return [sum((x * y for x, y in zip(dual, points[3], strict=True)), Fraction(0)) for dual in duals], points[:3]

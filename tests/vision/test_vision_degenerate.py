@@ -192,6 +192,13 @@ TABLE: list[tuple[str, Callable[[], Any], Result]] = [
     ("camera_centre", lambda: vision.camera_centre(STRAIGHT, LINE[0]), R.DEGENERATE),
     ("camera_centre", lambda: vision.camera_centre(POINTS, SPOILED[0]), R.NOT_FINITE),
     ("camera_centre", lambda: vision.camera_centre(POINTS, PIXELS[0][1:]), R.REFUSED),
+    (
+        "cameras_of_four_points",
+        lambda: vision.cameras_of_four_points(STRAIGHT[::9], LINE[0][::9], (0, 0)),
+        R.DEGENERATE,
+    ),
+    ("cameras_of_four_points", lambda: vision.cameras_of_four_points(POINTS, PIXELS[0], (0, 0)), R.REFUSED),
+    ("cameras_of_four_points", lambda: vision.cameras_of_four_points(POINTS[5:9], FAR[0][5:9], (0, 0)), R.NOT_FINITE),
     ("poses_of_three_points", lambda: vision.poses_of_three_points(STRAIGHT[::12], LINE[0][::12], K), R.DEGENERATE),
     ("poses_of_three_points", lambda: vision.poses_of_three_points(POINTS, PIXELS[0], K), R.REFUSED),
     ("poses_of_three_points", lambda: vision.poses_of_three_points(POINTS[6:9], FAR[0][6:9], K), R.NOT_FINITE),

@@ -105,6 +105,20 @@ def test_no_lower_minimum_is_near_the_truth() -> None:
         assert found < known + 0.01
 
 
+def test_pairs_that_are_less_exact_have_less_weight() -> None:
+    """A third of the pixels has ten times the noise of the others, as those of real features: below the threshold."""
+    rng, ours, squares = np.random.default_rng(21), [], []
+    for _ in range(10):
+        places = rng.uniform(-1, 1, (200, 3)) * [2, 1.5, 1.5]
+        one, two, _, fresh = seen_from_two_places(rng, 200, 0.0, 0.05, 0.2, places)
+        two = two + 0.5 * rng.normal(size=two.shape) * (rng.random((200, 1)) < 1 / 3)
+        found = robust_fundamental_matrix(one, two, threshold=1.5)
+        assert found.status == VisionStatus.OK
+        ours.append(error_on_fresh_points(found.model, *fresh))
+        squares.append(error_on_fresh_points(fundamental_matrix(one[found.inliers], two[found.inliers]), *fresh))
+    assert np.median(ours) < 0.7 * np.median(squares)
+
+
 def test_shuffled_partners_do_not_repeat_the_numbers_of_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     """A seed gives samples and shuffles different streams, each of them always the same; a generator goes on."""
     drawn: list[float] = []
