@@ -83,6 +83,7 @@ _LARGEST_POWER = 3
 
 def run_operation(name: str, *operands: Any) -> Any:
     """Apply an operation of the kernel language to objects and numbers, for functions such as `gacompiler.reverse`."""
+    operands = objects_of(f"{name}()", operands)
     if name in ("normalize", "inverse", *FUNCTIONS, "power"):
         return getattr(operands[0], name)(*operands[1:])
     table = UNARY if len(operands) == 1 else BINARY
@@ -408,6 +409,10 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         return values_of(where, operand)
 
     @staticmethod
+    def _objects_of(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
+        return objects_of(where, operands)
+
+    @staticmethod
     def _operate(symbol: str, *operands: Any) -> Any:
         return operate(symbol, *operands)
 
@@ -625,7 +630,7 @@ def apply(definition: Definition, *operands: Any) -> Any:
         return definition.function(definition.algebra or symbolic.algebra)(*operands)
     algebra = definition.algebra
     refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
-    operands = without_values(definition.name, operands)
+    operands = objects_of(definition.name, operands)
     for each in operands:
         if isinstance(each, refused) and not np.ndim(each) == 0:
             raise OperandError(
@@ -811,7 +816,7 @@ def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
             "division", f"{a} / 0", "a divisor other than zero", "in an array, such quotients are infinite or NaN"
         )
     if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
-        a, b = without_values(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
+        a, b = objects_of(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
         return OPERATORS[symbol, 2](a, b)
     if symbol in ("()", ">>"):
         role = _roles.get(first)
@@ -886,27 +891,27 @@ def _other_slots(own: Layout, wanted: Layout) -> list[str]:
     ]
 
 
-def without_values(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return operands with values of generated modules, which have a `family`, as multivectors.
+def objects_of(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return operands with exact multivectors, and values of generated modules, which have a `family`, as objects.
 
     Raises
     ------
     OperandError
         If the algebra of a value is neither that of another operand nor in the catalog.
     """
-    if not any(hasattr(type(each), "family") for each in operands):
-        return operands
     own = next((each.algebra for each in operands if isinstance(each, MultivectorArray)), SCALARS)
-    found = []
-    for each in operands:
-        is_value = hasattr(type(each), "family")
-        layout = layout_from_plain(each.layout, own) if is_value else None
-        if is_value and layout is None:
-            names = " and ".join(f"{type(each).__module__}.{type(each).__name__}" for each in operands)
-            remedy = "convert one of them, as in PGA3.of(PGA3.MOTOR, x) or generated.pga3.Motor(x)"
-            raise OperandError(where, names, "operands of one module", remedy)
-        found.append(each if layout is None else wrap(layout, np.array(each.values)))
-    return tuple(found)
+    return tuple(_object_of(where, each, own) for each in operands)
+
+
+def _object_of(where: str, operand: Any, own: Algebra) -> Any:
+    if not hasattr(type(operand), "family"):
+        return from_exact(operand) if isinstance(operand, Multivector) else operand
+    layout = layout_from_plain(operand.layout, own)
+    if layout is None:
+        found = f"{operand.layout.name} of {operand.module}, beside {own.name}"
+        remedy = "convert one of them, as in PGA3.of(PGA3.MOTOR, x) or generated.pga3.Motor(x)"
+        raise OperandError(where, found, "operands of one module", remedy)
+    return wrap(layout, np.array(operand.values))
 
 
 def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:

@@ -13,7 +13,6 @@ import numpy as np
 
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
-from ..frontend.operands import without_values
 from ..gac_runtime.annotations import Array, Real
 from . import blades, explaining, motions, quick, relations, shapes
 from .checks import require_blade
@@ -38,7 +37,7 @@ class Geometry:
         AlgebraError
             If `onto` is not a blade, or has no inverse.
         """
-        _, onto = without_values("project", (self, onto))
+        _, onto = self._elements._objects_of("project", (self, onto))
         require_blade("project", onto)
         if self._algebra in CONFORMAL and shapes.grades_of(self._elements) == {1}:
             self._require_same("project", onto)
@@ -52,7 +51,7 @@ class Geometry:
 
         For vectors it is orthogonal to the blade.
         """
-        _, onto = without_values("reject", (self, onto))
+        _, onto = self._elements._objects_of("reject", (self, onto))
         require_blade("reject", onto)
         return applied(BINARY["subtract"], self, _projected(self, onto))
 
@@ -78,7 +77,7 @@ class Geometry:
         found = quick.distance(self, other)
         if found is not None:
             return found
-        _, element = without_values("distance", (self, other))
+        _, element = self._elements._objects_of("distance", (self, other))
         if element is not other:
             return self.distance(element)
         self._require_same("distance", other)
@@ -106,7 +105,7 @@ class Geometry:
         """
         if other is None:
             return _number(motions.motion_of("angle", self).angle)
-        _, other = without_values("angle", (self, other))
+        _, other = self._elements._objects_of("angle", (self, other))
         self._require_same("angle", other)
         return _number(relations.angle_of(self._shape("angle"), shapes.shape_of("angle", other)))
 
