@@ -31,7 +31,7 @@ def own_operations(operands: tuple[Any, ...]) -> Callable[..., Any] | None:
 
 def _objects() -> Any:
     """Return the module of numeric objects, loaded by name because it is in a layer above this one."""
-    return import_module(f"{__name__.partition('.')[0]}.objects.arrays")
+    return import_module(f"{__name__.partition('.')[0]}.objects.calls")
 
 
 def without_values(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
