@@ -10,7 +10,9 @@ import elements_everywhere
 import numpy as np
 import pytest
 
-from algorithms import vision
+from algorithms import mapping, vision
+from algorithms.kinematics import Robot
+from algorithms.kinematics.collisions import capsule_obstacle, mesh_obstacle, plane_obstacle
 
 RNG = np.random.default_rng(3)
 POINTS = RNG.normal(size=(12, 3))
@@ -30,12 +32,28 @@ HOMOGRAPHY = np.array([[1, 0.1, 3], [0, 1.1, 2], [1e-4, 0, 1]])
 CUBE = np.pad(np.ones((4, 4, 4), bool), 1)
 EDGES = np.array([1.0, 1.0, 2.0])
 MOTOR = np.array([1.0, 0, 0, 0, 0.1, 0, 0, 0])
+POSE = np.array([np.cos(0.3), np.sin(0.3), 0.2, 0.3])
+ARM = Robot.named("puma560")
+SEGMENTS = np.stack([POINTS, POINTS + 1], 1)
+CAPSULE, PLANE = capsule_obstacle([0, 0, 0], [0, 0, 1], 0.5), plane_obstacle([0, 0, 1], [0, 0, 0])
+MESH = mesh_obstacle(np.eye(4)[:, :3], [[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
 
 CALLS: dict[str, tuple[Any, ...]] = {
     "estimation.orientation": (0.1 * POINTS, POINTS),
     "grasping.contact_forces": (NORMALS, -NORMALS, np.array([0, 0, 0, 0, 0, 1.0]), 0.5, 8, np.zeros(3)),
+    "kinematics.Robot.forward": (ARM, np.full(6, 0.3)),
+    "kinematics.Robot.inverse": (ARM, ARM.forward(np.full(6, 0.3))),
+    "kinematics.Robot.with_base": (ARM, MOTOR),
+    "kinematics.collisions.CapsuleObstacle.clearance": (CAPSULE, SEGMENTS, np.ones(12)),
+    "kinematics.collisions.CapsuleObstacle.contains": (CAPSULE, POINTS),
+    "kinematics.collisions.CapsuleObstacle.moved": (CAPSULE, MOTOR),
+    "kinematics.collisions.MeshObstacle.clearance": (MESH, SEGMENTS, np.ones(12)),
+    "kinematics.collisions.MeshObstacle.contains": (MESH, POINTS),
+    "kinematics.collisions.PlaneObstacle.clearance": (PLANE, SEGMENTS, np.ones(12)),
+    "kinematics.collisions.PlaneObstacle.contains": (PLANE, POINTS),
+    "mapping.MapObject.moved": (mapping.MapObject.box([1, 0, 0, 0], 1, 2), POSE),
     "mapping.fit_box": (BOX, 0.01, np.array([-1.0, 3])),
-    "mapping.pose_in_space": (np.array([np.cos(0.3), np.sin(0.3), 0.2, 0.3]), 0.4),
+    "mapping.pose_in_space": (POSE, 0.4),
     "mapping.wall_recall_precision": (WALLS, WALLS),
     "registration.estimate_normals": (SPHERE,),
     "registration.refine": (SPHERE, SPHERE + 0.001, MOTOR, 0.2),
@@ -57,14 +75,15 @@ CALLS: dict[str, tuple[Any, ...]] = {
     "vision.quadrifocal_tensor": tuple(CAMERAS),
     "wavelets.similarity_versor": (np.array([1.0, 2, 3]), np.array([np.cos(0.3), np.sin(0.3), 0, 0]), 2.0),
 }
-"""Arguments of each function of a chapter."""
+"""Arguments of each function of a chapter, and of each method."""
 
 
 @pytest.mark.parametrize("name", CALLS)
 def test_element_is_what_the_function_takes_or_refused(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     warnings.simplefilter("ignore")
-    chapter, _, function = name.partition(".")
-    call = ((), pickle.dumps((CALLS[name], {})))
-    monkeypatch.setattr(elements_everywhere, "RECORDED", {(f"algorithms.{chapter}", function, ""): [call]})
+    module, _, function = f"algorithms.{name}".rpartition(".")
+    place, _, owner = module.rpartition(".")
+    key = (place, owner, function) if owner[0].isupper() else (module, function, "")
+    monkeypatch.setattr(elements_everywhere, "RECORDED", {key: [((), pickle.dumps((CALLS[name], {})))]})
     found = elements_everywhere.examined()
-    assert not found["wrong"] and found["pairs"][chapter] > 0
+    assert not found["wrong"] and found["pairs"].total() > 0
