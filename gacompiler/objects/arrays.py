@@ -28,7 +28,7 @@ from ..gac_runtime.array_element import ArrayElement, Element, adopt
 from ..gac_runtime.layout import Layout as PlainLayout
 from ..gac_runtime.layout import check_unit
 from .caches import key_of
-from .checks import check_relations
+from .checks import check_relations, number_of
 from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential, longer
 from .geometry import Geometry
@@ -144,15 +144,15 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         sign, blade = self.algebra.blade(name)
         for k, slot in enumerate(self.layout.stored):
             if slot.blade == blade:
-                return _number(self.values[..., k] * (sign * slot.sign))
+                return number_of(self.values[..., k] * (sign * slot.sign))
         for slot, value in self.layout.fixed:
             if slot.blade == blade:
-                return _number(np.full(self.shape, float(value * sign * slot.sign)))
+                return number_of(np.full(self.shape, float(value * sign * slot.sign)))
         for slot, function in self.layout.implied:
             if slot.blade == blade:
                 named = {each: self.values[..., k] for k, each in enumerate(self.layout.blades)}
-                return _number(function(named) * (sign * slot.sign))
-        return _number(np.zeros(self.shape))
+                return number_of(function(named) * (sign * slot.sign))
+        return number_of(np.zeros(self.shape))
 
     if not TYPE_CHECKING:
 
@@ -351,7 +351,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         """Whether multivectors are equal within a tolerance, regardless of their layouts; an array of booleans."""
         found = applied(BINARY["subtract"], self, other)
         difference = np.abs(found.values if isinstance(found, MultivectorArray) else np.asarray(found)[..., None])
-        return _number(np.all(difference <= atol + rtol * self._largest(other), axis=-1))
+        return number_of(np.all(difference <= atol + rtol * self._largest(other), axis=-1))
 
     def _largest(self, other: Any) -> Any:
         sizes = [np.max(np.abs(each.values), axis=-1) for each in (self, other) if isinstance(each, MultivectorArray)]
@@ -486,7 +486,7 @@ def wrap(layout: Layout, values: Any) -> Any:
     """Return multivectors of a layout from their stored coefficients; numbers if the layout is scalar."""
     values = np.asarray(values)
     if layout.is_scalar:
-        return Scalar(values) if values.ndim == 0 and values.dtype == np.float64 else _number(values)
+        return Scalar(values) if values.ndim == 0 and values.dtype == np.float64 else number_of(values)
     if values.ndim == 1 and values.dtype == np.float64:
         single = single_type(layout)
         if single is not None:
@@ -497,10 +497,6 @@ def wrap(layout: Layout, values: Any) -> Any:
 def of_rows(layout: Layout, rows: Any) -> Any:
     """Return `wrap` of stored coefficients along the last axis, which is present for numbers as well."""
     return wrap(layout, rows[..., 0] if layout.is_scalar else rows)
-
-
-def _number(values: Any) -> Any:
-    return values.item() if values.ndim == 0 else values
 
 
 def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
