@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import operator
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -17,9 +17,8 @@ _NUMBERS = (int, float, np.integer, np.floating)
 """Types of the numbers by which values can be multiplied."""
 
 
-def _is_value(x: Any) -> bool:
-    """Whether this is a value of a module with this copy of the runtime."""
-    return isinstance(x, Element) and hasattr(type(x), "family")
+_of_value: Callable[[Any], bool] = cache(lambda kind: issubclass(kind, Element) and hasattr(kind, "family"))
+"""Whether this is a type of values of modules with this copy of the runtime."""
 
 
 class Family:
@@ -45,7 +44,7 @@ class Family:
         """Return types with those of other modules replaced by the types of this one with the same layouts."""
         return tuple(
             self.types.get((kind.layout.identity, kind.layout.unit), kind)
-            if issubclass(kind, Element) and getattr(kind, "family", self) is not self
+            if _of_value(kind) and kind.family is not self
             else kind
             for kind in types
         )
@@ -54,22 +53,27 @@ class Family:
 def operate(symbol: str, *operands: Any) -> Any:
     """Apply an operator by its kernel; return NotImplemented for foreign types, which may define the operator."""
     own = tuple(map(type, operands))
-    types: tuple[Any, ...] = tuple([x.kind if _is_value(x) else type(x) for x in operands])
-    modules = {x.family: None for x in operands if _is_value(x)}
-    found = next((row for each in modules if (row := each.operators.get((symbol, each.alike(types))))), None)
+    values = [x for x in operands if _of_value(type(x))]
+    types: tuple[Any, ...] = tuple([x.kind if _of_value(type(x)) else type(x) for x in operands])
+    found = values[0].family.operators.get((symbol, types))
+    if found is None and len(values) > 1:
+        families = {x.family: None for x in values}
+        if len(families) > 1:
+            found = next((row for each in families if (row := each.operators.get((symbol, each.alike(types))))), None)
     if found is None:
-        other = next((x for x in operands if not _is_value(x) and hasattr(x, "stored")), None)
+        others = [x for x in operands if not _of_value(type(x))]
+        other = next((x for x in others if hasattr(x, "stored")), None) if others else None
         if other is not None and (symbol, len(operands)) in OPERATORS:  # those of the other element have any operands
             return OPERATORS[symbol, len(operands)](
-                *[other.like(x.layout, np.array(x.values)) if _is_value(x) else x for x in operands]
+                *[other.like(x.layout, np.array(x.values)) if _of_value(type(x)) else x for x in operands]
             )
         combined = None if symbol == "()" else _sum_or_multiple(symbol, *operands)
         if combined is not None:
             return combined
         known = (int, float, complex, np.ndarray, np.generic, list, tuple)
         is_pair = len(types) == 2 and types[0].__name__ == types[1].__name__
-        if symbol == "()" or is_pair or all(_is_value(x) or isinstance(x, known) for x in operands):
-            raise _unknown(next(iter(modules)), symbol, types)
+        if symbol == "()" or is_pair or all(isinstance(x, known) for x in others):
+            raise _unknown(values[0].family, symbol, types)
         return NotImplemented
     kernel, result, swapped = found
     arrays = [operand.values for operand in operands]
@@ -87,48 +91,74 @@ def _sum_or_multiple(symbol: str, a: Any, b: Any = None) -> Any:
         a, b = b, a
     if symbol == "-" and b is None:
         if a.layout.unit and not a.layout.fixed:
-            return a.kind.made(-a.values)  # the negative of a unit element is a unit element
-        total = {blade: -x for blade, x in _terms(a).items()}
-    elif symbol in "*/" and _is_value(a) and isinstance(b, _NUMBERS):
-        scale = operator.mul if symbol == "*" else operator.truediv
-        total = {blade: scale(x, float(b)) for blade, x in _terms(a).items()}
-    elif symbol in "+-" and all(_is_value(x) or isinstance(x, _NUMBERS) for x in (a, b)):
-        join = operator.add if symbol == "+" else operator.sub
-        own, other = _terms(a), _terms(b)
-        total = {blade: join(own.get(blade, 0.0), other.get(blade, 0.0)) for blade in {**own, **other}}
-    else:
+            # The negative of a unit element is a unit element.
+            return type(a)(*[-x for x in a._numbers()]) if type(a) is a.kind else a.kind.made(-a.values)
+        symbol, b = "*", -1.0
+    values = [x for x in (a, b) if _of_value(type(x))]
+    numbers = [float(x) for x in (a, b) if isinstance(x, _NUMBERS)]
+    is_sum = symbol in "+-"
+    if len(values) + len(numbers) < 2 or not (is_sum or (symbol in "*/" and numbers and values[0] is a)):
         return None
-    types = tuple([x.kind for x in (a, b) if _is_value(x)])
-    # Equal fixed coefficients cancel in a difference: two points of weight 1 give a direction.
-    result = _type_of_sum(
-        types, frozenset(blade for blade, x in total.items() if (x if type(x) is float else np.any(x)))
-    )
+    result = _type_of_sum(symbol, tuple([x.kind for x in values]), is_sum and any(numbers))
     if result is None:
         return None
-    row = [total.get(blade, 0.0) for blade in result.layout.blades]
-    return result(*row) if all(type(x) is float for x in row) else result.made(np.stack(np.broadcast_arrays(*row), -1))
+    left = _in_type(a, result)
+    right = _in_type(b, result) if is_sum else numbers * len(result.layout.blades)
+    if type(left) is list and type(right) is list:
+        return result(*map(OPERATORS[symbol, 2], left, right))
+    dtype = values[0].values.dtype if numbers else None
+    left, right = (np.asarray(each, dtype) if type(each) is list else each for each in (left, right))
+    return result.made(OPERATORS[symbol, 2](left, right))
 
 
 @cache
-def _type_of_sum(types: tuple[Any, ...], nonzero: frozenset[str]) -> Any:
-    """Return the type of a sum of values with these coefficients that are not 0; None if the module has none."""
-    wanted = nonzero.union(*(kind.layout.blades for kind in types))
-    sums = types[0].family.sums
-    for result in (*(kind for kind in types if kind in sums), *sums):
-        if wanted <= set(result.layout.blades) and all(kind.layout.algebra == result.layout.algebra for kind in types):
+def _type_of_sum(symbol: str, kinds: tuple[Any, ...], has_number: bool) -> Any:
+    """Return the type of a sum or multiple, with a number other than 0 if there is one; None if the module has none."""
+    fixed: list[dict[str, float]] = [
+        {blade: number(value) for blade, value in kind.layout.fixed if value != "implied"} for kind in kinds
+    ]
+    if len(kinds) == 2:
+        # Equal fixed coefficients cancel in a difference: two points of weight 1 give a direction.
+        one, two = fixed
+        fixed = [{blade: OPERATORS[symbol, 2](one.get(blade, 0.0), two.get(blade, 0.0)) for blade in {**one, **two}}]
+    wanted = {blade for blade, value in fixed[0].items() if value}.union(["1"] * has_number)
+    for kind in kinds:
+        wanted.update(kind.layout.blades, dict(kind.layout.implied))
+    sums = kinds[0].family.sums
+    for result in (*(kind for kind in kinds if kind in sums), *sums):
+        if wanted <= set(result.layout.blades) and all(kind.layout.algebra == result.layout.algebra for kind in kinds):
             return result
     return None
 
 
-def _terms(x: Any) -> dict[str, Any]:
-    """Return all coefficients of a value or a number by blade, including those that are not stored."""
-    if not _is_value(x):
-        return {"1": float(x)}
-    layout = x.layout
-    if layout.implied or type(x) is not x.kind:
-        return coefficients(x.values, layout)
-    fixed = {blade: number(text) for blade, text in layout.fixed}
-    return {**dict(zip(layout.blades, x._numbers(), strict=True)), **fixed}
+def _in_type(x: Any, result: Any) -> Any:
+    """Return a value or number as the coefficients of a type, without those that cancel: a list for a single one."""
+    blades = result.layout.blades
+    if not _of_value(type(x)):
+        return [float(x) if blade == "1" else 0.0 for blade in blades]
+    is_single = type(x) is x.kind
+    if x.layout.blades == blades:
+        return x._numbers() if is_single else x.values
+    if x.layout.implied:
+        found = coefficients(x.values, x.layout)
+        return np.stack([found.get(blade, np.zeros_like(x.values[..., 0])) for blade in blades], -1)
+    row, places = _row(x.kind, result)
+    if is_single:
+        numbers = row.copy()
+        for place, each in zip(places, x._numbers(), strict=True):
+            numbers[place] = each
+        return numbers
+    values = np.empty((*x.shape, len(row)), x.values.dtype)
+    values[...] = row
+    values[..., places] = x.values
+    return values
+
+
+@cache
+def _row(kind: Any, result: Any) -> tuple[list[float], list[int]]:
+    """Return the fixed coefficients of a type in another one, and the places of those that it stores."""
+    fixed, blades = dict(kind.layout.fixed), result.layout.blades
+    return [number(fixed.get(blade, "0")) for blade in blades], [blades.index(blade) for blade in kind.layout.blades]
 
 
 def _unknown(family: Family, symbol: str, types: tuple[type, ...]) -> TypeError:
