@@ -144,7 +144,8 @@ def apply(definition: Definition, *operands: Any) -> Any:
         return definition.function(definition.algebra or symbolic.algebra)(*operands)
     algebra = definition.algebra
     refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
-    operands = objects_of(definition.name, operands)
+    if any(hasattr(kind, "family") for kind in types):
+        operands = objects_of(definition.name, operands)
     for each in operands:
         if isinstance(each, refused) and not np.ndim(each) == 0:
             raise OperandError(

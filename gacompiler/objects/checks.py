@@ -66,8 +66,8 @@ def _grades_of(layout: Layout) -> list[int]:
 
 
 def number_of(values: Any) -> Any:
-    """Return an array without axes as a number, and all else unchanged."""
-    return values.item() if np.ndim(values) == 0 else values
+    """Return an array without axes as a number, and one with axes unchanged."""
+    return values.item() if values.ndim == 0 else values
 
 
 def largest(values: Any) -> float:
