@@ -26,6 +26,11 @@ _COORDINATES = (
         re.compile(r"(a |unit |wave |two |three )*(vectors?|directions?|velocities|electric fields)( as rows)?$"),
         {"PGA2.DIRECTION", "PGA3.DIRECTION", *_VECTORS},
     ),
+    (re.compile(r"(a |one |unit )*motors?\b"), {"PGA2.MOTOR", "PGA3.MOTOR", "CGA3.MOTOR"}),
+    (
+        re.compile(r"(a |unit )*rotors?\b"),
+        {f"{algebra}{n}.ROTOR" for algebra in ("VGA", "PGA", "CGA") for n in (2, 3)},
+    ),
 )
 """Meanings of arguments, and the layouts whose coefficients are the coordinates of what is meant."""
 
@@ -38,7 +43,7 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     value : array_like, (..., *shape)
         Real numbers. float32 is kept; integers and booleans, which are exact, are converted to float64. Masked arrays
         are accepted if no element is masked. Points are accepted as their coordinates if points are meant, directions
-        if vectors are meant, and vectors of VGA2 and VGA3 in both cases.
+        if vectors are meant, and vectors of VGA2 and VGA3 in both cases; motors and rotors as their coefficients.
     name : str
         The name of the argument, for error messages.
     shape : tuple of int

@@ -120,7 +120,7 @@ class LineMap:
         LineMapUpdate
             With the same map if no segment is usable.
         """
-        pose = real_array(motor, "motor", (4,)).astype(float)
+        pose = real_array(motor, "motor", (4,), "a motor").astype(float)
         good = (
             np.isfinite(found.offsets)
             & np.isfinite(found.covariances).all((1, 2))
@@ -170,7 +170,7 @@ class LineMap:
 
     def moved(self, motor: ArrayLike) -> LineMap:
         """Return the map, moved by a unit motor."""
-        pose = finite(real_array(motor, "motor", (4,)).astype(float), "motor")
+        pose = finite(real_array(motor, "motor", (4,), "a motor").astype(float), "motor")
         ends = np.asarray(pga2.move_point(pose, self.ends))
         lines = np.asarray(pga2.move_line(pose, self.lines))
         return replace(self, lines=lines, spans=_positions(lines, ends))

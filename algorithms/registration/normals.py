@@ -62,7 +62,7 @@ def estimate_normals(points: ArrayLike, sigma: float | None = None, passes: int 
     -------
     Normals
     """
-    places = real_array(points, "points")
+    places = real_array(points, "points", (-1,), "points")
     scale = default_sigma(places) if sigma is None else finite_number(sigma, "sigma")
     votes = tensor_vote(places, sigma=scale, passes=passes)
     found = _oriented(votes)

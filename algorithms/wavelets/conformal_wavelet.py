@@ -60,7 +60,8 @@ def similarity_versor(shift: ArrayLike, rotor: ArrayLike, scale: ArrayLike) -> R
     """
     place = real_array(shift, "shift", (-1,), "vectors")
     algebra = _CONFORMAL[_dimension(place, "shift")]
-    unit_rotor, factor = real_array(rotor, "rotor", (2 * place.shape[-1] - 2,)), real_array(scale, "scale")
+    unit_rotor = real_array(rotor, "rotor", (2 * place.shape[-1] - 2,), "unit rotors")
+    factor = real_array(scale, "scale")
     for name, array in (("shift", place), ("rotor", unit_rotor), ("scale", factor)):
         check_finite(array, name)
     if not (factor > 0).all():

@@ -61,11 +61,10 @@ def exp(a: Any) -> Any:
 
     For multivectors with numbers of mpmath, `exp`, `log`, `sqrt` and `power` have all digits of mpmath.
     """
-    (a,) = without_values("exp()", (a,))
-    if _is_scalar(a):
-        return scalar.exp(a)
     if (run := own_operations((a,))) is not None:
         return run(Operation.EXP, a)
+    if _is_scalar(a):
+        return scalar.exp(a)
     if is_precise(a):
         return precise_exponential(a)
     blades = blades_of(a)
@@ -113,11 +112,10 @@ def log(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
     versors have no logarithm, and neither do some double numbers. The result is then NaN in kernels and in arrays of
     objects; a single object or exact multivector raises an error.
     """
-    (a,) = without_values("log()", (a,))
-    if _is_scalar(a):
-        return scalar.log(a)
     if (run := own_operations((a,))) is not None:
         return run(Operation.LOG, a)
+    if _is_scalar(a):
+        return scalar.log(a)
     return _value("logarithm", a, lambda: _logarithm(a, unit, along))
 
 
@@ -161,11 +159,10 @@ def sqrt(a: Any, *, unit: bool | None = None, along: Any = None) -> Any:
         For a unit versor, the versor half way from 1 to `a` or ``-a``: ``exp(log(a) / 2)``, computed without angles.
         Otherwise the root with a non-negative scalar part.
     """
-    (a,) = without_values("sqrt()", (a,))
-    if _is_scalar(a):
-        return scalar.sqrt(a)
     if (run := own_operations((a,))) is not None:
         return run(Operation.SQRT, a)
+    if _is_scalar(a):
+        return scalar.sqrt(a)
     return _value("square root", a, lambda: _square_root(a, unit, along))
 
 
@@ -199,13 +196,12 @@ def power(a: Any, t: Any, *, unit: bool | None = None, along: Any = None) -> Any
     powers are as accurate as the sine of that large angle. All other powers are computed by `log` and `exp`. Close to
     the identity, first derivatives in double precision have errors of up to 3e-7 (1 + t) of the largest one.
     """
-    (a,) = without_values("power()", (a,))
-    check_operand("power()", a)
     check_operand("power(), exponent", t)
     if not _is_scalar(t):
         raise OperandError("power(), exponent", str(t), "a scalar")
     if (run := own_operations((a,))) is not None:
         return run("power", a, t)
+    check_operand("power()", a)
     if _is_scalar(a):
         return _power_of_scalar(a, t)
     if isinstance(t, (float, Fraction)) and t == Fraction(1, 2):

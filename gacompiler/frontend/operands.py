@@ -18,25 +18,31 @@ EXPECTED = "multivectors, numbers, or expressions of the parameters of a kernel"
 
 
 def own_operations(operands: tuple[Any, ...]) -> Callable[..., Any] | None:
-    """Return the method ``run_operation`` of the first operand that has one, for example a numeric object."""
-    return next((run for each in operands if (run := getattr(type(each), "run_operation", None)) is not None), None)
+    """Return the method ``run_operation`` of the first operand that has one, for example a numeric object.
+
+    Values of generated modules, which have a `family`, run the operations of numeric objects.
+    """
+    for kind in map(type, operands):
+        if hasattr(kind, "run_operation") or hasattr(kind, "family"):
+            run: Callable[..., Any] = getattr(kind, "run_operation", None) or _objects().run_operation
+            return run
+    return None
+
+
+def _objects() -> Any:
+    """Return the module of numeric objects, loaded by name because it is in a layer above this one."""
+    return import_module(f"{__name__.partition('.')[0]}.objects.calls")
 
 
 def without_values(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return operands with values of generated modules, which have a `family`, as numeric objects.
-
-    The objects are loaded by name, because they are in a layer above this one.
-    """
-    if not any(hasattr(type(each), "family") for each in operands):
-        return operands
-    objects = import_module(f"{__name__.partition('.')[0]}.objects.arrays")
-    found: tuple[Any, ...] = objects.without_values(where, operands)
-    return found
+    """Return operands with values of generated modules as numeric objects."""
+    is_found = any(hasattr(type(each), "family") for each in operands)
+    return _objects().objects_of(where, operands) if is_found else operands
 
 
 def is_operand(value: Any) -> bool:
     """Whether a value that is neither an expression nor a multivector can be an operand by itself."""
-    return is_number(value) or own_operations((value,)) is not None
+    return is_number(value) or hasattr(type(value), "run_operation")
 
 
 def checked(operation: Operation, operands: tuple[Any, ...]) -> None:

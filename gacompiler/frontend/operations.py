@@ -46,7 +46,6 @@ def apply(operation: Operation, *arguments: Any) -> Any:
     for argument in arguments:
         if isinstance(argument, Array):
             argument.refuse()
-    arguments = without_values(f"{operation}()", arguments)
     run = own_operations(arguments)
     if run is not None:
         return run(operation, *arguments)
@@ -184,7 +183,6 @@ def select(condition: Any, a: Any, b: Any) -> Any:
 
     For multivectors, the selection is made for each coefficient.
     """
-    condition, a, b = without_values("select()", (condition, a, b))
     if not any(isinstance(x, Expression) for x in (condition, a, b)):
         for x in (condition, a, b):
             if isinstance(x, Array):

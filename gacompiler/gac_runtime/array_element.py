@@ -76,6 +76,7 @@ class Element:
     """
 
     __slots__ = ()
+    layout: Any
     values: Any
 
     @property

@@ -2,7 +2,7 @@
 
 If the extension of generated modules can be built, a single multivector of doubles stores its coefficients in the
 object itself, and its operators call the compiled function directly from the interpreter. All other objects are a numpy
-array and a layout. Both kinds are in one file because each creates objects of the other.
+array and a layout. Both kinds are in one file because each creates objects of the other; `calls.py` has the operators.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple, Self, overload
+from typing import TYPE_CHECKING, Any, ClassVar, Self, overload
 
 import numpy as np
 
@@ -21,44 +21,26 @@ from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.methods import Unordered
 from ..algebra.multivector import Multivector
-from ..algebra.operations import Kind, Operation
 from ..algebra.versors import n_vectors
-from ..errors import AlgebraError, LayoutError, OperandError, ZeroDivisorError
-from ..frontend.expression import Expression
-from ..frontend.operands import own_operations
+from ..errors import AlgebraError, LayoutError, OperandError
 from ..gac_runtime.annotations import Numbers, Real
-from ..gac_runtime.array_element import OPERATORS, ArrayElement, Element, adopt, next_index
+from ..gac_runtime.array_element import ArrayElement, Element, adopt
 from ..gac_runtime.layout import Layout as PlainLayout
 from ..gac_runtime.layout import check_unit
 from .caches import key_of
-from .checks import check_relations
-from .definitions import BINARY, FUNCTIONS, UNARY, Definition, grade_of, normalize_of, power_of
+from .checks import check_relations, number_of
+from .definitions import BINARY, UNARY, Definition, grade_of, normalize_of
 from .exponentials import MOST_VECTORS, exponential, layout_of_exponential, longer
 from .geometry import Geometry
 from .inverses import inverted
 from .layouts import chosen_layout, layout_from_plain, layout_of, plain_layout
 from .logarithms import versor_logarithm
-from .methods import Engine, Operations, curried, run_by
+from .methods import Operations, applied, curried
 from .native import extension, extension_is_settled
 from .normalizing import normalized
 from .numpy_functions import NumpyFunctions
-from .operators import OBSERVERS, Operator, operator_of
 from .printing import latex_of, repr_of, text_of
 from .scalars import Scalar
-from .tables import table_of
-
-SYMBOLS = {
-    (symbol, each.row.operands): (UNARY if each.row.operands == 1 else BINARY)[each]
-    for each in Operation
-    if each.row.kind is not Kind.SCALAR
-    for symbol in (each.row.operator, *each.row.object_operators)
-    if symbol
-}
-"""Definitions of Python's operators by symbol and number of operands; ``()`` is the call ``m(x)``."""
-
-
-QUOTIENT = Definition("quotient", ("a", "b"), "a * ~b")
-"""Division by a unit versor, whose inverse is its reverse; other divisors are inverted first."""
 
 
 @cache
@@ -77,19 +59,8 @@ _INVERSE, _EXP, _LOG, _SQRT, _POWER = map(
 
 _WORDS = {"log": "logarithm", "sqrt": "square root", "power": "power"}
 
-_LARGEST_POWER = 3
+LARGEST_POWER = 3
 """Largest power with a kernel of its own; higher powers are products of these."""
-
-
-def run_operation(name: str, *operands: Any) -> Any:
-    """Apply an operation of the kernel language to objects and numbers, for functions such as `gacompiler.reverse`."""
-    if name in ("normalize", "inverse", *FUNCTIONS, "power"):
-        return getattr(operands[0], name)(*operands[1:])
-    table = UNARY if len(operands) == 1 else BINARY
-    if name in table:
-        return apply(table[name], *operands)
-    first = next(each for each in operands if own_operations((each,)) is not None)
-    raise OperandError(f"{name}()", f"a {first.layout}", "numbers")
 
 
 if TYPE_CHECKING:
@@ -97,7 +68,7 @@ if TYPE_CHECKING:
 else:
 
     class Operators:
-        """The operators, which `_Array` and the types of single elements define."""
+        """The operators, which `ArrayMultivector` and the types of single elements define."""
 
         __slots__ = ()
 
@@ -145,9 +116,11 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         """The coefficients and their layout, which kernels of generated modules check."""
         return self.values, plain_layout(self.layout)
 
+    run_operation: ClassVar[Callable[..., Any]]
+
     def require_unit(self, where: str) -> None:
         """Raise TypeError if ``x ~x`` differs from 1 by more than 1e-9, where a kernel takes unit elements only."""
-        square = operate("*", self, operate("~", self)) - 1
+        square: Any = self * ~self - 1
         check_unit(where, str(self.layout), getattr(square, "values", square), self.values)
 
     def like(self, layout: PlainLayout, values: np.ndarray[Any, Any]) -> Any:
@@ -171,15 +144,15 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         sign, blade = self.algebra.blade(name)
         for k, slot in enumerate(self.layout.stored):
             if slot.blade == blade:
-                return _number(self.values[..., k] * (sign * slot.sign))
+                return number_of(self.values[..., k] * (sign * slot.sign))
         for slot, value in self.layout.fixed:
             if slot.blade == blade:
-                return _number(np.full(self.shape, float(value * sign * slot.sign)))
+                return number_of(np.full(self.shape, float(value * sign * slot.sign)))
         for slot, function in self.layout.implied:
             if slot.blade == blade:
                 named = {each: self.values[..., k] for k, each in enumerate(self.layout.blades)}
-                return _number(function(named) * (sign * slot.sign))
-        return _number(np.zeros(self.shape))
+                return number_of(function(named) * (sign * slot.sign))
+        return number_of(np.zeros(self.shape))
 
     if not TYPE_CHECKING:
 
@@ -228,11 +201,9 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
             return self.inverse() ** -n
         if n < 2:
             return self if n else wrap(SCALAR, np.ones(self.shape))
-        if n <= _LARGEST_POWER:
-            found = _run_of(power_of(n))[0](self)
-            if _is_single(type(self)) and extension() is not None:
-                _bind_operation(f"**{n}", power_of(n), self)
-            return found
+        if n <= LARGEST_POWER:
+            operated: Self = self._operate(f"**{n}", self)
+            return operated
         half = self ** (n // 2)
         return half * self * half if n % 2 else half * half
 
@@ -275,7 +246,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         if not grades or not all(isinstance(k, int) and 0 <= k <= n for k in grades):
             raise AlgebraError("grade", f"grades {grades}", f"integers from 0 to {n}, as in x.grade(2)")
         run = _run_of(grade_of(grades))
-        if type(self) is not _Array:
+        if type(self) is not ArrayMultivector:
             _grades[type(self), grades] = run
         return run[0](self)
 
@@ -325,7 +296,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
 
     def _determined(self, what: str, found: Any) -> Any:
         """Return a result; raise if a single one is NaN, although this element is not."""
-        if _is_single(type(found)) and math.isfinite(sum(found._numbers())):
+        if is_single(type(found)) and math.isfinite(sum(found._numbers())):
             return found
         if not np.shape(found) and np.isnan(found.values).any() and np.isfinite(self.values).all():
             raise AlgebraError(
@@ -352,7 +323,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
             that it does not store is not zero, or one of its relations does not hold.
         """
         if layout.algebra != self.algebra:
-            raise _mixed(what or "as_layout", self.algebra, layout.algebra)
+            raise mixed(what or "as_layout", self.algebra, layout.algebra)
         where = what or f"as_layout({layout})"
         size = np.max(np.abs(self.values), axis=-1, initial=1.0)
         for name in _other_slots(self.layout, layout):
@@ -378,9 +349,9 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
 
     def isclose(self, other: Self | Multivector | Numbers, rtol: float = 1e-9, atol: float = 1e-12) -> Any:
         """Whether multivectors are equal within a tolerance, regardless of their layouts; an array of booleans."""
-        found = apply(BINARY["subtract"], self, other)
+        found = applied(BINARY["subtract"], self, other)
         difference = np.abs(found.values if isinstance(found, MultivectorArray) else np.asarray(found)[..., None])
-        return _number(np.all(difference <= atol + rtol * self._largest(other), axis=-1))
+        return number_of(np.all(difference <= atol + rtol * self._largest(other), axis=-1))
 
     def _largest(self, other: Any) -> Any:
         sizes = [np.max(np.abs(each.values), axis=-1) for each in (self, other) if isinstance(each, MultivectorArray)]
@@ -398,20 +369,6 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         """Return the same multivectors in another shape."""
         wanted = shape[0] if len(shape) == 1 and isinstance(shape[0], tuple) else shape
         return wrap(self.layout, self.values.reshape((*wanted, self.layout.size)))
-
-    @staticmethod
-    def _of_rows(layout: Layout, rows: Any) -> Any:
-        return of_rows(layout, rows)
-
-    @staticmethod
-    def _values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
-        return values_of(where, operand)
-
-    @staticmethod
-    def _operate(symbol: str, *operands: Any) -> Any:
-        return operate(symbol, *operands)
-
-    run_operation = staticmethod(run_operation)
 
     def transpose(self, *axes: int | tuple[int, ...]) -> Self:
         """Return the multivectors with their axes reversed, or in the order of `axes`."""
@@ -449,7 +406,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         return wrap, (self.layout, np.array(self.values))
 
 
-class _Array(ArrayElement, MultivectorArray):
+class ArrayMultivector(ArrayElement, MultivectorArray):
     """An array of multivectors, or a single one that is not of doubles or exists without the extension."""
 
     __slots__ = ()
@@ -459,16 +416,10 @@ _single_types: dict[Any, type | None] = {}
 _by_identity: dict[int, tuple[type | None, Layout]] = {}
 """The same by the identity of the layout, because comparing layouts is slow; the entry keeps the layout alive."""
 _normalizations: dict[int, tuple[Definition, Layout]] = {}
-_NUMBERS = (float, int, Scalar)
-_MANY = frozenset((_Array, np.ndarray))
-"""Types of operands of which there may be many elements, so that an operation does not go through the extension."""
-_Number: Any = None
-"""The type that the extension uses for numbers in operations with single multivectors."""
 
 
 def single_type(layout: Layout) -> Any:
     """Return the type of single multivectors of a layout; None if the extension is not available (yet)."""
-    global _Number
     known = _by_identity.get(id(layout))
     if known is not None:
         return known[0]
@@ -477,9 +428,9 @@ def single_type(layout: Layout) -> Any:
     key = key_of(layout)
     if key not in _single_types:
         found = _single_types[key] = _make_single_type(layout)
-        if _Number is None and found is not None:
-            _Number = single_type(SCALAR) if layout != SCALAR else found
-            extension().set_number(_Number, Scalar)
+        if found is not None and layout == SCALAR:
+            extension().set_number(found, Scalar)
+        single_type(SCALAR)
     _by_identity[id(layout)] = _single_types[key], layout
     return _single_types[key]
 
@@ -509,11 +460,12 @@ def _make_single_type(layout: Layout) -> type | None:
     word = "".join(part.capitalize() for part in layout.name.split("_"))
     made = type(word if word.isidentifier() else "Multivector", (MultivectorArray, found.Value), body)
     plain = plain_layout(layout)
-    adopt(made, plain._replace(blades=layout.blades), operate, _coefficients)  # numbers have none there
+    # The layout of numbers has no blades there.
+    adopt(made, plain._replace(blades=layout.blades), MultivectorArray._operate, coefficients_of)
     return made
 
 
-def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
+def coefficients_of(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
     """Return the coefficients of a single multivector in the form that the extension expects."""
     layout: Layout = cls.layout
     array = np.asarray(arguments[0] if len(arguments) == 1 and np.ndim(arguments[0]) else arguments)
@@ -524,224 +476,27 @@ def _coefficients(cls: Any, arguments: tuple[Any, ...]) -> np.ndarray[Any, Any]:
     return made
 
 
-class _Role(NamedTuple):
-    """The operation of a callable object of the extension, which may already hold the first operand."""
-
-    definition: Definition
-    layout: Layout | None
-
-
-_roles: dict[type, _Role] = {}
-_partial_types: dict[tuple[str, type], type] = {}
-
-
-def role_type(definition: Definition, layout: Layout | None) -> Any:
-    """Return a type of the extension for an operation; its only object is called with a single multivector.
-
-    The call returns the result. For an operation with two operands, it returns an object that holds the coefficients of
-    the first operand and is called with the second; its type depends on the layout of the first operand.
-    """
-    names = () if layout is None else layout.blades
-    made: Any = type(definition.name, (extension().Value,), {"__slots__": (), "_names": names})
-    made._adopt(next_index(), tuple(f"_{k}" for k in range(len(names))), operate, _coefficients, None)
-    _roles[made] = _Role(definition, layout)
-    return made
-
-
-def _play(role: _Role, holder: Any, x: Any) -> Any:
-    """Run the first call of an operation with operands of these types."""
-    definition, layout = role
-    if layout is not None:
-        if type(x) in _NUMBERS and _Number is not None:
-            return holder(_Number(x))
-        return _second(definition, holder, wrap(layout, np.frombuffer(holder)), x)
-    if len(definition.parameters) == 1:
-        result = apply(definition, x)
-        if _is_single(type(x)):
-            found = operator_of(definition, (_layout(x),))
-            native = found.native
-            _bind("()", (type(holder), type(x)), found, native and native.marked)
-        return result
-    return lambda y: _second(definition, holder, x, y)
-
-
-def _second(definition: Definition, holder: Any, x: Any, y: Any) -> Any:
-    result = apply(definition, x, y)
-    if _is_single(type(x)) and _is_single(type(y)) and table_of(definition, (_layout(x), _layout(y))) is None:
-        found = operator_of(definition, (_layout(x), _layout(y)))
-        native, key = found.native, (definition.name, type(x))
-        if native is None:
-            return result
-        if key not in _partial_types:
-            _partial_types[key] = role_type(definition, x.layout)
-            extension().bind_operator("()", (type(holder), type(x)), _partial_types[key], native.left, False)
-        _bind("()", (_partial_types[key], type(y)), found, native.element)
-    return result
-
-
 def scalar_of(number: float, algebra: Algebra = SCALARS) -> MultivectorArray:
     """Return a number as the only coefficient of a multivector."""
     layout = SCALAR if algebra is SCALARS else algebra.layout("(1)", "1")
-    return _Array(layout, np.array([number]))
+    return ArrayMultivector(layout, np.array([number]))
 
 
 def wrap(layout: Layout, values: Any) -> Any:
     """Return multivectors of a layout from their stored coefficients; numbers if the layout is scalar."""
     values = np.asarray(values)
     if layout.is_scalar:
-        return Scalar(values) if values.ndim == 0 and values.dtype == np.float64 else _number(values)
+        return Scalar(values) if values.ndim == 0 and values.dtype == np.float64 else number_of(values)
     if values.ndim == 1 and values.dtype == np.float64:
         single = single_type(layout)
         if single is not None:
             return single(values)
-    return _Array(layout, values)
+    return ArrayMultivector(layout, values)
 
 
 def of_rows(layout: Layout, rows: Any) -> Any:
     """Return `wrap` of stored coefficients along the last axis, which is present for numbers as well."""
     return wrap(layout, rows[..., 0] if layout.is_scalar else rows)
-
-
-def _number(values: Any) -> Any:
-    return values.item() if values.ndim == 0 else values
-
-
-def apply(definition: Definition, *operands: Any) -> Any:
-    """Apply an operation to multivectors and numbers.
-
-    Raises
-    ------
-    OperandError
-        If an operand is a list, or an array where one of numbers has no use but one of coordinates would have.
-    """
-    types = tuple(map(type, operands))
-    known = _PACKED.get((id(definition), *types))
-    if known is not None and not OBSERVERS:
-        return known.call(known.holder(*_flat(operands)))
-    if not _MANY.isdisjoint(types) and (result := _known_result(definition, operands)) is not None:
-        return result
-    symbolic = next((each for each in operands if isinstance(each, Expression)), None)
-    if symbolic is not None:
-        return definition.function(definition.algebra or symbolic.algebra)(*operands)
-    algebra = definition.algebra
-    refused = (list, tuple, np.ndarray) if definition in _OF_MULTIVECTORS else (list, tuple)
-    operands = without_values(definition.name, operands)
-    for each in operands:
-        if isinstance(each, refused) and not np.ndim(each) == 0:
-            raise OperandError(
-                definition.name,
-                f"{type(each).__name__}, numbers that do not say which blades they belong to",
-                "multivectors",
-                "make one of them, as in PGA3.point(1, 2, 3), or an array of numbers for multiples",
-            )
-        if isinstance(each, MultivectorArray) and each.algebra is not SCALARS:
-            if algebra is not None and each.algebra is not algebra and each.algebra != algebra:
-                raise _mixed(definition.name, algebra, each.algebra)
-            algebra = each.algebra
-    lifted = [values_of(definition.name, each) for each in operands]
-    layouts = tuple(layout for layout, _ in lifted)
-    table = table_of(definition, layouts)
-    if table is not None:
-        return wrap(table.result, table.product(*(values for _, values in lifted)))
-    found = operator_of(definition, layouts)
-    if found.native is not None:
-        _pack(definition, operands, layouts, found)
-    if not _MANY.isdisjoint(types) and not (np.ndarray in types and definition in _OF_MULTIVECTORS):
-        key = _known_key(definition, operands)
-        if key is not None:
-            _KNOWN[key] = found, found.result.is_scalar, definition, layouts
-    return wrap(found.result, found([values for _, values in lifted]))
-
-
-_KNOWN: dict[tuple[int, ...] | None, tuple[Operator, bool, Definition, tuple[Layout, ...]]] = {}
-"""Operations on arrays, and whether their results are numbers, by definition and layouts, which are kept alive."""
-
-
-def _known_key(definition: Definition, operands: tuple[Any, ...]) -> tuple[int, ...] | None:
-    """Return what identifies a definition and the kinds of its operands: layouts, numbers or arrays of doubles."""
-    key = [id(definition)]
-    for x in operands:
-        kind = type(x)
-        if kind in _NUMBERS or (kind is np.ndarray and x.dtype == np.float64):
-            key.append(id(kind))
-        elif isinstance(x, MultivectorArray) and x.layout.algebra is not SCALARS:
-            key.append(id(x.layout))
-        else:
-            return None
-    return tuple(key)
-
-
-def _known_result(definition: Definition, operands: tuple[Any, ...]) -> Any:
-    """Return the result of an operation that was applied to operands of these kinds before; None for all others."""
-    known = _KNOWN.get(_known_key(definition, operands))
-    if known is None:
-        return None
-    found, is_scalar, *_ = known
-    out = found([x.values if isinstance(x, MultivectorArray) else np.asarray(x, float) for x in operands])
-    return wrap(found.result, out) if is_scalar or out.ndim == 1 else _Array(found.result, out)
-
-
-class _Packed(NamedTuple):
-    """An operation on single elements and numbers, whose coefficients are passed together."""
-
-    holder: Any
-    """The type of the extension that holds the coefficients of all operands."""
-    call: Callable[[Any], Any]
-    """Takes an object of this type."""
-    definition: Definition
-    """Kept alive, since the key has its identity."""
-
-
-_PACKED: dict[tuple[Any, ...], _Packed] = {}
-"""By the identity of the definition and the types of the operands."""
-_HOLDERS: dict[int, Any] = {}
-"""Types of holders by their number of coefficients."""
-
-
-def _no_numbers(cls: Any, arguments: tuple[Any, ...]) -> Any:
-    raise TypeError("operands are numbers")
-
-
-def _flat(operands: tuple[Any, ...]) -> list[float]:
-    numbers: list[float] = []
-    for x in operands:
-        if type(x) is float or type(x) is int:
-            numbers.append(x)
-        else:
-            numbers += x._numbers()
-    return numbers
-
-
-def _pack(definition: Definition, operands: tuple[Any, ...], layouts: tuple[Layout, ...], found: Operator) -> None:
-    """Let operations on operands of these types, single elements and Python's numbers, call the compiled function."""
-    types = tuple(map(type, operands))
-    if all(t is float or t is int or _is_single(t) for t in types):
-        made = packed(definition, layouts, found)
-        if made is not None:
-            _PACKED[id(definition), *types] = made
-
-
-def packed(definition: Definition, layouts: tuple[Layout, ...], found: Operator) -> _Packed | None:
-    """Return an operation that takes all coefficients together; None if it is not compiled (yet)."""
-    native = found.native
-    result = Scalar if found.result.is_scalar else single_type(found.result)
-    if native is None or result is None:
-        return None
-    size = sum(1 if layout.is_scalar else layout.size for layout in layouts)
-    if size not in _HOLDERS:
-        names = tuple(f"_{k}" for k in range(size))
-        holder: Any = type("Operands", (extension().Value,), {"__slots__": (), "_names": names})
-        holder._adopt(next_index(), names, operate, _no_numbers, None)
-        _HOLDERS[size] = holder
-    role = role_type(definition, None)
-    extension().bind_operator("()", (role, _HOLDERS[size]), result, native.packed, False)
-    return _Packed(_HOLDERS[size], role(), definition)
-
-
-_OF_MULTIVECTORS = frozenset(
-    each for name, each in BINARY.items() if name not in ("geometric_product", "add", "subtract", "divide", "power")
-)
-"""Operations whose operands are not arrays of numbers."""
 
 
 def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
@@ -774,95 +529,9 @@ def from_exact(element: Multivector) -> MultivectorArray:
     return of_rows(layout, values)
 
 
-def _is_operand(x: Any) -> bool:
-    return isinstance(x, (MultivectorArray, Multivector, int, float, complex, np.ndarray, np.generic, list, tuple))
-
-
-def _is_single(kind: type) -> bool:
-    return issubclass(kind, MultivectorArray) and kind is not _Array
-
-
-_ABSENT: Any = object()
-
-
-def _predates_extension(x: _Array) -> bool:
-    """Whether this is a single multivector that was created before the extension was available."""
-    values = x.values
-    is_single = values.ndim == 1 and values.dtype == np.float64 and not x.layout.is_scalar
-    return is_single and single_type(x.layout) is not None
-
-
-def _as_single(x: Any) -> Any:
-    return wrap(x.layout, x.values) if type(x) is _Array and _predates_extension(x) else x
-
-
-def operate(symbol: str, a: Any, b: Any = _ABSENT) -> Any:
-    """Apply a Python operator to operands that include a multivector, and bind it to the types of single ones."""
-    first, second = type(a), type(b)
-    if (first in _MANY or second in _MANY) and (symbol != "/" or second in _NUMBERS or second is np.ndarray):
-        operands = (a,) if b is _ABSENT else (a, b)
-        definition = SYMBOLS.get((symbol, len(operands)))
-        if definition is not None and (result := _known_result(definition, operands)) is not None:
-            return result
-    if (first is _Array and _predates_extension(a)) or (second is _Array and _predates_extension(b)):
-        return OPERATORS[symbol, 1 if b is _ABSENT else 2](*(_as_single(x) for x in (a, b) if x is not _ABSENT))
-    if symbol == "/" and not np.shape(a) and second in (int, float, Scalar, np.float64) and b == 0:
-        raise ZeroDivisorError(
-            "division", f"{a} / 0", "a divisor other than zero", "in an array, such quotients are infinite or NaN"
-        )
-    if any(hasattr(kind, "family") for kind in (first, second)) and first not in _roles:
-        a, b = without_values(f"a {symbol} b" if symbol != "()" else "a(b)", (a, b))
-        return OPERATORS[symbol, 2](a, b)
-    if symbol in ("()", ">>"):
-        role = _roles.get(first)
-        if role is not None:
-            return _play(role, a, b)
-        if isinstance(b, Expression) and isinstance(a, MultivectorArray):
-            return apply(SYMBOLS[symbol, 2], a, b)
-        if not _is_operand(b):
-            raise TypeError(f"a versor can be applied to multivectors only; found {second.__name__}")
-        if not isinstance(a, (MultivectorArray, Multivector)):
-            raise TypeError(f"the left operand of >> must be a versor; found {first.__name__}")
-    elif first in _NUMBERS and second is not _Array and _Number is not None:
-        return OPERATORS[symbol, 2](_Number(a), b)
-    elif second in _NUMBERS and first is not _Array and _Number is not None:
-        return OPERATORS[symbol, 2](a, _Number(b))
-    operands, types = ((a,), (first,)) if b is _ABSENT else ((a, b), (first, second))
-    if not all(map(_is_operand, operands)):
-        return NotImplemented
-    definition = SYMBOLS[symbol, len(operands)]
-    if symbol == "/" and isinstance(b, (MultivectorArray, Multivector)):
-        other = b if isinstance(b, MultivectorArray) else from_exact(b)
-        if other.algebra is not SCALARS:
-            if isinstance(a, MultivectorArray) and a.algebra not in (SCALARS, other.algebra):
-                raise _mixed("division", a.algebra, other.algebra)
-            if not other.layout.unit:
-                return a * other.inverse()
-            definition = QUOTIENT
-    result = apply(definition, *operands)
-    if extension() is not None and all(map(_is_single, types)):
-        _bind_operation(symbol, definition, *operands)
-    return result
-
-
-def _layout(x: Any) -> Layout:
-    return SCALAR if x.layout.is_scalar else x.layout
-
-
-def _bind_operation(symbol: str, definition: Definition, *operands: Any) -> None:
-    """Let a Python operator on single multivectors of these types run the compiled function if there is one."""
-    layouts = tuple(_layout(x) for x in operands)
-    if table_of(definition, layouts) is None:
-        found = operator_of(definition, layouts)
-        native = found.native
-        _bind(symbol, tuple(map(type, operands)), found, native and native.element)
-
-
-def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | None) -> None:
-    """Let the extension run a compiled function on objects of these types from now on."""
-    if address is not None:
-        result = Scalar if found.result.is_scalar else single_type(found.result)
-        extension().bind_operator(symbol, types, result, address, False)
+def is_single(kind: type) -> bool:
+    """Whether this is a type of single multivectors, whose coefficients the extension stores."""
+    return issubclass(kind, MultivectorArray) and kind is not ArrayMultivector
 
 
 def unit_layout(layout: Layout) -> Layout | None:
@@ -886,34 +555,37 @@ def _other_slots(own: Layout, wanted: Layout) -> list[str]:
     ]
 
 
-def without_values(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
-    """Return operands with values of generated modules, which have a `family`, as multivectors.
+def objects_of(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return operands with exact multivectors, and values of generated modules, which have a `family`, as objects.
 
     Raises
     ------
     OperandError
         If the algebra of a value is neither that of another operand nor in the catalog.
     """
-    if not any(hasattr(type(each), "family") for each in operands):
-        return operands
     own = next((each.algebra for each in operands if isinstance(each, MultivectorArray)), SCALARS)
-    found = []
-    for each in operands:
-        is_value = hasattr(type(each), "family")
-        layout = layout_from_plain(each.layout, own) if is_value else None
-        if is_value and layout is None:
-            names = " and ".join(f"{type(each).__module__}.{type(each).__name__}" for each in operands)
-            remedy = "convert one of them, as in PGA3.of(PGA3.MOTOR, x) or generated.pga3.Motor(x)"
-            raise OperandError(where, names, "operands of one module", remedy)
-        found.append(each if layout is None else wrap(layout, np.array(each.values)))
-    return tuple(found)
+    return tuple(_object_of(where, each, own) for each in operands)
 
 
-def _mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:
+def _object_of(where: str, operand: Any, own: Algebra) -> Any:
+    if not hasattr(type(operand), "family"):
+        return from_exact(operand) if isinstance(operand, Multivector) else operand
+    layout = layout_from_plain(operand.layout, own)
+    if layout is None:
+        found = f"{operand.layout.name} of {operand.module}, beside {own.name}"
+        remedy = "convert one of them, as in PGA3.of(PGA3.MOTOR, x) or generated.pga3.Motor(x)"
+        raise OperandError(where, found, "operands of one module", remedy)
+    return wrap(layout, np.array(operand.values))
+
+
+def mixed(where: str, a: Algebra, b: Algebra) -> AlgebraError:
+    """Return the error for operands of two algebras."""
     return AlgebraError(
         where, f"multivectors of {a.name} and {b.name}", "one algebra",
         "transfer coefficients by name: algebra.multivector({...})",
     )  # fmt: skip
 
 
-run_by(Engine(apply, role_type, scalar_of))
+MultivectorArray._of_rows = staticmethod(of_rows)
+MultivectorArray._values_of = staticmethod(values_of)
+MultivectorArray._objects_of = staticmethod(objects_of)

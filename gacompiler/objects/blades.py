@@ -12,12 +12,12 @@ import numpy as np
 
 from ..algebra.catalog import QUATERNIONS
 from ..errors import AlgebraError
-from .elements import Elements
+from ..gac_runtime.array_element import Element
 from .layouts import layout_of
 from .shapes import Reals, dense, grades_in, rounding
 
 
-def half_of_digits(x: Elements) -> float:
+def half_of_digits(x: Element) -> float:
     """Return the square root of the relative rounding error: the operations before may lose half of the digits."""
     return float(np.sqrt(np.finfo(x.values.dtype).eps))
 

@@ -65,6 +65,11 @@ def _grades_of(layout: Layout) -> list[int]:
     return sorted({blade.bit_count() for blade in layout.support})
 
 
+def number_of(values: Any) -> Any:
+    """Return an array without axes as a number, and one with axes unchanged."""
+    return values.item() if values.ndim == 0 else values
+
+
 def largest(values: Any) -> float:
     """Return the largest absolute value of an array or a number; lists are faster than numpy for single elements."""
     if isinstance(values, float):

@@ -20,7 +20,8 @@ from ..algebra.layout import Layout
 from ..algebra.multivector import Multivector
 from ..errors import LayoutError
 from ..frontend.expression import Expression
-from .arrays import MultivectorArray, from_exact, packed, wrap
+from .arrays import MultivectorArray, from_exact, wrap
+from .calls import packed
 from .checks import largest, refuse, require_blade, require_finite
 from .direct import OFTEN, called, form_of, look_of
 from .expressions import built, is_symbolic

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..algebra.layout import Layout
 from ..frontend.scaling import HEAD, PLAIN, SCALED, TAYLOR, weights
+from ..gac_runtime.array_element import Element
 from .caches import cached_by_name
-from .elements import Elements
 from .tables import product_table
 
 MOST_VECTORS = 5
@@ -48,7 +48,7 @@ def _weights(layout: Layout) -> tuple[tuple[str, float], ...]:
     return tuple((algebra.spelling(blade)[1], float(weight)) for blade, weight in found)
 
 
-def exponential(x: Elements, whole: Layout, wrap: Callable[[Layout, Any], Any]) -> Any:
+def exponential(x: Element, whole: Layout, wrap: Callable[[Layout, Any], Any]) -> Any:
     """Compute ``exp(x)`` in a layout that is closed under products."""
     start = np.stack([np.broadcast_to(x[name], x.shape) for name in whole.blades], -1).astype(float)
     table = product_table(whole, whole) if start.size <= FEW else None

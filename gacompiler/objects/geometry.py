@@ -13,10 +13,9 @@ import numpy as np
 
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
-from ..frontend.operands import without_values
 from ..gac_runtime.annotations import Array, Real
 from . import blades, explaining, motions, quick, relations, shapes
-from .checks import require_blade
+from .checks import number_of, require_blade
 from .definitions import BINARY
 from .methods import applied
 from .shapes import CONFORMAL, Shape
@@ -38,7 +37,7 @@ class Geometry:
         AlgebraError
             If `onto` is not a blade, or has no inverse.
         """
-        _, onto = without_values("project", (self, onto))
+        _, onto = self._elements._objects_of("project", (self, onto))
         require_blade("project", onto)
         if self._algebra in CONFORMAL and shapes.grades_of(self._elements) == {1}:
             self._require_same("project", onto)
@@ -52,7 +51,7 @@ class Geometry:
 
         For vectors it is orthogonal to the blade.
         """
-        _, onto = without_values("reject", (self, onto))
+        _, onto = self._elements._objects_of("reject", (self, onto))
         require_blade("reject", onto)
         return applied(BINARY["subtract"], self, _projected(self, onto))
 
@@ -78,11 +77,11 @@ class Geometry:
         found = quick.distance(self, other)
         if found is not None:
             return found
-        _, element = without_values("distance", (self, other))
+        _, element = self._elements._objects_of("distance", (self, other))
         if element is not other:
             return self.distance(element)
         self._require_same("distance", other)
-        return _number(relations.distance_of(self._shape("distance"), shapes.shape_of("distance", other)))
+        return number_of(relations.distance_of(self._shape("distance"), shapes.shape_of("distance", other)))
 
     def angle(self, other: Self | None = None) -> Real:
         """Return the angle to another element in radians; without one, the angle by which a rotor or motor turns.
@@ -105,10 +104,10 @@ class Geometry:
             If a rotor is not of unit norm.
         """
         if other is None:
-            return _number(motions.motion_of("angle", self).angle)
-        _, other = without_values("angle", (self, other))
+            return number_of(motions.motion_of("angle", self).angle)
+        _, other = self._elements._objects_of("angle", (self, other))
         self._require_same("angle", other)
-        return _number(relations.angle_of(self._shape("angle"), shapes.shape_of("angle", other)))
+        return number_of(relations.angle_of(self._shape("angle"), shapes.shape_of("angle", other)))
 
     def center(self) -> Array:
         """Return the coordinates of the centre: of a point pair, circle or sphere; of a point, the point itself.
@@ -181,7 +180,7 @@ class Geometry:
             turning = moved.distance / moved.angle
             shift = shapes.length(moved.translation)
         still = np.where(shift > 0, np.inf, 0.0)
-        return _number(np.where(moved.angle == 0, still, turning))
+        return number_of(np.where(moved.angle == 0, still, turning))
 
     def translation(self) -> Array:
         """Return the coordinates of the translation of a motor, which follows its rotation."""
@@ -316,7 +315,7 @@ class Geometry:
         values = np.asarray(values) + 0.0  # without negative zeros
         if values.ndim == axes and np.any(np.isnan(values)) and not np.any(np.isnan(self._elements.values)):
             raise LayoutError(where, found, expected)
-        return values if axes else _number(values)
+        return values if axes else number_of(values)
 
     def _points(self, where: str, coordinates: Any) -> Any:
         given = self._defined(where, coordinates, "no real point", "a real round, and a point off its centre")
@@ -327,7 +326,3 @@ def _projected(x: Any, onto: Any) -> Any:
     if np.any(np.abs(np.asarray(onto.norm_squared())) <= 1e-12 * np.max(onto.values**2, axis=-1, initial=1e-300)):
         raise AlgebraError("project", f"onto a {onto.layout} whose norm is 0", "a blade with an inverse")
     return x.inner_product(onto) * onto.inverse()
-
-
-def _number(values: Any) -> Any:
-    return values.item() if np.ndim(values) == 0 else values

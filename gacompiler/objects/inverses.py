@@ -10,14 +10,14 @@ import numpy as np
 
 from ..algebra.layout import SCALAR, Layout
 from ..errors import ZeroDivisorError
+from ..gac_runtime.array_element import Element
 from .caches import cached_by_name
 from .definitions import has_scalar_square
-from .elements import Elements
 from .normalizing import ROUNDINGS, is_clearly_not_null, is_null, range_exponents
 from .tables import inverse_by_equations
 
 
-def inverted(x: Elements, run: Callable[[Any], Any], wrap: Callable[[Layout, Any], Any]) -> Any:
+def inverted(x: Element, run: Callable[[Any], Any], wrap: Callable[[Layout, Any], Any]) -> Any:
     """Return the inverses of elements.
 
     Parameters

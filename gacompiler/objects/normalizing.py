@@ -11,8 +11,8 @@ import numpy as np
 from ..algebra.layout import Layout
 from ..algebra.versors import norm_squared
 from ..errors import ZeroDivisorError
+from ..gac_runtime.array_element import Element
 from ..rings.polynomial import PolynomialRing
-from .elements import Elements
 
 SMALL, LARGE = 1e-200, 1e200
 """Squared norms between these limits neither overflow nor lose precision by underflow."""
@@ -69,7 +69,7 @@ def is_null(layout: Layout, values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any
         return np.broadcast_to(np.isfinite(size) & (np.abs(total) <= limit * size), values.shape[:-1])
 
 
-def normalized(x: Elements, run: Callable[[Any], Any], wrap: Callable[[Layout, Any], Any]) -> Any:
+def normalized(x: Element, run: Callable[[Any], Any], wrap: Callable[[Layout, Any], Any]) -> Any:
     """Divide `x` by its norm.
 
     Parameters

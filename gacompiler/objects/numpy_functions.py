@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -30,20 +30,14 @@ class NumpyFunctions:
     layout: Layout
     values: np.ndarray[Any, Any]
 
-    @staticmethod
-    def _of_rows(layout: Layout, rows: Any) -> Any:
-        """Return multivectors, or numbers, from their stored coefficients along the last axis."""
-        raise NotImplementedError
-
-    @staticmethod
-    def _values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
-        """Return the layout and the stored coefficients of an operand; those of numbers have no axis of blades."""
-        raise NotImplementedError
-
-    @staticmethod
-    def _operate(symbol: str, *operands: Any) -> Any:
-        """Apply a Python operator to operands that include a multivector."""
-        raise NotImplementedError
+    _of_rows: ClassVar[Callable[..., Any]]
+    """Return multivectors, or numbers, from their stored coefficients along the last axis."""
+    _values_of: ClassVar[Callable[..., tuple[Layout, np.ndarray[Any, Any]]]]
+    """Return the layout and the stored coefficients of an operand; those of numbers have no axis of blades."""
+    _objects_of: ClassVar[Callable[..., tuple[Any, ...]]]
+    """Return operands with exact multivectors and values of generated modules as objects."""
+    _operate: ClassVar[Callable[..., Any]]
+    """Apply a Python operator to operands that include a multivector."""
 
     def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
         return array_function(self, function, args, kwargs)

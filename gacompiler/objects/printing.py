@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .elements import Elements
+from ..gac_runtime.array_element import Element
 
 SHOWN = 6
 """The largest number of elements of an array that are printed; longer arrays are abbreviated to the first and last."""
@@ -16,21 +16,21 @@ SHOWN = 6
 _SIX_DIGITS = ".6g"
 
 
-def text_of(x: Elements, form: str = _SIX_DIGITS) -> str:
+def text_of(x: Element, form: str = _SIX_DIGITS) -> str:
     """Format a multivector as a sum of blades, an array as a list of sums; `form` is the format of numbers."""
     if not x.shape:
         return _sum(terms_of(x), "{} {}", form)
     return "[" + ",\n ".join("..." if each is None else text_of(each, form) for each in _some(x)) + "]"
 
 
-def repr_of(x: Elements) -> str:
+def repr_of(x: Element) -> str:
     """Format as `text_of` does, with the layout and the shape."""
     if not x.shape:
         return f"{x.layout}({text_of(x)})"
     return f"{x.layout} of shape {x.shape}:\n{text_of(x)}"
 
 
-def latex_of(x: Elements) -> str:
+def latex_of(x: Element) -> str:
     """Format as `text_of` does, in LaTeX."""
     if not x.shape:
         return f"${_latex(x)}$"
@@ -38,7 +38,7 @@ def latex_of(x: Elements) -> str:
     return "$" + r"\begin{aligned}" + r" \\ ".join(lines) + r"\end{aligned}" + "$"
 
 
-def terms_of(x: Elements) -> list[tuple[str, Any]]:
+def terms_of(x: Element) -> list[tuple[str, Any]]:
     """Return the nonzero coefficients of a multivector by blade, stored and other ones, ordered by grade."""
     layout = x.layout
     slots = (*layout.stored, *(slot for slot, _ in layout.fixed), *(slot for slot, _ in layout.implied))
@@ -47,14 +47,10 @@ def terms_of(x: Elements) -> list[tuple[str, Any]]:
     return [(name, value) for name, value in found if value != 0]
 
 
-def _some(x: Elements) -> Iterator[Any]:
-    flat = x.reshape(-1) if x.ndim > 1 else x
-    if len(flat) <= SHOWN:
-        yield from flat
-        return
-    yield from flat[: SHOWN // 2]
-    yield None
-    yield from flat[-SHOWN // 2 :]
+def _some(x: Element) -> Iterator[Any]:
+    half, n = SHOWN // 2, x.size
+    for k in range(n) if n <= SHOWN else (*range(half), None, *range(n - half, n)):
+        yield None if k is None else x[np.unravel_index(k, x.shape)]
 
 
 def _sum(terms: list[tuple[str, Any]], pattern: str, form: str = _SIX_DIGITS) -> str:
@@ -68,7 +64,7 @@ def _sum(terms: list[tuple[str, Any]], pattern: str, form: str = _SIX_DIGITS) ->
     return text or "0"
 
 
-def _latex(x: Elements) -> str:
+def _latex(x: Element) -> str:
     text = _sum([(_blade(name), value) for name, value in terms_of(x)], r"{}\,{}")
     return re.sub(r"(\d)e([+-]\d+)", lambda m: f"{m[1]}\\cdot 10^{{{int(m[2])}}}", text)
 

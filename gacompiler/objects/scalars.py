@@ -76,13 +76,9 @@ class Scalar(Operations, float):
         """The number as the only stored coefficient."""
         return np.array([float(self)])
 
-    def in_algebra(self, algebra: Algebra) -> Any:
-        """Return the number as the only coefficient of a multivector of an algebra."""
+    def as_multivector(self, algebra: Algebra = SCALARS) -> Any:
+        """Return a multivector of an algebra; by default of none, which can be combined with those of any algebra."""
         return scalar_of(float(self), algebra)
-
-    def as_multivector(self) -> Any:
-        """Return the number as a multivector without an algebra, which can be combined with those of any algebra."""
-        return self.in_algebra(SCALARS)
 
     def grade(self, *grades: int) -> Self:
         """Return the number if 0 is one of the grades, else 0."""
@@ -104,7 +100,7 @@ class Scalar(Operations, float):
 
     def as_layout(self, layout: Layout, *, tolerance: float = 1e-9, what: str = "") -> Any:
         """Convert to a layout of any algebra, as `MultivectorArray.as_layout` does."""
-        return self.in_algebra(layout.algebra).as_layout(layout, tolerance=tolerance, what=what)
+        return self.as_multivector(layout.algebra).as_layout(layout, tolerance=tolerance, what=what)
 
     def __invert__(self) -> Self:
         return self

@@ -13,8 +13,8 @@ import numpy as np
 from ..algebra.algebra import Algebra
 from ..algebra.catalog import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, VGA2, VGA3
 from ..errors import AlgebraError
+from ..gac_runtime.array_element import Element
 from .definitions import Definition
-from .elements import Elements
 from .methods import applied
 
 Reals = np.ndarray[Any, Any]
@@ -73,12 +73,12 @@ class Shape(NamedTuple):
         return self.along if self.across is None else self.across
 
 
-def rounding(x: Elements) -> float:
+def rounding(x: Element) -> float:
     """Return the relative rounding error of one product: it adds up to 2**n terms, each with the error of a number."""
     return float(2**x.layout.algebra.dimension * np.finfo(x.values.dtype).eps)
 
 
-def read(x: Elements, names: tuple[str, ...], sign: float = 1.0) -> Reals:
+def read(x: Element, names: tuple[str, ...], sign: float = 1.0) -> Reals:
     """Return coefficients along the last axis, times a sign."""
     return sign * np.stack(np.broadcast_arrays(*(np.asarray(x[name]) for name in names)), -1)
 
@@ -98,7 +98,7 @@ def unit(v: Reals) -> Reals:
         return np.asarray(scaled / np.sqrt(np.sum(scaled * scaled, axis=-1, keepdims=True)))
 
 
-def grades_of(x: Elements) -> set[int]:
+def grades_of(x: Element) -> set[int]:
     """Return the grades that the layout of an element allows."""
     return {blade.bit_count() for blade in x.layout.support}
 
@@ -153,7 +153,7 @@ def shape_of(where: str, x: Any) -> Shape:
     return _without_numbers({0: "number", 1: "vector", 2: "bivector", 3: "trivector"}.get(grade, "blade"), x)
 
 
-def alternatives(where: str, x: Elements, condition: Any, yes: str, no: str) -> str:
+def alternatives(where: str, x: Element, condition: Any, yes: str, no: str) -> str:
     """Return the kind of all elements by a condition.
 
     Raises
@@ -184,7 +184,7 @@ def _flat(kind: str, place: Reals, along: Reals) -> Shape:
     return Shape(kind, place, along, np.full(place.shape[:-1], np.nan))
 
 
-def _at_infinity(x: Elements, part: Reals, others: Reals) -> Any:
+def _at_infinity(x: Element, part: Reals, others: Reals) -> Any:
     """Whether the part of a flat that is 0 at infinity is within rounding error."""
     return length(part) <= rounding(x) * length(others)
 

@@ -18,8 +18,9 @@ from ..errors import AlgebraError, LayoutError
 from ..frontend.expression import Expression
 from ..gac_runtime.annotations import Numbers, Stored
 from ..gac_runtime.arrays import element_of, plain
-from .arrays import MultivectorArray, apply, of_rows, single_type, wrap
+from .arrays import MultivectorArray, of_rows, single_type, wrap
 from .caches import cached_by_name
+from .calls import apply
 from .checks import check_relations, refuse
 from .definitions import Definition
 from .expressions import assembled, by_blade, is_symbolic

@@ -18,8 +18,9 @@ from .layout import SCALAR, Layout, layout
 from .library import Library, chosen_backend, without_library
 from .loop_definition import cost_text, loop_definition
 from .loop_kernel import LoopKernel
+from .operators import Family
 from .threads import default_threads
-from .value import Family, Value, families
+from .value import Value, families
 
 __all__ = ["SCALAR", "GeneratedModule", "Kernel", "Layout", "Value", "layout"]
 

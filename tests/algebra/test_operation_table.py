@@ -25,7 +25,8 @@ from gacompiler.frontend.expression import Expression, evaluate, node
 from gacompiler.frontend.kernel import Parameter
 from gacompiler.frontend.latex import latex_of
 from gacompiler.objects import VGA3 as OBJECTS
-from gacompiler.objects.arrays import SYMBOLS, MultivectorArray, Scalar
+from gacompiler.objects.arrays import MultivectorArray, Scalar
+from gacompiler.objects.calls import SYMBOLS
 from gacompiler.objects.definitions import BINARY, UNARY
 from gacompiler.passes import lower, rewrite
 from gacompiler.symbolic import functions as symbolic_functions
@@ -138,7 +139,7 @@ def test_nothing_has_no_row() -> None:
     assert {*UNARY, *BINARY} - further == {
         each for each in WITH_OPERANDS if each.row.kind is not Kind.SCALAR
     } - {Operation.NORMALIZE}  # fmt: skip
-    assert {symbol for symbol, _ in SYMBOLS} == set("+-*/^&|~") | {">>", "()"}
+    assert {symbol for symbol, _ in SYMBOLS} == set("+-*/^&|~") | {">>", "()", "**2", "**3"}
 
 
 def test_passes_handle_every_product() -> None:

@@ -414,6 +414,18 @@ def test_arrays_of_elements_are_their_elements(module: ModuleType) -> None:
     assert type(again) is type(points) and (again == points).all()
 
 
+def test_type_and_precision_of_sums_do_not_depend_on_numbers(module: ModuleType) -> None:
+    for value in random_values(module).values():
+        assert type(0.0 * value) is type(2.0 * value) and (0.0 * value).values.any() == 0
+    shifts = module.Translator.array(np.ones((2, len(module.Translator.layout.blades)), np.float32))
+    motors = module.Motor.array(np.arange(16, dtype=np.float32).reshape(2, 8))
+    for found in (shifts + motors, motors - shifts, shifts + 2, 3 * shifts):
+        assert found.values.dtype == np.float32 and found.shape == (2,)
+    single = module.Motor(*range(8))
+    assert (shifts + single).values.dtype == np.float64
+    np.testing.assert_array_equal((shifts + motors)[0].values, (shifts + single)[0].values)
+
+
 def test_arrays_of_elements_are_no_arrays_of_numbers(module: ModuleType) -> None:
     points, motor = module.Point.array(np.eye(3)), random_values(module)["Motor"]
     for wrong in (lambda: motor * points, lambda: ~points, lambda: points * np.ones(3), lambda: np.ones(3) + points):

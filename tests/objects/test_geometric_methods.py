@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from algorithms import geometry
 from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, VGA2, VGA3
+from generated import pga3
 
 RNG = np.random.default_rng(5)
 COUNT = 6
@@ -36,6 +37,16 @@ def elements(space: Any) -> dict[str, Any]:
         found["dual plane"] = space.plane(a, b, c).polarity().as_layout(CGA3.DUAL_PLANE)
         found["dual line"] = space.line(a, b).polarity().as_layout(CGA3.DUAL_LINE)
     return found
+
+
+@pytest.mark.parametrize("name", ["project", "reject", "distance", "angle"])
+def test_other_element_may_be_exact_or_a_value_of_a_module(name: str) -> None:
+    line, skew = PGA3.line([3, 4, 0], [1, 0, 2]), PGA3.line([0, 1, 1], [5, 1, 0])
+    expected = getattr(line, name)(skew)
+    for other in (skew.exactly(), pga3.Line(skew.values)):
+        difference = getattr(line, name)(other) - expected
+        worst, size = (np.abs(getattr(x, "values", x)).max() for x in (difference, expected))
+        assert worst < 1e-12 < size, type(other)
 
 
 def other_meaning(space: Any, one: str, two: str) -> bool:

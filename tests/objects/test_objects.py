@@ -35,10 +35,10 @@ from gacompiler.objects import (
     MultivectorArray,
     Space,
     background,
+    calls,
     library,
     operators,
 )
-from gacompiler.objects import arrays as arrays_module
 from gacompiler.objects.definitions import BINARY, UNARY
 from generated import cga3, pga3
 from generated.gac_runtime.layout import layout as plain_layout
@@ -376,7 +376,7 @@ OPERATORS_OF_TWO = {
 @pytest.mark.slow
 def test_operators_do_not_run_python_after_first_use(symbol: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """After their first use, operators on two objects or an object and a number run no Python code of this package."""
-    if arrays_module.extension() is None:
+    if calls.extension() is None:
         pytest.skip("no extension")
     run = OPERATORS_OF_TWO[symbol]
     m, p = PGA3.motor([1, 2, 3], 0.3, 2), PGA3.point(1, 2, 3)
@@ -390,7 +390,7 @@ def test_operators_do_not_run_python_after_first_use(symbol: str, monkeypatch: p
     def refuse(*_: object) -> None:
         raise AssertionError("not from the extension")
 
-    monkeypatch.setattr(arrays_module, "apply", refuse)
+    monkeypatch.setattr(calls, "apply", refuse)
     assert [run(a, b) for a, b in pairs] == before
 
 
@@ -401,7 +401,7 @@ def test_names_of_equal_classes_and_spaces_of_signatures() -> None:
     content = {"__slots__": (), "__module__": "own", "layout": plain_layout("OWN.MOTOR", "1 e12")}
     own = type("Motor", (pga3.Motor.__base__,), content)(1, 0)
     for call in (lambda: m * own, lambda: sandwich(m, own)):
-        with pytest.raises(TypeError, match=r"gacompiler\.objects\.arrays\.Motor and own\.Motor"):
+        with pytest.raises(TypeError, match=r"OWN\.MOTOR of own, beside PGA3"):
             call()
     assert Cl(3, 0, 1) is PGA3 and Space(2, 1) == Cl(2, 1) and (Cl(2, 1).e3 ** 2) == -1
     with pytest.raises(AlgebraError, match=r"as in G = Cl\(3\)"):

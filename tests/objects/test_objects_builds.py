@@ -216,7 +216,7 @@ m, n = PGA3.motor([1, 2, 3], 0.3, 2), PGA3.motor([0, 1, 0], -0.4, 1)
 def results():
     return [m * n, ~m, m >> PGA3.point(1, 2, 3), m.log(), 2 * m, m / 2, -n, m | n, m(PGA3.e12), (m * n).norm()]
 before = results()
-assert type(m).__name__ == "_Array", type(m)
+assert type(m).__name__ == "ArrayMultivector", type(m)
 assert "extension" in builds().running and native.extension() is None, builds()
 Path({str(go)!r}).touch()
 until(lambda: not builds().pending)

@@ -40,6 +40,7 @@ SAME = {(each.algebra, *each.blades) for each in (
     (space.algebra.name, *layout.blades)
     for space, layout in (
         (PGA2, PGA2.POINT), (PGA2, PGA2.DIRECTION), (PGA2, PGA2.MOTOR), (CGA2, CGA2.POINT), (VGA2, VGA2.VECTOR),
+        (PGA2, PGA2.ROTOR), (CGA2, CGA2.ROTOR), (VGA2, VGA2.ROTOR),
         (CGA3, CGA3.CIRCLE), (QUATERNIONS, QUATERNIONS.QUATERNION),
     )
 }  # fmt: skip
@@ -57,12 +58,13 @@ POINTS = {
         "ends",
         "entity",
         "first",
+        "found",
         "images",
         "measured",
     ),
     *("model", "origins", "p", "pan", "partners", "pixels", "place", "places", "planes", "point", "points"),
     *("points_or_mask", "samples", "second", "seen", "simplex", "source", "start", "starts", "target", "third", "tilt"),
-    *("vertices", "views", "walls"),
+    *("vertices", "viewpoint", "views", "walls"),
 }
 """Parameters that may be points; points for all others, such as angles and colours, are wrong."""
 OF_KINDS = {
@@ -240,4 +242,6 @@ def pytest_sessionfinish() -> None:
     Path(os.environ["ELEMENTS_FOUND"]).write_text(json.dumps(examined()))
 
 
-record()
+def pytest_configure() -> None:
+    """Record calls from the beginning."""
+    record()

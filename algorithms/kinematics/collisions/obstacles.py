@@ -59,8 +59,9 @@ class MeshObstacle:
         array, (...)
             Negative if a capsule intersects the surface. A body that is inside does not intersect it: see `contains`.
         """
-        shape = ends.shape[:-2]
-        local = pga3.move_point_back(self.pose, ends).reshape(-1, 2, 3)
+        capsules = real_array(ends, "ends", (2, 3), "starts and ends")
+        shape = capsules.shape[:-2]
+        local = pga3.move_point_back(self.pose, capsules).reshape(-1, 2, 3)
         width = np.broadcast_to(radii, shape).reshape(-1)
         found = np.full(len(local), -np.inf)
         limit = np.inf
@@ -78,7 +79,7 @@ class MeshObstacle:
     def contains(self, points: Reals) -> Reals:
         """Return whether points (n, 3) are inside the closed surface, or inside one of several solids."""
         flat = self.triangles.reshape(-1, 3)
-        local = pga3.move_point_back(self.pose, points)
+        local = pga3.move_point_back(self.pose, real_array(points, "points", (3,), "points"))
         found = ((local >= flat.min(0)) & (local <= flat.max(0))).all(-1)
         found[found] = winding_numbers(local[found], self.triangles) != 0
         return np.asarray(found)
@@ -99,12 +100,13 @@ class PlaneObstacle:
 
     def clearance(self, ends: Reals, radii: Reals) -> Reals:
         """Return the distances of capsules, (..., 2, 3) and (...), above the plane."""
-        width = np.broadcast_to(radii, ends.shape[:-2])
-        return collisions.capsule_plane_clearance(self.plane[None], ends[..., 0, :], ends[..., 1, :], width)
+        capsules = real_array(ends, "ends", (2, 3), "starts and ends")
+        width = np.broadcast_to(radii, capsules.shape[:-2])
+        return collisions.capsule_plane_clearance(self.plane[None], capsules[..., 0, :], capsules[..., 1, :], width)
 
     def contains(self, points: Reals) -> Reals:
         """Return whether points (n, 3) are below the plane."""
-        return np.asarray(points @ self.plane[:3] + self.plane[3] < 0)
+        return np.asarray(real_array(points, "points", (3,), "points") @ self.plane[:3] + self.plane[3] < 0)
 
     @elements(motor=MOTOR)
     def moved(self, motor: ArrayLike) -> PlaneObstacle:
@@ -123,12 +125,14 @@ class CapsuleObstacle:
 
     def clearance(self, ends: Reals, radii: Reals) -> Reals:
         """Return the distances of capsules, (..., 2, 3) and (...)."""
-        width = np.broadcast_to(radii, ends.shape[:-2]) + self.radius
-        return collisions.capsule_pair_clearance(ends[..., 0, :], ends[..., 1, :], self.ends[0], self.ends[1], width)
+        start, end = np.moveaxis(real_array(ends, "ends", (2, 3), "starts and ends"), -2, 0)
+        width = np.broadcast_to(radii, start.shape[:-1]) + self.radius
+        return collisions.capsule_pair_clearance(start, end, self.ends[0], self.ends[1], width)
 
     def contains(self, points: Reals) -> Reals:
         """Return whether points (n, 3) are inside."""
-        return np.asarray(self.clearance(np.stack([points, points], -2), np.zeros(len(points))) < 0)
+        places = real_array(points, "points", (3,), "points")
+        return np.asarray(self.clearance(np.stack([places, places], -2), np.zeros(len(places))) < 0)
 
     @elements(motor=MOTOR)
     def moved(self, motor: ArrayLike) -> CapsuleObstacle:
