@@ -324,10 +324,11 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         return self._determined("power", _POWER[0](self._as_unit("power", tolerance))(factor))
 
     def _determined(self, what: str, found: Any) -> Any:
-        """Return a result; raise if a single one is NaN, although this element is not."""
+        """Return a result; raise if a single one is NaN, or an infinite logarithm, although this element is finite."""
         if _is_single(type(found)) and math.isfinite(sum(found._numbers())):
             return found
-        if not np.shape(found) and np.isnan(found.values).any() and np.isfinite(self.values).all():
+        is_missing = np.isnan if what != "log" else lambda values: ~np.isfinite(values)  # powers may overflow
+        if not np.shape(found) and is_missing(found.values).any() and np.isfinite(self.values).all():
             raise AlgebraError(
                 what, f"{self}, which has no {_WORDS[what]}, or many", f"a versor or number with one {_WORDS[what]}",
                 "in an array, such elements give NaN",
