@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, positive_number, real_array
 from .colours import refuse_channels
 from .discrete import check_finite
 
@@ -113,14 +113,6 @@ def back_in_range(array: Reals, exponents: NDArray[np.intc], name: str = "image"
     if not np.isfinite(result).all():
         raise ValueError(f"{name}: so large that results overflow; expected numbers below a tenth of the largest float")
     return result
-
-
-def positive_number(value: object, name: str) -> float:
-    """Return `value` as a float; raise an error if it is not a positive number."""
-    number = finite_number(value, name)
-    if number <= 0:
-        raise ValueError(f"{name}: {number}; expected positive numbers")
-    return number
 
 
 class Samples(NamedTuple):

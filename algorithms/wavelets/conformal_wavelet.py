@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import cga2, cga3, vga2, vga3
 
-from ..arguments import Reals, real_array
-from .checks import Samples, positive_number, samples
+from ..arguments import Reals, positive_number, real_array
+from .checks import Samples, samples
 from .discrete import check_finite
 from .sharing import Progress, in_threads, steps
 
