@@ -158,7 +158,10 @@ def conic_type(half_angle: float, plane: ArrayLike) -> Literal["ellipse", "parab
         As in `cone`.
     """
     _generator(half_angle)
-    unit = pga3.normalize_plane(real_array(plane, "plane", (4,), "a plane"))
+    given = real_array(plane, "plane", (4,), "a plane")
+    if given.ndim != 1:
+        raise ValueError(f"plane: shape {given.shape}; expected (4,), one plane")
+    unit = pga3.normalize_plane(given)
     off = abs(float(pga3.signed_angle_line_plane(_AXIS, unit))) - half_angle
     if abs(off) <= 1e-12:
         return "parabola"

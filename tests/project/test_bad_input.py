@@ -10,7 +10,10 @@ import pytest
 
 from algorithms.calculus import dirac_spinors, free_dirac, grid_derivative
 from algorithms.estimation import filter_lines, stereo_information
+from algorithms.geometry import conic_type
+from algorithms.gestures import mean_of_sequence
 from algorithms.learning import CliffordSVC
+from algorithms.mapping import optimise_poses
 from algorithms.motors import (
     average_motors,
     bezier,
@@ -36,7 +39,7 @@ from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA3, PGA2, PGA3, VGA3
 from generated import cga3, pga3
 
-LINES = np.eye(6)[[2, 0]]
+LINES, STILL = np.eye(6)[[2, 0]], np.array([[1.0, 0, 0, 0], [1, 0, 0, 0]])
 M, P, C = PGA3.motor([0, 0, 1], 1.0), PGA3.point(1, 2, 3), CGA3.point(1, 2, 3)
 TWO_POINTS = PGA3.point(np.ones((2, 3)))
 SKEW = PGA3.e12 + 2 * PGA3.e03
@@ -95,6 +98,10 @@ CASES: list[tuple[str, Callable[[], Any], type[Exception], str]] = [
     ("no distance of cameras", lambda: stereo_information([0, 0, 1], 500, None), TypeError, "baseline: None"),
     ("times that are missing", lambda: filter_lines(np.eye(8)[0], np.eye(6), LINES, LINES, 1.0, dt=np.nan), ValueError,
      "dt: nan"),
+    ("an information of -1", lambda: optimise_poses(STILL, [[0, 1]], STILL[:1], [-np.eye(3)]), ValueError,
+     "information: not symmetric positive semidefinite"),
+    ("a window of half a frame", lambda: mean_of_sequence(np.ones((9, 2)), 0.5), TypeError, "window: 0.5"),
+    ("several planes", lambda: conic_type(0.3, np.eye(4)), ValueError, "plane: shape .4, 4.; expected .4,., one plane"),
     ("factors of no blade", lambda: factorize_blade(NO_BLADE), ValueError, "blade"),
     ("join of no blade", lambda: join(NO_BLADE, NO_BLADE), ValueError, "blade"),
     ("dimensions that differ", lambda: outer_product(E3, E4), ValueError, "dim|vectors"),
