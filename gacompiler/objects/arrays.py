@@ -28,6 +28,7 @@ from ..frontend.expression import Expression
 from ..frontend.operands import own_operations
 from ..gac_runtime.annotations import Numbers, Real
 from ..gac_runtime.array_element import OPERATORS, ArrayElement, Element, adopt, next_index
+from ..gac_runtime.arrays import refuse_mask
 from ..gac_runtime.layout import Layout as PlainLayout
 from ..gac_runtime.layout import check_unit
 from .caches import key_of
@@ -352,6 +353,8 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
             If the layout cannot represent them within `tolerance`, relative to the largest coefficient: a coefficient
             that it does not store is not zero, or one of its relations does not hold.
         """
+        if not isinstance(layout, Layout):
+            raise LayoutError("as_layout", f"an argument of type {type(layout).__name__}", "a layout, as in PGA3.POINT")
         if layout.algebra != self.algebra:
             raise _mixed(what or "as_layout", self.algebra, layout.algebra)
         where = what or f"as_layout({layout})"
@@ -753,6 +756,7 @@ def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
         return operand.layout, operand.values
     if isinstance(operand, Multivector):
         return values_of(where, from_exact(operand))
+    refuse_mask(where, operand)
     values = np.asarray(float(operand) if isinstance(operand, (int, Fraction, Decimal)) else operand)
     if values.dtype.kind not in "fiubc":
         raise OperandError(where, f"an operand of type {type(operand).__name__}", "multivectors or numbers")

@@ -17,7 +17,7 @@ from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
 from ..frontend.expression import Expression
 from ..gac_runtime.annotations import Numbers, Stored
-from ..gac_runtime.arrays import element_of, plain
+from ..gac_runtime.arrays import element_of, plain, refuse_mask
 from .arrays import MultivectorArray, apply, of_rows, single_type, wrap
 from .caches import cached_by_name
 from .checks import check_relations, refuse
@@ -176,6 +176,9 @@ class Space(Immutable, Generic[M]):
 
     def multivector(self, coefficients: Mapping[str, Numbers | complex]) -> M:
         """Create multivectors from numbers or arrays by blade, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
+        if not isinstance(coefficients, Mapping):
+            found = f"coefficients of type {type(coefficients).__name__}"
+            raise LayoutError("multivector", found, 'coefficients by blade, as in {"1": 2}')
         key = id(self.algebra), *coefficients
         given: Mapping[str, Any] = coefficients
         known = _BY_NAMES.get(key)
@@ -364,6 +367,7 @@ def numbers(what: str, value: Any) -> np.ndarray[Any, Any]:
 
 def array_of(what: str, value: Any) -> np.ndarray[Any, Any]:
     """Convert a value that is no element to an array of real or complex numbers."""
+    refuse_mask(what, value)
     try:
         array = np.asarray(value)
     except ValueError as error:

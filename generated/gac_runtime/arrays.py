@@ -86,11 +86,7 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
             shapes = ", ".join(str(part.shape) for part in parts)
             raise ValueError(f"{where} is a list of elements of shapes {shapes}; expected one shape")
         return np.stack(parts)
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        count = int(np.count_nonzero(np.ma.getmaskarray(value)))
-        raise TypeError(
-            f"{where} has {count} masked numbers; expected an array without a mask; fill it with np.ma.filled"
-        )
+    refuse_mask(where, value)
     stored = getattr(value, "stored", None)
     if stored is None or layout is None:
         return value
@@ -103,6 +99,24 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     if layout.unit and not own.unit:
         value.require_unit(where)
     return found
+
+
+def refuse_mask(where: str, value: Any) -> None:
+    """Raise an error for a masked array with masked entries, also in a list: numpy would use what is behind the mask.
+
+    Raises
+    ------
+    TypeError
+    """
+    if type(value) in (list, tuple):
+        for k, each in enumerate(value):
+            if isinstance(each, (list, tuple, np.ma.MaskedArray)):
+                refuse_mask(f"{where}[{k}]", each)
+    elif isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        count = int(np.count_nonzero(np.ma.getmaskarray(value)))
+        raise TypeError(
+            f"{where} has {count} masked numbers; expected an array without a mask; fill it with np.ma.filled"
+        )
 
 
 def in_order(kernel: str, names: list[str], arrays: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:

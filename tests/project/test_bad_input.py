@@ -181,6 +181,29 @@ def test_masked_numbers_are_not_used(name: str) -> None:
         MASKED[name]()
 
 
+SOME = np.ma.array([1.0, 2, 3], mask=[False, True, False])
+MASKED_FOR_OBJECTS: list[Callable[[], Any]] = [
+    lambda: VGA3.e1 * SOME, lambda: VGA3.vector(np.ones((3, 3))) + SOME, lambda: VGA3.e1 / SOME,
+    lambda: VGA3.multivector({"e1": SOME}), lambda: VGA3.rotor([0, 0, 1], SOME), lambda: PGA3.point([SOME, SOME]),
+    lambda: CGA3.sphere(np.zeros((3, 3)), SOME), lambda: M.power(SOME), lambda: pga3.move_point(M.values, [SOME, SOME]),
+    lambda: PGA3.from_matrix(np.ma.array(np.eye(4), mask=np.eye(4)[::-1])),
+    lambda: pga3.move_point(M.values, [1.0, np.ma.masked, 2.0]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("call", MASKED_FOR_OBJECTS)
+def test_masked_numbers_are_no_coefficients(call: Callable[[], Any]) -> None:
+    with pytest.raises(TypeError, match=r"[124] masked numbers; expected an array without a mask"):
+        call()
+
+
+def test_arguments_of_another_type_are_named() -> None:
+    with pytest.raises(LayoutError, match="as_layout: an argument of type str; expected a layout"):
+        P.as_layout("PGA3.POINT")
+    with pytest.raises(LayoutError, match="multivector: coefficients of type list; expected coefficients by blade"):
+        PGA3.multivector([1, 2])
+
+
 def test_frames_of_any_size() -> None:
     frame, turn = np.array([[1.0, 2, 0], [0, 1, 1], [3, 0, 1]]), np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     for size in (1e150, 1e-150):
