@@ -115,6 +115,20 @@ def back_in_range(array: Reals, exponents: NDArray[np.intc], name: str = "image"
     return result
 
 
+def places_of(moved: Reals, number: int) -> tuple[Reals, Reals]:
+    """Return the places (P, n) and the weights (P,) of null vectors (P, n + 2), which a versor has moved.
+
+    Raises
+    ------
+    ValueError
+        If a point is at infinity, or the versor has no size. `number` is that of the versor.
+    """
+    weight = moved[:, -2]
+    if not np.abs(weight).min(initial=1.0) > 0:
+        raise ValueError(f"versors: number {number} takes a point of the field to infinity; expected finite points")
+    return moved[:, :-2] / weight[:, None], weight
+
+
 class Samples(NamedTuple):
     """A sampled field and the wavelets with which it is compared.
 

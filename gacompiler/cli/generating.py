@@ -227,7 +227,8 @@ def build(folder: Path | None, force: bool, portable: bool) -> None:
     for source in sources:
         compileall.compile_file(source.with_suffix(".py"), quiet=2)  # parsing takes most of the import time
     libraries = _build(sources, force, portable)
-    click.echo(f"{near(place)}: {len(libraries)} libraries are current")
+    if libraries:  # without a compiler, a note says why there are none
+        click.echo(f"{near(place)}: {len(libraries)} libraries are current")
 
 
 def _build(sources: list[Path], force: bool = False, portable: bool = False) -> list[Path]:

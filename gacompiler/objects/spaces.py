@@ -177,8 +177,8 @@ class Space(Immutable, Generic[M]):
     def multivector(self, coefficients: Mapping[str, Numbers | complex]) -> M:
         """Create multivectors from numbers or arrays by blade, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
         if not isinstance(coefficients, Mapping):
-            found = f"coefficients of type {type(coefficients).__name__}"
-            raise LayoutError("multivector", found, 'coefficients by blade, as in {"1": 2}')
+            kind = type(coefficients).__name__
+            raise LayoutError("multivector", f"coefficients of type {kind}", 'coefficients by blade, as in {"1": 2}')
         key = id(self.algebra), *coefficients
         given: Mapping[str, Any] = coefficients
         known = _BY_NAMES.get(key)
