@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from decimal import Decimal
+from fractions import Fraction
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
@@ -369,7 +371,7 @@ def array_of(what: str, value: Any) -> np.ndarray[Any, Any]:
     """Convert a value that is no element to an array of real or complex numbers."""
     refuse_mask(what, value)
     try:
-        array = np.asarray(value)
+        array = np.asarray(float(value) if isinstance(value, (Fraction, Decimal)) else value)
     except ValueError as error:
         raise LayoutError(what, f"not an array of numbers ({error})", "numbers") from None
     if array.dtype.kind not in "fiubc":

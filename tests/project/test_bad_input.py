@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,7 +38,7 @@ from algorithms.shapes import (
 from algorithms.subspaces import Blade, FactoredBlade, factorize_blade, join, outer_product, split_bivectors
 from algorithms.vision import homographies
 from gacompiler.errors import AlgebraError, LayoutError
-from gacompiler.objects import CGA3, PGA2, PGA3, VGA3
+from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, VGA3, load
 from generated import cga3, pga3
 
 LINES, STILL = np.eye(6)[[2, 0]], np.array([[1.0, 0, 0, 0], [1, 0, 0, 0]])
@@ -195,6 +197,24 @@ MASKED_FOR_OBJECTS: list[Callable[[], Any]] = [
 def test_masked_numbers_are_no_coefficients(call: Callable[[], Any]) -> None:
     with pytest.raises(TypeError, match=r"[124] masked numbers; expected an array without a mask"):
         call()
+
+
+def test_meets_of_concentric_rounds_are_at_infinity() -> None:
+    """They have neither a centre nor a radius."""
+    spheres, circles = ([space([0] * n, r) for r in (3, 2)] for space, n in ((CGA3.sphere, 3), (CGA2.circle, 2)))
+    assert spheres[0].meet(spheres[1]).explain() == "circle at infinity"
+    assert circles[0].meet(circles[1]).explain() == "point pair at infinity"
+
+
+def test_files_that_save_did_not_write_are_named(tmp_path: Path) -> None:
+    for name, content in (("a.npz", b"abc"), ("b.npz", b""), ("c.json", b"\xff"), ("d.json", b'{"a": {"type": "x"}}')):
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(ValueError, match=rf"{name}: not a file of objects .*; expected a file written by save"):
+            load(tmp_path / name)
+
+
+def test_fractions_are_coordinates() -> None:
+    assert VGA3.vector(1, 2, Fraction(1, 4)).values.tolist() == [1, 2, 0.25]
 
 
 def test_arguments_of_another_type_are_named() -> None:
