@@ -133,6 +133,11 @@ def test_specs_that_cannot_be_read(here: Path, content: bytes, found: str) -> No
     assert result.exit_code == bool(found) and found in result.output and "Traceback" not in result.output
 
 
+def test_files_are_named_once(here: Path) -> None:
+    (here / "one.urdf").write_text('<robot name="a"><link name="x"/></robot>')
+    assert run("robot", "one.urdf").output == "gac: error: one.urdf: no moving joint; expected at least one\n"
+
+
 def test_specs_of_one_name_are_not_written_over_each_other(here: Path) -> None:
     (here / "sub").mkdir()
     (here / "sub" / "my_kernels.py").write_text(SPEC.replace("move_point", "other"))

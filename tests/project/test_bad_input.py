@@ -69,6 +69,7 @@ CASES: list[tuple[str, Callable[[], Any], type[Exception], str]] = [
     ("coordinates too few", lambda: PGA3.point(np.zeros((3, 2))), LayoutError, r"\(3, 2\); expected \(\.\.\., 3\)"),
     ("coordinates of text", lambda: PGA3.point("a", 1, 2), LayoutError, "str of dtype .*; expected numbers"),
     ("shapes", lambda: PGA3.point(np.ones((3, 3))) & PGA3.point(np.ones((2, 3))), ValueError, "do not broadcast"),
+    ("angle and shift", lambda: PGA2.motor(PGA2.point(1, 2), 0.5), LayoutError, r"motor: translation: .*\(\)"),
     ("no grade", lambda: M.grade(9), AlgebraError, r"grades \(9,\); expected integers from 0 to 4"),
     ("no blade of that name", lambda: P.e45, AttributeError, "PGA3 no blade 'e45'"),
     ("a versor on text", lambda: M("x"), TypeError, "applied to multivectors only; found str"),
