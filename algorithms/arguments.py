@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from generated.gac_runtime.arrays import entries_of
+from generated.gac_runtime.arrays import entries_of, masked_in
 
 Reals = NDArray[Any]
 """An array of float32 or float64."""
@@ -80,14 +80,10 @@ def unmasked(value: Any, name: str) -> Any:
     ValueError
         If it is a masked array with masked elements, or a list with such arrays.
     """
-    if type(value) in (list, tuple):
-        for k, each in enumerate(value):
-            if isinstance(each, (list, tuple, np.ma.MaskedArray)):
-                unmasked(each, f"{name}[{k}]")
-    elif isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        count = int(np.count_nonzero(np.ma.getmaskarray(value)))
+    found = masked_in(name, value)
+    if found:
         raise ValueError(
-            f"{name}: {count} masked numbers; expected an array without a mask; fill them with numpy.ma.filled, "
+            f"{found[0]}: {found[1]} masked numbers; expected an array without a mask; fill them with numpy.ma.filled, "
             "or remove them"
         )
     return value

@@ -101,6 +101,20 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     return found
 
 
+def masked_in(where: str, value: Any) -> tuple[str, int] | None:
+    """Return the place and the number of masked entries of an array, or of the first such array in a list; or None."""
+    if isinstance(value, np.ma.MaskedArray):
+        count = int(np.count_nonzero(np.ma.getmaskarray(value)))
+        return (where, count) if count else None
+    level: Any = value if type(value) in (list, tuple) else ()
+    while not (kinds := set(map(type, level))) <= _NUMBERS:  # by levels, since lists may have many rows
+        if any(issubclass(kind, np.ma.MaskedArray) for kind in kinds):
+            found = (masked_in(f"{where}[{k}]", each) for k, each in enumerate(value))
+            return next((each for each in found if each), None)
+        level = list(itertools.chain.from_iterable(each for each in level if type(each) in (list, tuple)))
+    return None
+
+
 def refuse_mask(where: str, value: Any) -> None:
     """Raise an error for a masked array with masked entries, also in a list: numpy would use what is behind the mask.
 
@@ -108,14 +122,10 @@ def refuse_mask(where: str, value: Any) -> None:
     ------
     TypeError
     """
-    if type(value) in (list, tuple):
-        for k, each in enumerate(value):
-            if isinstance(each, (list, tuple, np.ma.MaskedArray)):
-                refuse_mask(f"{where}[{k}]", each)
-    elif isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        count = int(np.count_nonzero(np.ma.getmaskarray(value)))
+    found = masked_in(where, value)
+    if found:
         raise TypeError(
-            f"{where} has {count} masked numbers; expected an array without a mask; fill it with np.ma.filled"
+            f"{found[0]} has {found[1]} masked numbers; expected an array without a mask; fill it with np.ma.filled"
         )
 
 
