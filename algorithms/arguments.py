@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from generated.gac_runtime.arrays import entries_of
+from generated.gac_runtime.arrays import entries_of, masked_in
 
 Reals = NDArray[Any]
 """An array of float32 or float64."""
@@ -65,13 +65,7 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     """
     if type(value) is np.ndarray and value.dtype in _FLOATS and _has_shape(value, shape):  # what most calls pass
         return value
-    value = coordinates(value, name, shape, meaning)
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        count = int(np.count_nonzero(np.ma.getmaskarray(value)))
-        raise ValueError(
-            f"{name}: {count} masked numbers; expected an array without a mask; fill them with numpy.ma.filled, "
-            "or remove them"
-        )
+    value = unmasked(coordinates(value, name, shape, meaning), name)
     try:
         array = np.asarray(value)
     except ValueError as error:
@@ -81,6 +75,23 @@ def real_array(value: ArrayLike, name: str, shape: tuple[int, ...] = (), meaning
     if not _has_shape(array, shape):
         raise ValueError(f"{name}: shape {array.shape}; expected {_shape_text(shape, meaning)}")
     return array.astype(_FLOAT32 if array.dtype.kind == "f" and array.dtype.itemsize == 4 else _FLOAT64, copy=False)
+
+
+def unmasked(value: Any, name: str) -> Any:
+    """Return `value` if it has no masked numbers, which numpy would convert to what is behind the mask.
+
+    Raises
+    ------
+    ValueError
+        If it is a masked array with masked elements, or a list with such arrays.
+    """
+    found = masked_in(name, value)
+    if found:
+        raise ValueError(
+            f"{found[0]}: {found[1]} masked numbers; expected an array without a mask; fill them with numpy.ma.filled, "
+            "or remove them"
+        )
+    return value
 
 
 def _has_shape(array: Reals, shape: tuple[int, ...]) -> bool:
@@ -164,6 +175,46 @@ def finite_number(value: object, name: str) -> float:
     if not np.isfinite(number):
         raise ValueError(f"{name}: {number}; expected a finite number")
     return number
+
+
+def positive_number(value: object, name: str) -> float:
+    """Return `value` as a float; raise an error if it is not a positive number, as in `finite_number`."""
+    number = finite_number(value, name)
+    if number <= 0:
+        raise ValueError(f"{name}: {number}; expected a positive number")
+    return number
+
+
+def whole_number(value: object, name: str, least: int = 0) -> int:
+    """Convert `value` to an integer.
+
+    Raises
+    ------
+    TypeError
+        If it is not an integer.
+    ValueError
+        If it is below `least`.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name}: {value!r}; expected a whole number")
+    if value < least:
+        raise ValueError(f"{name}: {value}; expected a whole number, {least} or more")
+    return int(value)
+
+
+def leading_axes(*shapes: tuple[str, tuple[int, ...]]) -> tuple[int, ...]:
+    """Return the shape to which the leading axes of some arguments, given by name, broadcast.
+
+    Raises
+    ------
+    ValueError
+        If they do not broadcast.
+    """
+    try:
+        return np.broadcast_shapes(*(shape for _, shape in shapes))
+    except ValueError:
+        names, found = (", ".join(map(str, each)) for each in zip(*shapes, strict=True))
+        raise ValueError(f"{names}: leading axes {found}; expected equal ones, or ones that broadcast") from None
 
 
 def listed(value: Any, name: str, of: str) -> list[Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Self
 
 LONGEST = 500
@@ -77,6 +78,21 @@ class KernelError(GacError):
 
 class SpecError(GacError):
     """Raised for a spec file that cannot be read."""
+
+
+def text_of(path: Path) -> str:
+    """Return the text of a file that a person wrote.
+
+    Raises
+    ------
+    SpecError
+        If it is not UTF-8, the encoding of Python files.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        found = f"the byte {error.object[error.start]:#x} at {error.start} is no text"
+        raise SpecError(str(path), found, "a text in UTF-8") from None
 
 
 class InexactError(GacError):

@@ -85,7 +85,7 @@ def verify_module(
         path = folder / f"{name}.{ending}"
         if not path.is_file():
             raise ProofError(str(path), "no such file", "a generated module", "run `gac generate` first")
-        texts.append(path.read_text())
+        texts.append(path.read_text(encoding="utf-8"))
     python, c = python_programs(texts[0]), c_programs(texts[1])
     edited = ["" if body_is_intact(text) else "was edited after generation" for text in texts]
     whole = [Verdict("(text)", edited[0], edited[1], float("nan"), "", 0, True)] if any(edited) else []

@@ -2,7 +2,7 @@
 // command: gac generate --all quaternion
 // spec: 4b5d94cd6371279a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3c9d2b71f3c96cb1e4bdb157e547ca1a11e2490358c9d5e0d432f5fa019467da
+// body: fb476cee49502cb1a09954ff7a4f4acfd04b8feb3a0848fcc89b31f80547c117
 
 #ifndef REAL
 #include "quaternion.h"
@@ -807,22 +807,21 @@ INLINE void NAME(square_root)(const REAL *q, REAL *out)
 {
     const REAL q_1 = q[0], q_e32 = q[1], q_e13 = q[2], q_e21 = q[3];
     const REAL t0 = q_e32 * q_e32 + q_e13 * q_e13 + q_e21 * q_e21;
-    const REAL t1 = SQRT(q_1 * q_1 + t0);
-    const REAL t2 = SQRT((t1 + ABS(q_1)) * (REAL)0.5);
-    const REAL t3 = t2 * (REAL)2;
-    const REAL t4 = (REAL)1 / SELECT(EQUAL((REAL)0, t1), (REAL)1, t3);
-    const REAL t5 = -t0;
-    const REAL t6 = EQUAL((REAL)0, t5);
-    const REAL t7 = ABS(t5);
-    const REAL t8 = SQRT(SELECT(t6, (REAL)1, t7));
-    const REAL t9 = t4 * SELECT(t6, (REAL)0, t8);
-    const REAL t10 = LESS(q_1, (REAL)0);
-    const REAL t11 = t2 / t8;
-    const REAL t12 = SELECT(t10, t11, t4);
-    out[0] = SELECT(t10, t9, t2);
-    out[1] = SELECT(t10 * t6, t2, (REAL)0) + q_e32 * t12;
-    out[2] = q_e13 * t12;
-    out[3] = q_e21 * t12;
+    const REAL t1 = SQRT((SQRT(q_1 * q_1 + t0) + ABS(q_1)) * (REAL)0.5);
+    const REAL t2 = t1 * (REAL)2;
+    const REAL t3 = (REAL)1 / SELECT(EQUAL((REAL)0, t1), (REAL)1, t2);
+    const REAL t4 = -t0;
+    const REAL t5 = EQUAL((REAL)0, t4);
+    const REAL t6 = ABS(t4);
+    const REAL t7 = SQRT(SELECT(t5, (REAL)1, t6));
+    const REAL t8 = t3 * SELECT(t5, (REAL)0, t7);
+    const REAL t9 = LESS(q_1, (REAL)0);
+    const REAL t10 = t1 / t7;
+    const REAL t11 = SELECT(t9, t10, t3);
+    out[0] = SELECT(t9, t8, t1);
+    out[1] = SELECT(t9 * t5, t1, (REAL)0) + q_e32 * t11;
+    out[2] = q_e13 * t11;
+    out[3] = q_e21 * t11;
 }
 
 #define PARTS_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 4, 4, 1, 4) AND OUT(1, 1, 4, 4, 1, 4)

@@ -2,7 +2,7 @@
 // command: gac generate --all vga2
 // spec: f8d64b2c346a6963
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: dacc722612452cc5d98d6d782032b7dde50aad3840df2372e6612d4f7ce35cac
+// body: a4d9e1d67abc09c8d73ace29c0fcab5dbf3ccfaac8052464e19e29355511d263
 
 #ifndef REAL
 #include "vga2.h"
@@ -552,19 +552,18 @@ INLINE void NAME(even_square_root)(const REAL *x, REAL *out)
 {
     const REAL x_1 = x[0], x_e12 = x[1];
     const REAL t0 = x_e12 * x_e12;
-    const REAL t1 = SQRT(x_1 * x_1 + t0);
-    const REAL t2 = SQRT((t1 + ABS(x_1)) * (REAL)0.5);
-    const REAL t3 = t2 * (REAL)2;
-    const REAL t4 = (REAL)1 / SELECT(EQUAL((REAL)0, t1), (REAL)1, t3);
-    const REAL t5 = -t0;
-    const REAL t6 = EQUAL((REAL)0, t5);
-    const REAL t7 = ABS(t5);
-    const REAL t8 = SQRT(SELECT(t6, (REAL)1, t7));
-    const REAL t9 = t4 * SELECT(t6, (REAL)0, t8);
-    const REAL t10 = LESS(x_1, (REAL)0);
-    const REAL t11 = t2 / t8;
-    out[0] = SELECT(t10, t9, t2);
-    out[1] = SELECT(t10 * t6, t2, (REAL)0) + x_e12 * SELECT(t10, t11, t4);
+    const REAL t1 = SQRT((SQRT(x_1 * x_1 + t0) + ABS(x_1)) * (REAL)0.5);
+    const REAL t2 = t1 * (REAL)2;
+    const REAL t3 = (REAL)1 / SELECT(EQUAL((REAL)0, t1), (REAL)1, t2);
+    const REAL t4 = -t0;
+    const REAL t5 = EQUAL((REAL)0, t4);
+    const REAL t6 = ABS(t4);
+    const REAL t7 = SQRT(SELECT(t5, (REAL)1, t6));
+    const REAL t8 = t3 * SELECT(t5, (REAL)0, t7);
+    const REAL t9 = LESS(x_1, (REAL)0);
+    const REAL t10 = t1 / t7;
+    out[0] = SELECT(t9, t8, t1);
+    out[1] = SELECT(t9 * t5, t1, (REAL)0) + x_e12 * SELECT(t9, t10, t3);
 }
 
 #define PARTS_even_square_root(IN, NUMBER, OUT, AND) IN(0, 0, 2, 2, 1, 2) AND OUT(1, 1, 2, 2, 1, 2)

@@ -64,8 +64,9 @@ def grid_derivative(
     if steps.ndim != 1 or not n or not (steps > 0).all():
         raise ValueError(f"spacing: {steps.tolist()}; expected positive steps, one for each axis")
     array = real_array(values, "values", (*(-1,) * n, 1 << n), f"multivectors on a grid of {n} axes")
-    if array.ndim != n + 1:
-        raise ValueError(f"values: shape {array.shape}; expected {n} axes and {1 << n} coefficients")
+    if array.ndim != n + 1 or not array.size:
+        expected = f"{n} axes of at least one point, and {1 << n} coefficients"
+        raise ValueError(f"values: shape {array.shape}; expected {expected}")
     array = np.ascontiguousarray(array, np.float64)
     signs = real_array(np.ones(n) if squares is None else squares, "squares", (n,), "squares of vectors")
     if part not in PARTS:

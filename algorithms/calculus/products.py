@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import vga2, vga3
 
-from ..arguments import real_array
+from ..arguments import real_array, whole_number
 from ..subspaces.index_tables import vectors_of
 from ..subspaces.products import product_of_terms
 
@@ -31,7 +31,7 @@ def product_of(n: int) -> Product:
     ValueError
         If n is not from 1 to 8.
     """
-    if not 1 <= n <= LARGEST:
+    if not 1 <= whole_number(n, "n") <= LARGEST:
         raise ValueError(f"n: {n}; expected 1 to {LARGEST} vectors")
     kernels: dict[int, Product] = {2: vga2.geometric_product, 3: vga3.geometric_product}
     return kernels.get(n) or _by_table(n)
@@ -45,6 +45,7 @@ def embed(coefficients: ArrayLike, n: int, grade: int) -> Floats:
     TypeError, ValueError
         If `coefficients` is not an array of that many real numbers.
     """
+    whole_number(grade, "grade")
     array = real_array(coefficients, "coefficients", (comb(n, grade),), f"blades of grade {grade} of {n} vectors")
     found = np.zeros((*array.shape[:-1], 1 << n))
     start = sum(comb(n, k) for k in range(grade))

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import spacetime
 
-from ..arguments import Reals, coordinates, finite_number, real_array
+from ..arguments import Reals, coordinates, finite_number, real_array, unmasked
 
 _NODES = 0.5 + np.array([-1.0, 1.0]) * np.sqrt(3) / 6
 """Times within a step at which the field is evaluated: the nodes of the two-point Gauss quadrature."""
@@ -87,7 +87,10 @@ def dirac_columns(psi: ArrayLike) -> NDArray[np.complex128]:
 
 def dirac_spinors(columns: ArrayLike) -> Reals:
     """Return Dirac spinors, ``(..., 8)``, from columns ``(..., 4)`` of complex numbers."""
-    array = np.asarray(coordinates(columns, "columns"), np.complex128)
+    array = np.asarray(unmasked(coordinates(columns, "columns"), "columns"))
+    if array.dtype.kind not in "cfiub":
+        raise TypeError(f"columns: dtype {array.dtype}; expected real or complex numbers")
+    array = array.astype(np.complex128)
     if array.ndim == 0 or array.shape[-1] != 4:
         raise ValueError(f"columns: shape {array.shape}; expected (..., 4), columns of Dirac spinors")
     pairs = np.stack([array.real, array.imag], -1)
@@ -121,8 +124,8 @@ def free_dirac(psi: ArrayLike, size: ArrayLike, mass: float, time: float) -> Rea
     and ``w**2 = k**2 + m**2``. The total density ``psi ~psi g0 . g0`` is conserved to 1e-14.
     """
     array = real_array(psi, "psi", (-1, -1, -1, 8), "Dirac spinors of a grid").astype(np.float64, copy=False)
-    if array.ndim != 4 or not np.isfinite(array).all():
-        raise ValueError(f"psi: shape {array.shape}; expected (nx, ny, nz, 8), finite")
+    if array.ndim != 4 or not array.size or not np.isfinite(array).all():
+        raise ValueError(f"psi: shape {array.shape}; expected (nx, ny, nz, 8), finite, with points along every axis")
     lengths = real_array(size, "size", (3,), "lengths")
     if lengths.shape != (3,) or not (lengths > 0).all():
         raise ValueError(f"size: {lengths.tolist()}; expected three positive lengths")

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from generated import body_eye as kernels
 from generated import pga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, positive_number, real_array
 from ..evidence import Noise, Status
 from ..precision import CONVERGED, ROUNDING, SQUARED
 
@@ -130,10 +130,18 @@ def stereo_information(points: ArrayLike, focal_length: float, baseline: float, 
     Returns
     -------
     array, (..., 3, 3)
+        NaN for points that are not in front of the cameras.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a number is not positive, or the points are not (..., 3) real numbers.
     """
+    positive_number(baseline, "baseline")
     x, y, z = np.moveaxis(real_array(points, "points", (3,), "points").astype(np.float64), -1, 0)
-    nothing, f = np.zeros_like(z), focal_length / pixel
-    with np.errstate(divide="ignore", invalid="ignore"):
+    z = np.where(z > 0, z, np.nan)
+    nothing, f = np.zeros_like(z), positive_number(focal_length, "focal_length") / positive_number(pixel, "pixel")
+    with np.errstate(all="ignore"):
         left = np.stack([f / z, nothing, -f * x / z**2], -1)
         right = np.stack([f / z, nothing, -f * (x - baseline) / z**2], -1)
         row = np.sqrt(2.0) * np.stack([nothing, f / z, -f * y / z**2], -1)

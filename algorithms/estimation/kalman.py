@@ -104,8 +104,8 @@ class KalmanFilter:
         self._rows = _matrix(measurement, "measurement", (-1, n))
         m = len(self._rows)
         spread, definite = _definite(covariance, "covariance", n)
-        self._process, process_definite = _definite(process_noise, "process_noise", n)
-        self._noise, noise_definite = _definite(measurement_noise, "measurement_noise", m)
+        self._process, self._good_process = _definite(process_noise, "process_noise", n)
+        self._noise, self._good_noise = _definite(measurement_noise, "measurement_noise", m)
         leading = self._state.shape[:-1]
         self._covariance = np.ascontiguousarray(np.broadcast_to(spread, (*leading, n, n)))
         self._control = None if control is None else _matrix(control, "control", (n, -1))
@@ -115,7 +115,7 @@ class KalmanFilter:
         self._innovation = np.full((*leading, m), np.nan)
         self._square, self._count = np.zeros(leading), np.zeros(leading)
         self._recorded: tuple[Reals, Reals, Reals] | None = None
-        self._good = definite and process_definite and noise_definite
+        self._good = definite and self._good_process and self._good_noise
         self._status: Reals | None = self._known_status(leading)
 
     @property
@@ -197,7 +197,7 @@ class KalmanFilter:
         """Predict the next state, with another F or Q if given, and for the control u (..., k)."""
         n = len(self._still)
         move = self._transition if transition is None else _matrix(transition, "transition", (n, n))
-        noise, self._good = self._process, True
+        noise, self._good = self._process, self._good_process
         if process_noise is not None:
             noise, self._good = _definite(process_noise, "process_noise", n)
         shift = self._still if control is None else self._shift(control, "control")
@@ -226,7 +226,7 @@ class KalmanFilter:
         in_sequence : bool
             Whether the gate applies to one number after the other, instead of to all of them together.
         """
-        own, spread, good = self._rows, self._noise, True
+        own, spread, good = self._rows, self._noise, self._good_noise
         if rows is not None:
             own = _matrix(rows, "rows", (-1, len(self._still)))
         m = len(own)
@@ -281,11 +281,14 @@ class KalmanFilter:
         given = transitions, process_noises, rows, noises
         if named is not None and all(x is None for x in given):
             found = named(self._state, self._covariance, z, shifts, *known, self._gates)
-            used, self._good = self._transition[None], True
+            used, self._good = self._transition[None], self._good_process and self._good_noise
         else:
             system, (used, process, seen, noise), self._good = _systems(t, known, given)
             found = kernels.filter_recording(
                 self._state, self._covariance, z, shifts, used, process, seen, noise, system, self._gates
+            )
+            self._good &= (process_noises is not None or self._good_process) and (
+                noises is not None or self._good_noise
             )
         states, covariances, before, spreads, innovations, squares, count = found
         if t:

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from generated import motor_filters as kernels
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, finite, real_array
 from ..evidence.gates import checked_gate
 from ..evidence.triangles import from_triangle, to_triangle
 from .matrices import as_definite
@@ -47,7 +47,10 @@ def filter_lines(
         The squared innovation of each line divided by its covariance, and whether the line is used.
     """
     one, two = (real_array(x, name, (-1, 6)).astype(float) for x, name in ((model, "model"), (measured, "measured")))
-    steps = np.broadcast_to(np.maximum(np.nan_to_num(np.asarray(dt, float)), 0), (one.shape[-2],))
+    times = finite(real_array(dt, "dt"), "dt")
+    if times.shape not in ((), (1,), one.shape[-2:-1]):
+        raise ValueError(f"dt: shape {times.shape}; expected a number, or one for each of {one.shape[-2]} lines")
+    steps = np.broadcast_to(np.maximum(times.astype(float), 0), (one.shape[-2],))
     growth = steps[:, None] * to_triangle(as_definite(covariance_matrix(noise, "noise"))[0])
     spread = to_triangle(as_definite(covariance_matrix(covariance, "covariance"))[0])
     motors, triangles, numbers = kernels.filter_lines(

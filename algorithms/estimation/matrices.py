@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import Reals, finite, real_array
-from ..precision import NEGLIGIBLE
+from ..precision import NEGLIGIBLE, SINGLE
 
 _SMALLEST = 1e-14
 """Eigenvalues of covariances are at least this fraction of the largest one."""
@@ -17,16 +17,20 @@ _SMALLEST = 1e-14
 def as_definite(matrices: Reals) -> tuple[Reals, bool]:
     """Return the nearest symmetric positive semidefinite matrices (..., n, n), and whether all given ones are.
 
-    An indefinite matrix gets small positive eigenvalues instead of those that are not positive.
+    An indefinite matrix gets small positive eigenvalues instead of those that are not positive. A matrix that is not
+    symmetric, such as a triangular root, is replaced by its symmetric part.
     """
-    symmetric = (matrices + np.swapaxes(matrices, -1, -2)) / 2
+    turned = np.swapaxes(matrices, -1, -2)
+    symmetric = (matrices + turned) / 2
     if not symmetric.size:
         return symmetric, True
+    skew, size = np.abs(matrices - turned).max((-1, -2)), np.abs(symmetric).max((-1, -2))
+    is_symmetric = not np.any(skew > SINGLE * size)
     values, vectors = np.linalg.eigh(symmetric)
     largest = np.maximum(values[..., -1:], 0)
     bad = values[..., 0] < -NEGLIGIBLE * largest[..., 0]
     if not bad.any():
-        return symmetric, True
+        return symmetric, is_symmetric
     kept = np.maximum(values, _SMALLEST * largest)
     nearest = (vectors * kept[..., None, :]) @ np.swapaxes(vectors, -1, -2)
     nearest = (nearest + np.swapaxes(nearest, -1, -2)) / 2

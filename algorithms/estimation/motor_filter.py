@@ -81,19 +81,23 @@ class MotorFilter:
         self._triangle = to_triangle(spread)
         self._variance = _rotation_variance(self._triangle.tolist())
         self._is_walk = model == "random walk"
-        self._noise = to_triangle(as_definite(covariance_matrix(noise, "noise"))[0])
+        walk, self._good_noise = as_definite(covariance_matrix(noise, "noise"))
+        self._noise = to_triangle(walk)
         self._is_noisy = bool(self._noise.any())
         self._step, self._more = 0.0, np.zeros_like(self._noise)
         self._growth = _rotation_variance(self._noise.tolist())
         self._twist = finite(real_array(twist, "twist", (6,)).astype(float), "twist").reshape(6)
-        self._twist_covariance = as_definite(covariance_matrix(twist_covariance, "twist_covariance"))[0]
+        self._twist_covariance, good_twist = as_definite(covariance_matrix(twist_covariance, "twist_covariance"))
         self._cross = np.zeros((6, 6))
-        self._twist_noise = to_triangle(as_definite(covariance_matrix(twist_noise, "twist_noise"))[0])
+        twist_walk, good_walk = as_definite(covariance_matrix(twist_noise, "twist_noise"))
+        self._twist_noise = to_triangle(twist_walk)
+        self._good_noise &= good_walk
         self._gate = checked_gate(gate)
         self._information = np.zeros((6, 6))
         self._rank = 0
         self._observed = EstimationStatus.UNOBSERVED
-        self._status = EstimationStatus.UNOBSERVED if definite else EstimationStatus.NOT_DEFINITE
+        good = definite and good_twist and self._good_noise
+        self._status = EstimationStatus.UNOBSERVED if good else EstimationStatus.NOT_DEFINITE
         self._innovation = (0.0, 0)
         self._skipped = 0
         self._lately = 0, 0
@@ -156,7 +160,7 @@ class MotorFilter:
             self._variance += step * self._growth
             if self._beginning is not None:
                 self._beginning = self._beginning.with_noise(self._more)
-        self._status = self._observed
+        self._status = self._observed if self._good_noise else EstimationStatus.NOT_DEFINITE
         return self._status
 
     def _predict_by_twist(self, step: float) -> None:
@@ -181,11 +185,11 @@ class MotorFilter:
             Covariance of the error of the motion, or its diagonal.
         """
         step = unit_motor(motion)
-        spread = as_definite(covariance_matrix(noise, "noise"))[0]
+        spread, good = as_definite(covariance_matrix(noise, "noise"))
         self._motor, triangle = kernels.predict_by_motion(self._motor, self._triangle, step, to_triangle(spread))
         self._set_covariance(triangle)
         self._beginning = None
-        self._status = self._observed
+        self._status = self._observed if good else EstimationStatus.NOT_DEFINITE
         return self._status
 
     def update_lines(self, model: ArrayLike, measured: ArrayLike, sigma: ArrayLike) -> EstimationStatus:

@@ -97,6 +97,9 @@ def cone_over(directrix: ArrayLike, lengths: ArrayLike, apex: ArrayLike) -> Real
     """
     curve, top = real_array(directrix, "directrix", (-1, 3), "points"), real_array(apex, "apex", (3,), "a point")
     along = real_array(lengths, "lengths", (-1,), "lengths")
+    for name, found, expected in (("directrix", curve, "(n, 3)"), ("lengths", along, "(m,)"), ("apex", top, "(3,)")):
+        if found.ndim != expected.count(",") + (expected[-2] != ","):
+            raise ValueError(f"{name}: shape {found.shape}; expected {expected}")
     distance = pga3.distance_points(top, curve)
     lines = pga3.normalize_line(pga3.join_points(top, curve))
     start = pga3.position_along_line(top, lines)
@@ -155,7 +158,10 @@ def conic_type(half_angle: float, plane: ArrayLike) -> Literal["ellipse", "parab
         As in `cone`.
     """
     _generator(half_angle)
-    unit = pga3.normalize_plane(real_array(plane, "plane", (4,), "a plane"))
+    given = real_array(plane, "plane", (4,), "a plane")
+    if given.ndim != 1:
+        raise ValueError(f"plane: shape {given.shape}; expected (4,), one plane")
+    unit = pga3.normalize_plane(given)
     off = abs(float(pga3.signed_angle_line_plane(_AXIS, unit))) - half_angle
     if abs(off) <= 1e-12:
         return "parabola"

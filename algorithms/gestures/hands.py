@@ -51,6 +51,8 @@ def turned_descriptor(descriptor: ArrayLike, sectors: int) -> Reals:
     array = real_array(descriptor, "descriptor").astype(float)
     if array.shape[-3:] != (SECTORS, _RINGS, _DIRECTIONS):
         raise ValueError(f"descriptor: shape {array.shape}; expected (..., {SECTORS}, {_RINGS}, {_DIRECTIONS})")
+    if isinstance(sectors, bool) or not isinstance(sectors, (int, np.integer)):
+        raise TypeError(f"sectors: {sectors!r}; expected a whole number")
     return np.roll(array, sectors, -3)
 
 

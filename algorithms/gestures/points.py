@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from ..arguments import Reals, finite, real_array
+from ..arguments import Reals, finite, real_array, whole_number
 
 _MIDDLE = 9
 """The first joint of the middle finger, in the order of MediaPipe: the wrist, and four points of each finger."""
@@ -65,8 +65,7 @@ def mean_of_sequence(probabilities: ArrayLike, window: int = 5) -> Reals:
     array = finite(real_array(probabilities, "probabilities"), "probabilities")
     if array.ndim != 2 or array.size == 0 or (array < 0).any():
         raise ValueError(f"probabilities: shape {array.shape}; expected (frames, classes), not negative")
-    if window < 1:
-        raise ValueError(f"window: {window}; expected a positive number of frames")
+    whole_number(window, "window", 1)
     total = np.cumsum(np.log(np.maximum(array, 1e-12)), axis=0)
     total[window:] = total[window:] - total[:-window]
     return np.asarray(scipy.special.softmax(total / window, axis=1))

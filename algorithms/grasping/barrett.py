@@ -146,7 +146,9 @@ def hand_of_table(table: HandTable = BARRETT_BH280) -> Hand:
         If `table` is not a `HandTable`, or a number is not finite or a length or a limit is negative.
     """
     if not isinstance(table, HandTable):
-        raise TypeError(f"hand_of_table: table: {type(table).__name__}; expected a HandTable")
+        raise TypeError(
+            f"hand_of_table: table: {type(table).__name__}; expected a HandTable; hand_from_urdf reads other hands"
+        )
     numbers = [getattr(table, name) for name in HandTable.__slots__ if name not in ("name", "covers")]
     if not (np.isfinite(numbers).all() and min(numbers) >= 0 and table.link > 0 and table.radius > 0):
         raise ValueError(f"hand_of_table: {table}; expected finite numbers, none of them negative")

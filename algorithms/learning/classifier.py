@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import finite, real_array
+from ..arguments import finite, finite_number, real_array, whole_number
 from .activations import Split
 from .algebra import Array
 from .base import Layer
@@ -137,9 +137,10 @@ def train_classifier(
     """
     if kind not in KINDS:
         raise ValueError(f"kind: {kind!r}; expected one of {', '.join(KINDS)}")
-    if min(hidden, members, iterations) < 1 or not decay >= 0:
-        raise ValueError(f"hidden {hidden}, members {members}, iterations {iterations}, decay {decay}; expected "
-                         "positive numbers, and a decay that is not negative")  # fmt: skip
+    for name, count in (("hidden", hidden), ("members", members), ("iterations", iterations)):
+        whole_number(count, name, 1)
+    if not finite_number(decay, "decay") >= 0:
+        raise ValueError(f"decay: {decay}; expected a number that is not negative")
     x = _checked(features)
     given = np.asarray(labels)
     if given.shape != x.shape[:1]:

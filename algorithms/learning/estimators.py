@@ -11,6 +11,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arguments import unmasked
+
 Floats = NDArray[np.float64]
 
 
@@ -125,7 +127,7 @@ def checked_samples(x: Any, size: int | None) -> Floats:
     ValueError
         If X is complex, empty, not finite, or has another shape.
     """
-    array = np.asarray(x.toarray() if hasattr(x, "tocsr") else x)
+    array = np.asarray(x.toarray() if hasattr(x, "tocsr") else unmasked(x, "X"))
     if array.dtype.kind == "c":
         raise ValueError(
             "Complex data not supported: X has complex numbers; expected real coefficients of multivectors"

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..arguments import finite_number, positive_number
 from .algebra import Array
 
 Schedule = Callable[[int], float]
@@ -15,11 +16,14 @@ Schedule = Callable[[int], float]
 
 def cosine(epochs: int, last: float = 0.0) -> Schedule:
     """Return a schedule that decreases from 1 to `last` like half a period of the cosine."""
+    positive_number(epochs, "epochs")
+    finite_number(last, "last")
     return lambda epoch: last + (1 - last) * 0.5 * (1 + float(np.cos(np.pi * min(epoch, epochs) / epochs)))
 
 
 def halving(every: int) -> Schedule:
     """Return a schedule that halves the rate after every so many epochs."""
+    positive_number(every, "every")
     return lambda epoch: 0.5 ** (epoch // every)
 
 

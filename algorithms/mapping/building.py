@@ -48,12 +48,16 @@ def build_map(
     surfaces and the segments. `Mapper` takes scans one at a time.
     """
     readings, log = _readings(source)
-    mapper = Mapper(settings)
+    mapper, step = Mapper(settings), None
     for item in readings:
         step = mapper.add(*_parts(item))
         if progress is not None:
             progress(Progress(step.n_scans, step.n_added, step.n_loops, "scans"))
-    return replace(mapper.map(progress), problems=tuple(log()))
+    problems = tuple(log())
+    if step is None and isinstance(source, (str, Path)):
+        why = f", line {problems[0].line}: {problems[0].reason}" if problems else ""
+        raise ValueError(f"{source}: no scan in it; expected a log of CARMEN or a graph of g2o with scans{why}")
+    return replace(mapper.map(progress), problems=problems)
 
 
 def _readings(source: Any) -> tuple[Iterable[Any], Callable[[], Iterable[Problem]]]:

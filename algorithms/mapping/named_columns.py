@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import Reals, finite, real_array
+from ..arguments import Reals, finite, real_array, unmasked
 from .text_files import Line, lines_of, text_of
 
 
@@ -100,7 +100,7 @@ def write_columns(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
     for name, values in columns.items():
         if not name.strip() or name != name.strip() or set(name) & set(",[#") or not name.isprintable():
             raise ValueError(f"columns: the name {name!r}; expected one without commas, brackets and line breaks")
-        given = np.asarray(values)
+        given = np.asarray(unmasked(values, name))
         if given.ndim != 1:
             raise ValueError(f"{name}: shape {given.shape}; expected (n,)")
         if given.dtype.kind in "iu":

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from generated import line_maps, motor_graphs, pga2
 
 from ..arguments import Reals, finite, real_array
+from ..estimation.matrices import as_definite
 from ..estimation.motor_factors import MOTION, Factors, States
 from ..estimation.motor_problem import REJECTED, MotorProblem, SmoothingStatus
 from ..estimation.smoothing import checked_states, smoothed
@@ -123,6 +124,8 @@ def optimise_poses(
     measured = finite(real_array(motions, "motions", (len(pairs), width)).astype(float), "motions")
     square = (len(pairs), 3, 3) if width == 4 else (len(pairs), 6, 6)
     weights = finite(real_array(information, "information", square).astype(float), "information")
+    if not as_definite(weights)[1]:
+        raise ValueError("information: not symmetric positive semidefinite; expected inverses of covariances")
     bounded = np.zeros(len(pairs), bool) if robust is None else np.asarray(robust, bool)
     if bounded.shape != (len(pairs),):
         raise ValueError(f"robust: shape {bounded.shape}; expected ({len(pairs)},), one for each edge")

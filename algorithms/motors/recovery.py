@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from generated import cga3, pga3
 
-from ..arguments import Reals, finite, real_array
+from ..arguments import Reals, finite, leading_axes, real_array
 from ..elements import DIRECTION, MOTOR, POINT, ROTOR, VERSOR, Coefficients, E, Some, elements
 from ..precision import CONVERGED
 
@@ -119,9 +119,10 @@ def rotor_from_frames(frame: Any, image: Any) -> Any:
         finite(real_array(value, name, (3, 3), "three vectors as rows"), name)
         for value, name in ((frame, "frame"), (image, "image"))
     )
+    leading_axes(("frame", rows.shape[:-2]), ("image", images.shape[:-2]))
     sizes = np.linalg.norm(rows, axis=-1)
-    volume = np.linalg.det(rows)
-    flat = np.abs(volume) <= CONVERGED * sizes.prod(-1)
+    unit = rows / np.where(sizes > 0, sizes, 1)[..., None]
+    flat = np.abs(np.linalg.det(unit)) <= CONVERGED
     safe = np.where(flat[..., None, None], np.eye(3, dtype=rows.dtype), rows)
     matrix = np.einsum("...ki,...jk->...ij", images, np.linalg.inv(safe))
     rotor: Reals = pga3.rotor_from_matrix(matrix)
@@ -241,7 +242,7 @@ def motor_from_objects(
     if not sum(one.shape[-2] for one, _ in known.values()):
         raise ValueError("points, lines, planes, spheres, circles: none; expected at least one object")
     _take_rounds(known)
-    leading = np.broadcast_shapes(*(each.shape[:-2] for pair in known.values() for each in pair))
+    leading = leading_axes(*((name, each.shape[:-2]) for name, pair in known.items() for each in pair))
     for name, (one, two) in known.items():
         known[name] = _spread_over(leading, one), _spread_over(leading, two)
     vectors = [_directions(name, *pair) for name, pair in known.items()]
@@ -289,6 +290,7 @@ def _spread_over(leading: tuple[int, ...], rows: Reals) -> Reals:
 
 def _both(pair: tuple[ArrayLike, ArrayLike], name: str, size: int) -> tuple[Reals, Reals]:
     one, two = (finite(real_array(each, name, (-1, size), f"{name} as rows"), name) for each in pair)
+    leading_axes((f"{name}[0]", one.shape[:-2]), (f"{name}[1]", two.shape[:-2]))
     if one.shape[-2] != two.shape[-2]:
         raise ValueError(f"{name}: {one.shape[-2]} and {two.shape[-2]} objects; expected equal numbers")
     if name in ("points", "spheres", "circles"):
@@ -330,6 +332,7 @@ def _pairs(a: ArrayLike, b: ArrayLike, weights: ArrayLike | None) -> tuple[Reals
     if not count or two.shape[-2] != count:
         raise ValueError(f"a, b: {count} and {two.shape[-2]} vectors; expected equal numbers, at least one")
     share = real_array(np.ones(count) if weights is None else weights, "weights", (count,), "a weight for each pair")
+    leading_axes(("a", one.shape[:-2]), ("b", two.shape[:-2]), ("weights", share.shape[:-1]))
     total = share.sum(-1, keepdims=True)
     if np.any(share < 0) or np.any(total <= 0) or not np.all(np.isfinite(total)):
         raise ValueError("weights: expected finite nonnegative numbers with a positive sum")

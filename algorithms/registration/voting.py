@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import tensor_voting as kernels
 
-from ..arguments import Reals, finite_number, moderate, real_array
+from ..arguments import Reals, finite_number, moderate, positive_number, real_array
 from ..precision import ROUNDING
 from .vote_scale import default_sigma
 from .vote_status import VoteStatus
@@ -91,6 +91,7 @@ def published_curvature(sigma: float) -> float:
     Their constant ``-16 ln(0.1) (sigma - 1) / pi**2`` is a power of the length of a pixel; the result is in units of
     sigma.
     """
+    positive_number(sigma, "sigma")
     return float(16 * np.log(10) * (sigma - 1) / np.pi**2 / sigma**4)
 
 

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from generated import shapes
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, finite, positive_number, real_array, whole_number
 from .images import checked_image, checked_spacing
 
 _FACTOR, _SPREAD = 4.0, 16.0
@@ -43,8 +43,8 @@ def gradient_vector_flow(
     """
     array = checked_image(image, "image", (2, 3)).astype(float)
     step = checked_spacing(spacing, array.ndim)
-    if not sharpness > 0:
-        raise ValueError(f"sharpness: {sharpness}; expected a positive number")
+    positive_number(sharpness, "sharpness")
+    whole_number(sweeps, "sweeps")
     force, g = forces(array, sharpness, sigma, step)
     flow = force.copy()
     times = _times(array.shape, step)
@@ -116,14 +116,20 @@ def streamline_samples(flow: Reals, starts: Reals, count: int = 60, length: floa
     turned : array of bool, (n,)
         Whether the flow turned back, so that the sample is where streamlines converge.
     """
-    at = np.array(real_array(starts, "starts", (len(flow),), "points"), float)
-    steps = np.full(len(at), length)
+    field = finite(real_array(flow, "flow", (-1, -1, -1), "vectors of two or three axes").astype(float), "flow")
+    if field.ndim not in (3, 4) or len(field) != field.ndim - 1:
+        raise ValueError(f"flow: shape {field.shape}; expected (2, rows, columns) or (3, slices, rows, columns)")
+    at = np.array(real_array(starts, "starts", (-1, len(field)), "points"), float)
+    if at.ndim != 2:
+        raise ValueError(f"starts: shape {at.shape}; expected (n, {len(field)})")
+    whole_number(count, "count")
+    steps = np.full(len(at), positive_number(length, "length"))
     turned = np.zeros(len(at), bool)
     before = np.zeros_like(at)
-    limit = np.array(flow.shape[1:]) - 1.0
+    limit = np.array(field.shape[1:]) - 1.0
     for _ in range(count):
-        half = np.clip(at + steps[:, None] / 2 * _direction(flow, at), 0, limit)
-        direction = _direction(flow, half)
+        half = np.clip(at + steps[:, None] / 2 * _direction(field, at), 0, limit)
+        direction = _direction(field, half)
         back = (direction * before).sum(1) < 0
         turned |= back
         steps[back] /= 2

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import pga2, pga3, shapes
 
-from ..arguments import Reals, moderate, real_array
+from ..arguments import Reals, moderate, real_array, whole_number
 from ..evidence import WRONG
 from .gas_status import GasStatus
 from .gas_topology import Integers, betti_numbers, witnessed
@@ -111,7 +111,7 @@ def neural_gas(
     if array.ndim != 2 or array.shape[1] not in (2, 3):
         raise ValueError(f"points: shape {array.shape}; expected (m, 2) or (m, 3)")
     d = array.shape[1]
-    size = d - 1 if dimension is None else dimension
+    size = d - 1 if dimension is None else whole_number(dimension, "dimension", 1)
     if size not in (1, 2) or size >= d:
         raise ValueError(f"dimension: {dimension!r}; expected 1{' or 2' if d == 3 else ' in the plane'}")
     if n_nodes is not None and (isinstance(n_nodes, bool) or not isinstance(n_nodes, (int, np.integer)) or n_nodes < 3):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, coordinates, finite, real_array
+from ..arguments import Reals, coordinates, finite, real_array, unmasked
 
 Mask = NDArray[np.bool_]
 LARGEST = 400_000_000
@@ -24,7 +24,7 @@ def checked_image(image: ArrayLike, name: str, dimensions: tuple[int, ...]) -> N
     ValueError
         If it is empty or too large, has another number of axes, or values that are not finite.
     """
-    array = np.asarray(coordinates(image, name))
+    array = np.asarray(unmasked(coordinates(image, name), name))
     if array.ndim not in dimensions:
         expected = " or ".join(str(d) for d in dimensions)
         raise ValueError(f"{name}: shape {array.shape}; expected {expected} axes; select a channel or a slice first")

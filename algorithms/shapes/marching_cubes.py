@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import Reals, finite, finite_number
+from ..arguments import Reals, finite, finite_number, unmasked
 from .cubes import CORNERS, EDGES, Integers, table
 from .rasterising import MOST_VOXELS, checked_spacing
 
@@ -69,7 +69,7 @@ def marching_cubes(volume: ArrayLike, level: float = 0.5, spacing: ArrayLike = (
 
 
 def _checked(volume: ArrayLike) -> Reals:
-    values = np.asarray(volume)
+    values = np.asarray(unmasked(volume, "volume"))
     if values.dtype.kind not in "biuf":
         raise TypeError(f"volume: dtype {values.dtype}; expected booleans or real numbers")
     if values.ndim != 3 or min(values.shape) < 2:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite, real_array
+from ..arguments import Reals, finite, real_array, unmasked
 
 Mask = NDArray[np.bool_]
 
@@ -23,7 +23,7 @@ def checked_mask(mask: ArrayLike) -> Mask:
     ValueError
         If there are not three axes, a number is not finite, no voxel is set, or the volume is too large.
     """
-    array = np.asarray(mask)
+    array = np.asarray(unmasked(mask, "mask"))
     if array.dtype.kind not in "biuf":
         raise TypeError(f"mask: dtype {array.dtype}; expected booleans or real numbers")
     if array.ndim != 3:

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals
+from ..arguments import Reals, finite_number, unmasked
 from ..evidence import deviation_of_most
 from .images import Mask, checked_image, checked_seeds, checked_spacing
 from .region_growing import Region, Report, automatic_seed, depth_of, grown_region, neighbourhood, silent, window_of
@@ -108,7 +108,7 @@ def segment(
     """
     image, present = _completed(volume, valid)
     step = checked_spacing(spacing, image.ndim)
-    if neck is not None and not neck >= 0:
+    if neck is not None and not finite_number(neck, "neck") >= 0:
         raise ValueError(f"neck: {neck}; expected a radius of at least 0")
     if image.min() == image.max():
         raise ValueError(f"volume: all voxels are {image.flat[0]}; expected different values")
@@ -137,7 +137,7 @@ def _completed(volume: ArrayLike, valid: ArrayLike | None) -> tuple[Reals, Mask 
     if valid is None:
         return np.ascontiguousarray(checked_image(volume, "volume", (2, 3)), np.float32), None
     present = np.asarray(valid)
-    array = np.asarray(volume)
+    array = np.asarray(unmasked(volume, "volume"))
     if present.dtype != np.bool_ or present.shape != array.shape or not present.any():
         raise ValueError(
             f"valid: {present.dtype}, shape {present.shape}, {np.count_nonzero(present)} true; expected bool, "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite, finite_number, real_array
+from ..arguments import Reals, finite, finite_number, positive_number, real_array, whole_number
 
 _CLIPPED = 0.01
 """Share of samples at the largest amplitude, in runs of three and more, from which a recording counts as clipped."""
@@ -58,7 +58,7 @@ def band_powers(
     """
     array, per_second = _checked(samples, rate)
     length, hop = (
-        max(round(_positive(value, name) * per_second), 1) for value, name in ((frame, "frame"), (step, "step"))
+        max(round(positive_number(value, name) * per_second), 1) for value, name in ((frame, "frame"), (step, "step"))
     )
     if len(array) < length:
         raise ValueError(f"samples: {len(array)}; expected at least {length}, the length of a frame")
@@ -95,6 +95,8 @@ def band_filters(rate: float, length: int, bands: int = 20, scale: str = "bark")
         raise ValueError(f"scale: {scale!r}; expected 'bark' or 'mel'")
     if isinstance(bands, bool) or not isinstance(bands, (int, np.integer)) or bands < 1:
         raise ValueError(f"bands: {bands!r}; expected a whole number, 1 or more")
+    positive_number(rate, "rate")
+    whole_number(length, "length", 2)
     to, back = (_bark, _hertz_of_bark) if scale == "bark" else (_mel, _hertz_of_mel)
     low, high = to(np.array([0.0, rate / 2]))
     corners = back(np.linspace(low, high, bands + 2))
@@ -120,13 +122,6 @@ def _mel(f: Reals) -> Reals:
 
 def _hertz_of_mel(m: Reals) -> Reals:
     return np.where(m < 15, m * 200 / 3, 1000 * np.exp((m - 15) * np.log(6.4) / 27))
-
-
-def _positive(value: object, name: str) -> float:
-    number = finite_number(value, name)
-    if number <= 0:
-        raise ValueError(f"{name}: {number}; expected a positive number")
-    return number
 
 
 def _checked(samples: ArrayLike, rate: float) -> tuple[Reals, float]:

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from ..arguments import real_array
+from ..arguments import finite, real_array
 from ..precision import ROUNDING
 from .blade import Floats
 from .gram import gram_matrix
@@ -58,13 +58,16 @@ def reflections_of(matrix: ArrayLike, gram: ArrayLike | None = None) -> Floats:
     TypeError, ValueError
         If the map does not preserve the inner products, or changes vectors that are orthogonal to all.
     """
-    array = real_array(matrix, "matrix", (-1, -1), "an orthogonal map").astype(np.float64)
+    given = real_array(matrix, "matrix", (-1, -1), "an orthogonal map")
+    array = given.astype(np.float64)
     n = array.shape[-1]
     if array.shape != (n, n) or n == 0:
         raise ValueError(f"matrix: shape {array.shape}; expected (n, n)")
+    finite(array, "matrix")
     metric = gram_matrix(gram, n)
     off = np.abs(array.T @ metric @ array - metric).max()
-    if not off <= _ORTHOGONAL * np.abs(metric).max() * max(1.0, np.linalg.norm(array, 2) ** 2):
+    rounding = max(_ORTHOGONAL, 8 * n * float(np.finfo(given.dtype).eps))
+    if not off <= rounding * np.abs(metric).max() * max(1.0, np.linalg.norm(array, 2) ** 2):
         raise ValueError(f"matrix: inner products change by up to {off:.2g}; expected a map that preserves them")
     definite = np.abs(metric - metric[0, 0] * np.eye(n)).max() == 0.0 and metric[0, 0] != 0.0
     if definite:

@@ -13,7 +13,7 @@ from math import prod
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, finite_number, leading_axes, real_array
 from ..precision import NEGLIGIBLE, ROOT
 from .camera import Camera, pinhole_pixels
 from .degeneracy import degenerate
@@ -149,7 +149,7 @@ def _sets(
     two = real_array(second, other, (-1, sizes[1]), "points")
     if one.shape[-2] != two.shape[-2]:
         raise ValueError(f"{other}: {two.shape[-2]} points; expected {one.shape[-2]}, as many as {name} has")
-    leading = np.broadcast_shapes(one.shape[:-2], two.shape[:-2])
+    leading = leading_axes((name, one.shape[:-2]), (other, two.shape[:-2]))
     one, two = (np.broadcast_to(x, (*leading, *x.shape[-2:])).reshape(prod(leading), *x.shape[-2:]) for x in (one, two))
     return one.astype(np.float64), two.astype(np.float64), leading
 

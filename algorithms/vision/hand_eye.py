@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from generated import hand_eye as kernels
 from generated import pga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, leading_axes, real_array
 from ..elements import MOTOR, elements
 from . import hand_eye_consensus as agreement
 from . import hand_eye_noise as noises
@@ -262,6 +262,7 @@ def _two(a: ArrayLike, b: ArrayLike, what: str) -> tuple[Reals, Reals, tuple[int
     one, two = real_array(a, "a", (-1, 8), "motors"), real_array(b, "b", (-1, 8), "motors")
     if one.shape[-2] != two.shape[-2]:
         raise ValueError(f"b: {two.shape[-2]} {what}; expected {one.shape[-2]}, as many as a has")
+    leading_axes(("a", one.shape[:-2]), ("b", two.shape[:-2]))
     dtype = one.dtype if one.dtype == two.dtype else np.dtype(np.float64)
     double = one.dtype == two.dtype == np.float64
     rounding, still_below = (_MEANT, _STILL) if double else (_MEANT_SINGLE, _STILL_SINGLE)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, positive_number, real_array
 from .colours import refuse_channels
 from .discrete import check_finite
 
@@ -115,12 +115,18 @@ def back_in_range(array: Reals, exponents: NDArray[np.intc], name: str = "image"
     return result
 
 
-def positive_number(value: object, name: str) -> float:
-    """Return `value` as a float; raise an error if it is not a positive number."""
-    number = finite_number(value, name)
-    if number <= 0:
-        raise ValueError(f"{name}: {number}; expected positive numbers")
-    return number
+def places_of(moved: Reals, number: int) -> tuple[Reals, Reals]:
+    """Return the places (P, n) and the weights (P,) of null vectors (P, n + 2), which a versor has moved.
+
+    Raises
+    ------
+    ValueError
+        If a point is at infinity, or the versor has no size. `number` is that of the versor.
+    """
+    weight = moved[:, -2]
+    if not np.abs(weight).min(initial=1.0) > 0:
+        raise ValueError(f"versors: number {number} takes a point of the field to infinity; expected finite points")
+    return moved[:, :-2] / weight[:, None], weight
 
 
 class Samples(NamedTuple):

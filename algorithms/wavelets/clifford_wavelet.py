@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import vga3
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, positive_number, real_array
 from ..precision import SINGLE
-from .checks import positive_number
 from .clifford_fourier import clifford_fft, iclifford_fft
 from .discrete import check_finite
 from .sharing import Progress, steps

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, real_array
-from .checks import positive_number
+from ..arguments import Reals, positive_number, real_array
 from .clifford_wavelet import covered_by, nearest_field
 from .discrete import check_finite
 from .pseudoscalar_fourier import ipseudoscalar_fft, pseudoscalar_fft

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from generated import cga2, cga3, vga2, vga3
 
-from ..arguments import Reals, real_array
-from .checks import Samples, positive_number, samples
+from ..arguments import Reals, positive_number, real_array
+from .checks import Samples, places_of, samples
 from .discrete import check_finite
 from .sharing import Progress, in_threads, steps
 
@@ -238,10 +238,7 @@ def _reversed_wavelets(known: Samples, dimension: int) -> Callable[[int], tuple[
 
     def wavelet(k: int) -> tuple[Reals, Reals, Reals]:
         moved = algebra.transform_vector(backward[k], embedded)
-        weight = moved[:, dimension]
-        if not np.abs(weight).min() > 0:
-            raise ValueError(f"versors: number {k} takes a point of the field to infinity; expected finite points")
-        y: NDArray[Any] = moved[:, :dimension] / weight[:, None]
+        y, weight = places_of(moved, k)
         g = np.exp(-((y / sigma) ** 2).sum(-1) / 2) / (2 * np.pi * sigma**2) ** (dimension / 2)
         scalar = g * (np.cos(frequency * y[:, 0]) - np.exp(-((frequency * sigma) ** 2) / 2))
         return scalar, -g * np.sin(frequency * y[:, 0]), np.abs(weight) ** (-dimension / 2)

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import lie_filters
 
-from ..arguments import Reals, finite_number
-from .checks import TRUNCATE, back_in_range, image_stack, in_range, positive_number
+from ..arguments import Reals, finite_number, positive_number
+from .checks import TRUNCATE, back_in_range, image_stack, in_range
 
 GENERATORS = ("x", "y", "rotation", "dilation", "hyperbolic", "hyperbolic45")
 """``d/dx``, ``d/dy``, ``-y d/dx + x d/dy``, ``x d/dx + y d/dy``, ``x d/dx - y d/dy`` and ``y d/dx + x d/dy``."""

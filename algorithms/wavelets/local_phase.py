@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import quaternion
 
-from ..arguments import Reals, finite_number
-from .checks import back_in_range, image_stack, in_range, positive_number
+from ..arguments import Reals, finite_number, positive_number
+from .checks import back_in_range, image_stack, in_range
 from .phase import brightness, filtered, gabor_bank, gabor_taps, quaternion_phase, widths
 from .sharing import in_threads
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import quaternion
 
-from ..arguments import Reals, finite_number, real_array
-from .checks import TRUNCATE, image_stack, in_range, positive_number
+from ..arguments import Reals, finite_number, positive_number, real_array
+from .checks import TRUNCATE, image_stack, in_range
 from .sharing import in_threads
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import quaternion
 
-from ..arguments import Reals, real_array
+from ..arguments import Reals, real_array, whole_number
 from ..precision import NEGLIGIBLE
 from .colours import quaternions_meant, refuse_channels
 from .planes import Complexes, Directions, check_norm, through_planes
@@ -211,7 +211,7 @@ def irqft(
     array = real_array(spectrum, "spectrum", (-1, -1, 4), "quaternions M N//2+1 4")
     _check_size(array.shape[:-1], "spectrum")
     half = array.shape[-2]
-    count = 2 * (half - 1) if columns is None else columns
+    count = 2 * (half - 1) if columns is None else whole_number(columns, "columns")
     if count < 1 or count // 2 + 1 != half:
         expected = "1" if half == 1 else f"{2 * half - 2} or {2 * half - 1}"
         raise ValueError(f"columns: {count} for {half} frequencies along the last axis; expected {expected}")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arguments import Reals, finite_number, real_array
+from ..arguments import Reals, finite_number, real_array, whole_number
 from .checks import MEDIAN
 from .discrete import WaveletPyramid, band_names, discrete_wavelet
 from .families import wavelet_filters
@@ -84,8 +84,7 @@ def universal_threshold(count: int, sigma: float = 1.0) -> float:
     TypeError, ValueError
         If n is less than 1, or sigma is negative.
     """
-    if count < 1:
-        raise ValueError(f"count: {count}; expected 1 or more")
+    whole_number(count, "count", 1)
     return _deviation(sigma) * sqrt(2 * log(count))
 
 

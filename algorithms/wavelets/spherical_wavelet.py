@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from generated import cga3
 
-from ..arguments import Reals, real_array
-from .checks import Samples, positive_number, samples
+from ..arguments import Reals, positive_number, real_array
+from .checks import Samples, places_of, samples
 from .discrete import check_finite
 from .sharing import Progress, in_threads, steps
 
@@ -233,13 +233,13 @@ def _wavelets(known: Samples) -> Callable[[int], Complexes]:
 
     def wavelet(k: int) -> Complexes:
         moved = cga3.transform_vector(backward[k], embedded)
-        x = moved[:, :3] / moved[:, 3:4]
+        x, weight = places_of(moved, k)
         # Near -e3, the projection tends to infinity and the Gaussian is 0.
         height = np.maximum(1 + x[:, 2], np.finfo(x.dtype).tiny ** 0.25)
         y = 2 * x[:, :2] / height[:, None]
         gauss = np.exp(-((y / width) ** 2).sum(-1) / 2) / (2 * np.pi * width**2)
         mother = gauss * (np.exp(-1j * wave * y[:, 0]) - np.exp(-((wave * width) ** 2) / 2))
         # 2 / height is the square root of the ratio of the area in the plane to the area on the sphere.
-        return np.asarray(mother * (2 / height) / np.abs(moved[:, 3]))
+        return np.asarray(mother * (2 / height) / np.abs(weight))
 
     return wavelet

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 
 from generated import vga2, vga3
 
-from ..arguments import Reals, real_array
-from .checks import TRUNCATE, in_range, positive_number
+from ..arguments import Reals, positive_number, real_array, whole_number
+from .checks import TRUNCATE, in_range
 from .convolution import clifford_convolve, clifford_correlate
 from .discrete import check_finite
 
@@ -77,7 +77,7 @@ def derivative_mask(dimension: int, sigma: float = 1.0, truncate: float = TRUNCA
     TypeError, ValueError
         If `dimension` is not 2 or 3, or if `sigma` or `truncate` is not positive.
     """
-    if dimension not in _PRODUCTS:
+    if whole_number(dimension, "dimension") not in _PRODUCTS:
         raise ValueError(f"dimension: {dimension!r}; expected 2 or 3")
     width = positive_number(sigma, "sigma")
     reach = int(np.ceil(positive_number(truncate, "truncate") * width))

@@ -117,6 +117,7 @@ def generate(
     if only and own and output is None and not folders:
         raise click.UsageError("--only writes modules with some kernels; choose their folder with -o")
     found = own_modules(specs) if own else [load_spec(Path(spec), algebra=algebra) for spec in specs]
+    _check_distinct(found)
     elsewhere = output or Path("out")
     folder = generated_folder() if own and output is None else elsewhere
     chosen = select(found, only)
@@ -127,6 +128,18 @@ def generate(
         _write_headers(chosen, elsewhere, jobs, cache, effort, model)
         return
     _write_modules(chosen, targets, standalone, folder, elsewhere, jobs, cache, no_build, effort, model)
+
+
+def _check_distinct(specs: Sequence[Spec]) -> None:
+    """Raise an error if two specs would be written to the same files."""
+    seen: dict[str, Spec] = {}
+    for spec in specs:
+        other = seen.setdefault(spec.name, spec)
+        if other is not spec and other.path.resolve() != spec.path.resolve():
+            raise SpecError(
+                str(spec.path), f"it has the module name of {other.path}, {spec.name}", "different names of files",
+                "rename one, or generate them into different folders",
+            )  # fmt: skip
 
 
 def _write_packages(
@@ -214,7 +227,8 @@ def build(folder: Path | None, force: bool, portable: bool) -> None:
     for source in sources:
         compileall.compile_file(source.with_suffix(".py"), quiet=2)  # parsing takes most of the import time
     libraries = _build(sources, force, portable)
-    click.echo(f"{near(place)}: {len(libraries)} libraries are current")
+    if libraries:  # without a compiler, a note says why there are none
+        click.echo(f"{near(place)}: {len(libraries)} libraries are current")
 
 
 def _build(sources: list[Path], force: bool = False, portable: bool = False) -> list[Path]:

@@ -9,7 +9,7 @@ import click
 from ..algebra.catalog import CATALOG
 from ..errors import SpecError
 from ..generation.files import write
-from ..generation.spec_files import load_spec
+from ..generation.spec_files import check_module_name, load_spec
 from .framework import command
 
 
@@ -19,14 +19,16 @@ from .framework import command
 def new(name: str, algebra: str) -> None:
     """Write a commented starter spec NAME.py to the current folder."""
     stem = name.removesuffix(".py")
-    if not stem.isidentifier():
-        raise SpecError(name, "not a valid module name", "letters, digits and _")
+    check_module_name(stem, name)
     path = Path(f"{stem}.py")
     if path.exists():
         raise SpecError(str(path), "the file already exists", remedy="choose another name")
     template = Path(__file__).parent.parent / "backends" / "templates" / "spec.py.txt"
     first = next(layout.name for layout in CATALOG[algebra].layouts.values() if layout.size > 1)
-    write({path.name: template.read_text().replace("ALGEBRA", algebra).replace("LAYOUT", first)}, path.parent)
+    write(
+        {path.name: template.read_text(encoding="utf-8").replace("ALGEBRA", algebra).replace("LAYOUT", first)},
+        path.parent,
+    )
     click.echo(f"{path}: edit it, then run `gac generate {path}`")
 
 
@@ -47,8 +49,9 @@ def record(script: Path, arguments: tuple[str, ...], output: Path, separate: boo
     """
     from ..objects.recording import record as recorded
 
-    if output.suffix != ".py" or not output.stem.isidentifier():
+    if output.suffix != ".py":
         raise SpecError(str(output), "not a valid name of a spec", "letters, digits and _, followed by .py")
+    check_module_name(output.stem, str(output))
     if output.exists() and not force:
         raise SpecError(str(output), "the file already exists", remedy="choose another name, or give --force")
     write({output.name: recorded(script, arguments, is_fused=not separate)}, output.parent)

@@ -11,7 +11,7 @@ from ..algebra import catalog
 from ..algebra.algebra import Algebra
 from ..algebra.catalog import CATALOG
 from ..algebra.multivector import Multivector
-from ..errors import SpecError
+from ..errors import SpecError, text_of
 from .definitions import read_definition
 from .macros.common import Table
 from .macros.conformal import conformal
@@ -150,7 +150,7 @@ def _defined(path: Path) -> Dialect:
     if not file.is_file():
         raise SpecError(str(file), "no such file", "a definition of an algebra in five lines")
     name = file.parent.name if file.name == "definition.csv" else file.stem
-    algebra, further = read_definition(file.read_text(), name or "USER", str(file))
+    algebra, further = read_definition(text_of(file), name or "USER", str(file))
     macros = file.parent / "macros.clu"
-    source = macros.read_text() if macros.is_file() else ""
+    source = text_of(macros) if macros.is_file() else ""
     return Dialect(algebra, _vectors(algebra) | further, {}, source, str(macros))

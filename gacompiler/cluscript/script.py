@@ -13,7 +13,7 @@ from typing import Any
 from ..algebra.algebra import Algebra
 from ..algebra.layout import SCALAR, SCALARS, Layout
 from ..algebra.multivector import Multivector
-from ..errors import AlgebraError, InexactError, KernelError, LayoutError, OperandError, SpecError
+from ..errors import AlgebraError, InexactError, KernelError, LayoutError, OperandError, SpecError, text_of
 from ..frontend.expression import Expression, evaluate, lift
 from ..frontend.kernel import Kernel, Parameter
 from ..frontend.operations import assemble
@@ -330,4 +330,4 @@ def load_script(path: Path, algebra: str | None) -> Script:
         raise SpecError(str(path), "no such file", "a script")
     if not path.stem.isidentifier() or keyword.iskeyword(path.stem):
         raise SpecError(str(path), f"{path.stem!r} cannot name a function", "letters, digits and _", "rename the file")
-    return read_script(path.read_text(), algebra, path.stem, str(path))
+    return read_script(text_of(path), algebra, path.stem, str(path))

@@ -206,7 +206,7 @@ def number_logarithm(a: Any, along: Any = None) -> Any:
         u = sqrt(select(none, ONE, -s))
         angle = atan2(select(none, 0, u), w)
         factor = select(none, 1, angle) / select(none, w, u)
-        return log(w * w - s) / 2 + factor * v + select(none, angle, 0) * imaginary
+        return log(defined(w * w - s, w, v, form)) / 2 + factor * v + select(none, angle, 0) * imaginary
     close = CLOSE * w * absolute(w)
     small = absolute(s) < close if form.s.both else s < close
     u = sqrt(select(small, ONE, absolute(s)))
@@ -215,7 +215,7 @@ def number_logarithm(a: Any, along: Any = None) -> Any:
     hyperbolic = select(small, 1, select(circle, 1, w + u)), select(small, 1, select(circle, 1, w - u))
     angle = (log(hyperbolic[0]) - log(hyperbolic[1])) / 2
     norm = select(small, w * w - s, select(circle, w * w - s, hyperbolic[0] * hyperbolic[1]))
-    result = log(norm) / 2
+    result = log(defined(norm, w, v, form)) / 2
     if form.s.negative:
         on_line = equal(s, 0) * (w < 0)
         angle = select(circle, atan2(u, w), select(on_line, 0, angle))
@@ -233,19 +233,32 @@ def number_square_root(a: Any, along: Any = None) -> Any:
         root = sqrt(w)
         return root + v / (2 * root)
     s = (v * v)["1"]
-    size = sqrt(w * w - s)
+    square = w * w - s
     if form.s.positive and not form.s.negative:
-        root = sqrt((w + size) / 2)
+        root = sqrt((w + sqrt(square)) / 2)
         return root + v / (2 * root)
     left = w < 0
-    root = sqrt((absolute(w) + size) / 2)
+    if form.s.positive:  # both of the numbers w + u and w - u must have a root
+        square = select(left * (s > 0), -ONE, square)
+    root = sqrt((absolute(w) + sqrt(defined(square, w, v, form, at_zero=True))) / 2)
     none = equal(s, 0)
     u = sqrt(select(none, ONE, absolute(s)))
-    nothing = equal(size, 0)
+    nothing = equal(root, 0)
     twice = select(nothing, 1, 2 * root)
     real = select(left, select(none, 0, u) / twice, root)
     part = select(left, root / u, 1 / twice)
     return real + part * v + select(left * none, root, 0) * imaginary
+
+
+def defined(value: Value, w: Value, v: Any, form: Form, at_zero: bool = False) -> Value:
+    """Return `value`, or -1 where ``w + v`` has a null part `v` and ``w < 0``, or ``w <= 0`` with `at_zero`.
+
+    Such numbers have neither a logarithm nor a root, like the Jordan block of a negative eigenvalue.
+    """
+    if not form.null:
+        return value
+    size = sum(absolute(v[v.algebra.spelling(blade)[1]]) for blade in sorted(blades_of(v)))
+    return select(equal((v * v)["1"], 0) * (size > 0) * (w <= 0 if at_zero else w < 0), -ONE, value)
 
 
 def number_part(a: Any) -> tuple[Any, Form]:

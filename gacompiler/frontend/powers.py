@@ -15,7 +15,7 @@ from __future__ import annotations
 from typing import Any
 
 from .exponentials import NEARLY_ZERO, ONE, TINY, circle_of, length_of
-from .logarithms import form_of_versor, imaginary_unit_of, number_part
+from .logarithms import defined, form_of_versor, imaginary_unit_of, number_part
 from .operations import absolute, atan2, cos, equal, exp, log, select, sin, sqrt
 from .squares import Form, Value
 
@@ -71,7 +71,7 @@ def number_power(a: Any, t: Any, along: Any = None) -> Any | None:
     sine, cosine = sin(angle), cos(angle)
     factor = select(none, t * cosine, sine) / select(none, w, u)
     imaginary = imaginary_unit_of(v) if along is None else along
-    return exp(t / 2 * log(w * w - s)) * (cosine + factor * v + select(none, sine, 0) * imaginary)
+    return exp(t / 2 * log(defined(w * w - s, w, v, form))) * (cosine + factor * v + select(none, sine, 0) * imaginary)
 
 
 def _has_dual_angle(form: Form, bivector: Any) -> bool:

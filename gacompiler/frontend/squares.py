@@ -49,6 +49,8 @@ class Form:
         The blade whose squared coefficient is ``s`` or ``-s``, or None.
     shifts : bool
         Whether some blades do not contribute to ``s``, like the translations of a screw motion.
+    null : bool
+        Whether ``s`` can vanish although the element does not.
     """
 
     s: Signs
@@ -60,6 +62,7 @@ class Form:
     nilpotent: bool
     axis: int | None
     shifts: bool
+    null: bool
 
     @property
     def isoclinic(self) -> bool:
@@ -84,7 +87,7 @@ def form_of(algebra: Algebra, blades: frozenset[int]) -> Form | None:
     rest = _square_blades(algebra, blades) - {0}
     if _square_blades(algebra, rest) - {0}:
         return None
-    (s, _), (q, has_null) = _signs(algebra, blades), _signs(algebra, rest)
+    (s, s_has_null), (q, has_null) = _signs(algebra, blades), _signs(algebra, rest)
     vectors = [k for k in range(algebra.dimension) if any(blade >> k & 1 for blade in blades)]
     positive, negative, null = inertia([[algebra.gram[i][j] for j in vectors] for i in vectors])
     first, second = _two_numbers(s, q, bool(rest), min(positive, negative))
@@ -99,6 +102,7 @@ def form_of(algebra: Algebra, blades: frozenset[int]) -> Form | None:
         nilpotent=bool(rest) and (min(positive, negative) + null > 1 if q.zero else q.both or has_null),
         axis=_axis(algebra, taking_part),
         shifts=len(taking_part) < len(blades),
+        null=s.both or s_has_null,
     )
 
 

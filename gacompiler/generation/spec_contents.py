@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import ModuleType
 
-from ..errors import SpecError
+from ..errors import SpecError, text_of
 from ..frontend.kernel import Kernel
 
 _PACKAGE = "gacompiler.specs."
@@ -97,7 +97,7 @@ def digest_of(path: Path, text: str) -> str:
     These are files in the folder of the spec and in `gacompiler.specs`, whether imported directly or by another such
     file. Files of the compiler and of libraries are not included.
     """
-    texts = [text, *(file.read_text() for file in _imported_files(path, text))]
+    texts = [text, *(text_of(file) for file in _imported_files(path, text))]
     return hashlib.sha256("\0".join(texts).encode()).hexdigest()[:16]
 
 
@@ -128,7 +128,7 @@ def _imported_files(path: Path, text: str) -> list[Path]:
         if file.resolve() not in seen:
             seen.add(file.resolve())
             found.append(file)
-            waiting += _imports(file, file.read_text(), path.parent)
+            waiting += _imports(file, text_of(file), path.parent)
     return found
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import keyword
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
 from ..backends import taken_names
-from ..errors import GacError, SpecError
+from ..errors import GacError, SpecError, text_of
 from ..frontend.kernel import Kernel
 from .spec_contents import check_names, digest_of, imports_beside, kernels_of, place_of_failure
 
@@ -57,10 +59,9 @@ def load_spec(path: Path, command: str | None = None, algebra: str | None = None
         If the file is missing, is not valid Python, raises an exception, or defines no kernel.
     """
     if not path.is_file():
-        raise SpecError(
-            str(path), "no such file", "a Python file with @kernel functions", "write one with `gac new NAME`"
-        )
-    text = path.read_text()
+        found = "a folder" if path.is_dir() else "no such file"
+        raise SpecError(str(path), found, "a Python file with @kernel functions", "write one with `gac new NAME`")
+    text = text_of(path)
     if path.suffix == ".clu":
         from ..cluscript import load_script
 
@@ -82,6 +83,27 @@ def load_spec(path: Path, command: str | None = None, algebra: str | None = None
     return Spec(path.stem, command or f"gac generate {path.name}", summary, digest, kernels, path)
 
 
+def check_module_name(name: str, where: str, remedy: str = "") -> None:
+    """Raise an error for the name of a file that a program could not import, or that would hide another module.
+
+    Raises
+    ------
+    SpecError
+        If it is not an identifier, is a keyword of Python, or a module of Python or of what generated modules import.
+    """
+    expected = "letters, digits and _"
+    if not name.isidentifier():
+        raise SpecError(where, f"{name!r} is not a valid module name", expected, remedy)
+    if keyword.iskeyword(name):
+        raise SpecError(where, f"{name!r} is a keyword of Python", "a name that can be imported", remedy)
+    if name in sys.stdlib_module_names or name in _NEEDED:
+        raise SpecError(where, f"{name!r} would hide the module of that name", "another name", remedy)
+
+
+_NEEDED = {"gac_runtime", "gacompiler", "generated", "numba", "numpy"}
+"""Modules that generated modules and specs import."""
+
+
 def _executed(path: Path, text: str) -> ModuleType:
     """Execute a spec file as a module that can import other files in its folder."""
     try:
@@ -89,8 +111,7 @@ def _executed(path: Path, text: str) -> ModuleType:
     except SyntaxError as error:
         raise SpecError(f"{path}:{error.lineno}:{error.offset}", f"syntax error: {error.msg}") from error
     name = path.stem
-    if not name.isidentifier():
-        raise SpecError(str(path), f"{name!r} is not a valid module name", "letters, digits and _", "rename the file")
+    check_module_name(name, str(path), "rename the file")
     module = ModuleType(f"_gac_spec_{name}")
     module.__file__ = str(path)
     try:
@@ -100,6 +121,6 @@ def _executed(path: Path, text: str) -> ModuleType:
         if str(path) in str(error):
             raise
         raise error.at(place_of_failure(path, text, error))  # noqa: B904
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise SpecError(place_of_failure(path, text, error), f"{type(error).__name__}: {error}") from error
     return module

@@ -25,6 +25,7 @@ from ..algebra.versors import n_vectors
 from ..errors import AlgebraError, LayoutError, OperandError
 from ..gac_runtime.annotations import Numbers, Real
 from ..gac_runtime.array_element import ArrayElement, Element, adopt
+from ..gac_runtime.arrays import refuse_mask
 from ..gac_runtime.layout import Layout as PlainLayout
 from ..gac_runtime.layout import check_unit
 from .caches import key_of
@@ -295,10 +296,11 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         return self._determined("power", _POWER[0](self._as_unit("power", tolerance))(factor))
 
     def _determined(self, what: str, found: Any) -> Any:
-        """Return a result; raise if a single one is NaN, although this element is not."""
+        """Return a result; raise if a single one is NaN, or an infinite logarithm, although this element is finite."""
         if is_single(type(found)) and math.isfinite(sum(found._numbers())):
             return found
-        if not np.shape(found) and np.isnan(found.values).any() and np.isfinite(self.values).all():
+        is_missing = np.isnan if what != "log" else lambda values: ~np.isfinite(values)  # powers may overflow
+        if not np.shape(found) and is_missing(found.values).any() and np.isfinite(self.values).all():
             raise AlgebraError(
                 what, f"{self}, which has no {_WORDS[what]}, or many", f"a versor or number with one {_WORDS[what]}",
                 "in an array, such elements give NaN",
@@ -322,6 +324,8 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
             If the layout cannot represent them within `tolerance`, relative to the largest coefficient: a coefficient
             that it does not store is not zero, or one of its relations does not hold.
         """
+        if not isinstance(layout, Layout):
+            raise LayoutError("as_layout", f"an argument of type {type(layout).__name__}", "a layout, as in PGA3.POINT")
         if layout.algebra != self.algebra:
             raise mixed(what or "as_layout", self.algebra, layout.algebra)
         where = what or f"as_layout({layout})"
@@ -507,6 +511,7 @@ def values_of(where: str, operand: Any) -> tuple[Layout, np.ndarray[Any, Any]]:
         return operand.layout, operand.values
     if isinstance(operand, Multivector):
         return values_of(where, from_exact(operand))
+    refuse_mask(where, operand)
     values = np.asarray(float(operand) if isinstance(operand, (int, Fraction, Decimal)) else operand)
     if values.dtype.kind not in "fiubc":
         raise OperandError(where, f"an operand of type {type(operand).__name__}", "multivectors or numbers")

@@ -199,7 +199,9 @@ class PlaneConformal(Conformal[M]):
 
     def motor(self, angle: Argument[M], *translation: Argument[M]) -> M:
         """Create the motor that rotates about the origin by an angle in radians, and then translates."""
-        return self._construct("motor", (angle, self._shift("motor", translation)) if translation else (angle,))
+        return self._construct(
+            "motor", (angle, self._shift("motor: translation", translation)) if translation else (angle,)
+        )
 
     def _line_of(self, name: str, coefficients: Any) -> Any:
         return self._hyperplane(name, coefficients)

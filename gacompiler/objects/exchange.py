@@ -94,11 +94,13 @@ def load(path: str | os.PathLike[str]) -> dict[str, Any]:
                 for name, about in whole.items()
             }
         else:
+            with source.open("rb") as content, zipfile.ZipFile(content):  # numpy takes other files for pickles
+                pass
             with np.load(source, allow_pickle=False) as file:
                 about = json.loads(str(file["about"]))
                 described = {name: (each, file[f"values.{name}"]) for name, each in about.items()}
         return {name: _restored(about, values) for name, (about, values) in described.items()}
-    except (KeyError, TypeError, AttributeError, json.JSONDecodeError, zipfile.BadZipFile) as error:
+    except (KeyError, TypeError, AttributeError, ValueError, zipfile.BadZipFile) as error:
         raise ValueError(f"{source}: not a file of objects ({error}); expected a file written by save()") from error
 
 

@@ -51,6 +51,8 @@ def _single(x: Any) -> str:
         return shape.kind if "infinity" in shape.kind else _by_grades(x, grades)
     if x.algebra == VGA3 and shape.kind == "plane":
         return f"plane through the origin, normal {_coordinates(shape.along)}"
+    if describe in (_round, _pair) and not np.all(np.isfinite(shape.place)):  # as the meet of concentric spheres
+        return f"{shape.kind} at infinity"
     name = "imaginary quaternion" if x.algebra == QUATERNIONS else shape.kind
     return _imaginary(f"{name}{describe(shape)}", shape)
 

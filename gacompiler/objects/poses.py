@@ -42,7 +42,7 @@ class Poses(Generic[M]):
             If a matrix is not that of a rigid motion within 1e-6.
         """
         translates, d = self.algebra in TRANSLATING, 2 if self.algebra in (PGA2, CGA2, VGA2) else 3
-        m = np.asarray(matrix, float)
+        m = numbers("from_matrix", matrix)
         size = d + translates
         if m.ndim < 2 or m.shape[-2:] != (size, size):
             raise LayoutError("from_matrix", f"an array of shape {m.shape}", f"(..., {size}, {size})")

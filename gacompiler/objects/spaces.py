@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from decimal import Decimal
+from fractions import Fraction
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
@@ -17,7 +19,7 @@ from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
 from ..frontend.expression import Expression
 from ..gac_runtime.annotations import Numbers, Stored
-from ..gac_runtime.arrays import element_of, plain
+from ..gac_runtime.arrays import element_of, plain, refuse_mask
 from .arrays import MultivectorArray, of_rows, single_type, wrap
 from .caches import cached_by_name
 from .calls import apply
@@ -177,11 +179,9 @@ class Space(Immutable, Generic[M]):
 
     def multivector(self, coefficients: Mapping[str, Numbers | complex]) -> M:
         """Create multivectors from numbers or arrays by blade, ``{"1": 2, "e12": [0, 1]}``; arrays broadcast."""
-        if type(coefficients) is not dict and not isinstance(coefficients, Mapping):
-            raise AlgebraError(
-                "multivector", type(coefficients).__name__, 'coefficients by blade, as in {"1": 2}',
-                "of(layout, coefficients) takes those of a layout in its order",
-            )  # fmt: skip
+        if not isinstance(coefficients, Mapping):
+            kind = type(coefficients).__name__
+            raise LayoutError("multivector", f"coefficients of type {kind}", 'coefficients by blade, as in {"1": 2}')
         key = id(self.algebra), *coefficients
         given: Mapping[str, Any] = coefficients
         known = _BY_NAMES.get(key)
@@ -370,8 +370,9 @@ def numbers(what: str, value: Any) -> np.ndarray[Any, Any]:
 
 def array_of(what: str, value: Any) -> np.ndarray[Any, Any]:
     """Convert a value that is no element to an array of real or complex numbers."""
+    refuse_mask(what, value)
     try:
-        array = np.asarray(value)
+        array = np.asarray(float(value) if isinstance(value, (Fraction, Decimal)) else value)
     except ValueError as error:
         raise LayoutError(what, f"not an array of numbers ({error})", "numbers") from None
     if array.dtype.kind not in "fiubc":

@@ -42,12 +42,19 @@ def in_differences(vectors: Sequence[Expression]) -> tuple[Expression, ...] | No
     """Subtract the first of some vectors from the others, which does not change their outer product.
 
     The determinant of nearly equal vectors loses accuracy, that of one of them and of differences does not. Return None
-    if some vector is a sum, so that differences are not subtracted again, or has an implied coefficient.
+    if some vector is a sum, so that differences are not subtracted again, or has an implied coefficient. The dual of an
+    input is a vector like an input.
     """
-    if len(vectors) < 2 or any(each.operation is not Operation.INPUT or each.data.layout.implied for each in vectors):
+    if len(vectors) < 2 or not all(map(_is_stored, vectors)):
         return None
     first, *others = vectors
     return (first, *(each - first for each in others))
+
+
+def _is_stored(vector: Expression) -> bool:
+    if vector.operation in (Operation.DUAL, Operation.UNDUAL, Operation.POLARITY):
+        vector = vector.arguments[0]
+    return vector.operation is Operation.INPUT and not vector.data.layout.implied
 
 
 def squared(vectors: Sequence[Expression]) -> Expression | None:

@@ -182,7 +182,7 @@ STRATEGIES: dict[str, tuple[tuple[Rule, ...], ...]] = {
     "inverses spelled out": (SPELL_OUT,),
     "versors pulled out": (PULL_OUT,),
     "products expanded": (EXPAND,),
-    "products of differences expanded": (SUBTRACT,),
+    "products of differences expanded": (PULL_OUT, SUBTRACT),
     "chains associated": (RECOGNISE, (associate,)),
     "sandwiches one by one": (SPLIT,),
     "sandwiches combined": (COMBINE,),

@@ -66,7 +66,7 @@ def robot_spec(
     except OSError as error:
         raise SpecError(robot, error.strerror or str(error), "a URDF or MJCF file, or the name of a robot") from None
     except ValueError as error:
-        raise SpecError(robot, str(error)) from None
+        raise SpecError(robot, str(error).removeprefix(f"{Path(robot).name}: ").removeprefix(f"{robot}: ")) from None
     module = name or re.sub(r"\W+", "_", found.name)
     if not module.isidentifier():
         raise SpecError(module, "not a valid module name", "letters, digits and _", "choose another --name")

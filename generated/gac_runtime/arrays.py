@@ -86,11 +86,7 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
             shapes = ", ".join(str(part.shape) for part in parts)
             raise ValueError(f"{where} is a list of elements of shapes {shapes}; expected one shape")
         return np.stack(parts)
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
-        count = int(np.count_nonzero(np.ma.getmaskarray(value)))
-        raise TypeError(
-            f"{where} has {count} masked numbers; expected an array without a mask; fill it with np.ma.filled"
-        )
+    refuse_mask(where, value)
     stored = getattr(value, "stored", None)
     if stored is None or layout is None:
         return value
@@ -103,6 +99,34 @@ def plain(where: str, value: Any, layout: Layout | None) -> Any:
     if layout.unit and not own.unit:
         value.require_unit(where)
     return found
+
+
+def masked_in(where: str, value: Any) -> tuple[str, int] | None:
+    """Return the place and the number of masked entries of an array, or of the first such array in a list; or None."""
+    if isinstance(value, np.ma.MaskedArray):
+        count = int(np.count_nonzero(np.ma.getmaskarray(value)))
+        return (where, count) if count else None
+    level: Any = value if type(value) in (list, tuple) else ()
+    while not (kinds := set(map(type, level))) <= _NUMBERS:  # by levels, since lists may have many rows
+        if any(issubclass(kind, np.ma.MaskedArray) for kind in kinds):
+            found = (masked_in(f"{where}[{k}]", each) for k, each in enumerate(value))
+            return next((each for each in found if each), None)
+        level = list(itertools.chain.from_iterable(each for each in level if type(each) in (list, tuple)))
+    return None
+
+
+def refuse_mask(where: str, value: Any) -> None:
+    """Raise an error for a masked array with masked entries, also in a list: numpy would use what is behind the mask.
+
+    Raises
+    ------
+    TypeError
+    """
+    found = masked_in(where, value)
+    if found:
+        raise TypeError(
+            f"{found[0]} has {found[1]} masked numbers; expected an array without a mask; fill it with np.ma.filled"
+        )
 
 
 def in_order(kernel: str, names: list[str], arrays: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from functools import cache
 from typing import Any
 
@@ -114,6 +115,10 @@ def test_where_there_is_no_value() -> None:
     assert np.isnan(multivector_function("sqrt", [0.0, 1, 0, 0], [1, 0])).all(), "a vector of square 1 has no real root"
     assert np.isnan(multivector_function("sqrt", [0.0, 0, 1, 0], [1, 0])).all(), "nor has a null vector"
     assert np.isnan(multivector_function("reciprocal", [1.0, 1, 0, 0])).all(), "a divisor of zero"
+    for divisor in ([1.0, 1, 0, 0], [2, 1.6, 1.2, 0], [0, 0, 0, 0]):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert np.isnan(multivector_function("log", divisor)).all(), "exp has no divisors of zero as values"
     assert np.isnan(multivector_function("exp", [np.nan, 1, 0, 0])).all()
     minus_one = np.array([-1.0, 0, 0, 0, 0, 0, 0, 0])
     assert np.isnan(multivector_function("sqrt", minus_one)).all(), "roots such as e123 belong to no branch"

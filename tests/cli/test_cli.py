@@ -109,6 +109,44 @@ def test_new_writes_a_spec_that_compiles(here: Path) -> None:
     assert again.exit_code == 1 and "exists" in again.output
 
 
+@pytest.mark.parametrize(
+    ("name", "found"),
+    [("class", "keyword of Python"), ("numpy", "hide the module"), ("a b", "not a valid module name")],
+)
+def test_names_that_cannot_be_imported_are_refused(here: Path, name: str, found: str) -> None:
+    assert found in run("new", name).output
+    (here / f"{name}.py").write_text(SPEC)
+    assert found in run("cost", f"{name}.py").output
+
+
+@pytest.mark.parametrize(
+    ("content", "found"),
+    [
+        (b"\xff\xfe", "0xff at 0 is no text; expected a text in UTF-8"),
+        (b"x = 1\nraise SystemExit(3)", "wrong.py:2: SystemExit: 3"),
+        ("# ü\n".encode() + SPEC.encode().replace(b"move_point", b"moved"), ""),
+    ],
+)
+def test_specs_that_cannot_be_read(here: Path, content: bytes, found: str) -> None:
+    (here / "wrong.py").write_bytes(content)
+    result = run("cost", "wrong.py", "--effort", "0")
+    assert result.exit_code == bool(found) and found in result.output and "Traceback" not in result.output
+
+
+def test_files_are_named_once(here: Path) -> None:
+    (here / "one.urdf").write_text('<robot name="a"><link name="x"/></robot>')
+    assert run("robot", "one.urdf").output == "gac: error: one.urdf: no moving joint; expected at least one\n"
+
+
+def test_specs_of_one_name_are_not_written_over_each_other(here: Path) -> None:
+    (here / "sub").mkdir()
+    (here / "sub" / "my_kernels.py").write_text(SPEC.replace("move_point", "other"))
+    result = run("generate", "my_kernels.py", "sub/my_kernels.py", "--no-build")
+    assert (
+        result.exit_code == 1 and "has the module name of my_kernels.py" in result.output and not list(here.glob("out"))
+    )
+
+
 @pytest.mark.parametrize("what", [(), ("PGA3",), ("my_kernels.py",)])
 def test_list(here: Path, what: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(showing, "own_specs", lambda: own_specs()[:2])

@@ -11,7 +11,13 @@ from scipy.linalg import block_diag, expm, solve_discrete_are
 from scipy.stats import chi2
 
 from algorithms.arguments import Reals
-from algorithms.estimation import EstimationStatus, ExtendedKalmanFilter, KalmanFilter, UnscentedKalmanFilter
+from algorithms.estimation import (
+    EstimationStatus,
+    ExtendedKalmanFilter,
+    KalmanFilter,
+    MotorFilter,
+    UnscentedKalmanFilter,
+)
 
 
 @pytest.fixture
@@ -324,6 +330,31 @@ def test_indefinite_noise_of_one_step_is_not_ok() -> None:
         assert extended.update([0.1], lambda x: (x[:1], np.eye(1, 2)), [[noise]]) == status
         assert unscented.predict(lambda x: x, noise * np.eye(2)) == status
         assert unscented.update([0.1], lambda x: x[:, :1], [[noise]]) == status
+
+
+def test_an_indefinite_model_is_never_ok() -> None:
+    """Unlike that of one step, the noise of a model is used at every step."""
+    p = PROBLEMS[0]
+    for noise, process in (([[-1.0]], p.process), (p.noise, -np.eye(2))):
+        f = KalmanFilter(*p[:3], process, p.rows, noise)
+        for call in (lambda f: f.run([[0.1], [0.1]]), lambda f: f.run([[0.1]], transitions=[np.eye(2)])):
+            call(f)
+            assert f.status == EstimationStatus.NOT_DEFINITE
+        f.predict()
+        assert (f.status == EstimationStatus.NOT_DEFINITE) == (process is not p.process)
+        f.update([0.1])
+        assert (f.status == EstimationStatus.NOT_DEFINITE) == (noise is not p.noise)
+        f.run([[0.1]], process_noises=[np.eye(2)], noises=[[[1.0]]])
+        assert f.status == EstimationStatus.OK
+
+
+def test_a_triangular_root_is_no_covariance() -> None:
+    p = PROBLEMS[0]
+    assert KalmanFilter(p.state, [[1.0, 0.9], [0.0, 1.0]], *p[2:]).status == EstimationStatus.NOT_DEFINITE
+    start = np.eye(8)[0]
+    assert MotorFilter(start, np.eye(6) + np.eye(6, k=1) / 2).status == EstimationStatus.NOT_DEFINITE
+    assert MotorFilter(start, np.eye(6), noise=-np.eye(6)).predict(1.0) == EstimationStatus.NOT_DEFINITE
+    assert MotorFilter(start, np.eye(6)).move(start, -np.eye(6)) == EstimationStatus.NOT_DEFINITE
 
 
 def test_functions_with_results_of_wrong_shapes_are_named() -> None:

@@ -355,6 +355,23 @@ def test_numbers_of_more_dimensions(algebra: Algebra, layout: Layout, rng: np.ra
         assert max(map(abs, square.terms.values()), default=0) < 1e-14 * max(map(abs, original))
 
 
+def test_numbers_with_null_parts() -> None:
+    """In VGA2, the matrices of two rows, numbers with one negative eigenvalue have neither a root nor a logarithm."""
+    _, logarithm, root = numbers(VGA2, VGA2.full)
+    of = {  # 1, e1, e2, e12: the eigenvalues are w + u and w - u with u**2 = e1**2 + e2**2 - e12**2
+        "one, twice, and a nilpotent part": [1.0, 1, 0, 1], "1 and 3": [2.0, 0.6, 0.8, 0], "complex": [-2, 0.1, 0.5, 2],
+        "-1, without other part": [-1.0, 0, 0, 0],
+        "0 and 2": [1.0, 0, 1, 0],
+    }  # fmt: skip
+    for name, a in of.items():
+        square = VGA2.full.element(root(np.array(a)).tolist())
+        assert difference(np.array(VGA2.full.coefficients(square * square), float), np.array(a)) < 1e-15, name
+    without = [[-1.0, 1, 0, 1], [0, 1, 0, 1], [-1, -1, -1, -1], [-3, 0.6, 0.8, 0], [1, 2, 0, 0]]
+    with np.errstate(all="ignore"):
+        assert np.isnan(root(np.array(without))).any(-1).all()
+        assert not np.isfinite(logarithm(np.array([*without, of["0 and 2"]]))).all(-1).any()
+
+
 def test_six_dimensions(rng: np.random.Generator) -> None:
     for algebra in (G33, orthogonal(6)):
         b = rng.normal(size=15)

@@ -89,7 +89,7 @@ def test_confusion_matrix() -> None:
         ({"labels": LABELS[1:]}, "one for each sample"),
         ({"labels": np.zeros(120, int)}, "at least two"),
         ({"kind": "tree"}, "'tree'"),
-        ({"hidden": 0}, "hidden 0"),
+        ({"hidden": 0}, "hidden: 0"),
         ({"kind": "delays"}, "at least 5 times"),
     ],
 )

@@ -224,3 +224,17 @@ def test_files_of_other_formats_are_errors(tmp_path: Path, text: str) -> None:
         build_map(log)
     with pytest.raises(ValueError, match=r"graph\.g2o: lines .*; expected VERTEX_SE2"):
         build_map(graph)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "reason"),
+    [
+        ("log.txt", "", "$"),
+        ("log.txt", "FLASER 3 1 2\n", ", line 1: FLASER: 2 of 3 ranges"),
+        ("graph.g2o", "VERTEX_SE2 0 0 0 0\n", "$"),
+    ],
+)
+def test_files_without_scans_are_errors(tmp_path: Path, name: str, text: str, reason: str) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(ValueError, match=rf"{name}: no scan in it; expected a log of CARMEN .* with scans{reason}"):
+        build_map(tmp_path / name)

@@ -58,7 +58,8 @@ def test_graph_with_scans_is_read(tmp_path: Path) -> None:
     ("text", "options", "message"),
     [
         (None, [], "No such file"),
-        ("ODOM 0 0 0 0 0 0 1 h 1\n", [], "0 scans, none with enough readings"),
+        ("ODOM 0 0 0 0 0 0 1 h 1\n", [], "no scan in it"),
+        ("FLASER 3 0 0 0 0 0 0 0 0 0 1 h 1\n", [], "1 scans, none with enough readings"),
         ("", ["-o", "no/such/folder/map.svg"], "no such folder"),
     ],
 )

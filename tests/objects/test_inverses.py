@@ -112,6 +112,12 @@ def test_logarithms_that_are_not_determined() -> None:
     for versor in (four.e12 * four.e34, four.of(four.algebra.UNIT_EVEN, np.eye(8)[-1])):
         with pytest.raises(AlgebraError, match="log: e1234, which has no logarithm, or many"):
             versor.log()
+    for divisor in (1 + VGA2.e1, CGA3.point(1, 2, 3)):
+        with pytest.raises(AlgebraError, match=r"log: .*, which has no logarithm, or many"):
+            divisor.log()
+    for null in (CGA3.point(1, 2, 3), STA.vector(1, 0, 0, 1), VGA2.of(VGA2.full, [-1.0, 1, 0, 1])):
+        with pytest.raises(AlgebraError, match=r"sqrt: .*, which has no square root, or many"):
+            null.sqrt()
 
 
 NEARLY = [

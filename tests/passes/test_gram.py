@@ -20,6 +20,7 @@ from gacompiler import (
     SCALAR,
     Algebra,
     commutator,
+    dual,
     hestenes_product,
     inner_product,
     jacobian,
@@ -145,6 +146,11 @@ def bracket(a, b, x):  # type: ignore[no-untyped-def]
     return commutator(a ^ b, x)
 
 
+@kernel(s=CGA3.SPHERE, t=CGA3.SPHERE)
+def tangency(s, t):  # type: ignore[no-untyped-def]
+    return norm_squared(dual(s) ^ dual(t))
+
+
 @kernel(x=SCALAR, y=SCALAR)
 def fourth_power(x, y):  # type: ignore[no-untyped-def]
     return x**4 - 4 * x**3 * y + 6 * x**2 * y**2 - 4 * x * y**3 + y**4
@@ -186,6 +192,7 @@ def dense_product(a, b):  # type: ignore[no-untyped-def]
     [
         (squared_sphere, 25, 33),
         (bracket, 22, 19),
+        (tangency, 15, 18),
         (fourth_power, 2, 1),
         (vandermonde, 2, 3),
         (product_of_squares, 5, 2),

@@ -33,7 +33,7 @@ FURTHER: dict[str, tuple[int, int]] = {
     "discriminant_of_three_spheres": (27, 29),
     "discriminant_of_sphere_and_plane": (11, 10),
     "meet_of_moved_spheres": (69, 63),
-    "tangency_of_moved_spheres": (28, 16),
+    "tangency_of_moved_spheres": (15, 18),
     "inner_product_of_moved_sphere": (42, 32),
     "two_motors_conformal_point": (46, 38),
     "two_motors_sphere": (74, 56),

@@ -202,7 +202,7 @@ def test_wavelets_on_the_sphere_preserve_the_norm_and_are_equivariant() -> None:
         (lambda f: clifford_wavelet_nd(f[..., :3], [1.0], np.eye(2)), "field: shape .*n = 2, 3 or 6 dimensions"),
         (lambda f: clifford_wavelet_nd(f, [1.0], 2 * np.eye(2)), "turns: not orthogonal"),
         (lambda f: clifford_wavelet_nd(f, [1.0], np.eye(3)), "turns: shape"),
-        (lambda f: clifford_wavelet_nd(f, [0.0], np.eye(2)), "scales: 0.0; expected positive numbers"),
+        (lambda f: clifford_wavelet_nd(f, [0.0], np.eye(2)), "scales: 0.0; expected a positive number"),
         (lambda f: clifford_wavelet_nd(f, [], np.eye(2)), "at least one scale"),
         (lambda f: clifford_wavelet_nd(f, [1.0], np.eye(2), sigma=(1.0,)), "2 sigmas"),
         (lambda f: clifford_wavelet_nd(f * np.nan, [1.0], np.eye(2)), "field: a number is not finite"),

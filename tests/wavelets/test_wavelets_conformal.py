@@ -219,7 +219,7 @@ def test_fields_are_reconstructed(dimension: int) -> None:
         (lambda f, x: conformal_wavelet(f, x[:-1], IDENTITY), r"points: shape \(9, 3\); expected \(10, 3\)"),
         (lambda f, x: conformal_wavelet(f, x * np.inf, IDENTITY), "points: a number is not finite"),
         (lambda f, x: conformal_wavelet(f, x, IDENTITY[:8]), "versors: shape .*even elements"),
-        (lambda f, x: conformal_wavelet(f, x, IDENTITY, sigma=0.0), "expected positive numbers"),
+        (lambda f, x: conformal_wavelet(f, x, IDENTITY, sigma=0.0), "expected a positive number"),
         (lambda f, x: conformal_wavelet(f, x, IDENTITY, weights=np.ones(3)), "weights: shape"),
         (lambda f, x: conformal_wavelet(f, x[:, :2], IDENTITY), r"field: shape .*elements of G\(2\)"),
         (lambda f, x: conformal_wavelet(f[:, :4], x[:, :2], IDENTITY), r"versors: shape .*even elements of G\(3,1\)"),

@@ -195,7 +195,7 @@ def test_phases_of_waves_follow_a_small_shift(kind: str, axis: int) -> None:
         (lambda x: QuaternionPyramid(x[0]), "image: shape .* images M N"),
         (lambda x: QuaternionPyramid(x * np.nan), "image: a number is not finite"),
         (lambda x: gabor_bank(x, [(0.6, 0.0)]), "frequencies: 0.6; expected cycles per pixel from 0 to 0.5"),
-        (lambda x: gabor_bank(x, [(0.1, 0.0)], -1.0), "sigma: -1.0; expected positive numbers"),
+        (lambda x: gabor_bank(x, [(0.1, 0.0)], -1.0), "sigma: -1.0; expected a positive number"),
         (lambda x: gabor_bank(x, [(0.1, 0.0)], (1.0, 2.0)), "sigma: 2 for 1 frequencies"),
         (lambda x: gabor_bank(x * np.nan, [(0.1, 0.0)]), "image: a number is not finite"),
         (lambda x: quaternion_phase(x), r"q: shape \(40, 50\); expected \(..., 4\), quaternions"),

@@ -147,7 +147,7 @@ def test_denoising_of_pure_noise_and_of_clean_signals() -> None:
         (lambda x: sure_threshold(x[:0]), r"coefficients: shape \(0,\); expected at least one number"),
         (lambda x: bayes_threshold(x * np.nan), "coefficients: a number is not finite"),
         (lambda x: sure_threshold(x, -1.0), "sigma: -1.0; expected 0 or more"),
-        (lambda x: universal_threshold(0), "count: 0; expected 1 or more"),
+        (lambda x: universal_threshold(0), "count: 0; expected a whole number, 1 or more"),
         (lambda x: denoise_wavelet(x, rule="all"), "rule: 'all'; expected 'bayes', 'sure', 'visu'"),
         (lambda x: denoise_wavelet(x, kind="firm"), "kind: 'firm'; expected 'soft', 'hard', 'garrote'"),
         (lambda x: denoise_wavelet(x, sigma=-1.0), "sigma: -1.0; expected 0 or more"),

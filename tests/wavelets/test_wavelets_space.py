@@ -99,7 +99,7 @@ def test_a_wave_matches_the_wavelet_of_its_frequency_and_direction() -> None:
         (lambda f: clifford_wavelet(f[..., :4], [1.0], NO_TURN), "field: shape .*fields L M N 8"),
         (lambda f: clifford_wavelet(f[None], [1.0], NO_TURN), "expected one field L M N 8"),
         (lambda f: clifford_wavelet(f * np.nan, [1.0], NO_TURN), "field: a number is not finite"),
-        (lambda f: clifford_wavelet(f, [-1.0], NO_TURN), "scales: -1.0; expected positive numbers"),
+        (lambda f: clifford_wavelet(f, [-1.0], NO_TURN), "scales: -1.0; expected a positive number"),
         (lambda f: clifford_wavelet(f, [], NO_TURN), "at least one scale"),
         (lambda f: clifford_wavelet(f, [1.0], 2 * NO_TURN), "rotors: not of norm 1"),
         (lambda f: clifford_wavelet(f, [1.0], NO_TURN, 0.0), "frequency: 0.0"),

@@ -102,6 +102,8 @@ def test_bad_input() -> None:
         (lambda: isphere_wavelet([1, 1j, np.inf * 1j, 0], places, moves), "coefficients: a number is not finite"),
         (lambda: isphere_wavelet(np.ma.array([1, 1j, 1, 1], mask=[0, 1, 0, 0]), places, moves), "masked"),
         (lambda: isphere_wavelet(np.ones(4), places, moves, weights=0.0), "weights: a number is not positive"),
+        (lambda: sphere_wavelet(np.ones(5), places, 0 * moves), "versors: number 0 takes a point .* to infinity"),
+        (lambda: isphere_wavelet(np.ones(4), places, 0 * moves), "versors: number 0 takes a point .* to infinity"),
         (lambda: isphere_wavelet(np.ones(4), 2 * places, moves), "directions: not of length 1"),
         (lambda: isphere_wavelet(np.ones(4), places, moves, tolerance=0.0), "tolerance"),
         (lambda: isphere_wavelet(np.ones(0), places, moves), "expected"),

@@ -141,9 +141,9 @@ def test_a_whole_pattern_is_rotated_in_space() -> None:
         (lambda f: match_template(f * np.nan, f[:5, :5]), "field: a number is not finite"),
         (lambda f: match_template(f[..., :1], f[:5, :5]), "field: shape .*a vector field M N 2 or L M N 3"),
         (lambda f: divergence_and_curl(f, mode="full"), "mode: 'full'; expected 'same' or 'wrap'"),
-        (lambda f: divergence_and_curl(f, -1.0), "sigma: -1.0; expected positive numbers"),
+        (lambda f: divergence_and_curl(f, -1.0), "sigma: -1.0; expected a positive number"),
         (lambda f: divergence_and_curl(f[0]), "field: shape"),
-        (lambda f: derivative_mask(2, 1.0, 0.0), "truncate: 0.0; expected positive numbers"),
+        (lambda f: derivative_mask(2, 1.0, 0.0), "truncate: 0.0; expected a positive number"),
         (lambda f: derivative_mask(4), "dimension: 4; expected 2 or 3"),
     ],
 )
