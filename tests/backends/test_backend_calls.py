@@ -30,6 +30,7 @@ from backend_programs import (
 
 from gacompiler.ir.program import Program
 from gacompiler.ir.scalar import Op
+from tests.support.all_cases import all_cases
 
 SLOW = ("numba", np.float32)
 """Compiling every operation takes numba seconds."""
@@ -177,8 +178,8 @@ def test_complex_where_the_kernel_is_polynomial(module: ModuleType) -> None:
         module.normalize(np.zeros(3, complex))
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "words"),
+@all_cases(
+    "arguments, error, words",
     [
         ((np.zeros(7), np.zeros(3)), ValueError, ["move_point", "argument m", "(7,)", "(..., 8)", "e0 e1"]),
         ((np.zeros(8), np.float64(1)), ValueError, ["argument p", "()", "(..., 3)"]),

@@ -16,6 +16,7 @@ from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.layout import Layout
 from gacompiler.errors import GacError, KernelError
 from gacompiler.frontend import many_vectors
+from tests.support.all_cases import all_cases
 
 
 def bivectors(algebra: Algebra) -> Layout:
@@ -112,9 +113,7 @@ def test_one_has_the_logarithm_zero(numbers: Any) -> None:
         assert not np.any(np.array(numbers._logarithm(space, [sign * x for x in one]), float))
 
 
-@pytest.mark.parametrize(
-    "function", [ga.log, ga.sqrt, lambda r: ga.power(r, 0.3), ga.exp], ids=["log", "sqrt", "power", "exp"]
-)
+@all_cases("function", [ga.log, ga.sqrt, lambda r: ga.power(r, 0.3), ga.exp])
 def test_kernels_without_loops_are_refused(function: Any) -> None:
     algebra = Cl(6).algebra
     layout = bivectors(algebra) if function is ga.exp else algebra.UNIT_EVEN
@@ -128,8 +127,8 @@ def test_kernels_without_loops_are_refused(function: Any) -> None:
     assert len(str(refused.value)) < 320 and "\n" not in str(refused.value)
 
 
-@pytest.mark.parametrize("options", [{"unit": False}, {"along": 1}])
-@pytest.mark.parametrize("function", [ga.log, ga.sqrt], ids=["log", "sqrt"])
+@all_cases("options", [{"unit": False}, {"along": 1}])
+@all_cases("function", [ga.log, ga.sqrt])
 def test_options_of_numbers_are_refused(function: Any, options: dict[str, Any]) -> None:
     @ga.kernel(r=Cl(6).algebra.UNIT_EVEN, loops=True)
     def of_versor(r: Any) -> Any:

@@ -9,6 +9,7 @@ from algorithms.grasping import FRANKA_HAND, GraspStatus, hand_from_urdf, plan_g
 from algorithms.grasping.seen_sides import tangents
 from benchmarks.force_closure import distances_to_segment, is_closed_by_forces
 from generated import pga3
+from tests.support.all_cases import all_cases
 from tests.support.depth_views import ball, can, depth_camera, depth_image, mesh
 from tests.support.grasp_shapes import SHAPES
 from tests.support.scans import box, scan
@@ -130,8 +131,8 @@ def test_bounds_of_tangent_planes_contain_those_of_a_ball(radius, noise):
     assert (far > 0)[smooth].mean() < 1e-2 and far[smooth].max() < 2e-4
 
 
-@pytest.mark.parametrize(
-    ("change", "error"),
+@all_cases(
+    "change, error",
     [({"mask": np.zeros((480, 640))}, ValueError), ({"mask": np.zeros((3, 4), bool)}, ValueError),
      ({"noise": 0.0}, ValueError), ({"style": 4}, ValueError), ({"friction": -1}, ValueError),
      ({"margin": -1}, ValueError), ({"camera": np.eye(3, 4)}, TypeError), ({"depth": np.zeros(5)}, ValueError)],

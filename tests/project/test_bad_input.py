@@ -13,6 +13,7 @@ from algorithms.subspaces import Blade, FactoredBlade, factorize_blade, join, ou
 from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA3, PGA2, PGA3, VGA3
 from generated import cga3, pga3
+from tests.support.all_cases import all_cases
 
 M, P, C = PGA3.motor([0, 0, 1], 1.0), PGA3.point(1, 2, 3), CGA3.point(1, 2, 3)
 TWO_POINTS = PGA3.point(np.ones((2, 3)))
@@ -92,7 +93,7 @@ NOT_NUMBERS: dict[str, Callable[[], Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", NOT_NUMBERS)
+@all_cases("name", NOT_NUMBERS)
 def test_what_does_not_exist_is_not_a_number(name: str) -> None:
     with np.errstate(all="ignore"):
         assert np.isnan(NOT_NUMBERS[name]()).any()
