@@ -83,7 +83,7 @@ def test_one_element_and_batches(module: ModuleType, program: Program) -> None:
 
 
 def test_single_precision(module: ModuleType) -> None:
-    for program in (MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, INTERPOLATE):
+    for program in (NORMALIZE, INTERPOLATE):  # with two results, and with a number
         arrays = inputs(program, (67,), np.float32)
         check(module, program, arrays, 2e-6)
         results = getattr(module, program.name)(*arrays)
