@@ -169,7 +169,7 @@ def nearest_of_mesh(vertices, faces):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("azimuth", [10, 100, 190, 280])
+@pytest.mark.parametrize("azimuth", [10, 190])
 def test_other_objects_are_held_or_refused(azimuth):
     held = 0
     for name in ("MustardBottle", "TomatoSoupCan", "Banana", "FoamBrick", "capsule", "cup", "egg", "pear", "rod 20"):
