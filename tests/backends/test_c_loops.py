@@ -37,6 +37,7 @@ from gacompiler.backends.transcendental import is_transcendental
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.ir.procedure import Procedure
 from tests.support.all_cases import all_cases
+from tests.support.unoptimised import without_optimisation
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 
@@ -48,7 +49,11 @@ BATCHES = [0, 1, 3, 7, 17, 30]
 
 @pytest.fixture(scope="session")
 def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    return build_loops(loop_module(MODULE, *EXAMPLES), tmp_path_factory.mktemp("loops"))
+    """The examples, built without optimisation; the modules that other tests call are built with it."""
+    folder = tmp_path_factory.mktemp("loops")
+    with pytest.MonkeyPatch.context() as patch:
+        without_optimisation(patch, folder)
+        return build_loops(loop_module(MODULE, *EXAMPLES), folder)
 
 
 def _procedure(definition: Kernel) -> Procedure:

@@ -280,7 +280,9 @@ def run_on_processor(
 
 @pytest.mark.slow
 @needs("g++")
+@pytest.mark.parametrize("which", ["few"], indirect=True)
 def test_cuda_on_a_processor(which: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loops are printed by the lines of the compiler that print those of OpenCL, of which all run there."""
     dialect = LoopDialect(
         ON_A_PROCESSOR, "{module}::{kernel}", "{module}_{kernel}_{suffix}", "long long", ("double", "float")
     )

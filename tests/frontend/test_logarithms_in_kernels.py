@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import shlex
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +15,10 @@ import gacompiler as ga
 from gacompiler import SCALAR, Cl
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.layout import Layout
-from gacompiler.backends import find_compiler
 from gacompiler.errors import GacError, KernelError
 from gacompiler.frontend import many_vectors
 from tests.support.all_cases import all_cases
+from tests.support.unoptimised import without_optimisation
 
 
 def bivectors(algebra: Algebra) -> Layout:
@@ -145,14 +144,9 @@ def test_options_of_numbers_are_refused(function: Any, options: dict[str, Any]) 
 def test_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Kernels agree with mpmath, also in batches; where there is no logarithm the result is NaN.
 
-    The logarithm is built in C without optimisation, which takes most of the time and changes no result. Formulas in
-    other algebras are compared in `test_formulas`.
+    The logarithm is built in C. Formulas in other algebras are compared in `test_formulas`.
     """
-    compiler = find_compiler()
-    if compiler is not None:
-        (tmp_path / "compiler").write_text(f'#!/bin/sh\nexec {shlex.join(compiler)} "$@" -O0\n')
-        (tmp_path / "compiler").chmod(0o755)
-        monkeypatch.setenv("CC", str(tmp_path / "compiler"))
+    without_optimisation(monkeypatch, tmp_path)
     signature = 4, 2
     algebra = Cl(*signature).algebra
 
