@@ -70,9 +70,8 @@ class Cache:
     def put(self, key: str, value: Any) -> None:
         """Store a value. Errors, such as a full disk, are ignored and leave no entry.
 
-        Before its first entry, a process removes what is beyond the limit: the folder may have ten thousands of files.
+        After its first entry, a process removes what is beyond the limit: the folder may have ten thousands of files.
         """
-        _prune_once(self)
         packed = zlib.compress(json.dumps(value, separators=(",", ":")).encode(), 1)
         content = b"\n".join([_HEAD + key.encode(), _digest(packed), packed])
         with contextlib.suppress(OSError):
@@ -83,6 +82,7 @@ class Cache:
                 os.replace(scratch, self.folder / key)
             except OSError:
                 os.unlink(scratch)
+        _prune_once(self)
 
     def prune(self) -> None:
         """Remove the least recently used entries until the rest is within the limit."""

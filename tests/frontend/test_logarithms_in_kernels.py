@@ -94,7 +94,7 @@ def scaled(x: Any, factor: Any) -> Any:
     return x.map(lambda value: value * factor)
 
 
-@pytest.mark.parametrize("shift", [0.0, 0.1, 1.0, 10.0])
+@pytest.mark.parametrize("shift", [0.0, 10.0])
 @pytest.mark.parametrize("angles", [[1.0, 0.5], [1.0, 1.0], [1e-9, 2e-9], [PI - mpmath.mpf("1e-13"), 0.3]], ids=str)
 @pytest.mark.parametrize("n", [5, 6])
 def test_degenerate_metrics_within_one_more_vector(numbers: Any, n: int, angles: list[Any], shift: float) -> None:

@@ -350,7 +350,7 @@ def test_batches_of_every_size(backend: str, dtype: type, records: Records, modu
 
 
 @pytest.mark.parametrize("order", some_slow(ORDERS, "Fortran", "negative", "read-only"))
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", some_slow(BACKENDS, "numba"))
 def test_batches_in_every_order(backend: str, order: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
     """Test every order of the varying arguments and every kind of uniform argument."""
     names = tuple(records) if backend == "c" else FEW[:2]
@@ -365,7 +365,7 @@ def test_batches_in_every_order(backend: str, order: str, records: Records, modu
         assert_same(function(*single), expected)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", some_slow(BACKENDS, "numba"))
 def test_leading_axes_broadcast(backend: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
     for record, _, same in each_form(records, tuple(records) if backend == "c" else FEW):
         function = getattr(modules[backend], record.kernel.name)
