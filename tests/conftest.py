@@ -23,10 +23,14 @@ def pytest_collection_finish() -> None:
     Compiled kernels and tables that are cached grow with the tests, and looking through them took a seventh of the
     time. Garbage is looked for after two million new objects, some 150 MB, as in processes that compile.
     """
-    gc.collect()
     gc.freeze()
     gc.set_threshold(2_000_000)
     gc.enable()
+
+
+def pytest_sessionfinish() -> None:
+    """Exclude what ends with the process: plugins collect garbage once more, among the objects of all tests."""
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

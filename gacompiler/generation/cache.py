@@ -16,6 +16,7 @@ import tempfile
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -67,7 +68,10 @@ class Cache:
             return None
 
     def put(self, key: str, value: Any) -> None:
-        """Store a value. Errors, such as a full disk, are ignored and leave no entry."""
+        """Store a value. Errors, such as a full disk, are ignored and leave no entry.
+
+        After its first entry, a process removes what is beyond the limit: the folder may have ten thousands of files.
+        """
         packed = zlib.compress(json.dumps(value, separators=(",", ":")).encode(), 1)
         content = b"\n".join([_HEAD + key.encode(), _digest(packed), packed])
         with contextlib.suppress(OSError):
@@ -78,6 +82,7 @@ class Cache:
                 os.replace(scratch, self.folder / key)
             except OSError:
                 os.unlink(scratch)
+        _prune_once(self)
 
     def prune(self) -> None:
         """Remove the least recently used entries until the rest is within the limit."""
@@ -94,6 +99,11 @@ class Cache:
             for entry in entries:
                 with contextlib.suppress(OSError):  # another process has removed it
                     yield entry.path, entry.stat()
+
+
+@cache
+def _prune_once(folder: Cache) -> None:
+    folder.prune()
 
 
 def _digest(content: bytes) -> bytes:

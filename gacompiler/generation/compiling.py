@@ -90,7 +90,6 @@ def render_spec(
     files = render(source_of(spec, _all_compiled(spec, keys, progress, cache, effort, cost)))
     if cache and text_key and not is_interrupted():
         cache.put(text_key, files)
-        cache.prune()
     return files
 
 
@@ -115,8 +114,6 @@ def _all_compiled(
         progress(f"{spec.name}.{kernel.name}")
         compile_one = _loops_compiled if kernel.has_loops else _compiled
         found.append(compile_one(kernel, key, cache, effort, cost))
-    if cache:
-        cache.prune()
     return found
 
 

@@ -7,7 +7,6 @@ with functions that have no name, such as the implied coefficients of an own lay
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 from typing import Any, NamedTuple
 
 from ..algebra.algebra import Algebra
@@ -59,7 +58,6 @@ class Place(NamedTuple):
         """Keep a program, unless its layout could not be restored."""
         name = None if kept.result.is_scalar else [kept.result.name, *kept.result.blades]
         if self._restored(name) is kept.result:
-            _prune(self.cache)
             self.cache.put(self.key, [packed_program(kept.program), name, kept.declares])
 
     def _restored(self, name: Any) -> Layout | None:
@@ -70,12 +68,6 @@ class Place(NamedTuple):
         if found is None:
             found = layout_of(self.algebra, [self.algebra.blade(each)[1] for each in name[1:]])
         return found if [found.name, *found.blades] == list(name) else None
-
-
-@cache
-def _prune(folder: Cache) -> None:
-    """Keep the cache within its limit, once in a process, before its first entry."""
-    folder.prune()
 
 
 def place_of(definition: Definition, layouts: Sequence[Layout]) -> Place | None:

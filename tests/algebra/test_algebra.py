@@ -28,12 +28,13 @@ from gacompiler.algebra.versors import determinant, inverse, norm, norm_squared,
 from gacompiler.errors import AlgebraError, GacError, InexactError, OperandError
 from gacompiler.ir.scalar import Graph
 from gacompiler.rings.polynomial import PolynomialRing
+from tests.support.all_cases import all_cases
 
 # Names
 
 
-@pytest.mark.parametrize(
-    ("algebra", "spelling", "sign", "vectors"),
+@all_cases(
+    "algebra, spelling, sign, vectors",
     [
         (VGA3, "e13", 1, "e1 e3"),
         (VGA3, "e31", -1, "e1 e3"),
@@ -65,7 +66,7 @@ def test_a_blade_is_read_in_any_spelling(algebra: Algebra, spelling: str, sign: 
     assert algebra.blade(spelling) == (sign, expected)
 
 
-@pytest.mark.parametrize("algebra", [VGA3, PGA3, STA, CGA3], ids=lambda algebra: algebra.name)
+@all_cases("algebra", [VGA3, PGA3, STA, CGA3])
 def test_every_order_of_vectors_has_the_sign_of_its_permutation(algebra: Algebra) -> None:
     for names in permutations(algebra.vectors[:3]):
         product = algebra.scalar(1)
@@ -75,7 +76,7 @@ def test_every_order_of_vectors_has_the_sign_of_its_permutation(algebra: Algebra
         assert algebra.multivector({"".join(names): 1}) == product
 
 
-@pytest.mark.parametrize("algebra", [*CATALOG.values(), *ALGEBRAS, orthogonal(12)], ids=lambda algebra: algebra.name)
+@all_cases("algebra", [*CATALOG.values(), *ALGEBRAS, orthogonal(12)])
 def test_every_printed_name_reads_back(algebra: Algebra) -> None:
     for blade in algebra.blades() if algebra.dimension < 7 else algebra.blades(0, 1, 2):
         sign, name = algebra.spelling(blade)
@@ -95,8 +96,8 @@ def test_an_ambiguous_name_is_rejected() -> None:
         algebra.blade("e123")
 
 
-@pytest.mark.parametrize(
-    ("spelling", "message"),
+@all_cases(
+    "spelling, message",
     [
         ("e4", "not a blade of VGA3; expected 1 or products of its basis vectors e1 e2 e3, such as e12"),
         ("f1", "not a blade of VGA3"),
@@ -116,8 +117,8 @@ def test_errors_of_wrong_names_suggest_valid_ones(spelling: str, message: str) -
     assert repr(spelling) in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("vectors", "gram", "message"),
+@all_cases(
+    "vectors, gram, message",
     [
         ("e1 e1", [1, 1], "expected distinct names"),
         ("e1 2", [1, 1], "expected distinct names"),
@@ -300,10 +301,8 @@ def test_polarity_needs_an_invertible_pseudoscalar(algebra: Algebra) -> None:
 # Inverses
 
 
-@pytest.mark.parametrize(
-    "algebra", [VGA3, PGA3, CGA3, STA, NULL_PAIRS, OBLIQUE, catalog.COMPLEX, catalog.QUATERNIONS], ids=lambda a: a.name
-)
-@pytest.mark.parametrize("kind", ["versor", "blade", "general", "full"])
+@all_cases("algebra", [VGA3, PGA3, CGA3, STA, NULL_PAIRS, OBLIQUE, catalog.COMPLEX, catalog.QUATERNIONS])
+@all_cases("kind", ["versor", "blade", "general", "full"])
 def test_inverses(algebra: Algebra, kind: str) -> None:
     draw = Draw(algebra, f"{algebra.name} {kind}")
     if kind == "versor":
@@ -326,7 +325,7 @@ def test_inverse_in_six_dimensions_by_recursion() -> None:
     assert determinant(algebra.scalar(2)) == 2**8
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "x",
     [
         PGA3.basis()[3],
@@ -337,7 +336,6 @@ def test_inverse_in_six_dimensions_by_recursion() -> None:
         GRASSMANN.basis()[0] + GRASSMANN.basis()[1] * GRASSMANN.basis()[2],
         STA.basis()[0] + STA.basis()[1],
     ],
-    ids=str,
 )
 def test_errors_of_elements_without_an_inverse(x: Multivector) -> None:
     with pytest.raises((AlgebraError, ZeroDivisionError), match=r"^inverse"):
@@ -560,8 +558,8 @@ def test_sparsity_never_depends_on_the_data_of_an_array() -> None:
     assert set(v.terms) == {1, 2} and set((v * v).terms) == {0, 3}
 
 
-@pytest.mark.parametrize(
-    ("value", "expected"),
+@all_cases(
+    "value, expected",
     [(0, True), (Fraction(0), True), (0.0, True), (-0.0, True), (0j, True), (1e-300, False), (np.zeros(2), False),
      (sympy.Integer(0), True), (sympy.Symbol("x"), False), (polynomial(0), True), (polynomial(1), False),
      (Graph().constant(0), True), (Graph().variable("x"), False)],
@@ -582,7 +580,7 @@ def test_scaling_stays_in_the_ring() -> None:
     assert divide(np.array([1.0]), 4).dtype == np.float64
 
 
-@pytest.mark.parametrize("name", sorted(EXACT))
+@all_cases("name", sorted(EXACT))
 def test_scalar_functions_agree_in_all_rings(name: str) -> None:
     """Exact numbers, floats, arrays, mpmath numbers and sympy give the same value where it is rational."""
     arguments: dict[str, tuple[int, ...]] = {
@@ -617,7 +615,7 @@ def test_least_and_greatest_of_arrays_propagate_nan() -> None:
     assert np.array_equal(scalar_function("maximum", a, b), np.maximum(a, b), equal_nan=True)
 
 
-@pytest.mark.parametrize("name", ["less", "minimum", "abs", "atan2", "floor"])
+@all_cases("name", ["less", "minimum", "abs", "atan2", "floor"])
 def test_functions_of_order_reject_complex_numbers(name: str) -> None:
     arguments = (mpmath.mpc(1, 2), mpmath.mpf(1))[: 1 if name in ("abs", "floor") else 2]
     with pytest.raises(ValueError, match=f"{name} of a number that is not real"):
@@ -630,8 +628,8 @@ def test_double_conformal_space_has_two_that_are_orthogonal() -> None:
     assert np.array_equal([[float(x) for x in row] for row in catalog.DCGA.gram], np.kron(np.eye(2), block))
 
 
-@pytest.mark.parametrize(
-    ("name", "arguments"),
+@all_cases(
+    "name, arguments",
     [("sqrt", (2,)), ("sqrt", (-1,)), ("sin", (1,)), ("cos", (1,)), ("exp", (1,)), ("log", (2,)), ("log", (0,)),
      ("acos", (0,)), ("acos", (2,)), ("atan2", (1, 1)), ("atan2", (0, -1)), ("atan2", (0, 0))],
 )  # fmt: skip

@@ -29,6 +29,7 @@ from gacompiler.algebra.multivector import Multivector
 from gacompiler.algebra.versors import commutator, inverse
 from gacompiler.errors import AlgebraError, InexactError
 from gacompiler.rings.polynomial import PolynomialRing
+from tests.support.all_cases import all_cases
 
 Rows = list[list[int]]
 
@@ -55,7 +56,7 @@ def span(vectors: tuple[Multivector, ...] | list[Multivector], n: int) -> sympy.
     return sympy.zeros(0, n) if matrix is None else matrix.rref()[0][: matrix.rank(), :]
 
 
-@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda a: a.name)
+@all_cases("algebra", ALGEBRAS)
 def test_a_blade_is_the_outer_product_of_its_factors(algebra: Algebra) -> None:
     random = Random(algebra.name)
     n = algebra.dimension
@@ -171,7 +172,7 @@ def test_versors_whose_directions_are_all_null() -> None:
         assert reduce(lambda a, b: a * b, found.vectors, versor.lift(found.scale)) == versor
 
 
-@pytest.mark.parametrize("size", [1e-14, 1e-6, 1.0, 1e6, 1e14])
+@all_cases("size", [1e-14, 1e-6, 1.0, 1e6, 1e14])
 def test_factors_of_floats_in_any_unit(size: float) -> None:
     """Products of vectors, one of them near to null, and what is no product of any."""
     e1, e2, e3, e0, einf = CGA3.basis()
@@ -186,7 +187,7 @@ def test_factors_of_floats_in_any_unit(size: float) -> None:
         factorize_versor(size * (1 + 0.5 * (e1 ^ e2) + 0.3 * e3))
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "element",
     [
         VGA3.multivector({"1": 1, "e1": 1}),
@@ -197,7 +198,6 @@ def test_factors_of_floats_in_any_unit(size: float) -> None:
         CGA3.multivector({"e1": 0.6, "e2": -0.2, "e3": 0.7, "e0": 1.0, "einf": (0.6**2 + 0.2**2 + 0.7**2) / 2}),
         VGA3.scalar(0),
     ],
-    ids=str,
 )
 def test_elements_that_are_not_versors_are_rejected(element: Multivector) -> None:
     with pytest.raises(AlgebraError, match="versor"):

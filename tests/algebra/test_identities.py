@@ -16,7 +16,6 @@ from fractions import Fraction
 from itertools import permutations
 from typing import Any
 
-import pytest
 from exact_elements import ALGEBRAS, NON_DEGENERATE, WITH_VERSORS, Draw, outer
 
 from gacompiler.algebra.algebra import Algebra
@@ -25,6 +24,7 @@ from gacompiler.algebra.duality import dual, polarity, regressive_product, undua
 from gacompiler.algebra.involutions import clifford_conjugate, grade_involution, reverse
 from gacompiler.algebra.multivector import Multivector, sum_of
 from gacompiler.algebra.versors import anticommutator, commutator, inverse, norm_squared, sandwich
+from tests.support.all_cases import all_cases
 
 Sides = tuple[Any, Any]
 Identity = tuple[str, str, Callable[[Algebra, Draw], Sides]]
@@ -786,17 +786,17 @@ SPECIAL: tuple[tuple[Algebra, str, str, Callable[[Algebra, Draw], Sides]], ...] 
 )
 
 
-def rows() -> Iterator[Any]:
+def rows() -> Iterator[tuple[str, str, Callable[..., Sides], Iterable[Algebra]]]:
     for table, algebras in ((ANY_METRIC, ALGEBRAS), (VERSORS, WITH_VERSORS), (METRIC, NON_DEGENERATE)):
         for name, source, identity in table:
-            yield pytest.param(name, source, identity, algebras, id=name)
+            yield name, source, identity, algebras
     small = [algebra for algebra in WITH_VERSORS if algebra.dimension <= 5]
-    yield pytest.param("inverse", "[HS] 1-1", general_inverse, small, id="inverse of a general element")
+    yield "inverse", "[HS] 1-1", general_inverse, small
     for algebra, name, source, identity in SPECIAL:
-        yield pytest.param(name, source, identity, [algebra], id=f"{name}-{algebra.name}")
+        yield name, source, identity, [algebra]
 
 
-@pytest.mark.parametrize(("name", "source", "identity", "algebras"), [*rows()])
+@all_cases("name, source, identity, algebras", [*rows()])
 def test_identity_holds_exactly(
     name: str, source: str, identity: Callable[..., Sides], algebras: Iterable[Algebra]
 ) -> None:

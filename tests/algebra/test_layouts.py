@@ -33,6 +33,7 @@ from gacompiler.algebra.versors import sandwich
 from gacompiler.errors import AlgebraError, InexactError, LayoutError
 from gacompiler.rings.points import DIGITS, point, random_fraction
 from gacompiler.rings.polynomial import PolynomialRing
+from tests.support.all_cases import all_cases
 
 
 def every_layout() -> list[Layout]:
@@ -71,7 +72,7 @@ def test_implied_coefficients_follow_from_the_stored() -> None:
     assert backwards.element([10, 1])["einf1"] == 8 and backwards.element([10, 1])["e1inf"] == -8
 
 
-@pytest.mark.parametrize("layout", LAYOUTS, ids=str)
+@all_cases("layout", LAYOUTS)
 def test_elements_and_coefficients_are_inverse(layout: Layout) -> None:
     random = Random(str(layout))
     given = [random_fraction(random) for _ in layout.stored]
@@ -83,8 +84,8 @@ def test_elements_and_coefficients_are_inverse(layout: Layout) -> None:
     assert list(layout.coefficients(layout.element(symbols))) == symbols
 
 
-@pytest.mark.parametrize(
-    ("layout", "element", "message"),
+@all_cases(
+    "layout, element, message",
     [
         (VGA3.VECTOR, {"e12": 1}, "layout VECTOR: an element with blade e12; expected only e1 e2 e3"),
         (PGA3.POINT, {"e032": 1}, "layout POINT: e123 = 0; expected e123 = 1"),
@@ -104,8 +105,8 @@ def test_wrong_numbers_of_coefficients() -> None:
         VGA3.VECTOR.element([1, 2])
 
 
-@pytest.mark.parametrize(
-    ("make", "error", "message"),
+@all_cases(
+    "make, error, message",
     [
         (lambda: VGA3.layout("L", "e1 e12 e21"), LayoutError, "layout L: e21 and e12 are the same blade"),
         (lambda: VGA3.layout("L", "e1", fixed={"e1": 1}), LayoutError, "layout L: e1 and e1 are the same blade"),
@@ -146,8 +147,8 @@ def test_unit_relations_are_both_products() -> None:
     assert any(value != 0 for value in PGA3.MOTOR.relations(motor)), "m ~m = 1 + 2 e0123"
 
 
-@pytest.mark.parametrize(
-    ("layout", "unit", "other"),
+@all_cases(
+    "layout, unit, other",
     [
         (COMPLEX.UNIT_NUMBER, [Fraction(3, 5), Fraction(4, 5)], [Fraction(5, 3), Fraction(4, 3)]),
         (COMPLEX.UNIT_NUMBER, [0, 1], [1, 1]),
@@ -158,7 +159,6 @@ def test_unit_relations_are_both_products() -> None:
         (VGA2.ROTOR, [Fraction(3, 5), Fraction(-4, 5)], [Fraction(3, 5), Fraction(3, 5)]),
         (PGA2.UNIT_LINE, [Fraction(3, 5), Fraction(4, 5), 9], [1, 1, 0]),
     ],
-    ids=str,
 )
 def test_unit_numbers_are_those_of_the_textbook(layout: Layout, unit: list[Any], other: list[Any]) -> None:
     """Complex numbers on the circle, double numbers on the hyperbola, all unit quaternions: i, j and k too."""
@@ -176,7 +176,7 @@ def test_user_relations_may_be_one_or_several() -> None:
     assert null.has_relations and two.has_relations and not CGA3.POINT.has_relations
 
 
-@pytest.mark.parametrize("layout", WITH_RELATIONS, ids=str)
+@all_cases("layout", WITH_RELATIONS)
 def test_points_satisfy_the_relations_exactly(layout: Layout) -> None:
     random = Random(str(layout))
     seen = []
@@ -221,7 +221,7 @@ def oblique_relation(x: Multivector) -> Multivector:
     return x * x - 5
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "layout",
     [
         VGA3.layout("LENGTH_ROOT_3", "e1 e2 e3", relations=lambda x: x * x - 3),
@@ -229,7 +229,6 @@ def oblique_relation(x: Multivector) -> Multivector:
         PGA3.layout("PLUECKER", "e12 e13 e23 e01 e02 e03", relations=lambda x: x ^ x),
         CGA3.layout("NULL", "e1 e2 e3 e0 einf", relations=lambda x: [x * x, x["e0"] - 1]),
     ],
-    ids=lambda layout: layout.name,
 )
 def test_other_relations_are_solved_to_many_digits(layout: Layout) -> None:
     for seed in range(3):
@@ -246,9 +245,7 @@ def test_relations_that_nothing_satisfies() -> None:
         point(impossible, Random(0))
 
 
-@pytest.mark.parametrize(
-    "algebra", [OBLIQUE, NULL_PAIRS, orthogonal(4, 1, 1), orthogonal(0, 3), orthogonal(2, 2, 2)], ids=lambda a: a.name
-)
+@all_cases("algebra", [OBLIQUE, NULL_PAIRS, orthogonal(4, 1, 1), orthogonal(0, 3), orthogonal(2, 2, 2)])
 def test_unit_versors_in_other_algebras(algebra: Algebra) -> None:
     random = Random(algebra.name)
     layout = algebra.UNIT_EVEN
@@ -268,11 +265,10 @@ def test_the_catalog_is_the_book() -> None:
         assert len(set(layout.blades)) == layout.size
 
 
-@pytest.mark.parametrize(
-    ("layout", "grades"),
+@all_cases(
+    "layout, grades",
     [(PGA3.LINE, {2}), (PGA3.PLANE, {1}), (PGA3.POINT, {3}), (CGA3.SPHERE, {4}), (CGA3.CIRCLE, {3}), (CGA3.LINE, {3}),
      (CGA3.PLANE, {4}), (CGA3.POINT_PAIR, {2}), (STA.TRIVECTOR, {3}), (CGA3.POINT, {1}), (PGA3.DIRECTION, {3})],
-    ids=str,
 )  # fmt: skip
 def test_objects_have_their_grades(layout: Layout, grades: set[int]) -> None:
     assert {blade.bit_count() for blade in layout.support} == grades

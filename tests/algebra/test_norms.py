@@ -21,6 +21,7 @@ from gacompiler.objects import CGA2, CGA3, PGA3, VGA3, Space
 from gacompiler.objects import STA as SPACETIME
 from gacompiler.objects.checks import check_relations
 from gacompiler.rings.points import point
+from tests.support.all_cases import all_cases
 
 LAYOUTS = [layout for algebra in CATALOG.values() for layout in (*algebra.layouts.values(), algebra.even, algebra.full)]
 SMALL = [layout for layout in LAYOUTS if 1 < layout.size <= 16 or layout.support != {0}]
@@ -90,7 +91,7 @@ def test_all_signs_were_met() -> None:
     assert seen["PGA3", "PLANE"] >= {1} and seen["CGA3", "PLANE"] >= {-1} and seen["PGA3", "DIRECTION"] == {0}
 
 
-@pytest.mark.parametrize("layout", [each for each in LAYOUTS if each.size <= 32], ids=str)
+@all_cases("layout", [each for each in LAYOUTS if each.size <= 32])
 def test_signs_follow_from_the_metric(layout: Layout) -> None:
     """Branches omitted from a kernel are never needed: no element has a sign that the metric excludes."""
     signs = norm_signs(layout.algebra, layout.support)

@@ -30,6 +30,7 @@ from gacompiler.objects.calls import SYMBOLS
 from gacompiler.objects.definitions import BINARY, UNARY
 from gacompiler.passes import lower, rewrite
 from gacompiler.symbolic import functions as symbolic_functions
+from tests.support.all_cases import all_cases
 
 ROOT = Path(__file__).parent.parent.parent
 MULTIVECTOR = [each for each in Operation if each.row.kind is Kind.MULTIVECTOR]
@@ -53,14 +54,14 @@ def symbols(operation: Operation) -> list[Expression]:
     return [Parameter(f"x{k}", each).symbols() for k, each in enumerate(layouts[: operation.row.operands])]
 
 
-@pytest.mark.parametrize("operation", Operation, ids=str)
+@all_cases("operation", Operation)
 def test_a_row_has_one_name_and_a_summary(operation: Operation) -> None:
     assert operation == operation.row.name == operation.name.lower() and BY_NAME[operation.row.name] is operation
     assert operation.row.summary.endswith(".") and "\n" not in operation.row.summary
     assert (operation in MEANINGS) == (operation.row.kind is not Kind.DATA)
 
 
-@pytest.mark.parametrize("operation", FUNCTIONS, ids=str)
+@all_cases("operation", FUNCTIONS)
 def test_every_function_can_be_called_in_kernels(operation: Operation) -> None:
     name = function_name(operation)
     function = getattr(gacompiler, name)
@@ -71,7 +72,7 @@ def test_every_function_can_be_called_in_kernels(operation: Operation) -> None:
     assert expression.operation is operation or operation is Operation.DETERMINANT, "which becomes products"
 
 
-@pytest.mark.parametrize("operation", MULTIVECTOR, ids=str)
+@all_cases("operation", MULTIVECTOR)
 def test_every_function_of_multivectors_is_one_of_symbolic_multivectors(operation: Operation) -> None:
     function = getattr(symbolic, operation)
     assert operation in symbolic.__all__ and function.__name__ == operation and inspect.getdoc(function)
@@ -81,7 +82,7 @@ def test_every_function_of_multivectors_is_one_of_symbolic_multivectors(operatio
     assert found == MEANINGS[operation](*operands)
 
 
-@pytest.mark.parametrize("operation", MULTIVECTOR, ids=str)
+@all_cases("operation", MULTIVECTOR)
 def test_every_function_of_multivectors_is_a_method_of_objects(operation: Operation) -> None:
     for kind in (MultivectorArray, Scalar):
         method = getattr(kind, operation)
@@ -94,7 +95,7 @@ def test_every_function_of_multivectors_is_a_method_of_objects(operation: Operat
     assert all(abs(x) < 1e-13 for x in difference)
 
 
-@pytest.mark.parametrize("operation", WITH_OPERANDS, ids=str)
+@all_cases("operation", WITH_OPERANDS)
 def test_every_operation_has_text_latex_and_a_derivative(operation: Operation) -> None:
     operands = symbols(operation)
     expression = node(operation, *operands)
@@ -107,7 +108,7 @@ def test_every_operation_has_text_latex_and_a_derivative(operation: Operation) -
     assert isinstance(slope, Expression)
 
 
-@pytest.mark.parametrize("operation", [e for e in Operation if e.row.derivative is not Derivative.OWN], ids=str)
+@all_cases("operation", [e for e in Operation if e.row.derivative is not Derivative.OWN])
 def test_linear_and_bilinear_operations_are_differentiated_as_such(operation: Operation) -> None:
     """Their derivatives are differences: ``f(a + da, b) - f(a, b)``, exactly."""
     operands = symbols(operation)

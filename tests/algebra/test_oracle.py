@@ -26,6 +26,7 @@ from gacompiler.algebra.algebra import Algebra
 from gacompiler.algebra.catalog import CGA3, STA, VGA3
 from gacompiler.algebra.involutions import clifford_conjugate, grade_involution, reverse
 from gacompiler.algebra.multivector import Multivector
+from tests.support.all_cases import all_cases
 
 SMALL = tuple(algebra for algebra in ALGEBRAS if algebra is not TEN)
 Matrix = Any
@@ -146,7 +147,7 @@ def test_the_matrices_are_the_algebra(algebra: Algebra) -> None:
         assert known.terms(known.blade(blade)[:, 0]) == {blade: 1}
 
 
-@pytest.mark.parametrize("algebra", SMALL, ids=lambda algebra: algebra.name)
+@all_cases("algebra", SMALL)
 def test_every_product_of_two_basis_blades(algebra: Algebra) -> None:
     """The whole multiplication table."""
     known = oracle(algebra)
@@ -235,7 +236,7 @@ class ColumnOracle:
         return {blade: value for blade, value in total.items() if value}
 
 
-@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda algebra: algebra.name)
+@all_cases("algebra", ALGEBRAS)
 def test_geometric_product_on_sparse_columns(algebra: Algebra) -> None:
     known, draw = ColumnOracle(algebra.gram), Draw(algebra, f"columns {algebra.name}")
     for _ in range(2):

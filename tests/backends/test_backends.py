@@ -46,6 +46,7 @@ from gacompiler.generation.files import write as write_files
 from gacompiler.ir.interpret import interpret
 from gacompiler.ir.program import Program
 from gacompiler.ir.scalar import Op
+from tests.support.all_cases import all_cases
 
 needs_compiler = pytest.mark.skipif(not (find_compiler() and shutil.which("gcc")), reason="no gcc")
 
@@ -57,7 +58,7 @@ EXACT_POINTS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("program", OPERATIONS, ids=lambda program: program.name)
+@all_cases("program", OPERATIONS)
 def test_every_operation_is_read_back(program: Program) -> None:
     module = module_source("one", program)
     point = EXACT_POINTS.get(program.lines[0].op, (Fraction(2, 3), Fraction(-5, 7), 3)[: len(program.arguments)])
@@ -74,9 +75,7 @@ def exact_point(program: Program, seed: int = 0) -> list[list[Fraction]]:
     ]
 
 
-@pytest.mark.parametrize(
-    "program", [MOVE_POINT, MATRIX_PRODUCT, SWAP, CONSTANTS, INTERPOLATE, DISTANCE, ODD_NAMES], ids=lambda p: p.name
-)
+@all_cases("program", [MOVE_POINT, MATRIX_PRODUCT, SWAP, CONSTANTS, INTERPOLATE, DISTANCE, ODD_NAMES])
 def test_text_is_the_program_exactly(program: Program) -> None:
     module = module_source("one", program)
     point = exact_point(program)
@@ -143,7 +142,7 @@ def test_kernels_and_the_runtime_share_no_names(tmp_path: Path) -> None:
     assert "gac_batch_f64" in own and {name.partition("_")[0] for name in own} == {"alike", "gac"}
 
 
-@pytest.mark.parametrize("op", [op for op in OPERATIONS if op.lines[0].op in TRANSCENDENTAL], ids=lambda op: op.name)
+@all_cases("op", [op for op in OPERATIONS if op.lines[0].op in TRANSCENDENTAL])
 def test_a_kernel_may_be_called_as_a_function(op: Program) -> None:
     name = op.lines[0].op.value
     module = module_source("one", Program(name, op.arguments, op.lines, op.results))

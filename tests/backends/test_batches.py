@@ -17,6 +17,7 @@ from gacompiler.backends import runtime_files
 from gacompiler.backends.build import compiler_flags, find_compiler
 from gacompiler.generation.checked_in import own_specs
 from gacompiler.generation.files import write
+from tests.support.all_cases import all_cases
 
 ROOT = Path(__file__).parents[2]
 
@@ -24,8 +25,8 @@ N_ELEMENTS = 83
 """Some blocks of a loop, and what is left of one."""
 
 
-@pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("name", [path.stem for path in own_specs()])
+@all_cases("dtype", [np.float64, np.float32])
+@all_cases("name", [path.stem for path in own_specs()])
 def test_an_element_alone_and_in_a_batch(name: str, dtype: Any) -> None:
     module = importlib.import_module(f"generated.{name}")
     rng = np.random.default_rng(3)
@@ -148,9 +149,9 @@ def test_results_larger_than_any_cache(dtype: Any, shift: int, odd: int) -> None
     assert not length.any()
 
 
-@pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("shift", [0, 1, 5], ids=lambda k: f"{k} numbers off a line")
-@pytest.mark.parametrize("n", [600, 1003, 12000, 12001])
+@all_cases("dtype", [np.float64, np.float32])
+@all_cases("shift", [0, 1, 5])
+@all_cases("n", [600, 1003, 12000, 12001])
 def test_many_rows_of_results(dtype: Any, shift: int, n: int) -> None:
     """From sizes at which whole lines are stored to those that bypass the caches; also in place."""
     from generated import cga3

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from random import Random
 
 import pytest
@@ -51,10 +52,17 @@ def _module(procedure: Procedure) -> ModuleSource:
     return ModuleSource("loops", "", "", "", (), (LoopSource(procedure, "", (), ()),))
 
 
+@cache
+def _read(definition: Kernel) -> tuple[str, dict[str, Procedure]]:
+    """The text of a kernel, and what is read from it."""
+    text = c_source(_module(loop_source(definition).procedure))
+    return text, c_procedures(text)
+
+
 @pytest.mark.parametrize("definition", EXAMPLES, ids=lambda kernel: kernel.name)
 def test_text_is_read_as_it_was_printed(definition: Kernel) -> None:
     procedure = loop_source(definition).procedure
-    found = c_procedures(c_source(_module(procedure)))[procedure.name]
+    found = _read(definition)[1][procedure.name]
     # A length and an argument may share a name, but not in C.
     procedure = named_in_c(procedure)[0]
     assert found.tables == procedure.tables and found.lengths == procedure.lengths
@@ -125,9 +133,7 @@ def _mutations(text: str) -> Iterator[tuple[str, str]]:
 
 @pytest.mark.parametrize("definition", EXAMPLES, ids=lambda kernel: kernel.name)
 def test_changes_are_detected(definition: Kernel) -> None:
-    procedure = loop_source(definition).procedure
-    text = c_source(_module(procedure))
-    right = c_procedures(text)
+    text, right = _read(definition)
     every = list(_mutations(text))
     random, kinds = Random(SEED), sorted({kind for kind, _ in every})
     assert len(kinds) >= 3

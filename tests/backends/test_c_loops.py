@@ -36,6 +36,8 @@ from gacompiler.backends import c_header, find_compiler, standalone_c_source
 from gacompiler.backends.transcendental import is_transcendental
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.ir.procedure import Procedure
+from tests.support.all_cases import all_cases
+from tests.support.unoptimised import without_optimisation
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 
@@ -47,7 +49,11 @@ BATCHES = [0, 1, 3, 7, 17, 30]
 
 @pytest.fixture(scope="session")
 def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
-    return build_loops(loop_module(MODULE, *EXAMPLES), tmp_path_factory.mktemp("loops"))
+    """The examples, built without optimisation; the modules that other tests call are built with it."""
+    folder = tmp_path_factory.mktemp("loops")
+    with pytest.MonkeyPatch.context() as patch:
+        without_optimisation(patch, folder)
+        return build_loops(loop_module(MODULE, *EXAMPLES), folder)
 
 
 def _procedure(definition: Kernel) -> Procedure:
@@ -80,7 +86,7 @@ def test_one_element_equals_the_interpreted_procedure(
             assert _same(found, expected), (sizes, found, expected)
 
 
-@pytest.mark.parametrize("definition", EXAMPLES, ids=lambda kernel: kernel.name)
+@all_cases("definition", EXAMPLES)
 def test_no_rows(library: ctypes.CDLL, definition: Kernel) -> None:
     procedure = _procedure(definition)
     lengths = dict.fromkeys(procedure.lengths, 0)
@@ -92,8 +98,8 @@ def test_no_rows(library: ctypes.CDLL, definition: Kernel) -> None:
         assert _same([result[k] for result in many], found)
 
 
-@pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("definition", EXAMPLES, ids=lambda kernel: kernel.name)
+@all_cases("dtype", [np.float64, np.float32])
+@all_cases("definition", EXAMPLES)
 def test_batches_equal_single_elements(library: ctypes.CDLL, definition: Kernel, dtype: type) -> None:
     procedure = _procedure(definition)
     lengths = _of(procedure, LENGTHS[1])
@@ -105,7 +111,7 @@ def test_batches_equal_single_elements(library: ctypes.CDLL, definition: Kernel,
             assert _same([result[k] for result in found], one), (count, k)
 
 
-@pytest.mark.parametrize("definition", EXAMPLES, ids=lambda kernel: kernel.name)
+@all_cases("definition", EXAMPLES)
 def test_each_argument_may_be_uniform(library: ctypes.CDLL, definition: Kernel) -> None:
     procedure, count = _procedure(definition), 37
     lengths = _of(procedure, LENGTHS[1])

@@ -6,6 +6,7 @@ Parts of kernels with loops do so too, but for results, of which they may write 
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 
 import pytest
 
@@ -15,6 +16,8 @@ MODULES = sorted(path.stem for path in generated_folder().glob("*.c"))
 BODY = re.compile(
     r"^(?:static )?INLINE void NAME\((\w+?)(?:_within)?\)\(([^)]*)\)\n\{\n(.*?)^\}$", re.MULTILINE | re.DOTALL
 )
+INDEX = re.compile(r"\b(\w+)\[(?:(\d+)\])?")
+"""An array, and its index if that is a number."""
 PARTS = re.compile(r"^#define PARTS_(\w+)\(IN, (?:SAME, )?NUMBER, OUT, AND\) (.*)$", re.MULTILINE)
 
 
@@ -29,13 +32,16 @@ def wrong_indices(text: str) -> tuple[int, list[str]]:
         count += 1
         names = [each.split()[-1].lstrip("*") for each in parameters.split(",") if each.split() != ["WORD", "*far"]]
         arguments = re.findall(r"(IN|SAME|NUMBER|OUT)\(([^)]*)\)", shapes[name])
+        indices = defaultdict(set)
+        for parameter, index in INDEX.findall(body):
+            indices[parameter].add(index)
         for parameter, (kind, numbers) in zip(names, arguments, strict=True):
             if kind == "NUMBER":
                 continue
             of_kernel = numbers.count(",") > 1
             size = int(numbers.split(",")[3 if of_kernel else 1])
-            read = {int(index) for index in re.findall(rf"\b{parameter}\[(\d+)\]", body)}
-            computed = re.findall(rf"\b{parameter}\[\D", body)
+            computed = "" in indices[parameter]
+            read = {int(index) for index in indices[parameter] if index}
             if computed or not read <= set(range(size)) or (of_kernel and kind == "OUT" and len(read) < size):
                 wrong.append(f"{name}: {parameter} has {size} components, the body uses {sorted(read)}")
     return count, wrong

@@ -14,6 +14,7 @@ from gacompiler import compile, kernel
 from gacompiler.algebra.catalog import CATALOG, PGA3
 from gacompiler.generation.checked_in import own_specs
 from generated import arms, cga3, pga3
+from tests.support.all_cases import all_cases
 
 MODULES = [path.stem for path in own_specs()]
 
@@ -54,7 +55,7 @@ def test_arguments_by_name(functions: list[Any]) -> None:
                 function(*given, **named)
 
 
-@pytest.mark.parametrize("name", MODULES)
+@all_cases("name", MODULES)
 def test_every_kernel_takes_names(name: str) -> None:
     module = importlib.import_module(f"generated.{name}")
     for each in list(module.kernels)[::7]:
@@ -74,7 +75,7 @@ def _tuple(value: Any) -> tuple[Any, ...]:
     return value if isinstance(value, tuple) else (value,)
 
 
-@pytest.mark.parametrize("kind", ["bool", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"])
+@all_cases("kind", ["bool", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64"])
 def test_integers_are_cast_as_ufuncs_cast_them(kind: str, functions: list[Any]) -> None:
     """The expected type is that of numpy's `hypot` of the same arrays."""
     p = np.array([[0, 1, 1], [1, 0, 1]]).astype(kind)
@@ -140,7 +141,7 @@ def test_conformal_points_have_differences() -> None:
     assert (2 * p).einf == 14 and (2 * p).e0 == 2
 
 
-@pytest.mark.parametrize("name", MODULES)
+@all_cases("name", MODULES)
 def test_every_type_has_sums(name: str) -> None:
     module = importlib.import_module(f"generated.{name}")
     random = np.random.default_rng(2)

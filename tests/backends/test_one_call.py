@@ -41,6 +41,7 @@ from gacompiler.errors import BackendError
 from gacompiler.gac_runtime import build
 from gacompiler.gac_runtime.names import EXTENSION_FILE, extension_name, extension_path
 from gacompiler.ir.program import Program
+from tests.support.all_cases import all_cases
 
 pytestmark = pytest.mark.skipif(
     find_compiler() is None or not (Path(sysconfig.get_path("include")) / "Python.h").is_file(),
@@ -153,7 +154,7 @@ def test_results_have_the_precision_of_typed_arguments(
         assert found == 8 and found.dtype == (np.result_type(*given) if given else float), (x, y)
 
 
-@pytest.mark.parametrize("program", PROGRAMS, ids=lambda program: program.name)
+@all_cases("program", PROGRAMS)
 def test_results_equal_those_without_the_extension(fast: ModuleType, plain: ModuleType, program: Program) -> None:
     random = np.random.default_rng(3)
     for _ in range(20):
@@ -163,7 +164,7 @@ def test_results_equal_those_without_the_extension(fast: ModuleType, plain: Modu
         assert found == outcome(getattr(fast, program.name)._in_python, *arrays)
 
 
-@pytest.mark.parametrize("program", [MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, INTERPOLATE, DISTANCE, SWAP])
+@all_cases("program", [MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, INTERPOLATE, DISTANCE, SWAP])
 def test_any_argument(fast: ModuleType, plain: ModuleType, program: Program) -> None:
     arrays = inputs(program)
     for k, array in enumerate(arrays):
@@ -192,7 +193,7 @@ def test_attempts_return_the_result_of_a_call_or_none(fast: ModuleType, plain: M
     assert fast.move_point.attempt(m.tolist(), p) is None
 
 
-@pytest.mark.parametrize("program", [MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, DISTANCE])
+@all_cases("program", [MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, DISTANCE])
 def test_any_out(fast: ModuleType, plain: ModuleType, program: Program) -> None:
     arrays = inputs(program)
     places = zip(outs(program.results[0].shape), outs(program.results[0].shape), strict=True)

@@ -26,6 +26,7 @@ from gacompiler.ir.program import Argument, Program, Result
 from gacompiler.ir.scalar import Op
 from gacompiler.passes.loops import compile_loops
 from gacompiler.verify_loops import called_programs
+from tests.support.all_cases import all_cases
 
 
 @pytest.fixture(scope="module")
@@ -163,8 +164,8 @@ def test_mutations_are_detected(text: str, seed: int) -> None:
     assert not unnoticed, unnoticed
 
 
-@pytest.mark.parametrize(
-    ("before", "after"),
+@all_cases(
+    "before, after",
     [
         (
             "for i in range(n):\n        m = _forward_m(",

@@ -10,10 +10,10 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
-import pytest
 
 import generated
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 _NAMES = [info.name for info in pkgutil.iter_modules(generated.__path__) if not info.ispkg]
 MODULES = [importlib.import_module(f"generated.{name}") for name in _NAMES]
@@ -29,8 +29,8 @@ def shapes(signature: str) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]]
     return inputs, outputs
 
 
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("module", MODULES, ids=lambda module: module.__name__)
+@all_cases("dtype", [np.float32, np.float64])
+@all_cases("module", MODULES)
 def test_no_elements(module: Any, dtype: Any) -> None:
     """Every kernel accepts empty batches, which schedulers use to infer types and shapes."""
     assert len(module.kernels) > 0

@@ -32,6 +32,7 @@ from selection import some_slow
 
 from gacompiler.backends import find_compiler
 from gacompiler.ir.program import Program
+from tests.support.all_cases import all_cases
 
 pytestmark = pytest.mark.skipif(
     find_compiler() is None or not (Path(sysconfig.get_path("include")) / "Python.h").is_file(),
@@ -189,7 +190,7 @@ def places() -> Iterator[Any]:
     yield both, 3.0
 
 
-@pytest.mark.parametrize("case", range(len(list(places()))))
+@all_cases("case", range(len(list(places()))))
 def test_overlaps_and_wrong_places(either: ModuleType, plain: ModuleType, case: int) -> None:
     m = made(MOVE_POINT, (20,))[0]
     one, other = list(places())[case], list(places())[case]
@@ -232,7 +233,7 @@ def has_nan(form: Any) -> bool:
     return isinstance(form, np.ndarray) and form.dtype == float and bool(np.isnan(form).any())
 
 
-@pytest.mark.parametrize("program", [MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, INTERPOLATE, DISTANCE, ALL_OPERATIONS])
+@all_cases("program", [MOVE_POINT, NORMALIZE, MATRIX_PRODUCT, INTERPOLATE, DISTANCE, ALL_OPERATIONS])
 def test_any_form(either: ModuleType, plain: ModuleType, program: Program) -> None:
     arrays = made(program, (6,))
     for k, array in enumerate(arrays):
@@ -312,8 +313,8 @@ def test_copies_of_types(fast: ModuleType, monkeypatch: pytest.MonkeyPatch, lead
         assert fast.move_point(m.astype(m.dtype.newbyteorder(">")), p) is None
 
 
-@pytest.mark.parametrize("dtype", ["f8", "f4"])
-@pytest.mark.parametrize("program", [MOVE_POINT, MATRIX_PRODUCT, INTERPOLATE], ids=lambda program: program.name)
+@all_cases("dtype", ["f8", "f4"])
+@all_cases("program", [MOVE_POINT, MATRIX_PRODUCT, INTERPOLATE])
 def test_the_last_elements(either: ModuleType, plain: ModuleType, program: Program, dtype: str) -> None:
     """Loops process vectors of elements; the last vector overlaps the previous one unless that has been overwritten."""
     function, every, uniform = getattr(either, program.name), made(program, (65,), dtype), made(program, (), dtype)[0]

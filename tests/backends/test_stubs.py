@@ -11,6 +11,7 @@ import pytest
 
 from gacompiler.backends.stubs import fits
 from gacompiler.gac_runtime.layout import Layout
+from tests.support.all_cases import all_cases
 
 GENERATED = Path(__file__).parents[2] / "generated"
 MODULES = ("pga3", "cga2", "sta", "filters", "kalman", "arms")
@@ -27,7 +28,7 @@ def declared(name: str) -> tuple[dict[str, ast.ClassDef], dict[str, str]]:
     return {each.name: each for each in body if isinstance(each, ast.ClassDef)}, variables
 
 
-@pytest.mark.parametrize("name", MODULES)
+@all_cases("name", MODULES)
 def test_a_stub_declares_what_its_module_has(name: str) -> None:
     module = importlib.import_module(f"generated.{name}")
     classes, variables = declared(name)

@@ -51,6 +51,7 @@ from gacompiler.ir.procedure import Apply, Copy, Loop, Place, Procedure, Stateme
 from gacompiler.ir.procedure_cost import procedure_costs
 from gacompiler.ir.program import Argument, Program, Result
 from gacompiler.ir.rows import Counter, Previous
+from tests.support.all_cases import all_cases
 
 LENGTHS = ({"n": 0, "m": 0, "k": 0}, {"n": 5, "m": 3, "k": 7})
 JOINTS, VARIABLES = 6, 5
@@ -279,7 +280,9 @@ def run_on_processor(
 
 @pytest.mark.slow
 @needs("g++")
+@pytest.mark.parametrize("which", ["few"], indirect=True)
 def test_cuda_on_a_processor(which: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loops are printed by the lines of the compiler that print those of OpenCL, of which all run there."""
     dialect = LoopDialect(
         ON_A_PROCESSOR, "{module}::{kernel}", "{module}_{kernel}_{suffix}", "long long", ("double", "float")
     )
@@ -357,7 +360,7 @@ def alone(name: str, change: Callable[[Procedure], Procedure]) -> ModuleSource:
     return ModuleSource("odd", "", "gac", "00", (), (replace(source, procedure=change(source.procedure)),))
 
 
-@pytest.mark.parametrize("target", TARGETS)
+@all_cases("target", TARGETS)
 def test_rows_that_may_not_exist_are_rejected(target: str) -> None:
     def written(procedure: Procedure) -> Procedure:
         loop = next(each for each in procedure.body if isinstance(each, Loop))

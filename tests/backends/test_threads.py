@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 from backend_programs import DISTANCE, MOVE_POINT, NORMALIZE, expected, inputs
 
+from tests.support.all_cases import all_cases
+
 PROGRAMS = (MOVE_POINT, NORMALIZE, DISTANCE)
 LARGE = 120_001
 """Enough elements to start threads; not a multiple of block sizes."""
@@ -76,7 +78,7 @@ def test_the_module_gives_the_default_number_of_threads(module: ModuleType, monk
         module.move_point(m, p)
 
 
-@pytest.mark.parametrize("wrong", [0, -1, 1.5, "2", True])
+@all_cases("wrong", [0, -1, 1.5, "2", True])
 def test_a_wrong_number_of_threads_is_rejected(wrong: Any, module: ModuleType) -> None:
     for n in (1, LARGE):
         with pytest.raises(ValueError, match=r"move_point: num_threads is .*; expected a positive integer"):

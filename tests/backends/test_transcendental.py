@@ -21,6 +21,7 @@ from gacompiler.backends.transcendental import TRANSCENDENTAL, TRIGONOMETRIC
 from gacompiler.gac_runtime.functions import OF_ANGLES
 from gacompiler.gac_runtime.jit.transcendental import FORMULAS
 from gacompiler.ir.scalar import Op
+from tests.support.all_cases import all_cases
 
 FUNCTIONS: dict[str, tuple[Op, Callable[..., Any], Callable[..., Any]]] = {
     "sine": (Op.SIN, mpmath.sin, np.sin),
@@ -125,8 +126,8 @@ def test_special_values_equal_those_of_the_c_library(name: str, dtype: Any, modu
     assert np.nanmax(difference) <= 3
 
 
-@pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("name", ["sine", "cosine"])
+@all_cases("dtype", [np.float64, np.float32])
+@all_cases("name", ["sine", "cosine"])
 def test_one_large_angle_in_a_batch_is_as_exact_as_the_others(name: str, dtype: Any, module: ModuleType) -> None:
     function, known = getattr(module, name), FUNCTIONS[name][2]
     for n in (1, 15, 16, 64, 65, 200, 1000):
@@ -179,9 +180,9 @@ def test_both_backends_give_the_same_bits(name: str, dtype: Any, both: tuple[Mod
     assert bits(given[0]) == bits(right)
 
 
-@pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("order", ["C", "F"])
-@pytest.mark.parametrize("size", [1, 7, 8, 9, 31, 100])
+@all_cases("dtype", [np.float64, np.float32])
+@all_cases("order", ["C", "F"])
+@all_cases("size", [1, 7, 8, 9, 31, 100])
 def test_both_backends_overwrite_arguments_with_the_same_bits(
     size: int, order: Any, dtype: Any, both: tuple[ModuleType, ModuleType]
 ) -> None:

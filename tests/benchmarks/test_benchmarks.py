@@ -24,6 +24,7 @@ from benchmarks.report import Run, page
 from benchmarks.timing import QUICK, median_times
 from gacompiler.backends import library_path
 from gacompiler.backends.build import find_compiler
+from tests.support.all_cases import all_cases
 
 ROOT = Path(__file__).parents[2]
 
@@ -104,7 +105,7 @@ def test_bad_arguments_are_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert "choose one with --out" in error and len(error.splitlines()) == 1
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.title)
+@all_cases("case", CASES)
 def test_arguments_have_the_leading_shape(case: Case) -> None:
     for lead in ((), (3,)):
         arrays = case.arguments(np.random.default_rng(0), lead)

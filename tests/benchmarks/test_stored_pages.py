@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
 from test_benchmarks import made_up
 
 from benchmarks import (
@@ -23,6 +22,7 @@ from benchmarks import (
     tracking,
     vision,
 )
+from tests.support.all_cases import all_cases
 
 DOCS = Path(__file__).parents[2] / "docs"
 POINT = growth.Point(1.0, 1, 1)
@@ -81,7 +81,7 @@ def paragraphs(text: str) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("name", PAGES)
+@all_cases("name", PAGES)
 def test_stored_pages_have_the_text_that_is_written(name: str) -> None:
     stored = paragraphs((DOCS / f"{name}.md").read_text())
     written = {text for text in paragraphs(PAGES[name]) if not text.startswith(DIFFER)}

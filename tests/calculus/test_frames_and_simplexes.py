@@ -69,7 +69,7 @@ def test_frames_without_a_reciprocal() -> None:
         reciprocal_frame(np.ones((3, 2)))
 
 
-@pytest.mark.parametrize(("k", "n"), [(1, 1), (1, 3), (2, 2), (2, 3), (3, 3), (3, 5), (5, 5)])
+@all_cases("k, n", [(1, 1), (1, 3), (2, 2), (2, 3), (3, 3), (3, 5), (5, 5)])
 def test_barycentric_coordinates(k: int, n: int) -> None:
     rng = np.random.default_rng(k)
     simplex = rng.normal(size=(25, k + 1, n)) * 1e3 + 1e5
@@ -96,7 +96,7 @@ def test_barycentric_coordinates_agree_with_scipy_on_the_simplex() -> None:
     assert (np.argmax(inside, 1)[where >= 0] == where[where >= 0]).all() and not inside[where < 0].any()
 
 
-@pytest.mark.parametrize(("k", "n"), [(1, 1), (1, 2), (2, 2), (2, 3), (3, 3), (3, 4), (4, 4)])
+@all_cases("k, n", [(1, 1), (1, 2), (2, 2), (2, 3), (3, 3), (3, 4), (4, 4)])
 def test_facets(k: int, n: int) -> None:
     rng = np.random.default_rng(10 + k)
     simplex = rng.normal(size=(20, k + 1, n))

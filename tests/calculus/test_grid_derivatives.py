@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from algorithms.calculus import embed, grid_derivative, product_of
+from tests.support.all_cases import all_cases
 
 
 @pytest.fixture
@@ -44,8 +45,8 @@ def test_trigonometric_fields_are_exact() -> None:
     np.testing.assert_allclose(laplacian, waves, atol=1e-11)
 
 
-@pytest.mark.parametrize("periodic", [True, False])
-@pytest.mark.parametrize("order", [2, 4])
+@all_cases("periodic", [True, False])
+@all_cases("order", [2, 4])
 def test_differences_have_their_order(order: int, periodic: bool) -> None:
     errors = []
     for n in (64, 128, 256):

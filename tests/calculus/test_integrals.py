@@ -25,6 +25,7 @@ from algorithms.calculus import (
     residues_in_plane,
     simplex_rule,
 )
+from tests.support.all_cases import all_cases
 
 Polynomial = Callable[[np.ndarray], np.ndarray]
 
@@ -62,7 +63,7 @@ def cubic(n: int, size: int, rng: np.random.Generator) -> tuple[Polynomial, Poly
     return value, partial
 
 
-@pytest.mark.parametrize("dimension", range(5))
+@all_cases("dimension", range(5))
 def test_rules_integrate_monomials(dimension: int) -> None:
     """The mean of a product of barycentric coordinates is ``d! prod(p!) / (d + sum(p))!`` (Dirichlet)."""
     for degree in range(6 if dimension < 4 else 4):
@@ -92,7 +93,7 @@ def test_contents_are_those_of_hulls_and_of_cayley_and_menger(rng: np.random.Gen
     assert SimplicialMesh(corners, [[0, 1, 2, 3]]).contents() == pytest.approx(cayley_menger, rel=1e-12)
 
 
-@pytest.mark.parametrize("n", [2, 3, 4, 5])
+@all_cases("n", [2, 3, 4, 5])
 def test_a_boundary_has_no_boundary(n: int, rng: np.random.Generator) -> None:
     cells = np.array([rng.permutation(9)[: n + 1] for _ in range(12)])
     mesh = SimplicialMesh(rng.normal(size=(9, n)), cells, rng.integers(-3, 4, 12))

@@ -20,6 +20,7 @@ from algorithms.calculus import (
     symmetric_spectrum,
 )
 from algorithms.subspaces import Blade, FactoredBlade, reflections_of
+from tests.support.all_cases import all_cases
 
 
 @pytest.fixture
@@ -60,7 +61,7 @@ def exact_compound(matrix: np.ndarray, k: int) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (3, 3), (4, 4), (3, 5), (5, 2), (5, 5)])
+@all_cases("shape", [(1, 1), (3, 3), (4, 4), (3, 5), (5, 2), (5, 5)])
 def test_outermorphisms_are_the_minors(shape: tuple[int, int], rng: np.random.Generator) -> None:
     matrices = rng.integers(-9, 10, (3, *shape))
     f = LinearFunction(matrices)
@@ -71,7 +72,7 @@ def test_outermorphisms_are_the_minors(shape: tuple[int, int], rng: np.random.Ge
             np.testing.assert_array_equal(one, exact_compound(matrix, k))
 
 
-@pytest.mark.parametrize("n", range(1, 9))
+@all_cases("n", range(1, 9))
 def test_theorems_on_compound_matrices(n: int, rng: np.random.Generator) -> None:
     f = LinearFunction(np.linalg.qr(rng.normal(size=(4, n, n)))[0] + 0.3 * rng.normal(size=(4, n, n)))
     g = LinearFunction(rng.normal(size=(4, n, n)))
@@ -180,7 +181,7 @@ def test_adjoints_in_any_metric(rng: np.random.Generator) -> None:
         np.testing.assert_allclose(left, right, atol=1e-11)
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 7])
+@all_cases("n", [1, 2, 3, 4, 5, 7])
 def test_eigenblades_are_only_scaled(n: int, rng: np.random.Generator) -> None:
     matrices = rng.normal(size=(30, n, n))
     found = eigenblades(matrices)
@@ -278,7 +279,7 @@ def test_spectra_of_symmetric_functions(rng: np.random.Generator) -> None:
     assert symmetric_spectrum([[4.0]]).status == LinearStatus.OK
 
 
-@pytest.mark.parametrize("n", range(2, 9))
+@all_cases("n", range(2, 9))
 def test_skew_functions_turn_in_planes(n: int, rng: np.random.Generator) -> None:
     matrices = rng.normal(size=(12, n, n))
     matrices[0] = 0.0

@@ -129,8 +129,8 @@ def test_where_there_is_no_value() -> None:
     assert np.isfinite(multivector_function("sin", frozen)).all()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
+@all_cases(
+    "arguments, message",
     [
         (("sine", [1.0, 2]), "name: 'sine'; expected one of exp"),
         (("sin", [1.0, 2, 3]), "x: shape"),

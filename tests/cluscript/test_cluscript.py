@@ -38,6 +38,7 @@ from gacompiler.generation.spec_files import load_spec
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.record import Compilation
 from gacompiler.runtime import load_module
+from tests.support.all_cases import all_cases
 
 FOLDER = Path(__file__).parent / "scripts"
 FILES = {path.stem: path for path in sorted(FOLDER.glob("*.clu"))}
@@ -699,7 +700,7 @@ def test_results_of_scripts(name: str, request: pytest.FixtureRequest) -> None:
         np.testing.assert_allclose(np.atleast_1d(ours), own, rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", REFUSED)
+@all_cases("name", REFUSED)
 def test_invalid_scripts_are_rejected(name: str) -> None:
     text = REFUSED[name].read_text()
     _, algebra, place = text.split()[:3]

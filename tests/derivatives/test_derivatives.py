@@ -52,6 +52,7 @@ from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.record import Compilation
 from gacompiler.passes.samples import sample, to_mpmath
 from gacompiler.rings.polynomial import PolynomialRing
+from tests.support.all_cases import all_cases
 
 NULL2 = null_pairs(2)
 
@@ -171,8 +172,8 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", list(FUNCTIONS))
-@pytest.mark.parametrize("wrt", ["x", "y"])
+@all_cases("name", list(FUNCTIONS))
+@all_cases("wrt", ["x", "y"])
 def test_functions_against_numeric_derivatives(name: str, wrt: str) -> None:
     definition = declare(FUNCTIONS[name], {"x": SCALAR, "y": SCALAR})
     derived = compiled(jacobian(definition, wrt)).program
@@ -400,7 +401,7 @@ AT_THE_SWITCH: dict[str, tuple[Callable[..., Any], Fraction | int]] = {
 }
 
 
-@pytest.mark.parametrize("name", list(AT_THE_SWITCH))
+@all_cases("name", list(AT_THE_SWITCH))
 def test_derivative_at_the_switch(name: str) -> None:
     """Test the documented results at points where a function has no derivative, or two."""
     function, expected = AT_THE_SWITCH[name]

@@ -30,6 +30,7 @@ from gacompiler.ir.procedure_cost import procedure_costs
 from gacompiler.ir.rows import Counter, Through, row_at
 from gacompiler.runtime import load_module
 from gacompiler.verify import verify_module
+from tests.support.all_cases import all_cases
 
 FEW = '''
 """Derivatives of kernels with loops."""
@@ -155,8 +156,8 @@ def test_texts_guard_rows_that_are_added(indices: tuple[str, ...]) -> None:
     assert found.read_through == frozenset()
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
+@all_cases(
+    "old, new",
     [
         ("if which[i] >= 0:", "if which[i] >= 1:"),
         ("if which[i] >= 0 and other[i] >= 0:", "if which[i] >= 0 or other[i] >= 0:"),

@@ -45,7 +45,7 @@ def test_both_poses_of_a_small_marker(seed: int) -> None:
     assert np.degrees(np.arccos(np.clip(normals[0] @ normals[1], -1, 1))) > 20
 
 
-@pytest.mark.parametrize("seed", [29, 276, 749, 847, 914, 1192])
+@all_cases("seed", [29, 276, 749, 847, 914, 1192])
 def test_the_other_pose_of_a_small_marker_is_not_given_up(seed: int) -> None:
     """In these scenes iterations need more than 25 steps to it from the homography, and the best pose is wrong."""
     rng = np.random.default_rng([seed, 9])

@@ -46,6 +46,7 @@ from gacompiler.ir.procedure import Procedure, Storage, statements
 from gacompiler.ir.procedure_text import procedure_text
 from gacompiler.ir.run_procedure import run_procedure
 from gacompiler.passes.loops import compile_loops
+from tests.support.all_cases import all_cases
 
 N, M, MATRIX = array(SCALAR, "n"), array(SCALAR, "m"), array(SCALAR, "n", "m")
 LENGTHS = {"n": 3, "m": 4, "k": 2}
@@ -279,7 +280,7 @@ def smallest_three() -> Procedure:
     return compile_loops(smallest, effort=0).procedure
 
 
-@pytest.mark.parametrize("values", [[], [4], [2, 2, 1, 2, 0], [3, 1, 2], [1, 2, 3, 4, 5]])
+@all_cases("values", [[], [4], [2, 2, 1, 2, 0], [3, 1, 2], [1, 2, 3, 4, 5]])
 def test_the_rows_with_the_smallest_scores(values: list[int]) -> None:
     order = sorted(range(len(values)), key=lambda k: (values[k], k))[:3]
     missing = 3 - len(order)
@@ -340,8 +341,8 @@ def row_and_column(a: Any, k: Any) -> Any:
     return pick(a, k, -1), pick(transpose(a), k, k)
 
 
-@pytest.mark.parametrize("number", [0, 2, 2.75, 3, -0.25, -1, np.nan, np.inf, 1e300])
-@pytest.mark.parametrize("backend", ["c", "arrays"])
+@all_cases("number", [0, 2, 2.75, 3, -0.25, -1, np.nan, np.inf, 1e300])
+@all_cases("backend", ["c", "arrays"])
 def test_rows_with_a_computed_number(number: float, backend: str) -> None:
     a = np.arange(12.0).reshape(3, 4)
     run = gacompiler.compile(row_and_column, backend=backend)
@@ -369,7 +370,7 @@ def root(x: Any, bound: Any) -> Any:
     return iterate(lambda r: (r + s / r) / 2, 1, lambda old, new: equal(old, new), bound)
 
 
-@pytest.mark.parametrize("bound", [0, 1, 3, 50, -2, 2.5, np.nan])
+@all_cases("bound", [0, 1, 3, 50, -2, 2.5, np.nan])
 def test_the_bound_of_an_iteration_may_be_computed(bound: float) -> None:
     value, steps, found = 1.0, 0, False
     while steps < bound and not found:

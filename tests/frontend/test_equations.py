@@ -19,6 +19,7 @@ import gacompiler as ga
 from gacompiler import SCALAR, array, kernel
 from gacompiler.algebra.catalog import VGA3
 from gacompiler.errors import KernelError
+from tests.support.all_cases import all_cases
 
 N = 10_000
 SIZES = range(1, 7)
@@ -73,7 +74,7 @@ def test_rationals_are_solved_exactly(n: int) -> None:
             assert [list(row) for row in several] == identity(n)
 
 
-@pytest.mark.parametrize("n", [*SIZES, 7, 8])
+@all_cases("n", [*SIZES, 7, 8])
 def test_symmetric_rationals_are_solved_exactly(n: int) -> None:
     numbers = Random(n)
     for _ in range(20 if n < 6 else 9 - n):
@@ -90,7 +91,7 @@ def test_symmetric_rationals_are_solved_exactly(n: int) -> None:
         assert alone == tuple(row[0] for row in solution)
 
 
-@pytest.mark.parametrize("n", SIZES)
+@all_cases("n", SIZES)
 def test_singular_matrices_are_reported(n: int) -> None:
     zero = [[0] * n for _ in range(n)]
     ones = [[1] * n for _ in range(n)]
@@ -226,7 +227,7 @@ def test_derivative_of_a_solution() -> None:
     np.testing.assert_allclose(derivative.reshape(9, 3), slope, rtol=1e-10)
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "call",
     [
         lambda: ga.matrix_determinant([[1, 2]]),

@@ -48,6 +48,7 @@ from gacompiler.frontend.expression import Expression, evaluate, lift, node, top
 from gacompiler.frontend.facts import is_unit, is_unit_even_versor, parity
 from gacompiler.frontend.kernel import ArrayOf, Kernel, Parameter, trace
 from gacompiler.passes.pipeline import compile_kernel
+from tests.support.all_cases import all_cases
 
 
 @kernel(m=PGA3.MOTOR, p=PGA3.POINT)
@@ -92,8 +93,8 @@ def test_shapes_and_components() -> None:
     assert definition.parameters[3].type == ArrayOf(VGA3.VECTOR, (2,))
 
 
-@pytest.mark.parametrize(
-    ("declare", "message"),
+@all_cases(
+    "declare, message",
     [
         (lambda: kernel(a=VGA3.VECTOR)(lambda b: b), "parameters (b) but types for (a); expected the same names"),
         (lambda: kernel(a=SCALAR, b=SCALAR)(lambda b, a: b), "parameters (b, a) but types for (a, b)"),
@@ -147,7 +148,7 @@ def test_operators_and_functions_are_equal() -> None:
     assert a * b != b * a and a + b != a - b and a["e12"] != a["e21"]
 
 
-@pytest.mark.parametrize("name", sorted(set(MEANINGS) - {"abs", "less", "less_equal", "select"}))
+@all_cases("name", sorted(set(MEANINGS) - {"abs", "less", "less_equal", "select"}))
 def test_every_operation_has_a_function_with_its_name(name: str) -> None:
     operators = {"add", "subtract", "negate", "divide"}
     assert name in operators or hasattr(gacompiler, name)
@@ -164,7 +165,7 @@ def test_blades_are_inferred_by_form() -> None:
     assert (1 + x).blades == {0, 1, 2, 4} and x.grade(2).blades == frozenset()
 
 
-@pytest.mark.parametrize("layout", [VGA3.full, PGA3.EVEN, CGA3.POINT, STA.BIVECTOR, VGA3.VECTOR], ids=str)
+@all_cases("layout", [VGA3.full, PGA3.EVEN, CGA3.POINT, STA.BIVECTOR, VGA3.VECTOR])
 def test_inferred_blades_hold_every_value(layout: Any) -> None:
     symbol = kernel(a=layout)(named(lambda a: a)).parameters[0].symbols()
     values = [Fraction(k + 2, 3) for k in range(layout.size)]
@@ -265,8 +266,8 @@ def other_input() -> Any:
 STRANGER = other_input()
 
 
-@pytest.mark.parametrize(
-    ("parameters", "function", "returns", "message"),
+@all_cases(
+    "parameters, function, returns, message",
     [
         ({"a": SCALAR}, lambda a: 1 if a else 2, None, "is known only when the kernel runs; use select("),
         ({"a": SCALAR}, lambda a: a if a > 0 else -a, None, "use select(condition, a, b)"),
@@ -314,8 +315,8 @@ def test_errors_of_wrong_kernels_name_place_and_reason(
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("parameters", "function"),
+@all_cases(
+    "parameters, function",
     [
         ({"a": SCALAR}, lambda a: 1 / (a - a)),
         ({"m": PGA3.MOTOR}, lambda m: 1 / (norm_squared(m) - 1)),
@@ -324,7 +325,6 @@ def test_errors_of_wrong_kernels_name_place_and_reason(
         ({"a": SCALAR}, lambda a: a / 0),
         ({"a": SCALAR}, lambda a: 1 / (sin(a) * sin(a) + cos(a) * cos(a) - 1)),
     ],
-    ids=["itself", "motor", "null point", "inverse of null point", "number", "circle"],
 )
 def test_an_identically_zero_divisor_is_named(parameters: dict[str, Any], function: Callable[..., Any]) -> None:
     """The divisor may be zero only because of the relations of the inputs."""

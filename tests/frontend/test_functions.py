@@ -36,6 +36,7 @@ from gacompiler.algebra.multivector import Multivector
 from gacompiler.algebra.signs import inertia
 from gacompiler.errors import KernelError
 from gacompiler.frontend.kernel import Kernel
+from tests.support.all_cases import all_cases
 
 N = 20_000
 CATALOG = (VGA2, VGA3, PGA2, PGA3, CGA2, CGA3, STA)
@@ -425,8 +426,8 @@ def test_power_is_a_part_of_the_motion(algebra: Algebra, rng: np.random.Generato
         )
 
 
-@pytest.mark.parametrize("algebra", [VGA2, VGA3, PGA2, PGA3], ids=name_of)
-@pytest.mark.parametrize("size", [0.0, 1e-20, 1e-15, 1e-9, 1e-6, 1e-3, 0.5, 1.57])
+@all_cases("algebra", [VGA2, VGA3, PGA2, PGA3])
+@all_cases("size", [0.0, 1e-20, 1e-15, 1e-9, 1e-6, 1e-3, 0.5, 1.57])
 def test_large_powers_of_small_turns(algebra: Algebra, size: float, rng: np.random.Generator) -> None:
     """As exact as the exponential of the large angle, from the identity to nearly a half turn; `size` is angle / 2.
 
@@ -532,7 +533,7 @@ def test_interpolation_moves_at_constant_speed(algebra: Algebra, rng: np.random.
         assert difference(run(a, sign * b, 1.0), b).max() < 1e-14
 
 
-@pytest.mark.parametrize("algebra", UP_TO_FIVE, ids=name_of)
+@all_cases("algebra", UP_TO_FIVE)
 def test_interpolation_of_multivectors_in_any_metric(algebra: Algebra, rng: np.random.Generator) -> None:
     """Interpolate by sums or by powers of the ratio, for even and odd versors, and where there is no interpolation."""
 

@@ -14,6 +14,7 @@ from gacompiler.errors import GacError, KernelError
 from gacompiler.frontend.loops import accumulate, each, fold, gather, iterate, scan, scatter, total, transpose
 from gacompiler.passes.loops import compile_loops
 from gacompiler.passes.pipeline import compile_kernel
+from tests.support.all_cases import all_cases
 
 N = array(SCALAR, "n")
 M = array(SCALAR, "m")
@@ -32,7 +33,7 @@ def named(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "body",
     [
         lambda x: 2 * x,
@@ -100,7 +101,7 @@ STRUCTURES: Mapping[str, tuple[str, Callable[..., Any]]] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", STRUCTURES)
+@all_cases("name", STRUCTURES)
 def test_wrong_bodies(name: str) -> None:
     message, function = STRUCTURES[name]
     refused(named(function), message, x=N)

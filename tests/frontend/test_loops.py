@@ -9,7 +9,6 @@ from random import Random
 from typing import Any, NamedTuple
 
 import numpy as np
-import pytest
 
 import gacompiler
 from gacompiler import SCALAR, array, cos, index, kernel, sandwich, sin
@@ -22,6 +21,7 @@ from gacompiler.ir.procedure_text import procedure_text
 from gacompiler.ir.run_procedure import run_procedure
 from gacompiler.passes.loop_samples import index_tables
 from gacompiler.passes.loops import LoopCompilation, compile_loops
+from tests.support.all_cases import all_cases
 
 N = array(SCALAR, "n")
 M = array(SCALAR, "m")
@@ -229,7 +229,7 @@ def test_values_that_are_swapped() -> None:
     assert results(swapped, x=[]) == [0, 1, 3, 4]
 
 
-@pytest.mark.parametrize("start", [2, 0.5, Fraction(1, 3), np.float64(0.25), np.int64(3)])
+@all_cases("start", [2, 0.5, Fraction(1, 3), np.float64(0.25), np.int64(3)])
 def test_start_values_and_float_constants(start: Any) -> None:
     @loops(x=N)
     def scaled(x: Any) -> Any:

@@ -21,6 +21,7 @@ from gacompiler.backends import c_source, python_source
 from gacompiler.backends.readers import c_functions, c_programs, python_functions, python_programs
 from gacompiler.errors import GacError
 from gacompiler.passes.pipeline import compile_kernel
+from tests.support.all_cases import all_cases
 
 PRIME = 2**25 - 39
 """The largest prime below 2**25."""
@@ -100,7 +101,7 @@ def too_rare(counts: np.ndarray[Any, Any]) -> bool:
     return bool(min(chi2.sf(value, counts.size - 1), chi2.cdf(value, counts.size - 1)) < RARE)
 
 
-@pytest.mark.parametrize("kind", ["counters", "large counters", "steps", "seeds"])
+@all_cases("kind", ["counters", "large counters", "steps", "seeds"])
 def test_frequencies_of_numbers_pairs_and_triples(kind: str) -> None:
     k = np.arange(150000)
     seed, counter = {

@@ -15,6 +15,7 @@ from gacompiler.algebra.catalog import PGA3
 from gacompiler.backends.c import c_body
 from gacompiler.errors import KernelError
 from gacompiler.passes.loops import compile_loops
+from tests.support.all_cases import all_cases
 
 IMAGE = array(SCALAR, "n", "m")
 MODES = ("reflect", "mirror", "nearest", "wrap", "constant")
@@ -199,8 +200,8 @@ def _sum_of_squares(x):
     return total(lambda v: v * v, x)
 
 
-@pytest.mark.parametrize(
-    ("made", "message"),
+@all_cases(
+    "made, message",
     [
         (lambda x: window(x, 3, 3, boundary="edge"), "boundary='edge'"),
         (lambda x: window(x, 3, 3, stride=2), "without lengths of the result"),

@@ -28,6 +28,7 @@ from algorithms.fuzzy import (
     Rule,
     grasp_controller,
 )
+from tests.support.all_cases import all_cases
 
 METHODS = ("centroid", "bisector", "mom", "som", "lom")
 
@@ -80,7 +81,7 @@ def test_degenerate_rule_bases_agree_with_numpy(method: str, implication: str) -
     assert sum(compare_degenerate(seed, method, implication=implication) for seed in range(6)) > 14
 
 
-@pytest.mark.parametrize("method", METHODS)
+@all_cases("method", METHODS)
 def test_long_batches_agree_with_single_inputs(method: str) -> None:
     """Elements do not depend on the part of the batch in which they are computed."""
     rng = np.random.default_rng(3)
@@ -123,8 +124,8 @@ def test_statuses_of_inputs() -> None:
     assert np.isclose(found.values[1, 0], 2 / 3, rtol=0, atol=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("condition", "fires"),
+@all_cases(
+    "condition, fires",
     [
         (And(Is("x", "low"), Is("x", "high")), False),
         (And(Is("x", "low"), Not(Is("x", "high"))), True),
@@ -214,7 +215,7 @@ def x_as_output() -> FuzzyVariable:
     return FuzzyVariable("y", 0, 1, 11, (FuzzySet("all", "trapezoid", (0, 0, 1, 1)),))
 
 
-@pytest.mark.parametrize("method", METHODS)
+@all_cases("method", METHODS)
 def test_sets_between_two_places_are_empty(method: str) -> None:
     sets = FuzzySet("narrow", "triangle", (0.55, 0.55, 0.55)), FuzzySet("wide", "triangle", (0, 0.5, 1))
     x, y = (FuzzyVariable(name, 0, 1, 11, sets) for name in "xy")
@@ -262,8 +263,8 @@ def test_conditions_of_many_results_at_once_are_refused() -> None:
         small((*BOTH, Rule(balanced(6), (Conclusion("y", "left"),))))
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
+@all_cases(
+    "make, message",
     [
         (lambda: FuzzyVariable("x", 0, 1, 5, ("a",)), "variable x: sets: 'a'; expected FuzzySet"),
         (lambda: FuzzySet("a", "triangle", None), "set a: parameters None; expected triangle left peak right"),

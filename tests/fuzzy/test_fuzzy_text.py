@@ -105,7 +105,7 @@ def test_files_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
     assert Mamdani.read(path) == Mamdani.parse(TEXT)
 
 
-@pytest.mark.parametrize("name", ["two words", "if", "3x", "a:b", ""])
+@all_cases("name", ["two words", "if", "3x", "a:b", ""])
 def test_names_that_cannot_be_read_are_not_written(name: str) -> None:
     system = Mamdani.parse(TEXT)
     inputs = (replace(system.inputs[0], name=name),)

@@ -63,7 +63,7 @@ def test_degenerate_rule_bases_agree_with_numpy(method: str) -> None:
     assert compared > 20
 
 
-@pytest.mark.parametrize("method", METHODS)
+@all_cases("method", METHODS)
 def test_equidistant_places_may_be_given(method: str) -> None:
     rng = np.random.default_rng(5)
     system = random_rule_base(rng, method)

@@ -242,8 +242,8 @@ def test_texts_of_the_other_kind_are_refused() -> None:
         Mamdani.parse(one)
 
 
-@pytest.mark.parametrize(
-    ("make", "message"),
+@all_cases(
+    "make, message",
     [
         (lambda: AffineFunction("f", "1"), "function f: constant: '1'; expected a number"),
         (lambda: AffineFunction("f", 1, "x"), "function f: slopes 'x'; expected pairs"),

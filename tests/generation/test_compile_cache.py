@@ -104,6 +104,14 @@ def test_least_recently_used_entries_are_removed(cache: Cache) -> None:
     assert list(cache.folder.iterdir()) == []
 
 
+def test_the_first_entry_of_a_process_removes_what_is_beyond_the_limit(cache: Cache) -> None:
+    keys, size = entries_of_equal_size(cache, 4)
+    limited = Cache(cache.folder, 2 * size)
+    limited.put(OTHER, "value")
+    assert [key for key in keys if cache.get(key)] == keys[3:]
+    assert cache.get(OTHER) == "value"
+
+
 def test_temporary_files_left_by_writers_are_removed(cache: Cache) -> None:
     (cache.folder / ".abandoned").write_bytes(b"x" * 1000)
     os.utime(cache.folder / ".abandoned", ns=(0, 0))

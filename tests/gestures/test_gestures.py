@@ -9,6 +9,7 @@ import pytest
 
 from algorithms.gestures import hand_descriptor, mean_of_sequence, point_features, train_hands, turned_descriptor
 from algorithms.gestures.experiments import hand_rates, point_rates, random_split, read_hands, read_points, rotated
+from tests.support.all_cases import all_cases
 
 DATA = Path(__file__).parents[1] / "data" / "gestures"
 IMAGES, LABELS, NUMBERS = read_hands(DATA / "hands.npz")
@@ -72,8 +73,8 @@ def test_rotations_in_training_help() -> None:
     assert rates[1] > rates[0] + 0.1
 
 
-@pytest.mark.parametrize(
-    ("image", "message"),
+@all_cases(
+    "image, message",
     [
         (np.ones((20, 20, 3)), "looks like"),
         (np.ones((3, 20, 20)), "the same everywhere"),

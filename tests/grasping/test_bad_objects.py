@@ -116,8 +116,8 @@ def test_arguments(arguments, error, text):
         plan_grasps(*arguments)
 
 
-@pytest.mark.parametrize(
-    ("options", "error"),
+@all_cases(
+    "options, error",
     [
         ({"friction": 0}, ValueError),
         ({"friction": np.nan}, ValueError),

@@ -1,10 +1,10 @@
 """Groups of points against the distances of all points from all capsules."""
 
 import numpy as np
-import pytest
 
 from algorithms.grasping.clusters import clusters_of
 from generated import grasping
+from tests.support.all_cases import all_cases
 from tests.support.grasp_shapes import SHAPES
 
 
@@ -16,8 +16,8 @@ def distances(points, ends, radii):
     return np.linalg.norm(off - share[..., None] * d, axis=-1).min(0) - radii
 
 
-@pytest.mark.parametrize("size", [1, 7, 32])
-@pytest.mark.parametrize("count", [1, 31, 400])
+@all_cases("size", [1, 7, 32])
+@all_cases("count", [1, 31, 400])
 def test_clear_sets_of_capsules(size, count):
     rng = np.random.default_rng(count + size)
     points = rng.uniform(-1, 1, (count, 3)) * [0.1, 0.03, 0.05]

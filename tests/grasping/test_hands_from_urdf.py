@@ -26,6 +26,7 @@ from algorithms.grasping import (
 from algorithms.kinematics.collisions import capsules_from_urdf, mesh_obstacle, plane_obstacle
 from benchmarks.force_closure import distances_to_segment, is_closed_by_forces
 from generated import pga3
+from tests.support.all_cases import all_cases
 from tests.support.grasp_scene import FACES, HOME, MODEL, MOUNT, VERTICES, pose, scene
 from tests.support.grasp_shapes import SHAPES
 from tests.support.scans import box, cylinder, sphere, torus
@@ -109,7 +110,7 @@ def test_pads_with_linkages_remain_parallel():
         assert np.allclose(a, [0, -half, height], atol=1e-9) and np.allclose(b, [0, half, height], atol=1e-9)
 
 
-@pytest.mark.parametrize("name", HANDS)
+@all_cases("name", HANDS)
 def test_postures_have_the_given_distances(name):
     ours = hand(name)
     rng = np.random.default_rng(2)

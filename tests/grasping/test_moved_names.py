@@ -22,7 +22,7 @@ MOVED = {
 }
 
 
-@pytest.mark.parametrize("place", MOVED)
+@all_cases("place", MOVED)
 def test_old_names_are_the_same_objects(place: str) -> None:
     for name in MOVED[place].split():
         with pytest.warns(DeprecationWarning, match=f"grasping.{name} is now {place}.{name}; .* version 0.4") as caught:

@@ -11,6 +11,7 @@ from algorithms.grasping import BARRETT_BH280, BARRETT_OPENRAVE, contact_wrenche
 from algorithms.grasping.meshes import surface_of
 from algorithms.kinematics.hands import barrett_hand
 from generated import grasping, pga3
+from tests.support.all_cases import all_cases
 from tests.support.grasp_shapes import SHAPES
 from tests.support.scans import box, scan, sphere
 
@@ -77,8 +78,8 @@ def test_quality_does_not_depend_on_the_frame():
     )
 
 
-@pytest.mark.parametrize(
-    ("contacts", "normals"),
+@all_cases(
+    "contacts, normals",
     [
         (ring() * 0.04, np.tile([1.0, 0, 0], (3, 1))),
         (np.zeros((3, 3)), ring()),

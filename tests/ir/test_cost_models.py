@@ -12,6 +12,7 @@ from gacompiler.ir.cost_models import COUNTS, MODELS, cost_model
 from gacompiler.ir.latency import UNITS, cycles
 from gacompiler.ir.program import Argument, Line, Program, Result
 from gacompiler.ir.scalar import Op
+from tests.support.all_cases import all_cases
 
 
 def program(*lines: tuple[str, Op, tuple[str, ...]], stored: tuple[str, ...] = ()) -> Program:
@@ -85,7 +86,7 @@ def test_a_balanced_sum_is_faster_than_a_chain_of_the_same_size() -> None:
     assert MODELS["size"].of(program(*tree)) == MODELS["size"].of(program(*chain)) == 7
 
 
-@pytest.mark.parametrize("seed", range(20))
+@all_cases("seed", range(20))
 def test_cycles_lie_between_the_bounds_of_any_schedule(seed: int) -> None:
     """At least the longest path and the work of the units, at most the sum of both (Graham 1966)."""
     rng = random.Random(seed)

@@ -20,6 +20,7 @@ from gacompiler.ir.program import Argument, Line, Program, Result
 from gacompiler.ir.scalar import ARITY, COMMUTATIVE, LEAVES, Graph, Op, Scalar
 from gacompiler.ir.verify import verify
 from gacompiler.passes.schedule import schedule
+from tests.support.all_cases import all_cases
 
 NAMES = ("x", "y", "z")
 EXACT_OPS = (Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.NEGATE, Op.DIVIDE, Op.ABS, Op.FLOOR, Op.MINIMUM, Op.MAXIMUM,
@@ -51,7 +52,7 @@ def program_of(roots: list[Scalar], names: tuple[str, ...] = NAMES) -> Program:
 # Folding
 
 
-@pytest.mark.parametrize("seed", range(40))
+@all_cases("seed", range(40))
 def test_folding_keeps_the_value(seed: int) -> None:
     """Random expressions with many zeros, ones, repeated terms and negations, at points with zeros and ties too."""
     random = Random(seed)
@@ -107,7 +108,7 @@ def test_nodes_are_immutable() -> None:
         x.op = Op.ADD  # type: ignore[misc]
 
 
-@pytest.mark.parametrize("op", [op for op in Op if op.value in EXACT], ids=lambda op: op.value)
+@all_cases("op", [op for op in Op if op.value in EXACT])
 def test_functions_of_numbers_fold_only_when_rational(op: Op) -> None:
     g = Graph()
     for values in ((0,), (1,), (4,), (Fraction(9, 4),), (-1,), (0, 1), (2, 1), (1, 2, 3), (0, 2, 3)):
@@ -180,8 +181,8 @@ def test_a_valid_program_passes() -> None:
     assert verify(program) is program
 
 
-@pytest.mark.parametrize(
-    ("program", "message"),
+@all_cases(
+    "program, message",
     [
         (made((line("t0", Op.ADD, "x", "w"),), ("t0",)), "t0 uses w before it is defined"),
         (made((line("t0", Op.ADD, "t1", "x"), line("t1", Op.NEGATE, "x")), ("t0", "t1")), "t0 uses t1 before"),
@@ -196,7 +197,6 @@ def test_a_valid_program_passes() -> None:
         (made((line("t0", Op.VARIABLE),), ("t0",)), "t0 = variable of 0 operands"),
         (made((), ("t9",)), "out uses t9 before it is defined"),
     ],
-    ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_an_invalid_program_is_rejected(program: Program, message: str) -> None:
     with pytest.raises(ProofError) as caught:
@@ -268,8 +268,8 @@ LIFTS: dict[str, Callable[[Any], Any]] = {
 }
 
 
-@pytest.mark.parametrize("ring", LIFTS)
-@pytest.mark.parametrize("op", INPUTS, ids=lambda op: op.value)
+@all_cases("ring", LIFTS)
+@all_cases("op", INPUTS)
 def test_every_operation_in_every_ring(op: Op, ring: str) -> None:
     lift = LIFTS[ring]
     program = one(op)
@@ -282,7 +282,7 @@ def test_every_operation_in_every_ring(op: Op, ring: str) -> None:
         assert isinstance(found, (int, Fraction))
 
 
-@pytest.mark.parametrize("op", [Op.SQRT, Op.SIN, Op.COS, Op.ACOS, Op.EXP, Op.LOG, Op.ATAN2], ids=lambda op: op.value)
+@all_cases("op", [Op.SQRT, Op.SIN, Op.COS, Op.ACOS, Op.EXP, Op.LOG, Op.ATAN2])
 def test_functions_at_irrational_values(op: Op) -> None:
     """Floats, arrays and 50 digits agree; exact numbers raise an error."""
     values = [Fraction(7, 10), Fraction(-3, 10)][: ARITY[op]]
@@ -303,11 +303,9 @@ def test_select_in_arrays_is_elementwise() -> None:
     assert np.array_equal(evaluate(Op.LESS, [np.array([1.0, 2.0]), np.array([2.0, 1.0])]), [1, 0])
 
 
-@pytest.mark.parametrize("place", [0, 1])
-@pytest.mark.parametrize(
-    "op", [Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.DIVIDE, Op.MINIMUM, Op.SELECT], ids=lambda op: op.value
-)
-@pytest.mark.parametrize("ring", ["Fraction", "float", "array", "mpmath"])
+@all_cases("place", [0, 1])
+@all_cases("op", [Op.ADD, Op.SUBTRACT, Op.MULTIPLY, Op.DIVIDE, Op.MINIMUM, Op.SELECT])
+@all_cases("ring", ["Fraction", "float", "array", "mpmath"])
 def test_constants_are_lifted_into_the_ring(op: Op, ring: str, place: int) -> None:
     """A constant operand on either side, with ``constant=`` of the ring."""
     operands: list[Any] = ["x"] * ARITY[op]

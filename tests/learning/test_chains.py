@@ -10,6 +10,7 @@ import pytest
 
 from algorithms.learning import Algebra, Layer, Linear, Network, Split
 from algorithms.learning.chains import Chain, joined
+from tests.support.all_cases import all_cases
 from tests.support.layer_gradients import check_gradient
 
 RANDOM = np.random.default_rng(0)
@@ -21,8 +22,8 @@ def wide(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("algorithms.learning.linear.LEAST_WIDTH", 0)
 
 
-@pytest.mark.parametrize("bias", [True, False])
-@pytest.mark.parametrize("widths", [(3, 4), (5, 2, 3)])
+@all_cases("bias", [True, False])
+@all_cases("widths", [(3, 4), (5, 2, 3)])
 def test_gradients(widths: tuple[int, ...], bias: bool) -> None:
     check_gradient(Chain(tuple(Linear(width, bias=bias) for width in widths)), Algebra(3))
 
@@ -52,7 +53,7 @@ def test_repeated_gradients_of_changing_batches_are_equal() -> None:
         assert np.array_equal(one.gradient(x, y)[1], one.gradient(x, y)[1])
 
 
-@pytest.mark.parametrize("layers, counts", [
+@all_cases("layers, counts", [
     ([Linear(3), TANH, Linear(2)], [3]),
     ([Linear(3), TANH], [1, 1]),
     ([Linear(3), Linear(2)], [1, 1]),

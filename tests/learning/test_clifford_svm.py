@@ -6,7 +6,6 @@ import itertools
 import pickle
 
 import numpy as np
-import pytest
 
 from algorithms.learning import CliffordSVC, CliffordSVR, MachineStatus
 from algorithms.learning.blade_signs import blade_signs
@@ -37,7 +36,7 @@ def _product(p: int, q: int, a: list[int], b: list[int]) -> tuple[int, list[int]
     return sign, word
 
 
-@pytest.mark.parametrize(("p", "q"), [(0, 1), (0, 2), (3, 0), (1, 1), (2, 1), (4, 1)])
+@all_cases("p, q", [(0, 1), (0, 2), (3, 0), (1, 1), (2, 1), (4, 1)])
 def test_signs_are_those_of_products_of_vectors(p: int, q: int) -> None:
     table = blade_signs(p, q)
     words = [[k for k in range(p + q) if b >> k & 1] for b in range(table.size)]

@@ -133,14 +133,14 @@ def test_predictions_for_other_samples() -> None:
         machine.set_params(c=2)
 
 
-@pytest.mark.parametrize("y", [np.full(20, np.nan), np.ones((20, 2, 2)), np.ones(19), None])
+@all_cases("y", [np.full(20, np.nan), np.ones((20, 2, 2)), np.ones(19), None])
 def test_targets_of_regression(y: object) -> None:
     with pytest.raises(ValueError, match="y:"):
         CliffordSVR().fit(X, y)
 
 
-@pytest.mark.parametrize(
-    ("parameters", "text"),
+@all_cases(
+    "parameters, text",
     [
         ({"C": None}, "C: None"),
         ({"gamma": None}, "gamma: None"),

@@ -10,6 +10,7 @@ import pytest
 from algorithms.learning import Algebra, CliffordSVC, CliffordSVR, Linear, Network
 from algorithms.learning.all_blades import restorer, with_all_blades
 from gacompiler.objects import CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA2, VGA3, Space
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(41)
 NAMES = {"G(2)": VGA2, "G(3)": VGA3, "G(2,0,1)": PGA2, "G(3,0,1)": PGA3, "G(1,3)": STA, "H": QUATERNIONS}
@@ -62,7 +63,7 @@ OTHERS = [
 ]
 
 
-@pytest.mark.parametrize("x", OTHERS, ids=lambda x: str(x.layout))
+@all_cases("x", OTHERS)
 def test_elements_of_other_algebras_are_refused_by_name(x: Any) -> None:
     network, many = Network([Linear(1)], algebra="G(3)", channels=1), x * np.ones((4, 1))
     machine, real = CliffordSVR(algebra=(3, 0)), np.zeros((4, 1, 8))

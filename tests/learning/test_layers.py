@@ -39,13 +39,13 @@ def test_gradients_by_matrices_of_spinors(name: str, side: str, monkeypatch: pyt
     check_gradient(layer, Algebra.of(name))
 
 
-@pytest.mark.parametrize("name", ["C", "G(2)", "G(3)", "G(2,0,1)"])
+@all_cases("name", ["C", "G(2)", "G(3)", "G(2,0,1)"])
 def test_gradient_of_rotors(name: str) -> None:
     check_gradient(Rotor(2), Algebra.of(name), tolerance=1e-7)
 
 
-@pytest.mark.parametrize("layer, name", [(Radial(2), "G(2)"), (Radial(2), "G(3)"), (Hypersphere(2), "R"),
-                                         (ConformalNeuron(2), "R")], ids=str)  # fmt: skip
+@all_cases("layer, name", [(Radial(2), "G(2)"), (Radial(2), "G(3)"), (Hypersphere(2), "R"),
+                                         (ConformalNeuron(2), "R")])  # fmt: skip
 def test_gradients_of_rounds(layer: Layer, name: str) -> None:
     check_gradient(layer, Algebra.of(name))
 
@@ -66,7 +66,7 @@ def test_matrices_of_spinors_give_the_products_of_the_table(
         assert np.allclose(found, np.einsum("oikj,bij->bok", generic, x), atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["C", "H", "G(2)", "G(3)", "G(3,0,1)"])
+@all_cases("name", ["C", "H", "G(2)", "G(3)", "G(3,0,1)"])
 def test_generated_products_are_those_of_the_table(name: str) -> None:
     algebra, random = Algebra.of(name), np.random.default_rng(3)
     a, b, d = random.normal(size=(3, 6, algebra.size))
@@ -76,7 +76,7 @@ def test_generated_products_are_those_of_the_table(name: str) -> None:
     assert np.allclose(found[2], algebra._by_table("abdw", len(algebra.paths), a, b, d))
 
 
-@pytest.mark.parametrize("name", ["C", "H", "G(2)", "G(0,3)", "G(3)", "G(3,1)", "G(4,1)"])
+@all_cases("name", ["C", "H", "G(2)", "G(0,3)", "G(3)", "G(3,1)", "G(4,1)"])
 def test_simplified_rule_equals_the_full_rule(name: str) -> None:
     algebra, random = Algebra.of(name), np.random.default_rng(4)
     x, w, d = (random.normal(size=(*s, algebra.size)) for s in ((5, 2), (3, 2), (5, 3)))
@@ -104,7 +104,7 @@ def test_equivariant_layers_commute_with_rotors() -> None:
     assert np.allclose(Invariants().value(algebra, x @ turn.T, ()), Invariants().value(algebra, x, ()), atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["G(1,3)", "G(4,1)", "G(3,0,1)", "G(0,2)"])
+@all_cases("name", ["G(1,3)", "G(4,1)", "G(3,0,1)", "G(0,2)"])
 def test_equivariant_layers_of_any_algebra(name: str) -> None:
     """Rotations are series of exponentials of bivectors, with boosts and translations among them."""
     algebra, random = Algebra.of(name), np.random.default_rng(7)

@@ -23,6 +23,7 @@ from algorithms.learning import (
     halving,
 )
 from algorithms.learning.__main__ import main
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(0)
 X = RANDOM.normal(size=(40, 2, 8))
@@ -47,7 +48,7 @@ def test_gradient_of_the_loss(loss: str) -> None:
     assert (sides[0] - sides[1]) / (2 * h) == pytest.approx(expected, rel=1e-7)
 
 
-@pytest.mark.parametrize("optimizer", ["sgd", "adam", "rprop", "lbfgs"])
+@all_cases("optimizer", ["sgd", "adam", "rprop", "lbfgs"])
 def test_every_optimizer_decreases_the_loss(optimizer: str) -> None:
     one = network()
     before = one.loss(X, Y)
@@ -157,8 +158,8 @@ def test_parameters_before_a_divergence_are_kept() -> None:
     assert one.loss(X, Y) == before
 
 
-@pytest.mark.parametrize("channels", [0, -1, 2.5])
-@pytest.mark.parametrize("kind", [GradeLinear, TwoSided])
+@all_cases("channels", [0, -1, 2.5])
+@all_cases("kind", [GradeLinear, TwoSided])
 def test_layers_need_a_positive_number_of_channels(kind: Any, channels: Any) -> None:
     with pytest.raises(ValueError, match=f"{channels} channels; expected a positive integer"):
         Network([kind(channels)], "G(3)", 2)

@@ -11,6 +11,7 @@ import scipy
 
 from algorithms.learning import CliffordSVC, CliffordSVR
 from algorithms.learning.svm_probabilities import fitted_sigmoid
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(11)
 X = RANDOM.normal(size=(90, 4))
@@ -38,8 +39,8 @@ def test_weights_of_classes_multiply_the_penalties_of_their_samples() -> None:
     assert np.array_equal(balanced.decision_function(X), same.decision_function(X))
 
 
-@pytest.mark.parametrize(
-    ("weights", "text"),
+@all_cases(
+    "weights, text",
     [
         (-np.ones(90), "at least 0"),
         (np.zeros(90), "zero"),

@@ -21,6 +21,7 @@ from algorithms.mapping.line_map import same_wall
 from algorithms.mapping.motions import relative
 from algorithms.mapping.scan_simulation import Odometry, Scanner, SimulatedLog, simulate_log
 from generated import pga2
+from tests.support.all_cases import all_cases
 from tests.support.selection import some_slow
 
 DATA = Path(__file__).parents[1] / "data" / "maps"
@@ -220,7 +221,7 @@ def test_progress_is_reported(stream: Stream) -> None:
     assert [each.stage for each in seen[-3:]] == ["scans", "poses", "lines"]
 
 
-@pytest.mark.parametrize("item", [1, (1, 2), (np.zeros(3), None, None), "scan"])
+@all_cases("item", [1, (1, 2), (np.zeros(3), None, None), "scan"])
 def test_other_elements_are_errors(item: Any) -> None:
     with pytest.raises(TypeError, match="expected triples of a Scan"):
         build_map([item])

@@ -14,6 +14,7 @@ from algorithms.mapping.paths import PlanarPath
 from algorithms.mapping.scan_simulation import motor_of_error
 from generated import navigation as kernels
 from generated import pga2
+from tests.support.all_cases import all_cases
 from tests.support.selection import some_slow
 
 HOUSE = Path(__file__).parents[1] / "data" / "maps" / "house.mat"
@@ -151,9 +152,7 @@ def test_obstacles_beside_the_path_stop_a_robot_that_returns_to_it(law: str) -> 
     assert free.status < FollowStatus.SLOWED and np.isinf(free.clearance)
 
 
-@pytest.mark.parametrize(
-    "option", [{"speed": -1.0}, {"deceleration": 0.0}, {"law": "x"}, {"gains": (1.0, -1.0)}, {"width": np.nan}]
-)
+@all_cases("option", [{"speed": -1.0}, {"deceleration": 0.0}, {"law": "x"}, {"gains": (1.0, -1.0)}, {"width": np.nan}])
 def test_settings_are_checked(option: dict[str, object]) -> None:
     with pytest.raises(ValueError, match=next(iter(option))):
         FollowSettings(**option)

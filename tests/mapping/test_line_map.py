@@ -12,6 +12,7 @@ from algorithms.mapping import MappingStatus, Scan, Segments, segments
 from algorithms.mapping.line_map import LineMap, same_wall
 from algorithms.mapping.line_views import View, seen_through
 from generated import line_maps, pga2
+from tests.support.all_cases import all_cases
 
 IDENTITY = np.eye(4)[0]
 
@@ -94,8 +95,8 @@ def test_views_of_one_wall_become_one_segment(pose: tuple[float, float, float]) 
     assert found.lengths[0] == pytest.approx(6.9, abs=0.02)
 
 
-@pytest.mark.parametrize(
-    ("p", "q", "n"),
+@all_cases(
+    "p, q, n",
     [
         ((1.0, 2.05), (3.0, 2.05), 1),  # the same wall
         ((2.1, 2.0), (4.0, 2.0), 1),  # its continuation

@@ -23,8 +23,8 @@ def flaser(n: int, value: float, time: float | str, pose: str = "1 2 0.3") -> st
     return f"FLASER {n} {' '.join([str(value)] * n)} {pose} {pose} {time} robot {time}\n"
 
 
-@pytest.mark.parametrize(
-    ("n", "first", "last"),
+@all_cases(
+    "n, first, last",
     [(180, -90, 89), (360, -90, 89.5), (181, -90, 90), (361, -90, 90), (240, -90, 89.25)],
 )
 def test_angles_of_beams(n: int, first: float, last: float) -> None:

@@ -14,6 +14,7 @@ from algorithms.mapping.g2o import read_g2o
 from algorithms.mapping.outlines import in_fours
 from generated import mapping as kernels
 from generated import pga2
+from tests.support.all_cases import all_cases
 
 KILLIAN = Path(__file__).parents[1] / "data" / "maps" / "killian_start.g2o.gz"
 
@@ -146,7 +147,7 @@ def test_mirrored_beams_do_not_match(rng: np.random.Generator) -> None:
     assert certain <= 5
 
 
-@pytest.mark.parametrize("ranges", [[], [60.0] * 181, [np.nan] * 181, [1.0] * 9])
+@all_cases("ranges", [[], [60.0] * 181, [np.nan] * 181, [1.0] * 9])
 def test_too_few_readings(rng: np.random.Generator, ranges: list[float]) -> None:
     empty, other = Scan(ranges, -1, 0.01, 50), scan_at(rng, box(0, 0, 8, 6), np.zeros(3))
     for m in (match_scans(empty, other), match_scans(other, empty), match_scans(empty, empty)):

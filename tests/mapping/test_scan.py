@@ -9,6 +9,7 @@ import pytest
 
 from algorithms.mapping import Scan
 from generated import mapping as kernels
+from tests.support.all_cases import all_cases
 
 
 def test_points_are_those_of_valid_beams() -> None:
@@ -39,8 +40,8 @@ def test_empty_scans() -> None:
     assert Scan([5.0, 6.0], 0, 0.1, 5).points().shape == (0, 2)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
+@all_cases(
+    "arguments, message",
     [
         (([[1.0]], 0, 0.1, 5), "ranges: shape"),
         (([1.0, 2.0], 0, 0.0, 5), "angle_step"),

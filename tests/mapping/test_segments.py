@@ -8,6 +8,7 @@ from laser_scenes import box, scan_at
 
 from algorithms.mapping import Scan, segments
 from generated import mapping as kernels
+from tests.support.all_cases import all_cases
 
 
 @pytest.fixture
@@ -63,7 +64,7 @@ def test_rotating_a_scan_rotates_its_segments(rng: np.random.Generator) -> None:
     assert len(one) == len(other) and np.abs(one.normals @ np.array([[c, s], [-s, c]]) - other.normals).max() < 1e-9
 
 
-@pytest.mark.parametrize("ranges", [[], [1.0], [1.0, 2.0], [99.0] * 30, [np.nan] * 30])
+@all_cases("ranges", [[], [1.0], [1.0, 2.0], [99.0] * 30, [np.nan] * 30])
 def test_scans_without_lines(ranges: list[float]) -> None:
     found = segments(Scan(ranges, 0, 0.01, 50))
     assert len(found) == 0 and found.normals.shape == (0, 2) and found.ends.shape == (0, 2, 2)

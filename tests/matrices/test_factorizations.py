@@ -16,6 +16,7 @@ from gacompiler import SCALAR, array, jvp, kernel, matrices, total
 from gacompiler.ir.procedure import Procedure
 from gacompiler.ir.run_procedure import run_procedure
 from gacompiler.passes.loops import compile_loops
+from tests.support.all_cases import all_cases
 
 SQUARE, MATRIX, VECTOR = array(SCALAR, "n", "n"), array(SCALAR, "n", "m"), array(SCALAR, "n")
 
@@ -137,7 +138,7 @@ def test_positive_definite_matrices(n: int) -> None:
     assert np.abs(a @ solution - b).max() <= 1e-15 * n * np.linalg.norm(a) * np.linalg.norm(solution)
 
 
-@pytest.mark.parametrize("row", range(4))
+@all_cases("row", range(4))
 def test_the_first_pivot_that_is_not_positive_is_reported(row: int) -> None:
     half = normal(row, 6, 4)
     a = half.T @ half
@@ -158,8 +159,8 @@ def test_reflections(n: int, m: int) -> None:
         assert failed == -1 and np.abs(solution - wanted).max() < 1e-12 * np.abs(wanted).max()
 
 
-@pytest.mark.parametrize("scales", [(1, 1, 1), (1e-12, 1, 1e12)])
-@pytest.mark.parametrize("column", [0, 1, 2, -1])
+@all_cases("scales", [(1, 1, 1), (1e-12, 1, 1e12)])
+@all_cases("column", [0, 1, 2, -1])
 def test_dependent_columns_are_reported_at_any_scale(column: int, scales: tuple[float, ...]) -> None:
     a = normal(7, 6, 3)
     if column >= 0:

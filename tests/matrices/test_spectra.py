@@ -13,6 +13,7 @@ import gacompiler
 from gacompiler import SCALAR, array, jvp, kernel
 from gacompiler.matrices import eigenvalues, three_singular_vectors
 from generated import matrices
+from tests.support.all_cases import all_cases
 
 Reals = np.ndarray[Any, Any]
 
@@ -55,8 +56,8 @@ def errors(a: Reals, values: Reals, vectors: Reals) -> tuple[Any, Any]:
     return residual.max(), norms(np.swapaxes(vectors, 1, 2) @ vectors - np.eye(n)).max()
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 9, 16])
-@pytest.mark.parametrize("spectrum", SPECTRA)
+@all_cases("n", [1, 2, 3, 9, 16])
+@all_cases("spectrum", SPECTRA)
 def test_eigenvectors_are_as_accurate_as_those_of_lapack(spectrum: str, n: int) -> None:
     a = symmetric(spectrum, n)
     values, vectors, converged = matrices.eigenvectors(a)
@@ -66,8 +67,8 @@ def test_eigenvectors_are_as_accurate_as_those_of_lapack(spectrum: str, n: int) 
     assert own[0] <= 2 * other[0] + least and own[1] <= 2 * other[1] + least
 
 
-@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (2, 2), (3, 3), (9, 9), (20, 5), (4, 7)])
-@pytest.mark.parametrize("spectrum", SPECTRA)
+@all_cases("rows, columns", [(1, 1), (2, 2), (3, 3), (9, 9), (20, 5), (4, 7)])
+@all_cases("spectrum", SPECTRA)
 def test_singular_vectors_are_as_accurate_as_those_of_lapack(spectrum: str, rows: int, columns: int) -> None:
     rng, few = np.random.default_rng(rows), min(rows, columns)
     values = SPECTRA[spectrum](rng, few)
@@ -83,8 +84,8 @@ def test_singular_vectors_are_as_accurate_as_those_of_lapack(spectrum: str, rows
     assert np.abs(images - found / size[:, None]).max() <= 4e-15
 
 
-@pytest.mark.parametrize(("rows", "columns"), [(9, 9), (8, 9), (50, 9), (3, 2)])
-@pytest.mark.parametrize("noise", [0, 1e-9, 1])
+@all_cases("rows, columns", [(9, 9), (8, 9), (50, 9), (3, 2)])
+@all_cases("noise", [0, 1e-9, 1])
 def test_null_vectors(rows: int, columns: int, noise: float) -> None:
     rng = np.random.default_rng(rows)
     a = rng.normal(size=(MANY, rows, columns)) * 10.0 ** np.arange(columns)
@@ -138,7 +139,7 @@ def three(matrix: Any) -> Any:
     return three_singular_vectors(matrix)
 
 
-@pytest.mark.parametrize("spectrum", [*SPECTRA, "far apart"])
+@all_cases("spectrum", [*SPECTRA, "far apart"])
 def test_three_singular_vectors(spectrum: str) -> None:
     rng = np.random.default_rng(3)
     values = np.tile([1, 1e-9, 1e-10], (MANY, 1)) if spectrum == "far apart" else SPECTRA[spectrum](rng, 3)
@@ -174,8 +175,8 @@ def distance(found: Reals, wanted: Any) -> float:
     return worst
 
 
-@pytest.mark.parametrize(
-    ("roots", "n_real", "bound"),
+@all_cases(
+    "roots, n_real, bound",
     [
         ([5.0], 1, 0),
         ([1, 2, 3], 3, 1e-14),

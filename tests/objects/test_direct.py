@@ -10,6 +10,7 @@ import pytest
 
 from gacompiler.errors import GacError, LayoutError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, constructors, direct, operators
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(5)
 
@@ -81,7 +82,7 @@ def ready() -> None:
         operator.wait()
 
 
-@pytest.mark.parametrize("name", CASES)
+@all_cases("name", CASES)
 def test_compiled_constructors(name: str) -> None:
     for _ in range(3):
         construct, arguments = CASES[name]()

@@ -12,6 +12,8 @@ import matplotlib
 import numpy as np
 import pytest
 
+from tests.support.all_cases import all_cases
+
 matplotlib.use("Agg")
 
 from matplotlib import pyplot
@@ -180,8 +182,8 @@ def test_a_motor_is_drawn_as_the_axes_that_it_moves() -> None:
     assert len(shapes_of(PGA3.rotor([0, 0, 1], np.array([0.1, 0.2])))) == 2
 
 
-@pytest.mark.parametrize(
-    ("wrong", "error", "message"),
+@all_cases(
+    "wrong, error, message",
     [
         (lambda: draw(), AlgebraError, "no object"),
         (lambda: draw(VGA3.e1), AlgebraError, "PGA2, PGA3, CGA2 or CGA3"),

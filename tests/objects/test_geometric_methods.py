@@ -13,6 +13,7 @@ from algorithms import geometry
 from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, VGA2, VGA3
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 RNG = np.random.default_rng(5)
 COUNT = 6
@@ -70,7 +71,7 @@ def test_distances_and_angles_are_those_of_algorithms(space: Any, least: int) ->
     assert compared >= least
 
 
-@pytest.mark.parametrize("space", [PGA2, PGA3, CGA2, CGA3])
+@all_cases("space", [PGA2, PGA3, CGA2, CGA3])
 def test_projections_of_points_are_those_of_algorithms(space: Any) -> None:
     onto = elements(space)
     points = space.point(RNG.normal(size=(COUNT, space.algebra.POINT.size)))

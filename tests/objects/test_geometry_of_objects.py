@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from gacompiler.errors import AlgebraError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA2, VGA3
+from tests.support.all_cases import all_cases
 
 P, Q = np.array([[1.0, 2, 3], [-2, 0, 5]]), np.array([[0.0, 1, -1], [4, 4, 1]])
 N = np.array([[2.0, 3, 6], [-6, 2, 3]]) / 7
@@ -98,7 +99,7 @@ EXPLAINED = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("x", "text"), EXPLAINED, ids=[text[:24] for _, text in EXPLAINED])
+@all_cases("x, text", EXPLAINED)
 def test_explanations(x: Any, text: str) -> None:
     assert x.explain() == text
 

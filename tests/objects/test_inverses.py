@@ -12,11 +12,12 @@ from gacompiler.algebra.catalog import null_pairs, orthogonal
 from gacompiler.errors import AlgebraError, ZeroDivisorError
 from gacompiler.objects import CGA3, PGA3, QUATERNIONS, STA, VGA2, VGA3, Space
 from gacompiler.structure.affine import AffineSpace
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(8)
 
 
-@pytest.mark.parametrize("x", [CGA3.point(1, 2, 3), 1 + VGA3.e1, 0 * VGA3.e1, CGA3.einf, CGA3.e1 + CGA3.einf * CGA3.e1])
+@all_cases("x", [CGA3.point(1, 2, 3), 1 + VGA3.e1, 0 * VGA3.e1, CGA3.einf, CGA3.e1 + CGA3.einf * CGA3.e1])
 def test_elements_without_an_inverse_are_refused_or_nan(x: Any) -> None:
     if x.layout.blades == ("e1", "e1inf"):
         assert (x * x.inverse()).isclose(1)
@@ -126,7 +127,7 @@ NEARLY = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("x", NEARLY, ids=str)
+@all_cases("x", NEARLY)
 def test_elements_without_an_inverse_up_to_rounding(x: Any) -> None:
     """Their inverses would be made of rounding errors only; translators of any length have exact ones."""
     with pytest.raises(ZeroDivisorError, match=r"determinant is 0 up to rounding.*in an array, such elements give NaN"):

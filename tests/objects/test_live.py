@@ -19,6 +19,7 @@ import gacompiler as ga
 from gacompiler.errors import AlgebraError, GacError, KernelError, LayoutError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, VGA3, view
 from gacompiler.objects.scene import shapes_of
+from tests.support.all_cases import all_cases
 
 P, Q, R = PGA3.point(-1, 0, 0), PGA3.point(1, 0.5, 0.5), PGA3.point(0, 1, 0)
 A, B, C = CGA3.point(0, 0, 0), CGA3.point(1.5, 0, 0), CGA3.point(0, 1, 0.5)
@@ -211,8 +212,8 @@ def test_pictures_and_models_of_scenes(tmp_path: Path) -> None:
 NAN = PGA3.point(np.nan, 0, 0)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "error", "message"),
+@all_cases(
+    "wrong, error, message",
     [
         (lambda: view(drag=[P]), AlgebraError, "no object"),
         (lambda: view(P, drag=[P, Q]), AlgebraError, r"depends on drag\[1\]"),

@@ -5,11 +5,10 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
-import pytest
-
 import gacompiler.objects
 from gacompiler import objects
 from gacompiler.algebra.layout import Layout
+from tests.support.all_cases import all_cases
 
 STUB = Path(gacompiler.objects.__file__).with_name("names.pyi")
 SPACES = {
@@ -30,7 +29,7 @@ def declared(name: str) -> dict[str, str]:
     raise AssertionError(name)
 
 
-@pytest.mark.parametrize("name", SPACES)
+@all_cases("name", SPACES)
 def test_names_of_blades_and_layouts(name: str) -> None:
     space, blades, of_space = SPACES[name], declared(f"{name}Element"), declared(f"{name}Space")
     one = space.vector(*range(1, space.algebra.dimension + 1))

@@ -42,6 +42,7 @@ from gacompiler.objects import (
 from gacompiler.objects.definitions import BINARY, UNARY
 from generated import cga3, pga3
 from generated.gac_runtime.layout import layout as plain_layout
+from tests.support.all_cases import all_cases
 
 OBLIQUE = Space(Algebra("oblique", "a b c", [[2, 1, 0], [1, -1, 3], [0, 3, 0]]))
 """An algebra with an indefinite, oblique metric and a null vector."""
@@ -85,8 +86,8 @@ def exact(x: Any, algebra: Algebra) -> ga.Multivector:
     return x.exactly() if isinstance(x, MultivectorArray) else algebra.scalar(Fraction(x))
 
 
-@pytest.mark.parametrize("name", PRODUCTS)
-@pytest.mark.parametrize(("space", "left", "right"), PAIRS, ids=lambda x: x.algebra.name if isinstance(x, Space) else x)
+@all_cases("name", PRODUCTS)
+@all_cases("space, left, right", PAIRS)
 def test_products_equal_those_of_the_algebra_to_the_last_bit(name: str, space: Space, left: str, right: str) -> None:
     a, b = some(space, left, 1), some(space, right, 2)
     wanted = MEANINGS[name](a.exactly(), b.exactly())
@@ -96,8 +97,8 @@ def test_products_equal_those_of_the_algebra_to_the_last_bit(name: str, space: S
             assert exact(OPERATORS[name](a, b), space.algebra) == wanted
 
 
-@pytest.mark.parametrize("name", INVOLUTIONS)
-@pytest.mark.parametrize(("space", "layout"), sorted({(s, left) for s, left, _ in PAIRS}, key=str), ids=str)
+@all_cases("name", INVOLUTIONS)
+@all_cases("space, layout", sorted({(s, left) for s, left, _ in PAIRS}, key=str))
 def test_involutions_equal_those_of_the_algebra(name: str, space: Space, layout: str) -> None:
     a = some(space, layout, 3)
     assert exact(getattr(a, name)(), space.algebra) == MEANINGS[name](a.exactly())
@@ -272,8 +273,8 @@ def test_making_multivectors_of_any_algebra() -> None:
     assert (u ^ v).exactly() == u.exactly() ^ v.exactly() and (u | v) == float((u.exactly() * v.exactly()).scalar)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "error", "message"),
+@all_cases(
+    "wrong, error, message",
     [
         (lambda: PGA3.point(1, 2, 3) & CGA3.point(1, 2, 3), AlgebraError, "multivectors of PGA3 and CGA3"),
         (lambda: PGA3.point(1, 2), LayoutError, "2 coordinates; expected 3"),

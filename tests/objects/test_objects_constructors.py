@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA2, VGA3
+from tests.support.all_cases import all_cases
 
 RNG = np.random.default_rng(0)
 N = 200
@@ -150,8 +151,8 @@ def test_boosts() -> None:
     assert STA.boost(0, 0, 0).isclose(1.0) and STA.boost(0.6, 0, 0).layout == STA.ROTOR
 
 
-@pytest.mark.parametrize(
-    ("wrong", "error", "message"),
+@all_cases(
+    "wrong, error, message",
     [
         (lambda: STA.boost(1, 0, 0), LayoutError, "less than 1"),
         (lambda: CGA3.dilator(-1), LayoutError, "positive"),
@@ -172,7 +173,7 @@ def test_error_messages(wrong: Any, error: type[Exception], message: str) -> Non
         wrong()
 
 
-@pytest.mark.parametrize("space", [PGA2, PGA3, CGA2, CGA3])
+@all_cases("space", [PGA2, PGA3, CGA2, CGA3])
 def test_random_motors(space: Any) -> None:
     """Rotations are uniform: matrices have mean 0, squared traces mean 1 (Schur); translations are normal."""
     d, n = space.algebra.POINT.size, 4000

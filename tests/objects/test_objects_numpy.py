@@ -18,6 +18,7 @@ from selection import some_slow
 import gacompiler as ga
 from gacompiler.errors import AlgebraError
 from gacompiler.objects import CGA3, PGA2, PGA3, VGA2, VGA3, MultivectorArray
+from tests.support.all_cases import all_cases
 
 RNG = np.random.default_rng(22)
 POINTS = PGA3.point(RNG.integers(-8, 9, (3, 4, 3)) / 4)
@@ -54,8 +55,8 @@ STACKING: list[Callable[..., Any]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("k", range(len(STACKING)))
-@pytest.mark.parametrize("x", ARRAYS, ids=lambda x: str(x.layout))
+@all_cases("k", range(len(STACKING)))
+@all_cases("x", ARRAYS)
 def test_joining_arrays(x: Any, k: int) -> None:
     """Join arrays of one or several layouts: every coefficient is where numpy places its element."""
     other = x * 2.0 if x is not PLANES else x * VGA2.e12 + 1
@@ -92,8 +93,8 @@ REARRANGING: list[Callable[[Any], Any]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("k", range(len(REARRANGING)))
-@pytest.mark.parametrize("x", ARRAYS, ids=lambda x: str(x.layout))
+@all_cases("k", range(len(REARRANGING)))
+@all_cases("x", ARRAYS)
 def test_moving_elements(x: Any, k: int) -> None:
     found, parts = REARRANGING[k](x), full(x)
     wanted = np.stack([REARRANGING[k](parts[..., b]) for b in range(parts.shape[-1])], -1)
@@ -107,8 +108,8 @@ SUMS: list[Callable[[Any], Any]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("k", range(len(SUMS)))
-@pytest.mark.parametrize("x", ARRAYS, ids=lambda x: str(x.layout))
+@all_cases("k", range(len(SUMS)))
+@all_cases("x", ARRAYS)
 def test_sums_and_means(x: Any, k: int) -> None:
     """A sum of points is not a point, but their mean in projective space is; layouts of results remain correct."""
     found, parts = SUMS[k](x), full(x)
@@ -175,7 +176,7 @@ WRONG: list[tuple[str, Callable[[], Any]]] = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("k", range(len(WRONG)), ids=lambda k: WRONG[k][0])
+@all_cases("k", range(len(WRONG)))
 def test_all_other_functions_are_rejected_by_name(k: int) -> None:
     name, call = WRONG[k]
     with pytest.raises(TypeError, match=rf"np\.{name}"):
@@ -264,9 +265,7 @@ def test_objects_are_added_and_scaled() -> None:
     assert (p - q).layout == PGA3.DIRECTION and (m * 3).layout == PGA3.EVEN and (m + n).layout == PGA3.EVEN
 
 
-@pytest.mark.parametrize(
-    "x", [VGA3.vector(1, 2, 3), PGA3.point(1, 2, 3), VGA3.e12, CGA3.e0], ids=lambda x: str(x.layout)
-)
+@all_cases("x", [VGA3.vector(1, 2, 3), PGA3.point(1, 2, 3), VGA3.e12, CGA3.e0])
 def test_conversion_keeps_elements_unless_numbers_are_asked_for(x: Any) -> None:
     y = 2 * x
     for found in (np.array([x, y]), np.asarray((x, y)), np.array([[x, y]])[0], np.array([x, y], object)):

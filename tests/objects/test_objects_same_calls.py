@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from gacompiler.errors import GacError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA2, VGA3, MultivectorArray
+from tests.support.all_cases import all_cases
 
 SPACES = [PGA2, PGA3, CGA2, CGA3]
 IN_SPACE, CONFORMAL = [PGA3, CGA3], [CGA2, CGA3]
@@ -81,8 +82,8 @@ def circumscribed(*points: Any) -> tuple[Any, Any]:
     return centre, ((centre - a) ** 2).sum(-1)
 
 
-@pytest.mark.parametrize("shape", [(), (N,)], ids=["one", "array"])
-@pytest.mark.parametrize("space", SPACES, ids=lambda space: space.algebra.name)
+@all_cases("shape", [(), (N,)])
+@all_cases("space", SPACES)
 def test_lines(space: Any, shape: tuple[int, ...]) -> None:
     p, q, x = places(space, 3, shape)
     d = q - p
@@ -97,8 +98,8 @@ def test_lines(space: Any, shape: tuple[int, ...]) -> None:
             assert close(equation(space, line), through(p, q))
 
 
-@pytest.mark.parametrize("shape", [(), (N,)], ids=["one", "array"])
-@pytest.mark.parametrize("space", IN_SPACE, ids=lambda space: space.algebra.name)
+@all_cases("shape", [(), (N,)])
+@all_cases("space", IN_SPACE)
 def test_planes_and_lines_from_their_equations(space: Any, shape: tuple[int, ...]) -> None:
     p, q, r, normal = places(space, 4, shape)
     for form in forms(space, p, q, r):
@@ -131,8 +132,8 @@ def test_lines_of_the_plane_from_their_equations(space: Any) -> None:
     assert one.shape == () and close(equation(space, one), -wanted[0])
 
 
-@pytest.mark.parametrize("shape", [(), (3,), (N,)], ids=str)
-@pytest.mark.parametrize("space", CONFORMAL, ids=lambda space: space.algebra.name)
+@all_cases("shape", [(), (3,), (N,)])
+@all_cases("space", CONFORMAL)
 def test_rounds(space: Any, shape: tuple[int, ...]) -> None:
     a, b, c, e = places(space, 4, shape)
     for form in forms(space, a, b):
@@ -165,8 +166,8 @@ def test_rounds(space: Any, shape: tuple[int, ...]) -> None:
         assert close(space.radius_squared(space.sphere(a, radius_squared=-radius)), -radius)
 
 
-@pytest.mark.parametrize("shape", [(), (N,)], ids=["one", "array"])
-@pytest.mark.parametrize("space", IN_SPACE, ids=lambda space: space.algebra.name)
+@all_cases("shape", [(), (N,)])
+@all_cases("space", IN_SPACE)
 def test_versors_of_space(space: Any, shape: tuple[int, ...]) -> None:
     p, d, t, x = places(space, 4, shape)
     origin = np.zeros(3)
@@ -194,8 +195,8 @@ def test_versors_of_space(space: Any, shape: tuple[int, ...]) -> None:
     assert close(moved(space, space.rotor(1e-200 * d, angle), x), turned(x, origin, d, angle))
 
 
-@pytest.mark.parametrize("shape", [(), (N,)], ids=["one", "array"])
-@pytest.mark.parametrize("space", [PGA2, CGA2], ids=lambda space: space.algebra.name)
+@all_cases("shape", [(), (N,)])
+@all_cases("space", [PGA2, CGA2])
 def test_versors_of_the_plane(space: Any, shape: tuple[int, ...]) -> None:
     p, t, x = places(space, 3, shape)
     angle = RNG.uniform(-6, 6, shape)
@@ -215,7 +216,7 @@ def test_versors_of_the_plane(space: Any, shape: tuple[int, ...]) -> None:
         assert close(moved(space, versor, x), wanted(0.0) + t)
 
 
-@pytest.mark.parametrize("space", SPACES, ids=lambda space: space.algebra.name)
+@all_cases("space", SPACES)
 def test_translators(space: Any) -> None:
     t, x = places(space, 2, (N,))
     for call in ((t,), tuple(t.T), (space.direction(t),)):
@@ -309,16 +310,14 @@ def wrong_calls(space: Any) -> list[tuple[str, Callable[[], Any]]]:
 WRONG = [(space, k) for space in SPACES for k in range(len(wrong_calls(space)))]
 
 
-@pytest.mark.parametrize(
-    ("space", "k"), WRONG, ids=lambda x: getattr(x, "algebra", x) and str(getattr(getattr(x, "algebra", x), "name", x))
-)
+@all_cases("space, k", WRONG)
 def test_wrong_calls_are_rejected_by_name(space: Any, k: int) -> None:
     name, call = wrong_calls(space)[k]
     with pytest.raises((GacError, TypeError), match=name):
         call()
 
 
-@pytest.mark.parametrize("space", SPACES, ids=lambda space: space.algebra.name)
+@all_cases("space", SPACES)
 def test_elements_of_arrays_that_do_not_exist_are_not_a_number(space: Any) -> None:
     d = dimension(space)
     p = RNG.normal(size=(4, d))
@@ -362,7 +361,7 @@ def test_nan_coordinates_propagate() -> None:
         assert isinstance(empty, MultivectorArray) and empty.shape == (0,)
 
 
-@pytest.mark.parametrize("space", SPACES, ids=lambda space: space.algebra.name)
+@all_cases("space", SPACES)
 def test_single_precision_integers_and_read_only_arrays(space: Any) -> None:
     p, q = (RNG.normal(size=(N, dimension(space))).astype(np.float32) for _ in range(2))
     p.flags.writeable = False

@@ -10,6 +10,7 @@ import pytest
 from gacompiler.algebra.algebra import Algebra
 from gacompiler.errors import AlgebraError, GacError, LayoutError
 from gacompiler.objects import CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA3, MultivectorArray, Space
+from tests.support.all_cases import all_cases
 
 OBLIQUE = Space(Algebra("OBLIQUE", "a b ab", [[2, 1, 0], [1, -1, 0], [0, 0, 1]]))  # blades are joined by ^
 RANDOM = np.random.default_rng(0)
@@ -26,7 +27,7 @@ WRITTEN: dict[str, dict[str, float]] = {
 }
 
 
-@pytest.mark.parametrize("text", WRITTEN)
+@all_cases("text", WRITTEN)
 def test_sums_in_usual_notation(text: str) -> None:
     found, wanted = PGA3.parse(text), PGA3.multivector(WRITTEN[text])
     assert found.layout == wanted.layout and np.array_equal(found.values, wanted.values)
@@ -56,7 +57,7 @@ def printed() -> list[Any]:
     ]
 
 
-@pytest.mark.parametrize("x", printed(), ids=str)
+@all_cases("x", printed())
 def test_printed_text_is_read_back(x: MultivectorArray) -> None:
     space = Space(x.algebra)
     again = space.parse(repr(x))
@@ -65,7 +66,7 @@ def test_printed_text_is_read_back(x: MultivectorArray) -> None:
     assert plain.layout == x.layout and np.array_equal(plain.values, x.reshape(plain.shape).values)
 
 
-@pytest.mark.parametrize("space", [VGA3, PGA3, CGA3, STA, OBLIQUE])
+@all_cases("space", [VGA3, PGA3, CGA3, STA, OBLIQUE])
 def test_all_digits_round_trip(space: Space) -> None:
     full = space.algebra.full
     for scale in (1.0, 1e-200, 1e200):
@@ -105,7 +106,7 @@ REFUSED: dict[str, tuple[type[GacError], str]] = {
 }
 
 
-@pytest.mark.parametrize("text", REFUSED)
+@all_cases("text", REFUSED)
 def test_errors_name_the_position_in_other_text(text: str) -> None:
     kind, words = REFUSED[text]
     with pytest.raises(kind, match=words):

@@ -25,6 +25,7 @@ from gacompiler.objects import CGA3, QUATERNIONS, STA, VGA3
 from gacompiler.objects import PGA3 as SPACE
 from gacompiler.objects.arrays import from_exact
 from generated import cga3, pga3, sta, vga3
+from tests.support.all_cases import all_cases
 
 FUNCTIONS = [each for each in Operation if each.row.kind is Kind.MULTIVECTOR]
 SCALARS = [Operation.SQRT, Operation.SIN, Operation.ATAN2, Operation.EXP, Operation.ABS, Operation.MINIMUM]
@@ -131,7 +132,7 @@ def test_every_public_name_gives_a_value_or_an_error_of_the_package(
     assert not problems, problems[:5]
 
 
-@pytest.mark.parametrize("operation", [*FUNCTIONS, *SCALARS], ids=str)
+@all_cases("operation", [*FUNCTIONS, *SCALARS])
 def test_what_is_no_multivector_is_refused(operation: Operation) -> None:
     function = getattr(ga, operation.value if operation is not Operation.ABS else "absolute")
     rest = (2,) * (operation.row.operands - 1)

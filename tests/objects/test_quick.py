@@ -7,11 +7,12 @@ import pytest
 
 from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA3, PGA2, PGA3, VGA3, motions, quick, relations, shapes
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(3)
 
 
-@pytest.mark.parametrize("place", range(4))
+@all_cases("place", range(4))
 def test_distances(place: int) -> None:
     for _ in range(20):
         p, (a, b) = PGA3.point(*RANDOM.normal(size=3).tolist()), RANDOM.normal(size=(2, 3))

@@ -12,6 +12,7 @@ from algorithms.geometry import distance, project
 from gacompiler.errors import GacError
 from gacompiler.objects import CGA3, PGA3, QUATERNIONS, VGA3
 from generated import arms, cga3, pga3, quaternion, vga3
+from tests.support.all_cases import all_cases
 
 ELEMENTS: dict[str, tuple[Any, list[Any]]] = {
     "PGA3": (
@@ -62,15 +63,13 @@ def test_values_are_the_elements_of_their_layouts(name: str) -> None:
             assert_same(result_of(getattr(a, method), (y,)), result_of(getattr(a, method), (b,)), (method, x, y))
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "call",
     [
         lambda p: PGA3.point(p, 1, 2), lambda p: PGA3.multivector({"e1": p}), lambda p: PGA3.of(PGA3.LINE, *6 * [p]),
         lambda p: CGA3.sphere(p, 1.0), lambda p: VGA3.rotor(p, 1.0), lambda p: VGA3.rotor_between(p, [1, 0, 0]),
         lambda p: CGA3.point_pair([p, p], [[1, 0, 0], [0, 1, 0]]), lambda p: QUATERNIONS.imaginary(p),
-    ],
-    ids=["coordinate", "coefficient", "coefficients", "sphere", "rotor", "vectors", "list", "imaginary"],
-)  # fmt: skip
+    ])  # fmt: skip
 def test_elements_are_not_read_as_numbers(call: Any) -> None:
     for point in (pga3.Point(1, 2, 3), PGA3.point(1, 2, 3)):
         with pytest.raises((GacError, TypeError), match=r"PGA3|not an array of numbers|dtype object"):

@@ -13,12 +13,13 @@ from gacompiler.algebra.catalog import PGA2, PGA3, VGA3
 from gacompiler.frontend.kernel import Kernel
 from gacompiler.passes.bounds import Bound, lower_bound
 from gacompiler.passes.pipeline import compile_kernel
+from tests.support.all_cases import all_cases
 
 V = VGA3.VECTOR
 
 
-@pytest.mark.parametrize(
-    ("function", "layouts", "products", "operations"),
+@all_cases(
+    "function, layouts, products, operations",
     [
         (inner_product, (V, V), 3, 5),
         (lambda a, b: a ^ b, (V, V), 3, 3),
@@ -26,7 +27,6 @@ V = VGA3.VECTOR
         (lambda a, b: a * b, (PGA3.MOTOR, PGA3.MOTOR), 8, 8),
         (sandwich, (PGA2.MOTOR, PGA2.POINT), 2, 4),
     ],
-    ids=["inner product", "cross product", "sum", "motors", "moved point"],
 )
 def test_bounds_in_closed_form(
     function: Callable[..., Any], layouts: tuple[Any, ...], products: int, operations: int

@@ -30,6 +30,7 @@ from gacompiler.passes import interruption
 from gacompiler.passes.effort import LEVELS, effort_of
 from gacompiler.passes.interruption import interruptible, is_interrupted, reporting
 from gacompiler.passes.pipeline import INTERRUPTED, NO_SEARCH, compile_kernel
+from tests.support.all_cases import all_cases
 
 EXAMPLE = Path(__file__).parents[1] / "support" / "example_kernels.py"
 
@@ -91,7 +92,7 @@ def test_limits_grow_with_the_level() -> None:
         assert all(a < b for a, b in limits)
 
 
-@pytest.mark.parametrize("level", [-1, 4, 1.0, "1", True, None])
+@all_cases("level", [-1, 4, 1.0, "1", True, None])
 def test_other_levels_are_refused(level: Any) -> None:
     with pytest.raises(KernelError, match=r"effort: .*; expected a level from 0 to 3"):
         effort_of(level)

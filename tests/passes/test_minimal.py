@@ -18,6 +18,7 @@ from gacompiler.inspect import why
 from gacompiler.passes.minimal import NUMBERS, PRIME, Problem, problem, proved_minimum, up_to_sign
 from gacompiler.passes.minimal_counts import PROVED
 from gacompiler.passes.pipeline import compile_kernel
+from tests.support.all_cases import all_cases
 
 
 @kernel(a=PGA2.POINT, b=PGA2.POINT)
@@ -90,8 +91,8 @@ def values_of(expressions: list[tuple[int, ...]]) -> Problem:
     return Problem(tuple(map(up_to_sign, inputs)), tuple(results))
 
 
-@pytest.mark.parametrize(
-    ("terms", "least"),
+@all_cases(
+    "terms, least",
     [
         ((8, 0, 1), 3),  # x**8
         ((7, 0, 1), 4),
@@ -128,7 +129,7 @@ def brute_force(given: Problem, most: int) -> bool:
     return descend(given.inputs, most)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@all_cases("seed", range(12))
 def test_the_search_agrees_with_brute_force(seed: int) -> None:
     rng = Random(seed)
     inputs = [(rng.randrange(1, PRIME), rng.randrange(1, PRIME)) for _ in range(2)] + [(1, 1)]

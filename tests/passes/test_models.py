@@ -34,6 +34,7 @@ from gacompiler.passes.divide import divide_each
 from gacompiler.passes.reassociate import balanced, plain_terms_first
 from gacompiler.passes.record import Compilation
 from gacompiler.passes.schedule import schedule
+from tests.support.all_cases import all_cases
 
 DIRECTIONS = """from gacompiler import kernel, normalize
 from gacompiler.algebra.catalog import VGA3
@@ -94,7 +95,7 @@ def _random_program(seed: int) -> Program:
     return schedule("f", tuple(Argument(n, (), (n,)) for n in "abcdefgh"), (("out", (len(scaled),), scaled),))
 
 
-@pytest.mark.parametrize("seed", range(40))
+@all_cases("seed", range(40))
 def test_changes_for_models_preserve_values(seed: int) -> None:
     program, rng = _random_program(seed), Random(seed)
     (result,) = program.results

@@ -57,6 +57,7 @@ from gacompiler.rings.polynomial import Polynomial, PolynomialRing
 from gacompiler.rings.sparse import IndexedRelations, simplify
 from gacompiler.structure.blocks import matrix_product
 from gacompiler.structure.levels import COMPLEX, HALVES, plans
+from tests.support.all_cases import all_cases
 
 
 @pytest.mark.parametrize(
@@ -160,7 +161,7 @@ def test_only_reflections_are_written_as_reflections() -> None:
         assert reflection_as_difference(other) is None
 
 
-@pytest.mark.parametrize("algebra", [VGA2, VGA3, PGA2, PGA3, CGA3, STA, null_pairs(2), OBLIQUE, GRASSMANN], ids=name_of)
+@all_cases("algebra", [VGA2, VGA3, PGA2, PGA3, CGA3, STA, null_pairs(2), OBLIQUE, GRASSMANN])
 def test_meets_of_three_vectors_are_expanded(algebra: Algebra) -> None:
     random, dimension = Random(algebra.name), algebra.dimension
     a, b, v = (element(name, algebra, 1) for name in "abv")

@@ -79,6 +79,7 @@ from gacompiler.passes.shift import shift
 from gacompiler.passes.system import System
 from gacompiler.rings.points import DIGITS
 from gacompiler.rings.polynomial import Polynomial, PolynomialRing
+from tests.support.all_cases import all_cases
 
 ROOT = Path(__file__).parents[2]
 POLICIES = [Policy(a, b) for a in (False, True) for b in (False, True)]
@@ -161,8 +162,8 @@ def run_shared(system: System, policy: Policy, at: Sequence[Fraction]) -> list[A
     return list(interpret(program, {name: [value] for name, value in zip(names, at, strict=False)})["out"])
 
 
-@pytest.mark.parametrize("policy", POLICIES, ids=str)
-@pytest.mark.parametrize("seed", range(10))
+@all_cases("policy", POLICIES)
+@all_cases("seed", range(10))
 def test_factored_sums_have_the_polynomials_values(seed: int, policy: Policy) -> None:
     random = Random(seed)
     ring = PolynomialRing()
@@ -175,7 +176,7 @@ def test_factored_sums_have_the_polynomials_values(seed: int, policy: Policy) ->
         assert run_shared(system, policy, at) == [value_of(p, at) for p in polynomials]
 
 
-@pytest.mark.parametrize("policy", POLICIES, ids=str)
+@all_cases("policy", POLICIES)
 def test_extraction_finds_obvious_factors(policy: Policy) -> None:
     """``(a + b) c`` and ``(a + b) d``: one sum; ``a b c`` and ``a b d``: one product."""
     ring = PolynomialRing()
@@ -230,7 +231,7 @@ def test_differences_are_found() -> None:
     assert len(definitions) == 4
 
 
-@pytest.mark.parametrize("seed", range(10))
+@all_cases("seed", range(10))
 def test_shifting_keeps_values(seed: int) -> None:
     """Random polynomials of random differences, with weights, and in several directions at once."""
     random = Random(seed)
@@ -299,8 +300,8 @@ def test_each_rule_on_an_example() -> None:
     assert separate_invariant_grades(sandwich(M, N)) == N.grade(0, 4) + sandwich(M, N.grade(2))
 
 
-@pytest.mark.parametrize(
-    ("rule", "expression", "why"),
+@all_cases(
+    "rule, expression, why",
     [
         (recognise_sandwich, M * P * M, "not reversed"),
         (recognise_sandwich, M * P * ~N, "another versor"),
@@ -334,7 +335,6 @@ def test_each_rule_on_an_example() -> None:
         (separate_invariant_grades, sandwich(M, P), "nothing commutes"),
         (separate_invariant_grades, sandwich(PLANE, N), "odd"),
     ],
-    ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_rules_keep_to_their_preconditions(rule: Callable[..., Any], expression: Expression, why: str) -> None:
     assert rule(expression) is None, why
@@ -388,7 +388,7 @@ def declare(name: str, parameters: dict[str, Any], function: Callable[..., Any],
     return Kernel(name, function, tuple(Parameter(key, given) for key, given in parameters.items()), returns, "")
 
 
-@pytest.mark.parametrize("name", REWRITABLE)
+@all_cases("name", REWRITABLE)
 def test_every_rewriting_preserves_the_meaning(name: str) -> None:
     definition = declare(name, *REWRITABLE[name])
     expressions = trace(definition).expressions
@@ -469,8 +469,8 @@ def test_coefficients_that_only_seem_constant_are_kept() -> None:
 ONLY_E12_E3 = VGA3.layout("ONLY", "e12 e3")
 
 
-@pytest.mark.parametrize(
-    ("parameters", "function", "returns", "message"),
+@all_cases(
+    "parameters, function, returns, message",
     [
         ({"a": VGA3.VECTOR, "b": VGA3.VECTOR}, lambda a, b: a * b, VGA3.BIVECTOR,
          "the result has blade 1; expected only e12 e13 e23, as specified by returns=VGA3.BIVECTOR"),
@@ -484,9 +484,7 @@ ONLY_E12_E3 = VGA3.layout("ONLY", "e12 e3")
         ({"a": VGA3.VECTOR}, lambda a: a, SCALAR, "the result has blade e1"),
         ({"p": CGA3.POINT}, lambda p: p + CGA3.multivector({"einf": 1}), CGA3.POINT, "einf"),
         ({"p": CGA3.POINT}, lambda p: p - CGA3.multivector({"einf": 1}) * p["einf"], CGA3.POINT, "einf"),
-    ],
-    ids=["scalar part", "vector", "weight two", "no motor", "other algebra", "scalar", "implied wrong", "implied gone"],
-)  # fmt: skip
+    ])  # fmt: skip
 def test_a_pinned_layout_that_cannot_hold_the_result(
     parameters: dict[str, Any], function: Callable[..., Any], returns: Any, message: str
 ) -> None:

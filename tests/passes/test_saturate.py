@@ -14,6 +14,7 @@ from gacompiler.passes.prove import same
 from gacompiler.passes.rules import RULES
 from gacompiler.passes.samples import meaning, sample
 from gacompiler.passes.saturate import cost_of, saturate
+from tests.support.all_cases import all_cases
 
 MOTOR, POINT = PGA3.MOTOR, PGA3.POINT
 ROTOR, VECTOR = VGA3.ROTOR, VGA3.VECTOR
@@ -112,7 +113,7 @@ def test_the_order_of_the_rules_has_no_influence(each: Kernel) -> None:
         assert saturate(given, Random(seed).sample(RULES, len(RULES))) == found
 
 
-@pytest.mark.parametrize("each", TEXTS, ids=lambda each: each.name)
+@all_cases("each", TEXTS)
 def test_expected_forms(each: Kernel) -> None:
     assert str(saturate(trace(each).expressions)[0]) == TEXTS[each]
 

@@ -40,6 +40,7 @@ from gacompiler.passes.record import Compilation
 from gacompiler.passes.samples import sample
 from gacompiler.runtime import load_module
 from gacompiler.verify import verify_kernel
+from tests.support.all_cases import all_cases
 
 BACKENDS = ["numba", *(["c"] if find_compiler() else [])]
 
@@ -138,7 +139,7 @@ def test_all_kinds_of_kernels_are_here(records: Records) -> None:
     assert any(len(program.results) > 1 for program in programs) and any(cost(program).choice for program in programs)
 
 
-@pytest.mark.parametrize("name", [definition.name for definition in KERNELS])
+@all_cases("name", [definition.name for definition in KERNELS])
 def test_forms_equal_the_definition(name: str, records: Records) -> None:
     record = records[name]
     assert record.trace is not None and record.decision is not None
@@ -172,7 +173,7 @@ def check_arguments(form: Uniform, program: Program) -> None:
     assert not {line.target for line in form.prepare.lines} & {line.target for line in form.apply.lines}
 
 
-@pytest.mark.parametrize("name", [definition.name for definition in KERNELS])
+@all_cases("name", [definition.name for definition in KERNELS])
 def test_a_split_keeps_the_lines(name: str, records: Records) -> None:
     """Each line is in exactly one part, in the original order."""
     program = records[name].program
@@ -349,7 +350,7 @@ def test_batches_of_every_size(backend: str, dtype: type, records: Records, modu
 
 
 @pytest.mark.parametrize("order", some_slow(ORDERS, "Fortran", "negative", "read-only"))
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", some_slow(BACKENDS, "numba"))
 def test_batches_in_every_order(backend: str, order: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
     """Test every order of the varying arguments and every kind of uniform argument."""
     names = tuple(records) if backend == "c" else FEW[:2]
@@ -364,7 +365,7 @@ def test_batches_in_every_order(backend: str, order: str, records: Records, modu
         assert_same(function(*single), expected)
 
 
-@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("backend", some_slow(BACKENDS, "numba"))
 def test_leading_axes_broadcast(backend: str, records: Records, modules: Mapping[str, ModuleType]) -> None:
     for record, _, same in each_form(records, tuple(records) if backend == "c" else FEW):
         function = getattr(modules[backend], record.kernel.name)
@@ -555,8 +556,8 @@ def test_changes_around_a_form_in_the_text_are_detected(name: str, ending: str, 
         assert is_found(compiled, whole, ending, changed), text[max(0, start - 60) : end + 20]
 
 
-@pytest.mark.parametrize(
-    ("ending", "old", "new"),
+@all_cases(
+    "ending, old, new",
     [
         ("py", 'move_point, "m", ', 'move_point, "p", '),
         ("py", 'move_point, "m", ', 'move_point, "m p", '),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -24,8 +25,10 @@ def poselib_error(scene: Views, threshold: float) -> float:
     return degrees_off(np.column_stack([pose.R, pose.t / max(np.linalg.norm(pose.t), 1e-300)]), scene.turn, scene.shift)
 
 
-@pytest.mark.parametrize("wrong", [0.0, 0.3, 0.6, 0.8])
-@pytest.mark.parametrize("flat", [False, True])
+@pytest.mark.parametrize(
+    ("flat", "wrong"),
+    [*product([False, True], [0.0, 0.3, 0.6]), (False, 0.8)],  # four wrong pairs of five take seconds
+)
 def test_as_many_and_as_accurate_as_poselib(flat: bool, wrong: float) -> None:
     """Of 20 scenes, as many poses are right; on a plane, where PoseLib returns one of two motions, we return both."""
     rng = np.random.default_rng([round(10 * wrong), flat])

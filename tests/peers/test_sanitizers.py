@@ -29,7 +29,7 @@ pytestmark = pytest.mark.peers
 FLAGS = ["-std=c17", "-fPIC", "-ffp-contract=off", "-fno-math-errno", "-O0", *SANITIZED]
 IN_RUNTIME = [*FLAGS, "-fsanitize=null,object-size,pointer-overflow,alignment"]
 """Nothing is left out in the runtime, which passes pointers to modules that are aligned as they expect."""
-ROUNDS = 30
+ROUNDS = 15
 LARGE = 40_000
 """Characters of a text from which it is compiled for doubles alone."""
 CHANGED = {

@@ -40,6 +40,7 @@ from algorithms.vision import homographies
 from gacompiler.errors import AlgebraError, LayoutError
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, VGA3, load
 from generated import cga3, pga3
+from tests.support.all_cases import all_cases
 
 LINES, STILL = np.eye(6)[[2, 0]], np.array([[1.0, 0, 0, 0], [1, 0, 0, 0]])
 M, P, C = PGA3.motor([0, 0, 1], 1.0), PGA3.point(1, 2, 3), CGA3.point(1, 2, 3)
@@ -139,7 +140,7 @@ NOT_NUMBERS: dict[str, Callable[[], Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", NOT_NUMBERS)
+@all_cases("name", NOT_NUMBERS)
 def test_what_does_not_exist_is_not_a_number(name: str) -> None:
     with np.errstate(all="ignore"):
         assert np.isnan(NOT_NUMBERS[name]()).any()

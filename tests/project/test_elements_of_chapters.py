@@ -12,6 +12,7 @@ import pytest
 from algorithms import calculus, estimation, geometry, kinematics, motors, registration, shapes, vision
 from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA2, VGA3
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(41)
 MOTOR = PGA3.motor([1, 2, 2], 0.7, 0.5)
@@ -67,7 +68,7 @@ CASES: dict[str, Case] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", CASES)
+@all_cases("name", CASES)
 def test_elements_give_elements(name: str) -> None:
     run, expected, tolerance = CASES[name]
     found = run()
@@ -125,7 +126,7 @@ TAKE_POINTS: dict[str, Callable[[Any], Any]] = {
 }
 
 
-@pytest.mark.parametrize("x", ALL, ids=lambda x: str(x.layout))
+@all_cases("x", ALL)
 def test_motors_of_other_layouts_are_refused(x: Any) -> None:
     for name, run in TAKE_MOTORS.items():
         if x.layout in (PGA3.MOTOR, CGA3.MOTOR):
@@ -135,7 +136,7 @@ def test_motors_of_other_layouts_are_refused(x: Any) -> None:
             run(x)
 
 
-@pytest.mark.parametrize("x", ALL, ids=lambda x: str(x.layout))
+@all_cases("x", ALL)
 def test_points_of_other_layouts_are_refused(x: Any) -> None:
     if x.layout in (PGA3.POINT, CGA3.POINT, VGA3.VECTOR):
         return

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from algorithms.registration import extract_junctions
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 
@@ -89,16 +90,14 @@ def test_curves_surfaces_and_noise_have_no_junctions() -> None:
         assert len(extract_junctions(points, sigma=0.2).points) == 0
 
 
-@pytest.mark.parametrize(
-    "points", [np.zeros((0, 3)), np.zeros((0, 2)), [[1.0, 2]], np.zeros((5, 3)), np.full((4, 2), np.inf)]
-)
+@all_cases("points", [np.zeros((0, 3)), np.zeros((0, 2)), [[1.0, 2]], np.zeros((5, 3)), np.full((4, 2), np.inf)])
 def test_degenerate_tokens_give_nothing(points: Any) -> None:
     found = extract_junctions(points, sigma=1.0)
     assert found.points.shape == (0, np.shape(points)[1]) and len(found.saliency) == len(found.contrast) == 0
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
+@all_cases(
+    "arguments, message",
     [
         (dict(points=np.zeros((3, 4)), sigma=1.0), "points: shape"),
         (dict(points=np.zeros((3, 3)), sigma=-1.0), "sigma: -1.0"),

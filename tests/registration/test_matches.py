@@ -14,6 +14,7 @@ from algorithms.registration import (
 from algorithms.registration.weighted_matches import form_about_means
 from generated import pga3
 from generated import registration as kernels
+from tests.support.all_cases import all_cases
 
 
 def matches(seed, count, right, noise=0.005, scale=1.0):
@@ -144,8 +145,8 @@ def test_lengths_of_pairs_are_equal_for_rigid_motions():
     assert np.allclose(one, np.linalg.norm(x - x[0], axis=1)) and np.allclose(one, two)
 
 
-@pytest.mark.parametrize("scale", [1e200, 1e-200])
-@pytest.mark.parametrize("function", [register, register_matches, register_deformable])
+@all_cases("scale", [1e200, 1e-200])
+@all_cases("function", [register, register_matches, register_deformable])
 def test_coordinates_whose_squares_are_no_numbers_are_rejected(function, scale):
     points = np.random.default_rng(8).normal(size=(60, 3))
     with pytest.raises(ValueError, match=r"source: coordinates up to .* expected a unit"):

@@ -10,6 +10,7 @@ from scipy.sparse import coo_matrix, csgraph
 from scipy.spatial import cKDTree
 
 from algorithms.registration import Extremal, extract_curves
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 
@@ -116,7 +117,7 @@ def test_surfaces_and_noise_have_no_curves() -> None:
         assert len(extract_curves(rng.uniform(-1, 1, (n, 3)), sigma=sigma).pieces) == 0
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "points",
     [
         np.zeros((0, 3)),
@@ -140,8 +141,8 @@ def test_tokens_that_are_not_finite_are_ignored() -> None:
     assert len(single.vertices) > 100 and np.abs(np.hypot(*single.vertices[:, :2].T) - 1).max() < 0.01
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
+@all_cases(
+    "arguments, message",
     [
         (dict(points=np.zeros((3, 4)), sigma=1.0), "points: shape"),
         (dict(points=np.zeros((3, 3)), sigma=0.0), "sigma, spacing, least: 0.0"),

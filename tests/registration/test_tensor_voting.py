@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from algorithms.registration import VoteStatus, estimate_normals, published_curvature, tensor_vote
 from generated import tensor_voting, vga3
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 Q = published_curvature(10.0)
@@ -74,7 +75,7 @@ def test_a_stick_votes_for_the_normal_of_the_circle() -> None:
     assert np.allclose(voted, vga3.reflect_vector(np.array([1.0, 0, 0]), at - place), atol=1e-15)
 
 
-@pytest.mark.parametrize("length", [0.02, 0.1, 0.3, 0.7, 1.1, 2.9])
+@all_cases("length", [0.02, 0.1, 0.3, 0.7, 1.1, 2.9])
 def test_a_ball_votes_by_the_integral(length: float) -> None:
     found = tensor_vote([[0.0, 0, 0]], sigma=1.0, at=[[length, 0, 0]], passes=1).tensors[0]
     along, across = _ball(length)
@@ -229,8 +230,8 @@ def test_degenerate_tokens_have_statuses() -> None:
     assert np.isfinite(alike.tensors).all()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
+@all_cases(
+    "arguments, message",
     [
         (dict(points=np.zeros((3, 4)), sigma=1.0), "points: shape"),
         (dict(points=np.zeros((3, 3)), sigma=0.0), "sigma, curvature: 0.0"),

@@ -38,7 +38,7 @@ def test_exact_factors_and_divisors() -> None:
         assert abs(divide(Fraction(1, 3), third) - 1) < Decimal("1e-60")
 
 
-@pytest.mark.parametrize("numerator", [0, 1, Fraction(1, 3), Decimal(0), Decimal(2)])
+@all_cases("numerator", [0, 1, Fraction(1, 3), Decimal(0), Decimal(2)])
 def test_division_by_zero_is_an_error(numerator: object) -> None:
     with digits(60), pytest.raises(ZeroDivisionError):
         divide(numerator, Decimal(0))

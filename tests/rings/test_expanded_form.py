@@ -10,6 +10,7 @@ import pytest
 import sympy
 
 from gacompiler.rings.symbolic import Expanded
+from tests.support.all_cases import all_cases
 
 X, Y, P = sympy.Symbol("x", real=True), sympy.Symbol("y"), sympy.Symbol("p", positive=True)
 BASES = [X, Y, P, sympy.Symbol("_z9", integer=True), sympy.Function("f")(X, Y), sympy.sin(X), sympy.cosh(Y - P)]
@@ -25,7 +26,7 @@ def polynomial(random: Random, bases: list[Any]) -> Any:
     return sympy.Add(*(monomial(random, bases) for _ in range(random.randint(1, 5))))
 
 
-@pytest.mark.parametrize("seed", range(60))
+@all_cases("seed", range(60))
 def test_expressions_are_those_of_sympy(seed: int) -> None:
     random = Random(seed)
     bases = BASES if seed % 2 else BASES + OTHERS
@@ -34,7 +35,7 @@ def test_expressions_are_those_of_sympy(seed: int) -> None:
     assert sympy.srepr(product) == sympy.srepr(sympy.expand(a * b - a))
 
 
-@pytest.mark.parametrize("seed", range(40))
+@all_cases("seed", range(40))
 def test_reciprocals_have_the_sign_and_the_content_of_sympy(seed: int) -> None:
     """Multiples of a sum have the same denominator, which is primitive and has no minus sign to extract."""
     random = Random(100 + seed)
@@ -48,9 +49,7 @@ def test_reciprocals_have_the_sign_and_the_content_of_sympy(seed: int) -> None:
         assert (1 / Expanded.of(factor * total)).expression == 1 / (factor * content) / primitive
 
 
-@pytest.mark.parametrize(
-    "text", ["-sqrt(x) - 1", "-2*sqrt(2)*x - sqrt(2)", "-x - exp(y)", "-2*log(x) - 4*y", "1 - pi*x"]
-)
+@all_cases("text", ["-sqrt(x) - 1", "-2*sqrt(2)*x - sqrt(2)", "-x - exp(y)", "-2*log(x) - 4*y", "1 - pi*x"])
 def test_reciprocals_of_sums_with_roots_and_functions_keep_their_sign(text: str) -> None:
     value = sympy.sympify(text)
     product = Expanded.of(value).power(-1).expression * value

@@ -83,7 +83,7 @@ def test_ring_operations_agree_with_sympy(seed: int) -> None:
         assert all(list(monomial) == sorted(monomial) for monomial in mine.terms)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@all_cases("seed", range(6))
 def test_ring_axioms(seed: int) -> None:
     random = Random(100 + seed)
     ring, _ = new_ring()
@@ -95,7 +95,7 @@ def test_ring_axioms(seed: int) -> None:
     assert hash(p * q) == hash(q * p) and (p * q).key == (q * p).key
 
 
-@pytest.mark.parametrize("seed", range(6))
+@all_cases("seed", range(6))
 def test_substitution_agrees_with_sympy(seed: int) -> None:
     random = Random(200 + seed)
     ring, _ = new_ring()
@@ -159,8 +159,8 @@ def test_atoms_are_shared_and_named() -> None:
     assert ring.atom_of(a.variables[0]).op is Op.SQRT
 
 
-@pytest.mark.parametrize(
-    ("name", "arguments", "value"), [("sqrt", (9,), 3), ("cos", (0,), 1), ("less", (1, 2), 1), ("select", (0, 4, 5), 5)]
+@all_cases(
+    "name, arguments, value", [("sqrt", (9,), 3), ("cos", (0,), 1), ("less", (1, 2), 1), ("select", (0, 4, 5), 5)]
 )
 def test_functions_of_numbers_are_numbers(name: str, arguments: tuple[int, ...], value: int) -> None:
     ring, _ = new_ring()
@@ -249,7 +249,7 @@ def test_normal_forms_keep_values_on_the_relations(layout: Layout) -> None:
         assert all(value_at(member, at) == 0 for at in points)
 
 
-@pytest.mark.parametrize("layout", [VGA3.ROTOR, PGA2.MOTOR, PGA3.MOTOR, CGA3.MOTOR, STA.ROTOR, CGA3.UNIT_EVEN], ids=str)
+@all_cases("layout", [VGA3.ROTOR, PGA2.MOTOR, PGA3.MOTOR, CGA3.MOTOR, STA.ROTOR, CGA3.UNIT_EVEN])
 def test_versors_move_vectors_to_vectors(layout: Layout) -> None:
     """Normal forms prove properties of ``m v ~m``: other grades vanish, and lengths are preserved."""
     ring, versor, relations = elements(layout)
@@ -288,7 +288,7 @@ def test_leading_terms_of_s_polynomials_cancel(seed: int) -> None:
     assert sympy.Poly(theirs, *SYMBOLS).coeff_monomial(whole) == 0
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "relations",
     [
         lambda x, y, z, w: [x * y - 1, x * z - 1],
@@ -297,7 +297,6 @@ def test_leading_terms_of_s_polynomials_cancel(seed: int) -> None:
         lambda x, y, z, w: [x * x + y * y - 1, x * y - 2 * z, z * z - w],
         lambda x, y, z, w: [x * x * y - 3 * z, x * y * y + 2 * w - 1],
     ],
-    ids=["reciprocals", "cyclic", "twisted cubic", "circle", "cubics"],
 )
 def test_completed_relations_are_the_groebner_basis_of_sympy(relations: Any) -> None:
     """Which is unique, in one order of monomials; and all S-polynomials are zero (Buchberger's criterion)."""

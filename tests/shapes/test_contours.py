@@ -13,6 +13,7 @@ from skimage import data, measure
 from algorithms.shapes import ContourStatus, adapted, contour, trace_contour
 from algorithms.shapes.contours import crosses, dense
 from generated import cga2, pga2
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 
@@ -92,13 +93,13 @@ def test_borders_and_components() -> None:
     assert np.allclose(other.samples.mean(0), 20, atol=0.5)
 
 
-@pytest.mark.parametrize("kind", [np.uint8, np.int16, np.uint16, np.int64, np.float32, bool])
+@all_cases("kind", [np.uint8, np.int16, np.uint16, np.int64, np.float32, bool])
 def test_types_of_numbers(kind: type) -> None:
     assert distances(contour(disc(20).astype(kind)), disc(20))[1] < 1
 
 
-@pytest.mark.parametrize(
-    ("image", "message"),
+@all_cases(
+    "image, message",
     [
         (np.zeros((9, 9)), "all pixels are 0"),
         (np.zeros((0, 9)), "no elements"),

@@ -11,6 +11,7 @@ from algorithms.shapes import SurfaceStatus, surface
 from algorithms.shapes.surface_distances import distances_to_triangles
 from algorithms.shapes.triangulation import components_and_genus, faults
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 Array = np.ndarray[Any, Any]
 
@@ -104,8 +105,8 @@ def test_faults_of_triangulations() -> None:
     assert {0, 1} <= set(faults(np.vstack([ball, np.array([0, 1, 5, 6])[ball]])))
 
 
-@pytest.mark.parametrize(
-    ("points", "message"),
+@all_cases(
+    "points, message",
     [
         (np.zeros((50, 3)), "expected at least 100"),
         (np.zeros((200, 2)), "expected"),

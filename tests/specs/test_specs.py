@@ -27,6 +27,7 @@ from gacompiler.generation.checked_in import generated_folder
 from gacompiler.generation.spec_contents import kernels_of
 from gacompiler.ir.interpret import interpret
 from gacompiler.runtime import load_module
+from tests.support.all_cases import all_cases
 
 FOLDER = Path(gacompiler.specs.__file__).parent
 MODULES = sorted(path.stem for path in FOLDER.glob("*.py") if path.stem != "__init__")
@@ -164,7 +165,7 @@ def test_there_is_a_spec_for_every_algebra_that_the_readme_names() -> None:
     assert set(MODULES) >= {"pga3", "pga2", "cga3", "vga3", "vga2", "sta", "quaternion", "projective3", "cga2", "arms"}
 
 
-@pytest.mark.parametrize("module", MODULES)
+@all_cases("module", MODULES)
 def test_every_kernel_is_documented(module: str) -> None:
     spec = import_module(f"gacompiler.specs.{module}")
     names = {id(value): name for name, value in vars(spec).items() if isinstance(value, Kernel)}

@@ -11,6 +11,7 @@ import pytest
 from toolkit_page import PAGE, ROOT, entries, module, page
 
 from gacompiler.generation.spec_files import load_spec
+from tests.support.all_cases import all_cases
 
 PRODUCTS = {
     "geometric_product", "outer_product", "regressive_product", "inner_product", "commutator", "reverse",
@@ -23,7 +24,7 @@ def test_the_page_is_current() -> None:
     assert PAGE.read_text() == page(), "run `python tests/support/toolkit_page.py`"
 
 
-@pytest.mark.parametrize("algebra", sorted({entry.algebra for entry in entries()}))
+@all_cases("algebra", sorted({entry.algebra for entry in entries()}))
 def test_every_function_exists(algebra: str) -> None:
     functions = [entry.function for entry in entries() if entry.algebra == algebra]
     missing = [name for name in functions if not callable(getattr(import_module(module(algebra)), name, None))]

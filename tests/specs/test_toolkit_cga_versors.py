@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from test_toolkit_cga import N, Z, circles, close, lines, pairs, planes, random_versors, same_blade, spheres, unit
 
 from generated import cga3
+from tests.support.all_cases import all_cases
 
 O = np.zeros(3)  # noqa: E741
 
@@ -65,7 +66,7 @@ MOVES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", list(MOVES))
+@all_cases("kind", list(MOVES))
 def test_versors_between_objects_take_one_to_the_other(rng: np.random.Generator, kind: str) -> None:
     between = {"lines": cga3.motor_between_lines, "planes": cga3.motor_between_planes,
                "spheres": cga3.versor_between_spheres}.get(kind, cga3.versor_between_circles)  # fmt: skip

@@ -40,7 +40,7 @@ def test_powers_equal_sums_over_frames() -> None:
     assert found.shape == want.shape and np.allclose(found, want, rtol=1e-9)
 
 
-@pytest.mark.parametrize("rate", [8000, 11025, 16000, 44100])
+@all_cases("rate", [8000, 11025, 16000, 44100])
 def test_a_tone_is_in_its_band(rate: int) -> None:
     image = bark_image(np.sin(2 * np.pi * 1500 * np.arange(rate // 4) / rate), rate)
     top = 26.81 * (rate / 2) / (1960 + rate / 2)

@@ -5,12 +5,11 @@ from __future__ import annotations
 from fractions import Fraction
 from random import Random
 
-import pytest
-
 from gacompiler import Algebra
 from gacompiler.algebra.catalog import CGA3, PGA3
 from gacompiler.algebra.products import product
 from gacompiler.structure.frames import orthogonal_frame
+from tests.support.all_cases import all_cases
 
 GRAMS = {
     "positive": [[2, 1, 1], [1, 2, 1], [1, 1, 2]],
@@ -21,7 +20,7 @@ GRAMS = {
 }
 
 
-@pytest.mark.parametrize("name", list(GRAMS))
+@all_cases("name", list(GRAMS))
 def test_products_through_a_frame(name: str) -> None:
     gram = GRAMS[name]
     algebra = Algebra(name, [f"b{k}" for k in range(len(gram))], gram)

@@ -32,6 +32,7 @@ from gacompiler.structure.grassmann_cayley import (
 )
 from gacompiler.structure.groups import membership, spinor_norm, versor_of_isometry
 from gacompiler.structure.quadratic import QuadraticNumber
+from tests.support.all_cases import all_cases
 
 RNG = np.random.default_rng(20)
 
@@ -47,7 +48,7 @@ def product_of(vectors: list[Multivector]) -> Multivector:
     return result
 
 
-@pytest.mark.parametrize("three", [(3, 0, 0), (1, 3, 0), (2, 2, 0), (4, 1, 0), (3, 0, 1), (0, 6, 0)], ids=str)
+@all_cases("three", [(3, 0, 0), (1, 3, 0), (2, 2, 0), (4, 1, 0), (3, 0, 1), (0, 6, 0)])
 def test_products_of_vectors_are_members(three: tuple[int, int, int]) -> None:
     """Exactly, with the product of reflections as action and the product of squares as norm."""
     algebra = orthogonal(*three)
@@ -271,7 +272,7 @@ def integers(count: int, n: int, seed: int) -> list[list[int]]:
     return np.random.default_rng(seed).integers(-6, 7, (count, n)).tolist()
 
 
-@pytest.mark.parametrize("n", [2, 3, 4, 5])
+@all_cases("n", [2, 3, 4, 5])
 def test_brackets_and_meets(n: int) -> None:
     points = integers(2 * n, n, n)
     assert bracket(*points[:n]) == round(np.linalg.det(points[:n]))

@@ -67,7 +67,7 @@ def distance(a: Multivector, b: Multivector) -> float:
     return max((abs(value) for value in (a - b).terms.values()), default=0.0)
 
 
-@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda algebra: algebra.name)
+@all_cases("algebra", ALGEBRAS)
 def test_structure_constants_are_those_of_matrices(algebra: Algebra) -> None:
     """Brackets of bivectors are commutators of their matrices on vectors; exact."""
     lie = bivector_algebra(algebra)
@@ -83,7 +83,7 @@ def test_structure_constants_are_those_of_matrices(algebra: Algebra) -> None:
             assert np.array_equal(a @ b - b @ a, expected)
 
 
-@pytest.mark.parametrize("algebra", ALGEBRAS, ids=lambda algebra: algebra.name)
+@all_cases("algebra", ALGEBRAS)
 def test_jacobi_and_killing_form(algebra: Algebra) -> None:
     """``K(a, b) = (n - 2) tr(M_a M_b)`` for so(p, q) in any metric (Helgason 1978, ch. III)."""
     lie = bivector_algebra(algebra)
@@ -144,7 +144,7 @@ def test_centre_and_generated() -> None:
         generated_lie_algebra([*bivector_algebra(CGA3).basis], largest=5)
 
 
-@pytest.mark.parametrize("algebra", [VGA3, STA, CGA3, G33, PGA3, orthogonal(6), orthogonal(0, 3)], ids=str)
+@all_cases("algebra", [VGA3, STA, CGA3, G33, PGA3, orthogonal(6), orthogonal(0, 3)])
 def test_exponentials_move_vectors_by_exponentials(algebra: Algebra) -> None:
     """``exp(B / 2)`` is in Spin+, and its action the exponential of the matrix of B, by scipy."""
     for scale in (1e-6, 0.3, 2.0):
@@ -224,7 +224,7 @@ def test_bivectors_and_skew_matrices(algebra: Algebra) -> None:
         bivector_of_matrix(algebra, matrix)
 
 
-@pytest.mark.parametrize("order", [1, 2, 3, 4])
+@all_cases("order", [1, 2, 3, 4])
 def test_baker_campbell_hausdorff(order: int) -> None:
     """The truncation error decreases with the power of the next order, against logarithms of scipy."""
     algebra = orthogonal(4)
@@ -266,7 +266,7 @@ def test_the_commutant_of_j_is_u_n(n: int) -> None:
         assert abs(np.trace(skew_hermitian_of_bivector(x))) == 0
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4])
+@all_cases("n", [1, 2, 3, 4])
 def test_brackets_are_commutators_of_complex_matrices(n: int) -> None:
     a, b = random_skew_hermitian(n), random_skew_hermitian(n)
     x, y = bivector_of_skew_hermitian(a), bivector_of_skew_hermitian(b)

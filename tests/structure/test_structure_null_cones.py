@@ -51,7 +51,7 @@ def distance(a: Multivector, b: Multivector) -> float:
     return max((abs(value) for value in (a - b).terms.values()), default=0.0)
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4])
+@all_cases("n", [1, 2, 3, 4])
 def test_reciprocal_null_cones(n: int) -> None:
     """``w_i w_j + w_j w_i = 0``, ``w_i v_j + v_j w_i = 2 delta``: creation and annihilation, up to a factor."""
     vectors = null_cones(n).basis()
@@ -66,7 +66,7 @@ def test_reciprocal_null_cones(n: int) -> None:
     assert str(representation(null_cones(n)).kind) == f"R({2**n})"
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4])
+@all_cases("n", [1, 2, 3, 4])
 def test_matrices_as_bivectors(n: int) -> None:
     """Exact: brackets are commutators of matrices, the first cone moves by A, the second by minus A transposed."""
     a, b = integers(n, n), integers(n, n)
@@ -172,7 +172,7 @@ def test_versors_are_exponentials_of_logarithms(n: int) -> None:
             assert np.abs(linear_map_of_versor(found).astype(float) - t).max() < 5e-14 * max(1, np.abs(t).max())
 
 
-@pytest.mark.parametrize("n", [1, 2, 3, 4])
+@all_cases("n", [1, 2, 3, 4])
 def test_negative_determinants_and_no_real_logarithm(n: int) -> None:
     """The norm is the sign of the determinant; minus the identity, with eigenvalues -1, is no exception."""
     t = RNG.normal(size=(n, n))
@@ -274,7 +274,7 @@ def test_lie_algebras_of_the_affine_plane() -> None:
         assert np.array_equal(linear_map_of_bivector(aff.element(aff.coordinates(commutator(x, y)))), a @ b - b @ a)
 
 
-@pytest.mark.parametrize(("p", "q"), [(1, 0), (2, 0), (3, 0), (1, 3)])
+@all_cases("p, q", [(1, 0), (2, 0), (3, 0), (1, 3)])
 def test_horosphere(p: int, q: int) -> None:
     """Null, of product 1 with ``ebar``, distances as products, there and back; translators exactly."""
     space = Horosphere(p, q)

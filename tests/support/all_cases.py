@@ -9,6 +9,8 @@ from typing import Any
 
 import pytest
 
+_MARKED = type(pytest.param())
+
 
 def all_cases(names: str, cases: Iterable[Any]) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Return a decorator like ``pytest.mark.parametrize`` that runs all cases in one test.
@@ -17,7 +19,11 @@ def all_cases(names: str, cases: Iterable[Any]) -> Callable[[Callable[..., None]
     a few milliseconds. The error of a case has a note with its values. Fixtures are those of the whole test.
     """
     keys = [name.strip() for name in names.split(",")]
-    rows = [tuple(case) if len(keys) > 1 else (case,) for case in cases]
+    listed = list(cases)
+    rows = [tuple(case) if len(keys) > 1 else (case,) for case in listed]
+    for case, row in zip(listed, rows, strict=True):
+        if isinstance(case, _MARKED) or len(row) != len(keys):
+            raise ValueError(f"{case!r:.200}: expected a value of each of {names}, without marks")
 
     def decorate(test: Callable[..., None]) -> Callable[..., None]:
         @wraps(test)

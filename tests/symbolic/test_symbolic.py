@@ -117,8 +117,8 @@ def test_the_ring_computes_like_sympy() -> None:
 X = sympy.Symbol("x", positive=True)
 
 
-@pytest.mark.parametrize(
-    ("a", "b", "product"),
+@all_cases(
+    "a, b, product",
     [
         (2 * sympy.sqrt(X), 3 * sympy.sqrt(X), 6 * X),
         (sympy.sqrt(2) * 2, sympy.sqrt(2) * 5, sympy.Integer(20)),
@@ -145,7 +145,7 @@ def test_floats_are_short_fractions_or_kept() -> None:
     assert float((Expanded.of(0.3) / 0.1).expression) == pytest.approx(3.0, rel=1e-15)
 
 
-@pytest.mark.parametrize("value", [sympy.oo, -sympy.oo, sympy.zoo, sympy.nan], ids=str)
+@all_cases("value", [sympy.oo, -sympy.oo, sympy.zoo, sympy.nan])
 def test_infinite_numbers_are_rejected(value: Any) -> None:
     for each in (value, X + value):
         with pytest.raises(AlgebraError, match="expected a number or a sympy expression"):

@@ -213,8 +213,8 @@ def test_stacks_and_memory_order() -> None:
     assert np.abs(qft(stack, workers=2) - spectra).max() == 0
 
 
-@pytest.mark.parametrize("side", SIDES)
-@pytest.mark.parametrize("axes", [("i", "j"), ("k", "j")], ids=str)
+@all_cases("side", SIDES)
+@all_cases("axes", [("i", "j"), ("k", "j")])
 def test_single_precision_is_preserved(side: str, axes: Any) -> None:
     field = quaternions(16, 9)
     single = field.astype(np.float32)

@@ -19,6 +19,7 @@ from algorithms.wavelets import (
     single_orthant_signal,
     total_analytic_signal,
 )
+from tests.support.all_cases import all_cases
 
 SIZES = ((12, 10), (11, 9), (8, 13), (1, 5))
 
@@ -35,7 +36,7 @@ def waves(shape: tuple[int, int], u: int, v: int) -> tuple[np.ndarray, np.ndarra
     return 2 * np.pi * u * np.arange(shape[0])[:, None] / shape[0], 2 * np.pi * v * np.arange(shape[1]) / shape[1]
 
 
-@pytest.mark.parametrize("axis", [0, 1, -1, 2])
+@all_cases("axis", [0, 1, -1, 2])
 def test_signals_equal_those_of_scipy(axis: int) -> None:
     x = normal(7, 12, 9)
     assert np.abs(analytic_signal(x, axis) - scipy.signal.hilbert(x, axis=axis)).max() < 1e-14
@@ -44,7 +45,7 @@ def test_signals_equal_those_of_scipy(axis: int) -> None:
     assert np.abs(analytic_signal(np.arange(9)) - scipy.signal.hilbert(np.arange(9.0))).max() < 1e-13
 
 
-@pytest.mark.parametrize("size", SIZES)
+@all_cases("size", SIZES)
 def test_images_by_hilbert_transforms_along_axes(size: tuple[int, int]) -> None:
     f = normal(*size)
     h1, h2 = hilbert(f, 0), hilbert(f, 1)
@@ -119,7 +120,7 @@ def test_riesz_transforms_preserve_energy_and_are_equivariant() -> None:
     assert np.abs(turned[..., 1] - there[..., 0]).max() < 1e-14
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "function",
     [
         total_analytic_signal,
@@ -138,8 +139,8 @@ def test_stacks_and_types(function: Any) -> None:
     assert np.array_equal(function(np.arange(12).reshape(3, 4)), function(np.arange(12.0).reshape(3, 4)))
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda f: analytic_signal(f, 2), "axis: 2; expected an axis of an array of 2"),
         (lambda f: analytic_signal(f * np.nan), "signal: a number is not finite"),

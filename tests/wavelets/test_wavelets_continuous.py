@@ -39,8 +39,8 @@ def wavelet(name: str, t: np.ndarray) -> np.ndarray:
     return np.cos(5 * t) * np.exp(-(t**2) / 2)
 
 
-@pytest.mark.parametrize("mode", ["zero", "periodic"])
-@pytest.mark.parametrize("name", ["mexican_hat", "morlet"])
+@all_cases("mode", ["zero", "periodic"])
+@all_cases("name", ["mexican_hat", "morlet"])
 def test_direct_sums(name: str, mode: str) -> None:
     x, scales = normal(75), (4.0, 5.5)
     found = continuous_wavelet(x, scales, name, mode).coefficients
@@ -123,7 +123,7 @@ def test_energy_and_admissibility(name: str) -> None:
     assert energy / (x**2).sum() == pytest.approx(admissibility(name) / 2, rel=0.01)
 
 
-@pytest.mark.parametrize("name", ["gaus3", "cgau2", "cmor2-1", "fbsp2-1-1", "shan1-1"])
+@all_cases("name", ["gaus3", "cgau2", "cmor2-1", "fbsp2-1-1", "shan1-1"])
 def test_admissibility_of_other_wavelets(name: str) -> None:
     """From samples of the wavelet in time, by the discrete Fourier transform."""
     step, count = 0.02, 2**16

@@ -68,7 +68,7 @@ def test_names_of_the_bands() -> None:
     assert set(volume) == {"aad", "ada", "add", "daa", "dad", "dda", "ddd"}
 
 
-@pytest.mark.parametrize(("name", "moments"), [("db1", 1), ("db3", 3), ("db8", 8), ("sym6", 6), ("coif3", 6)])
+@all_cases("name, moments", [("db1", 1), ("db3", 3), ("db8", 8), ("sym6", 6), ("coif3", 6)])
 def test_polynomials_have_no_details(name: str, moments: int) -> None:
     x = np.linspace(-1, 1, 200)
     polynomial = np.polynomial.Polynomial(signal(moments))(x)
@@ -120,10 +120,8 @@ def test_bad_input(call: Any, error: type[Exception], message: str) -> None:
         call(signal(40, 50))
 
 
-@pytest.mark.parametrize("mode", ["symmetric", "periodization", "antireflect"])
-@pytest.mark.parametrize(
-    ("shape", "axes"), [((301, 130), None), ((20000,), None), ((31, 40, 27), (0, 1, 2)), ((3, 90, 91), (1,))]
-)
+@all_cases("mode", ["symmetric", "periodization", "antireflect"])
+@all_cases("shape, axes", [((301, 130), None), ((20000,), None), ((31, 40, 27), (0, 1, 2)), ((3, 90, 91), (1,))])
 def test_workers_change_nothing(shape: tuple[int, ...], axes: tuple[int, ...] | None, mode: str) -> None:
     """Threads share arrays in blocks of rows, of columns and of both."""
     signal = np.random.default_rng(0).normal(size=shape)

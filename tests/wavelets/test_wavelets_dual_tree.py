@@ -29,7 +29,7 @@ def camera() -> np.ndarray:
     return pytest.importorskip("skimage.data").camera().astype(float)
 
 
-@pytest.mark.parametrize("name", QSHIFT)
+@all_cases("name", QSHIFT)
 def test_trees_are_orthogonal_and_half_a_sample_apart(name: str) -> None:
     """Kingsbury's equations: orthogonal filters with a delay of nearly a quarter of a sample from the centre."""
     low = np.array(QSHIFT[name])
@@ -65,7 +65,7 @@ def test_dual_tree_equals_that_of_dtcwt(names: str) -> None:
             assert np.abs(found.detail[level] - known[f"{names} {level}"]).max() < 1e-14
 
 
-@pytest.mark.parametrize("shape", [(22,), (64,), (13, 22), (6, 10, 8)])
+@all_cases("shape", [(22,), (64,), (13, 22), (6, 10, 8)])
 def test_other_sizes_equal_those_of_dtcwt(shape: tuple[int, ...]) -> None:
     """Signals, images of odd size and volumes, alone and along other axes of a stack."""
     with np.load(KNOWN) as known:
@@ -84,7 +84,7 @@ def test_other_sizes_equal_those_of_dtcwt(shape: tuple[int, ...]) -> None:
         assert len(names) == (1 if len(shape) == 3 else 2)
 
 
-@pytest.mark.parametrize("shape", [(7,), (11,), (3, 21), (9, 7), (5, 6, 7)])
+@all_cases("shape", [(7,), (11,), (3, 21), (9, 7), (5, 6, 7)])
 def test_odd_sizes_repeat_the_last_number(shape: tuple[int, ...]) -> None:
     axes = last(len(shape)) if shape[0] != 3 else (-1,)
     x = signal(*shape)
@@ -178,8 +178,8 @@ def test_lists_of_numbers_are_signals() -> None:
     assert dual_tree([5.0]).approx == [5]
 
 
-@pytest.mark.parametrize("first", LEVEL_ONE_ANALYSIS)
-@pytest.mark.parametrize("later", QSHIFT)
+@all_cases("first", LEVEL_ONE_ANALYSIS)
+@all_cases("later", QSHIFT)
 def test_dual_tree_is_invertible(first: str, later: str) -> None:
     for shape in ((64, 64), (50, 67), (3, 33, 20)):
         image = signal(*shape)

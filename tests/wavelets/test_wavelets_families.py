@@ -76,7 +76,7 @@ def test_closed_forms() -> None:
     assert wavelet_filters("bior4.4").low[5:] / two == pytest.approx(jpeg, abs=1e-12)
 
 
-@pytest.mark.parametrize("order", [3, 10, 22, 38])
+@all_cases("order", [3, 10, 22, 38])
 def test_zeros_of_daubechies_wavelets(order: int) -> None:
     """The squared response is an integral of sin(w)**(2 N - 1), and the energy comes as early as it can."""
     low = wavelet_filters(f"db{order}").low_back

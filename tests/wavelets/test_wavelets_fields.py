@@ -248,7 +248,7 @@ ALGEBRAS = {
 }
 
 
-@pytest.mark.parametrize("name", ALGEBRAS)
+@all_cases("name", ALGEBRAS)
 def test_convolution_in_all_algebras(name: str) -> None:
     """Direct and by Fourier transforms, against sums over a multiplication table of the basis blades."""
     kernel_or_signature, n = ALGEBRAS[name]

@@ -160,8 +160,8 @@ def test_a_single_pixel_is_visible_wherever_it_is(row: int) -> None:
     assert flow.visible[:, :13].all() and not flow.visible[:, 14:].any()
 
 
-@pytest.mark.parametrize("period", [5, 2 * np.pi, 8, 12, 20])
-@pytest.mark.parametrize("turned", [False, True])
+@all_cases("period", [5, 2 * np.pi, 8, 12, 20])
+@all_cases("turned", [False, True])
 def test_of_the_motions_of_stripes_the_smallest_one_is_found(period: float, turned: bool) -> None:
     """Too few pixels of a period at a coarse level would lead to another one of them."""
     x, motion = np.arange(64), 0.3 * period

@@ -7,6 +7,7 @@ import pytest
 import scipy.ndimage
 
 from generated import images
+from tests.support.all_cases import all_cases
 
 
 def whole(taps: np.ndarray) -> np.ndarray:
@@ -19,8 +20,8 @@ def filtered(image: np.ndarray, taps: np.ndarray, mode: str) -> np.ndarray:
     return scipy.ndimage.convolve1d(rows, whole(taps), 1, mode=mode)
 
 
-@pytest.mark.parametrize(("dtype", "error"), [(np.float32, 2e-5), (np.float64, 1e-12)])
-@pytest.mark.parametrize("size", [(37, 71), (8, 8), (1, 5), (40, 3)])
+@all_cases("dtype, error", [(np.float32, 2e-5), (np.float64, 1e-12)])
+@all_cases("size", [(37, 71), (8, 8), (1, 5), (40, 3)])
 def test_band_is_the_difference_of_two_filters(size: tuple[int, int], dtype: type, error: float) -> None:
     rng = np.random.default_rng(0)
     image, fine, coarse = (rng.normal(size=shape).astype(dtype) for shape in (size, 4, 8))

@@ -59,7 +59,7 @@ def naive_energy(image: np.ndarray, field: np.ndarray, window: int) -> float:
     return float((w * (vx * g[0][part, part] + vy * g[1][part, part]) ** 2).sum())
 
 
-@pytest.mark.parametrize("name", GENERATORS)
+@all_cases("name", GENERATORS)
 def test_energy_is_the_sum_over_the_window(name: str) -> None:
     image = np.random.default_rng(1).normal(size=(SIZE, SIZE))
     found = orbit_energy(image, name, 2.0, 9.0)
@@ -76,7 +76,7 @@ def test_energy_of_a_sum_of_generators() -> None:
     assert found == pytest.approx(naive_energy(image, np.asarray(field), 9), rel=2e-3)
 
 
-@pytest.mark.parametrize("name", PATTERNS)
+@all_cases("name", PATTERNS)
 def test_centres_of_invariant_patterns(name: str) -> None:
     image, generator = PATTERNS[name]
     energy, c = orbit_energy(image, generator), SIZE // 2
@@ -142,7 +142,7 @@ def test_steering_laws() -> None:
         assert np.allclose(lie_filter(steered, sigma), (v**2 - u**2) / sigma**2 * g, atol=1e-15)
 
 
-@pytest.mark.parametrize("name", GENERATORS)
+@all_cases("name", GENERATORS)
 def test_scale_law(name: str) -> None:
     small, large = lie_filter(name, 2.0), lie_filter(name, 4.0)
     law = 8 if name in "xy" else 4
@@ -150,7 +150,7 @@ def test_scale_law(name: str) -> None:
     assert (abs(small).max() < 1e-17) == (name == "rotation")
 
 
-@pytest.mark.parametrize("k", range(6))
+@all_cases("k", range(6))
 def test_responses_are_convolutions(k: int) -> None:
     image = np.random.default_rng(4).normal(size=(40, 50))
     want = scipy.ndimage.convolve(image, lie_filter(GENERATORS[k], 1.5), mode="reflect")

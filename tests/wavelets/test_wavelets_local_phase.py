@@ -150,7 +150,7 @@ def test_confidence_of_quaternionic_phases(motion: tuple[float, float], area: fl
             assert np.median(error[confidence > 0.4]) < 0.05
 
 
-@pytest.mark.parametrize("value", [0.0, 7.0, 1e-300, -1e300, np.float32(0.1)])
+@all_cases("value", [0.0, 7.0, 1e-300, -1e300, np.float32(0.1)])
 def test_constant_images_have_no_phase(value: float) -> None:
     """Bands of rounding errors have no confidence."""
     image = np.full((2, 40, 50), value)
@@ -168,7 +168,7 @@ def test_constant_images_have_no_phase(value: float) -> None:
     )
 
 
-@pytest.mark.parametrize("frequency", [(0.0, 0.11), (0.11, 0.0), (0.1, 0.2), (0.5, 0.1)])
+@all_cases("frequency", [(0.0, 0.11), (0.11, 0.0), (0.1, 0.2), (0.5, 0.1)])
 def test_balanced_bands_of_waves(frequency: tuple[float, float]) -> None:
     """A wave through the axis of the filter keeps its amplitude; the complex bank of both diagonals is the same."""
     x, y = np.meshgrid(np.arange(70.0), np.arange(80.0), indexing="ij")

@@ -172,8 +172,8 @@ def test_amplitudes_and_phases() -> None:
             assert np.abs(sizes[name][..., None] * again - q).max() < 1e-14
 
 
-@pytest.mark.parametrize("axis", [0, 1])
-@pytest.mark.parametrize("kind", ["dual-tree", "gabor"])
+@all_cases("axis", [0, 1])
+@all_cases("kind", ["dual-tree", "gabor"])
 def test_phases_of_waves_follow_a_small_shift(kind: str, axis: int) -> None:
     """The phase of the second level's wave changes by frequency times shift: phi along x, theta along y."""
     frequency = 2 * np.pi * 19 / 128 if kind == "dual-tree" else 2 * np.pi * 18 / 128

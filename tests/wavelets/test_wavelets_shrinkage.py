@@ -31,7 +31,7 @@ def test_kinds_of_shrinking() -> None:
     assert np.array_equal(shrink(NUMBERS, 0), NUMBERS)
 
 
-@pytest.mark.parametrize(("kind", "upper"), [("soft", None), ("hard", None), ("garrote", None), ("firm", 2.5)])
+@all_cases("kind, upper", [("soft", None), ("hard", None), ("garrote", None), ("firm", 2.5)])
 def test_phases_and_types_are_kept(kind: str, upper: float | None) -> None:
     turned = NUMBERS * np.exp(0.7j)
     expected = shrink(NUMBERS, 1.2, kind, upper) * np.exp(0.7j)
@@ -104,8 +104,8 @@ def steps(count: int) -> np.ndarray:
     return 4 * np.sin(4 * np.pi * t) - np.sign(t - 0.3) - np.sign(0.72 - t)
 
 
-@pytest.mark.parametrize("rule", ["bayes", "sure", "visu"])
-@pytest.mark.parametrize("name", ["sym6", "bior4.4"])
+@all_cases("rule", ["bayes", "sure", "visu"])
+@all_cases("name", ["sym6", "bior4.4"])
 def test_denoising_reduces_the_error(rule: str, name: str) -> None:
     """Donoho and Johnstone's HeaviSine with noise of 0.4: the error is less than half of it, and less with shifts."""
     clean = steps(1000)

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from algorithms.wavelets import clifford_fft, clifford_wavelet, iclifford_fft
 from generated import vga3
+from tests.support.all_cases import all_cases
 
 QUARTER = vga3.rotor_from_axis_angle(np.array([0.0, 0.0, 1.0]), np.pi / 2)
 NO_TURN = np.array([1.0, 0, 0, 0])
@@ -93,8 +94,8 @@ def test_a_wave_matches_the_wavelet_of_its_frequency_and_direction() -> None:
     assert energy[1, 1] > 0.99 * energy.sum()
 
 
-@pytest.mark.parametrize(
-    ("call", "message"),
+@all_cases(
+    "call, message",
     [
         (lambda f: clifford_wavelet(f[..., :4], [1.0], NO_TURN), "field: shape .*fields L M N 8"),
         (lambda f: clifford_wavelet(f[None], [1.0], NO_TURN), "expected one field L M N 8"),

@@ -59,7 +59,7 @@ def test_truncation_of_masks_of_derivatives() -> None:
         assert 1e-4 < errors[0] < 1e-3 and errors[1] < 1e-6
 
 
-@pytest.mark.parametrize("angle", [0.3, -2.9, 3.1, np.pi])
+@all_cases("angle", [0.3, -2.9, 3.1, np.pi])
 def test_rotated_vectors_in_the_plane(angle: float) -> None:
     template, rotor = normal(7, 5, 2), vga2.rotor_from_angle(angle)
     field = 0.1 * normal(40, 50, 2, seed=1)
@@ -69,7 +69,7 @@ def test_rotated_vectors_in_the_plane(angle: float) -> None:
     assert abs(found.rotor @ rotor) == pytest.approx(1, abs=1e-12)
 
 
-@pytest.mark.parametrize("turn", [(0.3, 0.2, -0.1), (2.0, 1.0, 2.0), (0.0, 3.1, 0.0), (0.0, 0.0, np.pi)])
+@all_cases("turn", [(0.3, 0.2, -0.1), (2.0, 1.0, 2.0), (0.0, 3.1, 0.0), (0.0, 0.0, np.pi)])
 def test_rotated_vectors_in_space(turn: Any) -> None:
     template, rotor = normal(5, 5, 5, 3), vga3.rotor_from_rotation_vector(np.array(turn))
     field = 0.1 * normal(14, 15, 16, 3, seed=1)

@@ -20,6 +20,7 @@ from gacompiler.errors import BackendError
 from gacompiler.wheels.extensions import Python
 from gacompiler.wheels.platforms import platform_tag
 from gacompiler.wheels.targets import Target, compiler_target
+from tests.support.all_cases import all_cases
 
 X86_64, ARM64, POWER = 0x01000007, 0x0100000C, 0x01000012
 
@@ -59,8 +60,8 @@ def dll(machine: int, *libraries: str) -> tuple[str, bytes]:
 SYSTEM = "/usr/lib/libSystem.B.dylib"
 
 
-@pytest.mark.parametrize(
-    ("libraries", "tag"),
+@all_cases(
+    "libraries, tag",
     [
         ([macho(ARM64, (11, 0), SYSTEM)], "macosx_11_0_arm64"),
         ([macho(ARM64, (11, 0), SYSTEM), macho(ARM64, (12, 3))], "macosx_12_0_arm64"),
@@ -75,8 +76,8 @@ def test_tags(libraries: list[tuple[str, bytes]], tag: str) -> None:
         assert tag in mac_platforms((14, 0), tag.partition("_")[2].split("_", 2)[2])
 
 
-@pytest.mark.parametrize(
-    ("libraries", "message"),
+@all_cases(
+    "libraries, message",
     [
         ([macho(ARM64, (11, 0), SYSTEM, "/opt/lib/libomp.dylib")], "it needs /opt/lib/libomp.dylib"),
         ([macho(POWER, (11, 0))], "unknown architecture"),
