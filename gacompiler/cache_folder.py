@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 
 from .errors import BackendError
-from .gac_runtime.cache import refusal
+from .gac_runtime.cache import refusal, users_caches
 
 
 def cache_folder() -> Path:
@@ -40,7 +40,7 @@ def lasting_folder() -> Path | None:
             )  # fmt: skip
         return Path(chosen)
     try:
-        caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        caches = users_caches()
     except RuntimeError:  # this user has no home
         return None
     return None if refusal(caches / "gacompiler") else caches / "gacompiler"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from numbers import Rational
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from .extension import extension
 from .kernel import Kernel
 from .layout import Layout, coefficients, converted, number
 
-_NUMBERS = (int, float, np.integer, np.floating)
+_NUMBERS = (int, float, Rational, np.integer, np.floating)
 """Types of the numbers by which values can be multiplied."""
 
 

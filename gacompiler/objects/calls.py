@@ -7,6 +7,8 @@ without this file. It runs the first call for each pair of types, and all calls 
 from __future__ import annotations
 
 from collections.abc import Callable
+from decimal import Decimal
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -272,7 +274,12 @@ _ABSENT: Any = object()
 
 
 def _as_single(x: Any) -> Any:
-    """Return `x`, stored by the extension if it is a single multivector that was created before that was available."""
+    """Return `x`, stored by the extension if it is a single multivector that was created before that was available.
+
+    Rational and decimal numbers become floats, as beside arrays of floats.
+    """
+    if isinstance(x, (Fraction, Decimal)):
+        return float(x)
     return wrap(x.layout, x.values) if type(x) is ArrayMultivector and not x.shape and not x.layout.is_scalar else x
 
 

@@ -36,7 +36,7 @@ def cache_folder(part: str = "") -> Path:
     """
     chosen = os.environ.get("GAC_CACHE")
     try:
-        caches = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        caches = users_caches()
     except RuntimeError as error:  # this user has no home
         raise CacheError("~/.cache/gacompiler", str(error), "a home folder", "set GAC_CACHE to a folder") from None
     folder = Path(chosen) if chosen else caches / "gacompiler"
@@ -47,6 +47,18 @@ def cache_folder(part: str = "") -> Path:
             remedy = f"set GAC_CACHE to another one, or run `chmod 700 {each}` if you trust what is in it"
             raise CacheError(str(each), reason, expected, remedy)
     return folder / part
+
+
+def users_caches() -> Path:
+    """Return the folder of the user's caches: ``$XDG_CACHE_HOME``, which is ignored unless absolute, or ``~/.cache``.
+
+    Raises
+    ------
+    RuntimeError
+        If this user has no home folder.
+    """
+    chosen = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return chosen if chosen.is_absolute() else Path.home() / ".cache"
 
 
 def refusal(folder: Path) -> str:

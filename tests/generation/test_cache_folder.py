@@ -41,6 +41,8 @@ def test_it_is_created_for_the_user_only(home: Path, monkeypatch: pytest.MonkeyP
     assert cache_folder() == lasting_folder() == home / ".cache" / "gacompiler"
     assert mode(cache_folder()) == mode(cache_part("objects")) == 0o700
     assert cache_part("objects") == cache_folder() / "objects"
+    monkeypatch.setenv("XDG_CACHE_HOME", "caches")
+    assert cache_folder() == home / ".cache" / "gacompiler", "relative paths are ignored, as its specification says"
     monkeypatch.setenv("XDG_CACHE_HOME", str(home / "caches"))
     assert cache_folder() == home / "caches" / "gacompiler"
     monkeypatch.setenv("GAC_CACHE", str(home / "a" / "b"))

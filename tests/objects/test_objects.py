@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -113,6 +114,7 @@ def test_numbers_as_operands() -> None:
     for _ in range(2):
         assert (2 * a).exactly() == (a * 2).exactly() == 2 * x
         assert (a + 1.5).exactly() == (1.5 + a).exactly() == x + one * Fraction(3, 2)
+        assert (a + Fraction(3, 2)).exactly() == (Decimal("1.5") + a).exactly() == x + one * Fraction(3, 2)
         assert (a - 1).exactly() == x - one and (1 - a).exactly() == one - x
         assert (a / 4).exactly() == x / 4 and (a ^ 2.0).exactly() == x * 2
         assert (np.float64(2) * a).exactly() == 2 * x
