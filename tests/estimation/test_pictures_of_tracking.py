@@ -24,7 +24,8 @@ def test_pictures(tmp_path: Path) -> None:
     upper, lower = figure.axes
     assert len(upper.lines) == 2 and np.array_equal(upper.lines[0].get_ydata(), recording.q[:, 0])
     assert np.allclose(lower.lines[0].get_ydata(), np.linalg.norm(recording.error, axis=1))
-    written = animate_tracking(tracker, recording, tmp_path / "head.gif", frames_per_second=10)
+    later = replace(recording, times=recording.times + 3.0)
+    written = animate_tracking(tracker, later, tmp_path / "head.gif", frames_per_second=10)
     with Image.open(written) as film:
         assert film.n_frames == 5
     with pytest.raises(ValueError, match="0 steps; expected at least 2"):
