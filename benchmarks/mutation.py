@@ -66,7 +66,7 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "estimation": ("algorithms/estimation", ("estimation/test_*",)),
     "kinematics": ("algorithms/kinematics", ("kinematics/test_*", "robots/test_*")),
 }
-"""Source folder, and the test files (patterns) of each package."""
+"""Source folder, and the test files (patterns) of each package; tests that import a mutated file itself are added."""
 
 HEAVY = ("numpy", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.ndimage", "sympy", "mpmath")
 """Modules that are imported once, before processes are forked."""
@@ -445,11 +445,17 @@ def choose(files: Sequence[str], count: int, seed: int) -> list[Mutant]:
 
 def run(package: str, only: str, count: int, seed: int, marks: Sequence[str]) -> tuple[int, list[Mutant], list[Mutant]]:
     """Test the mutants of a package. Return their number, the survivors, and the equivalent ones."""
+    from benchmarks.sources import imports_of_files  # not by processes that tests start
+
     folder, patterns = PACKAGES[package]
-    found = (path for pattern in patterns for path in (ROOT / "tests").glob(f"**/{pattern}.py"))
-    tests = sorted(str(path.relative_to(ROOT)) for path in found if path.parent.name != "peers")
     files = sorted(str(p.relative_to(ROOT)) for p in (ROOT / folder).rglob("*.py"))
     chosen = choose([f for f in files if only in f], count, seed)
+    mutated = {Path(mutant.path) for mutant in chosen if not mutant.path.endswith("__init__.py")}
+    found = {path.relative_to(ROOT) for pattern in patterns for path in (ROOT / "tests").glob(f"**/{pattern}.py")}
+    found |= {
+        path for path, imported in imports_of_files().items() if path.match("tests/*/test_*") and imported & mutated
+    }
+    tests = sorted(str(path) for path in found if path.parent.name != "peers")
     mentioned = mentions(folder)
     left = dict(enumerate(chosen, 1))
     for mark in marks:
