@@ -37,6 +37,7 @@ import shutil
 import signal
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -288,6 +289,7 @@ class _Recorder:
         """Record from now on."""
         sys.addaudithook(self._audit)
         sys.settrace(self._trace)
+        threading.settrace(self._trace)
 
     def _audit(self, event: str, arguments: object) -> None:
         if event in {"subprocess.Popen", "os.fork", "os.posix_spawn"}:
@@ -343,6 +345,7 @@ def record(folder: str, files: Sequence[str], mark: str) -> _Recorder:
                 recorder.start()
                 pytest.main([*QUIET, "-m", mark, *files], plugins=[recorder])
                 sys.settrace(None)
+                threading.settrace(None)  # type: ignore[arg-type]
             calls = {test: sorted(called) for test, called in recorder.calls.items()}
             found = [calls, sorted(recorder.imported), sorted(recorder.starts), recorder.seconds, recorder.failed]
             answer.write_text(json.dumps(found))
