@@ -26,6 +26,7 @@ from __future__ import annotations
 import argparse
 import ast
 import contextlib
+import functools
 import importlib.abc
 import importlib.machinery
 import importlib.util
@@ -33,6 +34,7 @@ import io
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import sys
@@ -213,12 +215,17 @@ def mutants(path: str) -> list[Mutant]:
     """Return all mutants of a file."""
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
 
+    @functools.cache
+    def stored(statement: ast.stmt) -> tuple[str, ...]:
+        if isinstance(statement, ast.ClassDef):
+            return (statement.name,)
+        names = (each for each in ast.walk(statement) if isinstance(each, ast.Name))
+        return tuple(each.id for each in names if isinstance(each.ctx, ast.Store))
+
     def names(function: str, line: int) -> tuple[str, ...]:
         if function:
             return (function,)
-        inside = next(each for each in tree.body if each.lineno <= line <= (each.end_lineno or line))
-        stored = (each for each in ast.walk(inside) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store))
-        return (inside.name,) if isinstance(inside, ast.ClassDef) else tuple(each.id for each in stored)
+        return stored(next(each for each in tree.body if each.lineno <= line <= (each.end_lineno or line)))
 
     found = []
     for number, (node, choice, function) in enumerate(sites(tree)):
@@ -446,18 +453,29 @@ def choose(files: Sequence[str], count: int, seed: int) -> list[Mutant]:
     return random.Random(seed).sample(every, min(count, len(every)))
 
 
-def run(package: str, only: str, count: int, seed: int, marks: Sequence[str]) -> tuple[int, list[Mutant], list[Mutant]]:
-    """Test the mutants of a package. Return their number, the survivors, and the equivalent ones."""
+def importers(changed: set[Path]) -> set[Path]:
+    """Return the tests that import a file, or that import its package and mention what the file defines."""
     from benchmarks.sources import imports_of_files  # not by processes that tests start
 
+    found = set()
+    tests = {path: targets for path, targets in imports_of_files().items() if path.match("tests/*/test_*")}
+    words = {path: set(re.findall(r"\w+", (ROOT / path).read_text(encoding="utf-8"))) for path in tests}
+    for file in (each for each in changed if each.name != "__init__.py"):
+        tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
+        public = {each.name for each in tree.body if isinstance(each, ast.FunctionDef | ast.ClassDef)}
+        for path, targets in tests.items():
+            if file in targets or (file.with_name("__init__.py") in targets and words[path] & public):
+                found.add(path)
+    return found
+
+
+def run(package: str, only: str, count: int, seed: int, marks: Sequence[str]) -> tuple[int, list[Mutant], list[Mutant]]:
+    """Test the mutants of a package. Return their number, the survivors, and the equivalent ones."""
     folder, patterns = PACKAGES[package]
     files = sorted(str(p.relative_to(ROOT)) for p in (ROOT / folder).rglob("*.py"))
     chosen = choose([f for f in files if only in f], count, seed)
-    mutated = {Path(mutant.path) for mutant in chosen if not mutant.path.endswith("__init__.py")}
     found = {path.relative_to(ROOT) for pattern in patterns for path in (ROOT / "tests").glob(f"**/{pattern}.py")}
-    found |= {
-        path for path, imported in imports_of_files().items() if path.match("tests/*/test_*") and imported & mutated
-    }
+    found |= importers({Path(mutant.path) for mutant in chosen})
     tests = sorted(str(path) for path in found if path.parent.name != "peers")
     mentioned = mentions(folder)
     left = dict(enumerate(chosen, 1))
