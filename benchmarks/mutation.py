@@ -6,9 +6,10 @@
 
 First, the quick tests of a package run once on the unchanged source, while the functions that each test calls and its
 duration are recorded. Then each mutant is tested in a separate process by the tests that call the mutated function,
-fastest first, until one fails. The slow tests follow, if a mutant is left, for these mutants only; `--quick` omits
-them. A mutant that no test detects survives. Mutants that cannot change any result are listed with a reason in
-`mutation_equivalent.txt`, and are reported separately.
+fastest first, until one fails. If a mutant is left, further tests are recorded and run for it: those of other folders
+that import its file or what its package exports from it, then slow tests, which `--quick` omits. A mutant that no test
+detects survives. Mutants that cannot change any result are listed with a reason in `mutation_equivalent.txt`; only the
+first tests are run for them.
 
 Calls of functions that numba compiles cannot be recorded; the tests that call a function that mentions their name are
 run. For constants of modules and for functions called by an import, all tests of the package are run, those that call a
@@ -31,6 +32,7 @@ import importlib.abc
 import importlib.machinery
 import importlib.util
 import io
+import itertools
 import json
 import os
 import random
@@ -69,7 +71,7 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "estimation": ("algorithms/estimation", ("estimation/test_*",)),
     "kinematics": ("algorithms/kinematics", ("kinematics/test_*", "robots/test_*")),
 }
-"""Source folder, and the test files (patterns) of each package; tests that import a mutated file itself are added."""
+"""Source folder, and the test files (patterns) of each package that are run first."""
 
 HEAVY = ("numpy", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.ndimage", "sympy", "mpmath")
 """Modules that are imported once, before processes are forked."""
@@ -474,28 +476,31 @@ def run(package: str, only: str, count: int, seed: int, marks: Sequence[str]) ->
     folder, patterns = PACKAGES[package]
     files = sorted(str(p.relative_to(ROOT)) for p in (ROOT / folder).rglob("*.py"))
     chosen = choose([f for f in files if only in f], count, seed)
-    found = {path.relative_to(ROOT) for pattern in patterns for path in (ROOT / "tests").glob(f"**/{pattern}.py")}
-    found |= importers({Path(mutant.path) for mutant in chosen})
-    tests = sorted(str(path) for path in found if path.parent.name != "peers")
-    mentioned = mentions(folder)
-    left = dict(enumerate(chosen, 1))
-    for mark in marks:
+    own = {path.relative_to(ROOT) for pattern in patterns for path in (ROOT / "tests").glob(f"**/{pattern}.py")}
+    mentioned, known = mentions(folder), equivalent()
+    left, same = dict(enumerate(chosen, 1)), list[Mutant]()
+    for mark, further in itertools.product(marks, (False, True)):
+        found = importers({Path(mutant.path) for mutant in left.values()}) - own if further else own
+        tests = sorted(str(path) for path in found if path.parent.name != "peers")
+        if not left or not tests:
+            continue
         print(f"{package}: {len(left)} mutants; recording {len(tests)} test files ({mark})", flush=True)
         recorder = record(folder, tests, mark)
         for number, mutant in list(left.items()):
             covering = relevant(mutant, recorder, mentioned)
             longest = LONGEST + 5 * sum(recorder.seconds[test] for test in covering)
             start = time.perf_counter()
-            remains = bool(not covering or survives(mutant, covering, longest))
-            if not remains:
+            word = "left"
+            if covering and not survives(mutant, covering, longest):
                 del left[number]
-            word = "left" if remains else "detected"
+                word = "detected"
+            elif mutant.key in known:
+                same.append(left.pop(number))
+                word = "equivalent"
             change = f"{mutant.before}  ->  {mutant.after}".replace("\n", " ")
-            print(f"{number:4} {word:8} {time.perf_counter() - start:5.1f} s of {len(covering):4} tests  "
+            print(f"{number:4} {word:10} {time.perf_counter() - start:5.1f} s of {len(covering):4} tests  "
                   f"{mutant.path}:{mutant.line} {mutant.function[0]}: {change}", flush=True)  # fmt: skip
-    known = equivalent()
-    survivors = [mutant for mutant in left.values() if mutant.key not in known]
-    return len(chosen), survivors, [mutant for mutant in left.values() if mutant.key in known]
+    return len(chosen), list(left.values()), same
 
 
 def _has(folder: str, part: str) -> bool:
