@@ -60,8 +60,17 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "algebra": ("gacompiler/algebra", ("algebra/test_*", "test_inverses", "test_one_vocabulary", "test_pickling")),
     "backends": ("gacompiler/backends", ("backends/test_*", "test_loop_specs", "test_values", "test_no_arguments")),
     "gac_runtime": (
-        "generated/gac_runtime",  # the copy that the tests of generated modules use
-        ("gac_runtime/test_*", "test_one_call", "test_kernel_calls", "test_backend_calls", "test_values"),
+        "gacompiler/gac_runtime",
+        (
+            "gac_runtime/test_*",
+            "test_one_call",
+            "test_kernel_calls",
+            "test_backend_calls",
+            "test_values",
+            "test_numba_kernels",
+            "test_transcendental",
+            "test_batches",
+        ),
     ),
     "generation": ("gacompiler/generation", ("generation/test_*", "cli/test_*")),
     "motors": ("algorithms/motors", ("test_motors", "test_determined")),
@@ -72,6 +81,9 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "kinematics": ("algorithms/kinematics", ("kinematics/test_*", "robots/test_*")),
 }
 """Source folder, and the test files (patterns) of each package that are run first."""
+
+COPIES = {"generated/gac_runtime/": "gacompiler/gac_runtime/"}
+"""Folders whose files are those of another folder; both are mutated."""
 
 HEAVY = ("numpy", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.ndimage", "sympy", "mpmath")
 """Modules that are imported once, before processes are forked."""
@@ -249,22 +261,22 @@ class _Finder(importlib.abc.MetaPathFinder):
     """Finds the mutated code of one module; other modules are found by the usual finders."""
 
     def __init__(self, mutant: Mutant) -> None:
-        self._name = mutant.path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
-        self._path = ROOT / mutant.path
+        paths = [mutant.path, *(mutant.path.replace(own, copy) for copy, own in COPIES.items())]
+        self._paths = {path.removesuffix(".py").removesuffix("/__init__").replace("/", "."): path for path in paths}
         self._code = mutated_code(mutant)
 
     def find_spec(self, fullname: str, path: object = None, target: object = None) -> Any:
-        if fullname != self._name:
+        if fullname not in self._paths:
             return None
-        code = self._code
+        code, file = self._code, ROOT / self._paths[fullname]
 
         class Loader(importlib.machinery.SourceFileLoader):
             def get_code(self, fullname: str) -> CodeType:
                 return code
 
-        folder = [str(self._path.parent)] if self._path.name == "__init__.py" else None
+        folder = [str(file.parent)] if file.name == "__init__.py" else None
         return importlib.util.spec_from_file_location(
-            fullname, self._path, loader=Loader(fullname, str(self._path)), submodule_search_locations=folder
+            fullname, file, loader=Loader(fullname, str(file)), submodule_search_locations=folder
         )
 
 
@@ -282,7 +294,7 @@ class _Recorder:
     """A pytest plugin that records the functions of a folder that each test calls, and the duration of the test."""
 
     def __init__(self, folder: str) -> None:
-        self._folder = str(ROOT / folder) + os.sep
+        self._root, self._folder = str(ROOT) + os.sep, folder + os.sep
         self._called: set[tuple[str, int]] = set()
         self._starts = False
         self._of_fixtures: dict[object, tuple[set[tuple[str, int]], bool]] = {}
@@ -306,8 +318,12 @@ class _Recorder:
 
     def _trace(self, frame: FrameType, event: str, argument: object) -> None:
         name = frame.f_code.co_filename
-        if name.startswith(self._folder):
-            self._called.add((name[len(str(ROOT)) + 1 :], frame.f_code.co_firstlineno))
+        if name.startswith(self._root):
+            name = name[len(self._root) :]
+            for copy, own in COPIES.items():
+                name = own + name[len(copy) :] if name.startswith(copy) else name
+            if name.startswith(self._folder):
+                self._called.add((name, frame.f_code.co_firstlineno))
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_fixture_setup(self, fixturedef: Any) -> Iterator[None]:
