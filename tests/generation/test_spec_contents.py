@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gacompiler.generation.spec_contents import digest_of
+from gacompiler.generation.spec_contents import digest_of, imports_beside, place_of_failure
 
 FILES = {
     "spec.py": "from gacompiler import kernel\nimport parts, math\nfrom folder import inner\n",
@@ -35,3 +35,21 @@ def test_a_digest_depends_on_imported_files(tmp_path: Path, changed: str) -> Non
         file.write("# another line\n")
     is_used = changed not in {"unused.py", "math/unused.py", "gacompiler/__init__.py", "gacompiler/kernel.py"}
     assert (digest_of(spec, spec.read_text()) != before) == is_used
+
+
+@pytest.mark.parametrize(
+    ("spec", "parts", "lines"),
+    [
+        ("import json\njson.loads('{')", "", "spec.py:2"),
+        ("import parts\nparts.f()", "def f():\n    1 / 0", "spec.py:2: parts.py:2"),
+        ("import parts\nparts.f()", "import json\ndef f():\n    json.loads('{')", "spec.py:2: parts.py:3"),
+        ("import parts\nparts.f()", "def f():\n    raise ValueError(__file__)", "spec.py:2"),
+    ],
+)
+def test_the_place_of_a_failure_is_in_files_of_the_author(tmp_path: Path, spec: str, parts: str, lines: str) -> None:
+    path = tmp_path / "spec.py"
+    path.write_text(spec)
+    (tmp_path / "parts.py").write_text(parts)
+    with pytest.raises(Exception) as caught, imports_beside(path, spec):
+        exec(compile(spec, str(path), "exec"), {})
+    assert place_of_failure(path, spec, caught.value).replace(f"{tmp_path}/", "") == lines
