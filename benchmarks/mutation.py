@@ -4,12 +4,16 @@
     python benchmarks/mutation.py rings passes algebra motors subspaces geometry vision kinematics
     python benchmarks/mutation.py --only gacompiler/rings/ideal.py
 
-A run has two stages. First, the tests of a package run once on the unchanged source, while the functions that each
-test calls and its duration are recorded. Then each mutant is tested in a separate process by the tests that call the
-mutated function, fastest first, until one fails. Calls of functions that numba compiles, or that run only while a
-module is imported, cannot be recorded; all tests of the package are run for these functions. A mutant that no test
-detects survives. Mutants that cannot change any result are listed with a reason in `mutation_equivalent.txt`, and
-are reported separately.
+First, the quick tests of a package run once on the unchanged source, while the functions that each test calls and its
+duration are recorded. Then each mutant is tested in a separate process by the tests that call the mutated function,
+fastest first, until one fails. If a mutant is left, further tests are recorded and run for it: those of other folders
+that import its file or what its package exports from it, then slow tests, which `--quick` omits. A mutant that no test
+detects survives. Mutants that cannot change any result are listed with a reason in `mutation_equivalent.txt`; only the
+first tests are run for them.
+
+Calls of functions that numba compiles cannot be recorded; the tests that call a function that mentions their name are
+run. For constants of modules and for functions called by an import, all tests of the package are run, those that call a
+function that mentions the name first. For a function that no test calls, only the tests that start a process are run.
 
 If results are cached (`functools.cache`), a call is recorded only for the first test that needs the result. Check a
 survivor in such a function by hand with the other tests, too.
@@ -23,19 +27,23 @@ from __future__ import annotations
 import argparse
 import ast
 import contextlib
+import functools
 import importlib.abc
 import importlib.machinery
 import importlib.util
 import io
+import itertools
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import sys
 import tempfile
+import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import CodeType, FrameType
@@ -52,8 +60,17 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "algebra": ("gacompiler/algebra", ("algebra/test_*", "test_inverses", "test_one_vocabulary", "test_pickling")),
     "backends": ("gacompiler/backends", ("backends/test_*", "test_loop_specs", "test_values", "test_no_arguments")),
     "gac_runtime": (
-        "generated/gac_runtime",  # the copy that the tests of generated modules use
-        ("gac_runtime/test_*", "test_one_call", "test_kernel_calls", "test_backend_calls", "test_values"),
+        "gacompiler/gac_runtime",
+        (
+            "gac_runtime/test_*",
+            "test_one_call",
+            "test_kernel_calls",
+            "test_backend_calls",
+            "test_values",
+            "test_numba_kernels",
+            "test_transcendental",
+            "test_batches",
+        ),
     ),
     "generation": ("gacompiler/generation", ("generation/test_*", "cli/test_*")),
     "motors": ("algorithms/motors", ("test_motors", "test_determined")),
@@ -63,7 +80,10 @@ PACKAGES: dict[str, tuple[str, tuple[str, ...]]] = {
     "estimation": ("algorithms/estimation", ("estimation/test_*",)),
     "kinematics": ("algorithms/kinematics", ("kinematics/test_*", "robots/test_*")),
 }
-"""Source folder, and the test files (patterns) of each package."""
+"""Source folder, and the test files (patterns) of each package that are run first."""
+
+COPIES = {"generated/gac_runtime/": "gacompiler/gac_runtime/"}
+"""Folders whose files are those of another folder; both are mutated."""
 
 HEAVY = ("numpy", "scipy.linalg", "scipy.optimize", "scipy.spatial", "scipy.ndimage", "sympy", "mpmath")
 """Modules that are imported once, before processes are forked."""
@@ -109,6 +129,8 @@ class Mutant:
     """Index of the changed node among the nodes of the file that can be mutated, in the order of `sites`."""
     function: tuple[str, int]
     """Name and first line of the innermost function; ("", 0) at module level."""
+    names: tuple[str, ...]
+    """The name of the function, or those that the mutated statement of a module defines."""
     line: int
     before: str
     after: str
@@ -206,10 +228,24 @@ class _Replace(ast.NodeTransformer):
 def mutants(path: str) -> list[Mutant]:
     """Return all mutants of a file."""
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
-    return [
-        Mutant(path, number, function, node.lineno, ast.unparse(node), ast.unparse(_swap(node, choice)))
-        for number, (node, choice, function) in enumerate(sites(tree))
-    ]
+
+    @functools.cache
+    def stored(statement: ast.stmt) -> tuple[str, ...]:
+        if isinstance(statement, ast.ClassDef):
+            return (statement.name,)
+        names = (each for each in ast.walk(statement) if isinstance(each, ast.Name))
+        return tuple(each.id for each in names if isinstance(each.ctx, ast.Store))
+
+    def names(function: str, line: int) -> tuple[str, ...]:
+        if function:
+            return (function,)
+        return stored(next(each for each in tree.body if each.lineno <= line <= (each.end_lineno or line)))
+
+    found = []
+    for number, (node, choice, function) in enumerate(sites(tree)):
+        before, after = ast.unparse(node), ast.unparse(_swap(node, choice))
+        found.append(Mutant(path, number, function, names(function[0], node.lineno), node.lineno, before, after))
+    return found
 
 
 def mutated_code(mutant: Mutant) -> CodeType:
@@ -225,22 +261,22 @@ class _Finder(importlib.abc.MetaPathFinder):
     """Finds the mutated code of one module; other modules are found by the usual finders."""
 
     def __init__(self, mutant: Mutant) -> None:
-        self._name = mutant.path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
-        self._path = ROOT / mutant.path
+        paths = [mutant.path, *(mutant.path.replace(own, copy) for copy, own in COPIES.items())]
+        self._paths = {path.removesuffix(".py").removesuffix("/__init__").replace("/", "."): path for path in paths}
         self._code = mutated_code(mutant)
 
     def find_spec(self, fullname: str, path: object = None, target: object = None) -> Any:
-        if fullname != self._name:
+        if fullname not in self._paths:
             return None
-        code = self._code
+        code, file = self._code, ROOT / self._paths[fullname]
 
         class Loader(importlib.machinery.SourceFileLoader):
             def get_code(self, fullname: str) -> CodeType:
                 return code
 
-        folder = [str(self._path.parent)] if self._path.name == "__init__.py" else None
+        folder = [str(file.parent)] if file.name == "__init__.py" else None
         return importlib.util.spec_from_file_location(
-            fullname, self._path, loader=Loader(fullname, str(self._path)), submodule_search_locations=folder
+            fullname, file, loader=Loader(fullname, str(file)), submodule_search_locations=folder
         )
 
 
@@ -258,67 +294,139 @@ class _Recorder:
     """A pytest plugin that records the functions of a folder that each test calls, and the duration of the test."""
 
     def __init__(self, folder: str) -> None:
-        self._folder = str(ROOT / folder) + os.sep
+        self._root, self._folder = str(ROOT) + os.sep, folder + os.sep
+        self._called: set[tuple[str, int]] = set()
+        self._starts = False
+        self._of_fixtures: dict[object, tuple[set[tuple[str, int]], bool]] = {}
+        self.imported = self._called
+        """Functions that are called while modules are imported."""
         self.calls: dict[str, set[tuple[str, int]]] = {}
+        self.starts: set[str] = set()
+        """Tests that start a process."""
         self.seconds: dict[str, float] = {}
         self.failed: list[str] = []
 
-    @pytest.hookimpl(hookwrapper=True)
-    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        called: set[tuple[str, int]] = set()
+    def start(self) -> None:
+        """Record from now on."""
+        sys.addaudithook(self._audit)
+        sys.settrace(self._trace)
+        threading.settrace(self._trace)
 
-        def trace(frame: FrameType, event: str, argument: object) -> None:
-            name = frame.f_code.co_filename
+    def _audit(self, event: str, arguments: object) -> None:
+        if event in {"subprocess.Popen", "os.fork", "os.posix_spawn"}:
+            self._starts = True
+
+    def _trace(self, frame: FrameType, event: str, argument: object) -> None:
+        name = frame.f_code.co_filename
+        if name.startswith(self._root):
+            name = name[len(self._root) :]
+            for copy, own in COPIES.items():
+                name = own + name[len(copy) :] if name.startswith(copy) else name
             if name.startswith(self._folder):
-                called.add((name[len(str(ROOT)) + 1 :], frame.f_code.co_firstlineno))
+                self._called.add((name, frame.f_code.co_firstlineno))
 
-        start = time.perf_counter()
-        sys.settrace(trace)
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_fixture_setup(self, fixturedef: Any) -> Iterator[None]:
+        """Record the calls of a fixture for all tests that use it."""
+        before = self._called, self._starts
+        self._called, self._starts = set(), False
         yield
-        sys.settrace(None)
-        self.calls[item.nodeid] = called
+        self._of_fixtures[fixturedef] = self._called, self._starts
+        self._called, self._starts = before[0] | self._called, before[1] or self._starts
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_runtest_protocol(self, item: Any) -> Iterator[None]:
+        """Record the calls and the duration of a test."""
+        self._called, self._starts = set(), False
+        start = time.perf_counter()
+        yield
         self.seconds[item.nodeid] = time.perf_counter() - start
+        for fixtures in item._fixtureinfo.name2fixturedefs.values():
+            called, starts = self._of_fixtures.get(fixtures[-1], (set(), False))
+            self._called |= called
+            self._starts |= starts
+        self.calls[item.nodeid] = self._called
+        if self._starts:
+            self.starts.add(item.nodeid)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Record failures."""
         if report.failed:
             self.failed.append(report.nodeid)
 
 
-QUIET = ["-q", "-x", "--no-header", "-m", "not peers", "-p", "no:cacheprovider", "-p", "no:randomly", "-p", "no:xdist"]
+QUIET = ["-q", "-x", "--no-header", "-p", "no:cacheprovider", "-p", "no:randomly", "-p", "no:xdist"]
+
+QUICK, SLOW = "not slow and not peers", "slow and not peers"
 
 
-def record(folder: str, files: Sequence[str]) -> _Recorder:
-    """Run the tests of a package on the unchanged source, in a separate process."""
+def record(folder: str, files: Sequence[str], mark: str) -> _Recorder:
+    """Run the tests of a package that have a mark on the unchanged source, in a separate process."""
     with tempfile.TemporaryDirectory() as scratch:
         answer = Path(scratch) / "calls.json"
         if os.fork() == 0:
             recorder = _Recorder(folder)
             with contextlib.redirect_stdout(io.StringIO()):
-                pytest.main([*QUIET, *files], plugins=[recorder])
+                recorder.start()
+                pytest.main([*QUIET, "-m", mark, *files], plugins=[recorder])
+                sys.settrace(None)
+                threading.settrace(None)  # type: ignore[arg-type]
             calls = {test: sorted(called) for test, called in recorder.calls.items()}
-            answer.write_text(json.dumps([calls, recorder.seconds, recorder.failed]))
+            found = [calls, sorted(recorder.imported), sorted(recorder.starts), recorder.seconds, recorder.failed]
+            answer.write_text(json.dumps(found))
             os._exit(0)
         os.wait()
-        calls, seconds, failed = json.loads(answer.read_text())
-    found = _Recorder(folder)
-    found.calls = {test: {(name, line) for name, line in called} for test, called in calls.items()}
-    found.seconds, found.failed = seconds, failed
+        calls, imported, starts, seconds, failed = json.loads(answer.read_text())
+    recorder = _Recorder(folder)
+    recorder.calls = {test: {(name, line) for name, line in called} for test, called in calls.items()}
+    recorder.imported, recorder.starts = {(name, line) for name, line in imported}, set(starts)
+    recorder.seconds, recorder.failed = seconds, failed
     if failed:
         raise SystemExit(f"{', '.join(failed)}: fails on the unchanged source; make the tests pass first")
+    return recorder
+
+
+def mentions(folder: str) -> dict[str, list[tuple[str, str, int]]]:
+    """Return the functions that mention each name: their files, names and first lines."""
+    found: dict[str, list[tuple[str, str, int]]] = {}
+    for path in sorted((ROOT / folder).rglob("*.py")):
+        for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(function, ast.FunctionDef):
+                first = min([function.lineno, *(d.lineno for d in function.decorator_list)])
+                nodes = list(ast.walk(function))
+                names = {each.id for each in nodes if isinstance(each, ast.Name)}
+                names |= {each.attr for each in nodes if isinstance(each, ast.Attribute)}
+                for name in names - {function.name}:
+                    found.setdefault(name, []).append((str(path.relative_to(ROOT)), function.name, first))
     return found
 
 
-def relevant(mutant: Mutant, recorder: _Recorder) -> list[str]:
-    """Return the tests that call the mutated function, fastest first, or all tests if no call was recorded."""
-    name, line = mutant.function
-    tests = [test for test, called in recorder.calls.items() if name and (mutant.path, line) in called]
-    return sorted(tests or recorder.calls, key=lambda test: (recorder.seconds[test], test))
+def relevant(mutant: Mutant, recorder: _Recorder, mentioned: Mapping[str, Sequence[tuple[str, str, int]]]) -> list[str]:
+    """Return the tests that can notice a mutant, the nearest and fastest first; see the start of the module."""
+    place = (mutant.path, mutant.function[1])
+    tests = {test for test, called in recorder.calls.items() if place in called}
+    constant = not mutant.function[0] or place in recorder.imported
+    waiting, seen = list(mutant.names), set(mutant.names)
+    while waiting and not tests and (constant or is_compiled(mutant)):
+        found = [each for name in waiting for each in mentioned.get(name, ())]
+        callers = {(path, line) for path, _, line in found}
+        tests = {test for test, called in recorder.calls.items() if called & callers}
+        waiting = list(dict.fromkeys(name for _, name, _ in found if name not in seen))
+        seen.update(waiting)
+    every = constant or (is_compiled(mutant) and not tests)
+    ranked = sorted(recorder.calls, key=lambda test: (test not in tests, recorder.seconds[test], test))
+    return [test for test in ranked if every or test in tests or (not tests and test in recorder.starts)]
+
+
+def is_compiled(mutant: Mutant) -> bool:
+    """Return whether numba may compile the mutated function."""
+    return "njit" in (ROOT / mutant.path).read_text(encoding="utf-8")
 
 
 def survives(mutant: Mutant, tests: Sequence[str], longest: float) -> bool:
     """Return whether all `tests` pass on the mutant, within `longest` seconds."""
     # constants and functions compiled by numba: cached machine code of the unchanged source must not be used
-    recompiled = not mutant.function[0] or "njit" in (ROOT / mutant.path).read_text(encoding="utf-8")
+    recompiled = not mutant.function[0] or is_compiled(mutant)
     scratch = tempfile.mkdtemp()
     child = os.fork()
     if child == 0:
@@ -333,7 +441,7 @@ def survives(mutant: Mutant, tests: Sequence[str], longest: float) -> bool:
         status = 1
         try:
             sys.meta_path.insert(0, _Finder(mutant))
-            status = int(pytest.main([*QUIET, *tests]))
+            status = int(pytest.main([*QUIET, "-m", "", *tests]))
         finally:
             os._exit(status)
     end = time.monotonic() + longest
@@ -363,31 +471,52 @@ def choose(files: Sequence[str], count: int, seed: int) -> list[Mutant]:
     return random.Random(seed).sample(every, min(count, len(every)))
 
 
-def run(package: str, only: str, count: int, seed: int) -> tuple[int, list[Mutant], list[Mutant]]:
+def importers(changed: set[Path]) -> set[Path]:
+    """Return the tests that import a file, or that import its package and mention what the file defines."""
+    from benchmarks.sources import imports_of_files  # not by processes that tests start
+
+    found = set()
+    tests = {path: targets for path, targets in imports_of_files().items() if path.match("tests/*/test_*")}
+    words = {path: set(re.findall(r"\w+", (ROOT / path).read_text(encoding="utf-8"))) for path in tests}
+    for file in (each for each in changed if each.name != "__init__.py"):
+        tree = ast.parse((ROOT / file).read_text(encoding="utf-8"))
+        public = {each.name for each in tree.body if isinstance(each, ast.FunctionDef | ast.ClassDef)}
+        for path, targets in tests.items():
+            if file in targets or (file.with_name("__init__.py") in targets and words[path] & public):
+                found.add(path)
+    return found
+
+
+def run(package: str, only: str, count: int, seed: int, marks: Sequence[str]) -> tuple[int, list[Mutant], list[Mutant]]:
     """Test the mutants of a package. Return their number, the survivors, and the equivalent ones."""
     folder, patterns = PACKAGES[package]
-    found = (path for pattern in patterns for path in (ROOT / "tests").glob(f"**/{pattern}.py"))
-    tests = sorted(str(path.relative_to(ROOT)) for path in found if path.parent.name != "peers")
     files = sorted(str(p.relative_to(ROOT)) for p in (ROOT / folder).rglob("*.py"))
     chosen = choose([f for f in files if only in f], count, seed)
-    print(f"{package}: {len(chosen)} mutants; recording {len(tests)} test files", flush=True)
-    recorder = record(folder, tests)
-    known = equivalent()
-    survivors, same = [], []
-    for number, mutant in enumerate(chosen, 1):
-        covering = relevant(mutant, recorder)
-        longest = LONGEST + 5 * sum(recorder.seconds[test] for test in covering)
-        if not survives(mutant, covering, longest):
-            word = "detected"
-        elif mutant.key in known:
-            same.append(mutant)
-            word = "equivalent"
-        else:
-            survivors.append(mutant)
-            word = "SURVIVED"
-        change = f"{mutant.before}  ->  {mutant.after}".replace("\n", " ")
-        print(f"{number:4} {word:10} {mutant.path}:{mutant.line} {mutant.function[0]}: {change}", flush=True)
-    return len(chosen), survivors, same
+    own = {path.relative_to(ROOT) for pattern in patterns for path in (ROOT / "tests").glob(f"**/{pattern}.py")}
+    mentioned, known = mentions(folder), equivalent()
+    left, same = dict(enumerate(chosen, 1)), list[Mutant]()
+    for mark, further in itertools.product(marks, (False, True)):
+        found = importers({Path(mutant.path) for mutant in left.values()}) - own if further else own
+        tests = sorted(str(path) for path in found if path.parent.name != "peers")
+        if not left or not tests:
+            continue
+        print(f"{package}: {len(left)} mutants; recording {len(tests)} test files ({mark})", flush=True)
+        recorder = record(folder, tests, mark)
+        for number, mutant in list(left.items()):
+            covering = relevant(mutant, recorder, mentioned)
+            longest = LONGEST + 5 * sum(recorder.seconds[test] for test in covering)
+            start = time.perf_counter()
+            word = "left"
+            if covering and not survives(mutant, covering, longest):
+                del left[number]
+                word = "detected"
+            elif mutant.key in known:
+                same.append(left.pop(number))
+                word = "equivalent"
+            change = f"{mutant.before}  ->  {mutant.after}".replace("\n", " ")
+            print(f"{number:4} {word:10} {time.perf_counter() - start:5.1f} s of {len(covering):4} tests  "
+                  f"{mutant.path}:{mutant.line} {mutant.function[0]}: {change}", flush=True)  # fmt: skip
+    return len(chosen), list(left.values()), same
 
 
 def _has(folder: str, part: str) -> bool:
@@ -401,6 +530,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=40, help="number of mutants of each package [%(default)s]")
     parser.add_argument("--seed", type=int, default=0, help="seed of the random choice of mutants [%(default)s]")
     parser.add_argument("--only", default="", help="mutate only files whose path contains this text")
+    parser.add_argument("--quick", action="store_true", help="omit slow tests")
     options = parser.parse_args()
     unknown = [name for name in options.packages if name not in PACKAGES]
     if unknown:
@@ -410,7 +540,8 @@ def main() -> None:
     for name in HEAVY:
         importlib.import_module(name)
     packages = options.packages or [name for name, (folder, _) in PACKAGES.items() if _has(folder, options.only)]
-    results = {package: run(package, options.only, options.count, options.seed) for package in packages}
+    marks = (QUICK,) if options.quick else (QUICK, SLOW)
+    results = {package: run(package, options.only, options.count, options.seed, marks) for package in packages}
     print()
     for package, (tried, survivors, same) in results.items():
         print(f"{package}: {tried} mutants, {tried - len(survivors) - len(same)} detected, {len(same)} equivalent")

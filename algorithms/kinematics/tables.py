@@ -331,9 +331,9 @@ class Pushes:
 def pushes_of(model: Constants) -> Pushes:
     """Return the pairs of each pushed joint with its ancestors, and with the joints of its tree up to its own index.
 
-    The joints that a floating base carries are the roots of trees.
+    No joint mimics another. The joints that a floating base carries are the roots of trees.
     """
-    coordinates, ratios, _ = followed(model)
+    coordinates, _, _ = followed(model)
     pushable, root = without_base(model), int(is_floating(model))
     paths = {joint: path_to(model, joint) for joint in pushable}
     upwards = [(pushed, carrier) for pushed in pushable for carrier in reversed(paths[pushed])]
@@ -359,14 +359,14 @@ def pushes_of(model: Constants) -> Pushes:
         joints=joints,
         pairs=np.array([place.get(pair, 0) for pair in moved], np.int64),
         is_carrier=np.array([float(pair in place) for pair in moved]),
-        factors=1 / (ratios[pushed] * ratios[joints]),
+        factors=np.ones(len(moved)),
         rows=coordinates[joints],
         columns=columns,
         mirrored=np.where(pushed == joints, -1, columns),
         at_base=np.array([place[joint, 0] for joint in carried], np.int64),
         moved_coordinates=coordinates[carried],
         moved_freedoms=np.tile(np.arange(FREEDOMS), (len(carried), 1)),
-        moved_factors=1 / ratios[carried],
+        moved_factors=np.ones(len(carried)),
         first=first,
         second=second,
         first_rows=first_rows,

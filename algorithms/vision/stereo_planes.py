@@ -106,8 +106,8 @@ class StereoFit:
 
     def _variance(self, eye: Eye, sums: Reals) -> float:
         """Return the usual mean square of the distances of pixels of one camera."""
+        known = self.usable  # planes with poses have four points or more
         freedom = 2 * eye.views.weights.sum(1) - N_POSE
-        known = self.usable & (freedom > 0)
         # Where no pixel differs from 0, the variance is of no use, and must not be 0.
         exact = max(float(np.square(NEGLIGIBLE * np.abs(eye.views.pixels).max())), float(np.finfo(float).tiny))
         return max(float(np.median(sums[known, -1, -1] / freedom[known])) if known.any() else 0.0, exact)

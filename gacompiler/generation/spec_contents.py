@@ -153,7 +153,7 @@ def _imports(file: Path, text: str, folder: Path) -> list[Path]:
         for name in names:
             if name.startswith(_PACKAGE):
                 stem = _FOLDER.joinpath(*name.removeprefix(_PACKAGE).split("."))
-            elif name.partition(".")[0] != __package__:
+            elif name.partition(".")[0] != _PACKAGE.partition(".")[0]:
                 stem = base.joinpath(*name.split("."))
             else:
                 continue

@@ -199,7 +199,7 @@ def _proved(
                 left -= effort - error.left
                 continue
             for key, polynomial in zip(open_keys, system.outputs, strict=True):
-                if polynomial.constant_value is not None and polynomial.constant_value == suspected[key]:
+                if polynomial.constant_value == suspected[key]:
                     proved[key] = suspected[key]
     return proved
 

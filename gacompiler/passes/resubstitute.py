@@ -22,7 +22,7 @@ STEPS = 200
 
 def resubstitute(system: System) -> System | None:
     """Divide the most expensive results of `system` by the others. Return None if this saves nothing."""
-    if len(system.outputs) < 2 or sum(len(p.terms) for p in system.outputs) > TERM_LIMIT:
+    if sum(len(p.terms) for p in system.outputs) > TERM_LIMIT:
         return None
     ring = system.ring
     order = sorted(

@@ -17,6 +17,7 @@ from gacompiler.backends import runtime_files
 from gacompiler.backends.build import compiler_flags, find_compiler
 from gacompiler.generation.checked_in import own_specs
 from gacompiler.generation.files import write
+from generated.gac_runtime.arrays import steps_of
 from tests.support.all_cases import all_cases
 
 ROOT = Path(__file__).parents[2]
@@ -184,3 +185,11 @@ def _rows(array: np.ndarray, shift: int) -> np.ndarray:
     rows = room[first : first + array.size].reshape(array.shape[::-1]).T
     rows[...] = array
     return rows
+
+
+@pytest.mark.parametrize("given", [(2, 3), (1, 3), (2, 1), (1, 1), (3,), (1,), ()])
+@pytest.mark.parametrize("shape", [(), (4,), (4, 5)])
+def test_steps_of_arrays_are_those_of_numpy(given: tuple[int, ...], shape: tuple[int, ...]) -> None:
+    """Along axes of a batch that an argument lacks, or has only one element of, it does not move."""
+    array = np.ones((*given, *shape, 2))[..., 0]
+    assert steps_of(array, (2, 3), shape) == np.broadcast_to(array, (2, 3, *shape)).strides

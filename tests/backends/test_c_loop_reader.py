@@ -147,6 +147,15 @@ def test_changes_are_detected(definition: Kernel) -> None:
             assert found != right, (kind, _difference(text, changed))
 
 
+@pytest.mark.parametrize("bounds", ["i = n; i < n", "i = 1; i < n", "i = n; i < 0", "i = 0; i < 0", "i = 0; i < 3"])
+def test_loops_run_over_all_rows_of_a_length(bounds: str) -> None:
+    text = c_source(_module(loop_source(chain).procedure))
+    changed = text.replace("i = 0; i < n", bounds)
+    assert changed != text
+    with pytest.raises(BackendError, match="chain: a loop over no length"):
+        c_procedures(changed)
+
+
 def _difference(a: str, b: str) -> list[tuple[str, str]]:
     return [(x, y) for x, y in zip(a.splitlines(), b.splitlines(), strict=False) if x != y][:1]
 

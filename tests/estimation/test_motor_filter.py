@@ -11,6 +11,10 @@ from scipy.stats import chi2
 from algorithms.arguments import Reals
 from algorithms.estimation import EstimationStatus, LinearMotorFilter, MotorFilter, filter_lines, observability
 from algorithms.estimation.motor_filter import Model
+from algorithms.estimation.motor_objects import POINTS
+from algorithms.estimation.motor_starts import Update
+from algorithms.evidence.gates import OPEN
+from algorithms.evidence.triangles import to_triangle
 from generated import motor_filters, pga3
 from tests.support.selection import some_slow
 
@@ -383,6 +387,20 @@ def test_linear_filter_of_the_book(rng: np.random.Generator) -> None:
         theirs.append(error(truth, g.motor))
     assert np.sqrt(np.mean(np.square(theirs))) < 0.05
     assert 1 < np.sqrt(np.mean(np.square(theirs)) / np.mean(np.square(ours))) < 5
+
+
+def test_starts_along_axes_are_errors_of_known_size(rng: np.random.Generator) -> None:
+    """The rest of an error follows its rotation: its square by the covariance is that of the rotation alone."""
+    factor = np.diag([0.5, 0.9, 1.5, 1, 2, 3]) @ np.linalg.qr(rng.normal(size=(6, 6)))[0]
+    covariance, now = factor @ factor.T, motor(rng)
+    nothing = np.zeros((0, 3))
+    update = Update(POINTS, now, to_triangle(covariance), nothing, nothing, np.ones(2), OPEN)
+    starts = np.array(list(update._starts(now, covariance, np.zeros(0, bool))))
+    errors = 2 * pga3.motor_logarithm(pga3.motor_product(starts, pga3.motor_inverse(now)))
+    squares = np.einsum("ij,ij->i", errors, np.linalg.solve(covariance, errors.T).T)
+    assert np.allclose(np.sqrt(squares).reshape(3, 6), [0.5, 0.5, 1, 1, 1.5, 1.5])
+    axes = errors.reshape(3, 6, 6)[:, 0, :3]
+    assert np.allclose(axes @ covariance[:3, :3] @ axes.T, np.diag(4 * np.sum(axes**2, 1) ** 2), atol=1e-12)
 
 
 def test_messages() -> None:

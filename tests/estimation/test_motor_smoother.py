@@ -262,6 +262,8 @@ def test_lag_longer_than_the_recording_is_the_batch() -> None:
     graph = MotorGraph()
     graph.add_priors(0, truth[0], DEVIATIONS**2)
     graph.add_motions(np.arange(11), np.arange(1, 12), motions, DEVIATIONS**2)
+    assert repr(graph) == "MotorGraph of 12 states: 1 prior, 11 motion"
+    assert repr(MotorGraph()) == "MotorGraph of 0 states: no factors"
     graph.add_positions(np.arange(12), places, np.full(3, 0.01))
     batch = smooth_motors(graph, truth, marginals=[11], tolerance=1e-15)
     assert np.allclose(matrices(smoother.motors), matrices(batch.motors), atol=1e-7)

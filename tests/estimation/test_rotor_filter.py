@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from algorithms.arguments import Reals
 from algorithms.estimation import EstimationStatus, LinearRotorFilter, RotorFilter
+from algorithms.estimation.rotor_starts import Beginning
+from algorithms.evidence.gates import OPEN
 from generated import vga3
 from tests.support.selection import some_slow
 
@@ -89,3 +92,20 @@ def test_status(rng: np.random.Generator) -> None:
     assert RotorFilter([1.0, 0, 0, 0], -np.eye(3)).status == EstimationStatus.NOT_DEFINITE
     with pytest.raises(ValueError, match="expected one unit rotor"):
         RotorFilter([2.0, 0, 0, 0], np.eye(3))
+
+
+def test_a_beginning_has_the_covariance_of_its_vectors(rng: np.random.Generator) -> None:
+    """The rotation and the covariance of scipy, which minimizes the same sum without a prediction."""
+    turn = Rotation.from_rotvec([2.0, -1.0, 0.5])
+    vectors, deviations = rng.normal(size=(6, 3)), np.array([0.01, 0.02, 0.05, 0.2, 0.5, 1.0])
+    seen = turn.apply(vectors) + deviations[:, None] * rng.normal(size=(6, 3))
+    found = Beginning(np.eye(4)[0], 1e8 * np.eye(3), vectors, seen, deviations).best(OPEN)
+    truth = least_squares(
+        lambda w: ((Rotation.from_rotvec(w).apply(vectors) - seen) / deviations[:, None]).ravel(), turn.as_rotvec()
+    )
+    best = Rotation.from_rotvec(truth.x)
+    assert np.abs(off(best, found.rotor)).max() < 1e-6
+    axes = best.apply(vectors) / deviations[:, None]
+    information = (axes**2).sum() * np.eye(3) - axes.T @ axes
+    assert np.allclose(found.covariance @ information, np.eye(3), atol=1e-5)
+    assert found.square == pytest.approx(2 * truth.cost, rel=1e-6)

@@ -84,6 +84,17 @@ def test_without_covariances() -> None:
     assert found.residual < 2e-4
 
 
+@pytest.mark.parametrize("n_wrong", [8, 12])
+def test_most_points_are_to_move_on_circles(n_wrong: int) -> None:
+    """Twelve of twenty that follow the surroundings are no evidence of a joint, although the axis of eight is right."""
+    head, rng = rig(), np.random.default_rng(1)
+    points = head.sweep(0, PAN_ANGLES)
+    points[:, :n_wrong] += 0.1 * np.cumsum(rng.normal(size=(20, n_wrong, 3)), 0)
+    found = joint_axis(points, threshold=1e-6)
+    assert found.status == (BodyEyeStatus.OK if n_wrong < 10 else BodyEyeStatus.NOT_CIRCLES)
+    assert angle(found.line, head.axis_in_eye(0)) < 1e-4
+
+
 def test_right_points_are_kept() -> None:
     """Without wrong points the result is that without a threshold, for clean points and with missing ones."""
     head = rig()

@@ -12,7 +12,9 @@ import pytest
 from click.testing import CliRunner
 from programs import needs
 
+from gacompiler.backends.module import ModuleSource
 from gacompiler.cli import main
+from gacompiler.generation.projects import cargo_package
 
 SPEC = '''"""Moves, and the pose of an arm."""
 
@@ -273,3 +275,10 @@ def test_modules_that_cargo_gives_a_meaning(name: str, tmp_path: Path) -> None:
     result = CliRunner().invoke(main, ["generate", str(tmp_path / f"{name}.py"), f"--cargo={tmp_path / 'crate'}"])
     assert result.exit_code and "another name of the spec" in re.sub(r"\s+", " ", result.output)
     assert not (tmp_path / "crate").exists()
+
+
+def test_modules_named_as_words_of_rust() -> None:
+    """They are raw identifiers, for which no other name needs to be one."""
+    modules = [ModuleSource(name, "", "", "", (), ()) for name in ("match", "arms")]
+    lines = cargo_package("kernels", modules)["src/lib.rs"].splitlines()
+    assert lines[-2:] == ["pub mod r#match;", "pub mod arms;"]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
 from test_urdf import joint, link, place, written
 
 from algorithms.kinematics import (
@@ -158,6 +159,28 @@ def test_rest_is_approached_as_far_as_the_tasks_allow() -> None:
             options={"ftol": 1e-12, "maxiter": 200},
         )
         assert ((q - READY) ** 2).sum() < (1 + 1e-4) * best.fun
+
+
+def test_what_is_left_is_a_length_or_an_angle() -> None:
+    """Of tasks that contradict each other."""
+    place, spot, along, goal = np.ones(3), np.array([-1, 0.5, 0]), np.array([0, 0.6, 0.8]), np.eye(4)
+    goal[:3, :3] = Rotation.from_rotvec([0.3, 1.0, -2.0]).as_matrix()
+    goals = [
+        tasks.position(place),
+        tasks.direction(along),
+        tasks.across(along, axis=[1, 0, 0]),
+        tasks.look_at(spot),
+        tasks.orientation(goal),
+    ]
+    found = PANDA.reach(goals, near=READY)
+    assert found.status == ReachStatus.NEAREST
+    pose = PANDA.pose(found.q)
+    x, _, z, there = pose[:3].T
+    to_spot = (spot - there) / np.linalg.norm(spot - there)
+    turned = Rotation.from_matrix(goal[:3, :3] @ pose[:3, :3].T).magnitude()
+    angles = np.arccos(z @ along), abs(np.arcsin(x @ along)), np.arccos(z @ to_spot), turned
+    assert min(angles) > 0.01
+    assert np.allclose(found.distances, [np.linalg.norm(place - there), *angles], atol=1e-9)
 
 
 @pytest.mark.parametrize("weight", [1e-9, 1.0, 1e9])

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from gacompiler import kernel
-from gacompiler.algebra.catalog import PGA3
+from gacompiler import SCALAR, cos, exp, kernel, sin, sqrt
+from gacompiler.algebra.catalog import PGA3, VGA3
 from gacompiler.frontend.kernel import trace
 from gacompiler.passes import decide as module
 from gacompiler.passes.decide import decide
 from gacompiler.passes.lower import Lowering
+
+E1, E2, _ = VGA3.basis()
 
 
 @kernel(m=PGA3.MOTOR, x=PGA3.even, y=PGA3.even)
@@ -25,6 +27,22 @@ def test_a_large_result_does_not_prevent_the_proof_of_a_constant() -> None:
     found = decide(traced, [traced.expressions]).constants
     assert found[1, 0] == 1
     assert all(found[1, blade] == 0 for k, blade in found if k == 1 and blade)
+
+
+@pytest.mark.parametrize("function", [
+    lambda a: sin(a) * sin(a) + cos(a) * cos(a),
+    lambda a: sqrt(a * a + 1) * sqrt(a * a + 1) - a * a,
+    lambda a: exp(E1 * E2 * a) * ~exp(E1 * E2 * a),
+])  # fmt: skip
+def test_identities_of_functions_are_constants(function) -> None:
+    """Values of functions are no rational numbers, but their constants are recognized."""
+
+    @kernel(a=SCALAR)
+    def one_and_more(a):
+        return function(a) + E1 * a
+
+    traced = trace(one_and_more)
+    assert decide(traced, [traced.expressions]).constants[0, 0] == 1
 
 
 def test_equal_definitions_are_proved_once(monkeypatch) -> None:

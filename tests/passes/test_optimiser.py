@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from itertools import combinations_with_replacement
 from random import Random
 
 import numpy as np
@@ -34,11 +35,12 @@ from gacompiler.algebra.products import product
 from gacompiler.frontend.expression import evaluate
 from gacompiler.frontend.kernel import Kernel, trace
 from gacompiler.ir.interpret import interpret
+from gacompiler.ir.scalar import Op
 from gacompiler.passes.accuracy import run_in_double, ulps
 from gacompiler.passes.associate import associate
 from gacompiler.passes.divide import divide_once
 from gacompiler.passes.expand import expand_contraction, expand_meet, expand_square
-from gacompiler.passes.kernel_extraction import best_divisor
+from gacompiler.passes.kernel_extraction import Sum, best_divisor
 from gacompiler.passes.loop_accuracy import results_ulps
 from gacompiler.passes.lower import Lowering, Reduction, Slot
 from gacompiler.passes.pipeline import compile_kernel
@@ -368,6 +370,18 @@ def test_sparse_remains_equal_on_the_relations() -> None:
         assert value(simple, at) == value(polynomial, at)
 
 
+def test_changes_reach_arguments_of_functions() -> None:
+    """``x`` becomes ``3 y`` in ``sin(x sqrt(x + 1)) + x``, also inside the root."""
+    ring = PolynomialRing()
+    x, y = ring.variable("x"), ring.variable("y")
+
+    def function(x: Polynomial) -> Polynomial:
+        return ring.atom(Op.SIN, x * ring.atom(Op.SQRT, x + 1)) + x
+
+    changed = System(ring, 2, (), (function(x),)).changed(lambda p, _: p.substitute({0: y * 3}))
+    assert changed.outputs == (function(y * 3),)
+
+
 def _power(x: Polynomial, n: int) -> Polynomial:
     result = x.ring.constant(1)
     for _ in range(n):
@@ -384,6 +398,29 @@ def test_long_divisor_is_found_up_to_sign() -> None:
     assert divisor == (((0,), 1), ((1,), 1), ((2,), 1))
     assert sorted(places) == [(0, (4,), 1), (1, (5,), -1)]
     assert best_divisor([{(0,): 1, (1,): 1, (2,): 1}]) is None
+
+
+def operations(sums: list[Sum]) -> int:
+    return sum(len(terms) - 1 + sum(max(len(cube) - 1, 0) for cube in terms) for terms in sums)
+
+
+@all_cases("seed", range(40))
+def test_a_divisor_saves_operations(seed: int) -> None:
+    """Few literals have divisors that overlap in one sum: ``p + r`` twice in ``p + x p + r + x**2 p + x r``."""
+    random = Random(seed)
+    cubes = [cube for size in (1, 2, 3) for cube in combinations_with_replacement(range(4), size)]
+    sums: list[Sum] = [{cube: random.choice((-1, 1)) for cube in random.sample(cubes, 9)} for _ in range(2)]
+    if seed == 0:
+        sums = [{(0,): 1, (0, 1): 1, (2,): 1, (0, 1, 1): 1, (1, 2): 1}]
+    while found := best_divisor(sums):
+        divisor, places = found
+        before, name = operations(sums), 100 + len(sums)
+        for index, cofactor, sign in places:
+            for cube, factor in divisor:
+                assert sums[index].pop(tuple(sorted(cofactor + cube))) == sign * factor
+            sums[index][tuple(sorted((*cofactor, name)))] = sign
+        sums.append(dict(divisor))
+        assert operations(sums) < before
 
 
 def plane_system() -> System:

@@ -310,6 +310,19 @@ def test_completed_relations_are_the_groebner_basis_of_sympy(relations: Any) -> 
     assert all(ideal.reduce(s_polynomial(p, q)).is_zero for p in basis for q in basis)
 
 
+def test_a_basis_of_forms_ends_at_its_degree() -> None:
+    """Of homogeneous relations, the elements up to a degree need no others: they are those of the whole basis."""
+    _, (x, y, z, w) = new_ring()
+    given = [x * x * y - z * z * z, x * y * y - w * w * z]
+    found = sympy.groebner([as_sympy(p) for p in given], *SYMBOLS, order="grlex").exprs
+    theirs = [sympy.Poly(p, *SYMBOLS, domain="QQ").monic() for p in found]
+    sizes = [p.total_degree() for p in theirs]
+    assert len(set(sizes)) == 3
+    for degree in range(3, max(sizes) + 2):
+        ours = {sympy.Poly(as_sympy(p), *SYMBOLS, domain="QQ") for p in Ideal(given, degree).basis}
+        assert ours == {p for p, size in zip(theirs, sizes, strict=True) if size <= degree}
+
+
 def test_an_empty_ideal_changes_nothing() -> None:
     _, (x, y, *_) = new_ring()
     assert Ideal([], 4).reduce(x * y - 1) == x * y - 1

@@ -8,6 +8,7 @@ from selection import some_slow
 
 from algorithms.grasping import LoopStatus, guided_grasp, plan_grasps
 from algorithms.kinematics import Robot
+from algorithms.vision import Camera
 from algorithms.vision.objects import (
     ImageStatus,
     ObjectModel,
@@ -17,7 +18,8 @@ from algorithms.vision.objects import (
     measure_silhouettes,
     textured_background,
 )
-from algorithms.vision.objects.pose_models import View
+from algorithms.vision.objects.pose_models import KINDS, View
+from algorithms.vision.objects.predicted_curves import predicted_curves
 from generated import pga3
 from tests.support.grasp_scene import CORNERS, HOME, MOUNT, TARGET, motor, pose
 from tests.support.image_scene import (
@@ -38,6 +40,7 @@ from tests.support.image_scene import (
     plain,
     thing,
 )  # fmt: skip
+from tests.support.object_views import looking
 
 EXPECTED = {"ball": PoseStatus.SYMMETRIC, "can": PoseStatus.SYMMETRIC, "box": PoseStatus.OK}
 
@@ -261,3 +264,21 @@ def test_a_view_is_what_estimate_pose_takes() -> None:
     found = measured([], NEAR, "can")
     assert all(isinstance(view, View) for view in found.views)
     assert set(np.unique(found.views[0].rims[0])) == {0, 1} and len(CAN.tubes) == 1
+
+
+@pytest.mark.parametrize("height", [0.3, -0.3])
+def test_the_end_of_a_can_that_faces_the_camera_is_seen(height: float) -> None:
+    """All of its rim is seen, and of the other one the half on the side of the camera."""
+    centre = np.array([0.2, 0.1, height])
+    camera = Camera([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]], looking(np.zeros(3), centre))
+    mesh = np.zeros((0, 3)), np.zeros((0, 3), int)
+    found = predicted_curves(CAN, np.eye(8)[0], camera, mesh)
+    for end, z in enumerate((-0.05, 0.05)):
+        rim = found.part((found.kinds == KINDS.index("rims")) & (found.elements == end))
+        rays = camera.rays(rim.pixels)
+        places = centre + rays * ((z - height) / rays[:, 2:])
+        assert np.allclose(np.linalg.norm(places[:, :2], axis=1), 0.033)
+        towards = (places[:, :2] * (centre - places)[:, :2]).sum(1)
+        clear = np.abs(towards) > 1e-3
+        seen = np.full(len(rays), True) if z * height > 0 else towards > 0
+        assert clear.sum() > 20 and np.array_equal(rim.is_visible[clear], seen[clear])

@@ -1,10 +1,13 @@
 """What the status OK promises: errors within their bounds, and never another pose, over random scenes."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
 from algorithms.vision.objects.pose_estimation import estimate_pose
+from algorithms.vision.objects.pose_judgement import _most_agree
 from algorithms.vision.objects.pose_models import View
 from algorithms.vision.objects.pose_record import bounds_of
 from algorithms.vision.objects.pose_status import PoseStatus
@@ -163,3 +166,23 @@ def test_random_pixels_have_no_pose() -> None:
         rng = np.random.default_rng(seed)
         found = estimate_pose(model, View(camera, points=rng.uniform(pixels.min(0), pixels.max(0), pixels.shape)))
         assert found.status == PoseStatus.INCONSISTENT
+
+
+@pytest.mark.parametrize(
+    ("kind", "wrong", "agree"),
+    [
+        ("edges", [], True),
+        ("edges", [0, 11, 22, 33], True),
+        ("edges", range(30, 40), False),
+        ("edges", [k for k in range(40) if k % 10 < 6], False),
+        ("points", range(0, 40, 3), True),
+        ("points", range(0, 30), False),
+    ],
+)
+def test_neither_all_pixels_nor_those_of_an_edge_contradict(kind, wrong, agree):
+    """Of four edges with ten pixels each, or of 40 points."""
+    rows = np.repeat(np.arange(4), 10) if kind == "edges" else np.arange(40)
+    seen = SimpleNamespace(kinds=(kind,), of={kind: SimpleNamespace(rows=rows, weights=np.ones(40))})
+    inliers = np.ones(40, bool)
+    inliers[list(wrong)] = False
+    assert _most_agree({kind: inliers}, seen) == agree

@@ -108,6 +108,15 @@ def test_both_motions_of_a_plane() -> None:
     assert ambiguous >= 3
 
 
+def test_points_off_a_plane_refute_its_other_motion() -> None:
+    """Eight pairs that it does not explain are too many to be wrong by chance, though wrong pairs are possible."""
+    rng = np.random.default_rng(17)
+    for _ in range(12):
+        scene = views(rng, np.concatenate([plane(rng, 60), cloud(rng, 8)]), noise=0.4)
+        found = relative_pose(scene.first, scene.second, K, threshold=1.5)
+        assert found.status == VisionStatus.OK and error(found, scene) < 5
+
+
 @pytest.mark.parametrize("threshold", [None, 1.5])
 @pytest.mark.parametrize("noise", [0.0, 0.5])
 def test_a_pure_rotation_has_no_translation(threshold: float | None, noise: float) -> None:

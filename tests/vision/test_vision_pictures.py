@@ -43,7 +43,9 @@ def test_lines_end_at_the_frame() -> None:
     corners = homogeneous(np.array([[-0.5, -0.5], [639.5, -0.5], [-0.5, 479.5], [639.5, 479.5]]))
     sides = corners @ lines.T
     assert np.array_equal(missed, (sides > 0).all(0) | (sides < 0).all(0))
-    assert lines_in_image([1.0, 0, -3], 10, 8).tolist() in ([[3, -0.5], [3, 7.5]], [[3, 7.5], [3, -0.5]])
+    for pair in ([[3, -0.5], [3, 7.5]], [[-0.5, 3], [9.5, 3]], [[-0.5, -0.5], [9.5, 7.5]], [[-0.5, 7.5], [4, -0.5]]):
+        line = np.cross(*homogeneous(np.array(pair)))
+        assert np.allclose(sorted(lines_in_image(line, 10, 8).tolist()), pair, atol=1e-12)
 
 
 @pytest.mark.slow
