@@ -97,6 +97,11 @@ def compile_loops(
     tables = {record.name: record.table for record in traced.records} | {table.name: table for table in traced.indices}
     body = tuple(_statement(each, parts, tables) for each in traced.statements)
     procedure = fuse(_procedure(kernel, traced, tables, body))
+    for name in sorted(procedure.read_through & procedure.parent_tables):
+        raise KernelError(
+            kernel.where, f"gather() reads the rows of parents in {name}, but the first row has no parent (-1)",
+            "another index table for gather(), or the rows as parameters of the body of scan()",
+        )  # fmt: skip
     prove_procedure(kernel, traced.results, procedure)
     return LoopCompilation(kernel, traced, tuple(parts.values()), procedure)
 

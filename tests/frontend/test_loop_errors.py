@@ -178,3 +178,9 @@ def test_loops_need_a_kernel_with_arrays() -> None:
 
     with pytest.raises(KernelError, match="expected arrays of rows"):
         compile_kernel(plain)
+
+
+def test_rows_of_parents_are_not_gathered() -> None:
+    """The first row has no parent, so that an index table of parents has a -1, and gather() has no row for it."""
+    added = named(lambda x, w: scan(lambda c, a: c + a, 0, gather(x, w), parents=w))
+    refused(added, r"gather\(\) reads the rows of parents in w", x=N, w=index("n", into="n"))
