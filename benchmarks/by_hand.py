@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from gacompiler.backends.build import FLAGS, find_compiler, library_path
+from gacompiler.backends.build import FLAGS, build_module, find_compiler
 
 from .cases import CASES
 from .timing import Effort, median_times
@@ -111,11 +111,11 @@ def build(folder: Path, kind: str) -> tuple[ctypes.CDLL, ...]:
 
 
 def own_loop(module: str, kernel: str, kind: str) -> Any:
-    """Return the loop of a generated module, or None if its library is not built."""
+    """Return the loop of a generated module, or None if its library cannot be built."""
     file = importlib.import_module(f"generated.{module}").__file__
     assert file is not None
-    path = library_path(Path(file).with_suffix(".c"))
-    if not path.exists():
+    path = build_module(Path(file).with_suffix(".c"), REALS[kind][1])
+    if path is None:
         return None
     return getattr(ctypes.CDLL(str(path)), f"{module}_{kernel}_loop_{REALS[kind][1]}")
 

@@ -93,7 +93,7 @@ def _build(advance: Callable[[], None]) -> None:
     folder = Path(generated.__path__[0])
     if is_wanted() and os.access(folder, os.W_OK):
         with contextlib.suppress(BuildError):  # the first call reports it
-            build_modules([folder / f"{name}.c" for name in _MODULES], half=True, progress=lambda _: advance())
+            build_modules([folder / f"{name}.c" for name in _MODULES], only="f64", progress=lambda _: advance())
 
 
 def _kernel_table(rows: Iterable[Cost]) -> Table:

@@ -57,6 +57,7 @@ def build_libraries(
     *,
     force: bool = False,
     portable: bool = False,
+    only: str = "",
     progress: Callable[[Path], None] = lambda library: None,
 ) -> list[Path | None]:
     """Compile C files whose libraries do not exist yet, in parallel on all processors.
@@ -69,6 +70,8 @@ def build_libraries(
         Compile even if the library exists.
     portable : bool
         Compile for all machines, with loops for each vector width, instead of for machines like this one.
+    only : str
+        The precision whose functions suffice, "f64" or "f32"; empty for both.
     progress : callable
         Called with the path of each compiled library.
 
@@ -87,7 +90,7 @@ def build_libraries(
     -----
     The extension module that calls kernels is built in the same folder if the headers of Python are installed.
     """
-    return _build.build_modules(c_paths, force=force, portable=portable, progress=progress)
+    return _build.build_modules(c_paths, force=force, portable=portable, only=only, progress=progress)
 
 
 @_raising

@@ -207,14 +207,17 @@ def _write_modules(
 
 @command(
     "gac build             compile the modules under generated/",
-    "gac build out",
+    "gac build out --floats     also compile functions of single precision",
     "gac build out --portable   build libraries that can be copied to other processors",
 )
 @click.argument("folder", required=False, type=click.Path(path_type=Path))
 @click.option("--force", is_flag=True, help="Compile even if a library is up to date.")
-@click.option("--portable", is_flag=True, help="Compile for all processors, not only this kind; takes longer.")
-def build(folder: Path | None, force: bool, portable: bool) -> None:
+@click.option("--floats", is_flag=True, help="Also compile functions of floats, in twice the time.")
+@click.option("--portable", is_flag=True, help="Compile all for all processors, not only this kind; takes longer.")
+def build(folder: Path | None, force: bool, floats: bool, portable: bool) -> None:
     """Compile the C files of a folder of generated modules.
+
+    Functions of floats are compiled when one of a module is first called, unless floats are requested here.
 
     A library contains the loops over batches for the vector instructions of this machine (AVX2 or AVX-512). On another
     kind of machine, it is rebuilt when the module is loaded. A portable library contains the loops for every kind of
@@ -226,18 +229,24 @@ def build(folder: Path | None, force: bool, portable: bool) -> None:
         raise SpecError(str(place), "no generated C file in it", remedy="run `gac generate` first")
     for source in sources:
         compileall.compile_file(source.with_suffix(".py"), quiet=2)  # parsing takes most of the import time
-    libraries = _build(sources, force, portable)
+    libraries = _build(sources, force, portable, floats)
     if libraries:  # without a compiler, a note says why there are none
         click.echo(f"{near(place)}: {len(libraries)} libraries are current")
 
 
-def _build(sources: list[Path], force: bool = False, portable: bool = False) -> list[Path]:
-    """Compile C files that have no current library, and report each library; print a note if no compiler is found."""
+def _build(sources: list[Path], force: bool = False, portable: bool = False, floats: bool = False) -> list[Path]:
+    """Compile C files that have no current library, and report each library; print a note if no compiler is found.
+
+    The result has the library of doubles of each file.
+    """
 
     def report(library: Path) -> None:
         click.echo(f"built {near(library)}, {library.stat().st_size / 1e6:.2f} MB")
 
-    built = build_libraries(sources, force=force, portable=portable, progress=report)
+    precisions = [""] if portable else ["f64", "f32"] if floats else ["f64"]
+    built, *_ = [
+        build_libraries(sources, force=force, portable=portable, only=only, progress=report) for only in precisions
+    ]
     libraries = [library for library in built if library is not None]
     if len(libraries) < len(sources):
         click.echo(f"note: {no_compiler()}", err=True)

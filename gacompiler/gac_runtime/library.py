@@ -1,4 +1,4 @@
-"""The compiled C library of a generated module, which is built on first use."""
+"""The compiled C library of a generated module, which is built on first use, one precision at a time."""
 
 from __future__ import annotations
 
@@ -30,23 +30,22 @@ class Library:
 
     def __init__(self, label: str, c_file: Path) -> None:
         self.label, self.c_file = label, c_file
-        self._opened: Any = None
-        self._is_half = False
+        self._opened: dict[str, Any] = {}
 
-    def find(self, half: bool = True) -> Path | None:
+    def find(self, precision: str = "f64") -> Path | None:
         """Return the path of the built library, next to the module or in the user's cache; None if it is not built.
 
         The library is one for this machine or a portable one. A library for a lower level is used if none can be built
-        for this machine, for example if a wheel contains no other. With `half`, one for doubles only is found too.
+        for this machine, for example if a wheel contains no other. One for both precisions is preferred.
         """
-        for is_half in (False, True)[: 1 + half]:
-            names = library_files(self.label, Path(__file__).parent, is_half)
+        for only in ("", precision):
+            names = library_files(self.label, Path(__file__).parent, only)
             found = self._beside(names)
             if found is not None:
                 return found
             with contextlib.suppress(CacheError):
                 folder = cache_folder("libraries")
-                # The name continues with a digest of the compiler, which cannot be mistaken for "v4" or "half".
+                # The name continues with a digest of the compiler, which cannot be mistaken for "v4" or "f64".
                 patterns = [f"{name.removesuffix('.so')}-[0-9a-f]*.so" for name in names]
                 cached = [path for pattern in patterns for path in sorted(folder.glob(pattern))]
                 if cached:
@@ -67,8 +66,8 @@ class Library:
 
         return find_compiler() is not None
 
-    def open(self) -> None:
-        """Open the library, after building it if necessary, at first for doubles only.
+    def open(self, precision: str = "f64") -> Any:
+        """Return the open library that contains the functions of a precision, after building it if necessary.
 
         Raises
         ------
@@ -76,18 +75,21 @@ class Library:
             If it cannot be built or loaded.
         """
         with LOCK:
-            if self._opened is None:
-                self._open(half=True)
+            if precision not in self._opened:
+                self._open(precision)
+            return self._opened[precision]
 
-    def _open(self, half: bool) -> None:
+    def _open(self, precision: str) -> None:
         import ctypes
 
-        path = self.find(half)
+        path = self.find(precision)
         if path is None:
-            path = self._build(half)
+            path = self._build(precision)
         if path is None or not path.name.startswith(f"{self.label}-"):
             found = "its text is not that of the generated module" if path else "no library and no C compiler"
-            raise RuntimeProblem(str(self.c_file), found, "the C file of this module", "regenerate both files")
+            expected = f"the C file of this module, compiled for {precision}"
+            remedy = "regenerate both files" if path else "install a compiler, or copy what `gac build --floats` builds"
+            raise RuntimeProblem(str(self.c_file), found, expected, remedy)
         try:
             opened = ctypes.CDLL(str(path))
         except OSError as error:
@@ -100,32 +102,31 @@ class Library:
             raise RuntimeProblem(
                 str(path), "this processor lacks its instructions", "a library for this machine", remedy
             )
-        self._opened, self._is_half = opened, "-half" in path.name
+        both = not path.stem.endswith(("-f64", "-f32"))
+        self._opened |= dict.fromkeys(("f64", "f32") if both else (precision,), opened)
 
-    def _build(self, half: bool) -> Path | None:
+    def _build(self, precision: str) -> Path | None:
         """Build the library, and the extension for later processes."""
         from .build import build_extension, build_module
 
-        path = build_module(self.c_file, half)
+        path = build_module(self.c_file, precision)
         if path is not None:
             with contextlib.suppress(RuntimeProblem):
                 build_extension(self.c_file.parent if path.parent.name == FOLDER else cache_folder())
         return path
 
     def address(self, function: str) -> int:
-        """Return the address of a function of the open library; one of floats may open, and build, the whole library.
+        """Return the address of a function; the first one of floats may open, and build, another library.
 
         Raises
         ------
         RuntimeProblem
-            If the whole library cannot be built or loaded.
+            If that library cannot be built or loaded.
         """
         import ctypes
 
-        with LOCK:
-            if self._is_half and function.endswith("_f32"):
-                self._open(half=False)
-        symbol = getattr(self._opened, f"{self.label.rpartition('-')[0]}_{function}")
+        library = self.open("f32" if function.endswith("_f32") else "f64")
+        symbol = getattr(library, f"{self.label.rpartition('-')[0]}_{function}")
         address = ctypes.cast(symbol, ctypes.c_void_p).value
         assert address is not None
         return address
@@ -133,9 +134,9 @@ class Library:
     def loop_addresses(self, kernel: str) -> list[tuple[int, int, int]]:
         """Return the addresses of the loops for doubles and for floats, in the form that the extension expects.
 
-        The second is 0 as long as the library is open for doubles only.
+        The second is 0 as long as no library for floats is open.
         """
-        floats = 0 if self._is_half else self.address(f"{kernel}_loop_f32")
+        floats = self.address(f"{kernel}_loop_f32") if "f32" in self._opened else 0
         return [(self.address(f"{kernel}_loop_f64"), 0, 0), (floats, 0, 0)]
 
     def loop(self, kernel: str, dtype: np.dtype[Any]) -> Loop:

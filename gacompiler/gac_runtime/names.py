@@ -57,22 +57,22 @@ def library_label(module: str, c_text: str) -> str:
 
 
 @functools.cache
-def library_file(label: str, runtime: Path, level: int = PORTABLE, half: bool = False) -> str:
+def library_file(label: str, runtime: Path, level: int = PORTABLE, only: str = "") -> str:
     """Return the file name of the library of a module, compiled with the runtime in folder `runtime`.
 
     If that folder has no runtime, the C file of the module contains it. Names for different levels differ only in
-    their endings: ``.so`` for a portable library, else ``-v4.so``. The half of a library that has the functions of
-    doubles only ends in ``-half.so``.
+    their endings: ``.so`` for a portable library, else ``-v4.so``. Libraries of `only` one precision, "f64" or "f32",
+    end in ``-f64.so`` and ``-f32.so``.
     """
     texts = [_text(runtime / name) for name in RUNTIME_FILES]
     flags = [flag for flags in LEVEL_FLAGS.values() for flag in flags]
-    ending = ("" if level == PORTABLE else f"-v{level}") + ("-half" if half else "")
+    ending = ("" if level == PORTABLE else f"-v{level}") + (f"-{only}" if only else "")
     return f"{label}-{digest(*texts, *FLAGS, *GCC_FLAGS, *OTHER_FLAGS, *flags)}{ending}.so"
 
 
-def library_files(label: str, runtime: Path, half: bool = False) -> tuple[str, ...]:
+def library_files(label: str, runtime: Path, only: str = "") -> tuple[str, ...]:
     """Return the names of the libraries that this machine can load, the preferred one first."""
-    return tuple(library_file(label, runtime, level, half) for level in dict.fromkeys((machine_level(), PORTABLE)))
+    return tuple(library_file(label, runtime, level, only) for level in dict.fromkeys((machine_level(), PORTABLE)))
 
 
 def lower_library_files(label: str, runtime: Path) -> tuple[str, ...]:

@@ -135,27 +135,25 @@ def _read(path: Path) -> str:
         raise BuildError(str(path), error.strerror or str(error), "a generated C file") from error
 
 
-def library_name(
-    module: str, c_text: str, runtime: Path | None = None, level: int = PORTABLE, half: bool = False
-) -> str:
+def library_name(module: str, c_text: str, runtime: Path | None = None, level: int = PORTABLE, only: str = "") -> str:
     """Return the file name of a library, which depends on the text, the runtime and the flags and is never stale."""
-    return library_file(library_label(module, c_text), runtime or Path(__file__).parent, level, half)
+    return library_file(library_label(module, c_text), runtime or Path(__file__).parent, level, only)
 
 
-def library_path(c_file: Path, level: int | None = None, half: bool = False) -> Path:
+def library_path(c_file: Path, level: int | None = None, only: str = "") -> Path:
     """Return the path next to a C file for its library, for this machine or for machines of a given level."""
     level = machine_level() if level is None else level
-    return c_file.parent / FOLDER / library_name(c_file.stem, _read(c_file), runtime_folder(c_file), level, half)
+    return c_file.parent / FOLDER / library_name(c_file.stem, _read(c_file), runtime_folder(c_file), level, only)
 
 
-def library_beside(c_file: Path, half: bool = False) -> Path | None:
+def library_beside(c_file: Path, only: str = "") -> Path | None:
     """Return the built library next to a C file that this machine can load; None if there is none."""
-    names = library_files(library_label(c_file.stem, _read(c_file)), runtime_folder(c_file), half)
+    names = library_files(library_label(c_file.stem, _read(c_file)), runtime_folder(c_file), only)
     places = (c_file.parent / FOLDER / name for name in names)
     return next((path for path in places if path.exists()), None)
 
 
-def cached_path(c_file: Path, half: bool = False) -> Path | None:
+def cached_path(c_file: Path, only: str = "") -> Path | None:
     """Return the path in the user's cache for the library of a C file; None without a compiler.
 
     The path depends on the version of the compiler.
@@ -168,17 +166,17 @@ def cached_path(c_file: Path, half: bool = False) -> Path | None:
     compiler = find_compiler()
     if compiler is None:
         return None
-    name = library_path(c_file, half=half).stem
+    name = library_path(c_file, only=only).stem
     return cache_folder("libraries") / f"{name}-{digest(_version(compiler), *compiler)}.so"
 
 
-def built_library(c_file: Path, half: bool = False) -> Path | None:
+def built_library(c_file: Path, only: str = "") -> Path | None:
     """Return the built library of a C file, next to the file or in the user's cache; None if it is not built."""
-    beside = library_beside(c_file, half)
+    beside = library_beside(c_file, only)
     if beside is not None:
         return beside
     with contextlib.suppress(CacheError):
-        cached = cached_path(c_file, half)
+        cached = cached_path(c_file, only)
         if cached is not None and cached.exists():
             return cached
     return None
@@ -194,15 +192,15 @@ def _is_open(folder: Path) -> bool:
 # Building.
 
 
-def build_module(c_file: Path, half: bool = False) -> Path | None:
+def build_module(c_file: Path, only: str = "") -> Path | None:
     """Return the library of a generated C file, after building it if necessary.
 
     Parameters
     ----------
     c_file : Path
         The C file, with its header in the same folder. The runtime is the one next to it, or that of this file.
-    half : bool
-        Whether the functions of doubles suffice, which are compiled in half the time.
+    only : str
+        The precision whose functions suffice, "f64" or "f32", which are compiled in half the time; empty for both.
 
     Returns
     -------
@@ -220,16 +218,16 @@ def build_module(c_file: Path, half: bool = False) -> Path | None:
     -----
     If the build takes more than a second, a message is printed to stderr.
     """
-    found = built_library(c_file) or (built_library(c_file, half) if half else None)
+    found = built_library(c_file) or (built_library(c_file, only) if only else None)
     if found is not None or find_compiler() is None:
         return found
-    beside = library_path(c_file, half=half)
-    target = beside if _is_open(beside.parent) else cached_path(c_file, half)
+    beside = library_path(c_file, only=only)
+    target = beside if _is_open(beside.parent) else cached_path(c_file, only)
     assert target is not None
     with _lock(target.name):
         if not target.exists():
             with _announced(c_file.stem):
-                build({c_file: target}, half=half)
+                build({c_file: target}, only=only)
     return target
 
 
@@ -238,7 +236,7 @@ def build_modules(
     *,
     force: bool = False,
     portable: bool = False,
-    half: bool = False,
+    only: str = "",
     progress: Progress = lambda library: None,
 ) -> list[Path | None]:
     """Return the libraries of several C files next to them, building missing ones in parallel; see `build_module`.
@@ -247,16 +245,16 @@ def build_modules(
     kernels is built next to them if the Python headers are installed.
     """
     level = PORTABLE if portable else machine_level()
-    targets = [library_path(c_file, level, half) for c_file in c_files]
+    targets = [library_path(c_file, level, only) for c_file in c_files]
     if not portable and not force:
         targets = [
-            library_beside(source) or library_beside(source, half) or target
+            library_beside(source) or library_beside(source, only) or target
             for source, target in zip(c_files, targets, strict=True)
         ]
     wanted = {source: target for source, target in zip(c_files, targets, strict=True) if force or not target.exists()}
     has_compiler = find_compiler() is not None
     if has_compiler and wanted:
-        build(wanted, progress, level, half)
+        build(wanted, progress, level, only)
     if has_compiler:
         for folder in dict.fromkeys(source.parent for source in c_files):
             build_extension(folder)
@@ -267,7 +265,7 @@ def build(
     targets: dict[Path, Path],
     progress: Progress = lambda library: None,
     level: int | None = None,
-    half: bool = False,
+    only: str = "",
 ) -> None:
     """Compile files in parallel, the longest first, link each with the runtime and move it to its destination.
 
@@ -279,8 +277,8 @@ def build(
         Called with each library when it is finished.
     level : int, optional
         The level of the target machines; `PORTABLE` for all machines, by default the level of this machine.
-    half : bool
-        Whether to compile the functions of doubles only.
+    only : str
+        The precision whose functions are compiled, "f64" or "f32"; empty for both.
 
     Raises
     ------
@@ -298,11 +296,12 @@ def build(
             scratch[source] = _scratch(source.stem, target.parent)
             text = _read(source)
             can_be_halved = all(f"#ifndef ONLY_{only}" in text for only in ("F32", "F64"))
-            halves = ("f64",) if half else ("f64", "f32") if len(text) >= _SMALL else ("all",)
+            halves = (only,) if only else ("f64", "f32") if len(text) >= _SMALL else ("all",)
             parts = halves if can_be_halved else ("all",)
             jobs += [(len(text), source, scratch[source] / f"{part}.o") for part in parts]
         jobs.sort(key=lambda job: -job[0])
-        precisions = ("f64",) if all(part.stem == "f64" for *_, part in jobs) else ("f64", "f32")
+        kinds = {part.stem for *_, part in jobs}
+        precisions = tuple(kinds) if len(kinds) == 1 and "all" not in kinds else ("f64", "f32")
         missing = Counter(source for _, source, _ in jobs)
         failures: list[BuildError] = []
         with ThreadPoolExecutor(processors()) as threads:
@@ -333,12 +332,13 @@ def build(
                     continue
                 target = targets[source]
                 os.replace(scratch[source] / "library.so", target)
-                if not half:
-                    library_path(source, level, half=True).unlink(missing_ok=True)
+                if not only:
+                    for half in ("f64", "f32"):
+                        library_path(source, level, half).unlink(missing_ok=True)
                 _remove_stale(
                     target,
-                    rf"{re.escape(source.stem)}-[0-9a-f]{{16}}(-[0-9a-f]{{16}}(-v\d)?(-half)?)?\.so",
-                    re.sub(r"(-v\d)?(-half)?\.so$", "", target.name),
+                    rf"{re.escape(source.stem)}-[0-9a-f]{{16}}(-[0-9a-f]{{16}}(-v\d)?(-f\d\d)?)?\.so",
+                    re.sub(r"(-v\d)?(-f\d\d)?\.so$", "", target.name),
                 )
                 progress(target)
         if failures:

@@ -33,9 +33,11 @@
 #if defined(__GNUC__)
 #define INLINE inline __attribute__((always_inline))
 #define GAC_HELPER static inline __attribute__((always_inline, unused))
+#define GAC_LOCAL static inline __attribute__((unused))
 #else
 #define INLINE inline
 #define GAC_HELPER static inline
+#define GAC_LOCAL static inline
 #endif
 
 /* Functions of the runtime are not visible outside of the library that they are linked into; if a file contains the
@@ -89,17 +91,20 @@
 
 /* A loop is a function that begins with GAC_HEAD, or with GAC_HEAD_v3 if vectors wider than those of AVX2 do not make
    it faster. After its body, LOOPS or LOOP compiles it for each width if there are several. WIDTHS or WIDTH lists these
-   functions in tables, and CHOSEN is the index of the function for this machine, -1 if there is none. */
-#define GAC_LOOP_HEAD(name) static void NAME(name)(intptr_t n, char **args, const intptr_t *strides)
-#define GAC_INLINE_HEAD(name) static INLINE void NAME(name)(intptr_t n, char **args, const intptr_t *strides)
+   functions in tables, and CHOSEN is the index of the function for this machine, -1 if there is none. GAC_WIDE_LOOP is
+   the storage of a loop for the widest vectors, and GAC_WIDE_PART that of the functions that it calls. If they are
+   compiled once, the compiler inlines a part only if it is small or called once. */
+#define GAC_LOOP_HEAD(storage, name) storage void NAME(name)(intptr_t n, char **args, const intptr_t *strides)
+#define GAC_HEAD(name) GAC_LOOP_HEAD(GAC_WIDE_LOOP, name)
 #if defined(ON_v3) && !defined(GAC_LEVEL)
 #define GAC_FOR(level, function, name)                                                      \
     ON_##level static void name(intptr_t n, char **args, const intptr_t *strides)            \
     {                                                                                       \
         function(n, args, strides);                                                         \
     }
-#define GAC_HEAD(name) GAC_INLINE_HEAD(name)
-#define GAC_HEAD_v3(name) GAC_INLINE_HEAD(name)
+#define GAC_WIDE_LOOP static INLINE
+#define GAC_WIDE_PART GAC_HELPER
+#define GAC_HEAD_v3(name) GAC_LOOP_HEAD(static INLINE, name)
 #define LOOP(name) GAC_FOR(v3, NAME(name), NAME(name##_v3))
 #define LOOPS(name) GAC_FOR(v3, NAME(name), NAME(name##_v3)) GAC_FOR(v4, NAME(name), NAME(name##_v4))
 #define WIDTH(name) {NAME(name##_v3), NAME(name##_v3)}
@@ -109,18 +114,21 @@
 #define LOOP(name)
 #define LOOPS(name)
 #if defined(ON_v3) && GAC_LEVEL < 3
-#define GAC_HEAD(name) GAC_INLINE_HEAD(name)
-#define GAC_HEAD_v3(name) GAC_INLINE_HEAD(name)
+#define GAC_WIDE_LOOP static INLINE
+#define GAC_WIDE_PART GAC_HELPER
+#define GAC_HEAD_v3(name) GAC_LOOP_HEAD(static INLINE, name)
 #define WIDTH(name) {NULL}
 #define WIDTHS(name) {NULL}
 #define CHOSEN -1
 #else
 #if defined(ON_v4) && GAC_LEVEL >= 4
-#define GAC_HEAD(name) ON_v4 GAC_LOOP_HEAD(name)
+#define GAC_WIDE_LOOP ON_v4 static
+#define GAC_WIDE_PART ON_v4 GAC_LOCAL
 #else
-#define GAC_HEAD(name) GAC_LOOP_HEAD(name)
+#define GAC_WIDE_LOOP static
+#define GAC_WIDE_PART GAC_LOCAL
 #endif
-#define GAC_HEAD_v3(name) GAC_LOOP_HEAD(name)
+#define GAC_HEAD_v3(name) GAC_LOOP_HEAD(static, name)
 #define WIDTH(name) {NAME(name)}
 #define WIDTHS(name) {NAME(name)}
 #define CHOSEN 0
@@ -697,7 +705,7 @@ static INLINE float gac_asin_polynomial_f32(float z)
 #define GAC_LANES_TURNS(f) GAC_LANES_OF(f, PARTS_##f, NAME(f)(GAC_LANE_PASS(PARTS_##f), &far))
 #define GAC_IN_LANES(f, kind) GAC_LANES_##kind(f)
 #define GAC_LANES_OF(f, parts, call)                                                                                \
-    GAC_HELPER WORD NAME(f##_lanes)(parts(GAC_LANE_ROW, GAC_LANE_ROW, GAC_LANE_ROW, GAC_LANE_RESULT, GAC_COMMA))    \
+    GAC_WIDE_PART WORD NAME(f##_lanes)(parts(GAC_LANE_ROW, GAC_LANE_ROW, GAC_LANE_ROW, GAC_LANE_RESULT, GAC_COMMA)) \
     {                                                                                                               \
         const intptr_t w = sizeof(REAL), step = NLANES * w;                                                          \
         WORD far = 0;                                                                                               \
@@ -759,7 +767,7 @@ static INLINE float gac_asin_polynomial_f32(float z)
 #define GAC_COUNTED(list) list(GAC_NONE, GAC_ONE_MORE, GAC_ONE_MORE, GAC_ONE_MORE, GAC_ONE_MORE, GAC_ONE_MORE, )
 #define GAC_PROCEDURE_ALONE(f)
 #define GAC_PROCEDURE_LANES(f)                                                                                      \
-    static INLINE void NAME(f##_tables)(intptr_t gac_last, char **gac_args, const intptr_t *gac_lengths)            \
+    GAC_WIDE_LOOP void NAME(f##_tables)(intptr_t gac_last, char **gac_args, const intptr_t *gac_lengths)            \
     {                                                                                                               \
         *(WORD *)gac_args[gac_last] = NAME(f##_lanes)(TABLES_##f(GAC_LENGTH_PASSED, GAC_ARRAY_PASSED,               \
             GAC_ARRAY_PASSED, GAC_ARRAY_PASSED, GAC_INDEX_PASSED, GAC_OUT_PASSED, GAC_COMMA)                        \

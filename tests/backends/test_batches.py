@@ -26,9 +26,22 @@ N_ELEMENTS = 83
 """Some blocks of a loop, and what is left of one."""
 
 
-@all_cases("dtype", [np.float64, np.float32])
-@all_cases("name", [path.stem for path in own_specs()])
+MODULES = [path.stem for path in own_specs()]
+
+
+@all_cases("name, dtype", [*((name, np.float64) for name in MODULES), ("pga3", np.float32)])
 def test_an_element_alone_and_in_a_batch(name: str, dtype: Any) -> None:
+    compare_batches(name, dtype)
+
+
+@pytest.mark.slow
+@all_cases("name", MODULES)
+def test_a_float_element_alone_and_in_a_batch(name: str) -> None:
+    """Slow, since the libraries of floats of all modules are compiled."""
+    compare_batches(name, np.float32)
+
+
+def compare_batches(name: str, dtype: Any) -> None:
     module = importlib.import_module(f"generated.{name}")
     rng = np.random.default_rng(3)
     for each in module.kernels:

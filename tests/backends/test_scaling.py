@@ -29,10 +29,12 @@ def shapes(signature: str) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]]
     return inputs, outputs
 
 
-@all_cases("dtype", [np.float32, np.float64])
-@all_cases("module", MODULES)
+@all_cases("module, dtype", [*((module, np.float64) for module in MODULES), (pga3, np.float32)])
 def test_no_elements(module: Any, dtype: Any) -> None:
-    """Every kernel accepts empty batches, which schedulers use to infer types and shapes."""
+    """Every kernel accepts empty batches, which schedulers use to infer types and shapes.
+
+    In float32 those of one module suffice, since others would be compiled for this test only.
+    """
     assert len(module.kernels) > 0
     for kernel in (kernel for kernel in STRAIGHT if kernel.__module__ == module.__name__):
         inputs, outputs = shapes(kernel.signature)

@@ -22,11 +22,12 @@ from benchmarks.libraries import installed
 from benchmarks.machine import Machine
 from benchmarks.report import Run, page
 from benchmarks.timing import QUICK, median_times
-from gacompiler.backends import library_path
-from gacompiler.backends.build import find_compiler
+from gacompiler.gac_runtime.build import built_library
 from tests.support.all_cases import all_cases
 
 ROOT = Path(__file__).parents[2]
+
+HAS_PGA3 = built_library(ROOT / "generated" / "pga3.c", "f64") is not None
 
 SECTIONS = [
     "Machine",
@@ -82,7 +83,7 @@ def test_a_quick_run_writes_the_page(tmp_path: Path) -> None:
         rows = [row for row in found["Peers"] if row[1] == name]
         assert rows if facts[name] != "not installed" else f"{name}" in text.partition("Not installed")[2]
     assert {row[1] for row in found["Peers"][1:]} >= {"numpy", "scipy"}
-    if find_compiler() and library_path(ROOT / "generated" / "pga3.c").exists():
+    if HAS_PGA3:
         measured = {row[0] for row in found["Comparison with hand-written C"][1:]}
         assert measured == {f"{module}.{kernel}" for module, kernel in by_hand.KERNELS}
     assert {row[1] for row in found["Fusion"][1:]} == {"C", "F"}
@@ -226,7 +227,7 @@ def test_a_peer_that_takes_one_element_or_computes_something_else() -> None:
 def test_hand_written_c_that_computes_something_else_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    if find_compiler() is None or not library_path(ROOT / "generated" / "pga3.c").exists():
+    if not HAS_PGA3:
         pytest.skip("no C")
     wrong = tmp_path / "by_hand.c"
     text = by_hand.SOURCE.read_text()

@@ -49,11 +49,13 @@ def test_generate_then_verify(here: Path) -> None:
 def test_build_compiles_what_was_generated(here: Path) -> None:
     assert run("generate", "my_kernels.py", "-o", "out", "--no-build").exit_code == 0
     path = here / "out" / "my_kernels.c"
-    assert not library_path(path).exists()
-    result = run("build", "out")
-    assert result.exit_code == 0, result.output
-    assert library_path(path).exists() == bool(find_compiler())
-    assert (library_path(path).name in result.output) if find_compiler() else ("note: " in result.output)
+    doubles, floats = (library_path(path, only=only) for only in ("f64", "f32"))
+    for arguments, libraries in (([], [doubles]), (["--floats"], [doubles, floats])):
+        assert not libraries[-1].exists()
+        result = run("build", "out", *arguments)
+        assert result.exit_code == 0, result.output
+        assert (libraries[-1].name in result.output) if find_compiler() else ("note: " in result.output)
+        assert [each for each in (doubles, floats) if each.exists()] == (libraries if find_compiler() else [])
     empty = run("build", ".")
     assert empty.exit_code == 1 and "no generated C file" in empty.output
 

@@ -343,13 +343,15 @@ def test_a_library_that_needs_another_processor_is_rejected(module: Path) -> Non
 
 
 def test_floats_are_compiled_when_they_are_called(module: Path, with_runtime: None) -> None:
-    """A first call compiles for doubles only; floats build the whole library, which replaces the half."""
+    """A call compiles for its own precision only, the first call of all for doubles too."""
     bare = load(module.with_suffix(".py"), "bare")
     built = module.parent / "_build"
-    for x, ending in ((np.array([[1.0, 2], [3, 4]]), "-half.so"), (np.array([[1, 2], [3, 4]], np.float32), ".so")):
+    for n, dtype in enumerate((np.float64, np.float32), start=1):
+        x = np.array([[1, 2], [3, 4]], dtype)
         for _ in range(2):
             swapped = bare.swap(x)
             assert swapped.dtype == x.dtype and np.array_equal(swapped, x[:, ::-1])
-        (library,) = built.glob("bare-*.so")
-        assert library == library_path(module, half=ending == "-half.so") and library.name.endswith(ending)
+        libraries = [library_path(module, only=only) for only in ("f64", "f32")][:n]
+        assert set(built.glob("bare-*.so")) == set(libraries)
+        assert [path.stem[-4:] for path in libraries] == ["-f64", "-f32"][:n]
     assert np.array_equal(bare.swap(np.array([1.0, 2])), [2, 1])

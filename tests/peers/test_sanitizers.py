@@ -191,7 +191,9 @@ def run_sanitized(folder: Path, label: str, texts: dict[str, str]) -> subprocess
         subprocess.run([compiler, *flags, "-c", str(source), "-o", str(part)], check=True)
         command.append(str(part))
         # The name depends on the changed header; under another name, the library would be compiled again as usual.
-        library = build / library_name(name, (folder / f"{name}.c").read_text(), folder / "gac_runtime", half=half)
+        library = build / library_name(
+            name, (folder / f"{name}.c").read_text(), folder / "gac_runtime", only="f64" if half else ""
+        )
         library.unlink(missing_ok=True)
         library.symlink_to(whole)
     subprocess.run([*command, "-lm"], check=True)

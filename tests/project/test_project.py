@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 import gacompiler
-from gacompiler.backends.build import library_path
 from gacompiler.cli import COMMANDS
+from gacompiler.gac_runtime.build import built_library
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = {"gacompiler", "generated", "algorithms", "tests", "benchmarks", "docs", ".ci"}
@@ -153,7 +153,7 @@ def test_a_generated_module_loads_no_compiler() -> None:
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     backend, *loaded = done.stdout.split()
     assert not {"sympy", "gacompiler", "scipy", "matplotlib"} & set(loaded)
-    if library_path(ROOT / "generated" / "pga3.c").exists():
+    if built_library(ROOT / "generated" / "pga3.c", "f64") is not None:
         assert "numba" not in loaded
     assert backend in ("c", "numba", "arrays")
 
