@@ -2,7 +2,7 @@
 // command: gac generate --all body_eye
 // spec: 09335710606d44cd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2b681176dc4febb4a101d4f5ad6589c4f972ec78c57a405cd77cdbf0cde19b2f
+// body: 70f576d41707f142e89309cc611da1644185e1766dfa4925fa276ac7bc08d6be
 
 #ifndef REAL
 #include "body_eye.h"
@@ -914,11 +914,11 @@ void NAME(axis_of_circles)(intptr_t n, intptr_t k, const REAL *points, const int
     const REAL *centre, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL *const conformal = work, *const mapped = conformal + 4 * n, *const scattered = mapped + k,
-    *const mapped_2 = scattered + 4 * k, *const mapped_3 = mapped_2 + 4 * k, sum[6],
-    *const mapped_4 = mapped_3 + 4 * n, sum_2[5], common, common_2, common_3, common_4, common_5, common_6, square,
-    common_7, common_8, common_9, common_10, common_11, common_12, *const scattered_2 = mapped_4 + k,
-    *const mapped_5 = scattered_2 + k, sum_0, sum_1, *const mapped_6 = mapped_5 + k, common_13, sum_3[5], sum_0_2,
-    sum_1_2;
+        *const mapped_2 = scattered + 4 * k, *const mapped_3 = mapped_2 + 4 * k, sum[6],
+        *const mapped_4 = mapped_3 + 4 * n, sum_2[5], common, common_2, common_3, common_4, common_5, common_6,
+        square, common_7, common_8, common_9, common_10, common_11, common_12, *const scattered_2 = mapped_4 + k,
+        *const mapped_5 = scattered_2 + k, sum_0, sum_1, *const mapped_6 = mapped_5 + k, common_13, sum_3[5],
+        sum_0_2, sum_1_2;
     CLEAR(4 * k, scattered);
     for (intptr_t i = 0; i < n; i++) {
         NAME(axis_of_circles_conformal)(centre, points + 3 * i, conformal + 4 * i);
@@ -939,12 +939,12 @@ void NAME(axis_of_circles)(intptr_t n, intptr_t k, const REAL *points, const int
     NAME(axis_of_circles_common)(sum, &common, &common_2, &common_3, &common_4, &common_5, &common_6);
     for (intptr_t i = 0; i < n; i++)
         NAME(axis_of_circles_sum_2)(sum_2, mapped_3 + 4 * i, mapped_4[circle[i]], common, common_2, common_3,
-    common_4, common_5, common_6, sum_2);
+            common_4, common_5, common_6, sum_2);
     NAME(axis_of_circles_common_2)(sum, sum_2, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12);
     CLEAR(k, scattered_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(axis_of_circles_square)(conformal + 4 * i, common_7, common_8, common_9, common_10, common_11,
-    common_12, &square);
+            common_12, &square);
         if (circle[i] >= 0)
             ADD(1, &square, scattered_2 + circle[i]);
     }
@@ -960,7 +960,7 @@ void NAME(axis_of_circles)(intptr_t n, intptr_t k, const REAL *points, const int
     NAME(axis_of_circles_sum_start_3)(&sum_0_2, &sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(axis_of_circles_sum_4)(common, common_2, common_3, common_4, common_5, common_6, sum_3,
-    mapped_3 + 4 * i, mapped_6[circle[i]], sum_3);
+            mapped_3 + 4 * i, mapped_6[circle[i]], sum_3);
         NAME(axis_of_circles_sum_5)(sum_0_2, sum_1_2, conformal + 4 * i, &sum_0_2, &sum_1_2);
     }
     NAME(axis_of_circles_result)(centre, sum, sum_3, sum_0_2, sum_1_2, out_0, out_1, out_2);
@@ -972,9 +972,9 @@ static INLINE WORD NAME(axis_of_circles_lanes)(intptr_t n, intptr_t k, const REA
     REAL *mapped_6)
 {
     _Alignas(64) REAL sum[6 * NLANES], sum_2[5 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES],
-    common_4[NLANES], common_5[NLANES], common_6[NLANES], square[NLANES], common_7[NLANES], common_8[NLANES],
-    common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], sum_0[NLANES], sum_1[NLANES],
-    common_13[NLANES], sum_3[5 * NLANES], sum_0_2[NLANES], sum_1_2[NLANES];
+        common_4[NLANES], common_5[NLANES], common_6[NLANES], square[NLANES], common_7[NLANES], common_8[NLANES],
+        common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], sum_0[NLANES], sum_1[NLANES],
+        common_13[NLANES], sum_3[5 * NLANES], sum_0_2[NLANES], sum_1_2[NLANES];
     CLEAR(4 * NLANES * k, scattered);
     for (intptr_t i = 0; i < n; i++) {
         NAME(axis_of_circles_conformal_lanes)(centre, points + 3 * NLANES * i, conformal + 4 * NLANES * i);
@@ -984,25 +984,25 @@ static INLINE WORD NAME(axis_of_circles_lanes)(intptr_t n, intptr_t k, const REA
     for (intptr_t i = 0; i < k; i++) {
         NAME(axis_of_circles_mapped_lanes)(counts + NLANES * i, mapped + NLANES * i);
         NAME(axis_of_circles_mapped_2_lanes)(scattered + 4 * NLANES * i, mapped + NLANES * i,
-    mapped_2 + 4 * NLANES * i);
+            mapped_2 + 4 * NLANES * i);
         NAME(axis_of_circles_mapped_3_lanes)(mapped + NLANES * i, mapped_4 + NLANES * i);
     }
     NAME(axis_of_circles_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(axis_of_circles_mapped_4_lanes)(conformal + 4 * NLANES * i, mapped_2 + 4 * NLANES * circle[i],
-    mapped_3 + 4 * NLANES * i);
+            mapped_3 + 4 * NLANES * i);
         NAME(axis_of_circles_sum_lanes)(sum, mapped_3 + 4 * NLANES * i, sum);
     }
     NAME(axis_of_circles_sum_start_2_lanes)(sum_2);
     NAME(axis_of_circles_common_lanes)(sum, common, common_2, common_3, common_4, common_5, common_6);
     for (intptr_t i = 0; i < n; i++)
         NAME(axis_of_circles_sum_2_lanes)(sum_2, mapped_3 + 4 * NLANES * i, mapped_4 + NLANES * circle[i], common,
-    common_2, common_3, common_4, common_5, common_6, sum_2);
+            common_2, common_3, common_4, common_5, common_6, sum_2);
     NAME(axis_of_circles_common_2_lanes)(sum, sum_2, common_7, common_8, common_9, common_10, common_11, common_12);
     CLEAR(NLANES * k, scattered_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(axis_of_circles_square_lanes)(conformal + 4 * NLANES * i, common_7, common_8, common_9, common_10,
-    common_11, common_12, square);
+            common_11, common_12, square);
         if (circle[i] >= 0)
             ADD(NLANES, square, scattered_2 + NLANES * circle[i]);
     }
@@ -1018,7 +1018,7 @@ static INLINE WORD NAME(axis_of_circles_lanes)(intptr_t n, intptr_t k, const REA
     NAME(axis_of_circles_sum_start_3_lanes)(sum_0_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(axis_of_circles_sum_4_lanes)(common, common_2, common_3, common_4, common_5, common_6, sum_3,
-    mapped_3 + 4 * NLANES * i, mapped_6 + NLANES * circle[i], sum_3);
+            mapped_3 + 4 * NLANES * i, mapped_6 + NLANES * circle[i], sum_3);
         NAME(axis_of_circles_sum_5_lanes)(sum_0_2, sum_1_2, conformal + 4 * NLANES * i, sum_0_2, sum_1_2);
     }
     NAME(axis_of_circles_result_lanes)(centre, sum, sum_3, sum_0_2, sum_1_2, out_0, out_1, out_2);
@@ -1638,29 +1638,29 @@ static INLINE void NAME(refined_axes_within)(intptr_t n, intptr_t k, const REAL 
     REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *work)
 {
     REAL cost, less_, rounding_2, converged, steps, next_motor[8], next_cost, next_less, next_rounding,
-    *const mapped = work, cylindric_0_0, cylindric_0_1, *const cylindric = mapped + 6 * k, cylindric_2[3],
-    cylindric_3[3], *const rows = cylindric + 3 * n, weighed[17], *const scattered = rows + 14 * n,
-    *const centre = scattered + 17 * k, sum[28], sum_2[3], common, common_2, common_3, common_4, common_5, common_6,
-    common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16,
-    common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26,
-    common_27, *const mapped_2 = centre + 14 * k, cylindric_0_0_2, cylindric_0_1_2,
-    *const cylindric_4 = mapped_2 + 6 * k, cylindric_5[3], cylindric_6[3], *const rows_2 = cylindric_4 + 3 * n,
-    weighed_2[17], *const scattered_2 = rows_2 + 14 * n, *const centre_2 = scattered_2 + 17 * k, sum_3[28],
-    sum_4[3];
+        *const mapped = work, cylindric_0_0, cylindric_0_1, *const cylindric = mapped + 6 * k, cylindric_2[3],
+        cylindric_3[3], *const rows = cylindric + 3 * n, weighed[17], *const scattered = rows + 14 * n,
+        *const centre = scattered + 17 * k, sum[28], sum_2[3], common, common_2, common_3, common_4, common_5,
+        common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15,
+        common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
+        common_25, common_26, common_27, *const mapped_2 = centre + 14 * k, cylindric_0_0_2, cylindric_0_1_2,
+        *const cylindric_4 = mapped_2 + 6 * k, cylindric_5[3], cylindric_6[3], *const rows_2 = cylindric_4 + 3 * n,
+        weighed_2[17], *const scattered_2 = rows_2 + 14 * n, *const centre_2 = scattered_2 + 17 * k, sum_3[28],
+        sum_4[3];
     NAME(refined_axes_result)(start, out_0, &cost, &less_, &rounding_2, &converged, &steps);
     NAME(refined_axes_common)(free, damping, &common, &common_2, &common_3, &common_4, &common_5, &common_6,
-    &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14, &common_15,
-    &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22, &common_23, &common_24,
-    &common_25, &common_26, &common_27);
+        &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14, &common_15,
+        &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22, &common_23, &common_24,
+        &common_25, &common_26, &common_27);
     for (int repeats = 0; repeats < 20; repeats++) {
         for (intptr_t j = 0; j < k; j++)
             NAME(refined_axes_mapped)(out_0, lines + 6 * j, mapped + 6 * j);
         CLEAR(17 * k, scattered);
         for (intptr_t j = 0; j < n; j++) {
             NAME(refined_axes_cylindric)(points + 3 * j, mapped + 6 * circle[j], information + 6 * j,
-    &cylindric_0_0, &cylindric_0_1, cylindric + 3 * j, cylindric_2, cylindric_3);
+                &cylindric_0_0, &cylindric_0_1, cylindric + 3 * j, cylindric_2, cylindric_3);
             NAME(refined_axes_rows_2)(points + 3 * j, cylindric_0_0, cylindric_0_1, cylindric_2, cylindric_3,
-    rows + 14 * j);
+                rows + 14 * j);
             NAME(refined_axes_weighed)(rows + 14 * j, cylindric + 3 * j, weighed);
             if (circle[j] >= 0)
                 ADD(17, weighed, scattered + 17 * circle[j]);
@@ -1674,9 +1674,9 @@ static INLINE void NAME(refined_axes_within)(intptr_t n, intptr_t k, const REAL 
             NAME(refined_axes_sum_2)(sum_2, rows + 14 * j, cylindric + 3 * j, sum_2);
         }
         NAME(refined_axes_next_motor)(free, rounding, out_0, sum, sum_2, common, common_2, common_3, common_4,
-    common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
-    common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
-    common_25, common_26, common_27, next_motor, &next_cost, &next_less, &next_rounding, NULL);
+            common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
+            common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
+            common_24, common_25, common_26, common_27, next_motor, &next_cost, &next_less, &next_rounding, NULL);
         NAME(refined_axes_converged)(least_change, next_cost, next_less, next_rounding, &converged);
         COPY(8, next_motor, out_0);
         steps += 1;
@@ -1688,9 +1688,9 @@ static INLINE void NAME(refined_axes_within)(intptr_t n, intptr_t k, const REAL 
     CLEAR(17 * k, scattered_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(refined_axes_cylindric)(points + 3 * i, mapped_2 + 6 * circle[i], information + 6 * i,
-    &cylindric_0_0_2, &cylindric_0_1_2, cylindric_4 + 3 * i, cylindric_5, cylindric_6);
+            &cylindric_0_0_2, &cylindric_0_1_2, cylindric_4 + 3 * i, cylindric_5, cylindric_6);
         NAME(refined_axes_rows_2)(points + 3 * i, cylindric_0_0_2, cylindric_0_1_2, cylindric_5, cylindric_6,
-    rows_2 + 14 * i);
+            rows_2 + 14 * i);
         NAME(refined_axes_weighed)(rows_2 + 14 * i, cylindric_4 + 3 * i, weighed_2);
         if (circle[i] >= 0)
             ADD(17, weighed_2, scattered_2 + 17 * circle[i]);
@@ -1711,16 +1711,16 @@ static INLINE void NAME(refined_axes_within)(intptr_t n, intptr_t k, const REAL 
 }
 
 FUSED(refined_axes, (intptr_t n, intptr_t k, const REAL *points, const REAL *information, const int64_t *circle,
-    const REAL *lines, const REAL *start, const REAL *free, REAL least_change, REAL rounding, REAL damping,
-    REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *work), (n, k, points, information,
-    circle, lines, start, free, least_change, rounding, damping, out_0, out_1, out_2, out_3, out_4, work))
+    const REAL *lines, const REAL *start, const REAL *free, REAL least_change, REAL rounding, REAL damping, REAL
+    *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *work), (n, k, points, information, circle,
+    lines, start, free, least_change, rounding, damping, out_0, out_1, out_2, out_3, out_4, work))
 void NAME(refined_axes)(intptr_t n, intptr_t k, const REAL *points, const REAL *information, const int64_t *circle,
     const REAL *lines, const REAL *start, const REAL *free, REAL least_change, REAL rounding, REAL damping,
     REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *work)
 {
     RUN(refined_axes, (n, k, points, information, circle, lines, start, free, least_change, rounding, damping,
-    out_0, out_1, out_2, out_3, out_4, work), (n, k, points, information, circle, lines, start, free, least_change,
-    rounding, damping, out_0, out_1, out_2, out_3, out_4, work));
+        out_0, out_1, out_2, out_3, out_4, work), (n, k, points, information, circle, lines, start, free,
+        least_change, rounding, damping, out_0, out_1, out_2, out_3, out_4, work));
 }
 
 static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *points, const REAL *information,
@@ -1730,22 +1730,22 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
     REAL *rows_2, REAL *scattered_2, REAL *centre_2)
 {
     _Alignas(64) REAL cost[NLANES], less_[NLANES], rounding_2[NLANES], converged[NLANES], steps[NLANES],
-    next_motor[8 * NLANES], next_cost[NLANES], next_less[NLANES], next_rounding[NLANES], cylindric_0_0[NLANES],
-    cylindric_0_1[NLANES], cylindric_2[3 * NLANES], cylindric_3[3 * NLANES], weighed[17 * NLANES], sum[28 * NLANES],
-    sum_2[3 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES],
-    common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES],
-    common_12[NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES],
-    common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES],
-    common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES],
-    common_27[NLANES], cylindric_0_0_2[NLANES], cylindric_0_1_2[NLANES], cylindric_5[3 * NLANES],
-    cylindric_6[3 * NLANES], weighed_2[17 * NLANES], sum_3[28 * NLANES], sum_4[3 * NLANES], gac_kept_0[8 * NLANES],
-    gac_kept_1[NLANES];
+        next_motor[8 * NLANES], next_cost[NLANES], next_less[NLANES], next_rounding[NLANES], cylindric_0_0[NLANES],
+        cylindric_0_1[NLANES], cylindric_2[3 * NLANES], cylindric_3[3 * NLANES], weighed[17 * NLANES],
+        sum[28 * NLANES], sum_2[3 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
+        common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES],
+        common_11[NLANES], common_12[NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES],
+        common_16[NLANES], common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES],
+        common_21[NLANES], common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES],
+        common_26[NLANES], common_27[NLANES], cylindric_0_0_2[NLANES], cylindric_0_1_2[NLANES],
+        cylindric_5[3 * NLANES], cylindric_6[3 * NLANES], weighed_2[17 * NLANES], sum_3[28 * NLANES],
+        sum_4[3 * NLANES], gac_kept_0[8 * NLANES], gac_kept_1[NLANES];
     WORD far = 0;
     NAME(refined_axes_result_lanes)(start, out_0, cost, less_, rounding_2, converged, steps);
     NAME(refined_axes_common_lanes)(free, damping, common, common_2, common_3, common_4, common_5, common_6,
-    common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16,
-    common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26,
-    common_27);
+        common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16,
+        common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25,
+        common_26, common_27);
     ROUNDS(rounds, 20) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
         KEEP(rounds, NLANES, converged, gac_kept_1);
@@ -1754,10 +1754,10 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
         CLEAR(17 * NLANES * k, scattered);
         for (intptr_t j = 0; j < n; j++) {
             NAME(refined_axes_cylindric_lanes)(points + 3 * NLANES * j, mapped + 6 * NLANES * circle[j],
-    information + 6 * NLANES * j, cylindric_0_0, cylindric_0_1, cylindric + 3 * NLANES * j, cylindric_2,
-    cylindric_3);
+                information + 6 * NLANES * j, cylindric_0_0, cylindric_0_1, cylindric + 3 * NLANES * j, cylindric_2,
+                cylindric_3);
             NAME(refined_axes_rows_2_lanes)(points + 3 * NLANES * j, cylindric_0_0, cylindric_0_1, cylindric_2,
-    cylindric_3, rows + 14 * NLANES * j);
+                cylindric_3, rows + 14 * NLANES * j);
             NAME(refined_axes_weighed_lanes)(rows + 14 * NLANES * j, cylindric + 3 * NLANES * j, weighed);
             if (circle[j] >= 0)
                 ADD(17 * NLANES, weighed, scattered + 17 * NLANES * circle[j]);
@@ -1768,13 +1768,13 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
         NAME(refined_axes_sum_start_2_lanes)(sum_2);
         for (intptr_t j = 0; j < n; j++) {
             NAME(refined_axes_sum_lanes)(sum, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j,
-    centre + 14 * NLANES * circle[j], sum);
+                centre + 14 * NLANES * circle[j], sum);
             NAME(refined_axes_sum_2_lanes)(sum_2, rows + 14 * NLANES * j, cylindric + 3 * NLANES * j, sum_2);
         }
         far |= NAME(refined_axes_next_motor_lanes)(free, rounding, out_0, sum, sum_2, common, common_2, common_3,
-    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
-    common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
-    common_24, common_25, common_26, common_27, next_motor, next_cost, next_less, next_rounding);
+            common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
+            common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
+            common_23, common_24, common_25, common_26, common_27, next_motor, next_cost, next_less, next_rounding);
         NAME(refined_axes_converged_lanes)(least_change, next_cost, next_less, next_rounding, converged);
         COPY(8 * NLANES, next_motor, out_0);
         RESTORE(rounds, 8 * NLANES, gac_kept_0, out_0);
@@ -1788,10 +1788,10 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
     CLEAR(17 * NLANES * k, scattered_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(refined_axes_cylindric_lanes)(points + 3 * NLANES * i, mapped_2 + 6 * NLANES * circle[i],
-    information + 6 * NLANES * i, cylindric_0_0_2, cylindric_0_1_2, cylindric_4 + 3 * NLANES * i, cylindric_5,
-    cylindric_6);
+            information + 6 * NLANES * i, cylindric_0_0_2, cylindric_0_1_2, cylindric_4 + 3 * NLANES * i,
+            cylindric_5, cylindric_6);
         NAME(refined_axes_rows_2_lanes)(points + 3 * NLANES * i, cylindric_0_0_2, cylindric_0_1_2, cylindric_5,
-    cylindric_6, rows_2 + 14 * NLANES * i);
+            cylindric_6, rows_2 + 14 * NLANES * i);
         NAME(refined_axes_weighed_lanes)(rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i, weighed_2);
         if (circle[i] >= 0)
             ADD(17 * NLANES, weighed_2, scattered_2 + 17 * NLANES * circle[i]);
@@ -1805,7 +1805,7 @@ static INLINE WORD NAME(refined_axes_lanes)(intptr_t n, intptr_t k, const REAL *
     NAME(refined_axes_sum_start_2_lanes)(sum_4);
     for (intptr_t i = 0; i < n; i++) {
         NAME(refined_axes_sum_lanes)(sum_3, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i,
-    centre_2 + 14 * NLANES * circle[i], sum_3);
+            centre_2 + 14 * NLANES * circle[i], sum_3);
         NAME(refined_axes_sum_2_lanes)(sum_4, rows_2 + 14 * NLANES * i, cylindric_4 + 3 * NLANES * i, sum_4);
     }
     NAME(refined_axes_result_4_lanes)(sum_3, sum_4, out_1);

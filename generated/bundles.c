@@ -2,7 +2,7 @@
 // command: gac generate --all bundles
 // spec: 4bf4787619db8fdd
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 77c8a7d82f43078ba921e74cf0ce9f02296b54b3ebb140ae798d425021ada1d6
+// body: d47533a80d4b46ea6a4ab0e5a292cc3d0f4014b23126b751723e373bef9497fe
 
 #ifndef REAL
 #include "bundles.h"
@@ -5483,7 +5483,7 @@ static INLINE WORD NAME(eliminated_gradients_lanes)(intptr_t couplings, intptr_t
     CLEAR(6 * NLANES * blocks, out);
     for (intptr_t i = 0; i < couplings; i++) {
         NAME(eliminated_gradients_mapped_lanes)(coupling + 18 * NLANES * i, reduced + 3 * NLANES * point[i],
-    mapped);
+            mapped);
         if (block[i] >= 0)
             ADD(6 * NLANES, mapped, out + 6 * NLANES * block[i]);
     }
@@ -5572,7 +5572,7 @@ static INLINE WORD NAME(point_changes_lanes)(intptr_t couplings, intptr_t blocks
     }
     for (intptr_t i = 0; i < points; i++)
         NAME(point_changes_result_lanes)(scattered + 3 * NLANES * i, reduced + 3 * NLANES * i,
-    inverse + 6 * NLANES * i, out + 3 * NLANES * i);
+            inverse + 6 * NLANES * i, out + 3 * NLANES * i);
     return 0;
 }
 
@@ -5707,7 +5707,7 @@ void NAME(spread_of_points)(intptr_t couplings, intptr_t products, intptr_t pair
     CLEAR(6 * points, out);
     for (intptr_t i = 0; i < products; i++) {
         NAME(spread_of_points_of)(coupling + 18 * first[i], coupling + 18 * second[i], covariance + 36 * pair[i],
-    share[i], of);
+            share[i], of);
         if (point[i] >= 0)
             ADD(6, of, out + 6 * point[i]);
     }
@@ -5722,7 +5722,7 @@ static INLINE WORD NAME(spread_of_points_lanes)(intptr_t couplings, intptr_t pro
     CLEAR(6 * NLANES * points, out);
     for (intptr_t i = 0; i < products; i++) {
         NAME(spread_of_points_of_lanes)(coupling + 18 * NLANES * first[i], coupling + 18 * NLANES * second[i],
-    covariance + 36 * NLANES * pair[i], share + NLANES * i, of);
+            covariance + 36 * NLANES * pair[i], share + NLANES * i, of);
         if (point[i] >= 0)
             ADD(6 * NLANES, of, out + 6 * NLANES * point[i]);
     }

@@ -2,7 +2,7 @@
 // command: gac generate --all cga3
 // spec: 304fccca89e1b33a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8c5bffb1f8a81b4c44c00ca0dd4ecb71f6d8cb4960f3687ee129f451c94af7bc
+// body: 16a88a1a5f71a05597b03da82f7cacbe3a29827ba4a7d3026644274cd676a709
 
 #ifndef REAL
 #include "cga3.h"
@@ -10139,15 +10139,15 @@ static INLINE void NAME(least_distances_to_circle_within)(intptr_t n, const REAL
 {
     (void)work;
     REAL angle, value, slope, bend, span_2, done, converged, steps, next_angle, next_value, next_slope, next_bend,
-    next_span, next_done;
+        next_span, next_done;
     for (intptr_t i = 0; i < n; i++) {
         NAME(least_distances_to_circle_value)(curve, radius, angles[i], &value, &slope, &bend, &done, &converged,
-    &steps, NULL);
+            &steps, NULL);
         COPY(1, angles + i, &angle);
         COPY(1, &span, &span_2);
         for (int repeats = 0; repeats < 40; repeats++) {
             NAME(least_distances_to_circle_next_angle)(curve, radius, angle, value, slope, bend, span_2,
-    &next_angle, &next_value, &next_slope, &next_bend, &next_span, &next_done, NULL);
+                &next_angle, &next_value, &next_slope, &next_bend, &next_span, &next_done, NULL);
             NAME(least_distances_to_circle_converged)(next_done, &converged);
             COPY(1, &next_angle, &angle);
             COPY(1, &next_value, &value);
@@ -10163,26 +10163,26 @@ static INLINE void NAME(least_distances_to_circle_within)(intptr_t n, const REAL
     }
 }
 
-FUSED(least_distances_to_circle, (intptr_t n, const REAL *curve, REAL radius, const REAL *angles, REAL span,
-    REAL *out_0, REAL *out_1, REAL *work), (n, curve, radius, angles, span, out_0, out_1, work))
+FUSED(least_distances_to_circle, (intptr_t n, const REAL *curve, REAL radius, const REAL *angles, REAL span, REAL
+    *out_0, REAL *out_1, REAL *work), (n, curve, radius, angles, span, out_0, out_1, work))
 void NAME(least_distances_to_circle)(intptr_t n, const REAL *curve, REAL radius, const REAL *angles, REAL span,
     REAL *out_0, REAL *out_1, REAL *work)
 {
-    RUN(least_distances_to_circle, (n, curve, radius, angles, span, out_0, out_1, work), (n, curve, radius, angles,
-    span, out_0, out_1, work));
+    RUN(least_distances_to_circle, (n, curve, radius, angles, span, out_0, out_1, work),
+        (n, curve, radius, angles, span, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(least_distances_to_circle_lanes)(intptr_t n, const REAL *curve, const REAL *radius,
     const REAL *angles, const REAL *span, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL angle[NLANES], value[NLANES], slope[NLANES], bend[NLANES], span_2[NLANES], done[NLANES],
-    converged[NLANES], steps[NLANES], next_angle[NLANES], next_value[NLANES], next_slope[NLANES], next_bend[NLANES],
-    next_span[NLANES], next_done[NLANES], gac_kept_0[NLANES], gac_kept_1[NLANES], gac_kept_2[NLANES],
-    gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES];
+        converged[NLANES], steps[NLANES], next_angle[NLANES], next_value[NLANES], next_slope[NLANES],
+        next_bend[NLANES], next_span[NLANES], next_done[NLANES], gac_kept_0[NLANES], gac_kept_1[NLANES],
+        gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(least_distances_to_circle_value_lanes)(curve, radius, angles + NLANES * i, value, slope, bend,
-    done, converged, steps);
+            done, converged, steps);
         COPY(NLANES, angles + NLANES * i, angle);
         COPY(NLANES, span, span_2);
         ROUNDS(rounds, 40) {
@@ -10193,7 +10193,7 @@ static INLINE WORD NAME(least_distances_to_circle_lanes)(intptr_t n, const REAL 
             KEEP(rounds, NLANES, span_2, gac_kept_4);
             KEEP(rounds, NLANES, converged, gac_kept_5);
             far |= NAME(least_distances_to_circle_next_angle_lanes)(curve, radius, angle, value, slope, bend,
-    span_2, next_angle, next_value, next_slope, next_bend, next_span, next_done);
+                span_2, next_angle, next_value, next_slope, next_bend, next_span, next_done);
             NAME(least_distances_to_circle_converged_lanes)(next_done, converged);
             COPY(NLANES, next_angle, angle);
             COPY(NLANES, next_value, value);

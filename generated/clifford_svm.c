@@ -2,7 +2,7 @@
 // command: gac generate --all clifford_svm
 // spec: 74c3d688bea5f3de
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e365ff0b2c04906ecf3f8bb7171aabc71a201d0009c54acc961863bd249bb90b
+// body: be5ce760983f0cda0e9c8acc9d08414b1e3bd7f7e2c214849d2f036889d2cd65
 
 #ifndef REAL
 #include "clifford_svm.h"
@@ -386,26 +386,27 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
 {
     (void)lanes_;
     REAL sum, mapped[3], *const carry_0 = work, *const carry_1 = carry_0 + lanes, *const carry_2 = carry_1 + lanes,
-    one[3], score, row, number, number_2, otherwise, a, *const ends = carry_2 + lanes, score_2, row_2, number_3,
-    number_4, otherwise_2[3], number_5, otherwise_3[3], number_6, otherwise_4[3],
-    *const state_carry_0 = ends + 3 * m, *const state_carry_1 = state_carry_0 + m * blocks * lanes, state_carry_2,
-    state_carry_3, state_carry_4, state_carry_5, state_steps, state_converged, converged, steps, next_state_carry_2,
-    next_state_carry_3, next_state_carry_4, next_state_carry_5, next_state_steps, next_state_converged, number_7,
-    otherwise_5, number_8, number_9, common, otherwise_6, number_10, number_11, otherwise_7, number_12, otherwise_8,
-    number_13, otherwise_9, number_14, otherwise_10, mapped_0, mapped_1,
-    *const carry_0_2 = state_carry_1 + m * blocks * lanes, *const carry_1_2 = carry_0_2 + lanes, one_0, one_1,
-    score_3, row_3, number_15, number_16, otherwise_11, number_17, otherwise_12, number_18, number_19, number_20,
-    number_21, number_22, number_23, number_24, number_25, number_26, number_27, number_28, number_29, number_30,
-    otherwise_13, number_31, number_32, number_33, number_start, *const number_34 = carry_1_2 + lanes, number_35,
-    otherwise_14, number_36, otherwise_15, number_37, number_38, new_0, new_1, common_2, common_3, common_4,
-    common_5, common_6, common_7, common_8, *const mapped_0_2 = number_34 + m,
-    *const mapped_1_2 = mapped_0_2 + blocks * lanes, mapped_2[3], *const carry_0_3 = mapped_1_2 + blocks * lanes,
-    *const carry_1_3 = carry_0_3 + lanes, *const carry_2_2 = carry_1_3 + lanes, one_2[3], score_4, row_4, number_39,
-    number_40, otherwise_16, a_2, *const component_0 = carry_2_2 + lanes,
-    *const component_1 = component_0 + m * blocks * lanes, *const component_2 = component_1 + m * blocks * lanes,
-    *const component_3 = component_2 + m, *const component_4 = component_3 + m, score_5, row_5, number_41,
-    number_42, otherwise_17, number_43, otherwise_18, number_44, otherwise_19, by_element, common_9,
-    *const by_element_2 = component_4 + m, by_element_4, *const by_element_5 = by_element_2 + blocks * lanes;
+        one[3], score, row, number, number_2, otherwise, a, *const ends = carry_2 + lanes, score_2, row_2, number_3,
+        number_4, otherwise_2[3], number_5, otherwise_3[3], number_6, otherwise_4[3],
+        *const state_carry_0 = ends + 3 * m, *const state_carry_1 = state_carry_0 + m * blocks * lanes,
+        state_carry_2, state_carry_3, state_carry_4, state_carry_5, state_steps, state_converged, converged, steps,
+        next_state_carry_2, next_state_carry_3, next_state_carry_4, next_state_carry_5, next_state_steps,
+        next_state_converged, number_7, otherwise_5, number_8, number_9, common, otherwise_6, number_10, number_11,
+        otherwise_7, number_12, otherwise_8, number_13, otherwise_9, number_14, otherwise_10, mapped_0, mapped_1,
+        *const carry_0_2 = state_carry_1 + m * blocks * lanes, *const carry_1_2 = carry_0_2 + lanes, one_0, one_1,
+        score_3, row_3, number_15, number_16, otherwise_11, number_17, otherwise_12, number_18, number_19,
+        number_20, number_21, number_22, number_23, number_24, number_25, number_26, number_27, number_28,
+        number_29, number_30, otherwise_13, number_31, number_32, number_33, number_start,
+        *const number_34 = carry_1_2 + lanes, number_35, otherwise_14, number_36, otherwise_15, number_37,
+        number_38, new_0, new_1, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
+        *const mapped_0_2 = number_34 + m, *const mapped_1_2 = mapped_0_2 + blocks * lanes, mapped_2[3],
+        *const carry_0_3 = mapped_1_2 + blocks * lanes, *const carry_1_3 = carry_0_3 + lanes,
+        *const carry_2_2 = carry_1_3 + lanes, one_2[3], score_4, row_4, number_39, number_40, otherwise_16, a_2,
+        *const component_0 = carry_2_2 + lanes, *const component_1 = component_0 + m * blocks * lanes,
+        *const component_2 = component_1 + m * blocks * lanes, *const component_3 = component_2 + m,
+        *const component_4 = component_3 + m, score_5, row_5, number_41, number_42, otherwise_17, number_43,
+        otherwise_18, number_44, otherwise_19, by_element, common_9, *const by_element_2 = component_4 + m,
+        by_element_4, *const by_element_5 = by_element_2 + blocks * lanes;
     NAME(steps_of_pairs_sum_start)(&sum);
     for (intptr_t i = 0; i < lanes; i++)
         NAME(steps_of_pairs_sum)(sum, &sum);
@@ -418,8 +419,9 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
         for (intptr_t j = 0; j < blocks; j++) {
             for (intptr_t k = 0; k < lanes; k++) {
                 NAME(steps_of_pairs_one)(width, carry_0[k], carry_1[k], carry_2[k],
-    variables[(i * blocks + j) * lanes + k], gradient[(i * blocks + j) * lanes + k], numbers[j * lanes + k],
-    lower[(i * blocks + j) * lanes + k], upper[(i * blocks + j) * lanes + k], one);
+                    variables[(i * blocks + j) * lanes + k], gradient[(i * blocks + j) * lanes + k],
+                    numbers[j * lanes + k], lower[(i * blocks + j) * lanes + k],
+                    upper[(i * blocks + j) * lanes + k], one);
                 NAME(steps_of_pairs_carry)(one, carry_0 + k, carry_1 + k, carry_2 + k);
             }
         }
@@ -432,7 +434,7 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
         COPY(1, &row, &number_2);
         NAME(steps_of_pairs_sum_start)(&otherwise);
         NAME(steps_of_pairs_ends)(score,
-    number_2 >= 0 && number_2 < lanes ? carry_1[(intptr_t)number_2] : otherwise, a, ends + 3 * i);
+            number_2 >= 0 && number_2 < lanes ? carry_1[(intptr_t)number_2] : otherwise, a, ends + 3 * i);
         NAME(steps_of_pairs_score_2)(score_2, row_2, number_3, ends + 3 * i, &score_2, &row_2, &number_3);
         for (intptr_t j = 0; j < blocks; j++) {
             for (intptr_t k = 0; k < lanes; k++) {
@@ -448,9 +450,9 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
     COPY(1, &row_2, &number_6);
     NAME(steps_of_pairs_otherwise_start)(otherwise_4);
     NAME(steps_of_pairs_state_carry)(number_4 >= 0 && number_4 < m ? ends + 3 * (intptr_t)number_4 : otherwise_2,
-    number_5 >= 0 && number_5 < m ? ends + 3 * (intptr_t)number_5 : otherwise_3,
-    number_6 >= 0 && number_6 < m ? ends + 3 * (intptr_t)number_6 : otherwise_4, &state_carry_3, &state_carry_4,
-    &state_carry_5, &state_steps, &state_converged, &converged, &steps);
+        number_5 >= 0 && number_5 < m ? ends + 3 * (intptr_t)number_5 : otherwise_3,
+        number_6 >= 0 && number_6 < m ? ends + 3 * (intptr_t)number_6 : otherwise_4, &state_carry_3, &state_carry_4,
+        &state_carry_5, &state_steps, &state_converged, &converged, &steps);
     COPY(1, &row_2, &state_carry_2);
     NAME(steps_of_pairs_common)(sum, &common);
     NAME(steps_of_pairs_common_2)(width, &common_6);
@@ -475,17 +477,19 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
             COPY(1, &mapped_1, carry_1_2 + j);
         }
         for (intptr_t j = 0; j < blocks; j++) {
-            GAC_VECTORS(k, lanes,
-    number_9 >= 0 && number_9 < blocks && number_10 >= 0 && number_10 < lanes && number_11 >= 0 && number_11 < m && number_12 >= 0 && number_12 < m && number_13 >= 0 && number_13 < m && number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 < size,
-    {
-                NAME(steps_of_pairs_one_2)(width, floor, state_carry_3,
-    GAC_EXISTS(number_9 >= 0 && number_9 < blocks && number_10 >= 0 && number_10 < lanes) ? diagonal[(intptr_t)number_9 * lanes + (intptr_t)number_10] : otherwise_6,
-    carry_0_2[k], carry_1_2[k], numbers[j * lanes + k],
-    GAC_EXISTS(number_11 >= 0 && number_11 < m) ? state_carry_0[((intptr_t)number_11 * blocks + j) * lanes + k] : otherwise_7,
-    GAC_EXISTS(number_12 >= 0 && number_12 < m) ? state_carry_1[((intptr_t)number_12 * blocks + j) * lanes + k] : otherwise_8,
-    GAC_EXISTS(number_13 >= 0 && number_13 < m) ? lower[((intptr_t)number_13 * blocks + j) * lanes + k] : otherwise_9,
-    GAC_EXISTS(number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 < size) ? gram[(((intptr_t)number_7 * size + (intptr_t)number_8) * blocks + j) * lanes + k] : otherwise_5,
-    diagonal[j * lanes + k], &one_0, &one_1);
+            GAC_VECTORS(k, lanes, number_9 >= 0 && number_9 < blocks && number_10 >= 0 && number_10 < lanes &&
+                number_11 >= 0 && number_11 < m && number_12 >= 0 && number_12 < m && number_13 >= 0 && number_13 <
+                m && number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 < size, {
+                NAME(steps_of_pairs_one_2)(width, floor, state_carry_3, GAC_EXISTS(number_9 >= 0 && number_9 <
+                    blocks && number_10 >= 0 && number_10 < lanes) ? diagonal[(intptr_t)number_9 * lanes +
+                    (intptr_t)number_10] : otherwise_6, carry_0_2[k], carry_1_2[k], numbers[j * lanes + k],
+                    GAC_EXISTS(number_11 >= 0 && number_11 < m) ? state_carry_0[((intptr_t)number_11 * blocks + j) *
+                    lanes + k] : otherwise_7, GAC_EXISTS(number_12 >= 0 && number_12 < m) ?
+                    state_carry_1[((intptr_t)number_12 * blocks + j) * lanes + k] : otherwise_8,
+                    GAC_EXISTS(number_13 >= 0 && number_13 < m) ? lower[((intptr_t)number_13 * blocks + j) * lanes +
+                    k] : otherwise_9, GAC_EXISTS(number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 <
+                    size) ? gram[(((intptr_t)number_7 * size + (intptr_t)number_8) * blocks + j) * lanes + k] :
+                    otherwise_5, diagonal[j * lanes + k], &one_0, &one_1);
                 COPY(1, &one_0, carry_0_2 + k);
                 COPY(1, &one_1, carry_1_2 + k);
             })
@@ -500,88 +504,109 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
         NAME(steps_of_pairs_number)(state_carry_4, common, &number_18);
         NAME(steps_of_pairs_number_2)(state_carry_4, common, &number_19);
         NAME(steps_of_pairs_number)(common,
-    number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_20);
+            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_20);
         NAME(steps_of_pairs_number_3)(common,
-    number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_21);
+            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_21);
         NAME(steps_of_pairs_number)(common,
-    number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_22);
+            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_22);
         NAME(steps_of_pairs_number_3)(common,
-    number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_23);
+            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_23);
         NAME(steps_of_pairs_number)(state_carry_4, common, &number_24);
         NAME(steps_of_pairs_number_2)(state_carry_4, common, &number_25);
         NAME(steps_of_pairs_number)(state_carry_4, common, &number_26);
         NAME(steps_of_pairs_number_2)(state_carry_4, common, &number_27);
         NAME(steps_of_pairs_number)(common,
-    number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_28);
+            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_28);
         NAME(steps_of_pairs_number_3)(common,
-    number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_29);
+            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_29);
         NAME(steps_of_pairs_number)(common,
-    number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_30);
+            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_30);
         NAME(steps_of_pairs_sum_start)(&otherwise_13);
         NAME(steps_of_pairs_number_3)(common,
-    number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_31);
+            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_31);
         NAME(steps_of_pairs_number)(common,
-    number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_32);
+            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_32);
         NAME(steps_of_pairs_number_3)(common,
-    number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_33);
+            number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, &number_33);
         NAME(steps_of_pairs_number_start)(&number_start);
         COPY(1, &state_carry_2, &number_35);
         NAME(steps_of_pairs_sum_start)(&otherwise_14);
         COPY(1, &state_carry_2, &number_36);
         NAME(steps_of_pairs_sum_start)(&otherwise_15);
-        NAME(steps_of_pairs_common_3)(width, floor, state_carry_3,
-    number_9 >= 0 && number_9 < blocks && number_10 >= 0 && number_10 < lanes ? diagonal[(intptr_t)number_9 * lanes + (intptr_t)number_10] : otherwise_6,
-    number_11 >= 0 && number_11 < m && number_18 >= 0 && number_18 < blocks && number_19 >= 0 && number_19 < lanes ? state_carry_0[((intptr_t)number_11 * blocks + (intptr_t)number_18) * lanes + (intptr_t)number_19] : otherwise_7,
-    number_11 >= 0 && number_11 < m && number_20 >= 0 && number_20 < blocks && number_21 >= 0 && number_21 < lanes ? state_carry_0[((intptr_t)number_11 * blocks + (intptr_t)number_20) * lanes + (intptr_t)number_21] : otherwise_7,
-    number_13 >= 0 && number_13 < m && number_22 >= 0 && number_22 < blocks && number_23 >= 0 && number_23 < lanes ? lower[((intptr_t)number_13 * blocks + (intptr_t)number_22) * lanes + (intptr_t)number_23] : otherwise_9,
-    number_14 >= 0 && number_14 < m && number_24 >= 0 && number_24 < blocks && number_25 >= 0 && number_25 < lanes ? upper[((intptr_t)number_14 * blocks + (intptr_t)number_24) * lanes + (intptr_t)number_25] : otherwise_10,
-    number_14 >= 0 && number_14 < m && number_26 >= 0 && number_26 < blocks && number_27 >= 0 && number_27 < lanes ? upper[((intptr_t)number_14 * blocks + (intptr_t)number_26) * lanes + (intptr_t)number_27] : otherwise_10,
-    number_12 >= 0 && number_12 < m && number_28 >= 0 && number_28 < blocks && number_29 >= 0 && number_29 < lanes ? state_carry_1[((intptr_t)number_12 * blocks + (intptr_t)number_28) * lanes + (intptr_t)number_29] : otherwise_8,
-    number_30 >= 0 && number_30 < blocks && number_31 >= 0 && number_31 < lanes ? diagonal[(intptr_t)number_30 * lanes + (intptr_t)number_31] : otherwise_13,
-    number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 < size && number_32 >= 0 && number_32 < blocks && number_33 >= 0 && number_33 < lanes ? gram[(((intptr_t)number_7 * size + (intptr_t)number_8) * blocks + (intptr_t)number_32) * lanes + (intptr_t)number_33] : otherwise_5,
-    common_6, &common_5);
-        NAME(steps_of_pairs_common_4)(width, floor, state_carry_3,
-    number_9 >= 0 && number_9 < blocks && number_10 >= 0 && number_10 < lanes ? diagonal[(intptr_t)number_9 * lanes + (intptr_t)number_10] : otherwise_6,
-    number_11 >= 0 && number_11 < m && number_18 >= 0 && number_18 < blocks && number_19 >= 0 && number_19 < lanes ? state_carry_0[((intptr_t)number_11 * blocks + (intptr_t)number_18) * lanes + (intptr_t)number_19] : otherwise_7,
-    number_11 >= 0 && number_11 < m && number_20 >= 0 && number_20 < blocks && number_21 >= 0 && number_21 < lanes ? state_carry_0[((intptr_t)number_11 * blocks + (intptr_t)number_20) * lanes + (intptr_t)number_21] : otherwise_7,
-    number_13 >= 0 && number_13 < m && number_22 >= 0 && number_22 < blocks && number_23 >= 0 && number_23 < lanes ? lower[((intptr_t)number_13 * blocks + (intptr_t)number_22) * lanes + (intptr_t)number_23] : otherwise_9,
-    number_14 >= 0 && number_14 < m && number_24 >= 0 && number_24 < blocks && number_25 >= 0 && number_25 < lanes ? upper[((intptr_t)number_14 * blocks + (intptr_t)number_24) * lanes + (intptr_t)number_25] : otherwise_10,
-    number_14 >= 0 && number_14 < m && number_26 >= 0 && number_26 < blocks && number_27 >= 0 && number_27 < lanes ? upper[((intptr_t)number_14 * blocks + (intptr_t)number_26) * lanes + (intptr_t)number_27] : otherwise_10,
-    number_12 >= 0 && number_12 < m && number_28 >= 0 && number_28 < blocks && number_29 >= 0 && number_29 < lanes ? state_carry_1[((intptr_t)number_12 * blocks + (intptr_t)number_28) * lanes + (intptr_t)number_29] : otherwise_8,
-    number_30 >= 0 && number_30 < blocks && number_31 >= 0 && number_31 < lanes ? diagonal[(intptr_t)number_30 * lanes + (intptr_t)number_31] : otherwise_13,
-    number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 < size && number_32 >= 0 && number_32 < blocks && number_33 >= 0 && number_33 < lanes ? gram[(((intptr_t)number_7 * size + (intptr_t)number_8) * blocks + (intptr_t)number_32) * lanes + (intptr_t)number_33] : otherwise_5,
-    common_6, &common_7, &common_8);
+        NAME(steps_of_pairs_common_3)(width, floor, state_carry_3, number_9 >= 0 && number_9 < blocks && number_10
+            >= 0 && number_10 < lanes ? diagonal[(intptr_t)number_9 * lanes + (intptr_t)number_10] : otherwise_6,
+            number_11 >= 0 && number_11 < m && number_18 >= 0 && number_18 < blocks && number_19 >= 0 && number_19 <
+            lanes ? state_carry_0[((intptr_t)number_11 * blocks + (intptr_t)number_18) * lanes +
+            (intptr_t)number_19] : otherwise_7, number_11 >= 0 && number_11 < m && number_20 >= 0 && number_20 <
+            blocks && number_21 >= 0 && number_21 < lanes ? state_carry_0[((intptr_t)number_11 * blocks +
+            (intptr_t)number_20) * lanes + (intptr_t)number_21] : otherwise_7, number_13 >= 0 && number_13 < m &&
+            number_22 >= 0 && number_22 < blocks && number_23 >= 0 && number_23 < lanes ? lower[((intptr_t)number_13
+            * blocks + (intptr_t)number_22) * lanes + (intptr_t)number_23] : otherwise_9, number_14 >= 0 &&
+            number_14 < m && number_24 >= 0 && number_24 < blocks && number_25 >= 0 && number_25 < lanes ?
+            upper[((intptr_t)number_14 * blocks + (intptr_t)number_24) * lanes + (intptr_t)number_25] :
+            otherwise_10, number_14 >= 0 && number_14 < m && number_26 >= 0 && number_26 < blocks && number_27 >= 0
+            && number_27 < lanes ? upper[((intptr_t)number_14 * blocks + (intptr_t)number_26) * lanes +
+            (intptr_t)number_27] : otherwise_10, number_12 >= 0 && number_12 < m && number_28 >= 0 && number_28 <
+            blocks && number_29 >= 0 && number_29 < lanes ? state_carry_1[((intptr_t)number_12 * blocks +
+            (intptr_t)number_28) * lanes + (intptr_t)number_29] : otherwise_8, number_30 >= 0 && number_30 < blocks
+            && number_31 >= 0 && number_31 < lanes ? diagonal[(intptr_t)number_30 * lanes + (intptr_t)number_31] :
+            otherwise_13, number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 < size && number_32 >= 0
+            && number_32 < blocks && number_33 >= 0 && number_33 < lanes ? gram[(((intptr_t)number_7 * size +
+            (intptr_t)number_8) * blocks + (intptr_t)number_32) * lanes + (intptr_t)number_33] : otherwise_5,
+            common_6, &common_5);
+        NAME(steps_of_pairs_common_4)(width, floor, state_carry_3, number_9 >= 0 && number_9 < blocks && number_10
+            >= 0 && number_10 < lanes ? diagonal[(intptr_t)number_9 * lanes + (intptr_t)number_10] : otherwise_6,
+            number_11 >= 0 && number_11 < m && number_18 >= 0 && number_18 < blocks && number_19 >= 0 && number_19 <
+            lanes ? state_carry_0[((intptr_t)number_11 * blocks + (intptr_t)number_18) * lanes +
+            (intptr_t)number_19] : otherwise_7, number_11 >= 0 && number_11 < m && number_20 >= 0 && number_20 <
+            blocks && number_21 >= 0 && number_21 < lanes ? state_carry_0[((intptr_t)number_11 * blocks +
+            (intptr_t)number_20) * lanes + (intptr_t)number_21] : otherwise_7, number_13 >= 0 && number_13 < m &&
+            number_22 >= 0 && number_22 < blocks && number_23 >= 0 && number_23 < lanes ? lower[((intptr_t)number_13
+            * blocks + (intptr_t)number_22) * lanes + (intptr_t)number_23] : otherwise_9, number_14 >= 0 &&
+            number_14 < m && number_24 >= 0 && number_24 < blocks && number_25 >= 0 && number_25 < lanes ?
+            upper[((intptr_t)number_14 * blocks + (intptr_t)number_24) * lanes + (intptr_t)number_25] :
+            otherwise_10, number_14 >= 0 && number_14 < m && number_26 >= 0 && number_26 < blocks && number_27 >= 0
+            && number_27 < lanes ? upper[((intptr_t)number_14 * blocks + (intptr_t)number_26) * lanes +
+            (intptr_t)number_27] : otherwise_10, number_12 >= 0 && number_12 < m && number_28 >= 0 && number_28 <
+            blocks && number_29 >= 0 && number_29 < lanes ? state_carry_1[((intptr_t)number_12 * blocks +
+            (intptr_t)number_28) * lanes + (intptr_t)number_29] : otherwise_8, number_30 >= 0 && number_30 < blocks
+            && number_31 >= 0 && number_31 < lanes ? diagonal[(intptr_t)number_30 * lanes + (intptr_t)number_31] :
+            otherwise_13, number_7 >= 0 && number_7 < samples && number_8 >= 0 && number_8 < size && number_32 >= 0
+            && number_32 < blocks && number_33 >= 0 && number_33 < lanes ? gram[(((intptr_t)number_7 * size +
+            (intptr_t)number_8) * blocks + (intptr_t)number_32) * lanes + (intptr_t)number_33] : otherwise_5,
+            common_6, &common_7, &common_8);
         NAME(steps_of_pairs_score_start)(&score_5, &row_5, &number_41);
         for (intptr_t j = 0; j < m; j++) {
             NAME(steps_of_pairs_sum)(j > 0 ? number_34[j - 1] : number_start, number_34 + j);
             COPY(1, number_35 >= 0 && number_35 < m ? blades + ((intptr_t)number_35 * m + j) : &otherwise_14,
-    &number_37);
+                &number_37);
             COPY(1, number_35 >= 0 && number_35 < m ? blades + ((intptr_t)number_35 * m + j) : &otherwise_14,
-    &number_38);
+                &number_38);
             NAME(steps_of_pairs_common_5)(state_carry_2, state_carry_4,
-    number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, number_34[j],
-    number_36 >= 0 && number_36 < m ? signs[(intptr_t)number_36 * m + j] : otherwise_15, common_5, &common_2,
-    &common_3, &common_4);
+                number_16 >= 0 && number_16 < lanes ? carry_1_2[(intptr_t)number_16] : otherwise_11, number_34[j],
+                number_36 >= 0 && number_36 < m ? signs[(intptr_t)number_36 * m + j] : otherwise_15, common_5,
+                &common_2, &common_3, &common_4);
             GAC_VECTORS(k, lanes, 1, {
                 NAME(steps_of_pairs_mapped_start)(mapped_2);
                 NAME(steps_of_pairs_carry)(mapped_2, carry_0_3 + k, carry_1_3 + k, carry_2_2 + k);
             })
             for (intptr_t k = 0; k < blocks; k++) {
-                GAC_VECTORS(k_2, lanes,
-    number_7 >= 0 && number_7 < samples && number_37 >= 0 && number_37 < size && number_17 >= 0 && number_17 < samples && number_38 >= 0 && number_38 < size,
-    {
+                GAC_VECTORS(k_2, lanes, number_7 >= 0 && number_7 < samples && number_37 >= 0 && number_37 < size &&
+                    number_17 >= 0 && number_17 < samples && number_38 >= 0 && number_38 < size, {
                     NAME(steps_of_pairs_new)(state_carry_0[(j * blocks + k) * lanes + k_2],
-    state_carry_1[(j * blocks + k) * lanes + k_2], numbers[k * lanes + k_2],
-    GAC_EXISTS(number_7 >= 0 && number_7 < samples && number_37 >= 0 && number_37 < size) ? gram[(((intptr_t)number_7 * size + (intptr_t)number_37) * blocks + k) * lanes + k_2] : otherwise_5,
-    GAC_EXISTS(number_17 >= 0 && number_17 < samples && number_38 >= 0 && number_38 < size) ? gram[(((intptr_t)number_17 * size + (intptr_t)number_38) * blocks + k) * lanes + k_2] : otherwise_12,
-    common_2, common_3, common_4, common_7, common_8, &new_0, &new_1);
+                        state_carry_1[(j * blocks + k) * lanes + k_2], numbers[k * lanes + k_2], GAC_EXISTS(number_7
+                        >= 0 && number_7 < samples && number_37 >= 0 && number_37 < size) ?
+                        gram[(((intptr_t)number_7 * size + (intptr_t)number_37) * blocks + k) * lanes + k_2] :
+                        otherwise_5, GAC_EXISTS(number_17 >= 0 && number_17 < samples && number_38 >= 0 && number_38
+                        < size) ? gram[(((intptr_t)number_17 * size + (intptr_t)number_38) * blocks + k) * lanes +
+                        k_2] : otherwise_12, common_2, common_3, common_4, common_7, common_8, &new_0, &new_1);
                     COPY(1, &new_0, mapped_0_2 + (k * lanes + k_2));
                     COPY(1, &new_1, mapped_1_2 + (k * lanes + k_2));
                 })
                 GAC_VECTORS(k_2, lanes, 1, {
                     NAME(steps_of_pairs_one)(width, carry_0_3[k_2], carry_1_3[k_2], carry_2_2[k_2],
-    mapped_0_2[k * lanes + k_2], mapped_1_2[k * lanes + k_2], numbers[k * lanes + k_2],
-    lower[(j * blocks + k) * lanes + k_2], upper[(j * blocks + k) * lanes + k_2], one_2);
+                        mapped_0_2[k * lanes + k_2], mapped_1_2[k * lanes + k_2], numbers[k * lanes + k_2],
+                        lower[(j * blocks + k) * lanes + k_2], upper[(j * blocks + k) * lanes + k_2], one_2);
                     NAME(steps_of_pairs_carry)(one_2, carry_0_3 + k_2, carry_1_3 + k_2, carry_2_2 + k_2);
                 })
                 GAC_VECTORS(k_2, lanes, 1, {
@@ -599,16 +624,16 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
             NAME(steps_of_pairs_sum_start)(&otherwise_16);
             COPY(1, &score_4, component_2 + j);
             COPY(1, number_40 >= 0 && number_40 < lanes ? carry_1_3 + (intptr_t)number_40 : &otherwise_16,
-    component_3 + j);
+                component_3 + j);
             COPY(1, &a_2, component_4 + j);
             NAME(steps_of_pairs_score_3)(score_5, row_5, number_41, component_2[j], component_4[j], &score_5,
-    &row_5, &number_41);
+                &row_5, &number_41);
             for (intptr_t k = 0; k < blocks; k++) {
                 GAC_VECTORS(k_2, lanes, 1, {
                     COPY(1, component_0 + ((j * blocks + k) * lanes + k_2),
-    state_carry_0 + ((j * blocks + k) * lanes + k_2));
+                        state_carry_0 + ((j * blocks + k) * lanes + k_2));
                     COPY(1, component_1 + ((j * blocks + k) * lanes + k_2),
-    state_carry_1 + ((j * blocks + k) * lanes + k_2));
+                        state_carry_1 + ((j * blocks + k) * lanes + k_2));
                 })
             }
         }
@@ -619,16 +644,16 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
         COPY(1, &row_5, &number_44);
         NAME(steps_of_pairs_sum_start)(&otherwise_19);
         NAME(steps_of_pairs_next_state_steps)(tolerance, state_steps,
-    number_42 >= 0 && number_42 < m ? component_2[(intptr_t)number_42] : otherwise_17,
-    number_44 >= 0 && number_44 < m ? component_4[(intptr_t)number_44] : otherwise_19, &next_state_steps,
-    &next_state_converged);
+            number_42 >= 0 && number_42 < m ? component_2[(intptr_t)number_42] : otherwise_17,
+            number_44 >= 0 && number_44 < m ? component_4[(intptr_t)number_44] : otherwise_19, &next_state_steps,
+            &next_state_converged);
         COPY(1, &row_5, &next_state_carry_2);
         COPY(1, number_42 >= 0 && number_42 < m ? component_2 + (intptr_t)number_42 : &otherwise_17,
-    &next_state_carry_3);
+            &next_state_carry_3);
         COPY(1, number_43 >= 0 && number_43 < m ? component_3 + (intptr_t)number_43 : &otherwise_18,
-    &next_state_carry_4);
+            &next_state_carry_4);
         COPY(1, number_44 >= 0 && number_44 < m ? component_4 + (intptr_t)number_44 : &otherwise_19,
-    &next_state_carry_5);
+            &next_state_carry_5);
         NAME(steps_of_pairs_converged)(at_most, next_state_steps, next_state_converged, &converged);
         COPY(1, &next_state_carry_2, &state_carry_2);
         COPY(1, &next_state_carry_3, &state_carry_3);
@@ -645,7 +670,7 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
         for (intptr_t j = 0; j < blocks; j++) {
             for (intptr_t k = 0; k < lanes; k++) {
                 NAME(steps_of_pairs_by_element)(state_carry_0[(i * blocks + j) * lanes + k],
-    variables[(i * blocks + j) * lanes + k], common_9, &by_element);
+                    variables[(i * blocks + j) * lanes + k], common_9, &by_element);
                 COPY(1, &by_element, by_element_2 + (j * lanes + k));
             }
             for (intptr_t k = 0; k < lanes; k++)
@@ -654,7 +679,7 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
         for (intptr_t j = 0; j < blocks; j++) {
             for (intptr_t k = 0; k < lanes; k++) {
                 NAME(steps_of_pairs_by_element_2)(common_9, state_carry_1[(i * blocks + j) * lanes + k],
-    gradient[(i * blocks + j) * lanes + k], &by_element_4);
+                    gradient[(i * blocks + j) * lanes + k], &by_element_4);
                 COPY(1, &by_element_4, by_element_5 + (j * lanes + k));
             }
             for (intptr_t k = 0; k < lanes; k++)
@@ -662,17 +687,17 @@ static INLINE void NAME(steps_of_pairs_within)(intptr_t samples, intptr_t size, 
         }
     }
     NAME(steps_of_pairs_result)(at_most,
-    number_4 >= 0 && number_4 < m ? ends + 3 * (intptr_t)number_4 : otherwise_2,
-    number_6 >= 0 && number_6 < m ? ends + 3 * (intptr_t)number_6 : otherwise_4, state_carry_3, state_carry_5,
-    state_steps, state_converged, out_2, out_3, out_4);
+        number_4 >= 0 && number_4 < m ? ends + 3 * (intptr_t)number_4 : otherwise_2,
+        number_6 >= 0 && number_6 < m ? ends + 3 * (intptr_t)number_6 : otherwise_4, state_carry_3, state_carry_5,
+        state_steps, state_converged, out_2, out_3, out_4);
 }
 
-GAC_WIDE(steps_of_pairs, (intptr_t samples, intptr_t size, intptr_t blocks, intptr_t lanes, intptr_t m,
-    const REAL *gram, const REAL *diagonal, const REAL *variables, const REAL *gradient, const REAL *lower,
-    const REAL *upper, const REAL *numbers, const REAL *lanes_, const REAL *blades, const REAL *signs, REAL width,
-    REAL tolerance, REAL floor, REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4,
-    REAL *work), (samples, size, blocks, lanes, m, gram, diagonal, variables, gradient, lower, upper, numbers,
-    lanes_, blades, signs, width, tolerance, floor, at_most, out_0, out_1, out_2, out_3, out_4, work))
+GAC_WIDE(steps_of_pairs, (intptr_t samples, intptr_t size, intptr_t blocks, intptr_t lanes, intptr_t m, const REAL
+    *gram, const REAL *diagonal, const REAL *variables, const REAL *gradient, const REAL *lower, const REAL *upper,
+    const REAL *numbers, const REAL *lanes_, const REAL *blades, const REAL *signs, REAL width, REAL tolerance, REAL
+    floor, REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *work), (samples,
+    size, blocks, lanes, m, gram, diagonal, variables, gradient, lower, upper, numbers, lanes_, blades, signs,
+    width, tolerance, floor, at_most, out_0, out_1, out_2, out_3, out_4, work))
 
 GAC_PROCEDURE(steps_of_pairs, ALONE)
 
@@ -707,13 +732,14 @@ static INLINE void NAME(gabor_values_within)(intptr_t n, const REAL *squares, co
         NAME(gabor_values_result)(width, squares[i], phases[i], out_0 + i, out_1 + i, NULL);
 }
 
-FUSED(gabor_values, (intptr_t n, const REAL *squares, const REAL *phases, REAL width, REAL *out_0, REAL *out_1,
-    REAL *work), (n, squares, phases, width, out_0, out_1, work))
+FUSED(gabor_values,
+    (intptr_t n, const REAL *squares, const REAL *phases, REAL width, REAL *out_0, REAL *out_1, REAL *work),
+    (n, squares, phases, width, out_0, out_1, work))
 void NAME(gabor_values)(intptr_t n, const REAL *squares, const REAL *phases, REAL width, REAL *out_0, REAL *out_1,
     REAL *work)
 {
-    RUN(gabor_values, (n, squares, phases, width, out_0, out_1, work), (n, squares, phases, width, out_0, out_1,
-    work));
+    RUN(gabor_values, (n, squares, phases, width, out_0, out_1, work),
+        (n, squares, phases, width, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(gabor_values_lanes)(intptr_t n, const REAL *squares, const REAL *phases, const REAL *width,
@@ -722,7 +748,7 @@ static INLINE WORD NAME(gabor_values_lanes)(intptr_t n, const REAL *squares, con
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(gabor_values_result_lanes)(width, squares + NLANES * i, phases + NLANES * i, out_0 + NLANES * i,
-    out_1 + NLANES * i);
+            out_1 + NLANES * i);
     return far;
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all collisions
 // spec: ec8e9ce790fb3446
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3e27057fc0132fa3bc516a55e9504c20f2a2e6386e17e98acbdd7f834c43ff88
+// body: cb30f850c6ce805016e1347a257ba4f890c704f68bb7e8be73754ccd7bc16bfd
 
 #ifndef REAL
 #include "collisions.h"
@@ -283,7 +283,7 @@ void NAME(capsule_triangle_clearance)(intptr_t m, const REAL *triangles, const R
     NAME(capsule_triangle_clearance_common)(start, end, &common, &common_2, &common_3, &common_4, &common_5);
     for (intptr_t i = 0; i < m; i++)
         NAME(capsule_triangle_clearance_low)(start, low, triangles + 9 * i, common, common_2, common_3, common_4,
-    common_5, &low);
+            common_5, &low);
     NAME(capsule_triangle_clearance_result)(radius, low, out);
 }
 
@@ -291,12 +291,12 @@ static INLINE WORD NAME(capsule_triangle_clearance_lanes)(intptr_t m, const REAL
     const REAL *end, const REAL *radius, REAL *out)
 {
     _Alignas(64) REAL low[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
-    common_5[NLANES];
+        common_5[NLANES];
     NAME(capsule_triangle_clearance_low_start_lanes)(low);
     NAME(capsule_triangle_clearance_common_lanes)(start, end, common, common_2, common_3, common_4, common_5);
     for (intptr_t i = 0; i < m; i++)
         NAME(capsule_triangle_clearance_low_lanes)(start, low, triangles + 9 * i, common, common_2, common_3,
-    common_4, common_5, low);
+            common_4, common_5, low);
     NAME(capsule_triangle_clearance_result_lanes)(radius, low, out);
     return 0;
 }

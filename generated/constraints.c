@@ -2,7 +2,7 @@
 // command: gac generate --all constraints
 // spec: b3dde0db64af7840
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 807f9f047c0819f0b9b880cae61479b2337dc83f4b8c6ebe9593e6a68180653a
+// body: 2cb4315ef81dcef68141e43423de8014e8cb601da82deb1142e9b06c9a3240b7
 
 #ifndef REAL
 #include "constraints.h"
@@ -578,55 +578,56 @@ static INLINE void NAME(constraint_rows_within)(intptr_t k, intptr_t m, intptr_t
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
-    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    *const to_parent = pose_place_2 + 3 * n, value[6], twist_start[6], rate_start[6],
-    *const twist = to_parent + 6 * n, *const rate = twist + 6 * n, rotor[4], place[3], reach_start, spin_start,
-    speed_start, *const reach = rate + 6 * n, *const spin = reach + n, *const speed = spin + n,
-    *const of_row_wrench = speed + n, *const of_row_place = of_row_wrench + 6 * r,
-    *const of_row_reach = of_row_place + 3 * r, mapped, term, *const powers_of = of_row_reach + r,
-    *const terms_of_base = powers_of + 6 * l, row, row_2, row_3, row_4, row_5, row_6, row_7, row_8, row_9, row_10,
-    row_11, row_12;
+        *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        *const to_parent = pose_place_2 + 3 * n, value[6], twist_start[6], rate_start[6],
+        *const twist = to_parent + 6 * n, *const rate = twist + 6 * n, rotor[4], place[3], reach_start, spin_start,
+        speed_start, *const reach = rate + 6 * n, *const spin = reach + n, *const speed = spin + n,
+        *const of_row_wrench = speed + n, *const of_row_place = of_row_wrench + 6 * r,
+        *const of_row_reach = of_row_place + 3 * r, mapped, term, *const powers_of = of_row_reach + r,
+        *const terms_of_base = powers_of + 6 * l, row, row_2, row_3, row_4, row_5, row_6, row_7, row_8, row_9,
+        row_10, row_11, row_12;
     for (intptr_t i = 0; i < n; i++)
         NAME(constraint_rows_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(constraint_rows_pose_rotor_start)(pose_rotor_start, pose_place_start);
     NAME(constraint_rows_value_start)(value);
     NAME(constraint_rows_pose_rotor_start)(rotor, place);
     for (intptr_t i = 0; i < c; i++) {
         NAME(constraint_rows_value)(qd[freedoms[6 * i]], qd[freedoms[6 * i + 1]], qd[freedoms[6 * i + 2]],
-    qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value);
+            qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value);
         NAME(constraint_rows_rotor)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
+            q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
     }
     NAME(constraint_rows_value_start)(rate_start);
     COPY(6, value, twist_start);
     NAME(constraint_rows_reach_start)(value, &reach_start, &spin_start, &speed_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(constraint_rows_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(constraint_rows_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
-    to_parent + 6 * i);
+            to_parent + 6 * i);
         NAME(constraint_rows_twist)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
-    parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, to_parent + 6 * i, qd[coordinates[i]], ratios[i],
-    twist + 6 * i, rate + 6 * i);
+            parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, to_parent + 6 * i, qd[coordinates[i]], ratios[i],
+            twist + 6 * i, rate + 6 * i);
         NAME(constraint_rows_reach)(parents[i] >= 0 ? reach[parents[i]] : reach_start,
-    parents[i] >= 0 ? spin[parents[i]] : spin_start, parents[i] >= 0 ? speed[parents[i]] : speed_start,
-    pose_place + 3 * i, qd[coordinates[i]], ratios[i], turns[i], reach + i, spin + i, speed + i);
+            parents[i] >= 0 ? spin[parents[i]] : spin_start, parents[i] >= 0 ? speed[parents[i]] : speed_start,
+            pose_place + 3 * i, qd[coordinates[i]], ratios[i], turns[i], reach + i, spin + i, speed + i);
     }
     for (intptr_t i = 0; i < r; i++)
         NAME(constraint_rows_of_row_wrench)(rotor, place, pose_rotor_2 + 4 * owners[i],
-    pose_place_2 + 3 * owners[i], twist + 6 * owners[i], rate + 6 * owners[i], reach[owners[i]], spin[owners[i]],
-    speed[owners[i]], pose_rotor_2 + 4 * others[i], pose_place_2 + 3 * others[i], twist + 6 * others[i],
-    rate + 6 * others[i], reach[others[i]], spin[others[i]], speed[others[i]], grounded[i], points + 3 * i,
-    marks + 3 * i, forces + 3 * i, torques + 3 * i, targets + 3 * i, bearings + 3 * i, known[i],
-    of_row_wrench + 6 * i, of_row_place + 3 * i, of_row_reach + i, out_1 + i, out_2 + i, out_4 + i, out_5 + i);
+            pose_place_2 + 3 * owners[i], twist + 6 * owners[i], rate + 6 * owners[i], reach[owners[i]],
+            spin[owners[i]], speed[owners[i]], pose_rotor_2 + 4 * others[i], pose_place_2 + 3 * others[i],
+            twist + 6 * others[i], rate + 6 * others[i], reach[others[i]], spin[others[i]], speed[others[i]],
+            grounded[i], points + 3 * i, marks + 3 * i, forces + 3 * i, torques + 3 * i, targets + 3 * i,
+            bearings + 3 * i, known[i], of_row_wrench + 6 * i, of_row_place + 3 * i, of_row_reach + i, out_1 + i,
+            out_2 + i, out_4 + i, out_5 + i);
     CLEAR(r * m, out_0);
     CLEAR(r * m, out_3);
     for (intptr_t i = 0; i < p; i++) {
         NAME(constraint_rows_mapped)(to_parent + 6 * movers[i], of_row_wrench + 6 * held[i], factors[i], &mapped);
         NAME(constraint_rows_term)(pose_place_2 + 3 * movers[i], turns[movers[i]], factors[i],
-    of_row_place + 3 * held[i], of_row_reach[held[i]], forces + 3 * held[i], torques + 3 * held[i], &term);
+            of_row_place + 3 * held[i], of_row_reach[held[i]], forces + 3 * held[i], torques + 3 * held[i], &term);
         if (held[i] >= 0 && places_of[i] >= 0)
             ADD(1, &mapped, out_0 + (held[i] * m + places_of[i]));
         if (held[i] >= 0 && places_of[i] >= 0)
@@ -635,7 +636,7 @@ static INLINE void NAME(constraint_rows_within)(intptr_t k, intptr_t m, intptr_t
     for (intptr_t i = 0; i < l; i++) {
         NAME(constraint_rows_powers_of)(of_row_wrench + 6 * lifted[i], powers_of + 6 * i);
         NAME(constraint_rows_terms_of_base)(of_row_place + 3 * lifted[i], of_row_reach[lifted[i]],
-    forces + 3 * lifted[i], torques + 3 * lifted[i], terms_of_base + 6 * i);
+            forces + 3 * lifted[i], torques + 3 * lifted[i], terms_of_base + 6 * i);
         NAME(constraint_rows_row)(powers_of + 6 * i, &row);
         if (lifted[i] >= 0 && lifted_freedoms[6 * i] >= 0)
             ADD(1, &row, out_0 + (lifted[i] * m + lifted_freedoms[6 * i]));
@@ -685,17 +686,17 @@ static INLINE void NAME(constraint_rows_within)(intptr_t k, intptr_t m, intptr_t
     }
 }
 
-FUSED(constraint_rows, (intptr_t k, intptr_t m, intptr_t n, intptr_t r, intptr_t p, intptr_t l, intptr_t c,
-    const REAL *q, const REAL *qd, const int64_t *parents, const int64_t *variables, const REAL *ratios,
-    const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const int64_t *coordinates,
-    const int64_t *owners, const REAL *points, const REAL *marks, const int64_t *others, const REAL *grounded,
-    const REAL *forces, const REAL *torques, const REAL *targets, const REAL *bearings, const REAL *known,
-    const int64_t *held, const int64_t *movers, const int64_t *places_of, const REAL *factors,
-    const int64_t *lifted, const int64_t *lifted_freedoms, const int64_t *base, const int64_t *freedoms,
-    REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *out_5, REAL *work), (k, m, n, r, p, l, c,
-    q, qd, parents, variables, ratios, offsets, places, screws, turns, coordinates, owners, points, marks, others,
-    grounded, forces, torques, targets, bearings, known, held, movers, places_of, factors, lifted, lifted_freedoms,
-    base, freedoms, out_0, out_1, out_2, out_3, out_4, out_5, work))
+FUSED(constraint_rows, (intptr_t k, intptr_t m, intptr_t n, intptr_t r, intptr_t p, intptr_t l, intptr_t c, const
+    REAL *q, const REAL *qd, const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL
+    *offsets, const REAL *places, const REAL *screws, const REAL *turns, const int64_t *coordinates, const int64_t
+    *owners, const REAL *points, const REAL *marks, const int64_t *others, const REAL *grounded, const REAL *forces,
+    const REAL *torques, const REAL *targets, const REAL *bearings, const REAL *known, const int64_t *held, const
+    int64_t *movers, const int64_t *places_of, const REAL *factors, const int64_t *lifted, const int64_t
+    *lifted_freedoms, const int64_t *base, const int64_t *freedoms, REAL *out_0, REAL *out_1, REAL *out_2, REAL
+    *out_3, REAL *out_4, REAL *out_5, REAL *work), (k, m, n, r, p, l, c, q, qd, parents, variables, ratios, offsets,
+    places, screws, turns, coordinates, owners, points, marks, others, grounded, forces, torques, targets, bearings,
+    known, held, movers, places_of, factors, lifted, lifted_freedoms, base, freedoms, out_0, out_1, out_2, out_3,
+    out_4, out_5, work))
 void NAME(constraint_rows)(intptr_t k, intptr_t m, intptr_t n, intptr_t r, intptr_t p, intptr_t l, intptr_t c,
     const REAL *q, const REAL *qd, const int64_t *parents, const int64_t *variables, const REAL *ratios,
     const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const int64_t *coordinates,
@@ -706,11 +707,12 @@ void NAME(constraint_rows)(intptr_t k, intptr_t m, intptr_t n, intptr_t r, intpt
     REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *out_5, REAL *work)
 {
     RUN(constraint_rows, (k, m, n, r, p, l, c, q, qd, parents, variables, ratios, offsets, places, screws, turns,
-    coordinates, owners, points, marks, others, grounded, forces, torques, targets, bearings, known, held, movers,
-    places_of, factors, lifted, lifted_freedoms, base, freedoms, out_0, out_1, out_2, out_3, out_4, out_5, work),
-    (k, m, n, r, p, l, c, q, qd, parents, variables, ratios, offsets, places, screws, turns, coordinates, owners,
-    points, marks, others, grounded, forces, torques, targets, bearings, known, held, movers, places_of, factors,
-    lifted, lifted_freedoms, base, freedoms, out_0, out_1, out_2, out_3, out_4, out_5, work));
+        coordinates, owners, points, marks, others, grounded, forces, torques, targets, bearings, known, held,
+        movers, places_of, factors, lifted, lifted_freedoms, base, freedoms, out_0, out_1, out_2, out_3, out_4,
+        out_5, work), (k, m, n, r, p, l, c, q, qd, parents, variables, ratios, offsets, places, screws, turns,
+        coordinates, owners, points, marks, others, grounded, forces, torques, targets, bearings, known, held,
+        movers, places_of, factors, lifted, lifted_freedoms, base, freedoms, out_0, out_1, out_2, out_3, out_4,
+        out_5, work));
 }
 
 static INLINE WORD NAME(constraint_rows_lanes)(intptr_t k, intptr_t m, intptr_t n, intptr_t r, intptr_t p,
@@ -727,59 +729,63 @@ static INLINE WORD NAME(constraint_rows_lanes)(intptr_t k, intptr_t m, intptr_t 
 {
     (void)k;
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value[6 * NLANES],
-    twist_start[6 * NLANES], rate_start[6 * NLANES], rotor[4 * NLANES], place[3 * NLANES], reach_start[NLANES],
-    spin_start[NLANES], speed_start[NLANES], mapped[NLANES], term[NLANES], row[NLANES], row_2[NLANES],
-    row_3[NLANES], row_4[NLANES], row_5[NLANES], row_6[NLANES], row_7[NLANES], row_8[NLANES], row_9[NLANES],
-    row_10[NLANES], row_11[NLANES], row_12[NLANES];
+        twist_start[6 * NLANES], rate_start[6 * NLANES], rotor[4 * NLANES], place[3 * NLANES], reach_start[NLANES],
+        spin_start[NLANES], speed_start[NLANES], mapped[NLANES], term[NLANES], row[NLANES], row_2[NLANES],
+        row_3[NLANES], row_4[NLANES], row_5[NLANES], row_6[NLANES], row_7[NLANES], row_8[NLANES], row_9[NLANES],
+        row_10[NLANES], row_11[NLANES], row_12[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(constraint_rows_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(constraint_rows_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     NAME(constraint_rows_value_start_lanes)(value);
     NAME(constraint_rows_pose_rotor_start_lanes)(rotor, place);
     for (intptr_t i = 0; i < c; i++) {
         NAME(constraint_rows_value_lanes)(qd + NLANES * (freedoms[6 * i]), qd + NLANES * (freedoms[6 * i + 1]),
-    qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]), qd + NLANES * (freedoms[6 * i + 4]),
-    qd + NLANES * (freedoms[6 * i + 5]), value);
+            qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]),
+            qd + NLANES * (freedoms[6 * i + 4]), qd + NLANES * (freedoms[6 * i + 5]), value);
         NAME(constraint_rows_rotor_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
-    q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor, place);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
+            q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor,
+            place);
     }
     NAME(constraint_rows_value_start_lanes)(rate_start);
     COPY(6 * NLANES, value, twist_start);
     NAME(constraint_rows_reach_start_lanes)(value, reach_start, spin_start, speed_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(constraint_rows_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(constraint_rows_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(constraint_rows_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    screws + 6 * i, to_parent + 6 * NLANES * i);
+            screws + 6 * i, to_parent + 6 * NLANES * i);
         NAME(constraint_rows_twist_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
-    parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, to_parent + 6 * NLANES * i,
-    qd + NLANES * coordinates[i], ratios + i, twist + 6 * NLANES * i, rate + 6 * NLANES * i);
+            parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, to_parent + 6 * NLANES * i,
+            qd + NLANES * coordinates[i], ratios + i, twist + 6 * NLANES * i, rate + 6 * NLANES * i);
         NAME(constraint_rows_reach_lanes)(parents[i] >= 0 ? reach + NLANES * parents[i] : reach_start,
-    parents[i] >= 0 ? spin + NLANES * parents[i] : spin_start,
-    parents[i] >= 0 ? speed + NLANES * parents[i] : speed_start, pose_place + 3 * NLANES * i,
-    qd + NLANES * coordinates[i], ratios + i, turns + i, reach + NLANES * i, spin + NLANES * i, speed + NLANES * i);
+            parents[i] >= 0 ? spin + NLANES * parents[i] : spin_start,
+            parents[i] >= 0 ? speed + NLANES * parents[i] : speed_start, pose_place + 3 * NLANES * i,
+            qd + NLANES * coordinates[i], ratios + i, turns + i, reach + NLANES * i, spin + NLANES * i,
+            speed + NLANES * i);
     }
     for (intptr_t i = 0; i < r; i++)
         NAME(constraint_rows_of_row_wrench_lanes)(rotor, place, pose_rotor_2 + 4 * NLANES * owners[i],
-    pose_place_2 + 3 * NLANES * owners[i], twist + 6 * NLANES * owners[i], rate + 6 * NLANES * owners[i],
-    reach + NLANES * owners[i], spin + NLANES * owners[i], speed + NLANES * owners[i],
-    pose_rotor_2 + 4 * NLANES * others[i], pose_place_2 + 3 * NLANES * others[i], twist + 6 * NLANES * others[i],
-    rate + 6 * NLANES * others[i], reach + NLANES * others[i], spin + NLANES * others[i],
-    speed + NLANES * others[i], grounded + i, points + 3 * i, marks + 3 * i, forces + 3 * i, torques + 3 * i,
-    targets + 3 * i, bearings + 3 * i, known + i, of_row_wrench + 6 * NLANES * i, of_row_place + 3 * NLANES * i,
-    of_row_reach + NLANES * i, out_1 + NLANES * i, out_2 + NLANES * i, out_4 + NLANES * i, out_5 + NLANES * i);
+            pose_place_2 + 3 * NLANES * owners[i], twist + 6 * NLANES * owners[i], rate + 6 * NLANES * owners[i],
+            reach + NLANES * owners[i], spin + NLANES * owners[i], speed + NLANES * owners[i],
+            pose_rotor_2 + 4 * NLANES * others[i], pose_place_2 + 3 * NLANES * others[i],
+            twist + 6 * NLANES * others[i], rate + 6 * NLANES * others[i], reach + NLANES * others[i],
+            spin + NLANES * others[i], speed + NLANES * others[i], grounded + i, points + 3 * i, marks + 3 * i,
+            forces + 3 * i, torques + 3 * i, targets + 3 * i, bearings + 3 * i, known + i,
+            of_row_wrench + 6 * NLANES * i, of_row_place + 3 * NLANES * i, of_row_reach + NLANES * i,
+            out_1 + NLANES * i, out_2 + NLANES * i, out_4 + NLANES * i, out_5 + NLANES * i);
     CLEAR(NLANES * r * m, out_0);
     CLEAR(NLANES * r * m, out_3);
     for (intptr_t i = 0; i < p; i++) {
         NAME(constraint_rows_mapped_lanes)(to_parent + 6 * NLANES * movers[i], of_row_wrench + 6 * NLANES * held[i],
-    factors + i, mapped);
+            factors + i, mapped);
         NAME(constraint_rows_term_lanes)(pose_place_2 + 3 * NLANES * movers[i], turns + movers[i], factors + i,
-    of_row_place + 3 * NLANES * held[i], of_row_reach + NLANES * held[i], forces + 3 * held[i],
-    torques + 3 * held[i], term);
+            of_row_place + 3 * NLANES * held[i], of_row_reach + NLANES * held[i], forces + 3 * held[i],
+            torques + 3 * held[i], term);
         if (held[i] >= 0 && places_of[i] >= 0)
             ADD(NLANES, mapped, out_0 + NLANES * (held[i] * m + places_of[i]));
         if (held[i] >= 0 && places_of[i] >= 0)
@@ -788,8 +794,8 @@ static INLINE WORD NAME(constraint_rows_lanes)(intptr_t k, intptr_t m, intptr_t 
     for (intptr_t i = 0; i < l; i++) {
         NAME(constraint_rows_powers_of_lanes)(of_row_wrench + 6 * NLANES * lifted[i], powers_of + 6 * NLANES * i);
         NAME(constraint_rows_terms_of_base_lanes)(of_row_place + 3 * NLANES * lifted[i],
-    of_row_reach + NLANES * lifted[i], forces + 3 * lifted[i], torques + 3 * lifted[i],
-    terms_of_base + 6 * NLANES * i);
+            of_row_reach + NLANES * lifted[i], forces + 3 * lifted[i], torques + 3 * lifted[i],
+            terms_of_base + 6 * NLANES * i);
         NAME(constraint_rows_row_lanes)(powers_of + 6 * NLANES * i, row);
         if (lifted[i] >= 0 && lifted_freedoms[6 * i] >= 0)
             ADD(NLANES, row, out_0 + NLANES * (lifted[i] * m + lifted_freedoms[6 * i]));
@@ -1091,18 +1097,18 @@ void NAME(constrained)(intptr_t m, intptr_t r, const REAL *mass, const REAL *for
     REAL *out_2, REAL *out_3, REAL *out_4, REAL *out_5, REAL *work)
 {
     REAL number_start, *const number = work, *const old_0 = number + m, *const old_1 = old_0 + m * m,
-    *const old_2 = old_1 + m * r, mapped, common, common_2, mapped_2, *const reduced_0 = old_2 + m,
-    *const reduced_1 = reduced_0 + m * m, *const reduced_2 = reduced_1 + m * r, number_start_2,
-    *const number_2 = reduced_2 + m, mapped_3, *const root = number_2 + m, *const mapped_4 = root + m, mapped_5,
-    *const mapped_6 = mapped_4 + m, *const zeros = mapped_6 + m * r, *const sum = zeros + r, mapped_7, by_element,
-    mapped_8, number_start_3, *const number_3 = sum + r, *const mapped_9 = number_3 + r,
-    *const zeros_2 = mapped_9 + r, *const sum_2 = zeros_2 + r, mapped_10, by_element_2, sum_3,
-    *const mapped_11 = sum_2 + r, *const equations = mapped_11 + r * r, *const x = equations + m * r, squared,
-    *const mapped_12 = x + m, sum_4, *const mapped_13 = mapped_12 + m, common_3, *const zeros_3 = mapped_13 + m,
-    *const sum_5 = zeros_3 + r, mapped_14, by_element_3, *const mapped_15 = sum_5 + r, mapped_16, sum_6, mapped_17,
-    *const mapped_18 = mapped_15 + r, mapped_19, common_4, *const mapped_20 = mapped_18 + m * r, mapped_21,
-    common_5, mapped_22, mapped_23, number_start_4, *const number_4 = mapped_20 + r * r, reduced, common_6,
-    number_start_5, *const number_5 = number_4 + m, reduced_3, common_7;
+        *const old_2 = old_1 + m * r, mapped, common, common_2, mapped_2, *const reduced_0 = old_2 + m,
+        *const reduced_1 = reduced_0 + m * m, *const reduced_2 = reduced_1 + m * r, number_start_2,
+        *const number_2 = reduced_2 + m, mapped_3, *const root = number_2 + m, *const mapped_4 = root + m, mapped_5,
+        *const mapped_6 = mapped_4 + m, *const zeros = mapped_6 + m * r, *const sum = zeros + r, mapped_7,
+        by_element, mapped_8, number_start_3, *const number_3 = sum + r, *const mapped_9 = number_3 + r,
+        *const zeros_2 = mapped_9 + r, *const sum_2 = zeros_2 + r, mapped_10, by_element_2, sum_3,
+        *const mapped_11 = sum_2 + r, *const equations = mapped_11 + r * r, *const x = equations + m * r, squared,
+        *const mapped_12 = x + m, sum_4, *const mapped_13 = mapped_12 + m, common_3, *const zeros_3 = mapped_13 + m,
+        *const sum_5 = zeros_3 + r, mapped_14, by_element_3, *const mapped_15 = sum_5 + r, mapped_16, sum_6,
+        mapped_17, *const mapped_18 = mapped_15 + r, mapped_19, common_4, *const mapped_20 = mapped_18 + m * r,
+        mapped_21, common_5, mapped_22, mapped_23, number_start_4, *const number_4 = mapped_20 + r * r, reduced,
+        common_6, number_start_5, *const number_5 = number_4 + m, reduced_3, common_7;
     NAME(constrained_number_start)(&number_start);
     for (intptr_t i = 0; i < m; i++) {
         NAME(constrained_number)(i > 0 ? number[i - 1] : number_start, number + i);
@@ -1126,7 +1132,7 @@ void NAME(constrained)(intptr_t m, intptr_t r, const REAL *mass, const REAL *for
                 COPY(1, &mapped_2, reduced_1 + (j * r + k));
             }
             NAME(constrained_reduced)(number[i], old_2[i], old_2[j], number[j], old_0[j * m + i], common_2,
-    reduced_2 + j);
+                reduced_2 + j);
         }
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k = 0; k < m; k++)
@@ -1227,7 +1233,7 @@ void NAME(constrained)(intptr_t m, intptr_t r, const REAL *mass, const REAL *for
             COPY(1, &mapped_22, out_5 + j);
         }
         NAME(constrained_squared)(squared, out_2[0], out_3[0], sum_4, wanted[i], sum_2[i], sum[i], sum_6, scales[i],
-    &squared, out_2, out_3);
+            &squared, out_2, out_3);
         NAME(constrained_number)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
     NAME(constrained_number_start)(&number_start_4);
@@ -1263,12 +1269,12 @@ static INLINE WORD NAME(constrained_lanes)(intptr_t m, intptr_t r, const REAL *m
     REAL *mapped_15, REAL *mapped_18, REAL *mapped_20, REAL *number_4, REAL *number_5)
 {
     _Alignas(64) REAL number_start[NLANES], mapped[NLANES], common[NLANES], common_2[NLANES], mapped_2[NLANES],
-    number_start_2[NLANES], mapped_3[NLANES], mapped_5[NLANES], mapped_7[NLANES], by_element[NLANES],
-    mapped_8[NLANES], number_start_3[NLANES], mapped_10[NLANES], by_element_2[NLANES], sum_3[NLANES],
-    squared[NLANES], sum_4[NLANES], common_3[NLANES], mapped_14[NLANES], by_element_3[NLANES], mapped_16[NLANES],
-    sum_6[NLANES], mapped_17[NLANES], mapped_19[NLANES], common_4[NLANES], mapped_21[NLANES], common_5[NLANES],
-    mapped_22[NLANES], mapped_23[NLANES], number_start_4[NLANES], reduced[NLANES], common_6[NLANES],
-    number_start_5[NLANES], reduced_3[NLANES], common_7[NLANES];
+        number_start_2[NLANES], mapped_3[NLANES], mapped_5[NLANES], mapped_7[NLANES], by_element[NLANES],
+        mapped_8[NLANES], number_start_3[NLANES], mapped_10[NLANES], by_element_2[NLANES], sum_3[NLANES],
+        squared[NLANES], sum_4[NLANES], common_3[NLANES], mapped_14[NLANES], by_element_3[NLANES],
+        mapped_16[NLANES], sum_6[NLANES], mapped_17[NLANES], mapped_19[NLANES], common_4[NLANES], mapped_21[NLANES],
+        common_5[NLANES], mapped_22[NLANES], mapped_23[NLANES], number_start_4[NLANES], reduced[NLANES],
+        common_6[NLANES], number_start_5[NLANES], reduced_3[NLANES], common_7[NLANES];
     NAME(constrained_number_start_lanes)(number_start);
     for (intptr_t i = 0; i < m; i++) {
         NAME(constrained_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
@@ -1283,19 +1289,19 @@ static INLINE WORD NAME(constrained_lanes)(intptr_t m, intptr_t r, const REAL *m
         NAME(constrained_common_lanes)(old_0 + NLANES * (i * m + i), common_2);
         for (intptr_t j = 0; j < m; j++) {
             NAME(constrained_common_2_lanes)(number + NLANES * i, number + NLANES * j, old_0 + NLANES * (j * m + i),
-    common_2, common);
+                common_2, common);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(constrained_mapped_lanes)(old_0 + NLANES * (j * m + k), old_0 + NLANES * (i * m + k), common,
-    mapped);
+                    mapped);
                 COPY(NLANES, mapped, reduced_0 + NLANES * (j * m + k));
             }
             for (intptr_t k = 0; k < r; k++) {
                 NAME(constrained_mapped_2_lanes)(common, old_1 + NLANES * (j * r + k), old_1 + NLANES * (i * r + k),
-    mapped_2);
+                    mapped_2);
                 COPY(NLANES, mapped_2, reduced_1 + NLANES * (j * r + k));
             }
             NAME(constrained_reduced_lanes)(number + NLANES * i, old_2 + NLANES * i, old_2 + NLANES * j,
-    number + NLANES * j, old_0 + NLANES * (j * m + i), common_2, reduced_2 + NLANES * j);
+                number + NLANES * j, old_0 + NLANES * (j * m + i), common_2, reduced_2 + NLANES * j);
         }
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k = 0; k < m; k++)
@@ -1365,7 +1371,7 @@ static INLINE WORD NAME(constrained_lanes)(intptr_t m, intptr_t r, const REAL *m
             NAME(constrained_mapped_4_lanes)(mapped_12 + NLANES * j, common_3, mapped_13 + NLANES * j);
             for (intptr_t k = 0; k < r; k++) {
                 NAME(constrained_mapped_4_lanes)(mapped_13 + NLANES * j, equations + NLANES * (j * r + k),
-    mapped_14);
+                    mapped_14);
                 NAME(constrained_by_element_lanes)(sum_5 + NLANES * k, mapped_14, by_element_3);
                 COPY(NLANES, by_element_3, sum_5 + NLANES * k);
             }
@@ -1374,13 +1380,13 @@ static INLINE WORD NAME(constrained_lanes)(intptr_t m, intptr_t r, const REAL *m
         }
         for (intptr_t j = 0; j < r; j++)
             NAME(constrained_mapped_7_lanes)(number_3 + NLANES * i, sum_5 + NLANES * j, number_3 + NLANES * j,
-    mapped_15 + NLANES * j);
+                mapped_15 + NLANES * j);
         NAME(constrained_common_4_lanes)(sum_4, wanted + NLANES * i, sum_2 + NLANES * i, sum + NLANES * i, sum_6,
-    common_5);
+            common_5);
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k = 0; k < r; k++) {
                 NAME(constrained_mapped_2_lanes)(mapped_13 + NLANES * j, equations + NLANES * (j * r + k),
-    mapped_15 + NLANES * k, mapped_17);
+                    mapped_15 + NLANES * k, mapped_17);
                 COPY(NLANES, mapped_17, mapped_18 + NLANES * (j * r + k));
             }
             NAME(constrained_sum_2_lanes)(x + NLANES * j, mapped_13 + NLANES * j, common_5, mapped_21);
@@ -1392,17 +1398,17 @@ static INLINE WORD NAME(constrained_lanes)(intptr_t m, intptr_t r, const REAL *m
             NAME(constrained_common_5_lanes)(number_3 + NLANES * i, number_3 + NLANES * j, common_4);
             for (intptr_t k = 0; k < r; k++) {
                 NAME(constrained_mapped_8_lanes)(out_4 + NLANES * (j * r + k), mapped_15 + NLANES * k, common_4,
-    mapped_19);
+                    mapped_19);
                 COPY(NLANES, mapped_19, mapped_20 + NLANES * (j * r + k));
             }
             NAME(constrained_mapped_9_lanes)(number_3 + NLANES * i, common_5, out_5 + NLANES * j,
-    number_3 + NLANES * j, mapped_22);
+                number_3 + NLANES * j, mapped_22);
             for (intptr_t k = 0; k < r; k++)
                 COPY(NLANES, mapped_20 + NLANES * (j * r + k), out_4 + NLANES * (j * r + k));
             COPY(NLANES, mapped_22, out_5 + NLANES * j);
         }
         NAME(constrained_squared_lanes)(squared, out_2, out_3, sum_4, wanted + NLANES * i, sum_2 + NLANES * i,
-    sum + NLANES * i, sum_6, scales + NLANES * i, squared, out_2, out_3);
+            sum + NLANES * i, sum_6, scales + NLANES * i, squared, out_2, out_3);
         NAME(constrained_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5, number_5 + NLANES * i);
     }
     NAME(constrained_number_start_lanes)(number_start_4);
@@ -1415,7 +1421,7 @@ static INLINE WORD NAME(constrained_lanes)(intptr_t m, intptr_t r, const REAL *m
         NAME(constrained_common_6_lanes)(out_0 + NLANES * i, old_0 + NLANES * (i * m + i), common_6);
         for (intptr_t j = 0; j < m; j++) {
             NAME(constrained_reduced_2_lanes)(number_4 + NLANES * i, out_0 + NLANES * j, number_4 + NLANES * j,
-    old_0 + NLANES * (j * m + i), common_6, reduced);
+                old_0 + NLANES * (j * m + i), common_6, reduced);
             COPY(NLANES, reduced, out_0 + NLANES * j);
         }
     }
@@ -1425,7 +1431,7 @@ static INLINE WORD NAME(constrained_lanes)(intptr_t m, intptr_t r, const REAL *m
         NAME(constrained_common_6_lanes)(out_1 + NLANES * i, out_4 + NLANES * (i * r + i), common_7);
         for (intptr_t j = 0; j < r; j++) {
             NAME(constrained_reduced_2_lanes)(number_5 + NLANES * i, out_1 + NLANES * j, number_5 + NLANES * j,
-    out_4 + NLANES * (j * r + i), common_7, reduced_3);
+                out_4 + NLANES * (j * r + i), common_7, reduced_3);
             COPY(NLANES, reduced_3, out_1 + NLANES * j);
         }
     }
@@ -1495,12 +1501,12 @@ intptr_t constraints_smallest_multipliers_work(intptr_t r)
 void NAME(smallest_multipliers)(intptr_t r, const REAL *upper, const REAL *steps, REAL *out, REAL *work)
 {
     REAL *const mapped = work, number_start, *const number = mapped + r, *const mapped_2 = number + r,
-    *const zeros = mapped_2 + r, *const sum = zeros + r, mapped_3, by_element, sum_2, *const mapped_4 = sum + r,
-    *const equations = mapped_4 + r * r, *const upper_2 = equations + r * r, *const steps_2 = upper_2 + r * r,
-    squared, count, left, *const mapped_5 = steps_2 + r, sum_3, *const mapped_6 = mapped_5 + r, common,
-    *const zeros_2 = mapped_6 + r, *const sum_4 = zeros_2 + r, mapped_7, by_element_2, *const mapped_8 = sum_4 + r,
-    mapped_9, sum_5, mapped_10, *const mapped_11 = mapped_8 + r, mapped_12, common_2,
-    *const mapped_13 = mapped_11 + r * r, mapped_14, common_3, mapped_15;
+        *const zeros = mapped_2 + r, *const sum = zeros + r, mapped_3, by_element, sum_2, *const mapped_4 = sum + r,
+        *const equations = mapped_4 + r * r, *const upper_2 = equations + r * r, *const steps_2 = upper_2 + r * r,
+        squared, count, left, *const mapped_5 = steps_2 + r, sum_3, *const mapped_6 = mapped_5 + r, common,
+        *const zeros_2 = mapped_6 + r, *const sum_4 = zeros_2 + r, mapped_7, by_element_2,
+        *const mapped_8 = sum_4 + r, mapped_9, sum_5, mapped_10, *const mapped_11 = mapped_8 + r, mapped_12,
+        common_2, *const mapped_13 = mapped_11 + r * r, mapped_14, common_3, mapped_15;
     NAME(constrained_number_start)(&number_start);
     CLEAR(r, zeros);
     for (intptr_t i = 0; i < r; i++) {
@@ -1574,7 +1580,7 @@ void NAME(smallest_multipliers)(intptr_t r, const REAL *upper, const REAL *steps
             COPY(1, &mapped_15, steps_2 + j);
         }
         NAME(smallest_multipliers_squared)(squared, count, left, sum_3, steps[i], sum[i], mapped[i], sum_5,
-    &squared, &count, &left);
+            &squared, &count, &left);
     }
 }
 
@@ -1584,9 +1590,9 @@ static INLINE WORD NAME(smallest_multipliers_lanes)(intptr_t r, const REAL *uppe
     REAL *mapped_11, REAL *mapped_13)
 {
     _Alignas(64) REAL number_start[NLANES], mapped_3[NLANES], by_element[NLANES], sum_2[NLANES], squared[NLANES],
-    count[NLANES], left[NLANES], sum_3[NLANES], common[NLANES], mapped_7[NLANES], by_element_2[NLANES],
-    mapped_9[NLANES], sum_5[NLANES], mapped_10[NLANES], mapped_12[NLANES], common_2[NLANES], mapped_14[NLANES],
-    common_3[NLANES], mapped_15[NLANES];
+        count[NLANES], left[NLANES], sum_3[NLANES], common[NLANES], mapped_7[NLANES], by_element_2[NLANES],
+        mapped_9[NLANES], sum_5[NLANES], mapped_10[NLANES], mapped_12[NLANES], common_2[NLANES], mapped_14[NLANES],
+        common_3[NLANES], mapped_15[NLANES];
     NAME(constrained_number_start_lanes)(number_start);
     CLEAR(NLANES * r, zeros);
     for (intptr_t i = 0; i < r; i++) {
@@ -1636,27 +1642,27 @@ static INLINE WORD NAME(smallest_multipliers_lanes)(intptr_t r, const REAL *uppe
         NAME(constrained_mapped_start_lanes)(sum_5);
         for (intptr_t j = 0; j < r; j++) {
             NAME(constrained_mapped_7_lanes)(number + NLANES * i, sum_4 + NLANES * j, number + NLANES * j,
-    mapped_8 + NLANES * j);
+                mapped_8 + NLANES * j);
             COPY(NLANES, upper + NLANES * (i * r + j), mapped_9);
             NAME(constrained_sum_2_lanes)(sum_5, mapped_9, out + NLANES * j, sum_5);
         }
         NAME(smallest_multipliers_common_2_lanes)(sum_3, steps + NLANES * i, sum + NLANES * i, mapped + NLANES * i,
-    sum_5, common_3);
+            sum_5, common_3);
         for (intptr_t j = 0; j < r; j++) {
             for (intptr_t k = 0; k < r; k++) {
                 NAME(constrained_mapped_2_lanes)(mapped_6 + NLANES * j, equations + NLANES * (j * r + k),
-    mapped_8 + NLANES * k, mapped_10);
+                    mapped_8 + NLANES * k, mapped_10);
                 COPY(NLANES, mapped_10, mapped_11 + NLANES * (j * r + k));
             }
             NAME(constrained_common_5_lanes)(number + NLANES * i, number + NLANES * j, common_2);
             for (intptr_t k = 0; k < r; k++) {
                 NAME(constrained_mapped_8_lanes)(upper_2 + NLANES * (j * r + k), mapped_8 + NLANES * k, common_2,
-    mapped_12);
+                    mapped_12);
                 COPY(NLANES, mapped_12, mapped_13 + NLANES * (j * r + k));
             }
             NAME(constrained_sum_2_lanes)(out + NLANES * j, mapped_6 + NLANES * j, common_3, mapped_14);
             NAME(constrained_mapped_9_lanes)(number + NLANES * i, common_3, steps_2 + NLANES * j,
-    number + NLANES * j, mapped_15);
+                number + NLANES * j, mapped_15);
             for (intptr_t k = 0; k < r; k++) {
                 COPY(NLANES, mapped_11 + NLANES * (j * r + k), equations + NLANES * (j * r + k));
                 COPY(NLANES, mapped_13 + NLANES * (j * r + k), upper_2 + NLANES * (j * r + k));
@@ -1665,7 +1671,7 @@ static INLINE WORD NAME(smallest_multipliers_lanes)(intptr_t r, const REAL *uppe
             COPY(NLANES, mapped_15, steps_2 + NLANES * j);
         }
         NAME(smallest_multipliers_squared_lanes)(squared, count, left, sum_3, steps + NLANES * i, sum + NLANES * i,
-    mapped + NLANES * i, sum_5, squared, count, left);
+            mapped + NLANES * i, sum_5, squared, count, left);
     }
     return 0;
 }
@@ -1694,12 +1700,12 @@ void NAME(balanced)(intptr_t u, intptr_t r, const REAL *rows, const REAL *wanted
     const REAL *scales, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL sum, *const mapped = work, mapped_2, number_start, *const number = mapped + u,
-    *const mapped_3 = number + u, *const zeros = mapped_3 + u, *const sum_2 = zeros + u, mapped_4, by_element,
-    sum_3, *const mapped_5 = sum_2 + u, *const equations = mapped_5 + u * u, *const upper = equations + r * u,
-    *const steps = upper + u * u, squared, *const mapped_6 = steps + u, sum_4, *const mapped_7 = mapped_6 + r,
-    common, *const zeros_2 = mapped_7 + r, *const sum_5 = zeros_2 + u, mapped_8, by_element_2,
-    *const mapped_9 = sum_5 + u, mapped_10, sum_6, mapped_11, *const mapped_12 = mapped_9 + u, mapped_13, common_2,
-    *const mapped_14 = mapped_12 + r * u, mapped_15, common_3, mapped_16;
+        *const mapped_3 = number + u, *const zeros = mapped_3 + u, *const sum_2 = zeros + u, mapped_4, by_element,
+        sum_3, *const mapped_5 = sum_2 + u, *const equations = mapped_5 + u * u, *const upper = equations + r * u,
+        *const steps = upper + u * u, squared, *const mapped_6 = steps + u, sum_4, *const mapped_7 = mapped_6 + r,
+        common, *const zeros_2 = mapped_7 + r, *const sum_5 = zeros_2 + u, mapped_8, by_element_2,
+        *const mapped_9 = sum_5 + u, mapped_10, sum_6, mapped_11, *const mapped_12 = mapped_9 + u, mapped_13,
+        common_2, *const mapped_14 = mapped_12 + r * u, mapped_15, common_3, mapped_16;
     NAME(constrained_number_start)(&number_start);
     CLEAR(u, zeros);
     for (intptr_t i = 0; i < u; i++) {
@@ -1779,7 +1785,7 @@ void NAME(balanced)(intptr_t u, intptr_t r, const REAL *rows, const REAL *wanted
             COPY(1, &mapped_16, steps + j);
         }
         NAME(constrained_squared)(squared, out_1[0], out_2[0], sum_4, wanted[i], sum_2[i], mapped[i], sum_6,
-    scales[i], &squared, out_1, out_2);
+            scales[i], &squared, out_1, out_2);
     }
 }
 
@@ -1789,9 +1795,9 @@ static INLINE WORD NAME(balanced_lanes)(intptr_t u, intptr_t r, const REAL *rows
     REAL *mapped_6, REAL *mapped_7, REAL *zeros_2, REAL *sum_5, REAL *mapped_9, REAL *mapped_12, REAL *mapped_14)
 {
     _Alignas(64) REAL sum[NLANES], mapped_2[NLANES], number_start[NLANES], mapped_4[NLANES], by_element[NLANES],
-    sum_3[NLANES], squared[NLANES], sum_4[NLANES], common[NLANES], mapped_8[NLANES], by_element_2[NLANES],
-    mapped_10[NLANES], sum_6[NLANES], mapped_11[NLANES], mapped_13[NLANES], common_2[NLANES], mapped_15[NLANES],
-    common_3[NLANES], mapped_16[NLANES];
+        sum_3[NLANES], squared[NLANES], sum_4[NLANES], common[NLANES], mapped_8[NLANES], by_element_2[NLANES],
+        mapped_10[NLANES], sum_6[NLANES], mapped_11[NLANES], mapped_13[NLANES], common_2[NLANES], mapped_15[NLANES],
+        common_3[NLANES], mapped_16[NLANES];
     NAME(constrained_number_start_lanes)(number_start);
     CLEAR(NLANES * u, zeros);
     for (intptr_t i = 0; i < u; i++) {
@@ -1848,13 +1854,13 @@ static INLINE WORD NAME(balanced_lanes)(intptr_t u, intptr_t r, const REAL *rows
         }
         for (intptr_t j = 0; j < u; j++)
             NAME(constrained_mapped_7_lanes)(number + NLANES * i, sum_5 + NLANES * j, number + NLANES * j,
-    mapped_9 + NLANES * j);
+                mapped_9 + NLANES * j);
         NAME(constrained_common_4_lanes)(sum_4, wanted + NLANES * i, sum_2 + NLANES * i, mapped + NLANES * i, sum_6,
-    common_3);
+            common_3);
         for (intptr_t j = 0; j < r; j++) {
             for (intptr_t k = 0; k < u; k++) {
                 NAME(constrained_mapped_2_lanes)(mapped_7 + NLANES * j, equations + NLANES * (j * u + k),
-    mapped_9 + NLANES * k, mapped_11);
+                    mapped_9 + NLANES * k, mapped_11);
                 COPY(NLANES, mapped_11, mapped_12 + NLANES * (j * u + k));
             }
             NAME(constrained_sum_2_lanes)(out_0 + NLANES * j, mapped_7 + NLANES * j, common_3, mapped_15);
@@ -1866,17 +1872,17 @@ static INLINE WORD NAME(balanced_lanes)(intptr_t u, intptr_t r, const REAL *rows
             NAME(constrained_common_5_lanes)(number + NLANES * i, number + NLANES * j, common_2);
             for (intptr_t k = 0; k < u; k++) {
                 NAME(constrained_mapped_8_lanes)(upper + NLANES * (j * u + k), mapped_9 + NLANES * k, common_2,
-    mapped_13);
+                    mapped_13);
                 COPY(NLANES, mapped_13, mapped_14 + NLANES * (j * u + k));
             }
             NAME(constrained_mapped_9_lanes)(number + NLANES * i, common_3, steps + NLANES * j, number + NLANES * j,
-    mapped_16);
+                mapped_16);
             for (intptr_t k = 0; k < u; k++)
                 COPY(NLANES, mapped_14 + NLANES * (j * u + k), upper + NLANES * (j * u + k));
             COPY(NLANES, mapped_16, steps + NLANES * j);
         }
         NAME(constrained_squared_lanes)(squared, out_1, out_2, sum_4, wanted + NLANES * i, sum_2 + NLANES * i,
-    mapped + NLANES * i, sum_6, scales + NLANES * i, squared, out_1, out_2);
+            mapped + NLANES * i, sum_6, scales + NLANES * i, squared, out_1, out_2);
     }
     return 0;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all drawn_robots
 // spec: 82e21678ee081ca2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: f45a2f4e4370c2f1f95969d9bcfa8cb2f5c5ac53ce1e16d31fc796302a1d4523
+// body: f3480a4753987955e90b3e60acb6e66fbe9a7f8567cf1c4b0d967463ab33e767
 
 #ifndef REAL
 #include "drawn_robots.h"
@@ -182,35 +182,35 @@ static INLINE void NAME(places_of_points_within)(intptr_t k, intptr_t n, intptr_
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, rotor[4], place[3], pose_rotor_start[4],
-    pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
+        pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
     for (intptr_t i = 0; i < n; i++)
         NAME(places_of_points_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(places_of_points_rotor_start)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(places_of_points_rotor)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
+            q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
     NAME(places_of_points_pose_rotor_start)(rotor, place, pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++)
         NAME(places_of_points_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
     for (intptr_t i = 0; i < v; i++)
         NAME(places_of_points_result)(pose_rotor_2 + 4 * owners[i], pose_place_2 + 3 * owners[i], points + 3 * i,
-    out + 3 * i);
+            out + 3 * i);
 }
 
 FUSED(places_of_points, (intptr_t k, intptr_t n, intptr_t v, intptr_t c, const REAL *q, const int64_t *parents,
-    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const int64_t *owners, const REAL *points, const int64_t *base, REAL *out, REAL *work), (k,
-    n, v, c, q, parents, variables, ratios, offsets, places, screws, turns, owners, points, base, out, work))
+    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const
+    REAL *turns, const int64_t *owners, const REAL *points, const int64_t *base, REAL *out, REAL *work),
+    (k, n, v, c, q, parents, variables, ratios, offsets, places, screws, turns, owners, points, base, out, work))
 void NAME(places_of_points)(intptr_t k, intptr_t n, intptr_t v, intptr_t c, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
     const REAL *turns, const int64_t *owners, const REAL *points, const int64_t *base, REAL *out, REAL *work)
 {
     RUN(places_of_points, (k, n, v, c, q, parents, variables, ratios, offsets, places, screws, turns, owners,
-    points, base, out, work), (k, n, v, c, q, parents, variables, ratios, offsets, places, screws, turns, owners,
-    points, base, out, work));
+        points, base, out, work), (k, n, v, c, q, parents, variables, ratios, offsets, places, screws, turns,
+        owners, points, base, out, work));
 }
 
 static INLINE WORD NAME(places_of_points_lanes)(intptr_t k, intptr_t n, intptr_t v, intptr_t c, const REAL *q,
@@ -220,24 +220,26 @@ static INLINE WORD NAME(places_of_points_lanes)(intptr_t k, intptr_t n, intptr_t
 {
     (void)k;
     _Alignas(64) REAL rotor[4 * NLANES], place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES];
+        pose_place_start[3 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(places_of_points_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(places_of_points_rotor_start_lanes)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(places_of_points_rotor_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
-    q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor, place);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
+            q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor,
+            place);
     NAME(places_of_points_pose_rotor_start_lanes)(rotor, place, pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++)
-        NAME(places_of_points_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(places_of_points_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
     for (intptr_t i = 0; i < v; i++)
         NAME(places_of_points_result_lanes)(pose_rotor_2 + 4 * NLANES * owners[i],
-    pose_place_2 + 3 * NLANES * owners[i], points + 3 * i, out + 3 * NLANES * i);
+            pose_place_2 + 3 * NLANES * owners[i], points + 3 * i, out + 3 * NLANES * i);
     return far;
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all eliminations
 // spec: eff5c61c1955f229
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 585d1d1e8b1772b47106908349d15e4359d27149982697c8fbd7975e0f20cfaf
+// body: 90734888d1828630eea24ed8b3d63876fa3273bbc04c6a6307912a67d48844a2
 
 #ifndef REAL
 #include "eliminations.h"
@@ -1471,119 +1471,126 @@ static INLINE void NAME(eliminated_within)(intptr_t e, intptr_t n, intptr_t t, i
     const REAL *samples, const REAL *guesses, const REAL *waves, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL *const moved = work, sum[14], less_[3 * 14], *const mapped_0_0 = moved + 14 * n,
-    *const mapped_0_1 = mapped_0_0 + t * t, *const mapped_0_2 = mapped_0_1 + t * t,
-    *const mapped_0_3 = mapped_0_2 + t * t, *const mapped_0_4 = mapped_0_3 + t * t,
-    *const mapped_0_5 = mapped_0_4 + t * t, *const mapped_0_6 = mapped_0_5 + t * t,
-    *const mapped_0_7 = mapped_0_6 + t * t, *const mapped_0_8 = mapped_0_7 + t * t,
-    *const mapped_0_9 = mapped_0_8 + t * t, *const mapped_0_10 = mapped_0_9 + t * t,
-    *const mapped_0_11 = mapped_0_10 + t * t, *const mapped_0_12 = mapped_0_11 + t * t,
-    *const mapped_0_13 = mapped_0_12 + t * t, *const mapped_1_0 = mapped_0_13 + t * t,
-    *const mapped_1_1 = mapped_1_0 + t * t, *const mapped_1_2 = mapped_1_1 + t * t,
-    *const mapped_1_3 = mapped_1_2 + t * t, *const mapped_1_4 = mapped_1_3 + t * t,
-    *const mapped_1_5 = mapped_1_4 + t * t, *const mapped_1_6 = mapped_1_5 + t * t,
-    *const mapped_1_7 = mapped_1_6 + t * t, *const mapped_1_8 = mapped_1_7 + t * t,
-    *const mapped_1_9 = mapped_1_8 + t * t, *const mapped_1_10 = mapped_1_9 + t * t,
-    *const mapped_1_11 = mapped_1_10 + t * t, *const mapped_1_12 = mapped_1_11 + t * t,
-    *const mapped_1_13 = mapped_1_12 + t * t, *const mapped_2_0 = mapped_1_13 + t * t,
-    *const mapped_2_1 = mapped_2_0 + t * t, *const mapped_2_2 = mapped_2_1 + t * t,
-    *const mapped_2_3 = mapped_2_2 + t * t, *const mapped_2_4 = mapped_2_3 + t * t,
-    *const mapped_2_5 = mapped_2_4 + t * t, *const mapped_2_6 = mapped_2_5 + t * t,
-    *const mapped_2_7 = mapped_2_6 + t * t, *const mapped_2_8 = mapped_2_7 + t * t,
-    *const mapped_2_9 = mapped_2_8 + t * t, *const mapped_2_10 = mapped_2_9 + t * t,
-    *const mapped_2_11 = mapped_2_10 + t * t, *const mapped_2_12 = mapped_2_11 + t * t,
-    *const mapped_2_13 = mapped_2_12 + t * t, sum_2[14], combined[14], number_start,
-    *const number = mapped_2_13 + t * t, *const state_0_0 = number + e, *const state_0_1 = state_0_0 + e,
-    *const state_0_2 = state_0_1 + e, *const state_0_3 = state_0_2 + e, *const state_0_4 = state_0_3 + e,
-    *const state_0_5 = state_0_4 + e, *const state_0_6 = state_0_5 + e, *const state_0_7 = state_0_6 + e,
-    *const state_0_8 = state_0_7 + e, *const state_0_9 = state_0_8 + e, *const state_0_10 = state_0_9 + e,
-    *const state_0_11 = state_0_10 + e, *const state_0_12 = state_0_11 + e, *const state_0_13 = state_0_12 + e,
-    *const state_1_0_0_0 = state_0_13 + e, *const state_1_0_0_1 = state_1_0_0_0 + t * t,
-    *const state_1_0_0_2 = state_1_0_0_1 + t * t, *const state_1_0_0_3 = state_1_0_0_2 + t * t,
-    *const state_1_0_0_4 = state_1_0_0_3 + t * t, *const state_1_0_0_5 = state_1_0_0_4 + t * t,
-    *const state_1_0_0_6 = state_1_0_0_5 + t * t, *const state_1_0_0_7 = state_1_0_0_6 + t * t,
-    *const state_1_0_0_8 = state_1_0_0_7 + t * t, *const state_1_0_0_9 = state_1_0_0_8 + t * t,
-    *const state_1_0_0_10 = state_1_0_0_9 + t * t, *const state_1_0_0_11 = state_1_0_0_10 + t * t,
-    *const state_1_0_0_12 = state_1_0_0_11 + t * t, *const state_1_0_0_13 = state_1_0_0_12 + t * t,
-    *const state_1_0_1_0 = state_1_0_0_13 + t * t, *const state_1_0_1_1 = state_1_0_1_0 + t * t,
-    *const state_1_0_1_2 = state_1_0_1_1 + t * t, *const state_1_0_1_3 = state_1_0_1_2 + t * t,
-    *const state_1_0_1_4 = state_1_0_1_3 + t * t, *const state_1_0_1_5 = state_1_0_1_4 + t * t,
-    *const state_1_0_1_6 = state_1_0_1_5 + t * t, *const state_1_0_1_7 = state_1_0_1_6 + t * t,
-    *const state_1_0_1_8 = state_1_0_1_7 + t * t, *const state_1_0_1_9 = state_1_0_1_8 + t * t,
-    *const state_1_0_1_10 = state_1_0_1_9 + t * t, *const state_1_0_1_11 = state_1_0_1_10 + t * t,
-    *const state_1_0_1_12 = state_1_0_1_11 + t * t, *const state_1_0_1_13 = state_1_0_1_12 + t * t,
-    *const state_1_0_2_0 = state_1_0_1_13 + t * t, *const state_1_0_2_1 = state_1_0_2_0 + t * t,
-    *const state_1_0_2_2 = state_1_0_2_1 + t * t, *const state_1_0_2_3 = state_1_0_2_2 + t * t,
-    *const state_1_0_2_4 = state_1_0_2_3 + t * t, *const state_1_0_2_5 = state_1_0_2_4 + t * t,
-    *const state_1_0_2_6 = state_1_0_2_5 + t * t, *const state_1_0_2_7 = state_1_0_2_6 + t * t,
-    *const state_1_0_2_8 = state_1_0_2_7 + t * t, *const state_1_0_2_9 = state_1_0_2_8 + t * t,
-    *const state_1_0_2_10 = state_1_0_2_9 + t * t, *const state_1_0_2_11 = state_1_0_2_10 + t * t,
-    *const state_1_0_2_12 = state_1_0_2_11 + t * t, *const state_1_0_2_13 = state_1_0_2_12 + t * t, state_2,
-    state_3, mapped[3 * 14], common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12, common_13, common_14, common_15,
-    *const all_reflected_0_0 = state_1_0_2_13 + t * t, *const all_reflected_0_1 = all_reflected_0_0 + t * t,
-    *const all_reflected_0_2 = all_reflected_0_1 + t * t, *const all_reflected_0_3 = all_reflected_0_2 + t * t,
-    *const all_reflected_0_4 = all_reflected_0_3 + t * t, *const all_reflected_0_5 = all_reflected_0_4 + t * t,
-    *const all_reflected_0_6 = all_reflected_0_5 + t * t, *const all_reflected_0_7 = all_reflected_0_6 + t * t,
-    *const all_reflected_0_8 = all_reflected_0_7 + t * t, *const all_reflected_0_9 = all_reflected_0_8 + t * t,
-    *const all_reflected_0_10 = all_reflected_0_9 + t * t, *const all_reflected_0_11 = all_reflected_0_10 + t * t,
-    *const all_reflected_0_12 = all_reflected_0_11 + t * t, *const all_reflected_0_13 = all_reflected_0_12 + t * t,
-    *const all_reflected_1_0 = all_reflected_0_13 + t * t, *const all_reflected_1_1 = all_reflected_1_0 + t * t,
-    *const all_reflected_1_2 = all_reflected_1_1 + t * t, *const all_reflected_1_3 = all_reflected_1_2 + t * t,
-    *const all_reflected_1_4 = all_reflected_1_3 + t * t, *const all_reflected_1_5 = all_reflected_1_4 + t * t,
-    *const all_reflected_1_6 = all_reflected_1_5 + t * t, *const all_reflected_1_7 = all_reflected_1_6 + t * t,
-    *const all_reflected_1_8 = all_reflected_1_7 + t * t, *const all_reflected_1_9 = all_reflected_1_8 + t * t,
-    *const all_reflected_1_10 = all_reflected_1_9 + t * t, *const all_reflected_1_11 = all_reflected_1_10 + t * t,
-    *const all_reflected_1_12 = all_reflected_1_11 + t * t, *const all_reflected_1_13 = all_reflected_1_12 + t * t,
-    *const all_reflected_2_0 = all_reflected_1_13 + t * t, *const all_reflected_2_1 = all_reflected_2_0 + t * t,
-    *const all_reflected_2_2 = all_reflected_2_1 + t * t, *const all_reflected_2_3 = all_reflected_2_2 + t * t,
-    *const all_reflected_2_4 = all_reflected_2_3 + t * t, *const all_reflected_2_5 = all_reflected_2_4 + t * t,
-    *const all_reflected_2_6 = all_reflected_2_5 + t * t, *const all_reflected_2_7 = all_reflected_2_6 + t * t,
-    *const all_reflected_2_8 = all_reflected_2_7 + t * t, *const all_reflected_2_9 = all_reflected_2_8 + t * t,
-    *const all_reflected_2_10 = all_reflected_2_9 + t * t, *const all_reflected_2_11 = all_reflected_2_10 + t * t,
-    *const all_reflected_2_12 = all_reflected_2_11 + t * t, *const all_reflected_2_13 = all_reflected_2_12 + t * t,
-    reflected[14], number_start_2, *const number_2 = all_reflected_2_13 + t * t, *const mapped_2 = number_2 + t,
-    common_16, common_17, sum_3[3 * 6], combined_2[3 * 6], *const mapped_3 = mapped_2 + t,
-    *const mapped_4 = mapped_3 + 6 * t, *const mapped_5 = mapped_4 + 6 * t, number_start_3,
-    *const number_3 = mapped_5 + 6 * t, *const state_0_0_2 = number_3 + t, *const state_0_1_2 = state_0_0_2 + t,
-    *const state_0_2_2 = state_0_1_2 + t, *const state_0_3_2 = state_0_2_2 + t,
-    *const state_0_4_2 = state_0_3_2 + t, *const state_0_5_2 = state_0_4_2 + t,
-    *const state_1_0_0 = state_0_5_2 + t, *const state_1_0_1 = state_1_0_0 + t,
-    *const state_1_0_2 = state_1_0_1 + t, *const state_1_0_3 = state_1_0_2 + t,
-    *const state_1_0_4 = state_1_0_3 + t, *const state_1_0_5 = state_1_0_4 + t,
-    *const state_1_1_0 = state_1_0_5 + t, *const state_1_1_1 = state_1_1_0 + t,
-    *const state_1_1_2 = state_1_1_1 + t, *const state_1_1_3 = state_1_1_2 + t,
-    *const state_1_1_4 = state_1_1_3 + t, *const state_1_1_5 = state_1_1_4 + t, state_2_2, state_3_2,
-    reflected_2[6], common_18, common_19, common_20, common_21, common_22, common_23, common_24, reflected_3[6],
-    reflected_4[6], number_start_4, *const number_4 = state_1_1_5 + t, *const state_0_0_3 = number_4 + t,
-    *const state_0_1_3 = state_0_0_3 + t, *const state_0_2_3 = state_0_1_3 + t,
-    *const state_0_3_3 = state_0_2_3 + t, *const state_0_4_3 = state_0_3_3 + t,
-    *const state_0_5_3 = state_0_4_3 + t, *const state_1_0_0_14 = state_0_5_3 + t,
-    *const state_1_0_1_14 = state_1_0_0_14 + t, *const state_1_0_2_14 = state_1_0_1_14 + t,
-    *const state_1_0_3_2 = state_1_0_2_14 + t, *const state_1_0_4_2 = state_1_0_3_2 + t,
-    *const state_1_0_5_2 = state_1_0_4_2 + t, *const state_1_1_0_2 = state_1_0_5_2 + t,
-    *const state_1_1_1_2 = state_1_1_0_2 + t, *const state_1_1_2_2 = state_1_1_1_2 + t,
-    *const state_1_1_3_2 = state_1_1_2_2 + t, *const state_1_1_4_2 = state_1_1_3_2 + t,
-    *const state_1_1_5_2 = state_1_1_4_2 + t, state_2_3, state_3_3, reflected_5[6], common_25, common_26, common_27,
-    common_28, common_29, common_30, common_31, reflected_6[6], reflected_7[6], mapped_6[6], mapped_7[6],
-    number_start_5, *const number_5 = state_1_1_5_2 + t, *const state_0_0_4 = number_5 + t,
-    *const state_0_1_4 = state_0_0_4 + t, *const state_0_2_4 = state_0_1_4 + t,
-    *const state_0_3_4 = state_0_2_4 + t, *const state_0_4_4 = state_0_3_4 + t,
-    *const state_0_5_4 = state_0_4_4 + t, *const state_1_0_0_15 = state_0_5_4 + t,
-    *const state_1_0_1_15 = state_1_0_0_15 + t, *const state_1_0_2_15 = state_1_0_1_15 + t,
-    *const state_1_0_3_3 = state_1_0_2_15 + t, *const state_1_0_4_3 = state_1_0_3_3 + t,
-    *const state_1_0_5_3 = state_1_0_4_3 + t, state_2_4, state_3_4, reflected_8[6], common_32, common_33, common_34,
-    common_35, common_36, common_37, common_38, reflected_9[6], number_start_6, *const number_6 = state_1_0_5_3 + t,
-    *const state_0_0_5 = number_6 + t, *const state_0_1_5 = state_0_0_5 + t, *const state_0_2_5 = state_0_1_5 + t,
-    *const state_0_3_5 = state_0_2_5 + t, *const state_0_4_5 = state_0_3_5 + t,
-    *const state_0_5_5 = state_0_4_5 + t, state_2_5, state_3_5, reflected_10[6], common_39, common_40, common_41,
-    common_42, common_43, common_44, common_45, *const mapped_8 = state_0_5_5 + t, sum_0, sum_1,
-    *const mapped_0 = mapped_8 + s, *const mapped_1 = mapped_0 + p, number_start_7, *const number_7 = mapped_1 + p,
-    *const state_0_0_6 = number_7 + r, *const state_0_1_6 = state_0_0_6 + r, state_1, converged, steps,
-    next_state_1, real, imaginary, real_2, imaginary_2, state_2_6, common_46, sum_0_2, sum_1_2,
-    *const moved_0_0 = state_0_1_6 + r, *const moved_0_1 = moved_0_0 + r, moved_1, sum_4,
-    *const mapped_9 = moved_0_1 + r, *const mapped_10 = mapped_9 + r, real_3, imaginary_3, real_4, imaginary_4,
-    state_2_7, common_47, common_48, common_49, sum_5, common_50, *const is_real_0 = mapped_10 + r,
-    *const is_real_1 = is_real_0 + r;
+        *const mapped_0_1 = mapped_0_0 + t * t, *const mapped_0_2 = mapped_0_1 + t * t,
+        *const mapped_0_3 = mapped_0_2 + t * t, *const mapped_0_4 = mapped_0_3 + t * t,
+        *const mapped_0_5 = mapped_0_4 + t * t, *const mapped_0_6 = mapped_0_5 + t * t,
+        *const mapped_0_7 = mapped_0_6 + t * t, *const mapped_0_8 = mapped_0_7 + t * t,
+        *const mapped_0_9 = mapped_0_8 + t * t, *const mapped_0_10 = mapped_0_9 + t * t,
+        *const mapped_0_11 = mapped_0_10 + t * t, *const mapped_0_12 = mapped_0_11 + t * t,
+        *const mapped_0_13 = mapped_0_12 + t * t, *const mapped_1_0 = mapped_0_13 + t * t,
+        *const mapped_1_1 = mapped_1_0 + t * t, *const mapped_1_2 = mapped_1_1 + t * t,
+        *const mapped_1_3 = mapped_1_2 + t * t, *const mapped_1_4 = mapped_1_3 + t * t,
+        *const mapped_1_5 = mapped_1_4 + t * t, *const mapped_1_6 = mapped_1_5 + t * t,
+        *const mapped_1_7 = mapped_1_6 + t * t, *const mapped_1_8 = mapped_1_7 + t * t,
+        *const mapped_1_9 = mapped_1_8 + t * t, *const mapped_1_10 = mapped_1_9 + t * t,
+        *const mapped_1_11 = mapped_1_10 + t * t, *const mapped_1_12 = mapped_1_11 + t * t,
+        *const mapped_1_13 = mapped_1_12 + t * t, *const mapped_2_0 = mapped_1_13 + t * t,
+        *const mapped_2_1 = mapped_2_0 + t * t, *const mapped_2_2 = mapped_2_1 + t * t,
+        *const mapped_2_3 = mapped_2_2 + t * t, *const mapped_2_4 = mapped_2_3 + t * t,
+        *const mapped_2_5 = mapped_2_4 + t * t, *const mapped_2_6 = mapped_2_5 + t * t,
+        *const mapped_2_7 = mapped_2_6 + t * t, *const mapped_2_8 = mapped_2_7 + t * t,
+        *const mapped_2_9 = mapped_2_8 + t * t, *const mapped_2_10 = mapped_2_9 + t * t,
+        *const mapped_2_11 = mapped_2_10 + t * t, *const mapped_2_12 = mapped_2_11 + t * t,
+        *const mapped_2_13 = mapped_2_12 + t * t, sum_2[14], combined[14], number_start,
+        *const number = mapped_2_13 + t * t, *const state_0_0 = number + e, *const state_0_1 = state_0_0 + e,
+        *const state_0_2 = state_0_1 + e, *const state_0_3 = state_0_2 + e, *const state_0_4 = state_0_3 + e,
+        *const state_0_5 = state_0_4 + e, *const state_0_6 = state_0_5 + e, *const state_0_7 = state_0_6 + e,
+        *const state_0_8 = state_0_7 + e, *const state_0_9 = state_0_8 + e, *const state_0_10 = state_0_9 + e,
+        *const state_0_11 = state_0_10 + e, *const state_0_12 = state_0_11 + e, *const state_0_13 = state_0_12 + e,
+        *const state_1_0_0_0 = state_0_13 + e, *const state_1_0_0_1 = state_1_0_0_0 + t * t,
+        *const state_1_0_0_2 = state_1_0_0_1 + t * t, *const state_1_0_0_3 = state_1_0_0_2 + t * t,
+        *const state_1_0_0_4 = state_1_0_0_3 + t * t, *const state_1_0_0_5 = state_1_0_0_4 + t * t,
+        *const state_1_0_0_6 = state_1_0_0_5 + t * t, *const state_1_0_0_7 = state_1_0_0_6 + t * t,
+        *const state_1_0_0_8 = state_1_0_0_7 + t * t, *const state_1_0_0_9 = state_1_0_0_8 + t * t,
+        *const state_1_0_0_10 = state_1_0_0_9 + t * t, *const state_1_0_0_11 = state_1_0_0_10 + t * t,
+        *const state_1_0_0_12 = state_1_0_0_11 + t * t, *const state_1_0_0_13 = state_1_0_0_12 + t * t,
+        *const state_1_0_1_0 = state_1_0_0_13 + t * t, *const state_1_0_1_1 = state_1_0_1_0 + t * t,
+        *const state_1_0_1_2 = state_1_0_1_1 + t * t, *const state_1_0_1_3 = state_1_0_1_2 + t * t,
+        *const state_1_0_1_4 = state_1_0_1_3 + t * t, *const state_1_0_1_5 = state_1_0_1_4 + t * t,
+        *const state_1_0_1_6 = state_1_0_1_5 + t * t, *const state_1_0_1_7 = state_1_0_1_6 + t * t,
+        *const state_1_0_1_8 = state_1_0_1_7 + t * t, *const state_1_0_1_9 = state_1_0_1_8 + t * t,
+        *const state_1_0_1_10 = state_1_0_1_9 + t * t, *const state_1_0_1_11 = state_1_0_1_10 + t * t,
+        *const state_1_0_1_12 = state_1_0_1_11 + t * t, *const state_1_0_1_13 = state_1_0_1_12 + t * t,
+        *const state_1_0_2_0 = state_1_0_1_13 + t * t, *const state_1_0_2_1 = state_1_0_2_0 + t * t,
+        *const state_1_0_2_2 = state_1_0_2_1 + t * t, *const state_1_0_2_3 = state_1_0_2_2 + t * t,
+        *const state_1_0_2_4 = state_1_0_2_3 + t * t, *const state_1_0_2_5 = state_1_0_2_4 + t * t,
+        *const state_1_0_2_6 = state_1_0_2_5 + t * t, *const state_1_0_2_7 = state_1_0_2_6 + t * t,
+        *const state_1_0_2_8 = state_1_0_2_7 + t * t, *const state_1_0_2_9 = state_1_0_2_8 + t * t,
+        *const state_1_0_2_10 = state_1_0_2_9 + t * t, *const state_1_0_2_11 = state_1_0_2_10 + t * t,
+        *const state_1_0_2_12 = state_1_0_2_11 + t * t, *const state_1_0_2_13 = state_1_0_2_12 + t * t, state_2,
+        state_3, mapped[3 * 14], common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
+        common_9, common_10, common_11, common_12, common_13, common_14, common_15,
+        *const all_reflected_0_0 = state_1_0_2_13 + t * t, *const all_reflected_0_1 = all_reflected_0_0 + t * t,
+        *const all_reflected_0_2 = all_reflected_0_1 + t * t, *const all_reflected_0_3 = all_reflected_0_2 + t * t,
+        *const all_reflected_0_4 = all_reflected_0_3 + t * t, *const all_reflected_0_5 = all_reflected_0_4 + t * t,
+        *const all_reflected_0_6 = all_reflected_0_5 + t * t, *const all_reflected_0_7 = all_reflected_0_6 + t * t,
+        *const all_reflected_0_8 = all_reflected_0_7 + t * t, *const all_reflected_0_9 = all_reflected_0_8 + t * t,
+        *const all_reflected_0_10 = all_reflected_0_9 + t * t,
+        *const all_reflected_0_11 = all_reflected_0_10 + t * t,
+        *const all_reflected_0_12 = all_reflected_0_11 + t * t,
+        *const all_reflected_0_13 = all_reflected_0_12 + t * t,
+        *const all_reflected_1_0 = all_reflected_0_13 + t * t, *const all_reflected_1_1 = all_reflected_1_0 + t * t,
+        *const all_reflected_1_2 = all_reflected_1_1 + t * t, *const all_reflected_1_3 = all_reflected_1_2 + t * t,
+        *const all_reflected_1_4 = all_reflected_1_3 + t * t, *const all_reflected_1_5 = all_reflected_1_4 + t * t,
+        *const all_reflected_1_6 = all_reflected_1_5 + t * t, *const all_reflected_1_7 = all_reflected_1_6 + t * t,
+        *const all_reflected_1_8 = all_reflected_1_7 + t * t, *const all_reflected_1_9 = all_reflected_1_8 + t * t,
+        *const all_reflected_1_10 = all_reflected_1_9 + t * t,
+        *const all_reflected_1_11 = all_reflected_1_10 + t * t,
+        *const all_reflected_1_12 = all_reflected_1_11 + t * t,
+        *const all_reflected_1_13 = all_reflected_1_12 + t * t,
+        *const all_reflected_2_0 = all_reflected_1_13 + t * t, *const all_reflected_2_1 = all_reflected_2_0 + t * t,
+        *const all_reflected_2_2 = all_reflected_2_1 + t * t, *const all_reflected_2_3 = all_reflected_2_2 + t * t,
+        *const all_reflected_2_4 = all_reflected_2_3 + t * t, *const all_reflected_2_5 = all_reflected_2_4 + t * t,
+        *const all_reflected_2_6 = all_reflected_2_5 + t * t, *const all_reflected_2_7 = all_reflected_2_6 + t * t,
+        *const all_reflected_2_8 = all_reflected_2_7 + t * t, *const all_reflected_2_9 = all_reflected_2_8 + t * t,
+        *const all_reflected_2_10 = all_reflected_2_9 + t * t,
+        *const all_reflected_2_11 = all_reflected_2_10 + t * t,
+        *const all_reflected_2_12 = all_reflected_2_11 + t * t,
+        *const all_reflected_2_13 = all_reflected_2_12 + t * t, reflected[14], number_start_2,
+        *const number_2 = all_reflected_2_13 + t * t, *const mapped_2 = number_2 + t, common_16, common_17,
+        sum_3[3 * 6], combined_2[3 * 6], *const mapped_3 = mapped_2 + t, *const mapped_4 = mapped_3 + 6 * t,
+        *const mapped_5 = mapped_4 + 6 * t, number_start_3, *const number_3 = mapped_5 + 6 * t,
+        *const state_0_0_2 = number_3 + t, *const state_0_1_2 = state_0_0_2 + t,
+        *const state_0_2_2 = state_0_1_2 + t, *const state_0_3_2 = state_0_2_2 + t,
+        *const state_0_4_2 = state_0_3_2 + t, *const state_0_5_2 = state_0_4_2 + t,
+        *const state_1_0_0 = state_0_5_2 + t, *const state_1_0_1 = state_1_0_0 + t,
+        *const state_1_0_2 = state_1_0_1 + t, *const state_1_0_3 = state_1_0_2 + t,
+        *const state_1_0_4 = state_1_0_3 + t, *const state_1_0_5 = state_1_0_4 + t,
+        *const state_1_1_0 = state_1_0_5 + t, *const state_1_1_1 = state_1_1_0 + t,
+        *const state_1_1_2 = state_1_1_1 + t, *const state_1_1_3 = state_1_1_2 + t,
+        *const state_1_1_4 = state_1_1_3 + t, *const state_1_1_5 = state_1_1_4 + t, state_2_2, state_3_2,
+        reflected_2[6], common_18, common_19, common_20, common_21, common_22, common_23, common_24, reflected_3[6],
+        reflected_4[6], number_start_4, *const number_4 = state_1_1_5 + t, *const state_0_0_3 = number_4 + t,
+        *const state_0_1_3 = state_0_0_3 + t, *const state_0_2_3 = state_0_1_3 + t,
+        *const state_0_3_3 = state_0_2_3 + t, *const state_0_4_3 = state_0_3_3 + t,
+        *const state_0_5_3 = state_0_4_3 + t, *const state_1_0_0_14 = state_0_5_3 + t,
+        *const state_1_0_1_14 = state_1_0_0_14 + t, *const state_1_0_2_14 = state_1_0_1_14 + t,
+        *const state_1_0_3_2 = state_1_0_2_14 + t, *const state_1_0_4_2 = state_1_0_3_2 + t,
+        *const state_1_0_5_2 = state_1_0_4_2 + t, *const state_1_1_0_2 = state_1_0_5_2 + t,
+        *const state_1_1_1_2 = state_1_1_0_2 + t, *const state_1_1_2_2 = state_1_1_1_2 + t,
+        *const state_1_1_3_2 = state_1_1_2_2 + t, *const state_1_1_4_2 = state_1_1_3_2 + t,
+        *const state_1_1_5_2 = state_1_1_4_2 + t, state_2_3, state_3_3, reflected_5[6], common_25, common_26,
+        common_27, common_28, common_29, common_30, common_31, reflected_6[6], reflected_7[6], mapped_6[6],
+        mapped_7[6], number_start_5, *const number_5 = state_1_1_5_2 + t, *const state_0_0_4 = number_5 + t,
+        *const state_0_1_4 = state_0_0_4 + t, *const state_0_2_4 = state_0_1_4 + t,
+        *const state_0_3_4 = state_0_2_4 + t, *const state_0_4_4 = state_0_3_4 + t,
+        *const state_0_5_4 = state_0_4_4 + t, *const state_1_0_0_15 = state_0_5_4 + t,
+        *const state_1_0_1_15 = state_1_0_0_15 + t, *const state_1_0_2_15 = state_1_0_1_15 + t,
+        *const state_1_0_3_3 = state_1_0_2_15 + t, *const state_1_0_4_3 = state_1_0_3_3 + t,
+        *const state_1_0_5_3 = state_1_0_4_3 + t, state_2_4, state_3_4, reflected_8[6], common_32, common_33,
+        common_34, common_35, common_36, common_37, common_38, reflected_9[6], number_start_6,
+        *const number_6 = state_1_0_5_3 + t, *const state_0_0_5 = number_6 + t,
+        *const state_0_1_5 = state_0_0_5 + t, *const state_0_2_5 = state_0_1_5 + t,
+        *const state_0_3_5 = state_0_2_5 + t, *const state_0_4_5 = state_0_3_5 + t,
+        *const state_0_5_5 = state_0_4_5 + t, state_2_5, state_3_5, reflected_10[6], common_39, common_40,
+        common_41, common_42, common_43, common_44, common_45, *const mapped_8 = state_0_5_5 + t, sum_0, sum_1,
+        *const mapped_0 = mapped_8 + s, *const mapped_1 = mapped_0 + p, number_start_7,
+        *const number_7 = mapped_1 + p, *const state_0_0_6 = number_7 + r, *const state_0_1_6 = state_0_0_6 + r,
+        state_1, converged, steps, next_state_1, real, imaginary, real_2, imaginary_2, state_2_6, common_46,
+        sum_0_2, sum_1_2, *const moved_0_0 = state_0_1_6 + r, *const moved_0_1 = moved_0_0 + r, moved_1, sum_4,
+        *const mapped_9 = moved_0_1 + r, *const mapped_10 = mapped_9 + r, real_3, imaginary_3, real_4, imaginary_4,
+        state_2_7, common_47, common_48, common_49, sum_5, common_50, *const is_real_0 = mapped_10 + r,
+        *const is_real_1 = is_real_0 + r;
     NAME(eliminated_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(eliminated_moved)(goal, point, line, before + 8 * i, after + 8 * i, moved + 14 * i);
@@ -1594,16 +1601,20 @@ static INLINE void NAME(eliminated_within)(intptr_t e, intptr_t n, intptr_t t, i
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_less_)(sum, side + 42 * (i * t + j), shares + 3 * (i * t + j), less_);
             NAME(eliminated_mapped)(less_, mapped_0_0 + (i * t + j), mapped_0_1 + (i * t + j),
-    mapped_0_2 + (i * t + j), mapped_0_3 + (i * t + j), mapped_0_4 + (i * t + j), mapped_0_5 + (i * t + j),
-    mapped_0_6 + (i * t + j), mapped_0_7 + (i * t + j), mapped_0_8 + (i * t + j), mapped_0_9 + (i * t + j),
-    mapped_0_10 + (i * t + j), mapped_0_11 + (i * t + j), mapped_0_12 + (i * t + j), mapped_0_13 + (i * t + j),
-    mapped_1_0 + (i * t + j), mapped_1_1 + (i * t + j), mapped_1_2 + (i * t + j), mapped_1_3 + (i * t + j),
-    mapped_1_4 + (i * t + j), mapped_1_5 + (i * t + j), mapped_1_6 + (i * t + j), mapped_1_7 + (i * t + j),
-    mapped_1_8 + (i * t + j), mapped_1_9 + (i * t + j), mapped_1_10 + (i * t + j), mapped_1_11 + (i * t + j),
-    mapped_1_12 + (i * t + j), mapped_1_13 + (i * t + j), mapped_2_0 + (i * t + j), mapped_2_1 + (i * t + j),
-    mapped_2_2 + (i * t + j), mapped_2_3 + (i * t + j), mapped_2_4 + (i * t + j), mapped_2_5 + (i * t + j),
-    mapped_2_6 + (i * t + j), mapped_2_7 + (i * t + j), mapped_2_8 + (i * t + j), mapped_2_9 + (i * t + j),
-    mapped_2_10 + (i * t + j), mapped_2_11 + (i * t + j), mapped_2_12 + (i * t + j), mapped_2_13 + (i * t + j));
+                mapped_0_2 + (i * t + j), mapped_0_3 + (i * t + j), mapped_0_4 + (i * t + j),
+                mapped_0_5 + (i * t + j), mapped_0_6 + (i * t + j), mapped_0_7 + (i * t + j),
+                mapped_0_8 + (i * t + j), mapped_0_9 + (i * t + j), mapped_0_10 + (i * t + j),
+                mapped_0_11 + (i * t + j), mapped_0_12 + (i * t + j), mapped_0_13 + (i * t + j),
+                mapped_1_0 + (i * t + j), mapped_1_1 + (i * t + j), mapped_1_2 + (i * t + j),
+                mapped_1_3 + (i * t + j), mapped_1_4 + (i * t + j), mapped_1_5 + (i * t + j),
+                mapped_1_6 + (i * t + j), mapped_1_7 + (i * t + j), mapped_1_8 + (i * t + j),
+                mapped_1_9 + (i * t + j), mapped_1_10 + (i * t + j), mapped_1_11 + (i * t + j),
+                mapped_1_12 + (i * t + j), mapped_1_13 + (i * t + j), mapped_2_0 + (i * t + j),
+                mapped_2_1 + (i * t + j), mapped_2_2 + (i * t + j), mapped_2_3 + (i * t + j),
+                mapped_2_4 + (i * t + j), mapped_2_5 + (i * t + j), mapped_2_6 + (i * t + j),
+                mapped_2_7 + (i * t + j), mapped_2_8 + (i * t + j), mapped_2_9 + (i * t + j),
+                mapped_2_10 + (i * t + j), mapped_2_11 + (i * t + j), mapped_2_12 + (i * t + j),
+                mapped_2_13 + (i * t + j));
         }
         for (intptr_t j = 0; j < t; j++) {
             COPY(1, mapped_0_0 + (i * t + j), state_1_0_0_0 + (i * t + j));
@@ -1659,45 +1670,54 @@ static INLINE void NAME(eliminated_within)(intptr_t e, intptr_t n, intptr_t t, i
         NAME(eliminated_combined)(sum_2, combined);
         NAME(eliminated_number)(i > 0 ? number[i - 1] : number_start, number + i);
         NAME(eliminated_state)(combined, state_0_0 + i, state_0_1 + i, state_0_2 + i, state_0_3 + i, state_0_4 + i,
-    state_0_5 + i, state_0_6 + i, state_0_7 + i, state_0_8 + i, state_0_9 + i, state_0_10 + i, state_0_11 + i,
-    state_0_12 + i, state_0_13 + i);
+            state_0_5 + i, state_0_6 + i, state_0_7 + i, state_0_8 + i, state_0_9 + i, state_0_10 + i,
+            state_0_11 + i, state_0_12 + i, state_0_13 + i);
     }
     NAME(eliminated_state_start)(&state_2, &state_3);
     for (intptr_t i = 0; i < e; i++) {
         NAME(eliminated_common)(state_3, state_0_0[i], state_0_1[i], state_0_2[i], state_0_3[i], state_0_4[i],
-    state_0_5[i], state_0_6[i], state_0_7[i], state_0_8[i], state_0_9[i], state_0_10[i], state_0_11[i],
-    state_0_12[i], state_0_13[i], &common, &common_2, &common_3, &common_4, &common_5, &common_6, &common_7,
-    &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14, &common_15);
+            state_0_5[i], state_0_6[i], state_0_7[i], state_0_8[i], state_0_9[i], state_0_10[i], state_0_11[i],
+            state_0_12[i], state_0_13[i], &common, &common_2, &common_3, &common_4, &common_5, &common_6, &common_7,
+            &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14, &common_15);
         for (intptr_t j = 0; j < t; j++) {
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_mapped_2)(state_1_0_0_0[j * t + k], state_1_0_0_1[j * t + k],
-    state_1_0_0_2[j * t + k], state_1_0_0_3[j * t + k], state_1_0_0_4[j * t + k], state_1_0_0_5[j * t + k],
-    state_1_0_0_6[j * t + k], state_1_0_0_7[j * t + k], state_1_0_0_8[j * t + k], state_1_0_0_9[j * t + k],
-    state_1_0_0_10[j * t + k], state_1_0_0_11[j * t + k], state_1_0_0_12[j * t + k], state_1_0_0_13[j * t + k],
-    state_1_0_1_0[j * t + k], state_1_0_1_1[j * t + k], state_1_0_1_2[j * t + k], state_1_0_1_3[j * t + k],
-    state_1_0_1_4[j * t + k], state_1_0_1_5[j * t + k], state_1_0_1_6[j * t + k], state_1_0_1_7[j * t + k],
-    state_1_0_1_8[j * t + k], state_1_0_1_9[j * t + k], state_1_0_1_10[j * t + k], state_1_0_1_11[j * t + k],
-    state_1_0_1_12[j * t + k], state_1_0_1_13[j * t + k], state_1_0_2_0[j * t + k], state_1_0_2_1[j * t + k],
-    state_1_0_2_2[j * t + k], state_1_0_2_3[j * t + k], state_1_0_2_4[j * t + k], state_1_0_2_5[j * t + k],
-    state_1_0_2_6[j * t + k], state_1_0_2_7[j * t + k], state_1_0_2_8[j * t + k], state_1_0_2_9[j * t + k],
-    state_1_0_2_10[j * t + k], state_1_0_2_11[j * t + k], state_1_0_2_12[j * t + k], state_1_0_2_13[j * t + k],
-    common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
-    common_12, common_13, common_14, common_15, mapped);
+                    state_1_0_0_2[j * t + k], state_1_0_0_3[j * t + k], state_1_0_0_4[j * t + k],
+                    state_1_0_0_5[j * t + k], state_1_0_0_6[j * t + k], state_1_0_0_7[j * t + k],
+                    state_1_0_0_8[j * t + k], state_1_0_0_9[j * t + k], state_1_0_0_10[j * t + k],
+                    state_1_0_0_11[j * t + k], state_1_0_0_12[j * t + k], state_1_0_0_13[j * t + k],
+                    state_1_0_1_0[j * t + k], state_1_0_1_1[j * t + k], state_1_0_1_2[j * t + k],
+                    state_1_0_1_3[j * t + k], state_1_0_1_4[j * t + k], state_1_0_1_5[j * t + k],
+                    state_1_0_1_6[j * t + k], state_1_0_1_7[j * t + k], state_1_0_1_8[j * t + k],
+                    state_1_0_1_9[j * t + k], state_1_0_1_10[j * t + k], state_1_0_1_11[j * t + k],
+                    state_1_0_1_12[j * t + k], state_1_0_1_13[j * t + k], state_1_0_2_0[j * t + k],
+                    state_1_0_2_1[j * t + k], state_1_0_2_2[j * t + k], state_1_0_2_3[j * t + k],
+                    state_1_0_2_4[j * t + k], state_1_0_2_5[j * t + k], state_1_0_2_6[j * t + k],
+                    state_1_0_2_7[j * t + k], state_1_0_2_8[j * t + k], state_1_0_2_9[j * t + k],
+                    state_1_0_2_10[j * t + k], state_1_0_2_11[j * t + k], state_1_0_2_12[j * t + k],
+                    state_1_0_2_13[j * t + k], common, common_2, common_3, common_4, common_5, common_6, common_7,
+                    common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, mapped);
                 NAME(eliminated_mapped)(mapped, all_reflected_0_0 + (j * t + k), all_reflected_0_1 + (j * t + k),
-    all_reflected_0_2 + (j * t + k), all_reflected_0_3 + (j * t + k), all_reflected_0_4 + (j * t + k),
-    all_reflected_0_5 + (j * t + k), all_reflected_0_6 + (j * t + k), all_reflected_0_7 + (j * t + k),
-    all_reflected_0_8 + (j * t + k), all_reflected_0_9 + (j * t + k), all_reflected_0_10 + (j * t + k),
-    all_reflected_0_11 + (j * t + k), all_reflected_0_12 + (j * t + k), all_reflected_0_13 + (j * t + k),
-    all_reflected_1_0 + (j * t + k), all_reflected_1_1 + (j * t + k), all_reflected_1_2 + (j * t + k),
-    all_reflected_1_3 + (j * t + k), all_reflected_1_4 + (j * t + k), all_reflected_1_5 + (j * t + k),
-    all_reflected_1_6 + (j * t + k), all_reflected_1_7 + (j * t + k), all_reflected_1_8 + (j * t + k),
-    all_reflected_1_9 + (j * t + k), all_reflected_1_10 + (j * t + k), all_reflected_1_11 + (j * t + k),
-    all_reflected_1_12 + (j * t + k), all_reflected_1_13 + (j * t + k), all_reflected_2_0 + (j * t + k),
-    all_reflected_2_1 + (j * t + k), all_reflected_2_2 + (j * t + k), all_reflected_2_3 + (j * t + k),
-    all_reflected_2_4 + (j * t + k), all_reflected_2_5 + (j * t + k), all_reflected_2_6 + (j * t + k),
-    all_reflected_2_7 + (j * t + k), all_reflected_2_8 + (j * t + k), all_reflected_2_9 + (j * t + k),
-    all_reflected_2_10 + (j * t + k), all_reflected_2_11 + (j * t + k), all_reflected_2_12 + (j * t + k),
-    all_reflected_2_13 + (j * t + k));
+                    all_reflected_0_2 + (j * t + k), all_reflected_0_3 + (j * t + k),
+                    all_reflected_0_4 + (j * t + k), all_reflected_0_5 + (j * t + k),
+                    all_reflected_0_6 + (j * t + k), all_reflected_0_7 + (j * t + k),
+                    all_reflected_0_8 + (j * t + k), all_reflected_0_9 + (j * t + k),
+                    all_reflected_0_10 + (j * t + k), all_reflected_0_11 + (j * t + k),
+                    all_reflected_0_12 + (j * t + k), all_reflected_0_13 + (j * t + k),
+                    all_reflected_1_0 + (j * t + k), all_reflected_1_1 + (j * t + k),
+                    all_reflected_1_2 + (j * t + k), all_reflected_1_3 + (j * t + k),
+                    all_reflected_1_4 + (j * t + k), all_reflected_1_5 + (j * t + k),
+                    all_reflected_1_6 + (j * t + k), all_reflected_1_7 + (j * t + k),
+                    all_reflected_1_8 + (j * t + k), all_reflected_1_9 + (j * t + k),
+                    all_reflected_1_10 + (j * t + k), all_reflected_1_11 + (j * t + k),
+                    all_reflected_1_12 + (j * t + k), all_reflected_1_13 + (j * t + k),
+                    all_reflected_2_0 + (j * t + k), all_reflected_2_1 + (j * t + k),
+                    all_reflected_2_2 + (j * t + k), all_reflected_2_3 + (j * t + k),
+                    all_reflected_2_4 + (j * t + k), all_reflected_2_5 + (j * t + k),
+                    all_reflected_2_6 + (j * t + k), all_reflected_2_7 + (j * t + k),
+                    all_reflected_2_8 + (j * t + k), all_reflected_2_9 + (j * t + k),
+                    all_reflected_2_10 + (j * t + k), all_reflected_2_11 + (j * t + k),
+                    all_reflected_2_12 + (j * t + k), all_reflected_2_13 + (j * t + k));
             }
             for (intptr_t k = 0; k < t; k++) {
                 COPY(1, all_reflected_0_0 + (j * t + k), state_1_0_0_0 + (j * t + k));
@@ -1745,16 +1765,16 @@ static INLINE void NAME(eliminated_within)(intptr_t e, intptr_t n, intptr_t t, i
             }
         }
         NAME(eliminated_state_2)(state_2, state_3, state_0_0[i], state_0_1[i], state_0_2[i], state_0_3[i],
-    state_0_4[i], state_0_5[i], state_0_6[i], state_0_7[i], state_0_8[i], state_0_9[i], state_0_10[i],
-    state_0_11[i], state_0_12[i], state_0_13[i], &state_2, &state_3);
+            state_0_4[i], state_0_5[i], state_0_6[i], state_0_7[i], state_0_8[i], state_0_9[i], state_0_10[i],
+            state_0_11[i], state_0_12[i], state_0_13[i], &state_2, &state_3);
         for (intptr_t j = 0; j < e; j++) {
             NAME(eliminated_reflected)(common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
-    common_9, common_10, common_11, common_12, common_13, common_14, common_15, state_0_0[j], state_0_1[j],
-    state_0_2[j], state_0_3[j], state_0_4[j], state_0_5[j], state_0_6[j], state_0_7[j], state_0_8[j], state_0_9[j],
-    state_0_10[j], state_0_11[j], state_0_12[j], state_0_13[j], reflected);
+                common_9, common_10, common_11, common_12, common_13, common_14, common_15, state_0_0[j],
+                state_0_1[j], state_0_2[j], state_0_3[j], state_0_4[j], state_0_5[j], state_0_6[j], state_0_7[j],
+                state_0_8[j], state_0_9[j], state_0_10[j], state_0_11[j], state_0_12[j], state_0_13[j], reflected);
             NAME(eliminated_state)(reflected, state_0_0 + j, state_0_1 + j, state_0_2 + j, state_0_3 + j,
-    state_0_4 + j, state_0_5 + j, state_0_6 + j, state_0_7 + j, state_0_8 + j, state_0_9 + j, state_0_10 + j,
-    state_0_11 + j, state_0_12 + j, state_0_13 + j);
+                state_0_4 + j, state_0_5 + j, state_0_6 + j, state_0_7 + j, state_0_8 + j, state_0_9 + j,
+                state_0_10 + j, state_0_11 + j, state_0_12 + j, state_0_13 + j);
         }
     }
     for (intptr_t i = 0; i < s; i++) {
@@ -1766,103 +1786,108 @@ static INLINE void NAME(eliminated_within)(intptr_t e, intptr_t n, intptr_t t, i
             NAME(eliminated_sum_start_2)(sum_3);
             for (intptr_t k = 0; k < t; k++)
                 NAME(eliminated_sum_2)(sum_3, mapped_2[k], state_1_0_0_8[j * t + k], state_1_0_0_9[j * t + k],
-    state_1_0_0_10[j * t + k], state_1_0_0_11[j * t + k], state_1_0_0_12[j * t + k], state_1_0_0_13[j * t + k],
-    state_1_0_1_8[j * t + k], state_1_0_1_9[j * t + k], state_1_0_1_10[j * t + k], state_1_0_1_11[j * t + k],
-    state_1_0_1_12[j * t + k], state_1_0_1_13[j * t + k], state_1_0_2_8[j * t + k], state_1_0_2_9[j * t + k],
-    state_1_0_2_10[j * t + k], state_1_0_2_11[j * t + k], state_1_0_2_12[j * t + k], state_1_0_2_13[j * t + k],
-    sum_3);
+                    state_1_0_0_10[j * t + k], state_1_0_0_11[j * t + k], state_1_0_0_12[j * t + k],
+                    state_1_0_0_13[j * t + k], state_1_0_1_8[j * t + k], state_1_0_1_9[j * t + k],
+                    state_1_0_1_10[j * t + k], state_1_0_1_11[j * t + k], state_1_0_1_12[j * t + k],
+                    state_1_0_1_13[j * t + k], state_1_0_2_8[j * t + k], state_1_0_2_9[j * t + k],
+                    state_1_0_2_10[j * t + k], state_1_0_2_11[j * t + k], state_1_0_2_12[j * t + k],
+                    state_1_0_2_13[j * t + k], sum_3);
             NAME(eliminated_combined_2)(sum_3, combined_2);
             NAME(eliminated_mapped_4)(combined_2, mapped_3 + 6 * j);
             NAME(eliminated_mapped_5)(combined_2, mapped_4 + 6 * j);
             NAME(eliminated_mapped_6)(combined_2, mapped_5 + 6 * j);
             NAME(eliminated_number)(j > 0 ? number_3[j - 1] : number_start_3, number_3 + j);
             NAME(eliminated_state_3)(mapped_3 + 6 * j, mapped_4 + 6 * j, mapped_5 + 6 * j, state_0_0_2 + j,
-    state_0_1_2 + j, state_0_2_2 + j, state_0_3_2 + j, state_0_4_2 + j, state_0_5_2 + j, state_1_0_0 + j,
-    state_1_0_1 + j, state_1_0_2 + j, state_1_0_3 + j, state_1_0_4 + j, state_1_0_5 + j, state_1_1_0 + j,
-    state_1_1_1 + j, state_1_1_2 + j, state_1_1_3 + j, state_1_1_4 + j, state_1_1_5 + j);
+                state_0_1_2 + j, state_0_2_2 + j, state_0_3_2 + j, state_0_4_2 + j, state_0_5_2 + j,
+                state_1_0_0 + j, state_1_0_1 + j, state_1_0_2 + j, state_1_0_3 + j, state_1_0_4 + j,
+                state_1_0_5 + j, state_1_1_0 + j, state_1_1_1 + j, state_1_1_2 + j, state_1_1_3 + j,
+                state_1_1_4 + j, state_1_1_5 + j);
         }
         NAME(eliminated_state_start)(&state_2_2, &state_3_2);
         NAME(eliminated_number_start)(&number_start_4);
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_common_3)(state_3_2, state_0_0_2[j], state_0_1_2[j], state_0_2_2[j], state_0_3_2[j],
-    state_0_4_2[j], state_0_5_2[j], &common_18, &common_19, &common_20, &common_21, &common_22, &common_23,
-    &common_24);
+                state_0_4_2[j], state_0_5_2[j], &common_18, &common_19, &common_20, &common_21, &common_22,
+                &common_23, &common_24);
             NAME(eliminated_state_4)(state_2_2, state_3_2, state_0_0_2[j], state_0_1_2[j], state_0_2_2[j],
-    state_0_3_2[j], state_0_4_2[j], state_0_5_2[j], &state_2_2, &state_3_2);
+                state_0_3_2[j], state_0_4_2[j], state_0_5_2[j], &state_2_2, &state_3_2);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2)(state_1_0_0[k], state_1_0_1[k], state_1_0_2[k], state_1_0_3[k],
-    state_1_0_4[k], state_1_0_5[k], common_18, common_19, common_20, common_21, common_22, common_23, common_24,
-    reflected_2);
+                    state_1_0_4[k], state_1_0_5[k], common_18, common_19, common_20, common_21, common_22,
+                    common_23, common_24, reflected_2);
                 NAME(eliminated_reflected_3)(common_18, common_19, common_20, common_21, common_22, common_23,
-    common_24, state_1_1_0[k], state_1_1_1[k], state_1_1_2[k], state_1_1_3[k], state_1_1_4[k], state_1_1_5[k],
-    reflected_3);
+                    common_24, state_1_1_0[k], state_1_1_1[k], state_1_1_2[k], state_1_1_3[k], state_1_1_4[k],
+                    state_1_1_5[k], reflected_3);
                 NAME(eliminated_reflected_3)(common_18, common_19, common_20, common_21, common_22, common_23,
-    common_24, state_0_0_2[k], state_0_1_2[k], state_0_2_2[k], state_0_3_2[k], state_0_4_2[k], state_0_5_2[k],
-    reflected_4);
+                    common_24, state_0_0_2[k], state_0_1_2[k], state_0_2_2[k], state_0_3_2[k], state_0_4_2[k],
+                    state_0_5_2[k], reflected_4);
                 NAME(eliminated_state_3)(reflected_4, reflected_2, reflected_3, state_0_0_2 + k, state_0_1_2 + k,
-    state_0_2_2 + k, state_0_3_2 + k, state_0_4_2 + k, state_0_5_2 + k, state_1_0_0 + k, state_1_0_1 + k,
-    state_1_0_2 + k, state_1_0_3 + k, state_1_0_4 + k, state_1_0_5 + k, state_1_1_0 + k, state_1_1_1 + k,
-    state_1_1_2 + k, state_1_1_3 + k, state_1_1_4 + k, state_1_1_5 + k);
+                    state_0_2_2 + k, state_0_3_2 + k, state_0_4_2 + k, state_0_5_2 + k, state_1_0_0 + k,
+                    state_1_0_1 + k, state_1_0_2 + k, state_1_0_3 + k, state_1_0_4 + k, state_1_0_5 + k,
+                    state_1_1_0 + k, state_1_1_1 + k, state_1_1_2 + k, state_1_1_3 + k, state_1_1_4 + k,
+                    state_1_1_5 + k);
             }
             NAME(eliminated_number)(j > 0 ? number_4[j - 1] : number_start_4, number_4 + j);
             NAME(eliminated_state_3)(mapped_5 + 6 * j, mapped_3 + 6 * j, mapped_4 + 6 * j, state_0_0_3 + j,
-    state_0_1_3 + j, state_0_2_3 + j, state_0_3_3 + j, state_0_4_3 + j, state_0_5_3 + j, state_1_0_0_14 + j,
-    state_1_0_1_14 + j, state_1_0_2_14 + j, state_1_0_3_2 + j, state_1_0_4_2 + j, state_1_0_5_2 + j,
-    state_1_1_0_2 + j, state_1_1_1_2 + j, state_1_1_2_2 + j, state_1_1_3_2 + j, state_1_1_4_2 + j,
-    state_1_1_5_2 + j);
+                state_0_1_3 + j, state_0_2_3 + j, state_0_3_3 + j, state_0_4_3 + j, state_0_5_3 + j,
+                state_1_0_0_14 + j, state_1_0_1_14 + j, state_1_0_2_14 + j, state_1_0_3_2 + j, state_1_0_4_2 + j,
+                state_1_0_5_2 + j, state_1_1_0_2 + j, state_1_1_1_2 + j, state_1_1_2_2 + j, state_1_1_3_2 + j,
+                state_1_1_4_2 + j, state_1_1_5_2 + j);
         }
         NAME(eliminated_state_start)(&state_2_3, &state_3_3);
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_common_3)(state_3_3, state_0_0_3[j], state_0_1_3[j], state_0_2_3[j], state_0_3_3[j],
-    state_0_4_3[j], state_0_5_3[j], &common_25, &common_26, &common_27, &common_28, &common_29, &common_30,
-    &common_31);
+                state_0_4_3[j], state_0_5_3[j], &common_25, &common_26, &common_27, &common_28, &common_29,
+                &common_30, &common_31);
             NAME(eliminated_state_4)(state_2_3, state_3_3, state_0_0_3[j], state_0_1_3[j], state_0_2_3[j],
-    state_0_3_3[j], state_0_4_3[j], state_0_5_3[j], &state_2_3, &state_3_3);
+                state_0_3_3[j], state_0_4_3[j], state_0_5_3[j], &state_2_3, &state_3_3);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2)(state_1_0_0_14[k], state_1_0_1_14[k], state_1_0_2_14[k],
-    state_1_0_3_2[k], state_1_0_4_2[k], state_1_0_5_2[k], common_25, common_26, common_27, common_28, common_29,
-    common_30, common_31, reflected_5);
+                    state_1_0_3_2[k], state_1_0_4_2[k], state_1_0_5_2[k], common_25, common_26, common_27,
+                    common_28, common_29, common_30, common_31, reflected_5);
                 NAME(eliminated_reflected_3)(common_25, common_26, common_27, common_28, common_29, common_30,
-    common_31, state_1_1_0_2[k], state_1_1_1_2[k], state_1_1_2_2[k], state_1_1_3_2[k], state_1_1_4_2[k],
-    state_1_1_5_2[k], reflected_6);
+                    common_31, state_1_1_0_2[k], state_1_1_1_2[k], state_1_1_2_2[k], state_1_1_3_2[k],
+                    state_1_1_4_2[k], state_1_1_5_2[k], reflected_6);
                 NAME(eliminated_reflected_3)(common_25, common_26, common_27, common_28, common_29, common_30,
-    common_31, state_0_0_3[k], state_0_1_3[k], state_0_2_3[k], state_0_3_3[k], state_0_4_3[k], state_0_5_3[k],
-    reflected_7);
+                    common_31, state_0_0_3[k], state_0_1_3[k], state_0_2_3[k], state_0_3_3[k], state_0_4_3[k],
+                    state_0_5_3[k], reflected_7);
                 NAME(eliminated_state_3)(reflected_7, reflected_5, reflected_6, state_0_0_3 + k, state_0_1_3 + k,
-    state_0_2_3 + k, state_0_3_3 + k, state_0_4_3 + k, state_0_5_3 + k, state_1_0_0_14 + k, state_1_0_1_14 + k,
-    state_1_0_2_14 + k, state_1_0_3_2 + k, state_1_0_4_2 + k, state_1_0_5_2 + k, state_1_1_0_2 + k,
-    state_1_1_1_2 + k, state_1_1_2_2 + k, state_1_1_3_2 + k, state_1_1_4_2 + k, state_1_1_5_2 + k);
+                    state_0_2_3 + k, state_0_3_3 + k, state_0_4_3 + k, state_0_5_3 + k, state_1_0_0_14 + k,
+                    state_1_0_1_14 + k, state_1_0_2_14 + k, state_1_0_3_2 + k, state_1_0_4_2 + k, state_1_0_5_2 + k,
+                    state_1_1_0_2 + k, state_1_1_1_2 + k, state_1_1_2_2 + k, state_1_1_3_2 + k, state_1_1_4_2 + k,
+                    state_1_1_5_2 + k);
             }
         }
         NAME(eliminated_number_start)(&number_start_5);
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_mapped_7)(state_1_0_3[j], state_1_0_4[j], state_1_0_5[j], state_1_0_3_2[j],
-    state_1_0_4_2[j], state_1_0_5_2[j], mapped_6);
+                state_1_0_4_2[j], state_1_0_5_2[j], mapped_6);
             NAME(eliminated_mapped_7)(state_1_1_3[j], state_1_1_4[j], state_1_1_5[j], state_1_1_3_2[j],
-    state_1_1_4_2[j], state_1_1_5_2[j], mapped_7);
+                state_1_1_4_2[j], state_1_1_5_2[j], mapped_7);
             NAME(eliminated_number)(j > 0 ? number_5[j - 1] : number_start_5, number_5 + j);
             NAME(eliminated_state_5)(mapped_6, mapped_7, state_0_0_4 + j, state_0_1_4 + j, state_0_2_4 + j,
-    state_0_3_4 + j, state_0_4_4 + j, state_0_5_4 + j, state_1_0_0_15 + j, state_1_0_1_15 + j, state_1_0_2_15 + j,
-    state_1_0_3_3 + j, state_1_0_4_3 + j, state_1_0_5_3 + j);
+                state_0_3_4 + j, state_0_4_4 + j, state_0_5_4 + j, state_1_0_0_15 + j, state_1_0_1_15 + j,
+                state_1_0_2_15 + j, state_1_0_3_3 + j, state_1_0_4_3 + j, state_1_0_5_3 + j);
         }
         NAME(eliminated_state_start)(&state_2_4, &state_3_4);
         NAME(eliminated_number_start)(&number_start_6);
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_common_3)(state_3_4, state_0_0_4[j], state_0_1_4[j], state_0_2_4[j], state_0_3_4[j],
-    state_0_4_4[j], state_0_5_4[j], &common_32, &common_33, &common_34, &common_35, &common_36, &common_37,
-    &common_38);
+                state_0_4_4[j], state_0_5_4[j], &common_32, &common_33, &common_34, &common_35, &common_36,
+                &common_37, &common_38);
             NAME(eliminated_state_4)(state_2_4, state_3_4, state_0_0_4[j], state_0_1_4[j], state_0_2_4[j],
-    state_0_3_4[j], state_0_4_4[j], state_0_5_4[j], &state_2_4, &state_3_4);
+                state_0_3_4[j], state_0_4_4[j], state_0_5_4[j], &state_2_4, &state_3_4);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2)(state_1_0_0_15[k], state_1_0_1_15[k], state_1_0_2_15[k],
-    state_1_0_3_3[k], state_1_0_4_3[k], state_1_0_5_3[k], common_32, common_33, common_34, common_35, common_36,
-    common_37, common_38, reflected_8);
+                    state_1_0_3_3[k], state_1_0_4_3[k], state_1_0_5_3[k], common_32, common_33, common_34,
+                    common_35, common_36, common_37, common_38, reflected_8);
                 NAME(eliminated_reflected_3)(common_32, common_33, common_34, common_35, common_36, common_37,
-    common_38, state_0_0_4[k], state_0_1_4[k], state_0_2_4[k], state_0_3_4[k], state_0_4_4[k], state_0_5_4[k],
-    reflected_9);
+                    common_38, state_0_0_4[k], state_0_1_4[k], state_0_2_4[k], state_0_3_4[k], state_0_4_4[k],
+                    state_0_5_4[k], reflected_9);
                 NAME(eliminated_state_5)(reflected_9, reflected_8, state_0_0_4 + k, state_0_1_4 + k,
-    state_0_2_4 + k, state_0_3_4 + k, state_0_4_4 + k, state_0_5_4 + k, state_1_0_0_15 + k, state_1_0_1_15 + k,
-    state_1_0_2_15 + k, state_1_0_3_3 + k, state_1_0_4_3 + k, state_1_0_5_3 + k);
+                    state_0_2_4 + k, state_0_3_4 + k, state_0_4_4 + k, state_0_5_4 + k, state_1_0_0_15 + k,
+                    state_1_0_1_15 + k, state_1_0_2_15 + k, state_1_0_3_3 + k, state_1_0_4_3 + k,
+                    state_1_0_5_3 + k);
             }
             NAME(eliminated_number)(j > 0 ? number_6[j - 1] : number_start_6, number_6 + j);
         }
@@ -1877,20 +1902,20 @@ static INLINE void NAME(eliminated_within)(intptr_t e, intptr_t n, intptr_t t, i
         }
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_common_3)(state_3_5, state_0_0_5[j], state_0_1_5[j], state_0_2_5[j], state_0_3_5[j],
-    state_0_4_5[j], state_0_5_5[j], &common_39, &common_40, &common_41, &common_42, &common_43, &common_44,
-    &common_45);
+                state_0_4_5[j], state_0_5_5[j], &common_39, &common_40, &common_41, &common_42, &common_43,
+                &common_44, &common_45);
             NAME(eliminated_state_4)(state_2_5, state_3_5, state_0_0_5[j], state_0_1_5[j], state_0_2_5[j],
-    state_0_3_5[j], state_0_4_5[j], state_0_5_5[j], &state_2_5, &state_3_5);
+                state_0_3_5[j], state_0_4_5[j], state_0_5_5[j], &state_2_5, &state_3_5);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2)(state_0_0_5[k], state_0_1_5[k], state_0_2_5[k], state_0_3_5[k],
-    state_0_4_5[k], state_0_5_5[k], common_39, common_40, common_41, common_42, common_43, common_44, common_45,
-    reflected_10);
+                    state_0_4_5[k], state_0_5_5[k], common_39, common_40, common_41, common_42, common_43,
+                    common_44, common_45, reflected_10);
                 NAME(eliminated_state_6)(reflected_10, state_0_0_5 + k, state_0_1_5 + k, state_0_2_5 + k,
-    state_0_3_5 + k, state_0_4_5 + k, state_0_5_5 + k);
+                    state_0_3_5 + k, state_0_4_5 + k, state_0_5_5 + k);
             }
         }
         NAME(eliminated_mapped_8)(centre, samples + 2 * i, state_2_2, state_2_3, state_2_4, state_2_5,
-    mapped_8 + i);
+            mapped_8 + i);
     }
     for (intptr_t i = 0; i < p; i++) {
         NAME(eliminated_sum_start_3)(&sum_0, &sum_1);
@@ -1912,13 +1937,14 @@ static INLINE void NAME(eliminated_within)(intptr_t e, intptr_t n, intptr_t t, i
             NAME(eliminated_common_4)(state_0_0_6[j], state_0_1_6[j], &common_46);
             for (intptr_t k = 0; k < p; k++)
                 NAME(eliminated_real)(state_0_0_6[j], state_0_1_6[j], real, imaginary, real_2, imaginary_2,
-    state_2_6, mapped_0[k], mapped_1[k], common_46, &real, &imaginary, &real_2, &imaginary_2, &state_2_6);
+                    state_2_6, mapped_0[k], mapped_1[k], common_46, &real, &imaginary, &real_2, &imaginary_2,
+                    &state_2_6);
             NAME(eliminated_sum_start_3)(&sum_0_2, &sum_1_2);
             for (intptr_t k = 0; k < r; k++)
                 NAME(eliminated_sum_4)(state_0_0_6[j], state_0_1_6[j], number_7[j], sum_0_2, sum_1_2,
-    state_0_0_6[k], state_0_1_6[k], number_7[k], &sum_0_2, &sum_1_2);
+                    state_0_0_6[k], state_0_1_6[k], number_7[k], &sum_0_2, &sum_1_2);
             NAME(eliminated_moved_2)(state_0_0_6[j], state_0_1_6[j], real, imaginary, real_2, imaginary_2,
-    state_2_6, sum_0_2, sum_1_2, moved_0_0 + j, moved_0_1 + j, &moved_1);
+                state_2_6, sum_0_2, sum_1_2, moved_0_0 + j, moved_0_1 + j, &moved_1);
             NAME(eliminated_sum_5)(sum_4, moved_1, &sum_4);
         }
         COPY(1, &sum_4, &next_state_1);
@@ -1940,50 +1966,53 @@ static INLINE void NAME(eliminated_within)(intptr_t e, intptr_t n, intptr_t t, i
         NAME(eliminated_common_5)(mapped_9[i], &common_47, &common_48, &common_49, NULL);
         for (intptr_t j = 0; j < p; j++)
             NAME(eliminated_real_2)(real_3, imaginary_3, real_4, imaginary_4, state_2_7, mapped_0[j], mapped_1[j],
-    common_47, common_48, common_49, &real_3, &imaginary_3, &real_4, &imaginary_4, &state_2_7);
+                common_47, common_48, common_49, &real_3, &imaginary_3, &real_4, &imaginary_4, &state_2_7);
         NAME(eliminated_sum_start_4)(&sum_5);
         NAME(eliminated_common_6)(mapped_10[i], &common_50);
         for (intptr_t j = 0; j < r; j++)
             NAME(eliminated_sum_6)(mapped_9[i], mapped_10[i], number_7[i], sum_5, mapped_9[j], mapped_10[j],
-    number_7[j], common_50, &sum_5, NULL);
+                number_7[j], common_50, &sum_5, NULL);
         NAME(eliminated_is_real)(real_3, imaginary_3, state_2_7, sum_5, is_real_0 + i, is_real_1 + i);
     }
     for (intptr_t i = 0; i < r; i++)
         NAME(eliminated_result)(centre, mapped_9[i], mapped_10[i], is_real_0[i], is_real_1[i], out_2 + 4 * i, NULL);
     for (intptr_t i = 0; i < e; i++)
         NAME(eliminated_result_2)(state_0_0[i], state_0_1[i], state_0_2[i], state_0_3[i], state_0_4[i],
-    state_0_5[i], state_0_6[i], state_0_7[i], state_0_8[i], state_0_9[i], state_0_10[i], state_0_11[i],
-    state_0_12[i], state_0_13[i], out_0 + 14 * i);
+            state_0_5[i], state_0_6[i], state_0_7[i], state_0_8[i], state_0_9[i], state_0_10[i], state_0_11[i],
+            state_0_12[i], state_0_13[i], out_0 + 14 * i);
     for (intptr_t i = 0; i < t; i++) {
         for (intptr_t j = 0; j < t; j++)
             NAME(eliminated_result_3)(state_1_0_0_0[i * t + j], state_1_0_0_1[i * t + j], state_1_0_0_2[i * t + j],
-    state_1_0_0_3[i * t + j], state_1_0_0_4[i * t + j], state_1_0_0_5[i * t + j], state_1_0_0_6[i * t + j],
-    state_1_0_0_7[i * t + j], state_1_0_0_8[i * t + j], state_1_0_0_9[i * t + j], state_1_0_0_10[i * t + j],
-    state_1_0_0_11[i * t + j], state_1_0_0_12[i * t + j], state_1_0_0_13[i * t + j], state_1_0_1_0[i * t + j],
-    state_1_0_1_1[i * t + j], state_1_0_1_2[i * t + j], state_1_0_1_3[i * t + j], state_1_0_1_4[i * t + j],
-    state_1_0_1_5[i * t + j], state_1_0_1_6[i * t + j], state_1_0_1_7[i * t + j], state_1_0_1_8[i * t + j],
-    state_1_0_1_9[i * t + j], state_1_0_1_10[i * t + j], state_1_0_1_11[i * t + j], state_1_0_1_12[i * t + j],
-    state_1_0_1_13[i * t + j], state_1_0_2_0[i * t + j], state_1_0_2_1[i * t + j], state_1_0_2_2[i * t + j],
-    state_1_0_2_3[i * t + j], state_1_0_2_4[i * t + j], state_1_0_2_5[i * t + j], state_1_0_2_6[i * t + j],
-    state_1_0_2_7[i * t + j], state_1_0_2_8[i * t + j], state_1_0_2_9[i * t + j], state_1_0_2_10[i * t + j],
-    state_1_0_2_11[i * t + j], state_1_0_2_12[i * t + j], state_1_0_2_13[i * t + j], out_1 + 42 * (i * t + j));
+                state_1_0_0_3[i * t + j], state_1_0_0_4[i * t + j], state_1_0_0_5[i * t + j],
+                state_1_0_0_6[i * t + j], state_1_0_0_7[i * t + j], state_1_0_0_8[i * t + j],
+                state_1_0_0_9[i * t + j], state_1_0_0_10[i * t + j], state_1_0_0_11[i * t + j],
+                state_1_0_0_12[i * t + j], state_1_0_0_13[i * t + j], state_1_0_1_0[i * t + j],
+                state_1_0_1_1[i * t + j], state_1_0_1_2[i * t + j], state_1_0_1_3[i * t + j],
+                state_1_0_1_4[i * t + j], state_1_0_1_5[i * t + j], state_1_0_1_6[i * t + j],
+                state_1_0_1_7[i * t + j], state_1_0_1_8[i * t + j], state_1_0_1_9[i * t + j],
+                state_1_0_1_10[i * t + j], state_1_0_1_11[i * t + j], state_1_0_1_12[i * t + j],
+                state_1_0_1_13[i * t + j], state_1_0_2_0[i * t + j], state_1_0_2_1[i * t + j],
+                state_1_0_2_2[i * t + j], state_1_0_2_3[i * t + j], state_1_0_2_4[i * t + j],
+                state_1_0_2_5[i * t + j], state_1_0_2_6[i * t + j], state_1_0_2_7[i * t + j],
+                state_1_0_2_8[i * t + j], state_1_0_2_9[i * t + j], state_1_0_2_10[i * t + j],
+                state_1_0_2_11[i * t + j], state_1_0_2_12[i * t + j], state_1_0_2_13[i * t + j],
+                out_1 + 42 * (i * t + j));
     }
 }
 
-FUSED(eliminated, (intptr_t e, intptr_t n, intptr_t t, intptr_t s, intptr_t r, intptr_t p, const REAL *goal,
-    const REAL *centre, const REAL *pair, const REAL *constant_, const REAL *before, const REAL *after,
-    const REAL *point, const REAL *line, const REAL *side, const REAL *shares, const REAL *samples,
-    const REAL *guesses, const REAL *waves, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (e, n, t, s, r, p,
-    goal, centre, pair, constant_, before, after, point, line, side, shares, samples, guesses, waves, out_0, out_1,
-    out_2, work))
+FUSED(eliminated, (intptr_t e, intptr_t n, intptr_t t, intptr_t s, intptr_t r, intptr_t p, const REAL *goal, const
+    REAL *centre, const REAL *pair, const REAL *constant_, const REAL *before, const REAL *after, const REAL *point,
+    const REAL *line, const REAL *side, const REAL *shares, const REAL *samples, const REAL *guesses, const REAL
+    *waves, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (e, n, t, s, r, p, goal, centre, pair, constant_,
+    before, after, point, line, side, shares, samples, guesses, waves, out_0, out_1, out_2, work))
 void NAME(eliminated)(intptr_t e, intptr_t n, intptr_t t, intptr_t s, intptr_t r, intptr_t p, const REAL *goal,
     const REAL *centre, const REAL *pair, const REAL *constant_, const REAL *before, const REAL *after,
     const REAL *point, const REAL *line, const REAL *side, const REAL *shares, const REAL *samples,
     const REAL *guesses, const REAL *waves, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     RUN(eliminated, (e, n, t, s, r, p, goal, centre, pair, constant_, before, after, point, line, side, shares,
-    samples, guesses, waves, out_0, out_1, out_2, work), (e, n, t, s, r, p, goal, centre, pair, constant_, before,
-    after, point, line, side, shares, samples, guesses, waves, out_0, out_1, out_2, work));
+        samples, guesses, waves, out_0, out_1, out_2, work), (e, n, t, s, r, p, goal, centre, pair, constant_,
+        before, after, point, line, side, shares, samples, guesses, waves, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(eliminated_lanes)(intptr_t e, intptr_t n, intptr_t t, intptr_t s, intptr_t r, intptr_t p,
@@ -2035,26 +2064,27 @@ static INLINE WORD NAME(eliminated_lanes)(intptr_t e, intptr_t n, intptr_t t, in
     REAL *is_real_0, REAL *is_real_1, REAL *gac_kept_0, REAL *gac_kept_1)
 {
     _Alignas(64) REAL sum[14 * NLANES], less_[42 * NLANES], sum_2[14 * NLANES], combined[14 * NLANES],
-    number_start[NLANES], state_2[NLANES], state_3[NLANES], mapped[42 * NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
-    common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES], common_14[NLANES],
-    common_15[NLANES], reflected[14 * NLANES], number_start_2[NLANES], common_16[NLANES], common_17[NLANES],
-    sum_3[18 * NLANES], combined_2[18 * NLANES], number_start_3[NLANES], state_2_2[NLANES], state_3_2[NLANES],
-    reflected_2[6 * NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES],
-    common_22[NLANES], common_23[NLANES], common_24[NLANES], reflected_3[6 * NLANES], reflected_4[6 * NLANES],
-    number_start_4[NLANES], state_2_3[NLANES], state_3_3[NLANES], reflected_5[6 * NLANES], common_25[NLANES],
-    common_26[NLANES], common_27[NLANES], common_28[NLANES], common_29[NLANES], common_30[NLANES],
-    common_31[NLANES], reflected_6[6 * NLANES], reflected_7[6 * NLANES], mapped_6[6 * NLANES], mapped_7[6 * NLANES],
-    number_start_5[NLANES], state_2_4[NLANES], state_3_4[NLANES], reflected_8[6 * NLANES], common_32[NLANES],
-    common_33[NLANES], common_34[NLANES], common_35[NLANES], common_36[NLANES], common_37[NLANES],
-    common_38[NLANES], reflected_9[6 * NLANES], number_start_6[NLANES], state_2_5[NLANES], state_3_5[NLANES],
-    reflected_10[6 * NLANES], common_39[NLANES], common_40[NLANES], common_41[NLANES], common_42[NLANES],
-    common_43[NLANES], common_44[NLANES], common_45[NLANES], sum_0[NLANES], sum_1[NLANES], number_start_7[NLANES],
-    state_1[NLANES], converged[NLANES], steps[NLANES], next_state_1[NLANES], real[NLANES], imaginary[NLANES],
-    real_2[NLANES], imaginary_2[NLANES], state_2_6[NLANES], common_46[NLANES], sum_0_2[NLANES], sum_1_2[NLANES],
-    moved_1[NLANES], sum_4[NLANES], real_3[NLANES], imaginary_3[NLANES], real_4[NLANES], imaginary_4[NLANES],
-    state_2_7[NLANES], common_47[NLANES], common_48[NLANES], common_49[NLANES], sum_5[NLANES], common_50[NLANES],
-    gac_kept_2[NLANES];
+        number_start[NLANES], state_2[NLANES], state_3[NLANES], mapped[42 * NLANES], common[NLANES],
+        common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES],
+        common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES],
+        common_13[NLANES], common_14[NLANES], common_15[NLANES], reflected[14 * NLANES], number_start_2[NLANES],
+        common_16[NLANES], common_17[NLANES], sum_3[18 * NLANES], combined_2[18 * NLANES], number_start_3[NLANES],
+        state_2_2[NLANES], state_3_2[NLANES], reflected_2[6 * NLANES], common_18[NLANES], common_19[NLANES],
+        common_20[NLANES], common_21[NLANES], common_22[NLANES], common_23[NLANES], common_24[NLANES],
+        reflected_3[6 * NLANES], reflected_4[6 * NLANES], number_start_4[NLANES], state_2_3[NLANES],
+        state_3_3[NLANES], reflected_5[6 * NLANES], common_25[NLANES], common_26[NLANES], common_27[NLANES],
+        common_28[NLANES], common_29[NLANES], common_30[NLANES], common_31[NLANES], reflected_6[6 * NLANES],
+        reflected_7[6 * NLANES], mapped_6[6 * NLANES], mapped_7[6 * NLANES], number_start_5[NLANES],
+        state_2_4[NLANES], state_3_4[NLANES], reflected_8[6 * NLANES], common_32[NLANES], common_33[NLANES],
+        common_34[NLANES], common_35[NLANES], common_36[NLANES], common_37[NLANES], common_38[NLANES],
+        reflected_9[6 * NLANES], number_start_6[NLANES], state_2_5[NLANES], state_3_5[NLANES],
+        reflected_10[6 * NLANES], common_39[NLANES], common_40[NLANES], common_41[NLANES], common_42[NLANES],
+        common_43[NLANES], common_44[NLANES], common_45[NLANES], sum_0[NLANES], sum_1[NLANES],
+        number_start_7[NLANES], state_1[NLANES], converged[NLANES], steps[NLANES], next_state_1[NLANES],
+        real[NLANES], imaginary[NLANES], real_2[NLANES], imaginary_2[NLANES], state_2_6[NLANES], common_46[NLANES],
+        sum_0_2[NLANES], sum_1_2[NLANES], moved_1[NLANES], sum_4[NLANES], real_3[NLANES], imaginary_3[NLANES],
+        real_4[NLANES], imaginary_4[NLANES], state_2_7[NLANES], common_47[NLANES], common_48[NLANES],
+        common_49[NLANES], sum_5[NLANES], common_50[NLANES], gac_kept_2[NLANES];
     WORD far = 0;
     NAME(eliminated_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
@@ -2066,20 +2096,27 @@ static INLINE WORD NAME(eliminated_lanes)(intptr_t e, intptr_t n, intptr_t t, in
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_less__lanes)(sum, side + 42 * (i * t + j), shares + 3 * (i * t + j), less_);
             NAME(eliminated_mapped_lanes)(less_, mapped_0_0 + NLANES * (i * t + j),
-    mapped_0_1 + NLANES * (i * t + j), mapped_0_2 + NLANES * (i * t + j), mapped_0_3 + NLANES * (i * t + j),
-    mapped_0_4 + NLANES * (i * t + j), mapped_0_5 + NLANES * (i * t + j), mapped_0_6 + NLANES * (i * t + j),
-    mapped_0_7 + NLANES * (i * t + j), mapped_0_8 + NLANES * (i * t + j), mapped_0_9 + NLANES * (i * t + j),
-    mapped_0_10 + NLANES * (i * t + j), mapped_0_11 + NLANES * (i * t + j), mapped_0_12 + NLANES * (i * t + j),
-    mapped_0_13 + NLANES * (i * t + j), mapped_1_0 + NLANES * (i * t + j), mapped_1_1 + NLANES * (i * t + j),
-    mapped_1_2 + NLANES * (i * t + j), mapped_1_3 + NLANES * (i * t + j), mapped_1_4 + NLANES * (i * t + j),
-    mapped_1_5 + NLANES * (i * t + j), mapped_1_6 + NLANES * (i * t + j), mapped_1_7 + NLANES * (i * t + j),
-    mapped_1_8 + NLANES * (i * t + j), mapped_1_9 + NLANES * (i * t + j), mapped_1_10 + NLANES * (i * t + j),
-    mapped_1_11 + NLANES * (i * t + j), mapped_1_12 + NLANES * (i * t + j), mapped_1_13 + NLANES * (i * t + j),
-    mapped_2_0 + NLANES * (i * t + j), mapped_2_1 + NLANES * (i * t + j), mapped_2_2 + NLANES * (i * t + j),
-    mapped_2_3 + NLANES * (i * t + j), mapped_2_4 + NLANES * (i * t + j), mapped_2_5 + NLANES * (i * t + j),
-    mapped_2_6 + NLANES * (i * t + j), mapped_2_7 + NLANES * (i * t + j), mapped_2_8 + NLANES * (i * t + j),
-    mapped_2_9 + NLANES * (i * t + j), mapped_2_10 + NLANES * (i * t + j), mapped_2_11 + NLANES * (i * t + j),
-    mapped_2_12 + NLANES * (i * t + j), mapped_2_13 + NLANES * (i * t + j));
+                mapped_0_1 + NLANES * (i * t + j), mapped_0_2 + NLANES * (i * t + j),
+                mapped_0_3 + NLANES * (i * t + j), mapped_0_4 + NLANES * (i * t + j),
+                mapped_0_5 + NLANES * (i * t + j), mapped_0_6 + NLANES * (i * t + j),
+                mapped_0_7 + NLANES * (i * t + j), mapped_0_8 + NLANES * (i * t + j),
+                mapped_0_9 + NLANES * (i * t + j), mapped_0_10 + NLANES * (i * t + j),
+                mapped_0_11 + NLANES * (i * t + j), mapped_0_12 + NLANES * (i * t + j),
+                mapped_0_13 + NLANES * (i * t + j), mapped_1_0 + NLANES * (i * t + j),
+                mapped_1_1 + NLANES * (i * t + j), mapped_1_2 + NLANES * (i * t + j),
+                mapped_1_3 + NLANES * (i * t + j), mapped_1_4 + NLANES * (i * t + j),
+                mapped_1_5 + NLANES * (i * t + j), mapped_1_6 + NLANES * (i * t + j),
+                mapped_1_7 + NLANES * (i * t + j), mapped_1_8 + NLANES * (i * t + j),
+                mapped_1_9 + NLANES * (i * t + j), mapped_1_10 + NLANES * (i * t + j),
+                mapped_1_11 + NLANES * (i * t + j), mapped_1_12 + NLANES * (i * t + j),
+                mapped_1_13 + NLANES * (i * t + j), mapped_2_0 + NLANES * (i * t + j),
+                mapped_2_1 + NLANES * (i * t + j), mapped_2_2 + NLANES * (i * t + j),
+                mapped_2_3 + NLANES * (i * t + j), mapped_2_4 + NLANES * (i * t + j),
+                mapped_2_5 + NLANES * (i * t + j), mapped_2_6 + NLANES * (i * t + j),
+                mapped_2_7 + NLANES * (i * t + j), mapped_2_8 + NLANES * (i * t + j),
+                mapped_2_9 + NLANES * (i * t + j), mapped_2_10 + NLANES * (i * t + j),
+                mapped_2_11 + NLANES * (i * t + j), mapped_2_12 + NLANES * (i * t + j),
+                mapped_2_13 + NLANES * (i * t + j));
         }
         for (intptr_t j = 0; j < t; j++) {
             COPY(NLANES, mapped_0_0 + NLANES * (i * t + j), state_1_0_0_0 + NLANES * (i * t + j));
@@ -2135,65 +2172,66 @@ static INLINE WORD NAME(eliminated_lanes)(intptr_t e, intptr_t n, intptr_t t, in
         NAME(eliminated_combined_lanes)(sum_2, combined);
         NAME(eliminated_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
         NAME(eliminated_state_lanes)(combined, state_0_0 + NLANES * i, state_0_1 + NLANES * i,
-    state_0_2 + NLANES * i, state_0_3 + NLANES * i, state_0_4 + NLANES * i, state_0_5 + NLANES * i,
-    state_0_6 + NLANES * i, state_0_7 + NLANES * i, state_0_8 + NLANES * i, state_0_9 + NLANES * i,
-    state_0_10 + NLANES * i, state_0_11 + NLANES * i, state_0_12 + NLANES * i, state_0_13 + NLANES * i);
+            state_0_2 + NLANES * i, state_0_3 + NLANES * i, state_0_4 + NLANES * i, state_0_5 + NLANES * i,
+            state_0_6 + NLANES * i, state_0_7 + NLANES * i, state_0_8 + NLANES * i, state_0_9 + NLANES * i,
+            state_0_10 + NLANES * i, state_0_11 + NLANES * i, state_0_12 + NLANES * i, state_0_13 + NLANES * i);
     }
     NAME(eliminated_state_start_lanes)(state_2, state_3);
     for (intptr_t i = 0; i < e; i++) {
         NAME(eliminated_common_lanes)(state_3, state_0_0 + NLANES * i, state_0_1 + NLANES * i,
-    state_0_2 + NLANES * i, state_0_3 + NLANES * i, state_0_4 + NLANES * i, state_0_5 + NLANES * i,
-    state_0_6 + NLANES * i, state_0_7 + NLANES * i, state_0_8 + NLANES * i, state_0_9 + NLANES * i,
-    state_0_10 + NLANES * i, state_0_11 + NLANES * i, state_0_12 + NLANES * i, state_0_13 + NLANES * i, common,
-    common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    common_13, common_14, common_15);
+            state_0_2 + NLANES * i, state_0_3 + NLANES * i, state_0_4 + NLANES * i, state_0_5 + NLANES * i,
+            state_0_6 + NLANES * i, state_0_7 + NLANES * i, state_0_8 + NLANES * i, state_0_9 + NLANES * i,
+            state_0_10 + NLANES * i, state_0_11 + NLANES * i, state_0_12 + NLANES * i, state_0_13 + NLANES * i,
+            common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10,
+            common_11, common_12, common_13, common_14, common_15);
         for (intptr_t j = 0; j < t; j++) {
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_mapped_2_lanes)(state_1_0_0_0 + NLANES * (j * t + k),
-    state_1_0_0_1 + NLANES * (j * t + k), state_1_0_0_2 + NLANES * (j * t + k),
-    state_1_0_0_3 + NLANES * (j * t + k), state_1_0_0_4 + NLANES * (j * t + k),
-    state_1_0_0_5 + NLANES * (j * t + k), state_1_0_0_6 + NLANES * (j * t + k),
-    state_1_0_0_7 + NLANES * (j * t + k), state_1_0_0_8 + NLANES * (j * t + k),
-    state_1_0_0_9 + NLANES * (j * t + k), state_1_0_0_10 + NLANES * (j * t + k),
-    state_1_0_0_11 + NLANES * (j * t + k), state_1_0_0_12 + NLANES * (j * t + k),
-    state_1_0_0_13 + NLANES * (j * t + k), state_1_0_1_0 + NLANES * (j * t + k),
-    state_1_0_1_1 + NLANES * (j * t + k), state_1_0_1_2 + NLANES * (j * t + k),
-    state_1_0_1_3 + NLANES * (j * t + k), state_1_0_1_4 + NLANES * (j * t + k),
-    state_1_0_1_5 + NLANES * (j * t + k), state_1_0_1_6 + NLANES * (j * t + k),
-    state_1_0_1_7 + NLANES * (j * t + k), state_1_0_1_8 + NLANES * (j * t + k),
-    state_1_0_1_9 + NLANES * (j * t + k), state_1_0_1_10 + NLANES * (j * t + k),
-    state_1_0_1_11 + NLANES * (j * t + k), state_1_0_1_12 + NLANES * (j * t + k),
-    state_1_0_1_13 + NLANES * (j * t + k), state_1_0_2_0 + NLANES * (j * t + k),
-    state_1_0_2_1 + NLANES * (j * t + k), state_1_0_2_2 + NLANES * (j * t + k),
-    state_1_0_2_3 + NLANES * (j * t + k), state_1_0_2_4 + NLANES * (j * t + k),
-    state_1_0_2_5 + NLANES * (j * t + k), state_1_0_2_6 + NLANES * (j * t + k),
-    state_1_0_2_7 + NLANES * (j * t + k), state_1_0_2_8 + NLANES * (j * t + k),
-    state_1_0_2_9 + NLANES * (j * t + k), state_1_0_2_10 + NLANES * (j * t + k),
-    state_1_0_2_11 + NLANES * (j * t + k), state_1_0_2_12 + NLANES * (j * t + k),
-    state_1_0_2_13 + NLANES * (j * t + k), common, common_2, common_3, common_4, common_5, common_6, common_7,
-    common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, mapped);
+                    state_1_0_0_1 + NLANES * (j * t + k), state_1_0_0_2 + NLANES * (j * t + k),
+                    state_1_0_0_3 + NLANES * (j * t + k), state_1_0_0_4 + NLANES * (j * t + k),
+                    state_1_0_0_5 + NLANES * (j * t + k), state_1_0_0_6 + NLANES * (j * t + k),
+                    state_1_0_0_7 + NLANES * (j * t + k), state_1_0_0_8 + NLANES * (j * t + k),
+                    state_1_0_0_9 + NLANES * (j * t + k), state_1_0_0_10 + NLANES * (j * t + k),
+                    state_1_0_0_11 + NLANES * (j * t + k), state_1_0_0_12 + NLANES * (j * t + k),
+                    state_1_0_0_13 + NLANES * (j * t + k), state_1_0_1_0 + NLANES * (j * t + k),
+                    state_1_0_1_1 + NLANES * (j * t + k), state_1_0_1_2 + NLANES * (j * t + k),
+                    state_1_0_1_3 + NLANES * (j * t + k), state_1_0_1_4 + NLANES * (j * t + k),
+                    state_1_0_1_5 + NLANES * (j * t + k), state_1_0_1_6 + NLANES * (j * t + k),
+                    state_1_0_1_7 + NLANES * (j * t + k), state_1_0_1_8 + NLANES * (j * t + k),
+                    state_1_0_1_9 + NLANES * (j * t + k), state_1_0_1_10 + NLANES * (j * t + k),
+                    state_1_0_1_11 + NLANES * (j * t + k), state_1_0_1_12 + NLANES * (j * t + k),
+                    state_1_0_1_13 + NLANES * (j * t + k), state_1_0_2_0 + NLANES * (j * t + k),
+                    state_1_0_2_1 + NLANES * (j * t + k), state_1_0_2_2 + NLANES * (j * t + k),
+                    state_1_0_2_3 + NLANES * (j * t + k), state_1_0_2_4 + NLANES * (j * t + k),
+                    state_1_0_2_5 + NLANES * (j * t + k), state_1_0_2_6 + NLANES * (j * t + k),
+                    state_1_0_2_7 + NLANES * (j * t + k), state_1_0_2_8 + NLANES * (j * t + k),
+                    state_1_0_2_9 + NLANES * (j * t + k), state_1_0_2_10 + NLANES * (j * t + k),
+                    state_1_0_2_11 + NLANES * (j * t + k), state_1_0_2_12 + NLANES * (j * t + k),
+                    state_1_0_2_13 + NLANES * (j * t + k), common, common_2, common_3, common_4, common_5, common_6,
+                    common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15,
+                    mapped);
                 NAME(eliminated_mapped_lanes)(mapped, all_reflected_0_0 + NLANES * (j * t + k),
-    all_reflected_0_1 + NLANES * (j * t + k), all_reflected_0_2 + NLANES * (j * t + k),
-    all_reflected_0_3 + NLANES * (j * t + k), all_reflected_0_4 + NLANES * (j * t + k),
-    all_reflected_0_5 + NLANES * (j * t + k), all_reflected_0_6 + NLANES * (j * t + k),
-    all_reflected_0_7 + NLANES * (j * t + k), all_reflected_0_8 + NLANES * (j * t + k),
-    all_reflected_0_9 + NLANES * (j * t + k), all_reflected_0_10 + NLANES * (j * t + k),
-    all_reflected_0_11 + NLANES * (j * t + k), all_reflected_0_12 + NLANES * (j * t + k),
-    all_reflected_0_13 + NLANES * (j * t + k), all_reflected_1_0 + NLANES * (j * t + k),
-    all_reflected_1_1 + NLANES * (j * t + k), all_reflected_1_2 + NLANES * (j * t + k),
-    all_reflected_1_3 + NLANES * (j * t + k), all_reflected_1_4 + NLANES * (j * t + k),
-    all_reflected_1_5 + NLANES * (j * t + k), all_reflected_1_6 + NLANES * (j * t + k),
-    all_reflected_1_7 + NLANES * (j * t + k), all_reflected_1_8 + NLANES * (j * t + k),
-    all_reflected_1_9 + NLANES * (j * t + k), all_reflected_1_10 + NLANES * (j * t + k),
-    all_reflected_1_11 + NLANES * (j * t + k), all_reflected_1_12 + NLANES * (j * t + k),
-    all_reflected_1_13 + NLANES * (j * t + k), all_reflected_2_0 + NLANES * (j * t + k),
-    all_reflected_2_1 + NLANES * (j * t + k), all_reflected_2_2 + NLANES * (j * t + k),
-    all_reflected_2_3 + NLANES * (j * t + k), all_reflected_2_4 + NLANES * (j * t + k),
-    all_reflected_2_5 + NLANES * (j * t + k), all_reflected_2_6 + NLANES * (j * t + k),
-    all_reflected_2_7 + NLANES * (j * t + k), all_reflected_2_8 + NLANES * (j * t + k),
-    all_reflected_2_9 + NLANES * (j * t + k), all_reflected_2_10 + NLANES * (j * t + k),
-    all_reflected_2_11 + NLANES * (j * t + k), all_reflected_2_12 + NLANES * (j * t + k),
-    all_reflected_2_13 + NLANES * (j * t + k));
+                    all_reflected_0_1 + NLANES * (j * t + k), all_reflected_0_2 + NLANES * (j * t + k),
+                    all_reflected_0_3 + NLANES * (j * t + k), all_reflected_0_4 + NLANES * (j * t + k),
+                    all_reflected_0_5 + NLANES * (j * t + k), all_reflected_0_6 + NLANES * (j * t + k),
+                    all_reflected_0_7 + NLANES * (j * t + k), all_reflected_0_8 + NLANES * (j * t + k),
+                    all_reflected_0_9 + NLANES * (j * t + k), all_reflected_0_10 + NLANES * (j * t + k),
+                    all_reflected_0_11 + NLANES * (j * t + k), all_reflected_0_12 + NLANES * (j * t + k),
+                    all_reflected_0_13 + NLANES * (j * t + k), all_reflected_1_0 + NLANES * (j * t + k),
+                    all_reflected_1_1 + NLANES * (j * t + k), all_reflected_1_2 + NLANES * (j * t + k),
+                    all_reflected_1_3 + NLANES * (j * t + k), all_reflected_1_4 + NLANES * (j * t + k),
+                    all_reflected_1_5 + NLANES * (j * t + k), all_reflected_1_6 + NLANES * (j * t + k),
+                    all_reflected_1_7 + NLANES * (j * t + k), all_reflected_1_8 + NLANES * (j * t + k),
+                    all_reflected_1_9 + NLANES * (j * t + k), all_reflected_1_10 + NLANES * (j * t + k),
+                    all_reflected_1_11 + NLANES * (j * t + k), all_reflected_1_12 + NLANES * (j * t + k),
+                    all_reflected_1_13 + NLANES * (j * t + k), all_reflected_2_0 + NLANES * (j * t + k),
+                    all_reflected_2_1 + NLANES * (j * t + k), all_reflected_2_2 + NLANES * (j * t + k),
+                    all_reflected_2_3 + NLANES * (j * t + k), all_reflected_2_4 + NLANES * (j * t + k),
+                    all_reflected_2_5 + NLANES * (j * t + k), all_reflected_2_6 + NLANES * (j * t + k),
+                    all_reflected_2_7 + NLANES * (j * t + k), all_reflected_2_8 + NLANES * (j * t + k),
+                    all_reflected_2_9 + NLANES * (j * t + k), all_reflected_2_10 + NLANES * (j * t + k),
+                    all_reflected_2_11 + NLANES * (j * t + k), all_reflected_2_12 + NLANES * (j * t + k),
+                    all_reflected_2_13 + NLANES * (j * t + k));
             }
             for (intptr_t k = 0; k < t; k++) {
                 COPY(NLANES, all_reflected_0_0 + NLANES * (j * t + k), state_1_0_0_0 + NLANES * (j * t + k));
@@ -2241,21 +2279,21 @@ static INLINE WORD NAME(eliminated_lanes)(intptr_t e, intptr_t n, intptr_t t, in
             }
         }
         NAME(eliminated_state_2_lanes)(state_2, state_3, state_0_0 + NLANES * i, state_0_1 + NLANES * i,
-    state_0_2 + NLANES * i, state_0_3 + NLANES * i, state_0_4 + NLANES * i, state_0_5 + NLANES * i,
-    state_0_6 + NLANES * i, state_0_7 + NLANES * i, state_0_8 + NLANES * i, state_0_9 + NLANES * i,
-    state_0_10 + NLANES * i, state_0_11 + NLANES * i, state_0_12 + NLANES * i, state_0_13 + NLANES * i, state_2,
-    state_3);
+            state_0_2 + NLANES * i, state_0_3 + NLANES * i, state_0_4 + NLANES * i, state_0_5 + NLANES * i,
+            state_0_6 + NLANES * i, state_0_7 + NLANES * i, state_0_8 + NLANES * i, state_0_9 + NLANES * i,
+            state_0_10 + NLANES * i, state_0_11 + NLANES * i, state_0_12 + NLANES * i, state_0_13 + NLANES * i,
+            state_2, state_3);
         for (intptr_t j = 0; j < e; j++) {
             NAME(eliminated_reflected_lanes)(common, common_2, common_3, common_4, common_5, common_6, common_7,
-    common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, state_0_0 + NLANES * j,
-    state_0_1 + NLANES * j, state_0_2 + NLANES * j, state_0_3 + NLANES * j, state_0_4 + NLANES * j,
-    state_0_5 + NLANES * j, state_0_6 + NLANES * j, state_0_7 + NLANES * j, state_0_8 + NLANES * j,
-    state_0_9 + NLANES * j, state_0_10 + NLANES * j, state_0_11 + NLANES * j, state_0_12 + NLANES * j,
-    state_0_13 + NLANES * j, reflected);
+                common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15,
+                state_0_0 + NLANES * j, state_0_1 + NLANES * j, state_0_2 + NLANES * j, state_0_3 + NLANES * j,
+                state_0_4 + NLANES * j, state_0_5 + NLANES * j, state_0_6 + NLANES * j, state_0_7 + NLANES * j,
+                state_0_8 + NLANES * j, state_0_9 + NLANES * j, state_0_10 + NLANES * j, state_0_11 + NLANES * j,
+                state_0_12 + NLANES * j, state_0_13 + NLANES * j, reflected);
             NAME(eliminated_state_lanes)(reflected, state_0_0 + NLANES * j, state_0_1 + NLANES * j,
-    state_0_2 + NLANES * j, state_0_3 + NLANES * j, state_0_4 + NLANES * j, state_0_5 + NLANES * j,
-    state_0_6 + NLANES * j, state_0_7 + NLANES * j, state_0_8 + NLANES * j, state_0_9 + NLANES * j,
-    state_0_10 + NLANES * j, state_0_11 + NLANES * j, state_0_12 + NLANES * j, state_0_13 + NLANES * j);
+                state_0_2 + NLANES * j, state_0_3 + NLANES * j, state_0_4 + NLANES * j, state_0_5 + NLANES * j,
+                state_0_6 + NLANES * j, state_0_7 + NLANES * j, state_0_8 + NLANES * j, state_0_9 + NLANES * j,
+                state_0_10 + NLANES * j, state_0_11 + NLANES * j, state_0_12 + NLANES * j, state_0_13 + NLANES * j);
         }
     }
     for (intptr_t i = 0; i < s; i++) {
@@ -2267,127 +2305,142 @@ static INLINE WORD NAME(eliminated_lanes)(intptr_t e, intptr_t n, intptr_t t, in
             NAME(eliminated_sum_start_2_lanes)(sum_3);
             for (intptr_t k = 0; k < t; k++)
                 NAME(eliminated_sum_2_lanes)(sum_3, mapped_2 + NLANES * k, state_1_0_0_8 + NLANES * (j * t + k),
-    state_1_0_0_9 + NLANES * (j * t + k), state_1_0_0_10 + NLANES * (j * t + k),
-    state_1_0_0_11 + NLANES * (j * t + k), state_1_0_0_12 + NLANES * (j * t + k),
-    state_1_0_0_13 + NLANES * (j * t + k), state_1_0_1_8 + NLANES * (j * t + k),
-    state_1_0_1_9 + NLANES * (j * t + k), state_1_0_1_10 + NLANES * (j * t + k),
-    state_1_0_1_11 + NLANES * (j * t + k), state_1_0_1_12 + NLANES * (j * t + k),
-    state_1_0_1_13 + NLANES * (j * t + k), state_1_0_2_8 + NLANES * (j * t + k),
-    state_1_0_2_9 + NLANES * (j * t + k), state_1_0_2_10 + NLANES * (j * t + k),
-    state_1_0_2_11 + NLANES * (j * t + k), state_1_0_2_12 + NLANES * (j * t + k),
-    state_1_0_2_13 + NLANES * (j * t + k), sum_3);
+                    state_1_0_0_9 + NLANES * (j * t + k), state_1_0_0_10 + NLANES * (j * t + k),
+                    state_1_0_0_11 + NLANES * (j * t + k), state_1_0_0_12 + NLANES * (j * t + k),
+                    state_1_0_0_13 + NLANES * (j * t + k), state_1_0_1_8 + NLANES * (j * t + k),
+                    state_1_0_1_9 + NLANES * (j * t + k), state_1_0_1_10 + NLANES * (j * t + k),
+                    state_1_0_1_11 + NLANES * (j * t + k), state_1_0_1_12 + NLANES * (j * t + k),
+                    state_1_0_1_13 + NLANES * (j * t + k), state_1_0_2_8 + NLANES * (j * t + k),
+                    state_1_0_2_9 + NLANES * (j * t + k), state_1_0_2_10 + NLANES * (j * t + k),
+                    state_1_0_2_11 + NLANES * (j * t + k), state_1_0_2_12 + NLANES * (j * t + k),
+                    state_1_0_2_13 + NLANES * (j * t + k), sum_3);
             NAME(eliminated_combined_2_lanes)(sum_3, combined_2);
             NAME(eliminated_mapped_4_lanes)(combined_2, mapped_3 + 6 * NLANES * j);
             NAME(eliminated_mapped_5_lanes)(combined_2, mapped_4 + 6 * NLANES * j);
             NAME(eliminated_mapped_6_lanes)(combined_2, mapped_5 + 6 * NLANES * j);
             NAME(eliminated_number_lanes)(j > 0 ? number_3 + NLANES * (j - 1) : number_start_3,
-    number_3 + NLANES * j);
+                number_3 + NLANES * j);
             NAME(eliminated_state_3_lanes)(mapped_3 + 6 * NLANES * j, mapped_4 + 6 * NLANES * j,
-    mapped_5 + 6 * NLANES * j, state_0_0_2 + NLANES * j, state_0_1_2 + NLANES * j, state_0_2_2 + NLANES * j,
-    state_0_3_2 + NLANES * j, state_0_4_2 + NLANES * j, state_0_5_2 + NLANES * j, state_1_0_0 + NLANES * j,
-    state_1_0_1 + NLANES * j, state_1_0_2 + NLANES * j, state_1_0_3 + NLANES * j, state_1_0_4 + NLANES * j,
-    state_1_0_5 + NLANES * j, state_1_1_0 + NLANES * j, state_1_1_1 + NLANES * j, state_1_1_2 + NLANES * j,
-    state_1_1_3 + NLANES * j, state_1_1_4 + NLANES * j, state_1_1_5 + NLANES * j);
+                mapped_5 + 6 * NLANES * j, state_0_0_2 + NLANES * j, state_0_1_2 + NLANES * j,
+                state_0_2_2 + NLANES * j, state_0_3_2 + NLANES * j, state_0_4_2 + NLANES * j,
+                state_0_5_2 + NLANES * j, state_1_0_0 + NLANES * j, state_1_0_1 + NLANES * j,
+                state_1_0_2 + NLANES * j, state_1_0_3 + NLANES * j, state_1_0_4 + NLANES * j,
+                state_1_0_5 + NLANES * j, state_1_1_0 + NLANES * j, state_1_1_1 + NLANES * j,
+                state_1_1_2 + NLANES * j, state_1_1_3 + NLANES * j, state_1_1_4 + NLANES * j,
+                state_1_1_5 + NLANES * j);
         }
         NAME(eliminated_state_start_lanes)(state_2_2, state_3_2);
         NAME(eliminated_number_start_lanes)(number_start_4);
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_common_3_lanes)(state_3_2, state_0_0_2 + NLANES * j, state_0_1_2 + NLANES * j,
-    state_0_2_2 + NLANES * j, state_0_3_2 + NLANES * j, state_0_4_2 + NLANES * j, state_0_5_2 + NLANES * j,
-    common_18, common_19, common_20, common_21, common_22, common_23, common_24);
+                state_0_2_2 + NLANES * j, state_0_3_2 + NLANES * j, state_0_4_2 + NLANES * j,
+                state_0_5_2 + NLANES * j, common_18, common_19, common_20, common_21, common_22, common_23,
+                common_24);
             NAME(eliminated_state_4_lanes)(state_2_2, state_3_2, state_0_0_2 + NLANES * j, state_0_1_2 + NLANES * j,
-    state_0_2_2 + NLANES * j, state_0_3_2 + NLANES * j, state_0_4_2 + NLANES * j, state_0_5_2 + NLANES * j,
-    state_2_2, state_3_2);
+                state_0_2_2 + NLANES * j, state_0_3_2 + NLANES * j, state_0_4_2 + NLANES * j,
+                state_0_5_2 + NLANES * j, state_2_2, state_3_2);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2_lanes)(state_1_0_0 + NLANES * k, state_1_0_1 + NLANES * k,
-    state_1_0_2 + NLANES * k, state_1_0_3 + NLANES * k, state_1_0_4 + NLANES * k, state_1_0_5 + NLANES * k,
-    common_18, common_19, common_20, common_21, common_22, common_23, common_24, reflected_2);
+                    state_1_0_2 + NLANES * k, state_1_0_3 + NLANES * k, state_1_0_4 + NLANES * k,
+                    state_1_0_5 + NLANES * k, common_18, common_19, common_20, common_21, common_22, common_23,
+                    common_24, reflected_2);
                 NAME(eliminated_reflected_3_lanes)(common_18, common_19, common_20, common_21, common_22, common_23,
-    common_24, state_1_1_0 + NLANES * k, state_1_1_1 + NLANES * k, state_1_1_2 + NLANES * k,
-    state_1_1_3 + NLANES * k, state_1_1_4 + NLANES * k, state_1_1_5 + NLANES * k, reflected_3);
+                    common_24, state_1_1_0 + NLANES * k, state_1_1_1 + NLANES * k, state_1_1_2 + NLANES * k,
+                    state_1_1_3 + NLANES * k, state_1_1_4 + NLANES * k, state_1_1_5 + NLANES * k, reflected_3);
                 NAME(eliminated_reflected_3_lanes)(common_18, common_19, common_20, common_21, common_22, common_23,
-    common_24, state_0_0_2 + NLANES * k, state_0_1_2 + NLANES * k, state_0_2_2 + NLANES * k,
-    state_0_3_2 + NLANES * k, state_0_4_2 + NLANES * k, state_0_5_2 + NLANES * k, reflected_4);
+                    common_24, state_0_0_2 + NLANES * k, state_0_1_2 + NLANES * k, state_0_2_2 + NLANES * k,
+                    state_0_3_2 + NLANES * k, state_0_4_2 + NLANES * k, state_0_5_2 + NLANES * k, reflected_4);
                 NAME(eliminated_state_3_lanes)(reflected_4, reflected_2, reflected_3, state_0_0_2 + NLANES * k,
-    state_0_1_2 + NLANES * k, state_0_2_2 + NLANES * k, state_0_3_2 + NLANES * k, state_0_4_2 + NLANES * k,
-    state_0_5_2 + NLANES * k, state_1_0_0 + NLANES * k, state_1_0_1 + NLANES * k, state_1_0_2 + NLANES * k,
-    state_1_0_3 + NLANES * k, state_1_0_4 + NLANES * k, state_1_0_5 + NLANES * k, state_1_1_0 + NLANES * k,
-    state_1_1_1 + NLANES * k, state_1_1_2 + NLANES * k, state_1_1_3 + NLANES * k, state_1_1_4 + NLANES * k,
-    state_1_1_5 + NLANES * k);
+                    state_0_1_2 + NLANES * k, state_0_2_2 + NLANES * k, state_0_3_2 + NLANES * k,
+                    state_0_4_2 + NLANES * k, state_0_5_2 + NLANES * k, state_1_0_0 + NLANES * k,
+                    state_1_0_1 + NLANES * k, state_1_0_2 + NLANES * k, state_1_0_3 + NLANES * k,
+                    state_1_0_4 + NLANES * k, state_1_0_5 + NLANES * k, state_1_1_0 + NLANES * k,
+                    state_1_1_1 + NLANES * k, state_1_1_2 + NLANES * k, state_1_1_3 + NLANES * k,
+                    state_1_1_4 + NLANES * k, state_1_1_5 + NLANES * k);
             }
             NAME(eliminated_number_lanes)(j > 0 ? number_4 + NLANES * (j - 1) : number_start_4,
-    number_4 + NLANES * j);
+                number_4 + NLANES * j);
             NAME(eliminated_state_3_lanes)(mapped_5 + 6 * NLANES * j, mapped_3 + 6 * NLANES * j,
-    mapped_4 + 6 * NLANES * j, state_0_0_3 + NLANES * j, state_0_1_3 + NLANES * j, state_0_2_3 + NLANES * j,
-    state_0_3_3 + NLANES * j, state_0_4_3 + NLANES * j, state_0_5_3 + NLANES * j, state_1_0_0_14 + NLANES * j,
-    state_1_0_1_14 + NLANES * j, state_1_0_2_14 + NLANES * j, state_1_0_3_2 + NLANES * j,
-    state_1_0_4_2 + NLANES * j, state_1_0_5_2 + NLANES * j, state_1_1_0_2 + NLANES * j, state_1_1_1_2 + NLANES * j,
-    state_1_1_2_2 + NLANES * j, state_1_1_3_2 + NLANES * j, state_1_1_4_2 + NLANES * j, state_1_1_5_2 + NLANES * j);
+                mapped_4 + 6 * NLANES * j, state_0_0_3 + NLANES * j, state_0_1_3 + NLANES * j,
+                state_0_2_3 + NLANES * j, state_0_3_3 + NLANES * j, state_0_4_3 + NLANES * j,
+                state_0_5_3 + NLANES * j, state_1_0_0_14 + NLANES * j, state_1_0_1_14 + NLANES * j,
+                state_1_0_2_14 + NLANES * j, state_1_0_3_2 + NLANES * j, state_1_0_4_2 + NLANES * j,
+                state_1_0_5_2 + NLANES * j, state_1_1_0_2 + NLANES * j, state_1_1_1_2 + NLANES * j,
+                state_1_1_2_2 + NLANES * j, state_1_1_3_2 + NLANES * j, state_1_1_4_2 + NLANES * j,
+                state_1_1_5_2 + NLANES * j);
         }
         NAME(eliminated_state_start_lanes)(state_2_3, state_3_3);
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_common_3_lanes)(state_3_3, state_0_0_3 + NLANES * j, state_0_1_3 + NLANES * j,
-    state_0_2_3 + NLANES * j, state_0_3_3 + NLANES * j, state_0_4_3 + NLANES * j, state_0_5_3 + NLANES * j,
-    common_25, common_26, common_27, common_28, common_29, common_30, common_31);
+                state_0_2_3 + NLANES * j, state_0_3_3 + NLANES * j, state_0_4_3 + NLANES * j,
+                state_0_5_3 + NLANES * j, common_25, common_26, common_27, common_28, common_29, common_30,
+                common_31);
             NAME(eliminated_state_4_lanes)(state_2_3, state_3_3, state_0_0_3 + NLANES * j, state_0_1_3 + NLANES * j,
-    state_0_2_3 + NLANES * j, state_0_3_3 + NLANES * j, state_0_4_3 + NLANES * j, state_0_5_3 + NLANES * j,
-    state_2_3, state_3_3);
+                state_0_2_3 + NLANES * j, state_0_3_3 + NLANES * j, state_0_4_3 + NLANES * j,
+                state_0_5_3 + NLANES * j, state_2_3, state_3_3);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2_lanes)(state_1_0_0_14 + NLANES * k, state_1_0_1_14 + NLANES * k,
-    state_1_0_2_14 + NLANES * k, state_1_0_3_2 + NLANES * k, state_1_0_4_2 + NLANES * k, state_1_0_5_2 + NLANES * k,
-    common_25, common_26, common_27, common_28, common_29, common_30, common_31, reflected_5);
+                    state_1_0_2_14 + NLANES * k, state_1_0_3_2 + NLANES * k, state_1_0_4_2 + NLANES * k,
+                    state_1_0_5_2 + NLANES * k, common_25, common_26, common_27, common_28, common_29, common_30,
+                    common_31, reflected_5);
                 NAME(eliminated_reflected_3_lanes)(common_25, common_26, common_27, common_28, common_29, common_30,
-    common_31, state_1_1_0_2 + NLANES * k, state_1_1_1_2 + NLANES * k, state_1_1_2_2 + NLANES * k,
-    state_1_1_3_2 + NLANES * k, state_1_1_4_2 + NLANES * k, state_1_1_5_2 + NLANES * k, reflected_6);
+                    common_31, state_1_1_0_2 + NLANES * k, state_1_1_1_2 + NLANES * k, state_1_1_2_2 + NLANES * k,
+                    state_1_1_3_2 + NLANES * k, state_1_1_4_2 + NLANES * k, state_1_1_5_2 + NLANES * k,
+                    reflected_6);
                 NAME(eliminated_reflected_3_lanes)(common_25, common_26, common_27, common_28, common_29, common_30,
-    common_31, state_0_0_3 + NLANES * k, state_0_1_3 + NLANES * k, state_0_2_3 + NLANES * k,
-    state_0_3_3 + NLANES * k, state_0_4_3 + NLANES * k, state_0_5_3 + NLANES * k, reflected_7);
+                    common_31, state_0_0_3 + NLANES * k, state_0_1_3 + NLANES * k, state_0_2_3 + NLANES * k,
+                    state_0_3_3 + NLANES * k, state_0_4_3 + NLANES * k, state_0_5_3 + NLANES * k, reflected_7);
                 NAME(eliminated_state_3_lanes)(reflected_7, reflected_5, reflected_6, state_0_0_3 + NLANES * k,
-    state_0_1_3 + NLANES * k, state_0_2_3 + NLANES * k, state_0_3_3 + NLANES * k, state_0_4_3 + NLANES * k,
-    state_0_5_3 + NLANES * k, state_1_0_0_14 + NLANES * k, state_1_0_1_14 + NLANES * k, state_1_0_2_14 + NLANES * k,
-    state_1_0_3_2 + NLANES * k, state_1_0_4_2 + NLANES * k, state_1_0_5_2 + NLANES * k, state_1_1_0_2 + NLANES * k,
-    state_1_1_1_2 + NLANES * k, state_1_1_2_2 + NLANES * k, state_1_1_3_2 + NLANES * k, state_1_1_4_2 + NLANES * k,
-    state_1_1_5_2 + NLANES * k);
+                    state_0_1_3 + NLANES * k, state_0_2_3 + NLANES * k, state_0_3_3 + NLANES * k,
+                    state_0_4_3 + NLANES * k, state_0_5_3 + NLANES * k, state_1_0_0_14 + NLANES * k,
+                    state_1_0_1_14 + NLANES * k, state_1_0_2_14 + NLANES * k, state_1_0_3_2 + NLANES * k,
+                    state_1_0_4_2 + NLANES * k, state_1_0_5_2 + NLANES * k, state_1_1_0_2 + NLANES * k,
+                    state_1_1_1_2 + NLANES * k, state_1_1_2_2 + NLANES * k, state_1_1_3_2 + NLANES * k,
+                    state_1_1_4_2 + NLANES * k, state_1_1_5_2 + NLANES * k);
             }
         }
         NAME(eliminated_number_start_lanes)(number_start_5);
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_mapped_7_lanes)(state_1_0_3 + NLANES * j, state_1_0_4 + NLANES * j,
-    state_1_0_5 + NLANES * j, state_1_0_3_2 + NLANES * j, state_1_0_4_2 + NLANES * j, state_1_0_5_2 + NLANES * j,
-    mapped_6);
+                state_1_0_5 + NLANES * j, state_1_0_3_2 + NLANES * j, state_1_0_4_2 + NLANES * j,
+                state_1_0_5_2 + NLANES * j, mapped_6);
             NAME(eliminated_mapped_7_lanes)(state_1_1_3 + NLANES * j, state_1_1_4 + NLANES * j,
-    state_1_1_5 + NLANES * j, state_1_1_3_2 + NLANES * j, state_1_1_4_2 + NLANES * j, state_1_1_5_2 + NLANES * j,
-    mapped_7);
+                state_1_1_5 + NLANES * j, state_1_1_3_2 + NLANES * j, state_1_1_4_2 + NLANES * j,
+                state_1_1_5_2 + NLANES * j, mapped_7);
             NAME(eliminated_number_lanes)(j > 0 ? number_5 + NLANES * (j - 1) : number_start_5,
-    number_5 + NLANES * j);
+                number_5 + NLANES * j);
             NAME(eliminated_state_5_lanes)(mapped_6, mapped_7, state_0_0_4 + NLANES * j, state_0_1_4 + NLANES * j,
-    state_0_2_4 + NLANES * j, state_0_3_4 + NLANES * j, state_0_4_4 + NLANES * j, state_0_5_4 + NLANES * j,
-    state_1_0_0_15 + NLANES * j, state_1_0_1_15 + NLANES * j, state_1_0_2_15 + NLANES * j,
-    state_1_0_3_3 + NLANES * j, state_1_0_4_3 + NLANES * j, state_1_0_5_3 + NLANES * j);
+                state_0_2_4 + NLANES * j, state_0_3_4 + NLANES * j, state_0_4_4 + NLANES * j,
+                state_0_5_4 + NLANES * j, state_1_0_0_15 + NLANES * j, state_1_0_1_15 + NLANES * j,
+                state_1_0_2_15 + NLANES * j, state_1_0_3_3 + NLANES * j, state_1_0_4_3 + NLANES * j,
+                state_1_0_5_3 + NLANES * j);
         }
         NAME(eliminated_state_start_lanes)(state_2_4, state_3_4);
         NAME(eliminated_number_start_lanes)(number_start_6);
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_common_3_lanes)(state_3_4, state_0_0_4 + NLANES * j, state_0_1_4 + NLANES * j,
-    state_0_2_4 + NLANES * j, state_0_3_4 + NLANES * j, state_0_4_4 + NLANES * j, state_0_5_4 + NLANES * j,
-    common_32, common_33, common_34, common_35, common_36, common_37, common_38);
+                state_0_2_4 + NLANES * j, state_0_3_4 + NLANES * j, state_0_4_4 + NLANES * j,
+                state_0_5_4 + NLANES * j, common_32, common_33, common_34, common_35, common_36, common_37,
+                common_38);
             NAME(eliminated_state_4_lanes)(state_2_4, state_3_4, state_0_0_4 + NLANES * j, state_0_1_4 + NLANES * j,
-    state_0_2_4 + NLANES * j, state_0_3_4 + NLANES * j, state_0_4_4 + NLANES * j, state_0_5_4 + NLANES * j,
-    state_2_4, state_3_4);
+                state_0_2_4 + NLANES * j, state_0_3_4 + NLANES * j, state_0_4_4 + NLANES * j,
+                state_0_5_4 + NLANES * j, state_2_4, state_3_4);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2_lanes)(state_1_0_0_15 + NLANES * k, state_1_0_1_15 + NLANES * k,
-    state_1_0_2_15 + NLANES * k, state_1_0_3_3 + NLANES * k, state_1_0_4_3 + NLANES * k, state_1_0_5_3 + NLANES * k,
-    common_32, common_33, common_34, common_35, common_36, common_37, common_38, reflected_8);
+                    state_1_0_2_15 + NLANES * k, state_1_0_3_3 + NLANES * k, state_1_0_4_3 + NLANES * k,
+                    state_1_0_5_3 + NLANES * k, common_32, common_33, common_34, common_35, common_36, common_37,
+                    common_38, reflected_8);
                 NAME(eliminated_reflected_3_lanes)(common_32, common_33, common_34, common_35, common_36, common_37,
-    common_38, state_0_0_4 + NLANES * k, state_0_1_4 + NLANES * k, state_0_2_4 + NLANES * k,
-    state_0_3_4 + NLANES * k, state_0_4_4 + NLANES * k, state_0_5_4 + NLANES * k, reflected_9);
+                    common_38, state_0_0_4 + NLANES * k, state_0_1_4 + NLANES * k, state_0_2_4 + NLANES * k,
+                    state_0_3_4 + NLANES * k, state_0_4_4 + NLANES * k, state_0_5_4 + NLANES * k, reflected_9);
                 NAME(eliminated_state_5_lanes)(reflected_9, reflected_8, state_0_0_4 + NLANES * k,
-    state_0_1_4 + NLANES * k, state_0_2_4 + NLANES * k, state_0_3_4 + NLANES * k, state_0_4_4 + NLANES * k,
-    state_0_5_4 + NLANES * k, state_1_0_0_15 + NLANES * k, state_1_0_1_15 + NLANES * k, state_1_0_2_15 + NLANES * k,
-    state_1_0_3_3 + NLANES * k, state_1_0_4_3 + NLANES * k, state_1_0_5_3 + NLANES * k);
+                    state_0_1_4 + NLANES * k, state_0_2_4 + NLANES * k, state_0_3_4 + NLANES * k,
+                    state_0_4_4 + NLANES * k, state_0_5_4 + NLANES * k, state_1_0_0_15 + NLANES * k,
+                    state_1_0_1_15 + NLANES * k, state_1_0_2_15 + NLANES * k, state_1_0_3_3 + NLANES * k,
+                    state_1_0_4_3 + NLANES * k, state_1_0_5_3 + NLANES * k);
             }
             NAME(eliminated_number_lanes)(j > 0 ? number_6 + NLANES * (j - 1) : number_start_6,
-    number_6 + NLANES * j);
+                number_6 + NLANES * j);
         }
         NAME(eliminated_state_start_2_lanes)(state_2_5, state_3_5);
         for (intptr_t j = 0; j < t; j++) {
@@ -2400,27 +2453,30 @@ static INLINE WORD NAME(eliminated_lanes)(intptr_t e, intptr_t n, intptr_t t, in
         }
         for (intptr_t j = 0; j < t; j++) {
             NAME(eliminated_common_3_lanes)(state_3_5, state_0_0_5 + NLANES * j, state_0_1_5 + NLANES * j,
-    state_0_2_5 + NLANES * j, state_0_3_5 + NLANES * j, state_0_4_5 + NLANES * j, state_0_5_5 + NLANES * j,
-    common_39, common_40, common_41, common_42, common_43, common_44, common_45);
+                state_0_2_5 + NLANES * j, state_0_3_5 + NLANES * j, state_0_4_5 + NLANES * j,
+                state_0_5_5 + NLANES * j, common_39, common_40, common_41, common_42, common_43, common_44,
+                common_45);
             NAME(eliminated_state_4_lanes)(state_2_5, state_3_5, state_0_0_5 + NLANES * j, state_0_1_5 + NLANES * j,
-    state_0_2_5 + NLANES * j, state_0_3_5 + NLANES * j, state_0_4_5 + NLANES * j, state_0_5_5 + NLANES * j,
-    state_2_5, state_3_5);
+                state_0_2_5 + NLANES * j, state_0_3_5 + NLANES * j, state_0_4_5 + NLANES * j,
+                state_0_5_5 + NLANES * j, state_2_5, state_3_5);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2_lanes)(state_0_0_5 + NLANES * k, state_0_1_5 + NLANES * k,
-    state_0_2_5 + NLANES * k, state_0_3_5 + NLANES * k, state_0_4_5 + NLANES * k, state_0_5_5 + NLANES * k,
-    common_39, common_40, common_41, common_42, common_43, common_44, common_45, reflected_10);
+                    state_0_2_5 + NLANES * k, state_0_3_5 + NLANES * k, state_0_4_5 + NLANES * k,
+                    state_0_5_5 + NLANES * k, common_39, common_40, common_41, common_42, common_43, common_44,
+                    common_45, reflected_10);
                 NAME(eliminated_state_6_lanes)(reflected_10, state_0_0_5 + NLANES * k, state_0_1_5 + NLANES * k,
-    state_0_2_5 + NLANES * k, state_0_3_5 + NLANES * k, state_0_4_5 + NLANES * k, state_0_5_5 + NLANES * k);
+                    state_0_2_5 + NLANES * k, state_0_3_5 + NLANES * k, state_0_4_5 + NLANES * k,
+                    state_0_5_5 + NLANES * k);
             }
         }
         NAME(eliminated_mapped_8_lanes)(centre, samples + 2 * i, state_2_2, state_2_3, state_2_4, state_2_5,
-    mapped_8 + NLANES * i);
+            mapped_8 + NLANES * i);
     }
     for (intptr_t i = 0; i < p; i++) {
         NAME(eliminated_sum_start_3_lanes)(sum_0, sum_1);
         for (intptr_t j = 0; j < s; j++)
             NAME(eliminated_sum_3_lanes)(sum_0, sum_1, waves + 2 * (i * s + j), mapped_8 + NLANES * j, sum_0,
-    sum_1);
+                sum_1);
         COPY(NLANES, sum_0, mapped_0 + NLANES * i);
         COPY(NLANES, sum_1, mapped_1 + NLANES * i);
     }
@@ -2440,15 +2496,16 @@ static INLINE WORD NAME(eliminated_lanes)(intptr_t e, intptr_t n, intptr_t t, in
             NAME(eliminated_common_4_lanes)(state_0_0_6 + NLANES * j, state_0_1_6 + NLANES * j, common_46);
             for (intptr_t k = 0; k < p; k++)
                 NAME(eliminated_real_lanes)(state_0_0_6 + NLANES * j, state_0_1_6 + NLANES * j, real, imaginary,
-    real_2, imaginary_2, state_2_6, mapped_0 + NLANES * k, mapped_1 + NLANES * k, common_46, real, imaginary,
-    real_2, imaginary_2, state_2_6);
+                    real_2, imaginary_2, state_2_6, mapped_0 + NLANES * k, mapped_1 + NLANES * k, common_46, real,
+                    imaginary, real_2, imaginary_2, state_2_6);
             NAME(eliminated_sum_start_3_lanes)(sum_0_2, sum_1_2);
             for (intptr_t k = 0; k < r; k++)
                 NAME(eliminated_sum_4_lanes)(state_0_0_6 + NLANES * j, state_0_1_6 + NLANES * j,
-    number_7 + NLANES * j, sum_0_2, sum_1_2, state_0_0_6 + NLANES * k, state_0_1_6 + NLANES * k,
-    number_7 + NLANES * k, sum_0_2, sum_1_2);
+                    number_7 + NLANES * j, sum_0_2, sum_1_2, state_0_0_6 + NLANES * k, state_0_1_6 + NLANES * k,
+                    number_7 + NLANES * k, sum_0_2, sum_1_2);
             NAME(eliminated_moved_2_lanes)(state_0_0_6 + NLANES * j, state_0_1_6 + NLANES * j, real, imaginary,
-    real_2, imaginary_2, state_2_6, sum_0_2, sum_1_2, moved_0_0 + NLANES * j, moved_0_1 + NLANES * j, moved_1);
+                real_2, imaginary_2, state_2_6, sum_0_2, sum_1_2, moved_0_0 + NLANES * j, moved_0_1 + NLANES * j,
+                moved_1);
             NAME(eliminated_sum_5_lanes)(sum_4, moved_1, sum_4);
         }
         COPY(NLANES, sum_4, next_state_1);
@@ -2467,56 +2524,56 @@ static INLINE WORD NAME(eliminated_lanes)(intptr_t e, intptr_t n, intptr_t t, in
     for (intptr_t i = 0; i < r; i++) {
         NAME(eliminated_mapped_9_lanes)(state_0_0_6 + NLANES * i, state_0_1_6 + NLANES * i, mapped_9 + NLANES * i);
         NAME(eliminated_mapped_10_lanes)(state_0_0_6 + NLANES * i, state_0_1_6 + NLANES * i,
-    mapped_10 + NLANES * i);
+            mapped_10 + NLANES * i);
     }
     for (intptr_t i = 0; i < r; i++) {
         NAME(eliminated_real_start_lanes)(real_3, imaginary_3, real_4, imaginary_4, state_2_7);
         far |= NAME(eliminated_common_5_lanes)(mapped_9 + NLANES * i, common_47, common_48, common_49);
         for (intptr_t j = 0; j < p; j++)
             NAME(eliminated_real_2_lanes)(real_3, imaginary_3, real_4, imaginary_4, state_2_7,
-    mapped_0 + NLANES * j, mapped_1 + NLANES * j, common_47, common_48, common_49, real_3, imaginary_3, real_4,
-    imaginary_4, state_2_7);
+                mapped_0 + NLANES * j, mapped_1 + NLANES * j, common_47, common_48, common_49, real_3, imaginary_3,
+                real_4, imaginary_4, state_2_7);
         NAME(eliminated_sum_start_4_lanes)(sum_5);
         NAME(eliminated_common_6_lanes)(mapped_10 + NLANES * i, common_50);
         for (intptr_t j = 0; j < r; j++)
             far |= NAME(eliminated_sum_6_lanes)(mapped_9 + NLANES * i, mapped_10 + NLANES * i,
-    number_7 + NLANES * i, sum_5, mapped_9 + NLANES * j, mapped_10 + NLANES * j, number_7 + NLANES * j, common_50,
-    sum_5);
+                number_7 + NLANES * i, sum_5, mapped_9 + NLANES * j, mapped_10 + NLANES * j, number_7 + NLANES * j,
+                common_50, sum_5);
         NAME(eliminated_is_real_lanes)(real_3, imaginary_3, state_2_7, sum_5, is_real_0 + NLANES * i,
-    is_real_1 + NLANES * i);
+            is_real_1 + NLANES * i);
     }
     for (intptr_t i = 0; i < r; i++)
         far |= NAME(eliminated_result_lanes)(centre, mapped_9 + NLANES * i, mapped_10 + NLANES * i,
-    is_real_0 + NLANES * i, is_real_1 + NLANES * i, out_2 + 4 * NLANES * i);
+            is_real_0 + NLANES * i, is_real_1 + NLANES * i, out_2 + 4 * NLANES * i);
     for (intptr_t i = 0; i < e; i++)
         NAME(eliminated_result_2_lanes)(state_0_0 + NLANES * i, state_0_1 + NLANES * i, state_0_2 + NLANES * i,
-    state_0_3 + NLANES * i, state_0_4 + NLANES * i, state_0_5 + NLANES * i, state_0_6 + NLANES * i,
-    state_0_7 + NLANES * i, state_0_8 + NLANES * i, state_0_9 + NLANES * i, state_0_10 + NLANES * i,
-    state_0_11 + NLANES * i, state_0_12 + NLANES * i, state_0_13 + NLANES * i, out_0 + 14 * NLANES * i);
+            state_0_3 + NLANES * i, state_0_4 + NLANES * i, state_0_5 + NLANES * i, state_0_6 + NLANES * i,
+            state_0_7 + NLANES * i, state_0_8 + NLANES * i, state_0_9 + NLANES * i, state_0_10 + NLANES * i,
+            state_0_11 + NLANES * i, state_0_12 + NLANES * i, state_0_13 + NLANES * i, out_0 + 14 * NLANES * i);
     for (intptr_t i = 0; i < t; i++) {
         for (intptr_t j = 0; j < t; j++)
             NAME(eliminated_result_3_lanes)(state_1_0_0_0 + NLANES * (i * t + j),
-    state_1_0_0_1 + NLANES * (i * t + j), state_1_0_0_2 + NLANES * (i * t + j),
-    state_1_0_0_3 + NLANES * (i * t + j), state_1_0_0_4 + NLANES * (i * t + j),
-    state_1_0_0_5 + NLANES * (i * t + j), state_1_0_0_6 + NLANES * (i * t + j),
-    state_1_0_0_7 + NLANES * (i * t + j), state_1_0_0_8 + NLANES * (i * t + j),
-    state_1_0_0_9 + NLANES * (i * t + j), state_1_0_0_10 + NLANES * (i * t + j),
-    state_1_0_0_11 + NLANES * (i * t + j), state_1_0_0_12 + NLANES * (i * t + j),
-    state_1_0_0_13 + NLANES * (i * t + j), state_1_0_1_0 + NLANES * (i * t + j),
-    state_1_0_1_1 + NLANES * (i * t + j), state_1_0_1_2 + NLANES * (i * t + j),
-    state_1_0_1_3 + NLANES * (i * t + j), state_1_0_1_4 + NLANES * (i * t + j),
-    state_1_0_1_5 + NLANES * (i * t + j), state_1_0_1_6 + NLANES * (i * t + j),
-    state_1_0_1_7 + NLANES * (i * t + j), state_1_0_1_8 + NLANES * (i * t + j),
-    state_1_0_1_9 + NLANES * (i * t + j), state_1_0_1_10 + NLANES * (i * t + j),
-    state_1_0_1_11 + NLANES * (i * t + j), state_1_0_1_12 + NLANES * (i * t + j),
-    state_1_0_1_13 + NLANES * (i * t + j), state_1_0_2_0 + NLANES * (i * t + j),
-    state_1_0_2_1 + NLANES * (i * t + j), state_1_0_2_2 + NLANES * (i * t + j),
-    state_1_0_2_3 + NLANES * (i * t + j), state_1_0_2_4 + NLANES * (i * t + j),
-    state_1_0_2_5 + NLANES * (i * t + j), state_1_0_2_6 + NLANES * (i * t + j),
-    state_1_0_2_7 + NLANES * (i * t + j), state_1_0_2_8 + NLANES * (i * t + j),
-    state_1_0_2_9 + NLANES * (i * t + j), state_1_0_2_10 + NLANES * (i * t + j),
-    state_1_0_2_11 + NLANES * (i * t + j), state_1_0_2_12 + NLANES * (i * t + j),
-    state_1_0_2_13 + NLANES * (i * t + j), out_1 + 42 * NLANES * (i * t + j));
+                state_1_0_0_1 + NLANES * (i * t + j), state_1_0_0_2 + NLANES * (i * t + j),
+                state_1_0_0_3 + NLANES * (i * t + j), state_1_0_0_4 + NLANES * (i * t + j),
+                state_1_0_0_5 + NLANES * (i * t + j), state_1_0_0_6 + NLANES * (i * t + j),
+                state_1_0_0_7 + NLANES * (i * t + j), state_1_0_0_8 + NLANES * (i * t + j),
+                state_1_0_0_9 + NLANES * (i * t + j), state_1_0_0_10 + NLANES * (i * t + j),
+                state_1_0_0_11 + NLANES * (i * t + j), state_1_0_0_12 + NLANES * (i * t + j),
+                state_1_0_0_13 + NLANES * (i * t + j), state_1_0_1_0 + NLANES * (i * t + j),
+                state_1_0_1_1 + NLANES * (i * t + j), state_1_0_1_2 + NLANES * (i * t + j),
+                state_1_0_1_3 + NLANES * (i * t + j), state_1_0_1_4 + NLANES * (i * t + j),
+                state_1_0_1_5 + NLANES * (i * t + j), state_1_0_1_6 + NLANES * (i * t + j),
+                state_1_0_1_7 + NLANES * (i * t + j), state_1_0_1_8 + NLANES * (i * t + j),
+                state_1_0_1_9 + NLANES * (i * t + j), state_1_0_1_10 + NLANES * (i * t + j),
+                state_1_0_1_11 + NLANES * (i * t + j), state_1_0_1_12 + NLANES * (i * t + j),
+                state_1_0_1_13 + NLANES * (i * t + j), state_1_0_2_0 + NLANES * (i * t + j),
+                state_1_0_2_1 + NLANES * (i * t + j), state_1_0_2_2 + NLANES * (i * t + j),
+                state_1_0_2_3 + NLANES * (i * t + j), state_1_0_2_4 + NLANES * (i * t + j),
+                state_1_0_2_5 + NLANES * (i * t + j), state_1_0_2_6 + NLANES * (i * t + j),
+                state_1_0_2_7 + NLANES * (i * t + j), state_1_0_2_8 + NLANES * (i * t + j),
+                state_1_0_2_9 + NLANES * (i * t + j), state_1_0_2_10 + NLANES * (i * t + j),
+                state_1_0_2_11 + NLANES * (i * t + j), state_1_0_2_12 + NLANES * (i * t + j),
+                state_1_0_2_13 + NLANES * (i * t + j), out_1 + 42 * NLANES * (i * t + j));
     }
     return far;
 }
@@ -3447,80 +3504,83 @@ static INLINE void NAME(branches_of_angles_within)(intptr_t c, intptr_t e, intpt
     REAL *out, REAL *work)
 {
     REAL number_start, *const number = work, carry, steps, converged, converged_2, steps_2, next_carry, next_steps,
-    next_converged, sum_0, sum_1, *const mapped = number + t, common, common_2, sum[3 * 6], combined[3 * 6],
-    *const mapped_2 = mapped + t, *const mapped_3 = mapped_2 + 6 * t, *const mapped_4 = mapped_3 + 6 * t,
-    number_start_2, *const number_2 = mapped_4 + 6 * t, *const state_0_0 = number_2 + t,
-    *const state_0_1 = state_0_0 + t, *const state_0_2 = state_0_1 + t, *const state_0_3 = state_0_2 + t,
-    *const state_0_4 = state_0_3 + t, *const state_0_5 = state_0_4 + t, *const state_1_0_0 = state_0_5 + t,
-    *const state_1_0_1 = state_1_0_0 + t, *const state_1_0_2 = state_1_0_1 + t,
-    *const state_1_0_3 = state_1_0_2 + t, *const state_1_0_4 = state_1_0_3 + t,
-    *const state_1_0_5 = state_1_0_4 + t, *const state_1_1_0 = state_1_0_5 + t,
-    *const state_1_1_1 = state_1_1_0 + t, *const state_1_1_2 = state_1_1_1 + t,
-    *const state_1_1_3 = state_1_1_2 + t, *const state_1_1_4 = state_1_1_3 + t,
-    *const state_1_1_5 = state_1_1_4 + t, state_2, state_3, reflected[6], common_3, common_4, common_5, common_6,
-    common_7, common_8, common_9, reflected_2[6], reflected_3[6], number_start_3, *const number_3 = state_1_1_5 + t,
-    *const state_0_0_2 = number_3 + t, *const state_0_1_2 = state_0_0_2 + t, *const state_0_2_2 = state_0_1_2 + t,
-    *const state_0_3_2 = state_0_2_2 + t, *const state_0_4_2 = state_0_3_2 + t,
-    *const state_0_5_2 = state_0_4_2 + t, *const state_1_0_0_2 = state_0_5_2 + t,
-    *const state_1_0_1_2 = state_1_0_0_2 + t, *const state_1_0_2_2 = state_1_0_1_2 + t,
-    *const state_1_0_3_2 = state_1_0_2_2 + t, *const state_1_0_4_2 = state_1_0_3_2 + t,
-    *const state_1_0_5_2 = state_1_0_4_2 + t, *const state_1_1_0_2 = state_1_0_5_2 + t,
-    *const state_1_1_1_2 = state_1_1_0_2 + t, *const state_1_1_2_2 = state_1_1_1_2 + t,
-    *const state_1_1_3_2 = state_1_1_2_2 + t, *const state_1_1_4_2 = state_1_1_3_2 + t,
-    *const state_1_1_5_2 = state_1_1_4_2 + t, state_2_2, state_3_2, reflected_4[6], common_10, common_11, common_12,
-    common_13, common_14, common_15, common_16, reflected_5[6], reflected_6[6], mapped_5[6], mapped_6[6],
-    number_start_4, *const number_4 = state_1_1_5_2 + t, *const state_0_0_3 = number_4 + t,
-    *const state_0_1_3 = state_0_0_3 + t, *const state_0_2_3 = state_0_1_3 + t,
-    *const state_0_3_3 = state_0_2_3 + t, *const state_0_4_3 = state_0_3_3 + t,
-    *const state_0_5_3 = state_0_4_3 + t, *const state_1_0_0_3 = state_0_5_3 + t,
-    *const state_1_0_1_3 = state_1_0_0_3 + t, *const state_1_0_2_3 = state_1_0_1_3 + t,
-    *const state_1_0_3_3 = state_1_0_2_3 + t, *const state_1_0_4_3 = state_1_0_3_3 + t,
-    *const state_1_0_5_3 = state_1_0_4_3 + t, state_2_3, state_3_3, reflected_7[6], common_17, common_18, common_19,
-    common_20, common_21, common_22, common_23, reflected_8[6], number_start_5, *const number_5 = state_1_0_5_3 + t,
-    *const state_0_0_4 = number_5 + t, *const state_0_1_4 = state_0_0_4 + t, *const state_0_2_4 = state_0_1_4 + t,
-    *const state_0_3_4 = state_0_2_4 + t, *const state_0_4_4 = state_0_3_4 + t,
-    *const state_0_5_4 = state_0_4_4 + t, state_2_4, state_3_4, reflected_9[6], common_24, common_25, common_26,
-    common_27, common_28, common_29, common_30, *const mapped_7 = state_0_5_4 + t, common_31, common_32, common_33,
-    sum_2[3 * 14], *const combined_2 = mapped_7 + t, *const mapped_8 = combined_2 + 42 * t,
-    *const mapped_9 = mapped_8 + 6 * t, *const mapped_10 = mapped_9 + 6 * t, number_start_6,
-    *const number_6 = mapped_10 + 6 * t, *const state_0_0_5 = number_6 + t, *const state_0_1_5 = state_0_0_5 + t,
-    *const state_0_2_5 = state_0_1_5 + t, *const state_0_3_5 = state_0_2_5 + t,
-    *const state_0_4_5 = state_0_3_5 + t, *const state_0_5_5 = state_0_4_5 + t,
-    *const state_1_0_0_4 = state_0_5_5 + t, *const state_1_0_1_4 = state_1_0_0_4 + t,
-    *const state_1_0_2_4 = state_1_0_1_4 + t, *const state_1_0_3_4 = state_1_0_2_4 + t,
-    *const state_1_0_4_4 = state_1_0_3_4 + t, *const state_1_0_5_4 = state_1_0_4_4 + t,
-    *const state_1_1_0_3 = state_1_0_5_4 + t, *const state_1_1_1_3 = state_1_1_0_3 + t,
-    *const state_1_1_2_3 = state_1_1_1_3 + t, *const state_1_1_3_3 = state_1_1_2_3 + t,
-    *const state_1_1_4_3 = state_1_1_3_3 + t, *const state_1_1_5_3 = state_1_1_4_3 + t, state_2_5, state_3_5,
-    reflected_10[6], common_34, common_35, common_36, common_37, common_38, common_39, common_40, reflected_11[6],
-    reflected_12[6], number_start_7, *const number_7 = state_1_1_5_3 + t, *const state_0_0_6 = number_7 + t,
-    *const state_0_1_6 = state_0_0_6 + t, *const state_0_2_6 = state_0_1_6 + t,
-    *const state_0_3_6 = state_0_2_6 + t, *const state_0_4_6 = state_0_3_6 + t,
-    *const state_0_5_6 = state_0_4_6 + t, *const state_1_0_0_5 = state_0_5_6 + t,
-    *const state_1_0_1_5 = state_1_0_0_5 + t, *const state_1_0_2_5 = state_1_0_1_5 + t,
-    *const state_1_0_3_5 = state_1_0_2_5 + t, *const state_1_0_4_5 = state_1_0_3_5 + t,
-    *const state_1_0_5_5 = state_1_0_4_5 + t, *const state_1_1_0_4 = state_1_0_5_5 + t,
-    *const state_1_1_1_4 = state_1_1_0_4 + t, *const state_1_1_2_4 = state_1_1_1_4 + t,
-    *const state_1_1_3_4 = state_1_1_2_4 + t, *const state_1_1_4_4 = state_1_1_3_4 + t,
-    *const state_1_1_5_4 = state_1_1_4_4 + t, state_2_6, state_3_6, reflected_13[6], common_41, common_42,
-    common_43, common_44, common_45, common_46, common_47, reflected_14[6], reflected_15[6], mapped_11[6],
-    mapped_12[6], number_start_8, *const number_8 = state_1_1_5_4 + t, *const state_0_0_7 = number_8 + t,
-    *const state_0_1_7 = state_0_0_7 + t, *const state_0_2_7 = state_0_1_7 + t,
-    *const state_0_3_7 = state_0_2_7 + t, *const state_0_4_7 = state_0_3_7 + t,
-    *const state_0_5_7 = state_0_4_7 + t, *const state_1_0_0_6 = state_0_5_7 + t,
-    *const state_1_0_1_6 = state_1_0_0_6 + t, *const state_1_0_2_6 = state_1_0_1_6 + t,
-    *const state_1_0_3_6 = state_1_0_2_6 + t, *const state_1_0_4_6 = state_1_0_3_6 + t,
-    *const state_1_0_5_6 = state_1_0_4_6 + t, state_2_7, state_3_7, reflected_16[6], common_48, common_49,
-    common_50, common_51, common_52, common_53, common_54, reflected_17[6], number_start_9,
-    *const number_9 = state_1_0_5_6 + t, *const state_0_0_8 = number_9 + t, *const state_0_1_8 = state_0_0_8 + t,
-    *const state_0_2_8 = state_0_1_8 + t, *const state_0_3_8 = state_0_2_8 + t,
-    *const state_0_4_8 = state_0_3_8 + t, *const state_0_5_8 = state_0_4_8 + t, state_2_8, state_3_8,
-    reflected_18[6], common_55, common_56, common_57, common_58, common_59, common_60, common_61, state[6], state_1,
-    state_4[6], state_1_2, state_5[6], state_6[6], state_2_9, state_7[6], state_8[6], state_2_10, mapped_13,
-    common_62, common_63, common_64, common_65, sum_3[8], common_66, common_67, common_68, common_69, state_9[8],
-    state_10[8], state_2_11, *const placed = state_0_5_8 + t, common_70, common_71, common_72, common_73, common_74,
-    common_75, common_76, number_start_10, *const number_10 = placed + j, mapped_14, motion[8], mapped_15,
-    motion_2[8], mapped_16, common_77, common_78[6];
+        next_converged, sum_0, sum_1, *const mapped = number + t, common, common_2, sum[3 * 6], combined[3 * 6],
+        *const mapped_2 = mapped + t, *const mapped_3 = mapped_2 + 6 * t, *const mapped_4 = mapped_3 + 6 * t,
+        number_start_2, *const number_2 = mapped_4 + 6 * t, *const state_0_0 = number_2 + t,
+        *const state_0_1 = state_0_0 + t, *const state_0_2 = state_0_1 + t, *const state_0_3 = state_0_2 + t,
+        *const state_0_4 = state_0_3 + t, *const state_0_5 = state_0_4 + t, *const state_1_0_0 = state_0_5 + t,
+        *const state_1_0_1 = state_1_0_0 + t, *const state_1_0_2 = state_1_0_1 + t,
+        *const state_1_0_3 = state_1_0_2 + t, *const state_1_0_4 = state_1_0_3 + t,
+        *const state_1_0_5 = state_1_0_4 + t, *const state_1_1_0 = state_1_0_5 + t,
+        *const state_1_1_1 = state_1_1_0 + t, *const state_1_1_2 = state_1_1_1 + t,
+        *const state_1_1_3 = state_1_1_2 + t, *const state_1_1_4 = state_1_1_3 + t,
+        *const state_1_1_5 = state_1_1_4 + t, state_2, state_3, reflected[6], common_3, common_4, common_5,
+        common_6, common_7, common_8, common_9, reflected_2[6], reflected_3[6], number_start_3,
+        *const number_3 = state_1_1_5 + t, *const state_0_0_2 = number_3 + t, *const state_0_1_2 = state_0_0_2 + t,
+        *const state_0_2_2 = state_0_1_2 + t, *const state_0_3_2 = state_0_2_2 + t,
+        *const state_0_4_2 = state_0_3_2 + t, *const state_0_5_2 = state_0_4_2 + t,
+        *const state_1_0_0_2 = state_0_5_2 + t, *const state_1_0_1_2 = state_1_0_0_2 + t,
+        *const state_1_0_2_2 = state_1_0_1_2 + t, *const state_1_0_3_2 = state_1_0_2_2 + t,
+        *const state_1_0_4_2 = state_1_0_3_2 + t, *const state_1_0_5_2 = state_1_0_4_2 + t,
+        *const state_1_1_0_2 = state_1_0_5_2 + t, *const state_1_1_1_2 = state_1_1_0_2 + t,
+        *const state_1_1_2_2 = state_1_1_1_2 + t, *const state_1_1_3_2 = state_1_1_2_2 + t,
+        *const state_1_1_4_2 = state_1_1_3_2 + t, *const state_1_1_5_2 = state_1_1_4_2 + t, state_2_2, state_3_2,
+        reflected_4[6], common_10, common_11, common_12, common_13, common_14, common_15, common_16, reflected_5[6],
+        reflected_6[6], mapped_5[6], mapped_6[6], number_start_4, *const number_4 = state_1_1_5_2 + t,
+        *const state_0_0_3 = number_4 + t, *const state_0_1_3 = state_0_0_3 + t,
+        *const state_0_2_3 = state_0_1_3 + t, *const state_0_3_3 = state_0_2_3 + t,
+        *const state_0_4_3 = state_0_3_3 + t, *const state_0_5_3 = state_0_4_3 + t,
+        *const state_1_0_0_3 = state_0_5_3 + t, *const state_1_0_1_3 = state_1_0_0_3 + t,
+        *const state_1_0_2_3 = state_1_0_1_3 + t, *const state_1_0_3_3 = state_1_0_2_3 + t,
+        *const state_1_0_4_3 = state_1_0_3_3 + t, *const state_1_0_5_3 = state_1_0_4_3 + t, state_2_3, state_3_3,
+        reflected_7[6], common_17, common_18, common_19, common_20, common_21, common_22, common_23, reflected_8[6],
+        number_start_5, *const number_5 = state_1_0_5_3 + t, *const state_0_0_4 = number_5 + t,
+        *const state_0_1_4 = state_0_0_4 + t, *const state_0_2_4 = state_0_1_4 + t,
+        *const state_0_3_4 = state_0_2_4 + t, *const state_0_4_4 = state_0_3_4 + t,
+        *const state_0_5_4 = state_0_4_4 + t, state_2_4, state_3_4, reflected_9[6], common_24, common_25, common_26,
+        common_27, common_28, common_29, common_30, *const mapped_7 = state_0_5_4 + t, common_31, common_32,
+        common_33, sum_2[3 * 14], *const combined_2 = mapped_7 + t, *const mapped_8 = combined_2 + 42 * t,
+        *const mapped_9 = mapped_8 + 6 * t, *const mapped_10 = mapped_9 + 6 * t, number_start_6,
+        *const number_6 = mapped_10 + 6 * t, *const state_0_0_5 = number_6 + t,
+        *const state_0_1_5 = state_0_0_5 + t, *const state_0_2_5 = state_0_1_5 + t,
+        *const state_0_3_5 = state_0_2_5 + t, *const state_0_4_5 = state_0_3_5 + t,
+        *const state_0_5_5 = state_0_4_5 + t, *const state_1_0_0_4 = state_0_5_5 + t,
+        *const state_1_0_1_4 = state_1_0_0_4 + t, *const state_1_0_2_4 = state_1_0_1_4 + t,
+        *const state_1_0_3_4 = state_1_0_2_4 + t, *const state_1_0_4_4 = state_1_0_3_4 + t,
+        *const state_1_0_5_4 = state_1_0_4_4 + t, *const state_1_1_0_3 = state_1_0_5_4 + t,
+        *const state_1_1_1_3 = state_1_1_0_3 + t, *const state_1_1_2_3 = state_1_1_1_3 + t,
+        *const state_1_1_3_3 = state_1_1_2_3 + t, *const state_1_1_4_3 = state_1_1_3_3 + t,
+        *const state_1_1_5_3 = state_1_1_4_3 + t, state_2_5, state_3_5, reflected_10[6], common_34, common_35,
+        common_36, common_37, common_38, common_39, common_40, reflected_11[6], reflected_12[6], number_start_7,
+        *const number_7 = state_1_1_5_3 + t, *const state_0_0_6 = number_7 + t,
+        *const state_0_1_6 = state_0_0_6 + t, *const state_0_2_6 = state_0_1_6 + t,
+        *const state_0_3_6 = state_0_2_6 + t, *const state_0_4_6 = state_0_3_6 + t,
+        *const state_0_5_6 = state_0_4_6 + t, *const state_1_0_0_5 = state_0_5_6 + t,
+        *const state_1_0_1_5 = state_1_0_0_5 + t, *const state_1_0_2_5 = state_1_0_1_5 + t,
+        *const state_1_0_3_5 = state_1_0_2_5 + t, *const state_1_0_4_5 = state_1_0_3_5 + t,
+        *const state_1_0_5_5 = state_1_0_4_5 + t, *const state_1_1_0_4 = state_1_0_5_5 + t,
+        *const state_1_1_1_4 = state_1_1_0_4 + t, *const state_1_1_2_4 = state_1_1_1_4 + t,
+        *const state_1_1_3_4 = state_1_1_2_4 + t, *const state_1_1_4_4 = state_1_1_3_4 + t,
+        *const state_1_1_5_4 = state_1_1_4_4 + t, state_2_6, state_3_6, reflected_13[6], common_41, common_42,
+        common_43, common_44, common_45, common_46, common_47, reflected_14[6], reflected_15[6], mapped_11[6],
+        mapped_12[6], number_start_8, *const number_8 = state_1_1_5_4 + t, *const state_0_0_7 = number_8 + t,
+        *const state_0_1_7 = state_0_0_7 + t, *const state_0_2_7 = state_0_1_7 + t,
+        *const state_0_3_7 = state_0_2_7 + t, *const state_0_4_7 = state_0_3_7 + t,
+        *const state_0_5_7 = state_0_4_7 + t, *const state_1_0_0_6 = state_0_5_7 + t,
+        *const state_1_0_1_6 = state_1_0_0_6 + t, *const state_1_0_2_6 = state_1_0_1_6 + t,
+        *const state_1_0_3_6 = state_1_0_2_6 + t, *const state_1_0_4_6 = state_1_0_3_6 + t,
+        *const state_1_0_5_6 = state_1_0_4_6 + t, state_2_7, state_3_7, reflected_16[6], common_48, common_49,
+        common_50, common_51, common_52, common_53, common_54, reflected_17[6], number_start_9,
+        *const number_9 = state_1_0_5_6 + t, *const state_0_0_8 = number_9 + t,
+        *const state_0_1_8 = state_0_0_8 + t, *const state_0_2_8 = state_0_1_8 + t,
+        *const state_0_3_8 = state_0_2_8 + t, *const state_0_4_8 = state_0_3_8 + t,
+        *const state_0_5_8 = state_0_4_8 + t, state_2_8, state_3_8, reflected_18[6], common_55, common_56,
+        common_57, common_58, common_59, common_60, common_61, state[6], state_1, state_4[6], state_1_2, state_5[6],
+        state_6[6], state_2_9, state_7[6], state_8[6], state_2_10, mapped_13, common_62, common_63, common_64,
+        common_65, sum_3[8], common_66, common_67, common_68, common_69, state_9[8], state_10[8], state_2_11,
+        *const placed = state_0_5_8 + t, common_70, common_71, common_72, common_73, common_74, common_75,
+        common_76, number_start_10, *const number_10 = placed + j, mapped_14, motion[8], mapped_15, motion_2[8],
+        mapped_16, common_77, common_78[6];
     NAME(eliminated_number_start)(&number_start);
     for (intptr_t i = 0; i < t; i++)
         NAME(eliminated_number)(i > 0 ? number[i - 1] : number_start, number + i);
@@ -3549,95 +3609,101 @@ static INLINE void NAME(branches_of_angles_within)(intptr_t c, intptr_t e, intpt
                     NAME(eliminated_mapped_6)(combined, mapped_4 + 6 * k_2);
                     NAME(eliminated_number)(k_2 > 0 ? number_2[k_2 - 1] : number_start_2, number_2 + k_2);
                     NAME(eliminated_state_3)(mapped_2 + 6 * k_2, mapped_3 + 6 * k_2, mapped_4 + 6 * k_2,
-    state_0_0 + k_2, state_0_1 + k_2, state_0_2 + k_2, state_0_3 + k_2, state_0_4 + k_2, state_0_5 + k_2,
-    state_1_0_0 + k_2, state_1_0_1 + k_2, state_1_0_2 + k_2, state_1_0_3 + k_2, state_1_0_4 + k_2,
-    state_1_0_5 + k_2, state_1_1_0 + k_2, state_1_1_1 + k_2, state_1_1_2 + k_2, state_1_1_3 + k_2,
-    state_1_1_4 + k_2, state_1_1_5 + k_2);
+                        state_0_0 + k_2, state_0_1 + k_2, state_0_2 + k_2, state_0_3 + k_2, state_0_4 + k_2,
+                        state_0_5 + k_2, state_1_0_0 + k_2, state_1_0_1 + k_2, state_1_0_2 + k_2, state_1_0_3 + k_2,
+                        state_1_0_4 + k_2, state_1_0_5 + k_2, state_1_1_0 + k_2, state_1_1_1 + k_2,
+                        state_1_1_2 + k_2, state_1_1_3 + k_2, state_1_1_4 + k_2, state_1_1_5 + k_2);
                 }
                 NAME(eliminated_state_start)(&state_2, &state_3);
                 NAME(eliminated_number_start)(&number_start_3);
                 for (intptr_t k_2 = 0; k_2 < t; k_2++) {
                     NAME(eliminated_common_3)(state_3, state_0_0[k_2], state_0_1[k_2], state_0_2[k_2],
-    state_0_3[k_2], state_0_4[k_2], state_0_5[k_2], &common_3, &common_4, &common_5, &common_6, &common_7,
-    &common_8, &common_9);
+                        state_0_3[k_2], state_0_4[k_2], state_0_5[k_2], &common_3, &common_4, &common_5, &common_6,
+                        &common_7, &common_8, &common_9);
                     NAME(eliminated_state_4)(state_2, state_3, state_0_0[k_2], state_0_1[k_2], state_0_2[k_2],
-    state_0_3[k_2], state_0_4[k_2], state_0_5[k_2], &state_2, &state_3);
+                        state_0_3[k_2], state_0_4[k_2], state_0_5[k_2], &state_2, &state_3);
                     for (intptr_t k_3 = 0; k_3 < t; k_3++) {
                         NAME(eliminated_reflected_2)(state_1_0_0[k_3], state_1_0_1[k_3], state_1_0_2[k_3],
-    state_1_0_3[k_3], state_1_0_4[k_3], state_1_0_5[k_3], common_3, common_4, common_5, common_6, common_7,
-    common_8, common_9, reflected);
+                            state_1_0_3[k_3], state_1_0_4[k_3], state_1_0_5[k_3], common_3, common_4, common_5,
+                            common_6, common_7, common_8, common_9, reflected);
                         NAME(eliminated_reflected_3)(common_3, common_4, common_5, common_6, common_7, common_8,
-    common_9, state_1_1_0[k_3], state_1_1_1[k_3], state_1_1_2[k_3], state_1_1_3[k_3], state_1_1_4[k_3],
-    state_1_1_5[k_3], reflected_2);
+                            common_9, state_1_1_0[k_3], state_1_1_1[k_3], state_1_1_2[k_3], state_1_1_3[k_3],
+                            state_1_1_4[k_3], state_1_1_5[k_3], reflected_2);
                         NAME(eliminated_reflected_3)(common_3, common_4, common_5, common_6, common_7, common_8,
-    common_9, state_0_0[k_3], state_0_1[k_3], state_0_2[k_3], state_0_3[k_3], state_0_4[k_3], state_0_5[k_3],
-    reflected_3);
+                            common_9, state_0_0[k_3], state_0_1[k_3], state_0_2[k_3], state_0_3[k_3],
+                            state_0_4[k_3], state_0_5[k_3], reflected_3);
                         NAME(eliminated_state_3)(reflected_3, reflected, reflected_2, state_0_0 + k_3,
-    state_0_1 + k_3, state_0_2 + k_3, state_0_3 + k_3, state_0_4 + k_3, state_0_5 + k_3, state_1_0_0 + k_3,
-    state_1_0_1 + k_3, state_1_0_2 + k_3, state_1_0_3 + k_3, state_1_0_4 + k_3, state_1_0_5 + k_3,
-    state_1_1_0 + k_3, state_1_1_1 + k_3, state_1_1_2 + k_3, state_1_1_3 + k_3, state_1_1_4 + k_3,
-    state_1_1_5 + k_3);
+                            state_0_1 + k_3, state_0_2 + k_3, state_0_3 + k_3, state_0_4 + k_3, state_0_5 + k_3,
+                            state_1_0_0 + k_3, state_1_0_1 + k_3, state_1_0_2 + k_3, state_1_0_3 + k_3,
+                            state_1_0_4 + k_3, state_1_0_5 + k_3, state_1_1_0 + k_3, state_1_1_1 + k_3,
+                            state_1_1_2 + k_3, state_1_1_3 + k_3, state_1_1_4 + k_3, state_1_1_5 + k_3);
                     }
                     NAME(eliminated_number)(k_2 > 0 ? number_3[k_2 - 1] : number_start_3, number_3 + k_2);
                     NAME(eliminated_state_3)(mapped_4 + 6 * k_2, mapped_2 + 6 * k_2, mapped_3 + 6 * k_2,
-    state_0_0_2 + k_2, state_0_1_2 + k_2, state_0_2_2 + k_2, state_0_3_2 + k_2, state_0_4_2 + k_2,
-    state_0_5_2 + k_2, state_1_0_0_2 + k_2, state_1_0_1_2 + k_2, state_1_0_2_2 + k_2, state_1_0_3_2 + k_2,
-    state_1_0_4_2 + k_2, state_1_0_5_2 + k_2, state_1_1_0_2 + k_2, state_1_1_1_2 + k_2, state_1_1_2_2 + k_2,
-    state_1_1_3_2 + k_2, state_1_1_4_2 + k_2, state_1_1_5_2 + k_2);
+                        state_0_0_2 + k_2, state_0_1_2 + k_2, state_0_2_2 + k_2, state_0_3_2 + k_2,
+                        state_0_4_2 + k_2, state_0_5_2 + k_2, state_1_0_0_2 + k_2, state_1_0_1_2 + k_2,
+                        state_1_0_2_2 + k_2, state_1_0_3_2 + k_2, state_1_0_4_2 + k_2, state_1_0_5_2 + k_2,
+                        state_1_1_0_2 + k_2, state_1_1_1_2 + k_2, state_1_1_2_2 + k_2, state_1_1_3_2 + k_2,
+                        state_1_1_4_2 + k_2, state_1_1_5_2 + k_2);
                 }
                 NAME(eliminated_state_start)(&state_2_2, &state_3_2);
                 for (intptr_t k_2 = 0; k_2 < t; k_2++) {
                     NAME(eliminated_common_3)(state_3_2, state_0_0_2[k_2], state_0_1_2[k_2], state_0_2_2[k_2],
-    state_0_3_2[k_2], state_0_4_2[k_2], state_0_5_2[k_2], &common_10, &common_11, &common_12, &common_13,
-    &common_14, &common_15, &common_16);
+                        state_0_3_2[k_2], state_0_4_2[k_2], state_0_5_2[k_2], &common_10, &common_11, &common_12,
+                        &common_13, &common_14, &common_15, &common_16);
                     NAME(eliminated_state_4)(state_2_2, state_3_2, state_0_0_2[k_2], state_0_1_2[k_2],
-    state_0_2_2[k_2], state_0_3_2[k_2], state_0_4_2[k_2], state_0_5_2[k_2], &state_2_2, &state_3_2);
+                        state_0_2_2[k_2], state_0_3_2[k_2], state_0_4_2[k_2], state_0_5_2[k_2], &state_2_2,
+                        &state_3_2);
                     for (intptr_t k_3 = 0; k_3 < t; k_3++) {
                         NAME(eliminated_reflected_2)(state_1_0_0_2[k_3], state_1_0_1_2[k_3], state_1_0_2_2[k_3],
-    state_1_0_3_2[k_3], state_1_0_4_2[k_3], state_1_0_5_2[k_3], common_10, common_11, common_12, common_13,
-    common_14, common_15, common_16, reflected_4);
+                            state_1_0_3_2[k_3], state_1_0_4_2[k_3], state_1_0_5_2[k_3], common_10, common_11,
+                            common_12, common_13, common_14, common_15, common_16, reflected_4);
                         NAME(eliminated_reflected_3)(common_10, common_11, common_12, common_13, common_14,
-    common_15, common_16, state_1_1_0_2[k_3], state_1_1_1_2[k_3], state_1_1_2_2[k_3], state_1_1_3_2[k_3],
-    state_1_1_4_2[k_3], state_1_1_5_2[k_3], reflected_5);
+                            common_15, common_16, state_1_1_0_2[k_3], state_1_1_1_2[k_3], state_1_1_2_2[k_3],
+                            state_1_1_3_2[k_3], state_1_1_4_2[k_3], state_1_1_5_2[k_3], reflected_5);
                         NAME(eliminated_reflected_3)(common_10, common_11, common_12, common_13, common_14,
-    common_15, common_16, state_0_0_2[k_3], state_0_1_2[k_3], state_0_2_2[k_3], state_0_3_2[k_3], state_0_4_2[k_3],
-    state_0_5_2[k_3], reflected_6);
+                            common_15, common_16, state_0_0_2[k_3], state_0_1_2[k_3], state_0_2_2[k_3],
+                            state_0_3_2[k_3], state_0_4_2[k_3], state_0_5_2[k_3], reflected_6);
                         NAME(eliminated_state_3)(reflected_6, reflected_4, reflected_5, state_0_0_2 + k_3,
-    state_0_1_2 + k_3, state_0_2_2 + k_3, state_0_3_2 + k_3, state_0_4_2 + k_3, state_0_5_2 + k_3,
-    state_1_0_0_2 + k_3, state_1_0_1_2 + k_3, state_1_0_2_2 + k_3, state_1_0_3_2 + k_3, state_1_0_4_2 + k_3,
-    state_1_0_5_2 + k_3, state_1_1_0_2 + k_3, state_1_1_1_2 + k_3, state_1_1_2_2 + k_3, state_1_1_3_2 + k_3,
-    state_1_1_4_2 + k_3, state_1_1_5_2 + k_3);
+                            state_0_1_2 + k_3, state_0_2_2 + k_3, state_0_3_2 + k_3, state_0_4_2 + k_3,
+                            state_0_5_2 + k_3, state_1_0_0_2 + k_3, state_1_0_1_2 + k_3, state_1_0_2_2 + k_3,
+                            state_1_0_3_2 + k_3, state_1_0_4_2 + k_3, state_1_0_5_2 + k_3, state_1_1_0_2 + k_3,
+                            state_1_1_1_2 + k_3, state_1_1_2_2 + k_3, state_1_1_3_2 + k_3, state_1_1_4_2 + k_3,
+                            state_1_1_5_2 + k_3);
                     }
                 }
                 NAME(eliminated_number_start)(&number_start_4);
                 for (intptr_t k_2 = 0; k_2 < t; k_2++) {
                     NAME(eliminated_mapped_7)(state_1_0_3[k_2], state_1_0_4[k_2], state_1_0_5[k_2],
-    state_1_0_3_2[k_2], state_1_0_4_2[k_2], state_1_0_5_2[k_2], mapped_5);
+                        state_1_0_3_2[k_2], state_1_0_4_2[k_2], state_1_0_5_2[k_2], mapped_5);
                     NAME(eliminated_mapped_7)(state_1_1_3[k_2], state_1_1_4[k_2], state_1_1_5[k_2],
-    state_1_1_3_2[k_2], state_1_1_4_2[k_2], state_1_1_5_2[k_2], mapped_6);
+                        state_1_1_3_2[k_2], state_1_1_4_2[k_2], state_1_1_5_2[k_2], mapped_6);
                     NAME(eliminated_number)(k_2 > 0 ? number_4[k_2 - 1] : number_start_4, number_4 + k_2);
                     NAME(eliminated_state_5)(mapped_5, mapped_6, state_0_0_3 + k_2, state_0_1_3 + k_2,
-    state_0_2_3 + k_2, state_0_3_3 + k_2, state_0_4_3 + k_2, state_0_5_3 + k_2, state_1_0_0_3 + k_2,
-    state_1_0_1_3 + k_2, state_1_0_2_3 + k_2, state_1_0_3_3 + k_2, state_1_0_4_3 + k_2, state_1_0_5_3 + k_2);
+                        state_0_2_3 + k_2, state_0_3_3 + k_2, state_0_4_3 + k_2, state_0_5_3 + k_2,
+                        state_1_0_0_3 + k_2, state_1_0_1_3 + k_2, state_1_0_2_3 + k_2, state_1_0_3_3 + k_2,
+                        state_1_0_4_3 + k_2, state_1_0_5_3 + k_2);
                 }
                 NAME(eliminated_state_start)(&state_2_3, &state_3_3);
                 NAME(eliminated_number_start)(&number_start_5);
                 for (intptr_t k_2 = 0; k_2 < t; k_2++) {
                     NAME(eliminated_common_3)(state_3_3, state_0_0_3[k_2], state_0_1_3[k_2], state_0_2_3[k_2],
-    state_0_3_3[k_2], state_0_4_3[k_2], state_0_5_3[k_2], &common_17, &common_18, &common_19, &common_20,
-    &common_21, &common_22, &common_23);
+                        state_0_3_3[k_2], state_0_4_3[k_2], state_0_5_3[k_2], &common_17, &common_18, &common_19,
+                        &common_20, &common_21, &common_22, &common_23);
                     NAME(eliminated_state_4)(state_2_3, state_3_3, state_0_0_3[k_2], state_0_1_3[k_2],
-    state_0_2_3[k_2], state_0_3_3[k_2], state_0_4_3[k_2], state_0_5_3[k_2], &state_2_3, &state_3_3);
+                        state_0_2_3[k_2], state_0_3_3[k_2], state_0_4_3[k_2], state_0_5_3[k_2], &state_2_3,
+                        &state_3_3);
                     for (intptr_t k_3 = 0; k_3 < t; k_3++) {
                         NAME(eliminated_reflected_2)(state_1_0_0_3[k_3], state_1_0_1_3[k_3], state_1_0_2_3[k_3],
-    state_1_0_3_3[k_3], state_1_0_4_3[k_3], state_1_0_5_3[k_3], common_17, common_18, common_19, common_20,
-    common_21, common_22, common_23, reflected_7);
+                            state_1_0_3_3[k_3], state_1_0_4_3[k_3], state_1_0_5_3[k_3], common_17, common_18,
+                            common_19, common_20, common_21, common_22, common_23, reflected_7);
                         NAME(eliminated_reflected_3)(common_17, common_18, common_19, common_20, common_21,
-    common_22, common_23, state_0_0_3[k_3], state_0_1_3[k_3], state_0_2_3[k_3], state_0_3_3[k_3], state_0_4_3[k_3],
-    state_0_5_3[k_3], reflected_8);
+                            common_22, common_23, state_0_0_3[k_3], state_0_1_3[k_3], state_0_2_3[k_3],
+                            state_0_3_3[k_3], state_0_4_3[k_3], state_0_5_3[k_3], reflected_8);
                         NAME(eliminated_state_5)(reflected_8, reflected_7, state_0_0_3 + k_3, state_0_1_3 + k_3,
-    state_0_2_3 + k_3, state_0_3_3 + k_3, state_0_4_3 + k_3, state_0_5_3 + k_3, state_1_0_0_3 + k_3,
-    state_1_0_1_3 + k_3, state_1_0_2_3 + k_3, state_1_0_3_3 + k_3, state_1_0_4_3 + k_3, state_1_0_5_3 + k_3);
+                            state_0_2_3 + k_3, state_0_3_3 + k_3, state_0_4_3 + k_3, state_0_5_3 + k_3,
+                            state_1_0_0_3 + k_3, state_1_0_1_3 + k_3, state_1_0_2_3 + k_3, state_1_0_3_3 + k_3,
+                            state_1_0_4_3 + k_3, state_1_0_5_3 + k_3);
                     }
                     NAME(eliminated_number)(k_2 > 0 ? number_5[k_2 - 1] : number_start_5, number_5 + k_2);
                 }
@@ -3652,23 +3718,24 @@ static INLINE void NAME(branches_of_angles_within)(intptr_t c, intptr_t e, intpt
                 }
                 for (intptr_t k_2 = 0; k_2 < t; k_2++) {
                     NAME(eliminated_common_3)(state_3_4, state_0_0_4[k_2], state_0_1_4[k_2], state_0_2_4[k_2],
-    state_0_3_4[k_2], state_0_4_4[k_2], state_0_5_4[k_2], &common_24, &common_25, &common_26, &common_27,
-    &common_28, &common_29, &common_30);
+                        state_0_3_4[k_2], state_0_4_4[k_2], state_0_5_4[k_2], &common_24, &common_25, &common_26,
+                        &common_27, &common_28, &common_29, &common_30);
                     NAME(eliminated_state_4)(state_2_4, state_3_4, state_0_0_4[k_2], state_0_1_4[k_2],
-    state_0_2_4[k_2], state_0_3_4[k_2], state_0_4_4[k_2], state_0_5_4[k_2], &state_2_4, &state_3_4);
+                        state_0_2_4[k_2], state_0_3_4[k_2], state_0_4_4[k_2], state_0_5_4[k_2], &state_2_4,
+                        &state_3_4);
                     for (intptr_t k_3 = 0; k_3 < t; k_3++) {
                         NAME(eliminated_reflected_2)(state_0_0_4[k_3], state_0_1_4[k_3], state_0_2_4[k_3],
-    state_0_3_4[k_3], state_0_4_4[k_3], state_0_5_4[k_3], common_24, common_25, common_26, common_27, common_28,
-    common_29, common_30, reflected_9);
+                            state_0_3_4[k_3], state_0_4_4[k_3], state_0_5_4[k_3], common_24, common_25, common_26,
+                            common_27, common_28, common_29, common_30, reflected_9);
                         NAME(eliminated_state_6)(reflected_9, state_0_0_4 + k_3, state_0_1_4 + k_3,
-    state_0_2_4 + k_3, state_0_3_4 + k_3, state_0_4_4 + k_3, state_0_5_4 + k_3);
+                            state_0_2_4 + k_3, state_0_3_4 + k_3, state_0_4_4 + k_3, state_0_5_4 + k_3);
                     }
                 }
                 NAME(branches_of_angles_sum_2)(sum_0, sum_1, number[k], state_2, state_2_2, state_2_3, state_2_4,
-    &sum_0, &sum_1);
+                    &sum_0, &sum_1);
             }
             NAME(branches_of_angles_next_carry)(carry, steps, sum_0, sum_1, &next_carry, &next_steps,
-    &next_converged);
+                &next_converged);
             NAME(branches_of_angles_converged)(sharpened, next_steps, next_converged, &converged_2);
             COPY(1, &next_carry, &carry);
             COPY(1, &next_steps, &steps);
@@ -3690,93 +3757,95 @@ static INLINE void NAME(branches_of_angles_within)(intptr_t c, intptr_t e, intpt
             NAME(branches_of_angles_mapped_3)(combined_2 + 42 * j_2, mapped_10 + 6 * j_2);
             NAME(eliminated_number)(j_2 > 0 ? number_6[j_2 - 1] : number_start_6, number_6 + j_2);
             NAME(eliminated_state_3)(mapped_8 + 6 * j_2, mapped_9 + 6 * j_2, mapped_10 + 6 * j_2, state_0_0_5 + j_2,
-    state_0_1_5 + j_2, state_0_2_5 + j_2, state_0_3_5 + j_2, state_0_4_5 + j_2, state_0_5_5 + j_2,
-    state_1_0_0_4 + j_2, state_1_0_1_4 + j_2, state_1_0_2_4 + j_2, state_1_0_3_4 + j_2, state_1_0_4_4 + j_2,
-    state_1_0_5_4 + j_2, state_1_1_0_3 + j_2, state_1_1_1_3 + j_2, state_1_1_2_3 + j_2, state_1_1_3_3 + j_2,
-    state_1_1_4_3 + j_2, state_1_1_5_3 + j_2);
+                state_0_1_5 + j_2, state_0_2_5 + j_2, state_0_3_5 + j_2, state_0_4_5 + j_2, state_0_5_5 + j_2,
+                state_1_0_0_4 + j_2, state_1_0_1_4 + j_2, state_1_0_2_4 + j_2, state_1_0_3_4 + j_2,
+                state_1_0_4_4 + j_2, state_1_0_5_4 + j_2, state_1_1_0_3 + j_2, state_1_1_1_3 + j_2,
+                state_1_1_2_3 + j_2, state_1_1_3_3 + j_2, state_1_1_4_3 + j_2, state_1_1_5_3 + j_2);
         }
         NAME(eliminated_state_start)(&state_2_5, &state_3_5);
         NAME(eliminated_number_start)(&number_start_7);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(eliminated_common_3)(state_3_5, state_0_0_5[j_2], state_0_1_5[j_2], state_0_2_5[j_2],
-    state_0_3_5[j_2], state_0_4_5[j_2], state_0_5_5[j_2], &common_34, &common_35, &common_36, &common_37,
-    &common_38, &common_39, &common_40);
+                state_0_3_5[j_2], state_0_4_5[j_2], state_0_5_5[j_2], &common_34, &common_35, &common_36,
+                &common_37, &common_38, &common_39, &common_40);
             NAME(eliminated_state_4)(state_2_5, state_3_5, state_0_0_5[j_2], state_0_1_5[j_2], state_0_2_5[j_2],
-    state_0_3_5[j_2], state_0_4_5[j_2], state_0_5_5[j_2], &state_2_5, &state_3_5);
+                state_0_3_5[j_2], state_0_4_5[j_2], state_0_5_5[j_2], &state_2_5, &state_3_5);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2)(state_1_0_0_4[k], state_1_0_1_4[k], state_1_0_2_4[k], state_1_0_3_4[k],
-    state_1_0_4_4[k], state_1_0_5_4[k], common_34, common_35, common_36, common_37, common_38, common_39, common_40,
-    reflected_10);
+                    state_1_0_4_4[k], state_1_0_5_4[k], common_34, common_35, common_36, common_37, common_38,
+                    common_39, common_40, reflected_10);
                 NAME(eliminated_reflected_3)(common_34, common_35, common_36, common_37, common_38, common_39,
-    common_40, state_1_1_0_3[k], state_1_1_1_3[k], state_1_1_2_3[k], state_1_1_3_3[k], state_1_1_4_3[k],
-    state_1_1_5_3[k], reflected_11);
+                    common_40, state_1_1_0_3[k], state_1_1_1_3[k], state_1_1_2_3[k], state_1_1_3_3[k],
+                    state_1_1_4_3[k], state_1_1_5_3[k], reflected_11);
                 NAME(eliminated_reflected_3)(common_34, common_35, common_36, common_37, common_38, common_39,
-    common_40, state_0_0_5[k], state_0_1_5[k], state_0_2_5[k], state_0_3_5[k], state_0_4_5[k], state_0_5_5[k],
-    reflected_12);
+                    common_40, state_0_0_5[k], state_0_1_5[k], state_0_2_5[k], state_0_3_5[k], state_0_4_5[k],
+                    state_0_5_5[k], reflected_12);
                 NAME(eliminated_state_3)(reflected_12, reflected_10, reflected_11, state_0_0_5 + k, state_0_1_5 + k,
-    state_0_2_5 + k, state_0_3_5 + k, state_0_4_5 + k, state_0_5_5 + k, state_1_0_0_4 + k, state_1_0_1_4 + k,
-    state_1_0_2_4 + k, state_1_0_3_4 + k, state_1_0_4_4 + k, state_1_0_5_4 + k, state_1_1_0_3 + k,
-    state_1_1_1_3 + k, state_1_1_2_3 + k, state_1_1_3_3 + k, state_1_1_4_3 + k, state_1_1_5_3 + k);
+                    state_0_2_5 + k, state_0_3_5 + k, state_0_4_5 + k, state_0_5_5 + k, state_1_0_0_4 + k,
+                    state_1_0_1_4 + k, state_1_0_2_4 + k, state_1_0_3_4 + k, state_1_0_4_4 + k, state_1_0_5_4 + k,
+                    state_1_1_0_3 + k, state_1_1_1_3 + k, state_1_1_2_3 + k, state_1_1_3_3 + k, state_1_1_4_3 + k,
+                    state_1_1_5_3 + k);
             }
             NAME(eliminated_number)(j_2 > 0 ? number_7[j_2 - 1] : number_start_7, number_7 + j_2);
             NAME(eliminated_state_3)(mapped_10 + 6 * j_2, mapped_8 + 6 * j_2, mapped_9 + 6 * j_2, state_0_0_6 + j_2,
-    state_0_1_6 + j_2, state_0_2_6 + j_2, state_0_3_6 + j_2, state_0_4_6 + j_2, state_0_5_6 + j_2,
-    state_1_0_0_5 + j_2, state_1_0_1_5 + j_2, state_1_0_2_5 + j_2, state_1_0_3_5 + j_2, state_1_0_4_5 + j_2,
-    state_1_0_5_5 + j_2, state_1_1_0_4 + j_2, state_1_1_1_4 + j_2, state_1_1_2_4 + j_2, state_1_1_3_4 + j_2,
-    state_1_1_4_4 + j_2, state_1_1_5_4 + j_2);
+                state_0_1_6 + j_2, state_0_2_6 + j_2, state_0_3_6 + j_2, state_0_4_6 + j_2, state_0_5_6 + j_2,
+                state_1_0_0_5 + j_2, state_1_0_1_5 + j_2, state_1_0_2_5 + j_2, state_1_0_3_5 + j_2,
+                state_1_0_4_5 + j_2, state_1_0_5_5 + j_2, state_1_1_0_4 + j_2, state_1_1_1_4 + j_2,
+                state_1_1_2_4 + j_2, state_1_1_3_4 + j_2, state_1_1_4_4 + j_2, state_1_1_5_4 + j_2);
         }
         NAME(eliminated_state_start)(&state_2_6, &state_3_6);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(eliminated_common_3)(state_3_6, state_0_0_6[j_2], state_0_1_6[j_2], state_0_2_6[j_2],
-    state_0_3_6[j_2], state_0_4_6[j_2], state_0_5_6[j_2], &common_41, &common_42, &common_43, &common_44,
-    &common_45, &common_46, &common_47);
+                state_0_3_6[j_2], state_0_4_6[j_2], state_0_5_6[j_2], &common_41, &common_42, &common_43,
+                &common_44, &common_45, &common_46, &common_47);
             NAME(eliminated_state_4)(state_2_6, state_3_6, state_0_0_6[j_2], state_0_1_6[j_2], state_0_2_6[j_2],
-    state_0_3_6[j_2], state_0_4_6[j_2], state_0_5_6[j_2], &state_2_6, &state_3_6);
+                state_0_3_6[j_2], state_0_4_6[j_2], state_0_5_6[j_2], &state_2_6, &state_3_6);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2)(state_1_0_0_5[k], state_1_0_1_5[k], state_1_0_2_5[k], state_1_0_3_5[k],
-    state_1_0_4_5[k], state_1_0_5_5[k], common_41, common_42, common_43, common_44, common_45, common_46, common_47,
-    reflected_13);
+                    state_1_0_4_5[k], state_1_0_5_5[k], common_41, common_42, common_43, common_44, common_45,
+                    common_46, common_47, reflected_13);
                 NAME(eliminated_reflected_3)(common_41, common_42, common_43, common_44, common_45, common_46,
-    common_47, state_1_1_0_4[k], state_1_1_1_4[k], state_1_1_2_4[k], state_1_1_3_4[k], state_1_1_4_4[k],
-    state_1_1_5_4[k], reflected_14);
+                    common_47, state_1_1_0_4[k], state_1_1_1_4[k], state_1_1_2_4[k], state_1_1_3_4[k],
+                    state_1_1_4_4[k], state_1_1_5_4[k], reflected_14);
                 NAME(eliminated_reflected_3)(common_41, common_42, common_43, common_44, common_45, common_46,
-    common_47, state_0_0_6[k], state_0_1_6[k], state_0_2_6[k], state_0_3_6[k], state_0_4_6[k], state_0_5_6[k],
-    reflected_15);
+                    common_47, state_0_0_6[k], state_0_1_6[k], state_0_2_6[k], state_0_3_6[k], state_0_4_6[k],
+                    state_0_5_6[k], reflected_15);
                 NAME(eliminated_state_3)(reflected_15, reflected_13, reflected_14, state_0_0_6 + k, state_0_1_6 + k,
-    state_0_2_6 + k, state_0_3_6 + k, state_0_4_6 + k, state_0_5_6 + k, state_1_0_0_5 + k, state_1_0_1_5 + k,
-    state_1_0_2_5 + k, state_1_0_3_5 + k, state_1_0_4_5 + k, state_1_0_5_5 + k, state_1_1_0_4 + k,
-    state_1_1_1_4 + k, state_1_1_2_4 + k, state_1_1_3_4 + k, state_1_1_4_4 + k, state_1_1_5_4 + k);
+                    state_0_2_6 + k, state_0_3_6 + k, state_0_4_6 + k, state_0_5_6 + k, state_1_0_0_5 + k,
+                    state_1_0_1_5 + k, state_1_0_2_5 + k, state_1_0_3_5 + k, state_1_0_4_5 + k, state_1_0_5_5 + k,
+                    state_1_1_0_4 + k, state_1_1_1_4 + k, state_1_1_2_4 + k, state_1_1_3_4 + k, state_1_1_4_4 + k,
+                    state_1_1_5_4 + k);
             }
         }
         NAME(eliminated_number_start)(&number_start_8);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(eliminated_mapped_7)(state_1_0_3_4[j_2], state_1_0_4_4[j_2], state_1_0_5_4[j_2],
-    state_1_0_3_5[j_2], state_1_0_4_5[j_2], state_1_0_5_5[j_2], mapped_11);
+                state_1_0_3_5[j_2], state_1_0_4_5[j_2], state_1_0_5_5[j_2], mapped_11);
             NAME(eliminated_mapped_7)(state_1_1_3_3[j_2], state_1_1_4_3[j_2], state_1_1_5_3[j_2],
-    state_1_1_3_4[j_2], state_1_1_4_4[j_2], state_1_1_5_4[j_2], mapped_12);
+                state_1_1_3_4[j_2], state_1_1_4_4[j_2], state_1_1_5_4[j_2], mapped_12);
             NAME(eliminated_number)(j_2 > 0 ? number_8[j_2 - 1] : number_start_8, number_8 + j_2);
             NAME(eliminated_state_5)(mapped_11, mapped_12, state_0_0_7 + j_2, state_0_1_7 + j_2, state_0_2_7 + j_2,
-    state_0_3_7 + j_2, state_0_4_7 + j_2, state_0_5_7 + j_2, state_1_0_0_6 + j_2, state_1_0_1_6 + j_2,
-    state_1_0_2_6 + j_2, state_1_0_3_6 + j_2, state_1_0_4_6 + j_2, state_1_0_5_6 + j_2);
+                state_0_3_7 + j_2, state_0_4_7 + j_2, state_0_5_7 + j_2, state_1_0_0_6 + j_2, state_1_0_1_6 + j_2,
+                state_1_0_2_6 + j_2, state_1_0_3_6 + j_2, state_1_0_4_6 + j_2, state_1_0_5_6 + j_2);
         }
         NAME(eliminated_state_start)(&state_2_7, &state_3_7);
         NAME(eliminated_number_start)(&number_start_9);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(eliminated_common_3)(state_3_7, state_0_0_7[j_2], state_0_1_7[j_2], state_0_2_7[j_2],
-    state_0_3_7[j_2], state_0_4_7[j_2], state_0_5_7[j_2], &common_48, &common_49, &common_50, &common_51,
-    &common_52, &common_53, &common_54);
+                state_0_3_7[j_2], state_0_4_7[j_2], state_0_5_7[j_2], &common_48, &common_49, &common_50,
+                &common_51, &common_52, &common_53, &common_54);
             NAME(eliminated_state_4)(state_2_7, state_3_7, state_0_0_7[j_2], state_0_1_7[j_2], state_0_2_7[j_2],
-    state_0_3_7[j_2], state_0_4_7[j_2], state_0_5_7[j_2], &state_2_7, &state_3_7);
+                state_0_3_7[j_2], state_0_4_7[j_2], state_0_5_7[j_2], &state_2_7, &state_3_7);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2)(state_1_0_0_6[k], state_1_0_1_6[k], state_1_0_2_6[k], state_1_0_3_6[k],
-    state_1_0_4_6[k], state_1_0_5_6[k], common_48, common_49, common_50, common_51, common_52, common_53, common_54,
-    reflected_16);
+                    state_1_0_4_6[k], state_1_0_5_6[k], common_48, common_49, common_50, common_51, common_52,
+                    common_53, common_54, reflected_16);
                 NAME(eliminated_reflected_3)(common_48, common_49, common_50, common_51, common_52, common_53,
-    common_54, state_0_0_7[k], state_0_1_7[k], state_0_2_7[k], state_0_3_7[k], state_0_4_7[k], state_0_5_7[k],
-    reflected_17);
+                    common_54, state_0_0_7[k], state_0_1_7[k], state_0_2_7[k], state_0_3_7[k], state_0_4_7[k],
+                    state_0_5_7[k], reflected_17);
                 NAME(eliminated_state_5)(reflected_17, reflected_16, state_0_0_7 + k, state_0_1_7 + k,
-    state_0_2_7 + k, state_0_3_7 + k, state_0_4_7 + k, state_0_5_7 + k, state_1_0_0_6 + k, state_1_0_1_6 + k,
-    state_1_0_2_6 + k, state_1_0_3_6 + k, state_1_0_4_6 + k, state_1_0_5_6 + k);
+                    state_0_2_7 + k, state_0_3_7 + k, state_0_4_7 + k, state_0_5_7 + k, state_1_0_0_6 + k,
+                    state_1_0_1_6 + k, state_1_0_2_6 + k, state_1_0_3_6 + k, state_1_0_4_6 + k, state_1_0_5_6 + k);
             }
             NAME(eliminated_number)(j_2 > 0 ? number_9[j_2 - 1] : number_start_9, number_9 + j_2);
         }
@@ -3792,53 +3861,55 @@ static INLINE void NAME(branches_of_angles_within)(intptr_t c, intptr_t e, intpt
         NAME(branches_of_angles_state_start)(state, &state_1);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(eliminated_common_3)(state_3_8, state_0_0_8[j_2], state_0_1_8[j_2], state_0_2_8[j_2],
-    state_0_3_8[j_2], state_0_4_8[j_2], state_0_5_8[j_2], &common_55, &common_56, &common_57, &common_58,
-    &common_59, &common_60, &common_61);
+                state_0_3_8[j_2], state_0_4_8[j_2], state_0_5_8[j_2], &common_55, &common_56, &common_57,
+                &common_58, &common_59, &common_60, &common_61);
             NAME(eliminated_state_4)(state_2_8, state_3_8, state_0_0_8[j_2], state_0_1_8[j_2], state_0_2_8[j_2],
-    state_0_3_8[j_2], state_0_4_8[j_2], state_0_5_8[j_2], &state_2_8, &state_3_8);
+                state_0_3_8[j_2], state_0_4_8[j_2], state_0_5_8[j_2], &state_2_8, &state_3_8);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2)(state_0_0_8[k], state_0_1_8[k], state_0_2_8[k], state_0_3_8[k],
-    state_0_4_8[k], state_0_5_8[k], common_55, common_56, common_57, common_58, common_59, common_60, common_61,
-    reflected_18);
+                    state_0_4_8[k], state_0_5_8[k], common_55, common_56, common_57, common_58, common_59,
+                    common_60, common_61, reflected_18);
                 NAME(eliminated_state_6)(reflected_18, state_0_0_8 + k, state_0_1_8 + k, state_0_2_8 + k,
-    state_0_3_8 + k, state_0_4_8 + k, state_0_5_8 + k);
+                    state_0_3_8 + k, state_0_4_8 + k, state_0_5_8 + k);
             }
             NAME(branches_of_angles_state)(state, state_1, state_0_0_7[j_2], state_0_1_7[j_2], state_0_2_7[j_2],
-    state_0_3_7[j_2], state_0_4_7[j_2], state_0_5_7[j_2], state, &state_1);
+                state_0_3_7[j_2], state_0_4_7[j_2], state_0_5_7[j_2], state, &state_1);
         }
         NAME(branches_of_angles_state_2)(state, state_4);
         COPY(1, &state_1, &state_1_2);
         for (intptr_t j_2 = 0; j_2 < t; j_2++)
             NAME(branches_of_angles_state)(state_4, state_1_2, state_0_0_8[j_2], state_0_1_8[j_2], state_0_2_8[j_2],
-    state_0_3_8[j_2], state_0_4_8[j_2], state_0_5_8[j_2], state_4, &state_1_2);
+                state_0_3_8[j_2], state_0_4_8[j_2], state_0_5_8[j_2], state_4, &state_1_2);
         NAME(branches_of_angles_state_3)(state_4, state_5, state_6, &state_2_9);
         for (intptr_t j_2 = t; j_2-- > 0;)
             NAME(branches_of_angles_state_4)(state_5, state_6, state_2_9, state_0_0_8[j_2], state_0_1_8[j_2],
-    state_0_2_8[j_2], state_0_3_8[j_2], state_0_4_8[j_2], state_0_5_8[j_2], state_5, state_6, &state_2_9);
+                state_0_2_8[j_2], state_0_3_8[j_2], state_0_4_8[j_2], state_0_5_8[j_2], state_5, state_6,
+                &state_2_9);
         NAME(branches_of_angles_state_5)(state_5, state_6, state_7, state_8, &state_2_10);
         for (intptr_t j_2 = t; j_2-- > 0;)
             NAME(branches_of_angles_state_4)(state_7, state_8, state_2_10, state_0_0_7[j_2], state_0_1_7[j_2],
-    state_0_2_7[j_2], state_0_3_7[j_2], state_0_4_7[j_2], state_0_5_7[j_2], state_7, state_8, &state_2_10);
+                state_0_2_7[j_2], state_0_3_7[j_2], state_0_4_7[j_2], state_0_5_7[j_2], state_7, state_8,
+                &state_2_10);
         NAME(branches_of_angles_common_8)(state_8, common_65, &common_62, &common_63, &common_64, NULL);
         NAME(branches_of_angles_sum_start_2)(sum_3);
         NAME(branches_of_angles_common_9)(state_8, common_69, &common_66, &common_67, &common_68, NULL);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(branches_of_angles_mapped_4)(number[j_2], common_62, common_63, common_64, &mapped_13);
             NAME(branches_of_angles_sum_4)(sum_3, mapped_13, combined_2 + 42 * j_2, common_66, common_67, common_68,
-    sum_3);
+                sum_3);
         }
         NAME(branches_of_angles_state_6)(sum_3, state_9, state_10, &state_2_11);
         for (intptr_t j_2 = e; j_2-- > 0;)
             NAME(branches_of_angles_state_7)(state_9, state_10, state_2_11, pair + 14 * j_2, state_9, state_10,
-    &state_2_11);
+                &state_2_11);
         NAME(branches_of_angles_common_10)(angles[i], carry, common_33, state_8, common_65, common_69, state_10,
-    common_75, common_76, &common_70, &common_71, &common_72, &common_73, &common_74);
+            common_75, common_76, &common_70, &common_71, &common_72, &common_73, &common_74);
         NAME(eliminated_number_start)(&number_start_10);
         NAME(branches_of_angles_motion_start)(motion);
         NAME(branches_of_angles_motion_start)(motion_2);
         for (intptr_t j_2 = 0; j_2 < j; j_2++) {
             NAME(branches_of_angles_placed)(places[j_2], origins[j_2], common_70, common_71, common_72, common_73,
-    common_74, placed + j_2);
+                common_74, placed + j_2);
             NAME(eliminated_number)(j_2 > 0 ? number_10[j_2 - 1] : number_start_10, number_10 + j_2);
             NAME(branches_of_angles_mapped_5)(last, placed[j_2], number_10[j_2], &mapped_14);
             NAME(branches_of_angles_motion)(motion, mapped_14, axes + 6 * j_2, turns[j_2], motion, NULL);
@@ -3863,8 +3934,8 @@ void NAME(branches_of_angles)(intptr_t c, intptr_t e, intptr_t t, intptr_t j, co
     const REAL *axes, const REAL *turns, REAL last, const REAL *line, const REAL *across, REAL *out, REAL *work)
 {
     RUN(branches_of_angles, (c, e, t, j, goal, angles, sharpened, pair, side, slides, places, origins, axes, turns,
-    last, line, across, out, work), (c, e, t, j, goal, angles, sharpened, pair, side, slides, places, origins, axes,
-    turns, last, line, across, out, work));
+        last, line, across, out, work), (c, e, t, j, goal, angles, sharpened, pair, side, slides, places, origins,
+        axes, turns, last, line, across, out, work));
 }
 
 static INLINE WORD NAME(branches_of_angles_lanes)(intptr_t c, intptr_t e, intptr_t t, intptr_t j, const REAL *goal,
@@ -3897,38 +3968,39 @@ static INLINE WORD NAME(branches_of_angles_lanes)(intptr_t c, intptr_t e, intptr
     REAL *number_10, REAL *gac_kept_3, REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6)
 {
     _Alignas(64) REAL number_start[NLANES], carry[NLANES], steps[NLANES], converged[NLANES], converged_2[NLANES],
-    steps_2[NLANES], next_carry[NLANES], next_steps[NLANES], next_converged[NLANES], sum_0[NLANES], sum_1[NLANES],
-    common[NLANES], common_2[NLANES], sum[18 * NLANES], combined[18 * NLANES], number_start_2[NLANES],
-    state_2[NLANES], state_3[NLANES], reflected[6 * NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES],
-    common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], reflected_2[6 * NLANES],
-    reflected_3[6 * NLANES], number_start_3[NLANES], state_2_2[NLANES], state_3_2[NLANES], reflected_4[6 * NLANES],
-    common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES], common_14[NLANES],
-    common_15[NLANES], common_16[NLANES], reflected_5[6 * NLANES], reflected_6[6 * NLANES], mapped_5[6 * NLANES],
-    mapped_6[6 * NLANES], number_start_4[NLANES], state_2_3[NLANES], state_3_3[NLANES], reflected_7[6 * NLANES],
-    common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES],
-    common_22[NLANES], common_23[NLANES], reflected_8[6 * NLANES], number_start_5[NLANES], state_2_4[NLANES],
-    state_3_4[NLANES], reflected_9[6 * NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES],
-    common_27[NLANES], common_28[NLANES], common_29[NLANES], common_30[NLANES], common_31[NLANES],
-    common_32[NLANES], common_33[NLANES], sum_2[42 * NLANES], number_start_6[NLANES], state_2_5[NLANES],
-    state_3_5[NLANES], reflected_10[6 * NLANES], common_34[NLANES], common_35[NLANES], common_36[NLANES],
-    common_37[NLANES], common_38[NLANES], common_39[NLANES], common_40[NLANES], reflected_11[6 * NLANES],
-    reflected_12[6 * NLANES], number_start_7[NLANES], state_2_6[NLANES], state_3_6[NLANES],
-    reflected_13[6 * NLANES], common_41[NLANES], common_42[NLANES], common_43[NLANES], common_44[NLANES],
-    common_45[NLANES], common_46[NLANES], common_47[NLANES], reflected_14[6 * NLANES], reflected_15[6 * NLANES],
-    mapped_11[6 * NLANES], mapped_12[6 * NLANES], number_start_8[NLANES], state_2_7[NLANES], state_3_7[NLANES],
-    reflected_16[6 * NLANES], common_48[NLANES], common_49[NLANES], common_50[NLANES], common_51[NLANES],
-    common_52[NLANES], common_53[NLANES], common_54[NLANES], reflected_17[6 * NLANES], number_start_9[NLANES],
-    state_2_8[NLANES], state_3_8[NLANES], reflected_18[6 * NLANES], common_55[NLANES], common_56[NLANES],
-    common_57[NLANES], common_58[NLANES], common_59[NLANES], common_60[NLANES], common_61[NLANES],
-    state[6 * NLANES], state_1[NLANES], state_4[6 * NLANES], state_1_2[NLANES], state_5[6 * NLANES],
-    state_6[6 * NLANES], state_2_9[NLANES], state_7[6 * NLANES], state_8[6 * NLANES], state_2_10[NLANES],
-    mapped_13[NLANES], common_62[NLANES], common_63[NLANES], common_64[NLANES], common_65[NLANES],
-    sum_3[8 * NLANES], common_66[NLANES], common_67[NLANES], common_68[NLANES], common_69[NLANES],
-    state_9[8 * NLANES], state_10[8 * NLANES], state_2_11[NLANES], common_70[NLANES], common_71[NLANES],
-    common_72[NLANES], common_73[NLANES], common_74[NLANES], common_75[NLANES], common_76[NLANES],
-    number_start_10[NLANES], mapped_14[NLANES], motion[8 * NLANES], mapped_15[NLANES], motion_2[8 * NLANES],
-    mapped_16[NLANES], common_77[NLANES], common_78[6 * NLANES], gac_kept_0[NLANES], gac_kept_1[NLANES],
-    gac_kept_2[NLANES];
+        steps_2[NLANES], next_carry[NLANES], next_steps[NLANES], next_converged[NLANES], sum_0[NLANES],
+        sum_1[NLANES], common[NLANES], common_2[NLANES], sum[18 * NLANES], combined[18 * NLANES],
+        number_start_2[NLANES], state_2[NLANES], state_3[NLANES], reflected[6 * NLANES], common_3[NLANES],
+        common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES],
+        reflected_2[6 * NLANES], reflected_3[6 * NLANES], number_start_3[NLANES], state_2_2[NLANES],
+        state_3_2[NLANES], reflected_4[6 * NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES],
+        common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES], reflected_5[6 * NLANES],
+        reflected_6[6 * NLANES], mapped_5[6 * NLANES], mapped_6[6 * NLANES], number_start_4[NLANES],
+        state_2_3[NLANES], state_3_3[NLANES], reflected_7[6 * NLANES], common_17[NLANES], common_18[NLANES],
+        common_19[NLANES], common_20[NLANES], common_21[NLANES], common_22[NLANES], common_23[NLANES],
+        reflected_8[6 * NLANES], number_start_5[NLANES], state_2_4[NLANES], state_3_4[NLANES],
+        reflected_9[6 * NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES], common_27[NLANES],
+        common_28[NLANES], common_29[NLANES], common_30[NLANES], common_31[NLANES], common_32[NLANES],
+        common_33[NLANES], sum_2[42 * NLANES], number_start_6[NLANES], state_2_5[NLANES], state_3_5[NLANES],
+        reflected_10[6 * NLANES], common_34[NLANES], common_35[NLANES], common_36[NLANES], common_37[NLANES],
+        common_38[NLANES], common_39[NLANES], common_40[NLANES], reflected_11[6 * NLANES], reflected_12[6 * NLANES],
+        number_start_7[NLANES], state_2_6[NLANES], state_3_6[NLANES], reflected_13[6 * NLANES], common_41[NLANES],
+        common_42[NLANES], common_43[NLANES], common_44[NLANES], common_45[NLANES], common_46[NLANES],
+        common_47[NLANES], reflected_14[6 * NLANES], reflected_15[6 * NLANES], mapped_11[6 * NLANES],
+        mapped_12[6 * NLANES], number_start_8[NLANES], state_2_7[NLANES], state_3_7[NLANES],
+        reflected_16[6 * NLANES], common_48[NLANES], common_49[NLANES], common_50[NLANES], common_51[NLANES],
+        common_52[NLANES], common_53[NLANES], common_54[NLANES], reflected_17[6 * NLANES], number_start_9[NLANES],
+        state_2_8[NLANES], state_3_8[NLANES], reflected_18[6 * NLANES], common_55[NLANES], common_56[NLANES],
+        common_57[NLANES], common_58[NLANES], common_59[NLANES], common_60[NLANES], common_61[NLANES],
+        state[6 * NLANES], state_1[NLANES], state_4[6 * NLANES], state_1_2[NLANES], state_5[6 * NLANES],
+        state_6[6 * NLANES], state_2_9[NLANES], state_7[6 * NLANES], state_8[6 * NLANES], state_2_10[NLANES],
+        mapped_13[NLANES], common_62[NLANES], common_63[NLANES], common_64[NLANES], common_65[NLANES],
+        sum_3[8 * NLANES], common_66[NLANES], common_67[NLANES], common_68[NLANES], common_69[NLANES],
+        state_9[8 * NLANES], state_10[8 * NLANES], state_2_11[NLANES], common_70[NLANES], common_71[NLANES],
+        common_72[NLANES], common_73[NLANES], common_74[NLANES], common_75[NLANES], common_76[NLANES],
+        number_start_10[NLANES], mapped_14[NLANES], motion[8 * NLANES], mapped_15[NLANES], motion_2[8 * NLANES],
+        mapped_16[NLANES], common_77[NLANES], common_78[6 * NLANES], gac_kept_0[NLANES], gac_kept_1[NLANES],
+        gac_kept_2[NLANES];
     WORD far = 0;
     NAME(eliminated_number_start_lanes)(number_start);
     for (intptr_t i = 0; i < t; i++)
@@ -3959,125 +4031,143 @@ static INLINE WORD NAME(branches_of_angles_lanes)(intptr_t c, intptr_t e, intptr
                     NAME(eliminated_sum_start_2_lanes)(sum);
                     for (intptr_t k_3 = 0; k_3 < t; k_3++)
                         NAME(branches_of_angles_sum_lanes)(sum, mapped + NLANES * k_3,
-    side + 42 * NLANES * (k_2 * t + k_3), sum);
+                            side + 42 * NLANES * (k_2 * t + k_3), sum);
                     NAME(eliminated_combined_2_lanes)(sum, combined);
                     NAME(eliminated_mapped_4_lanes)(combined, mapped_2 + 6 * NLANES * k_2);
                     NAME(eliminated_mapped_5_lanes)(combined, mapped_3 + 6 * NLANES * k_2);
                     NAME(eliminated_mapped_6_lanes)(combined, mapped_4 + 6 * NLANES * k_2);
                     NAME(eliminated_number_lanes)(k_2 > 0 ? number_2 + NLANES * (k_2 - 1) : number_start_2,
-    number_2 + NLANES * k_2);
+                        number_2 + NLANES * k_2);
                     NAME(eliminated_state_3_lanes)(mapped_2 + 6 * NLANES * k_2, mapped_3 + 6 * NLANES * k_2,
-    mapped_4 + 6 * NLANES * k_2, state_0_0 + NLANES * k_2, state_0_1 + NLANES * k_2, state_0_2 + NLANES * k_2,
-    state_0_3 + NLANES * k_2, state_0_4 + NLANES * k_2, state_0_5 + NLANES * k_2, state_1_0_0 + NLANES * k_2,
-    state_1_0_1 + NLANES * k_2, state_1_0_2 + NLANES * k_2, state_1_0_3 + NLANES * k_2, state_1_0_4 + NLANES * k_2,
-    state_1_0_5 + NLANES * k_2, state_1_1_0 + NLANES * k_2, state_1_1_1 + NLANES * k_2, state_1_1_2 + NLANES * k_2,
-    state_1_1_3 + NLANES * k_2, state_1_1_4 + NLANES * k_2, state_1_1_5 + NLANES * k_2);
+                        mapped_4 + 6 * NLANES * k_2, state_0_0 + NLANES * k_2, state_0_1 + NLANES * k_2,
+                        state_0_2 + NLANES * k_2, state_0_3 + NLANES * k_2, state_0_4 + NLANES * k_2,
+                        state_0_5 + NLANES * k_2, state_1_0_0 + NLANES * k_2, state_1_0_1 + NLANES * k_2,
+                        state_1_0_2 + NLANES * k_2, state_1_0_3 + NLANES * k_2, state_1_0_4 + NLANES * k_2,
+                        state_1_0_5 + NLANES * k_2, state_1_1_0 + NLANES * k_2, state_1_1_1 + NLANES * k_2,
+                        state_1_1_2 + NLANES * k_2, state_1_1_3 + NLANES * k_2, state_1_1_4 + NLANES * k_2,
+                        state_1_1_5 + NLANES * k_2);
                 }
                 NAME(eliminated_state_start_lanes)(state_2, state_3);
                 NAME(eliminated_number_start_lanes)(number_start_3);
                 for (intptr_t k_2 = 0; k_2 < t; k_2++) {
                     NAME(eliminated_common_3_lanes)(state_3, state_0_0 + NLANES * k_2, state_0_1 + NLANES * k_2,
-    state_0_2 + NLANES * k_2, state_0_3 + NLANES * k_2, state_0_4 + NLANES * k_2, state_0_5 + NLANES * k_2,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9);
+                        state_0_2 + NLANES * k_2, state_0_3 + NLANES * k_2, state_0_4 + NLANES * k_2,
+                        state_0_5 + NLANES * k_2, common_3, common_4, common_5, common_6, common_7, common_8,
+                        common_9);
                     NAME(eliminated_state_4_lanes)(state_2, state_3, state_0_0 + NLANES * k_2,
-    state_0_1 + NLANES * k_2, state_0_2 + NLANES * k_2, state_0_3 + NLANES * k_2, state_0_4 + NLANES * k_2,
-    state_0_5 + NLANES * k_2, state_2, state_3);
+                        state_0_1 + NLANES * k_2, state_0_2 + NLANES * k_2, state_0_3 + NLANES * k_2,
+                        state_0_4 + NLANES * k_2, state_0_5 + NLANES * k_2, state_2, state_3);
                     for (intptr_t k_3 = 0; k_3 < t; k_3++) {
                         NAME(eliminated_reflected_2_lanes)(state_1_0_0 + NLANES * k_3, state_1_0_1 + NLANES * k_3,
-    state_1_0_2 + NLANES * k_3, state_1_0_3 + NLANES * k_3, state_1_0_4 + NLANES * k_3, state_1_0_5 + NLANES * k_3,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9, reflected);
+                            state_1_0_2 + NLANES * k_3, state_1_0_3 + NLANES * k_3, state_1_0_4 + NLANES * k_3,
+                            state_1_0_5 + NLANES * k_3, common_3, common_4, common_5, common_6, common_7, common_8,
+                            common_9, reflected);
                         NAME(eliminated_reflected_3_lanes)(common_3, common_4, common_5, common_6, common_7,
-    common_8, common_9, state_1_1_0 + NLANES * k_3, state_1_1_1 + NLANES * k_3, state_1_1_2 + NLANES * k_3,
-    state_1_1_3 + NLANES * k_3, state_1_1_4 + NLANES * k_3, state_1_1_5 + NLANES * k_3, reflected_2);
+                            common_8, common_9, state_1_1_0 + NLANES * k_3, state_1_1_1 + NLANES * k_3,
+                            state_1_1_2 + NLANES * k_3, state_1_1_3 + NLANES * k_3, state_1_1_4 + NLANES * k_3,
+                            state_1_1_5 + NLANES * k_3, reflected_2);
                         NAME(eliminated_reflected_3_lanes)(common_3, common_4, common_5, common_6, common_7,
-    common_8, common_9, state_0_0 + NLANES * k_3, state_0_1 + NLANES * k_3, state_0_2 + NLANES * k_3,
-    state_0_3 + NLANES * k_3, state_0_4 + NLANES * k_3, state_0_5 + NLANES * k_3, reflected_3);
+                            common_8, common_9, state_0_0 + NLANES * k_3, state_0_1 + NLANES * k_3,
+                            state_0_2 + NLANES * k_3, state_0_3 + NLANES * k_3, state_0_4 + NLANES * k_3,
+                            state_0_5 + NLANES * k_3, reflected_3);
                         NAME(eliminated_state_3_lanes)(reflected_3, reflected, reflected_2,
-    state_0_0 + NLANES * k_3, state_0_1 + NLANES * k_3, state_0_2 + NLANES * k_3, state_0_3 + NLANES * k_3,
-    state_0_4 + NLANES * k_3, state_0_5 + NLANES * k_3, state_1_0_0 + NLANES * k_3, state_1_0_1 + NLANES * k_3,
-    state_1_0_2 + NLANES * k_3, state_1_0_3 + NLANES * k_3, state_1_0_4 + NLANES * k_3, state_1_0_5 + NLANES * k_3,
-    state_1_1_0 + NLANES * k_3, state_1_1_1 + NLANES * k_3, state_1_1_2 + NLANES * k_3, state_1_1_3 + NLANES * k_3,
-    state_1_1_4 + NLANES * k_3, state_1_1_5 + NLANES * k_3);
+                            state_0_0 + NLANES * k_3, state_0_1 + NLANES * k_3, state_0_2 + NLANES * k_3,
+                            state_0_3 + NLANES * k_3, state_0_4 + NLANES * k_3, state_0_5 + NLANES * k_3,
+                            state_1_0_0 + NLANES * k_3, state_1_0_1 + NLANES * k_3, state_1_0_2 + NLANES * k_3,
+                            state_1_0_3 + NLANES * k_3, state_1_0_4 + NLANES * k_3, state_1_0_5 + NLANES * k_3,
+                            state_1_1_0 + NLANES * k_3, state_1_1_1 + NLANES * k_3, state_1_1_2 + NLANES * k_3,
+                            state_1_1_3 + NLANES * k_3, state_1_1_4 + NLANES * k_3, state_1_1_5 + NLANES * k_3);
                     }
                     NAME(eliminated_number_lanes)(k_2 > 0 ? number_3 + NLANES * (k_2 - 1) : number_start_3,
-    number_3 + NLANES * k_2);
+                        number_3 + NLANES * k_2);
                     NAME(eliminated_state_3_lanes)(mapped_4 + 6 * NLANES * k_2, mapped_2 + 6 * NLANES * k_2,
-    mapped_3 + 6 * NLANES * k_2, state_0_0_2 + NLANES * k_2, state_0_1_2 + NLANES * k_2, state_0_2_2 + NLANES * k_2,
-    state_0_3_2 + NLANES * k_2, state_0_4_2 + NLANES * k_2, state_0_5_2 + NLANES * k_2,
-    state_1_0_0_2 + NLANES * k_2, state_1_0_1_2 + NLANES * k_2, state_1_0_2_2 + NLANES * k_2,
-    state_1_0_3_2 + NLANES * k_2, state_1_0_4_2 + NLANES * k_2, state_1_0_5_2 + NLANES * k_2,
-    state_1_1_0_2 + NLANES * k_2, state_1_1_1_2 + NLANES * k_2, state_1_1_2_2 + NLANES * k_2,
-    state_1_1_3_2 + NLANES * k_2, state_1_1_4_2 + NLANES * k_2, state_1_1_5_2 + NLANES * k_2);
+                        mapped_3 + 6 * NLANES * k_2, state_0_0_2 + NLANES * k_2, state_0_1_2 + NLANES * k_2,
+                        state_0_2_2 + NLANES * k_2, state_0_3_2 + NLANES * k_2, state_0_4_2 + NLANES * k_2,
+                        state_0_5_2 + NLANES * k_2, state_1_0_0_2 + NLANES * k_2, state_1_0_1_2 + NLANES * k_2,
+                        state_1_0_2_2 + NLANES * k_2, state_1_0_3_2 + NLANES * k_2, state_1_0_4_2 + NLANES * k_2,
+                        state_1_0_5_2 + NLANES * k_2, state_1_1_0_2 + NLANES * k_2, state_1_1_1_2 + NLANES * k_2,
+                        state_1_1_2_2 + NLANES * k_2, state_1_1_3_2 + NLANES * k_2, state_1_1_4_2 + NLANES * k_2,
+                        state_1_1_5_2 + NLANES * k_2);
                 }
                 NAME(eliminated_state_start_lanes)(state_2_2, state_3_2);
                 for (intptr_t k_2 = 0; k_2 < t; k_2++) {
                     NAME(eliminated_common_3_lanes)(state_3_2, state_0_0_2 + NLANES * k_2,
-    state_0_1_2 + NLANES * k_2, state_0_2_2 + NLANES * k_2, state_0_3_2 + NLANES * k_2, state_0_4_2 + NLANES * k_2,
-    state_0_5_2 + NLANES * k_2, common_10, common_11, common_12, common_13, common_14, common_15, common_16);
+                        state_0_1_2 + NLANES * k_2, state_0_2_2 + NLANES * k_2, state_0_3_2 + NLANES * k_2,
+                        state_0_4_2 + NLANES * k_2, state_0_5_2 + NLANES * k_2, common_10, common_11, common_12,
+                        common_13, common_14, common_15, common_16);
                     NAME(eliminated_state_4_lanes)(state_2_2, state_3_2, state_0_0_2 + NLANES * k_2,
-    state_0_1_2 + NLANES * k_2, state_0_2_2 + NLANES * k_2, state_0_3_2 + NLANES * k_2, state_0_4_2 + NLANES * k_2,
-    state_0_5_2 + NLANES * k_2, state_2_2, state_3_2);
+                        state_0_1_2 + NLANES * k_2, state_0_2_2 + NLANES * k_2, state_0_3_2 + NLANES * k_2,
+                        state_0_4_2 + NLANES * k_2, state_0_5_2 + NLANES * k_2, state_2_2, state_3_2);
                     for (intptr_t k_3 = 0; k_3 < t; k_3++) {
                         NAME(eliminated_reflected_2_lanes)(state_1_0_0_2 + NLANES * k_3,
-    state_1_0_1_2 + NLANES * k_3, state_1_0_2_2 + NLANES * k_3, state_1_0_3_2 + NLANES * k_3,
-    state_1_0_4_2 + NLANES * k_3, state_1_0_5_2 + NLANES * k_3, common_10, common_11, common_12, common_13,
-    common_14, common_15, common_16, reflected_4);
+                            state_1_0_1_2 + NLANES * k_3, state_1_0_2_2 + NLANES * k_3,
+                            state_1_0_3_2 + NLANES * k_3, state_1_0_4_2 + NLANES * k_3,
+                            state_1_0_5_2 + NLANES * k_3, common_10, common_11, common_12, common_13, common_14,
+                            common_15, common_16, reflected_4);
                         NAME(eliminated_reflected_3_lanes)(common_10, common_11, common_12, common_13, common_14,
-    common_15, common_16, state_1_1_0_2 + NLANES * k_3, state_1_1_1_2 + NLANES * k_3, state_1_1_2_2 + NLANES * k_3,
-    state_1_1_3_2 + NLANES * k_3, state_1_1_4_2 + NLANES * k_3, state_1_1_5_2 + NLANES * k_3, reflected_5);
+                            common_15, common_16, state_1_1_0_2 + NLANES * k_3, state_1_1_1_2 + NLANES * k_3,
+                            state_1_1_2_2 + NLANES * k_3, state_1_1_3_2 + NLANES * k_3,
+                            state_1_1_4_2 + NLANES * k_3, state_1_1_5_2 + NLANES * k_3, reflected_5);
                         NAME(eliminated_reflected_3_lanes)(common_10, common_11, common_12, common_13, common_14,
-    common_15, common_16, state_0_0_2 + NLANES * k_3, state_0_1_2 + NLANES * k_3, state_0_2_2 + NLANES * k_3,
-    state_0_3_2 + NLANES * k_3, state_0_4_2 + NLANES * k_3, state_0_5_2 + NLANES * k_3, reflected_6);
+                            common_15, common_16, state_0_0_2 + NLANES * k_3, state_0_1_2 + NLANES * k_3,
+                            state_0_2_2 + NLANES * k_3, state_0_3_2 + NLANES * k_3, state_0_4_2 + NLANES * k_3,
+                            state_0_5_2 + NLANES * k_3, reflected_6);
                         NAME(eliminated_state_3_lanes)(reflected_6, reflected_4, reflected_5,
-    state_0_0_2 + NLANES * k_3, state_0_1_2 + NLANES * k_3, state_0_2_2 + NLANES * k_3, state_0_3_2 + NLANES * k_3,
-    state_0_4_2 + NLANES * k_3, state_0_5_2 + NLANES * k_3, state_1_0_0_2 + NLANES * k_3,
-    state_1_0_1_2 + NLANES * k_3, state_1_0_2_2 + NLANES * k_3, state_1_0_3_2 + NLANES * k_3,
-    state_1_0_4_2 + NLANES * k_3, state_1_0_5_2 + NLANES * k_3, state_1_1_0_2 + NLANES * k_3,
-    state_1_1_1_2 + NLANES * k_3, state_1_1_2_2 + NLANES * k_3, state_1_1_3_2 + NLANES * k_3,
-    state_1_1_4_2 + NLANES * k_3, state_1_1_5_2 + NLANES * k_3);
+                            state_0_0_2 + NLANES * k_3, state_0_1_2 + NLANES * k_3, state_0_2_2 + NLANES * k_3,
+                            state_0_3_2 + NLANES * k_3, state_0_4_2 + NLANES * k_3, state_0_5_2 + NLANES * k_3,
+                            state_1_0_0_2 + NLANES * k_3, state_1_0_1_2 + NLANES * k_3,
+                            state_1_0_2_2 + NLANES * k_3, state_1_0_3_2 + NLANES * k_3,
+                            state_1_0_4_2 + NLANES * k_3, state_1_0_5_2 + NLANES * k_3,
+                            state_1_1_0_2 + NLANES * k_3, state_1_1_1_2 + NLANES * k_3,
+                            state_1_1_2_2 + NLANES * k_3, state_1_1_3_2 + NLANES * k_3,
+                            state_1_1_4_2 + NLANES * k_3, state_1_1_5_2 + NLANES * k_3);
                     }
                 }
                 NAME(eliminated_number_start_lanes)(number_start_4);
                 for (intptr_t k_2 = 0; k_2 < t; k_2++) {
                     NAME(eliminated_mapped_7_lanes)(state_1_0_3 + NLANES * k_2, state_1_0_4 + NLANES * k_2,
-    state_1_0_5 + NLANES * k_2, state_1_0_3_2 + NLANES * k_2, state_1_0_4_2 + NLANES * k_2,
-    state_1_0_5_2 + NLANES * k_2, mapped_5);
+                        state_1_0_5 + NLANES * k_2, state_1_0_3_2 + NLANES * k_2, state_1_0_4_2 + NLANES * k_2,
+                        state_1_0_5_2 + NLANES * k_2, mapped_5);
                     NAME(eliminated_mapped_7_lanes)(state_1_1_3 + NLANES * k_2, state_1_1_4 + NLANES * k_2,
-    state_1_1_5 + NLANES * k_2, state_1_1_3_2 + NLANES * k_2, state_1_1_4_2 + NLANES * k_2,
-    state_1_1_5_2 + NLANES * k_2, mapped_6);
+                        state_1_1_5 + NLANES * k_2, state_1_1_3_2 + NLANES * k_2, state_1_1_4_2 + NLANES * k_2,
+                        state_1_1_5_2 + NLANES * k_2, mapped_6);
                     NAME(eliminated_number_lanes)(k_2 > 0 ? number_4 + NLANES * (k_2 - 1) : number_start_4,
-    number_4 + NLANES * k_2);
+                        number_4 + NLANES * k_2);
                     NAME(eliminated_state_5_lanes)(mapped_5, mapped_6, state_0_0_3 + NLANES * k_2,
-    state_0_1_3 + NLANES * k_2, state_0_2_3 + NLANES * k_2, state_0_3_3 + NLANES * k_2, state_0_4_3 + NLANES * k_2,
-    state_0_5_3 + NLANES * k_2, state_1_0_0_3 + NLANES * k_2, state_1_0_1_3 + NLANES * k_2,
-    state_1_0_2_3 + NLANES * k_2, state_1_0_3_3 + NLANES * k_2, state_1_0_4_3 + NLANES * k_2,
-    state_1_0_5_3 + NLANES * k_2);
+                        state_0_1_3 + NLANES * k_2, state_0_2_3 + NLANES * k_2, state_0_3_3 + NLANES * k_2,
+                        state_0_4_3 + NLANES * k_2, state_0_5_3 + NLANES * k_2, state_1_0_0_3 + NLANES * k_2,
+                        state_1_0_1_3 + NLANES * k_2, state_1_0_2_3 + NLANES * k_2, state_1_0_3_3 + NLANES * k_2,
+                        state_1_0_4_3 + NLANES * k_2, state_1_0_5_3 + NLANES * k_2);
                 }
                 NAME(eliminated_state_start_lanes)(state_2_3, state_3_3);
                 NAME(eliminated_number_start_lanes)(number_start_5);
                 for (intptr_t k_2 = 0; k_2 < t; k_2++) {
                     NAME(eliminated_common_3_lanes)(state_3_3, state_0_0_3 + NLANES * k_2,
-    state_0_1_3 + NLANES * k_2, state_0_2_3 + NLANES * k_2, state_0_3_3 + NLANES * k_2, state_0_4_3 + NLANES * k_2,
-    state_0_5_3 + NLANES * k_2, common_17, common_18, common_19, common_20, common_21, common_22, common_23);
+                        state_0_1_3 + NLANES * k_2, state_0_2_3 + NLANES * k_2, state_0_3_3 + NLANES * k_2,
+                        state_0_4_3 + NLANES * k_2, state_0_5_3 + NLANES * k_2, common_17, common_18, common_19,
+                        common_20, common_21, common_22, common_23);
                     NAME(eliminated_state_4_lanes)(state_2_3, state_3_3, state_0_0_3 + NLANES * k_2,
-    state_0_1_3 + NLANES * k_2, state_0_2_3 + NLANES * k_2, state_0_3_3 + NLANES * k_2, state_0_4_3 + NLANES * k_2,
-    state_0_5_3 + NLANES * k_2, state_2_3, state_3_3);
+                        state_0_1_3 + NLANES * k_2, state_0_2_3 + NLANES * k_2, state_0_3_3 + NLANES * k_2,
+                        state_0_4_3 + NLANES * k_2, state_0_5_3 + NLANES * k_2, state_2_3, state_3_3);
                     for (intptr_t k_3 = 0; k_3 < t; k_3++) {
                         NAME(eliminated_reflected_2_lanes)(state_1_0_0_3 + NLANES * k_3,
-    state_1_0_1_3 + NLANES * k_3, state_1_0_2_3 + NLANES * k_3, state_1_0_3_3 + NLANES * k_3,
-    state_1_0_4_3 + NLANES * k_3, state_1_0_5_3 + NLANES * k_3, common_17, common_18, common_19, common_20,
-    common_21, common_22, common_23, reflected_7);
+                            state_1_0_1_3 + NLANES * k_3, state_1_0_2_3 + NLANES * k_3,
+                            state_1_0_3_3 + NLANES * k_3, state_1_0_4_3 + NLANES * k_3,
+                            state_1_0_5_3 + NLANES * k_3, common_17, common_18, common_19, common_20, common_21,
+                            common_22, common_23, reflected_7);
                         NAME(eliminated_reflected_3_lanes)(common_17, common_18, common_19, common_20, common_21,
-    common_22, common_23, state_0_0_3 + NLANES * k_3, state_0_1_3 + NLANES * k_3, state_0_2_3 + NLANES * k_3,
-    state_0_3_3 + NLANES * k_3, state_0_4_3 + NLANES * k_3, state_0_5_3 + NLANES * k_3, reflected_8);
+                            common_22, common_23, state_0_0_3 + NLANES * k_3, state_0_1_3 + NLANES * k_3,
+                            state_0_2_3 + NLANES * k_3, state_0_3_3 + NLANES * k_3, state_0_4_3 + NLANES * k_3,
+                            state_0_5_3 + NLANES * k_3, reflected_8);
                         NAME(eliminated_state_5_lanes)(reflected_8, reflected_7, state_0_0_3 + NLANES * k_3,
-    state_0_1_3 + NLANES * k_3, state_0_2_3 + NLANES * k_3, state_0_3_3 + NLANES * k_3, state_0_4_3 + NLANES * k_3,
-    state_0_5_3 + NLANES * k_3, state_1_0_0_3 + NLANES * k_3, state_1_0_1_3 + NLANES * k_3,
-    state_1_0_2_3 + NLANES * k_3, state_1_0_3_3 + NLANES * k_3, state_1_0_4_3 + NLANES * k_3,
-    state_1_0_5_3 + NLANES * k_3);
+                            state_0_1_3 + NLANES * k_3, state_0_2_3 + NLANES * k_3, state_0_3_3 + NLANES * k_3,
+                            state_0_4_3 + NLANES * k_3, state_0_5_3 + NLANES * k_3, state_1_0_0_3 + NLANES * k_3,
+                            state_1_0_1_3 + NLANES * k_3, state_1_0_2_3 + NLANES * k_3,
+                            state_1_0_3_3 + NLANES * k_3, state_1_0_4_3 + NLANES * k_3,
+                            state_1_0_5_3 + NLANES * k_3);
                     }
                     NAME(eliminated_number_lanes)(k_2 > 0 ? number_5 + NLANES * (k_2 - 1) : number_start_5,
-    number_5 + NLANES * k_2);
+                        number_5 + NLANES * k_2);
                 }
                 NAME(eliminated_state_start_2_lanes)(state_2_4, state_3_4);
                 for (intptr_t k_2 = 0; k_2 < t; k_2++) {
@@ -4090,25 +4180,27 @@ static INLINE WORD NAME(branches_of_angles_lanes)(intptr_t c, intptr_t e, intptr
                 }
                 for (intptr_t k_2 = 0; k_2 < t; k_2++) {
                     NAME(eliminated_common_3_lanes)(state_3_4, state_0_0_4 + NLANES * k_2,
-    state_0_1_4 + NLANES * k_2, state_0_2_4 + NLANES * k_2, state_0_3_4 + NLANES * k_2, state_0_4_4 + NLANES * k_2,
-    state_0_5_4 + NLANES * k_2, common_24, common_25, common_26, common_27, common_28, common_29, common_30);
+                        state_0_1_4 + NLANES * k_2, state_0_2_4 + NLANES * k_2, state_0_3_4 + NLANES * k_2,
+                        state_0_4_4 + NLANES * k_2, state_0_5_4 + NLANES * k_2, common_24, common_25, common_26,
+                        common_27, common_28, common_29, common_30);
                     NAME(eliminated_state_4_lanes)(state_2_4, state_3_4, state_0_0_4 + NLANES * k_2,
-    state_0_1_4 + NLANES * k_2, state_0_2_4 + NLANES * k_2, state_0_3_4 + NLANES * k_2, state_0_4_4 + NLANES * k_2,
-    state_0_5_4 + NLANES * k_2, state_2_4, state_3_4);
+                        state_0_1_4 + NLANES * k_2, state_0_2_4 + NLANES * k_2, state_0_3_4 + NLANES * k_2,
+                        state_0_4_4 + NLANES * k_2, state_0_5_4 + NLANES * k_2, state_2_4, state_3_4);
                     for (intptr_t k_3 = 0; k_3 < t; k_3++) {
                         NAME(eliminated_reflected_2_lanes)(state_0_0_4 + NLANES * k_3, state_0_1_4 + NLANES * k_3,
-    state_0_2_4 + NLANES * k_3, state_0_3_4 + NLANES * k_3, state_0_4_4 + NLANES * k_3, state_0_5_4 + NLANES * k_3,
-    common_24, common_25, common_26, common_27, common_28, common_29, common_30, reflected_9);
+                            state_0_2_4 + NLANES * k_3, state_0_3_4 + NLANES * k_3, state_0_4_4 + NLANES * k_3,
+                            state_0_5_4 + NLANES * k_3, common_24, common_25, common_26, common_27, common_28,
+                            common_29, common_30, reflected_9);
                         NAME(eliminated_state_6_lanes)(reflected_9, state_0_0_4 + NLANES * k_3,
-    state_0_1_4 + NLANES * k_3, state_0_2_4 + NLANES * k_3, state_0_3_4 + NLANES * k_3, state_0_4_4 + NLANES * k_3,
-    state_0_5_4 + NLANES * k_3);
+                            state_0_1_4 + NLANES * k_3, state_0_2_4 + NLANES * k_3, state_0_3_4 + NLANES * k_3,
+                            state_0_4_4 + NLANES * k_3, state_0_5_4 + NLANES * k_3);
                     }
                 }
                 NAME(branches_of_angles_sum_2_lanes)(sum_0, sum_1, number + NLANES * k, state_2, state_2_2,
-    state_2_3, state_2_4, sum_0, sum_1);
+                    state_2_3, state_2_4, sum_0, sum_1);
             }
             NAME(branches_of_angles_next_carry_lanes)(carry, steps, sum_0, sum_1, next_carry, next_steps,
-    next_converged);
+                next_converged);
             NAME(branches_of_angles_converged_lanes)(sharpened, next_steps, next_converged, converged_2);
             COPY(NLANES, next_carry, carry);
             COPY(NLANES, next_steps, steps);
@@ -4131,122 +4223,135 @@ static INLINE WORD NAME(branches_of_angles_lanes)(intptr_t c, intptr_t e, intptr
             NAME(branches_of_angles_sum_start_lanes)(sum_2);
             for (intptr_t k = 0; k < t; k++)
                 NAME(branches_of_angles_sum_3_lanes)(sum_2, mapped_7 + NLANES * k,
-    side + 42 * NLANES * (j_2 * t + k), sum_2);
+                    side + 42 * NLANES * (j_2 * t + k), sum_2);
             NAME(branches_of_angles_combined_lanes)(sum_2, combined_2 + 42 * NLANES * j_2);
             NAME(branches_of_angles_mapped_lanes)(combined_2 + 42 * NLANES * j_2, mapped_8 + 6 * NLANES * j_2);
             NAME(branches_of_angles_mapped_2_lanes)(combined_2 + 42 * NLANES * j_2, mapped_9 + 6 * NLANES * j_2);
             NAME(branches_of_angles_mapped_3_lanes)(combined_2 + 42 * NLANES * j_2, mapped_10 + 6 * NLANES * j_2);
             NAME(eliminated_number_lanes)(j_2 > 0 ? number_6 + NLANES * (j_2 - 1) : number_start_6,
-    number_6 + NLANES * j_2);
+                number_6 + NLANES * j_2);
             NAME(eliminated_state_3_lanes)(mapped_8 + 6 * NLANES * j_2, mapped_9 + 6 * NLANES * j_2,
-    mapped_10 + 6 * NLANES * j_2, state_0_0_5 + NLANES * j_2, state_0_1_5 + NLANES * j_2,
-    state_0_2_5 + NLANES * j_2, state_0_3_5 + NLANES * j_2, state_0_4_5 + NLANES * j_2, state_0_5_5 + NLANES * j_2,
-    state_1_0_0_4 + NLANES * j_2, state_1_0_1_4 + NLANES * j_2, state_1_0_2_4 + NLANES * j_2,
-    state_1_0_3_4 + NLANES * j_2, state_1_0_4_4 + NLANES * j_2, state_1_0_5_4 + NLANES * j_2,
-    state_1_1_0_3 + NLANES * j_2, state_1_1_1_3 + NLANES * j_2, state_1_1_2_3 + NLANES * j_2,
-    state_1_1_3_3 + NLANES * j_2, state_1_1_4_3 + NLANES * j_2, state_1_1_5_3 + NLANES * j_2);
+                mapped_10 + 6 * NLANES * j_2, state_0_0_5 + NLANES * j_2, state_0_1_5 + NLANES * j_2,
+                state_0_2_5 + NLANES * j_2, state_0_3_5 + NLANES * j_2, state_0_4_5 + NLANES * j_2,
+                state_0_5_5 + NLANES * j_2, state_1_0_0_4 + NLANES * j_2, state_1_0_1_4 + NLANES * j_2,
+                state_1_0_2_4 + NLANES * j_2, state_1_0_3_4 + NLANES * j_2, state_1_0_4_4 + NLANES * j_2,
+                state_1_0_5_4 + NLANES * j_2, state_1_1_0_3 + NLANES * j_2, state_1_1_1_3 + NLANES * j_2,
+                state_1_1_2_3 + NLANES * j_2, state_1_1_3_3 + NLANES * j_2, state_1_1_4_3 + NLANES * j_2,
+                state_1_1_5_3 + NLANES * j_2);
         }
         NAME(eliminated_state_start_lanes)(state_2_5, state_3_5);
         NAME(eliminated_number_start_lanes)(number_start_7);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(eliminated_common_3_lanes)(state_3_5, state_0_0_5 + NLANES * j_2, state_0_1_5 + NLANES * j_2,
-    state_0_2_5 + NLANES * j_2, state_0_3_5 + NLANES * j_2, state_0_4_5 + NLANES * j_2, state_0_5_5 + NLANES * j_2,
-    common_34, common_35, common_36, common_37, common_38, common_39, common_40);
+                state_0_2_5 + NLANES * j_2, state_0_3_5 + NLANES * j_2, state_0_4_5 + NLANES * j_2,
+                state_0_5_5 + NLANES * j_2, common_34, common_35, common_36, common_37, common_38, common_39,
+                common_40);
             NAME(eliminated_state_4_lanes)(state_2_5, state_3_5, state_0_0_5 + NLANES * j_2,
-    state_0_1_5 + NLANES * j_2, state_0_2_5 + NLANES * j_2, state_0_3_5 + NLANES * j_2, state_0_4_5 + NLANES * j_2,
-    state_0_5_5 + NLANES * j_2, state_2_5, state_3_5);
+                state_0_1_5 + NLANES * j_2, state_0_2_5 + NLANES * j_2, state_0_3_5 + NLANES * j_2,
+                state_0_4_5 + NLANES * j_2, state_0_5_5 + NLANES * j_2, state_2_5, state_3_5);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2_lanes)(state_1_0_0_4 + NLANES * k, state_1_0_1_4 + NLANES * k,
-    state_1_0_2_4 + NLANES * k, state_1_0_3_4 + NLANES * k, state_1_0_4_4 + NLANES * k, state_1_0_5_4 + NLANES * k,
-    common_34, common_35, common_36, common_37, common_38, common_39, common_40, reflected_10);
+                    state_1_0_2_4 + NLANES * k, state_1_0_3_4 + NLANES * k, state_1_0_4_4 + NLANES * k,
+                    state_1_0_5_4 + NLANES * k, common_34, common_35, common_36, common_37, common_38, common_39,
+                    common_40, reflected_10);
                 NAME(eliminated_reflected_3_lanes)(common_34, common_35, common_36, common_37, common_38, common_39,
-    common_40, state_1_1_0_3 + NLANES * k, state_1_1_1_3 + NLANES * k, state_1_1_2_3 + NLANES * k,
-    state_1_1_3_3 + NLANES * k, state_1_1_4_3 + NLANES * k, state_1_1_5_3 + NLANES * k, reflected_11);
+                    common_40, state_1_1_0_3 + NLANES * k, state_1_1_1_3 + NLANES * k, state_1_1_2_3 + NLANES * k,
+                    state_1_1_3_3 + NLANES * k, state_1_1_4_3 + NLANES * k, state_1_1_5_3 + NLANES * k,
+                    reflected_11);
                 NAME(eliminated_reflected_3_lanes)(common_34, common_35, common_36, common_37, common_38, common_39,
-    common_40, state_0_0_5 + NLANES * k, state_0_1_5 + NLANES * k, state_0_2_5 + NLANES * k,
-    state_0_3_5 + NLANES * k, state_0_4_5 + NLANES * k, state_0_5_5 + NLANES * k, reflected_12);
+                    common_40, state_0_0_5 + NLANES * k, state_0_1_5 + NLANES * k, state_0_2_5 + NLANES * k,
+                    state_0_3_5 + NLANES * k, state_0_4_5 + NLANES * k, state_0_5_5 + NLANES * k, reflected_12);
                 NAME(eliminated_state_3_lanes)(reflected_12, reflected_10, reflected_11, state_0_0_5 + NLANES * k,
-    state_0_1_5 + NLANES * k, state_0_2_5 + NLANES * k, state_0_3_5 + NLANES * k, state_0_4_5 + NLANES * k,
-    state_0_5_5 + NLANES * k, state_1_0_0_4 + NLANES * k, state_1_0_1_4 + NLANES * k, state_1_0_2_4 + NLANES * k,
-    state_1_0_3_4 + NLANES * k, state_1_0_4_4 + NLANES * k, state_1_0_5_4 + NLANES * k, state_1_1_0_3 + NLANES * k,
-    state_1_1_1_3 + NLANES * k, state_1_1_2_3 + NLANES * k, state_1_1_3_3 + NLANES * k, state_1_1_4_3 + NLANES * k,
-    state_1_1_5_3 + NLANES * k);
+                    state_0_1_5 + NLANES * k, state_0_2_5 + NLANES * k, state_0_3_5 + NLANES * k,
+                    state_0_4_5 + NLANES * k, state_0_5_5 + NLANES * k, state_1_0_0_4 + NLANES * k,
+                    state_1_0_1_4 + NLANES * k, state_1_0_2_4 + NLANES * k, state_1_0_3_4 + NLANES * k,
+                    state_1_0_4_4 + NLANES * k, state_1_0_5_4 + NLANES * k, state_1_1_0_3 + NLANES * k,
+                    state_1_1_1_3 + NLANES * k, state_1_1_2_3 + NLANES * k, state_1_1_3_3 + NLANES * k,
+                    state_1_1_4_3 + NLANES * k, state_1_1_5_3 + NLANES * k);
             }
             NAME(eliminated_number_lanes)(j_2 > 0 ? number_7 + NLANES * (j_2 - 1) : number_start_7,
-    number_7 + NLANES * j_2);
+                number_7 + NLANES * j_2);
             NAME(eliminated_state_3_lanes)(mapped_10 + 6 * NLANES * j_2, mapped_8 + 6 * NLANES * j_2,
-    mapped_9 + 6 * NLANES * j_2, state_0_0_6 + NLANES * j_2, state_0_1_6 + NLANES * j_2, state_0_2_6 + NLANES * j_2,
-    state_0_3_6 + NLANES * j_2, state_0_4_6 + NLANES * j_2, state_0_5_6 + NLANES * j_2,
-    state_1_0_0_5 + NLANES * j_2, state_1_0_1_5 + NLANES * j_2, state_1_0_2_5 + NLANES * j_2,
-    state_1_0_3_5 + NLANES * j_2, state_1_0_4_5 + NLANES * j_2, state_1_0_5_5 + NLANES * j_2,
-    state_1_1_0_4 + NLANES * j_2, state_1_1_1_4 + NLANES * j_2, state_1_1_2_4 + NLANES * j_2,
-    state_1_1_3_4 + NLANES * j_2, state_1_1_4_4 + NLANES * j_2, state_1_1_5_4 + NLANES * j_2);
+                mapped_9 + 6 * NLANES * j_2, state_0_0_6 + NLANES * j_2, state_0_1_6 + NLANES * j_2,
+                state_0_2_6 + NLANES * j_2, state_0_3_6 + NLANES * j_2, state_0_4_6 + NLANES * j_2,
+                state_0_5_6 + NLANES * j_2, state_1_0_0_5 + NLANES * j_2, state_1_0_1_5 + NLANES * j_2,
+                state_1_0_2_5 + NLANES * j_2, state_1_0_3_5 + NLANES * j_2, state_1_0_4_5 + NLANES * j_2,
+                state_1_0_5_5 + NLANES * j_2, state_1_1_0_4 + NLANES * j_2, state_1_1_1_4 + NLANES * j_2,
+                state_1_1_2_4 + NLANES * j_2, state_1_1_3_4 + NLANES * j_2, state_1_1_4_4 + NLANES * j_2,
+                state_1_1_5_4 + NLANES * j_2);
         }
         NAME(eliminated_state_start_lanes)(state_2_6, state_3_6);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(eliminated_common_3_lanes)(state_3_6, state_0_0_6 + NLANES * j_2, state_0_1_6 + NLANES * j_2,
-    state_0_2_6 + NLANES * j_2, state_0_3_6 + NLANES * j_2, state_0_4_6 + NLANES * j_2, state_0_5_6 + NLANES * j_2,
-    common_41, common_42, common_43, common_44, common_45, common_46, common_47);
+                state_0_2_6 + NLANES * j_2, state_0_3_6 + NLANES * j_2, state_0_4_6 + NLANES * j_2,
+                state_0_5_6 + NLANES * j_2, common_41, common_42, common_43, common_44, common_45, common_46,
+                common_47);
             NAME(eliminated_state_4_lanes)(state_2_6, state_3_6, state_0_0_6 + NLANES * j_2,
-    state_0_1_6 + NLANES * j_2, state_0_2_6 + NLANES * j_2, state_0_3_6 + NLANES * j_2, state_0_4_6 + NLANES * j_2,
-    state_0_5_6 + NLANES * j_2, state_2_6, state_3_6);
+                state_0_1_6 + NLANES * j_2, state_0_2_6 + NLANES * j_2, state_0_3_6 + NLANES * j_2,
+                state_0_4_6 + NLANES * j_2, state_0_5_6 + NLANES * j_2, state_2_6, state_3_6);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2_lanes)(state_1_0_0_5 + NLANES * k, state_1_0_1_5 + NLANES * k,
-    state_1_0_2_5 + NLANES * k, state_1_0_3_5 + NLANES * k, state_1_0_4_5 + NLANES * k, state_1_0_5_5 + NLANES * k,
-    common_41, common_42, common_43, common_44, common_45, common_46, common_47, reflected_13);
+                    state_1_0_2_5 + NLANES * k, state_1_0_3_5 + NLANES * k, state_1_0_4_5 + NLANES * k,
+                    state_1_0_5_5 + NLANES * k, common_41, common_42, common_43, common_44, common_45, common_46,
+                    common_47, reflected_13);
                 NAME(eliminated_reflected_3_lanes)(common_41, common_42, common_43, common_44, common_45, common_46,
-    common_47, state_1_1_0_4 + NLANES * k, state_1_1_1_4 + NLANES * k, state_1_1_2_4 + NLANES * k,
-    state_1_1_3_4 + NLANES * k, state_1_1_4_4 + NLANES * k, state_1_1_5_4 + NLANES * k, reflected_14);
+                    common_47, state_1_1_0_4 + NLANES * k, state_1_1_1_4 + NLANES * k, state_1_1_2_4 + NLANES * k,
+                    state_1_1_3_4 + NLANES * k, state_1_1_4_4 + NLANES * k, state_1_1_5_4 + NLANES * k,
+                    reflected_14);
                 NAME(eliminated_reflected_3_lanes)(common_41, common_42, common_43, common_44, common_45, common_46,
-    common_47, state_0_0_6 + NLANES * k, state_0_1_6 + NLANES * k, state_0_2_6 + NLANES * k,
-    state_0_3_6 + NLANES * k, state_0_4_6 + NLANES * k, state_0_5_6 + NLANES * k, reflected_15);
+                    common_47, state_0_0_6 + NLANES * k, state_0_1_6 + NLANES * k, state_0_2_6 + NLANES * k,
+                    state_0_3_6 + NLANES * k, state_0_4_6 + NLANES * k, state_0_5_6 + NLANES * k, reflected_15);
                 NAME(eliminated_state_3_lanes)(reflected_15, reflected_13, reflected_14, state_0_0_6 + NLANES * k,
-    state_0_1_6 + NLANES * k, state_0_2_6 + NLANES * k, state_0_3_6 + NLANES * k, state_0_4_6 + NLANES * k,
-    state_0_5_6 + NLANES * k, state_1_0_0_5 + NLANES * k, state_1_0_1_5 + NLANES * k, state_1_0_2_5 + NLANES * k,
-    state_1_0_3_5 + NLANES * k, state_1_0_4_5 + NLANES * k, state_1_0_5_5 + NLANES * k, state_1_1_0_4 + NLANES * k,
-    state_1_1_1_4 + NLANES * k, state_1_1_2_4 + NLANES * k, state_1_1_3_4 + NLANES * k, state_1_1_4_4 + NLANES * k,
-    state_1_1_5_4 + NLANES * k);
+                    state_0_1_6 + NLANES * k, state_0_2_6 + NLANES * k, state_0_3_6 + NLANES * k,
+                    state_0_4_6 + NLANES * k, state_0_5_6 + NLANES * k, state_1_0_0_5 + NLANES * k,
+                    state_1_0_1_5 + NLANES * k, state_1_0_2_5 + NLANES * k, state_1_0_3_5 + NLANES * k,
+                    state_1_0_4_5 + NLANES * k, state_1_0_5_5 + NLANES * k, state_1_1_0_4 + NLANES * k,
+                    state_1_1_1_4 + NLANES * k, state_1_1_2_4 + NLANES * k, state_1_1_3_4 + NLANES * k,
+                    state_1_1_4_4 + NLANES * k, state_1_1_5_4 + NLANES * k);
             }
         }
         NAME(eliminated_number_start_lanes)(number_start_8);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(eliminated_mapped_7_lanes)(state_1_0_3_4 + NLANES * j_2, state_1_0_4_4 + NLANES * j_2,
-    state_1_0_5_4 + NLANES * j_2, state_1_0_3_5 + NLANES * j_2, state_1_0_4_5 + NLANES * j_2,
-    state_1_0_5_5 + NLANES * j_2, mapped_11);
+                state_1_0_5_4 + NLANES * j_2, state_1_0_3_5 + NLANES * j_2, state_1_0_4_5 + NLANES * j_2,
+                state_1_0_5_5 + NLANES * j_2, mapped_11);
             NAME(eliminated_mapped_7_lanes)(state_1_1_3_3 + NLANES * j_2, state_1_1_4_3 + NLANES * j_2,
-    state_1_1_5_3 + NLANES * j_2, state_1_1_3_4 + NLANES * j_2, state_1_1_4_4 + NLANES * j_2,
-    state_1_1_5_4 + NLANES * j_2, mapped_12);
+                state_1_1_5_3 + NLANES * j_2, state_1_1_3_4 + NLANES * j_2, state_1_1_4_4 + NLANES * j_2,
+                state_1_1_5_4 + NLANES * j_2, mapped_12);
             NAME(eliminated_number_lanes)(j_2 > 0 ? number_8 + NLANES * (j_2 - 1) : number_start_8,
-    number_8 + NLANES * j_2);
+                number_8 + NLANES * j_2);
             NAME(eliminated_state_5_lanes)(mapped_11, mapped_12, state_0_0_7 + NLANES * j_2,
-    state_0_1_7 + NLANES * j_2, state_0_2_7 + NLANES * j_2, state_0_3_7 + NLANES * j_2, state_0_4_7 + NLANES * j_2,
-    state_0_5_7 + NLANES * j_2, state_1_0_0_6 + NLANES * j_2, state_1_0_1_6 + NLANES * j_2,
-    state_1_0_2_6 + NLANES * j_2, state_1_0_3_6 + NLANES * j_2, state_1_0_4_6 + NLANES * j_2,
-    state_1_0_5_6 + NLANES * j_2);
+                state_0_1_7 + NLANES * j_2, state_0_2_7 + NLANES * j_2, state_0_3_7 + NLANES * j_2,
+                state_0_4_7 + NLANES * j_2, state_0_5_7 + NLANES * j_2, state_1_0_0_6 + NLANES * j_2,
+                state_1_0_1_6 + NLANES * j_2, state_1_0_2_6 + NLANES * j_2, state_1_0_3_6 + NLANES * j_2,
+                state_1_0_4_6 + NLANES * j_2, state_1_0_5_6 + NLANES * j_2);
         }
         NAME(eliminated_state_start_lanes)(state_2_7, state_3_7);
         NAME(eliminated_number_start_lanes)(number_start_9);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(eliminated_common_3_lanes)(state_3_7, state_0_0_7 + NLANES * j_2, state_0_1_7 + NLANES * j_2,
-    state_0_2_7 + NLANES * j_2, state_0_3_7 + NLANES * j_2, state_0_4_7 + NLANES * j_2, state_0_5_7 + NLANES * j_2,
-    common_48, common_49, common_50, common_51, common_52, common_53, common_54);
+                state_0_2_7 + NLANES * j_2, state_0_3_7 + NLANES * j_2, state_0_4_7 + NLANES * j_2,
+                state_0_5_7 + NLANES * j_2, common_48, common_49, common_50, common_51, common_52, common_53,
+                common_54);
             NAME(eliminated_state_4_lanes)(state_2_7, state_3_7, state_0_0_7 + NLANES * j_2,
-    state_0_1_7 + NLANES * j_2, state_0_2_7 + NLANES * j_2, state_0_3_7 + NLANES * j_2, state_0_4_7 + NLANES * j_2,
-    state_0_5_7 + NLANES * j_2, state_2_7, state_3_7);
+                state_0_1_7 + NLANES * j_2, state_0_2_7 + NLANES * j_2, state_0_3_7 + NLANES * j_2,
+                state_0_4_7 + NLANES * j_2, state_0_5_7 + NLANES * j_2, state_2_7, state_3_7);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2_lanes)(state_1_0_0_6 + NLANES * k, state_1_0_1_6 + NLANES * k,
-    state_1_0_2_6 + NLANES * k, state_1_0_3_6 + NLANES * k, state_1_0_4_6 + NLANES * k, state_1_0_5_6 + NLANES * k,
-    common_48, common_49, common_50, common_51, common_52, common_53, common_54, reflected_16);
+                    state_1_0_2_6 + NLANES * k, state_1_0_3_6 + NLANES * k, state_1_0_4_6 + NLANES * k,
+                    state_1_0_5_6 + NLANES * k, common_48, common_49, common_50, common_51, common_52, common_53,
+                    common_54, reflected_16);
                 NAME(eliminated_reflected_3_lanes)(common_48, common_49, common_50, common_51, common_52, common_53,
-    common_54, state_0_0_7 + NLANES * k, state_0_1_7 + NLANES * k, state_0_2_7 + NLANES * k,
-    state_0_3_7 + NLANES * k, state_0_4_7 + NLANES * k, state_0_5_7 + NLANES * k, reflected_17);
+                    common_54, state_0_0_7 + NLANES * k, state_0_1_7 + NLANES * k, state_0_2_7 + NLANES * k,
+                    state_0_3_7 + NLANES * k, state_0_4_7 + NLANES * k, state_0_5_7 + NLANES * k, reflected_17);
                 NAME(eliminated_state_5_lanes)(reflected_17, reflected_16, state_0_0_7 + NLANES * k,
-    state_0_1_7 + NLANES * k, state_0_2_7 + NLANES * k, state_0_3_7 + NLANES * k, state_0_4_7 + NLANES * k,
-    state_0_5_7 + NLANES * k, state_1_0_0_6 + NLANES * k, state_1_0_1_6 + NLANES * k, state_1_0_2_6 + NLANES * k,
-    state_1_0_3_6 + NLANES * k, state_1_0_4_6 + NLANES * k, state_1_0_5_6 + NLANES * k);
+                    state_0_1_7 + NLANES * k, state_0_2_7 + NLANES * k, state_0_3_7 + NLANES * k,
+                    state_0_4_7 + NLANES * k, state_0_5_7 + NLANES * k, state_1_0_0_6 + NLANES * k,
+                    state_1_0_1_6 + NLANES * k, state_1_0_2_6 + NLANES * k, state_1_0_3_6 + NLANES * k,
+                    state_1_0_4_6 + NLANES * k, state_1_0_5_6 + NLANES * k);
             }
             NAME(eliminated_number_lanes)(j_2 > 0 ? number_9 + NLANES * (j_2 - 1) : number_start_9,
-    number_9 + NLANES * j_2);
+                number_9 + NLANES * j_2);
         }
         NAME(eliminated_state_start_2_lanes)(state_2_8, state_3_8);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
@@ -4260,73 +4365,76 @@ static INLINE WORD NAME(branches_of_angles_lanes)(intptr_t c, intptr_t e, intptr
         NAME(branches_of_angles_state_start_lanes)(state, state_1);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(eliminated_common_3_lanes)(state_3_8, state_0_0_8 + NLANES * j_2, state_0_1_8 + NLANES * j_2,
-    state_0_2_8 + NLANES * j_2, state_0_3_8 + NLANES * j_2, state_0_4_8 + NLANES * j_2, state_0_5_8 + NLANES * j_2,
-    common_55, common_56, common_57, common_58, common_59, common_60, common_61);
+                state_0_2_8 + NLANES * j_2, state_0_3_8 + NLANES * j_2, state_0_4_8 + NLANES * j_2,
+                state_0_5_8 + NLANES * j_2, common_55, common_56, common_57, common_58, common_59, common_60,
+                common_61);
             NAME(eliminated_state_4_lanes)(state_2_8, state_3_8, state_0_0_8 + NLANES * j_2,
-    state_0_1_8 + NLANES * j_2, state_0_2_8 + NLANES * j_2, state_0_3_8 + NLANES * j_2, state_0_4_8 + NLANES * j_2,
-    state_0_5_8 + NLANES * j_2, state_2_8, state_3_8);
+                state_0_1_8 + NLANES * j_2, state_0_2_8 + NLANES * j_2, state_0_3_8 + NLANES * j_2,
+                state_0_4_8 + NLANES * j_2, state_0_5_8 + NLANES * j_2, state_2_8, state_3_8);
             for (intptr_t k = 0; k < t; k++) {
                 NAME(eliminated_reflected_2_lanes)(state_0_0_8 + NLANES * k, state_0_1_8 + NLANES * k,
-    state_0_2_8 + NLANES * k, state_0_3_8 + NLANES * k, state_0_4_8 + NLANES * k, state_0_5_8 + NLANES * k,
-    common_55, common_56, common_57, common_58, common_59, common_60, common_61, reflected_18);
+                    state_0_2_8 + NLANES * k, state_0_3_8 + NLANES * k, state_0_4_8 + NLANES * k,
+                    state_0_5_8 + NLANES * k, common_55, common_56, common_57, common_58, common_59, common_60,
+                    common_61, reflected_18);
                 NAME(eliminated_state_6_lanes)(reflected_18, state_0_0_8 + NLANES * k, state_0_1_8 + NLANES * k,
-    state_0_2_8 + NLANES * k, state_0_3_8 + NLANES * k, state_0_4_8 + NLANES * k, state_0_5_8 + NLANES * k);
+                    state_0_2_8 + NLANES * k, state_0_3_8 + NLANES * k, state_0_4_8 + NLANES * k,
+                    state_0_5_8 + NLANES * k);
             }
             NAME(branches_of_angles_state_lanes)(state, state_1, state_0_0_7 + NLANES * j_2,
-    state_0_1_7 + NLANES * j_2, state_0_2_7 + NLANES * j_2, state_0_3_7 + NLANES * j_2, state_0_4_7 + NLANES * j_2,
-    state_0_5_7 + NLANES * j_2, state, state_1);
+                state_0_1_7 + NLANES * j_2, state_0_2_7 + NLANES * j_2, state_0_3_7 + NLANES * j_2,
+                state_0_4_7 + NLANES * j_2, state_0_5_7 + NLANES * j_2, state, state_1);
         }
         NAME(branches_of_angles_state_2_lanes)(state, state_4);
         COPY(NLANES, state_1, state_1_2);
         for (intptr_t j_2 = 0; j_2 < t; j_2++)
             NAME(branches_of_angles_state_lanes)(state_4, state_1_2, state_0_0_8 + NLANES * j_2,
-    state_0_1_8 + NLANES * j_2, state_0_2_8 + NLANES * j_2, state_0_3_8 + NLANES * j_2, state_0_4_8 + NLANES * j_2,
-    state_0_5_8 + NLANES * j_2, state_4, state_1_2);
+                state_0_1_8 + NLANES * j_2, state_0_2_8 + NLANES * j_2, state_0_3_8 + NLANES * j_2,
+                state_0_4_8 + NLANES * j_2, state_0_5_8 + NLANES * j_2, state_4, state_1_2);
         NAME(branches_of_angles_state_3_lanes)(state_4, state_5, state_6, state_2_9);
         for (intptr_t j_2 = t; j_2-- > 0;)
             NAME(branches_of_angles_state_4_lanes)(state_5, state_6, state_2_9, state_0_0_8 + NLANES * j_2,
-    state_0_1_8 + NLANES * j_2, state_0_2_8 + NLANES * j_2, state_0_3_8 + NLANES * j_2, state_0_4_8 + NLANES * j_2,
-    state_0_5_8 + NLANES * j_2, state_5, state_6, state_2_9);
+                state_0_1_8 + NLANES * j_2, state_0_2_8 + NLANES * j_2, state_0_3_8 + NLANES * j_2,
+                state_0_4_8 + NLANES * j_2, state_0_5_8 + NLANES * j_2, state_5, state_6, state_2_9);
         NAME(branches_of_angles_state_5_lanes)(state_5, state_6, state_7, state_8, state_2_10);
         for (intptr_t j_2 = t; j_2-- > 0;)
             NAME(branches_of_angles_state_4_lanes)(state_7, state_8, state_2_10, state_0_0_7 + NLANES * j_2,
-    state_0_1_7 + NLANES * j_2, state_0_2_7 + NLANES * j_2, state_0_3_7 + NLANES * j_2, state_0_4_7 + NLANES * j_2,
-    state_0_5_7 + NLANES * j_2, state_7, state_8, state_2_10);
+                state_0_1_7 + NLANES * j_2, state_0_2_7 + NLANES * j_2, state_0_3_7 + NLANES * j_2,
+                state_0_4_7 + NLANES * j_2, state_0_5_7 + NLANES * j_2, state_7, state_8, state_2_10);
         far |= NAME(branches_of_angles_common_8_lanes)(state_8, common_65, common_62, common_63, common_64);
         NAME(branches_of_angles_sum_start_2_lanes)(sum_3);
         far |= NAME(branches_of_angles_common_9_lanes)(state_8, common_69, common_66, common_67, common_68);
         for (intptr_t j_2 = 0; j_2 < t; j_2++) {
             NAME(branches_of_angles_mapped_4_lanes)(number + NLANES * j_2, common_62, common_63, common_64,
-    mapped_13);
+                mapped_13);
             NAME(branches_of_angles_sum_4_lanes)(sum_3, mapped_13, combined_2 + 42 * NLANES * j_2, common_66,
-    common_67, common_68, sum_3);
+                common_67, common_68, sum_3);
         }
         NAME(branches_of_angles_state_6_lanes)(sum_3, state_9, state_10, state_2_11);
         for (intptr_t j_2 = e; j_2-- > 0;)
             NAME(branches_of_angles_state_7_lanes)(state_9, state_10, state_2_11, pair + 14 * NLANES * j_2, state_9,
-    state_10, state_2_11);
+                state_10, state_2_11);
         NAME(branches_of_angles_common_10_lanes)(angles + NLANES * i, carry, common_33, state_8, common_65,
-    common_69, state_10, common_75, common_76, common_70, common_71, common_72, common_73, common_74);
+            common_69, state_10, common_75, common_76, common_70, common_71, common_72, common_73, common_74);
         NAME(eliminated_number_start_lanes)(number_start_10);
         NAME(branches_of_angles_motion_start_lanes)(motion);
         NAME(branches_of_angles_motion_start_lanes)(motion_2);
         for (intptr_t j_2 = 0; j_2 < j; j_2++) {
             NAME(branches_of_angles_placed_lanes)(places + j_2, origins + j_2, common_70, common_71, common_72,
-    common_73, common_74, placed + NLANES * j_2);
+                common_73, common_74, placed + NLANES * j_2);
             NAME(eliminated_number_lanes)(j_2 > 0 ? number_10 + NLANES * (j_2 - 1) : number_start_10,
-    number_10 + NLANES * j_2);
+                number_10 + NLANES * j_2);
             NAME(branches_of_angles_mapped_5_lanes)(last, placed + NLANES * j_2, number_10 + NLANES * j_2,
-    mapped_14);
+                mapped_14);
             far |= NAME(branches_of_angles_motion_lanes)(motion, mapped_14, axes + 6 * j_2, turns + j_2, motion);
             NAME(branches_of_angles_mapped_6_lanes)(last, placed + NLANES * j_2, number_10 + NLANES * j_2,
-    mapped_15);
+                mapped_15);
             far |= NAME(branches_of_angles_motion_lanes)(motion_2, mapped_15, axes + 6 * j_2, turns + j_2,
-    motion_2);
+                motion_2);
         }
         NAME(branches_of_angles_common_11_lanes)(goal, line, across, motion, motion_2, common_78, common_77);
         for (intptr_t j_2 = 0; j_2 < j; j_2++) {
             NAME(branches_of_angles_mapped_7_lanes)(last, placed + NLANES * j_2, number_10 + NLANES * j_2,
-    common_77, mapped_16);
+                common_77, mapped_16);
             COPY(NLANES, mapped_16, out + NLANES * (i * j + j_2));
         }
     }
@@ -4503,11 +4611,11 @@ static INLINE void NAME(distinct_branches_within)(intptr_t b, intptr_t n, const 
     REAL *work)
 {
     REAL number_start, *const number = work, sum, most, carry_0_start[8], carry_start[6],
-    *const carry_0 = number + b, carry[6], *const mapped = carry_0 + 8 * n, number_start_2,
-    *const number_2 = mapped + 6 * n, *const state_0_0 = number_2 + n, *const state_0_1 = state_0_0 + n,
-    *const state_0_2 = state_0_1 + n, *const state_0_3 = state_0_2 + n, *const state_0_4 = state_0_3 + n,
-    *const state_0_5 = state_0_4 + n, state_2, state_3, reflected[6], common, common_2, common_3, common_4,
-    common_5, common_6, common_7;
+        *const carry_0 = number + b, carry[6], *const mapped = carry_0 + 8 * n, number_start_2,
+        *const number_2 = mapped + 6 * n, *const state_0_0 = number_2 + n, *const state_0_1 = state_0_0 + n,
+        *const state_0_2 = state_0_1 + n, *const state_0_3 = state_0_2 + n, *const state_0_4 = state_0_3 + n,
+        *const state_0_5 = state_0_4 + n, state_2, state_3, reflected[6], common, common_2, common_3, common_4,
+        common_5, common_6, common_7;
     NAME(eliminated_number_start)(&number_start);
     for (intptr_t i = 0; i < b; i++)
         NAME(eliminated_number)(i > 0 ? number[i - 1] : number_start, number + i);
@@ -4523,40 +4631,40 @@ static INLINE void NAME(distinct_branches_within)(intptr_t b, intptr_t n, const 
         NAME(distinct_branches_carry_0_start)(carry_0_start, carry_start);
         for (intptr_t j = n; j-- > 0;) {
             NAME(distinct_branches_carry)(size, j + 1 < n ? carry_0 + 8 * (j + 1) : carry_0_start, q[i * n + j],
-    axes + 6 * j, turns[j], carry_0 + 8 * j, carry, NULL);
+                axes + 6 * j, turns[j], carry_0 + 8 * j, carry, NULL);
             NAME(distinct_branches_mapped)(carry, mapped + 6 * j);
         }
         NAME(eliminated_number_start)(&number_start_2);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eliminated_number)(j > 0 ? number_2[j - 1] : number_start_2, number_2 + j);
             NAME(eliminated_state_6)(mapped + 6 * j, state_0_0 + j, state_0_1 + j, state_0_2 + j, state_0_3 + j,
-    state_0_4 + j, state_0_5 + j);
+                state_0_4 + j, state_0_5 + j);
         }
         NAME(eliminated_state_start)(&state_2, &state_3);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eliminated_common_3)(state_3, state_0_0[j], state_0_1[j], state_0_2[j], state_0_3[j], state_0_4[j],
-    state_0_5[j], &common, &common_2, &common_3, &common_4, &common_5, &common_6, &common_7);
+                state_0_5[j], &common, &common_2, &common_3, &common_4, &common_5, &common_6, &common_7);
             NAME(eliminated_state_4)(state_2, state_3, state_0_0[j], state_0_1[j], state_0_2[j], state_0_3[j],
-    state_0_4[j], state_0_5[j], &state_2, &state_3);
+                state_0_4[j], state_0_5[j], &state_2, &state_3);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(eliminated_reflected_2)(state_0_0[k], state_0_1[k], state_0_2[k], state_0_3[k], state_0_4[k],
-    state_0_5[k], common, common_2, common_3, common_4, common_5, common_6, common_7, reflected);
+                    state_0_5[k], common, common_2, common_3, common_4, common_5, common_6, common_7, reflected);
                 NAME(eliminated_state_6)(reflected, state_0_0 + k, state_0_1 + k, state_0_2 + k, state_0_3 + k,
-    state_0_4 + k, state_0_5 + k);
+                    state_0_4 + k, state_0_5 + k);
             }
         }
         NAME(distinct_branches_result_2)(flat, state_2, out_1 + i);
     }
 }
 
-FUSED(distinct_branches, (intptr_t b, intptr_t n, const REAL *q, const REAL *off, const REAL *axes,
-    const REAL *turns, REAL size, REAL close, REAL same, REAL flat, REAL *out_0, REAL *out_1, REAL *work), (b, n, q,
-    off, axes, turns, size, close, same, flat, out_0, out_1, work))
+FUSED(distinct_branches, (intptr_t b, intptr_t n, const REAL *q, const REAL *off, const REAL *axes, const REAL
+    *turns, REAL size, REAL close, REAL same, REAL flat, REAL *out_0, REAL *out_1, REAL *work),
+    (b, n, q, off, axes, turns, size, close, same, flat, out_0, out_1, work))
 void NAME(distinct_branches)(intptr_t b, intptr_t n, const REAL *q, const REAL *off, const REAL *axes,
     const REAL *turns, REAL size, REAL close, REAL same, REAL flat, REAL *out_0, REAL *out_1, REAL *work)
 {
-    RUN(distinct_branches, (b, n, q, off, axes, turns, size, close, same, flat, out_0, out_1, work), (b, n, q, off,
-    axes, turns, size, close, same, flat, out_0, out_1, work));
+    RUN(distinct_branches, (b, n, q, off, axes, turns, size, close, same, flat, out_0, out_1, work),
+        (b, n, q, off, axes, turns, size, close, same, flat, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(distinct_branches_lanes)(intptr_t b, intptr_t n, const REAL *q, const REAL *off,
@@ -4565,9 +4673,9 @@ static INLINE WORD NAME(distinct_branches_lanes)(intptr_t b, intptr_t n, const R
     REAL *state_0_1, REAL *state_0_2, REAL *state_0_3, REAL *state_0_4, REAL *state_0_5)
 {
     _Alignas(64) REAL number_start[NLANES], sum[NLANES], most[NLANES], carry_0_start[8 * NLANES],
-    carry_start[6 * NLANES], carry[6 * NLANES], number_start_2[NLANES], state_2[NLANES], state_3[NLANES],
-    reflected[6 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES],
-    common_6[NLANES], common_7[NLANES];
+        carry_start[6 * NLANES], carry[6 * NLANES], number_start_2[NLANES], state_2[NLANES], state_3[NLANES],
+        reflected[6 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
+        common_5[NLANES], common_6[NLANES], common_7[NLANES];
     WORD far = 0;
     NAME(eliminated_number_start_lanes)(number_start);
     for (intptr_t i = 0; i < b; i++)
@@ -4578,39 +4686,39 @@ static INLINE WORD NAME(distinct_branches_lanes)(intptr_t b, intptr_t n, const R
             NAME(eliminated_sum_start_4_lanes)(most);
             for (intptr_t k = 0; k < n; k++)
                 NAME(distinct_branches_most_lanes)(most, q + NLANES * (i * n + k), q + NLANES * (j * n + k),
-    turns + k, most);
+                    turns + k, most);
             NAME(distinct_branches_sum_lanes)(same, off + NLANES * i, number + NLANES * i, sum, off + NLANES * j,
-    number + NLANES * j, most, sum);
+                number + NLANES * j, most, sum);
         }
         NAME(distinct_branches_result_lanes)(close, off + NLANES * i, sum, out_0 + NLANES * i);
         NAME(distinct_branches_carry_0_start_lanes)(carry_0_start, carry_start);
         for (intptr_t j = n; j-- > 0;) {
             far |= NAME(distinct_branches_carry_lanes)(size,
-    j + 1 < n ? carry_0 + 8 * NLANES * (j + 1) : carry_0_start, q + NLANES * (i * n + j), axes + 6 * j, turns + j,
-    carry_0 + 8 * NLANES * j, carry);
+                j + 1 < n ? carry_0 + 8 * NLANES * (j + 1) : carry_0_start, q + NLANES * (i * n + j), axes + 6 * j,
+                turns + j, carry_0 + 8 * NLANES * j, carry);
             NAME(distinct_branches_mapped_lanes)(carry, mapped + 6 * NLANES * j);
         }
         NAME(eliminated_number_start_lanes)(number_start_2);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eliminated_number_lanes)(j > 0 ? number_2 + NLANES * (j - 1) : number_start_2,
-    number_2 + NLANES * j);
+                number_2 + NLANES * j);
             NAME(eliminated_state_6_lanes)(mapped + 6 * NLANES * j, state_0_0 + NLANES * j, state_0_1 + NLANES * j,
-    state_0_2 + NLANES * j, state_0_3 + NLANES * j, state_0_4 + NLANES * j, state_0_5 + NLANES * j);
+                state_0_2 + NLANES * j, state_0_3 + NLANES * j, state_0_4 + NLANES * j, state_0_5 + NLANES * j);
         }
         NAME(eliminated_state_start_lanes)(state_2, state_3);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eliminated_common_3_lanes)(state_3, state_0_0 + NLANES * j, state_0_1 + NLANES * j,
-    state_0_2 + NLANES * j, state_0_3 + NLANES * j, state_0_4 + NLANES * j, state_0_5 + NLANES * j, common,
-    common_2, common_3, common_4, common_5, common_6, common_7);
+                state_0_2 + NLANES * j, state_0_3 + NLANES * j, state_0_4 + NLANES * j, state_0_5 + NLANES * j,
+                common, common_2, common_3, common_4, common_5, common_6, common_7);
             NAME(eliminated_state_4_lanes)(state_2, state_3, state_0_0 + NLANES * j, state_0_1 + NLANES * j,
-    state_0_2 + NLANES * j, state_0_3 + NLANES * j, state_0_4 + NLANES * j, state_0_5 + NLANES * j, state_2,
-    state_3);
+                state_0_2 + NLANES * j, state_0_3 + NLANES * j, state_0_4 + NLANES * j, state_0_5 + NLANES * j,
+                state_2, state_3);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(eliminated_reflected_2_lanes)(state_0_0 + NLANES * k, state_0_1 + NLANES * k,
-    state_0_2 + NLANES * k, state_0_3 + NLANES * k, state_0_4 + NLANES * k, state_0_5 + NLANES * k, common,
-    common_2, common_3, common_4, common_5, common_6, common_7, reflected);
+                    state_0_2 + NLANES * k, state_0_3 + NLANES * k, state_0_4 + NLANES * k, state_0_5 + NLANES * k,
+                    common, common_2, common_3, common_4, common_5, common_6, common_7, reflected);
                 NAME(eliminated_state_6_lanes)(reflected, state_0_0 + NLANES * k, state_0_1 + NLANES * k,
-    state_0_2 + NLANES * k, state_0_3 + NLANES * k, state_0_4 + NLANES * k, state_0_5 + NLANES * k);
+                    state_0_2 + NLANES * k, state_0_3 + NLANES * k, state_0_4 + NLANES * k, state_0_5 + NLANES * k);
             }
         }
         NAME(distinct_branches_result_2_lanes)(flat, state_2, out_1 + NLANES * i);

@@ -2,7 +2,7 @@
 // command: gac generate --all estimation
 // spec: 76875534f297a097
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 192ff228fb7042128284ecd95b62db403bc7f326a58f6c2ba75167dcd8d32307
+// body: c6cbe4ad69abfee5d3dd741a1ce4e98904059f5597a5fd1d0fe4840a05d82f26
 
 #ifndef REAL
 #include "estimation.h"
@@ -1470,78 +1470,82 @@ static INLINE void NAME(orientation_filter_within)(intptr_t n, const REAL *rates
     REAL *out_2, REAL *out_3, REAL *work)
 {
     REAL carry_0_rotor_start[4], carry_0_bias_start[3], carry_0_velocity_0_start, carry_0_velocity_1_start,
-    carry_0_covariance_start[36], carry_0_level_start, carry_0_mean_rate_start[3],
-    carry_0_mean_acceleration_start[3], carry_0_quiet_start, carry_0_last_rate_start[3],
-    carry_0_last_field_start[3], carry_0_finite_start[3], carry_0_delay_0_start, carry_0_delay_1_start,
-    carry_0_reference_start[3], carry_0_distance_start, carry_0_doubt_counts_start[3], carry_0_doubt_square_start,
-    carry_0_doubt_peaks_start[3], carry_0_doubt_equal_start[3], carry_0_doubt_limited_start[3],
-    carry_0_doubt_lasted_start, carry_0_doubt_missed_start, carry_0_doubt_drift_start[3], carry_1_0_start[4],
-    carry_start[3], carry_start_2[3], carry_start_3[9], *const carry_0_rotor = work,
-    *const carry_0_bias = carry_0_rotor + 4 * n, *const carry_0_velocity_0 = carry_0_bias + 3 * n,
-    *const carry_0_velocity_1 = carry_0_velocity_0 + n, *const carry_0_covariance = carry_0_velocity_1 + n,
-    *const carry_0_level = carry_0_covariance + 36 * n, *const carry_0_mean_rate = carry_0_level + n,
-    *const carry_0_mean_acceleration = carry_0_mean_rate + 3 * n,
-    *const carry_0_quiet = carry_0_mean_acceleration + 3 * n, *const carry_0_last_rate = carry_0_quiet + n,
-    *const carry_0_last_field = carry_0_last_rate + 3 * n, *const carry_0_finite = carry_0_last_field + 3 * n,
-    *const carry_0_delay_0 = carry_0_finite + 3 * n, *const carry_0_delay_1 = carry_0_delay_0 + n,
-    *const carry_0_reference = carry_0_delay_1 + n, carry_0_distance,
-    *const carry_0_doubt_counts = carry_0_reference + 3 * n,
-    *const carry_0_doubt_square = carry_0_doubt_counts + 3 * n,
-    *const carry_0_doubt_peaks = carry_0_doubt_square + n, *const carry_0_doubt_equal = carry_0_doubt_peaks + 3 * n,
-    *const carry_0_doubt_limited = carry_0_doubt_equal + 3 * n,
-    *const carry_0_doubt_lasted = carry_0_doubt_limited + 3 * n,
-    *const carry_0_doubt_missed = carry_0_doubt_lasted + n, *const carry_0_doubt_drift = carry_0_doubt_missed + n,
-    common, common_2;
+        carry_0_covariance_start[36], carry_0_level_start, carry_0_mean_rate_start[3],
+        carry_0_mean_acceleration_start[3], carry_0_quiet_start, carry_0_last_rate_start[3],
+        carry_0_last_field_start[3], carry_0_finite_start[3], carry_0_delay_0_start, carry_0_delay_1_start,
+        carry_0_reference_start[3], carry_0_distance_start, carry_0_doubt_counts_start[3],
+        carry_0_doubt_square_start, carry_0_doubt_peaks_start[3], carry_0_doubt_equal_start[3],
+        carry_0_doubt_limited_start[3], carry_0_doubt_lasted_start, carry_0_doubt_missed_start,
+        carry_0_doubt_drift_start[3], carry_1_0_start[4], carry_start[3], carry_start_2[3], carry_start_3[9],
+        *const carry_0_rotor = work, *const carry_0_bias = carry_0_rotor + 4 * n,
+        *const carry_0_velocity_0 = carry_0_bias + 3 * n, *const carry_0_velocity_1 = carry_0_velocity_0 + n,
+        *const carry_0_covariance = carry_0_velocity_1 + n, *const carry_0_level = carry_0_covariance + 36 * n,
+        *const carry_0_mean_rate = carry_0_level + n, *const carry_0_mean_acceleration = carry_0_mean_rate + 3 * n,
+        *const carry_0_quiet = carry_0_mean_acceleration + 3 * n, *const carry_0_last_rate = carry_0_quiet + n,
+        *const carry_0_last_field = carry_0_last_rate + 3 * n, *const carry_0_finite = carry_0_last_field + 3 * n,
+        *const carry_0_delay_0 = carry_0_finite + 3 * n, *const carry_0_delay_1 = carry_0_delay_0 + n,
+        *const carry_0_reference = carry_0_delay_1 + n, carry_0_distance,
+        *const carry_0_doubt_counts = carry_0_reference + 3 * n,
+        *const carry_0_doubt_square = carry_0_doubt_counts + 3 * n,
+        *const carry_0_doubt_peaks = carry_0_doubt_square + n,
+        *const carry_0_doubt_equal = carry_0_doubt_peaks + 3 * n,
+        *const carry_0_doubt_limited = carry_0_doubt_equal + 3 * n,
+        *const carry_0_doubt_lasted = carry_0_doubt_limited + 3 * n,
+        *const carry_0_doubt_missed = carry_0_doubt_lasted + n,
+        *const carry_0_doubt_drift = carry_0_doubt_missed + n, common, common_2;
     NAME(orientation_filter_carry_0_rotor_start)(state, settings, carry_0_rotor_start, carry_0_bias_start,
-    &carry_0_velocity_0_start, &carry_0_velocity_1_start, carry_0_covariance_start, &carry_0_level_start,
-    carry_0_mean_rate_start, carry_0_mean_acceleration_start, &carry_0_quiet_start, carry_0_last_rate_start,
-    carry_0_last_field_start, carry_0_finite_start, &carry_0_delay_0_start, &carry_0_delay_1_start,
-    carry_0_reference_start, &carry_0_distance_start, carry_0_doubt_counts_start, &carry_0_doubt_square_start,
-    carry_0_doubt_peaks_start, carry_0_doubt_equal_start, carry_0_doubt_limited_start, &carry_0_doubt_lasted_start,
-    &carry_0_doubt_missed_start, carry_0_doubt_drift_start, carry_1_0_start, carry_start, carry_start_2,
-    carry_start_3);
+        &carry_0_velocity_0_start, &carry_0_velocity_1_start, carry_0_covariance_start, &carry_0_level_start,
+        carry_0_mean_rate_start, carry_0_mean_acceleration_start, &carry_0_quiet_start, carry_0_last_rate_start,
+        carry_0_last_field_start, carry_0_finite_start, &carry_0_delay_0_start, &carry_0_delay_1_start,
+        carry_0_reference_start, &carry_0_distance_start, carry_0_doubt_counts_start, &carry_0_doubt_square_start,
+        carry_0_doubt_peaks_start, carry_0_doubt_equal_start, carry_0_doubt_limited_start,
+        &carry_0_doubt_lasted_start, &carry_0_doubt_missed_start, carry_0_doubt_drift_start, carry_1_0_start,
+        carry_start, carry_start_2, carry_start_3);
     NAME(orientation_filter_common)(settings, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(orientation_filter_carry_0_rotor)(settings, i > 0 ? carry_0_rotor + 4 * (i - 1) : carry_0_rotor_start,
-    i > 0 ? carry_0_bias + 3 * (i - 1) : carry_0_bias_start,
-    i > 0 ? carry_0_velocity_0[i - 1] : carry_0_velocity_0_start,
-    i > 0 ? carry_0_velocity_1[i - 1] : carry_0_velocity_1_start,
-    i > 0 ? carry_0_covariance + 36 * (i - 1) : carry_0_covariance_start,
-    i > 0 ? carry_0_level[i - 1] : carry_0_level_start,
-    i > 0 ? carry_0_mean_rate + 3 * (i - 1) : carry_0_mean_rate_start,
-    i > 0 ? carry_0_mean_acceleration + 3 * (i - 1) : carry_0_mean_acceleration_start,
-    i > 0 ? carry_0_quiet[i - 1] : carry_0_quiet_start,
-    i > 0 ? carry_0_last_rate + 3 * (i - 1) : carry_0_last_rate_start,
-    i > 0 ? carry_0_last_field + 3 * (i - 1) : carry_0_last_field_start,
-    i > 0 ? carry_0_finite + 3 * (i - 1) : carry_0_finite_start,
-    i > 0 ? carry_0_delay_0[i - 1] : carry_0_delay_0_start, i > 0 ? carry_0_delay_1[i - 1] : carry_0_delay_1_start,
-    i > 0 ? carry_0_reference + 3 * (i - 1) : carry_0_reference_start,
-    i > 0 ? carry_0_doubt_counts + 3 * (i - 1) : carry_0_doubt_counts_start,
-    i > 0 ? carry_0_doubt_square[i - 1] : carry_0_doubt_square_start,
-    i > 0 ? carry_0_doubt_peaks + 3 * (i - 1) : carry_0_doubt_peaks_start,
-    i > 0 ? carry_0_doubt_equal + 3 * (i - 1) : carry_0_doubt_equal_start,
-    i > 0 ? carry_0_doubt_limited + 3 * (i - 1) : carry_0_doubt_limited_start,
-    i > 0 ? carry_0_doubt_lasted[i - 1] : carry_0_doubt_lasted_start,
-    i > 0 ? carry_0_doubt_missed[i - 1] : carry_0_doubt_missed_start,
-    i > 0 ? carry_0_doubt_drift + 3 * (i - 1) : carry_0_doubt_drift_start, rates + 3 * i, accelerations + 3 * i,
-    fields + 3 * i, dt[i], common, common_2, carry_0_rotor + 4 * i, carry_0_bias + 3 * i, carry_0_velocity_0 + i,
-    carry_0_velocity_1 + i, carry_0_covariance + 36 * i, carry_0_level + i, carry_0_mean_rate + 3 * i,
-    carry_0_mean_acceleration + 3 * i, carry_0_quiet + i, carry_0_last_rate + 3 * i, carry_0_last_field + 3 * i,
-    carry_0_finite + 3 * i, carry_0_delay_0 + i, carry_0_delay_1 + i, carry_0_reference + 3 * i, &carry_0_distance,
-    carry_0_doubt_counts + 3 * i, carry_0_doubt_square + i, carry_0_doubt_peaks + 3 * i,
-    carry_0_doubt_equal + 3 * i, carry_0_doubt_limited + 3 * i, carry_0_doubt_lasted + i, carry_0_doubt_missed + i,
-    carry_0_doubt_drift + 3 * i, out_0 + 4 * i, out_1 + 3 * i, out_2 + 3 * i, out_3 + 9 * i, NULL);
+            i > 0 ? carry_0_bias + 3 * (i - 1) : carry_0_bias_start,
+            i > 0 ? carry_0_velocity_0[i - 1] : carry_0_velocity_0_start,
+            i > 0 ? carry_0_velocity_1[i - 1] : carry_0_velocity_1_start,
+            i > 0 ? carry_0_covariance + 36 * (i - 1) : carry_0_covariance_start,
+            i > 0 ? carry_0_level[i - 1] : carry_0_level_start,
+            i > 0 ? carry_0_mean_rate + 3 * (i - 1) : carry_0_mean_rate_start,
+            i > 0 ? carry_0_mean_acceleration + 3 * (i - 1) : carry_0_mean_acceleration_start,
+            i > 0 ? carry_0_quiet[i - 1] : carry_0_quiet_start,
+            i > 0 ? carry_0_last_rate + 3 * (i - 1) : carry_0_last_rate_start,
+            i > 0 ? carry_0_last_field + 3 * (i - 1) : carry_0_last_field_start,
+            i > 0 ? carry_0_finite + 3 * (i - 1) : carry_0_finite_start,
+            i > 0 ? carry_0_delay_0[i - 1] : carry_0_delay_0_start,
+            i > 0 ? carry_0_delay_1[i - 1] : carry_0_delay_1_start,
+            i > 0 ? carry_0_reference + 3 * (i - 1) : carry_0_reference_start,
+            i > 0 ? carry_0_doubt_counts + 3 * (i - 1) : carry_0_doubt_counts_start,
+            i > 0 ? carry_0_doubt_square[i - 1] : carry_0_doubt_square_start,
+            i > 0 ? carry_0_doubt_peaks + 3 * (i - 1) : carry_0_doubt_peaks_start,
+            i > 0 ? carry_0_doubt_equal + 3 * (i - 1) : carry_0_doubt_equal_start,
+            i > 0 ? carry_0_doubt_limited + 3 * (i - 1) : carry_0_doubt_limited_start,
+            i > 0 ? carry_0_doubt_lasted[i - 1] : carry_0_doubt_lasted_start,
+            i > 0 ? carry_0_doubt_missed[i - 1] : carry_0_doubt_missed_start,
+            i > 0 ? carry_0_doubt_drift + 3 * (i - 1) : carry_0_doubt_drift_start, rates + 3 * i,
+            accelerations + 3 * i, fields + 3 * i, dt[i], common, common_2, carry_0_rotor + 4 * i,
+            carry_0_bias + 3 * i, carry_0_velocity_0 + i, carry_0_velocity_1 + i, carry_0_covariance + 36 * i,
+            carry_0_level + i, carry_0_mean_rate + 3 * i, carry_0_mean_acceleration + 3 * i, carry_0_quiet + i,
+            carry_0_last_rate + 3 * i, carry_0_last_field + 3 * i, carry_0_finite + 3 * i, carry_0_delay_0 + i,
+            carry_0_delay_1 + i, carry_0_reference + 3 * i, &carry_0_distance, carry_0_doubt_counts + 3 * i,
+            carry_0_doubt_square + i, carry_0_doubt_peaks + 3 * i, carry_0_doubt_equal + 3 * i,
+            carry_0_doubt_limited + 3 * i, carry_0_doubt_lasted + i, carry_0_doubt_missed + i,
+            carry_0_doubt_drift + 3 * i, out_0 + 4 * i, out_1 + 3 * i, out_2 + 3 * i, out_3 + 9 * i, NULL);
 }
 
-FUSED(orientation_filter, (intptr_t n, const REAL *rates, const REAL *accelerations, const REAL *fields,
-    const REAL *dt, const REAL *state, const REAL *settings, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3,
-    REAL *work), (n, rates, accelerations, fields, dt, state, settings, out_0, out_1, out_2, out_3, work))
+FUSED(orientation_filter, (intptr_t n, const REAL *rates, const REAL *accelerations, const REAL *fields, const REAL
+    *dt, const REAL *state, const REAL *settings, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work),
+    (n, rates, accelerations, fields, dt, state, settings, out_0, out_1, out_2, out_3, work))
 void NAME(orientation_filter)(intptr_t n, const REAL *rates, const REAL *accelerations, const REAL *fields,
     const REAL *dt, const REAL *state, const REAL *settings, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3,
     REAL *work)
 {
-    RUN(orientation_filter, (n, rates, accelerations, fields, dt, state, settings, out_0, out_1, out_2, out_3,
-    work), (n, rates, accelerations, fields, dt, state, settings, out_0, out_1, out_2, out_3, work));
+    RUN(orientation_filter,
+        (n, rates, accelerations, fields, dt, state, settings, out_0, out_1, out_2, out_3, work),
+        (n, rates, accelerations, fields, dt, state, settings, out_0, out_1, out_2, out_3, work));
 }
 
 static INLINE WORD NAME(orientation_filter_lanes)(intptr_t n, const REAL *rates, const REAL *accelerations,
@@ -1554,62 +1558,64 @@ static INLINE WORD NAME(orientation_filter_lanes)(intptr_t n, const REAL *rates,
     REAL *carry_0_doubt_limited, REAL *carry_0_doubt_lasted, REAL *carry_0_doubt_missed, REAL *carry_0_doubt_drift)
 {
     _Alignas(64) REAL carry_0_rotor_start[4 * NLANES], carry_0_bias_start[3 * NLANES],
-    carry_0_velocity_0_start[NLANES], carry_0_velocity_1_start[NLANES], carry_0_covariance_start[36 * NLANES],
-    carry_0_level_start[NLANES], carry_0_mean_rate_start[3 * NLANES], carry_0_mean_acceleration_start[3 * NLANES],
-    carry_0_quiet_start[NLANES], carry_0_last_rate_start[3 * NLANES], carry_0_last_field_start[3 * NLANES],
-    carry_0_finite_start[3 * NLANES], carry_0_delay_0_start[NLANES], carry_0_delay_1_start[NLANES],
-    carry_0_reference_start[3 * NLANES], carry_0_distance_start[NLANES], carry_0_doubt_counts_start[3 * NLANES],
-    carry_0_doubt_square_start[NLANES], carry_0_doubt_peaks_start[3 * NLANES],
-    carry_0_doubt_equal_start[3 * NLANES], carry_0_doubt_limited_start[3 * NLANES],
-    carry_0_doubt_lasted_start[NLANES], carry_0_doubt_missed_start[NLANES], carry_0_doubt_drift_start[3 * NLANES],
-    carry_1_0_start[4 * NLANES], carry_start[3 * NLANES], carry_start_2[3 * NLANES], carry_start_3[9 * NLANES],
-    carry_0_distance[NLANES], common[NLANES], common_2[NLANES];
+        carry_0_velocity_0_start[NLANES], carry_0_velocity_1_start[NLANES], carry_0_covariance_start[36 * NLANES],
+        carry_0_level_start[NLANES], carry_0_mean_rate_start[3 * NLANES],
+        carry_0_mean_acceleration_start[3 * NLANES], carry_0_quiet_start[NLANES],
+        carry_0_last_rate_start[3 * NLANES], carry_0_last_field_start[3 * NLANES], carry_0_finite_start[3 * NLANES],
+        carry_0_delay_0_start[NLANES], carry_0_delay_1_start[NLANES], carry_0_reference_start[3 * NLANES],
+        carry_0_distance_start[NLANES], carry_0_doubt_counts_start[3 * NLANES], carry_0_doubt_square_start[NLANES],
+        carry_0_doubt_peaks_start[3 * NLANES], carry_0_doubt_equal_start[3 * NLANES],
+        carry_0_doubt_limited_start[3 * NLANES], carry_0_doubt_lasted_start[NLANES],
+        carry_0_doubt_missed_start[NLANES], carry_0_doubt_drift_start[3 * NLANES], carry_1_0_start[4 * NLANES],
+        carry_start[3 * NLANES], carry_start_2[3 * NLANES], carry_start_3[9 * NLANES], carry_0_distance[NLANES],
+        common[NLANES], common_2[NLANES];
     WORD far = 0;
     NAME(orientation_filter_carry_0_rotor_start_lanes)(state, settings, carry_0_rotor_start, carry_0_bias_start,
-    carry_0_velocity_0_start, carry_0_velocity_1_start, carry_0_covariance_start, carry_0_level_start,
-    carry_0_mean_rate_start, carry_0_mean_acceleration_start, carry_0_quiet_start, carry_0_last_rate_start,
-    carry_0_last_field_start, carry_0_finite_start, carry_0_delay_0_start, carry_0_delay_1_start,
-    carry_0_reference_start, carry_0_distance_start, carry_0_doubt_counts_start, carry_0_doubt_square_start,
-    carry_0_doubt_peaks_start, carry_0_doubt_equal_start, carry_0_doubt_limited_start, carry_0_doubt_lasted_start,
-    carry_0_doubt_missed_start, carry_0_doubt_drift_start, carry_1_0_start, carry_start, carry_start_2,
-    carry_start_3);
+        carry_0_velocity_0_start, carry_0_velocity_1_start, carry_0_covariance_start, carry_0_level_start,
+        carry_0_mean_rate_start, carry_0_mean_acceleration_start, carry_0_quiet_start, carry_0_last_rate_start,
+        carry_0_last_field_start, carry_0_finite_start, carry_0_delay_0_start, carry_0_delay_1_start,
+        carry_0_reference_start, carry_0_distance_start, carry_0_doubt_counts_start, carry_0_doubt_square_start,
+        carry_0_doubt_peaks_start, carry_0_doubt_equal_start, carry_0_doubt_limited_start,
+        carry_0_doubt_lasted_start, carry_0_doubt_missed_start, carry_0_doubt_drift_start, carry_1_0_start,
+        carry_start, carry_start_2, carry_start_3);
     NAME(orientation_filter_common_lanes)(settings, common, common_2);
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(orientation_filter_carry_0_rotor_lanes)(settings,
-    i > 0 ? carry_0_rotor + 4 * NLANES * (i - 1) : carry_0_rotor_start,
-    i > 0 ? carry_0_bias + 3 * NLANES * (i - 1) : carry_0_bias_start,
-    i > 0 ? carry_0_velocity_0 + NLANES * (i - 1) : carry_0_velocity_0_start,
-    i > 0 ? carry_0_velocity_1 + NLANES * (i - 1) : carry_0_velocity_1_start,
-    i > 0 ? carry_0_covariance + 36 * NLANES * (i - 1) : carry_0_covariance_start,
-    i > 0 ? carry_0_level + NLANES * (i - 1) : carry_0_level_start,
-    i > 0 ? carry_0_mean_rate + 3 * NLANES * (i - 1) : carry_0_mean_rate_start,
-    i > 0 ? carry_0_mean_acceleration + 3 * NLANES * (i - 1) : carry_0_mean_acceleration_start,
-    i > 0 ? carry_0_quiet + NLANES * (i - 1) : carry_0_quiet_start,
-    i > 0 ? carry_0_last_rate + 3 * NLANES * (i - 1) : carry_0_last_rate_start,
-    i > 0 ? carry_0_last_field + 3 * NLANES * (i - 1) : carry_0_last_field_start,
-    i > 0 ? carry_0_finite + 3 * NLANES * (i - 1) : carry_0_finite_start,
-    i > 0 ? carry_0_delay_0 + NLANES * (i - 1) : carry_0_delay_0_start,
-    i > 0 ? carry_0_delay_1 + NLANES * (i - 1) : carry_0_delay_1_start,
-    i > 0 ? carry_0_reference + 3 * NLANES * (i - 1) : carry_0_reference_start,
-    i > 0 ? carry_0_doubt_counts + 3 * NLANES * (i - 1) : carry_0_doubt_counts_start,
-    i > 0 ? carry_0_doubt_square + NLANES * (i - 1) : carry_0_doubt_square_start,
-    i > 0 ? carry_0_doubt_peaks + 3 * NLANES * (i - 1) : carry_0_doubt_peaks_start,
-    i > 0 ? carry_0_doubt_equal + 3 * NLANES * (i - 1) : carry_0_doubt_equal_start,
-    i > 0 ? carry_0_doubt_limited + 3 * NLANES * (i - 1) : carry_0_doubt_limited_start,
-    i > 0 ? carry_0_doubt_lasted + NLANES * (i - 1) : carry_0_doubt_lasted_start,
-    i > 0 ? carry_0_doubt_missed + NLANES * (i - 1) : carry_0_doubt_missed_start,
-    i > 0 ? carry_0_doubt_drift + 3 * NLANES * (i - 1) : carry_0_doubt_drift_start, rates + 3 * NLANES * i,
-    accelerations + 3 * NLANES * i, fields + 3 * NLANES * i, dt + NLANES * i, common, common_2,
-    carry_0_rotor + 4 * NLANES * i, carry_0_bias + 3 * NLANES * i, carry_0_velocity_0 + NLANES * i,
-    carry_0_velocity_1 + NLANES * i, carry_0_covariance + 36 * NLANES * i, carry_0_level + NLANES * i,
-    carry_0_mean_rate + 3 * NLANES * i, carry_0_mean_acceleration + 3 * NLANES * i, carry_0_quiet + NLANES * i,
-    carry_0_last_rate + 3 * NLANES * i, carry_0_last_field + 3 * NLANES * i, carry_0_finite + 3 * NLANES * i,
-    carry_0_delay_0 + NLANES * i, carry_0_delay_1 + NLANES * i, carry_0_reference + 3 * NLANES * i,
-    carry_0_distance, carry_0_doubt_counts + 3 * NLANES * i, carry_0_doubt_square + NLANES * i,
-    carry_0_doubt_peaks + 3 * NLANES * i, carry_0_doubt_equal + 3 * NLANES * i,
-    carry_0_doubt_limited + 3 * NLANES * i, carry_0_doubt_lasted + NLANES * i, carry_0_doubt_missed + NLANES * i,
-    carry_0_doubt_drift + 3 * NLANES * i, out_0 + 4 * NLANES * i, out_1 + 3 * NLANES * i, out_2 + 3 * NLANES * i,
-    out_3 + 9 * NLANES * i);
+            i > 0 ? carry_0_rotor + 4 * NLANES * (i - 1) : carry_0_rotor_start,
+            i > 0 ? carry_0_bias + 3 * NLANES * (i - 1) : carry_0_bias_start,
+            i > 0 ? carry_0_velocity_0 + NLANES * (i - 1) : carry_0_velocity_0_start,
+            i > 0 ? carry_0_velocity_1 + NLANES * (i - 1) : carry_0_velocity_1_start,
+            i > 0 ? carry_0_covariance + 36 * NLANES * (i - 1) : carry_0_covariance_start,
+            i > 0 ? carry_0_level + NLANES * (i - 1) : carry_0_level_start,
+            i > 0 ? carry_0_mean_rate + 3 * NLANES * (i - 1) : carry_0_mean_rate_start,
+            i > 0 ? carry_0_mean_acceleration + 3 * NLANES * (i - 1) : carry_0_mean_acceleration_start,
+            i > 0 ? carry_0_quiet + NLANES * (i - 1) : carry_0_quiet_start,
+            i > 0 ? carry_0_last_rate + 3 * NLANES * (i - 1) : carry_0_last_rate_start,
+            i > 0 ? carry_0_last_field + 3 * NLANES * (i - 1) : carry_0_last_field_start,
+            i > 0 ? carry_0_finite + 3 * NLANES * (i - 1) : carry_0_finite_start,
+            i > 0 ? carry_0_delay_0 + NLANES * (i - 1) : carry_0_delay_0_start,
+            i > 0 ? carry_0_delay_1 + NLANES * (i - 1) : carry_0_delay_1_start,
+            i > 0 ? carry_0_reference + 3 * NLANES * (i - 1) : carry_0_reference_start,
+            i > 0 ? carry_0_doubt_counts + 3 * NLANES * (i - 1) : carry_0_doubt_counts_start,
+            i > 0 ? carry_0_doubt_square + NLANES * (i - 1) : carry_0_doubt_square_start,
+            i > 0 ? carry_0_doubt_peaks + 3 * NLANES * (i - 1) : carry_0_doubt_peaks_start,
+            i > 0 ? carry_0_doubt_equal + 3 * NLANES * (i - 1) : carry_0_doubt_equal_start,
+            i > 0 ? carry_0_doubt_limited + 3 * NLANES * (i - 1) : carry_0_doubt_limited_start,
+            i > 0 ? carry_0_doubt_lasted + NLANES * (i - 1) : carry_0_doubt_lasted_start,
+            i > 0 ? carry_0_doubt_missed + NLANES * (i - 1) : carry_0_doubt_missed_start,
+            i > 0 ? carry_0_doubt_drift + 3 * NLANES * (i - 1) : carry_0_doubt_drift_start, rates + 3 * NLANES * i,
+            accelerations + 3 * NLANES * i, fields + 3 * NLANES * i, dt + NLANES * i, common, common_2,
+            carry_0_rotor + 4 * NLANES * i, carry_0_bias + 3 * NLANES * i, carry_0_velocity_0 + NLANES * i,
+            carry_0_velocity_1 + NLANES * i, carry_0_covariance + 36 * NLANES * i, carry_0_level + NLANES * i,
+            carry_0_mean_rate + 3 * NLANES * i, carry_0_mean_acceleration + 3 * NLANES * i,
+            carry_0_quiet + NLANES * i, carry_0_last_rate + 3 * NLANES * i, carry_0_last_field + 3 * NLANES * i,
+            carry_0_finite + 3 * NLANES * i, carry_0_delay_0 + NLANES * i, carry_0_delay_1 + NLANES * i,
+            carry_0_reference + 3 * NLANES * i, carry_0_distance, carry_0_doubt_counts + 3 * NLANES * i,
+            carry_0_doubt_square + NLANES * i, carry_0_doubt_peaks + 3 * NLANES * i,
+            carry_0_doubt_equal + 3 * NLANES * i, carry_0_doubt_limited + 3 * NLANES * i,
+            carry_0_doubt_lasted + NLANES * i, carry_0_doubt_missed + NLANES * i,
+            carry_0_doubt_drift + 3 * NLANES * i, out_0 + 4 * NLANES * i, out_1 + 3 * NLANES * i,
+            out_2 + 3 * NLANES * i, out_3 + 9 * NLANES * i);
     return far;
 }
 
@@ -1750,18 +1756,17 @@ static INLINE void NAME(mean_directions_within)(intptr_t n, const REAL *rates, c
     NAME(mean_directions_carry_start)(carry_0, carry, carry_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(mean_directions_carry)(carry_0, carry, carry_2, rates + 3 * i, accelerations + 3 * i, fields + 3 * i,
-    dt[i], carry_0, carry, carry_2, NULL);
+            dt[i], carry_0, carry, carry_2, NULL);
     NAME(mean_directions_result)(carry, carry_2, out_0, out_1);
 }
 
-FUSED(mean_directions, (intptr_t n, const REAL *rates, const REAL *accelerations, const REAL *fields,
-    const REAL *dt, REAL *out_0, REAL *out_1, REAL *work), (n, rates, accelerations, fields, dt, out_0, out_1,
-    work))
+FUSED(mean_directions, (intptr_t n, const REAL *rates, const REAL *accelerations, const REAL *fields, const REAL
+    *dt, REAL *out_0, REAL *out_1, REAL *work), (n, rates, accelerations, fields, dt, out_0, out_1, work))
 void NAME(mean_directions)(intptr_t n, const REAL *rates, const REAL *accelerations, const REAL *fields,
     const REAL *dt, REAL *out_0, REAL *out_1, REAL *work)
 {
-    RUN(mean_directions, (n, rates, accelerations, fields, dt, out_0, out_1, work), (n, rates, accelerations,
-    fields, dt, out_0, out_1, work));
+    RUN(mean_directions, (n, rates, accelerations, fields, dt, out_0, out_1, work),
+        (n, rates, accelerations, fields, dt, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(mean_directions_lanes)(intptr_t n, const REAL *rates, const REAL *accelerations,
@@ -1772,7 +1777,7 @@ static INLINE WORD NAME(mean_directions_lanes)(intptr_t n, const REAL *rates, co
     NAME(mean_directions_carry_start_lanes)(carry_0, carry, carry_2);
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(mean_directions_carry_lanes)(carry_0, carry, carry_2, rates + 3 * NLANES * i,
-    accelerations + 3 * NLANES * i, fields + 3 * NLANES * i, dt + NLANES * i, carry_0, carry, carry_2);
+            accelerations + 3 * NLANES * i, fields + 3 * NLANES * i, dt + NLANES * i, carry_0, carry, carry_2);
     NAME(mean_directions_result_lanes)(carry, carry_2, out_0, out_1);
     return far;
 }
@@ -2069,22 +2074,22 @@ static INLINE void NAME(update_by_vectors_within)(intptr_t n, const REAL *rotor,
     NAME(update_by_vectors_c)(rotor, covariance, c_0, c, c_2, &c_3_0, &c_3_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(update_by_vectors_c_2)(variance, gate, c_0, c, c_2, c_3_0, c_3_1, vectors + 3 * i, seen + 3 * i, c,
-    c_2, &c_3_0, &c_3_1);
+            c_2, &c_3_0, &c_3_1);
     NAME(update_by_vectors_c_3)(rotor, covariance, c, c_0_2, c_3, c_4, &c_3_0_2, &c_3_1_2, NULL);
     for (intptr_t i = 0; i < n; i++)
         NAME(update_by_vectors_c_2)(variance, gate, c_0_2, c_3, c_4, c_3_0_2, c_3_1_2, vectors + 3 * i,
-    seen + 3 * i, c_3, c_4, &c_3_0_2, &c_3_1_2);
+            seen + 3 * i, c_3, c_4, &c_3_0_2, &c_3_1_2);
     NAME(update_by_vectors_result)(rotor, c, c_3, c_4, c_3_0_2, c_3_1_2, out_0, out_1, out_2, NULL);
 }
 
-FUSED(update_by_vectors, (intptr_t n, const REAL *rotor, const REAL *covariance, const REAL *vectors,
-    const REAL *seen, REAL variance, REAL gate, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n, rotor,
-    covariance, vectors, seen, variance, gate, out_0, out_1, out_2, work))
+FUSED(update_by_vectors, (intptr_t n, const REAL *rotor, const REAL *covariance, const REAL *vectors, const REAL
+    *seen, REAL variance, REAL gate, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (n, rotor, covariance, vectors, seen, variance, gate, out_0, out_1, out_2, work))
 void NAME(update_by_vectors)(intptr_t n, const REAL *rotor, const REAL *covariance, const REAL *vectors,
     const REAL *seen, REAL variance, REAL gate, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
-    RUN(update_by_vectors, (n, rotor, covariance, vectors, seen, variance, gate, out_0, out_1, out_2, work), (n,
-    rotor, covariance, vectors, seen, variance, gate, out_0, out_1, out_2, work));
+    RUN(update_by_vectors, (n, rotor, covariance, vectors, seen, variance, gate, out_0, out_1, out_2, work),
+        (n, rotor, covariance, vectors, seen, variance, gate, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(update_by_vectors_lanes)(intptr_t n, const REAL *rotor, const REAL *covariance,
@@ -2092,16 +2097,16 @@ static INLINE WORD NAME(update_by_vectors_lanes)(intptr_t n, const REAL *rotor, 
     REAL *out_2)
 {
     _Alignas(64) REAL c_0[4 * NLANES], c[3 * NLANES], c_2[6 * NLANES], c_3_0[NLANES], c_3_1[NLANES],
-    c_0_2[4 * NLANES], c_3[3 * NLANES], c_4[6 * NLANES], c_3_0_2[NLANES], c_3_1_2[NLANES];
+        c_0_2[4 * NLANES], c_3[3 * NLANES], c_4[6 * NLANES], c_3_0_2[NLANES], c_3_1_2[NLANES];
     WORD far = 0;
     NAME(update_by_vectors_c_lanes)(rotor, covariance, c_0, c, c_2, c_3_0, c_3_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(update_by_vectors_c_2_lanes)(variance, gate, c_0, c, c_2, c_3_0, c_3_1, vectors + 3 * NLANES * i,
-    seen + 3 * NLANES * i, c, c_2, c_3_0, c_3_1);
+            seen + 3 * NLANES * i, c, c_2, c_3_0, c_3_1);
     far |= NAME(update_by_vectors_c_3_lanes)(rotor, covariance, c, c_0_2, c_3, c_4, c_3_0_2, c_3_1_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(update_by_vectors_c_2_lanes)(variance, gate, c_0_2, c_3, c_4, c_3_0_2, c_3_1_2,
-    vectors + 3 * NLANES * i, seen + 3 * NLANES * i, c_3, c_4, c_3_0_2, c_3_1_2);
+            vectors + 3 * NLANES * i, seen + 3 * NLANES * i, c_3, c_4, c_3_0_2, c_3_1_2);
     far |= NAME(update_by_vectors_result_lanes)(rotor, c, c_3, c_4, c_3_0_2, c_3_1_2, out_0, out_1, out_2);
     return far;
 }
@@ -2346,7 +2351,7 @@ void NAME(update_linear_by_vectors)(intptr_t n, const REAL *rotor, const REAL *c
     NAME(update_linear_by_vectors_result)(rotor, covariance, out_0, carry);
     for (intptr_t i = 0; i < n; i++)
         NAME(update_linear_by_vectors_result_2)(variance, out_0, carry, vectors + 3 * i, seen + 3 * i, out_0,
-    carry);
+            carry);
     NAME(update_linear_by_vectors_result_3)(carry, out_1);
 }
 
@@ -2357,7 +2362,7 @@ static INLINE WORD NAME(update_linear_by_vectors_lanes)(intptr_t n, const REAL *
     NAME(update_linear_by_vectors_result_lanes)(rotor, covariance, out_0, carry);
     for (intptr_t i = 0; i < n; i++)
         NAME(update_linear_by_vectors_result_2_lanes)(variance, out_0, carry, vectors + 3 * NLANES * i,
-    seen + 3 * NLANES * i, out_0, carry);
+            seen + 3 * NLANES * i, out_0, carry);
     NAME(update_linear_by_vectors_result_3_lanes)(carry, out_1);
     return 0;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all filters
 // spec: baa6304da99549d3
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1cf8afaf7892dfb6044f387511fe24f82c39e7a9390fe83ec7dcd2399ea83c3e
+// body: 07b0ff8eb05865f383681e0c617d96d393bcd5571d3885563a456b5fa56f9aa2
 
 #ifndef REAL
 #include "filters.h"
@@ -573,36 +573,39 @@ static INLINE void NAME(smoothed_within)(intptr_t n, intptr_t m, const REAL *ima
     REAL filtered, *const mapped = work, filtered_2;
     for (intptr_t i = 0; i < n; i++) {
         GAC_WINDOWS(j, m, 0, m, {
-            NAME(smoothed_filtered)(taps, image[gac_reflect(i - 10, n) * m + j], image[gac_reflect(i - 9,
-    n) * m + j], image[gac_reflect(i - 8, n) * m + j], image[gac_reflect(i - 7, n) * m + j],
-    image[gac_reflect(i - 6, n) * m + j], image[gac_reflect(i - 5, n) * m + j], image[gac_reflect(i - 4,
-    n) * m + j], image[gac_reflect(i - 3, n) * m + j], image[gac_reflect(i - 2, n) * m + j],
-    image[gac_reflect(i - 1, n) * m + j], image[i * m + j], image[gac_reflect(i + 1, n) * m + j],
-    image[gac_reflect(i + 2, n) * m + j], image[gac_reflect(i + 3, n) * m + j], image[gac_reflect(i + 4,
-    n) * m + j], image[gac_reflect(i + 5, n) * m + j], image[gac_reflect(i + 6, n) * m + j],
-    image[gac_reflect(i + 7, n) * m + j], image[gac_reflect(i + 8, n) * m + j], image[gac_reflect(i + 9,
-    n) * m + j], image[gac_reflect(i + 10, n) * m + j], &filtered);
+            NAME(smoothed_filtered)(taps, image[gac_reflect(i - 10, n) * m + j],
+                image[gac_reflect(i - 9, n) * m + j], image[gac_reflect(i - 8, n) * m + j],
+                image[gac_reflect(i - 7, n) * m + j], image[gac_reflect(i - 6, n) * m + j],
+                image[gac_reflect(i - 5, n) * m + j], image[gac_reflect(i - 4, n) * m + j],
+                image[gac_reflect(i - 3, n) * m + j], image[gac_reflect(i - 2, n) * m + j],
+                image[gac_reflect(i - 1, n) * m + j], image[i * m + j], image[gac_reflect(i + 1, n) * m + j],
+                image[gac_reflect(i + 2, n) * m + j], image[gac_reflect(i + 3, n) * m + j],
+                image[gac_reflect(i + 4, n) * m + j], image[gac_reflect(i + 5, n) * m + j],
+                image[gac_reflect(i + 6, n) * m + j], image[gac_reflect(i + 7, n) * m + j],
+                image[gac_reflect(i + 8, n) * m + j], image[gac_reflect(i + 9, n) * m + j],
+                image[gac_reflect(i + 10, n) * m + j], &filtered);
             COPY(1, &filtered, mapped + (i * m + j));
         })
         GAC_WINDOWS(j, m, 10, m - 10, {
             NAME(smoothed_filtered)(taps, mapped[i * m + GAC_ROW_AT(reflect, j - 10, m)],
-    mapped[i * m + GAC_ROW_AT(reflect, j - 9, m)], mapped[i * m + GAC_ROW_AT(reflect, j - 8, m)],
-    mapped[i * m + GAC_ROW_AT(reflect, j - 7, m)], mapped[i * m + GAC_ROW_AT(reflect, j - 6, m)],
-    mapped[i * m + GAC_ROW_AT(reflect, j - 5, m)], mapped[i * m + GAC_ROW_AT(reflect, j - 4, m)],
-    mapped[i * m + GAC_ROW_AT(reflect, j - 3, m)], mapped[i * m + GAC_ROW_AT(reflect, j - 2, m)],
-    mapped[i * m + GAC_ROW_AT(reflect, j - 1, m)], mapped[i * m + j], mapped[i * m + GAC_ROW_AT(reflect, j + 1, m)],
-    mapped[i * m + GAC_ROW_AT(reflect, j + 2, m)], mapped[i * m + GAC_ROW_AT(reflect, j + 3, m)],
-    mapped[i * m + GAC_ROW_AT(reflect, j + 4, m)], mapped[i * m + GAC_ROW_AT(reflect, j + 5, m)],
-    mapped[i * m + GAC_ROW_AT(reflect, j + 6, m)], mapped[i * m + GAC_ROW_AT(reflect, j + 7, m)],
-    mapped[i * m + GAC_ROW_AT(reflect, j + 8, m)], mapped[i * m + GAC_ROW_AT(reflect, j + 9, m)],
-    mapped[i * m + GAC_ROW_AT(reflect, j + 10, m)], &filtered_2);
+                mapped[i * m + GAC_ROW_AT(reflect, j - 9, m)], mapped[i * m + GAC_ROW_AT(reflect, j - 8, m)],
+                mapped[i * m + GAC_ROW_AT(reflect, j - 7, m)], mapped[i * m + GAC_ROW_AT(reflect, j - 6, m)],
+                mapped[i * m + GAC_ROW_AT(reflect, j - 5, m)], mapped[i * m + GAC_ROW_AT(reflect, j - 4, m)],
+                mapped[i * m + GAC_ROW_AT(reflect, j - 3, m)], mapped[i * m + GAC_ROW_AT(reflect, j - 2, m)],
+                mapped[i * m + GAC_ROW_AT(reflect, j - 1, m)], mapped[i * m + j],
+                mapped[i * m + GAC_ROW_AT(reflect, j + 1, m)], mapped[i * m + GAC_ROW_AT(reflect, j + 2, m)],
+                mapped[i * m + GAC_ROW_AT(reflect, j + 3, m)], mapped[i * m + GAC_ROW_AT(reflect, j + 4, m)],
+                mapped[i * m + GAC_ROW_AT(reflect, j + 5, m)], mapped[i * m + GAC_ROW_AT(reflect, j + 6, m)],
+                mapped[i * m + GAC_ROW_AT(reflect, j + 7, m)], mapped[i * m + GAC_ROW_AT(reflect, j + 8, m)],
+                mapped[i * m + GAC_ROW_AT(reflect, j + 9, m)], mapped[i * m + GAC_ROW_AT(reflect, j + 10, m)],
+                &filtered_2);
             COPY(1, &filtered_2, out + (i * m + j));
         })
     }
 }
 
-GAC_WIDE(smoothed, (intptr_t n, intptr_t m, const REAL *image, const REAL *taps, REAL *out, REAL *work), (n, m,
-    image, taps, out, work))
+GAC_WIDE(smoothed, (intptr_t n, intptr_t m, const REAL *image, const REAL *taps, REAL *out, REAL *work),
+    (n, m, image, taps, out, work))
 
 GAC_PROCEDURE(smoothed, ALONE)
 
@@ -690,21 +693,21 @@ static INLINE void NAME(filter_rows_within)(intptr_t n, intptr_t k, intptr_t m, 
     for (intptr_t i = 0; i < m; i++) {
         GAC_WINDOWS(j, k, 0, k, {
             NAME(filter_rows_mapped)(taps, gac_is_inside(i, n) ? signal[gac_constant(i, n) * k + j] : otherwise,
-    gac_is_inside(i + 1, n) ? signal[gac_constant(i + 1, n) * k + j] : otherwise, gac_is_inside(i + 2,
-    n) ? signal[gac_constant(i + 2, n) * k + j] : otherwise, gac_is_inside(i + 3, n) ? signal[gac_constant(i + 3,
-    n) * k + j] : otherwise, gac_is_inside(i + 4, n) ? signal[gac_constant(i + 4, n) * k + j] : otherwise,
-    gac_is_inside(i + 5, n) ? signal[gac_constant(i + 5, n) * k + j] : otherwise, gac_is_inside(i + 6,
-    n) ? signal[gac_constant(i + 6, n) * k + j] : otherwise, gac_is_inside(i + 7, n) ? signal[gac_constant(i + 7,
-    n) * k + j] : otherwise, &mapped_0, &mapped_1);
+                gac_is_inside(i + 1, n) ? signal[gac_constant(i + 1, n) * k + j] : otherwise,
+                gac_is_inside(i + 2, n) ? signal[gac_constant(i + 2, n) * k + j] : otherwise,
+                gac_is_inside(i + 3, n) ? signal[gac_constant(i + 3, n) * k + j] : otherwise,
+                gac_is_inside(i + 4, n) ? signal[gac_constant(i + 4, n) * k + j] : otherwise,
+                gac_is_inside(i + 5, n) ? signal[gac_constant(i + 5, n) * k + j] : otherwise,
+                gac_is_inside(i + 6, n) ? signal[gac_constant(i + 6, n) * k + j] : otherwise,
+                gac_is_inside(i + 7, n) ? signal[gac_constant(i + 7, n) * k + j] : otherwise, &mapped_0, &mapped_1);
             COPY(1, &mapped_0, out_0 + (i * k + j));
             COPY(1, &mapped_1, out_1 + (i * k + j));
         })
     }
 }
 
-GAC_WIDE(filter_rows, (intptr_t n, intptr_t k, intptr_t m, const REAL *signal, const REAL *taps,
-    const REAL *results, REAL *out_0, REAL *out_1, REAL *work), (n, k, m, signal, taps, results, out_0, out_1,
-    work))
+GAC_WIDE(filter_rows, (intptr_t n, intptr_t k, intptr_t m, const REAL *signal, const REAL *taps, const REAL
+    *results, REAL *out_0, REAL *out_1, REAL *work), (n, k, m, signal, taps, results, out_0, out_1, work))
 
 GAC_PROCEDURE(filter_rows, ALONE)
 
@@ -731,17 +734,18 @@ static INLINE void NAME(filter_rows_more_within)(intptr_t m, intptr_t k, intptr_
     const REAL *high, const REAL *signal, const REAL *taps, REAL *out_0, REAL *out_1, REAL *work)
 {
     REAL otherwise, mapped_0, mapped_1, *const mapped_0_2 = work, *const mapped_1_2 = mapped_0_2 + m * k, mapped,
-    mapped_3;
+        mapped_3;
     NAME(filter_rows_otherwise_start)(&otherwise);
     for (intptr_t i = 0; i < m; i++) {
         GAC_WINDOWS(j, k, 0, k, {
             NAME(filter_rows_mapped)(taps, gac_is_inside(i, n) ? signal[gac_constant(i, n) * k + j] : otherwise,
-    gac_is_inside(i + 1, n) ? signal[gac_constant(i + 1, n) * k + j] : otherwise, gac_is_inside(i + 2,
-    n) ? signal[gac_constant(i + 2, n) * k + j] : otherwise, gac_is_inside(i + 3, n) ? signal[gac_constant(i + 3,
-    n) * k + j] : otherwise, gac_is_inside(i + 4, n) ? signal[gac_constant(i + 4, n) * k + j] : otherwise,
-    gac_is_inside(i + 5, n) ? signal[gac_constant(i + 5, n) * k + j] : otherwise, gac_is_inside(i + 6,
-    n) ? signal[gac_constant(i + 6, n) * k + j] : otherwise, gac_is_inside(i + 7, n) ? signal[gac_constant(i + 7,
-    n) * k + j] : otherwise, &mapped_0, &mapped_1);
+                gac_is_inside(i + 1, n) ? signal[gac_constant(i + 1, n) * k + j] : otherwise,
+                gac_is_inside(i + 2, n) ? signal[gac_constant(i + 2, n) * k + j] : otherwise,
+                gac_is_inside(i + 3, n) ? signal[gac_constant(i + 3, n) * k + j] : otherwise,
+                gac_is_inside(i + 4, n) ? signal[gac_constant(i + 4, n) * k + j] : otherwise,
+                gac_is_inside(i + 5, n) ? signal[gac_constant(i + 5, n) * k + j] : otherwise,
+                gac_is_inside(i + 6, n) ? signal[gac_constant(i + 6, n) * k + j] : otherwise,
+                gac_is_inside(i + 7, n) ? signal[gac_constant(i + 7, n) * k + j] : otherwise, &mapped_0, &mapped_1);
             COPY(1, &mapped_0, mapped_0_2 + (i * k + j));
             COPY(1, &mapped_1, mapped_1_2 + (i * k + j));
         })
@@ -756,9 +760,9 @@ static INLINE void NAME(filter_rows_more_within)(intptr_t m, intptr_t k, intptr_
     }
 }
 
-GAC_WIDE(filter_rows_more, (intptr_t m, intptr_t k, intptr_t n, const REAL *low, const REAL *high,
-    const REAL *signal, const REAL *taps, REAL *out_0, REAL *out_1, REAL *work), (m, k, n, low, high, signal, taps,
-    out_0, out_1, work))
+GAC_WIDE(filter_rows_more, (intptr_t m, intptr_t k, intptr_t n, const REAL *low, const REAL *high, const REAL
+    *signal, const REAL *taps, REAL *out_0, REAL *out_1, REAL *work),
+    (m, k, n, low, high, signal, taps, out_0, out_1, work))
 
 GAC_PROCEDURE(filter_rows_more, ALONE)
 
@@ -782,19 +786,20 @@ static INLINE void NAME(split_line_within)(intptr_t n, intptr_t m, const REAL *s
     REAL otherwise;
     NAME(filter_rows_otherwise_start)(&otherwise);
     GAC_WINDOWS(i, m, 0, (n - 6) / 2,
-        NAME(filter_rows_mapped)(taps, GAC_EXISTS(gac_is_inside(2 * i, n)) ? signal[GAC_ROW_AT(constant, 2 * i,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 1, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 1,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 2, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 2,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 3, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 3,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 4, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 4,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 5, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 5,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 6, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 6,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 7, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 7,
-    n)] : otherwise, out_0 + i, out_1 + i);)
+        NAME(filter_rows_mapped)(taps,
+            GAC_EXISTS(gac_is_inside(2 * i, n)) ? signal[GAC_ROW_AT(constant, 2 * i, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 1, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 1, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 2, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 2, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 3, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 3, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 4, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 4, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 5, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 5, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 6, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 6, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 7, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 7, n)] : otherwise,
+            out_0 + i, out_1 + i);)
 }
 
-GAC_WIDE(split_line, (intptr_t n, intptr_t m, const REAL *signal, const REAL *taps, const REAL *results,
-    REAL *out_0, REAL *out_1, REAL *work), (n, m, signal, taps, results, out_0, out_1, work))
+GAC_WIDE(split_line, (intptr_t n, intptr_t m, const REAL *signal, const REAL *taps, const REAL *results, REAL
+    *out_0, REAL *out_1, REAL *work), (n, m, signal, taps, results, out_0, out_1, work))
 
 GAC_PROCEDURE(split_line, ALONE)
 
@@ -818,22 +823,23 @@ static INLINE void NAME(split_line_more_within)(intptr_t m, intptr_t n, const RE
     REAL otherwise, mapped_0, mapped_1;
     NAME(filter_rows_otherwise_start)(&otherwise);
     GAC_WINDOWS(i, m, 0, (n - 6) / 2, {
-        NAME(filter_rows_mapped)(taps, GAC_EXISTS(gac_is_inside(2 * i, n)) ? signal[GAC_ROW_AT(constant, 2 * i,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 1, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 1,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 2, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 2,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 3, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 3,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 4, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 4,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 5, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 5,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 6, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 6,
-    n)] : otherwise, GAC_EXISTS(gac_is_inside(2 * i + 7, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 7,
-    n)] : otherwise, &mapped_0, &mapped_1);
+        NAME(filter_rows_mapped)(taps,
+            GAC_EXISTS(gac_is_inside(2 * i, n)) ? signal[GAC_ROW_AT(constant, 2 * i, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 1, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 1, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 2, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 2, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 3, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 3, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 4, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 4, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 5, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 5, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 6, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 6, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(2 * i + 7, n)) ? signal[GAC_ROW_AT(constant, 2 * i + 7, n)] : otherwise,
+            &mapped_0, &mapped_1);
         NAME(filter_rows_more_mapped)(low[i], mapped_0, out_0 + i);
         NAME(filter_rows_more_mapped)(high[i], mapped_1, out_1 + i);
     })
 }
 
-GAC_WIDE(split_line_more, (intptr_t m, intptr_t n, const REAL *low, const REAL *high, const REAL *signal,
-    const REAL *taps, REAL *out_0, REAL *out_1, REAL *work), (m, n, low, high, signal, taps, out_0, out_1, work))
+GAC_WIDE(split_line_more, (intptr_t m, intptr_t n, const REAL *low, const REAL *high, const REAL *signal, const REAL
+    *taps, REAL *out_0, REAL *out_1, REAL *work), (m, n, low, high, signal, taps, out_0, out_1, work))
 
 GAC_PROCEDURE(split_line_more, ALONE)
 
@@ -878,19 +884,20 @@ static INLINE void NAME(merge_line_within)(intptr_t n, intptr_t m, const REAL *l
     NAME(filter_rows_otherwise_start)(&otherwise_2);
     GAC_WINDOWS(i, m, 0, n - 3, {
         NAME(merge_line_mapped)(taps, GAC_EXISTS(gac_is_inside(i, n)) ? low[GAC_ROW_AT(constant, i, n)] : otherwise,
-    GAC_EXISTS(gac_is_inside(i + 1, n)) ? low[GAC_ROW_AT(constant, i + 1, n)] : otherwise,
-    GAC_EXISTS(gac_is_inside(i + 2, n)) ? low[GAC_ROW_AT(constant, i + 2, n)] : otherwise,
-    GAC_EXISTS(gac_is_inside(i + 3, n)) ? low[GAC_ROW_AT(constant, i + 3, n)] : otherwise,
-    GAC_EXISTS(gac_is_inside(i, n)) ? high[GAC_ROW_AT(constant, i, n)] : otherwise_2,
-    GAC_EXISTS(gac_is_inside(i + 1, n)) ? high[GAC_ROW_AT(constant, i + 1, n)] : otherwise_2,
-    GAC_EXISTS(gac_is_inside(i + 2, n)) ? high[GAC_ROW_AT(constant, i + 2, n)] : otherwise_2,
-    GAC_EXISTS(gac_is_inside(i + 3, n)) ? high[GAC_ROW_AT(constant, i + 3, n)] : otherwise_2, &mapped_0, &mapped_1);
+            GAC_EXISTS(gac_is_inside(i + 1, n)) ? low[GAC_ROW_AT(constant, i + 1, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i + 2, n)) ? low[GAC_ROW_AT(constant, i + 2, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i + 3, n)) ? low[GAC_ROW_AT(constant, i + 3, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i, n)) ? high[GAC_ROW_AT(constant, i, n)] : otherwise_2,
+            GAC_EXISTS(gac_is_inside(i + 1, n)) ? high[GAC_ROW_AT(constant, i + 1, n)] : otherwise_2,
+            GAC_EXISTS(gac_is_inside(i + 2, n)) ? high[GAC_ROW_AT(constant, i + 2, n)] : otherwise_2,
+            GAC_EXISTS(gac_is_inside(i + 3, n)) ? high[GAC_ROW_AT(constant, i + 3, n)] : otherwise_2, &mapped_0,
+            &mapped_1);
         NAME(merge_line_result)(mapped_0, mapped_1, out + 2 * i);
     })
 }
 
-GAC_WIDE(merge_line, (intptr_t n, intptr_t m, const REAL *low, const REAL *high, const REAL *taps,
-    const REAL *results, REAL *out, REAL *work), (n, m, low, high, taps, results, out, work))
+GAC_WIDE(merge_line, (intptr_t n, intptr_t m, const REAL *low, const REAL *high, const REAL *taps, const REAL
+    *results, REAL *out, REAL *work), (n, m, low, high, taps, results, out, work))
 
 GAC_PROCEDURE(merge_line, ALONE)
 
@@ -931,20 +938,21 @@ static INLINE void NAME(merge_line_more_within)(intptr_t m, intptr_t n, const RE
     GAC_WINDOWS(i, m, 0, n - 3, {
         NAME(merge_line_more_mapped)(sums + 2 * i, &mapped);
         NAME(merge_line_mapped)(taps, GAC_EXISTS(gac_is_inside(i, n)) ? low[GAC_ROW_AT(constant, i, n)] : otherwise,
-    GAC_EXISTS(gac_is_inside(i + 1, n)) ? low[GAC_ROW_AT(constant, i + 1, n)] : otherwise,
-    GAC_EXISTS(gac_is_inside(i + 2, n)) ? low[GAC_ROW_AT(constant, i + 2, n)] : otherwise,
-    GAC_EXISTS(gac_is_inside(i + 3, n)) ? low[GAC_ROW_AT(constant, i + 3, n)] : otherwise,
-    GAC_EXISTS(gac_is_inside(i, n)) ? high[GAC_ROW_AT(constant, i, n)] : otherwise_2,
-    GAC_EXISTS(gac_is_inside(i + 1, n)) ? high[GAC_ROW_AT(constant, i + 1, n)] : otherwise_2,
-    GAC_EXISTS(gac_is_inside(i + 2, n)) ? high[GAC_ROW_AT(constant, i + 2, n)] : otherwise_2,
-    GAC_EXISTS(gac_is_inside(i + 3, n)) ? high[GAC_ROW_AT(constant, i + 3, n)] : otherwise_2, &mapped_0, &mapped_1);
+            GAC_EXISTS(gac_is_inside(i + 1, n)) ? low[GAC_ROW_AT(constant, i + 1, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i + 2, n)) ? low[GAC_ROW_AT(constant, i + 2, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i + 3, n)) ? low[GAC_ROW_AT(constant, i + 3, n)] : otherwise,
+            GAC_EXISTS(gac_is_inside(i, n)) ? high[GAC_ROW_AT(constant, i, n)] : otherwise_2,
+            GAC_EXISTS(gac_is_inside(i + 1, n)) ? high[GAC_ROW_AT(constant, i + 1, n)] : otherwise_2,
+            GAC_EXISTS(gac_is_inside(i + 2, n)) ? high[GAC_ROW_AT(constant, i + 2, n)] : otherwise_2,
+            GAC_EXISTS(gac_is_inside(i + 3, n)) ? high[GAC_ROW_AT(constant, i + 3, n)] : otherwise_2, &mapped_0,
+            &mapped_1);
         NAME(merge_line_more_mapped_2)(sums + 2 * i, mapped_0, mapped_1, &mapped_0_2, &mapped_1_2);
         NAME(merge_line_result)(mapped_0_2, mapped_1_2, out + 2 * i);
     })
 }
 
-GAC_WIDE(merge_line_more, (intptr_t m, intptr_t n, const REAL *sums, const REAL *low, const REAL *high,
-    const REAL *taps, REAL *out, REAL *work), (m, n, sums, low, high, taps, out, work))
+GAC_WIDE(merge_line_more, (intptr_t m, intptr_t n, const REAL *sums, const REAL *low, const REAL *high, const REAL
+    *taps, REAL *out, REAL *work), (m, n, sums, low, high, taps, out, work))
 
 GAC_PROCEDURE(merge_line_more, ALONE)
 #endif

@@ -2,7 +2,7 @@
 // command: gac generate --all focal_poses
 // spec: dfef60507d115240
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: a73742e7139663e354cece81e7f3d2599c52b0dd83567c5f596d5a25b8869486
+// body: 51c70debfe3e7ef202a3fcfdd5cab1f23c7a86e982b98d15e3e0be7e1623bb78
 
 #ifndef REAL
 #include "focal_poses.h"
@@ -3370,25 +3370,26 @@ static INLINE void NAME(descend_camera_within)(intptr_t n, const REAL *camera, c
 {
     (void)work;
     REAL now_carry_best[8], now_carry_following[8], now_carry_table[28], now_carry_slope[7], now_carry_cost,
-    now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[8],
-    next_now_carry_following[8], next_now_carry_table[28], next_now_carry_slope[7], next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[36], common, common_2,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11;
+        now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[8],
+        next_now_carry_following[8], next_now_carry_table[28], next_now_carry_slope[7], next_now_carry_cost,
+        next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[36], common, common_2,
+        common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11;
     NAME(descend_camera_now_carry_best)(camera, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged,
-    &steps);
+        now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged,
+        &converged, &steps);
     NAME(descend_camera_common)(limit, &common_11);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_camera_sum_start)(sum);
         NAME(descend_camera_common_2)(now_carry_following, &common, &common_2, &common_3, &common_4, &common_5,
-    &common_6, &common_7, &common_8, &common_9, &common_10);
+            &common_6, &common_7, &common_8, &common_9, &common_10);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_camera_sum)(limit, now_carry_following, sum, places + 3 * j, pixels + 2 * j, common,
-    common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, sum);
+                common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10,
+                common_11, sum);
         NAME(descend_camera_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
-    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+            &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
         NAME(descend_camera_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(8, next_now_carry_best, now_carry_best);
         COPY(8, next_now_carry_following, now_carry_following);
@@ -3403,34 +3404,35 @@ static INLINE void NAME(descend_camera_within)(intptr_t n, const REAL *camera, c
             break;
     }
     NAME(descend_camera_result)(camera, at_most, now_carry_best, now_carry_table, now_carry_slope, now_carry_cost,
-    now_steps, now_converged, out_0, out_1, out_2, out_3);
+        now_steps, now_converged, out_0, out_1, out_2, out_3);
 }
 
-FUSED(descend_camera, (intptr_t n, const REAL *camera, const REAL *places, const REAL *pixels, REAL limit,
-    REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work), (n, camera, places, pixels,
-    limit, at_most, out_0, out_1, out_2, out_3, work))
+FUSED(descend_camera, (intptr_t n, const REAL *camera, const REAL *places, const REAL *pixels, REAL limit, REAL
+    at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work),
+    (n, camera, places, pixels, limit, at_most, out_0, out_1, out_2, out_3, work))
 void NAME(descend_camera)(intptr_t n, const REAL *camera, const REAL *places, const REAL *pixels, REAL limit,
     REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work)
 {
-    RUN(descend_camera, (n, camera, places, pixels, limit, at_most, out_0, out_1, out_2, out_3, work), (n, camera,
-    places, pixels, limit, at_most, out_0, out_1, out_2, out_3, work));
+    RUN(descend_camera, (n, camera, places, pixels, limit, at_most, out_0, out_1, out_2, out_3, work),
+        (n, camera, places, pixels, limit, at_most, out_0, out_1, out_2, out_3, work));
 }
 
 static INLINE WORD NAME(descend_camera_lanes)(intptr_t n, const REAL *camera, const REAL *places,
     const REAL *pixels, const REAL *limit, const REAL *at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3)
 {
     _Alignas(64) REAL now_carry_best[8 * NLANES], now_carry_following[8 * NLANES], now_carry_table[28 * NLANES],
-    now_carry_slope[7 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
-    now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[8 * NLANES],
-    next_now_carry_following[8 * NLANES], next_now_carry_table[28 * NLANES], next_now_carry_slope[7 * NLANES],
-    next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
-    next_now_steps[NLANES], next_now_converged[NLANES], sum[36 * NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
-    common_9[NLANES], common_10[NLANES], common_11[NLANES], gac_kept_0[8 * NLANES], gac_kept_1[8 * NLANES],
-    gac_kept_2[28 * NLANES], gac_kept_3[7 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
-    gac_kept_7[NLANES], gac_kept_8[NLANES];
+        now_carry_slope[7 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
+        now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[8 * NLANES],
+        next_now_carry_following[8 * NLANES], next_now_carry_table[28 * NLANES], next_now_carry_slope[7 * NLANES],
+        next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
+        next_now_steps[NLANES], next_now_converged[NLANES], sum[36 * NLANES], common[NLANES], common_2[NLANES],
+        common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
+        common_9[NLANES], common_10[NLANES], common_11[NLANES], gac_kept_0[8 * NLANES], gac_kept_1[8 * NLANES],
+        gac_kept_2[28 * NLANES], gac_kept_3[7 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
+        gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_camera_now_carry_best_lanes)(camera, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+        now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged,
+        steps);
     NAME(descend_camera_common_lanes)(limit, common_11);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 8 * NLANES, now_carry_best, gac_kept_0);
@@ -3444,15 +3446,15 @@ static INLINE WORD NAME(descend_camera_lanes)(intptr_t n, const REAL *camera, co
         KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_camera_sum_start_lanes)(sum);
         NAME(descend_camera_common_2_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
-    common_6, common_7, common_8, common_9, common_10);
+            common_6, common_7, common_8, common_9, common_10);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_camera_sum_lanes)(limit, now_carry_following, sum, places + 3 * NLANES * j,
-    pixels + 2 * NLANES * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10, common_11, sum);
+                pixels + 2 * NLANES * j, common, common_2, common_3, common_4, common_5, common_6, common_7,
+                common_8, common_9, common_10, common_11, sum);
         NAME(descend_camera_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+            next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
         NAME(descend_camera_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(8 * NLANES, next_now_carry_best, now_carry_best);
         COPY(8 * NLANES, next_now_carry_following, now_carry_following);
@@ -3476,7 +3478,7 @@ static INLINE WORD NAME(descend_camera_lanes)(intptr_t n, const REAL *camera, co
             break;
     }
     NAME(descend_camera_result_lanes)(camera, at_most, now_carry_best, now_carry_table, now_carry_slope,
-    now_carry_cost, now_steps, now_converged, out_0, out_1, out_2, out_3);
+        now_carry_cost, now_steps, now_converged, out_0, out_1, out_2, out_3);
     return 0;
 }
 
@@ -4135,42 +4137,44 @@ static INLINE void NAME(descend_motion_and_focal_within)(intptr_t n, const REAL 
 {
     (void)work;
     REAL now_carry_best[8], now_carry_following[8], now_carry_table[21], now_carry_slope[6], now_carry_cost,
-    now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[8],
-    next_now_carry_following[8], next_now_carry_table[21], next_now_carry_slope[6], next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[28], common, common_2,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
-    common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
-    common_33, common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42,
-    common_43, common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52,
-    common_53, common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62,
-    common_63, common_64, common_65;
+        now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[8],
+        next_now_carry_following[8], next_now_carry_table[21], next_now_carry_slope[6], next_now_carry_cost,
+        next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[28], common, common_2,
+        common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
+        common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
+        common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30,
+        common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38, common_39,
+        common_40, common_41, common_42, common_43, common_44, common_45, common_46, common_47, common_48,
+        common_49, common_50, common_51, common_52, common_53, common_54, common_55, common_56, common_57,
+        common_58, common_59, common_60, common_61, common_62, common_63, common_64, common_65;
     NAME(descend_motion_and_focal_now_carry_best)(m, focal, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged,
-    &steps);
+        now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged,
+        &converged, &steps);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_motion_and_focal_sum_start)(sum);
         NAME(descend_motion_and_focal_common)(now_carry_following, &common, &common_2, &common_3, &common_4,
-    &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13,
-    &common_14, &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22,
-    &common_23, &common_24, &common_25, &common_26, &common_27, &common_28, &common_29, &common_30, &common_31,
-    &common_32, &common_33, &common_34, &common_35, &common_36, &common_37, &common_38, &common_39, &common_40,
-    &common_41, &common_42, &common_43, &common_44, &common_45, &common_46, &common_47, &common_48, &common_49,
-    &common_50, &common_51, &common_52, &common_53, &common_54, &common_55, &common_56, &common_57, &common_58,
-    &common_59, &common_60, &common_61, &common_62, &common_63, &common_64, &common_65);
+            &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13,
+            &common_14, &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21,
+            &common_22, &common_23, &common_24, &common_25, &common_26, &common_27, &common_28, &common_29,
+            &common_30, &common_31, &common_32, &common_33, &common_34, &common_35, &common_36, &common_37,
+            &common_38, &common_39, &common_40, &common_41, &common_42, &common_43, &common_44, &common_45,
+            &common_46, &common_47, &common_48, &common_49, &common_50, &common_51, &common_52, &common_53,
+            &common_54, &common_55, &common_56, &common_57, &common_58, &common_59, &common_60, &common_61,
+            &common_62, &common_63, &common_64, &common_65);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_motion_and_focal_sum)(limit, sum, first + 2 * j, second + 2 * j, common, common_2,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
-    common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
-    common_33, common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42,
-    common_43, common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52,
-    common_53, common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62,
-    common_63, common_64, common_65, sum);
+                common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
+                common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20,
+                common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29,
+                common_30, common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38,
+                common_39, common_40, common_41, common_42, common_43, common_44, common_45, common_46, common_47,
+                common_48, common_49, common_50, common_51, common_52, common_53, common_54, common_55, common_56,
+                common_57, common_58, common_59, common_60, common_61, common_62, common_63, common_64, common_65,
+                sum);
         NAME(descend_motion_and_focal_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
-    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+            &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
         NAME(descend_camera_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(8, next_now_carry_best, now_carry_best);
         COPY(8, next_now_carry_following, now_carry_following);
@@ -4185,17 +4189,17 @@ static INLINE void NAME(descend_motion_and_focal_within)(intptr_t n, const REAL 
             break;
     }
     NAME(descend_motion_and_focal_result)(m, focal, at_most, now_carry_best, now_carry_table, now_carry_cost,
-    now_steps, now_converged, out_0, out_1, out_2, out_3);
+        now_steps, now_converged, out_0, out_1, out_2, out_3);
 }
 
-FUSED(descend_motion_and_focal, (intptr_t n, const REAL *m, REAL focal, const REAL *first, const REAL *second,
-    REAL limit, REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work), (n, m, focal, first,
-    second, limit, at_most, out_0, out_1, out_2, out_3, work))
+FUSED(descend_motion_and_focal, (intptr_t n, const REAL *m, REAL focal, const REAL *first, const REAL *second, REAL
+    limit, REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work),
+    (n, m, focal, first, second, limit, at_most, out_0, out_1, out_2, out_3, work))
 void NAME(descend_motion_and_focal)(intptr_t n, const REAL *m, REAL focal, const REAL *first, const REAL *second,
     REAL limit, REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work)
 {
     RUN(descend_motion_and_focal, (n, m, focal, first, second, limit, at_most, out_0, out_1, out_2, out_3, work),
-    (n, m, focal, first, second, limit, at_most, out_0, out_1, out_2, out_3, work));
+        (n, m, focal, first, second, limit, at_most, out_0, out_1, out_2, out_3, work));
 }
 
 static INLINE WORD NAME(descend_motion_and_focal_lanes)(intptr_t n, const REAL *m, const REAL *focal,
@@ -4203,29 +4207,29 @@ static INLINE WORD NAME(descend_motion_and_focal_lanes)(intptr_t n, const REAL *
     REAL *out_2, REAL *out_3)
 {
     _Alignas(64) REAL now_carry_best[8 * NLANES], now_carry_following[8 * NLANES], now_carry_table[21 * NLANES],
-    now_carry_slope[6 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
-    now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[8 * NLANES],
-    next_now_carry_following[8 * NLANES], next_now_carry_table[21 * NLANES], next_now_carry_slope[6 * NLANES],
-    next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
-    next_now_steps[NLANES], next_now_converged[NLANES], sum[28 * NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
-    common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES], common_14[NLANES],
-    common_15[NLANES], common_16[NLANES], common_17[NLANES], common_18[NLANES], common_19[NLANES],
-    common_20[NLANES], common_21[NLANES], common_22[NLANES], common_23[NLANES], common_24[NLANES],
-    common_25[NLANES], common_26[NLANES], common_27[NLANES], common_28[NLANES], common_29[NLANES],
-    common_30[NLANES], common_31[NLANES], common_32[NLANES], common_33[NLANES], common_34[NLANES],
-    common_35[NLANES], common_36[NLANES], common_37[NLANES], common_38[NLANES], common_39[NLANES],
-    common_40[NLANES], common_41[NLANES], common_42[NLANES], common_43[NLANES], common_44[NLANES],
-    common_45[NLANES], common_46[NLANES], common_47[NLANES], common_48[NLANES], common_49[NLANES],
-    common_50[NLANES], common_51[NLANES], common_52[NLANES], common_53[NLANES], common_54[NLANES],
-    common_55[NLANES], common_56[NLANES], common_57[NLANES], common_58[NLANES], common_59[NLANES],
-    common_60[NLANES], common_61[NLANES], common_62[NLANES], common_63[NLANES], common_64[NLANES],
-    common_65[NLANES], gac_kept_0[8 * NLANES], gac_kept_1[8 * NLANES], gac_kept_2[21 * NLANES],
-    gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
-    gac_kept_8[NLANES];
+        now_carry_slope[6 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
+        now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[8 * NLANES],
+        next_now_carry_following[8 * NLANES], next_now_carry_table[21 * NLANES], next_now_carry_slope[6 * NLANES],
+        next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
+        next_now_steps[NLANES], next_now_converged[NLANES], sum[28 * NLANES], common[NLANES], common_2[NLANES],
+        common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
+        common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES],
+        common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES], common_18[NLANES],
+        common_19[NLANES], common_20[NLANES], common_21[NLANES], common_22[NLANES], common_23[NLANES],
+        common_24[NLANES], common_25[NLANES], common_26[NLANES], common_27[NLANES], common_28[NLANES],
+        common_29[NLANES], common_30[NLANES], common_31[NLANES], common_32[NLANES], common_33[NLANES],
+        common_34[NLANES], common_35[NLANES], common_36[NLANES], common_37[NLANES], common_38[NLANES],
+        common_39[NLANES], common_40[NLANES], common_41[NLANES], common_42[NLANES], common_43[NLANES],
+        common_44[NLANES], common_45[NLANES], common_46[NLANES], common_47[NLANES], common_48[NLANES],
+        common_49[NLANES], common_50[NLANES], common_51[NLANES], common_52[NLANES], common_53[NLANES],
+        common_54[NLANES], common_55[NLANES], common_56[NLANES], common_57[NLANES], common_58[NLANES],
+        common_59[NLANES], common_60[NLANES], common_61[NLANES], common_62[NLANES], common_63[NLANES],
+        common_64[NLANES], common_65[NLANES], gac_kept_0[8 * NLANES], gac_kept_1[8 * NLANES],
+        gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
+        gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_motion_and_focal_now_carry_best_lanes)(m, focal, now_carry_best, now_carry_following,
-    now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged,
-    converged, steps);
+        now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps,
+        now_converged, converged, steps);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 8 * NLANES, now_carry_best, gac_kept_0);
         KEEP(rounds, 8 * NLANES, now_carry_following, gac_kept_1);
@@ -4238,26 +4242,27 @@ static INLINE WORD NAME(descend_motion_and_focal_lanes)(intptr_t n, const REAL *
         KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_motion_and_focal_sum_start_lanes)(sum);
         NAME(descend_motion_and_focal_common_lanes)(now_carry_following, common, common_2, common_3, common_4,
-    common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
-    common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
-    common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34,
-    common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42, common_43, common_44,
-    common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52, common_53, common_54,
-    common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62, common_63, common_64,
-    common_65);
+            common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
+            common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
+            common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
+            common_33, common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41,
+            common_42, common_43, common_44, common_45, common_46, common_47, common_48, common_49, common_50,
+            common_51, common_52, common_53, common_54, common_55, common_56, common_57, common_58, common_59,
+            common_60, common_61, common_62, common_63, common_64, common_65);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_motion_and_focal_sum_lanes)(limit, sum, first + 2 * j, second + 2 * j, common, common_2,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
-    common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
-    common_33, common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42,
-    common_43, common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52,
-    common_53, common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62,
-    common_63, common_64, common_65, sum);
+                common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
+                common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20,
+                common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29,
+                common_30, common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38,
+                common_39, common_40, common_41, common_42, common_43, common_44, common_45, common_46, common_47,
+                common_48, common_49, common_50, common_51, common_52, common_53, common_54, common_55, common_56,
+                common_57, common_58, common_59, common_60, common_61, common_62, common_63, common_64, common_65,
+                sum);
         NAME(descend_motion_and_focal_next_now_carry_best_lanes)(now_carry_best, now_carry_following,
-    now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+            now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum,
+            next_now_carry_best, next_now_carry_following, next_now_carry_table, next_now_carry_slope,
+            next_now_carry_cost, next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
         NAME(descend_camera_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(8 * NLANES, next_now_carry_best, now_carry_best);
         COPY(8 * NLANES, next_now_carry_following, now_carry_following);
@@ -4281,7 +4286,7 @@ static INLINE WORD NAME(descend_motion_and_focal_lanes)(intptr_t n, const REAL *
             break;
     }
     NAME(descend_motion_and_focal_result_lanes)(m, focal, at_most, now_carry_best, now_carry_table, now_carry_cost,
-    now_steps, now_converged, out_0, out_1, out_2, out_3);
+        now_steps, now_converged, out_0, out_1, out_2, out_3);
     return 0;
 }
 

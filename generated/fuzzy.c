@@ -2,7 +2,7 @@
 // command: gac generate --all fuzzy
 // spec: 3050e03b0dc82baa
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: db2850418f5457d3a8c6f71119e66720b45032df461dc493cb814ad3ed6c4d1f
+// body: cb28c828bc722c3b5bc90fabe319d374ba1751808b3897135fc153a34ccfecc9
 
 #ifndef REAL
 #include "fuzzy.h"
@@ -219,7 +219,7 @@ void NAME(strengths)(intptr_t inputs, intptr_t rows, intptr_t sets, intptr_t ste
     NAME(strengths_stack_start)(stack_start);
     for (intptr_t i = 0; i < steps; i++)
         NAME(strengths_stack)(i > 0 ? stack + 6 * (i - 1) : stack_start, mapped_2[literal[i]], program + 11 * i,
-    stack + 6 * i);
+            stack + 6 * i);
     for (intptr_t i = 0; i < terms; i++)
         NAME(strengths_result)(stack + 6 * ends[i], out + i);
 }
@@ -235,11 +235,11 @@ static INLINE WORD NAME(strengths_lanes)(intptr_t inputs, intptr_t rows, intptr_
         NAME(strengths_mapped_lanes)(x + NLANES * i, rows_ + 2 * NLANES * place[i], mapped + NLANES * i);
     for (intptr_t i = 0; i < sets; i++)
         NAME(strengths_mapped_2_lanes)(rows_ + 2 * NLANES * member[i], mapped + NLANES * variable_[i],
-    mapped_2 + NLANES * i);
+            mapped_2 + NLANES * i);
     NAME(strengths_stack_start_lanes)(stack_start);
     for (intptr_t i = 0; i < steps; i++)
         NAME(strengths_stack_lanes)(i > 0 ? stack + 6 * NLANES * (i - 1) : stack_start,
-    mapped_2 + NLANES * literal[i], program + 11 * i, stack + 6 * NLANES * i);
+            mapped_2 + NLANES * literal[i], program + 11 * i, stack + 6 * NLANES * i);
     for (intptr_t i = 0; i < terms; i++)
         NAME(strengths_result_lanes)(stack + 6 * NLANES * ends[i], out + NLANES * i);
     return 0;
@@ -338,9 +338,9 @@ void NAME(strengths_vjp_x)(intptr_t inputs, intptr_t rows, intptr_t sets, intptr
 {
     (void)rows;
     REAL *const mapped = work, *const mapped_2 = mapped + inputs, stack_start[6], *const stack = mapped_2 + sets,
-    *const mapped_adjoint = stack + 6 * steps, *const mapped_2_adjoint = mapped_adjoint + inputs,
-    stack_start_adjoint[6], *const stack_adjoint = mapped_2_adjoint + sets,
-    *const stack_kept = stack_adjoint + 6 * steps, stack_part[6], stack_part_2[6], mapped_2_part, mapped_part;
+        *const mapped_adjoint = stack + 6 * steps, *const mapped_2_adjoint = mapped_adjoint + inputs,
+        stack_start_adjoint[6], *const stack_adjoint = mapped_2_adjoint + sets,
+        *const stack_kept = stack_adjoint + 6 * steps, stack_part[6], stack_part_2[6], mapped_2_part, mapped_part;
     for (intptr_t i = 0; i < inputs; i++)
         NAME(strengths_mapped)(x[i], rows_ + 2 * place[i], mapped + i);
     for (intptr_t i = 0; i < sets; i++)
@@ -349,7 +349,7 @@ void NAME(strengths_vjp_x)(intptr_t inputs, intptr_t rows, intptr_t sets, intptr
     for (intptr_t i = 0; i < steps; i++) {
         COPY(6, i > 0 ? stack + 6 * (i - 1) : stack_start, stack_kept + 6 * i);
         NAME(strengths_stack)(i > 0 ? stack + 6 * (i - 1) : stack_start, mapped_2[literal[i]], program + 11 * i,
-    stack + 6 * i);
+            stack + 6 * i);
     }
     CLEAR(6 * steps, stack_adjoint);
     for (intptr_t i = terms; i-- > 0;) {
@@ -364,7 +364,7 @@ void NAME(strengths_vjp_x)(intptr_t inputs, intptr_t rows, intptr_t sets, intptr
     NAME(strengths_stack_start)(stack_part_2);
     for (intptr_t i = steps; i-- > 0;) {
         NAME(strengths_vjp_x_stack_part_2)(stack_kept + 6 * i, mapped_2[literal[i]], program + 11 * i,
-    stack_adjoint + 6 * i, stack_part_2, &mapped_2_part);
+            stack_adjoint + 6 * i, stack_part_2, &mapped_2_part);
         if (i > 0)
             ADD(6, stack_part_2, stack_adjoint + 6 * (i - 1));
         if (literal[i] >= 0)
@@ -388,17 +388,17 @@ static INLINE WORD NAME(strengths_vjp_x_lanes)(intptr_t inputs, intptr_t rows, i
 {
     (void)rows;
     _Alignas(64) REAL stack_start[6 * NLANES], stack_start_adjoint[6 * NLANES], stack_part[6 * NLANES],
-    stack_part_2[6 * NLANES], mapped_2_part[NLANES], mapped_part[NLANES];
+        stack_part_2[6 * NLANES], mapped_2_part[NLANES], mapped_part[NLANES];
     for (intptr_t i = 0; i < inputs; i++)
         NAME(strengths_mapped_lanes)(x + NLANES * i, rows_ + 2 * NLANES * place[i], mapped + NLANES * i);
     for (intptr_t i = 0; i < sets; i++)
         NAME(strengths_mapped_2_lanes)(rows_ + 2 * NLANES * member[i], mapped + NLANES * variable_[i],
-    mapped_2 + NLANES * i);
+            mapped_2 + NLANES * i);
     NAME(strengths_stack_start_lanes)(stack_start);
     for (intptr_t i = 0; i < steps; i++) {
         COPY(6 * NLANES, i > 0 ? stack + 6 * NLANES * (i - 1) : stack_start, stack_kept + 6 * NLANES * i);
         NAME(strengths_stack_lanes)(i > 0 ? stack + 6 * NLANES * (i - 1) : stack_start,
-    mapped_2 + NLANES * literal[i], program + 11 * i, stack + 6 * NLANES * i);
+            mapped_2 + NLANES * literal[i], program + 11 * i, stack + 6 * NLANES * i);
     }
     CLEAR(6 * NLANES * steps, stack_adjoint);
     for (intptr_t i = terms; i-- > 0;) {
@@ -413,7 +413,7 @@ static INLINE WORD NAME(strengths_vjp_x_lanes)(intptr_t inputs, intptr_t rows, i
     NAME(strengths_stack_start_lanes)(stack_part_2);
     for (intptr_t i = steps; i-- > 0;) {
         NAME(strengths_vjp_x_stack_part_2_lanes)(stack_kept + 6 * NLANES * i, mapped_2 + NLANES * literal[i],
-    program + 11 * i, stack_adjoint + 6 * NLANES * i, stack_part_2, mapped_2_part);
+            program + 11 * i, stack_adjoint + 6 * NLANES * i, stack_part_2, mapped_2_part);
         if (i > 0)
             ADD(6 * NLANES, stack_part_2, stack_adjoint + 6 * NLANES * (i - 1));
         if (literal[i] >= 0)
@@ -422,7 +422,7 @@ static INLINE WORD NAME(strengths_vjp_x_lanes)(intptr_t inputs, intptr_t rows, i
     ADD(6 * NLANES, stack_part_2, stack_start_adjoint);
     for (intptr_t i = sets; i-- > 0;) {
         NAME(strengths_vjp_x_mapped_part_lanes)(rows_ + 2 * NLANES * member[i], mapped_2_adjoint + NLANES * i,
-    mapped_part);
+            mapped_part);
         if (variable_[i] >= 0)
             ADD(NLANES, mapped_part, mapped_adjoint + NLANES * variable_[i]);
     }
@@ -534,7 +534,7 @@ static INLINE WORD NAME(mean_of_functions_lanes)(intptr_t rules, intptr_t inputs
     const REAL *x, const REAL *constants, const REAL *slopes, REAL *out_0, REAL *out_1, REAL *mapped)
 {
     _Alignas(64) REAL common[NLANES], sum[NLANES], mapped_2[NLANES], common_2[NLANES], sum_2[NLANES],
-    function[NLANES];
+        function[NLANES];
     NAME(mean_of_functions_result_start_lanes)(out_1);
     for (intptr_t i = 0; i < rules; i++)
         NAME(mean_of_functions_result_lanes)(out_1, strengths + NLANES * i, out_1);
@@ -604,7 +604,7 @@ void NAME(slopes_of_mean)(intptr_t rules, intptr_t inputs, const REAL *strengths
     const REAL *constants, const REAL *slopes, REAL *out_0, REAL *out_1, REAL *work)
 {
     REAL a, *const mapped = work, common, sum, *const mapped_2 = mapped + rules, common_2, sum_2,
-    *const function = mapped_2 + rules, sum_3, sum_4, common_3, common_4, sum_5;
+        *const function = mapped_2 + rules, sum_3, sum_4, common_3, common_4, sum_5;
     NAME(mean_of_functions_result_start)(&a);
     for (intptr_t i = 0; i < rules; i++)
         NAME(mean_of_functions_result)(a, strengths[i], &a);
@@ -642,7 +642,7 @@ static INLINE WORD NAME(slopes_of_mean_lanes)(intptr_t rules, intptr_t inputs, c
     REAL *function)
 {
     _Alignas(64) REAL a[NLANES], common[NLANES], sum[NLANES], common_2[NLANES], sum_2[NLANES], sum_3[NLANES],
-    sum_4[NLANES], common_3[NLANES], common_4[NLANES], sum_5[NLANES];
+        sum_4[NLANES], common_3[NLANES], common_4[NLANES], sum_5[NLANES];
     NAME(mean_of_functions_result_start_lanes)(a);
     for (intptr_t i = 0; i < rules; i++)
         NAME(mean_of_functions_result_lanes)(a, strengths + NLANES * i, a);
@@ -734,10 +734,10 @@ static INLINE WORD NAME(crossing_points_lanes)(intptr_t terms, intptr_t ramps, i
     NAME(mean_of_functions_result_start_lanes)(sum_start);
     for (intptr_t i = 0; i < ramps; i++)
         NAME(crossing_points_sum_lanes)(i > 0 ? sum + NLANES * (i - 1) : sum_start, cuts + NLANES * term[i],
-    ramps_ + 3 * i, sum + NLANES * i);
+            ramps_ + 3 * i, sum + NLANES * i);
     for (intptr_t i = 0; i < points; i++)
         NAME(crossing_points_result_lanes)(flanks + 4 * i, sum + NLANES * start[i], sum + NLANES * end[i],
-    out + NLANES * i);
+            out + NLANES * i);
     return 0;
 }
 
@@ -804,7 +804,7 @@ void NAME(ends_of_maximum)(intptr_t terms, intptr_t ramps, intptr_t points, cons
     REAL *work)
 {
     REAL *const mapped = work, sum_start, *const sum = mapped + terms, *const point = sum + ramps,
-    *const mapped_2 = point + points;
+        *const mapped_2 = point + points;
     NAME(mean_of_functions_result_start)(out_0);
     for (intptr_t i = 0; i < terms; i++) {
         NAME(ends_of_maximum_mapped)(scaled, cuts[i], peaks[i], mapped + i);
@@ -819,7 +819,7 @@ void NAME(ends_of_maximum)(intptr_t terms, intptr_t ramps, intptr_t points, cons
     NAME(ends_of_maximum_result_start)(out_1, out_2);
     for (intptr_t i = 0; i < terms; i++)
         NAME(ends_of_maximum_result)(out_0[0], out_1[0], out_2[0], mapped_2[i], point[left[i]], point[right[i]],
-    out_1, out_2);
+            out_1, out_2);
 }
 
 static INLINE WORD NAME(ends_of_maximum_lanes)(intptr_t terms, intptr_t ramps, intptr_t points, const REAL *cuts,
@@ -837,14 +837,14 @@ static INLINE WORD NAME(ends_of_maximum_lanes)(intptr_t terms, intptr_t ramps, i
     NAME(mean_of_functions_result_start_lanes)(sum_start);
     for (intptr_t i = 0; i < ramps; i++)
         NAME(crossing_points_sum_lanes)(i > 0 ? sum + NLANES * (i - 1) : sum_start, mapped + NLANES * term[i],
-    ramps_ + 3 * i, sum + NLANES * i);
+            ramps_ + 3 * i, sum + NLANES * i);
     for (intptr_t i = 0; i < points; i++)
         NAME(crossing_points_result_lanes)(flanks + 4 * i, sum + NLANES * start[i], sum + NLANES * end[i],
-    point + NLANES * i);
+            point + NLANES * i);
     NAME(ends_of_maximum_result_start_lanes)(out_1, out_2);
     for (intptr_t i = 0; i < terms; i++)
         NAME(ends_of_maximum_result_lanes)(out_0, out_1, out_2, mapped_2 + NLANES * i, point + NLANES * left[i],
-    point + NLANES * right[i], out_1, out_2);
+            point + NLANES * right[i], out_1, out_2);
     return 0;
 }
 
@@ -983,8 +983,8 @@ void NAME(mean_of_maximum)(intptr_t terms, intptr_t points, intptr_t turns, intp
     const int64_t *first, const int64_t *second, const REAL *last, REAL *out_0, REAL *out_1, REAL *work)
 {
     REAL *const mapped = work, *const interval = mapped + terms, found[5], found_start,
-    *const found_2 = interval + 4 * terms, *const mapped_0 = found_2 + covers, *const mapped_1 = mapped_0 + points,
-    found_3[3];
+        *const found_2 = interval + 4 * terms, *const mapped_0 = found_2 + covers,
+        *const mapped_1 = mapped_0 + points, found_3[3];
     NAME(mean_of_functions_result_start)(out_0);
     for (intptr_t i = 0; i < terms; i++) {
         NAME(ends_of_maximum_mapped_2)(scaled, cuts[i], peaks[i], mapped + i);
@@ -992,14 +992,14 @@ void NAME(mean_of_maximum)(intptr_t terms, intptr_t points, intptr_t turns, intp
     }
     for (intptr_t i = 0; i < terms; i++)
         NAME(mean_of_maximum_interval)(tolerance, out_0[0], mapped[i], points_[left[i]], points_[right[i]],
-    grid[left[i]], grid[right[i]], interval + 4 * i);
+            grid[left[i]], grid[right[i]], interval + 4 * i);
     NAME(mean_of_maximum_found_start)(found);
     for (intptr_t i = 0; i < turns; i++)
         NAME(mean_of_maximum_found)(found, interval + 4 * turn_term[i], turn_flags + 2 * i, found);
     NAME(mean_of_functions_result_start)(&found_start);
     for (intptr_t i = 0; i < covers; i++)
         NAME(mean_of_maximum_found_2)(i > 0 ? found_2[i - 1] : found_start, points_[cover_point[i]],
-    interval + 4 * cover_term[i], same[i], found_2 + i);
+            interval + 4 * cover_term[i], same[i], found_2 + i);
     for (intptr_t i = 0; i < points; i++) {
         NAME(mean_of_maximum_mapped)(tolerance, found_2[ends[i]], points_[i], grid[i], mapped_1 + i);
         COPY(1, points_ + i, mapped_0 + i);
@@ -1007,7 +1007,7 @@ void NAME(mean_of_maximum)(intptr_t terms, intptr_t points, intptr_t turns, intp
     NAME(mean_of_maximum_found_3)(found, found_3);
     for (intptr_t i = 0; i < couples; i++)
         NAME(mean_of_maximum_found_4)(tolerance, found_3, mapped_0[first[i]], mapped_1[first[i]],
-    mapped_0[second[i]], last + 2 * i, found_3);
+            mapped_0[second[i]], last + 2 * i, found_3);
     NAME(mean_of_maximum_result)(found_3, out_1);
 }
 
@@ -1026,23 +1026,25 @@ static INLINE WORD NAME(mean_of_maximum_lanes)(intptr_t terms, intptr_t points, 
     }
     for (intptr_t i = 0; i < terms; i++)
         NAME(mean_of_maximum_interval_lanes)(tolerance, out_0, mapped + NLANES * i, points_ + NLANES * left[i],
-    points_ + NLANES * right[i], grid + NLANES * left[i], grid + NLANES * right[i], interval + 4 * NLANES * i);
+            points_ + NLANES * right[i], grid + NLANES * left[i], grid + NLANES * right[i],
+            interval + 4 * NLANES * i);
     NAME(mean_of_maximum_found_start_lanes)(found);
     for (intptr_t i = 0; i < turns; i++)
         NAME(mean_of_maximum_found_lanes)(found, interval + 4 * NLANES * turn_term[i], turn_flags + 2 * i, found);
     NAME(mean_of_functions_result_start_lanes)(found_start);
     for (intptr_t i = 0; i < covers; i++)
         NAME(mean_of_maximum_found_2_lanes)(i > 0 ? found_2 + NLANES * (i - 1) : found_start,
-    points_ + NLANES * cover_point[i], interval + 4 * NLANES * cover_term[i], same + i, found_2 + NLANES * i);
+            points_ + NLANES * cover_point[i], interval + 4 * NLANES * cover_term[i], same + i,
+            found_2 + NLANES * i);
     for (intptr_t i = 0; i < points; i++) {
         NAME(mean_of_maximum_mapped_lanes)(tolerance, found_2 + NLANES * ends[i], points_ + NLANES * i,
-    grid + NLANES * i, mapped_1 + NLANES * i);
+            grid + NLANES * i, mapped_1 + NLANES * i);
         COPY(NLANES, points_ + NLANES * i, mapped_0 + NLANES * i);
     }
     NAME(mean_of_maximum_found_3_lanes)(found, found_3);
     for (intptr_t i = 0; i < couples; i++)
         NAME(mean_of_maximum_found_4_lanes)(tolerance, found_3, mapped_0 + NLANES * first[i],
-    mapped_1 + NLANES * first[i], mapped_0 + NLANES * second[i], last + 2 * i, found_3);
+            mapped_1 + NLANES * first[i], mapped_0 + NLANES * second[i], last + 2 * i, found_3);
     NAME(mean_of_maximum_result_lanes)(found_3, out_1);
     return 0;
 }
@@ -1123,7 +1125,7 @@ static INLINE WORD NAME(area_on_grid_lanes)(intptr_t terms, intptr_t samples, co
     NAME(area_on_grid_sums_start_lanes)(sums);
     for (intptr_t i = 0; i < samples; i++)
         NAME(area_on_grid_sums_lanes)(scaled, sums, cuts + NLANES * term[i], cuts + NLANES * other[i],
-    samples_ + 5 * i, sums);
+            samples_ + 5 * i, sums);
     NAME(area_on_grid_result_lanes)(sums, out_0, out_1);
     return 0;
 }
@@ -1236,7 +1238,7 @@ void NAME(half_on_grid)(intptr_t terms, intptr_t samples, intptr_t places, intpt
     NAME(half_on_grid_sums_0_start)(&sums_0_start, &sums_1_start);
     for (intptr_t i = 0; i < samples; i++)
         NAME(half_on_grid_sums)(scaled, i > 0 ? sums_0[i - 1] : sums_0_start, i > 0 ? sums_1[i - 1] : sums_1_start,
-    cuts[term[i]], cuts[other[i]], samples_ + 5 * i, sums_0 + i, sums_1 + i);
+            cuts[term[i]], cuts[other[i]], samples_ + 5 * i, sums_0 + i, sums_1 + i);
     NAME(mean_of_functions_result_start)(out_4);
     for (intptr_t i = 0; i < one; i++)
         NAME(half_on_grid_result)(sums_0[final[i]], sums_1[final[i]], out_4);
@@ -1257,8 +1259,8 @@ static INLINE WORD NAME(half_on_grid_lanes)(intptr_t terms, intptr_t samples, in
     NAME(half_on_grid_sums_0_start_lanes)(sums_0_start, sums_1_start);
     for (intptr_t i = 0; i < samples; i++)
         NAME(half_on_grid_sums_lanes)(scaled, i > 0 ? sums_0 + NLANES * (i - 1) : sums_0_start,
-    i > 0 ? sums_1 + NLANES * (i - 1) : sums_1_start, cuts + NLANES * term[i], cuts + NLANES * other[i],
-    samples_ + 5 * i, sums_0 + NLANES * i, sums_1 + NLANES * i);
+            i > 0 ? sums_1 + NLANES * (i - 1) : sums_1_start, cuts + NLANES * term[i], cuts + NLANES * other[i],
+            samples_ + 5 * i, sums_0 + NLANES * i, sums_1 + NLANES * i);
     NAME(mean_of_functions_result_start_lanes)(out_4);
     for (intptr_t i = 0; i < one; i++)
         NAME(half_on_grid_result_lanes)(sums_0 + NLANES * final[i], sums_1 + NLANES * final[i], out_4);
@@ -1382,22 +1384,23 @@ void NAME(area_by_points)(intptr_t terms, intptr_t points, intptr_t pairs, intpt
 {
     (void)terms;
     REAL found_start[3], *const found = work, *const place = found + 3 * pairs, *const top = place + points,
-    *const left = top + points, *const left_top = left + points, *const right_top = left_top + points,
-    found_start_2[4], *const found_2 = right_top + points;
+        *const left = top + points, *const left_top = left + points, *const right_top = left_top + points,
+        found_start_2[4], *const found_2 = right_top + points;
     NAME(area_on_grid_sums_start)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(area_by_points_found)(i > 0 ? found + 3 * (i - 1) : found_start, points_[pair_point[i]],
-    cells[pair_point[i]], cuts[pair_term[i]], left_heights[i], right_heights[i], same[i], found + 3 * i);
+            cells[pair_point[i]], cuts[pair_term[i]], left_heights[i], right_heights[i], same[i], found + 3 * i);
     for (intptr_t i = 0; i < points; i++) {
         NAME(area_by_points_top)(points_[i], found + 3 * ends[i], cuts[own[i]], flanks + 4 * i, top + i,
-    left_top + i, right_top + i);
+            left_top + i, right_top + i);
         COPY(1, points_ + i, place + i);
         COPY(1, cells + i, left + i);
     }
     NAME(area_by_points_found_start)(found_start_2);
     for (intptr_t i = 0; i < couples; i++)
         NAME(area_by_points_found_2)(i > 0 ? found_2 + 4 * (i - 1) : found_start_2, place[first[i]], left[first[i]],
-    left_top[first[i]], right_top[first[i]], place[second[i]], top[second[i]], flags + 2 * i, found_2 + 4 * i);
+            left_top[first[i]], right_top[first[i]], place[second[i]], top[second[i]], flags + 2 * i,
+            found_2 + 4 * i);
     NAME(half_on_grid_sums_0_start)(out_0, out_1);
     for (intptr_t i = 0; i < points; i++)
         NAME(area_by_points_result)(out_0[0], out_1[0], place[i], top[i], found_2 + 4 * final[i], out_0, out_1);
@@ -1415,24 +1418,24 @@ static INLINE WORD NAME(area_by_points_lanes)(intptr_t terms, intptr_t points, i
     NAME(area_on_grid_sums_start_lanes)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(area_by_points_found_lanes)(i > 0 ? found + 3 * NLANES * (i - 1) : found_start,
-    points_ + NLANES * pair_point[i], cells + NLANES * pair_point[i], cuts + NLANES * pair_term[i],
-    left_heights + NLANES * i, right_heights + NLANES * i, same + i, found + 3 * NLANES * i);
+            points_ + NLANES * pair_point[i], cells + NLANES * pair_point[i], cuts + NLANES * pair_term[i],
+            left_heights + NLANES * i, right_heights + NLANES * i, same + i, found + 3 * NLANES * i);
     for (intptr_t i = 0; i < points; i++) {
         NAME(area_by_points_top_lanes)(points_ + NLANES * i, found + 3 * NLANES * ends[i], cuts + NLANES * own[i],
-    flanks + 4 * i, top + NLANES * i, left_top + NLANES * i, right_top + NLANES * i);
+            flanks + 4 * i, top + NLANES * i, left_top + NLANES * i, right_top + NLANES * i);
         COPY(NLANES, points_ + NLANES * i, place + NLANES * i);
         COPY(NLANES, cells + NLANES * i, left + NLANES * i);
     }
     NAME(area_by_points_found_start_lanes)(found_start_2);
     for (intptr_t i = 0; i < couples; i++)
         NAME(area_by_points_found_2_lanes)(i > 0 ? found_2 + 4 * NLANES * (i - 1) : found_start_2,
-    place + NLANES * first[i], left + NLANES * first[i], left_top + NLANES * first[i],
-    right_top + NLANES * first[i], place + NLANES * second[i], top + NLANES * second[i], flags + 2 * i,
-    found_2 + 4 * NLANES * i);
+            place + NLANES * first[i], left + NLANES * first[i], left_top + NLANES * first[i],
+            right_top + NLANES * first[i], place + NLANES * second[i], top + NLANES * second[i], flags + 2 * i,
+            found_2 + 4 * NLANES * i);
     NAME(half_on_grid_sums_0_start_lanes)(out_0, out_1);
     for (intptr_t i = 0; i < points; i++)
         NAME(area_by_points_result_lanes)(out_0, out_1, place + NLANES * i, top + NLANES * i,
-    found_2 + 4 * NLANES * final[i], out_0, out_1);
+            found_2 + 4 * NLANES * final[i], out_0, out_1);
     return 0;
 }
 
@@ -1546,32 +1549,32 @@ void NAME(bisector)(intptr_t terms, intptr_t points, intptr_t pairs, intptr_t co
 {
     (void)terms;
     REAL found_start[3], *const found = work, *const place_2 = found + 3 * pairs, *const top = place_2 + points,
-    *const left = top + points, *const left_top_2 = left + points, *const right_top_2 = left_top_2 + points,
-    found_start_2[4], *const found_2 = right_top_2 + points, found_0, found_1, found_3[6], common;
+        *const left = top + points, *const left_top_2 = left + points, *const right_top_2 = left_top_2 + points,
+        found_start_2[4], *const found_2 = right_top_2 + points, found_0, found_1, found_3[6], common;
     NAME(area_on_grid_sums_start)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(area_by_points_found)(i > 0 ? found + 3 * (i - 1) : found_start, points_[pair_point[i]],
-    cells[pair_point[i]], cuts[pair_term[i]], left_heights[i], right_heights[i], same[i], found + 3 * i);
+            cells[pair_point[i]], cuts[pair_term[i]], left_heights[i], right_heights[i], same[i], found + 3 * i);
     for (intptr_t i = 0; i < points; i++) {
         NAME(area_by_points_top)(points_[i], found + 3 * ends[i], cuts[own[i]], flanks + 4 * i, top + i,
-    left_top_2 + i, right_top_2 + i);
+            left_top_2 + i, right_top_2 + i);
         COPY(1, points_ + i, place_2 + i);
         COPY(1, cells + i, left + i);
     }
     NAME(area_by_points_found_start)(found_start_2);
     for (intptr_t i = 0; i < couples; i++)
         NAME(area_by_points_found_2)(i > 0 ? found_2 + 4 * (i - 1) : found_start_2, place_2[first[i]],
-    left[first[i]], left_top_2[first[i]], right_top_2[first[i]], place_2[second[i]], top[second[i]], flags + 2 * i,
-    found_2 + 4 * i);
+            left[first[i]], left_top_2[first[i]], right_top_2[first[i]], place_2[second[i]], top[second[i]],
+            flags + 2 * i, found_2 + 4 * i);
     NAME(half_on_grid_sums_0_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < points; i++)
         NAME(bisector_found)(place, found_0, found_1, place_2[i], top[i], left[i], found_2 + 4 * final[i], &found_0,
-    &found_1);
+            &found_1);
     NAME(bisector_found_2)(place, before, left_top, right_top, area, found_0, found_1, found_3);
     NAME(bisector_common)(place, &common);
     for (intptr_t i = 0; i < steps; i++)
         NAME(bisector_found_3)(right_top, found_3, place_2[step_point[i]], top[step_point[i]], step_flags + 2 * i,
-    common, found_3);
+            common, found_3);
     NAME(bisector_result)(found_3, out_0, out_1);
 }
 
@@ -1585,33 +1588,33 @@ static INLINE WORD NAME(bisector_lanes)(intptr_t terms, intptr_t points, intptr_
 {
     (void)terms;
     _Alignas(64) REAL found_start[3 * NLANES], found_start_2[4 * NLANES], found_0[NLANES], found_1[NLANES],
-    found_3[6 * NLANES], common[NLANES];
+        found_3[6 * NLANES], common[NLANES];
     NAME(area_on_grid_sums_start_lanes)(found_start);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(area_by_points_found_lanes)(i > 0 ? found + 3 * NLANES * (i - 1) : found_start,
-    points_ + NLANES * pair_point[i], cells + NLANES * pair_point[i], cuts + NLANES * pair_term[i],
-    left_heights + NLANES * i, right_heights + NLANES * i, same + i, found + 3 * NLANES * i);
+            points_ + NLANES * pair_point[i], cells + NLANES * pair_point[i], cuts + NLANES * pair_term[i],
+            left_heights + NLANES * i, right_heights + NLANES * i, same + i, found + 3 * NLANES * i);
     for (intptr_t i = 0; i < points; i++) {
         NAME(area_by_points_top_lanes)(points_ + NLANES * i, found + 3 * NLANES * ends[i], cuts + NLANES * own[i],
-    flanks + 4 * i, top + NLANES * i, left_top_2 + NLANES * i, right_top_2 + NLANES * i);
+            flanks + 4 * i, top + NLANES * i, left_top_2 + NLANES * i, right_top_2 + NLANES * i);
         COPY(NLANES, points_ + NLANES * i, place_2 + NLANES * i);
         COPY(NLANES, cells + NLANES * i, left + NLANES * i);
     }
     NAME(area_by_points_found_start_lanes)(found_start_2);
     for (intptr_t i = 0; i < couples; i++)
         NAME(area_by_points_found_2_lanes)(i > 0 ? found_2 + 4 * NLANES * (i - 1) : found_start_2,
-    place_2 + NLANES * first[i], left + NLANES * first[i], left_top_2 + NLANES * first[i],
-    right_top_2 + NLANES * first[i], place_2 + NLANES * second[i], top + NLANES * second[i], flags + 2 * i,
-    found_2 + 4 * NLANES * i);
+            place_2 + NLANES * first[i], left + NLANES * first[i], left_top_2 + NLANES * first[i],
+            right_top_2 + NLANES * first[i], place_2 + NLANES * second[i], top + NLANES * second[i], flags + 2 * i,
+            found_2 + 4 * NLANES * i);
     NAME(half_on_grid_sums_0_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < points; i++)
         NAME(bisector_found_lanes)(place, found_0, found_1, place_2 + NLANES * i, top + NLANES * i,
-    left + NLANES * i, found_2 + 4 * NLANES * final[i], found_0, found_1);
+            left + NLANES * i, found_2 + 4 * NLANES * final[i], found_0, found_1);
     NAME(bisector_found_2_lanes)(place, before, left_top, right_top, area, found_0, found_1, found_3);
     NAME(bisector_common_lanes)(place, common);
     for (intptr_t i = 0; i < steps; i++)
         NAME(bisector_found_3_lanes)(right_top, found_3, place_2 + NLANES * step_point[i],
-    top + NLANES * step_point[i], step_flags + 2 * i, common, found_3);
+            top + NLANES * step_point[i], step_flags + 2 * i, common, found_3);
     NAME(bisector_result_lanes)(found_3, out_0, out_1);
     return 0;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all grasping
 // spec: 18e526fd74c83243
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 5d151508d308b16f369fea685498d57ce19087befc9749f709bd91ccd1ab5672
+// body: f4314e1acee848d2c7abe3d1f91cd61c279b4687d76d7b07a26f7617e7480109
 
 #ifndef REAL
 #include "grasping.h"
@@ -522,9 +522,9 @@ void NAME(mesh_moments)(intptr_t v, intptr_t m, const REAL *vertices, const int6
     NAME(mesh_moments_sum_start)(&sum_0, sum, sum_2);
     for (intptr_t i_2 = 0; i_2 < m; i_2++) {
         NAME(mesh_moments_result)(vertices + 3 * i[i_2], vertices + 3 * j[i_2], vertices + 3 * k[i_2],
-    out_0 + 3 * i_2);
+            out_0 + 3 * i_2);
         NAME(mesh_moments_sum)(sum_0, sum, sum_2, vertices + 3 * i[i_2], vertices + 3 * j[i_2],
-    vertices + 3 * k[i_2], &sum_0, sum, sum_2);
+            vertices + 3 * k[i_2], &sum_0, sum, sum_2);
     }
     NAME(mesh_moments_result_2)(sum_0, sum, sum_2, out_1, out_2, out_3);
 }
@@ -537,9 +537,9 @@ static INLINE WORD NAME(mesh_moments_lanes)(intptr_t v, intptr_t m, const REAL *
     NAME(mesh_moments_sum_start_lanes)(sum_0, sum, sum_2);
     for (intptr_t i_2 = 0; i_2 < m; i_2++) {
         NAME(mesh_moments_result_lanes)(vertices + 3 * i[i_2], vertices + 3 * j[i_2], vertices + 3 * k[i_2],
-    out_0 + 3 * NLANES * i_2);
+            out_0 + 3 * NLANES * i_2);
         NAME(mesh_moments_sum_lanes)(sum_0, sum, sum_2, vertices + 3 * i[i_2], vertices + 3 * j[i_2],
-    vertices + 3 * k[i_2], sum_0, sum, sum_2);
+            vertices + 3 * k[i_2], sum_0, sum, sum_2);
     }
     NAME(mesh_moments_result_2_lanes)(sum_0, sum, sum_2, out_1, out_2, out_3);
     return 0;
@@ -1094,46 +1094,47 @@ void NAME(refined_bound)(intptr_t d, intptr_t s, const REAL *contacts, const REA
 {
     (void)work;
     REAL low_0, low[6], common[3], common_2[3], common_3[3], state[6], common_4[2], common_5[2], common_6[2],
-    common_7[2], common_8[2], common_9[2], common_10[2], common_11[2], common_12[2], common_13[1], common_14[1],
-    common_15[1], common_16[1], common_17[1], common_18[1], common_19[1], common_20[1], common_21[1];
+        common_7[2], common_8[2], common_9[2], common_10[2], common_11[2], common_12[2], common_13[1], common_14[1],
+        common_15[1], common_16[1], common_17[1], common_18[1], common_19[1], common_20[1], common_21[1];
     NAME(refined_bound_low_start)(&low_0, low);
     NAME(quality_bound_common)(contacts, common, common_2, common_3);
     for (intptr_t i = 0; i < d; i++)
         NAME(refined_bound_low)(normals, friction, low_0, low, twists + 6 * i, common, common_2, common_3, &low_0,
-    low);
+            low);
     NAME(refined_bound_state)(low, state);
     COPY(1, &low_0, out);
     NAME(refined_bound_common)(contacts, common_4, common_5, common_6, common_7, common_8, common_9, common_10,
-    common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20,
-    common_21);
+        common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
+        common_20, common_21);
     for (intptr_t i = 0; i < s; i++)
         NAME(refined_bound_result)(normals, friction, common, common_2, common_3, out[0], state, shares[i],
-    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
-    common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, out, state);
+            common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
+            common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, out, state);
 }
 
 static INLINE WORD NAME(refined_bound_lanes)(intptr_t d, intptr_t s, const REAL *contacts, const REAL *normals,
     const REAL *friction, const REAL *twists, const REAL *shares, REAL *out)
 {
     _Alignas(64) REAL low_0[NLANES], low[6 * NLANES], common[3 * NLANES], common_2[3 * NLANES],
-    common_3[3 * NLANES], state[6 * NLANES], common_4[2 * NLANES], common_5[2 * NLANES], common_6[2 * NLANES],
-    common_7[2 * NLANES], common_8[2 * NLANES], common_9[2 * NLANES], common_10[2 * NLANES], common_11[2 * NLANES],
-    common_12[2 * NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES],
-    common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES];
+        common_3[3 * NLANES], state[6 * NLANES], common_4[2 * NLANES], common_5[2 * NLANES], common_6[2 * NLANES],
+        common_7[2 * NLANES], common_8[2 * NLANES], common_9[2 * NLANES], common_10[2 * NLANES],
+        common_11[2 * NLANES], common_12[2 * NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES],
+        common_16[NLANES], common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES],
+        common_21[NLANES];
     NAME(refined_bound_low_start_lanes)(low_0, low);
     NAME(quality_bound_common_lanes)(contacts, common, common_2, common_3);
     for (intptr_t i = 0; i < d; i++)
         NAME(refined_bound_low_lanes)(normals, friction, low_0, low, twists + 6 * i, common, common_2, common_3,
-    low_0, low);
+            low_0, low);
     NAME(refined_bound_state_lanes)(low, state);
     COPY(NLANES, low_0, out);
     NAME(refined_bound_common_lanes)(contacts, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
-    common_20, common_21);
+        common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18,
+        common_19, common_20, common_21);
     for (intptr_t i = 0; i < s; i++)
         NAME(refined_bound_result_lanes)(normals, friction, common, common_2, common_3, out, state, shares + i,
-    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
-    common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, out, state);
+            common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
+            common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, out, state);
     return 0;
 }
 
@@ -1226,7 +1227,7 @@ void NAME(partner)(intptr_t n, const REAL *point, const REAL *normal, const REAL
     for (intptr_t i = 0; i < n; i++) {
         NAME(partner_number)(i > 0 ? number[i - 1] : number_start, number + i);
         NAME(partner_result)(point, normal, size, out_0[0], out_1[0], points + 3 * i, normals + 3 * i, number[i],
-    common, common_2, common_3, out_0, out_1);
+            common, common_2, common_3, out_0, out_1);
     }
 }
 
@@ -1241,7 +1242,7 @@ static INLINE WORD NAME(partner_lanes)(intptr_t n, const REAL *point, const REAL
     for (intptr_t i = 0; i < n; i++) {
         NAME(partner_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
         NAME(partner_result_lanes)(point, normal, size, out_0, out_1, points + 3 * i, normals + 3 * i,
-    number + NLANES * i, common, common_2, common_3, out_0, out_1);
+            number + NLANES * i, common, common_2, common_3, out_0, out_1);
     }
     return 0;
 }
@@ -1631,33 +1632,34 @@ static INLINE void NAME(preshape_within)(intptr_t m, intptr_t s, intptr_t n, int
     const REAL *signs, const REAL *low, const REAL *high, REAL *out_0, REAL *out_1, REAL *work)
 {
     REAL converged, steps, next_state_1, *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n,
-    pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, *const to_parent = pose_place_2 + 3 * n,
-    *const placed = to_parent + 6 * n, *const velocity = placed + 3 * f, *const minus = velocity + 3 * p,
-    *const mapped = minus + 3 * s, *const mapped_2 = mapped + s, sum, mapped_3, *const row = mapped_2 + p,
-    number_start, *const number = row + s * m, sum_2, mapped_4, *const mapped_5 = number + s, number_start_2,
-    *const number_2 = mapped_5 + s * s, *const state_0_2 = number_2 + s, state_1_2, entry, common, common_2,
-    common_3, *const reduced = state_0_2 + s * s, mapped_6, *const of_row = reduced + s * s, mapped_7, state_0_3,
-    state_1_3, *const mapped_8 = of_row + s * s, mapped_9, *const mapped_10 = mapped_8 + s, number_start_3,
-    *const number_3 = mapped_10 + s * s, *const x = number_3 + s, reduced_2, common_4, number_start_4,
-    *const number_4 = x + s, *const x_2 = number_4 + s, reduced_3, common_5, sum_3, mapped_11, most, moved_within;
+        pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n,
+        *const pose_place_2 = pose_rotor_2 + 4 * n, *const to_parent = pose_place_2 + 3 * n,
+        *const placed = to_parent + 6 * n, *const velocity = placed + 3 * f, *const minus = velocity + 3 * p,
+        *const mapped = minus + 3 * s, *const mapped_2 = mapped + s, sum, mapped_3, *const row = mapped_2 + p,
+        number_start, *const number = row + s * m, sum_2, mapped_4, *const mapped_5 = number + s, number_start_2,
+        *const number_2 = mapped_5 + s * s, *const state_0_2 = number_2 + s, state_1_2, entry, common, common_2,
+        common_3, *const reduced = state_0_2 + s * s, mapped_6, *const of_row = reduced + s * s, mapped_7,
+        state_0_3, state_1_3, *const mapped_8 = of_row + s * s, mapped_9, *const mapped_10 = mapped_8 + s,
+        number_start_3, *const number_3 = mapped_10 + s * s, *const x = number_3 + s, reduced_2, common_4,
+        number_start_4, *const number_4 = x + s, *const x_2 = number_4 + s, reduced_3, common_5, sum_3, mapped_11,
+        most, moved_within;
     NAME(preshape_result_start)(out_1, &converged, &steps);
     for (intptr_t i = 0; i < m; i++)
         COPY(1, q + i, out_0 + i);
     for (int repeats = 0; repeats < 8; repeats++) {
         for (intptr_t j = 0; j < n; j++)
             NAME(preshape_pose_rotor)(out_0[variables[j]], ratios[j], offsets[j], places + 3 * j, screws + 6 * j,
-    turns[j], pose_rotor + 4 * j, pose_place + 3 * j, NULL);
+                turns[j], pose_rotor + 4 * j, pose_place + 3 * j, NULL);
         NAME(preshape_pose_rotor_start)(pose_rotor_start, pose_place_start);
         for (intptr_t j = 0; j < n; j++) {
             NAME(preshape_pose_rotor_2)(parents[j] >= 0 ? pose_rotor_2 + 4 * parents[j] : pose_rotor_start,
-    parents[j] >= 0 ? pose_place_2 + 3 * parents[j] : pose_place_start, pose_rotor + 4 * j, pose_place + 3 * j,
-    pose_rotor_2 + 4 * j, pose_place_2 + 3 * j);
+                parents[j] >= 0 ? pose_place_2 + 3 * parents[j] : pose_place_start, pose_rotor + 4 * j,
+                pose_place + 3 * j, pose_rotor_2 + 4 * j, pose_place_2 + 3 * j);
             NAME(preshape_to_parent)(pose_rotor_2 + 4 * j, pose_place_2 + 3 * j, screws + 6 * j, to_parent + 6 * j);
         }
         for (intptr_t j = 0; j < f; j++)
             NAME(preshape_placed)(pose_rotor_2 + 4 * tips[j], pose_place_2 + 3 * tips[j], centres + 3 * j,
-    placed + 3 * j);
+                placed + 3 * j);
         for (intptr_t j = 0; j < p; j++)
             NAME(preshape_velocity)(to_parent + 6 * movers[j], placed + 3 * moved[j], velocity + 3 * j);
         NAME(partner_number_start)(&number_start);
@@ -1693,10 +1695,10 @@ static INLINE void NAME(preshape_within)(intptr_t m, intptr_t s, intptr_t n, int
             NAME(preshape_common)(state_0_2[j * s + j], &common_3);
             for (intptr_t k = 0; k < s; k++) {
                 NAME(preshape_common_2)(number_2[j], number_2[k], state_0_2[k * s + j], common_3, &common,
-    &common_2);
+                    &common_2);
                 for (intptr_t k_2 = 0; k_2 < s; k_2++) {
                     NAME(preshape_entry)(number_2[j], state_0_2[k * s + k_2], state_0_2[j * s + k_2], number_2[k_2],
-    common, common_2, &entry);
+                        common, common_2, &entry);
                     COPY(1, &entry, reduced + (k * s + k_2));
                 }
             }
@@ -1743,7 +1745,7 @@ static INLINE void NAME(preshape_within)(intptr_t m, intptr_t s, intptr_t n, int
             NAME(preshape_common_3)(x_2[j], mapped_10[j * s + j], &common_5);
             for (intptr_t k = 0; k < s; k++) {
                 NAME(preshape_reduced_2)(number_4[j], x_2[k], number_4[k], mapped_10[j * s + k], common_5,
-    &reduced_3);
+                    &reduced_3);
                 COPY(1, &reduced_3, x_2 + k);
             }
         }
@@ -1764,13 +1766,13 @@ static INLINE void NAME(preshape_within)(intptr_t m, intptr_t s, intptr_t n, int
     }
 }
 
-FUSED(preshape, (intptr_t m, intptr_t s, intptr_t n, intptr_t f, intptr_t p, const REAL *q, const REAL *sides,
-    const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
-    const REAL *screws, const REAL *turns, const int64_t *tips, const REAL *centres, const int64_t *moved,
-    const int64_t *movers, const REAL *shares, const int64_t *starts, const int64_t *ends, const REAL *signs,
-    const REAL *low, const REAL *high, REAL *out_0, REAL *out_1, REAL *work), (m, s, n, f, p, q, sides, parents,
-    variables, ratios, offsets, places, screws, turns, tips, centres, moved, movers, shares, starts, ends, signs,
-    low, high, out_0, out_1, work))
+FUSED(preshape, (intptr_t m, intptr_t s, intptr_t n, intptr_t f, intptr_t p, const REAL *q, const REAL *sides, const
+    int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const
+    REAL *screws, const REAL *turns, const int64_t *tips, const REAL *centres, const int64_t *moved, const int64_t
+    *movers, const REAL *shares, const int64_t *starts, const int64_t *ends, const REAL *signs, const REAL *low,
+    const REAL *high, REAL *out_0, REAL *out_1, REAL *work), (m, s, n, f, p, q, sides, parents, variables, ratios,
+    offsets, places, screws, turns, tips, centres, moved, movers, shares, starts, ends, signs, low, high, out_0,
+    out_1, work))
 void NAME(preshape)(intptr_t m, intptr_t s, intptr_t n, intptr_t f, intptr_t p, const REAL *q, const REAL *sides,
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
     const REAL *screws, const REAL *turns, const int64_t *tips, const REAL *centres, const int64_t *moved,
@@ -1778,9 +1780,9 @@ void NAME(preshape)(intptr_t m, intptr_t s, intptr_t n, intptr_t f, intptr_t p, 
     const REAL *low, const REAL *high, REAL *out_0, REAL *out_1, REAL *work)
 {
     RUN(preshape, (m, s, n, f, p, q, sides, parents, variables, ratios, offsets, places, screws, turns, tips,
-    centres, moved, movers, shares, starts, ends, signs, low, high, out_0, out_1, work), (m, s, n, f, p, q, sides,
-    parents, variables, ratios, offsets, places, screws, turns, tips, centres, moved, movers, shares, starts, ends,
-    signs, low, high, out_0, out_1, work));
+        centres, moved, movers, shares, starts, ends, signs, low, high, out_0, out_1, work), (m, s, n, f, p, q,
+        sides, parents, variables, ratios, offsets, places, screws, turns, tips, centres, moved, movers, shares,
+        starts, ends, signs, low, high, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(preshape_lanes)(intptr_t m, intptr_t s, intptr_t n, intptr_t f, intptr_t p, const REAL *q,
@@ -1795,12 +1797,12 @@ static INLINE WORD NAME(preshape_lanes)(intptr_t m, intptr_t s, intptr_t n, intp
     REAL *gac_kept_6, REAL *gac_kept_7, REAL *gac_kept_8)
 {
     _Alignas(64) REAL converged[NLANES], steps[NLANES], next_state_1[NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], sum[NLANES], mapped_3[NLANES], number_start[NLANES], sum_2[NLANES],
-    mapped_4[NLANES], number_start_2[NLANES], state_1_2[NLANES], entry[NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], mapped_6[NLANES], mapped_7[NLANES], state_0_3[NLANES], state_1_3[NLANES], mapped_9[NLANES],
-    number_start_3[NLANES], reduced_2[NLANES], common_4[NLANES], number_start_4[NLANES], reduced_3[NLANES],
-    common_5[NLANES], sum_3[NLANES], mapped_11[NLANES], most[NLANES], moved_within[NLANES], gac_kept_1[NLANES],
-    gac_kept_2[NLANES];
+        pose_place_start[3 * NLANES], sum[NLANES], mapped_3[NLANES], number_start[NLANES], sum_2[NLANES],
+        mapped_4[NLANES], number_start_2[NLANES], state_1_2[NLANES], entry[NLANES], common[NLANES],
+        common_2[NLANES], common_3[NLANES], mapped_6[NLANES], mapped_7[NLANES], state_0_3[NLANES],
+        state_1_3[NLANES], mapped_9[NLANES], number_start_3[NLANES], reduced_2[NLANES], common_4[NLANES],
+        number_start_4[NLANES], reduced_3[NLANES], common_5[NLANES], sum_3[NLANES], mapped_11[NLANES], most[NLANES],
+        moved_within[NLANES], gac_kept_1[NLANES], gac_kept_2[NLANES];
     WORD far = 0;
     NAME(preshape_result_start_lanes)(out_1, converged, steps);
     for (intptr_t i = 0; i < m; i++)
@@ -1817,29 +1819,31 @@ static INLINE WORD NAME(preshape_lanes)(intptr_t m, intptr_t s, intptr_t n, intp
         KEEP(rounds, NLANES * s, number_4, gac_kept_8);
         for (intptr_t j = 0; j < n; j++)
             far |= NAME(preshape_pose_rotor_lanes)(out_0 + NLANES * variables[j], ratios + j, offsets + j,
-    places + 3 * j, screws + 6 * j, turns + j, pose_rotor + 4 * NLANES * j, pose_place + 3 * NLANES * j);
+                places + 3 * j, screws + 6 * j, turns + j, pose_rotor + 4 * NLANES * j,
+                pose_place + 3 * NLANES * j);
         NAME(preshape_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(preshape_pose_rotor_2_lanes)(parents[j] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[j] : pose_rotor_start,
-    parents[j] >= 0 ? pose_place_2 + 3 * NLANES * parents[j] : pose_place_start, pose_rotor + 4 * NLANES * j,
-    pose_place + 3 * NLANES * j, pose_rotor_2 + 4 * NLANES * j, pose_place_2 + 3 * NLANES * j);
+            NAME(preshape_pose_rotor_2_lanes)(parents[j] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[j] :
+                pose_rotor_start, parents[j] >= 0 ? pose_place_2 + 3 * NLANES * parents[j] : pose_place_start,
+                pose_rotor + 4 * NLANES * j, pose_place + 3 * NLANES * j, pose_rotor_2 + 4 * NLANES * j,
+                pose_place_2 + 3 * NLANES * j);
             NAME(preshape_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * j, pose_place_2 + 3 * NLANES * j,
-    screws + 6 * j, to_parent + 6 * NLANES * j);
+                screws + 6 * j, to_parent + 6 * NLANES * j);
         }
         for (intptr_t j = 0; j < f; j++)
             NAME(preshape_placed_lanes)(pose_rotor_2 + 4 * NLANES * tips[j], pose_place_2 + 3 * NLANES * tips[j],
-    centres + 3 * j, placed + 3 * NLANES * j);
+                centres + 3 * j, placed + 3 * NLANES * j);
         for (intptr_t j = 0; j < p; j++)
             NAME(preshape_velocity_lanes)(to_parent + 6 * NLANES * movers[j], placed + 3 * NLANES * moved[j],
-    velocity + 3 * NLANES * j);
+                velocity + 3 * NLANES * j);
         NAME(partner_number_start_lanes)(number_start);
         for (intptr_t j = 0; j < s; j++) {
             NAME(preshape_minus_lanes)(placed + 3 * NLANES * starts[j], placed + 3 * NLANES * ends[j],
-    minus + 3 * NLANES * j);
+                minus + 3 * NLANES * j);
             NAME(preshape_mapped_lanes)(minus + 3 * NLANES * j, sides + NLANES * j, mapped + NLANES * j);
             for (intptr_t k = 0; k < p; k++)
                 NAME(preshape_mapped_2_lanes)(minus + 3 * NLANES * j, sides + NLANES * j, signs + (j * p + k),
-    velocity + 3 * NLANES * k, mapped_2 + NLANES * k);
+                    velocity + 3 * NLANES * k, mapped_2 + NLANES * k);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(preshape_sum_start_lanes)(sum);
                 for (intptr_t k_2 = 0; k_2 < p; k_2++)
@@ -1855,7 +1859,7 @@ static INLINE WORD NAME(preshape_lanes)(intptr_t m, intptr_t s, intptr_t n, intp
                 NAME(preshape_sum_start_lanes)(sum_2);
                 for (intptr_t k_2 = 0; k_2 < m; k_2++)
                     NAME(preshape_sum_2_lanes)(sum_2, row + NLANES * (j * m + k_2), row + NLANES * (k * m + k_2),
-    sum_2);
+                        sum_2);
                 NAME(preshape_mapped_3_lanes)(number + NLANES * j, number + NLANES * k, sum_2, mapped_4);
                 COPY(NLANES, mapped_4, mapped_5 + NLANES * (j * s + k));
             }
@@ -1868,15 +1872,15 @@ static INLINE WORD NAME(preshape_lanes)(intptr_t m, intptr_t s, intptr_t n, intp
             NAME(preshape_common_lanes)(state_0_2 + NLANES * (j * s + j), common_3);
             for (intptr_t k = 0; k < s; k++) {
                 NAME(preshape_common_2_lanes)(number_2 + NLANES * j, number_2 + NLANES * k,
-    state_0_2 + NLANES * (k * s + j), common_3, common, common_2);
+                    state_0_2 + NLANES * (k * s + j), common_3, common, common_2);
                 for (intptr_t k_2 = 0; k_2 < s; k_2++) {
                     NAME(preshape_entry_lanes)(number_2 + NLANES * j, state_0_2 + NLANES * (k * s + k_2),
-    state_0_2 + NLANES * (j * s + k_2), number_2 + NLANES * k_2, common, common_2, entry);
+                        state_0_2 + NLANES * (j * s + k_2), number_2 + NLANES * k_2, common, common_2, entry);
                     COPY(NLANES, entry, reduced + NLANES * (k * s + k_2));
                 }
             }
             NAME(preshape_state_lanes)(state_1_2, number_2 + NLANES * j, state_0_2 + NLANES * (j * s + j),
-    state_1_2);
+                state_1_2);
             for (intptr_t k = 0; k < s; k++) {
                 for (intptr_t k_2 = 0; k_2 < s; k_2++)
                     COPY(NLANES, reduced + NLANES * (k * s + k_2), state_0_2 + NLANES * (k * s + k_2));
@@ -1886,7 +1890,7 @@ static INLINE WORD NAME(preshape_lanes)(intptr_t m, intptr_t s, intptr_t n, intp
         for (intptr_t j = 0; j < s; j++) {
             for (intptr_t k = 0; k < s; k++) {
                 NAME(preshape_mapped_4_lanes)(number_2 + NLANES * j, state_0_2 + NLANES * (j * s + k),
-    number_2 + NLANES * k, mapped_6);
+                    number_2 + NLANES * k, mapped_6);
                 COPY(NLANES, mapped_6, of_row + NLANES * (j * s + k));
             }
             COPY(NLANES, state_0_2 + NLANES * (j * s + j), mapped_7);
@@ -1907,7 +1911,7 @@ static INLINE WORD NAME(preshape_lanes)(intptr_t m, intptr_t s, intptr_t n, intp
             NAME(preshape_common_3_lanes)(x + NLANES * j, mapped_10 + NLANES * (j * s + j), common_4);
             for (intptr_t k = 0; k < s; k++) {
                 NAME(preshape_reduced_lanes)(number_3 + NLANES * j, x + NLANES * k, number_3 + NLANES * k,
-    mapped_10 + NLANES * (k * s + j), common_4, reduced_2);
+                    mapped_10 + NLANES * (k * s + j), common_4, reduced_2);
                 COPY(NLANES, reduced_2, x + NLANES * k);
             }
             NAME(partner_number_lanes)(j > 0 ? number_4 + NLANES * (j - 1) : number_start_4, number_4 + NLANES * j);
@@ -1921,7 +1925,7 @@ static INLINE WORD NAME(preshape_lanes)(intptr_t m, intptr_t s, intptr_t n, intp
             NAME(preshape_common_3_lanes)(x_2 + NLANES * j, mapped_10 + NLANES * (j * s + j), common_5);
             for (intptr_t k = 0; k < s; k++) {
                 NAME(preshape_reduced_2_lanes)(number_4 + NLANES * j, x_2 + NLANES * k, number_4 + NLANES * k,
-    mapped_10 + NLANES * (j * s + k), common_5, reduced_3);
+                    mapped_10 + NLANES * (j * s + k), common_5, reduced_3);
                 COPY(NLANES, reduced_3, x_2 + NLANES * k);
             }
         }

@@ -2,7 +2,7 @@
 // command: gac generate --all hand_eye
 // spec: f1af568c04e88e6d
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6056f5df26418f87f40f9167c9700b620380bd489055015eb211d381d069a81a
+// body: 719c305dddeeeb9f405fdcc3b24e4bc153558ebe6cfce9cfc291dfaea220ab07
 
 #ifndef REAL
 #include "hand_eye.h"
@@ -2011,7 +2011,7 @@ static INLINE WORD NAME(first_not_unit_lanes)(intptr_t n, const REAL *a, const R
     REAL *out)
 {
     _Alignas(64) REAL found[NLANES], score[NLANES], row[NLANES], number[NLANES], common[NLANES], score_2[NLANES],
-    row_2[NLANES], number_2[NLANES], sum[NLANES];
+        row_2[NLANES], number_2[NLANES], sum[NLANES];
     NAME(first_not_unit_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++)
         NAME(first_not_unit_found_lanes)(found, a + 8 * NLANES * i, b + 8 * NLANES * i, found);
@@ -2022,7 +2022,7 @@ static INLINE WORD NAME(first_not_unit_lanes)(intptr_t n, const REAL *a, const R
     for (intptr_t i = 0; i < n; i++) {
         NAME(first_not_unit_score_lanes)(score, row, number, a + 8 * NLANES * i, common, score, row, number);
         NAME(first_not_unit_score_2_lanes)(common, score_2, row_2, number_2, b + 8 * NLANES * i, score_2, row_2,
-    number_2);
+            number_2);
         NAME(first_not_unit_sum_lanes)(sum, sum);
     }
     NAME(first_not_unit_result_lanes)(score, row, score_2, row_2, sum, out);
@@ -2087,7 +2087,7 @@ static INLINE WORD NAME(motions_between_lanes)(intptr_t n, intptr_t m, const REA
     (void)n;
     for (intptr_t i = 0; i < m; i++)
         NAME(motions_between_result_lanes)(poses + 8 * NLANES * first[i], poses + 8 * NLANES * second[i],
-    out + 8 * NLANES * i);
+            out + 8 * NLANES * i);
     return 0;
 }
 
@@ -2183,7 +2183,7 @@ void NAME(motions_close)(intptr_t n, intptr_t m, const REAL *motions, const int6
     NAME(motions_close_common)(bound, found, &common);
     for (intptr_t i = 0; i < m; i++)
         NAME(motions_close_sum)(bound, sum, motions + 8 * first[i], motions + 8 * second[i], motions + 8 * third[i],
-    common, &sum);
+            common, &sum);
     NAME(motions_close_result)(sum, out);
 }
 
@@ -2198,7 +2198,7 @@ static INLINE WORD NAME(motions_close_lanes)(intptr_t n, intptr_t m, const REAL 
     NAME(motions_close_common_lanes)(bound, found, common);
     for (intptr_t i = 0; i < m; i++)
         NAME(motions_close_sum_lanes)(bound, sum, motions + 8 * NLANES * first[i], motions + 8 * NLANES * second[i],
-    motions + 8 * NLANES * third[i], common, sum);
+            motions + 8 * NLANES * third[i], common, sum);
     NAME(motions_close_result_lanes)(sum, out);
     return 0;
 }
@@ -2925,7 +2925,7 @@ void NAME(equations_of_motions)(intptr_t n, const REAL *a, const REAL *b, REAL h
     NAME(equations_of_motions_common_2)(half_turn, &common_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(equations_of_motions_result)(a + 8 * i, b + 8 * i, common, common_2, common_3, common_4, out_0 + 8 * i,
-    out_1 + 8 * i);
+            out_1 + 8 * i);
         NAME(equations_of_motions_sum_2)(sum_2, out_0 + 8 * i, common_5, &sum_2);
     }
     NAME(equations_of_motions_common_3)(half_turn, sum, sum_2, &common_6);
@@ -2939,7 +2939,7 @@ void NAME(equations_of_motions)(intptr_t n, const REAL *a, const REAL *b, REAL h
         NAME(equations_of_motions_sum_5)(sum_5, out_2[i], &sum_5);
     }
     NAME(equations_of_motions_result_3)(same_axis, sum, sum_3, sum_4, sum_5, out_3, out_4, out_5, out_6, out_7,
-    out_8);
+        out_8);
 }
 
 static INLINE WORD NAME(equations_of_motions_lanes)(intptr_t n, const REAL *a, const REAL *b, const REAL *half_turn,
@@ -2947,7 +2947,7 @@ static INLINE WORD NAME(equations_of_motions_lanes)(intptr_t n, const REAL *a, c
     REAL *out_6, REAL *out_7, REAL *out_8)
 {
     _Alignas(64) REAL sum[3 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
-    sum_2[NLANES], common_5[NLANES], common_6[NLANES], sum_3[64 * NLANES], sum_4[6 * NLANES], sum_5[NLANES];
+        sum_2[NLANES], common_5[NLANES], common_6[NLANES], sum_3[64 * NLANES], sum_4[6 * NLANES], sum_5[NLANES];
     NAME(screws_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(equations_of_motions_sum_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, sum);
@@ -2956,7 +2956,7 @@ static INLINE WORD NAME(equations_of_motions_lanes)(intptr_t n, const REAL *a, c
     NAME(equations_of_motions_common_2_lanes)(half_turn, common_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(equations_of_motions_result_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, common, common_2, common_3,
-    common_4, out_0 + 8 * NLANES * i, out_1 + 8 * NLANES * i);
+            common_4, out_0 + 8 * NLANES * i, out_1 + 8 * NLANES * i);
         NAME(equations_of_motions_sum_2_lanes)(sum_2, out_0 + 8 * NLANES * i, common_5, sum_2);
     }
     NAME(equations_of_motions_common_3_lanes)(half_turn, sum, sum_2, common_6);
@@ -2966,12 +2966,12 @@ static INLINE WORD NAME(equations_of_motions_lanes)(intptr_t n, const REAL *a, c
     for (intptr_t i = 0; i < n; i++) {
         NAME(equations_of_motions_result_2_lanes)(out_0 + 8 * NLANES * i, common_6, out_2 + NLANES * i);
         NAME(equations_of_motions_sum_3_lanes)(sum_3, out_0 + 8 * NLANES * i, out_1 + 8 * NLANES * i,
-    out_2 + NLANES * i, sum_3);
+            out_2 + NLANES * i, sum_3);
         NAME(equations_of_motions_sum_4_lanes)(sum_4, out_0 + 8 * NLANES * i, sum_4);
         NAME(equations_of_motions_sum_5_lanes)(sum_5, out_2 + NLANES * i, sum_5);
     }
     NAME(equations_of_motions_result_3_lanes)(same_axis, sum, sum_3, sum_4, sum_5, out_3, out_4, out_5, out_6,
-    out_7, out_8);
+        out_7, out_8);
     return 0;
 }
 
@@ -4041,10 +4041,10 @@ static INLINE void NAME(fitted_to_motions_within)(intptr_t n, const REAL *a, con
     REAL rounding, REAL open_angle, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work)
 {
     REAL sum, *const signed_ = work, common[8], mapped[6], mapped_2[6], sum_0, sum_1,
-    *const mapped_0 = signed_ + 8 * n, *const mapped_1 = mapped_0 + 8 * n, common_2, motor[8], turn, shift, steps,
-    done, converged, steps_2, next_motor[8], next_turn, next_shift, next_parallel, next_steps, next_done,
-    mapped_3[2 * 3 * 7], common_3[8], common_4[8], common_5[8], common_6[4], common_7[4], common_8[4], sum_2[28],
-    sum_3[28], common_9, common_10, common_11, common_12, most_2;
+        *const mapped_0 = signed_ + 8 * n, *const mapped_1 = mapped_0 + 8 * n, common_2, motor[8], turn, shift,
+        steps, done, converged, steps_2, next_motor[8], next_turn, next_shift, next_parallel, next_steps, next_done,
+        mapped_3[2 * 3 * 7], common_3[8], common_4[8], common_5[8], common_6[4], common_7[4], common_8[4],
+        sum_2[28], sum_3[28], common_9, common_10, common_11, common_12, most_2;
     NAME(first_not_unit_found_start)(&sum);
     NAME(fitted_to_motions_common)(first, second, common);
     NAME(misfit_of_motions_sum_start)(&sum_0, &sum_1);
@@ -4064,20 +4064,20 @@ static INLINE void NAME(fitted_to_motions_within)(intptr_t n, const REAL *a, con
     NAME(fitted_to_motions_motor)(first, second, motor, &turn, &shift, &steps, &done, &converged, &steps_2);
     COPY(1, &parallel, out_2);
     NAME(fitted_to_motions_common_3)(axes, rounding, open_angle, sum, &common_9, &common_10, &common_11,
-    &common_12);
+        &common_12);
     for (int repeats = 0; repeats < 7; repeats++) {
         NAME(fitted_to_motions_common_4)(motor, common_3, common_4, common_5, common_6, common_7, common_8);
         NAME(fitted_to_motions_sum_start)(sum_2);
         NAME(fitted_to_motions_sum_start)(sum_3);
         for (intptr_t j = 0; j < n; j++) {
             NAME(fitted_to_motions_mapped_2)(motor, mapped_0 + 8 * j, mapped_1 + 8 * j, common_3, common_4,
-    common_5, common_6, common_7, common_8, mapped_3);
+                common_5, common_6, common_7, common_8, mapped_3);
             NAME(fitted_to_motions_sum)(sum_2, mapped_3, sum_2);
             NAME(fitted_to_motions_sum_2)(sum_3, mapped_3, sum_3);
         }
         NAME(fitted_to_motions_next_motor)(most, least_change, motor, out_2[0], steps, sum_2, sum_3, common_9,
-    common_10, common_11, common_12, next_motor, &next_turn, &next_shift, &next_parallel, &next_steps, &next_done,
-    NULL);
+            common_10, common_11, common_12, next_motor, &next_turn, &next_shift, &next_parallel, &next_steps,
+            &next_done, NULL);
         NAME(fitted_to_motions_converged)(next_done, &converged);
         COPY(8, next_motor, motor);
         COPY(1, &next_turn, &turn);
@@ -4091,17 +4091,17 @@ static INLINE void NAME(fitted_to_motions_within)(intptr_t n, const REAL *a, con
     NAME(fitted_to_motions_result)(unit, sum, motor, turn, shift, most_2, out_0, out_1, out_3);
 }
 
-FUSED(fitted_to_motions, (intptr_t n, const REAL *a, const REAL *b, const REAL *clear, const REAL *first,
-    const REAL *second, REAL unit, const REAL *axes, REAL parallel, REAL most, REAL least_change, REAL rounding,
-    REAL open_angle, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work), (n, a, b, clear, first,
-    second, unit, axes, parallel, most, least_change, rounding, open_angle, out_0, out_1, out_2, out_3, work))
+FUSED(fitted_to_motions, (intptr_t n, const REAL *a, const REAL *b, const REAL *clear, const REAL *first, const REAL
+    *second, REAL unit, const REAL *axes, REAL parallel, REAL most, REAL least_change, REAL rounding, REAL
+    open_angle, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work), (n, a, b, clear, first, second,
+    unit, axes, parallel, most, least_change, rounding, open_angle, out_0, out_1, out_2, out_3, work))
 void NAME(fitted_to_motions)(intptr_t n, const REAL *a, const REAL *b, const REAL *clear, const REAL *first,
     const REAL *second, REAL unit, const REAL *axes, REAL parallel, REAL most, REAL least_change, REAL rounding,
     REAL open_angle, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work)
 {
     RUN(fitted_to_motions, (n, a, b, clear, first, second, unit, axes, parallel, most, least_change, rounding,
-    open_angle, out_0, out_1, out_2, out_3, work), (n, a, b, clear, first, second, unit, axes, parallel, most,
-    least_change, rounding, open_angle, out_0, out_1, out_2, out_3, work));
+        open_angle, out_0, out_1, out_2, out_3, work), (n, a, b, clear, first, second, unit, axes, parallel, most,
+        least_change, rounding, open_angle, out_0, out_1, out_2, out_3, work));
 }
 
 static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, const REAL *b, const REAL *clear,
@@ -4110,13 +4110,13 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
     REAL *out_1, REAL *out_2, REAL *out_3, REAL *signed_, REAL *mapped_0, REAL *mapped_1)
 {
     _Alignas(64) REAL sum[NLANES], common[8 * NLANES], mapped[6 * NLANES], mapped_2[6 * NLANES], sum_0[NLANES],
-    sum_1[NLANES], common_2[NLANES], motor[8 * NLANES], turn[NLANES], shift[NLANES], steps[NLANES], done[NLANES],
-    converged[NLANES], steps_2[NLANES], next_motor[8 * NLANES], next_turn[NLANES], next_shift[NLANES],
-    next_parallel[NLANES], next_steps[NLANES], next_done[NLANES], mapped_3[42 * NLANES], common_3[8 * NLANES],
-    common_4[8 * NLANES], common_5[8 * NLANES], common_6[4 * NLANES], common_7[4 * NLANES], common_8[4 * NLANES],
-    sum_2[28 * NLANES], sum_3[28 * NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES],
-    common_12[NLANES], most_2[NLANES], gac_kept_0[NLANES], gac_kept_1[8 * NLANES], gac_kept_2[NLANES],
-    gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES];
+        sum_1[NLANES], common_2[NLANES], motor[8 * NLANES], turn[NLANES], shift[NLANES], steps[NLANES],
+        done[NLANES], converged[NLANES], steps_2[NLANES], next_motor[8 * NLANES], next_turn[NLANES],
+        next_shift[NLANES], next_parallel[NLANES], next_steps[NLANES], next_done[NLANES], mapped_3[42 * NLANES],
+        common_3[8 * NLANES], common_4[8 * NLANES], common_5[8 * NLANES], common_6[4 * NLANES],
+        common_7[4 * NLANES], common_8[4 * NLANES], sum_2[28 * NLANES], sum_3[28 * NLANES], common_9[NLANES],
+        common_10[NLANES], common_11[NLANES], common_12[NLANES], most_2[NLANES], gac_kept_0[NLANES],
+        gac_kept_1[8 * NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES];
     WORD far = 0;
     NAME(first_not_unit_found_start_lanes)(sum);
     NAME(fitted_to_motions_common_lanes)(first, second, common);
@@ -4124,7 +4124,7 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
     for (intptr_t i = 0; i < n; i++) {
         NAME(first_not_unit_sum_lanes)(sum, sum);
         NAME(fitted_to_motions_signed__lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, clear + NLANES * i, common,
-    signed_ + 8 * NLANES * i);
+            signed_ + 8 * NLANES * i);
         NAME(misfit_of_motions_mapped_lanes)(common, a + 8 * NLANES * i, signed_ + 8 * NLANES * i, mapped);
         NAME(misfit_of_motions_mapped_2_lanes)(signed_ + 8 * NLANES * i, mapped, mapped_2);
         NAME(misfit_of_motions_sum_lanes)(sum_0, sum_1, mapped, mapped_2, sum_0, sum_1);
@@ -4133,13 +4133,13 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
     NAME(first_not_unit_found_start_lanes)(most_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(fitted_to_motions_mapped_lanes)(a + 8 * NLANES * i, signed_ + 8 * NLANES * i, common_2,
-    mapped_0 + 8 * NLANES * i, mapped_1 + 8 * NLANES * i);
+            mapped_0 + 8 * NLANES * i, mapped_1 + 8 * NLANES * i);
         NAME(fitted_to_motions_most_lanes)(most_2, a + 8 * NLANES * i, most_2);
     }
     NAME(fitted_to_motions_motor_lanes)(first, second, motor, turn, shift, steps, done, converged, steps_2);
     COPY(NLANES, parallel, out_2);
     NAME(fitted_to_motions_common_3_lanes)(axes, rounding, open_angle, sum, common_9, common_10, common_11,
-    common_12);
+        common_12);
     ROUNDS(rounds, 7) {
         KEEP(rounds, NLANES, out_2, gac_kept_0);
         KEEP(rounds, 8 * NLANES, motor, gac_kept_1);
@@ -4152,13 +4152,13 @@ static INLINE WORD NAME(fitted_to_motions_lanes)(intptr_t n, const REAL *a, cons
         NAME(fitted_to_motions_sum_start_lanes)(sum_3);
         for (intptr_t j = 0; j < n; j++) {
             NAME(fitted_to_motions_mapped_2_lanes)(motor, mapped_0 + 8 * NLANES * j, mapped_1 + 8 * NLANES * j,
-    common_3, common_4, common_5, common_6, common_7, common_8, mapped_3);
+                common_3, common_4, common_5, common_6, common_7, common_8, mapped_3);
             NAME(fitted_to_motions_sum_lanes)(sum_2, mapped_3, sum_2);
             NAME(fitted_to_motions_sum_2_lanes)(sum_3, mapped_3, sum_3);
         }
         far |= NAME(fitted_to_motions_next_motor_lanes)(most, least_change, motor, out_2, steps, sum_2, sum_3,
-    common_9, common_10, common_11, common_12, next_motor, next_turn, next_shift, next_parallel, next_steps,
-    next_done);
+            common_9, common_10, common_11, common_12, next_motor, next_turn, next_shift, next_parallel, next_steps,
+            next_done);
         NAME(fitted_to_motions_converged_lanes)(next_done, converged);
         COPY(8 * NLANES, next_motor, motor);
         COPY(NLANES, next_turn, turn);
@@ -4383,7 +4383,7 @@ void NAME(start_of_poses)(intptr_t n, const REAL *a, const REAL *b, const REAL *
     REAL *out_2, REAL *out_3, REAL *out_4, REAL *out_5, REAL *work)
 {
     REAL sum[3], *const both_1 = work, common, common_2, common_3, common_4, *const mapped = both_1 + 8 * n,
-    common_5[8], found[8], mapped_2, sum_2[8];
+        common_5[8], found[8], mapped_2, sum_2[8];
     NAME(screws_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(equations_of_motions_sum)(sum, a + 8 * i, b + 8 * i, sum);
@@ -4392,7 +4392,7 @@ void NAME(start_of_poses)(intptr_t n, const REAL *a, const REAL *b, const REAL *
     NAME(start_of_poses_found_start)(found);
     for (intptr_t i = 0; i < n; i++) {
         NAME(equations_of_motions_result)(a + 8 * i, b + 8 * i, common, common_2, common_3, common_4, out_0 + 8 * i,
-    both_1 + 8 * i);
+            both_1 + 8 * i);
         NAME(start_of_poses_mapped)(out_0 + 8 * i, both_1 + 8 * i, common_5, mapped + 8 * i);
         NAME(start_of_poses_found)(found, mapped + 8 * i, found);
     }
@@ -4409,7 +4409,7 @@ static INLINE WORD NAME(start_of_poses_lanes)(intptr_t n, const REAL *a, const R
     REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *out_5, REAL *both_1, REAL *mapped)
 {
     _Alignas(64) REAL sum[3 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
-    common_5[8 * NLANES], found[8 * NLANES], mapped_2[NLANES], sum_2[8 * NLANES];
+        common_5[8 * NLANES], found[8 * NLANES], mapped_2[NLANES], sum_2[8 * NLANES];
     NAME(screws_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(equations_of_motions_sum_lanes)(sum, a + 8 * NLANES * i, b + 8 * NLANES * i, sum);
@@ -4418,9 +4418,9 @@ static INLINE WORD NAME(start_of_poses_lanes)(intptr_t n, const REAL *a, const R
     NAME(start_of_poses_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++) {
         NAME(equations_of_motions_result_lanes)(a + 8 * NLANES * i, b + 8 * NLANES * i, common, common_2, common_3,
-    common_4, out_0 + 8 * NLANES * i, both_1 + 8 * NLANES * i);
+            common_4, out_0 + 8 * NLANES * i, both_1 + 8 * NLANES * i);
         NAME(start_of_poses_mapped_lanes)(out_0 + 8 * NLANES * i, both_1 + 8 * NLANES * i, common_5,
-    mapped + 8 * NLANES * i);
+            mapped + 8 * NLANES * i);
         NAME(start_of_poses_found_lanes)(found, mapped + 8 * NLANES * i, found);
     }
     NAME(start_of_poses_found_start_lanes)(sum_2);
@@ -4542,7 +4542,7 @@ static INLINE WORD NAME(still_point_lanes)(intptr_t n, const REAL *motions, REAL
     NAME(still_point_sum_start_lanes)(sum, sum_2, sum_2_2, sum_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(still_point_sum_lanes)(sum, sum_2, sum_2_2, sum_3, motions + 6 * NLANES * i, sum, sum_2, sum_2_2,
-    sum_3);
+            sum_3);
     NAME(still_point_result_lanes)(sum, sum_2, sum_2_2, sum_3, out);
     return 0;
 }
@@ -5156,12 +5156,12 @@ void NAME(rows_of_poses)(intptr_t n, const REAL *a, const REAL *b, const REAL *x
 {
     (void)work;
     REAL mapped[2 * 3 * 13], common[8], common_2[8], common_3[8], common_4[4], common_5[4], common_6[4],
-    common_7[8], common_8[8], common_9[8], common_10[4], common_11[4], common_12[4];
+        common_7[8], common_8[8], common_9[8], common_10[4], common_11[4], common_12[4];
     NAME(rows_of_poses_common)(x, z, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
-    common_9, common_10, common_11, common_12);
+        common_9, common_10, common_11, common_12);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rows_of_poses_mapped)(x, z, a + 8 * i, b + 8 * i, common, common_2, common_3, common_4, common_5,
-    common_6, common_7, common_8, common_9, common_10, common_11, common_12, mapped);
+            common_6, common_7, common_8, common_9, common_10, common_11, common_12, mapped);
         NAME(rows_of_poses_result)(place, b + 8 * i, out_3 + 3 * i);
         NAME(rows_of_poses_result_2)(mapped, out_0 + 39 * i);
         NAME(rows_of_poses_result_3)(mapped, out_1 + 39 * i);
@@ -5173,13 +5173,14 @@ static INLINE WORD NAME(rows_of_poses_lanes)(intptr_t n, const REAL *a, const RE
     const REAL *place, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3)
 {
     _Alignas(64) REAL mapped[78 * NLANES], common[8 * NLANES], common_2[8 * NLANES], common_3[8 * NLANES],
-    common_4[4 * NLANES], common_5[4 * NLANES], common_6[4 * NLANES], common_7[8 * NLANES], common_8[8 * NLANES],
-    common_9[8 * NLANES], common_10[4 * NLANES], common_11[4 * NLANES], common_12[4 * NLANES];
+        common_4[4 * NLANES], common_5[4 * NLANES], common_6[4 * NLANES], common_7[8 * NLANES],
+        common_8[8 * NLANES], common_9[8 * NLANES], common_10[4 * NLANES], common_11[4 * NLANES],
+        common_12[4 * NLANES];
     NAME(rows_of_poses_common_lanes)(x, z, common, common_2, common_3, common_4, common_5, common_6, common_7,
-    common_8, common_9, common_10, common_11, common_12);
+        common_8, common_9, common_10, common_11, common_12);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rows_of_poses_mapped_lanes)(x, z, a + 8 * NLANES * i, b + 8 * NLANES * i, common, common_2, common_3,
-    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, mapped);
+            common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, mapped);
         NAME(rows_of_poses_result_lanes)(place, b + 8 * NLANES * i, out_3 + 3 * NLANES * i);
         NAME(rows_of_poses_result_2_lanes)(mapped, out_0 + 39 * NLANES * i);
         NAME(rows_of_poses_result_3_lanes)(mapped, out_1 + 39 * NLANES * i);
@@ -5252,7 +5253,7 @@ void NAME(weighed_squares)(intptr_t n, const REAL *turns, const REAL *shifts, co
     NAME(weighed_squares_common)(variances, &common, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(weighed_squares_result)(hand, variances, out[0], turns + 39 * i, shifts + 39 * i, seen + 3 * i, common,
-    common_2, common_3, out);
+            common_2, common_3, out);
 }
 
 static INLINE WORD NAME(weighed_squares_lanes)(intptr_t n, const REAL *turns, const REAL *shifts, const REAL *hand,
@@ -5263,7 +5264,7 @@ static INLINE WORD NAME(weighed_squares_lanes)(intptr_t n, const REAL *turns, co
     NAME(weighed_squares_common_lanes)(variances, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(weighed_squares_result_lanes)(hand, variances, out, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
-    seen + 3 * NLANES * i, common, common_2, common_3, out);
+            seen + 3 * NLANES * i, common, common_2, common_3, out);
     return 0;
 }
 
@@ -7519,8 +7520,8 @@ void NAME(likely_step)(intptr_t n, intptr_t k, const REAL *turns, const REAL *sh
 {
     (void)work;
     REAL sum[3], sum_2, common, centred[3 * 13], centred_2[3], centred_2_2, common_2, common_3,
-    by_cause[3 * 3 * 13], common_4, common_5, common_6, sum_3[91], sum_4[91], sum_5[91], sum_0, sum_1, entries[91],
-    common_7;
+        by_cause[3 * 3 * 13], common_4, common_5, common_6, sum_3[91], sum_4[91], sum_5[91], sum_0, sum_1,
+        entries[91], common_7;
     NAME(screws_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(likely_step_sum)(sum, turns + 39 * i, shifts + 39 * i, sum);
@@ -7536,9 +7537,9 @@ void NAME(likely_step)(intptr_t n, intptr_t k, const REAL *turns, const REAL *sh
     NAME(misfit_of_motions_sum_start)(&sum_0, &sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(likely_step_centred)(hand, common, turns + 39 * i, shifts + 39 * i, seen + 3 * i, common_2, common_3,
-    centred, centred_2, &centred_2_2);
+            centred, centred_2, &centred_2_2);
         NAME(likely_step_by_cause)(common, turns + 39 * i, centred, centred_2, centred_2_2, common_4, common_5,
-    common_6, by_cause);
+            common_6, by_cause);
         NAME(likely_step_sum_3)(sum_3, by_cause, sum_3);
         NAME(likely_step_sum_4)(sum_4, by_cause, sum_4);
         NAME(likely_step_sum_5)(sum_5, by_cause, sum_5);
@@ -7549,7 +7550,7 @@ void NAME(likely_step)(intptr_t n, intptr_t k, const REAL *turns, const REAL *sh
     for (intptr_t i = 0; i < k; i++)
         NAME(likely_step_entries_2)(entries, damping[i], common_7, entries);
     NAME(likely_step_result)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, sum_0, sum_1, entries, out_0,
-    out_1, out_2, out_3, out_4, out_5);
+        out_1, out_2, out_3, out_4, out_5);
 }
 
 static INLINE WORD NAME(likely_step_lanes)(intptr_t n, intptr_t k, const REAL *turns, const REAL *shifts,
@@ -7557,9 +7558,9 @@ static INLINE WORD NAME(likely_step_lanes)(intptr_t n, intptr_t k, const REAL *t
     REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *out_5)
 {
     _Alignas(64) REAL sum[3 * NLANES], sum_2[NLANES], common[NLANES], centred[39 * NLANES], centred_2[3 * NLANES],
-    centred_2_2[NLANES], common_2[NLANES], common_3[NLANES], by_cause[117 * NLANES], common_4[NLANES],
-    common_5[NLANES], common_6[NLANES], sum_3[91 * NLANES], sum_4[91 * NLANES], sum_5[91 * NLANES], sum_0[NLANES],
-    sum_1[NLANES], entries[91 * NLANES], common_7[NLANES];
+        centred_2_2[NLANES], common_2[NLANES], common_3[NLANES], by_cause[117 * NLANES], common_4[NLANES],
+        common_5[NLANES], common_6[NLANES], sum_3[91 * NLANES], sum_4[91 * NLANES], sum_5[91 * NLANES],
+        sum_0[NLANES], sum_1[NLANES], entries[91 * NLANES], common_7[NLANES];
     NAME(screws_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(likely_step_sum_lanes)(sum, turns + 39 * NLANES * i, shifts + 39 * NLANES * i, sum);
@@ -7567,7 +7568,7 @@ static INLINE WORD NAME(likely_step_lanes)(intptr_t n, intptr_t k, const REAL *t
     NAME(likely_step_common_lanes)(variances, is_first, sum, common);
     for (intptr_t i = 0; i < n; i++)
         NAME(likely_step_sum_2_lanes)(hand, sum_2, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
-    seen + 3 * NLANES * i, common, sum_2);
+            seen + 3 * NLANES * i, common, sum_2);
     NAME(likely_step_common_2_lanes)(variances, is_first, sum, sum_2, common_2, common_3);
     NAME(likely_step_common_3_lanes)(variances, is_first, sum, sum_2, common_4, common_5, common_6);
     NAME(likely_step_sum_start_lanes)(sum_3);
@@ -7576,9 +7577,9 @@ static INLINE WORD NAME(likely_step_lanes)(intptr_t n, intptr_t k, const REAL *t
     NAME(misfit_of_motions_sum_start_lanes)(sum_0, sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(likely_step_centred_lanes)(hand, common, turns + 39 * NLANES * i, shifts + 39 * NLANES * i,
-    seen + 3 * NLANES * i, common_2, common_3, centred, centred_2, centred_2_2);
+            seen + 3 * NLANES * i, common_2, common_3, centred, centred_2, centred_2_2);
         NAME(likely_step_by_cause_lanes)(common, turns + 39 * NLANES * i, centred, centred_2, centred_2_2, common_4,
-    common_5, common_6, by_cause);
+            common_5, common_6, by_cause);
         NAME(likely_step_sum_3_lanes)(sum_3, by_cause, sum_3);
         NAME(likely_step_sum_4_lanes)(sum_4, by_cause, sum_4);
         NAME(likely_step_sum_5_lanes)(sum_5, by_cause, sum_5);
@@ -7589,7 +7590,7 @@ static INLINE WORD NAME(likely_step_lanes)(intptr_t n, intptr_t k, const REAL *t
     for (intptr_t i = 0; i < k; i++)
         NAME(likely_step_entries_2_lanes)(entries, damping + i, common_7, entries);
     NAME(likely_step_result_lanes)(variances, is_first, sum, sum_2, sum_3, sum_4, sum_5, sum_0, sum_1, entries,
-    out_0, out_1, out_2, out_3, out_4, out_5);
+        out_0, out_1, out_2, out_3, out_4, out_5);
     return 0;
 }
 

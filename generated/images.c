@@ -2,7 +2,7 @@
 // command: gac generate --all images
 // spec: d821dd34d485623d
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: f28036a6442e47d70e43ead25526af0d3165767a1cc649eb567b3cc81ab940d8
+// body: afd9c312c65e06b164f183374e44accb8b4b5d1c353e6996e0581935006f522b
 
 #ifndef REAL
 #include "images.h"
@@ -217,34 +217,38 @@ static INLINE void NAME(band_within)(intptr_t n, intptr_t m, const REAL *image, 
     REAL both_0, both_1, *const mapped_0 = work, *const mapped_1 = mapped_0 + n * m, mapped;
     for (intptr_t i = 0; i < n; i++) {
         GAC_WINDOWS(j, m, 0, m, {
-            NAME(band_both)(fine, coarse, image[gac_reflect(i - 7, n) * m + j], image[gac_reflect(i - 6,
-    n) * m + j], image[gac_reflect(i - 5, n) * m + j], image[gac_reflect(i - 4, n) * m + j],
-    image[gac_reflect(i - 3, n) * m + j], image[gac_reflect(i - 2, n) * m + j], image[gac_reflect(i - 1,
-    n) * m + j], image[i * m + j], image[gac_reflect(i + 1, n) * m + j], image[gac_reflect(i + 2, n) * m + j],
-    image[gac_reflect(i + 3, n) * m + j], image[gac_reflect(i + 4, n) * m + j], image[gac_reflect(i + 5,
-    n) * m + j], image[gac_reflect(i + 6, n) * m + j], image[gac_reflect(i + 7, n) * m + j], &both_0, &both_1);
+            NAME(band_both)(fine, coarse, image[gac_reflect(i - 7, n) * m + j],
+                image[gac_reflect(i - 6, n) * m + j], image[gac_reflect(i - 5, n) * m + j],
+                image[gac_reflect(i - 4, n) * m + j], image[gac_reflect(i - 3, n) * m + j],
+                image[gac_reflect(i - 2, n) * m + j], image[gac_reflect(i - 1, n) * m + j], image[i * m + j],
+                image[gac_reflect(i + 1, n) * m + j], image[gac_reflect(i + 2, n) * m + j],
+                image[gac_reflect(i + 3, n) * m + j], image[gac_reflect(i + 4, n) * m + j],
+                image[gac_reflect(i + 5, n) * m + j], image[gac_reflect(i + 6, n) * m + j],
+                image[gac_reflect(i + 7, n) * m + j], &both_0, &both_1);
             COPY(1, &both_0, mapped_0 + (i * m + j));
             COPY(1, &both_1, mapped_1 + (i * m + j));
         })
         GAC_WINDOWS(j, m, 7, m - 7, {
             NAME(band_mapped)(fine, coarse, mapped_0[i * m + GAC_ROW_AT(reflect, j - 3, m)],
-    mapped_0[i * m + GAC_ROW_AT(reflect, j - 2, m)], mapped_0[i * m + GAC_ROW_AT(reflect, j - 1, m)],
-    mapped_0[i * m + j], mapped_0[i * m + GAC_ROW_AT(reflect, j + 1, m)], mapped_0[i * m + GAC_ROW_AT(reflect,
-    j + 2, m)], mapped_0[i * m + GAC_ROW_AT(reflect, j + 3, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j - 7, m)],
-    mapped_1[i * m + GAC_ROW_AT(reflect, j - 6, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j - 5, m)],
-    mapped_1[i * m + GAC_ROW_AT(reflect, j - 4, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j - 3, m)],
-    mapped_1[i * m + GAC_ROW_AT(reflect, j - 2, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j - 1, m)],
-    mapped_1[i * m + j], mapped_1[i * m + GAC_ROW_AT(reflect, j + 1, m)], mapped_1[i * m + GAC_ROW_AT(reflect,
-    j + 2, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j + 3, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j + 4, m)],
-    mapped_1[i * m + GAC_ROW_AT(reflect, j + 5, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j + 6, m)],
-    mapped_1[i * m + GAC_ROW_AT(reflect, j + 7, m)], &mapped);
+                mapped_0[i * m + GAC_ROW_AT(reflect, j - 2, m)], mapped_0[i * m + GAC_ROW_AT(reflect, j - 1, m)],
+                mapped_0[i * m + j], mapped_0[i * m + GAC_ROW_AT(reflect, j + 1, m)],
+                mapped_0[i * m + GAC_ROW_AT(reflect, j + 2, m)], mapped_0[i * m + GAC_ROW_AT(reflect, j + 3, m)],
+                mapped_1[i * m + GAC_ROW_AT(reflect, j - 7, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j - 6, m)],
+                mapped_1[i * m + GAC_ROW_AT(reflect, j - 5, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j - 4, m)],
+                mapped_1[i * m + GAC_ROW_AT(reflect, j - 3, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j - 2, m)],
+                mapped_1[i * m + GAC_ROW_AT(reflect, j - 1, m)], mapped_1[i * m + j],
+                mapped_1[i * m + GAC_ROW_AT(reflect, j + 1, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j + 2, m)],
+                mapped_1[i * m + GAC_ROW_AT(reflect, j + 3, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j + 4, m)],
+                mapped_1[i * m + GAC_ROW_AT(reflect, j + 5, m)], mapped_1[i * m + GAC_ROW_AT(reflect, j + 6, m)],
+                mapped_1[i * m + GAC_ROW_AT(reflect, j + 7, m)], &mapped);
             COPY(1, &mapped, out + (i * m + j));
         })
     }
 }
 
-GAC_WIDE(band, (intptr_t n, intptr_t m, const REAL *image, const REAL *fine, const REAL *coarse, REAL *out,
-    REAL *work), (n, m, image, fine, coarse, out, work))
+GAC_WIDE(band,
+    (intptr_t n, intptr_t m, const REAL *image, const REAL *fine, const REAL *coarse, REAL *out, REAL *work),
+    (n, m, image, fine, coarse, out, work))
 
 GAC_PROCEDURE(band, ALONE)
 
@@ -339,39 +343,42 @@ static INLINE void NAME(jets_within)(intptr_t n, intptr_t m, const REAL *image, 
     for (intptr_t i = 0; i < n; i++) {
         GAC_WINDOWS(j, m, 0, m, {
             NAME(jets_slope)(image[gac_reflect(i - 4, n) * m + j], image[gac_reflect(i - 3, n) * m + j],
-    image[gac_reflect(i - 2, n) * m + j], image[gac_reflect(i - 1, n) * m + j], image[gac_reflect(i + 1,
-    n) * m + j], image[gac_reflect(i + 2, n) * m + j], image[gac_reflect(i + 3, n) * m + j],
-    image[gac_reflect(i + 4, n) * m + j], slope + j);
+                image[gac_reflect(i - 2, n) * m + j], image[gac_reflect(i - 1, n) * m + j],
+                image[gac_reflect(i + 1, n) * m + j], image[gac_reflect(i + 2, n) * m + j],
+                image[gac_reflect(i + 3, n) * m + j], image[gac_reflect(i + 4, n) * m + j], slope + j);
             NAME(jets_bend)(image[gac_reflect(i - 4, n) * m + j], image[gac_reflect(i - 3, n) * m + j],
-    image[gac_reflect(i - 2, n) * m + j], image[gac_reflect(i - 1, n) * m + j], image[i * m + j],
-    image[gac_reflect(i + 1, n) * m + j], image[gac_reflect(i + 2, n) * m + j], image[gac_reflect(i + 3,
-    n) * m + j], image[gac_reflect(i + 4, n) * m + j], bend + j);
+                image[gac_reflect(i - 2, n) * m + j], image[gac_reflect(i - 1, n) * m + j], image[i * m + j],
+                image[gac_reflect(i + 1, n) * m + j], image[gac_reflect(i + 2, n) * m + j],
+                image[gac_reflect(i + 3, n) * m + j], image[gac_reflect(i + 4, n) * m + j], bend + j);
             NAME(jets_twist)(image[gac_reflect(i - 4, n) * m + j], image[gac_reflect(i - 3, n) * m + j],
-    image[gac_reflect(i - 2, n) * m + j], image[gac_reflect(i - 1, n) * m + j], image[gac_reflect(i + 1,
-    n) * m + j], image[gac_reflect(i + 2, n) * m + j], image[gac_reflect(i + 3, n) * m + j],
-    image[gac_reflect(i + 4, n) * m + j], twist + j);
+                image[gac_reflect(i - 2, n) * m + j], image[gac_reflect(i - 1, n) * m + j],
+                image[gac_reflect(i + 1, n) * m + j], image[gac_reflect(i + 2, n) * m + j],
+                image[gac_reflect(i + 3, n) * m + j], image[gac_reflect(i + 4, n) * m + j], twist + j);
         })
         GAC_WINDOWS(j, m, 4, m - 4, {
             NAME(jets_pixel)(twist[j], slope[GAC_ROW_AT(reflect, j - 4, m)], slope[GAC_ROW_AT(reflect, j - 3, m)],
-    slope[GAC_ROW_AT(reflect, j - 2, m)], slope[GAC_ROW_AT(reflect, j - 1, m)], slope[j], slope[GAC_ROW_AT(reflect,
-    j + 1, m)], slope[GAC_ROW_AT(reflect, j + 2, m)], slope[GAC_ROW_AT(reflect, j + 3, m)],
-    slope[GAC_ROW_AT(reflect, j + 4, m)], bend[GAC_ROW_AT(reflect, j - 4, m)], bend[GAC_ROW_AT(reflect, j - 3, m)],
-    bend[GAC_ROW_AT(reflect, j - 2, m)], bend[GAC_ROW_AT(reflect, j - 1, m)], bend[j], bend[GAC_ROW_AT(reflect,
-    j + 1, m)], bend[GAC_ROW_AT(reflect, j + 2, m)], bend[GAC_ROW_AT(reflect, j + 3, m)], bend[GAC_ROW_AT(reflect,
-    j + 4, m)], image[i * m + GAC_ROW_AT(reflect, j - 4, m)], image[i * m + GAC_ROW_AT(reflect, j - 3, m)],
-    image[i * m + GAC_ROW_AT(reflect, j - 2, m)], image[i * m + GAC_ROW_AT(reflect, j - 1, m)], image[i * m + j],
-    image[i * m + GAC_ROW_AT(reflect, j + 1, m)], image[i * m + GAC_ROW_AT(reflect, j + 2, m)],
-    image[i * m + GAC_ROW_AT(reflect, j + 3, m)], image[i * m + GAC_ROW_AT(reflect, j + 4, m)], pixel);
+                slope[GAC_ROW_AT(reflect, j - 2, m)], slope[GAC_ROW_AT(reflect, j - 1, m)], slope[j],
+                slope[GAC_ROW_AT(reflect, j + 1, m)], slope[GAC_ROW_AT(reflect, j + 2, m)],
+                slope[GAC_ROW_AT(reflect, j + 3, m)], slope[GAC_ROW_AT(reflect, j + 4, m)],
+                bend[GAC_ROW_AT(reflect, j - 4, m)], bend[GAC_ROW_AT(reflect, j - 3, m)],
+                bend[GAC_ROW_AT(reflect, j - 2, m)], bend[GAC_ROW_AT(reflect, j - 1, m)], bend[j],
+                bend[GAC_ROW_AT(reflect, j + 1, m)], bend[GAC_ROW_AT(reflect, j + 2, m)],
+                bend[GAC_ROW_AT(reflect, j + 3, m)], bend[GAC_ROW_AT(reflect, j + 4, m)],
+                image[i * m + GAC_ROW_AT(reflect, j - 4, m)], image[i * m + GAC_ROW_AT(reflect, j - 3, m)],
+                image[i * m + GAC_ROW_AT(reflect, j - 2, m)], image[i * m + GAC_ROW_AT(reflect, j - 1, m)],
+                image[i * m + j], image[i * m + GAC_ROW_AT(reflect, j + 1, m)],
+                image[i * m + GAC_ROW_AT(reflect, j + 2, m)], image[i * m + GAC_ROW_AT(reflect, j + 3, m)],
+                image[i * m + GAC_ROW_AT(reflect, j + 4, m)], pixel);
             NAME(jets_result)(pixel, out_0 + (i * m + j), out_1 + (i * m + j), out_2 + (i * m + j),
-    out_3 + (i * m + j), out_4 + (i * m + j), out_5 + (i * m + j), out_6 + (i * m + j), out_7 + (i * m + j),
-    out_8 + (i * m + j), out_9 + (i * m + j));
+                out_3 + (i * m + j), out_4 + (i * m + j), out_5 + (i * m + j), out_6 + (i * m + j),
+                out_7 + (i * m + j), out_8 + (i * m + j), out_9 + (i * m + j));
         })
     }
 }
 
-GAC_WIDE(jets, (intptr_t n, intptr_t m, const REAL *image, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3,
-    REAL *out_4, REAL *out_5, REAL *out_6, REAL *out_7, REAL *out_8, REAL *out_9, REAL *work), (n, m, image, out_0,
-    out_1, out_2, out_3, out_4, out_5, out_6, out_7, out_8, out_9, work))
+GAC_WIDE(jets, (intptr_t n, intptr_t m, const REAL *image, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL
+    *out_4, REAL *out_5, REAL *out_6, REAL *out_7, REAL *out_8, REAL *out_9, REAL *work),
+    (n, m, image, out_0, out_1, out_2, out_3, out_4, out_5, out_6, out_7, out_8, out_9, work))
 
 GAC_PROCEDURE(jets, ALONE)
 
@@ -490,10 +497,10 @@ static INLINE void NAME(motion_terms_within)(intptr_t n, intptr_t m, intptr_t h,
     REAL *out_5, REAL *work)
 {
     REAL number, otherwise, number_2, number_3, otherwise_2, number_4, number_5, otherwise_3, number_6, number_7,
-    otherwise_4, number_8, number_9, otherwise_5, number_10, number_11, otherwise_6, number_12, number_13,
-    otherwise_7, number_14, number_15, otherwise_8, number_16, number_17, otherwise_9, number_18, number_19,
-    otherwise_10, number_20, mapped, *const mapped_2 = work, mapped_3, *const mapped_4 = mapped_2 + h * w,
-    mapped_5[6], common;
+        otherwise_4, number_8, number_9, otherwise_5, number_10, number_11, otherwise_6, number_12, number_13,
+        otherwise_7, number_14, number_15, otherwise_8, number_16, number_17, otherwise_9, number_18, number_19,
+        otherwise_10, number_20, mapped, *const mapped_2 = work, mapped_3, *const mapped_4 = mapped_2 + h * w,
+        mapped_5[6], common;
     for (intptr_t i = 0; i < h; i++) {
         for (intptr_t j = 0; j < w; j++) {
             NAME(motion_terms_number)(last, rows[i], v[i * w + j], &number);
@@ -526,18 +533,21 @@ static INLINE void NAME(motion_terms_within)(intptr_t n, intptr_t m, intptr_t h,
             NAME(motion_terms_number)(last, rows[i], v[i * w + j], &number_19);
             NAME(motion_terms_otherwise_start)(&otherwise_10);
             NAME(motion_terms_number_2)(last, columns[j], u[i * w + j], &number_20);
-            NAME(motion_terms_mapped)(last, rows[i], columns[j], u[i * w + j], v[i * w + j],
-    number >= 0 && number < n && number_2 >= 0 && number_2 < m ? second[(intptr_t)number * m + (intptr_t)number_2] : otherwise,
-    number_3 >= 0 && number_3 < n && number_4 >= 0 && number_4 < m ? x[(intptr_t)number_3 * m + (intptr_t)number_4] : otherwise_2,
-    number_5 >= 0 && number_5 < n && number_6 >= 0 && number_6 < m ? y[(intptr_t)number_5 * m + (intptr_t)number_6] : otherwise_3,
-    number_7 >= 0 && number_7 < n && number_8 >= 0 && number_8 < m ? xx[(intptr_t)number_7 * m + (intptr_t)number_8] : otherwise_4,
-    number_9 >= 0 && number_9 < n && number_10 >= 0 && number_10 < m ? xy[(intptr_t)number_9 * m + (intptr_t)number_10] : otherwise_5,
-    number_11 >= 0 && number_11 < n && number_12 >= 0 && number_12 < m ? yy[(intptr_t)number_11 * m + (intptr_t)number_12] : otherwise_6,
-    number_13 >= 0 && number_13 < n && number_14 >= 0 && number_14 < m ? xxx[(intptr_t)number_13 * m + (intptr_t)number_14] : otherwise_7,
-    number_15 >= 0 && number_15 < n && number_16 >= 0 && number_16 < m ? xxy[(intptr_t)number_15 * m + (intptr_t)number_16] : otherwise_8,
-    number_17 >= 0 && number_17 < n && number_18 >= 0 && number_18 < m ? xyy[(intptr_t)number_17 * m + (intptr_t)number_18] : otherwise_9,
-    number_19 >= 0 && number_19 < n && number_20 >= 0 && number_20 < m ? yyy[(intptr_t)number_19 * m + (intptr_t)number_20] : otherwise_10,
-    &mapped);
+            NAME(motion_terms_mapped)(last, rows[i], columns[j], u[i * w + j], v[i * w + j], number >= 0 && number <
+                n && number_2 >= 0 && number_2 < m ? second[(intptr_t)number * m + (intptr_t)number_2] : otherwise,
+                number_3 >= 0 && number_3 < n && number_4 >= 0 && number_4 < m ? x[(intptr_t)number_3 * m +
+                (intptr_t)number_4] : otherwise_2, number_5 >= 0 && number_5 < n && number_6 >= 0 && number_6 < m ?
+                y[(intptr_t)number_5 * m + (intptr_t)number_6] : otherwise_3, number_7 >= 0 && number_7 < n &&
+                number_8 >= 0 && number_8 < m ? xx[(intptr_t)number_7 * m + (intptr_t)number_8] : otherwise_4,
+                number_9 >= 0 && number_9 < n && number_10 >= 0 && number_10 < m ? xy[(intptr_t)number_9 * m +
+                (intptr_t)number_10] : otherwise_5, number_11 >= 0 && number_11 < n && number_12 >= 0 && number_12 <
+                m ? yy[(intptr_t)number_11 * m + (intptr_t)number_12] : otherwise_6, number_13 >= 0 && number_13 < n
+                && number_14 >= 0 && number_14 < m ? xxx[(intptr_t)number_13 * m + (intptr_t)number_14] :
+                otherwise_7, number_15 >= 0 && number_15 < n && number_16 >= 0 && number_16 < m ?
+                xxy[(intptr_t)number_15 * m + (intptr_t)number_16] : otherwise_8, number_17 >= 0 && number_17 < n &&
+                number_18 >= 0 && number_18 < m ? xyy[(intptr_t)number_17 * m + (intptr_t)number_18] : otherwise_9,
+                number_19 >= 0 && number_19 < n && number_20 >= 0 && number_20 < m ? yyy[(intptr_t)number_19 * m +
+                (intptr_t)number_20] : otherwise_10, &mapped);
             COPY(1, &mapped, mapped_2 + (i * w + j));
         }
         for (intptr_t j = 0; j < w; j++) {
@@ -549,23 +559,23 @@ static INLINE void NAME(motion_terms_within)(intptr_t n, intptr_t m, intptr_t h,
         NAME(motion_terms_common)(last, rows[i], &common);
         GAC_WINDOWS(j, w, 2, w - 2, {
             NAME(motion_terms_mapped_3)(last, rows[i], columns[j], u[i * w + j], v[i * w + j], first[i * w + j],
-    mapped_2[i * w + j], mapped_4[gac_reflect(i - 2, h) * w + j], mapped_4[gac_reflect(i - 1, h) * w + j],
-    mapped_4[gac_reflect(i + 1, h) * w + j], mapped_4[gac_reflect(i + 2, h) * w + j],
-    mapped_4[i * w + GAC_ROW_AT(reflect, j - 2, w)], mapped_4[i * w + GAC_ROW_AT(reflect, j - 1, w)],
-    mapped_4[i * w + GAC_ROW_AT(reflect, j + 1, w)], mapped_4[i * w + GAC_ROW_AT(reflect, j + 2, w)], common,
-    mapped_5);
+                mapped_2[i * w + j], mapped_4[gac_reflect(i - 2, h) * w + j],
+                mapped_4[gac_reflect(i - 1, h) * w + j], mapped_4[gac_reflect(i + 1, h) * w + j],
+                mapped_4[gac_reflect(i + 2, h) * w + j], mapped_4[i * w + GAC_ROW_AT(reflect, j - 2, w)],
+                mapped_4[i * w + GAC_ROW_AT(reflect, j - 1, w)], mapped_4[i * w + GAC_ROW_AT(reflect, j + 1, w)],
+                mapped_4[i * w + GAC_ROW_AT(reflect, j + 2, w)], common, mapped_5);
             NAME(motion_terms_result)(mapped_5, out_0 + (i * w + j), out_1 + (i * w + j), out_2 + (i * w + j),
-    out_3 + (i * w + j), out_4 + (i * w + j), out_5 + (i * w + j));
+                out_3 + (i * w + j), out_4 + (i * w + j), out_5 + (i * w + j));
         })
     }
 }
 
-GAC_WIDE(motion_terms, (intptr_t n, intptr_t m, intptr_t h, intptr_t w, const REAL *second, const REAL *x,
-    const REAL *y, const REAL *xx, const REAL *xy, const REAL *yy, const REAL *xxx, const REAL *xxy,
-    const REAL *xyy, const REAL *yyy, const REAL *first, const REAL *u, const REAL *v, const REAL *rows,
-    const REAL *columns, const REAL *last, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4,
-    REAL *out_5, REAL *work), (n, m, h, w, second, x, y, xx, xy, yy, xxx, xxy, xyy, yyy, first, u, v, rows, columns,
-    last, out_0, out_1, out_2, out_3, out_4, out_5, work))
+GAC_WIDE(motion_terms, (intptr_t n, intptr_t m, intptr_t h, intptr_t w, const REAL *second, const REAL *x, const
+    REAL *y, const REAL *xx, const REAL *xy, const REAL *yy, const REAL *xxx, const REAL *xxy, const REAL *xyy,
+    const REAL *yyy, const REAL *first, const REAL *u, const REAL *v, const REAL *rows, const REAL *columns, const
+    REAL *last, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *out_5, REAL *work), (n, m, h,
+    w, second, x, y, xx, xy, yy, xxx, xxy, xyy, yyy, first, u, v, rows, columns, last, out_0, out_1, out_2, out_3,
+    out_4, out_5, work))
 
 GAC_PROCEDURE(motion_terms, ALONE)
 
@@ -597,25 +607,28 @@ static INLINE void NAME(pair_means_within)(intptr_t n, intptr_t m, const REAL *e
     for (intptr_t i = 0; i < n; i++) {
         GAC_WINDOWS(j, m, 0, m, {
             NAME(pair_means_mapped)(taps, odd[gac_nearest(i - 3, n) * m + j], even[gac_nearest(i - 2, n) * m + j],
-    odd[gac_nearest(i - 2, n) * m + j], even[gac_nearest(i - 1, n) * m + j], odd[gac_nearest(i - 1, n) * m + j],
-    even[i * m + j], odd[i * m + j], even[gac_nearest(i + 1, n) * m + j], odd[gac_nearest(i + 1, n) * m + j],
-    even[gac_nearest(i + 2, n) * m + j], odd[gac_nearest(i + 2, n) * m + j], &mapped);
+                odd[gac_nearest(i - 2, n) * m + j], even[gac_nearest(i - 1, n) * m + j],
+                odd[gac_nearest(i - 1, n) * m + j], even[i * m + j], odd[i * m + j],
+                even[gac_nearest(i + 1, n) * m + j], odd[gac_nearest(i + 1, n) * m + j],
+                even[gac_nearest(i + 2, n) * m + j], odd[gac_nearest(i + 2, n) * m + j], &mapped);
             COPY(1, &mapped, mapped_2 + (i * m + j));
         })
         GAC_WINDOWS(j, m, 5, m - 5, {
             NAME(pair_means_mapped)(taps, mapped_2[i * m + GAC_ROW_AT(nearest, j - 5, m)],
-    mapped_2[i * m + GAC_ROW_AT(nearest, j - 4, m)], mapped_2[i * m + GAC_ROW_AT(nearest, j - 3, m)],
-    mapped_2[i * m + GAC_ROW_AT(nearest, j - 2, m)], mapped_2[i * m + GAC_ROW_AT(nearest, j - 1, m)],
-    mapped_2[i * m + j], mapped_2[i * m + GAC_ROW_AT(nearest, j + 1, m)], mapped_2[i * m + GAC_ROW_AT(nearest,
-    j + 2, m)], mapped_2[i * m + GAC_ROW_AT(nearest, j + 3, m)], mapped_2[i * m + GAC_ROW_AT(nearest, j + 4, m)],
-    mapped_2[i * m + GAC_ROW_AT(nearest, j + 5, m)], &mapped_3);
+                mapped_2[i * m + GAC_ROW_AT(nearest, j - 4, m)], mapped_2[i * m + GAC_ROW_AT(nearest, j - 3, m)],
+                mapped_2[i * m + GAC_ROW_AT(nearest, j - 2, m)], mapped_2[i * m + GAC_ROW_AT(nearest, j - 1, m)],
+                mapped_2[i * m + j], mapped_2[i * m + GAC_ROW_AT(nearest, j + 1, m)],
+                mapped_2[i * m + GAC_ROW_AT(nearest, j + 2, m)], mapped_2[i * m + GAC_ROW_AT(nearest, j + 3, m)],
+                mapped_2[i * m + GAC_ROW_AT(nearest, j + 4, m)], mapped_2[i * m + GAC_ROW_AT(nearest, j + 5, m)],
+                &mapped_3);
             COPY(1, &mapped_3, out + (i * m + j));
         })
     }
 }
 
-GAC_WIDE(pair_means, (intptr_t n, intptr_t m, const REAL *even, const REAL *odd, const REAL *taps, REAL *out,
-    REAL *work), (n, m, even, odd, taps, out, work))
+GAC_WIDE(pair_means,
+    (intptr_t n, intptr_t m, const REAL *even, const REAL *odd, const REAL *taps, REAL *out, REAL *work),
+    (n, m, even, odd, taps, out, work))
 
 GAC_PROCEDURE(pair_means, ALONE)
 
@@ -707,10 +720,10 @@ static INLINE void NAME(relaxed_motion_within)(intptr_t n, intptr_t m, intptr_t 
 {
     (void)rounds;
     REAL otherwise, otherwise_2, node[7], *const line_0 = work, *const line_1 = line_0 + n * m,
-    *const line_2 = line_1 + n * m, *const line_3 = line_2 + n * m, *const line_4 = line_3 + n * m,
-    *const line_5 = line_4 + n * m, *const line_6 = line_5 + n * m, *const motion_0_2 = line_6 + n * m,
-    *const motion_1_2 = motion_0_2 + n * m, otherwise_3, otherwise_4, node_0, node_1,
-    *const line_0_2 = motion_1_2 + n * m, *const line_1_2 = line_0_2 + n * m;
+        *const line_2 = line_1 + n * m, *const line_3 = line_2 + n * m, *const line_4 = line_3 + n * m,
+        *const line_5 = line_4 + n * m, *const line_6 = line_5 + n * m, *const motion_0_2 = line_6 + n * m,
+        *const motion_1_2 = motion_0_2 + n * m, otherwise_3, otherwise_4, node_0, node_1,
+        *const line_0_2 = motion_1_2 + n * m, *const line_1_2 = line_0_2 + n * m;
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < m; j++) {
             COPY(1, start_u + (i * m + j), out_0 + (i * m + j));
@@ -723,16 +736,18 @@ static INLINE void NAME(relaxed_motion_within)(intptr_t n, intptr_t m, intptr_t 
             NAME(motion_terms_otherwise_start)(&otherwise_2);
             GAC_WINDOWS(k_2, m, 1, m - 1, {
                 NAME(relaxed_motion_node)(noise, xx[j * m + k_2], xy[j * m + k_2], yy[j * m + k_2], bx[j * m + k_2],
-    by[j * m + k_2], square[j * m + k_2], u[j * m + k_2], v[j * m + k_2], out_0[gac_nearest(j - 1, n) * m + k_2],
-    out_0[j * m + k_2], out_0[gac_nearest(j + 1, n) * m + k_2], out_1[gac_nearest(j - 1, n) * m + k_2],
-    out_1[j * m + k_2], out_1[gac_nearest(j + 1, n) * m + k_2], east[j * m + k_2], gac_is_inside(j - 1,
-    n) ? south[gac_constant(j - 1, n) * m + k_2] : otherwise, south[j * m + k_2], GAC_EXISTS(gac_is_inside(k_2 - 1,
-    m)) ? east[j * m + GAC_ROW_AT(constant, k_2 - 1, m)] : otherwise_2, out_0[j * m + GAC_ROW_AT(nearest, k_2 - 1,
-    m)], out_0[j * m + GAC_ROW_AT(nearest, k_2 + 1, m)], out_1[j * m + GAC_ROW_AT(nearest, k_2 - 1, m)],
-    out_1[j * m + GAC_ROW_AT(nearest, k_2 + 1, m)], node);
+                    by[j * m + k_2], square[j * m + k_2], u[j * m + k_2], v[j * m + k_2],
+                    out_0[gac_nearest(j - 1, n) * m + k_2], out_0[j * m + k_2],
+                    out_0[gac_nearest(j + 1, n) * m + k_2], out_1[gac_nearest(j - 1, n) * m + k_2],
+                    out_1[j * m + k_2], out_1[gac_nearest(j + 1, n) * m + k_2], east[j * m + k_2],
+                    gac_is_inside(j - 1, n) ? south[gac_constant(j - 1, n) * m + k_2] : otherwise,
+                    south[j * m + k_2], GAC_EXISTS(gac_is_inside(k_2 - 1, m)) ? east[j * m + GAC_ROW_AT(constant,
+                    k_2 - 1, m)] : otherwise_2, out_0[j * m + GAC_ROW_AT(nearest, k_2 - 1, m)],
+                    out_0[j * m + GAC_ROW_AT(nearest, k_2 + 1, m)], out_1[j * m + GAC_ROW_AT(nearest, k_2 - 1, m)],
+                    out_1[j * m + GAC_ROW_AT(nearest, k_2 + 1, m)], node);
                 NAME(relaxed_motion_line)(node, line_0 + (j * m + k_2), line_1 + (j * m + k_2),
-    line_2 + (j * m + k_2), line_3 + (j * m + k_2), line_4 + (j * m + k_2), line_5 + (j * m + k_2),
-    line_6 + (j * m + k_2));
+                    line_2 + (j * m + k_2), line_3 + (j * m + k_2), line_4 + (j * m + k_2), line_5 + (j * m + k_2),
+                    line_6 + (j * m + k_2));
             })
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 COPY(1, out_0 + (j * m + k_2), motion_0_2 + (j * m + k_2));
@@ -745,14 +760,17 @@ static INLINE void NAME(relaxed_motion_within)(intptr_t n, intptr_t m, intptr_t 
                 NAME(motion_terms_otherwise_start)(&otherwise_4);
                 GAC_WINDOWS(k_3, m, 1, m - 1, {
                     NAME(relaxed_motion_node_2)(factors[j], line_0[k_2 * m + k_3], line_1[k_2 * m + k_3],
-    line_2[k_2 * m + k_3], line_3[k_2 * m + k_3], line_4[k_2 * m + k_3], line_5[k_2 * m + k_3],
-    gac_is_inside(k_2 - 1, n) ? line_6[gac_constant(k_2 - 1, n) * m + k_3] : otherwise_3, line_6[k_2 * m + k_3],
-    motion_0_2[gac_nearest(k_2 - 1, n) * m + k_3], motion_0_2[k_2 * m + k_3], motion_0_2[gac_nearest(k_2 + 1,
-    n) * m + k_3], motion_1_2[gac_nearest(k_2 - 1, n) * m + k_3], motion_1_2[k_2 * m + k_3],
-    motion_1_2[gac_nearest(k_2 + 1, n) * m + k_3], GAC_EXISTS(gac_is_inside(k_3 - 1,
-    m)) ? line_5[k_2 * m + GAC_ROW_AT(constant, k_3 - 1, m)] : otherwise_4, motion_0_2[k_2 * m + GAC_ROW_AT(nearest,
-    k_3 - 1, m)], motion_0_2[k_2 * m + GAC_ROW_AT(nearest, k_3 + 1, m)], motion_1_2[k_2 * m + GAC_ROW_AT(nearest,
-    k_3 - 1, m)], motion_1_2[k_2 * m + GAC_ROW_AT(nearest, k_3 + 1, m)], &node_0, &node_1);
+                        line_2[k_2 * m + k_3], line_3[k_2 * m + k_3], line_4[k_2 * m + k_3], line_5[k_2 * m + k_3],
+                        gac_is_inside(k_2 - 1, n) ? line_6[gac_constant(k_2 - 1, n) * m + k_3] : otherwise_3,
+                        line_6[k_2 * m + k_3], motion_0_2[gac_nearest(k_2 - 1, n) * m + k_3],
+                        motion_0_2[k_2 * m + k_3], motion_0_2[gac_nearest(k_2 + 1, n) * m + k_3],
+                        motion_1_2[gac_nearest(k_2 - 1, n) * m + k_3], motion_1_2[k_2 * m + k_3],
+                        motion_1_2[gac_nearest(k_2 + 1, n) * m + k_3], GAC_EXISTS(gac_is_inside(k_3 - 1, m)) ?
+                        line_5[k_2 * m + GAC_ROW_AT(constant, k_3 - 1, m)] : otherwise_4,
+                        motion_0_2[k_2 * m + GAC_ROW_AT(nearest, k_3 - 1, m)],
+                        motion_0_2[k_2 * m + GAC_ROW_AT(nearest, k_3 + 1, m)],
+                        motion_1_2[k_2 * m + GAC_ROW_AT(nearest, k_3 - 1, m)],
+                        motion_1_2[k_2 * m + GAC_ROW_AT(nearest, k_3 + 1, m)], &node_0, &node_1);
                     COPY(1, &node_0, line_0_2 + (k_2 * m + k_3));
                     COPY(1, &node_1, line_1_2 + (k_2 * m + k_3));
                 })
@@ -773,11 +791,11 @@ static INLINE void NAME(relaxed_motion_within)(intptr_t n, intptr_t m, intptr_t 
     }
 }
 
-GAC_WIDE(relaxed_motion, (intptr_t n, intptr_t m, intptr_t r, intptr_t k, const REAL *xx, const REAL *xy,
-    const REAL *yy, const REAL *bx, const REAL *by, const REAL *square, const REAL *u, const REAL *v,
-    const REAL *start_u, const REAL *start_v, const REAL *east, const REAL *south, const REAL *noise,
-    const REAL *rounds, const REAL *factors, REAL *out_0, REAL *out_1, REAL *work), (n, m, r, k, xx, xy, yy, bx, by,
-    square, u, v, start_u, start_v, east, south, noise, rounds, factors, out_0, out_1, work))
+GAC_WIDE(relaxed_motion, (intptr_t n, intptr_t m, intptr_t r, intptr_t k, const REAL *xx, const REAL *xy, const REAL
+    *yy, const REAL *bx, const REAL *by, const REAL *square, const REAL *u, const REAL *v, const REAL *start_u,
+    const REAL *start_v, const REAL *east, const REAL *south, const REAL *noise, const REAL *rounds, const REAL
+    *factors, REAL *out_0, REAL *out_1, REAL *work), (n, m, r, k, xx, xy, yy, bx, by, square, u, v, start_u,
+    start_v, east, south, noise, rounds, factors, out_0, out_1, work))
 
 GAC_PROCEDURE(relaxed_motion, ALONE)
 
@@ -851,7 +869,7 @@ void NAME(motion_costs)(intptr_t n, intptr_t m, intptr_t k, intptr_t r, const RE
 {
     (void)work;
     REAL sum, number, common, otherwise, number_2, otherwise_2, number_3, common_2, number_4, number_5, number_6,
-    number_7, number_8, number_9, otherwise_3, number_10, common_3, common_4;
+        number_7, number_8, number_9, otherwise_3, number_10, common_3, common_4;
     for (intptr_t i = 0; i < k; i++) {
         NAME(motion_terms_otherwise_start)(&sum);
         NAME(motion_costs_common)(last, row[i], v[i], &common);
@@ -871,15 +889,16 @@ void NAME(motion_costs)(intptr_t n, intptr_t m, intptr_t k, intptr_t r, const RE
             NAME(motion_costs_number)(row[i], down[j], &number_9);
             NAME(motion_terms_otherwise_start)(&otherwise_3);
             NAME(motion_costs_number)(column[i], across[j], &number_10);
-            NAME(motion_costs_sum)(most, sum, weights[j],
-    number >= 0 && number < n && number_3 >= 0 && number_3 < m ? second[(intptr_t)number * m + (intptr_t)number_3] : otherwise,
-    number >= 0 && number < n && number_4 >= 0 && number_4 < m ? second[(intptr_t)number * m + (intptr_t)number_4] : otherwise,
-    number >= 0 && number < n && number_5 >= 0 && number_5 < m ? second[(intptr_t)number * m + (intptr_t)number_5] : otherwise,
-    number_2 >= 0 && number_2 < n && number_6 >= 0 && number_6 < m ? second[(intptr_t)number_2 * m + (intptr_t)number_6] : otherwise_2,
-    number_2 >= 0 && number_2 < n && number_7 >= 0 && number_7 < m ? second[(intptr_t)number_2 * m + (intptr_t)number_7] : otherwise_2,
-    number_2 >= 0 && number_2 < n && number_8 >= 0 && number_8 < m ? second[(intptr_t)number_2 * m + (intptr_t)number_8] : otherwise_2,
-    number_9 >= 0 && number_9 < n && number_10 >= 0 && number_10 < m ? first[(intptr_t)number_9 * m + (intptr_t)number_10] : otherwise_3,
-    common_3, common_4, &sum);
+            NAME(motion_costs_sum)(most, sum, weights[j], number >= 0 && number < n && number_3 >= 0 && number_3 < m
+                ? second[(intptr_t)number * m + (intptr_t)number_3] : otherwise, number >= 0 && number < n &&
+                number_4 >= 0 && number_4 < m ? second[(intptr_t)number * m + (intptr_t)number_4] : otherwise,
+                number >= 0 && number < n && number_5 >= 0 && number_5 < m ? second[(intptr_t)number * m +
+                (intptr_t)number_5] : otherwise, number_2 >= 0 && number_2 < n && number_6 >= 0 && number_6 < m ?
+                second[(intptr_t)number_2 * m + (intptr_t)number_6] : otherwise_2, number_2 >= 0 && number_2 < n &&
+                number_7 >= 0 && number_7 < m ? second[(intptr_t)number_2 * m + (intptr_t)number_7] : otherwise_2,
+                number_2 >= 0 && number_2 < n && number_8 >= 0 && number_8 < m ? second[(intptr_t)number_2 * m +
+                (intptr_t)number_8] : otherwise_2, number_9 >= 0 && number_9 < n && number_10 >= 0 && number_10 < m
+                ? first[(intptr_t)number_9 * m + (intptr_t)number_10] : otherwise_3, common_3, common_4, &sum);
         }
         COPY(1, &sum, out + i);
     }
@@ -940,7 +959,7 @@ static INLINE WORD NAME(motion_samples_lanes)(intptr_t m, intptr_t n, const REAL
     _Alignas(64) REAL sample_0[NLANES], sample_1[NLANES];
     for (intptr_t i = 0; i < n; i++) {
         NAME(motion_samples_sample_lanes)(x + NLANES * i, y + NLANES * i, upper + 4 * place[i],
-    lower + 4 * place[i], sample_0, sample_1);
+            lower + 4 * place[i], sample_0, sample_1);
         NAME(motion_samples_result_lanes)(sample_0, sample_1, out + 2 * NLANES * i);
     }
     return 0;
@@ -1002,10 +1021,13 @@ static INLINE void NAME(medians_within)(intptr_t n, intptr_t m, const REAL *imag
     for (intptr_t i = 0; i < n; i++) {
         GAC_WINDOWS(j, m, 1, m - 1, {
             NAME(medians_median_of)(image[gac_nearest(i - 1, n) * m + GAC_ROW_AT(nearest, j - 1, m)],
-    image[gac_nearest(i - 1, n) * m + j], image[gac_nearest(i - 1, n) * m + GAC_ROW_AT(nearest, j + 1, m)],
-    image[i * m + GAC_ROW_AT(nearest, j - 1, m)], image[i * m + j], image[i * m + GAC_ROW_AT(nearest, j + 1, m)],
-    image[gac_nearest(i + 1, n) * m + GAC_ROW_AT(nearest, j - 1, m)], image[gac_nearest(i + 1, n) * m + j],
-    image[gac_nearest(i + 1, n) * m + GAC_ROW_AT(nearest, j + 1, m)], &median_of_9);
+                image[gac_nearest(i - 1, n) * m + j],
+                image[gac_nearest(i - 1, n) * m + GAC_ROW_AT(nearest, j + 1, m)],
+                image[i * m + GAC_ROW_AT(nearest, j - 1, m)], image[i * m + j],
+                image[i * m + GAC_ROW_AT(nearest, j + 1, m)],
+                image[gac_nearest(i + 1, n) * m + GAC_ROW_AT(nearest, j - 1, m)],
+                image[gac_nearest(i + 1, n) * m + j],
+                image[gac_nearest(i + 1, n) * m + GAC_ROW_AT(nearest, j + 1, m)], &median_of_9);
             COPY(1, &median_of_9, out + (i * m + j));
         })
     }
@@ -1054,42 +1076,44 @@ static INLINE void NAME(contrasts_within)(intptr_t h, intptr_t w, const REAL *im
     REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL sums_0, sums_1, *const mapped_0 = work, *const mapped_1 = mapped_0 + h * w, pixel, difference,
-    difference_2;
+        difference_2;
     for (intptr_t i = 0; i < h; i++) {
         GAC_WINDOWS(j, w, 0, w, {
             NAME(contrasts_sums)(image[gac_reflect(i - 3, h) * w + j], image[gac_reflect(i - 2, h) * w + j],
-    image[gac_reflect(i - 1, h) * w + j], image[i * w + j], image[gac_reflect(i + 1, h) * w + j],
-    image[gac_reflect(i + 2, h) * w + j], image[gac_reflect(i + 3, h) * w + j], &sums_0, &sums_1);
+                image[gac_reflect(i - 1, h) * w + j], image[i * w + j], image[gac_reflect(i + 1, h) * w + j],
+                image[gac_reflect(i + 2, h) * w + j], image[gac_reflect(i + 3, h) * w + j], &sums_0, &sums_1);
             COPY(1, &sums_0, mapped_0 + (i * w + j));
             COPY(1, &sums_1, mapped_1 + (i * w + j));
         })
         GAC_WINDOWS(j, w, 3, w - 3, {
             NAME(contrasts_pixel)(ridge, image[i * w + j], mapped_0[i * w + GAC_ROW_AT(reflect, j - 3, w)],
-    mapped_0[i * w + GAC_ROW_AT(reflect, j - 2, w)], mapped_0[i * w + GAC_ROW_AT(reflect, j - 1, w)],
-    mapped_0[i * w + j], mapped_0[i * w + GAC_ROW_AT(reflect, j + 1, w)], mapped_0[i * w + GAC_ROW_AT(reflect,
-    j + 2, w)], mapped_0[i * w + GAC_ROW_AT(reflect, j + 3, w)], mapped_1[i * w + GAC_ROW_AT(reflect, j - 3, w)],
-    mapped_1[i * w + GAC_ROW_AT(reflect, j - 2, w)], mapped_1[i * w + GAC_ROW_AT(reflect, j - 1, w)],
-    mapped_1[i * w + j], mapped_1[i * w + GAC_ROW_AT(reflect, j + 1, w)], mapped_1[i * w + GAC_ROW_AT(reflect,
-    j + 2, w)], mapped_1[i * w + GAC_ROW_AT(reflect, j + 3, w)], &pixel);
+                mapped_0[i * w + GAC_ROW_AT(reflect, j - 2, w)], mapped_0[i * w + GAC_ROW_AT(reflect, j - 1, w)],
+                mapped_0[i * w + j], mapped_0[i * w + GAC_ROW_AT(reflect, j + 1, w)],
+                mapped_0[i * w + GAC_ROW_AT(reflect, j + 2, w)], mapped_0[i * w + GAC_ROW_AT(reflect, j + 3, w)],
+                mapped_1[i * w + GAC_ROW_AT(reflect, j - 3, w)], mapped_1[i * w + GAC_ROW_AT(reflect, j - 2, w)],
+                mapped_1[i * w + GAC_ROW_AT(reflect, j - 1, w)], mapped_1[i * w + j],
+                mapped_1[i * w + GAC_ROW_AT(reflect, j + 1, w)], mapped_1[i * w + GAC_ROW_AT(reflect, j + 2, w)],
+                mapped_1[i * w + GAC_ROW_AT(reflect, j + 3, w)], &pixel);
             COPY(1, &pixel, out_0 + (i * w + j));
         })
         GAC_WINDOWS(j, w, 1, w - 1, {
             NAME(contrasts_difference)(out_0[i * w + GAC_ROW_AT(reflect, j - 1, w)],
-    out_0[i * w + GAC_ROW_AT(reflect, j + 1, w)], &difference);
+                out_0[i * w + GAC_ROW_AT(reflect, j + 1, w)], &difference);
             COPY(1, &difference, out_1 + (i * w + j));
         })
     }
     for (intptr_t i = 0; i < h; i++) {
         GAC_WINDOWS(j, w, 0, w, {
             NAME(contrasts_difference)(out_0[gac_reflect(i - 1, h) * w + j], out_0[gac_reflect(i + 1, h) * w + j],
-    &difference_2);
+                &difference_2);
             COPY(1, &difference_2, out_2 + (i * w + j));
         })
     }
 }
 
-GAC_WIDE(contrasts, (intptr_t h, intptr_t w, const REAL *image, REAL ridge, REAL *out_0, REAL *out_1, REAL *out_2,
-    REAL *work), (h, w, image, ridge, out_0, out_1, out_2, work))
+GAC_WIDE(contrasts,
+    (intptr_t h, intptr_t w, const REAL *image, REAL ridge, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (h, w, image, ridge, out_0, out_1, out_2, work))
 
 GAC_PROCEDURE(contrasts, ALONE)
 
@@ -1152,9 +1176,9 @@ static INLINE void NAME(costs_from_above_within)(intptr_t h, intptr_t w, intptr_
 {
     (void)levels;
     REAL mapped, *const mapped_2 = work, *const previous = mapped_2 + d * w, mapped_3,
-    *const least = previous + d * w, minimum_, mapped_4, *const row = least + w, *const row_2 = row + w,
-    *const mapped_5 = row_2 + d * w, mapped_6, *const row_3 = mapped_5 + w, *const row_4 = row_3 + w,
-    *const mapped_7 = row_4 + d * w, *const message = mapped_7 + w, cost, *const line = message + w;
+        *const least = previous + d * w, minimum_, mapped_4, *const row = least + w, *const row_2 = row + w,
+        *const mapped_5 = row_2 + d * w, mapped_6, *const row_3 = mapped_5 + w, *const row_4 = row_3 + w,
+        *const mapped_7 = row_4 + d * w, *const message = mapped_7 + w, cost, *const line = message + w;
     for (intptr_t i = 0; i < d; i++) {
         for (intptr_t j = 0; j < w; j++) {
             NAME(costs_from_above_mapped)(walls[i * w + j], &mapped);
@@ -1193,11 +1217,11 @@ static INLINE void NAME(costs_from_above_within)(intptr_t h, intptr_t w, intptr_
         for (intptr_t j = 0; j < d; j++) {
             GAC_WINDOWS(k, w, 0, w,
                 NAME(costs_from_above_message)(penalties, least[k], previous[gac_nearest(j - 1, d) * w + k],
-    previous[j * w + k], previous[gac_nearest(j + 1, d) * w + k], message + k);)
+                    previous[j * w + k], previous[gac_nearest(j + 1, d) * w + k], message + k);)
             GAC_WINDOWS(k, w, 1, w - 1, {
                 NAME(costs_from_above_cost)(penalties, walls[j * w + k], message[GAC_ROW_AT(nearest, k - 1, w)],
-    message[k], message[GAC_ROW_AT(nearest, k + 1, w)], left_across[i * w + k], left_down[i * w + k],
-    row_2[j * w + k], row_4[j * w + k], &cost);
+                    message[k], message[GAC_ROW_AT(nearest, k + 1, w)], left_across[i * w + k],
+                    left_down[i * w + k], row_2[j * w + k], row_4[j * w + k], &cost);
                 COPY(1, &cost, line + (j * w + k));
             })
         }
@@ -1212,8 +1236,8 @@ static INLINE void NAME(costs_from_above_within)(intptr_t h, intptr_t w, intptr_
 
 GAC_WIDE(costs_from_above, (intptr_t h, intptr_t w, intptr_t d, const REAL *left_across, const REAL *left_down,
     const REAL *right_across, const REAL *right_down, const REAL *levels, const REAL *walls, const REAL *penalties,
-    REAL *out, REAL *work), (h, w, d, left_across, left_down, right_across, right_down, levels, walls, penalties,
-    out, work))
+    REAL *out, REAL *work),
+    (h, w, d, left_across, left_down, right_across, right_down, levels, walls, penalties, out, work))
 
 GAC_PROCEDURE(costs_from_above, ALONE)
 
@@ -1265,19 +1289,19 @@ static INLINE void NAME(best_levels_within)(intptr_t h, intptr_t d, intptr_t w, 
     REAL *out_3, REAL *work)
 {
     REAL number, otherwise, mapped, mapped_2, *const mapped_3 = work, *const carry_0 = mapped_3 + d * w,
-    *const carry_1 = carry_0 + d * w, *const carry_2 = carry_1 + w, *const carry_3 = carry_2 + w,
-    *const carry_4 = carry_3 + w, mapped_4, *const least = carry_4 + w, minimum_, mapped_5, *const row = least + w,
-    *const row_2 = row + w, *const mapped_6 = row_2 + d * w, mapped_7, *const row_3 = mapped_6 + w,
-    *const row_4 = row_3 + w, *const mapped_8 = row_4 + d * w, *const message = mapped_8 + w, cost,
-    *const line = message + w, mapped_9, *const mapped_10 = line + d * w, mapped_11, mapped_12,
-    *const carry_0_3 = mapped_10 + d * w, *const carry_1_3 = carry_0_3 + w, lower_0, lower_1,
-    *const second = carry_1_3 + w, far_, *const carry_0_4 = second + w, *const carry_1_4 = carry_0_4 + w,
-    *const lower_0_2 = carry_1_4 + w, *const lower_1_2 = lower_0_2 + w;
+        *const carry_1 = carry_0 + d * w, *const carry_2 = carry_1 + w, *const carry_3 = carry_2 + w,
+        *const carry_4 = carry_3 + w, mapped_4, *const least = carry_4 + w, minimum_, mapped_5,
+        *const row = least + w, *const row_2 = row + w, *const mapped_6 = row_2 + d * w, mapped_7,
+        *const row_3 = mapped_6 + w, *const row_4 = row_3 + w, *const mapped_8 = row_4 + d * w,
+        *const message = mapped_8 + w, cost, *const line = message + w, mapped_9, *const mapped_10 = line + d * w,
+        mapped_11, mapped_12, *const carry_0_3 = mapped_10 + d * w, *const carry_1_3 = carry_0_3 + w, lower_0,
+        lower_1, *const second = carry_1_3 + w, far_, *const carry_0_4 = second + w,
+        *const carry_1_4 = carry_0_4 + w, *const lower_0_2 = carry_1_4 + w, *const lower_1_2 = lower_0_2 + w;
     NAME(motion_terms_otherwise_start)(&number);
     NAME(motion_terms_otherwise_start)(&otherwise);
     for (intptr_t i = 0; i < w; i++) {
         NAME(costs_from_above_mapped)(number >= 0 && number < d ? walls[(intptr_t)number * w + i] : otherwise,
-    &mapped);
+            &mapped);
         COPY(1, &mapped, carry_1 + i);
         COPY(1, &mapped, carry_2 + i);
         COPY(1, &mapped, carry_3 + i);
@@ -1300,9 +1324,9 @@ static INLINE void NAME(best_levels_within)(intptr_t h, intptr_t d, intptr_t w, 
             COPY(1, right_down + (i * w + GAC_ROW_AT(wrap, j + 1, w)), &mapped_7);
             COPY(1, &mapped_7, row_3 + j);
             NAME(costs_from_above_mapped_2)(number >= 0 && number < d ? walls[(intptr_t)number * w + j] : otherwise,
-    &mapped_11);
+                &mapped_11);
             NAME(costs_from_above_mapped)(number >= 0 && number < d ? walls[(intptr_t)number * w + j] : otherwise,
-    &mapped_12);
+                &mapped_12);
             COPY(1, &mapped_11, carry_0_3 + j);
             COPY(1, &mapped_12, carry_1_3 + j);
             COPY(1, &mapped_11, second + j);
@@ -1330,11 +1354,11 @@ static INLINE void NAME(best_levels_within)(intptr_t h, intptr_t d, intptr_t w, 
         for (intptr_t j = 0; j < d; j++) {
             GAC_WINDOWS(k, w, 0, w,
                 NAME(costs_from_above_message)(penalties, least[k], carry_0[gac_nearest(j - 1, d) * w + k],
-    carry_0[j * w + k], carry_0[gac_nearest(j + 1, d) * w + k], message + k);)
+                    carry_0[j * w + k], carry_0[gac_nearest(j + 1, d) * w + k], message + k);)
             GAC_WINDOWS(k, w, 1, w - 1, {
                 NAME(costs_from_above_cost)(penalties, walls[j * w + k], message[GAC_ROW_AT(nearest, k - 1, w)],
-    message[k], message[GAC_ROW_AT(nearest, k + 1, w)], left_across[i * w + k], left_down[i * w + k],
-    row_2[j * w + k], row_4[j * w + k], &cost);
+                    message[k], message[GAC_ROW_AT(nearest, k + 1, w)], left_across[i * w + k],
+                    left_down[i * w + k], row_2[j * w + k], row_4[j * w + k], &cost);
                 COPY(1, &cost, line + (j * w + k));
             })
             for (intptr_t k = 0; k < w; k++) {
@@ -1343,7 +1367,7 @@ static INLINE void NAME(best_levels_within)(intptr_t h, intptr_t d, intptr_t w, 
             }
             for (intptr_t k = 0; k < w; k++) {
                 NAME(best_levels_lower)(levels[j], carry_0_3[k], carry_1_3[k], mapped_10[j * w + k], &lower_0,
-    &lower_1);
+                    &lower_1);
                 COPY(1, &lower_0, carry_0_3 + k);
                 COPY(1, &lower_1, carry_1_3 + k);
             }
@@ -1356,8 +1380,8 @@ static INLINE void NAME(best_levels_within)(intptr_t h, intptr_t d, intptr_t w, 
         }
         for (intptr_t j = d; j-- > 0;) {
             GAC_WINDOWS(k, w, 0, w - 1,
-                NAME(best_levels_lower)(levels[j], carry_0_4[GAC_ROW_AT(wrap, k + 1, w)], carry_1_4[GAC_ROW_AT(wrap,
-    k + 1, w)], mapped_10[j * w + k], lower_0_2 + k, lower_1_2 + k);)
+                NAME(best_levels_lower)(levels[j], carry_0_4[GAC_ROW_AT(wrap, k + 1, w)],
+                    carry_1_4[GAC_ROW_AT(wrap, k + 1, w)], mapped_10[j * w + k], lower_0_2 + k, lower_1_2 + k);)
             for (intptr_t k = 0; k < w; k++) {
                 COPY(1, lower_0_2 + k, carry_0_4 + k);
                 COPY(1, lower_1_2 + k, carry_1_4 + k);
@@ -1378,10 +1402,10 @@ static INLINE void NAME(best_levels_within)(intptr_t h, intptr_t d, intptr_t w, 
     }
 }
 
-GAC_WIDE(best_levels, (intptr_t h, intptr_t d, intptr_t w, const REAL *above, const REAL *left_across,
-    const REAL *left_down, const REAL *right_across, const REAL *right_down, const REAL *levels, const REAL *walls,
-    const REAL *penalties, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work), (h, d, w, above,
-    left_across, left_down, right_across, right_down, levels, walls, penalties, out_0, out_1, out_2, out_3, work))
+GAC_WIDE(best_levels, (intptr_t h, intptr_t d, intptr_t w, const REAL *above, const REAL *left_across, const REAL
+    *left_down, const REAL *right_across, const REAL *right_down, const REAL *levels, const REAL *walls, const REAL
+    *penalties, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work), (h, d, w, above, left_across,
+    left_down, right_across, right_down, levels, walls, penalties, out_0, out_1, out_2, out_3, work))
 
 GAC_PROCEDURE(best_levels, ALONE)
 
@@ -1550,20 +1574,21 @@ static INLINE void NAME(refined_numbers_within)(intptr_t h, intptr_t w, const RE
     const REAL *numbers, const REAL *columns, REAL last, REAL weight, REAL *out, REAL *work)
 {
     REAL *const mapped = work, *const mapped_2 = mapped + w, *const slope = mapped_2 + w,
-    *const slope_2 = slope + w, number, otherwise, number_2, otherwise_2, terms_0, terms_1,
-    *const line_0 = slope_2 + w, *const line_1 = line_0 + h * w, fraction;
+        *const slope_2 = slope + w, number, otherwise, number_2, otherwise_2, terms_0, terms_1,
+        *const line_0 = slope_2 + w, *const line_1 = line_0 + h * w, fraction;
     for (intptr_t i = 0; i < h; i++) {
         GAC_WINDOWS(j, w, 1, w - 1, {
             NAME(refined_numbers_mapped)(left[i * w + GAC_ROW_AT(mirror, j - 1, w)], left[i * w + j],
-    left[i * w + GAC_ROW_AT(mirror, j + 1, w)], mapped + j);
+                left[i * w + GAC_ROW_AT(mirror, j + 1, w)], mapped + j);
             NAME(refined_numbers_mapped)(right[i * w + GAC_ROW_AT(mirror, j - 1, w)], right[i * w + j],
-    right[i * w + GAC_ROW_AT(mirror, j + 1, w)], mapped_2 + j);
+                right[i * w + GAC_ROW_AT(mirror, j + 1, w)], mapped_2 + j);
         })
         GAC_WINDOWS(j, w, 2, w - 2, {
-            NAME(refined_numbers_slope)(mapped_2[GAC_ROW_AT(mirror, j - 2, w)], mapped_2[GAC_ROW_AT(mirror, j - 1,
-    w)], mapped_2[GAC_ROW_AT(mirror, j + 1, w)], mapped_2[GAC_ROW_AT(mirror, j + 2, w)], slope + j);
+            NAME(refined_numbers_slope)(mapped_2[GAC_ROW_AT(mirror, j - 2, w)],
+                mapped_2[GAC_ROW_AT(mirror, j - 1, w)], mapped_2[GAC_ROW_AT(mirror, j + 1, w)],
+                mapped_2[GAC_ROW_AT(mirror, j + 2, w)], slope + j);
             NAME(refined_numbers_slope)(mapped[GAC_ROW_AT(mirror, j - 2, w)], mapped[GAC_ROW_AT(mirror, j - 1, w)],
-    mapped[GAC_ROW_AT(mirror, j + 1, w)], mapped[GAC_ROW_AT(mirror, j + 2, w)], slope_2 + j);
+                mapped[GAC_ROW_AT(mirror, j + 1, w)], mapped[GAC_ROW_AT(mirror, j + 2, w)], slope_2 + j);
         })
         for (intptr_t j = 0; j < w; j++) {
             NAME(refined_numbers_number)(columns[j], numbers[i * w + j], &number);
@@ -1571,65 +1596,91 @@ static INLINE void NAME(refined_numbers_within)(intptr_t h, intptr_t w, const RE
             NAME(refined_numbers_number)(columns[j], numbers[i * w + j], &number_2);
             NAME(motion_terms_otherwise_start)(&otherwise_2);
             NAME(refined_numbers_terms)(last, columns[j], numbers[i * w + j], mapped[j], slope_2[j],
-    number >= 0 && number < w ? mapped_2[(intptr_t)number] : otherwise,
-    number_2 >= 0 && number_2 < w ? slope[(intptr_t)number_2] : otherwise_2, &terms_0, &terms_1);
+                number >= 0 && number < w ? mapped_2[(intptr_t)number] : otherwise,
+                number_2 >= 0 && number_2 < w ? slope[(intptr_t)number_2] : otherwise_2, &terms_0, &terms_1);
             COPY(1, &terms_0, line_0 + (i * w + j));
             COPY(1, &terms_1, line_1 + (i * w + j));
         }
     }
     for (intptr_t i = 0; i < h; i++) {
         GAC_WINDOWS(j, w, 2, w - 2, {
-            NAME(refined_numbers_fraction)(weight, numbers[i * w + j], line_0[gac_mirror(i - 2,
-    h) * w + GAC_ROW_AT(mirror, j - 2, w)], line_0[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
-    line_0[gac_mirror(i - 2, h) * w + j], line_0[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
-    line_0[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j + 2, w)], line_0[gac_mirror(i - 1,
-    h) * w + GAC_ROW_AT(mirror, j - 2, w)], line_0[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
-    line_0[gac_mirror(i - 1, h) * w + j], line_0[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
-    line_0[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j + 2, w)], line_0[i * w + GAC_ROW_AT(mirror, j - 2, w)],
-    line_0[i * w + GAC_ROW_AT(mirror, j - 1, w)], line_0[i * w + j], line_0[i * w + GAC_ROW_AT(mirror, j + 1, w)],
-    line_0[i * w + GAC_ROW_AT(mirror, j + 2, w)], line_0[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
-    line_0[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)], line_0[gac_mirror(i + 1, h) * w + j],
-    line_0[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)], line_0[gac_mirror(i + 1,
-    h) * w + GAC_ROW_AT(mirror, j + 2, w)], line_0[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
-    line_0[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)], line_0[gac_mirror(i + 2, h) * w + j],
-    line_0[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)], line_0[gac_mirror(i + 2,
-    h) * w + GAC_ROW_AT(mirror, j + 2, w)], line_1[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
-    line_1[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)], line_1[gac_mirror(i - 2, h) * w + j],
-    line_1[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)], line_1[gac_mirror(i - 2,
-    h) * w + GAC_ROW_AT(mirror, j + 2, w)], line_1[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
-    line_1[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)], line_1[gac_mirror(i - 1, h) * w + j],
-    line_1[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)], line_1[gac_mirror(i - 1,
-    h) * w + GAC_ROW_AT(mirror, j + 2, w)], line_1[i * w + GAC_ROW_AT(mirror, j - 2, w)],
-    line_1[i * w + GAC_ROW_AT(mirror, j - 1, w)], line_1[i * w + j], line_1[i * w + GAC_ROW_AT(mirror, j + 1, w)],
-    line_1[i * w + GAC_ROW_AT(mirror, j + 2, w)], line_1[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
-    line_1[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)], line_1[gac_mirror(i + 1, h) * w + j],
-    line_1[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)], line_1[gac_mirror(i + 1,
-    h) * w + GAC_ROW_AT(mirror, j + 2, w)], line_1[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
-    line_1[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)], line_1[gac_mirror(i + 2, h) * w + j],
-    line_1[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)], line_1[gac_mirror(i + 2,
-    h) * w + GAC_ROW_AT(mirror, j + 2, w)], numbers[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
-    numbers[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)], numbers[gac_mirror(i - 2, h) * w + j],
-    numbers[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)], numbers[gac_mirror(i - 2,
-    h) * w + GAC_ROW_AT(mirror, j + 2, w)], numbers[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
-    numbers[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)], numbers[gac_mirror(i - 1, h) * w + j],
-    numbers[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)], numbers[gac_mirror(i - 1,
-    h) * w + GAC_ROW_AT(mirror, j + 2, w)], numbers[i * w + GAC_ROW_AT(mirror, j - 2, w)],
-    numbers[i * w + GAC_ROW_AT(mirror, j - 1, w)], numbers[i * w + GAC_ROW_AT(mirror, j + 1, w)],
-    numbers[i * w + GAC_ROW_AT(mirror, j + 2, w)], numbers[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
-    numbers[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)], numbers[gac_mirror(i + 1, h) * w + j],
-    numbers[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)], numbers[gac_mirror(i + 1,
-    h) * w + GAC_ROW_AT(mirror, j + 2, w)], numbers[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
-    numbers[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)], numbers[gac_mirror(i + 2, h) * w + j],
-    numbers[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)], numbers[gac_mirror(i + 2,
-    h) * w + GAC_ROW_AT(mirror, j + 2, w)], &fraction);
+            NAME(refined_numbers_fraction)(weight, numbers[i * w + j],
+                line_0[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                line_0[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                line_0[gac_mirror(i - 2, h) * w + j],
+                line_0[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                line_0[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j + 2, w)],
+                line_0[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                line_0[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                line_0[gac_mirror(i - 1, h) * w + j],
+                line_0[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                line_0[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j + 2, w)],
+                line_0[i * w + GAC_ROW_AT(mirror, j - 2, w)], line_0[i * w + GAC_ROW_AT(mirror, j - 1, w)],
+                line_0[i * w + j], line_0[i * w + GAC_ROW_AT(mirror, j + 1, w)],
+                line_0[i * w + GAC_ROW_AT(mirror, j + 2, w)],
+                line_0[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                line_0[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                line_0[gac_mirror(i + 1, h) * w + j],
+                line_0[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                line_0[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j + 2, w)],
+                line_0[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                line_0[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                line_0[gac_mirror(i + 2, h) * w + j],
+                line_0[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                line_0[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j + 2, w)],
+                line_1[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                line_1[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                line_1[gac_mirror(i - 2, h) * w + j],
+                line_1[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                line_1[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j + 2, w)],
+                line_1[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                line_1[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                line_1[gac_mirror(i - 1, h) * w + j],
+                line_1[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                line_1[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j + 2, w)],
+                line_1[i * w + GAC_ROW_AT(mirror, j - 2, w)], line_1[i * w + GAC_ROW_AT(mirror, j - 1, w)],
+                line_1[i * w + j], line_1[i * w + GAC_ROW_AT(mirror, j + 1, w)],
+                line_1[i * w + GAC_ROW_AT(mirror, j + 2, w)],
+                line_1[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                line_1[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                line_1[gac_mirror(i + 1, h) * w + j],
+                line_1[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                line_1[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j + 2, w)],
+                line_1[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                line_1[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                line_1[gac_mirror(i + 2, h) * w + j],
+                line_1[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                line_1[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j + 2, w)],
+                numbers[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                numbers[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                numbers[gac_mirror(i - 2, h) * w + j],
+                numbers[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                numbers[gac_mirror(i - 2, h) * w + GAC_ROW_AT(mirror, j + 2, w)],
+                numbers[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                numbers[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                numbers[gac_mirror(i - 1, h) * w + j],
+                numbers[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                numbers[gac_mirror(i - 1, h) * w + GAC_ROW_AT(mirror, j + 2, w)],
+                numbers[i * w + GAC_ROW_AT(mirror, j - 2, w)], numbers[i * w + GAC_ROW_AT(mirror, j - 1, w)],
+                numbers[i * w + GAC_ROW_AT(mirror, j + 1, w)], numbers[i * w + GAC_ROW_AT(mirror, j + 2, w)],
+                numbers[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                numbers[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                numbers[gac_mirror(i + 1, h) * w + j],
+                numbers[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                numbers[gac_mirror(i + 1, h) * w + GAC_ROW_AT(mirror, j + 2, w)],
+                numbers[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 2, w)],
+                numbers[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j - 1, w)],
+                numbers[gac_mirror(i + 2, h) * w + j],
+                numbers[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j + 1, w)],
+                numbers[gac_mirror(i + 2, h) * w + GAC_ROW_AT(mirror, j + 2, w)], &fraction);
             COPY(1, &fraction, out + (i * w + j));
         })
     }
 }
 
-GAC_WIDE(refined_numbers, (intptr_t h, intptr_t w, const REAL *left, const REAL *right, const REAL *numbers,
-    const REAL *columns, REAL last, REAL weight, REAL *out, REAL *work), (h, w, left, right, numbers, columns, last,
-    weight, out, work))
+GAC_WIDE(refined_numbers, (intptr_t h, intptr_t w, const REAL *left, const REAL *right, const REAL *numbers, const
+    REAL *columns, REAL last, REAL weight, REAL *out, REAL *work),
+    (h, w, left, right, numbers, columns, last, weight, out, work))
 
 GAC_PROCEDURE(refined_numbers, ALONE)
 #endif

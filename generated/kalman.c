@@ -2,7 +2,7 @@
 // command: gac generate --all kalman
 // spec: dada2f68657b61e8
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 48322aea4100f2560b6dcd4be5a798b049d2835b49aa694e50d13def497e3587
+// body: 05d0a98bd67b3a570198fab551ead7f3a49e203aa39cd129f9fd901d29af0aa4
 
 #ifndef REAL
 #include "kalman.h"
@@ -86,7 +86,7 @@ void NAME(predict)(intptr_t n, const REAL *state, const REAL *covariance, const 
     const REAL *shift, REAL *out_0, REAL *out_1, REAL *work)
 {
     REAL sum, mapped, sum_2, mapped_3, *const mapped_4 = work, sum_3, mapped_5, mapped_6,
-    *const mapped_7 = mapped_4 + n * n, mapped_8;
+        *const mapped_7 = mapped_4 + n * n, mapped_8;
     for (intptr_t i = 0; i < n; i++) {
         NAME(predict_sum_start)(&sum);
         for (intptr_t j = 0; j < n; j++)
@@ -122,7 +122,7 @@ static INLINE WORD NAME(predict_lanes)(intptr_t n, const REAL *state, const REAL
     REAL *mapped_7)
 {
     _Alignas(64) REAL sum[NLANES], mapped[NLANES], sum_2[NLANES], mapped_3[NLANES], sum_3[NLANES], mapped_5[NLANES],
-    mapped_6[NLANES], mapped_8[NLANES];
+        mapped_6[NLANES], mapped_8[NLANES];
     for (intptr_t i = 0; i < n; i++) {
         NAME(predict_sum_start_lanes)(sum);
         for (intptr_t j = 0; j < n; j++)
@@ -133,7 +133,7 @@ static INLINE WORD NAME(predict_lanes)(intptr_t n, const REAL *state, const REAL
             NAME(predict_sum_start_lanes)(sum_2);
             for (intptr_t k = 0; k < n; k++)
                 NAME(predict_sum_lanes)(sum_2, covariance + NLANES * (j * n + k), transition + NLANES * (i * n + k),
-    sum_2);
+                    sum_2);
             COPY(NLANES, sum_2, mapped_3);
             COPY(NLANES, mapped_3, mapped_4 + NLANES * (i * n + j));
         }
@@ -141,7 +141,7 @@ static INLINE WORD NAME(predict_lanes)(intptr_t n, const REAL *state, const REAL
             NAME(predict_sum_start_lanes)(sum_3);
             for (intptr_t k = 0; k < n; k++)
                 NAME(predict_sum_lanes)(sum_3, transition + NLANES * (j * n + k), mapped_4 + NLANES * (i * n + k),
-    sum_3);
+                    sum_3);
             COPY(NLANES, sum_3, mapped_5);
             NAME(predict_result_lanes)(mapped_5, noise + NLANES * (i * n + j), mapped_6);
             COPY(NLANES, mapped_6, mapped_7 + NLANES * (i * n + j));
@@ -311,14 +311,15 @@ void NAME(update)(intptr_t n, intptr_t m, const REAL *state, const REAL *covaria
     REAL *out_4, REAL *work)
 {
     REAL sum, mapped, *const mapped_3 = work, number_start, *const number = mapped_3 + m,
-    *const mapped_4 = number + m, mapped_5, *const mapped_6 = mapped_4 + m, mapped_7,
-    *const mapped_8 = mapped_6 + m * n, sum_2, mapped_9, *const mapped_10 = mapped_8 + m * m, sum_3, mapped_11,
-    mapped_12, *const mapped_13 = mapped_10 + m * n, number_start_2, *const number_2 = mapped_13 + m * m,
-    *const carry_0 = number_2 + m, *const carry_1 = carry_0 + m * m, *const carry_2 = carry_1 + m * n,
-    *const mapped_14 = carry_2 + m, common, mapped_15, *const mapped_16 = mapped_14 + m, mapped_17,
-    *const mapped_18 = mapped_16 + m * m, *const mapped_19 = mapped_18 + m * n, *const mapped_20 = mapped_19 + m,
-    *const gain = mapped_20 + m, *const mapped_21 = gain + m, sum_5, *const mapped_22 = mapped_21 + m, common_2,
-    *const mapped_23 = mapped_22 + m, sum_6, mapped_24, sum_7, mapped_26;
+        *const mapped_4 = number + m, mapped_5, *const mapped_6 = mapped_4 + m, mapped_7,
+        *const mapped_8 = mapped_6 + m * n, sum_2, mapped_9, *const mapped_10 = mapped_8 + m * m, sum_3, mapped_11,
+        mapped_12, *const mapped_13 = mapped_10 + m * n, number_start_2, *const number_2 = mapped_13 + m * m,
+        *const carry_0 = number_2 + m, *const carry_1 = carry_0 + m * m, *const carry_2 = carry_1 + m * n,
+        *const mapped_14 = carry_2 + m, common, mapped_15, *const mapped_16 = mapped_14 + m, mapped_17,
+        *const mapped_18 = mapped_16 + m * m, *const mapped_19 = mapped_18 + m * n,
+        *const mapped_20 = mapped_19 + m, *const gain = mapped_20 + m, *const mapped_21 = gain + m, sum_5,
+        *const mapped_22 = mapped_21 + m, common_2, *const mapped_23 = mapped_22 + m, sum_6, mapped_24, sum_7,
+        mapped_26;
     NAME(update_number_start)(&number_start);
     for (intptr_t i = 0; i < m; i++) {
         NAME(predict_sum_start)(&sum);
@@ -423,9 +424,9 @@ static INLINE WORD NAME(update_lanes)(intptr_t n, intptr_t m, const REAL *state,
     REAL *mapped_21, REAL *mapped_22, REAL *mapped_23)
 {
     _Alignas(64) REAL sum[NLANES], mapped[NLANES], number_start[NLANES], mapped_5[NLANES], mapped_7[NLANES],
-    sum_2[NLANES], mapped_9[NLANES], sum_3[NLANES], mapped_11[NLANES], mapped_12[NLANES], number_start_2[NLANES],
-    common[NLANES], mapped_15[NLANES], mapped_17[NLANES], sum_5[NLANES], common_2[NLANES], sum_6[NLANES],
-    mapped_24[NLANES], sum_7[NLANES], mapped_26[NLANES];
+        sum_2[NLANES], mapped_9[NLANES], sum_3[NLANES], mapped_11[NLANES], mapped_12[NLANES],
+        number_start_2[NLANES], common[NLANES], mapped_15[NLANES], mapped_17[NLANES], sum_5[NLANES],
+        common_2[NLANES], sum_6[NLANES], mapped_24[NLANES], sum_7[NLANES], mapped_26[NLANES];
     NAME(update_number_start_lanes)(number_start);
     for (intptr_t i = 0; i < m; i++) {
         NAME(predict_sum_start_lanes)(sum);
@@ -445,14 +446,14 @@ static INLINE WORD NAME(update_lanes)(intptr_t n, intptr_t m, const REAL *state,
     for (intptr_t i = 0; i < m; i++) {
         for (intptr_t j = 0; j < m; j++) {
             NAME(update_mapped_3_lanes)(mapped_3 + NLANES * i, number + NLANES * i, mapped_3 + NLANES * j,
-    noise + NLANES * (i * m + j), number + NLANES * j, mapped_7);
+                noise + NLANES * (i * m + j), number + NLANES * j, mapped_7);
             COPY(NLANES, mapped_7, mapped_8 + NLANES * (i * m + j));
         }
         for (intptr_t j = 0; j < n; j++) {
             NAME(predict_sum_start_lanes)(sum_2);
             for (intptr_t k = 0; k < n; k++)
                 NAME(predict_sum_lanes)(sum_2, covariance + NLANES * (j * n + k), mapped_6 + NLANES * (i * n + k),
-    sum_2);
+                    sum_2);
             COPY(NLANES, sum_2, mapped_9);
             COPY(NLANES, mapped_9, mapped_10 + NLANES * (i * n + j));
         }
@@ -460,7 +461,7 @@ static INLINE WORD NAME(update_lanes)(intptr_t n, intptr_t m, const REAL *state,
             NAME(predict_sum_start_lanes)(sum_3);
             for (intptr_t k = 0; k < n; k++)
                 NAME(predict_sum_lanes)(sum_3, mapped_6 + NLANES * (j * n + k), mapped_10 + NLANES * (i * n + k),
-    sum_3);
+                    sum_3);
             COPY(NLANES, sum_3, mapped_11);
             NAME(predict_result_lanes)(mapped_11, mapped_8 + NLANES * (i * m + j), mapped_12);
             COPY(NLANES, mapped_12, mapped_13 + NLANES * (i * m + j));
@@ -476,19 +477,19 @@ static INLINE WORD NAME(update_lanes)(intptr_t n, intptr_t m, const REAL *state,
         NAME(update_common_lanes)(gates, carry_2 + NLANES * i, carry_0 + NLANES * (i * m + i), common);
         for (intptr_t j = 0; j < m; j++) {
             NAME(update_mapped_4_lanes)(number_2 + NLANES * i, number_2 + NLANES * j,
-    carry_0 + NLANES * (j * m + i), common, mapped_14 + NLANES * j);
+                carry_0 + NLANES * (j * m + i), common, mapped_14 + NLANES * j);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(update_mapped_5_lanes)(mapped_14 + NLANES * j, carry_0 + NLANES * (j * m + k),
-    carry_0 + NLANES * (i * m + k), mapped_15);
+                    carry_0 + NLANES * (i * m + k), mapped_15);
                 COPY(NLANES, mapped_15, mapped_16 + NLANES * (j * m + k));
             }
             for (intptr_t k = 0; k < n; k++) {
                 NAME(update_mapped_5_lanes)(mapped_14 + NLANES * j, carry_1 + NLANES * (j * n + k),
-    carry_1 + NLANES * (i * n + k), mapped_17);
+                    carry_1 + NLANES * (i * n + k), mapped_17);
                 COPY(NLANES, mapped_17, mapped_18 + NLANES * (j * n + k));
             }
             NAME(update_mapped_5_lanes)(carry_2 + NLANES * i, carry_2 + NLANES * j, mapped_14 + NLANES * j,
-    mapped_19 + NLANES * j);
+                mapped_19 + NLANES * j);
         }
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k = 0; k < m; k++)
@@ -522,7 +523,7 @@ static INLINE WORD NAME(update_lanes)(intptr_t n, intptr_t m, const REAL *state,
             NAME(predict_sum_start_lanes)(sum_7);
             for (intptr_t k = 0; k < m; k++)
                 NAME(update_sum_2_lanes)(sum_7, mapped_23 + NLANES * k, carry_1 + NLANES * (k * n + i),
-    carry_1 + NLANES * (k * n + j), sum_7);
+                    carry_1 + NLANES * (k * n + j), sum_7);
             NAME(update_result_lanes)(covariance + NLANES * (i * n + j), sum_7, mapped_26);
             COPY(NLANES, mapped_26, out_1 + NLANES * (i * n + j));
         }
@@ -577,19 +578,20 @@ void NAME(filter_recording)(intptr_t n, intptr_t t, intptr_t m, intptr_t s, cons
 {
     (void)s;
     REAL *const carry_0 = work, *const carry_1 = carry_0 + n, *const carry_2 = carry_1 + n * n,
-    *const carry_3 = carry_2 + n, carry_4, carry_5, sum, mapped, *const mapped_2 = carry_3 + n * n, sum_2, mapped_3,
-    *const mapped_4 = mapped_2 + n, sum_3, mapped_5, mapped_6, *const mapped_7 = mapped_4 + n * n, mapped_8,
-    *const mapped_9 = mapped_7 + n * n, sum_4, mapped_10, mapped_11, *const mapped_12 = mapped_9 + n * n,
-    number_start, *const number = mapped_12 + m, *const mapped_13 = number + m, mapped_14,
-    *const mapped_15 = mapped_13 + m, mapped_16, *const mapped_17 = mapped_15 + m * n, sum_5, mapped_18,
-    *const mapped_19 = mapped_17 + m * m, sum_6, mapped_20, mapped_21, *const mapped_22 = mapped_19 + m * n,
-    number_start_2, *const number_2 = mapped_22 + m * m, *const carry_0_3 = number_2 + m,
-    *const carry_1_3 = carry_0_3 + m * m, *const carry_2_3 = carry_1_3 + m * n, *const mapped_23 = carry_2_3 + m,
-    common, mapped_24, *const mapped_25 = mapped_23 + m, mapped_26, *const mapped_27 = mapped_25 + m * m,
-    *const mapped_28 = mapped_27 + m * n, *const mapped_29 = mapped_28 + m, *const gain = mapped_29 + m,
-    *const mapped_30 = gain + m, sum_7, sum_8, *const mapped_31 = mapped_30 + m, common_2,
-    *const mapped_32 = mapped_31 + m, sum_9, mapped_33, mapped_34, sum_10, mapped_35,
-    *const mapped_36 = mapped_32 + m, sum_11, mapped_37, mapped_38;
+        *const carry_3 = carry_2 + n, carry_4, carry_5, sum, mapped, *const mapped_2 = carry_3 + n * n, sum_2,
+        mapped_3, *const mapped_4 = mapped_2 + n, sum_3, mapped_5, mapped_6, *const mapped_7 = mapped_4 + n * n,
+        mapped_8, *const mapped_9 = mapped_7 + n * n, sum_4, mapped_10, mapped_11,
+        *const mapped_12 = mapped_9 + n * n, number_start, *const number = mapped_12 + m,
+        *const mapped_13 = number + m, mapped_14, *const mapped_15 = mapped_13 + m, mapped_16,
+        *const mapped_17 = mapped_15 + m * n, sum_5, mapped_18, *const mapped_19 = mapped_17 + m * m, sum_6,
+        mapped_20, mapped_21, *const mapped_22 = mapped_19 + m * n, number_start_2,
+        *const number_2 = mapped_22 + m * m, *const carry_0_3 = number_2 + m, *const carry_1_3 = carry_0_3 + m * m,
+        *const carry_2_3 = carry_1_3 + m * n, *const mapped_23 = carry_2_3 + m, common, mapped_24,
+        *const mapped_25 = mapped_23 + m, mapped_26, *const mapped_27 = mapped_25 + m * m,
+        *const mapped_28 = mapped_27 + m * n, *const mapped_29 = mapped_28 + m, *const gain = mapped_29 + m,
+        *const mapped_30 = gain + m, sum_7, sum_8, *const mapped_31 = mapped_30 + m, common_2,
+        *const mapped_32 = mapped_31 + m, sum_9, mapped_33, mapped_34, sum_10, mapped_35,
+        *const mapped_36 = mapped_32 + m, sum_11, mapped_37, mapped_38;
     NAME(filter_recording_carry_start)(&carry_4, &carry_5);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, state + i, carry_0 + i);
@@ -610,7 +612,7 @@ void NAME(filter_recording)(intptr_t n, intptr_t t, intptr_t m, intptr_t s, cons
                 NAME(predict_sum_start)(&sum_2);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++)
                     NAME(predict_sum)(sum_2, carry_1[k * n + k_2], transitions[(system[i] * n + j) * n + k_2],
-    &sum_2);
+                        &sum_2);
                 COPY(1, &sum_2, &mapped_3);
                 COPY(1, &mapped_3, mapped_4 + (j * n + k));
             }
@@ -618,7 +620,7 @@ void NAME(filter_recording)(intptr_t n, intptr_t t, intptr_t m, intptr_t s, cons
                 NAME(predict_sum_start)(&sum_3);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++)
                     NAME(predict_sum)(sum_3, transitions[(system[i] * n + k) * n + k_2], mapped_4[j * n + k_2],
-    &sum_3);
+                        &sum_3);
                 COPY(1, &sum_3, &mapped_5);
                 NAME(predict_result)(mapped_5, processes[(system[i] * n + j) * n + k], &mapped_6);
                 COPY(1, &mapped_6, mapped_7 + (j * n + k));
@@ -649,7 +651,7 @@ void NAME(filter_recording)(intptr_t n, intptr_t t, intptr_t m, intptr_t s, cons
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k = 0; k < m; k++) {
                 NAME(update_mapped_3)(mapped_12[j], number[j], mapped_12[k], noises[(system[i] * m + j) * m + k],
-    number[k], &mapped_16);
+                    number[k], &mapped_16);
                 COPY(1, &mapped_16, mapped_17 + (j * m + k));
             }
             for (intptr_t k = 0; k < n; k++) {
@@ -720,7 +722,7 @@ void NAME(filter_recording)(intptr_t n, intptr_t t, intptr_t m, intptr_t s, cons
                 NAME(predict_sum_start)(&sum_10);
                 for (intptr_t k_2 = 0; k_2 < m; k_2++)
                     NAME(update_sum_2)(sum_10, mapped_32[k_2], carry_1_3[k_2 * n + j], carry_1_3[k_2 * n + k],
-    &sum_10);
+                        &sum_10);
                 NAME(update_result)(mapped_9[j * n + k], sum_10, &mapped_35);
                 COPY(1, &mapped_35, mapped_36 + (j * n + k));
             }
@@ -764,12 +766,12 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
 {
     (void)s;
     _Alignas(64) REAL carry_4[NLANES], carry_5[NLANES], sum[NLANES], mapped[NLANES], sum_2[NLANES],
-    mapped_3[NLANES], sum_3[NLANES], mapped_5[NLANES], mapped_6[NLANES], mapped_8[NLANES], sum_4[NLANES],
-    mapped_10[NLANES], mapped_11[NLANES], number_start[NLANES], mapped_14[NLANES], mapped_16[NLANES], sum_5[NLANES],
-    mapped_18[NLANES], sum_6[NLANES], mapped_20[NLANES], mapped_21[NLANES], number_start_2[NLANES], common[NLANES],
-    mapped_24[NLANES], mapped_26[NLANES], sum_7[NLANES], sum_8[NLANES], common_2[NLANES], sum_9[NLANES],
-    mapped_33[NLANES], mapped_34[NLANES], sum_10[NLANES], mapped_35[NLANES], sum_11[NLANES], mapped_37[NLANES],
-    mapped_38[NLANES];
+        mapped_3[NLANES], sum_3[NLANES], mapped_5[NLANES], mapped_6[NLANES], mapped_8[NLANES], sum_4[NLANES],
+        mapped_10[NLANES], mapped_11[NLANES], number_start[NLANES], mapped_14[NLANES], mapped_16[NLANES],
+        sum_5[NLANES], mapped_18[NLANES], sum_6[NLANES], mapped_20[NLANES], mapped_21[NLANES],
+        number_start_2[NLANES], common[NLANES], mapped_24[NLANES], mapped_26[NLANES], sum_7[NLANES], sum_8[NLANES],
+        common_2[NLANES], sum_9[NLANES], mapped_33[NLANES], mapped_34[NLANES], sum_10[NLANES], mapped_35[NLANES],
+        sum_11[NLANES], mapped_37[NLANES], mapped_38[NLANES];
     NAME(filter_recording_carry_start_lanes)(carry_4, carry_5);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, state + NLANES * i, carry_0 + NLANES * i);
@@ -784,14 +786,14 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
             NAME(predict_sum_start_lanes)(sum);
             for (intptr_t k = 0; k < n; k++)
                 NAME(predict_sum_lanes)(sum, transitions + NLANES * ((system[i] * n + j) * n + k),
-    carry_0 + NLANES * k, sum);
+                    carry_0 + NLANES * k, sum);
             COPY(NLANES, sum, mapped);
             NAME(predict_result_lanes)(mapped, shifts + NLANES * (i * n + j), mapped_2 + NLANES * j);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(predict_sum_start_lanes)(sum_2);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++)
                     NAME(predict_sum_lanes)(sum_2, carry_1 + NLANES * (k * n + k_2),
-    transitions + NLANES * ((system[i] * n + j) * n + k_2), sum_2);
+                        transitions + NLANES * ((system[i] * n + j) * n + k_2), sum_2);
                 COPY(NLANES, sum_2, mapped_3);
                 COPY(NLANES, mapped_3, mapped_4 + NLANES * (j * n + k));
             }
@@ -799,7 +801,7 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
                 NAME(predict_sum_start_lanes)(sum_3);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++)
                     NAME(predict_sum_lanes)(sum_3, transitions + NLANES * ((system[i] * n + k) * n + k_2),
-    mapped_4 + NLANES * (j * n + k_2), sum_3);
+                        mapped_4 + NLANES * (j * n + k_2), sum_3);
                 COPY(NLANES, sum_3, mapped_5);
                 NAME(predict_result_lanes)(mapped_5, processes + NLANES * ((system[i] * n + j) * n + k), mapped_6);
                 COPY(NLANES, mapped_6, mapped_7 + NLANES * (j * n + k));
@@ -808,7 +810,7 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < n; k++) {
                 NAME(predict_mapped_lanes)(mapped_7 + NLANES * (j * n + k), mapped_7 + NLANES * (k * n + j),
-    mapped_8);
+                    mapped_8);
                 COPY(NLANES, mapped_8, mapped_9 + NLANES * (j * n + k));
             }
         }
@@ -817,7 +819,7 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
             NAME(predict_sum_start_lanes)(sum_4);
             for (intptr_t k = 0; k < n; k++)
                 NAME(predict_sum_lanes)(sum_4, rows + NLANES * ((system[i] * m + j) * n + k), mapped_2 + NLANES * k,
-    sum_4);
+                    sum_4);
             COPY(NLANES, sum_4, mapped_10);
             NAME(update_result_lanes)(measurements + NLANES * (i * m + j), mapped_10, mapped_11);
             NAME(update_mapped_lanes)(mapped_11, mapped_12 + NLANES * j);
@@ -825,7 +827,7 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
             NAME(update_mapped_2_lanes)(mapped_12 + NLANES * j, mapped_11, mapped_13 + NLANES * j);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(update_mapped_2_lanes)(mapped_12 + NLANES * j, rows + NLANES * ((system[i] * m + j) * n + k),
-    mapped_14);
+                    mapped_14);
                 COPY(NLANES, mapped_14, mapped_15 + NLANES * (j * n + k));
             }
         }
@@ -833,14 +835,14 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k = 0; k < m; k++) {
                 NAME(update_mapped_3_lanes)(mapped_12 + NLANES * j, number + NLANES * j, mapped_12 + NLANES * k,
-    noises + NLANES * ((system[i] * m + j) * m + k), number + NLANES * k, mapped_16);
+                    noises + NLANES * ((system[i] * m + j) * m + k), number + NLANES * k, mapped_16);
                 COPY(NLANES, mapped_16, mapped_17 + NLANES * (j * m + k));
             }
             for (intptr_t k = 0; k < n; k++) {
                 NAME(predict_sum_start_lanes)(sum_5);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++)
                     NAME(predict_sum_lanes)(sum_5, mapped_9 + NLANES * (k * n + k_2),
-    mapped_15 + NLANES * (j * n + k_2), sum_5);
+                        mapped_15 + NLANES * (j * n + k_2), sum_5);
                 COPY(NLANES, sum_5, mapped_18);
                 COPY(NLANES, mapped_18, mapped_19 + NLANES * (j * n + k));
             }
@@ -848,7 +850,7 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
                 NAME(predict_sum_start_lanes)(sum_6);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++)
                     NAME(predict_sum_lanes)(sum_6, mapped_15 + NLANES * (k * n + k_2),
-    mapped_19 + NLANES * (j * n + k_2), sum_6);
+                        mapped_19 + NLANES * (j * n + k_2), sum_6);
                 COPY(NLANES, sum_6, mapped_20);
                 NAME(predict_result_lanes)(mapped_20, mapped_17 + NLANES * (j * m + k), mapped_21);
                 COPY(NLANES, mapped_21, mapped_22 + NLANES * (j * m + k));
@@ -864,19 +866,19 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
             NAME(update_common_lanes)(gates, carry_2_3 + NLANES * j, carry_0_3 + NLANES * (j * m + j), common);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(update_mapped_4_lanes)(number_2 + NLANES * j, number_2 + NLANES * k,
-    carry_0_3 + NLANES * (k * m + j), common, mapped_23 + NLANES * k);
+                    carry_0_3 + NLANES * (k * m + j), common, mapped_23 + NLANES * k);
                 for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                     NAME(update_mapped_5_lanes)(mapped_23 + NLANES * k, carry_0_3 + NLANES * (k * m + k_2),
-    carry_0_3 + NLANES * (j * m + k_2), mapped_24);
+                        carry_0_3 + NLANES * (j * m + k_2), mapped_24);
                     COPY(NLANES, mapped_24, mapped_25 + NLANES * (k * m + k_2));
                 }
                 for (intptr_t k_2 = 0; k_2 < n; k_2++) {
                     NAME(update_mapped_5_lanes)(mapped_23 + NLANES * k, carry_1_3 + NLANES * (k * n + k_2),
-    carry_1_3 + NLANES * (j * n + k_2), mapped_26);
+                        carry_1_3 + NLANES * (j * n + k_2), mapped_26);
                     COPY(NLANES, mapped_26, mapped_27 + NLANES * (k * n + k_2));
                 }
                 NAME(update_mapped_5_lanes)(carry_2_3 + NLANES * j, carry_2_3 + NLANES * k, mapped_23 + NLANES * k,
-    mapped_28 + NLANES * k);
+                    mapped_28 + NLANES * k);
             }
             for (intptr_t k = 0; k < m; k++) {
                 for (intptr_t k_2 = 0; k_2 < m; k_2++)
@@ -899,7 +901,7 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
         for (intptr_t j = 0; j < m; j++) {
             NAME(update_mapped_7_lanes)(mapped_30 + NLANES * j, common_2, mapped_31 + NLANES * j);
             NAME(update_mapped_8_lanes)(common_2, gain + NLANES * j, mapped_29 + NLANES * j,
-    mapped_32 + NLANES * j);
+                mapped_32 + NLANES * j);
         }
         for (intptr_t j = 0; j < n; j++) {
             NAME(predict_sum_start_lanes)(sum_9);
@@ -911,7 +913,7 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
                 NAME(predict_sum_start_lanes)(sum_10);
                 for (intptr_t k_2 = 0; k_2 < m; k_2++)
                     NAME(update_sum_2_lanes)(sum_10, mapped_32 + NLANES * k_2, carry_1_3 + NLANES * (k_2 * n + j),
-    carry_1_3 + NLANES * (k_2 * n + k), sum_10);
+                        carry_1_3 + NLANES * (k_2 * n + k), sum_10);
                 NAME(update_result_lanes)(mapped_9 + NLANES * (j * n + k), sum_10, mapped_35);
                 COPY(NLANES, mapped_35, mapped_36 + NLANES * (j * n + k));
             }
@@ -936,7 +938,7 @@ static INLINE WORD NAME(filter_recording_lanes)(intptr_t n, intptr_t t, intptr_t
             NAME(predict_sum_start_lanes)(sum_11);
             for (intptr_t k = 0; k < n; k++)
                 NAME(predict_sum_lanes)(sum_11, rows + NLANES * ((system[i] * m + j) * n + k),
-    out_2 + NLANES * (i * n + k), sum_11);
+                    out_2 + NLANES * (i * n + k), sum_11);
             COPY(NLANES, sum_11, mapped_37);
             NAME(update_result_lanes)(measurements + NLANES * (i * m + j), mapped_37, mapped_38);
             COPY(NLANES, mapped_38, out_4 + NLANES * (i * m + j));
@@ -1068,15 +1070,15 @@ void NAME(filter_recording_2_1)(intptr_t t, const REAL *state, const REAL *covar
     REAL *work)
 {
     REAL carry_0_0_start, carry_0_1_start, carry_start[2 * 2], carry_2_0_start, carry_2_1_start,
-    carry_start_2[2 * 2], carry_4_0_start, carry_5_start, carry_6_start, *const carry_0_0 = work,
-    *const carry_0_1 = carry_0_0 + t, carry_2_0, carry_2_1;
+        carry_start_2[2 * 2], carry_4_0_start, carry_5_start, carry_6_start, *const carry_0_0 = work,
+        *const carry_0_1 = carry_0_0 + t, carry_2_0, carry_2_1;
     NAME(filter_recording_2_1_carry_0_0_start)(state, covariance, &carry_0_0_start, &carry_0_1_start, carry_start,
-    &carry_2_0_start, &carry_2_1_start, carry_start_2, &carry_4_0_start, &carry_5_start, &carry_6_start);
+        &carry_2_0_start, &carry_2_1_start, carry_start_2, &carry_4_0_start, &carry_5_start, &carry_6_start);
     for (intptr_t i = 0; i < t; i++) {
         NAME(filter_recording_2_1_carry)(transition, process, rows, noise, gates,
-    i > 0 ? carry_0_0[i - 1] : carry_0_0_start, i > 0 ? carry_0_1[i - 1] : carry_0_1_start,
-    i > 0 ? out_1 + 4 * (i - 1) : carry_start, measurements + i, shifts + 2 * i, carry_0_0 + i, carry_0_1 + i,
-    out_1 + 4 * i, &carry_2_0, &carry_2_1, out_3 + 4 * i, out_4 + i, out_5 + i, out_6 + i);
+            i > 0 ? carry_0_0[i - 1] : carry_0_0_start, i > 0 ? carry_0_1[i - 1] : carry_0_1_start,
+            i > 0 ? out_1 + 4 * (i - 1) : carry_start, measurements + i, shifts + 2 * i, carry_0_0 + i,
+            carry_0_1 + i, out_1 + 4 * i, &carry_2_0, &carry_2_1, out_3 + 4 * i, out_4 + i, out_5 + i, out_6 + i);
         NAME(filter_recording_2_1_result)(carry_0_0[i], carry_0_1[i], out_0 + 2 * i);
         NAME(filter_recording_2_1_result)(carry_2_0, carry_2_1, out_2 + 2 * i);
     }
@@ -1088,18 +1090,20 @@ static INLINE WORD NAME(filter_recording_2_1_lanes)(intptr_t t, const REAL *stat
     REAL *out_5, REAL *out_6, REAL *carry_0_0, REAL *carry_0_1)
 {
     _Alignas(64) REAL carry_0_0_start[NLANES], carry_0_1_start[NLANES], carry_start[4 * NLANES],
-    carry_2_0_start[NLANES], carry_2_1_start[NLANES], carry_start_2[4 * NLANES], carry_4_0_start[NLANES],
-    carry_5_start[NLANES], carry_6_start[NLANES], carry_2_0[NLANES], carry_2_1[NLANES];
+        carry_2_0_start[NLANES], carry_2_1_start[NLANES], carry_start_2[4 * NLANES], carry_4_0_start[NLANES],
+        carry_5_start[NLANES], carry_6_start[NLANES], carry_2_0[NLANES], carry_2_1[NLANES];
     NAME(filter_recording_2_1_carry_0_0_start_lanes)(state, covariance, carry_0_0_start, carry_0_1_start,
-    carry_start, carry_2_0_start, carry_2_1_start, carry_start_2, carry_4_0_start, carry_5_start, carry_6_start);
+        carry_start, carry_2_0_start, carry_2_1_start, carry_start_2, carry_4_0_start, carry_5_start,
+        carry_6_start);
     for (intptr_t i = 0; i < t; i++) {
         NAME(filter_recording_2_1_carry_lanes)(transition, process, rows, noise, gates,
-    i > 0 ? carry_0_0 + NLANES * (i - 1) : carry_0_0_start, i > 0 ? carry_0_1 + NLANES * (i - 1) : carry_0_1_start,
-    i > 0 ? out_1 + 4 * NLANES * (i - 1) : carry_start, measurements + NLANES * i, shifts + 2 * NLANES * i,
-    carry_0_0 + NLANES * i, carry_0_1 + NLANES * i, out_1 + 4 * NLANES * i, carry_2_0, carry_2_1,
-    out_3 + 4 * NLANES * i, out_4 + NLANES * i, out_5 + NLANES * i, out_6 + NLANES * i);
+            i > 0 ? carry_0_0 + NLANES * (i - 1) : carry_0_0_start,
+            i > 0 ? carry_0_1 + NLANES * (i - 1) : carry_0_1_start,
+            i > 0 ? out_1 + 4 * NLANES * (i - 1) : carry_start, measurements + NLANES * i, shifts + 2 * NLANES * i,
+            carry_0_0 + NLANES * i, carry_0_1 + NLANES * i, out_1 + 4 * NLANES * i, carry_2_0, carry_2_1,
+            out_3 + 4 * NLANES * i, out_4 + NLANES * i, out_5 + NLANES * i, out_6 + NLANES * i);
         NAME(filter_recording_2_1_result_lanes)(carry_0_0 + NLANES * i, carry_0_1 + NLANES * i,
-    out_0 + 2 * NLANES * i);
+            out_0 + 2 * NLANES * i);
         NAME(filter_recording_2_1_result_lanes)(carry_2_0, carry_2_1, out_2 + 2 * NLANES * i);
     }
     return 0;
@@ -1381,14 +1385,14 @@ void NAME(filter_recording_4_2)(intptr_t t, const REAL *state, const REAL *covar
 {
     (void)work;
     REAL carry_start[4], carry_start_2[4 * 4], carry_start_3[4], carry_start_4[4 * 4], carry_4_0_start,
-    carry_4_1_start, carry_5_start, carry_6_start, carry_4_0, carry_4_1;
+        carry_4_1_start, carry_5_start, carry_6_start, carry_4_0, carry_4_1;
     NAME(filter_recording_4_2_carry_start)(state, covariance, carry_start, carry_start_2, carry_start_3,
-    carry_start_4, &carry_4_0_start, &carry_4_1_start, &carry_5_start, &carry_6_start);
+        carry_start_4, &carry_4_0_start, &carry_4_1_start, &carry_5_start, &carry_6_start);
     for (intptr_t i = 0; i < t; i++) {
         NAME(filter_recording_4_2_result)(transition, process, rows, noise, gates,
-    i > 0 ? out_0 + 4 * (i - 1) : carry_start, i > 0 ? out_1 + 16 * (i - 1) : carry_start_2, measurements + 2 * i,
-    shifts + 4 * i, out_0 + 4 * i, out_1 + 16 * i, out_2 + 4 * i, out_3 + 16 * i, &carry_4_0, &carry_4_1, out_5 + i,
-    out_6 + i);
+            i > 0 ? out_0 + 4 * (i - 1) : carry_start, i > 0 ? out_1 + 16 * (i - 1) : carry_start_2,
+            measurements + 2 * i, shifts + 4 * i, out_0 + 4 * i, out_1 + 16 * i, out_2 + 4 * i, out_3 + 16 * i,
+            &carry_4_0, &carry_4_1, out_5 + i, out_6 + i);
         NAME(filter_recording_2_1_result)(carry_4_0, carry_4_1, out_4 + 2 * i);
     }
 }
@@ -1399,15 +1403,16 @@ static INLINE WORD NAME(filter_recording_4_2_lanes)(intptr_t t, const REAL *stat
     REAL *out_5, REAL *out_6)
 {
     _Alignas(64) REAL carry_start[4 * NLANES], carry_start_2[16 * NLANES], carry_start_3[4 * NLANES],
-    carry_start_4[16 * NLANES], carry_4_0_start[NLANES], carry_4_1_start[NLANES], carry_5_start[NLANES],
-    carry_6_start[NLANES], carry_4_0[NLANES], carry_4_1[NLANES];
+        carry_start_4[16 * NLANES], carry_4_0_start[NLANES], carry_4_1_start[NLANES], carry_5_start[NLANES],
+        carry_6_start[NLANES], carry_4_0[NLANES], carry_4_1[NLANES];
     NAME(filter_recording_4_2_carry_start_lanes)(state, covariance, carry_start, carry_start_2, carry_start_3,
-    carry_start_4, carry_4_0_start, carry_4_1_start, carry_5_start, carry_6_start);
+        carry_start_4, carry_4_0_start, carry_4_1_start, carry_5_start, carry_6_start);
     for (intptr_t i = 0; i < t; i++) {
         NAME(filter_recording_4_2_result_lanes)(transition, process, rows, noise, gates,
-    i > 0 ? out_0 + 4 * NLANES * (i - 1) : carry_start, i > 0 ? out_1 + 16 * NLANES * (i - 1) : carry_start_2,
-    measurements + 2 * NLANES * i, shifts + 4 * NLANES * i, out_0 + 4 * NLANES * i, out_1 + 16 * NLANES * i,
-    out_2 + 4 * NLANES * i, out_3 + 16 * NLANES * i, carry_4_0, carry_4_1, out_5 + NLANES * i, out_6 + NLANES * i);
+            i > 0 ? out_0 + 4 * NLANES * (i - 1) : carry_start,
+            i > 0 ? out_1 + 16 * NLANES * (i - 1) : carry_start_2, measurements + 2 * NLANES * i,
+            shifts + 4 * NLANES * i, out_0 + 4 * NLANES * i, out_1 + 16 * NLANES * i, out_2 + 4 * NLANES * i,
+            out_3 + 16 * NLANES * i, carry_4_0, carry_4_1, out_5 + NLANES * i, out_6 + NLANES * i);
         NAME(filter_recording_2_1_result_lanes)(carry_4_0, carry_4_1, out_4 + 2 * NLANES * i);
     }
     return 0;
@@ -1985,14 +1990,14 @@ void NAME(filter_recording_6_3)(intptr_t t, const REAL *state, const REAL *covar
 {
     (void)work;
     REAL carry_start[6], carry_start_2[6 * 6], carry_start_3[6], carry_start_4[6 * 6], carry_start_5[3],
-    carry_5_start, carry_6_start;
+        carry_5_start, carry_6_start;
     NAME(filter_recording_6_3_carry_start)(state, covariance, carry_start, carry_start_2, carry_start_3,
-    carry_start_4, carry_start_5, &carry_5_start, &carry_6_start);
+        carry_start_4, carry_start_5, &carry_5_start, &carry_6_start);
     for (intptr_t i = 0; i < t; i++)
         NAME(filter_recording_6_3_result)(transition, process, rows, noise, gates,
-    i > 0 ? out_0 + 6 * (i - 1) : carry_start, i > 0 ? out_1 + 36 * (i - 1) : carry_start_2, measurements + 3 * i,
-    shifts + 6 * i, out_0 + 6 * i, out_1 + 36 * i, out_2 + 6 * i, out_3 + 36 * i, out_4 + 3 * i, out_5 + i,
-    out_6 + i);
+            i > 0 ? out_0 + 6 * (i - 1) : carry_start, i > 0 ? out_1 + 36 * (i - 1) : carry_start_2,
+            measurements + 3 * i, shifts + 6 * i, out_0 + 6 * i, out_1 + 36 * i, out_2 + 6 * i, out_3 + 36 * i,
+            out_4 + 3 * i, out_5 + i, out_6 + i);
 }
 
 static INLINE WORD NAME(filter_recording_6_3_lanes)(intptr_t t, const REAL *state, const REAL *covariance,
@@ -2001,15 +2006,15 @@ static INLINE WORD NAME(filter_recording_6_3_lanes)(intptr_t t, const REAL *stat
     REAL *out_5, REAL *out_6)
 {
     _Alignas(64) REAL carry_start[6 * NLANES], carry_start_2[36 * NLANES], carry_start_3[6 * NLANES],
-    carry_start_4[36 * NLANES], carry_start_5[3 * NLANES], carry_5_start[NLANES], carry_6_start[NLANES];
+        carry_start_4[36 * NLANES], carry_start_5[3 * NLANES], carry_5_start[NLANES], carry_6_start[NLANES];
     NAME(filter_recording_6_3_carry_start_lanes)(state, covariance, carry_start, carry_start_2, carry_start_3,
-    carry_start_4, carry_start_5, carry_5_start, carry_6_start);
+        carry_start_4, carry_start_5, carry_5_start, carry_6_start);
     for (intptr_t i = 0; i < t; i++)
         NAME(filter_recording_6_3_result_lanes)(transition, process, rows, noise, gates,
-    i > 0 ? out_0 + 6 * NLANES * (i - 1) : carry_start, i > 0 ? out_1 + 36 * NLANES * (i - 1) : carry_start_2,
-    measurements + 3 * NLANES * i, shifts + 6 * NLANES * i, out_0 + 6 * NLANES * i, out_1 + 36 * NLANES * i,
-    out_2 + 6 * NLANES * i, out_3 + 36 * NLANES * i, out_4 + 3 * NLANES * i, out_5 + NLANES * i,
-    out_6 + NLANES * i);
+            i > 0 ? out_0 + 6 * NLANES * (i - 1) : carry_start,
+            i > 0 ? out_1 + 36 * NLANES * (i - 1) : carry_start_2, measurements + 3 * NLANES * i,
+            shifts + 6 * NLANES * i, out_0 + 6 * NLANES * i, out_1 + 36 * NLANES * i, out_2 + 6 * NLANES * i,
+            out_3 + 36 * NLANES * i, out_4 + 3 * NLANES * i, out_5 + NLANES * i, out_6 + NLANES * i);
     return 0;
 }
 
@@ -2154,14 +2159,14 @@ void NAME(smooth)(intptr_t t, intptr_t n, intptr_t s, const REAL *states, const 
 {
     (void)s;
     REAL *const carry_0 = work, *const carry_1 = carry_0 + n, number_start, *const number = carry_1 + n * n,
-    *const state_0 = number + n, state_1, entry, common, common_2, common_3, *const reduced = state_0 + n * n,
-    mapped, *const of_row = reduced + n * n, *const mapped_2 = of_row + n * n, sum, sum_2, mapped_3, number_start_2,
-    *const number_2 = mapped_2 + n, *const x = number_2 + n, reduced_2, common_4, mapped_4, number_start_3,
-    *const number_3 = x + n, *const x_2 = number_3 + n, reduced_3, common_5, *const gain = x_2 + n,
-    *const mapped_5 = gain + n * n, mapped_6, *const minus = mapped_5 + n, sum_3, mapped_7,
-    *const mapped_8 = minus + n * n, sum_4, mapped_9, *const mapped_10 = mapped_8 + n * n, mapped_11,
-    *const mapped_12 = mapped_10 + n * n, sum_5, mapped_13, mapped_14, common_6, mapped_15,
-    *const mapped_16 = mapped_12 + n * n;
+        *const state_0 = number + n, state_1, entry, common, common_2, common_3, *const reduced = state_0 + n * n,
+        mapped, *const of_row = reduced + n * n, *const mapped_2 = of_row + n * n, sum, sum_2, mapped_3,
+        number_start_2, *const number_2 = mapped_2 + n, *const x = number_2 + n, reduced_2, common_4, mapped_4,
+        number_start_3, *const number_3 = x + n, *const x_2 = number_3 + n, reduced_3, common_5,
+        *const gain = x_2 + n, *const mapped_5 = gain + n * n, mapped_6, *const minus = mapped_5 + n, sum_3,
+        mapped_7, *const mapped_8 = minus + n * n, sum_4, mapped_9, *const mapped_10 = mapped_8 + n * n, mapped_11,
+        *const mapped_12 = mapped_10 + n * n, sum_5, mapped_13, mapped_14, common_6, mapped_15,
+        *const mapped_16 = mapped_12 + n * n;
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, last + i, carry_0 + i);
         for (intptr_t j = 0; j < n; j++)
@@ -2181,7 +2186,7 @@ void NAME(smooth)(intptr_t t, intptr_t n, intptr_t s, const REAL *states, const 
                 NAME(smooth_common_2)(number[j], number[k], state_0[k * n + j], common_3, &common, &common_2);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++) {
                     NAME(smooth_entry)(number[j], state_0[k * n + k_2], state_0[j * n + k_2], number[k_2], common,
-    common_2, &entry);
+                        common_2, &entry);
                     COPY(1, &entry, reduced + (k * n + k_2));
                 }
             }
@@ -2206,7 +2211,7 @@ void NAME(smooth)(intptr_t t, intptr_t n, intptr_t s, const REAL *states, const 
                 NAME(predict_sum_start)(&sum_2);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++)
                     NAME(predict_sum)(sum_2, transitions[(system[i] * n + k) * n + k_2],
-    covariances[(i * n + j) * n + k_2], &sum_2);
+                        covariances[(i * n + j) * n + k_2], &sum_2);
                 COPY(1, &sum_2, &mapped_3);
                 NAME(update_number)(k > 0 ? number_2[k - 1] : number_start_2, number_2 + k);
                 COPY(1, &mapped_3, x + k);
@@ -2215,7 +2220,7 @@ void NAME(smooth)(intptr_t t, intptr_t n, intptr_t s, const REAL *states, const 
                 NAME(smooth_common_3)(x[k], of_row[k * n + k], &common_4);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++) {
                     NAME(smooth_reduced)(number_2[k], x[k_2], number_2[k_2], of_row[k_2 * n + k], common_4,
-    &reduced_2);
+                        &reduced_2);
                     COPY(1, &reduced_2, x + k_2);
                 }
             }
@@ -2229,7 +2234,7 @@ void NAME(smooth)(intptr_t t, intptr_t n, intptr_t s, const REAL *states, const 
                 NAME(smooth_common_3)(x_2[k], of_row[k * n + k], &common_5);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++) {
                     NAME(smooth_reduced_2)(number_3[k], x_2[k_2], number_3[k_2], of_row[k * n + k_2], common_5,
-    &reduced_3);
+                        &reduced_3);
                     COPY(1, &reduced_3, x_2 + k_2);
                 }
             }
@@ -2291,10 +2296,10 @@ static INLINE WORD NAME(smooth_lanes)(intptr_t t, intptr_t n, intptr_t s, const 
 {
     (void)s;
     _Alignas(64) REAL number_start[NLANES], state_1[NLANES], entry[NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], mapped[NLANES], sum[NLANES], sum_2[NLANES], mapped_3[NLANES], number_start_2[NLANES],
-    reduced_2[NLANES], common_4[NLANES], mapped_4[NLANES], number_start_3[NLANES], reduced_3[NLANES],
-    common_5[NLANES], mapped_6[NLANES], sum_3[NLANES], mapped_7[NLANES], sum_4[NLANES], mapped_9[NLANES],
-    mapped_11[NLANES], sum_5[NLANES], mapped_13[NLANES], mapped_14[NLANES], common_6[NLANES], mapped_15[NLANES];
+        common_3[NLANES], mapped[NLANES], sum[NLANES], sum_2[NLANES], mapped_3[NLANES], number_start_2[NLANES],
+        reduced_2[NLANES], common_4[NLANES], mapped_4[NLANES], number_start_3[NLANES], reduced_3[NLANES],
+        common_5[NLANES], mapped_6[NLANES], sum_3[NLANES], mapped_7[NLANES], sum_4[NLANES], mapped_9[NLANES],
+        mapped_11[NLANES], sum_5[NLANES], mapped_13[NLANES], mapped_14[NLANES], common_6[NLANES], mapped_15[NLANES];
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, last + NLANES * i, carry_0 + NLANES * i);
         for (intptr_t j = 0; j < n; j++)
@@ -2306,17 +2311,17 @@ static INLINE WORD NAME(smooth_lanes)(intptr_t t, intptr_t n, intptr_t s, const 
             NAME(update_number_lanes)(j > 0 ? number + NLANES * (j - 1) : number_start, number + NLANES * j);
             for (intptr_t k = 0; k < n; k++)
                 COPY(NLANES, predicted_covariances + NLANES * ((i * n + j) * n + k),
-    state_0 + NLANES * (j * n + k));
+                    state_0 + NLANES * (j * n + k));
         }
         NAME(update_number_start_lanes)(state_1);
         for (intptr_t j = 0; j < n; j++) {
             NAME(smooth_common_lanes)(state_0 + NLANES * (j * n + j), common_3);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(smooth_common_2_lanes)(number + NLANES * j, number + NLANES * k,
-    state_0 + NLANES * (k * n + j), common_3, common, common_2);
+                    state_0 + NLANES * (k * n + j), common_3, common, common_2);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++) {
                     NAME(smooth_entry_lanes)(number + NLANES * j, state_0 + NLANES * (k * n + k_2),
-    state_0 + NLANES * (j * n + k_2), number + NLANES * k_2, common, common_2, entry);
+                        state_0 + NLANES * (j * n + k_2), number + NLANES * k_2, common, common_2, entry);
                     COPY(NLANES, entry, reduced + NLANES * (k * n + k_2));
                 }
             }
@@ -2330,7 +2335,7 @@ static INLINE WORD NAME(smooth_lanes)(intptr_t t, intptr_t n, intptr_t s, const 
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < n; k++) {
                 NAME(smooth_mapped_lanes)(number + NLANES * j, state_0 + NLANES * (j * n + k), number + NLANES * k,
-    mapped);
+                    mapped);
                 COPY(NLANES, mapped, of_row + NLANES * (j * n + k));
             }
             COPY(NLANES, state_0 + NLANES * (j * n + j), mapped_2 + NLANES * j);
@@ -2342,17 +2347,17 @@ static INLINE WORD NAME(smooth_lanes)(intptr_t t, intptr_t n, intptr_t s, const 
                 NAME(predict_sum_start_lanes)(sum_2);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++)
                     NAME(predict_sum_lanes)(sum_2, transitions + NLANES * ((system[i] * n + k) * n + k_2),
-    covariances + NLANES * ((i * n + j) * n + k_2), sum_2);
+                        covariances + NLANES * ((i * n + j) * n + k_2), sum_2);
                 COPY(NLANES, sum_2, mapped_3);
                 NAME(update_number_lanes)(k > 0 ? number_2 + NLANES * (k - 1) : number_start_2,
-    number_2 + NLANES * k);
+                    number_2 + NLANES * k);
                 COPY(NLANES, mapped_3, x + NLANES * k);
             }
             for (intptr_t k = 0; k < n; k++) {
                 NAME(smooth_common_3_lanes)(x + NLANES * k, of_row + NLANES * (k * n + k), common_4);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++) {
                     NAME(smooth_reduced_lanes)(number_2 + NLANES * k, x + NLANES * k_2, number_2 + NLANES * k_2,
-    of_row + NLANES * (k_2 * n + k), common_4, reduced_2);
+                        of_row + NLANES * (k_2 * n + k), common_4, reduced_2);
                     COPY(NLANES, reduced_2, x + NLANES * k_2);
                 }
             }
@@ -2360,24 +2365,24 @@ static INLINE WORD NAME(smooth_lanes)(intptr_t t, intptr_t n, intptr_t s, const 
             for (intptr_t k = 0; k < n; k++) {
                 NAME(smooth_mapped_2_lanes)(x + NLANES * k, mapped_2 + NLANES * k, mapped_4);
                 NAME(update_number_lanes)(k > 0 ? number_3 + NLANES * (k - 1) : number_start_3,
-    number_3 + NLANES * k);
+                    number_3 + NLANES * k);
                 COPY(NLANES, mapped_4, x_2 + NLANES * k);
             }
             for (intptr_t k = n; k-- > 0;) {
                 NAME(smooth_common_3_lanes)(x_2 + NLANES * k, of_row + NLANES * (k * n + k), common_5);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++) {
                     NAME(smooth_reduced_2_lanes)(number_3 + NLANES * k, x_2 + NLANES * k_2, number_3 + NLANES * k_2,
-    of_row + NLANES * (k * n + k_2), common_5, reduced_3);
+                        of_row + NLANES * (k * n + k_2), common_5, reduced_3);
                     COPY(NLANES, reduced_3, x_2 + NLANES * k_2);
                 }
             }
             for (intptr_t k = 0; k < n; k++)
                 COPY(NLANES, x_2 + NLANES * k, gain + NLANES * (j * n + k));
             NAME(update_result_lanes)(carry_0 + NLANES * j, predicted + NLANES * (i * n + j),
-    mapped_5 + NLANES * j);
+                mapped_5 + NLANES * j);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(update_result_lanes)(carry_1 + NLANES * (j * n + k),
-    predicted_covariances + NLANES * ((i * n + j) * n + k), mapped_6);
+                    predicted_covariances + NLANES * ((i * n + j) * n + k), mapped_6);
                 COPY(NLANES, mapped_6, minus + NLANES * (j * n + k));
             }
         }
@@ -2386,7 +2391,7 @@ static INLINE WORD NAME(smooth_lanes)(intptr_t t, intptr_t n, intptr_t s, const 
                 NAME(predict_sum_start_lanes)(sum_3);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++)
                     NAME(predict_sum_lanes)(sum_3, minus + NLANES * (k * n + k_2), gain + NLANES * (j * n + k_2),
-    sum_3);
+                        sum_3);
                 COPY(NLANES, sum_3, mapped_7);
                 COPY(NLANES, mapped_7, mapped_8 + NLANES * (j * n + k));
             }
@@ -2394,7 +2399,7 @@ static INLINE WORD NAME(smooth_lanes)(intptr_t t, intptr_t n, intptr_t s, const 
                 NAME(predict_sum_start_lanes)(sum_4);
                 for (intptr_t k_2 = 0; k_2 < n; k_2++)
                     NAME(predict_sum_lanes)(sum_4, gain + NLANES * (k * n + k_2), mapped_8 + NLANES * (j * n + k_2),
-    sum_4);
+                        sum_4);
                 COPY(NLANES, sum_4, mapped_9);
                 COPY(NLANES, mapped_9, mapped_10 + NLANES * (j * n + k));
             }
@@ -2403,7 +2408,7 @@ static INLINE WORD NAME(smooth_lanes)(intptr_t t, intptr_t n, intptr_t s, const 
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < n; k++) {
                 NAME(predict_mapped_lanes)(mapped_10 + NLANES * (j * n + k), mapped_10 + NLANES * (k * n + j),
-    mapped_11);
+                    mapped_11);
                 COPY(NLANES, mapped_11, mapped_12 + NLANES * (j * n + k));
             }
             NAME(predict_sum_start_lanes)(sum_5);
@@ -2413,7 +2418,7 @@ static INLINE WORD NAME(smooth_lanes)(intptr_t t, intptr_t n, intptr_t s, const 
             NAME(smooth_mapped_3_lanes)(states + NLANES * (i * n + j), mapped_13, common_6, mapped_14);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(smooth_mapped_4_lanes)(common_6, covariances + NLANES * ((i * n + j) * n + k),
-    mapped_12 + NLANES * (j * n + k), mapped_15);
+                    mapped_12 + NLANES * (j * n + k), mapped_15);
                 COPY(NLANES, mapped_15, mapped_16 + NLANES * (j * n + k));
             }
             COPY(NLANES, mapped_14, carry_0 + NLANES * j);
@@ -2518,13 +2523,13 @@ void NAME(smooth_2)(intptr_t t, const REAL *states, const REAL *covariances, con
     const REAL *transition, REAL *out_0, REAL *out_1, REAL *work)
 {
     REAL carry_0_0_start, carry_0_1_start, carry_start[2 * 2], *const carry_0_0 = work,
-    *const carry_0_1 = carry_0_0 + t;
+        *const carry_0_1 = carry_0_0 + t;
     NAME(smooth_2_carry_0_0_start)(last, last_covariance, &carry_0_0_start, &carry_0_1_start, carry_start);
     for (intptr_t i = t; i-- > 0;) {
         NAME(smooth_2_carry)(transition, i + 1 < t ? carry_0_0[i + 1] : carry_0_0_start,
-    i + 1 < t ? carry_0_1[i + 1] : carry_0_1_start, i + 1 < t ? out_1 + 4 * (i + 1) : carry_start, states + 2 * i,
-    covariances + 4 * i, predicted + 2 * i, predicted_covariances + 4 * i, ahead[i], carry_0_0 + i, carry_0_1 + i,
-    out_1 + 4 * i);
+            i + 1 < t ? carry_0_1[i + 1] : carry_0_1_start, i + 1 < t ? out_1 + 4 * (i + 1) : carry_start,
+            states + 2 * i, covariances + 4 * i, predicted + 2 * i, predicted_covariances + 4 * i, ahead[i],
+            carry_0_0 + i, carry_0_1 + i, out_1 + 4 * i);
         NAME(filter_recording_2_1_result)(carry_0_0[i], carry_0_1[i], out_0 + 2 * i);
     }
 }
@@ -2537,12 +2542,12 @@ static INLINE WORD NAME(smooth_2_lanes)(intptr_t t, const REAL *states, const RE
     NAME(smooth_2_carry_0_0_start_lanes)(last, last_covariance, carry_0_0_start, carry_0_1_start, carry_start);
     for (intptr_t i = t; i-- > 0;) {
         NAME(smooth_2_carry_lanes)(transition, i + 1 < t ? carry_0_0 + NLANES * (i + 1) : carry_0_0_start,
-    i + 1 < t ? carry_0_1 + NLANES * (i + 1) : carry_0_1_start,
-    i + 1 < t ? out_1 + 4 * NLANES * (i + 1) : carry_start, states + 2 * NLANES * i, covariances + 4 * NLANES * i,
-    predicted + 2 * NLANES * i, predicted_covariances + 4 * NLANES * i, ahead + NLANES * i, carry_0_0 + NLANES * i,
-    carry_0_1 + NLANES * i, out_1 + 4 * NLANES * i);
+            i + 1 < t ? carry_0_1 + NLANES * (i + 1) : carry_0_1_start,
+            i + 1 < t ? out_1 + 4 * NLANES * (i + 1) : carry_start, states + 2 * NLANES * i,
+            covariances + 4 * NLANES * i, predicted + 2 * NLANES * i, predicted_covariances + 4 * NLANES * i,
+            ahead + NLANES * i, carry_0_0 + NLANES * i, carry_0_1 + NLANES * i, out_1 + 4 * NLANES * i);
         NAME(filter_recording_2_1_result_lanes)(carry_0_0 + NLANES * i, carry_0_1 + NLANES * i,
-    out_0 + 2 * NLANES * i);
+            out_0 + 2 * NLANES * i);
     }
     return 0;
 }
@@ -2798,8 +2803,8 @@ void NAME(smooth_4)(intptr_t t, const REAL *states, const REAL *covariances, con
     NAME(smooth_4_carry_start)(last, last_covariance, carry_start, carry_start_2);
     for (intptr_t i = t; i-- > 0;)
         NAME(smooth_4_result)(transition, i + 1 < t ? out_0 + 4 * (i + 1) : carry_start,
-    i + 1 < t ? out_1 + 16 * (i + 1) : carry_start_2, states + 4 * i, covariances + 16 * i, predicted + 4 * i,
-    predicted_covariances + 16 * i, ahead[i], out_0 + 4 * i, out_1 + 16 * i);
+            i + 1 < t ? out_1 + 16 * (i + 1) : carry_start_2, states + 4 * i, covariances + 16 * i,
+            predicted + 4 * i, predicted_covariances + 16 * i, ahead[i], out_0 + 4 * i, out_1 + 16 * i);
 }
 
 static INLINE WORD NAME(smooth_4_lanes)(intptr_t t, const REAL *states, const REAL *covariances,
@@ -2810,9 +2815,9 @@ static INLINE WORD NAME(smooth_4_lanes)(intptr_t t, const REAL *states, const RE
     NAME(smooth_4_carry_start_lanes)(last, last_covariance, carry_start, carry_start_2);
     for (intptr_t i = t; i-- > 0;)
         NAME(smooth_4_result_lanes)(transition, i + 1 < t ? out_0 + 4 * NLANES * (i + 1) : carry_start,
-    i + 1 < t ? out_1 + 16 * NLANES * (i + 1) : carry_start_2, states + 4 * NLANES * i,
-    covariances + 16 * NLANES * i, predicted + 4 * NLANES * i, predicted_covariances + 16 * NLANES * i,
-    ahead + NLANES * i, out_0 + 4 * NLANES * i, out_1 + 16 * NLANES * i);
+            i + 1 < t ? out_1 + 16 * NLANES * (i + 1) : carry_start_2, states + 4 * NLANES * i,
+            covariances + 16 * NLANES * i, predicted + 4 * NLANES * i, predicted_covariances + 16 * NLANES * i,
+            ahead + NLANES * i, out_0 + 4 * NLANES * i, out_1 + 16 * NLANES * i);
     return 0;
 }
 
@@ -3414,8 +3419,8 @@ void NAME(smooth_6)(intptr_t t, const REAL *states, const REAL *covariances, con
     NAME(smooth_6_carry_start)(last, last_covariance, carry_start, carry_start_2);
     for (intptr_t i = t; i-- > 0;)
         NAME(smooth_6_result)(transition, i + 1 < t ? out_0 + 6 * (i + 1) : carry_start,
-    i + 1 < t ? out_1 + 36 * (i + 1) : carry_start_2, states + 6 * i, covariances + 36 * i, predicted + 6 * i,
-    predicted_covariances + 36 * i, ahead[i], out_0 + 6 * i, out_1 + 36 * i);
+            i + 1 < t ? out_1 + 36 * (i + 1) : carry_start_2, states + 6 * i, covariances + 36 * i,
+            predicted + 6 * i, predicted_covariances + 36 * i, ahead[i], out_0 + 6 * i, out_1 + 36 * i);
 }
 
 static INLINE WORD NAME(smooth_6_lanes)(intptr_t t, const REAL *states, const REAL *covariances,
@@ -3426,9 +3431,9 @@ static INLINE WORD NAME(smooth_6_lanes)(intptr_t t, const REAL *states, const RE
     NAME(smooth_6_carry_start_lanes)(last, last_covariance, carry_start, carry_start_2);
     for (intptr_t i = t; i-- > 0;)
         NAME(smooth_6_result_lanes)(transition, i + 1 < t ? out_0 + 6 * NLANES * (i + 1) : carry_start,
-    i + 1 < t ? out_1 + 36 * NLANES * (i + 1) : carry_start_2, states + 6 * NLANES * i,
-    covariances + 36 * NLANES * i, predicted + 6 * NLANES * i, predicted_covariances + 36 * NLANES * i,
-    ahead + NLANES * i, out_0 + 6 * NLANES * i, out_1 + 36 * NLANES * i);
+            i + 1 < t ? out_1 + 36 * NLANES * (i + 1) : carry_start_2, states + 6 * NLANES * i,
+            covariances + 36 * NLANES * i, predicted + 6 * NLANES * i, predicted_covariances + 36 * NLANES * i,
+            ahead + NLANES * i, out_0 + 6 * NLANES * i, out_1 + 36 * NLANES * i);
     return 0;
 }
 
@@ -3466,8 +3471,8 @@ void NAME(sigma_points)(intptr_t n, const REAL *state, const REAL *covariance, R
     REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL number_start, *const number = work, *const state_0 = number + n, state_1, entry, common, common_2,
-    common_3, *const reduced = state_0 + n * n, mapped, *const of_row = reduced + n * n,
-    *const mapped_2 = of_row + n * n, mapped_3, common_4, mapped_5, mapped_7;
+        common_3, *const reduced = state_0 + n * n, mapped, *const of_row = reduced + n * n,
+        *const mapped_2 = of_row + n * n, mapped_3, common_4, mapped_5, mapped_7;
     NAME(update_number_start)(&number_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(update_number)(i > 0 ? number[i - 1] : number_start, number + i);
@@ -3481,7 +3486,7 @@ void NAME(sigma_points)(intptr_t n, const REAL *state, const REAL *covariance, R
             NAME(smooth_common_2)(number[i], number[j], state_0[j * n + i], common_3, &common, &common_2);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(smooth_entry)(number[i], state_0[j * n + k], state_0[i * n + k], number[k], common, common_2,
-    &entry);
+                    &entry);
                 COPY(1, &entry, reduced + (j * n + k));
             }
         }
@@ -3520,7 +3525,7 @@ static INLINE WORD NAME(sigma_points_lanes)(intptr_t n, const REAL *state, const
     REAL *of_row, REAL *mapped_2)
 {
     _Alignas(64) REAL number_start[NLANES], state_1[NLANES], entry[NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], mapped[NLANES], mapped_3[NLANES], common_4[NLANES], mapped_5[NLANES], mapped_7[NLANES];
+        common_3[NLANES], mapped[NLANES], mapped_3[NLANES], common_4[NLANES], mapped_5[NLANES], mapped_7[NLANES];
     NAME(update_number_start_lanes)(number_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(update_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
@@ -3532,10 +3537,10 @@ static INLINE WORD NAME(sigma_points_lanes)(intptr_t n, const REAL *state, const
         NAME(smooth_common_lanes)(state_0 + NLANES * (i * n + i), common_3);
         for (intptr_t j = 0; j < n; j++) {
             NAME(smooth_common_2_lanes)(number + NLANES * i, number + NLANES * j, state_0 + NLANES * (j * n + i),
-    common_3, common, common_2);
+                common_3, common, common_2);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(smooth_entry_lanes)(number + NLANES * i, state_0 + NLANES * (j * n + k),
-    state_0 + NLANES * (i * n + k), number + NLANES * k, common, common_2, entry);
+                    state_0 + NLANES * (i * n + k), number + NLANES * k, common, common_2, entry);
                 COPY(NLANES, entry, reduced + NLANES * (j * n + k));
             }
         }
@@ -3548,7 +3553,7 @@ static INLINE WORD NAME(sigma_points_lanes)(intptr_t n, const REAL *state, const
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < n; j++) {
             NAME(smooth_mapped_lanes)(number + NLANES * i, state_0 + NLANES * (i * n + j), number + NLANES * j,
-    mapped);
+                mapped);
             COPY(NLANES, mapped, of_row + NLANES * (i * n + j));
         }
         COPY(NLANES, state_0 + NLANES * (i * n + i), mapped_2 + NLANES * i);
@@ -3605,8 +3610,8 @@ void NAME(linearise)(intptr_t n, intptr_t m, const REAL *offsets, const REAL *fo
     REAL distance, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL mapped, *const mapped_2 = work, mapped_3, *const mapped_4 = mapped_2 + n * m, number_start,
-    *const number = mapped_4 + n * m, *const x = number + n, reduced, common, sum, common_2, sum_2, mapped_7,
-    mapped_8, *const mapped_9 = x + n, mapped_10;
+        *const number = mapped_4 + n * m, *const x = number + n, reduced, common, sum, common_2, sum_2, mapped_7,
+        mapped_8, *const mapped_9 = x + n, mapped_10;
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < m; j++) {
             NAME(linearise_mapped)(forward[i * m + j], backward[i * m + j], &mapped);
@@ -3659,7 +3664,7 @@ static INLINE WORD NAME(linearise_lanes)(intptr_t n, intptr_t m, const REAL *off
     REAL *mapped_4, REAL *number, REAL *x, REAL *mapped_9)
 {
     _Alignas(64) REAL mapped[NLANES], mapped_3[NLANES], number_start[NLANES], reduced[NLANES], common[NLANES],
-    sum[NLANES], common_2[NLANES], sum_2[NLANES], mapped_7[NLANES], mapped_8[NLANES], mapped_10[NLANES];
+        sum[NLANES], common_2[NLANES], sum_2[NLANES], mapped_7[NLANES], mapped_8[NLANES], mapped_10[NLANES];
     for (intptr_t i = 0; i < n; i++) {
         for (intptr_t j = 0; j < m; j++) {
             NAME(linearise_mapped_lanes)(forward + NLANES * (i * m + j), backward + NLANES * (i * m + j), mapped);
@@ -3681,7 +3686,7 @@ static INLINE WORD NAME(linearise_lanes)(intptr_t n, intptr_t m, const REAL *off
             NAME(smooth_common_3_lanes)(x + NLANES * j, offsets + NLANES * (j * n + j), common);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(smooth_reduced_2_lanes)(number + NLANES * j, x + NLANES * k, number + NLANES * k,
-    offsets + NLANES * (k * n + j), common, reduced);
+                    offsets + NLANES * (k * n + j), common, reduced);
                 COPY(NLANES, reduced, x + NLANES * k);
             }
         }
@@ -3695,7 +3700,7 @@ static INLINE WORD NAME(linearise_lanes)(intptr_t n, intptr_t m, const REAL *off
             NAME(predict_sum_start_lanes)(sum_2);
             for (intptr_t k = 0; k < n; k++)
                 NAME(predict_sum_lanes)(sum_2, mapped_4 + NLANES * (k * m + j), mapped_4 + NLANES * (k * m + i),
-    sum_2);
+                    sum_2);
             COPY(NLANES, sum_2, mapped_7);
             NAME(update_mapped_6_lanes)(common_2, mapped_7, mapped_8);
             COPY(NLANES, mapped_8, mapped_9 + NLANES * (i * m + j));
@@ -3704,7 +3709,7 @@ static INLINE WORD NAME(linearise_lanes)(intptr_t n, intptr_t m, const REAL *off
     for (intptr_t i = 0; i < m; i++) {
         for (intptr_t j = 0; j < m; j++) {
             NAME(update_mapped_5_lanes)(out_0 + NLANES * i, mapped_9 + NLANES * (i * m + j), out_0 + NLANES * j,
-    mapped_10);
+                mapped_10);
             COPY(NLANES, mapped_10, out_2 + NLANES * (i * m + j));
         }
     }

@@ -2,7 +2,7 @@
 // command: gac generate --all lenses
 // spec: 9dca4644b24fb4a2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: ed580e0951bc70bade060510e0140b366c715429f4f7aec6b8a7e13531528a10
+// body: 2cb5256e7c9a1b9496042317dadc613eeeaf371f7bbc96af594d3afb763dd53a
 
 #ifndef REAL
 #include "lenses.h"
@@ -1589,7 +1589,7 @@ void NAME(undistort_brown)(const REAL *target, const REAL *k, REAL limit, REAL *
 {
     (void)work;
     REAL state[3], converged, steps, next_state[3], common, common_2, common_3, state_2[4], converged_2, steps_2,
-    next_state_2[4], common_4, common_5, common_6;
+        next_state_2[4], common_4, common_5, common_6;
     NAME(undistort_brown_state)(target, limit, state, &converged, &steps);
     NAME(undistort_brown_common)(target, k, &common, &common_2, &common_3);
     for (int repeats = 0; repeats < 60; repeats++) {
@@ -1618,9 +1618,9 @@ static INLINE WORD NAME(undistort_brown_lanes)(const REAL *target, const REAL *k
     REAL *out_1)
 {
     _Alignas(64) REAL state[3 * NLANES], converged[NLANES], steps[NLANES], next_state[3 * NLANES], common[NLANES],
-    common_2[NLANES], common_3[NLANES], state_2[4 * NLANES], converged_2[NLANES], steps_2[NLANES],
-    next_state_2[4 * NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], gac_kept_0[3 * NLANES],
-    gac_kept_1[NLANES], gac_kept_2[4 * NLANES], gac_kept_3[NLANES];
+        common_2[NLANES], common_3[NLANES], state_2[4 * NLANES], converged_2[NLANES], steps_2[NLANES],
+        next_state_2[4 * NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], gac_kept_0[3 * NLANES],
+        gac_kept_1[NLANES], gac_kept_2[4 * NLANES], gac_kept_3[NLANES];
     NAME(undistort_brown_state_lanes)(target, limit, state, converged, steps);
     NAME(undistort_brown_common_lanes)(target, k, common, common_2, common_3);
     ROUNDS(rounds, 60) {
@@ -1642,7 +1642,7 @@ static INLINE WORD NAME(undistort_brown_lanes)(const REAL *target, const REAL *k
         KEEP(rounds_, 4 * NLANES, state_2, gac_kept_2);
         KEEP(rounds_, NLANES, converged_2, gac_kept_3);
         NAME(undistort_brown_next_state_2_lanes)(target, k, common, common_2, state_2, common_4, common_5,
-    next_state_2);
+            next_state_2);
         NAME(undistort_brown_converged_2_lanes)(next_state_2, common_6, converged_2);
         COPY(4 * NLANES, next_state_2, state_2);
         RESTORE(rounds_, 4 * NLANES, gac_kept_2, state_2);
@@ -1752,7 +1752,7 @@ static INLINE WORD NAME(undistort_fisheye_lanes)(const REAL *target, const REAL 
     REAL *out_1)
 {
     _Alignas(64) REAL state[3 * NLANES], converged[NLANES], steps[NLANES], next_state[3 * NLANES], common[NLANES],
-    common_2[NLANES], gac_kept_0[3 * NLANES], gac_kept_1[NLANES];
+        common_2[NLANES], gac_kept_0[3 * NLANES], gac_kept_1[NLANES];
     WORD far = 0;
     NAME(undistort_brown_state_lanes)(target, limit, state, converged, steps);
     NAME(undistort_fisheye_common_lanes)(target, k, common, common_2);
@@ -2636,7 +2636,7 @@ void NAME(brown_sums)(intptr_t n, const REAL *pose, const REAL *intrinsics, cons
     NAME(brown_sums_common)(pose, k, &common, &common_2, &common_3, &common_4, &common_5, &common_6, &common_7);
     for (intptr_t i = 0; i < n; i++)
         NAME(brown_sums_sum)(pose, intrinsics, k, sum, places + 2 * i, pixels + 2 * i, weights[i], common, common_2,
-    common_3, common_4, common_5, common_6, common_7, sum);
+            common_3, common_4, common_5, common_6, common_7, sum);
     NAME(brown_sums_result)(sum, out);
 }
 
@@ -2644,12 +2644,12 @@ static INLINE WORD NAME(brown_sums_lanes)(intptr_t n, const REAL *pose, const RE
     const REAL *places, const REAL *pixels, const REAL *weights, REAL *out)
 {
     _Alignas(64) REAL sum[210 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
-    common_5[NLANES], common_6[NLANES], common_7[NLANES];
+        common_5[NLANES], common_6[NLANES], common_7[NLANES];
     NAME(brown_sums_sum_start_lanes)(sum);
     NAME(brown_sums_common_lanes)(pose, k, common, common_2, common_3, common_4, common_5, common_6, common_7);
     for (intptr_t i = 0; i < n; i++)
         NAME(brown_sums_sum_lanes)(pose, intrinsics, k, sum, places + 2 * NLANES * i, pixels + 2 * NLANES * i,
-    weights + NLANES * i, common, common_2, common_3, common_4, common_5, common_6, common_7, sum);
+            weights + NLANES * i, common, common_2, common_3, common_4, common_5, common_6, common_7, sum);
     NAME(brown_sums_result_lanes)(sum, out);
     return 0;
 }
@@ -3259,18 +3259,18 @@ static INLINE void NAME(fisheye_sums_within)(intptr_t n, const REAL *pose, const
     NAME(fisheye_sums_common)(pose, k, &common, &common_2, &common_3, &common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(fisheye_sums_sum)(pose, intrinsics, k, sum, places + 2 * i, pixels + 2 * i, weights[i], common,
-    common_2, common_3, common_4, sum);
+            common_2, common_3, common_4, sum);
     NAME(fisheye_sums_result)(sum, out);
 }
 
-FUSED(fisheye_sums, (intptr_t n, const REAL *pose, const REAL *intrinsics, const REAL *k, const REAL *places,
-    const REAL *pixels, const REAL *weights, REAL *out, REAL *work), (n, pose, intrinsics, k, places, pixels,
-    weights, out, work))
+FUSED(fisheye_sums, (intptr_t n, const REAL *pose, const REAL *intrinsics, const REAL *k, const REAL *places, const
+    REAL *pixels, const REAL *weights, REAL *out, REAL *work),
+    (n, pose, intrinsics, k, places, pixels, weights, out, work))
 void NAME(fisheye_sums)(intptr_t n, const REAL *pose, const REAL *intrinsics, const REAL *k, const REAL *places,
     const REAL *pixels, const REAL *weights, REAL *out, REAL *work)
 {
-    RUN(fisheye_sums, (n, pose, intrinsics, k, places, pixels, weights, out, work), (n, pose, intrinsics, k, places,
-    pixels, weights, out, work));
+    RUN(fisheye_sums, (n, pose, intrinsics, k, places, pixels, weights, out, work),
+        (n, pose, intrinsics, k, places, pixels, weights, out, work));
 }
 
 static INLINE WORD NAME(fisheye_sums_lanes)(intptr_t n, const REAL *pose, const REAL *intrinsics, const REAL *k,
@@ -3281,7 +3281,7 @@ static INLINE WORD NAME(fisheye_sums_lanes)(intptr_t n, const REAL *pose, const 
     NAME(fisheye_sums_common_lanes)(pose, k, common, common_2, common_3, common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(fisheye_sums_sum_lanes)(pose, intrinsics, k, sum, places + 2 * NLANES * i, pixels + 2 * NLANES * i,
-    weights + NLANES * i, common, common_2, common_3, common_4, sum);
+            weights + NLANES * i, common, common_2, common_3, common_4, sum);
     NAME(fisheye_sums_result_lanes)(sum, out);
     return 0;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all lidar
 // spec: f29ce183246b7396
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 281dfd9c7ed554644983f41e7f177dcfec64dc332a1ccf361f28068c12cbdd40
+// body: 5c9b4b9d6940dd829c8f96c20c1c8a27aeac83d07c99298927e7f7fb7bb103b6
 
 #ifndef REAL
 #include "lidar.h"
@@ -636,7 +636,7 @@ void NAME(sums_at_planes)(intptr_t n, intptr_t k, const REAL *m, const REAL *poi
 {
     (void)work;
     REAL sum[21], sum_2[6], sum_3[4], number, otherwise[5], otherwise_2[5], otherwise_3[5], otherwise_4[5],
-    otherwise_5[5], common;
+        otherwise_5[5], common;
     NAME(sums_at_planes_sum_start)(sum, sum_2, sum_3);
     NAME(sums_at_planes_common)(scale, &common);
     for (intptr_t i = 0; i < n; i++) {
@@ -647,11 +647,11 @@ void NAME(sums_at_planes)(intptr_t n, intptr_t k, const REAL *m, const REAL *poi
         NAME(sums_at_planes_otherwise_start)(otherwise_4);
         NAME(sums_at_planes_otherwise_start)(otherwise_5);
         NAME(sums_at_planes_sum)(m, sum, sum_2, sum_3, points + 3 * i, rows[i],
-    number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise,
-    number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_2,
-    number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_3,
-    number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_4,
-    number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_5, common, sum, sum_2, sum_3);
+            number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise,
+            number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_2,
+            number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_3,
+            number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_4,
+            number >= 0 && number < k ? surfaces + 5 * (intptr_t)number : otherwise_5, common, sum, sum_2, sum_3);
     }
     NAME(sums_at_planes_result)(sum, sum_2, sum_3, out_0, out_1, out_2);
 }

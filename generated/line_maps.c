@@ -2,7 +2,7 @@
 // command: gac generate --all line_maps
 // spec: 6acdd6a75e78521e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 7e253cfcc4e0b6b0821d5f19ca989117cce302fa3afe17da24d2954632943bab
+// body: 629864ced904765ee81d3f6c8f72015bbdc8fcb899c63b519d79df1727f3e45f
 
 #ifndef REAL
 #include "line_maps.h"
@@ -786,7 +786,7 @@ void NAME(sums_of_distances)(intptr_t n, const REAL *m, const REAL *points, cons
     NAME(sums_of_distances_common)(scale, &common);
     for (intptr_t i = 0; i < n; i++)
         NAME(sums_of_distances_sum)(m, sum, sum_2, out_2[0], out_3[0], points + 2 * i, targets + 2 * i,
-    normals + 2 * i, weights[i], common, sum, sum_2, out_2, out_3);
+            normals + 2 * i, weights[i], common, sum, sum_2, out_2, out_3);
     NAME(sums_of_distances_result)(sum, sum_2, out_0, out_1);
 }
 
@@ -798,7 +798,8 @@ static INLINE WORD NAME(sums_of_distances_lanes)(intptr_t n, const REAL *m, cons
     NAME(sums_of_distances_common_lanes)(scale, common);
     for (intptr_t i = 0; i < n; i++)
         NAME(sums_of_distances_sum_lanes)(m, sum, sum_2, out_2, out_3, points + 2 * NLANES * i,
-    targets + 2 * NLANES * i, normals + 2 * NLANES * i, weights + NLANES * i, common, sum, sum_2, out_2, out_3);
+            targets + 2 * NLANES * i, normals + 2 * NLANES * i, weights + NLANES * i, common, sum, sum_2, out_2,
+            out_3);
     NAME(sums_of_distances_result_lanes)(sum, sum_2, out_0, out_1);
     return 0;
 }

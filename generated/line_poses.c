@@ -2,7 +2,7 @@
 // command: gac generate --all line_poses
 // spec: 3297ec87a07fb7eb
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 214eaced54201aa9e44b4f76a1ae61d842a3db86c0c883e2fd89ae83768f0284
+// body: 7f3dbfe5b7d2204221182a4b65c3dcc37e9ef2ddf2ac5cb629583fe8a9ed27d2
 
 #ifndef REAL
 #include "line_poses.h"
@@ -515,7 +515,7 @@ static INLINE WORD NAME(item_squares_lanes)(intptr_t n, const REAL *pose, const 
     NAME(item_squares_common_lanes)(k, common, common_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(item_squares_result_lanes)(pose, k, dual, items + 7 * NLANES * i, pixels + 4 * NLANES * i, common,
-    common_2, out + NLANES * i);
+            common_2, out + NLANES * i);
     return 0;
 }
 
@@ -595,7 +595,7 @@ void NAME(truncated_item_squares)(intptr_t n, const REAL *pose, const REAL *k, c
     NAME(item_squares_common)(k, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_item_squares_result)(pose, k, dual, limit, out[0], items + 7 * i, pixels + 4 * i, common,
-    common_2, out);
+            common_2, out);
 }
 
 static INLINE WORD NAME(truncated_item_squares_lanes)(intptr_t n, const REAL *pose, const REAL *k, const REAL *dual,
@@ -606,7 +606,7 @@ static INLINE WORD NAME(truncated_item_squares_lanes)(intptr_t n, const REAL *po
     NAME(item_squares_common_lanes)(k, common, common_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_item_squares_result_lanes)(pose, k, dual, limit, out, items + 7 * i, pixels + 4 * i, common,
-    common_2, out);
+            common_2, out);
     return 0;
 }
 
@@ -1371,27 +1371,27 @@ void NAME(descend_item_pose)(intptr_t n, const REAL *pose, const REAL *k, const 
 {
     (void)work;
     REAL now_carry_best[7], now_carry_following[7], now_carry_table[21], now_carry_slope[6], now_carry_cost,
-    now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[7],
-    next_now_carry_following[7], next_now_carry_table[21], next_now_carry_slope[6], next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[28], common, common_2,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    common_13;
+        now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[7],
+        next_now_carry_following[7], next_now_carry_table[21], next_now_carry_slope[6], next_now_carry_cost,
+        next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[28], common, common_2,
+        common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
+        common_13;
     NAME(descend_item_pose_now_carry_best)(pose, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged,
-    &steps);
+        now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged,
+        &converged, &steps);
     NAME(descend_item_pose_common)(k, limit, &common_11, &common_12, &common_13);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_item_pose_sum_start)(sum);
         NAME(descend_item_pose_common_2)(now_carry_following, &common, &common_2, &common_3, &common_4, &common_5,
-    &common_6, &common_7, &common_8, &common_9, &common_10);
+            &common_6, &common_7, &common_8, &common_9, &common_10);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_item_pose_sum)(k, dual, limit, now_carry_following, sum, items + 7 * j, pixels + 4 * j,
-    common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
-    common_12, common_13, sum);
+                common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10,
+                common_11, common_12, common_13, sum);
         NAME(descend_item_pose_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
-    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+            &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
         NAME(descend_item_pose_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(7, next_now_carry_best, now_carry_best);
         COPY(7, next_now_carry_following, now_carry_following);
@@ -1406,7 +1406,7 @@ void NAME(descend_item_pose)(intptr_t n, const REAL *pose, const REAL *k, const 
             break;
     }
     NAME(descend_item_pose_result)(pose, at_most, now_carry_best, now_carry_table, now_carry_slope, now_carry_cost,
-    now_steps, now_converged, out_0, out_1, out_2);
+        now_steps, now_converged, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(descend_item_pose_lanes)(intptr_t n, const REAL *pose, const REAL *k, const REAL *dual,
@@ -1414,17 +1414,18 @@ static INLINE WORD NAME(descend_item_pose_lanes)(intptr_t n, const REAL *pose, c
     REAL *out_2)
 {
     _Alignas(64) REAL now_carry_best[7 * NLANES], now_carry_following[7 * NLANES], now_carry_table[21 * NLANES],
-    now_carry_slope[6 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
-    now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[7 * NLANES],
-    next_now_carry_following[7 * NLANES], next_now_carry_table[21 * NLANES], next_now_carry_slope[6 * NLANES],
-    next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
-    next_now_steps[NLANES], next_now_converged[NLANES], sum[28 * NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
-    common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES],
-    gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES],
-    gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+        now_carry_slope[6 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
+        now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[7 * NLANES],
+        next_now_carry_following[7 * NLANES], next_now_carry_table[21 * NLANES], next_now_carry_slope[6 * NLANES],
+        next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
+        next_now_steps[NLANES], next_now_converged[NLANES], sum[28 * NLANES], common[NLANES], common_2[NLANES],
+        common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
+        common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES],
+        gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES],
+        gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_item_pose_now_carry_best_lanes)(pose, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+        now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged,
+        steps);
     NAME(descend_item_pose_common_lanes)(k, limit, common_11, common_12, common_13);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 7 * NLANES, now_carry_best, gac_kept_0);
@@ -1438,15 +1439,15 @@ static INLINE WORD NAME(descend_item_pose_lanes)(intptr_t n, const REAL *pose, c
         KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_item_pose_sum_start_lanes)(sum);
         NAME(descend_item_pose_common_2_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
-    common_6, common_7, common_8, common_9, common_10);
+            common_6, common_7, common_8, common_9, common_10);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_item_pose_sum_lanes)(k, dual, limit, now_carry_following, sum, items + 7 * NLANES * j,
-    pixels + 4 * NLANES * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12, common_13, sum);
+                pixels + 4 * NLANES * j, common, common_2, common_3, common_4, common_5, common_6, common_7,
+                common_8, common_9, common_10, common_11, common_12, common_13, sum);
         NAME(descend_item_pose_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+            next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
         NAME(descend_item_pose_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(7 * NLANES, next_now_carry_best, now_carry_best);
         COPY(7 * NLANES, next_now_carry_following, now_carry_following);
@@ -1470,7 +1471,7 @@ static INLINE WORD NAME(descend_item_pose_lanes)(intptr_t n, const REAL *pose, c
             break;
     }
     NAME(descend_item_pose_result_lanes)(pose, at_most, now_carry_best, now_carry_table, now_carry_slope,
-    now_carry_cost, now_steps, now_converged, out_0, out_1, out_2);
+        now_carry_cost, now_steps, now_converged, out_0, out_1, out_2);
     return 0;
 }
 

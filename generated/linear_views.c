@@ -2,7 +2,7 @@
 // command: gac generate --all linear_views
 // spec: 9a91ac0537dfca20
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 7fc61cc385c4f5f5cc9d25b8aaf642a0c6d3a91fd9a5db5eb9f086c29cfb5ada
+// body: c4c8006df5218e0ad3f0b3e28976e8fc833b1d70eb414155b3a76f14d864156b
 
 #ifndef REAL
 #include "linear_views.h"
@@ -2287,10 +2287,10 @@ intptr_t linear_views_fundamental_of_pixels_work(intptr_t n)
 void NAME(fundamental_of_pixels)(intptr_t n, const REAL *first, const REAL *second, REAL *out, REAL *work)
 {
     REAL sum_0_0, sum_0_1, sum_1, sum, common, common_2, m, *const mapped_0 = work, *const mapped_1 = mapped_0 + n,
-    common_3, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_4, common_5, m_2, *const mapped_0_2 = mapped_1 + n,
-    *const mapped_1_2 = mapped_0_2 + n, common_6, sum_3[45], state[46], converged, steps, next_state[46], common_7,
-    state_2[46], converged_2, steps_2, next_state_2[46], state_3[46], converged_3, steps_3, next_state_3[46],
-    common_8, state_4[10], converged_4, steps_4, next_state_4[10], sum_4[9], common_9, sum_5;
+        common_3, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_4, common_5, m_2, *const mapped_0_2 = mapped_1 + n,
+        *const mapped_1_2 = mapped_0_2 + n, common_6, sum_3[45], state[46], converged, steps, next_state[46],
+        common_7, state_2[46], converged_2, steps_2, next_state_2[46], state_3[46], converged_3, steps_3,
+        next_state_3[46], common_8, state_4[10], converged_4, steps_4, next_state_4[10], sum_4[9], common_9, sum_5;
     NAME(fundamental_of_pixels_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(fundamental_of_pixels_sum)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
@@ -2306,7 +2306,7 @@ void NAME(fundamental_of_pixels)(intptr_t n, const REAL *first, const REAL *seco
     for (intptr_t i = 0; i < n; i++) {
         NAME(fundamental_of_pixels_mapped)(common, common_2, first + 2 * i, common_3, mapped_0 + i, mapped_1 + i);
         NAME(fundamental_of_pixels_sum)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, &sum_0_0_2, &sum_0_1_2,
-    &sum_1_2);
+            &sum_1_2);
     }
     NAME(fundamental_of_pixels_sum_start_2)(&sum_2);
     NAME(fundamental_of_pixels_common)(sum_0_0_2, sum_0_1_2, sum_1_2, &common_4, &common_5);
@@ -2320,7 +2320,7 @@ void NAME(fundamental_of_pixels)(intptr_t n, const REAL *first, const REAL *seco
     NAME(fundamental_of_pixels_sum_start_2)(&sum_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(fundamental_of_pixels_mapped)(common_4, common_5, second + 2 * i, common_6, mapped_0_2 + i,
-    mapped_1_2 + i);
+            mapped_1_2 + i);
         NAME(fundamental_of_pixels_sum_3)(sum_3, mapped_0[i], mapped_1[i], mapped_0_2[i], mapped_1_2[i], sum_3);
         NAME(fundamental_of_pixels_sum_4)(sum_5, &sum_5);
     }
@@ -2359,7 +2359,7 @@ void NAME(fundamental_of_pixels)(intptr_t n, const REAL *first, const REAL *seco
         NAME(fundamental_of_pixels_common_5)(state_4, &common_9);
         for (intptr_t j = 0; j < n; j++)
             NAME(fundamental_of_pixels_sum_5)(state_4, sum_4, mapped_0[j], mapped_1[j], mapped_0_2[j],
-    mapped_1_2[j], common_9, sum_4);
+                mapped_1_2[j], common_9, sum_4);
         NAME(fundamental_of_pixels_next_state_3)(state_3, state_4, sum_4, next_state_4);
         NAME(fundamental_of_pixels_converged_3)(next_state_4, &converged_4);
         COPY(10, next_state_4, state_4);
@@ -2368,25 +2368,25 @@ void NAME(fundamental_of_pixels)(intptr_t n, const REAL *first, const REAL *seco
             break;
     }
     NAME(fundamental_of_pixels_result)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2,
-    state_4, sum_5, out);
+        state_4, sum_5, out);
 }
 
 static INLINE WORD NAME(fundamental_of_pixels_lanes)(intptr_t n, const REAL *first, const REAL *second, REAL *out,
     REAL *mapped_0, REAL *mapped_1, REAL *mapped_0_2, REAL *mapped_1_2)
 {
     _Alignas(64) REAL sum_0_0[NLANES], sum_0_1[NLANES], sum_1[NLANES], sum[NLANES], common[NLANES],
-    common_2[NLANES], m[NLANES], common_3[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES],
-    sum_2[NLANES], common_4[NLANES], common_5[NLANES], m_2[NLANES], common_6[NLANES], sum_3[45 * NLANES],
-    state[46 * NLANES], converged[NLANES], steps[NLANES], next_state[46 * NLANES], common_7[NLANES],
-    state_2[46 * NLANES], converged_2[NLANES], steps_2[NLANES], next_state_2[46 * NLANES], state_3[46 * NLANES],
-    converged_3[NLANES], steps_3[NLANES], next_state_3[46 * NLANES], common_8[NLANES], state_4[10 * NLANES],
-    converged_4[NLANES], steps_4[NLANES], next_state_4[10 * NLANES], sum_4[9 * NLANES], common_9[NLANES],
-    sum_5[NLANES], gac_kept_0[46 * NLANES], gac_kept_1[NLANES], gac_kept_2[46 * NLANES], gac_kept_3[NLANES],
-    gac_kept_4[46 * NLANES], gac_kept_5[NLANES], gac_kept_6[10 * NLANES], gac_kept_7[NLANES];
+        common_2[NLANES], m[NLANES], common_3[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES],
+        sum_2[NLANES], common_4[NLANES], common_5[NLANES], m_2[NLANES], common_6[NLANES], sum_3[45 * NLANES],
+        state[46 * NLANES], converged[NLANES], steps[NLANES], next_state[46 * NLANES], common_7[NLANES],
+        state_2[46 * NLANES], converged_2[NLANES], steps_2[NLANES], next_state_2[46 * NLANES], state_3[46 * NLANES],
+        converged_3[NLANES], steps_3[NLANES], next_state_3[46 * NLANES], common_8[NLANES], state_4[10 * NLANES],
+        converged_4[NLANES], steps_4[NLANES], next_state_4[10 * NLANES], sum_4[9 * NLANES], common_9[NLANES],
+        sum_5[NLANES], gac_kept_0[46 * NLANES], gac_kept_1[NLANES], gac_kept_2[46 * NLANES], gac_kept_3[NLANES],
+        gac_kept_4[46 * NLANES], gac_kept_5[NLANES], gac_kept_6[10 * NLANES], gac_kept_7[NLANES];
     NAME(fundamental_of_pixels_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(fundamental_of_pixels_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1,
-    sum_1);
+            sum_1);
     NAME(fundamental_of_pixels_sum_start_2_lanes)(sum);
     NAME(fundamental_of_pixels_common_lanes)(sum_0_0, sum_0_1, sum_1, common, common_2);
     NAME(fundamental_of_pixels_sum_start_2_lanes)(m);
@@ -2398,9 +2398,9 @@ static INLINE WORD NAME(fundamental_of_pixels_lanes)(intptr_t n, const REAL *fir
     NAME(fundamental_of_pixels_sum_start_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(fundamental_of_pixels_mapped_lanes)(common, common_2, first + 2 * NLANES * i, common_3,
-    mapped_0 + NLANES * i, mapped_1 + NLANES * i);
+            mapped_0 + NLANES * i, mapped_1 + NLANES * i);
         NAME(fundamental_of_pixels_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2,
-    sum_0_1_2, sum_1_2);
+            sum_0_1_2, sum_1_2);
     }
     NAME(fundamental_of_pixels_sum_start_2_lanes)(sum_2);
     NAME(fundamental_of_pixels_common_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, common_4, common_5);
@@ -2414,9 +2414,9 @@ static INLINE WORD NAME(fundamental_of_pixels_lanes)(intptr_t n, const REAL *fir
     NAME(fundamental_of_pixels_sum_start_2_lanes)(sum_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(fundamental_of_pixels_mapped_lanes)(common_4, common_5, second + 2 * NLANES * i, common_6,
-    mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
+            mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
         NAME(fundamental_of_pixels_sum_3_lanes)(sum_3, mapped_0 + NLANES * i, mapped_1 + NLANES * i,
-    mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i, sum_3);
+            mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i, sum_3);
         NAME(fundamental_of_pixels_sum_4_lanes)(sum_5, sum_5);
     }
     NAME(fundamental_of_pixels_state_lanes)(sum_3, state, converged, steps);
@@ -2468,7 +2468,7 @@ static INLINE WORD NAME(fundamental_of_pixels_lanes)(intptr_t n, const REAL *fir
         NAME(fundamental_of_pixels_common_5_lanes)(state_4, common_9);
         for (intptr_t j = 0; j < n; j++)
             NAME(fundamental_of_pixels_sum_5_lanes)(state_4, sum_4, mapped_0 + NLANES * j, mapped_1 + NLANES * j,
-    mapped_0_2 + NLANES * j, mapped_1_2 + NLANES * j, common_9, sum_4);
+                mapped_0_2 + NLANES * j, mapped_1_2 + NLANES * j, common_9, sum_4);
         NAME(fundamental_of_pixels_next_state_3_lanes)(state_3, state_4, sum_4, next_state_4);
         NAME(fundamental_of_pixels_converged_3_lanes)(next_state_4, converged_4);
         COPY(10 * NLANES, next_state_4, state_4);
@@ -2479,7 +2479,7 @@ static INLINE WORD NAME(fundamental_of_pixels_lanes)(intptr_t n, const REAL *fir
             break;
     }
     NAME(fundamental_of_pixels_result_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2,
-    m_2, state_4, sum_5, out);
+        m_2, state_4, sum_5, out);
     return 0;
 }
 
@@ -2572,7 +2572,7 @@ void NAME(plane_equations)(intptr_t n, const REAL *first, const REAL *second, RE
     REAL *work)
 {
     REAL sum_0_0, sum_0_1, sum_1, sum, common, common_2, m, *const mapped_0 = work, *const mapped_1 = mapped_0 + n,
-    common_3, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_4, common_5, m_2, mapped_0_2, mapped_1_2, common_6;
+        common_3, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_4, common_5, m_2, mapped_0_2, mapped_1_2, common_6;
     NAME(fundamental_of_pixels_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(fundamental_of_pixels_sum)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
@@ -2588,7 +2588,7 @@ void NAME(plane_equations)(intptr_t n, const REAL *first, const REAL *second, RE
     for (intptr_t i = 0; i < n; i++) {
         NAME(fundamental_of_pixels_mapped)(common, common_2, first + 2 * i, common_3, mapped_0 + i, mapped_1 + i);
         NAME(fundamental_of_pixels_sum)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, &sum_0_0_2, &sum_0_1_2,
-    &sum_1_2);
+            &sum_1_2);
     }
     NAME(fundamental_of_pixels_sum_start_2)(&sum_2);
     NAME(fundamental_of_pixels_common)(sum_0_0_2, sum_0_1_2, sum_1_2, &common_4, &common_5);
@@ -2603,20 +2603,20 @@ void NAME(plane_equations)(intptr_t n, const REAL *first, const REAL *second, RE
         NAME(plane_equations_result)(mapped_0[i], mapped_1[i], mapped_0_2, mapped_1_2, out_0 + 18 * i);
     }
     NAME(plane_equations_result_2)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2,
-    out_1, out_2);
+        out_1, out_2);
 }
 
 static INLINE WORD NAME(plane_equations_lanes)(intptr_t n, const REAL *first, const REAL *second, REAL *out_0,
     REAL *out_1, REAL *out_2, REAL *mapped_0, REAL *mapped_1)
 {
     _Alignas(64) REAL sum_0_0[NLANES], sum_0_1[NLANES], sum_1[NLANES], sum[NLANES], common[NLANES],
-    common_2[NLANES], m[NLANES], common_3[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES],
-    sum_2[NLANES], common_4[NLANES], common_5[NLANES], m_2[NLANES], mapped_0_2[NLANES], mapped_1_2[NLANES],
-    common_6[NLANES];
+        common_2[NLANES], m[NLANES], common_3[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES],
+        sum_2[NLANES], common_4[NLANES], common_5[NLANES], m_2[NLANES], mapped_0_2[NLANES], mapped_1_2[NLANES],
+        common_6[NLANES];
     NAME(fundamental_of_pixels_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(fundamental_of_pixels_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1,
-    sum_1);
+            sum_1);
     NAME(fundamental_of_pixels_sum_start_2_lanes)(sum);
     NAME(fundamental_of_pixels_common_lanes)(sum_0_0, sum_0_1, sum_1, common, common_2);
     NAME(fundamental_of_pixels_sum_start_2_lanes)(m);
@@ -2628,9 +2628,9 @@ static INLINE WORD NAME(plane_equations_lanes)(intptr_t n, const REAL *first, co
     NAME(fundamental_of_pixels_sum_start_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(fundamental_of_pixels_mapped_lanes)(common, common_2, first + 2 * NLANES * i, common_3,
-    mapped_0 + NLANES * i, mapped_1 + NLANES * i);
+            mapped_0 + NLANES * i, mapped_1 + NLANES * i);
         NAME(fundamental_of_pixels_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2,
-    sum_0_1_2, sum_1_2);
+            sum_0_1_2, sum_1_2);
     }
     NAME(fundamental_of_pixels_sum_start_2_lanes)(sum_2);
     NAME(fundamental_of_pixels_common_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, common_4, common_5);
@@ -2642,12 +2642,12 @@ static INLINE WORD NAME(plane_equations_lanes)(intptr_t n, const REAL *first, co
     NAME(fundamental_of_pixels_common_2_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2, common_6);
     for (intptr_t i = 0; i < n; i++) {
         NAME(fundamental_of_pixels_mapped_lanes)(common_4, common_5, second + 2 * NLANES * i, common_6, mapped_0_2,
-    mapped_1_2);
+            mapped_1_2);
         NAME(plane_equations_result_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, mapped_0_2, mapped_1_2,
-    out_0 + 18 * NLANES * i);
+            out_0 + 18 * NLANES * i);
     }
     NAME(plane_equations_result_2_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2,
-    out_1, out_2);
+        out_1, out_2);
     return 0;
 }
 
@@ -2850,7 +2850,7 @@ void NAME(camera_equations)(intptr_t n, const REAL *places, const REAL *pixels, 
     REAL *out_2, REAL *work)
 {
     REAL sum[3], sum_1, sum_2, common, common_2, common_3, m, *const mapped = work, common_4, sum_0_0, sum_0_1,
-    sum_1_2, sum_3, common_5, common_6, m_2, mapped_0, mapped_1, common_7;
+        sum_1_2, sum_3, common_5, common_6, m_2, mapped_0, mapped_1, common_7;
     NAME(camera_equations_sum_start)(sum, &sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(camera_equations_sum)(sum, sum_1, places + 3 * i, sum, &sum_1);
@@ -2886,8 +2886,9 @@ static INLINE WORD NAME(camera_equations_lanes)(intptr_t n, const REAL *places, 
     REAL *out_1, REAL *out_2, REAL *mapped)
 {
     _Alignas(64) REAL sum[3 * NLANES], sum_1[NLANES], sum_2[NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], m[NLANES], common_4[NLANES], sum_0_0[NLANES], sum_0_1[NLANES], sum_1_2[NLANES], sum_3[NLANES],
-    common_5[NLANES], common_6[NLANES], m_2[NLANES], mapped_0[NLANES], mapped_1[NLANES], common_7[NLANES];
+        common_3[NLANES], m[NLANES], common_4[NLANES], sum_0_0[NLANES], sum_0_1[NLANES], sum_1_2[NLANES],
+        sum_3[NLANES], common_5[NLANES], common_6[NLANES], m_2[NLANES], mapped_0[NLANES], mapped_1[NLANES],
+        common_7[NLANES];
     NAME(camera_equations_sum_start_lanes)(sum, sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(camera_equations_sum_lanes)(sum, sum_1, places + 3 * NLANES * i, sum, sum_1);
@@ -2902,9 +2903,9 @@ static INLINE WORD NAME(camera_equations_lanes)(intptr_t n, const REAL *places, 
     NAME(fundamental_of_pixels_sum_start_lanes)(sum_0_0, sum_0_1, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(camera_equations_mapped_lanes)(common, common_2, common_3, places + 3 * NLANES * i, common_4,
-    mapped + 3 * NLANES * i);
+            mapped + 3 * NLANES * i);
         NAME(fundamental_of_pixels_sum_lanes)(sum_0_0, sum_0_1, sum_1_2, pixels + 2 * NLANES * i, sum_0_0, sum_0_1,
-    sum_1_2);
+            sum_1_2);
     }
     NAME(fundamental_of_pixels_sum_start_2_lanes)(sum_3);
     NAME(fundamental_of_pixels_common_lanes)(sum_0_0, sum_0_1, sum_1_2, common_5, common_6);
@@ -2916,11 +2917,11 @@ static INLINE WORD NAME(camera_equations_lanes)(intptr_t n, const REAL *places, 
     NAME(fundamental_of_pixels_common_2_lanes)(sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, common_7);
     for (intptr_t i = 0; i < n; i++) {
         NAME(fundamental_of_pixels_mapped_lanes)(common_5, common_6, pixels + 2 * NLANES * i, common_7, mapped_0,
-    mapped_1);
+            mapped_1);
         NAME(camera_equations_result_lanes)(mapped + 3 * NLANES * i, mapped_0, mapped_1, out_0 + 24 * NLANES * i);
     }
     NAME(camera_equations_result_2_lanes)(sum, sum_1, sum_2, m, sum_0_0, sum_0_1, sum_1_2, sum_3, m_2, out_1,
-    out_2);
+        out_2);
     return 0;
 }
 
@@ -7063,29 +7064,30 @@ intptr_t linear_views_starts_of_pose_work(intptr_t n)
 void NAME(starts_of_pose)(intptr_t n, const REAL *places, const REAL *pixels, const REAL *k, REAL *out, REAL *work)
 {
     REAL sum[3 * 3], *const mapped_0 = work, *const mapped_1 = mapped_0 + n, common, common_2, common_3, common_4,
-    common_5, *const mapped_0_2 = mapped_1 + n, *const mapped_1_2 = mapped_0_2 + n, common_6, common_7, common_8,
-    common_9, common_10, common_11, sum_0_0, sum_0_1, sum_1, sum_2, common_12, common_13, m,
-    *const mapped_0_3 = mapped_1_2 + n, *const mapped_1_3 = mapped_0_3 + n, common_14, sum_0_0_2, sum_0_1_2,
-    sum_1_2, sum_3, common_15, common_16, m_2, *const mapped_0_4 = mapped_1_3 + n,
-    *const mapped_1_4 = mapped_0_4 + n, common_17, sum_4[45], state[46], converged, steps, next_state[46],
-    common_18, state_2[46], converged_2, steps_2, next_state_2[46], state_3[46], converged_3, steps_3,
-    next_state_3[46], common_19, state_4[10], converged_4, steps_4, next_state_4[10], sum_5[9], common_20,
-    common_21, sum_6[3], sum_1_3, sum_7, common_22, common_23, common_24, m_3, *const mapped = mapped_1_4 + n,
-    common_25, sum_8[78], state_5[79], converged_5, steps_5, next_state_5[79], common_26, state_6[79], converged_6,
-    steps_6, next_state_6[79], state_7[79], converged_7, steps_7, next_state_7[79], common_27, state_8[13],
-    converged_8, steps_8, next_state_8[13], sum_9[12], common_28, common_29, sum_10, sum_11, sum_12;
+        common_5, *const mapped_0_2 = mapped_1 + n, *const mapped_1_2 = mapped_0_2 + n, common_6, common_7,
+        common_8, common_9, common_10, common_11, sum_0_0, sum_0_1, sum_1, sum_2, common_12, common_13, m,
+        *const mapped_0_3 = mapped_1_2 + n, *const mapped_1_3 = mapped_0_3 + n, common_14, sum_0_0_2, sum_0_1_2,
+        sum_1_2, sum_3, common_15, common_16, m_2, *const mapped_0_4 = mapped_1_3 + n,
+        *const mapped_1_4 = mapped_0_4 + n, common_17, sum_4[45], state[46], converged, steps, next_state[46],
+        common_18, state_2[46], converged_2, steps_2, next_state_2[46], state_3[46], converged_3, steps_3,
+        next_state_3[46], common_19, state_4[10], converged_4, steps_4, next_state_4[10], sum_5[9], common_20,
+        common_21, sum_6[3], sum_1_3, sum_7, common_22, common_23, common_24, m_3, *const mapped = mapped_1_4 + n,
+        common_25, sum_8[78], state_5[79], converged_5, steps_5, next_state_5[79], common_26, state_6[79],
+        converged_6, steps_6, next_state_6[79], state_7[79], converged_7, steps_7, next_state_7[79], common_27,
+        state_8[13], converged_8, steps_8, next_state_8[13], sum_9[12], common_28, common_29, sum_10, sum_11,
+        sum_12;
     NAME(reversed_pose_sum_start)(sum);
     NAME(starts_of_pose_common)(k, &common, &common_2, &common_3, &common_4, &common_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(reversed_pose_sum)(sum, places + 3 * i, sum);
         NAME(starts_of_pose_mapped)(pixels + 2 * i, common, common_2, common_3, common_4, common_5, mapped_0 + i,
-    mapped_1 + i);
+            mapped_1 + i);
     }
     NAME(starts_of_pose_common_2)(sum, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11);
     NAME(fundamental_of_pixels_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(starts_of_pose_mapped_2)(places + 3 * i, common_6, common_7, common_8, common_9, common_10, common_11,
-    mapped_0_2 + i, mapped_1_2 + i);
+            mapped_0_2 + i, mapped_1_2 + i);
         NAME(starts_of_pose_sum)(sum_0_0, sum_0_1, sum_1, mapped_0_2[i], mapped_1_2[i], &sum_0_0, &sum_0_1, &sum_1);
     }
     NAME(fundamental_of_pixels_sum_start_2)(&sum_2);
@@ -7099,9 +7101,9 @@ void NAME(starts_of_pose)(intptr_t n, const REAL *places, const REAL *pixels, co
     NAME(fundamental_of_pixels_sum_start)(&sum_0_0_2, &sum_0_1_2, &sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(starts_of_pose_mapped_3)(common_12, common_13, mapped_0_2[i], mapped_1_2[i], common_14, mapped_0_3 + i,
-    mapped_1_3 + i);
+            mapped_1_3 + i);
         NAME(starts_of_pose_sum)(sum_0_0_2, sum_0_1_2, sum_1_2, mapped_0[i], mapped_1[i], &sum_0_0_2, &sum_0_1_2,
-    &sum_1_2);
+            &sum_1_2);
     }
     NAME(fundamental_of_pixels_sum_start_2)(&sum_3);
     NAME(fundamental_of_pixels_common)(sum_0_0_2, sum_0_1_2, sum_1_2, &common_15, &common_16);
@@ -7115,7 +7117,7 @@ void NAME(starts_of_pose)(intptr_t n, const REAL *places, const REAL *pixels, co
     NAME(camera_equations_sum_start)(sum_6, &sum_1_3);
     for (intptr_t i = 0; i < n; i++) {
         NAME(starts_of_pose_mapped_3)(common_15, common_16, mapped_0[i], mapped_1[i], common_17, mapped_0_4 + i,
-    mapped_1_4 + i);
+            mapped_1_4 + i);
         NAME(starts_of_pose_sum_3)(sum_4, mapped_0_3[i], mapped_1_3[i], mapped_0_4[i], mapped_1_4[i], sum_4);
         NAME(camera_equations_sum)(sum_6, sum_1_3, places + 3 * i, sum_6, &sum_1_3);
     }
@@ -7154,7 +7156,7 @@ void NAME(starts_of_pose)(intptr_t n, const REAL *places, const REAL *pixels, co
         NAME(starts_of_pose_common_3)(state_4, &common_20, &common_21);
         for (intptr_t j = 0; j < n; j++)
             NAME(starts_of_pose_sum_4)(state_4, sum_5, mapped_0_3[j], mapped_1_3[j], mapped_0_4[j], mapped_1_4[j],
-    common_20, common_21, sum_5);
+                common_20, common_21, sum_5);
         NAME(fundamental_of_pixels_next_state_3)(state_3, state_4, sum_5, next_state_4);
         NAME(fundamental_of_pixels_converged_3)(next_state_4, &converged_4);
         COPY(10, next_state_4, state_4);
@@ -7216,7 +7218,7 @@ void NAME(starts_of_pose)(intptr_t n, const REAL *places, const REAL *pixels, co
         NAME(starts_of_pose_common_6)(state_8, &common_28, &common_29);
         for (intptr_t j = 0; j < n; j++)
             NAME(starts_of_pose_sum_6)(state_8, sum_9, mapped + 3 * j, mapped_0_4[j], mapped_1_4[j], common_28,
-    common_29, sum_9);
+                common_29, sum_9);
         NAME(starts_of_pose_next_state_3)(state_7, state_8, sum_9, next_state_8);
         NAME(starts_of_pose_converged_3)(next_state_8, &converged_8);
         COPY(13, next_state_8, state_8);
@@ -7225,7 +7227,7 @@ void NAME(starts_of_pose)(intptr_t n, const REAL *places, const REAL *pixels, co
             break;
     }
     NAME(starts_of_pose_result)(sum, sum_0_0, sum_0_1, sum_1, sum_2, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_3, m_2,
-    state_4, sum_6, sum_1_3, sum_7, m_3, state_8, sum_10, sum_11, sum_12, out);
+        state_4, sum_6, sum_1_3, sum_7, m_3, state_8, sum_10, sum_11, sum_12, out);
 }
 
 static INLINE WORD NAME(starts_of_pose_lanes)(intptr_t n, const REAL *places, const REAL *pixels, const REAL *k,
@@ -7233,62 +7235,62 @@ static INLINE WORD NAME(starts_of_pose_lanes)(intptr_t n, const REAL *places, co
     REAL *mapped_1_3, REAL *mapped_0_4, REAL *mapped_1_4, REAL *mapped)
 {
     _Alignas(64) REAL sum[9 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
-    common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES],
-    common_11[NLANES], sum_0_0[NLANES], sum_0_1[NLANES], sum_1[NLANES], sum_2[NLANES], common_12[NLANES],
-    common_13[NLANES], m[NLANES], common_14[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES],
-    sum_3[NLANES], common_15[NLANES], common_16[NLANES], m_2[NLANES], common_17[NLANES], sum_4[45 * NLANES],
-    state[46 * NLANES], converged[NLANES], steps[NLANES], next_state[46 * NLANES], common_18[NLANES],
-    state_2[46 * NLANES], converged_2[NLANES], steps_2[NLANES], next_state_2[46 * NLANES], state_3[46 * NLANES],
-    converged_3[NLANES], steps_3[NLANES], next_state_3[46 * NLANES], common_19[NLANES], state_4[10 * NLANES],
-    converged_4[NLANES], steps_4[NLANES], next_state_4[10 * NLANES], sum_5[9 * NLANES], common_20[NLANES],
-    common_21[NLANES], sum_6[3 * NLANES], sum_1_3[NLANES], sum_7[NLANES], common_22[NLANES], common_23[NLANES],
-    common_24[NLANES], m_3[NLANES], common_25[NLANES], sum_8[78 * NLANES], state_5[79 * NLANES],
-    converged_5[NLANES], steps_5[NLANES], next_state_5[79 * NLANES], common_26[NLANES], state_6[79 * NLANES],
-    converged_6[NLANES], steps_6[NLANES], next_state_6[79 * NLANES], state_7[79 * NLANES], converged_7[NLANES],
-    steps_7[NLANES], next_state_7[79 * NLANES], common_27[NLANES], state_8[13 * NLANES], converged_8[NLANES],
-    steps_8[NLANES], next_state_8[13 * NLANES], sum_9[12 * NLANES], common_28[NLANES], common_29[NLANES],
-    sum_10[NLANES], sum_11[NLANES], sum_12[NLANES], gac_kept_0[46 * NLANES], gac_kept_1[NLANES],
-    gac_kept_2[46 * NLANES], gac_kept_3[NLANES], gac_kept_4[46 * NLANES], gac_kept_5[NLANES],
-    gac_kept_6[10 * NLANES], gac_kept_7[NLANES], gac_kept_8[79 * NLANES], gac_kept_9[NLANES],
-    gac_kept_10[79 * NLANES], gac_kept_11[NLANES], gac_kept_12[79 * NLANES], gac_kept_13[NLANES],
-    gac_kept_14[13 * NLANES], gac_kept_15[NLANES];
+        common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES],
+        common_11[NLANES], sum_0_0[NLANES], sum_0_1[NLANES], sum_1[NLANES], sum_2[NLANES], common_12[NLANES],
+        common_13[NLANES], m[NLANES], common_14[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES],
+        sum_3[NLANES], common_15[NLANES], common_16[NLANES], m_2[NLANES], common_17[NLANES], sum_4[45 * NLANES],
+        state[46 * NLANES], converged[NLANES], steps[NLANES], next_state[46 * NLANES], common_18[NLANES],
+        state_2[46 * NLANES], converged_2[NLANES], steps_2[NLANES], next_state_2[46 * NLANES], state_3[46 * NLANES],
+        converged_3[NLANES], steps_3[NLANES], next_state_3[46 * NLANES], common_19[NLANES], state_4[10 * NLANES],
+        converged_4[NLANES], steps_4[NLANES], next_state_4[10 * NLANES], sum_5[9 * NLANES], common_20[NLANES],
+        common_21[NLANES], sum_6[3 * NLANES], sum_1_3[NLANES], sum_7[NLANES], common_22[NLANES], common_23[NLANES],
+        common_24[NLANES], m_3[NLANES], common_25[NLANES], sum_8[78 * NLANES], state_5[79 * NLANES],
+        converged_5[NLANES], steps_5[NLANES], next_state_5[79 * NLANES], common_26[NLANES], state_6[79 * NLANES],
+        converged_6[NLANES], steps_6[NLANES], next_state_6[79 * NLANES], state_7[79 * NLANES], converged_7[NLANES],
+        steps_7[NLANES], next_state_7[79 * NLANES], common_27[NLANES], state_8[13 * NLANES], converged_8[NLANES],
+        steps_8[NLANES], next_state_8[13 * NLANES], sum_9[12 * NLANES], common_28[NLANES], common_29[NLANES],
+        sum_10[NLANES], sum_11[NLANES], sum_12[NLANES], gac_kept_0[46 * NLANES], gac_kept_1[NLANES],
+        gac_kept_2[46 * NLANES], gac_kept_3[NLANES], gac_kept_4[46 * NLANES], gac_kept_5[NLANES],
+        gac_kept_6[10 * NLANES], gac_kept_7[NLANES], gac_kept_8[79 * NLANES], gac_kept_9[NLANES],
+        gac_kept_10[79 * NLANES], gac_kept_11[NLANES], gac_kept_12[79 * NLANES], gac_kept_13[NLANES],
+        gac_kept_14[13 * NLANES], gac_kept_15[NLANES];
     NAME(reversed_pose_sum_start_lanes)(sum);
     NAME(starts_of_pose_common_lanes)(k, common, common_2, common_3, common_4, common_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(reversed_pose_sum_lanes)(sum, places + 3 * NLANES * i, sum);
         NAME(starts_of_pose_mapped_lanes)(pixels + 2 * NLANES * i, common, common_2, common_3, common_4, common_5,
-    mapped_0 + NLANES * i, mapped_1 + NLANES * i);
+            mapped_0 + NLANES * i, mapped_1 + NLANES * i);
     }
     NAME(starts_of_pose_common_2_lanes)(sum, common_6, common_7, common_8, common_9, common_10, common_11);
     NAME(fundamental_of_pixels_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(starts_of_pose_mapped_2_lanes)(places + 3 * NLANES * i, common_6, common_7, common_8, common_9,
-    common_10, common_11, mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
+            common_10, common_11, mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
         NAME(starts_of_pose_sum_lanes)(sum_0_0, sum_0_1, sum_1, mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i,
-    sum_0_0, sum_0_1, sum_1);
+            sum_0_0, sum_0_1, sum_1);
     }
     NAME(fundamental_of_pixels_sum_start_2_lanes)(sum_2);
     NAME(fundamental_of_pixels_common_lanes)(sum_0_0, sum_0_1, sum_1, common_12, common_13);
     NAME(fundamental_of_pixels_sum_start_2_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
         NAME(starts_of_pose_sum_2_lanes)(sum_2, mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i, common_12,
-    common_13, sum_2);
+            common_13, sum_2);
         NAME(starts_of_pose_m_lanes)(m, mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i, m);
     }
     NAME(fundamental_of_pixels_common_2_lanes)(sum_0_0, sum_0_1, sum_1, sum_2, m, common_14);
     NAME(fundamental_of_pixels_sum_start_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(starts_of_pose_mapped_3_lanes)(common_12, common_13, mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i,
-    common_14, mapped_0_3 + NLANES * i, mapped_1_3 + NLANES * i);
+            common_14, mapped_0_3 + NLANES * i, mapped_1_3 + NLANES * i);
         NAME(starts_of_pose_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, mapped_0 + NLANES * i, mapped_1 + NLANES * i,
-    sum_0_0_2, sum_0_1_2, sum_1_2);
+            sum_0_0_2, sum_0_1_2, sum_1_2);
     }
     NAME(fundamental_of_pixels_sum_start_2_lanes)(sum_3);
     NAME(fundamental_of_pixels_common_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, common_15, common_16);
     NAME(fundamental_of_pixels_sum_start_2_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(starts_of_pose_sum_2_lanes)(sum_3, mapped_0 + NLANES * i, mapped_1 + NLANES * i, common_15, common_16,
-    sum_3);
+            sum_3);
         NAME(starts_of_pose_m_lanes)(m_2, mapped_0 + NLANES * i, mapped_1 + NLANES * i, m_2);
     }
     NAME(fundamental_of_pixels_common_2_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, sum_3, m_2, common_17);
@@ -7296,9 +7298,9 @@ static INLINE WORD NAME(starts_of_pose_lanes)(intptr_t n, const REAL *places, co
     NAME(camera_equations_sum_start_lanes)(sum_6, sum_1_3);
     for (intptr_t i = 0; i < n; i++) {
         NAME(starts_of_pose_mapped_3_lanes)(common_15, common_16, mapped_0 + NLANES * i, mapped_1 + NLANES * i,
-    common_17, mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i);
+            common_17, mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i);
         NAME(starts_of_pose_sum_3_lanes)(sum_4, mapped_0_3 + NLANES * i, mapped_1_3 + NLANES * i,
-    mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i, sum_4);
+            mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i, sum_4);
         NAME(camera_equations_sum_lanes)(sum_6, sum_1_3, places + 3 * NLANES * i, sum_6, sum_1_3);
     }
     NAME(fundamental_of_pixels_state_lanes)(sum_4, state, converged, steps);
@@ -7350,7 +7352,7 @@ static INLINE WORD NAME(starts_of_pose_lanes)(intptr_t n, const REAL *places, co
         NAME(starts_of_pose_common_3_lanes)(state_4, common_20, common_21);
         for (intptr_t j = 0; j < n; j++)
             NAME(starts_of_pose_sum_4_lanes)(state_4, sum_5, mapped_0_3 + NLANES * j, mapped_1_3 + NLANES * j,
-    mapped_0_4 + NLANES * j, mapped_1_4 + NLANES * j, common_20, common_21, sum_5);
+                mapped_0_4 + NLANES * j, mapped_1_4 + NLANES * j, common_20, common_21, sum_5);
         NAME(fundamental_of_pixels_next_state_3_lanes)(state_3, state_4, sum_5, next_state_4);
         NAME(fundamental_of_pixels_converged_3_lanes)(next_state_4, converged_4);
         COPY(10 * NLANES, next_state_4, state_4);
@@ -7374,9 +7376,9 @@ static INLINE WORD NAME(starts_of_pose_lanes)(intptr_t n, const REAL *places, co
     NAME(fundamental_of_pixels_sum_start_2_lanes)(sum_12);
     for (intptr_t i = 0; i < n; i++) {
         NAME(camera_equations_mapped_lanes)(common_22, common_23, common_24, places + 3 * NLANES * i, common_25,
-    mapped + 3 * NLANES * i);
+            mapped + 3 * NLANES * i);
         NAME(starts_of_pose_sum_5_lanes)(sum_8, mapped + 3 * NLANES * i, mapped_0_4 + NLANES * i,
-    mapped_1_4 + NLANES * i, sum_8);
+            mapped_1_4 + NLANES * i, sum_8);
         NAME(fundamental_of_pixels_sum_4_lanes)(sum_10, sum_10);
         NAME(fundamental_of_pixels_sum_4_lanes)(sum_11, sum_11);
         NAME(fundamental_of_pixels_sum_4_lanes)(sum_12, sum_12);
@@ -7430,7 +7432,7 @@ static INLINE WORD NAME(starts_of_pose_lanes)(intptr_t n, const REAL *places, co
         NAME(starts_of_pose_common_6_lanes)(state_8, common_28, common_29);
         for (intptr_t j = 0; j < n; j++)
             NAME(starts_of_pose_sum_6_lanes)(state_8, sum_9, mapped + 3 * NLANES * j, mapped_0_4 + NLANES * j,
-    mapped_1_4 + NLANES * j, common_28, common_29, sum_9);
+                mapped_1_4 + NLANES * j, common_28, common_29, sum_9);
         NAME(starts_of_pose_next_state_3_lanes)(state_7, state_8, sum_9, next_state_8);
         NAME(starts_of_pose_converged_3_lanes)(next_state_8, converged_8);
         COPY(13 * NLANES, next_state_8, state_8);
@@ -7441,7 +7443,7 @@ static INLINE WORD NAME(starts_of_pose_lanes)(intptr_t n, const REAL *places, co
             break;
     }
     NAME(starts_of_pose_result_lanes)(sum, sum_0_0, sum_0_1, sum_1, sum_2, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_3,
-    m_2, state_4, sum_6, sum_1_3, sum_7, m_3, state_8, sum_10, sum_11, sum_12, out);
+        m_2, state_4, sum_6, sum_1_3, sum_7, m_3, state_8, sum_10, sum_11, sum_12, out);
     return 0;
 }
 

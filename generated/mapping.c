@@ -2,7 +2,7 @@
 // command: gac generate --all mapping
 // spec: a0037dfc809f4953
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 6a81d2ab5c8cfbc94c155b319bee11dd16f0b047389e0f97a10f16c2f177e750
+// body: ee6de60464e45f6b3950bbf50e6adce048c0ef16fe397b4f707003244355685c
 
 #ifndef REAL
 #include "mapping.h"
@@ -206,7 +206,7 @@ static INLINE WORD NAME(prefix_sums_lanes)(intptr_t n, const REAL *points, REAL 
     NAME(prefix_sums_carry_start_lanes)(carry_start);
     for (intptr_t i = 0; i < n; i++)
         NAME(prefix_sums_result_lanes)(i > 0 ? out + 5 * NLANES * (i - 1) : carry_start, points + 2 * NLANES * i,
-    out + 5 * NLANES * i);
+            out + 5 * NLANES * i);
     return 0;
 }
 
@@ -436,17 +436,18 @@ intptr_t mapping_straight_bounds_work(intptr_t n)
 void NAME(straight_bounds)(intptr_t n, const REAL *points, const REAL *sums, REAL tolerance, REAL *out, REAL *work)
 {
     REAL number_start, *const number = work, sum, *const mapped = number + n, common,
-    *const state_carry_0 = mapped + n, state_carry_1, state_steps, state_converged, converged, steps,
-    next_state_carry_1, next_state_steps, next_state_converged, carry_0_start, carry_1_start,
-    *const carry_0 = state_carry_0 + n, *const carry_1 = carry_0 + n, carry_0_start_2, carry_1_start_2,
-    *const carry_0_2 = carry_1 + n, *const carry_1_2 = carry_0_2 + n, number_2, otherwise[2], otherwise_2[2],
-    number_3, otherwise_3[2], otherwise_4[2], *const square = carry_1_2 + n, most_start, *const most = square + n,
-    most_start_2, *const most_2 = most + n, *const bound = most_2 + n, common_2, sum_2, by_element, common_3,
-    state_1, converged_2, steps_2, next_state_1, carry_0_start_3, carry_1_start_3, *const carry_0_3 = bound + n,
-    *const carry_1_3 = carry_0_3 + n, carry_0_start_4, carry_1_start_4, *const carry_0_4 = carry_1_3 + n,
-    *const carry_1_4 = carry_0_4 + n, number_4, otherwise_5[5], otherwise_6[5], otherwise_7[5], otherwise_8[5],
-    otherwise_9[5], number_5, otherwise_10[5], otherwise_11[5], otherwise_12[5], otherwise_13[5], otherwise_14[5],
-    *const cost = carry_1_4 + n, number_6, otherwise_15, number_7, otherwise_16, kept, sum_3;
+        *const state_carry_0 = mapped + n, state_carry_1, state_steps, state_converged, converged, steps,
+        next_state_carry_1, next_state_steps, next_state_converged, carry_0_start, carry_1_start,
+        *const carry_0 = state_carry_0 + n, *const carry_1 = carry_0 + n, carry_0_start_2, carry_1_start_2,
+        *const carry_0_2 = carry_1 + n, *const carry_1_2 = carry_0_2 + n, number_2, otherwise[2], otherwise_2[2],
+        number_3, otherwise_3[2], otherwise_4[2], *const square = carry_1_2 + n, most_start,
+        *const most = square + n, most_start_2, *const most_2 = most + n, *const bound = most_2 + n, common_2,
+        sum_2, by_element, common_3, state_1, converged_2, steps_2, next_state_1, carry_0_start_3, carry_1_start_3,
+        *const carry_0_3 = bound + n, *const carry_1_3 = carry_0_3 + n, carry_0_start_4, carry_1_start_4,
+        *const carry_0_4 = carry_1_3 + n, *const carry_1_4 = carry_0_4 + n, number_4, otherwise_5[5],
+        otherwise_6[5], otherwise_7[5], otherwise_8[5], otherwise_9[5], number_5, otherwise_10[5], otherwise_11[5],
+        otherwise_12[5], otherwise_13[5], otherwise_14[5], *const cost = carry_1_4 + n, number_6, otherwise_15,
+        number_7, otherwise_16, kept, sum_3;
     NAME(straight_bounds_number_start)(&number_start);
     NAME(straight_bounds_sum_start)(&sum);
     for (intptr_t i = 0; i < n; i++) {
@@ -465,11 +466,12 @@ void NAME(straight_bounds)(intptr_t n, const REAL *points, const REAL *sums, REA
         NAME(straight_bounds_carry_0_start)(&carry_0_start_2, &carry_1_start_2);
         for (intptr_t j = n; j-- > 0;)
             NAME(straight_bounds_carry)(j + 1 < n ? carry_0_2[j + 1] : carry_0_start_2,
-    j + 1 < n ? carry_1_2[j + 1] : carry_1_start_2, state_carry_0[j], number[j], carry_0_2 + j, carry_1_2 + j);
+                j + 1 < n ? carry_1_2[j + 1] : carry_1_start_2, state_carry_0[j], number[j], carry_0_2 + j,
+                carry_1_2 + j);
         NAME(straight_bounds_sum_start)(&most_start);
         for (intptr_t j = 0; j < n; j++) {
             NAME(straight_bounds_carry)(j > 0 ? carry_0[j - 1] : carry_0_start,
-    j > 0 ? carry_1[j - 1] : carry_1_start, state_carry_0[j], number[j], carry_0 + j, carry_1 + j);
+                j > 0 ? carry_1[j - 1] : carry_1_start, state_carry_0[j], number[j], carry_0 + j, carry_1 + j);
             COPY(1, carry_0 + j, &number_2);
             NAME(straight_bounds_otherwise_start)(otherwise);
             NAME(straight_bounds_otherwise_start)(otherwise_2);
@@ -477,16 +479,16 @@ void NAME(straight_bounds)(intptr_t n, const REAL *points, const REAL *sums, REA
             NAME(straight_bounds_otherwise_start)(otherwise_3);
             NAME(straight_bounds_otherwise_start)(otherwise_4);
             NAME(straight_bounds_square)(points + 2 * j, state_carry_0[j],
-    number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
-    number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
-    number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_3,
-    number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_4, square + j);
+                number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
+                number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
+                number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_3,
+                number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_4, square + j);
             NAME(straight_bounds_most)(j > 0 ? most[j - 1] : most_start, state_carry_0[j], square[j], most + j);
         }
         NAME(straight_bounds_sum_start)(&most_start_2);
         for (intptr_t j = n; j-- > 0;) {
             NAME(straight_bounds_most)(j + 1 < n ? most_2[j + 1] : most_start_2, state_carry_0[j], square[j],
-    most_2 + j);
+                most_2 + j);
             NAME(straight_bounds_bound)(state_carry_0[j], square[j], most[j], most_2[j], common_2, bound + j);
         }
         NAME(straight_bounds_sum_start)(&sum_2);
@@ -514,10 +516,10 @@ void NAME(straight_bounds)(intptr_t n, const REAL *points, const REAL *sums, REA
         NAME(straight_bounds_carry_0_start)(&carry_0_start_4, &carry_1_start_4);
         for (intptr_t j = n; j-- > 0;)
             NAME(straight_bounds_carry)(j + 1 < n ? carry_0_4[j + 1] : carry_0_start_4,
-    j + 1 < n ? carry_1_4[j + 1] : carry_1_start_4, out[j], number[j], carry_0_4 + j, carry_1_4 + j);
+                j + 1 < n ? carry_1_4[j + 1] : carry_1_start_4, out[j], number[j], carry_0_4 + j, carry_1_4 + j);
         for (intptr_t j = 0; j < n; j++) {
             NAME(straight_bounds_carry)(j > 0 ? carry_0_3[j - 1] : carry_0_start_3,
-    j > 0 ? carry_1_3[j - 1] : carry_1_start_3, out[j], number[j], carry_0_3 + j, carry_1_3 + j);
+                j > 0 ? carry_1_3[j - 1] : carry_1_start_3, out[j], number[j], carry_0_3 + j, carry_1_3 + j);
             NAME(straight_bounds_common)(carry_1_3[j], &number_4);
             NAME(straight_bounds_otherwise_start_2)(otherwise_5);
             NAME(straight_bounds_otherwise_start_2)(otherwise_6);
@@ -531,16 +533,16 @@ void NAME(straight_bounds)(intptr_t n, const REAL *points, const REAL *sums, REA
             NAME(straight_bounds_otherwise_start_2)(otherwise_13);
             NAME(straight_bounds_otherwise_start_2)(otherwise_14);
             NAME(straight_bounds_cost)(tolerance, points + 2 * j, out[j], carry_1_3[j], carry_1_4[j],
-    number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_5,
-    number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_6,
-    number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_7,
-    number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_8,
-    number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_9,
-    number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_10,
-    number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_11,
-    number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_12,
-    number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_13,
-    number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_14, cost + j);
+                number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_5,
+                number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_6,
+                number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_7,
+                number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_8,
+                number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_9,
+                number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_10,
+                number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_11,
+                number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_12,
+                number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_13,
+                number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_14, cost + j);
         }
         NAME(straight_bounds_sum_start)(&sum_3);
         for (intptr_t j = 0; j < n; j++) {
@@ -549,8 +551,8 @@ void NAME(straight_bounds)(intptr_t n, const REAL *points, const REAL *sums, REA
             COPY(1, carry_1_4 + j, &number_7);
             NAME(straight_bounds_otherwise_start_3)(&otherwise_16);
             NAME(straight_bounds_kept)(out[j], cost[j],
-    number_6 >= 0 && number_6 < n ? cost[(intptr_t)number_6] : otherwise_15,
-    number_7 >= 0 && number_7 < n ? cost[(intptr_t)number_7] : otherwise_16, &kept);
+                number_6 >= 0 && number_6 < n ? cost[(intptr_t)number_6] : otherwise_15,
+                number_7 >= 0 && number_7 < n ? cost[(intptr_t)number_7] : otherwise_16, &kept);
             NAME(straight_bounds_sum)(sum_3, out[j], kept, &sum_3);
             COPY(1, &kept, out + j);
         }
@@ -762,15 +764,15 @@ static INLINE void NAME(outline_of_runs_within)(intptr_t n, const REAL *points, 
     const REAL *bounds, REAL stride, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work)
 {
     REAL number_start, *const number = work, sum, carry_0_start, carry_1_start, *const carry_0 = number + n,
-    *const carry_1 = carry_0 + n, carry_0_start_2, carry_1_start_2, *const carry_0_2 = carry_1 + n,
-    *const carry_1_2 = carry_0_2 + n, number_2, otherwise[2], otherwise_2[2], number_3, otherwise_3[2],
-    otherwise_4[2], number_4, otherwise_5[5], otherwise_6[5], otherwise_7[5], otherwise_8[5], otherwise_9[5],
-    number_5, otherwise_10[5], otherwise_11[5], otherwise_12[5], otherwise_13[5], otherwise_14[5],
-    *const nx = carry_1_2 + n, *const ny = nx + n, *const x = ny + n, *const y = x + n, *const size = y + n,
-    *const is_long = size + n, *const mapped = is_long + n, common, number_6, otherwise_15[2], otherwise_16[2],
-    *const step_0 = mapped + n, *const step_1 = step_0 + n, *const mapped_2 = step_1 + n,
-    *const mapped_3 = mapped_2 + n, number_7, otherwise_17, otherwise_18, otherwise_19, otherwise_20, otherwise_21,
-    otherwise_22, number_8, otherwise_23, common_2, described[2 * 5];
+        *const carry_1 = carry_0 + n, carry_0_start_2, carry_1_start_2, *const carry_0_2 = carry_1 + n,
+        *const carry_1_2 = carry_0_2 + n, number_2, otherwise[2], otherwise_2[2], number_3, otherwise_3[2],
+        otherwise_4[2], number_4, otherwise_5[5], otherwise_6[5], otherwise_7[5], otherwise_8[5], otherwise_9[5],
+        number_5, otherwise_10[5], otherwise_11[5], otherwise_12[5], otherwise_13[5], otherwise_14[5],
+        *const nx = carry_1_2 + n, *const ny = nx + n, *const x = ny + n, *const y = x + n, *const size = y + n,
+        *const is_long = size + n, *const mapped = is_long + n, common, number_6, otherwise_15[2], otherwise_16[2],
+        *const step_0 = mapped + n, *const step_1 = step_0 + n, *const mapped_2 = step_1 + n,
+        *const mapped_3 = mapped_2 + n, number_7, otherwise_17, otherwise_18, otherwise_19, otherwise_20,
+        otherwise_21, otherwise_22, number_8, otherwise_23, common_2, described[2 * 5];
     NAME(straight_bounds_number_start)(&number_start);
     NAME(straight_bounds_sum_start)(&sum);
     NAME(straight_bounds_carry_0_start)(&carry_0_start, &carry_1_start);
@@ -778,12 +780,12 @@ static INLINE void NAME(outline_of_runs_within)(intptr_t n, const REAL *points, 
         NAME(straight_bounds_number)(i > 0 ? number[i - 1] : number_start, number + i);
         NAME(straight_bounds_number)(sum, &sum);
         NAME(straight_bounds_carry)(i > 0 ? carry_0[i - 1] : carry_0_start, i > 0 ? carry_1[i - 1] : carry_1_start,
-    bounds[i], number[i], carry_0 + i, carry_1 + i);
+            bounds[i], number[i], carry_0 + i, carry_1 + i);
     }
     NAME(straight_bounds_carry_0_start)(&carry_0_start_2, &carry_1_start_2);
     for (intptr_t i = n; i-- > 0;)
         NAME(straight_bounds_carry)(i + 1 < n ? carry_0_2[i + 1] : carry_0_start_2,
-    i + 1 < n ? carry_1_2[i + 1] : carry_1_start_2, bounds[i], number[i], carry_0_2 + i, carry_1_2 + i);
+            i + 1 < n ? carry_1_2[i + 1] : carry_1_start_2, bounds[i], number[i], carry_0_2 + i, carry_1_2 + i);
     NAME(straight_bounds_common)(sum, &common);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, carry_0 + i, &number_2);
@@ -805,28 +807,28 @@ static INLINE void NAME(outline_of_runs_within)(intptr_t n, const REAL *points, 
         NAME(straight_bounds_otherwise_start_2)(otherwise_13);
         NAME(straight_bounds_otherwise_start_2)(otherwise_14);
         NAME(outline_of_runs_nx)(carry_0[i], carry_0_2[i], carry_1_2[i], bounds[i],
-    number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
-    number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
-    number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_3,
-    number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_4,
-    number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_5,
-    number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_6,
-    number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_7,
-    number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_8,
-    number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_9,
-    number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_10,
-    number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_11,
-    number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_12,
-    number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_13,
-    number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_14, nx + i, ny + i, x + i, y + i,
-    size + i, is_long + i);
+            number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
+            number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
+            number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_3,
+            number_3 >= 0 && number_3 < n ? points + 2 * (intptr_t)number_3 : otherwise_4,
+            number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_5,
+            number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_6,
+            number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_7,
+            number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_8,
+            number_4 >= 0 && number_4 < n ? sums + 5 * (intptr_t)number_4 : otherwise_9,
+            number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_10,
+            number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_11,
+            number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_12,
+            number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_13,
+            number_5 >= 0 && number_5 < n ? sums + 5 * (intptr_t)number_5 : otherwise_14, nx + i, ny + i, x + i,
+            y + i, size + i, is_long + i);
         NAME(outline_of_runs_mapped)(size[i], number[i], common, mapped + i);
         NAME(straight_bounds_number)(number[i], &number_6);
         NAME(straight_bounds_otherwise_start)(otherwise_15);
         NAME(straight_bounds_otherwise_start)(otherwise_16);
         NAME(outline_of_runs_step)(common, points + 2 * i, number[i],
-    number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_15,
-    number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_16, step_0 + i, step_1 + i);
+            number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_15,
+            number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_16, step_0 + i, step_1 + i);
         NAME(outline_of_runs_mapped_2)(step_0[i], step_1[i], mapped_2 + i);
         NAME(outline_of_runs_mapped_3)(mapped_2[i], mapped[i], mapped_3 + i);
     }
@@ -842,28 +844,28 @@ static INLINE void NAME(outline_of_runs_within)(intptr_t n, const REAL *points, 
         NAME(straight_bounds_common)(number[i], &number_8);
         NAME(straight_bounds_sum_start)(&otherwise_23);
         NAME(outline_of_runs_result)(points + 2 * i, nx[i], ny[i], mapped[i], mapped_3[i], bounds[i],
-    number_7 >= 0 && number_7 < n ? nx[(intptr_t)number_7] : otherwise_17,
-    number_7 >= 0 && number_7 < n ? ny[(intptr_t)number_7] : otherwise_18,
-    number_7 >= 0 && number_7 < n ? size[(intptr_t)number_7] : otherwise_21,
-    number_8 >= 0 && number_8 < n ? mapped_3[(intptr_t)number_8] : otherwise_23, common_2, out_0 + 6 * i,
-    out_1 + 5 * i);
+            number_7 >= 0 && number_7 < n ? nx[(intptr_t)number_7] : otherwise_17,
+            number_7 >= 0 && number_7 < n ? ny[(intptr_t)number_7] : otherwise_18,
+            number_7 >= 0 && number_7 < n ? size[(intptr_t)number_7] : otherwise_21,
+            number_8 >= 0 && number_8 < n ? mapped_3[(intptr_t)number_8] : otherwise_23, common_2, out_0 + 6 * i,
+            out_1 + 5 * i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(outline_of_runs_described)(common, points + 2 * i, step_0[i], step_1[i], mapped_2[i], nx[i], ny[i],
-    x[i], y[i], is_long[i], mapped[i], bounds[i], number[i], described);
+            x[i], y[i], is_long[i], mapped[i], bounds[i], number[i], described);
         NAME(outline_of_runs_result_2)(described, out_2 + 5 * i);
         NAME(outline_of_runs_result_3)(described, out_3 + 5 * i);
     }
 }
 
-FUSED(outline_of_runs, (intptr_t n, const REAL *points, const REAL *sums, const REAL *bounds, REAL stride,
-    REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work), (n, points, sums, bounds, stride, out_0, out_1,
-    out_2, out_3, work))
+FUSED(outline_of_runs, (intptr_t n, const REAL *points, const REAL *sums, const REAL *bounds, REAL stride, REAL
+    *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work),
+    (n, points, sums, bounds, stride, out_0, out_1, out_2, out_3, work))
 void NAME(outline_of_runs)(intptr_t n, const REAL *points, const REAL *sums, const REAL *bounds, REAL stride,
     REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work)
 {
-    RUN(outline_of_runs, (n, points, sums, bounds, stride, out_0, out_1, out_2, out_3, work), (n, points, sums,
-    bounds, stride, out_0, out_1, out_2, out_3, work));
+    RUN(outline_of_runs, (n, points, sums, bounds, stride, out_0, out_1, out_2, out_3, work),
+        (n, points, sums, bounds, stride, out_0, out_1, out_2, out_3, work));
 }
 
 GAC_PROCEDURE(outline_of_runs, ALONE)
@@ -916,9 +918,9 @@ void NAME(surface_begins)(intptr_t n, const REAL *points, const REAL *ranges, co
         NAME(straight_bounds_common)(number[i], &number_3);
         NAME(straight_bounds_sum_start)(&otherwise_3);
         NAME(surface_begins_result)(reach, points + 2 * i, ranges[i], beams[i], number[i],
-    number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
-    number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
-    number_3 >= 0 && number_3 < n ? beams[(intptr_t)number_3] : otherwise_3, common, out + i);
+            number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
+            number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
+            number_3 >= 0 && number_3 < n ? beams[(intptr_t)number_3] : otherwise_3, common, out + i);
     }
 }
 
@@ -995,10 +997,10 @@ void NAME(narrow_readings)(intptr_t n, const REAL *points, const REAL *ranges, c
     const REAL *rules, REAL *out, REAL *work)
 {
     REAL number_start, *const number = work, number_2, otherwise[2], otherwise_2[2], number_3, otherwise_3,
-    *const begins = number + n, common, number_4, otherwise_4, *const mapped = begins + n, carry_start,
-    *const carry = mapped + n, carry_start_2, *const carry_2 = carry + n, number_5, otherwise_5[2], otherwise_6[2],
-    number_6, otherwise_7[2], otherwise_8[2], number_7, otherwise_9, number_8, otherwise_10, number_9, otherwise_11,
-    number_10, otherwise_12, common_2;
+        *const begins = number + n, common, number_4, otherwise_4, *const mapped = begins + n, carry_start,
+        *const carry = mapped + n, carry_start_2, *const carry_2 = carry + n, number_5, otherwise_5[2],
+        otherwise_6[2], number_6, otherwise_7[2], otherwise_8[2], number_7, otherwise_9, number_8, otherwise_10,
+        number_9, otherwise_11, number_10, otherwise_12, common_2;
     NAME(straight_bounds_number_start)(&number_start);
     NAME(surface_begins_common)(step, &common);
     for (intptr_t i = 0; i < n; i++) {
@@ -1009,9 +1011,9 @@ void NAME(narrow_readings)(intptr_t n, const REAL *points, const REAL *ranges, c
         NAME(straight_bounds_common)(number[i], &number_3);
         NAME(straight_bounds_sum_start)(&otherwise_3);
         NAME(narrow_readings_begins)(rules, points + 2 * i, ranges[i], beams[i], number[i],
-    number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
-    number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
-    number_3 >= 0 && number_3 < n ? beams[(intptr_t)number_3] : otherwise_3, common, begins + i);
+            number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise,
+            number_2 >= 0 && number_2 < n ? points + 2 * (intptr_t)number_2 : otherwise_2,
+            number_3 >= 0 && number_3 < n ? beams[(intptr_t)number_3] : otherwise_3, common, begins + i);
     }
     NAME(straight_bounds_sum_start)(&carry_start);
     for (intptr_t i = 0; i < n; i++) {
@@ -1040,14 +1042,14 @@ void NAME(narrow_readings)(intptr_t n, const REAL *points, const REAL *ranges, c
         COPY(1, carry_2 + i, &number_10);
         NAME(straight_bounds_sum_start)(&otherwise_12);
         NAME(narrow_readings_result)(rules,
-    number_5 >= 0 && number_5 < n ? points + 2 * (intptr_t)number_5 : otherwise_5,
-    number_5 >= 0 && number_5 < n ? points + 2 * (intptr_t)number_5 : otherwise_6,
-    number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_7,
-    number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_8,
-    number_7 >= 0 && number_7 < n ? ranges[(intptr_t)number_7] : otherwise_9,
-    number_8 >= 0 && number_8 < n ? ranges[(intptr_t)number_8] : otherwise_10,
-    number_9 >= 0 && number_9 < n ? ranges[(intptr_t)number_9] : otherwise_11,
-    number_10 >= 0 && number_10 < n ? ranges[(intptr_t)number_10] : otherwise_12, common_2, out + i);
+            number_5 >= 0 && number_5 < n ? points + 2 * (intptr_t)number_5 : otherwise_5,
+            number_5 >= 0 && number_5 < n ? points + 2 * (intptr_t)number_5 : otherwise_6,
+            number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_7,
+            number_6 >= 0 && number_6 < n ? points + 2 * (intptr_t)number_6 : otherwise_8,
+            number_7 >= 0 && number_7 < n ? ranges[(intptr_t)number_7] : otherwise_9,
+            number_8 >= 0 && number_8 < n ? ranges[(intptr_t)number_8] : otherwise_10,
+            number_9 >= 0 && number_9 < n ? ranges[(intptr_t)number_9] : otherwise_11,
+            number_10 >= 0 && number_10 < n ? ranges[(intptr_t)number_10] : otherwise_12, common_2, out + i);
     }
 }
 
@@ -1442,8 +1444,8 @@ static INLINE void NAME(step_between_within)(intptr_t n, intptr_t m, intptr_t k,
 {
     (void)work;
     REAL sum[6], sum_2[3], sum_2_0, sum_2_1, number, otherwise[6], otherwise_2[6], otherwise_3[6], otherwise_4[6],
-    otherwise_5[6], otherwise_6[6], common, common_2, sum_3[6], sum_4[3], sum_2_0_2, sum_2_1_2, number_2,
-    otherwise_7[6], otherwise_8[6], otherwise_9[6], otherwise_10[6], otherwise_11[6], otherwise_12[6];
+        otherwise_5[6], otherwise_6[6], common, common_2, sum_3[6], sum_4[3], sum_2_0_2, sum_2_1_2, number_2,
+        otherwise_7[6], otherwise_8[6], otherwise_9[6], otherwise_10[6], otherwise_11[6], otherwise_12[6];
     NAME(step_between_sum_start)(sum, sum_2, &sum_2_0, &sum_2_1);
     NAME(step_between_common)(scale, reach, &common, &common_2);
     for (intptr_t i = 0; i < n; i++) {
@@ -1455,13 +1457,13 @@ static INLINE void NAME(step_between_within)(intptr_t n, intptr_t m, intptr_t k,
         NAME(step_between_otherwise_start)(otherwise_5);
         NAME(step_between_otherwise_start)(otherwise_6);
         NAME(step_between_sum)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 6 * i, squares[i],
-    number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise,
-    number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_2,
-    number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_3,
-    number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_4,
-    number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_5,
-    number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_6, common, common_2, sum, sum_2,
-    &sum_2_0, &sum_2_1);
+            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise,
+            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_2,
+            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_3,
+            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_4,
+            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_5,
+            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_6, common, common_2, sum, sum_2,
+            &sum_2_0, &sum_2_1);
     }
     NAME(step_between_sum_start)(sum_3, sum_4, &sum_2_0_2, &sum_2_1_2);
     for (intptr_t i = 0; i < k; i++) {
@@ -1473,16 +1475,16 @@ static INLINE void NAME(step_between_within)(intptr_t n, intptr_t m, intptr_t k,
         NAME(step_between_otherwise_start)(otherwise_11);
         NAME(step_between_otherwise_start)(otherwise_12);
         NAME(step_between_sum_2)(motor, common, common_2, sum_3, sum_4, sum_2_0_2, sum_2_1_2, others + 6 * i,
-    other_squares[i], number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_7,
-    number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_8,
-    number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_9,
-    number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_10,
-    number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_11,
-    number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_12, sum_3, sum_4, &sum_2_0_2,
-    &sum_2_1_2);
+            other_squares[i], number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_7,
+            number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_8,
+            number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_9,
+            number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_10,
+            number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_11,
+            number_2 >= 0 && number_2 < n ? points + 6 * (intptr_t)number_2 : otherwise_12, sum_3, sum_4,
+            &sum_2_0_2, &sum_2_1_2);
     }
     NAME(step_between_result)(motor, sum, sum_2, sum_2_0, sum_2_1, sum_3, sum_4, sum_2_0_2, sum_2_1_2, out_0, out_1,
-    out_2, NULL);
+        out_2, NULL);
 }
 
 FUSED(step_between, (intptr_t n, intptr_t m, intptr_t k, const REAL *motor, const REAL *points, const REAL *squares,
@@ -1494,8 +1496,8 @@ void NAME(step_between)(intptr_t n, intptr_t m, intptr_t k, const REAL *motor, c
     const REAL *other_rows, REAL scale, REAL reach, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     RUN(step_between, (n, m, k, motor, points, squares, rows, targets, others, other_squares, other_rows, scale,
-    reach, out_0, out_1, out_2, work), (n, m, k, motor, points, squares, rows, targets, others, other_squares,
-    other_rows, scale, reach, out_0, out_1, out_2, work));
+        reach, out_0, out_1, out_2, work), (n, m, k, motor, points, squares, rows, targets, others, other_squares,
+        other_rows, scale, reach, out_0, out_1, out_2, work));
 }
 
 GAC_PROCEDURE(step_between, ALONE)
@@ -1558,7 +1560,7 @@ void NAME(normals_on_lines)(intptr_t n, intptr_t m, const REAL *motor, const REA
 {
     (void)work;
     REAL sum[3], number, otherwise[6], otherwise_2[6], otherwise_3[6], otherwise_4[6], otherwise_5[6],
-    otherwise_6[6];
+        otherwise_6[6];
     NAME(normals_on_lines_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, rows + i, &number);
@@ -1569,9 +1571,9 @@ void NAME(normals_on_lines)(intptr_t n, intptr_t m, const REAL *motor, const REA
         NAME(step_between_otherwise_start)(otherwise_5);
         NAME(step_between_otherwise_start)(otherwise_6);
         NAME(normals_on_lines_sum)(motor, rules, sum, points + 6 * i, squares[i],
-    number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_3,
-    number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_4,
-    number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_6, sum);
+            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_3,
+            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_4,
+            number >= 0 && number < m ? targets + 6 * (intptr_t)number : otherwise_6, sum);
     }
     NAME(normals_on_lines_result)(sum, out);
 }
@@ -1654,11 +1656,12 @@ void NAME(sum_of_scores)(intptr_t n, intptr_t b, intptr_t m, const REAL *points,
         NAME(straight_bounds_otherwise_start_3)(&least);
         NAME(straight_bounds_sum_start)(&first_2);
         NAME(sum_of_scores_end)(squares[i], distances[i],
-    number >= 0 && number < b ? closest[(intptr_t)number] : otherwise, common_3, &end);
-        for (intptr_t j = (first_2 > 0 ? first_2 < m ? (intptr_t)first_2 : m : 0); j < (end > 0 ? end < m ? (intptr_t)end : m : 0); j++)
+            number >= 0 && number < b ? closest[(intptr_t)number] : otherwise, common_3, &end);
+        for (intptr_t j = (first_2 > 0 ? first_2 < m ? (intptr_t)first_2 : m : 0); j < (end > 0 ? end < m ?
+            (intptr_t)end : m : 0); j++)
             NAME(sum_of_scores_least)(points + 2 * i, least, lines + 5 * j, &least);
         NAME(sum_of_scores_result)(out[0], squares[i], distances[i],
-    number >= 0 && number < b ? closest[(intptr_t)number] : otherwise, common_3, least, out);
+            number >= 0 && number < b ? closest[(intptr_t)number] : otherwise, common_3, least, out);
     }
 }
 
@@ -1953,11 +1956,11 @@ void NAME(sum_of_place_scores)(intptr_t n, intptr_t m, intptr_t e, intptr_t c, c
 {
     (void)work;
     REAL number, otherwise, number_2, otherwise_2, best_0, best_1, first, end, number_3, otherwise_3[5],
-    otherwise_4[5], otherwise_5[5], otherwise_6[5], otherwise_7[5], common[2], state_carry_0, state_carry_1,
-    state_steps, state_converged, converged, steps, next_state_carry_0, next_state_carry_1, next_state_steps,
-    next_state_converged, number_4, common_2, common_3, common_4[2], otherwise_8, number_5, otherwise_9, hit, ended,
-    first_2, end_2, number_6, otherwise_10[5], otherwise_11[5], otherwise_12[5], otherwise_13[5], otherwise_14[5],
-    common_5, common_6, common_7, common_8, common_9;
+        otherwise_4[5], otherwise_5[5], otherwise_6[5], otherwise_7[5], common[2], state_carry_0, state_carry_1,
+        state_steps, state_converged, converged, steps, next_state_carry_0, next_state_carry_1, next_state_steps,
+        next_state_converged, number_4, common_2, common_3, common_4[2], otherwise_8, number_5, otherwise_9, hit,
+        ended, first_2, end_2, number_6, otherwise_10[5], otherwise_11[5], otherwise_12[5], otherwise_13[5],
+        otherwise_14[5], common_5, common_6, common_7, common_8, common_9;
     NAME(straight_bounds_sum_start)(out);
     NAME(sum_of_place_scores_common)(motor, common_4);
     NAME(sum_of_place_scores_common_2)(motor, grid, &common_7, &common_8);
@@ -1971,7 +1974,8 @@ void NAME(sum_of_place_scores)(intptr_t n, intptr_t m, intptr_t e, intptr_t c, c
         COPY(1, number >= 0 && number < c ? starts + (intptr_t)number : &otherwise, &first);
         COPY(1, number_2 >= 0 && number_2 < c ? starts + (intptr_t)number_2 : &otherwise_2, &end);
         NAME(sum_of_place_scores_common_3)(motor, points + 2 * i, common);
-        for (intptr_t j = (first > 0 ? first < e ? (intptr_t)first : e : 0); j < (end > 0 ? end < e ? (intptr_t)end : e : 0); j++) {
+        for (intptr_t j = (first > 0 ? first < e ? (intptr_t)first : e : 0); j < (end > 0 ? end < e ? (intptr_t)end
+            : e : 0); j++) {
             COPY(1, entries + j, &number_3);
             NAME(straight_bounds_otherwise_start_2)(otherwise_3);
             NAME(straight_bounds_otherwise_start_2)(otherwise_4);
@@ -1979,14 +1983,15 @@ void NAME(sum_of_place_scores)(intptr_t n, intptr_t m, intptr_t e, intptr_t c, c
             NAME(straight_bounds_otherwise_start_2)(otherwise_6);
             NAME(straight_bounds_otherwise_start_2)(otherwise_7);
             NAME(sum_of_place_scores_best)(best_0, best_1, entries[j],
-    number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_3,
-    number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_4,
-    number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_5,
-    number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_6,
-    number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_7, common, &best_0, &best_1);
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_3,
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_4,
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_5,
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_6,
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_7, common, &best_0,
+                &best_1);
         }
         NAME(sum_of_place_scores_state_carry_start)(&state_carry_0, &state_carry_1, &state_steps, &state_converged,
-    &converged, &steps);
+            &converged, &steps);
         NAME(sum_of_place_scores_common_4)(motor, points + 2 * i, common_4, &common_2, &common_3);
         NAME(sum_of_place_scores_common_5)(points + 2 * i, &common_5);
         NAME(sum_of_place_scores_common_6)(points + 2 * i, common_7, common_8, &common_6);
@@ -1998,7 +2003,8 @@ void NAME(sum_of_place_scores)(intptr_t n, intptr_t m, intptr_t e, intptr_t c, c
             NAME(straight_bounds_sum_start)(&hit);
             COPY(1, number_4 >= 0 && number_4 < c ? starts + (intptr_t)number_4 : &otherwise_8, &first_2);
             COPY(1, number_5 >= 0 && number_5 < c ? starts + (intptr_t)number_5 : &otherwise_9, &end_2);
-            for (intptr_t k = (first_2 > 0 ? first_2 < e ? (intptr_t)first_2 : e : 0); k < (end_2 > 0 ? end_2 < e ? (intptr_t)end_2 : e : 0); k++) {
+            for (intptr_t k = (first_2 > 0 ? first_2 < e ? (intptr_t)first_2 : e : 0); k < (end_2 > 0 ? end_2 < e ?
+                (intptr_t)end_2 : e : 0); k++) {
                 COPY(1, entries + k, &number_6);
                 NAME(straight_bounds_otherwise_start_2)(otherwise_10);
                 NAME(straight_bounds_otherwise_start_2)(otherwise_11);
@@ -2006,17 +2012,18 @@ void NAME(sum_of_place_scores)(intptr_t n, intptr_t m, intptr_t e, intptr_t c, c
                 NAME(straight_bounds_otherwise_start_2)(otherwise_13);
                 NAME(straight_bounds_otherwise_start_2)(otherwise_14);
                 NAME(sum_of_place_scores_hit)(common_4, common_2, common_3, hit,
-    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_10,
-    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_11,
-    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_12,
-    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_13,
-    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_14, common_5, &hit);
+                    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_10,
+                    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_11,
+                    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_12,
+                    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_13,
+                    number_6 >= 0 && number_6 < m ? segments + 5 * (intptr_t)number_6 : otherwise_14, common_5,
+                    &hit);
                 NAME(sum_of_place_scores_ended)(hit, &ended);
                 if (ended != 0)
                     break;
             }
             NAME(sum_of_place_scores_next_state_carry)(state_carry_0, state_steps, hit, &next_state_carry_0,
-    &next_state_steps, &next_state_converged);
+                &next_state_steps, &next_state_converged);
             COPY(1, &hit, &next_state_carry_1);
             NAME(sum_of_place_scores_converged)(next_state_steps, next_state_converged, common_6, &converged);
             COPY(1, &next_state_carry_0, &state_carry_0);
@@ -2027,7 +2034,7 @@ void NAME(sum_of_place_scores)(intptr_t n, intptr_t m, intptr_t e, intptr_t c, c
                 break;
         }
         NAME(sum_of_place_scores_result)(out[0], points + 2 * i, best_0, common_7, common_8, state_carry_1,
-    common_9, out);
+            common_9, out);
     }
 }
 
@@ -2130,8 +2137,9 @@ static INLINE void NAME(step_to_map_within)(intptr_t n, intptr_t m, intptr_t e, 
 {
     (void)work;
     REAL sum[6], sum_2[3], sum_2_0, sum_2_1, number, otherwise, number_2, otherwise_2, best_0, best_1, first, end,
-    number_3, otherwise_3[5], otherwise_4[5], otherwise_5[5], otherwise_6[5], otherwise_7[5], common[2], number_4,
-    otherwise_8[5], otherwise_9[5], otherwise_10[5], otherwise_11[5], otherwise_12[5], common_2, common_3;
+        number_3, otherwise_3[5], otherwise_4[5], otherwise_5[5], otherwise_6[5], otherwise_7[5], common[2],
+        number_4, otherwise_8[5], otherwise_9[5], otherwise_10[5], otherwise_11[5], otherwise_12[5], common_2,
+        common_3;
     NAME(step_between_sum_start)(sum, sum_2, &sum_2_0, &sum_2_1);
     NAME(step_between_common)(scale, reach, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++) {
@@ -2143,7 +2151,8 @@ static INLINE void NAME(step_to_map_within)(intptr_t n, intptr_t m, intptr_t e, 
         COPY(1, number >= 0 && number < c ? starts + (intptr_t)number : &otherwise, &first);
         COPY(1, number_2 >= 0 && number_2 < c ? starts + (intptr_t)number_2 : &otherwise_2, &end);
         NAME(sum_of_place_scores_common_3)(motor, points + 2 * i, common);
-        for (intptr_t j = (first > 0 ? first < e ? (intptr_t)first : e : 0); j < (end > 0 ? end < e ? (intptr_t)end : e : 0); j++) {
+        for (intptr_t j = (first > 0 ? first < e ? (intptr_t)first : e : 0); j < (end > 0 ? end < e ? (intptr_t)end
+            : e : 0); j++) {
             COPY(1, entries + j, &number_3);
             NAME(straight_bounds_otherwise_start_2)(otherwise_3);
             NAME(straight_bounds_otherwise_start_2)(otherwise_4);
@@ -2151,11 +2160,12 @@ static INLINE void NAME(step_to_map_within)(intptr_t n, intptr_t m, intptr_t e, 
             NAME(straight_bounds_otherwise_start_2)(otherwise_6);
             NAME(straight_bounds_otherwise_start_2)(otherwise_7);
             NAME(sum_of_place_scores_best)(best_0, best_1, entries[j],
-    number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_3,
-    number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_4,
-    number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_5,
-    number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_6,
-    number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_7, common, &best_0, &best_1);
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_3,
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_4,
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_5,
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_6,
+                number_3 >= 0 && number_3 < m ? segments + 5 * (intptr_t)number_3 : otherwise_7, common, &best_0,
+                &best_1);
         }
         COPY(1, &best_1, &number_4);
         NAME(straight_bounds_otherwise_start_2)(otherwise_8);
@@ -2164,25 +2174,26 @@ static INLINE void NAME(step_to_map_within)(intptr_t n, intptr_t m, intptr_t e, 
         NAME(straight_bounds_otherwise_start_2)(otherwise_11);
         NAME(straight_bounds_otherwise_start_2)(otherwise_12);
         NAME(step_to_map_sum)(motor, sum, sum_2, sum_2_0, sum_2_1, points + 2 * i, best_0,
-    number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_8,
-    number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_9,
-    number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_10,
-    number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_11, common_2, common_3, sum,
-    sum_2, &sum_2_0, &sum_2_1);
+            number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_8,
+            number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_9,
+            number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_10,
+            number_4 >= 0 && number_4 < m ? segments + 5 * (intptr_t)number_4 : otherwise_11, common_2, common_3,
+            sum, sum_2, &sum_2_0, &sum_2_1);
     }
     NAME(step_to_map_result)(motor, sum, sum_2, sum_2_0, sum_2_1, out_0, out_1, out_2, NULL);
 }
 
-FUSED(step_to_map, (intptr_t n, intptr_t m, intptr_t e, intptr_t c, const REAL *motor, const REAL *points,
-    const REAL *segments, const REAL *entries, const REAL *starts, const REAL *grid, REAL scale, REAL reach,
-    REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n, m, e, c, motor, points, segments, entries, starts, grid,
-    scale, reach, out_0, out_1, out_2, work))
+FUSED(step_to_map, (intptr_t n, intptr_t m, intptr_t e, intptr_t c, const REAL *motor, const REAL *points, const
+    REAL *segments, const REAL *entries, const REAL *starts, const REAL *grid, REAL scale, REAL reach, REAL *out_0,
+    REAL *out_1, REAL *out_2, REAL *work),
+    (n, m, e, c, motor, points, segments, entries, starts, grid, scale, reach, out_0, out_1, out_2, work))
 void NAME(step_to_map)(intptr_t n, intptr_t m, intptr_t e, intptr_t c, const REAL *motor, const REAL *points,
     const REAL *segments, const REAL *entries, const REAL *starts, const REAL *grid, REAL scale, REAL reach,
     REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
-    RUN(step_to_map, (n, m, e, c, motor, points, segments, entries, starts, grid, scale, reach, out_0, out_1, out_2,
-    work), (n, m, e, c, motor, points, segments, entries, starts, grid, scale, reach, out_0, out_1, out_2, work));
+    RUN(step_to_map,
+        (n, m, e, c, motor, points, segments, entries, starts, grid, scale, reach, out_0, out_1, out_2, work),
+        (n, m, e, c, motor, points, segments, entries, starts, grid, scale, reach, out_0, out_1, out_2, work));
 }
 
 GAC_PROCEDURE(step_to_map, ALONE)

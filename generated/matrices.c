@@ -2,7 +2,7 @@
 // command: gac generate --all matrices
 // spec: ec48a3cca52b283e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b2788688fb462a298aaf92c2b93d7120f7a5c9c9e598d76086e7f3964337e122
+// body: bf40c5341356d4099184b8769c58c179099241a1bdaeef884f067f1c7a235a23
 
 #ifndef REAL
 #include "matrices.h"
@@ -384,23 +384,24 @@ intptr_t matrices_eigenvectors_work(intptr_t n)
 void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL m, m_2, mapped, common, *const mapped_2 = work, number_start, *const number = mapped_2 + n * n, mapped_3,
-    *const mapped_4 = number + n, number_start_2, *const number_2 = mapped_4 + n * n, *const state_0 = number_2 + n,
-    *const state_1 = state_0 + n * n, sum, common_2, sum_2, *const mapped_5 = state_1 + n * n, common_3, sum_3,
-    *const mapped_6 = mapped_5 + n, common_4, sum_4, *const mapped_7 = mapped_6 + n, common_5, mapped_8,
-    *const mapped_9 = mapped_7 + n, sum_5, mapped_10, common_6, *const mapped_11 = mapped_9 + n * n, mapped_12,
-    sum_6, mapped_13, number_start_3, *const number_3 = mapped_11 + n * n, *const mapped_14 = number_3 + n,
-    *const diagonal = mapped_14 + n, *const beside = diagonal + n, *const state_1_2 = beside + n, converged, steps,
-    carry[4], own_start, following_start, *const own = state_1_2 + n * n, *const following = own + n, own_start_2,
-    following_start_2, *const own_2 = following + n, *const following_2 = own_2 + n, diagonal_start, beside_start,
-    own_start_3, across_start, cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2,
-    *const diagonal_2 = following_2 + n, *const beside_2 = diagonal_2 + n, *const own_3 = beside_2 + n,
-    *const across = own_3 + n, *const cosine = across + n, *const sine = cosine + n, *const is_gap = sine + n,
-    *const cosine_2 = is_gap + n, *const sine_2 = cosine_2 + n, common_7, own_start_4, following_start_3,
-    *const own_4 = sine_2 + n, *const following_3 = own_4 + n, found_start, passed_start, found,
-    *const passed = following_3 + n, *const of_row = passed + n, sum_7, number_start_4,
-    *const number_4 = of_row + n * n, sum_8, *const place = number_4 + n, *const mapped_15 = place + n,
-    number_start_5, *const number_5 = mapped_15 + n, sum_9, number_start_6, *const number_6 = number_5 + n, sum_10,
-    mapped_17, sum_11;
+        *const mapped_4 = number + n, number_start_2, *const number_2 = mapped_4 + n * n,
+        *const state_0 = number_2 + n, *const state_1 = state_0 + n * n, sum, common_2, sum_2,
+        *const mapped_5 = state_1 + n * n, common_3, sum_3, *const mapped_6 = mapped_5 + n, common_4, sum_4,
+        *const mapped_7 = mapped_6 + n, common_5, mapped_8, *const mapped_9 = mapped_7 + n, sum_5, mapped_10,
+        common_6, *const mapped_11 = mapped_9 + n * n, mapped_12, sum_6, mapped_13, number_start_3,
+        *const number_3 = mapped_11 + n * n, *const mapped_14 = number_3 + n, *const diagonal = mapped_14 + n,
+        *const beside = diagonal + n, *const state_1_2 = beside + n, converged, steps, carry[4], own_start,
+        following_start, *const own = state_1_2 + n * n, *const following = own + n, own_start_2, following_start_2,
+        *const own_2 = following + n, *const following_2 = own_2 + n, diagonal_start, beside_start, own_start_3,
+        across_start, cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2,
+        *const diagonal_2 = following_2 + n, *const beside_2 = diagonal_2 + n, *const own_3 = beside_2 + n,
+        *const across = own_3 + n, *const cosine = across + n, *const sine = cosine + n, *const is_gap = sine + n,
+        *const cosine_2 = is_gap + n, *const sine_2 = cosine_2 + n, common_7, own_start_4, following_start_3,
+        *const own_4 = sine_2 + n, *const following_3 = own_4 + n, found_start, passed_start, found,
+        *const passed = following_3 + n, *const of_row = passed + n, sum_7, number_start_4,
+        *const number_4 = of_row + n * n, sum_8, *const place = number_4 + n, *const mapped_15 = place + n,
+        number_start_5, *const number_5 = mapped_15 + n, sum_9, number_start_6, *const number_6 = number_5 + n,
+        sum_10, mapped_17, sum_11;
     NAME(eigenvectors_m_start)(&m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m, &m_2);
@@ -455,7 +456,7 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < n; k++) {
                 NAME(eigenvectors_mapped_6)(mapped_5[j], mapped_7[j], state_0[j * n + k], mapped_5[k], mapped_7[k],
-    &mapped_8);
+                    &mapped_8);
                 COPY(1, &mapped_8, mapped_9 + (j * n + k));
             }
             NAME(eigenvectors_m_start)(&sum_5);
@@ -502,14 +503,15 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
             COPY(1, beside + j, own_2 + j);
         }
         NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_3, &across_start,
-    &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
+            &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
         NAME(eigenvectors_common_5)(carry, &common_7);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_diagonal)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
-    j > 0 ? own_3[j - 1] : own_start_3, j > 0 ? across[j - 1] : across_start, j > 0 ? cosine[j - 1] : cosine_start,
-    j > 0 ? sine[j - 1] : sine_start, j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following[j],
-    following_2[j], mapped_14[j], common_7, diagonal_2 + j, beside_2 + j, own_3 + j, across + j, cosine + j,
-    sine + j, is_gap + j, cosine_2 + j, sine_2 + j);
+                j > 0 ? own_3[j - 1] : own_start_3, j > 0 ? across[j - 1] : across_start,
+                j > 0 ? cosine[j - 1] : cosine_start, j > 0 ? sine[j - 1] : sine_start,
+                j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following[j], following_2[j], mapped_14[j],
+                common_7, diagonal_2 + j, beside_2 + j, own_3 + j, across + j, cosine + j, sine + j, is_gap + j,
+                cosine_2 + j, sine_2 + j);
         NAME(eigenvectors_m_start)(&sum_7);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_converged_start)(&own_start_4, &following_start_3);
@@ -520,7 +522,7 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
             NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * n + k], following_3[k],
-    cosine_2[k], sine_2[k], mapped_14[k], &found, passed + k);
+                    cosine_2[k], sine_2[k], mapped_14[k], &found, passed + k);
                 COPY(1, &found, of_row + (j * n + k));
             }
             NAME(eigenvectors_sum_5)(sum_7, beside_2[j], &sum_7);
@@ -574,16 +576,16 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
     REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13)
 {
     _Alignas(64) REAL m[NLANES], m_2[NLANES], mapped[NLANES], common[NLANES], number_start[NLANES],
-    mapped_3[NLANES], number_start_2[NLANES], sum[NLANES], common_2[NLANES], sum_2[NLANES], common_3[NLANES],
-    sum_3[NLANES], common_4[NLANES], sum_4[NLANES], common_5[NLANES], mapped_8[NLANES], sum_5[NLANES],
-    mapped_10[NLANES], common_6[NLANES], mapped_12[NLANES], sum_6[NLANES], mapped_13[NLANES],
-    number_start_3[NLANES], converged[NLANES], steps[NLANES], carry[4 * NLANES], own_start[NLANES],
-    following_start[NLANES], own_start_2[NLANES], following_start_2[NLANES], diagonal_start[NLANES],
-    beside_start[NLANES], own_start_3[NLANES], across_start[NLANES], cosine_start[NLANES], sine_start[NLANES],
-    is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_7[NLANES], own_start_4[NLANES],
-    following_start_3[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_7[NLANES],
-    number_start_4[NLANES], sum_8[NLANES], number_start_5[NLANES], sum_9[NLANES], number_start_6[NLANES],
-    sum_10[NLANES], mapped_17[NLANES], sum_11[NLANES], gac_kept_3[NLANES];
+        mapped_3[NLANES], number_start_2[NLANES], sum[NLANES], common_2[NLANES], sum_2[NLANES], common_3[NLANES],
+        sum_3[NLANES], common_4[NLANES], sum_4[NLANES], common_5[NLANES], mapped_8[NLANES], sum_5[NLANES],
+        mapped_10[NLANES], common_6[NLANES], mapped_12[NLANES], sum_6[NLANES], mapped_13[NLANES],
+        number_start_3[NLANES], converged[NLANES], steps[NLANES], carry[4 * NLANES], own_start[NLANES],
+        following_start[NLANES], own_start_2[NLANES], following_start_2[NLANES], diagonal_start[NLANES],
+        beside_start[NLANES], own_start_3[NLANES], across_start[NLANES], cosine_start[NLANES], sine_start[NLANES],
+        is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_7[NLANES], own_start_4[NLANES],
+        following_start_3[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_7[NLANES],
+        number_start_4[NLANES], sum_8[NLANES], number_start_5[NLANES], sum_9[NLANES], number_start_6[NLANES],
+        sum_10[NLANES], mapped_17[NLANES], sum_11[NLANES], gac_kept_3[NLANES];
     NAME(eigenvectors_m_start_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m, m_2);
@@ -607,7 +609,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             COPY(NLANES, mapped_3, mapped_4 + NLANES * (i * n + j));
         }
         NAME(eigenvectors_number_lanes)(i > 0 ? number_2 + NLANES * (i - 1) : number_start_2,
-    number_2 + NLANES * i);
+            number_2 + NLANES * i);
         for (intptr_t j = 0; j < n; j++) {
             COPY(NLANES, mapped_2 + NLANES * (i * n + j), state_0 + NLANES * (i * n + j));
             COPY(NLANES, mapped_4 + NLANES * (i * n + j), state_1 + NLANES * (i * n + j));
@@ -620,12 +622,12 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_sum_lanes)(sum, state_0 + NLANES * (i * n + j), number_2 + NLANES * j, common_2, sum);
             NAME(eigenvectors_sum_2_lanes)(common_2, sum_2, state_0 + NLANES * (i * n + j), number_2 + NLANES * j,
-    sum_2);
+                sum_2);
         }
         NAME(eigenvectors_common_2_lanes)(sum, sum_2, common_3);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_mapped_3_lanes)(common_2, state_0 + NLANES * (i * n + j), number_2 + NLANES * j,
-    common_3, mapped_5 + NLANES * j);
+                common_3, mapped_5 + NLANES * j);
         NAME(eigenvectors_common_3_lanes)(sum, sum_2, common_4);
         NAME(eigenvectors_m_start_lanes)(sum_4);
         for (intptr_t j = 0; j < n; j++) {
@@ -638,11 +640,11 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         NAME(eigenvectors_common_4_lanes)(sum, sum_2, sum_4, common_5);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_mapped_5_lanes)(mapped_6 + NLANES * j, mapped_5 + NLANES * j, common_5,
-    mapped_7 + NLANES * j);
+                mapped_7 + NLANES * j);
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < n; k++) {
                 NAME(eigenvectors_mapped_6_lanes)(mapped_5 + NLANES * j, mapped_7 + NLANES * j,
-    state_0 + NLANES * (j * n + k), mapped_5 + NLANES * k, mapped_7 + NLANES * k, mapped_8);
+                    state_0 + NLANES * (j * n + k), mapped_5 + NLANES * k, mapped_7 + NLANES * k, mapped_8);
                 COPY(NLANES, mapped_8, mapped_9 + NLANES * (j * n + k));
             }
             NAME(eigenvectors_m_start_lanes)(sum_5);
@@ -651,7 +653,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             NAME(eigenvectors_mapped_4_lanes)(common_4, sum_5, common_6);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(eigenvectors_mapped_5_lanes)(state_1 + NLANES * (j * n + k), mapped_5 + NLANES * k, common_6,
-    mapped_10);
+                    mapped_10);
                 COPY(NLANES, mapped_10, mapped_11 + NLANES * (j * n + k));
             }
             for (intptr_t k = 0; k < n; k++) {
@@ -667,17 +669,17 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         NAME(eigenvectors_m_start_lanes)(sum_6);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_4_lanes)(number_2 + NLANES * i, sum_6, state_0 + NLANES * (i * n + j),
-    number_2 + NLANES * j, sum_6);
+                number_2 + NLANES * j, sum_6);
         COPY(NLANES, sum_6, mapped_13);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3,
-    number_3 + NLANES * i);
+            number_3 + NLANES * i);
         NAME(eigenvectors_mapped_7_lanes)(number_3 + NLANES * i, mapped_14 + NLANES * i);
         COPY(NLANES, mapped_12, diagonal + NLANES * i);
         COPY(NLANES, mapped_13, beside + NLANES * i);
         for (intptr_t j = 0; j < n; j++)
             COPY(NLANES, state_1 + NLANES * (i * n + j), state_1_2 + NLANES * (i * n + j));
         NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
-    number_4 + NLANES * i);
+            number_4 + NLANES * i);
     }
     NAME(eigenvectors_converged_start_lanes)(converged, steps);
     ROUNDS(rounds, 1000) {
@@ -702,36 +704,36 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         NAME(eigenvectors_converged_start_lanes)(own_start_2, following_start_2);
         for (intptr_t j = n; j-- > 0;) {
             NAME(eigenvectors_following_lanes)(j + 1 < n ? own + NLANES * (j + 1) : own_start,
-    following + NLANES * j);
+                following + NLANES * j);
             COPY(NLANES, diagonal + NLANES * j, own + NLANES * j);
             NAME(eigenvectors_following_lanes)(j + 1 < n ? own_2 + NLANES * (j + 1) : own_start_2,
-    following_2 + NLANES * j);
+                following_2 + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own_2 + NLANES * j);
         }
         NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_3, across_start,
-    cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
+            cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
         NAME(eigenvectors_common_5_lanes)(carry, common_7);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_diagonal_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
-    j > 0 ? own_3 + NLANES * (j - 1) : own_start_3, j > 0 ? across + NLANES * (j - 1) : across_start,
-    j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
-    j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following + NLANES * j,
-    following_2 + NLANES * j, mapped_14 + NLANES * j, common_7, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
-    own_3 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
-    cosine_2 + NLANES * j, sine_2 + NLANES * j);
+                j > 0 ? own_3 + NLANES * (j - 1) : own_start_3, j > 0 ? across + NLANES * (j - 1) : across_start,
+                j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
+                j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following + NLANES * j,
+                following_2 + NLANES * j, mapped_14 + NLANES * j, common_7, diagonal_2 + NLANES * j,
+                beside_2 + NLANES * j, own_3 + NLANES * j, across + NLANES * j, cosine + NLANES * j,
+                sine + NLANES * j, is_gap + NLANES * j, cosine_2 + NLANES * j, sine_2 + NLANES * j);
         NAME(eigenvectors_m_start_lanes)(sum_7);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_converged_start_lanes)(own_start_4, following_start_3);
             for (intptr_t k = n; k-- > 0;) {
                 NAME(eigenvectors_following_lanes)(k + 1 < n ? own_4 + NLANES * (k + 1) : own_start_4,
-    following_3 + NLANES * k);
+                    following_3 + NLANES * k);
                 COPY(NLANES, state_1_2 + NLANES * (j * n + k), own_4 + NLANES * k);
             }
             NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
-    state_1_2 + NLANES * (j * n + k), following_3 + NLANES * k, cosine_2 + NLANES * k, sine_2 + NLANES * k,
-    mapped_14 + NLANES * k, found, passed + NLANES * k);
+                    state_1_2 + NLANES * (j * n + k), following_3 + NLANES * k, cosine_2 + NLANES * k,
+                    sine_2 + NLANES * k, mapped_14 + NLANES * k, found, passed + NLANES * k);
                 COPY(NLANES, found, of_row + NLANES * (j * n + k));
             }
             NAME(eigenvectors_sum_5_lanes)(sum_7, beside_2 + NLANES * j, sum_7);
@@ -764,27 +766,27 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         NAME(eigenvectors_m_start_lanes)(sum_8);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_6_lanes)(diagonal + NLANES * i, number_4 + NLANES * i, sum_8,
-    diagonal + NLANES * j, number_4 + NLANES * j, sum_8);
+                diagonal + NLANES * j, number_4 + NLANES * j, sum_8);
         COPY(NLANES, sum_8, place + NLANES * i);
         NAME(eigenvectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_15 + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
-    number_5 + NLANES * i);
+            number_5 + NLANES * i);
     }
     NAME(eigenvectors_m_start_lanes)(sum_11);
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_m_start_lanes)(sum_9);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_2_lanes)(number_5 + NLANES * i, sum_9, mapped_15 + NLANES * j, place + NLANES * j,
-    sum_9);
+                sum_9);
         COPY(NLANES, sum_9, out_0 + NLANES * i);
         NAME(eigenvectors_number_start_lanes)(number_start_6);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_number_lanes)(j > 0 ? number_6 + NLANES * (j - 1) : number_start_6,
-    number_6 + NLANES * j);
+                number_6 + NLANES * j);
             NAME(eigenvectors_m_start_lanes)(sum_10);
             for (intptr_t k = 0; k < n; k++)
                 NAME(eigenvectors_sum_2_lanes)(number_6 + NLANES * j, sum_10, state_1_2 + NLANES * (i * n + k),
-    place + NLANES * k, sum_10);
+                    place + NLANES * k, sum_10);
             COPY(NLANES, sum_10, mapped_17);
             COPY(NLANES, mapped_17, out_1 + NLANES * (i * n + j));
         }
@@ -1014,29 +1016,30 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
     REAL *work)
 {
     REAL m_2, m_3, mapped, common, *const mapped_2 = work, number_start, *const number = mapped_2 + n * m, mapped_3,
-    *const mapped_4 = number + m, number_start_2, *const number_2 = mapped_4 + m * m, number_start_3,
-    *const number_3 = number_2 + n, *const state_0 = number_3 + m, *const state_1 = state_0 + n * m,
-    *const mapped_5 = state_1 + m * m, sum, sum_2, *const mapped_6 = mapped_5 + n, common_2,
-    *const zeros = mapped_6 + n, *const sum_3 = zeros + m, mapped_7, common_3, common_4, by_element, mapped_8,
-    *const mapped_9 = sum_3 + m, *const zeros_2 = mapped_9 + n * m, *const sum_4 = zeros_2 + m, mapped_10, common_5,
-    by_element_2, sum_5, common_6, sum_6, *const mapped_11 = sum_4 + m, common_7, sum_7, mapped_12, common_8,
-    common_9, *const mapped_13 = mapped_11 + m, sum_8, mapped_14, common_10, *const mapped_15 = mapped_13 + n * m,
-    *const zeros_3 = mapped_15 + m * m, *const zeros_4 = zeros_3 + m, *const sum_0 = zeros_4 + m,
-    *const sum_1 = sum_0 + m, mapped_16, common_11, mapped_17, common_12, by_element_3, by_element_4,
-    number_start_4, *const number_4 = sum_1 + m, *const mapped_18 = number_4 + m, *const diagonal = mapped_18 + m,
-    *const beside = diagonal + m, *const state_1_2 = beside + m, converged, steps, sum_9, own_start,
-    following_start, *const own = state_1_2 + m * m, *const following = own + m, carry[6], own_start_2,
-    following_start_2, *const own_2 = following + m, *const following_2 = own_2 + m, own_start_3, following_start_3,
-    *const own_3 = following_2 + m, *const following_3 = own_3 + m, diagonal_start, beside_start, own_start_4,
-    across_start, cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2,
-    *const diagonal_2 = following_3 + m, *const beside_2 = diagonal_2 + m, *const own_4 = beside_2 + m,
-    *const across = own_4 + m, *const cosine = across + m, *const sine = cosine + m, *const is_gap = sine + m,
-    *const cosine_2 = is_gap + m, *const sine_2 = cosine_2 + m, common_13, own_start_5, following_start_4,
-    *const own_5 = sine_2 + m, *const following_4 = own_5 + m, found_start, passed_start, found,
-    *const passed = following_4 + m, *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11,
-    *const mapped_20 = mapped_19 + m, number_start_5, *const number_5 = mapped_20 + m, sum_12,
-    *const place = number_5 + m, number_start_6, *const number_6 = place + m, sum_13, number_start_7,
-    *const number_7 = number_6 + m, sum_14, mapped_22;
+        *const mapped_4 = number + m, number_start_2, *const number_2 = mapped_4 + m * m, number_start_3,
+        *const number_3 = number_2 + n, *const state_0 = number_3 + m, *const state_1 = state_0 + n * m,
+        *const mapped_5 = state_1 + m * m, sum, sum_2, *const mapped_6 = mapped_5 + n, common_2,
+        *const zeros = mapped_6 + n, *const sum_3 = zeros + m, mapped_7, common_3, common_4, by_element, mapped_8,
+        *const mapped_9 = sum_3 + m, *const zeros_2 = mapped_9 + n * m, *const sum_4 = zeros_2 + m, mapped_10,
+        common_5, by_element_2, sum_5, common_6, sum_6, *const mapped_11 = sum_4 + m, common_7, sum_7, mapped_12,
+        common_8, common_9, *const mapped_13 = mapped_11 + m, sum_8, mapped_14, common_10,
+        *const mapped_15 = mapped_13 + n * m, *const zeros_3 = mapped_15 + m * m, *const zeros_4 = zeros_3 + m,
+        *const sum_0 = zeros_4 + m, *const sum_1 = sum_0 + m, mapped_16, common_11, mapped_17, common_12,
+        by_element_3, by_element_4, number_start_4, *const number_4 = sum_1 + m, *const mapped_18 = number_4 + m,
+        *const diagonal = mapped_18 + m, *const beside = diagonal + m, *const state_1_2 = beside + m, converged,
+        steps, sum_9, own_start, following_start, *const own = state_1_2 + m * m, *const following = own + m,
+        carry[6], own_start_2, following_start_2, *const own_2 = following + m, *const following_2 = own_2 + m,
+        own_start_3, following_start_3, *const own_3 = following_2 + m, *const following_3 = own_3 + m,
+        diagonal_start, beside_start, own_start_4, across_start, cosine_start, sine_start, is_gap_start,
+        cosine_start_2, sine_start_2, *const diagonal_2 = following_3 + m, *const beside_2 = diagonal_2 + m,
+        *const own_4 = beside_2 + m, *const across = own_4 + m, *const cosine = across + m,
+        *const sine = cosine + m, *const is_gap = sine + m, *const cosine_2 = is_gap + m,
+        *const sine_2 = cosine_2 + m, common_13, own_start_5, following_start_4, *const own_5 = sine_2 + m,
+        *const following_4 = own_5 + m, found_start, passed_start, found, *const passed = following_4 + m,
+        *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11,
+        *const mapped_20 = mapped_19 + m, number_start_5, *const number_5 = mapped_20 + m, sum_12,
+        *const place = number_5 + m, number_start_6, *const number_6 = place + m, sum_13, number_start_7,
+        *const number_7 = number_6 + m, sum_14, mapped_22;
     NAME(eigenvectors_m_start)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m_2, &m_3);
@@ -1186,14 +1189,15 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2)(carry, diagonal[j], beside[j], following[j], carry);
         NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
-    &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
+            &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
         NAME(singular_vectors_common_2)(carry, &common_13);
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_diagonal)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
-    j > 0 ? own_4[j - 1] : own_start_4, j > 0 ? across[j - 1] : across_start, j > 0 ? cosine[j - 1] : cosine_start,
-    j > 0 ? sine[j - 1] : sine_start, j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j],
-    following_3[j], mapped_18[j], common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j,
-    sine + j, is_gap + j, cosine_2 + j, sine_2 + j);
+                j > 0 ? own_4[j - 1] : own_start_4, j > 0 ? across[j - 1] : across_start,
+                j > 0 ? cosine[j - 1] : cosine_start, j > 0 ? sine[j - 1] : sine_start,
+                j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j], following_3[j], mapped_18[j],
+                common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j, sine + j, is_gap + j,
+                cosine_2 + j, sine_2 + j);
         NAME(eigenvectors_m_start)(&sum_10);
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_converged_start)(&own_start_5, &following_start_4);
@@ -1204,7 +1208,7 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
             NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * m + k], following_4[k],
-    cosine_2[k], sine_2[k], mapped_18[k], &found, passed + k);
+                    cosine_2[k], sine_2[k], mapped_18[k], &found, passed + k);
                 COPY(1, &found, of_row + (j * m + k));
             }
             NAME(eigenvectors_sum_5)(sum_10, beside_2[j], &sum_10);
@@ -1265,19 +1269,20 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13, REAL *gac_kept_14)
 {
     _Alignas(64) REAL m_2[NLANES], m_3[NLANES], mapped[NLANES], common[NLANES], number_start[NLANES],
-    mapped_3[NLANES], number_start_2[NLANES], number_start_3[NLANES], sum[NLANES], sum_2[NLANES], common_2[NLANES],
-    mapped_7[NLANES], common_3[NLANES], common_4[NLANES], by_element[NLANES], mapped_8[NLANES], mapped_10[NLANES],
-    common_5[NLANES], by_element_2[NLANES], sum_5[NLANES], common_6[NLANES], sum_6[NLANES], common_7[NLANES],
-    sum_7[NLANES], mapped_12[NLANES], common_8[NLANES], common_9[NLANES], sum_8[NLANES], mapped_14[NLANES],
-    common_10[NLANES], mapped_16[NLANES], common_11[NLANES], mapped_17[NLANES], common_12[NLANES],
-    by_element_3[NLANES], by_element_4[NLANES], number_start_4[NLANES], converged[NLANES], steps[NLANES],
-    sum_9[NLANES], own_start[NLANES], following_start[NLANES], carry[6 * NLANES], own_start_2[NLANES],
-    following_start_2[NLANES], own_start_3[NLANES], following_start_3[NLANES], diagonal_start[NLANES],
-    beside_start[NLANES], own_start_4[NLANES], across_start[NLANES], cosine_start[NLANES], sine_start[NLANES],
-    is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], own_start_5[NLANES],
-    following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
-    sum_11[NLANES], number_start_5[NLANES], sum_12[NLANES], number_start_6[NLANES], sum_13[NLANES],
-    number_start_7[NLANES], sum_14[NLANES], mapped_22[NLANES], gac_kept_3[NLANES];
+        mapped_3[NLANES], number_start_2[NLANES], number_start_3[NLANES], sum[NLANES], sum_2[NLANES],
+        common_2[NLANES], mapped_7[NLANES], common_3[NLANES], common_4[NLANES], by_element[NLANES],
+        mapped_8[NLANES], mapped_10[NLANES], common_5[NLANES], by_element_2[NLANES], sum_5[NLANES],
+        common_6[NLANES], sum_6[NLANES], common_7[NLANES], sum_7[NLANES], mapped_12[NLANES], common_8[NLANES],
+        common_9[NLANES], sum_8[NLANES], mapped_14[NLANES], common_10[NLANES], mapped_16[NLANES], common_11[NLANES],
+        mapped_17[NLANES], common_12[NLANES], by_element_3[NLANES], by_element_4[NLANES], number_start_4[NLANES],
+        converged[NLANES], steps[NLANES], sum_9[NLANES], own_start[NLANES], following_start[NLANES],
+        carry[6 * NLANES], own_start_2[NLANES], following_start_2[NLANES], own_start_3[NLANES],
+        following_start_3[NLANES], diagonal_start[NLANES], beside_start[NLANES], own_start_4[NLANES],
+        across_start[NLANES], cosine_start[NLANES], sine_start[NLANES], is_gap_start[NLANES],
+        cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], own_start_5[NLANES],
+        following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
+        sum_11[NLANES], number_start_5[NLANES], sum_12[NLANES], number_start_6[NLANES], sum_13[NLANES],
+        number_start_7[NLANES], sum_14[NLANES], mapped_22[NLANES], gac_kept_3[NLANES];
     NAME(eigenvectors_m_start_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m_2, m_3);
@@ -1293,7 +1298,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
             COPY(NLANES, mapped, mapped_2 + NLANES * (i * m + j));
         }
         NAME(eigenvectors_number_lanes)(i > 0 ? number_2 + NLANES * (i - 1) : number_start_2,
-    number_2 + NLANES * i);
+            number_2 + NLANES * i);
         for (intptr_t j = 0; j < m; j++)
             COPY(NLANES, mapped_2 + NLANES * (i * m + j), state_0 + NLANES * (i * m + j));
     }
@@ -1307,7 +1312,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
             COPY(NLANES, mapped_3, mapped_4 + NLANES * (i * m + j));
         }
         NAME(eigenvectors_number_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3,
-    number_3 + NLANES * i);
+            number_3 + NLANES * i);
         for (intptr_t j = 0; j < m; j++)
             COPY(NLANES, mapped_4 + NLANES * (i * m + j), state_1 + NLANES * (i * m + j));
     }
@@ -1320,9 +1325,9 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         for (intptr_t j = 0; j < n; j++) {
             COPY(NLANES, state_0 + NLANES * (j * m + i), mapped_5 + NLANES * j);
             NAME(singular_vectors_sum_lanes)(number_3 + NLANES * i, sum, mapped_5 + NLANES * j,
-    number_2 + NLANES * j, sum);
+                number_2 + NLANES * j, sum);
             NAME(eigenvectors_sum_2_lanes)(number_3 + NLANES * i, sum_2, mapped_5 + NLANES * j,
-    number_2 + NLANES * j, sum_2);
+                number_2 + NLANES * j, sum_2);
         }
         NAME(eigenvectors_common_2_lanes)(sum, sum_2, common_2);
         CLEAR(NLANES * m, zeros);
@@ -1334,7 +1339,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         NAME(eigenvectors_common_3_lanes)(sum, sum_2, common_4);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_mapped_3_lanes)(number_3 + NLANES * i, mapped_5 + NLANES * j, number_2 + NLANES * j,
-    common_2, mapped_6 + NLANES * j);
+                common_2, mapped_6 + NLANES * j);
             NAME(eigenvectors_mapped_4_lanes)(mapped_6 + NLANES * j, common_4, common_3);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_mapped_4_lanes)(state_0 + NLANES * (j * m + k), common_3, mapped_7);
@@ -1345,7 +1350,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < m; k++) {
                 NAME(singular_vectors_mapped_lanes)(mapped_6 + NLANES * j, state_0 + NLANES * (j * m + k),
-    sum_3 + NLANES * k, mapped_8);
+                    sum_3 + NLANES * k, mapped_8);
                 COPY(NLANES, mapped_8, mapped_9 + NLANES * (j * m + k));
             }
             NAME(singular_vectors_common_lanes)(number_3 + NLANES * i, number_2 + NLANES * j, common_5);
@@ -1365,17 +1370,17 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         NAME(eigenvectors_common_2_lanes)(sum_5, sum_6, common_7);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_mapped_3_lanes)(common_6, sum_4 + NLANES * j, number_3 + NLANES * j, common_7,
-    mapped_11 + NLANES * j);
+                mapped_11 + NLANES * j);
         NAME(eigenvectors_common_3_lanes)(sum_5, sum_6, common_9);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_m_start_lanes)(sum_7);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3_lanes)(sum_7, mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k,
-    sum_7);
+                    sum_7);
             NAME(eigenvectors_mapped_4_lanes)(sum_7, common_9, common_8);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_mapped_5_lanes)(mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_8,
-    mapped_12);
+                    mapped_12);
                 COPY(NLANES, mapped_12, mapped_13 + NLANES * (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
@@ -1385,11 +1390,11 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
             NAME(eigenvectors_m_start_lanes)(sum_8);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3_lanes)(sum_8, state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k,
-    sum_8);
+                    sum_8);
             NAME(eigenvectors_mapped_4_lanes)(common_9, sum_8, common_10);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_mapped_5_lanes)(state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_10,
-    mapped_14);
+                    mapped_14);
                 COPY(NLANES, mapped_14, mapped_15 + NLANES * (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
@@ -1398,7 +1403,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         COPY(NLANES, zeros_3 + NLANES * i, sum_0 + NLANES * i);
         COPY(NLANES, zeros_4 + NLANES * i, sum_1 + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
-    number_4 + NLANES * i);
+            number_4 + NLANES * i);
         NAME(eigenvectors_mapped_7_lanes)(number_4 + NLANES * i, mapped_18 + NLANES * i);
     }
     for (intptr_t i = 0; i < n; i++) {
@@ -1406,9 +1411,9 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         NAME(eigenvectors_number_lanes)(number_2 + NLANES * i, common_12);
         for (intptr_t j = 0; j < m; j++) {
             NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_11,
-    mapped_16);
+                mapped_16);
             NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_12,
-    mapped_17);
+                mapped_17);
             NAME(singular_vectors_by_element_lanes)(sum_0 + NLANES * j, mapped_16, by_element_3);
             NAME(singular_vectors_by_element_lanes)(sum_1 + NLANES * j, mapped_17, by_element_4);
             COPY(NLANES, by_element_3, sum_0 + NLANES * j);
@@ -1446,43 +1451,43 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         NAME(eigenvectors_converged_start_lanes)(own_start_3, following_start_3);
         for (intptr_t j = m; j-- > 0;) {
             NAME(eigenvectors_following_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start,
-    following + NLANES * j);
+                following + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own + NLANES * j);
             NAME(eigenvectors_following_lanes)(j + 1 < m ? own_2 + NLANES * (j + 1) : own_start_2,
-    following_2 + NLANES * j);
+                following_2 + NLANES * j);
             COPY(NLANES, diagonal + NLANES * j, own_2 + NLANES * j);
             NAME(eigenvectors_following_lanes)(j + 1 < m ? own_3 + NLANES * (j + 1) : own_start_3,
-    following_3 + NLANES * j);
+                following_3 + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own_3 + NLANES * j);
         }
         NAME(singular_vectors_carry_lanes)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j,
-    following + NLANES * j, carry);
+                following + NLANES * j, carry);
         NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
-    cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
+            cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
         NAME(singular_vectors_common_2_lanes)(carry, common_13);
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_diagonal_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
-    j > 0 ? own_4 + NLANES * (j - 1) : own_start_4, j > 0 ? across + NLANES * (j - 1) : across_start,
-    j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
-    j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following_2 + NLANES * j,
-    following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
-    own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
-    cosine_2 + NLANES * j, sine_2 + NLANES * j);
+                j > 0 ? own_4 + NLANES * (j - 1) : own_start_4, j > 0 ? across + NLANES * (j - 1) : across_start,
+                j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
+                j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following_2 + NLANES * j,
+                following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j,
+                beside_2 + NLANES * j, own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j,
+                sine + NLANES * j, is_gap + NLANES * j, cosine_2 + NLANES * j, sine_2 + NLANES * j);
         NAME(eigenvectors_m_start_lanes)(sum_10);
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_converged_start_lanes)(own_start_5, following_start_4);
             for (intptr_t k = m; k-- > 0;) {
                 NAME(eigenvectors_following_lanes)(k + 1 < m ? own_5 + NLANES * (k + 1) : own_start_5,
-    following_4 + NLANES * k);
+                    following_4 + NLANES * k);
                 COPY(NLANES, state_1_2 + NLANES * (j * m + k), own_5 + NLANES * k);
             }
             NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
-    state_1_2 + NLANES * (j * m + k), following_4 + NLANES * k, cosine_2 + NLANES * k, sine_2 + NLANES * k,
-    mapped_18 + NLANES * k, found, passed + NLANES * k);
+                    state_1_2 + NLANES * (j * m + k), following_4 + NLANES * k, cosine_2 + NLANES * k,
+                    sine_2 + NLANES * k, mapped_18 + NLANES * k, found, passed + NLANES * k);
                 COPY(NLANES, found, of_row + NLANES * (j * m + k));
             }
             NAME(eigenvectors_sum_5_lanes)(sum_10, beside_2 + NLANES * j, sum_10);
@@ -1518,32 +1523,32 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         NAME(eigenvectors_sum_7_lanes)(sum_11, diagonal + NLANES * i, sum_11);
         NAME(singular_vectors_mapped_5_lanes)(mapped_19 + NLANES * i, mapped_20 + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
-    number_5 + NLANES * i);
+            number_5 + NLANES * i);
     }
     NAME(eigenvectors_number_start_lanes)(number_start_6);
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start_lanes)(sum_12);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_6_lanes)(mapped_20 + NLANES * i, number_5 + NLANES * i, sum_12,
-    mapped_20 + NLANES * j, number_5 + NLANES * j, sum_12);
+                mapped_20 + NLANES * j, number_5 + NLANES * j, sum_12);
         COPY(NLANES, sum_12, place + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_6 + NLANES * (i - 1) : number_start_6,
-    number_6 + NLANES * i);
+            number_6 + NLANES * i);
     }
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start_lanes)(sum_13);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_2_lanes)(number_6 + NLANES * i, sum_13, mapped_19 + NLANES * j,
-    place + NLANES * j, sum_13);
+                place + NLANES * j, sum_13);
         COPY(NLANES, sum_13, out_0 + NLANES * i);
         NAME(eigenvectors_number_start_lanes)(number_start_7);
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_number_lanes)(j > 0 ? number_7 + NLANES * (j - 1) : number_start_7,
-    number_7 + NLANES * j);
+                number_7 + NLANES * j);
             NAME(eigenvectors_m_start_lanes)(sum_14);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_2_lanes)(number_7 + NLANES * j, sum_14, state_1_2 + NLANES * (i * m + k),
-    place + NLANES * k, sum_14);
+                    place + NLANES * k, sum_14);
             COPY(NLANES, sum_14, mapped_22);
             COPY(NLANES, mapped_22, out_1 + NLANES * (i * m + j));
         }
@@ -1652,27 +1657,28 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
     REAL *work)
 {
     REAL m_2, m_3, mapped, common, *const mapped_2 = work, number_start, *const number = mapped_2 + n * m, mapped_3,
-    *const mapped_4 = number + m, number_start_2, *const number_2 = mapped_4 + m * m, number_start_3,
-    *const number_3 = number_2 + n, *const state_0 = number_3 + m, *const state_1 = state_0 + n * m,
-    *const mapped_5 = state_1 + m * m, sum, sum_2, *const mapped_6 = mapped_5 + n, common_2,
-    *const zeros = mapped_6 + n, *const sum_3 = zeros + m, mapped_7, common_3, common_4, by_element, mapped_8,
-    *const mapped_9 = sum_3 + m, *const zeros_2 = mapped_9 + n * m, *const sum_4 = zeros_2 + m, mapped_10, common_5,
-    by_element_2, sum_5, common_6, sum_6, *const mapped_11 = sum_4 + m, common_7, sum_7, mapped_12, common_8,
-    common_9, *const mapped_13 = mapped_11 + m, sum_8, mapped_14, common_10, *const mapped_15 = mapped_13 + n * m,
-    *const zeros_3 = mapped_15 + m * m, *const zeros_4 = zeros_3 + m, *const sum_0 = zeros_4 + m,
-    *const sum_1 = sum_0 + m, mapped_16, common_11, mapped_17, common_12, by_element_3, by_element_4,
-    number_start_4, *const number_4 = sum_1 + m, *const mapped_18 = number_4 + m, *const diagonal = mapped_18 + m,
-    *const beside = diagonal + m, *const state_1_2 = beside + m, converged, steps, sum_9, own_start,
-    following_start, *const own = state_1_2 + m * m, *const following = own + m, carry[6], own_start_2,
-    following_start_2, *const own_2 = following + m, *const following_2 = own_2 + m, own_start_3, following_start_3,
-    *const own_3 = following_2 + m, *const following_3 = own_3 + m, diagonal_start, beside_start, own_start_4,
-    across_start, cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2,
-    *const diagonal_2 = following_3 + m, *const beside_2 = diagonal_2 + m, *const own_4 = beside_2 + m,
-    *const across = own_4 + m, *const cosine = across + m, *const sine = cosine + m, *const is_gap = sine + m,
-    *const cosine_2 = is_gap + m, *const sine_2 = cosine_2 + m, common_13, own_start_5, following_start_4,
-    *const own_5 = sine_2 + m, *const following_4 = own_5 + m, found_start, passed_start, found,
-    *const passed = following_4 + m, *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11,
-    a, carry_2[5], number_start_5, *const number_5 = mapped_19 + m, sum_12;
+        *const mapped_4 = number + m, number_start_2, *const number_2 = mapped_4 + m * m, number_start_3,
+        *const number_3 = number_2 + n, *const state_0 = number_3 + m, *const state_1 = state_0 + n * m,
+        *const mapped_5 = state_1 + m * m, sum, sum_2, *const mapped_6 = mapped_5 + n, common_2,
+        *const zeros = mapped_6 + n, *const sum_3 = zeros + m, mapped_7, common_3, common_4, by_element, mapped_8,
+        *const mapped_9 = sum_3 + m, *const zeros_2 = mapped_9 + n * m, *const sum_4 = zeros_2 + m, mapped_10,
+        common_5, by_element_2, sum_5, common_6, sum_6, *const mapped_11 = sum_4 + m, common_7, sum_7, mapped_12,
+        common_8, common_9, *const mapped_13 = mapped_11 + m, sum_8, mapped_14, common_10,
+        *const mapped_15 = mapped_13 + n * m, *const zeros_3 = mapped_15 + m * m, *const zeros_4 = zeros_3 + m,
+        *const sum_0 = zeros_4 + m, *const sum_1 = sum_0 + m, mapped_16, common_11, mapped_17, common_12,
+        by_element_3, by_element_4, number_start_4, *const number_4 = sum_1 + m, *const mapped_18 = number_4 + m,
+        *const diagonal = mapped_18 + m, *const beside = diagonal + m, *const state_1_2 = beside + m, converged,
+        steps, sum_9, own_start, following_start, *const own = state_1_2 + m * m, *const following = own + m,
+        carry[6], own_start_2, following_start_2, *const own_2 = following + m, *const following_2 = own_2 + m,
+        own_start_3, following_start_3, *const own_3 = following_2 + m, *const following_3 = own_3 + m,
+        diagonal_start, beside_start, own_start_4, across_start, cosine_start, sine_start, is_gap_start,
+        cosine_start_2, sine_start_2, *const diagonal_2 = following_3 + m, *const beside_2 = diagonal_2 + m,
+        *const own_4 = beside_2 + m, *const across = own_4 + m, *const cosine = across + m,
+        *const sine = cosine + m, *const is_gap = sine + m, *const cosine_2 = is_gap + m,
+        *const sine_2 = cosine_2 + m, common_13, own_start_5, following_start_4, *const own_5 = sine_2 + m,
+        *const following_4 = own_5 + m, found_start, passed_start, found, *const passed = following_4 + m,
+        *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11, a, carry_2[5],
+        number_start_5, *const number_5 = mapped_19 + m, sum_12;
     NAME(eigenvectors_m_start)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m_2, &m_3);
@@ -1822,14 +1828,15 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2)(carry, diagonal[j], beside[j], following[j], carry);
         NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
-    &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
+            &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
         NAME(singular_vectors_common_2)(carry, &common_13);
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_diagonal)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
-    j > 0 ? own_4[j - 1] : own_start_4, j > 0 ? across[j - 1] : across_start, j > 0 ? cosine[j - 1] : cosine_start,
-    j > 0 ? sine[j - 1] : sine_start, j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j],
-    following_3[j], mapped_18[j], common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j,
-    sine + j, is_gap + j, cosine_2 + j, sine_2 + j);
+                j > 0 ? own_4[j - 1] : own_start_4, j > 0 ? across[j - 1] : across_start,
+                j > 0 ? cosine[j - 1] : cosine_start, j > 0 ? sine[j - 1] : sine_start,
+                j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j], following_3[j], mapped_18[j],
+                common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j, sine + j, is_gap + j,
+                cosine_2 + j, sine_2 + j);
         NAME(eigenvectors_m_start)(&sum_10);
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_converged_start)(&own_start_5, &following_start_4);
@@ -1840,7 +1847,7 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
             NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * m + k], following_4[k],
-    cosine_2[k], sine_2[k], mapped_18[k], &found, passed + k);
+                    cosine_2[k], sine_2[k], mapped_18[k], &found, passed + k);
                 COPY(1, &found, of_row + (j * m + k));
             }
             NAME(eigenvectors_sum_5)(sum_10, beside_2[j], &sum_10);
@@ -1889,18 +1896,19 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     REAL *gac_kept_14)
 {
     _Alignas(64) REAL m_2[NLANES], m_3[NLANES], mapped[NLANES], common[NLANES], number_start[NLANES],
-    mapped_3[NLANES], number_start_2[NLANES], number_start_3[NLANES], sum[NLANES], sum_2[NLANES], common_2[NLANES],
-    mapped_7[NLANES], common_3[NLANES], common_4[NLANES], by_element[NLANES], mapped_8[NLANES], mapped_10[NLANES],
-    common_5[NLANES], by_element_2[NLANES], sum_5[NLANES], common_6[NLANES], sum_6[NLANES], common_7[NLANES],
-    sum_7[NLANES], mapped_12[NLANES], common_8[NLANES], common_9[NLANES], sum_8[NLANES], mapped_14[NLANES],
-    common_10[NLANES], mapped_16[NLANES], common_11[NLANES], mapped_17[NLANES], common_12[NLANES],
-    by_element_3[NLANES], by_element_4[NLANES], number_start_4[NLANES], converged[NLANES], steps[NLANES],
-    sum_9[NLANES], own_start[NLANES], following_start[NLANES], carry[6 * NLANES], own_start_2[NLANES],
-    following_start_2[NLANES], own_start_3[NLANES], following_start_3[NLANES], diagonal_start[NLANES],
-    beside_start[NLANES], own_start_4[NLANES], across_start[NLANES], cosine_start[NLANES], sine_start[NLANES],
-    is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], own_start_5[NLANES],
-    following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
-    sum_11[NLANES], a[NLANES], carry_2[5 * NLANES], number_start_5[NLANES], sum_12[NLANES], gac_kept_3[NLANES];
+        mapped_3[NLANES], number_start_2[NLANES], number_start_3[NLANES], sum[NLANES], sum_2[NLANES],
+        common_2[NLANES], mapped_7[NLANES], common_3[NLANES], common_4[NLANES], by_element[NLANES],
+        mapped_8[NLANES], mapped_10[NLANES], common_5[NLANES], by_element_2[NLANES], sum_5[NLANES],
+        common_6[NLANES], sum_6[NLANES], common_7[NLANES], sum_7[NLANES], mapped_12[NLANES], common_8[NLANES],
+        common_9[NLANES], sum_8[NLANES], mapped_14[NLANES], common_10[NLANES], mapped_16[NLANES], common_11[NLANES],
+        mapped_17[NLANES], common_12[NLANES], by_element_3[NLANES], by_element_4[NLANES], number_start_4[NLANES],
+        converged[NLANES], steps[NLANES], sum_9[NLANES], own_start[NLANES], following_start[NLANES],
+        carry[6 * NLANES], own_start_2[NLANES], following_start_2[NLANES], own_start_3[NLANES],
+        following_start_3[NLANES], diagonal_start[NLANES], beside_start[NLANES], own_start_4[NLANES],
+        across_start[NLANES], cosine_start[NLANES], sine_start[NLANES], is_gap_start[NLANES],
+        cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], own_start_5[NLANES],
+        following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
+        sum_11[NLANES], a[NLANES], carry_2[5 * NLANES], number_start_5[NLANES], sum_12[NLANES], gac_kept_3[NLANES];
     NAME(eigenvectors_m_start_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m_2, m_3);
@@ -1916,7 +1924,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
             COPY(NLANES, mapped, mapped_2 + NLANES * (i * m + j));
         }
         NAME(eigenvectors_number_lanes)(i > 0 ? number_2 + NLANES * (i - 1) : number_start_2,
-    number_2 + NLANES * i);
+            number_2 + NLANES * i);
         for (intptr_t j = 0; j < m; j++)
             COPY(NLANES, mapped_2 + NLANES * (i * m + j), state_0 + NLANES * (i * m + j));
     }
@@ -1930,7 +1938,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
             COPY(NLANES, mapped_3, mapped_4 + NLANES * (i * m + j));
         }
         NAME(eigenvectors_number_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3,
-    number_3 + NLANES * i);
+            number_3 + NLANES * i);
         for (intptr_t j = 0; j < m; j++)
             COPY(NLANES, mapped_4 + NLANES * (i * m + j), state_1 + NLANES * (i * m + j));
     }
@@ -1943,9 +1951,9 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         for (intptr_t j = 0; j < n; j++) {
             COPY(NLANES, state_0 + NLANES * (j * m + i), mapped_5 + NLANES * j);
             NAME(singular_vectors_sum_lanes)(number_3 + NLANES * i, sum, mapped_5 + NLANES * j,
-    number_2 + NLANES * j, sum);
+                number_2 + NLANES * j, sum);
             NAME(eigenvectors_sum_2_lanes)(number_3 + NLANES * i, sum_2, mapped_5 + NLANES * j,
-    number_2 + NLANES * j, sum_2);
+                number_2 + NLANES * j, sum_2);
         }
         NAME(eigenvectors_common_2_lanes)(sum, sum_2, common_2);
         CLEAR(NLANES * m, zeros);
@@ -1957,7 +1965,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         NAME(eigenvectors_common_3_lanes)(sum, sum_2, common_4);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_mapped_3_lanes)(number_3 + NLANES * i, mapped_5 + NLANES * j, number_2 + NLANES * j,
-    common_2, mapped_6 + NLANES * j);
+                common_2, mapped_6 + NLANES * j);
             NAME(eigenvectors_mapped_4_lanes)(mapped_6 + NLANES * j, common_4, common_3);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_mapped_4_lanes)(state_0 + NLANES * (j * m + k), common_3, mapped_7);
@@ -1968,7 +1976,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < m; k++) {
                 NAME(singular_vectors_mapped_lanes)(mapped_6 + NLANES * j, state_0 + NLANES * (j * m + k),
-    sum_3 + NLANES * k, mapped_8);
+                    sum_3 + NLANES * k, mapped_8);
                 COPY(NLANES, mapped_8, mapped_9 + NLANES * (j * m + k));
             }
             NAME(singular_vectors_common_lanes)(number_3 + NLANES * i, number_2 + NLANES * j, common_5);
@@ -1988,17 +1996,17 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         NAME(eigenvectors_common_2_lanes)(sum_5, sum_6, common_7);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_mapped_3_lanes)(common_6, sum_4 + NLANES * j, number_3 + NLANES * j, common_7,
-    mapped_11 + NLANES * j);
+                mapped_11 + NLANES * j);
         NAME(eigenvectors_common_3_lanes)(sum_5, sum_6, common_9);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_m_start_lanes)(sum_7);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3_lanes)(sum_7, mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k,
-    sum_7);
+                    sum_7);
             NAME(eigenvectors_mapped_4_lanes)(sum_7, common_9, common_8);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_mapped_5_lanes)(mapped_9 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_8,
-    mapped_12);
+                    mapped_12);
                 COPY(NLANES, mapped_12, mapped_13 + NLANES * (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
@@ -2008,11 +2016,11 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
             NAME(eigenvectors_m_start_lanes)(sum_8);
             for (intptr_t k = 0; k < m; k++)
                 NAME(eigenvectors_sum_3_lanes)(sum_8, state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k,
-    sum_8);
+                    sum_8);
             NAME(eigenvectors_mapped_4_lanes)(common_9, sum_8, common_10);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_mapped_5_lanes)(state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_10,
-    mapped_14);
+                    mapped_14);
                 COPY(NLANES, mapped_14, mapped_15 + NLANES * (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
@@ -2021,7 +2029,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         COPY(NLANES, zeros_3 + NLANES * i, sum_0 + NLANES * i);
         COPY(NLANES, zeros_4 + NLANES * i, sum_1 + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
-    number_4 + NLANES * i);
+            number_4 + NLANES * i);
         NAME(eigenvectors_mapped_7_lanes)(number_4 + NLANES * i, mapped_18 + NLANES * i);
     }
     for (intptr_t i = 0; i < n; i++) {
@@ -2029,9 +2037,9 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         NAME(eigenvectors_number_lanes)(number_2 + NLANES * i, common_12);
         for (intptr_t j = 0; j < m; j++) {
             NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_11,
-    mapped_16);
+                mapped_16);
             NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_12,
-    mapped_17);
+                mapped_17);
             NAME(singular_vectors_by_element_lanes)(sum_0 + NLANES * j, mapped_16, by_element_3);
             NAME(singular_vectors_by_element_lanes)(sum_1 + NLANES * j, mapped_17, by_element_4);
             COPY(NLANES, by_element_3, sum_0 + NLANES * j);
@@ -2069,43 +2077,43 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         NAME(eigenvectors_converged_start_lanes)(own_start_3, following_start_3);
         for (intptr_t j = m; j-- > 0;) {
             NAME(eigenvectors_following_lanes)(j + 1 < m ? own + NLANES * (j + 1) : own_start,
-    following + NLANES * j);
+                following + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own + NLANES * j);
             NAME(eigenvectors_following_lanes)(j + 1 < m ? own_2 + NLANES * (j + 1) : own_start_2,
-    following_2 + NLANES * j);
+                following_2 + NLANES * j);
             COPY(NLANES, diagonal + NLANES * j, own_2 + NLANES * j);
             NAME(eigenvectors_following_lanes)(j + 1 < m ? own_3 + NLANES * (j + 1) : own_start_3,
-    following_3 + NLANES * j);
+                following_3 + NLANES * j);
             COPY(NLANES, beside + NLANES * j, own_3 + NLANES * j);
         }
         NAME(singular_vectors_carry_lanes)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j,
-    following + NLANES * j, carry);
+                following + NLANES * j, carry);
         NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
-    cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
+            cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
         NAME(singular_vectors_common_2_lanes)(carry, common_13);
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_diagonal_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
-    j > 0 ? own_4 + NLANES * (j - 1) : own_start_4, j > 0 ? across + NLANES * (j - 1) : across_start,
-    j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
-    j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following_2 + NLANES * j,
-    following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j, beside_2 + NLANES * j,
-    own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j, sine + NLANES * j, is_gap + NLANES * j,
-    cosine_2 + NLANES * j, sine_2 + NLANES * j);
+                j > 0 ? own_4 + NLANES * (j - 1) : own_start_4, j > 0 ? across + NLANES * (j - 1) : across_start,
+                j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
+                j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following_2 + NLANES * j,
+                following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j,
+                beside_2 + NLANES * j, own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j,
+                sine + NLANES * j, is_gap + NLANES * j, cosine_2 + NLANES * j, sine_2 + NLANES * j);
         NAME(eigenvectors_m_start_lanes)(sum_10);
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_converged_start_lanes)(own_start_5, following_start_4);
             for (intptr_t k = m; k-- > 0;) {
                 NAME(eigenvectors_following_lanes)(k + 1 < m ? own_5 + NLANES * (k + 1) : own_start_5,
-    following_4 + NLANES * k);
+                    following_4 + NLANES * k);
                 COPY(NLANES, state_1_2 + NLANES * (j * m + k), own_5 + NLANES * k);
             }
             NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
-    state_1_2 + NLANES * (j * m + k), following_4 + NLANES * k, cosine_2 + NLANES * k, sine_2 + NLANES * k,
-    mapped_18 + NLANES * k, found, passed + NLANES * k);
+                    state_1_2 + NLANES * (j * m + k), following_4 + NLANES * k, cosine_2 + NLANES * k,
+                    sine_2 + NLANES * k, mapped_18 + NLANES * k, found, passed + NLANES * k);
                 COPY(NLANES, found, of_row + NLANES * (j * m + k));
             }
             NAME(eigenvectors_sum_5_lanes)(sum_10, beside_2 + NLANES * j, sum_10);
@@ -2146,13 +2154,13 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     for (intptr_t i = 0; i < m; i++) {
         NAME(null_vector_carry_2_lanes)(carry_2, mapped_19 + NLANES * i, carry_2);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
-    number_5 + NLANES * i);
+            number_5 + NLANES * i);
     }
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start_lanes)(sum_12);
         for (intptr_t j = 0; j < m; j++)
             NAME(null_vector_sum_lanes)(carry_2, sum_12, state_1_2 + NLANES * (i * m + j), number_5 + NLANES * j,
-    sum_12);
+                sum_12);
         COPY(NLANES, sum_12, out_0 + NLANES * i);
     }
     NAME(null_vector_result_lanes)(converged, sum_11, a, carry_2, out_1, out_2);
@@ -2323,9 +2331,9 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
     REAL *out_2, REAL *out_3, REAL *work)
 {
     REAL number_start, *const number = work, sum, state_0, state_1, guess_0, guess_1, common,
-    *const state_0_0 = number + n, *const state_0_1 = state_0_0 + n, converged, steps, next_state_1, real,
-    imaginary, real_2, imaginary_2, state_2, common_2, sum_0, sum_1, *const moved_0_0 = state_0_1 + n,
-    *const moved_0_1 = moved_0_0 + n, moved_1, common_3, sum_2, sum_3, common_4, is_real;
+        *const state_0_0 = number + n, *const state_0_1 = state_0_0 + n, converged, steps, next_state_1, real,
+        imaginary, real_2, imaginary_2, state_2, common_2, sum_0, sum_1, *const moved_0_0 = state_0_1 + n,
+        *const moved_0_1 = moved_0_0 + n, moved_1, common_3, sum_2, sum_3, common_4, is_real;
     NAME(eigenvectors_number_start)(&number_start);
     NAME(eigenvectors_m_start)(&sum);
     NAME(polynomial_roots_state_start)(&state_0, &state_1);
@@ -2350,12 +2358,12 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
             NAME(eigenvectors_converged_start)(&sum_0, &sum_1);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(polynomial_roots_real)(state_0_0[j], state_0_1[j], real, imaginary, real_2, imaginary_2,
-    state_2, coefficients[k], common_2, &real, &imaginary, &real_2, &imaginary_2, &state_2);
+                    state_2, coefficients[k], common_2, &real, &imaginary, &real_2, &imaginary_2, &state_2);
                 NAME(polynomial_roots_sum)(state_0_0[j], state_0_1[j], number[j], sum_0, sum_1, state_0_0[k],
-    state_0_1[k], number[k], &sum_0, &sum_1);
+                    state_0_1[k], number[k], &sum_0, &sum_1);
             }
             NAME(polynomial_roots_moved)(state_0_0[j], state_0_1[j], real, imaginary, real_2, imaginary_2, state_2,
-    sum_0, sum_1, common_3, moved_0_0 + j, moved_0_1 + j, &moved_1);
+                sum_0, sum_1, common_3, moved_0_0 + j, moved_0_1 + j, &moved_1);
             NAME(singular_vectors_by_element)(sum_2, moved_1, &sum_2);
         }
         COPY(1, &sum_2, &next_state_1);
@@ -2374,7 +2382,7 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
         NAME(polynomial_roots_common_4)(state_0_1[i], &common_4);
         for (intptr_t j = 0; j < n; j++)
             NAME(polynomial_roots_sum_2)(state_0_0[i], state_0_1[i], number[i], sum_3, state_0_0[j], state_0_1[j],
-    number[j], common_4, &sum_3);
+                number[j], common_4, &sum_3);
         NAME(eigenvectors_mapped_7)(sum_3, &is_real);
         NAME(polynomial_roots_result)(state_0_1[i], is_real, out_1 + i);
         COPY(1, state_0_0 + i, out_0 + i);
@@ -2383,13 +2391,14 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
     COPY(1, &converged, out_3);
 }
 
-FUSED(polynomial_roots, (intptr_t n, const REAL *coefficients, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3,
-    REAL *work), (n, coefficients, out_0, out_1, out_2, out_3, work))
+FUSED(polynomial_roots,
+    (intptr_t n, const REAL *coefficients, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work),
+    (n, coefficients, out_0, out_1, out_2, out_3, work))
 void NAME(polynomial_roots)(intptr_t n, const REAL *coefficients, REAL *out_0, REAL *out_1, REAL *out_2,
     REAL *out_3, REAL *work)
 {
-    RUN(polynomial_roots, (n, coefficients, out_0, out_1, out_2, out_3, work), (n, coefficients, out_0, out_1,
-    out_2, out_3, work));
+    RUN(polynomial_roots, (n, coefficients, out_0, out_1, out_2, out_3, work),
+        (n, coefficients, out_0, out_1, out_2, out_3, work));
 }
 
 static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coefficients, REAL *out_0, REAL *out_1,
@@ -2397,10 +2406,10 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
     REAL *gac_kept_0, REAL *gac_kept_1)
 {
     _Alignas(64) REAL number_start[NLANES], sum[NLANES], state_0[NLANES], state_1[NLANES], guess_0[NLANES],
-    guess_1[NLANES], common[NLANES], converged[NLANES], steps[NLANES], next_state_1[NLANES], real[NLANES],
-    imaginary[NLANES], real_2[NLANES], imaginary_2[NLANES], state_2[NLANES], common_2[NLANES], sum_0[NLANES],
-    sum_1[NLANES], moved_1[NLANES], common_3[NLANES], sum_2[NLANES], sum_3[NLANES], common_4[NLANES],
-    is_real[NLANES], gac_kept_2[NLANES];
+        guess_1[NLANES], common[NLANES], converged[NLANES], steps[NLANES], next_state_1[NLANES], real[NLANES],
+        imaginary[NLANES], real_2[NLANES], imaginary_2[NLANES], state_2[NLANES], common_2[NLANES], sum_0[NLANES],
+        sum_1[NLANES], moved_1[NLANES], common_3[NLANES], sum_2[NLANES], sum_3[NLANES], common_4[NLANES],
+        is_real[NLANES], gac_kept_2[NLANES];
     WORD far = 0;
     NAME(eigenvectors_number_start_lanes)(number_start);
     NAME(eigenvectors_m_start_lanes)(sum);
@@ -2409,7 +2418,7 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
         NAME(eigenvectors_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
         NAME(eigenvectors_number_lanes)(sum, sum);
         NAME(polynomial_roots_state_lanes)(state_0, state_1, coefficients + NLANES * i, number + NLANES * i,
-    state_0, state_1);
+            state_0, state_1);
     }
     NAME(polynomial_roots_common_lanes)(state_0, state_1, common);
     for (intptr_t i = 0; i < n; i++) {
@@ -2430,14 +2439,15 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
             NAME(eigenvectors_converged_start_lanes)(sum_0, sum_1);
             for (intptr_t k = 0; k < n; k++) {
                 NAME(polynomial_roots_real_lanes)(state_0_0 + NLANES * j, state_0_1 + NLANES * j, real, imaginary,
-    real_2, imaginary_2, state_2, coefficients + NLANES * k, common_2, real, imaginary, real_2, imaginary_2,
-    state_2);
+                    real_2, imaginary_2, state_2, coefficients + NLANES * k, common_2, real, imaginary, real_2,
+                    imaginary_2, state_2);
                 NAME(polynomial_roots_sum_lanes)(state_0_0 + NLANES * j, state_0_1 + NLANES * j,
-    number + NLANES * j, sum_0, sum_1, state_0_0 + NLANES * k, state_0_1 + NLANES * k, number + NLANES * k, sum_0,
-    sum_1);
+                    number + NLANES * j, sum_0, sum_1, state_0_0 + NLANES * k, state_0_1 + NLANES * k,
+                    number + NLANES * k, sum_0, sum_1);
             }
             NAME(polynomial_roots_moved_lanes)(state_0_0 + NLANES * j, state_0_1 + NLANES * j, real, imaginary,
-    real_2, imaginary_2, state_2, sum_0, sum_1, common_3, moved_0_0 + NLANES * j, moved_0_1 + NLANES * j, moved_1);
+                real_2, imaginary_2, state_2, sum_0, sum_1, common_3, moved_0_0 + NLANES * j,
+                moved_0_1 + NLANES * j, moved_1);
             NAME(singular_vectors_by_element_lanes)(sum_2, moved_1, sum_2);
         }
         COPY(NLANES, sum_2, next_state_1);
@@ -2459,7 +2469,7 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
         NAME(polynomial_roots_common_4_lanes)(state_0_1 + NLANES * i, common_4);
         for (intptr_t j = 0; j < n; j++)
             NAME(polynomial_roots_sum_2_lanes)(state_0_0 + NLANES * i, state_0_1 + NLANES * i, number + NLANES * i,
-    sum_3, state_0_0 + NLANES * j, state_0_1 + NLANES * j, number + NLANES * j, common_4, sum_3);
+                sum_3, state_0_0 + NLANES * j, state_0_1 + NLANES * j, number + NLANES * j, common_4, sum_3);
         NAME(eigenvectors_mapped_7_lanes)(sum_3, is_real);
         NAME(polynomial_roots_result_lanes)(state_0_1 + NLANES * i, is_real, out_1 + NLANES * i);
         COPY(NLANES, state_0_0 + NLANES * i, out_0 + NLANES * i);

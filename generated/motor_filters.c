@@ -2,7 +2,7 @@
 // command: gac generate --all motor_filters
 // spec: cc8b214dc878780e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: de497cd2f4def2b400ad5d872fdb5a73a38762eedea9e54fef024a90beb9cd5e
+// body: f54dea14f6f8f64bd4a35aaf94d6e8aebea97f40d793ecbc9eb69d46b2f7993f
 
 #ifndef REAL
 #include "motor_filters.h"
@@ -2177,19 +2177,19 @@ static INLINE void NAME(update_by_lines_within)(intptr_t n, const REAL *motor, c
 {
     (void)work;
     REAL now_last[6], now_covariance[21], now_predicted_square, now_square, now_used, now_first, now_settled,
-    converged, steps, next_now_motor[8], next_now_last[6], next_now_covariance[21], next_now_predicted_square,
-    next_now_square, next_now_used, next_now_first, next_now_settled, f_error[6], f_covariance[21], f_square,
-    f_used;
+        converged, steps, next_now_motor[8], next_now_last[6], next_now_covariance[21], next_now_predicted_square,
+        next_now_square, next_now_used, next_now_first, next_now_settled, f_error[6], f_covariance[21], f_square,
+        f_used;
     NAME(update_by_lines_result)(covariance, start, out_0, now_last, now_covariance, &now_predicted_square,
-    &now_square, &now_used, &now_first, &now_settled, &converged, &steps);
+        &now_square, &now_used, &now_first, &now_settled, &converged, &steps);
     for (int repeats = 0; repeats < 30; repeats++) {
         NAME(update_by_lines_f_error)(motor, covariance, out_0, f_error, f_covariance, &f_square, &f_used, NULL);
         for (intptr_t j = 0; j < n; j++)
             NAME(update_by_lines_f_error_2)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
-    model + 6 * j, seen + 6 * j, f_error, f_covariance, &f_square, &f_used);
+                model + 6 * j, seen + 6 * j, f_error, f_covariance, &f_square, &f_used);
         NAME(update_by_lines_next_now_motor)(out_0, now_predicted_square, now_first, f_error, f_covariance,
-    f_square, next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square, &next_now_first,
-    &next_now_settled, NULL);
+            f_square, next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square,
+            &next_now_first, &next_now_settled, NULL);
         COPY(1, &f_square, &next_now_square);
         COPY(1, &f_used, &next_now_used);
         COPY(1, &next_now_settled, &converged);
@@ -2204,18 +2204,18 @@ static INLINE void NAME(update_by_lines_within)(intptr_t n, const REAL *motor, c
             break;
     }
     NAME(update_by_lines_result_2)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
-    out_1, out_2);
+        out_1, out_2);
 }
 
 FUSED(update_by_lines, (intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model, const REAL *seen,
-    const REAL *variances, REAL gate, const REAL *start, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n,
-    motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work))
+    const REAL *variances, REAL gate, const REAL *start, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work))
 void NAME(update_by_lines)(intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model,
     const REAL *seen, const REAL *variances, REAL gate, const REAL *start, REAL *out_0, REAL *out_1, REAL *out_2,
     REAL *work)
 {
-    RUN(update_by_lines, (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work), (n,
-    motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work));
+    RUN(update_by_lines, (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work),
+        (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(update_by_lines_lanes)(intptr_t n, const REAL *motor, const REAL *covariance,
@@ -2223,15 +2223,15 @@ static INLINE WORD NAME(update_by_lines_lanes)(intptr_t n, const REAL *motor, co
     REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL now_last[6 * NLANES], now_covariance[21 * NLANES], now_predicted_square[NLANES],
-    now_square[NLANES], now_used[NLANES], now_first[NLANES], now_settled[NLANES], converged[NLANES], steps[NLANES],
-    next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
-    next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
-    next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
-    gac_kept_0[8 * NLANES], gac_kept_1[21 * NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
-    gac_kept_5[NLANES], gac_kept_6[NLANES];
+        now_square[NLANES], now_used[NLANES], now_first[NLANES], now_settled[NLANES], converged[NLANES],
+        steps[NLANES], next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
+        next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
+        next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
+        gac_kept_0[8 * NLANES], gac_kept_1[21 * NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
+        gac_kept_5[NLANES], gac_kept_6[NLANES];
     WORD far = 0;
     NAME(update_by_lines_result_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
-    now_square, now_used, now_first, now_settled, converged, steps);
+        now_square, now_used, now_first, now_settled, converged, steps);
     ROUNDS(rounds, 30) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
         KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_1);
@@ -2241,13 +2241,13 @@ static INLINE WORD NAME(update_by_lines_lanes)(intptr_t n, const REAL *motor, co
         KEEP(rounds, NLANES, now_first, gac_kept_5);
         KEEP(rounds, NLANES, converged, gac_kept_6);
         far |= NAME(update_by_lines_f_error_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square,
-    f_used);
+            f_used);
         for (intptr_t j = 0; j < n; j++)
             NAME(update_by_lines_f_error_2_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
-    model + 6 * NLANES * j, seen + 6 * NLANES * j, f_error, f_covariance, f_square, f_used);
+                model + 6 * NLANES * j, seen + 6 * NLANES * j, f_error, f_covariance, f_square, f_used);
         far |= NAME(update_by_lines_next_now_motor_lanes)(out_0, now_predicted_square, now_first, f_error,
-    f_covariance, f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square,
-    next_now_first, next_now_settled);
+            f_covariance, f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square,
+            next_now_first, next_now_settled);
         COPY(NLANES, f_square, next_now_square);
         COPY(NLANES, f_used, next_now_used);
         COPY(NLANES, next_now_settled, converged);
@@ -2269,7 +2269,7 @@ static INLINE WORD NAME(update_by_lines_lanes)(intptr_t n, const REAL *motor, co
             break;
     }
     NAME(update_by_lines_result_2_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged,
-    steps, out_1, out_2);
+        steps, out_1, out_2);
     return far;
 }
 
@@ -2473,19 +2473,19 @@ static INLINE void NAME(update_by_points_within)(intptr_t n, const REAL *motor, 
 {
     (void)work;
     REAL now_last[6], now_covariance[21], now_predicted_square, now_square, now_used, now_first, now_settled,
-    converged, steps, next_now_motor[8], next_now_last[6], next_now_covariance[21], next_now_predicted_square,
-    next_now_square, next_now_used, next_now_first, next_now_settled, f_error[6], f_covariance[21], f_square,
-    f_used;
+        converged, steps, next_now_motor[8], next_now_last[6], next_now_covariance[21], next_now_predicted_square,
+        next_now_square, next_now_used, next_now_first, next_now_settled, f_error[6], f_covariance[21], f_square,
+        f_used;
     NAME(update_by_lines_result)(covariance, start, out_0, now_last, now_covariance, &now_predicted_square,
-    &now_square, &now_used, &now_first, &now_settled, &converged, &steps);
+        &now_square, &now_used, &now_first, &now_settled, &converged, &steps);
     for (int repeats = 0; repeats < 30; repeats++) {
         NAME(update_by_lines_f_error)(motor, covariance, out_0, f_error, f_covariance, &f_square, &f_used, NULL);
         for (intptr_t j = 0; j < n; j++)
             NAME(update_by_points_f_error)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
-    model + 3 * j, seen + 3 * j, f_error, f_covariance, &f_square, &f_used);
+                model + 3 * j, seen + 3 * j, f_error, f_covariance, &f_square, &f_used);
         NAME(update_by_lines_next_now_motor)(out_0, now_predicted_square, now_first, f_error, f_covariance,
-    f_square, next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square, &next_now_first,
-    &next_now_settled, NULL);
+            f_square, next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square,
+            &next_now_first, &next_now_settled, NULL);
         COPY(1, &f_square, &next_now_square);
         COPY(1, &f_used, &next_now_used);
         COPY(1, &next_now_settled, &converged);
@@ -2500,18 +2500,18 @@ static INLINE void NAME(update_by_points_within)(intptr_t n, const REAL *motor, 
             break;
     }
     NAME(update_by_lines_result_2)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
-    out_1, out_2);
+        out_1, out_2);
 }
 
 FUSED(update_by_points, (intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model, const REAL *seen,
-    const REAL *variances, REAL gate, const REAL *start, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n,
-    motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work))
+    const REAL *variances, REAL gate, const REAL *start, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work))
 void NAME(update_by_points)(intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model,
     const REAL *seen, const REAL *variances, REAL gate, const REAL *start, REAL *out_0, REAL *out_1, REAL *out_2,
     REAL *work)
 {
     RUN(update_by_points, (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work),
-    (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work));
+        (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(update_by_points_lanes)(intptr_t n, const REAL *motor, const REAL *covariance,
@@ -2519,15 +2519,15 @@ static INLINE WORD NAME(update_by_points_lanes)(intptr_t n, const REAL *motor, c
     REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL now_last[6 * NLANES], now_covariance[21 * NLANES], now_predicted_square[NLANES],
-    now_square[NLANES], now_used[NLANES], now_first[NLANES], now_settled[NLANES], converged[NLANES], steps[NLANES],
-    next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
-    next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
-    next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
-    gac_kept_0[8 * NLANES], gac_kept_1[21 * NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
-    gac_kept_5[NLANES], gac_kept_6[NLANES];
+        now_square[NLANES], now_used[NLANES], now_first[NLANES], now_settled[NLANES], converged[NLANES],
+        steps[NLANES], next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
+        next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
+        next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
+        gac_kept_0[8 * NLANES], gac_kept_1[21 * NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
+        gac_kept_5[NLANES], gac_kept_6[NLANES];
     WORD far = 0;
     NAME(update_by_lines_result_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
-    now_square, now_used, now_first, now_settled, converged, steps);
+        now_square, now_used, now_first, now_settled, converged, steps);
     ROUNDS(rounds, 30) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
         KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_1);
@@ -2537,13 +2537,13 @@ static INLINE WORD NAME(update_by_points_lanes)(intptr_t n, const REAL *motor, c
         KEEP(rounds, NLANES, now_first, gac_kept_5);
         KEEP(rounds, NLANES, converged, gac_kept_6);
         far |= NAME(update_by_lines_f_error_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square,
-    f_used);
+            f_used);
         for (intptr_t j = 0; j < n; j++)
             NAME(update_by_points_f_error_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
-    model + 3 * NLANES * j, seen + 3 * NLANES * j, f_error, f_covariance, f_square, f_used);
+                model + 3 * NLANES * j, seen + 3 * NLANES * j, f_error, f_covariance, f_square, f_used);
         far |= NAME(update_by_lines_next_now_motor_lanes)(out_0, now_predicted_square, now_first, f_error,
-    f_covariance, f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square,
-    next_now_first, next_now_settled);
+            f_covariance, f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square,
+            next_now_first, next_now_settled);
         COPY(NLANES, f_square, next_now_square);
         COPY(NLANES, f_used, next_now_used);
         COPY(NLANES, next_now_settled, converged);
@@ -2565,7 +2565,7 @@ static INLINE WORD NAME(update_by_points_lanes)(intptr_t n, const REAL *motor, c
             break;
     }
     NAME(update_by_lines_result_2_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged,
-    steps, out_1, out_2);
+        steps, out_1, out_2);
     return far;
 }
 
@@ -2802,19 +2802,19 @@ static INLINE void NAME(update_by_planes_within)(intptr_t n, const REAL *motor, 
 {
     (void)work;
     REAL now_last[6], now_covariance[21], now_predicted_square, now_square, now_used, now_first, now_settled,
-    converged, steps, next_now_motor[8], next_now_last[6], next_now_covariance[21], next_now_predicted_square,
-    next_now_square, next_now_used, next_now_first, next_now_settled, f_error[6], f_covariance[21], f_square,
-    f_used;
+        converged, steps, next_now_motor[8], next_now_last[6], next_now_covariance[21], next_now_predicted_square,
+        next_now_square, next_now_used, next_now_first, next_now_settled, f_error[6], f_covariance[21], f_square,
+        f_used;
     NAME(update_by_lines_result)(covariance, start, out_0, now_last, now_covariance, &now_predicted_square,
-    &now_square, &now_used, &now_first, &now_settled, &converged, &steps);
+        &now_square, &now_used, &now_first, &now_settled, &converged, &steps);
     for (int repeats = 0; repeats < 30; repeats++) {
         NAME(update_by_lines_f_error)(motor, covariance, out_0, f_error, f_covariance, &f_square, &f_used, NULL);
         for (intptr_t j = 0; j < n; j++)
             NAME(update_by_planes_f_error)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
-    model + 4 * j, seen + 4 * j, f_error, f_covariance, &f_square, &f_used);
+                model + 4 * j, seen + 4 * j, f_error, f_covariance, &f_square, &f_used);
         NAME(update_by_lines_next_now_motor)(out_0, now_predicted_square, now_first, f_error, f_covariance,
-    f_square, next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square, &next_now_first,
-    &next_now_settled, NULL);
+            f_square, next_now_motor, next_now_last, next_now_covariance, &next_now_predicted_square,
+            &next_now_first, &next_now_settled, NULL);
         COPY(1, &f_square, &next_now_square);
         COPY(1, &f_used, &next_now_used);
         COPY(1, &next_now_settled, &converged);
@@ -2829,18 +2829,18 @@ static INLINE void NAME(update_by_planes_within)(intptr_t n, const REAL *motor, 
             break;
     }
     NAME(update_by_lines_result_2)(now_covariance, now_predicted_square, now_square, now_used, converged, steps,
-    out_1, out_2);
+        out_1, out_2);
 }
 
 FUSED(update_by_planes, (intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model, const REAL *seen,
-    const REAL *variances, REAL gate, const REAL *start, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n,
-    motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work))
+    const REAL *variances, REAL gate, const REAL *start, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work))
 void NAME(update_by_planes)(intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model,
     const REAL *seen, const REAL *variances, REAL gate, const REAL *start, REAL *out_0, REAL *out_1, REAL *out_2,
     REAL *work)
 {
     RUN(update_by_planes, (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work),
-    (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work));
+        (n, motor, covariance, model, seen, variances, gate, start, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(update_by_planes_lanes)(intptr_t n, const REAL *motor, const REAL *covariance,
@@ -2848,15 +2848,15 @@ static INLINE WORD NAME(update_by_planes_lanes)(intptr_t n, const REAL *motor, c
     REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL now_last[6 * NLANES], now_covariance[21 * NLANES], now_predicted_square[NLANES],
-    now_square[NLANES], now_used[NLANES], now_first[NLANES], now_settled[NLANES], converged[NLANES], steps[NLANES],
-    next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
-    next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
-    next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
-    gac_kept_0[8 * NLANES], gac_kept_1[21 * NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
-    gac_kept_5[NLANES], gac_kept_6[NLANES];
+        now_square[NLANES], now_used[NLANES], now_first[NLANES], now_settled[NLANES], converged[NLANES],
+        steps[NLANES], next_now_motor[8 * NLANES], next_now_last[6 * NLANES], next_now_covariance[21 * NLANES],
+        next_now_predicted_square[NLANES], next_now_square[NLANES], next_now_used[NLANES], next_now_first[NLANES],
+        next_now_settled[NLANES], f_error[6 * NLANES], f_covariance[21 * NLANES], f_square[NLANES], f_used[NLANES],
+        gac_kept_0[8 * NLANES], gac_kept_1[21 * NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
+        gac_kept_5[NLANES], gac_kept_6[NLANES];
     WORD far = 0;
     NAME(update_by_lines_result_lanes)(covariance, start, out_0, now_last, now_covariance, now_predicted_square,
-    now_square, now_used, now_first, now_settled, converged, steps);
+        now_square, now_used, now_first, now_settled, converged, steps);
     ROUNDS(rounds, 30) {
         KEEP(rounds, 8 * NLANES, out_0, gac_kept_0);
         KEEP(rounds, 21 * NLANES, now_covariance, gac_kept_1);
@@ -2866,13 +2866,13 @@ static INLINE WORD NAME(update_by_planes_lanes)(intptr_t n, const REAL *motor, c
         KEEP(rounds, NLANES, now_first, gac_kept_5);
         KEEP(rounds, NLANES, converged, gac_kept_6);
         far |= NAME(update_by_lines_f_error_lanes)(motor, covariance, out_0, f_error, f_covariance, f_square,
-    f_used);
+            f_used);
         for (intptr_t j = 0; j < n; j++)
             NAME(update_by_planes_f_error_lanes)(variances, gate, out_0, f_error, f_covariance, f_square, f_used,
-    model + 4 * NLANES * j, seen + 4 * NLANES * j, f_error, f_covariance, f_square, f_used);
+                model + 4 * NLANES * j, seen + 4 * NLANES * j, f_error, f_covariance, f_square, f_used);
         far |= NAME(update_by_lines_next_now_motor_lanes)(out_0, now_predicted_square, now_first, f_error,
-    f_covariance, f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square,
-    next_now_first, next_now_settled);
+            f_covariance, f_square, next_now_motor, next_now_last, next_now_covariance, next_now_predicted_square,
+            next_now_first, next_now_settled);
         COPY(NLANES, f_square, next_now_square);
         COPY(NLANES, f_used, next_now_used);
         COPY(NLANES, next_now_settled, converged);
@@ -2894,7 +2894,7 @@ static INLINE WORD NAME(update_by_planes_lanes)(intptr_t n, const REAL *motor, c
             break;
     }
     NAME(update_by_lines_result_2_lanes)(now_covariance, now_predicted_square, now_square, now_used, converged,
-    steps, out_1, out_2);
+        steps, out_1, out_2);
     return far;
 }
 
@@ -3929,23 +3929,23 @@ static INLINE void NAME(filter_lines_within)(intptr_t n, const REAL *motor, cons
     (void)work;
     REAL carry_0_start[8], carry_start[21], carry_2_0_start, carry_2_1_start, carry_2_0, carry_2_1;
     NAME(filter_lines_carry_0_start)(motor, covariance, carry_0_start, carry_start, &carry_2_0_start,
-    &carry_2_1_start);
+        &carry_2_1_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(filter_lines_result)(variances, gate, i > 0 ? out_0 + 8 * (i - 1) : carry_0_start,
-    i > 0 ? out_1 + 21 * (i - 1) : carry_start, model + 6 * i, seen + 6 * i, noise + 21 * i, out_0 + 8 * i,
-    out_1 + 21 * i, &carry_2_0, &carry_2_1, NULL);
+            i > 0 ? out_1 + 21 * (i - 1) : carry_start, model + 6 * i, seen + 6 * i, noise + 21 * i, out_0 + 8 * i,
+            out_1 + 21 * i, &carry_2_0, &carry_2_1, NULL);
         NAME(filter_lines_result_2)(carry_2_0, carry_2_1, out_2 + 2 * i);
     }
 }
 
 FUSED(filter_lines, (intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model, const REAL *seen,
-    const REAL *noise, const REAL *variances, REAL gate, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n,
-    motor, covariance, model, seen, noise, variances, gate, out_0, out_1, out_2, work))
+    const REAL *noise, const REAL *variances, REAL gate, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (n, motor, covariance, model, seen, noise, variances, gate, out_0, out_1, out_2, work))
 void NAME(filter_lines)(intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model, const REAL *seen,
     const REAL *noise, const REAL *variances, REAL gate, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
-    RUN(filter_lines, (n, motor, covariance, model, seen, noise, variances, gate, out_0, out_1, out_2, work), (n,
-    motor, covariance, model, seen, noise, variances, gate, out_0, out_1, out_2, work));
+    RUN(filter_lines, (n, motor, covariance, model, seen, noise, variances, gate, out_0, out_1, out_2, work),
+        (n, motor, covariance, model, seen, noise, variances, gate, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(filter_lines_lanes)(intptr_t n, const REAL *motor, const REAL *covariance,
@@ -3953,15 +3953,15 @@ static INLINE WORD NAME(filter_lines_lanes)(intptr_t n, const REAL *motor, const
     REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL carry_0_start[8 * NLANES], carry_start[21 * NLANES], carry_2_0_start[NLANES],
-    carry_2_1_start[NLANES], carry_2_0[NLANES], carry_2_1[NLANES];
+        carry_2_1_start[NLANES], carry_2_0[NLANES], carry_2_1[NLANES];
     WORD far = 0;
     NAME(filter_lines_carry_0_start_lanes)(motor, covariance, carry_0_start, carry_start, carry_2_0_start,
-    carry_2_1_start);
+        carry_2_1_start);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(filter_lines_result_lanes)(variances, gate,
-    i > 0 ? out_0 + 8 * NLANES * (i - 1) : carry_0_start, i > 0 ? out_1 + 21 * NLANES * (i - 1) : carry_start,
-    model + 6 * NLANES * i, seen + 6 * NLANES * i, noise + 21 * NLANES * i, out_0 + 8 * NLANES * i,
-    out_1 + 21 * NLANES * i, carry_2_0, carry_2_1);
+            i > 0 ? out_0 + 8 * NLANES * (i - 1) : carry_0_start,
+            i > 0 ? out_1 + 21 * NLANES * (i - 1) : carry_start, model + 6 * NLANES * i, seen + 6 * NLANES * i,
+            noise + 21 * NLANES * i, out_0 + 8 * NLANES * i, out_1 + 21 * NLANES * i, carry_2_0, carry_2_1);
         NAME(filter_lines_result_2_lanes)(carry_2_0, carry_2_1, out_2 + 2 * NLANES * i);
     }
     return far;
@@ -4896,7 +4896,7 @@ void NAME(update_linear_by_lines)(intptr_t n, const REAL *motor, const REAL *cov
     NAME(update_linear_by_lines_motor)(motor, covariance, motor_2, carry_covariance);
     for (intptr_t i = 0; i < n; i++)
         NAME(update_linear_by_lines_motor_2)(variance, motor_2, carry_covariance, model + 6 * i, seen + 6 * i,
-    motor_2, carry_covariance);
+            motor_2, carry_covariance);
     NAME(update_linear_by_lines_covariance)(carry_covariance, covariance_2);
 }
 
@@ -4907,7 +4907,7 @@ static INLINE WORD NAME(update_linear_by_lines_lanes)(intptr_t n, const REAL *mo
     NAME(update_linear_by_lines_motor_lanes)(motor, covariance, motor_2, carry_covariance);
     for (intptr_t i = 0; i < n; i++)
         NAME(update_linear_by_lines_motor_2_lanes)(variance, motor_2, carry_covariance, model + 6 * NLANES * i,
-    seen + 6 * NLANES * i, motor_2, carry_covariance);
+            seen + 6 * NLANES * i, motor_2, carry_covariance);
     NAME(update_linear_by_lines_covariance_lanes)(carry_covariance, covariance_2);
     return 0;
 }

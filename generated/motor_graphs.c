@@ -2,7 +2,7 @@
 // command: gac generate --all motor_graphs
 // spec: 65ccd54cee7cbcc7
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: e8d27459adf5a1fa88bcbe34944a16151fd39c4b4d91a46387f2b4ef8bcf862d
+// body: 13904db1ce68c14b15739066142917f36b90b1e9f6755a8a36257bf90516b3ad
 
 #ifndef REAL
 #include "motor_graphs.h"
@@ -3981,18 +3981,18 @@ static INLINE void NAME(preintegrate_within)(intptr_t n, const REAL *rates, cons
     NAME(preintegrate_result_start)(out_0, carry_place, carry_by_bias, carry_covariance);
     for (intptr_t i = 0; i < n; i++)
         NAME(preintegrate_result)(bias, noise, out_0, carry_place, carry_by_bias, carry_covariance, rates + 3 * i,
-    forces + 3 * i, dt[i], out_0, carry_place, carry_by_bias, carry_covariance, NULL);
+            forces + 3 * i, dt[i], out_0, carry_place, carry_by_bias, carry_covariance, NULL);
     NAME(preintegrate_result_2)(carry_place, carry_by_bias, carry_covariance, out_1, out_2, out_3);
 }
 
-FUSED(preintegrate, (intptr_t n, const REAL *rates, const REAL *forces, const REAL *dt, const REAL *bias,
-    const REAL *noise, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work), (n, rates, forces, dt, bias,
-    noise, out_0, out_1, out_2, out_3, work))
+FUSED(preintegrate, (intptr_t n, const REAL *rates, const REAL *forces, const REAL *dt, const REAL *bias, const REAL
+    *noise, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work),
+    (n, rates, forces, dt, bias, noise, out_0, out_1, out_2, out_3, work))
 void NAME(preintegrate)(intptr_t n, const REAL *rates, const REAL *forces, const REAL *dt, const REAL *bias,
     const REAL *noise, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *work)
 {
-    RUN(preintegrate, (n, rates, forces, dt, bias, noise, out_0, out_1, out_2, out_3, work), (n, rates, forces, dt,
-    bias, noise, out_0, out_1, out_2, out_3, work));
+    RUN(preintegrate, (n, rates, forces, dt, bias, noise, out_0, out_1, out_2, out_3, work),
+        (n, rates, forces, dt, bias, noise, out_0, out_1, out_2, out_3, work));
 }
 
 static INLINE WORD NAME(preintegrate_lanes)(intptr_t n, const REAL *rates, const REAL *forces, const REAL *dt,
@@ -4003,8 +4003,8 @@ static INLINE WORD NAME(preintegrate_lanes)(intptr_t n, const REAL *rates, const
     NAME(preintegrate_result_start_lanes)(out_0, carry_place, carry_by_bias, carry_covariance);
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(preintegrate_result_lanes)(bias, noise, out_0, carry_place, carry_by_bias, carry_covariance,
-    rates + 3 * NLANES * i, forces + 3 * NLANES * i, dt + NLANES * i, out_0, carry_place, carry_by_bias,
-    carry_covariance);
+            rates + 3 * NLANES * i, forces + 3 * NLANES * i, dt + NLANES * i, out_0, carry_place, carry_by_bias,
+            carry_covariance);
     NAME(preintegrate_result_2_lanes)(carry_place, carry_by_bias, carry_covariance, out_1, out_2, out_3);
     return far;
 }

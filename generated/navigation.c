@@ -2,7 +2,7 @@
 // command: gac generate --all navigation
 // spec: 455e2a2e9005c19a
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 9ddf98d83eafde88714b107daf1af3e1b9188029755e6799233f07e70a1f0109
+// body: 9ccd9bcbadcff8cad760c413b707e40cb06792eddebe9f833262b39cfd51e73b
 
 #ifndef REAL
 #include "navigation.h"
@@ -1095,14 +1095,14 @@ static INLINE void NAME(associate_line_within)(intptr_t n, const REAL *motor, co
 {
     (void)work;
     REAL found[4], common, common_2, common_3, common_4, common_5[2], common_6[2], common_7, common_8, common_9,
-    common_10, common_11, common_12;
+        common_10, common_11, common_12;
     NAME(associate_line_found_start)(found);
     NAME(associate_line_common)(motor, covariance, seen, first, last, one_sided, &common, &common_2, &common_3,
-    &common_4, common_5, common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12);
+        &common_4, common_5, common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12);
     for (intptr_t i = 0; i < n; i++)
         NAME(associate_line_found)(motor, covariance, seen, noise, margin, found, model + 3 * i, spread + 3 * i,
-    extent + 2 * i, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12, found);
+            extent + 2 * i, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
+            common_10, common_11, common_12, found);
     NAME(associate_line_result)(found, out_0, out_1, out_2);
 }
 
@@ -1115,8 +1115,8 @@ void NAME(associate_line)(intptr_t n, const REAL *motor, const REAL *covariance,
     const REAL *extent, REAL margin, REAL one_sided, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     RUN(associate_line, (n, motor, covariance, seen, noise, first, last, model, spread, extent, margin, one_sided,
-    out_0, out_1, out_2, work), (n, motor, covariance, seen, noise, first, last, model, spread, extent, margin,
-    one_sided, out_0, out_1, out_2, work));
+        out_0, out_1, out_2, work), (n, motor, covariance, seen, noise, first, last, model, spread, extent, margin,
+        one_sided, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(associate_line_lanes)(intptr_t n, const REAL *motor, const REAL *covariance,
@@ -1124,15 +1124,15 @@ static INLINE WORD NAME(associate_line_lanes)(intptr_t n, const REAL *motor, con
     const REAL *extent, const REAL *margin, const REAL *one_sided, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL found[4 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
-    common_5[2 * NLANES], common_6[2 * NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES],
-    common_10[NLANES], common_11[NLANES], common_12[NLANES];
+        common_5[2 * NLANES], common_6[2 * NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES],
+        common_10[NLANES], common_11[NLANES], common_12[NLANES];
     NAME(associate_line_found_start_lanes)(found);
     NAME(associate_line_common_lanes)(motor, covariance, seen, first, last, one_sided, common, common_2, common_3,
-    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12);
+        common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12);
     for (intptr_t i = 0; i < n; i++)
         NAME(associate_line_found_lanes)(motor, covariance, seen, noise, margin, found, model + 3 * i,
-    spread + 3 * i, extent + 2 * i, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
-    common_9, common_10, common_11, common_12, found);
+            spread + 3 * i, extent + 2 * i, common, common_2, common_3, common_4, common_5, common_6, common_7,
+            common_8, common_9, common_10, common_11, common_12, found);
     NAME(associate_line_result_lanes)(found, out_0, out_1, out_2);
     return 0;
 }
@@ -1441,19 +1441,19 @@ static INLINE void NAME(update_pose_within)(intptr_t n, const REAL *motor, const
 {
     (void)work;
     REAL now_covariance[6], now_predicted_square, now_used, now_first, now_turned, now_moved, converged, steps,
-    next_now_motor[4], next_now_covariance[6], next_now_predicted_square, next_now_used, next_now_first,
-    next_now_turned, next_now_moved, carry[3], carry_2[6], carry_2_2, carry_3, common[2];
+        next_now_motor[4], next_now_covariance[6], next_now_predicted_square, next_now_used, next_now_first,
+        next_now_turned, next_now_moved, carry[3], carry_2[6], carry_2_2, carry_3, common[2];
     NAME(update_pose_result)(motor, covariance, out_0, now_covariance, &now_predicted_square, &now_used, &now_first,
-    &now_turned, &now_moved, &converged, &steps);
+        &now_turned, &now_moved, &converged, &steps);
     for (int repeats = 0; repeats < 20; repeats++) {
         NAME(update_pose_carry)(motor, covariance, out_0, carry, carry_2, &carry_2_2, &carry_3, NULL);
         NAME(update_pose_common)(out_0, common);
         for (intptr_t j = 0; j < n; j++)
             NAME(update_pose_carry_2)(gate, out_0, carry, carry_2, carry_2_2, carry_3, model + 3 * j,
-    spread + 3 * j, seen + 3 * j, noise + 3 * j, common, carry, carry_2, &carry_2_2, &carry_3);
+                spread + 3 * j, seen + 3 * j, noise + 3 * j, common, carry, carry_2, &carry_2_2, &carry_3);
         NAME(update_pose_next_now_motor)(out_0, now_predicted_square, now_first, carry, carry_2, carry_2_2,
-    next_now_motor, next_now_covariance, &next_now_predicted_square, &next_now_first, &next_now_turned,
-    &next_now_moved, NULL);
+            next_now_motor, next_now_covariance, &next_now_predicted_square, &next_now_first, &next_now_turned,
+            &next_now_moved, NULL);
         COPY(1, &carry_3, &next_now_used);
         NAME(update_pose_converged)(next_now_covariance, next_now_turned, next_now_moved, &converged);
         COPY(4, next_now_motor, out_0);
@@ -1469,13 +1469,13 @@ static INLINE void NAME(update_pose_within)(intptr_t n, const REAL *motor, const
 }
 
 FUSED(update_pose, (intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model, const REAL *spread,
-    const REAL *seen, const REAL *noise, REAL gate, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n, motor,
-    covariance, model, spread, seen, noise, gate, out_0, out_1, out_2, work))
+    const REAL *seen, const REAL *noise, REAL gate, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (n, motor, covariance, model, spread, seen, noise, gate, out_0, out_1, out_2, work))
 void NAME(update_pose)(intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model, const REAL *spread,
     const REAL *seen, const REAL *noise, REAL gate, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
-    RUN(update_pose, (n, motor, covariance, model, spread, seen, noise, gate, out_0, out_1, out_2, work), (n, motor,
-    covariance, model, spread, seen, noise, gate, out_0, out_1, out_2, work));
+    RUN(update_pose, (n, motor, covariance, model, spread, seen, noise, gate, out_0, out_1, out_2, work),
+        (n, motor, covariance, model, spread, seen, noise, gate, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(update_pose_lanes)(intptr_t n, const REAL *motor, const REAL *covariance, const REAL *model,
@@ -1483,14 +1483,14 @@ static INLINE WORD NAME(update_pose_lanes)(intptr_t n, const REAL *motor, const 
     REAL *out_2)
 {
     _Alignas(64) REAL now_covariance[6 * NLANES], now_predicted_square[NLANES], now_used[NLANES], now_first[NLANES],
-    now_turned[NLANES], now_moved[NLANES], converged[NLANES], steps[NLANES], next_now_motor[4 * NLANES],
-    next_now_covariance[6 * NLANES], next_now_predicted_square[NLANES], next_now_used[NLANES],
-    next_now_first[NLANES], next_now_turned[NLANES], next_now_moved[NLANES], carry[3 * NLANES], carry_2[6 * NLANES],
-    carry_2_2[NLANES], carry_3[NLANES], common[2 * NLANES], gac_kept_0[4 * NLANES], gac_kept_1[6 * NLANES],
-    gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES];
+        now_turned[NLANES], now_moved[NLANES], converged[NLANES], steps[NLANES], next_now_motor[4 * NLANES],
+        next_now_covariance[6 * NLANES], next_now_predicted_square[NLANES], next_now_used[NLANES],
+        next_now_first[NLANES], next_now_turned[NLANES], next_now_moved[NLANES], carry[3 * NLANES],
+        carry_2[6 * NLANES], carry_2_2[NLANES], carry_3[NLANES], common[2 * NLANES], gac_kept_0[4 * NLANES],
+        gac_kept_1[6 * NLANES], gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES];
     WORD far = 0;
     NAME(update_pose_result_lanes)(motor, covariance, out_0, now_covariance, now_predicted_square, now_used,
-    now_first, now_turned, now_moved, converged, steps);
+        now_first, now_turned, now_moved, converged, steps);
     ROUNDS(rounds, 20) {
         KEEP(rounds, 4 * NLANES, out_0, gac_kept_0);
         KEEP(rounds, 6 * NLANES, now_covariance, gac_kept_1);
@@ -1502,11 +1502,11 @@ static INLINE WORD NAME(update_pose_lanes)(intptr_t n, const REAL *motor, const 
         NAME(update_pose_common_lanes)(out_0, common);
         for (intptr_t j = 0; j < n; j++)
             NAME(update_pose_carry_2_lanes)(gate, out_0, carry, carry_2, carry_2_2, carry_3, model + 3 * NLANES * j,
-    spread + 3 * NLANES * j, seen + 3 * NLANES * j, noise + 3 * NLANES * j, common, carry, carry_2, carry_2_2,
-    carry_3);
+                spread + 3 * NLANES * j, seen + 3 * NLANES * j, noise + 3 * NLANES * j, common, carry, carry_2,
+                carry_2_2, carry_3);
         far |= NAME(update_pose_next_now_motor_lanes)(out_0, now_predicted_square, now_first, carry, carry_2,
-    carry_2_2, next_now_motor, next_now_covariance, next_now_predicted_square, next_now_first, next_now_turned,
-    next_now_moved);
+            carry_2_2, next_now_motor, next_now_covariance, next_now_predicted_square, next_now_first,
+            next_now_turned, next_now_moved);
         COPY(NLANES, carry_3, next_now_used);
         NAME(update_pose_converged_lanes)(next_now_covariance, next_now_turned, next_now_moved, converged);
         COPY(4 * NLANES, next_now_motor, out_0);
@@ -1621,18 +1621,18 @@ static INLINE void NAME(nearest_on_path_within)(intptr_t n, const REAL *p, const
     NAME(nearest_on_path_found_start)(found);
     for (intptr_t i = 0; i < n; i++)
         NAME(nearest_on_path_found)(p, low, high, found, pieces + 4 * i, starts + 4 * i, spans + 2 * i, found,
-    NULL);
+            NULL);
     NAME(nearest_on_path_result)(found, out_0, out_1, out_2);
 }
 
-FUSED(nearest_on_path, (intptr_t n, const REAL *p, const REAL *pieces, const REAL *starts, const REAL *spans,
-    REAL low, REAL high, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n, p, pieces, starts, spans, low,
-    high, out_0, out_1, out_2, work))
+FUSED(nearest_on_path, (intptr_t n, const REAL *p, const REAL *pieces, const REAL *starts, const REAL *spans, REAL
+    low, REAL high, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (n, p, pieces, starts, spans, low, high, out_0, out_1, out_2, work))
 void NAME(nearest_on_path)(intptr_t n, const REAL *p, const REAL *pieces, const REAL *starts, const REAL *spans,
     REAL low, REAL high, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
-    RUN(nearest_on_path, (n, p, pieces, starts, spans, low, high, out_0, out_1, out_2, work), (n, p, pieces, starts,
-    spans, low, high, out_0, out_1, out_2, work));
+    RUN(nearest_on_path, (n, p, pieces, starts, spans, low, high, out_0, out_1, out_2, work),
+        (n, p, pieces, starts, spans, low, high, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(nearest_on_path_lanes)(intptr_t n, const REAL *p, const REAL *pieces, const REAL *starts,
@@ -1643,7 +1643,7 @@ static INLINE WORD NAME(nearest_on_path_lanes)(intptr_t n, const REAL *p, const 
     NAME(nearest_on_path_found_start_lanes)(found);
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(nearest_on_path_found_lanes)(p, low, high, found, pieces + 4 * i, starts + 4 * i, spans + 2 * i,
-    found);
+            found);
     NAME(nearest_on_path_result_lanes)(found, out_0, out_1, out_2);
     return far;
 }
@@ -1924,7 +1924,7 @@ static INLINE WORD NAME(circle_step_lanes)(intptr_t n, const REAL *points, const
     NAME(circle_step_common_lanes)(start, common);
     for (intptr_t i = 0; i < n; i++)
         NAME(circle_step_carry_lanes)(start, curved, carry, points + 2 * NLANES * i, spreads + 3 * NLANES * i,
-    common, carry);
+            common, carry);
     NAME(circle_step_result_lanes)(start, curved, damping, carry, out_0, out_1, out_2);
     return 0;
 }
@@ -2194,7 +2194,7 @@ static INLINE WORD NAME(sphere_step_lanes)(intptr_t n, const REAL *points, const
     NAME(sphere_step_common_lanes)(start, common);
     for (intptr_t i = 0; i < n; i++)
         NAME(sphere_step_carry_lanes)(start, curved, carry, points + 3 * NLANES * i, spreads + 6 * NLANES * i,
-    common, carry);
+            common, carry);
     NAME(sphere_step_result_lanes)(start, curved, damping, carry, out_0, out_1, out_2);
     return 0;
 }

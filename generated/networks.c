@@ -2,7 +2,7 @@
 // command: gac generate --all networks
 // spec: ea6f0e99f9bacc33
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 088ff71c2b74b47a9ad379ecfc62706248785e23d2263bb22a96af77883b49fd
+// body: b889b9b568374ba2d1b94ab6f718014b1bb778ac8d78b1d3ff20d208e74ffca2
 
 #ifndef REAL
 #include "networks.h"
@@ -3423,7 +3423,7 @@ static INLINE WORD NAME(weighted_by_table_lanes)(intptr_t p, intptr_t q, intptr_
     CLEAR(NLANES * r, out);
     for (intptr_t i = 0; i < t; i++) {
         NAME(weighted_by_table_mapped_lanes)(sign + i, a + NLANES * left[i], b + NLANES * right[i],
-    w + NLANES * path[i], mapped);
+            w + NLANES * path[i], mapped);
         if (target[i] >= 0)
             ADD(NLANES, mapped, out + NLANES * target[i]);
     }
@@ -3558,7 +3558,7 @@ void NAME(bounded_vjp_x)(intptr_t n, const REAL *x, REAL slope, REAL bound, cons
     for (intptr_t i = n; i-- > 0;) {
         NAME(bounded_result)(x[i], common, out_0 + i);
         NAME(bounded_vjp_x_result)(common, x[i], cotangent[i], out_1[i], common_adjoint, out_1 + i,
-    &common_adjoint);
+            &common_adjoint);
     }
     NAME(bounded_sum_start)(&sum_adjoint);
     NAME(bounded_vjp_x_sum_adjoint)(slope, bound, sum, common_adjoint, sum_adjoint, &sum_adjoint);
@@ -3579,13 +3579,13 @@ static INLINE WORD NAME(bounded_vjp_x_lanes)(intptr_t n, const REAL *x, const RE
     for (intptr_t i = n; i-- > 0;) {
         NAME(bounded_result_lanes)(x + NLANES * i, common, out_0 + NLANES * i);
         NAME(bounded_vjp_x_result_lanes)(common, x + NLANES * i, cotangent + NLANES * i, out_1 + NLANES * i,
-    common_adjoint, out_1 + NLANES * i, common_adjoint);
+            common_adjoint, out_1 + NLANES * i, common_adjoint);
     }
     NAME(bounded_sum_start_lanes)(sum_adjoint);
     NAME(bounded_vjp_x_sum_adjoint_lanes)(slope, bound, sum, common_adjoint, sum_adjoint, sum_adjoint);
     for (intptr_t i = n; i-- > 0;)
         NAME(bounded_vjp_x_sum_adjoint_2_lanes)(x + NLANES * i, sum_adjoint, out_1 + NLANES * i, sum_adjoint,
-    out_1 + NLANES * i);
+            out_1 + NLANES * i);
     return 0;
 }
 
@@ -3657,7 +3657,7 @@ static INLINE WORD NAME(gated_lanes)(intptr_t n, intptr_t k, const REAL *x, cons
     }
     for (intptr_t i = 0; i < k; i++)
         NAME(gated_mapped_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
-    mapped_2 + NLANES * i);
+            mapped_2 + NLANES * i);
     for (intptr_t i = 0; i < n; i++)
         NAME(bounded_result_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out + NLANES * i);
     return 0;
@@ -3715,7 +3715,8 @@ static INLINE void NAME(gated_vjp_x_within)(intptr_t n, intptr_t k, const REAL *
 {
     (void)zero;
     REAL mapped, *const scattered = work, *const mapped_2 = scattered + k, *const mapped_adjoint = mapped_2 + k,
-    *const scattered_adjoint = mapped_adjoint + n, *const mapped_2_adjoint = scattered_adjoint + k, mapped_2_part;
+        *const scattered_adjoint = mapped_adjoint + n, *const mapped_2_adjoint = scattered_adjoint + k,
+        mapped_2_part;
     CLEAR(k, scattered);
     for (intptr_t i = 0; i < n; i++) {
         NAME(gated_mapped)(x[i], &mapped);
@@ -3735,7 +3736,7 @@ static INLINE void NAME(gated_vjp_x_within)(intptr_t n, intptr_t k, const REAL *
     CLEAR(n, mapped_adjoint);
     for (intptr_t i = k; i-- > 0;)
         NAME(gated_vjp_x_scattered_adjoint)(scattered[i], slope[i], offset[i], mapped_2_adjoint[i],
-    scattered_adjoint + i);
+            scattered_adjoint + i);
     for (intptr_t i = n; i-- > 0;) {
         if (grade[i] >= 0)
             ADD(1, scattered_adjoint + grade[i], mapped_adjoint + i);
@@ -3743,14 +3744,14 @@ static INLINE void NAME(gated_vjp_x_within)(intptr_t n, intptr_t k, const REAL *
     }
 }
 
-FUSED(gated_vjp_x, (intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset,
-    const int64_t *grade, const REAL *zero, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work), (n, k, x,
-    slope, offset, grade, zero, cotangent, out_0, out_1, work))
+FUSED(gated_vjp_x, (intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset, const int64_t
+    *grade, const REAL *zero, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work),
+    (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work))
 void NAME(gated_vjp_x)(intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset,
     const int64_t *grade, const REAL *zero, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work)
 {
-    RUN(gated_vjp_x, (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work), (n, k, x, slope, offset,
-    grade, zero, cotangent, out_0, out_1, work));
+    RUN(gated_vjp_x, (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work),
+        (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(gated_vjp_x_lanes)(intptr_t n, intptr_t k, const REAL *x, const REAL *slope,
@@ -3767,25 +3768,25 @@ static INLINE WORD NAME(gated_vjp_x_lanes)(intptr_t n, intptr_t k, const REAL *x
     }
     for (intptr_t i = 0; i < k; i++)
         NAME(gated_mapped_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
-    mapped_2 + NLANES * i);
+            mapped_2 + NLANES * i);
     CLEAR(NLANES * n, out_1);
     CLEAR(NLANES * k, mapped_2_adjoint);
     for (intptr_t i = n; i-- > 0;) {
         NAME(bounded_result_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out_0 + NLANES * i);
         NAME(gated_vjp_x_result_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], cotangent + NLANES * i,
-    out_1 + NLANES * i, out_1 + NLANES * i, mapped_2_part);
+            out_1 + NLANES * i, out_1 + NLANES * i, mapped_2_part);
         if (grade[i] >= 0)
             ADD(NLANES, mapped_2_part, mapped_2_adjoint + NLANES * grade[i]);
     }
     CLEAR(NLANES * n, mapped_adjoint);
     for (intptr_t i = k; i-- > 0;)
         NAME(gated_vjp_x_scattered_adjoint_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
-    mapped_2_adjoint + NLANES * i, scattered_adjoint + NLANES * i);
+            mapped_2_adjoint + NLANES * i, scattered_adjoint + NLANES * i);
     for (intptr_t i = n; i-- > 0;) {
         if (grade[i] >= 0)
             ADD(NLANES, scattered_adjoint + NLANES * grade[i], mapped_adjoint + NLANES * i);
         NAME(gated_vjp_x_result_2_lanes)(x + NLANES * i, mapped_adjoint + NLANES * i, out_1 + NLANES * i,
-    out_1 + NLANES * i);
+            out_1 + NLANES * i);
     }
     return 0;
 }
@@ -3823,7 +3824,7 @@ static INLINE void NAME(gated_vjp_slope_within)(intptr_t n, intptr_t k, const RE
 {
     (void)zero;
     REAL mapped, *const scattered = work, *const mapped_2 = scattered + k, *const mapped_2_adjoint = mapped_2 + k,
-    mapped_2_part;
+        mapped_2_part;
     CLEAR(k, scattered);
     for (intptr_t i = 0; i < n; i++) {
         NAME(gated_mapped)(x[i], &mapped);
@@ -3843,14 +3844,14 @@ static INLINE void NAME(gated_vjp_slope_within)(intptr_t n, intptr_t k, const RE
         NAME(gated_vjp_slope_result)(scattered[i], slope[i], offset[i], mapped_2_adjoint[i], out_1 + i);
 }
 
-FUSED(gated_vjp_slope, (intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset,
-    const int64_t *grade, const REAL *zero, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work), (n, k, x,
-    slope, offset, grade, zero, cotangent, out_0, out_1, work))
+FUSED(gated_vjp_slope, (intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset, const int64_t
+    *grade, const REAL *zero, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work),
+    (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work))
 void NAME(gated_vjp_slope)(intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset,
     const int64_t *grade, const REAL *zero, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work)
 {
-    RUN(gated_vjp_slope, (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work), (n, k, x, slope,
-    offset, grade, zero, cotangent, out_0, out_1, work));
+    RUN(gated_vjp_slope, (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work),
+        (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(gated_vjp_slope_lanes)(intptr_t n, intptr_t k, const REAL *x, const REAL *slope,
@@ -3867,7 +3868,7 @@ static INLINE WORD NAME(gated_vjp_slope_lanes)(intptr_t n, intptr_t k, const REA
     }
     for (intptr_t i = 0; i < k; i++)
         NAME(gated_mapped_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
-    mapped_2 + NLANES * i);
+            mapped_2 + NLANES * i);
     CLEAR(NLANES * k, mapped_2_adjoint);
     for (intptr_t i = n; i-- > 0;) {
         NAME(bounded_result_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out_0 + NLANES * i);
@@ -3877,7 +3878,7 @@ static INLINE WORD NAME(gated_vjp_slope_lanes)(intptr_t n, intptr_t k, const REA
     }
     for (intptr_t i = k; i-- > 0;)
         NAME(gated_vjp_slope_result_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
-    mapped_2_adjoint + NLANES * i, out_1 + NLANES * i);
+            mapped_2_adjoint + NLANES * i, out_1 + NLANES * i);
     return 0;
 }
 
@@ -3914,7 +3915,7 @@ static INLINE void NAME(gated_vjp_offset_within)(intptr_t n, intptr_t k, const R
 {
     (void)zero;
     REAL mapped, *const scattered = work, *const mapped_2 = scattered + k, *const mapped_2_adjoint = mapped_2 + k,
-    mapped_2_part;
+        mapped_2_part;
     CLEAR(k, scattered);
     for (intptr_t i = 0; i < n; i++) {
         NAME(gated_mapped)(x[i], &mapped);
@@ -3934,14 +3935,14 @@ static INLINE void NAME(gated_vjp_offset_within)(intptr_t n, intptr_t k, const R
         NAME(gated_vjp_offset_result)(scattered[i], slope[i], offset[i], mapped_2_adjoint[i], out_1 + i);
 }
 
-FUSED(gated_vjp_offset, (intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset,
-    const int64_t *grade, const REAL *zero, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work), (n, k, x,
-    slope, offset, grade, zero, cotangent, out_0, out_1, work))
+FUSED(gated_vjp_offset, (intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset, const int64_t
+    *grade, const REAL *zero, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work),
+    (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work))
 void NAME(gated_vjp_offset)(intptr_t n, intptr_t k, const REAL *x, const REAL *slope, const REAL *offset,
     const int64_t *grade, const REAL *zero, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work)
 {
-    RUN(gated_vjp_offset, (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work), (n, k, x, slope,
-    offset, grade, zero, cotangent, out_0, out_1, work));
+    RUN(gated_vjp_offset, (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work),
+        (n, k, x, slope, offset, grade, zero, cotangent, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(gated_vjp_offset_lanes)(intptr_t n, intptr_t k, const REAL *x, const REAL *slope,
@@ -3958,7 +3959,7 @@ static INLINE WORD NAME(gated_vjp_offset_lanes)(intptr_t n, intptr_t k, const RE
     }
     for (intptr_t i = 0; i < k; i++)
         NAME(gated_mapped_2_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
-    mapped_2 + NLANES * i);
+            mapped_2 + NLANES * i);
     CLEAR(NLANES * k, mapped_2_adjoint);
     for (intptr_t i = n; i-- > 0;) {
         NAME(bounded_result_lanes)(x + NLANES * i, mapped_2 + NLANES * grade[i], out_0 + NLANES * i);
@@ -3968,7 +3969,7 @@ static INLINE WORD NAME(gated_vjp_offset_lanes)(intptr_t n, intptr_t k, const RE
     }
     for (intptr_t i = k; i-- > 0;)
         NAME(gated_vjp_offset_result_lanes)(scattered + NLANES * i, slope + NLANES * i, offset + NLANES * i,
-    mapped_2_adjoint + NLANES * i, out_1 + NLANES * i);
+            mapped_2_adjoint + NLANES * i, out_1 + NLANES * i);
     return 0;
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all object_poses
 // spec: 3537b75ab7ca463e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: a5d12197630b617f5339ff83d4b605f9f1aa8a0cbd245099a77df8c7564fa1bc
+// body: c4b3186b71e11745c6e393333b97e2faeac8daf948a3fe0a9bef5d1f79a3192d
 
 #ifndef REAL
 #include "object_poses.h"
@@ -1409,12 +1409,12 @@ static INLINE void NAME(refine_pose_within)(intptr_t cameras, intptr_t points, i
     REAL *work)
 {
     REAL now_motor[8], now_candidate[8], now_table[21], now_slope[6], now_cost, now_damping, now_gain, now_stage,
-    now_done, converged, steps, next_now_motor[8], next_now_candidate[8], next_now_table[21], next_now_slope[6],
-    next_now_cost, next_now_damping, next_now_gain, next_now_stage, next_now_done, *const turned = work, sum[21],
-    sum_2[6], sum_2_2, common, sum_3[21], sum_4[6], sum_2_3, sum_5[21], sum_6[6], sum_2_4, common_2, common_3,
-    sum_7[21], sum_8[6], sum_2_5, sum_9[21], sum_10[6], sum_2_6;
+        now_done, converged, steps, next_now_motor[8], next_now_candidate[8], next_now_table[21], next_now_slope[6],
+        next_now_cost, next_now_damping, next_now_gain, next_now_stage, next_now_done, *const turned = work,
+        sum[21], sum_2[6], sum_2_2, common, sum_3[21], sum_4[6], sum_2_3, sum_5[21], sum_6[6], sum_2_4, common_2,
+        common_3, sum_7[21], sum_8[6], sum_2_5, sum_9[21], sum_10[6], sum_2_6;
     NAME(refine_pose_now_motor)(m, now_motor, now_candidate, now_table, now_slope, &now_cost, &now_gain, &now_done,
-    &converged, &steps);
+        &converged, &steps);
     COPY(1, &damping, &now_damping);
     COPY(1, &stage, &now_stage);
     for (int repeats = 0; repeats < 10; repeats++) {
@@ -1424,28 +1424,28 @@ static INLINE void NAME(refine_pose_within)(intptr_t cameras, intptr_t points, i
         NAME(refine_pose_common)(scale, wide, now_stage, &common);
         for (intptr_t j = 0; j < points; j++)
             NAME(refine_pose_sum)(unit, sum, sum_2, sum_2_2, points_ + 3 * j, points_pixels + 2 * j,
-    points_weights[j], turned + 12 * points_cameras[j], common, sum, sum_2, &sum_2_2);
+                points_weights[j], turned + 12 * points_cameras[j], common, sum, sum_2, &sum_2_2);
         NAME(refine_pose_sum_start)(sum_3, sum_4, &sum_2_3);
         for (intptr_t j = 0; j < edges; j++)
             NAME(refine_pose_sum_2)(unit, common, sum_3, sum_4, sum_2_3, edges_ + 6 * j, edges_pixels + 2 * j,
-    edges_weights[j], turned + 12 * edges_cameras[j], sum_3, sum_4, &sum_2_3);
+                edges_weights[j], turned + 12 * edges_cameras[j], sum_3, sum_4, &sum_2_3);
         NAME(refine_pose_sum_start)(sum_5, sum_6, &sum_2_4);
         NAME(refine_pose_common_2)(metric, now_stage, &common_2, &common_3);
         for (intptr_t j = 0; j < balls; j++)
             NAME(refine_pose_sum_3)(unit, common, sum_5, sum_6, sum_2_4, balls_ + 4 * j, balls_pixels + 2 * j,
-    balls_weights[j], turned + 12 * balls_cameras[j], common_2, common_3, sum_5, sum_6, &sum_2_4);
+                balls_weights[j], turned + 12 * balls_cameras[j], common_2, common_3, sum_5, sum_6, &sum_2_4);
         NAME(refine_pose_sum_start)(sum_7, sum_8, &sum_2_5);
         for (intptr_t j = 0; j < tubes; j++)
             NAME(refine_pose_sum_4)(unit, common, common_2, common_3, sum_7, sum_8, sum_2_5, tubes_ + 7 * j,
-    tubes_pixels + 2 * j, tubes_weights[j], turned + 12 * tubes_cameras[j], sum_7, sum_8, &sum_2_5);
+                tubes_pixels + 2 * j, tubes_weights[j], turned + 12 * tubes_cameras[j], sum_7, sum_8, &sum_2_5);
         NAME(refine_pose_sum_start)(sum_9, sum_10, &sum_2_6);
         for (intptr_t j = 0; j < rims; j++)
             NAME(refine_pose_sum_5)(unit, common, common_2, common_3, sum_9, sum_10, sum_2_6, rims_ + 7 * j,
-    rims_pixels + 2 * j, rims_weights[j], turned + 12 * rims_cameras[j], sum_9, sum_10, &sum_2_6);
+                rims_pixels + 2 * j, rims_weights[j], turned + 12 * rims_cameras[j], sum_9, sum_10, &sum_2_6);
         NAME(refine_pose_next_now_motor)(unit, tolerance, now_motor, now_candidate, now_table, now_slope, now_cost,
-    now_damping, now_stage, sum, sum_2, sum_2_2, sum_3, sum_4, sum_2_3, sum_5, sum_6, sum_2_4, sum_7, sum_8,
-    sum_2_5, sum_9, sum_10, sum_2_6, next_now_motor, next_now_candidate, next_now_table, next_now_slope,
-    &next_now_cost, &next_now_damping, &next_now_gain, &next_now_stage, &next_now_done, NULL);
+            now_damping, now_stage, sum, sum_2, sum_2_2, sum_3, sum_4, sum_2_3, sum_5, sum_6, sum_2_4, sum_7, sum_8,
+            sum_2_5, sum_9, sum_10, sum_2_6, next_now_motor, next_now_candidate, next_now_table, next_now_slope,
+            &next_now_cost, &next_now_damping, &next_now_gain, &next_now_stage, &next_now_done, NULL);
         NAME(refine_pose_converged)(next_now_done, &converged);
         COPY(8, next_now_motor, now_motor);
         COPY(8, next_now_candidate, now_candidate);
@@ -1460,21 +1460,21 @@ static INLINE void NAME(refine_pose_within)(intptr_t cameras, intptr_t points, i
             break;
     }
     NAME(refine_pose_result)(tolerance, now_motor, now_candidate, now_table, now_cost, now_damping, now_gain,
-    now_stage, converged, steps, out_0, out_1, out_2);
+        now_stage, converged, steps, out_0, out_1, out_2);
 }
 
-FUSED(refine_pose, (intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls, intptr_t tubes,
-    intptr_t rims, const REAL *m, const REAL *cameras_, const REAL *points_, const REAL *points_pixels,
-    const int64_t *points_cameras, const REAL *points_weights, const REAL *edges_, const REAL *edges_pixels,
-    const int64_t *edges_cameras, const REAL *edges_weights, const REAL *balls_, const REAL *balls_pixels,
-    const int64_t *balls_cameras, const REAL *balls_weights, const REAL *tubes_, const REAL *tubes_pixels,
-    const int64_t *tubes_cameras, const REAL *tubes_weights, const REAL *rims_, const REAL *rims_pixels,
-    const int64_t *rims_cameras, const REAL *rims_weights, REAL unit, REAL scale, REAL wide, REAL tolerance,
-    REAL metric, REAL stage, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (cameras, points,
-    edges, balls, tubes, rims, m, cameras_, points_, points_pixels, points_cameras, points_weights, edges_,
-    edges_pixels, edges_cameras, edges_weights, balls_, balls_pixels, balls_cameras, balls_weights, tubes_,
-    tubes_pixels, tubes_cameras, tubes_weights, rims_, rims_pixels, rims_cameras, rims_weights, unit, scale, wide,
-    tolerance, metric, stage, damping, out_0, out_1, out_2, work))
+FUSED(refine_pose, (intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls, intptr_t tubes, intptr_t
+    rims, const REAL *m, const REAL *cameras_, const REAL *points_, const REAL *points_pixels, const int64_t
+    *points_cameras, const REAL *points_weights, const REAL *edges_, const REAL *edges_pixels, const int64_t
+    *edges_cameras, const REAL *edges_weights, const REAL *balls_, const REAL *balls_pixels, const int64_t
+    *balls_cameras, const REAL *balls_weights, const REAL *tubes_, const REAL *tubes_pixels, const int64_t
+    *tubes_cameras, const REAL *tubes_weights, const REAL *rims_, const REAL *rims_pixels, const int64_t
+    *rims_cameras, const REAL *rims_weights, REAL unit, REAL scale, REAL wide, REAL tolerance, REAL metric, REAL
+    stage, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (cameras, points, edges, balls, tubes,
+    rims, m, cameras_, points_, points_pixels, points_cameras, points_weights, edges_, edges_pixels, edges_cameras,
+    edges_weights, balls_, balls_pixels, balls_cameras, balls_weights, tubes_, tubes_pixels, tubes_cameras,
+    tubes_weights, rims_, rims_pixels, rims_cameras, rims_weights, unit, scale, wide, tolerance, metric, stage,
+    damping, out_0, out_1, out_2, work))
 void NAME(refine_pose)(intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls, intptr_t tubes,
     intptr_t rims, const REAL *m, const REAL *cameras_, const REAL *points_, const REAL *points_pixels,
     const int64_t *points_cameras, const REAL *points_weights, const REAL *edges_, const REAL *edges_pixels,
@@ -1485,13 +1485,13 @@ void NAME(refine_pose)(intptr_t cameras, intptr_t points, intptr_t edges, intptr
     REAL metric, REAL stage, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     RUN(refine_pose, (cameras, points, edges, balls, tubes, rims, m, cameras_, points_, points_pixels,
-    points_cameras, points_weights, edges_, edges_pixels, edges_cameras, edges_weights, balls_, balls_pixels,
-    balls_cameras, balls_weights, tubes_, tubes_pixels, tubes_cameras, tubes_weights, rims_, rims_pixels,
-    rims_cameras, rims_weights, unit, scale, wide, tolerance, metric, stage, damping, out_0, out_1, out_2, work),
-    (cameras, points, edges, balls, tubes, rims, m, cameras_, points_, points_pixels, points_cameras,
-    points_weights, edges_, edges_pixels, edges_cameras, edges_weights, balls_, balls_pixels, balls_cameras,
-    balls_weights, tubes_, tubes_pixels, tubes_cameras, tubes_weights, rims_, rims_pixels, rims_cameras,
-    rims_weights, unit, scale, wide, tolerance, metric, stage, damping, out_0, out_1, out_2, work));
+        points_cameras, points_weights, edges_, edges_pixels, edges_cameras, edges_weights, balls_, balls_pixels,
+        balls_cameras, balls_weights, tubes_, tubes_pixels, tubes_cameras, tubes_weights, rims_, rims_pixels,
+        rims_cameras, rims_weights, unit, scale, wide, tolerance, metric, stage, damping, out_0, out_1, out_2,
+        work), (cameras, points, edges, balls, tubes, rims, m, cameras_, points_, points_pixels, points_cameras,
+        points_weights, edges_, edges_pixels, edges_cameras, edges_weights, balls_, balls_pixels, balls_cameras,
+        balls_weights, tubes_, tubes_pixels, tubes_cameras, tubes_weights, rims_, rims_pixels, rims_cameras,
+        rims_weights, unit, scale, wide, tolerance, metric, stage, damping, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls,
@@ -1505,18 +1505,19 @@ static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, in
     const REAL *damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *turned)
 {
     _Alignas(64) REAL now_motor[8 * NLANES], now_candidate[8 * NLANES], now_table[21 * NLANES],
-    now_slope[6 * NLANES], now_cost[NLANES], now_damping[NLANES], now_gain[NLANES], now_stage[NLANES],
-    now_done[NLANES], converged[NLANES], steps[NLANES], next_now_motor[8 * NLANES], next_now_candidate[8 * NLANES],
-    next_now_table[21 * NLANES], next_now_slope[6 * NLANES], next_now_cost[NLANES], next_now_damping[NLANES],
-    next_now_gain[NLANES], next_now_stage[NLANES], next_now_done[NLANES], sum[21 * NLANES], sum_2[6 * NLANES],
-    sum_2_2[NLANES], common[NLANES], sum_3[21 * NLANES], sum_4[6 * NLANES], sum_2_3[NLANES], sum_5[21 * NLANES],
-    sum_6[6 * NLANES], sum_2_4[NLANES], common_2[NLANES], common_3[NLANES], sum_7[21 * NLANES], sum_8[6 * NLANES],
-    sum_2_5[NLANES], sum_9[21 * NLANES], sum_10[6 * NLANES], sum_2_6[NLANES], gac_kept_0[8 * NLANES],
-    gac_kept_1[8 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES],
-    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+        now_slope[6 * NLANES], now_cost[NLANES], now_damping[NLANES], now_gain[NLANES], now_stage[NLANES],
+        now_done[NLANES], converged[NLANES], steps[NLANES], next_now_motor[8 * NLANES],
+        next_now_candidate[8 * NLANES], next_now_table[21 * NLANES], next_now_slope[6 * NLANES],
+        next_now_cost[NLANES], next_now_damping[NLANES], next_now_gain[NLANES], next_now_stage[NLANES],
+        next_now_done[NLANES], sum[21 * NLANES], sum_2[6 * NLANES], sum_2_2[NLANES], common[NLANES],
+        sum_3[21 * NLANES], sum_4[6 * NLANES], sum_2_3[NLANES], sum_5[21 * NLANES], sum_6[6 * NLANES],
+        sum_2_4[NLANES], common_2[NLANES], common_3[NLANES], sum_7[21 * NLANES], sum_8[6 * NLANES], sum_2_5[NLANES],
+        sum_9[21 * NLANES], sum_10[6 * NLANES], sum_2_6[NLANES], gac_kept_0[8 * NLANES], gac_kept_1[8 * NLANES],
+        gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
+        gac_kept_7[NLANES], gac_kept_8[NLANES];
     WORD far = 0;
     NAME(refine_pose_now_motor_lanes)(m, now_motor, now_candidate, now_table, now_slope, now_cost, now_gain,
-    now_done, converged, steps);
+        now_done, converged, steps);
     COPY(NLANES, damping, now_damping);
     COPY(NLANES, stage, now_stage);
     ROUNDS(rounds, 10) {
@@ -1535,33 +1536,34 @@ static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, in
         NAME(refine_pose_common_lanes)(scale, wide, now_stage, common);
         for (intptr_t j = 0; j < points; j++)
             NAME(refine_pose_sum_lanes)(unit, sum, sum_2, sum_2_2, points_ + 3 * NLANES * j,
-    points_pixels + 2 * NLANES * j, points_weights + NLANES * j, turned + 12 * NLANES * points_cameras[j], common,
-    sum, sum_2, sum_2_2);
+                points_pixels + 2 * NLANES * j, points_weights + NLANES * j,
+                turned + 12 * NLANES * points_cameras[j], common, sum, sum_2, sum_2_2);
         NAME(refine_pose_sum_start_lanes)(sum_3, sum_4, sum_2_3);
         for (intptr_t j = 0; j < edges; j++)
             NAME(refine_pose_sum_2_lanes)(unit, common, sum_3, sum_4, sum_2_3, edges_ + 6 * NLANES * j,
-    edges_pixels + 2 * NLANES * j, edges_weights + NLANES * j, turned + 12 * NLANES * edges_cameras[j], sum_3,
-    sum_4, sum_2_3);
+                edges_pixels + 2 * NLANES * j, edges_weights + NLANES * j, turned + 12 * NLANES * edges_cameras[j],
+                sum_3, sum_4, sum_2_3);
         NAME(refine_pose_sum_start_lanes)(sum_5, sum_6, sum_2_4);
         NAME(refine_pose_common_2_lanes)(metric, now_stage, common_2, common_3);
         for (intptr_t j = 0; j < balls; j++)
             NAME(refine_pose_sum_3_lanes)(unit, common, sum_5, sum_6, sum_2_4, balls_ + 4 * NLANES * j,
-    balls_pixels + 2 * NLANES * j, balls_weights + NLANES * j, turned + 12 * NLANES * balls_cameras[j], common_2,
-    common_3, sum_5, sum_6, sum_2_4);
+                balls_pixels + 2 * NLANES * j, balls_weights + NLANES * j, turned + 12 * NLANES * balls_cameras[j],
+                common_2, common_3, sum_5, sum_6, sum_2_4);
         NAME(refine_pose_sum_start_lanes)(sum_7, sum_8, sum_2_5);
         for (intptr_t j = 0; j < tubes; j++)
             NAME(refine_pose_sum_4_lanes)(unit, common, common_2, common_3, sum_7, sum_8, sum_2_5,
-    tubes_ + 7 * NLANES * j, tubes_pixels + 2 * NLANES * j, tubes_weights + NLANES * j,
-    turned + 12 * NLANES * tubes_cameras[j], sum_7, sum_8, sum_2_5);
+                tubes_ + 7 * NLANES * j, tubes_pixels + 2 * NLANES * j, tubes_weights + NLANES * j,
+                turned + 12 * NLANES * tubes_cameras[j], sum_7, sum_8, sum_2_5);
         NAME(refine_pose_sum_start_lanes)(sum_9, sum_10, sum_2_6);
         for (intptr_t j = 0; j < rims; j++)
             NAME(refine_pose_sum_5_lanes)(unit, common, common_2, common_3, sum_9, sum_10, sum_2_6,
-    rims_ + 7 * NLANES * j, rims_pixels + 2 * NLANES * j, rims_weights + NLANES * j,
-    turned + 12 * NLANES * rims_cameras[j], sum_9, sum_10, sum_2_6);
+                rims_ + 7 * NLANES * j, rims_pixels + 2 * NLANES * j, rims_weights + NLANES * j,
+                turned + 12 * NLANES * rims_cameras[j], sum_9, sum_10, sum_2_6);
         far |= NAME(refine_pose_next_now_motor_lanes)(unit, tolerance, now_motor, now_candidate, now_table,
-    now_slope, now_cost, now_damping, now_stage, sum, sum_2, sum_2_2, sum_3, sum_4, sum_2_3, sum_5, sum_6, sum_2_4,
-    sum_7, sum_8, sum_2_5, sum_9, sum_10, sum_2_6, next_now_motor, next_now_candidate, next_now_table,
-    next_now_slope, next_now_cost, next_now_damping, next_now_gain, next_now_stage, next_now_done);
+            now_slope, now_cost, now_damping, now_stage, sum, sum_2, sum_2_2, sum_3, sum_4, sum_2_3, sum_5, sum_6,
+            sum_2_4, sum_7, sum_8, sum_2_5, sum_9, sum_10, sum_2_6, next_now_motor, next_now_candidate,
+            next_now_table, next_now_slope, next_now_cost, next_now_damping, next_now_gain, next_now_stage,
+            next_now_done);
         NAME(refine_pose_converged_lanes)(next_now_done, converged);
         COPY(8 * NLANES, next_now_motor, now_motor);
         COPY(8 * NLANES, next_now_candidate, now_candidate);
@@ -1585,7 +1587,7 @@ static INLINE WORD NAME(refine_pose_lanes)(intptr_t cameras, intptr_t points, in
             break;
     }
     NAME(refine_pose_result_lanes)(tolerance, now_motor, now_candidate, now_table, now_cost, now_damping, now_gain,
-    now_stage, converged, steps, out_0, out_1, out_2);
+        now_stage, converged, steps, out_0, out_1, out_2);
     return far;
 }
 
@@ -2109,7 +2111,7 @@ void NAME(judge_pose)(intptr_t cameras, intptr_t points, intptr_t edges, intptr_
     REAL *work)
 {
     REAL *const turned = work, sum_0, sum_1, sum, sum_0_2, sum_1_2, sum_2, sum_0_3, sum_1_3, sum_3, sum_0_4,
-    sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5;
+        sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5;
     for (intptr_t i = 0; i < cameras; i++)
         NAME(refine_pose_turned)(m, cameras_ + 12 * i, turned + 12 * i);
     NAME(judge_pose_sum_start)(&sum_0, &sum_1);
@@ -2148,7 +2150,7 @@ void NAME(judge_pose)(intptr_t cameras, intptr_t points, intptr_t edges, intptr_
         NAME(judge_pose_sum_6)(sum_5, rims_ + 7 * i, turned + 12 * rims_cameras[i], &sum_5);
     }
     NAME(judge_pose_result_6)(triangle, unit, centre, sum_0, sum_1, sum, sum_0_2, sum_1_2, sum_2, sum_0_3, sum_1_3,
-    sum_3, sum_0_4, sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5, out_5, out_6);
+        sum_3, sum_0_4, sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5, out_5, out_6);
 }
 
 static INLINE WORD NAME(judge_pose_lanes)(intptr_t cameras, intptr_t points, intptr_t edges, intptr_t balls,
@@ -2162,60 +2164,60 @@ static INLINE WORD NAME(judge_pose_lanes)(intptr_t cameras, intptr_t points, int
     REAL *out_4, REAL *out_5, REAL *out_6, REAL *turned)
 {
     _Alignas(64) REAL sum_0[NLANES], sum_1[NLANES], sum[NLANES], sum_0_2[NLANES], sum_1_2[NLANES], sum_2[NLANES],
-    sum_0_3[NLANES], sum_1_3[NLANES], sum_3[NLANES], sum_0_4[NLANES], sum_1_4[NLANES], sum_4[NLANES],
-    sum_0_5[NLANES], sum_1_5[NLANES], sum_5[NLANES];
+        sum_0_3[NLANES], sum_1_3[NLANES], sum_3[NLANES], sum_0_4[NLANES], sum_1_4[NLANES], sum_4[NLANES],
+        sum_0_5[NLANES], sum_1_5[NLANES], sum_5[NLANES];
     for (intptr_t i = 0; i < cameras; i++)
         NAME(refine_pose_turned_lanes)(m, cameras_ + 12 * NLANES * i, turned + 12 * NLANES * i);
     NAME(judge_pose_sum_start_lanes)(sum_0, sum_1);
     NAME(judge_pose_sum_start_2_lanes)(sum);
     for (intptr_t i = 0; i < points; i++) {
         NAME(judge_pose_result_lanes)(points_ + 3 * NLANES * i, points_pixels + 2 * NLANES * i,
-    turned + 12 * NLANES * points_cameras[i], out_0 + NLANES * i);
+            turned + 12 * NLANES * points_cameras[i], out_0 + NLANES * i);
         NAME(judge_pose_sum_lanes)(limit, sum_0, sum_1, out_0 + NLANES * i, points_weights + NLANES * i, sum_0,
-    sum_1);
+            sum_1);
         NAME(judge_pose_sum_2_lanes)(sum, points_ + 3 * NLANES * i, turned + 12 * NLANES * points_cameras[i], sum);
     }
     NAME(judge_pose_sum_start_lanes)(sum_0_2, sum_1_2);
     NAME(judge_pose_sum_start_2_lanes)(sum_2);
     for (intptr_t i = 0; i < edges; i++) {
         NAME(judge_pose_result_2_lanes)(edges_ + 6 * NLANES * i, edges_pixels + 2 * NLANES * i,
-    turned + 12 * NLANES * edges_cameras[i], out_1 + NLANES * i);
+            turned + 12 * NLANES * edges_cameras[i], out_1 + NLANES * i);
         NAME(judge_pose_sum_lanes)(limit, sum_0_2, sum_1_2, out_1 + NLANES * i, edges_weights + NLANES * i, sum_0_2,
-    sum_1_2);
+            sum_1_2);
         NAME(judge_pose_sum_3_lanes)(sum_2, edges_ + 6 * NLANES * i, turned + 12 * NLANES * edges_cameras[i],
-    sum_2);
+            sum_2);
     }
     NAME(judge_pose_sum_start_lanes)(sum_0_3, sum_1_3);
     NAME(judge_pose_sum_start_2_lanes)(sum_3);
     for (intptr_t i = 0; i < balls; i++) {
         NAME(judge_pose_result_3_lanes)(balls_ + 4 * NLANES * i, balls_pixels + 2 * NLANES * i,
-    turned + 12 * NLANES * balls_cameras[i], out_2 + NLANES * i);
+            turned + 12 * NLANES * balls_cameras[i], out_2 + NLANES * i);
         NAME(judge_pose_sum_lanes)(limit, sum_0_3, sum_1_3, out_2 + NLANES * i, balls_weights + NLANES * i, sum_0_3,
-    sum_1_3);
+            sum_1_3);
         NAME(judge_pose_sum_4_lanes)(sum_3, balls_ + 4 * NLANES * i, turned + 12 * NLANES * balls_cameras[i],
-    sum_3);
+            sum_3);
     }
     NAME(judge_pose_sum_start_lanes)(sum_0_4, sum_1_4);
     NAME(judge_pose_sum_start_2_lanes)(sum_4);
     for (intptr_t i = 0; i < tubes; i++) {
         NAME(judge_pose_result_4_lanes)(tubes_ + 7 * NLANES * i, tubes_pixels + 2 * NLANES * i,
-    turned + 12 * NLANES * tubes_cameras[i], out_3 + NLANES * i);
+            turned + 12 * NLANES * tubes_cameras[i], out_3 + NLANES * i);
         NAME(judge_pose_sum_lanes)(limit, sum_0_4, sum_1_4, out_3 + NLANES * i, tubes_weights + NLANES * i, sum_0_4,
-    sum_1_4);
+            sum_1_4);
         NAME(judge_pose_sum_5_lanes)(sum_4, tubes_ + 7 * NLANES * i, turned + 12 * NLANES * tubes_cameras[i],
-    sum_4);
+            sum_4);
     }
     NAME(judge_pose_sum_start_lanes)(sum_0_5, sum_1_5);
     NAME(judge_pose_sum_start_2_lanes)(sum_5);
     for (intptr_t i = 0; i < rims; i++) {
         NAME(judge_pose_result_5_lanes)(rims_ + 7 * NLANES * i, rims_pixels + 2 * NLANES * i,
-    turned + 12 * NLANES * rims_cameras[i], out_4 + NLANES * i);
+            turned + 12 * NLANES * rims_cameras[i], out_4 + NLANES * i);
         NAME(judge_pose_sum_lanes)(limit, sum_0_5, sum_1_5, out_4 + NLANES * i, rims_weights + NLANES * i, sum_0_5,
-    sum_1_5);
+            sum_1_5);
         NAME(judge_pose_sum_6_lanes)(sum_5, rims_ + 7 * NLANES * i, turned + 12 * NLANES * rims_cameras[i], sum_5);
     }
     NAME(judge_pose_result_6_lanes)(triangle, unit, centre, sum_0, sum_1, sum, sum_0_2, sum_1_2, sum_2, sum_0_3,
-    sum_1_3, sum_3, sum_0_4, sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5, out_5, out_6);
+        sum_1_3, sum_3, sum_0_4, sum_1_4, sum_4, sum_0_5, sum_1_5, sum_5, out_5, out_6);
     return 0;
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all particles
 // spec: 8641073fc3df2af1
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 56f5b6187e4b752a29dd74a1d3cee9b26f92d00969c2d5c505a1c07d45b0c9f1
+// body: 9714abf8eb087facede7b1c43f681b2818c48f300531781bc2f18c3d53245970
 
 #ifndef REAL
 #include "particles.h"
@@ -102,7 +102,7 @@ void NAME(charged_step)(intptr_t n, intptr_t pairs, const REAL *state, const REA
     CLEAR(3 * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(charged_step_force)(state + 6 * first[i], state + 6 * second[i], charge[first[i]], charge[second[i]],
-    force);
+            force);
         if (first[i] >= 0)
             ADD(3, force, scattered + 3 * first[i]);
         NAME(charged_step_negative)(force, negative + 3 * i);
@@ -122,7 +122,7 @@ static INLINE WORD NAME(charged_step_lanes)(intptr_t n, intptr_t pairs, const RE
     CLEAR(3 * NLANES * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(charged_step_force_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
-    charge + NLANES * first[i], charge + NLANES * second[i], force);
+            charge + NLANES * first[i], charge + NLANES * second[i], force);
         if (first[i] >= 0)
             ADD(3 * NLANES, force, scattered + 3 * NLANES * first[i]);
         NAME(charged_step_negative_lanes)(force, negative + 3 * NLANES * i);
@@ -133,7 +133,7 @@ static INLINE WORD NAME(charged_step_lanes)(intptr_t n, intptr_t pairs, const RE
     }
     for (intptr_t i = 0; i < n; i++)
         NAME(charged_step_result_lanes)(span, state + 6 * NLANES * i, scattered + 3 * NLANES * i,
-    out + 6 * NLANES * i);
+            out + 6 * NLANES * i);
     return 0;
 }
 
@@ -181,7 +181,7 @@ static INLINE void NAME(pair_invariants_within)(intptr_t n, intptr_t pairs, cons
     (void)n, (void)work;
     for (intptr_t i = 0; i < pairs; i++)
         NAME(pair_invariants_result)(state + 6 * first[i], state + 6 * second[i], charge[first[i]],
-    charge[second[i]], out + 4 * i);
+            charge[second[i]], out + 4 * i);
 }
 
 FUSED(pair_invariants, (intptr_t n, intptr_t pairs, const REAL *state, const REAL *charge, const int64_t *first,
@@ -189,8 +189,8 @@ FUSED(pair_invariants, (intptr_t n, intptr_t pairs, const REAL *state, const REA
 void NAME(pair_invariants)(intptr_t n, intptr_t pairs, const REAL *state, const REAL *charge, const int64_t *first,
     const int64_t *second, REAL *out, REAL *work)
 {
-    RUN(pair_invariants, (n, pairs, state, charge, first, second, out, work), (n, pairs, state, charge, first,
-    second, out, work));
+    RUN(pair_invariants, (n, pairs, state, charge, first, second, out, work),
+        (n, pairs, state, charge, first, second, out, work));
 }
 
 static INLINE WORD NAME(pair_invariants_lanes)(intptr_t n, intptr_t pairs, const REAL *state, const REAL *charge,
@@ -199,7 +199,7 @@ static INLINE WORD NAME(pair_invariants_lanes)(intptr_t n, intptr_t pairs, const
     (void)n;
     for (intptr_t i = 0; i < pairs; i++)
         NAME(pair_invariants_result_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
-    charge + NLANES * first[i], charge + NLANES * second[i], out + 4 * NLANES * i);
+            charge + NLANES * first[i], charge + NLANES * second[i], out + 4 * NLANES * i);
     return 0;
 }
 
@@ -310,7 +310,7 @@ static INLINE WORD NAME(pair_step_lanes)(intptr_t n, intptr_t pairs, const REAL 
     CLEAR(6 * NLANES * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(pair_step_message_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
-    weights + 4 * NLANES * i, message);
+            weights + 4 * NLANES * i, message);
         if (first[i] >= 0)
             ADD(6 * NLANES, message, scattered + 6 * NLANES * first[i]);
         NAME(pair_step_negative_lanes)(message, negative + 6 * NLANES * i);
@@ -321,7 +321,7 @@ static INLINE WORD NAME(pair_step_lanes)(intptr_t n, intptr_t pairs, const REAL 
     }
     for (intptr_t i = 0; i < n; i++)
         NAME(pair_step_result_lanes)(span, state + 6 * NLANES * i, scattered + 6 * NLANES * i,
-    out + 6 * NLANES * i);
+            out + 6 * NLANES * i);
     return 0;
 }
 
@@ -401,11 +401,11 @@ static INLINE void NAME(pair_invariants_vjp_state_within)(intptr_t n, intptr_t p
     REAL state_part[6], state_part_2[6];
     for (intptr_t i = 0; i < pairs; i++)
         NAME(pair_invariants_result)(state + 6 * first[i], state + 6 * second[i], charge[first[i]],
-    charge[second[i]], out_0 + 4 * i);
+            charge[second[i]], out_0 + 4 * i);
     CLEAR(6 * n, out_1);
     for (intptr_t i = pairs; i-- > 0;) {
         NAME(pair_invariants_vjp_state_state_part)(state + 6 * first[i], state + 6 * second[i], cotangent + 4 * i,
-    state_part, state_part_2);
+            state_part, state_part_2);
         if (first[i] >= 0)
             ADD(6, state_part, out_1 + 6 * first[i]);
         if (second[i] >= 0)
@@ -413,14 +413,14 @@ static INLINE void NAME(pair_invariants_vjp_state_within)(intptr_t n, intptr_t p
     }
 }
 
-FUSED(pair_invariants_vjp_state, (intptr_t n, intptr_t pairs, const REAL *state, const REAL *charge,
-    const int64_t *first, const int64_t *second, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work), (n,
-    pairs, state, charge, first, second, cotangent, out_0, out_1, work))
+FUSED(pair_invariants_vjp_state, (intptr_t n, intptr_t pairs, const REAL *state, const REAL *charge, const int64_t
+    *first, const int64_t *second, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work),
+    (n, pairs, state, charge, first, second, cotangent, out_0, out_1, work))
 void NAME(pair_invariants_vjp_state)(intptr_t n, intptr_t pairs, const REAL *state, const REAL *charge,
     const int64_t *first, const int64_t *second, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work)
 {
-    RUN(pair_invariants_vjp_state, (n, pairs, state, charge, first, second, cotangent, out_0, out_1, work), (n,
-    pairs, state, charge, first, second, cotangent, out_0, out_1, work));
+    RUN(pair_invariants_vjp_state, (n, pairs, state, charge, first, second, cotangent, out_0, out_1, work),
+        (n, pairs, state, charge, first, second, cotangent, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(pair_invariants_vjp_state_lanes)(intptr_t n, intptr_t pairs, const REAL *state,
@@ -430,11 +430,11 @@ static INLINE WORD NAME(pair_invariants_vjp_state_lanes)(intptr_t n, intptr_t pa
     _Alignas(64) REAL state_part[6 * NLANES], state_part_2[6 * NLANES];
     for (intptr_t i = 0; i < pairs; i++)
         NAME(pair_invariants_result_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
-    charge + NLANES * first[i], charge + NLANES * second[i], out_0 + 4 * NLANES * i);
+            charge + NLANES * first[i], charge + NLANES * second[i], out_0 + 4 * NLANES * i);
     CLEAR(6 * NLANES * n, out_1);
     for (intptr_t i = pairs; i-- > 0;) {
         NAME(pair_invariants_vjp_state_state_part_lanes)(state + 6 * NLANES * first[i],
-    state + 6 * NLANES * second[i], cotangent + 4 * NLANES * i, state_part, state_part_2);
+            state + 6 * NLANES * second[i], cotangent + 4 * NLANES * i, state_part, state_part_2);
         if (first[i] >= 0)
             ADD(6 * NLANES, state_part, out_1 + 6 * NLANES * first[i]);
         if (second[i] >= 0)
@@ -478,11 +478,11 @@ static INLINE void NAME(pair_invariants_vjp_charge_within)(intptr_t n, intptr_t 
     REAL charge_part, charge_part_2;
     for (intptr_t i = 0; i < pairs; i++)
         NAME(pair_invariants_result)(state + 6 * first[i], state + 6 * second[i], charge[first[i]],
-    charge[second[i]], out_0 + 4 * i);
+            charge[second[i]], out_0 + 4 * i);
     CLEAR(n, out_1);
     for (intptr_t i = pairs; i-- > 0;) {
         NAME(pair_invariants_vjp_charge_charge_part)(charge[first[i]], charge[second[i]], cotangent + 4 * i,
-    &charge_part, &charge_part_2);
+            &charge_part, &charge_part_2);
         if (first[i] >= 0)
             ADD(1, &charge_part, out_1 + first[i]);
         if (second[i] >= 0)
@@ -490,14 +490,14 @@ static INLINE void NAME(pair_invariants_vjp_charge_within)(intptr_t n, intptr_t 
     }
 }
 
-FUSED(pair_invariants_vjp_charge, (intptr_t n, intptr_t pairs, const REAL *state, const REAL *charge,
-    const int64_t *first, const int64_t *second, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work), (n,
-    pairs, state, charge, first, second, cotangent, out_0, out_1, work))
+FUSED(pair_invariants_vjp_charge, (intptr_t n, intptr_t pairs, const REAL *state, const REAL *charge, const int64_t
+    *first, const int64_t *second, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work),
+    (n, pairs, state, charge, first, second, cotangent, out_0, out_1, work))
 void NAME(pair_invariants_vjp_charge)(intptr_t n, intptr_t pairs, const REAL *state, const REAL *charge,
     const int64_t *first, const int64_t *second, const REAL *cotangent, REAL *out_0, REAL *out_1, REAL *work)
 {
-    RUN(pair_invariants_vjp_charge, (n, pairs, state, charge, first, second, cotangent, out_0, out_1, work), (n,
-    pairs, state, charge, first, second, cotangent, out_0, out_1, work));
+    RUN(pair_invariants_vjp_charge, (n, pairs, state, charge, first, second, cotangent, out_0, out_1, work),
+        (n, pairs, state, charge, first, second, cotangent, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(pair_invariants_vjp_charge_lanes)(intptr_t n, intptr_t pairs, const REAL *state,
@@ -507,11 +507,11 @@ static INLINE WORD NAME(pair_invariants_vjp_charge_lanes)(intptr_t n, intptr_t p
     _Alignas(64) REAL charge_part[NLANES], charge_part_2[NLANES];
     for (intptr_t i = 0; i < pairs; i++)
         NAME(pair_invariants_result_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
-    charge + NLANES * first[i], charge + NLANES * second[i], out_0 + 4 * NLANES * i);
+            charge + NLANES * first[i], charge + NLANES * second[i], out_0 + 4 * NLANES * i);
     CLEAR(NLANES * n, out_1);
     for (intptr_t i = pairs; i-- > 0;) {
         NAME(pair_invariants_vjp_charge_charge_part_lanes)(charge + NLANES * first[i], charge + NLANES * second[i],
-    cotangent + 4 * NLANES * i, charge_part, charge_part_2);
+            cotangent + 4 * NLANES * i, charge_part, charge_part_2);
         if (first[i] >= 0)
             ADD(NLANES, charge_part, out_1 + NLANES * first[i]);
         if (second[i] >= 0)
@@ -704,8 +704,9 @@ void NAME(pair_step_vjp_state)(intptr_t n, intptr_t pairs, const REAL *state, co
     REAL *work)
 {
     REAL message[6], *const scattered = work, *const negative = scattered + 6 * n,
-    *const message_adjoint = negative + 6 * pairs, *const scattered_adjoint = message_adjoint + 6 * pairs,
-    *const negative_adjoint = scattered_adjoint + 6 * n, state_part[6], common, state_part_2[6], state_part_3[6];
+        *const message_adjoint = negative + 6 * pairs, *const scattered_adjoint = message_adjoint + 6 * pairs,
+        *const negative_adjoint = scattered_adjoint + 6 * n, state_part[6], common, state_part_2[6],
+        state_part_3[6];
     CLEAR(6 * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(pair_step_message)(state + 6 * first[i], state + 6 * second[i], weights + 4 * i, message);
@@ -722,7 +723,7 @@ void NAME(pair_step_vjp_state)(intptr_t n, intptr_t pairs, const REAL *state, co
     for (intptr_t i = n; i-- > 0;) {
         NAME(pair_step_result)(span, state + 6 * i, scattered + 6 * i, out_0 + 6 * i);
         NAME(pair_step_vjp_state_state_part)(span, cotangent + 6 * i, common, state_part,
-    scattered_adjoint + 6 * i);
+            scattered_adjoint + 6 * i);
         ADD(6, state_part, out_1 + 6 * i);
     }
     CLEAR(6 * pairs, message_adjoint);
@@ -731,11 +732,11 @@ void NAME(pair_step_vjp_state)(intptr_t n, intptr_t pairs, const REAL *state, co
         if (second[i] >= 0)
             ADD(6, scattered_adjoint + 6 * second[i], negative_adjoint + 6 * i);
         NAME(pair_step_vjp_state_message_adjoint)(negative_adjoint + 6 * i, message_adjoint + 6 * i,
-    message_adjoint + 6 * i);
+            message_adjoint + 6 * i);
         if (first[i] >= 0)
             ADD(6, scattered_adjoint + 6 * first[i], message_adjoint + 6 * i);
         NAME(pair_step_vjp_state_state_part_2)(state + 6 * first[i], state + 6 * second[i], weights + 4 * i,
-    message_adjoint + 6 * i, state_part_2, state_part_3);
+            message_adjoint + 6 * i, state_part_2, state_part_3);
         if (first[i] >= 0)
             ADD(6, state_part_2, out_1 + 6 * first[i]);
         if (second[i] >= 0)
@@ -749,11 +750,11 @@ static INLINE WORD NAME(pair_step_vjp_state_lanes)(intptr_t n, intptr_t pairs, c
     REAL *negative_adjoint)
 {
     _Alignas(64) REAL message[6 * NLANES], state_part[6 * NLANES], common[NLANES], state_part_2[6 * NLANES],
-    state_part_3[6 * NLANES];
+        state_part_3[6 * NLANES];
     CLEAR(6 * NLANES * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(pair_step_message_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
-    weights + 4 * NLANES * i, message);
+            weights + 4 * NLANES * i, message);
         if (first[i] >= 0)
             ADD(6 * NLANES, message, scattered + 6 * NLANES * first[i]);
         NAME(pair_step_negative_lanes)(message, negative + 6 * NLANES * i);
@@ -766,9 +767,9 @@ static INLINE WORD NAME(pair_step_vjp_state_lanes)(intptr_t n, intptr_t pairs, c
     NAME(pair_step_vjp_state_common_lanes)(span, common);
     for (intptr_t i = n; i-- > 0;) {
         NAME(pair_step_result_lanes)(span, state + 6 * NLANES * i, scattered + 6 * NLANES * i,
-    out_0 + 6 * NLANES * i);
+            out_0 + 6 * NLANES * i);
         NAME(pair_step_vjp_state_state_part_lanes)(span, cotangent + 6 * NLANES * i, common, state_part,
-    scattered_adjoint + 6 * NLANES * i);
+            scattered_adjoint + 6 * NLANES * i);
         ADD(6 * NLANES, state_part, out_1 + 6 * NLANES * i);
     }
     CLEAR(6 * NLANES * pairs, message_adjoint);
@@ -777,11 +778,11 @@ static INLINE WORD NAME(pair_step_vjp_state_lanes)(intptr_t n, intptr_t pairs, c
         if (second[i] >= 0)
             ADD(6 * NLANES, scattered_adjoint + 6 * NLANES * second[i], negative_adjoint + 6 * NLANES * i);
         NAME(pair_step_vjp_state_message_adjoint_lanes)(negative_adjoint + 6 * NLANES * i,
-    message_adjoint + 6 * NLANES * i, message_adjoint + 6 * NLANES * i);
+            message_adjoint + 6 * NLANES * i, message_adjoint + 6 * NLANES * i);
         if (first[i] >= 0)
             ADD(6 * NLANES, scattered_adjoint + 6 * NLANES * first[i], message_adjoint + 6 * NLANES * i);
         NAME(pair_step_vjp_state_state_part_2_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
-    weights + 4 * NLANES * i, message_adjoint + 6 * NLANES * i, state_part_2, state_part_3);
+            weights + 4 * NLANES * i, message_adjoint + 6 * NLANES * i, state_part_2, state_part_3);
         if (first[i] >= 0)
             ADD(6 * NLANES, state_part_2, out_1 + 6 * NLANES * first[i]);
         if (second[i] >= 0)
@@ -865,8 +866,8 @@ void NAME(pair_step_vjp_weights)(intptr_t n, intptr_t pairs, const REAL *state, 
     REAL *work)
 {
     REAL message[6], *const scattered = work, *const negative = scattered + 6 * n,
-    *const message_adjoint = negative + 6 * pairs, *const scattered_adjoint = message_adjoint + 6 * pairs,
-    *const negative_adjoint = scattered_adjoint + 6 * n, common;
+        *const message_adjoint = negative + 6 * pairs, *const scattered_adjoint = message_adjoint + 6 * pairs,
+        *const negative_adjoint = scattered_adjoint + 6 * n, common;
     CLEAR(6 * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(pair_step_message)(state + 6 * first[i], state + 6 * second[i], weights + 4 * i, message);
@@ -889,11 +890,11 @@ void NAME(pair_step_vjp_weights)(intptr_t n, intptr_t pairs, const REAL *state, 
         if (second[i] >= 0)
             ADD(6, scattered_adjoint + 6 * second[i], negative_adjoint + 6 * i);
         NAME(pair_step_vjp_state_message_adjoint)(negative_adjoint + 6 * i, message_adjoint + 6 * i,
-    message_adjoint + 6 * i);
+            message_adjoint + 6 * i);
         if (first[i] >= 0)
             ADD(6, scattered_adjoint + 6 * first[i], message_adjoint + 6 * i);
         NAME(pair_step_vjp_weights_result)(state + 6 * first[i], state + 6 * second[i], message_adjoint + 6 * i,
-    out_1 + 4 * i);
+            out_1 + 4 * i);
     }
 }
 
@@ -906,7 +907,7 @@ static INLINE WORD NAME(pair_step_vjp_weights_lanes)(intptr_t n, intptr_t pairs,
     CLEAR(6 * NLANES * n, scattered);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(pair_step_message_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
-    weights + 4 * NLANES * i, message);
+            weights + 4 * NLANES * i, message);
         if (first[i] >= 0)
             ADD(6 * NLANES, message, scattered + 6 * NLANES * first[i]);
         NAME(pair_step_negative_lanes)(message, negative + 6 * NLANES * i);
@@ -918,9 +919,9 @@ static INLINE WORD NAME(pair_step_vjp_weights_lanes)(intptr_t n, intptr_t pairs,
     NAME(pair_step_vjp_state_common_lanes)(span, common);
     for (intptr_t i = n; i-- > 0;) {
         NAME(pair_step_result_lanes)(span, state + 6 * NLANES * i, scattered + 6 * NLANES * i,
-    out_0 + 6 * NLANES * i);
+            out_0 + 6 * NLANES * i);
         NAME(pair_step_vjp_weights_scattered_adjoint_lanes)(span, cotangent + 6 * NLANES * i, common,
-    scattered_adjoint + 6 * NLANES * i);
+            scattered_adjoint + 6 * NLANES * i);
     }
     CLEAR(6 * NLANES * pairs, message_adjoint);
     CLEAR(6 * NLANES * pairs, negative_adjoint);
@@ -928,11 +929,11 @@ static INLINE WORD NAME(pair_step_vjp_weights_lanes)(intptr_t n, intptr_t pairs,
         if (second[i] >= 0)
             ADD(6 * NLANES, scattered_adjoint + 6 * NLANES * second[i], negative_adjoint + 6 * NLANES * i);
         NAME(pair_step_vjp_state_message_adjoint_lanes)(negative_adjoint + 6 * NLANES * i,
-    message_adjoint + 6 * NLANES * i, message_adjoint + 6 * NLANES * i);
+            message_adjoint + 6 * NLANES * i, message_adjoint + 6 * NLANES * i);
         if (first[i] >= 0)
             ADD(6 * NLANES, scattered_adjoint + 6 * NLANES * first[i], message_adjoint + 6 * NLANES * i);
         NAME(pair_step_vjp_weights_result_lanes)(state + 6 * NLANES * first[i], state + 6 * NLANES * second[i],
-    message_adjoint + 6 * NLANES * i, out_1 + 4 * NLANES * i);
+            message_adjoint + 6 * NLANES * i, out_1 + 4 * NLANES * i);
     }
     return 0;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all reaching
 // spec: 368c8dccda24de37
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 0552ed16b264326b9ce046ffc7e3369f41621ff5319817c3e1a90e16977f78e4
+// body: 5c7a3b93ba411b4297797740422943c68fed7e6890ef3d2f9812c9ce2f6a1c53
 
 #ifndef REAL
 #include "reaching.h"
@@ -295,8 +295,8 @@ static INLINE void NAME(motion_of_joints_within)(intptr_t n, const REAL *q, cons
         NAME(motion_of_joints_result)(out, q[i], axes + 6 * i, turns[i], out, NULL);
 }
 
-FUSED(motion_of_joints, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, REAL *out, REAL *work), (n,
-    q, axes, turns, out, work))
+FUSED(motion_of_joints, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, REAL *out, REAL *work),
+    (n, q, axes, turns, out, work))
 void NAME(motion_of_joints)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, REAL *out, REAL *work)
 {
     RUN(motion_of_joints, (n, q, axes, turns, out, work), (n, q, axes, turns, out, work));
@@ -381,8 +381,8 @@ static INLINE void NAME(distance_to_goal_within)(intptr_t n, const REAL *q, cons
     NAME(distance_to_goal_result)(goal, size, motion, out);
 }
 
-FUSED(distance_to_goal, (intptr_t n, const REAL *q, const REAL *goal, const REAL *axes, const REAL *turns,
-    REAL size, REAL *out, REAL *work), (n, q, goal, axes, turns, size, out, work))
+FUSED(distance_to_goal, (intptr_t n, const REAL *q, const REAL *goal, const REAL *axes, const REAL *turns, REAL
+    size, REAL *out, REAL *work), (n, q, goal, axes, turns, size, out, work))
 void NAME(distance_to_goal)(intptr_t n, const REAL *q, const REAL *goal, const REAL *axes, const REAL *turns,
     REAL size, REAL *out, REAL *work)
 {
@@ -512,11 +512,12 @@ static INLINE void NAME(rates_of_joints_within)(intptr_t n, const REAL *q, const
     NAME(rates_of_joints_carry_0_start)(carry_0_start, carry_start);
     for (intptr_t i = n; i-- > 0;)
         NAME(rates_of_joints_carry)(size, i + 1 < n ? carry_0 + 8 * (i + 1) : carry_0_start, q[i], axes + 6 * i,
-    turns[i], carry_0 + 8 * i, out + 6 * i, NULL);
+            turns[i], carry_0 + 8 * i, out + 6 * i, NULL);
 }
 
-FUSED(rates_of_joints, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, REAL size, REAL *out,
-    REAL *work), (n, q, axes, turns, size, out, work))
+FUSED(rates_of_joints,
+    (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, REAL size, REAL *out, REAL *work),
+    (n, q, axes, turns, size, out, work))
 void NAME(rates_of_joints)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, REAL size, REAL *out,
     REAL *work)
 {
@@ -531,7 +532,7 @@ static INLINE WORD NAME(rates_of_joints_lanes)(intptr_t n, const REAL *q, const 
     NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start, carry_start);
     for (intptr_t i = n; i-- > 0;)
         far |= NAME(rates_of_joints_carry_lanes)(size, i + 1 < n ? carry_0 + 8 * NLANES * (i + 1) : carry_0_start,
-    q + NLANES * i, axes + 6 * i, turns + i, carry_0 + 8 * NLANES * i, out + 6 * NLANES * i);
+            q + NLANES * i, axes + 6 * i, turns + i, carry_0 + 8 * NLANES * i, out + 6 * NLANES * i);
     return far;
 }
 
@@ -1293,71 +1294,73 @@ static INLINE void NAME(descend_within)(intptr_t n, const REAL *q, const REAL *g
     const REAL *turns, REAL size, REAL enough, REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL carry_0_start[8], carry_start[6], *const carry_0 = work, *const carry = carry_0 + 8 * n, value[8],
-    *const old_carry_q = carry + 6 * n, old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
-    old_carry_left_4, old_carry_left_5, *const old_carry_rates_0 = old_carry_q + n,
-    *const old_carry_rates_1 = old_carry_rates_0 + n, *const old_carry_rates_2 = old_carry_rates_1 + n,
-    *const old_carry_rates_3 = old_carry_rates_2 + n, *const old_carry_rates_4 = old_carry_rates_3 + n,
-    *const old_carry_rates_5 = old_carry_rates_4 + n, old_carry_error, old_carry_damping, old_carry_done,
-    *const old_carry_best = old_carry_rates_5 + n, old_carry_least, old_steps, old_converged, converged, steps,
-    next_old_carry_left_0, next_old_carry_left_1, next_old_carry_left_2, next_old_carry_left_3,
-    next_old_carry_left_4, next_old_carry_left_5, next_old_carry_error, next_old_carry_damping, next_old_carry_done,
-    next_old_carry_least, next_old_steps, next_old_converged, carry_start_2[6], carry_start_3[5], carry_start_4[4],
-    carry_start_5[3], carry_0_4_0_start, carry_0_4_1_start, carry_0_5_0_start, carry_start_6[6 * 2], common,
-    *const carry_2 = old_carry_best + n, *const carry_3 = carry_2 + 6 * n, *const carry_4 = carry_3 + 5 * n,
-    *const carry_5 = carry_4 + 4 * n, *const carry_0_4_0 = carry_5 + 3 * n, *const carry_0_4_1 = carry_0_4_0 + n,
-    *const carry_0_5_0 = carry_0_4_1 + n, *const carry_6 = carry_0_5_0 + n, value_2[6], value_3[5], value_4[4],
-    value_5[3], v4_0, v4_1, v5_0, carry_start_7[6], carry_1_start, *const carry_7 = carry_6 + 12 * n, carry_1,
-    *const mapped = carry_7 + 6 * n, carry_0_start_2[8], carry_start_8[6], *const carry_0_2 = mapped + n,
-    *const carry_8 = carry_0_2 + 8 * n, value_6[8], mapped_2, common_2, common_3, mapped_3[6], mapped_4, common_4,
-    common_5, common_6, by_element, common_7, by_element_2, by_element_3, by_element_4, by_element_5, by_element_6,
-    by_element_7, motion[8];
+        *const old_carry_q = carry + 6 * n, old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
+        old_carry_left_4, old_carry_left_5, *const old_carry_rates_0 = old_carry_q + n,
+        *const old_carry_rates_1 = old_carry_rates_0 + n, *const old_carry_rates_2 = old_carry_rates_1 + n,
+        *const old_carry_rates_3 = old_carry_rates_2 + n, *const old_carry_rates_4 = old_carry_rates_3 + n,
+        *const old_carry_rates_5 = old_carry_rates_4 + n, old_carry_error, old_carry_damping, old_carry_done,
+        *const old_carry_best = old_carry_rates_5 + n, old_carry_least, old_steps, old_converged, converged, steps,
+        next_old_carry_left_0, next_old_carry_left_1, next_old_carry_left_2, next_old_carry_left_3,
+        next_old_carry_left_4, next_old_carry_left_5, next_old_carry_error, next_old_carry_damping,
+        next_old_carry_done, next_old_carry_least, next_old_steps, next_old_converged, carry_start_2[6],
+        carry_start_3[5], carry_start_4[4], carry_start_5[3], carry_0_4_0_start, carry_0_4_1_start,
+        carry_0_5_0_start, carry_start_6[6 * 2], common, *const carry_2 = old_carry_best + n,
+        *const carry_3 = carry_2 + 6 * n, *const carry_4 = carry_3 + 5 * n, *const carry_5 = carry_4 + 4 * n,
+        *const carry_0_4_0 = carry_5 + 3 * n, *const carry_0_4_1 = carry_0_4_0 + n,
+        *const carry_0_5_0 = carry_0_4_1 + n, *const carry_6 = carry_0_5_0 + n, value_2[6], value_3[5], value_4[4],
+        value_5[3], v4_0, v4_1, v5_0, carry_start_7[6], carry_1_start, *const carry_7 = carry_6 + 12 * n, carry_1,
+        *const mapped = carry_7 + 6 * n, carry_0_start_2[8], carry_start_8[6], *const carry_0_2 = mapped + n,
+        *const carry_8 = carry_0_2 + 8 * n, value_6[8], mapped_2, common_2, common_3, mapped_3[6], mapped_4,
+        common_4, common_5, common_6, by_element, common_7, by_element_2, by_element_3, by_element_4, by_element_5,
+        by_element_6, by_element_7, motion[8];
     NAME(rates_of_joints_carry_0_start)(carry_0_start, carry_start);
     NAME(motion_of_joints_result_start)(value);
     for (intptr_t i = n; i-- > 0;) {
         NAME(rates_of_joints_carry)(size, i + 1 < n ? carry_0 + 8 * (i + 1) : carry_0_start, q[i], axes + 6 * i,
-    turns[i], carry_0 + 8 * i, carry + 6 * i, NULL);
+            turns[i], carry_0 + 8 * i, carry + 6 * i, NULL);
         NAME(descend_value)(carry_0 + 8 * i, value);
         NAME(descend_old_carry_rates)(carry + 6 * i, old_carry_rates_0 + i, old_carry_rates_1 + i,
-    old_carry_rates_2 + i, old_carry_rates_3 + i, old_carry_rates_4 + i, old_carry_rates_5 + i);
+            old_carry_rates_2 + i, old_carry_rates_3 + i, old_carry_rates_4 + i, old_carry_rates_5 + i);
         COPY(1, q + i, old_carry_q + i);
         COPY(1, q + i, old_carry_best + i);
     }
     NAME(descend_old_carry_left)(goal, size, value, &old_carry_left_0, &old_carry_left_1, &old_carry_left_2,
-    &old_carry_left_3, &old_carry_left_4, &old_carry_left_5, &old_carry_error, &old_carry_damping, &old_carry_done,
-    &old_carry_least, &old_steps, &old_converged, &converged, &steps);
+        &old_carry_left_3, &old_carry_left_4, &old_carry_left_5, &old_carry_error, &old_carry_damping,
+        &old_carry_done, &old_carry_least, &old_steps, &old_converged, &converged, &steps);
     NAME(descend_common)(size, &common);
     NAME(descend_common_2)(size, &common_3);
     NAME(descend_common_3)(size, &common_5, &common_6);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_carry_start)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
-    carry_start_4, carry_start_5, &carry_0_4_0_start, &carry_0_4_1_start, &carry_0_5_0_start, carry_start_6);
+            carry_start_4, carry_start_5, &carry_0_4_0_start, &carry_0_4_1_start, &carry_0_5_0_start,
+            carry_start_6);
         NAME(descend_value_2)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5, &v4_0,
-    &v4_1, &v5_0);
+            &v4_1, &v5_0);
         for (intptr_t j = 0; j < n; j++) {
             NAME(descend_carry)(j > 0 ? carry_2 + 6 * (j - 1) : carry_start_2,
-    j > 0 ? carry_3 + 5 * (j - 1) : carry_start_3, j > 0 ? carry_4 + 4 * (j - 1) : carry_start_4,
-    j > 0 ? carry_5 + 3 * (j - 1) : carry_start_5, j > 0 ? carry_0_4_0[j - 1] : carry_0_4_0_start,
-    j > 0 ? carry_0_4_1[j - 1] : carry_0_4_1_start, j > 0 ? carry_0_5_0[j - 1] : carry_0_5_0_start,
-    old_carry_rates_0[j], old_carry_rates_1[j], old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j],
-    old_carry_rates_5[j], carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j, carry_5 + 3 * j, carry_0_4_0 + j,
-    carry_0_4_1 + j, carry_0_5_0 + j, carry_6 + 12 * j);
+                j > 0 ? carry_3 + 5 * (j - 1) : carry_start_3, j > 0 ? carry_4 + 4 * (j - 1) : carry_start_4,
+                j > 0 ? carry_5 + 3 * (j - 1) : carry_start_5, j > 0 ? carry_0_4_0[j - 1] : carry_0_4_0_start,
+                j > 0 ? carry_0_4_1[j - 1] : carry_0_4_1_start, j > 0 ? carry_0_5_0[j - 1] : carry_0_5_0_start,
+                old_carry_rates_0[j], old_carry_rates_1[j], old_carry_rates_2[j], old_carry_rates_3[j],
+                old_carry_rates_4[j], old_carry_rates_5[j], carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j,
+                carry_5 + 3 * j, carry_0_4_0 + j, carry_0_4_1 + j, carry_0_5_0 + j, carry_6 + 12 * j);
             NAME(descend_value_3)(carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j, carry_5 + 3 * j, value_2,
-    value_3, value_4, value_5);
+                value_3, value_4, value_5);
             COPY(1, carry_0_4_0 + j, &v4_0);
             COPY(1, carry_0_4_1 + j, &v4_1);
             COPY(1, carry_0_5_0 + j, &v5_0);
         }
         NAME(descend_carry_start_2)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
-    old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
-    &carry_1_start);
+            old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
+            &carry_1_start);
         NAME(rates_of_joints_carry_0_start)(carry_0_start_2, carry_start_8);
         NAME(motion_of_joints_result_start)(value_6);
         for (intptr_t j = n; j-- > 0;) {
             NAME(descend_carry_2)(j + 1 < n ? carry_7 + 6 * (j + 1) : carry_start_7, carry_6 + 12 * j,
-    carry_7 + 6 * j, &carry_1);
+                carry_7 + 6 * j, &carry_1);
             NAME(descend_mapped)(old_carry_q[j], carry_1, mapped + j);
             NAME(rates_of_joints_carry)(size, j + 1 < n ? carry_0_2 + 8 * (j + 1) : carry_0_start_2, mapped[j],
-    axes + 6 * j, turns[j], carry_0_2 + 8 * j, carry_8 + 6 * j, NULL);
+                axes + 6 * j, turns[j], carry_0_2 + 8 * j, carry_8 + 6 * j, NULL);
             NAME(descend_value)(carry_0_2 + 8 * j, value_6);
         }
         NAME(descend_common_4)(goal, size, old_carry_error, value_6, common_3, &common_2);
@@ -1365,19 +1368,19 @@ static INLINE void NAME(descend_within)(intptr_t n, const REAL *q, const REAL *g
         for (intptr_t j = 0; j < n; j++) {
             NAME(descend_mapped_2)(mapped[j], old_carry_q[j], common_2, &mapped_2);
             NAME(descend_mapped_3)(common_2, carry_8 + 6 * j, old_carry_rates_0[j], old_carry_rates_1[j],
-    old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], mapped_3);
+                old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], mapped_3);
             NAME(descend_mapped_2)(mapped[j], old_carry_best[j], common_4, &mapped_4);
             NAME(descend_old_carry_rates)(mapped_3, old_carry_rates_0 + j, old_carry_rates_1 + j,
-    old_carry_rates_2 + j, old_carry_rates_3 + j, old_carry_rates_4 + j, old_carry_rates_5 + j);
+                old_carry_rates_2 + j, old_carry_rates_3 + j, old_carry_rates_4 + j, old_carry_rates_5 + j);
             COPY(1, &mapped_2, old_carry_q + j);
             COPY(1, &mapped_4, old_carry_best + j);
         }
         NAME(descend_next_old_carry_left)(goal, size, enough, old_carry_left_0, old_carry_left_1, old_carry_left_2,
-    old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_least,
-    old_steps, common, value_6, common_3, common_5, common_6, &next_old_carry_left_0, &next_old_carry_left_1,
-    &next_old_carry_left_2, &next_old_carry_left_3, &next_old_carry_left_4, &next_old_carry_left_5,
-    &next_old_carry_error, &next_old_carry_damping, &next_old_carry_done, &next_old_carry_least, &next_old_steps,
-    &next_old_converged);
+            old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping,
+            old_carry_least, old_steps, common, value_6, common_3, common_5, common_6, &next_old_carry_left_0,
+            &next_old_carry_left_1, &next_old_carry_left_2, &next_old_carry_left_3, &next_old_carry_left_4,
+            &next_old_carry_left_5, &next_old_carry_error, &next_old_carry_damping, &next_old_carry_done,
+            &next_old_carry_least, &next_old_steps, &next_old_converged);
         NAME(descend_converged)(at_most, next_old_steps, next_old_converged, &converged);
         COPY(1, &next_old_carry_left_0, &old_carry_left_0);
         COPY(1, &next_old_carry_left_1, &old_carry_left_1);
@@ -1409,14 +1412,14 @@ static INLINE void NAME(descend_within)(intptr_t n, const REAL *q, const REAL *g
     NAME(descend_result_2)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
 }
 
-FUSED(descend, (intptr_t n, const REAL *q, const REAL *goal, const REAL *axes, const REAL *turns, REAL size,
-    REAL enough, REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n, q, goal, axes, turns, size,
-    enough, at_most, out_0, out_1, out_2, work))
+FUSED(descend, (intptr_t n, const REAL *q, const REAL *goal, const REAL *axes, const REAL *turns, REAL size, REAL
+    enough, REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (n, q, goal, axes, turns, size, enough, at_most, out_0, out_1, out_2, work))
 void NAME(descend)(intptr_t n, const REAL *q, const REAL *goal, const REAL *axes, const REAL *turns, REAL size,
     REAL enough, REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
-    RUN(descend, (n, q, goal, axes, turns, size, enough, at_most, out_0, out_1, out_2, work), (n, q, goal, axes,
-    turns, size, enough, at_most, out_0, out_1, out_2, work));
+    RUN(descend, (n, q, goal, axes, turns, size, enough, at_most, out_0, out_1, out_2, work),
+        (n, q, goal, axes, turns, size, enough, at_most, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *goal, const REAL *axes,
@@ -1431,39 +1434,40 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
     REAL *gac_kept_26, REAL *gac_kept_27)
 {
     _Alignas(64) REAL carry_0_start[8 * NLANES], carry_start[6 * NLANES], value[8 * NLANES],
-    old_carry_left_0[NLANES], old_carry_left_1[NLANES], old_carry_left_2[NLANES], old_carry_left_3[NLANES],
-    old_carry_left_4[NLANES], old_carry_left_5[NLANES], old_carry_error[NLANES], old_carry_damping[NLANES],
-    old_carry_done[NLANES], old_carry_least[NLANES], old_steps[NLANES], old_converged[NLANES], converged[NLANES],
-    steps[NLANES], next_old_carry_left_0[NLANES], next_old_carry_left_1[NLANES], next_old_carry_left_2[NLANES],
-    next_old_carry_left_3[NLANES], next_old_carry_left_4[NLANES], next_old_carry_left_5[NLANES],
-    next_old_carry_error[NLANES], next_old_carry_damping[NLANES], next_old_carry_done[NLANES],
-    next_old_carry_least[NLANES], next_old_steps[NLANES], next_old_converged[NLANES], carry_start_2[6 * NLANES],
-    carry_start_3[5 * NLANES], carry_start_4[4 * NLANES], carry_start_5[3 * NLANES], carry_0_4_0_start[NLANES],
-    carry_0_4_1_start[NLANES], carry_0_5_0_start[NLANES], carry_start_6[12 * NLANES], common[NLANES],
-    value_2[6 * NLANES], value_3[5 * NLANES], value_4[4 * NLANES], value_5[3 * NLANES], v4_0[NLANES], v4_1[NLANES],
-    v5_0[NLANES], carry_start_7[6 * NLANES], carry_1_start[NLANES], carry_1[NLANES], carry_0_start_2[8 * NLANES],
-    carry_start_8[6 * NLANES], value_6[8 * NLANES], mapped_2[NLANES], common_2[NLANES], common_3[NLANES],
-    mapped_3[6 * NLANES], mapped_4[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES],
-    by_element[NLANES], common_7[NLANES], by_element_2[NLANES], by_element_3[NLANES], by_element_4[NLANES],
-    by_element_5[NLANES], by_element_6[NLANES], by_element_7[NLANES], motion[8 * NLANES], gac_kept_1[NLANES],
-    gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
-    gac_kept_13[NLANES], gac_kept_14[NLANES], gac_kept_16[NLANES], gac_kept_17[NLANES], gac_kept_18[NLANES];
+        old_carry_left_0[NLANES], old_carry_left_1[NLANES], old_carry_left_2[NLANES], old_carry_left_3[NLANES],
+        old_carry_left_4[NLANES], old_carry_left_5[NLANES], old_carry_error[NLANES], old_carry_damping[NLANES],
+        old_carry_done[NLANES], old_carry_least[NLANES], old_steps[NLANES], old_converged[NLANES],
+        converged[NLANES], steps[NLANES], next_old_carry_left_0[NLANES], next_old_carry_left_1[NLANES],
+        next_old_carry_left_2[NLANES], next_old_carry_left_3[NLANES], next_old_carry_left_4[NLANES],
+        next_old_carry_left_5[NLANES], next_old_carry_error[NLANES], next_old_carry_damping[NLANES],
+        next_old_carry_done[NLANES], next_old_carry_least[NLANES], next_old_steps[NLANES],
+        next_old_converged[NLANES], carry_start_2[6 * NLANES], carry_start_3[5 * NLANES], carry_start_4[4 * NLANES],
+        carry_start_5[3 * NLANES], carry_0_4_0_start[NLANES], carry_0_4_1_start[NLANES], carry_0_5_0_start[NLANES],
+        carry_start_6[12 * NLANES], common[NLANES], value_2[6 * NLANES], value_3[5 * NLANES], value_4[4 * NLANES],
+        value_5[3 * NLANES], v4_0[NLANES], v4_1[NLANES], v5_0[NLANES], carry_start_7[6 * NLANES],
+        carry_1_start[NLANES], carry_1[NLANES], carry_0_start_2[8 * NLANES], carry_start_8[6 * NLANES],
+        value_6[8 * NLANES], mapped_2[NLANES], common_2[NLANES], common_3[NLANES], mapped_3[6 * NLANES],
+        mapped_4[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], by_element[NLANES],
+        common_7[NLANES], by_element_2[NLANES], by_element_3[NLANES], by_element_4[NLANES], by_element_5[NLANES],
+        by_element_6[NLANES], by_element_7[NLANES], motion[8 * NLANES], gac_kept_1[NLANES], gac_kept_2[NLANES],
+        gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_13[NLANES],
+        gac_kept_14[NLANES], gac_kept_16[NLANES], gac_kept_17[NLANES], gac_kept_18[NLANES];
     WORD far = 0;
     NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start, carry_start);
     NAME(motion_of_joints_result_start_lanes)(value);
     for (intptr_t i = n; i-- > 0;) {
         far |= NAME(rates_of_joints_carry_lanes)(size, i + 1 < n ? carry_0 + 8 * NLANES * (i + 1) : carry_0_start,
-    q + NLANES * i, axes + 6 * i, turns + i, carry_0 + 8 * NLANES * i, carry + 6 * NLANES * i);
+            q + NLANES * i, axes + 6 * i, turns + i, carry_0 + 8 * NLANES * i, carry + 6 * NLANES * i);
         NAME(descend_value_lanes)(carry_0 + 8 * NLANES * i, value);
         NAME(descend_old_carry_rates_lanes)(carry + 6 * NLANES * i, old_carry_rates_0 + NLANES * i,
-    old_carry_rates_1 + NLANES * i, old_carry_rates_2 + NLANES * i, old_carry_rates_3 + NLANES * i,
-    old_carry_rates_4 + NLANES * i, old_carry_rates_5 + NLANES * i);
+            old_carry_rates_1 + NLANES * i, old_carry_rates_2 + NLANES * i, old_carry_rates_3 + NLANES * i,
+            old_carry_rates_4 + NLANES * i, old_carry_rates_5 + NLANES * i);
         COPY(NLANES, q + NLANES * i, old_carry_q + NLANES * i);
         COPY(NLANES, q + NLANES * i, old_carry_best + NLANES * i);
     }
     NAME(descend_old_carry_left_lanes)(goal, size, value, old_carry_left_0, old_carry_left_1, old_carry_left_2,
-    old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_done,
-    old_carry_least, old_steps, old_converged, converged, steps);
+        old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_done,
+        old_carry_least, old_steps, old_converged, converged, steps);
     NAME(descend_common_lanes)(size, common);
     NAME(descend_common_2_lanes)(size, common_3);
     NAME(descend_common_3_lanes)(size, common_5, common_6);
@@ -1497,38 +1501,40 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
         KEEP(rounds, 6 * NLANES * n, carry_7, gac_kept_26);
         KEEP(rounds, 8 * NLANES * n, carry_0_2, gac_kept_27);
         NAME(descend_carry_start_lanes)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
-    carry_start_4, carry_start_5, carry_0_4_0_start, carry_0_4_1_start, carry_0_5_0_start, carry_start_6);
+            carry_start_4, carry_start_5, carry_0_4_0_start, carry_0_4_1_start, carry_0_5_0_start, carry_start_6);
         NAME(descend_value_2_lanes)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5,
-    v4_0, v4_1, v5_0);
+            v4_0, v4_1, v5_0);
         for (intptr_t j = 0; j < n; j++) {
             NAME(descend_carry_lanes)(j > 0 ? carry_2 + 6 * NLANES * (j - 1) : carry_start_2,
-    j > 0 ? carry_3 + 5 * NLANES * (j - 1) : carry_start_3, j > 0 ? carry_4 + 4 * NLANES * (j - 1) : carry_start_4,
-    j > 0 ? carry_5 + 3 * NLANES * (j - 1) : carry_start_5,
-    j > 0 ? carry_0_4_0 + NLANES * (j - 1) : carry_0_4_0_start,
-    j > 0 ? carry_0_4_1 + NLANES * (j - 1) : carry_0_4_1_start,
-    j > 0 ? carry_0_5_0 + NLANES * (j - 1) : carry_0_5_0_start, old_carry_rates_0 + NLANES * j,
-    old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
-    old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, carry_2 + 6 * NLANES * j,
-    carry_3 + 5 * NLANES * j, carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j, carry_0_4_0 + NLANES * j,
-    carry_0_4_1 + NLANES * j, carry_0_5_0 + NLANES * j, carry_6 + 12 * NLANES * j);
+                j > 0 ? carry_3 + 5 * NLANES * (j - 1) : carry_start_3,
+                j > 0 ? carry_4 + 4 * NLANES * (j - 1) : carry_start_4,
+                j > 0 ? carry_5 + 3 * NLANES * (j - 1) : carry_start_5,
+                j > 0 ? carry_0_4_0 + NLANES * (j - 1) : carry_0_4_0_start,
+                j > 0 ? carry_0_4_1 + NLANES * (j - 1) : carry_0_4_1_start,
+                j > 0 ? carry_0_5_0 + NLANES * (j - 1) : carry_0_5_0_start, old_carry_rates_0 + NLANES * j,
+                old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
+                old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, carry_2 + 6 * NLANES * j,
+                carry_3 + 5 * NLANES * j, carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j,
+                carry_0_4_0 + NLANES * j, carry_0_4_1 + NLANES * j, carry_0_5_0 + NLANES * j,
+                carry_6 + 12 * NLANES * j);
             NAME(descend_value_3_lanes)(carry_2 + 6 * NLANES * j, carry_3 + 5 * NLANES * j,
-    carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j, value_2, value_3, value_4, value_5);
+                carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j, value_2, value_3, value_4, value_5);
             COPY(NLANES, carry_0_4_0 + NLANES * j, v4_0);
             COPY(NLANES, carry_0_4_1 + NLANES * j, v4_1);
             COPY(NLANES, carry_0_5_0 + NLANES * j, v5_0);
         }
         NAME(descend_carry_start_2_lanes)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
-    old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
-    carry_1_start);
+            old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
+            carry_1_start);
         NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start_2, carry_start_8);
         NAME(motion_of_joints_result_start_lanes)(value_6);
         for (intptr_t j = n; j-- > 0;) {
             NAME(descend_carry_2_lanes)(j + 1 < n ? carry_7 + 6 * NLANES * (j + 1) : carry_start_7,
-    carry_6 + 12 * NLANES * j, carry_7 + 6 * NLANES * j, carry_1);
+                carry_6 + 12 * NLANES * j, carry_7 + 6 * NLANES * j, carry_1);
             NAME(descend_mapped_lanes)(old_carry_q + NLANES * j, carry_1, mapped + NLANES * j);
             far |= NAME(rates_of_joints_carry_lanes)(size,
-    j + 1 < n ? carry_0_2 + 8 * NLANES * (j + 1) : carry_0_start_2, mapped + NLANES * j, axes + 6 * j, turns + j,
-    carry_0_2 + 8 * NLANES * j, carry_8 + 6 * NLANES * j);
+                j + 1 < n ? carry_0_2 + 8 * NLANES * (j + 1) : carry_0_start_2, mapped + NLANES * j, axes + 6 * j,
+                turns + j, carry_0_2 + 8 * NLANES * j, carry_8 + 6 * NLANES * j);
             NAME(descend_value_lanes)(carry_0_2 + 8 * NLANES * j, value_6);
         }
         NAME(descend_common_4_lanes)(goal, size, old_carry_error, value_6, common_3, common_2);
@@ -1536,21 +1542,21 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
         for (intptr_t j = 0; j < n; j++) {
             NAME(descend_mapped_2_lanes)(mapped + NLANES * j, old_carry_q + NLANES * j, common_2, mapped_2);
             NAME(descend_mapped_3_lanes)(common_2, carry_8 + 6 * NLANES * j, old_carry_rates_0 + NLANES * j,
-    old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
-    old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, mapped_3);
+                old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
+                old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, mapped_3);
             NAME(descend_mapped_2_lanes)(mapped + NLANES * j, old_carry_best + NLANES * j, common_4, mapped_4);
             NAME(descend_old_carry_rates_lanes)(mapped_3, old_carry_rates_0 + NLANES * j,
-    old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
-    old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j);
+                old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
+                old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j);
             COPY(NLANES, mapped_2, old_carry_q + NLANES * j);
             COPY(NLANES, mapped_4, old_carry_best + NLANES * j);
         }
         NAME(descend_next_old_carry_left_lanes)(goal, size, enough, old_carry_left_0, old_carry_left_1,
-    old_carry_left_2, old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping,
-    old_carry_least, old_steps, common, value_6, common_3, common_5, common_6, next_old_carry_left_0,
-    next_old_carry_left_1, next_old_carry_left_2, next_old_carry_left_3, next_old_carry_left_4,
-    next_old_carry_left_5, next_old_carry_error, next_old_carry_damping, next_old_carry_done, next_old_carry_least,
-    next_old_steps, next_old_converged);
+            old_carry_left_2, old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error,
+            old_carry_damping, old_carry_least, old_steps, common, value_6, common_3, common_5, common_6,
+            next_old_carry_left_0, next_old_carry_left_1, next_old_carry_left_2, next_old_carry_left_3,
+            next_old_carry_left_4, next_old_carry_left_5, next_old_carry_error, next_old_carry_damping,
+            next_old_carry_done, next_old_carry_least, next_old_steps, next_old_converged);
         NAME(descend_converged_lanes)(at_most, next_old_steps, next_old_converged, converged);
         COPY(NLANES, next_old_carry_left_0, old_carry_left_0);
         COPY(NLANES, next_old_carry_left_1, old_carry_left_1);
@@ -1599,17 +1605,17 @@ static INLINE WORD NAME(descend_lanes)(intptr_t n, const REAL *q, const REAL *go
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_mapped_2_lanes)(old_carry_q + NLANES * i, q + NLANES * i, common_7, by_element);
         NAME(descend_by_element_lanes)(common_7, old_carry_rates_0 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_2);
+            by_element_2);
         NAME(descend_by_element_2_lanes)(common_7, old_carry_rates_1 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_3);
+            by_element_3);
         NAME(descend_by_element_3_lanes)(common_7, old_carry_rates_2 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_4);
+            by_element_4);
         NAME(descend_by_element_4_lanes)(common_7, old_carry_rates_3 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_5);
+            by_element_5);
         NAME(descend_by_element_5_lanes)(common_7, old_carry_rates_4 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_6);
+            by_element_6);
         NAME(descend_by_element_6_lanes)(common_7, old_carry_rates_5 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_7);
+            by_element_7);
         NAME(descend_result_lanes)(common_7, old_carry_best + NLANES * i, q + NLANES * i, out_0 + NLANES * i);
         far |= NAME(motion_of_joints_result_lanes)(motion, out_0 + NLANES * i, axes + 6 * i, turns + i, motion);
     }
@@ -1863,76 +1869,77 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
     REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL *const inside = work, carry_0_start[8], carry_start[6], *const carry_0 = inside + n,
-    *const carry = carry_0 + 8 * n, value[8], *const old_carry_q = carry + 6 * n, old_carry_left_0,
-    old_carry_left_1, old_carry_left_2, old_carry_left_3, old_carry_left_4, old_carry_left_5,
-    *const old_carry_rates_0 = old_carry_q + n, *const old_carry_rates_1 = old_carry_rates_0 + n,
-    *const old_carry_rates_2 = old_carry_rates_1 + n, *const old_carry_rates_3 = old_carry_rates_2 + n,
-    *const old_carry_rates_4 = old_carry_rates_3 + n, *const old_carry_rates_5 = old_carry_rates_4 + n,
-    old_carry_error, old_carry_damping, old_carry_done, *const old_carry_best = old_carry_rates_5 + n,
-    old_carry_least, old_steps, old_converged, converged, steps, next_old_carry_left_0, next_old_carry_left_1,
-    next_old_carry_left_2, next_old_carry_left_3, next_old_carry_left_4, next_old_carry_left_5,
-    next_old_carry_error, next_old_carry_damping, next_old_carry_done, next_old_carry_least, next_old_steps,
-    next_old_converged, carry_start_2[6], carry_start_3[5], carry_start_4[4], carry_start_5[3], carry_0_4_0_start,
-    carry_0_4_1_start, carry_0_5_0_start, carry_start_6[6 * 2], common, *const carry_2 = old_carry_best + n,
-    *const carry_3 = carry_2 + 6 * n, *const carry_4 = carry_3 + 5 * n, *const carry_5 = carry_4 + 4 * n,
-    *const carry_0_4_0 = carry_5 + 3 * n, *const carry_0_4_1 = carry_0_4_0 + n,
-    *const carry_0_5_0 = carry_0_4_1 + n, *const carry_6 = carry_0_5_0 + n, value_2[6], value_3[5], value_4[4],
-    value_5[3], v4_0, v4_1, v5_0, carry_start_7[6], carry_1_start, *const carry_7 = carry_6 + 12 * n, carry_1,
-    mapped, *const inside_2 = carry_7 + 6 * n, *const mapped_2 = inside_2 + n, *const mapped_3 = mapped_2 + n,
-    sums[6], mapped_4[6], carry_start_8[6], carry_start_9[5], carry_start_10[4], carry_start_11[3],
-    carry_0_4_0_start_2, carry_0_4_1_start_2, carry_0_5_0_start_2, carry_start_12[6 * 2],
-    *const carry_8 = mapped_3 + n, *const carry_9 = carry_8 + 6 * n, *const carry_10 = carry_9 + 5 * n,
-    *const carry_11 = carry_10 + 4 * n, *const carry_0_4_0_2 = carry_11 + 3 * n,
-    *const carry_0_4_1_2 = carry_0_4_0_2 + n, *const carry_0_5_0_2 = carry_0_4_1_2 + n,
-    *const carry_12 = carry_0_5_0_2 + n, value_6[6], value_7[5], value_8[4], value_9[3], v4_0_2, v4_1_2, v5_0_2,
-    carry_start_13[6], carry_1_start_2, *const carry_13 = carry_12 + 12 * n, carry_1_2,
-    *const mapped_5 = carry_13 + 6 * n, carry_0_start_2[8], carry_start_14[6], *const carry_0_2 = mapped_5 + n,
-    *const carry_14 = carry_0_2 + 8 * n, value_10[8], mapped_6, common_2, common_3, mapped_7[6], mapped_8, common_4,
-    common_5, common_6, by_element, common_7, by_element_2, by_element_3, by_element_4, by_element_5, by_element_6,
-    by_element_7, motion[8];
+        *const carry = carry_0 + 8 * n, value[8], *const old_carry_q = carry + 6 * n, old_carry_left_0,
+        old_carry_left_1, old_carry_left_2, old_carry_left_3, old_carry_left_4, old_carry_left_5,
+        *const old_carry_rates_0 = old_carry_q + n, *const old_carry_rates_1 = old_carry_rates_0 + n,
+        *const old_carry_rates_2 = old_carry_rates_1 + n, *const old_carry_rates_3 = old_carry_rates_2 + n,
+        *const old_carry_rates_4 = old_carry_rates_3 + n, *const old_carry_rates_5 = old_carry_rates_4 + n,
+        old_carry_error, old_carry_damping, old_carry_done, *const old_carry_best = old_carry_rates_5 + n,
+        old_carry_least, old_steps, old_converged, converged, steps, next_old_carry_left_0, next_old_carry_left_1,
+        next_old_carry_left_2, next_old_carry_left_3, next_old_carry_left_4, next_old_carry_left_5,
+        next_old_carry_error, next_old_carry_damping, next_old_carry_done, next_old_carry_least, next_old_steps,
+        next_old_converged, carry_start_2[6], carry_start_3[5], carry_start_4[4], carry_start_5[3],
+        carry_0_4_0_start, carry_0_4_1_start, carry_0_5_0_start, carry_start_6[6 * 2], common,
+        *const carry_2 = old_carry_best + n, *const carry_3 = carry_2 + 6 * n, *const carry_4 = carry_3 + 5 * n,
+        *const carry_5 = carry_4 + 4 * n, *const carry_0_4_0 = carry_5 + 3 * n,
+        *const carry_0_4_1 = carry_0_4_0 + n, *const carry_0_5_0 = carry_0_4_1 + n,
+        *const carry_6 = carry_0_5_0 + n, value_2[6], value_3[5], value_4[4], value_5[3], v4_0, v4_1, v5_0,
+        carry_start_7[6], carry_1_start, *const carry_7 = carry_6 + 12 * n, carry_1, mapped,
+        *const inside_2 = carry_7 + 6 * n, *const mapped_2 = inside_2 + n, *const mapped_3 = mapped_2 + n, sums[6],
+        mapped_4[6], carry_start_8[6], carry_start_9[5], carry_start_10[4], carry_start_11[3], carry_0_4_0_start_2,
+        carry_0_4_1_start_2, carry_0_5_0_start_2, carry_start_12[6 * 2], *const carry_8 = mapped_3 + n,
+        *const carry_9 = carry_8 + 6 * n, *const carry_10 = carry_9 + 5 * n, *const carry_11 = carry_10 + 4 * n,
+        *const carry_0_4_0_2 = carry_11 + 3 * n, *const carry_0_4_1_2 = carry_0_4_0_2 + n,
+        *const carry_0_5_0_2 = carry_0_4_1_2 + n, *const carry_12 = carry_0_5_0_2 + n, value_6[6], value_7[5],
+        value_8[4], value_9[3], v4_0_2, v4_1_2, v5_0_2, carry_start_13[6], carry_1_start_2,
+        *const carry_13 = carry_12 + 12 * n, carry_1_2, *const mapped_5 = carry_13 + 6 * n, carry_0_start_2[8],
+        carry_start_14[6], *const carry_0_2 = mapped_5 + n, *const carry_14 = carry_0_2 + 8 * n, value_10[8],
+        mapped_6, common_2, common_3, mapped_7[6], mapped_8, common_4, common_5, common_6, by_element, common_7,
+        by_element_2, by_element_3, by_element_4, by_element_5, by_element_6, by_element_7, motion[8];
     NAME(rates_of_joints_carry_0_start)(carry_0_start, carry_start);
     NAME(motion_of_joints_result_start)(value);
     for (intptr_t i = n; i-- > 0;) {
         NAME(descend_inside_inside)(q[i], low[i], high[i], inside + i);
         NAME(rates_of_joints_carry)(size, i + 1 < n ? carry_0 + 8 * (i + 1) : carry_0_start, inside[i],
-    axes + 6 * i, turns[i], carry_0 + 8 * i, carry + 6 * i, NULL);
+            axes + 6 * i, turns[i], carry_0 + 8 * i, carry + 6 * i, NULL);
         NAME(descend_value)(carry_0 + 8 * i, value);
         NAME(descend_old_carry_rates)(carry + 6 * i, old_carry_rates_0 + i, old_carry_rates_1 + i,
-    old_carry_rates_2 + i, old_carry_rates_3 + i, old_carry_rates_4 + i, old_carry_rates_5 + i);
+            old_carry_rates_2 + i, old_carry_rates_3 + i, old_carry_rates_4 + i, old_carry_rates_5 + i);
         COPY(1, inside + i, old_carry_q + i);
         COPY(1, inside + i, old_carry_best + i);
     }
     NAME(descend_old_carry_left)(goal, size, value, &old_carry_left_0, &old_carry_left_1, &old_carry_left_2,
-    &old_carry_left_3, &old_carry_left_4, &old_carry_left_5, &old_carry_error, &old_carry_damping, &old_carry_done,
-    &old_carry_least, &old_steps, &old_converged, &converged, &steps);
+        &old_carry_left_3, &old_carry_left_4, &old_carry_left_5, &old_carry_error, &old_carry_damping,
+        &old_carry_done, &old_carry_least, &old_steps, &old_converged, &converged, &steps);
     NAME(descend_common)(size, &common);
     NAME(descend_common_2)(size, &common_3);
     NAME(descend_common_3)(size, &common_5, &common_6);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_carry_start)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
-    carry_start_4, carry_start_5, &carry_0_4_0_start, &carry_0_4_1_start, &carry_0_5_0_start, carry_start_6);
+            carry_start_4, carry_start_5, &carry_0_4_0_start, &carry_0_4_1_start, &carry_0_5_0_start,
+            carry_start_6);
         NAME(descend_value_2)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5, &v4_0,
-    &v4_1, &v5_0);
+            &v4_1, &v5_0);
         for (intptr_t j = 0; j < n; j++) {
             NAME(descend_carry)(j > 0 ? carry_2 + 6 * (j - 1) : carry_start_2,
-    j > 0 ? carry_3 + 5 * (j - 1) : carry_start_3, j > 0 ? carry_4 + 4 * (j - 1) : carry_start_4,
-    j > 0 ? carry_5 + 3 * (j - 1) : carry_start_5, j > 0 ? carry_0_4_0[j - 1] : carry_0_4_0_start,
-    j > 0 ? carry_0_4_1[j - 1] : carry_0_4_1_start, j > 0 ? carry_0_5_0[j - 1] : carry_0_5_0_start,
-    old_carry_rates_0[j], old_carry_rates_1[j], old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j],
-    old_carry_rates_5[j], carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j, carry_5 + 3 * j, carry_0_4_0 + j,
-    carry_0_4_1 + j, carry_0_5_0 + j, carry_6 + 12 * j);
+                j > 0 ? carry_3 + 5 * (j - 1) : carry_start_3, j > 0 ? carry_4 + 4 * (j - 1) : carry_start_4,
+                j > 0 ? carry_5 + 3 * (j - 1) : carry_start_5, j > 0 ? carry_0_4_0[j - 1] : carry_0_4_0_start,
+                j > 0 ? carry_0_4_1[j - 1] : carry_0_4_1_start, j > 0 ? carry_0_5_0[j - 1] : carry_0_5_0_start,
+                old_carry_rates_0[j], old_carry_rates_1[j], old_carry_rates_2[j], old_carry_rates_3[j],
+                old_carry_rates_4[j], old_carry_rates_5[j], carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j,
+                carry_5 + 3 * j, carry_0_4_0 + j, carry_0_4_1 + j, carry_0_5_0 + j, carry_6 + 12 * j);
             NAME(descend_value_3)(carry_2 + 6 * j, carry_3 + 5 * j, carry_4 + 4 * j, carry_5 + 3 * j, value_2,
-    value_3, value_4, value_5);
+                value_3, value_4, value_5);
             COPY(1, carry_0_4_0 + j, &v4_0);
             COPY(1, carry_0_4_1 + j, &v4_1);
             COPY(1, carry_0_5_0 + j, &v5_0);
         }
         NAME(descend_carry_start_2)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
-    old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
-    &carry_1_start);
+            old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
+            &carry_1_start);
         for (intptr_t j = n; j-- > 0;) {
             NAME(descend_carry_2)(j + 1 < n ? carry_7 + 6 * (j + 1) : carry_start_7, carry_6 + 12 * j,
-    carry_7 + 6 * j, &carry_1);
+                carry_7 + 6 * j, &carry_1);
             NAME(descend_mapped)(old_carry_q[j], carry_1, &mapped);
             NAME(descend_inside_inside)(mapped, low[j], high[j], inside_2 + j);
             NAME(descend_inside_mapped)(mapped, inside_2[j], mapped_2 + j);
@@ -1940,39 +1947,40 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
         }
         NAME(descend_inside_sums_start)(sums);
         NAME(descend_carry_start)(old_carry_error, old_carry_damping, common, carry_start_8, carry_start_9,
-    carry_start_10, carry_start_11, &carry_0_4_0_start_2, &carry_0_4_1_start_2, &carry_0_5_0_start_2,
-    carry_start_12);
+            carry_start_10, carry_start_11, &carry_0_4_0_start_2, &carry_0_4_1_start_2, &carry_0_5_0_start_2,
+            carry_start_12);
         NAME(descend_value_2)(old_carry_error, old_carry_damping, common, value_6, value_7, value_8, value_9,
-    &v4_0_2, &v4_1_2, &v5_0_2);
+            &v4_0_2, &v4_1_2, &v5_0_2);
         for (intptr_t j = 0; j < n; j++) {
             NAME(descend_inside_sums)(sums, mapped_3[j], old_carry_rates_0[j], old_carry_rates_1[j],
-    old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], sums);
+                old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], sums);
             NAME(descend_inside_mapped_3)(old_carry_rates_0[j], old_carry_rates_1[j], old_carry_rates_2[j],
-    old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], mapped_2[j], mapped_4);
+                old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], mapped_2[j], mapped_4);
             NAME(descend_inside_carry)(j > 0 ? carry_8 + 6 * (j - 1) : carry_start_8,
-    j > 0 ? carry_9 + 5 * (j - 1) : carry_start_9, j > 0 ? carry_10 + 4 * (j - 1) : carry_start_10,
-    j > 0 ? carry_11 + 3 * (j - 1) : carry_start_11, j > 0 ? carry_0_4_0_2[j - 1] : carry_0_4_0_start_2,
-    j > 0 ? carry_0_4_1_2[j - 1] : carry_0_4_1_start_2, j > 0 ? carry_0_5_0_2[j - 1] : carry_0_5_0_start_2,
-    mapped_4, carry_8 + 6 * j, carry_9 + 5 * j, carry_10 + 4 * j, carry_11 + 3 * j, carry_0_4_0_2 + j,
-    carry_0_4_1_2 + j, carry_0_5_0_2 + j, carry_12 + 12 * j);
+                j > 0 ? carry_9 + 5 * (j - 1) : carry_start_9, j > 0 ? carry_10 + 4 * (j - 1) : carry_start_10,
+                j > 0 ? carry_11 + 3 * (j - 1) : carry_start_11, j > 0 ? carry_0_4_0_2[j - 1] : carry_0_4_0_start_2,
+                j > 0 ? carry_0_4_1_2[j - 1] : carry_0_4_1_start_2,
+                j > 0 ? carry_0_5_0_2[j - 1] : carry_0_5_0_start_2, mapped_4, carry_8 + 6 * j, carry_9 + 5 * j,
+                carry_10 + 4 * j, carry_11 + 3 * j, carry_0_4_0_2 + j, carry_0_4_1_2 + j, carry_0_5_0_2 + j,
+                carry_12 + 12 * j);
             NAME(descend_value_3)(carry_8 + 6 * j, carry_9 + 5 * j, carry_10 + 4 * j, carry_11 + 3 * j, value_6,
-    value_7, value_8, value_9);
+                value_7, value_8, value_9);
             COPY(1, carry_0_4_0_2 + j, &v4_0_2);
             COPY(1, carry_0_4_1_2 + j, &v4_1_2);
             COPY(1, carry_0_5_0_2 + j, &v5_0_2);
         }
         NAME(descend_inside_carry_start)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
-    old_carry_left_4, old_carry_left_5, sums, value_6, value_7, value_8, value_9, v4_0_2, v4_1_2, v5_0_2,
-    carry_start_13, &carry_1_start_2);
+            old_carry_left_4, old_carry_left_5, sums, value_6, value_7, value_8, value_9, v4_0_2, v4_1_2, v5_0_2,
+            carry_start_13, &carry_1_start_2);
         NAME(rates_of_joints_carry_0_start)(carry_0_start_2, carry_start_14);
         NAME(motion_of_joints_result_start)(value_10);
         for (intptr_t j = n; j-- > 0;) {
             NAME(descend_carry_2)(j + 1 < n ? carry_13 + 6 * (j + 1) : carry_start_13, carry_12 + 12 * j,
-    carry_13 + 6 * j, &carry_1_2);
+                carry_13 + 6 * j, &carry_1_2);
             NAME(descend_inside_mapped_4)(inside_2[j], old_carry_q[j], carry_1_2, mapped_2[j], low[j], high[j],
-    mapped_5 + j);
+                mapped_5 + j);
             NAME(rates_of_joints_carry)(size, j + 1 < n ? carry_0_2 + 8 * (j + 1) : carry_0_start_2, mapped_5[j],
-    axes + 6 * j, turns[j], carry_0_2 + 8 * j, carry_14 + 6 * j, NULL);
+                axes + 6 * j, turns[j], carry_0_2 + 8 * j, carry_14 + 6 * j, NULL);
             NAME(descend_value)(carry_0_2 + 8 * j, value_10);
         }
         NAME(descend_common_4)(goal, size, old_carry_error, value_10, common_3, &common_2);
@@ -1980,19 +1988,19 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
         for (intptr_t j = 0; j < n; j++) {
             NAME(descend_mapped_2)(mapped_5[j], old_carry_q[j], common_2, &mapped_6);
             NAME(descend_mapped_3)(common_2, carry_14 + 6 * j, old_carry_rates_0[j], old_carry_rates_1[j],
-    old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], mapped_7);
+                old_carry_rates_2[j], old_carry_rates_3[j], old_carry_rates_4[j], old_carry_rates_5[j], mapped_7);
             NAME(descend_mapped_2)(mapped_5[j], old_carry_best[j], common_4, &mapped_8);
             NAME(descend_old_carry_rates)(mapped_7, old_carry_rates_0 + j, old_carry_rates_1 + j,
-    old_carry_rates_2 + j, old_carry_rates_3 + j, old_carry_rates_4 + j, old_carry_rates_5 + j);
+                old_carry_rates_2 + j, old_carry_rates_3 + j, old_carry_rates_4 + j, old_carry_rates_5 + j);
             COPY(1, &mapped_6, old_carry_q + j);
             COPY(1, &mapped_8, old_carry_best + j);
         }
         NAME(descend_next_old_carry_left)(goal, size, enough, old_carry_left_0, old_carry_left_1, old_carry_left_2,
-    old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_least,
-    old_steps, common, value_10, common_3, common_5, common_6, &next_old_carry_left_0, &next_old_carry_left_1,
-    &next_old_carry_left_2, &next_old_carry_left_3, &next_old_carry_left_4, &next_old_carry_left_5,
-    &next_old_carry_error, &next_old_carry_damping, &next_old_carry_done, &next_old_carry_least, &next_old_steps,
-    &next_old_converged);
+            old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping,
+            old_carry_least, old_steps, common, value_10, common_3, common_5, common_6, &next_old_carry_left_0,
+            &next_old_carry_left_1, &next_old_carry_left_2, &next_old_carry_left_3, &next_old_carry_left_4,
+            &next_old_carry_left_5, &next_old_carry_error, &next_old_carry_damping, &next_old_carry_done,
+            &next_old_carry_least, &next_old_steps, &next_old_converged);
         NAME(descend_converged)(at_most, next_old_steps, next_old_converged, &converged);
         COPY(1, &next_old_carry_left_0, &old_carry_left_0);
         COPY(1, &next_old_carry_left_1, &old_carry_left_1);
@@ -2024,16 +2032,15 @@ static INLINE void NAME(descend_inside_within)(intptr_t n, const REAL *q, const 
     NAME(descend_result_2)(goal, size, at_most, value, old_carry_least, motion, out_1, out_2);
 }
 
-FUSED(descend_inside, (intptr_t n, const REAL *q, const REAL *goal, const REAL *low, const REAL *high,
-    const REAL *axes, const REAL *turns, REAL size, REAL enough, REAL at_most, REAL *out_0, REAL *out_1,
-    REAL *out_2, REAL *work), (n, q, goal, low, high, axes, turns, size, enough, at_most, out_0, out_1, out_2,
-    work))
+FUSED(descend_inside, (intptr_t n, const REAL *q, const REAL *goal, const REAL *low, const REAL *high, const REAL
+    *axes, const REAL *turns, REAL size, REAL enough, REAL at_most, REAL *out_0, REAL *out_1, REAL *out_2, REAL
+    *work), (n, q, goal, low, high, axes, turns, size, enough, at_most, out_0, out_1, out_2, work))
 void NAME(descend_inside)(intptr_t n, const REAL *q, const REAL *goal, const REAL *low, const REAL *high,
     const REAL *axes, const REAL *turns, REAL size, REAL enough, REAL at_most, REAL *out_0, REAL *out_1,
     REAL *out_2, REAL *work)
 {
-    RUN(descend_inside, (n, q, goal, low, high, axes, turns, size, enough, at_most, out_0, out_1, out_2, work), (n,
-    q, goal, low, high, axes, turns, size, enough, at_most, out_0, out_1, out_2, work));
+    RUN(descend_inside, (n, q, goal, low, high, axes, turns, size, enough, at_most, out_0, out_1, out_2, work),
+        (n, q, goal, low, high, axes, turns, size, enough, at_most, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const REAL *goal, const REAL *low,
@@ -2052,45 +2059,46 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
     REAL *gac_kept_34, REAL *gac_kept_35)
 {
     _Alignas(64) REAL carry_0_start[8 * NLANES], carry_start[6 * NLANES], value[8 * NLANES],
-    old_carry_left_0[NLANES], old_carry_left_1[NLANES], old_carry_left_2[NLANES], old_carry_left_3[NLANES],
-    old_carry_left_4[NLANES], old_carry_left_5[NLANES], old_carry_error[NLANES], old_carry_damping[NLANES],
-    old_carry_done[NLANES], old_carry_least[NLANES], old_steps[NLANES], old_converged[NLANES], converged[NLANES],
-    steps[NLANES], next_old_carry_left_0[NLANES], next_old_carry_left_1[NLANES], next_old_carry_left_2[NLANES],
-    next_old_carry_left_3[NLANES], next_old_carry_left_4[NLANES], next_old_carry_left_5[NLANES],
-    next_old_carry_error[NLANES], next_old_carry_damping[NLANES], next_old_carry_done[NLANES],
-    next_old_carry_least[NLANES], next_old_steps[NLANES], next_old_converged[NLANES], carry_start_2[6 * NLANES],
-    carry_start_3[5 * NLANES], carry_start_4[4 * NLANES], carry_start_5[3 * NLANES], carry_0_4_0_start[NLANES],
-    carry_0_4_1_start[NLANES], carry_0_5_0_start[NLANES], carry_start_6[12 * NLANES], common[NLANES],
-    value_2[6 * NLANES], value_3[5 * NLANES], value_4[4 * NLANES], value_5[3 * NLANES], v4_0[NLANES], v4_1[NLANES],
-    v5_0[NLANES], carry_start_7[6 * NLANES], carry_1_start[NLANES], carry_1[NLANES], mapped[NLANES],
-    sums[6 * NLANES], mapped_4[6 * NLANES], carry_start_8[6 * NLANES], carry_start_9[5 * NLANES],
-    carry_start_10[4 * NLANES], carry_start_11[3 * NLANES], carry_0_4_0_start_2[NLANES],
-    carry_0_4_1_start_2[NLANES], carry_0_5_0_start_2[NLANES], carry_start_12[12 * NLANES], value_6[6 * NLANES],
-    value_7[5 * NLANES], value_8[4 * NLANES], value_9[3 * NLANES], v4_0_2[NLANES], v4_1_2[NLANES], v5_0_2[NLANES],
-    carry_start_13[6 * NLANES], carry_1_start_2[NLANES], carry_1_2[NLANES], carry_0_start_2[8 * NLANES],
-    carry_start_14[6 * NLANES], value_10[8 * NLANES], mapped_6[NLANES], common_2[NLANES], common_3[NLANES],
-    mapped_7[6 * NLANES], mapped_8[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES],
-    by_element[NLANES], common_7[NLANES], by_element_2[NLANES], by_element_3[NLANES], by_element_4[NLANES],
-    by_element_5[NLANES], by_element_6[NLANES], by_element_7[NLANES], motion[8 * NLANES], gac_kept_1[NLANES],
-    gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
-    gac_kept_13[NLANES], gac_kept_14[NLANES], gac_kept_16[NLANES], gac_kept_17[NLANES], gac_kept_18[NLANES];
+        old_carry_left_0[NLANES], old_carry_left_1[NLANES], old_carry_left_2[NLANES], old_carry_left_3[NLANES],
+        old_carry_left_4[NLANES], old_carry_left_5[NLANES], old_carry_error[NLANES], old_carry_damping[NLANES],
+        old_carry_done[NLANES], old_carry_least[NLANES], old_steps[NLANES], old_converged[NLANES],
+        converged[NLANES], steps[NLANES], next_old_carry_left_0[NLANES], next_old_carry_left_1[NLANES],
+        next_old_carry_left_2[NLANES], next_old_carry_left_3[NLANES], next_old_carry_left_4[NLANES],
+        next_old_carry_left_5[NLANES], next_old_carry_error[NLANES], next_old_carry_damping[NLANES],
+        next_old_carry_done[NLANES], next_old_carry_least[NLANES], next_old_steps[NLANES],
+        next_old_converged[NLANES], carry_start_2[6 * NLANES], carry_start_3[5 * NLANES], carry_start_4[4 * NLANES],
+        carry_start_5[3 * NLANES], carry_0_4_0_start[NLANES], carry_0_4_1_start[NLANES], carry_0_5_0_start[NLANES],
+        carry_start_6[12 * NLANES], common[NLANES], value_2[6 * NLANES], value_3[5 * NLANES], value_4[4 * NLANES],
+        value_5[3 * NLANES], v4_0[NLANES], v4_1[NLANES], v5_0[NLANES], carry_start_7[6 * NLANES],
+        carry_1_start[NLANES], carry_1[NLANES], mapped[NLANES], sums[6 * NLANES], mapped_4[6 * NLANES],
+        carry_start_8[6 * NLANES], carry_start_9[5 * NLANES], carry_start_10[4 * NLANES],
+        carry_start_11[3 * NLANES], carry_0_4_0_start_2[NLANES], carry_0_4_1_start_2[NLANES],
+        carry_0_5_0_start_2[NLANES], carry_start_12[12 * NLANES], value_6[6 * NLANES], value_7[5 * NLANES],
+        value_8[4 * NLANES], value_9[3 * NLANES], v4_0_2[NLANES], v4_1_2[NLANES], v5_0_2[NLANES],
+        carry_start_13[6 * NLANES], carry_1_start_2[NLANES], carry_1_2[NLANES], carry_0_start_2[8 * NLANES],
+        carry_start_14[6 * NLANES], value_10[8 * NLANES], mapped_6[NLANES], common_2[NLANES], common_3[NLANES],
+        mapped_7[6 * NLANES], mapped_8[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES],
+        by_element[NLANES], common_7[NLANES], by_element_2[NLANES], by_element_3[NLANES], by_element_4[NLANES],
+        by_element_5[NLANES], by_element_6[NLANES], by_element_7[NLANES], motion[8 * NLANES], gac_kept_1[NLANES],
+        gac_kept_2[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
+        gac_kept_13[NLANES], gac_kept_14[NLANES], gac_kept_16[NLANES], gac_kept_17[NLANES], gac_kept_18[NLANES];
     WORD far = 0;
     NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start, carry_start);
     NAME(motion_of_joints_result_start_lanes)(value);
     for (intptr_t i = n; i-- > 0;) {
         NAME(descend_inside_inside_lanes)(q + NLANES * i, low + i, high + i, inside + NLANES * i);
         far |= NAME(rates_of_joints_carry_lanes)(size, i + 1 < n ? carry_0 + 8 * NLANES * (i + 1) : carry_0_start,
-    inside + NLANES * i, axes + 6 * i, turns + i, carry_0 + 8 * NLANES * i, carry + 6 * NLANES * i);
+            inside + NLANES * i, axes + 6 * i, turns + i, carry_0 + 8 * NLANES * i, carry + 6 * NLANES * i);
         NAME(descend_value_lanes)(carry_0 + 8 * NLANES * i, value);
         NAME(descend_old_carry_rates_lanes)(carry + 6 * NLANES * i, old_carry_rates_0 + NLANES * i,
-    old_carry_rates_1 + NLANES * i, old_carry_rates_2 + NLANES * i, old_carry_rates_3 + NLANES * i,
-    old_carry_rates_4 + NLANES * i, old_carry_rates_5 + NLANES * i);
+            old_carry_rates_1 + NLANES * i, old_carry_rates_2 + NLANES * i, old_carry_rates_3 + NLANES * i,
+            old_carry_rates_4 + NLANES * i, old_carry_rates_5 + NLANES * i);
         COPY(NLANES, inside + NLANES * i, old_carry_q + NLANES * i);
         COPY(NLANES, inside + NLANES * i, old_carry_best + NLANES * i);
     }
     NAME(descend_old_carry_left_lanes)(goal, size, value, old_carry_left_0, old_carry_left_1, old_carry_left_2,
-    old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_done,
-    old_carry_least, old_steps, old_converged, converged, steps);
+        old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping, old_carry_done,
+        old_carry_least, old_steps, old_converged, converged, steps);
     NAME(descend_common_lanes)(size, common);
     NAME(descend_common_2_lanes)(size, common_3);
     NAME(descend_common_3_lanes)(size, common_5, common_6);
@@ -2132,78 +2140,82 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
         KEEP(rounds, 6 * NLANES * n, carry_13, gac_kept_34);
         KEEP(rounds, 8 * NLANES * n, carry_0_2, gac_kept_35);
         NAME(descend_carry_start_lanes)(old_carry_error, old_carry_damping, common, carry_start_2, carry_start_3,
-    carry_start_4, carry_start_5, carry_0_4_0_start, carry_0_4_1_start, carry_0_5_0_start, carry_start_6);
+            carry_start_4, carry_start_5, carry_0_4_0_start, carry_0_4_1_start, carry_0_5_0_start, carry_start_6);
         NAME(descend_value_2_lanes)(old_carry_error, old_carry_damping, common, value_2, value_3, value_4, value_5,
-    v4_0, v4_1, v5_0);
+            v4_0, v4_1, v5_0);
         for (intptr_t j = 0; j < n; j++) {
             NAME(descend_carry_lanes)(j > 0 ? carry_2 + 6 * NLANES * (j - 1) : carry_start_2,
-    j > 0 ? carry_3 + 5 * NLANES * (j - 1) : carry_start_3, j > 0 ? carry_4 + 4 * NLANES * (j - 1) : carry_start_4,
-    j > 0 ? carry_5 + 3 * NLANES * (j - 1) : carry_start_5,
-    j > 0 ? carry_0_4_0 + NLANES * (j - 1) : carry_0_4_0_start,
-    j > 0 ? carry_0_4_1 + NLANES * (j - 1) : carry_0_4_1_start,
-    j > 0 ? carry_0_5_0 + NLANES * (j - 1) : carry_0_5_0_start, old_carry_rates_0 + NLANES * j,
-    old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
-    old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, carry_2 + 6 * NLANES * j,
-    carry_3 + 5 * NLANES * j, carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j, carry_0_4_0 + NLANES * j,
-    carry_0_4_1 + NLANES * j, carry_0_5_0 + NLANES * j, carry_6 + 12 * NLANES * j);
+                j > 0 ? carry_3 + 5 * NLANES * (j - 1) : carry_start_3,
+                j > 0 ? carry_4 + 4 * NLANES * (j - 1) : carry_start_4,
+                j > 0 ? carry_5 + 3 * NLANES * (j - 1) : carry_start_5,
+                j > 0 ? carry_0_4_0 + NLANES * (j - 1) : carry_0_4_0_start,
+                j > 0 ? carry_0_4_1 + NLANES * (j - 1) : carry_0_4_1_start,
+                j > 0 ? carry_0_5_0 + NLANES * (j - 1) : carry_0_5_0_start, old_carry_rates_0 + NLANES * j,
+                old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
+                old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, carry_2 + 6 * NLANES * j,
+                carry_3 + 5 * NLANES * j, carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j,
+                carry_0_4_0 + NLANES * j, carry_0_4_1 + NLANES * j, carry_0_5_0 + NLANES * j,
+                carry_6 + 12 * NLANES * j);
             NAME(descend_value_3_lanes)(carry_2 + 6 * NLANES * j, carry_3 + 5 * NLANES * j,
-    carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j, value_2, value_3, value_4, value_5);
+                carry_4 + 4 * NLANES * j, carry_5 + 3 * NLANES * j, value_2, value_3, value_4, value_5);
             COPY(NLANES, carry_0_4_0 + NLANES * j, v4_0);
             COPY(NLANES, carry_0_4_1 + NLANES * j, v4_1);
             COPY(NLANES, carry_0_5_0 + NLANES * j, v5_0);
         }
         NAME(descend_carry_start_2_lanes)(old_carry_left_0, old_carry_left_1, old_carry_left_2, old_carry_left_3,
-    old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
-    carry_1_start);
+            old_carry_left_4, old_carry_left_5, value_2, value_3, value_4, value_5, v4_0, v4_1, v5_0, carry_start_7,
+            carry_1_start);
         for (intptr_t j = n; j-- > 0;) {
             NAME(descend_carry_2_lanes)(j + 1 < n ? carry_7 + 6 * NLANES * (j + 1) : carry_start_7,
-    carry_6 + 12 * NLANES * j, carry_7 + 6 * NLANES * j, carry_1);
+                carry_6 + 12 * NLANES * j, carry_7 + 6 * NLANES * j, carry_1);
             NAME(descend_mapped_lanes)(old_carry_q + NLANES * j, carry_1, mapped);
             NAME(descend_inside_inside_lanes)(mapped, low + j, high + j, inside_2 + NLANES * j);
             NAME(descend_inside_mapped_lanes)(mapped, inside_2 + NLANES * j, mapped_2 + NLANES * j);
             NAME(descend_inside_mapped_2_lanes)(inside_2 + NLANES * j, old_carry_q + NLANES * j,
-    mapped_2 + NLANES * j, mapped_3 + NLANES * j);
+                mapped_2 + NLANES * j, mapped_3 + NLANES * j);
         }
         NAME(descend_inside_sums_start_lanes)(sums);
         NAME(descend_carry_start_lanes)(old_carry_error, old_carry_damping, common, carry_start_8, carry_start_9,
-    carry_start_10, carry_start_11, carry_0_4_0_start_2, carry_0_4_1_start_2, carry_0_5_0_start_2, carry_start_12);
+            carry_start_10, carry_start_11, carry_0_4_0_start_2, carry_0_4_1_start_2, carry_0_5_0_start_2,
+            carry_start_12);
         NAME(descend_value_2_lanes)(old_carry_error, old_carry_damping, common, value_6, value_7, value_8, value_9,
-    v4_0_2, v4_1_2, v5_0_2);
+            v4_0_2, v4_1_2, v5_0_2);
         for (intptr_t j = 0; j < n; j++) {
             NAME(descend_inside_sums_lanes)(sums, mapped_3 + NLANES * j, old_carry_rates_0 + NLANES * j,
-    old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
-    old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, sums);
+                old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
+                old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, sums);
             NAME(descend_inside_mapped_3_lanes)(old_carry_rates_0 + NLANES * j, old_carry_rates_1 + NLANES * j,
-    old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j, old_carry_rates_4 + NLANES * j,
-    old_carry_rates_5 + NLANES * j, mapped_2 + NLANES * j, mapped_4);
+                old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j, old_carry_rates_4 + NLANES * j,
+                old_carry_rates_5 + NLANES * j, mapped_2 + NLANES * j, mapped_4);
             NAME(descend_inside_carry_lanes)(j > 0 ? carry_8 + 6 * NLANES * (j - 1) : carry_start_8,
-    j > 0 ? carry_9 + 5 * NLANES * (j - 1) : carry_start_9,
-    j > 0 ? carry_10 + 4 * NLANES * (j - 1) : carry_start_10,
-    j > 0 ? carry_11 + 3 * NLANES * (j - 1) : carry_start_11,
-    j > 0 ? carry_0_4_0_2 + NLANES * (j - 1) : carry_0_4_0_start_2,
-    j > 0 ? carry_0_4_1_2 + NLANES * (j - 1) : carry_0_4_1_start_2,
-    j > 0 ? carry_0_5_0_2 + NLANES * (j - 1) : carry_0_5_0_start_2, mapped_4, carry_8 + 6 * NLANES * j,
-    carry_9 + 5 * NLANES * j, carry_10 + 4 * NLANES * j, carry_11 + 3 * NLANES * j, carry_0_4_0_2 + NLANES * j,
-    carry_0_4_1_2 + NLANES * j, carry_0_5_0_2 + NLANES * j, carry_12 + 12 * NLANES * j);
+                j > 0 ? carry_9 + 5 * NLANES * (j - 1) : carry_start_9,
+                j > 0 ? carry_10 + 4 * NLANES * (j - 1) : carry_start_10,
+                j > 0 ? carry_11 + 3 * NLANES * (j - 1) : carry_start_11,
+                j > 0 ? carry_0_4_0_2 + NLANES * (j - 1) : carry_0_4_0_start_2,
+                j > 0 ? carry_0_4_1_2 + NLANES * (j - 1) : carry_0_4_1_start_2,
+                j > 0 ? carry_0_5_0_2 + NLANES * (j - 1) : carry_0_5_0_start_2, mapped_4, carry_8 + 6 * NLANES * j,
+                carry_9 + 5 * NLANES * j, carry_10 + 4 * NLANES * j, carry_11 + 3 * NLANES * j,
+                carry_0_4_0_2 + NLANES * j, carry_0_4_1_2 + NLANES * j, carry_0_5_0_2 + NLANES * j,
+                carry_12 + 12 * NLANES * j);
             NAME(descend_value_3_lanes)(carry_8 + 6 * NLANES * j, carry_9 + 5 * NLANES * j,
-    carry_10 + 4 * NLANES * j, carry_11 + 3 * NLANES * j, value_6, value_7, value_8, value_9);
+                carry_10 + 4 * NLANES * j, carry_11 + 3 * NLANES * j, value_6, value_7, value_8, value_9);
             COPY(NLANES, carry_0_4_0_2 + NLANES * j, v4_0_2);
             COPY(NLANES, carry_0_4_1_2 + NLANES * j, v4_1_2);
             COPY(NLANES, carry_0_5_0_2 + NLANES * j, v5_0_2);
         }
         NAME(descend_inside_carry_start_lanes)(old_carry_left_0, old_carry_left_1, old_carry_left_2,
-    old_carry_left_3, old_carry_left_4, old_carry_left_5, sums, value_6, value_7, value_8, value_9, v4_0_2, v4_1_2,
-    v5_0_2, carry_start_13, carry_1_start_2);
+            old_carry_left_3, old_carry_left_4, old_carry_left_5, sums, value_6, value_7, value_8, value_9, v4_0_2,
+            v4_1_2, v5_0_2, carry_start_13, carry_1_start_2);
         NAME(rates_of_joints_carry_0_start_lanes)(carry_0_start_2, carry_start_14);
         NAME(motion_of_joints_result_start_lanes)(value_10);
         for (intptr_t j = n; j-- > 0;) {
             NAME(descend_carry_2_lanes)(j + 1 < n ? carry_13 + 6 * NLANES * (j + 1) : carry_start_13,
-    carry_12 + 12 * NLANES * j, carry_13 + 6 * NLANES * j, carry_1_2);
+                carry_12 + 12 * NLANES * j, carry_13 + 6 * NLANES * j, carry_1_2);
             NAME(descend_inside_mapped_4_lanes)(inside_2 + NLANES * j, old_carry_q + NLANES * j, carry_1_2,
-    mapped_2 + NLANES * j, low + j, high + j, mapped_5 + NLANES * j);
+                mapped_2 + NLANES * j, low + j, high + j, mapped_5 + NLANES * j);
             far |= NAME(rates_of_joints_carry_lanes)(size,
-    j + 1 < n ? carry_0_2 + 8 * NLANES * (j + 1) : carry_0_start_2, mapped_5 + NLANES * j, axes + 6 * j, turns + j,
-    carry_0_2 + 8 * NLANES * j, carry_14 + 6 * NLANES * j);
+                j + 1 < n ? carry_0_2 + 8 * NLANES * (j + 1) : carry_0_start_2, mapped_5 + NLANES * j, axes + 6 * j,
+                turns + j, carry_0_2 + 8 * NLANES * j, carry_14 + 6 * NLANES * j);
             NAME(descend_value_lanes)(carry_0_2 + 8 * NLANES * j, value_10);
         }
         NAME(descend_common_4_lanes)(goal, size, old_carry_error, value_10, common_3, common_2);
@@ -2211,21 +2223,21 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
         for (intptr_t j = 0; j < n; j++) {
             NAME(descend_mapped_2_lanes)(mapped_5 + NLANES * j, old_carry_q + NLANES * j, common_2, mapped_6);
             NAME(descend_mapped_3_lanes)(common_2, carry_14 + 6 * NLANES * j, old_carry_rates_0 + NLANES * j,
-    old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
-    old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, mapped_7);
+                old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
+                old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j, mapped_7);
             NAME(descend_mapped_2_lanes)(mapped_5 + NLANES * j, old_carry_best + NLANES * j, common_4, mapped_8);
             NAME(descend_old_carry_rates_lanes)(mapped_7, old_carry_rates_0 + NLANES * j,
-    old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
-    old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j);
+                old_carry_rates_1 + NLANES * j, old_carry_rates_2 + NLANES * j, old_carry_rates_3 + NLANES * j,
+                old_carry_rates_4 + NLANES * j, old_carry_rates_5 + NLANES * j);
             COPY(NLANES, mapped_6, old_carry_q + NLANES * j);
             COPY(NLANES, mapped_8, old_carry_best + NLANES * j);
         }
         NAME(descend_next_old_carry_left_lanes)(goal, size, enough, old_carry_left_0, old_carry_left_1,
-    old_carry_left_2, old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error, old_carry_damping,
-    old_carry_least, old_steps, common, value_10, common_3, common_5, common_6, next_old_carry_left_0,
-    next_old_carry_left_1, next_old_carry_left_2, next_old_carry_left_3, next_old_carry_left_4,
-    next_old_carry_left_5, next_old_carry_error, next_old_carry_damping, next_old_carry_done, next_old_carry_least,
-    next_old_steps, next_old_converged);
+            old_carry_left_2, old_carry_left_3, old_carry_left_4, old_carry_left_5, old_carry_error,
+            old_carry_damping, old_carry_least, old_steps, common, value_10, common_3, common_5, common_6,
+            next_old_carry_left_0, next_old_carry_left_1, next_old_carry_left_2, next_old_carry_left_3,
+            next_old_carry_left_4, next_old_carry_left_5, next_old_carry_error, next_old_carry_damping,
+            next_old_carry_done, next_old_carry_least, next_old_steps, next_old_converged);
         NAME(descend_converged_lanes)(at_most, next_old_steps, next_old_converged, converged);
         COPY(NLANES, next_old_carry_left_0, old_carry_left_0);
         COPY(NLANES, next_old_carry_left_1, old_carry_left_1);
@@ -2282,17 +2294,17 @@ static INLINE WORD NAME(descend_inside_lanes)(intptr_t n, const REAL *q, const R
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_mapped_2_lanes)(old_carry_q + NLANES * i, inside + NLANES * i, common_7, by_element);
         NAME(descend_by_element_lanes)(common_7, old_carry_rates_0 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_2);
+            by_element_2);
         NAME(descend_by_element_2_lanes)(common_7, old_carry_rates_1 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_3);
+            by_element_3);
         NAME(descend_by_element_3_lanes)(common_7, old_carry_rates_2 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_4);
+            by_element_4);
         NAME(descend_by_element_4_lanes)(common_7, old_carry_rates_3 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_5);
+            by_element_5);
         NAME(descend_by_element_5_lanes)(common_7, old_carry_rates_4 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_6);
+            by_element_6);
         NAME(descend_by_element_6_lanes)(common_7, old_carry_rates_5 + NLANES * i, carry + 6 * NLANES * i,
-    by_element_7);
+            by_element_7);
         NAME(descend_result_lanes)(common_7, old_carry_best + NLANES * i, inside + NLANES * i, out_0 + NLANES * i);
         far |= NAME(motion_of_joints_result_lanes)(motion, out_0 + NLANES * i, axes + 6 * i, turns + i, motion);
     }
@@ -2424,7 +2436,7 @@ void NAME(judged_branches)(intptr_t b, intptr_t n, const REAL *q, const REAL *ga
     REAL *out_3, REAL *out_4, REAL *out_5, REAL *work)
 {
     REAL *const mapped_2 = work, *const is_in_doubt = mapped_2 + b, placed, all_of, a, score, row, number, sum,
-    common, common_2, a_2, a_3, number_2, otherwise;
+        common, common_2, a_2, a_3, number_2, otherwise;
     NAME(judged_branches_a_start)(&a);
     for (intptr_t i = 0; i < b; i++) {
         NAME(judged_branches_result)(right, off[i], out_1 + i);
@@ -2450,7 +2462,7 @@ void NAME(judged_branches)(intptr_t b, intptr_t n, const REAL *q, const REAL *ga
         for (intptr_t j = 0; j < n; j++)
             NAME(judged_branches_sum)(sum, out_0[i * n + j], wanted[j], &sum);
         NAME(judged_branches_score)(score, row, number, out_1[i], out_2[i], sum, common, common_2, &score, &row,
-    &number);
+            &number);
         NAME(judged_branches_result_2)(out_4[0], out_1[i], mapped_2[i], out_4);
         NAME(judged_branches_a)(a_2, out_1[i], &a_2);
         NAME(judged_branches_a)(a_3, is_in_doubt[i], &a_3);

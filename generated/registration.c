@@ -2,7 +2,7 @@
 // command: gac generate --all registration
 // spec: 9f26853a497e97b5
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 448fb1050f8291631bf8cd9a843e116f244419c987857b54fdf042201c2cc69b
+// body: 3cdb26043e862f6f50559ac38822bdd0c35e6f4d4436f3df64581ab0f6507792
 
 #ifndef REAL
 #include "registration.h"
@@ -393,7 +393,7 @@ static INLINE WORD NAME(lengths_of_pairs_lanes)(intptr_t n, const REAL *p, const
 {
     for (intptr_t i = 0; i < n; i++)
         NAME(lengths_of_pairs_result_lanes)(p, q, points + 3 * NLANES * i, targets + 3 * NLANES * i,
-    out_0 + NLANES * i, out_1 + NLANES * i);
+            out_0 + NLANES * i, out_1 + NLANES * i);
     return 0;
 }
 
@@ -469,7 +469,7 @@ void NAME(means_of_matches)(intptr_t n, const REAL *points, const REAL *targets,
     NAME(means_of_matches_sum_start)(sum, sum_2, &sum_2_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(means_of_matches_sum)(sum, sum_2, sum_2_2, points + 3 * i, targets + 3 * i, weights[i], sum, sum_2,
-    &sum_2_2);
+            &sum_2_2);
     NAME(means_of_matches_result)(sum, sum_2, sum_2_2, out_0, out_1);
 }
 
@@ -480,7 +480,7 @@ static INLINE WORD NAME(means_of_matches_lanes)(intptr_t n, const REAL *points, 
     NAME(means_of_matches_sum_start_lanes)(sum, sum_2, sum_2_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(means_of_matches_sum_lanes)(sum, sum_2, sum_2_2, points + 3 * NLANES * i, targets + 3 * NLANES * i,
-    weights + NLANES * i, sum, sum_2, sum_2_2);
+            weights + NLANES * i, sum, sum_2, sum_2_2);
     NAME(means_of_matches_result_lanes)(sum, sum_2, sum_2_2, out_0, out_1);
     return 0;
 }
@@ -600,7 +600,7 @@ static INLINE WORD NAME(form_of_matches_lanes)(intptr_t n, const REAL *points, c
     NAME(form_of_matches_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++)
         NAME(form_of_matches_sum_lanes)(x, y, sum, points + 3 * NLANES * i, targets + 3 * NLANES * i,
-    weights + NLANES * i, sum);
+            weights + NLANES * i, sum);
     NAME(form_of_matches_result_lanes)(sum, out);
     return 0;
 }
@@ -809,8 +809,8 @@ void NAME(alignment_sums)(intptr_t n, intptr_t m, const REAL *motor, const REAL 
     NAME(alignment_sums_common)(scale, &common);
     for (intptr_t i = 0; i < n; i++)
         NAME(alignment_sums_sum)(motor, sum, sum_2, sum_2_2, sum_3, points + 3 * i, weights[i],
-    targets + 3 * nearest[i], directions + 3 * nearest[i], across[nearest[i]], along[nearest[i]], common, sum,
-    sum_2, &sum_2_2, &sum_3);
+            targets + 3 * nearest[i], directions + 3 * nearest[i], across[nearest[i]], along[nearest[i]], common,
+            sum, sum_2, &sum_2_2, &sum_3);
     NAME(alignment_sums_result)(sum, sum_2, sum_2_2, sum_3, out_0, out_1, out_2);
 }
 
@@ -824,8 +824,8 @@ static INLINE WORD NAME(alignment_sums_lanes)(intptr_t n, intptr_t m, const REAL
     NAME(alignment_sums_common_lanes)(scale, common);
     for (intptr_t i = 0; i < n; i++)
         NAME(alignment_sums_sum_lanes)(motor, sum, sum_2, sum_2_2, sum_3, points + 3 * i, weights + NLANES * i,
-    targets + 3 * nearest[i], directions + 3 * nearest[i], across + nearest[i], along + nearest[i], common, sum,
-    sum_2, sum_2_2, sum_3);
+            targets + 3 * nearest[i], directions + 3 * nearest[i], across + nearest[i], along + nearest[i], common,
+            sum, sum_2, sum_2_2, sum_3);
     NAME(alignment_sums_result_lanes)(sum, sum_2, sum_2_2, sum_3, out_0, out_1, out_2);
     return 0;
 }

@@ -2,7 +2,7 @@
 // command: gac generate --all relative_poses
 // spec: 70a59066b9b7505c
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 353836de1cd69500d87b1c30a0755705f3e39e82950a1350fdc67ae497a33ba6
+// body: 8057e71a7fdcf1b6bd61dcff37bd18a49b677fe7bc5a48b29672f47f03f21aa3
 
 #ifndef REAL
 #include "relative_poses.h"
@@ -2860,7 +2860,7 @@ void NAME(truncated_squares)(intptr_t n, const REAL *fundamental, const REAL *fi
     NAME(truncated_squares_common)(fundamental, &common, &common_2, &common_3, &common_4, &common_5);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_squares_result)(fundamental, limit, out[0], first + 2 * i, second + 2 * i, common, common_2,
-    common_3, common_4, common_5, out);
+            common_3, common_4, common_5, out);
 }
 
 static INLINE WORD NAME(truncated_squares_lanes)(intptr_t n, const REAL *fundamental, const REAL *first,
@@ -2871,7 +2871,7 @@ static INLINE WORD NAME(truncated_squares_lanes)(intptr_t n, const REAL *fundame
     NAME(truncated_squares_common_lanes)(fundamental, common, common_2, common_3, common_4, common_5);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_squares_result_lanes)(fundamental, limit, out, first + 2 * i, second + 2 * i, common,
-    common_2, common_3, common_4, common_5, out);
+            common_2, common_3, common_4, common_5, out);
     return 0;
 }
 
@@ -2918,7 +2918,7 @@ void NAME(squared_distances)(intptr_t n, const REAL *fundamental, const REAL *fi
     NAME(truncated_squares_common)(fundamental, &common, &common_2, &common_3, &common_4, &common_5);
     for (intptr_t i = 0; i < n; i++)
         NAME(squared_distances_result)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3,
-    common_4, common_5, out + i);
+            common_4, common_5, out + i);
 }
 
 static INLINE WORD NAME(squared_distances_lanes)(intptr_t n, const REAL *fundamental, const REAL *first,
@@ -2928,7 +2928,7 @@ static INLINE WORD NAME(squared_distances_lanes)(intptr_t n, const REAL *fundame
     NAME(truncated_squares_common_lanes)(fundamental, common, common_2, common_3, common_4, common_5);
     for (intptr_t i = 0; i < n; i++)
         NAME(squared_distances_result_lanes)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3,
-    common_4, common_5, out + NLANES * i);
+            common_4, common_5, out + NLANES * i);
     return 0;
 }
 
@@ -2991,7 +2991,7 @@ void NAME(epipolar_normals)(intptr_t n, const REAL *fundamental, const REAL *fir
     NAME(epipolar_normals_common)(fundamental, &common, &common_2, &common_3, &common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(epipolar_normals_result)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3,
-    common_4, out + 4 * i);
+            common_4, out + 4 * i);
 }
 
 static INLINE WORD NAME(epipolar_normals_lanes)(intptr_t n, const REAL *fundamental, const REAL *first,
@@ -3001,7 +3001,7 @@ static INLINE WORD NAME(epipolar_normals_lanes)(intptr_t n, const REAL *fundamen
     NAME(epipolar_normals_common_lanes)(fundamental, common, common_2, common_3, common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(epipolar_normals_result_lanes)(fundamental, first + 2 * i, second + 2 * i, common, common_2, common_3,
-    common_4, out + 4 * NLANES * i);
+            common_4, out + 4 * NLANES * i);
     return 0;
 }
 
@@ -3666,38 +3666,39 @@ void NAME(descend_motion)(intptr_t n, const REAL *m, const REAL *left, const REA
 {
     (void)work;
     REAL now_carry_best[7], now_carry_following[7], now_carry_table[15], now_carry_slope[5], now_carry_cost,
-    now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[7],
-    next_now_carry_following[7], next_now_carry_table[15], next_now_carry_slope[5], next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[21], common, common_2,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
-    common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
-    common_33, common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42,
-    common_43, common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52,
-    common_53, common_54, common_55, common_56;
+        now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[7],
+        next_now_carry_following[7], next_now_carry_table[15], next_now_carry_slope[5], next_now_carry_cost,
+        next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[21], common, common_2,
+        common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
+        common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
+        common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30,
+        common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38, common_39,
+        common_40, common_41, common_42, common_43, common_44, common_45, common_46, common_47, common_48,
+        common_49, common_50, common_51, common_52, common_53, common_54, common_55, common_56;
     NAME(descend_motion_now_carry_best)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
+        &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_motion_sum_start)(sum);
         NAME(descend_motion_common)(left, right, now_carry_following, &common, &common_2, &common_3, &common_4,
-    &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13,
-    &common_14, &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22,
-    &common_23, &common_24, &common_25, &common_26, &common_27, &common_28, &common_29, &common_30, &common_31,
-    &common_32, &common_33, &common_34, &common_35, &common_36, &common_37, &common_38, &common_39, &common_40,
-    &common_41, &common_42, &common_43, &common_44, &common_45, &common_46, &common_47, &common_48, &common_49,
-    &common_50, &common_51, &common_52, &common_53, &common_54, &common_55, &common_56);
+            &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13,
+            &common_14, &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21,
+            &common_22, &common_23, &common_24, &common_25, &common_26, &common_27, &common_28, &common_29,
+            &common_30, &common_31, &common_32, &common_33, &common_34, &common_35, &common_36, &common_37,
+            &common_38, &common_39, &common_40, &common_41, &common_42, &common_43, &common_44, &common_45,
+            &common_46, &common_47, &common_48, &common_49, &common_50, &common_51, &common_52, &common_53,
+            &common_54, &common_55, &common_56);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_motion_sum)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
-    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
-    common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
-    common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
-    common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42, common_43,
-    common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52, common_53,
-    common_54, common_55, common_56, sum);
+                common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
+                common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
+                common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30,
+                common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38, common_39,
+                common_40, common_41, common_42, common_43, common_44, common_45, common_46, common_47, common_48,
+                common_49, common_50, common_51, common_52, common_53, common_54, common_55, common_56, sum);
         NAME(descend_motion_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
-    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+            &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
         NAME(descend_motion_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(7, next_now_carry_best, now_carry_best);
         COPY(7, next_now_carry_following, now_carry_following);
@@ -3712,7 +3713,7 @@ void NAME(descend_motion)(intptr_t n, const REAL *m, const REAL *left, const REA
             break;
     }
     NAME(descend_motion_result)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps,
-    now_converged, out_0, out_1, out_2);
+        now_converged, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const REAL *left, const REAL *right,
@@ -3720,26 +3721,27 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
     REAL *out_2)
 {
     _Alignas(64) REAL now_carry_best[7 * NLANES], now_carry_following[7 * NLANES], now_carry_table[15 * NLANES],
-    now_carry_slope[5 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
-    now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[7 * NLANES],
-    next_now_carry_following[7 * NLANES], next_now_carry_table[15 * NLANES], next_now_carry_slope[5 * NLANES],
-    next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
-    next_now_steps[NLANES], next_now_converged[NLANES], sum[21 * NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
-    common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES], common_14[NLANES],
-    common_15[NLANES], common_16[NLANES], common_17[NLANES], common_18[NLANES], common_19[NLANES],
-    common_20[NLANES], common_21[NLANES], common_22[NLANES], common_23[NLANES], common_24[NLANES],
-    common_25[NLANES], common_26[NLANES], common_27[NLANES], common_28[NLANES], common_29[NLANES],
-    common_30[NLANES], common_31[NLANES], common_32[NLANES], common_33[NLANES], common_34[NLANES],
-    common_35[NLANES], common_36[NLANES], common_37[NLANES], common_38[NLANES], common_39[NLANES],
-    common_40[NLANES], common_41[NLANES], common_42[NLANES], common_43[NLANES], common_44[NLANES],
-    common_45[NLANES], common_46[NLANES], common_47[NLANES], common_48[NLANES], common_49[NLANES],
-    common_50[NLANES], common_51[NLANES], common_52[NLANES], common_53[NLANES], common_54[NLANES],
-    common_55[NLANES], common_56[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[15 * NLANES],
-    gac_kept_3[5 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
-    gac_kept_8[NLANES];
+        now_carry_slope[5 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
+        now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[7 * NLANES],
+        next_now_carry_following[7 * NLANES], next_now_carry_table[15 * NLANES], next_now_carry_slope[5 * NLANES],
+        next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
+        next_now_steps[NLANES], next_now_converged[NLANES], sum[21 * NLANES], common[NLANES], common_2[NLANES],
+        common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
+        common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES],
+        common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES], common_18[NLANES],
+        common_19[NLANES], common_20[NLANES], common_21[NLANES], common_22[NLANES], common_23[NLANES],
+        common_24[NLANES], common_25[NLANES], common_26[NLANES], common_27[NLANES], common_28[NLANES],
+        common_29[NLANES], common_30[NLANES], common_31[NLANES], common_32[NLANES], common_33[NLANES],
+        common_34[NLANES], common_35[NLANES], common_36[NLANES], common_37[NLANES], common_38[NLANES],
+        common_39[NLANES], common_40[NLANES], common_41[NLANES], common_42[NLANES], common_43[NLANES],
+        common_44[NLANES], common_45[NLANES], common_46[NLANES], common_47[NLANES], common_48[NLANES],
+        common_49[NLANES], common_50[NLANES], common_51[NLANES], common_52[NLANES], common_53[NLANES],
+        common_54[NLANES], common_55[NLANES], common_56[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES],
+        gac_kept_2[15 * NLANES], gac_kept_3[5 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
+        gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_motion_now_carry_best_lanes)(m, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+        now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged,
+        steps);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 7 * NLANES, now_carry_best, gac_kept_0);
         KEEP(rounds, 7 * NLANES, now_carry_following, gac_kept_1);
@@ -3752,24 +3754,24 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
         KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_motion_sum_start_lanes)(sum);
         NAME(descend_motion_common_lanes)(left, right, now_carry_following, common, common_2, common_3, common_4,
-    common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
-    common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
-    common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34,
-    common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42, common_43, common_44,
-    common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52, common_53, common_54,
-    common_55, common_56);
+            common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
+            common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
+            common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
+            common_33, common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41,
+            common_42, common_43, common_44, common_45, common_46, common_47, common_48, common_49, common_50,
+            common_51, common_52, common_53, common_54, common_55, common_56);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_motion_sum_lanes)(limit, sum, first + 2 * j, second + 2 * j, common, common_2, common_3,
-    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
-    common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
-    common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
-    common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42, common_43,
-    common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52, common_53,
-    common_54, common_55, common_56, sum);
+                common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
+                common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
+                common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30,
+                common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38, common_39,
+                common_40, common_41, common_42, common_43, common_44, common_45, common_46, common_47, common_48,
+                common_49, common_50, common_51, common_52, common_53, common_54, common_55, common_56, sum);
         NAME(descend_motion_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+            next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
         NAME(descend_motion_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(7 * NLANES, next_now_carry_best, now_carry_best);
         COPY(7 * NLANES, next_now_carry_following, now_carry_following);
@@ -3793,7 +3795,7 @@ static INLINE WORD NAME(descend_motion_lanes)(intptr_t n, const REAL *m, const R
             break;
     }
     NAME(descend_motion_result_lanes)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps,
-    now_converged, out_0, out_1, out_2);
+        now_converged, out_0, out_1, out_2);
     return 0;
 }
 
@@ -4301,47 +4303,50 @@ void NAME(descend_motion_in_front)(intptr_t n, const REAL *m, const REAL *left, 
 {
     (void)work;
     REAL now_carry_best[7], now_carry_following[7], now_carry_table[15], now_carry_slope[5], now_carry_cost,
-    now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[7],
-    next_now_carry_following[7], next_now_carry_table[15], next_now_carry_slope[5], next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[21], common, common_2,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
-    common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
-    common_33, common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42,
-    common_43, common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52,
-    common_53, common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62,
-    common_63, common_64, common_65, common_66, common_67, common_68, common_69, common_70, common_71, common_72,
-    common_73, common_74, common_75, common_76, common_77, common_78, common_79, common_80;
+        now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[7],
+        next_now_carry_following[7], next_now_carry_table[15], next_now_carry_slope[5], next_now_carry_cost,
+        next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[21], common, common_2,
+        common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
+        common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
+        common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30,
+        common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38, common_39,
+        common_40, common_41, common_42, common_43, common_44, common_45, common_46, common_47, common_48,
+        common_49, common_50, common_51, common_52, common_53, common_54, common_55, common_56, common_57,
+        common_58, common_59, common_60, common_61, common_62, common_63, common_64, common_65, common_66,
+        common_67, common_68, common_69, common_70, common_71, common_72, common_73, common_74, common_75,
+        common_76, common_77, common_78, common_79, common_80;
     NAME(descend_motion_now_carry_best)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
+        &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
     NAME(descend_motion_in_front_common)(left, right, onto, limit, &common_72, &common_73, &common_74, &common_75,
-    &common_76, &common_77, &common_78, &common_79, &common_80);
+        &common_76, &common_77, &common_78, &common_79, &common_80);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_motion_sum_start)(sum);
         NAME(descend_motion_in_front_common_2)(left, right, now_carry_following, &common, &common_2, &common_3,
-    &common_4, &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12,
-    &common_13, &common_14, &common_15, &common_16, &common_17, &common_18, &common_19, &common_20, &common_21,
-    &common_22, &common_23, &common_24, &common_25, &common_26, &common_27, &common_28, &common_29, &common_30,
-    &common_31, &common_32, &common_33, &common_34, &common_35, &common_36, &common_37, &common_38, &common_39,
-    &common_40, &common_41, &common_42, &common_43, &common_44, &common_45, &common_46, &common_47, &common_48,
-    &common_49, &common_50, &common_51, &common_52, &common_53, &common_54, &common_55, &common_56, &common_57,
-    &common_58, &common_59, &common_60, &common_61, &common_62, &common_63, &common_64, &common_65, &common_66,
-    &common_67, &common_68, &common_69, &common_70, &common_71);
+            &common_4, &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12,
+            &common_13, &common_14, &common_15, &common_16, &common_17, &common_18, &common_19, &common_20,
+            &common_21, &common_22, &common_23, &common_24, &common_25, &common_26, &common_27, &common_28,
+            &common_29, &common_30, &common_31, &common_32, &common_33, &common_34, &common_35, &common_36,
+            &common_37, &common_38, &common_39, &common_40, &common_41, &common_42, &common_43, &common_44,
+            &common_45, &common_46, &common_47, &common_48, &common_49, &common_50, &common_51, &common_52,
+            &common_53, &common_54, &common_55, &common_56, &common_57, &common_58, &common_59, &common_60,
+            &common_61, &common_62, &common_63, &common_64, &common_65, &common_66, &common_67, &common_68,
+            &common_69, &common_70, &common_71);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_motion_in_front_sum)(left, right, onto, limit, now_carry_following, sum, first + 2 * j,
-    second + 2 * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
-    common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29,
-    common_30, common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38, common_39,
-    common_40, common_41, common_42, common_43, common_44, common_45, common_46, common_47, common_48, common_49,
-    common_50, common_51, common_52, common_53, common_54, common_55, common_56, common_57, common_58, common_59,
-    common_60, common_61, common_62, common_63, common_64, common_65, common_66, common_67, common_68, common_69,
-    common_70, common_71, common_72, common_73, common_74, common_75, common_76, common_77, common_78, common_79,
-    common_80, sum);
+                second + 2 * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
+                common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17,
+                common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26,
+                common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34, common_35,
+                common_36, common_37, common_38, common_39, common_40, common_41, common_42, common_43, common_44,
+                common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52, common_53,
+                common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62,
+                common_63, common_64, common_65, common_66, common_67, common_68, common_69, common_70, common_71,
+                common_72, common_73, common_74, common_75, common_76, common_77, common_78, common_79, common_80,
+                sum);
         NAME(descend_motion_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
-    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+            &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
         NAME(descend_motion_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(7, next_now_carry_best, now_carry_best);
         COPY(7, next_now_carry_following, now_carry_following);
@@ -4356,7 +4361,7 @@ void NAME(descend_motion_in_front)(intptr_t n, const REAL *m, const REAL *left, 
             break;
     }
     NAME(descend_motion_result)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps,
-    now_converged, out_0, out_1, out_2);
+        now_converged, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m, const REAL *left,
@@ -4364,33 +4369,34 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
     const REAL *at_most, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL now_carry_best[7 * NLANES], now_carry_following[7 * NLANES], now_carry_table[15 * NLANES],
-    now_carry_slope[5 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
-    now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[7 * NLANES],
-    next_now_carry_following[7 * NLANES], next_now_carry_table[15 * NLANES], next_now_carry_slope[5 * NLANES],
-    next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
-    next_now_steps[NLANES], next_now_converged[NLANES], sum[21 * NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
-    common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES], common_14[NLANES],
-    common_15[NLANES], common_16[NLANES], common_17[NLANES], common_18[NLANES], common_19[NLANES],
-    common_20[NLANES], common_21[NLANES], common_22[NLANES], common_23[NLANES], common_24[NLANES],
-    common_25[NLANES], common_26[NLANES], common_27[NLANES], common_28[NLANES], common_29[NLANES],
-    common_30[NLANES], common_31[NLANES], common_32[NLANES], common_33[NLANES], common_34[NLANES],
-    common_35[NLANES], common_36[NLANES], common_37[NLANES], common_38[NLANES], common_39[NLANES],
-    common_40[NLANES], common_41[NLANES], common_42[NLANES], common_43[NLANES], common_44[NLANES],
-    common_45[NLANES], common_46[NLANES], common_47[NLANES], common_48[NLANES], common_49[NLANES],
-    common_50[NLANES], common_51[NLANES], common_52[NLANES], common_53[NLANES], common_54[NLANES],
-    common_55[NLANES], common_56[NLANES], common_57[NLANES], common_58[NLANES], common_59[NLANES],
-    common_60[NLANES], common_61[NLANES], common_62[NLANES], common_63[NLANES], common_64[NLANES],
-    common_65[NLANES], common_66[NLANES], common_67[NLANES], common_68[NLANES], common_69[NLANES],
-    common_70[NLANES], common_71[NLANES], common_72[NLANES], common_73[NLANES], common_74[NLANES],
-    common_75[NLANES], common_76[NLANES], common_77[NLANES], common_78[NLANES], common_79[NLANES],
-    common_80[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[15 * NLANES],
-    gac_kept_3[5 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
-    gac_kept_8[NLANES];
+        now_carry_slope[5 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
+        now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[7 * NLANES],
+        next_now_carry_following[7 * NLANES], next_now_carry_table[15 * NLANES], next_now_carry_slope[5 * NLANES],
+        next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
+        next_now_steps[NLANES], next_now_converged[NLANES], sum[21 * NLANES], common[NLANES], common_2[NLANES],
+        common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
+        common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES],
+        common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES], common_18[NLANES],
+        common_19[NLANES], common_20[NLANES], common_21[NLANES], common_22[NLANES], common_23[NLANES],
+        common_24[NLANES], common_25[NLANES], common_26[NLANES], common_27[NLANES], common_28[NLANES],
+        common_29[NLANES], common_30[NLANES], common_31[NLANES], common_32[NLANES], common_33[NLANES],
+        common_34[NLANES], common_35[NLANES], common_36[NLANES], common_37[NLANES], common_38[NLANES],
+        common_39[NLANES], common_40[NLANES], common_41[NLANES], common_42[NLANES], common_43[NLANES],
+        common_44[NLANES], common_45[NLANES], common_46[NLANES], common_47[NLANES], common_48[NLANES],
+        common_49[NLANES], common_50[NLANES], common_51[NLANES], common_52[NLANES], common_53[NLANES],
+        common_54[NLANES], common_55[NLANES], common_56[NLANES], common_57[NLANES], common_58[NLANES],
+        common_59[NLANES], common_60[NLANES], common_61[NLANES], common_62[NLANES], common_63[NLANES],
+        common_64[NLANES], common_65[NLANES], common_66[NLANES], common_67[NLANES], common_68[NLANES],
+        common_69[NLANES], common_70[NLANES], common_71[NLANES], common_72[NLANES], common_73[NLANES],
+        common_74[NLANES], common_75[NLANES], common_76[NLANES], common_77[NLANES], common_78[NLANES],
+        common_79[NLANES], common_80[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES],
+        gac_kept_2[15 * NLANES], gac_kept_3[5 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
+        gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_motion_now_carry_best_lanes)(m, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+        now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged,
+        steps);
     NAME(descend_motion_in_front_common_lanes)(left, right, onto, limit, common_72, common_73, common_74, common_75,
-    common_76, common_77, common_78, common_79, common_80);
+        common_76, common_77, common_78, common_79, common_80);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 7 * NLANES, now_carry_best, gac_kept_0);
         KEEP(rounds, 7 * NLANES, now_carry_following, gac_kept_1);
@@ -4403,28 +4409,30 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
         KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_motion_sum_start_lanes)(sum);
         NAME(descend_motion_in_front_common_2_lanes)(left, right, now_carry_following, common, common_2, common_3,
-    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
-    common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
-    common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
-    common_34, common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42, common_43,
-    common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52, common_53,
-    common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61, common_62, common_63,
-    common_64, common_65, common_66, common_67, common_68, common_69, common_70, common_71);
+            common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
+            common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
+            common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31,
+            common_32, common_33, common_34, common_35, common_36, common_37, common_38, common_39, common_40,
+            common_41, common_42, common_43, common_44, common_45, common_46, common_47, common_48, common_49,
+            common_50, common_51, common_52, common_53, common_54, common_55, common_56, common_57, common_58,
+            common_59, common_60, common_61, common_62, common_63, common_64, common_65, common_66, common_67,
+            common_68, common_69, common_70, common_71);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_motion_in_front_sum_lanes)(left, right, onto, limit, now_carry_following, sum,
-    first + 2 * j, second + 2 * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
-    common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18,
-    common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28,
-    common_29, common_30, common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38,
-    common_39, common_40, common_41, common_42, common_43, common_44, common_45, common_46, common_47, common_48,
-    common_49, common_50, common_51, common_52, common_53, common_54, common_55, common_56, common_57, common_58,
-    common_59, common_60, common_61, common_62, common_63, common_64, common_65, common_66, common_67, common_68,
-    common_69, common_70, common_71, common_72, common_73, common_74, common_75, common_76, common_77, common_78,
-    common_79, common_80, sum);
+                first + 2 * j, second + 2 * j, common, common_2, common_3, common_4, common_5, common_6, common_7,
+                common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16,
+                common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25,
+                common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34,
+                common_35, common_36, common_37, common_38, common_39, common_40, common_41, common_42, common_43,
+                common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, common_52,
+                common_53, common_54, common_55, common_56, common_57, common_58, common_59, common_60, common_61,
+                common_62, common_63, common_64, common_65, common_66, common_67, common_68, common_69, common_70,
+                common_71, common_72, common_73, common_74, common_75, common_76, common_77, common_78, common_79,
+                common_80, sum);
         NAME(descend_motion_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+            next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
         NAME(descend_motion_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(7 * NLANES, next_now_carry_best, now_carry_best);
         COPY(7 * NLANES, next_now_carry_following, now_carry_following);
@@ -4448,7 +4456,7 @@ static INLINE WORD NAME(descend_motion_in_front_lanes)(intptr_t n, const REAL *m
             break;
     }
     NAME(descend_motion_result_lanes)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_steps,
-    now_converged, out_0, out_1, out_2);
+        now_converged, out_0, out_1, out_2);
     return 0;
 }
 
@@ -4793,29 +4801,30 @@ void NAME(descend_rotation)(intptr_t n, const REAL *m, const REAL *left, const R
 {
     (void)work;
     REAL now_carry_best[4], now_carry_following[4], now_carry_table[6], now_carry_slope[3], now_carry_cost,
-    now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[4],
-    next_now_carry_following[4], next_now_carry_table[6], next_now_carry_slope[3], next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[6], sum_2[3], sum_2_2,
-    common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
-    common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21;
+        now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[4],
+        next_now_carry_following[4], next_now_carry_table[6], next_now_carry_slope[3], next_now_carry_cost,
+        next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[6], sum_2[3], sum_2_2,
+        common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10,
+        common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
+        common_20, common_21;
     NAME(descend_rotation_now_carry_best)(m, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
+        &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
     NAME(descend_rotation_common)(left, onto, limit, &common_16, &common_17, &common_18, &common_19, &common_20,
-    &common_21);
+        &common_21);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_rotation_sum_start)(sum, sum_2, &sum_2_2);
         NAME(descend_rotation_common_2)(left, now_carry_following, &common, &common_2, &common_3, &common_4,
-    &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13,
-    &common_14, &common_15);
+            &common_5, &common_6, &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13,
+            &common_14, &common_15);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_rotation_sum)(left, onto, limit, sum, sum_2, sum_2_2, first + 2 * j, second + 2 * j,
-    common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
-    common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
-    sum, sum_2, &sum_2_2);
+                common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10,
+                common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
+                common_20, common_21, sum, sum_2, &sum_2_2);
         NAME(descend_rotation_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, sum_2, sum_2_2, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
-    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, sum_2, sum_2_2, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+            &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
         NAME(descend_motion_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(4, next_now_carry_best, now_carry_best);
         COPY(4, next_now_carry_following, now_carry_following);
@@ -4830,7 +4839,7 @@ void NAME(descend_rotation)(intptr_t n, const REAL *m, const REAL *left, const R
             break;
     }
     NAME(descend_rotation_result)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_converged, out_0,
-    out_1, out_2);
+        out_1, out_2);
 }
 
 static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const REAL *left, const REAL *onto,
@@ -4838,21 +4847,22 @@ static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const
     REAL *out_2)
 {
     _Alignas(64) REAL now_carry_best[4 * NLANES], now_carry_following[4 * NLANES], now_carry_table[6 * NLANES],
-    now_carry_slope[3 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
-    now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[4 * NLANES],
-    next_now_carry_following[4 * NLANES], next_now_carry_table[6 * NLANES], next_now_carry_slope[3 * NLANES],
-    next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
-    next_now_steps[NLANES], next_now_converged[NLANES], sum[6 * NLANES], sum_2[3 * NLANES], sum_2_2[NLANES],
-    common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES],
-    common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES],
-    common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES],
-    common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES], gac_kept_0[4 * NLANES],
-    gac_kept_1[4 * NLANES], gac_kept_2[6 * NLANES], gac_kept_3[3 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES],
-    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+        now_carry_slope[3 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
+        now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[4 * NLANES],
+        next_now_carry_following[4 * NLANES], next_now_carry_table[6 * NLANES], next_now_carry_slope[3 * NLANES],
+        next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
+        next_now_steps[NLANES], next_now_converged[NLANES], sum[6 * NLANES], sum_2[3 * NLANES], sum_2_2[NLANES],
+        common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES],
+        common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES],
+        common_12[NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES],
+        common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES],
+        gac_kept_0[4 * NLANES], gac_kept_1[4 * NLANES], gac_kept_2[6 * NLANES], gac_kept_3[3 * NLANES],
+        gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_rotation_now_carry_best_lanes)(m, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+        now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged,
+        steps);
     NAME(descend_rotation_common_lanes)(left, onto, limit, common_16, common_17, common_18, common_19, common_20,
-    common_21);
+        common_21);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 4 * NLANES, now_carry_best, gac_kept_0);
         KEEP(rounds, 4 * NLANES, now_carry_following, gac_kept_1);
@@ -4865,17 +4875,17 @@ static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const
         KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_rotation_sum_start_lanes)(sum, sum_2, sum_2_2);
         NAME(descend_rotation_common_2_lanes)(left, now_carry_following, common, common_2, common_3, common_4,
-    common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
-    common_15);
+            common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14,
+            common_15);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_rotation_sum_lanes)(left, onto, limit, sum, sum_2, sum_2_2, first + 2 * j, second + 2 * j,
-    common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
-    common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
-    sum, sum_2, sum_2_2);
+                common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10,
+                common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
+                common_20, common_21, sum, sum_2, sum_2_2);
         NAME(descend_rotation_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, sum_2, sum_2_2, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, sum_2, sum_2_2, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+            next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
         NAME(descend_motion_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(4 * NLANES, next_now_carry_best, now_carry_best);
         COPY(4 * NLANES, next_now_carry_following, now_carry_following);
@@ -4899,7 +4909,7 @@ static INLINE WORD NAME(descend_rotation_lanes)(intptr_t n, const REAL *m, const
             break;
     }
     NAME(descend_rotation_result_lanes)(m, at_most, now_carry_best, now_carry_table, now_carry_cost, now_converged,
-    out_0, out_1, out_2);
+        out_0, out_1, out_2);
     return 0;
 }
 
@@ -5115,43 +5125,44 @@ void NAME(explain_pairs)(intptr_t n, const REAL *m, const REAL *left, const REAL
 {
     (void)work;
     REAL common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10,
-    common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20,
-    common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30,
-    common_31, common_32, common_33, common_34, common_35[3];
+        common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
+        common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28,
+        common_29, common_30, common_31, common_32, common_33, common_34, common_35[3];
     NAME(explain_pairs_common)(m, left, right, onto, &common, &common_2, &common_3, &common_4, &common_5, &common_6,
-    &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14, &common_15,
-    &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22, &common_23, &common_24,
-    &common_25, &common_26, &common_27, &common_28, &common_29, &common_30, &common_31, &common_32, &common_33,
-    &common_34, common_35);
+        &common_7, &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14, &common_15,
+        &common_16, &common_17, &common_18, &common_19, &common_20, &common_21, &common_22, &common_23, &common_24,
+        &common_25, &common_26, &common_27, &common_28, &common_29, &common_30, &common_31, &common_32, &common_33,
+        &common_34, common_35);
     for (intptr_t i = 0; i < n; i++)
         NAME(explain_pairs_result)(left, right, onto, first + 2 * i, second + 2 * i, common, common_2, common_3,
-    common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
-    common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23,
-    common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
-    common_34, common_35, out_0 + i, out_1 + i, out_2 + 3 * i, out_3 + i);
+            common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13,
+            common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
+            common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31,
+            common_32, common_33, common_34, common_35, out_0 + i, out_1 + i, out_2 + 3 * i, out_3 + i);
 }
 
 static INLINE WORD NAME(explain_pairs_lanes)(intptr_t n, const REAL *m, const REAL *left, const REAL *right,
     const REAL *onto, const REAL *first, const REAL *second, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3)
 {
     _Alignas(64) REAL common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES],
-    common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES],
-    common_12[NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES],
-    common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES],
-    common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES],
-    common_27[NLANES], common_28[NLANES], common_29[NLANES], common_30[NLANES], common_31[NLANES],
-    common_32[NLANES], common_33[NLANES], common_34[NLANES], common_35[3 * NLANES];
+        common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES],
+        common_11[NLANES], common_12[NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES],
+        common_16[NLANES], common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES],
+        common_21[NLANES], common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES],
+        common_26[NLANES], common_27[NLANES], common_28[NLANES], common_29[NLANES], common_30[NLANES],
+        common_31[NLANES], common_32[NLANES], common_33[NLANES], common_34[NLANES], common_35[3 * NLANES];
     NAME(explain_pairs_common_lanes)(m, left, right, onto, common, common_2, common_3, common_4, common_5, common_6,
-    common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16,
-    common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26,
-    common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34, common_35);
+        common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16,
+        common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25,
+        common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34,
+        common_35);
     for (intptr_t i = 0; i < n; i++)
         NAME(explain_pairs_result_lanes)(left, right, onto, first + 2 * i, second + 2 * i, common, common_2,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21, common_22,
-    common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
-    common_33, common_34, common_35, out_0 + NLANES * i, out_1 + NLANES * i, out_2 + 3 * NLANES * i,
-    out_3 + NLANES * i);
+            common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
+            common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
+            common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30,
+            common_31, common_32, common_33, common_34, common_35, out_0 + NLANES * i, out_1 + NLANES * i,
+            out_2 + 3 * NLANES * i, out_3 + NLANES * i);
     return 0;
 }
 
@@ -5243,12 +5254,12 @@ void NAME(turned_pixels)(intptr_t n, const REAL *m, const REAL *left, const REAL
 {
     (void)work;
     REAL of_0, of_1, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12;
+        common_10, common_11, common_12;
     NAME(turned_pixels_common)(m, left, &common, &common_2, &common_3, &common_4, &common_5, &common_6, &common_7,
-    &common_8, &common_9, &common_10, &common_11, &common_12);
+        &common_8, &common_9, &common_10, &common_11, &common_12);
     for (intptr_t i = 0; i < n; i++) {
         NAME(turned_pixels_of)(left, onto, first + 2 * i, common, common_2, common_3, common_4, common_5, common_6,
-    common_7, common_8, common_9, common_10, common_11, common_12, &of_0, &of_1);
+            common_7, common_8, common_9, common_10, common_11, common_12, &of_0, &of_1);
         NAME(turned_pixels_result)(of_0, of_1, out + 2 * i);
     }
 }
@@ -5257,13 +5268,13 @@ static INLINE WORD NAME(turned_pixels_lanes)(intptr_t n, const REAL *m, const RE
     const REAL *first, REAL *out)
 {
     _Alignas(64) REAL of_0[NLANES], of_1[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES],
-    common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES],
-    common_10[NLANES], common_11[NLANES], common_12[NLANES];
+        common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES],
+        common_10[NLANES], common_11[NLANES], common_12[NLANES];
     NAME(turned_pixels_common_lanes)(m, left, common, common_2, common_3, common_4, common_5, common_6, common_7,
-    common_8, common_9, common_10, common_11, common_12);
+        common_8, common_9, common_10, common_11, common_12);
     for (intptr_t i = 0; i < n; i++) {
         NAME(turned_pixels_of_lanes)(left, onto, first + 2 * i, common, common_2, common_3, common_4, common_5,
-    common_6, common_7, common_8, common_9, common_10, common_11, common_12, of_0, of_1);
+            common_6, common_7, common_8, common_9, common_10, common_11, common_12, of_0, of_1);
         NAME(turned_pixels_result_lanes)(of_0, of_1, out + 2 * NLANES * i);
     }
     return 0;

@@ -2,7 +2,7 @@
 // command: gac generate --all retiming
 // spec: 8bdc7950b7b8ff9c
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: cc704de4dede7445f7f821aa756ca8ddbc605d45315d1bfe601cfe9aa834618e
+// body: cd8fed3df305b7f4c9dd59f592bbf45535117d5869933d9a20a6ccc5526f46e2
 
 #ifndef REAL
 #include "retiming.h"
@@ -110,10 +110,10 @@ void NAME(reachable_speeds)(intptr_t n, intptr_t r, const REAL *above, const REA
         NAME(reachable_speeds_common)(i + 1 < n ? out[i + 1] : after_start, steps[i], &common, &common_2);
         for (intptr_t j = 0; j < r; j++) {
             NAME(reachable_speeds_least)(above[i * r + j], below[i * r + j], slopes[i * r + j], common, common_2,
-    &least);
+                &least);
             for (intptr_t k = 0; k < r; k++)
                 NAME(reachable_speeds_least_2)(above[i * r + j], slopes[i * r + j], least, below[i * r + k],
-    slopes[i * r + k], &least);
+                    slopes[i * r + k], &least);
             NAME(reachable_speeds_best)(best, least, &best);
         }
         NAME(reachable_speeds_result)(best, out + i);
@@ -128,13 +128,13 @@ static INLINE WORD NAME(reachable_speeds_lanes)(intptr_t n, intptr_t r, const RE
     for (intptr_t i = n; i-- > 0;) {
         COPY(NLANES, most + NLANES * i, best);
         NAME(reachable_speeds_common_lanes)(i + 1 < n ? out + NLANES * (i + 1) : after_start, steps + NLANES * i,
-    common, common_2);
+            common, common_2);
         for (intptr_t j = 0; j < r; j++) {
             NAME(reachable_speeds_least_lanes)(above + NLANES * (i * r + j), below + NLANES * (i * r + j),
-    slopes + NLANES * (i * r + j), common, common_2, least);
+                slopes + NLANES * (i * r + j), common, common_2, least);
             for (intptr_t k = 0; k < r; k++)
                 NAME(reachable_speeds_least_2_lanes)(above + NLANES * (i * r + j), slopes + NLANES * (i * r + j),
-    least, below + NLANES * (i * r + k), slopes + NLANES * (i * r + k), least);
+                    least, below + NLANES * (i * r + k), slopes + NLANES * (i * r + k), least);
             NAME(reachable_speeds_best_lanes)(best, least, best);
         }
         NAME(reachable_speeds_result_lanes)(best, out + NLANES * i);
@@ -203,7 +203,7 @@ void NAME(fastest_speeds)(intptr_t n, intptr_t r, const REAL *above, const REAL 
         NAME(fastest_speeds_least)(i > 0 ? out_0[i - 1] : state_0_start, after[i], steps[i], &least);
         for (intptr_t j = 0; j < r; j++)
             NAME(fastest_speeds_least_2)(i > 0 ? out_0[i - 1] : state_0_start, least, above[i * r + j],
-    slopes[i * r + j], &least);
+                slopes[i * r + j], &least);
         NAME(fastest_speeds_result)(i > 0 ? out_0[i - 1] : state_0_start, after[i], steps[i], least, out_0 + i);
         COPY(1, &least, out_1 + i);
     }
@@ -217,12 +217,12 @@ static INLINE WORD NAME(fastest_speeds_lanes)(intptr_t n, intptr_t r, const REAL
     COPY(NLANES, first, state_0_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(fastest_speeds_least_lanes)(i > 0 ? out_0 + NLANES * (i - 1) : state_0_start, after + NLANES * i,
-    steps + NLANES * i, least);
+            steps + NLANES * i, least);
         for (intptr_t j = 0; j < r; j++)
             NAME(fastest_speeds_least_2_lanes)(i > 0 ? out_0 + NLANES * (i - 1) : state_0_start, least,
-    above + NLANES * (i * r + j), slopes + NLANES * (i * r + j), least);
+                above + NLANES * (i * r + j), slopes + NLANES * (i * r + j), least);
         NAME(fastest_speeds_result_lanes)(i > 0 ? out_0 + NLANES * (i - 1) : state_0_start, after + NLANES * i,
-    steps + NLANES * i, least, out_0 + NLANES * i);
+            steps + NLANES * i, least, out_0 + NLANES * i);
         COPY(NLANES, least, out_1 + NLANES * i);
     }
     return 0;

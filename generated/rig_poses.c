@@ -2,7 +2,7 @@
 // command: gac generate --all rig_poses
 // spec: e1a71a74c8acff9e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 912882033fb5ba29638379528778668ceac7636b3567bf921cf2cfd97eb6ced7
+// body: add0bb6647b5b3e1c24672d32012f7a77c37cc3a9c79ff501195bec32dd59240
 
 #ifndef REAL
 #include "rig_poses.h"
@@ -1207,25 +1207,25 @@ void NAME(descend_rig_pose)(intptr_t n, const REAL *pose, const REAL *places, co
 {
     (void)work;
     REAL now_carry_best[7], now_carry_following[7], now_carry_table[21], now_carry_slope[6], now_carry_cost,
-    now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[7],
-    next_now_carry_following[7], next_now_carry_table[21], next_now_carry_slope[6], next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[28], common, common_2,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10;
+        now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[7],
+        next_now_carry_following[7], next_now_carry_table[21], next_now_carry_slope[6], next_now_carry_cost,
+        next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[28], common, common_2,
+        common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10;
     NAME(descend_rig_pose_now_carry_best)(pose, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged,
-    &steps);
+        now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged,
+        &converged, &steps);
     NAME(descend_rig_pose_common)(limit, &common_10);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_rig_pose_sum_start)(sum);
         NAME(descend_rig_pose_common_2)(now_carry_following, &common, &common_2, &common_3, &common_4, &common_5,
-    &common_6, &common_7, &common_8, &common_9);
+            &common_6, &common_7, &common_8, &common_9);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_rig_pose_sum)(limit, now_carry_following, sum, places + 3 * j, sights + 14 * j, common,
-    common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, sum);
+                common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, sum);
         NAME(descend_rig_pose_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
-    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+            &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
         NAME(descend_rig_pose_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(7, next_now_carry_best, now_carry_best);
         COPY(7, next_now_carry_following, now_carry_following);
@@ -1240,24 +1240,25 @@ void NAME(descend_rig_pose)(intptr_t n, const REAL *pose, const REAL *places, co
             break;
     }
     NAME(descend_rig_pose_result)(pose, at_most, now_carry_best, now_carry_table, now_carry_slope, now_carry_cost,
-    now_steps, now_converged, out_0, out_1, out_2);
+        now_steps, now_converged, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(descend_rig_pose_lanes)(intptr_t n, const REAL *pose, const REAL *places,
     const REAL *sights, const REAL *limit, const REAL *at_most, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL now_carry_best[7 * NLANES], now_carry_following[7 * NLANES], now_carry_table[21 * NLANES],
-    now_carry_slope[6 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
-    now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[7 * NLANES],
-    next_now_carry_following[7 * NLANES], next_now_carry_table[21 * NLANES], next_now_carry_slope[6 * NLANES],
-    next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
-    next_now_steps[NLANES], next_now_converged[NLANES], sum[28 * NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
-    common_9[NLANES], common_10[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[21 * NLANES],
-    gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES],
-    gac_kept_8[NLANES];
+        now_carry_slope[6 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
+        now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[7 * NLANES],
+        next_now_carry_following[7 * NLANES], next_now_carry_table[21 * NLANES], next_now_carry_slope[6 * NLANES],
+        next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
+        next_now_steps[NLANES], next_now_converged[NLANES], sum[28 * NLANES], common[NLANES], common_2[NLANES],
+        common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
+        common_9[NLANES], common_10[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES],
+        gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
+        gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_rig_pose_now_carry_best_lanes)(pose, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+        now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged,
+        steps);
     NAME(descend_rig_pose_common_lanes)(limit, common_10);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 7 * NLANES, now_carry_best, gac_kept_0);
@@ -1271,15 +1272,15 @@ static INLINE WORD NAME(descend_rig_pose_lanes)(intptr_t n, const REAL *pose, co
         KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_rig_pose_sum_start_lanes)(sum);
         NAME(descend_rig_pose_common_2_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
-    common_6, common_7, common_8, common_9);
+            common_6, common_7, common_8, common_9);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_rig_pose_sum_lanes)(limit, now_carry_following, sum, places + 3 * NLANES * j,
-    sights + 14 * NLANES * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
-    common_9, common_10, sum);
+                sights + 14 * NLANES * j, common, common_2, common_3, common_4, common_5, common_6, common_7,
+                common_8, common_9, common_10, sum);
         NAME(descend_rig_pose_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+            next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
         NAME(descend_rig_pose_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(7 * NLANES, next_now_carry_best, now_carry_best);
         COPY(7 * NLANES, next_now_carry_following, now_carry_following);
@@ -1303,7 +1304,7 @@ static INLINE WORD NAME(descend_rig_pose_lanes)(intptr_t n, const REAL *pose, co
             break;
     }
     NAME(descend_rig_pose_result_lanes)(pose, at_most, now_carry_best, now_carry_table, now_carry_slope,
-    now_carry_cost, now_steps, now_converged, out_0, out_1, out_2);
+        now_carry_cost, now_steps, now_converged, out_0, out_1, out_2);
     return 0;
 }
 

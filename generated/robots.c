@@ -2,7 +2,7 @@
 // command: gac generate --all robots
 // spec: afbecdb7af0c9c82
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 3b3f64ecfa3269d930e4349e64e1efaaa406b7ede58b52c93509a9e34510bd66
+// body: 84a35c1e3c9fbdfb391e61e252a64b6c119dcbbcfe5d3847ff30f89944b4e3e9
 
 #ifndef REAL
 #include "robots.h"
@@ -224,38 +224,37 @@ static INLINE void NAME(forward_all_within)(intptr_t k, intptr_t n, intptr_t c, 
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, rotor[4], place[3], pose_rotor_start[4],
-    pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    mapped[8];
+        pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        mapped[8];
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_rotor_start)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_all_rotor)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
+            q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
     NAME(forward_all_pose_rotor_start)(rotor, place, pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(forward_all_mapped)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, home_rotors + 4 * i,
-    home_places + 3 * i, mapped);
+            home_places + 3 * i, mapped);
         NAME(forward_all_result)(mapped, out + 8 * i);
     }
 }
 
-FUSED(forward_all, (intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents,
-    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const REAL *home_rotors, const REAL *home_places, const int64_t *base, REAL *out,
-    REAL *work), (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, home_rotors, home_places,
-    base, out, work))
+FUSED(forward_all, (intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents, const int64_t
+    *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
+    const REAL *home_rotors, const REAL *home_places, const int64_t *base, REAL *out, REAL *work), (k, n, c, q,
+    parents, variables, ratios, offsets, places, screws, turns, home_rotors, home_places, base, out, work))
 void NAME(forward_all)(intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
     const REAL *turns, const REAL *home_rotors, const REAL *home_places, const int64_t *base, REAL *out, REAL *work)
 {
     RUN(forward_all, (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, home_rotors,
-    home_places, base, out, work), (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns,
-    home_rotors, home_places, base, out, work));
+        home_places, base, out, work), (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns,
+        home_rotors, home_places, base, out, work));
 }
 
 static INLINE WORD NAME(forward_all_lanes)(intptr_t k, intptr_t n, intptr_t c, const REAL *q,
@@ -265,23 +264,25 @@ static INLINE WORD NAME(forward_all_lanes)(intptr_t k, intptr_t n, intptr_t c, c
 {
     (void)k;
     _Alignas(64) REAL rotor[4 * NLANES], place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], mapped[8 * NLANES];
+        pose_place_start[3 * NLANES], mapped[8 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_rotor_start_lanes)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_all_rotor_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
-    q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor, place);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
+            q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor,
+            place);
     NAME(forward_all_pose_rotor_start_lanes)(rotor, place, pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(forward_all_mapped_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    home_rotors + 4 * i, home_places + 3 * i, mapped);
+            home_rotors + 4 * i, home_places + 3 * i, mapped);
         NAME(forward_all_result_lanes)(mapped, out + 8 * NLANES * i);
     }
     return far;
@@ -386,24 +387,24 @@ static INLINE void NAME(forward_within)(intptr_t k, intptr_t n, intptr_t c, cons
     NAME(forward_all_rotor_start)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_all_rotor)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
+            q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
     NAME(forward_all_pose_rotor_start)(rotor, place, pose_rotor, pose_place);
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_pose_rotor)(pose_rotor, pose_place, q[variables[i]], ratios[i], offsets[i], places + 3 * i,
-    screws + 6 * i, turns[i], pose_rotor, pose_place, NULL);
+            screws + 6 * i, turns[i], pose_rotor, pose_place, NULL);
     NAME(forward_result)(tool, pose_rotor, pose_place, out);
 }
 
 FUSED(forward, (intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *variables, const REAL *ratios,
-    const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const REAL *tool,
-    const int64_t *base, REAL *out, REAL *work), (k, n, c, q, variables, ratios, offsets, places, screws, turns,
-    tool, base, out, work))
+    const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const REAL *tool, const int64_t
+    *base, REAL *out, REAL *work),
+    (k, n, c, q, variables, ratios, offsets, places, screws, turns, tool, base, out, work))
 void NAME(forward)(intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *variables, const REAL *ratios,
     const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const REAL *tool,
     const int64_t *base, REAL *out, REAL *work)
 {
-    RUN(forward, (k, n, c, q, variables, ratios, offsets, places, screws, turns, tool, base, out, work), (k, n, c,
-    q, variables, ratios, offsets, places, screws, turns, tool, base, out, work));
+    RUN(forward, (k, n, c, q, variables, ratios, offsets, places, screws, turns, tool, base, out, work),
+        (k, n, c, q, variables, ratios, offsets, places, screws, turns, tool, base, out, work));
 }
 
 static INLINE WORD NAME(forward_lanes)(intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *variables,
@@ -416,12 +417,13 @@ static INLINE WORD NAME(forward_lanes)(intptr_t k, intptr_t n, intptr_t c, const
     NAME(forward_all_rotor_start_lanes)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_all_rotor_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
-    q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor, place);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
+            q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor,
+            place);
     NAME(forward_all_pose_rotor_start_lanes)(rotor, place, pose_rotor, pose_place);
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_pose_rotor_lanes)(pose_rotor, pose_place, q + NLANES * variables[i], ratios + i,
-    offsets + i, places + 3 * i, screws + 6 * i, turns + i, pose_rotor, pose_place);
+            offsets + i, places + 3 * i, screws + 6 * i, turns + i, pose_rotor, pose_place);
     NAME(forward_result_lanes)(tool, pose_rotor, pose_place, out);
     return far;
 }
@@ -747,12 +749,12 @@ static INLINE void NAME(jacobian_within)(intptr_t k, intptr_t n, intptr_t c, int
 {
     (void)k, (void)rates;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, value[4], pose_rotor_start[4],
-    pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    rotor[4], place[3], column[6], common, common_2, common_3, *const columns_of_base = pose_place_2 + 3 * n,
-    common_4, common_5, common_6, row[6], row_2[6], row_3[6], row_4[6], row_5[6], row_6[6];
+        pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        rotor[4], place[3], column[6], common, common_2, common_3, *const columns_of_base = pose_place_2 + 3 * n,
+        common_4, common_5, common_6, row[6], row_2[6], row_3[6], row_4[6], row_5[6], row_6[6];
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(jacobian_value_start)(value);
     for (intptr_t i = 0; i < c; i++)
         NAME(jacobian_value)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]], value);
@@ -760,22 +762,22 @@ static INLINE void NAME(jacobian_within)(intptr_t k, intptr_t n, intptr_t c, int
     NAME(jacobian_pose_rotor_start)(value, rotor, place);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(i > 0 ? pose_rotor_2 + 4 * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
+            pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(forward_all_pose_rotor_start)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, rotor, place);
     }
     NAME(jacobian_common)(tip, rotor, place, &common, &common_2, &common_3);
     CLEAR(6 * m, out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(jacobian_column)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, ratios[i], common,
-    common_2, common_3, column);
+            common_2, common_3, column);
         if (coordinates[i] >= 0)
             ADD(6, column, out + 6 * coordinates[i]);
     }
     NAME(jacobian_common_2)(tip, rotor, place, &common_4, &common_5, &common_6);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_columns_of_base)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    common_4, common_5, common_6, columns_of_base + 36 * i);
+            common_4, common_5, common_6, columns_of_base + 36 * i);
         NAME(jacobian_row)(columns_of_base + 36 * i, row);
         if (freedoms[6 * i] >= 0)
             ADD(6, row, out + 6 * (freedoms[6 * i]));
@@ -807,19 +809,19 @@ static INLINE void NAME(jacobian_within)(intptr_t k, intptr_t n, intptr_t c, int
     }
 }
 
-FUSED(jacobian, (intptr_t k, intptr_t n, intptr_t c, intptr_t m, const REAL *q, const int64_t *variables,
-    const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
-    const int64_t *coordinates, const REAL *tip, const int64_t *base, const int64_t *freedoms, const REAL *rates,
-    REAL *out, REAL *work), (k, n, c, m, q, variables, ratios, offsets, places, screws, turns, coordinates, tip,
-    base, freedoms, rates, out, work))
+FUSED(jacobian, (intptr_t k, intptr_t n, intptr_t c, intptr_t m, const REAL *q, const int64_t *variables, const REAL
+    *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const int64_t
+    *coordinates, const REAL *tip, const int64_t *base, const int64_t *freedoms, const REAL *rates, REAL *out, REAL
+    *work), (k, n, c, m, q, variables, ratios, offsets, places, screws, turns, coordinates, tip, base, freedoms,
+    rates, out, work))
 void NAME(jacobian)(intptr_t k, intptr_t n, intptr_t c, intptr_t m, const REAL *q, const int64_t *variables,
     const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
     const int64_t *coordinates, const REAL *tip, const int64_t *base, const int64_t *freedoms, const REAL *rates,
     REAL *out, REAL *work)
 {
     RUN(jacobian, (k, n, c, m, q, variables, ratios, offsets, places, screws, turns, coordinates, tip, base,
-    freedoms, rates, out, work), (k, n, c, m, q, variables, ratios, offsets, places, screws, turns, coordinates,
-    tip, base, freedoms, rates, out, work));
+        freedoms, rates, out, work), (k, n, c, m, q, variables, ratios, offsets, places, screws, turns, coordinates,
+        tip, base, freedoms, rates, out, work));
 }
 
 static INLINE WORD NAME(jacobian_lanes)(intptr_t k, intptr_t n, intptr_t c, intptr_t m, const REAL *q,
@@ -830,39 +832,39 @@ static INLINE WORD NAME(jacobian_lanes)(intptr_t k, intptr_t n, intptr_t c, intp
 {
     (void)k, (void)rates;
     _Alignas(64) REAL value[4 * NLANES], pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES],
-    rotor[4 * NLANES], place[3 * NLANES], column[6 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES],
-    common_4[NLANES], common_5[NLANES], common_6[NLANES], row[6 * NLANES], row_2[6 * NLANES], row_3[6 * NLANES],
-    row_4[6 * NLANES], row_5[6 * NLANES], row_6[6 * NLANES];
+        rotor[4 * NLANES], place[3 * NLANES], column[6 * NLANES], common[NLANES], common_2[NLANES],
+        common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], row[6 * NLANES], row_2[6 * NLANES],
+        row_3[6 * NLANES], row_4[6 * NLANES], row_5[6 * NLANES], row_6[6 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(jacobian_value_start_lanes)(value);
     for (intptr_t i = 0; i < c; i++)
         NAME(jacobian_value_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
     NAME(jacobian_pose_rotor_start_lanes)(value, pose_rotor_start, pose_place_start);
     NAME(jacobian_pose_rotor_start_lanes)(value, rotor, place);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2_lanes)(i > 0 ? pose_rotor_2 + 4 * NLANES * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+            i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
+            pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    rotor, place);
+            rotor, place);
     }
     NAME(jacobian_common_lanes)(tip, rotor, place, common, common_2, common_3);
     CLEAR(6 * NLANES * m, out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(jacobian_column_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
-    ratios + i, common, common_2, common_3, column);
+            ratios + i, common, common_2, common_3, column);
         if (coordinates[i] >= 0)
             ADD(6 * NLANES, column, out + 6 * NLANES * coordinates[i]);
     }
     NAME(jacobian_common_2_lanes)(tip, rotor, place, common_4, common_5, common_6);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_columns_of_base_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common_4, common_5, common_6,
-    columns_of_base + 36 * NLANES * i);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common_4, common_5, common_6,
+            columns_of_base + 36 * NLANES * i);
         NAME(jacobian_row_lanes)(columns_of_base + 36 * NLANES * i, row);
         if (freedoms[6 * i] >= 0)
             ADD(6 * NLANES, row, out + 6 * NLANES * (freedoms[6 * i]));
@@ -1267,20 +1269,21 @@ static INLINE void NAME(jacobian_rate_within)(intptr_t k, intptr_t n, intptr_t m
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, value[4], pose_rotor_start[4],
-    pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    rotor[4], place[3], *const to_parent = pose_place_2 + 3 * n, value_2[6], carrier_0_start[6], carrier_1_start[6],
-    *const carrier_0 = to_parent + 6 * n, *const carrier_1 = carrier_0 + 6 * n, value_3[6], column[6], common,
-    common_2, common_3, common_4, common_5, common_6, *const columns_of_base = carrier_1 + 6 * n, common_7[6],
-    row[6], row_2[6], row_3[6], row_4[6], row_5[6], row_6[6];
+        pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        rotor[4], place[3], *const to_parent = pose_place_2 + 3 * n, value_2[6], carrier_0_start[6],
+        carrier_1_start[6], *const carrier_0 = to_parent + 6 * n, *const carrier_1 = carrier_0 + 6 * n, value_3[6],
+        column[6], common, common_2, common_3, common_4, common_5, common_6,
+        *const columns_of_base = carrier_1 + 6 * n, common_7[6], row[6], row_2[6], row_3[6], row_4[6], row_5[6],
+        row_6[6];
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(jacobian_value_start)(value);
     NAME(jacobian_rate_value_start)(value_2);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_value)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]], value);
         NAME(jacobian_rate_value)(qd[freedoms[6 * i]], qd[freedoms[6 * i + 1]], qd[freedoms[6 * i + 2]],
-    qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
+            qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
     }
     NAME(jacobian_pose_rotor_start)(value, pose_rotor_start, pose_place_start);
     NAME(jacobian_pose_rotor_start)(value, rotor, place);
@@ -1288,28 +1291,29 @@ static INLINE void NAME(jacobian_rate_within)(intptr_t k, intptr_t n, intptr_t m
     NAME(jacobian_rate_value_2)(value, value_2, value_3);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(i > 0 ? pose_rotor_2 + 4 * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
+            pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(forward_all_pose_rotor_start)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, rotor, place);
         NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
-    to_parent + 6 * i);
+            to_parent + 6 * i);
         NAME(jacobian_rate_carrier)(i > 0 ? carrier_0 + 6 * (i - 1) : carrier_0_start, to_parent + 6 * i,
-    qd[coordinates[i]], ratios[i], carrier_0 + 6 * i, carrier_1 + 6 * i);
+            qd[coordinates[i]], ratios[i], carrier_0 + 6 * i, carrier_1 + 6 * i);
         NAME(jacobian_rate_value_3)(carrier_0 + 6 * i, value_3);
     }
     NAME(jacobian_rate_common)(tip, rotor, place, value_3, &common, &common_2, &common_3, &common_4, &common_5,
-    &common_6);
+        &common_6);
     CLEAR(6 * m, out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(jacobian_rate_column)(to_parent + 6 * i, carrier_1 + 6 * i, ratios[i], common, common_2, common_3,
-    common_4, common_5, common_6, column);
+            common_4, common_5, common_6, column);
         if (coordinates[i] >= 0)
             ADD(6, column, out + 6 * coordinates[i]);
     }
     NAME(jacobian_rate_value_2)(value, value_2, common_7);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_rate_columns_of_base)(common, common_2, common_3, common_4, common_5, common_6,
-    q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]], common_7, columns_of_base + 36 * i);
+            q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]], common_7,
+            columns_of_base + 36 * i);
         NAME(jacobian_row)(columns_of_base + 36 * i, row);
         if (freedoms[6 * i] >= 0)
             ADD(6, row, out + 6 * (freedoms[6 * i]));
@@ -1341,19 +1345,19 @@ static INLINE void NAME(jacobian_rate_within)(intptr_t k, intptr_t n, intptr_t m
     }
 }
 
-FUSED(jacobian_rate, (intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *variables,
-    const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
-    const int64_t *coordinates, const REAL *tip, const REAL *qd, const int64_t *base, const int64_t *freedoms,
-    REAL *out, REAL *work), (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd,
-    base, freedoms, out, work))
+FUSED(jacobian_rate, (intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *variables, const
+    REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const int64_t
+    *coordinates, const REAL *tip, const REAL *qd, const int64_t *base, const int64_t *freedoms, REAL *out, REAL
+    *work), (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd, base, freedoms,
+    out, work))
 void NAME(jacobian_rate)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *variables,
     const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
     const int64_t *coordinates, const REAL *tip, const REAL *qd, const int64_t *base, const int64_t *freedoms,
     REAL *out, REAL *work)
 {
     RUN(jacobian_rate, (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd,
-    base, freedoms, out, work), (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip,
-    qd, base, freedoms, out, work));
+        base, freedoms, out, work), (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates,
+        tip, qd, base, freedoms, out, work));
 }
 
 static INLINE WORD NAME(jacobian_rate_lanes)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q,
@@ -1364,22 +1368,23 @@ static INLINE WORD NAME(jacobian_rate_lanes)(intptr_t k, intptr_t n, intptr_t m,
 {
     (void)k;
     _Alignas(64) REAL value[4 * NLANES], pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES],
-    rotor[4 * NLANES], place[3 * NLANES], value_2[6 * NLANES], carrier_0_start[6 * NLANES],
-    carrier_1_start[6 * NLANES], value_3[6 * NLANES], column[6 * NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[6 * NLANES], row[6 * NLANES],
-    row_2[6 * NLANES], row_3[6 * NLANES], row_4[6 * NLANES], row_5[6 * NLANES], row_6[6 * NLANES];
+        rotor[4 * NLANES], place[3 * NLANES], value_2[6 * NLANES], carrier_0_start[6 * NLANES],
+        carrier_1_start[6 * NLANES], value_3[6 * NLANES], column[6 * NLANES], common[NLANES], common_2[NLANES],
+        common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[6 * NLANES],
+        row[6 * NLANES], row_2[6 * NLANES], row_3[6 * NLANES], row_4[6 * NLANES], row_5[6 * NLANES],
+        row_6[6 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(jacobian_value_start_lanes)(value);
     NAME(jacobian_rate_value_start_lanes)(value_2);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_value_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
         NAME(jacobian_rate_value_lanes)(qd + NLANES * (freedoms[6 * i]), qd + NLANES * (freedoms[6 * i + 1]),
-    qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]), qd + NLANES * (freedoms[6 * i + 4]),
-    qd + NLANES * (freedoms[6 * i + 5]), value_2);
+            qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]),
+            qd + NLANES * (freedoms[6 * i + 4]), qd + NLANES * (freedoms[6 * i + 5]), value_2);
     }
     NAME(jacobian_pose_rotor_start_lanes)(value, pose_rotor_start, pose_place_start);
     NAME(jacobian_pose_rotor_start_lanes)(value, rotor, place);
@@ -1387,31 +1392,31 @@ static INLINE WORD NAME(jacobian_rate_lanes)(intptr_t k, intptr_t n, intptr_t m,
     NAME(jacobian_rate_value_2_lanes)(value, value_2, value_3);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2_lanes)(i > 0 ? pose_rotor_2 + 4 * NLANES * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+            i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
+            pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    rotor, place);
+            rotor, place);
         NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    screws + 6 * i, to_parent + 6 * NLANES * i);
+            screws + 6 * i, to_parent + 6 * NLANES * i);
         NAME(jacobian_rate_carrier_lanes)(i > 0 ? carrier_0 + 6 * NLANES * (i - 1) : carrier_0_start,
-    to_parent + 6 * NLANES * i, qd + NLANES * coordinates[i], ratios + i, carrier_0 + 6 * NLANES * i,
-    carrier_1 + 6 * NLANES * i);
+            to_parent + 6 * NLANES * i, qd + NLANES * coordinates[i], ratios + i, carrier_0 + 6 * NLANES * i,
+            carrier_1 + 6 * NLANES * i);
         NAME(jacobian_rate_value_3_lanes)(carrier_0 + 6 * NLANES * i, value_3);
     }
     NAME(jacobian_rate_common_lanes)(tip, rotor, place, value_3, common, common_2, common_3, common_4, common_5,
-    common_6);
+        common_6);
     CLEAR(6 * NLANES * m, out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(jacobian_rate_column_lanes)(to_parent + 6 * NLANES * i, carrier_1 + 6 * NLANES * i, ratios + i, common,
-    common_2, common_3, common_4, common_5, common_6, column);
+            common_2, common_3, common_4, common_5, common_6, column);
         if (coordinates[i] >= 0)
             ADD(6 * NLANES, column, out + 6 * NLANES * coordinates[i]);
     }
     NAME(jacobian_rate_value_2_lanes)(value, value_2, common_7);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_rate_columns_of_base_lanes)(common, common_2, common_3, common_4, common_5, common_6,
-    q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]), q + NLANES * (base[8 * i + 2]),
-    q + NLANES * (base[8 * i + 3]), common_7, columns_of_base + 36 * NLANES * i);
+            q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]), q + NLANES * (base[8 * i + 2]),
+            q + NLANES * (base[8 * i + 3]), common_7, columns_of_base + 36 * NLANES * i);
         NAME(jacobian_row_lanes)(columns_of_base + 36 * NLANES * i, row);
         if (freedoms[6 * i] >= 0)
             ADD(6 * NLANES, row, out + 6 * NLANES * (freedoms[6 * i]));
@@ -1520,25 +1525,25 @@ static INLINE void NAME(velocity_within)(intptr_t k, intptr_t n, intptr_t m, int
 {
     (void)k, (void)m;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, value[4], pose_rotor_start[4],
-    pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    rotor[4], place[3], to_parent[6], value_2[6], twist[6];
+        pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        rotor[4], place[3], to_parent[6], value_2[6], twist[6];
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(jacobian_value_start)(value);
     NAME(jacobian_rate_value_start)(value_2);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_value)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]], value);
         NAME(jacobian_rate_value)(qd[freedoms[6 * i]], qd[freedoms[6 * i + 1]], qd[freedoms[6 * i + 2]],
-    qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
+            qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
     }
     NAME(jacobian_pose_rotor_start)(value, pose_rotor_start, pose_place_start);
     NAME(jacobian_pose_rotor_start)(value, rotor, place);
     NAME(jacobian_rate_value_2)(value, value_2, twist);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(i > 0 ? pose_rotor_2 + 4 * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
+            pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(forward_all_pose_rotor_start)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, rotor, place);
         NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent);
         NAME(velocity_twist)(twist, to_parent, qd[coordinates[i]], ratios[i], twist);
@@ -1546,19 +1551,19 @@ static INLINE void NAME(velocity_within)(intptr_t k, intptr_t n, intptr_t m, int
     NAME(velocity_result)(tip, rotor, place, twist, out);
 }
 
-FUSED(velocity, (intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *variables,
-    const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
-    const int64_t *coordinates, const REAL *tip, const REAL *qd, const int64_t *base, const int64_t *freedoms,
-    REAL *out, REAL *work), (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd,
-    base, freedoms, out, work))
+FUSED(velocity, (intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *variables, const REAL
+    *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const int64_t
+    *coordinates, const REAL *tip, const REAL *qd, const int64_t *base, const int64_t *freedoms, REAL *out, REAL
+    *work), (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd, base, freedoms,
+    out, work))
 void NAME(velocity)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *variables,
     const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
     const int64_t *coordinates, const REAL *tip, const REAL *qd, const int64_t *base, const int64_t *freedoms,
     REAL *out, REAL *work)
 {
     RUN(velocity, (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd, base,
-    freedoms, out, work), (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd,
-    base, freedoms, out, work));
+        freedoms, out, work), (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip,
+        qd, base, freedoms, out, work));
 }
 
 static INLINE WORD NAME(velocity_lanes)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q,
@@ -1568,31 +1573,31 @@ static INLINE WORD NAME(velocity_lanes)(intptr_t k, intptr_t n, intptr_t m, intp
 {
     (void)k, (void)m;
     _Alignas(64) REAL value[4 * NLANES], pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES],
-    rotor[4 * NLANES], place[3 * NLANES], to_parent[6 * NLANES], value_2[6 * NLANES], twist[6 * NLANES];
+        rotor[4 * NLANES], place[3 * NLANES], to_parent[6 * NLANES], value_2[6 * NLANES], twist[6 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(jacobian_value_start_lanes)(value);
     NAME(jacobian_rate_value_start_lanes)(value_2);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_value_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
         NAME(jacobian_rate_value_lanes)(qd + NLANES * (freedoms[6 * i]), qd + NLANES * (freedoms[6 * i + 1]),
-    qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]), qd + NLANES * (freedoms[6 * i + 4]),
-    qd + NLANES * (freedoms[6 * i + 5]), value_2);
+            qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]),
+            qd + NLANES * (freedoms[6 * i + 4]), qd + NLANES * (freedoms[6 * i + 5]), value_2);
     }
     NAME(jacobian_pose_rotor_start_lanes)(value, pose_rotor_start, pose_place_start);
     NAME(jacobian_pose_rotor_start_lanes)(value, rotor, place);
     NAME(jacobian_rate_value_2_lanes)(value, value_2, twist);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2_lanes)(i > 0 ? pose_rotor_2 + 4 * NLANES * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+            i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
+            pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    rotor, place);
+            rotor, place);
         NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    screws + 6 * i, to_parent);
+            screws + 6 * i, to_parent);
         NAME(velocity_twist_lanes)(twist, to_parent, qd + NLANES * coordinates[i], ratios + i, twist);
     }
     NAME(velocity_result_lanes)(tip, rotor, place, twist, out);
@@ -1746,49 +1751,49 @@ static INLINE void NAME(acceleration_within)(intptr_t k, intptr_t n, intptr_t m,
 {
     (void)k, (void)m;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, value[4], pose_rotor_start[4],
-    pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    rotor[4], place[3], to_parent[6], value_2[6], value_3[6], twist[6], rate[6];
+        pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        rotor[4], place[3], to_parent[6], value_2[6], value_3[6], twist[6], rate[6];
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(jacobian_value_start)(value);
     NAME(jacobian_rate_value_start)(value_2);
     NAME(jacobian_rate_value_start)(value_3);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_value)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]], value);
         NAME(jacobian_rate_value)(qd[freedoms[6 * i]], qd[freedoms[6 * i + 1]], qd[freedoms[6 * i + 2]],
-    qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
+            qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
         NAME(jacobian_rate_value)(qdd[freedoms[6 * i]], qdd[freedoms[6 * i + 1]], qdd[freedoms[6 * i + 2]],
-    qdd[freedoms[6 * i + 3]], qdd[freedoms[6 * i + 4]], qdd[freedoms[6 * i + 5]], value_3);
+            qdd[freedoms[6 * i + 3]], qdd[freedoms[6 * i + 4]], qdd[freedoms[6 * i + 5]], value_3);
     }
     NAME(jacobian_pose_rotor_start)(value, pose_rotor_start, pose_place_start);
     NAME(jacobian_pose_rotor_start)(value, rotor, place);
     NAME(acceleration_twist)(value, value_2, value_3, twist, rate);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(i > 0 ? pose_rotor_2 + 4 * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            i > 0 ? pose_place_2 + 3 * (i - 1) : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
+            pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(forward_all_pose_rotor_start)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, rotor, place);
         NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent);
         NAME(acceleration_twist_2)(twist, rate, to_parent, qd[coordinates[i]], qdd[coordinates[i]], ratios[i],
-    twist, rate);
+            twist, rate);
     }
     NAME(acceleration_result)(tip, rotor, place, twist, rate, out);
 }
 
-FUSED(acceleration, (intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *variables,
-    const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
-    const int64_t *coordinates, const REAL *tip, const REAL *qd, const REAL *qdd, const int64_t *base,
-    const int64_t *freedoms, REAL *out, REAL *work), (k, n, m, c, q, variables, ratios, offsets, places, screws,
-    turns, coordinates, tip, qd, qdd, base, freedoms, out, work))
+FUSED(acceleration, (intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *variables, const
+    REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const int64_t
+    *coordinates, const REAL *tip, const REAL *qd, const REAL *qdd, const int64_t *base, const int64_t *freedoms,
+    REAL *out, REAL *work), (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd,
+    qdd, base, freedoms, out, work))
 void NAME(acceleration)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *variables,
     const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
     const int64_t *coordinates, const REAL *tip, const REAL *qd, const REAL *qdd, const int64_t *base,
     const int64_t *freedoms, REAL *out, REAL *work)
 {
     RUN(acceleration, (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip, qd, qdd,
-    base, freedoms, out, work), (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates, tip,
-    qd, qdd, base, freedoms, out, work));
+        base, freedoms, out, work), (k, n, m, c, q, variables, ratios, offsets, places, screws, turns, coordinates,
+        tip, qd, qdd, base, freedoms, out, work));
 }
 
 static INLINE WORD NAME(acceleration_lanes)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q,
@@ -1799,38 +1804,38 @@ static INLINE WORD NAME(acceleration_lanes)(intptr_t k, intptr_t n, intptr_t m, 
 {
     (void)k, (void)m;
     _Alignas(64) REAL value[4 * NLANES], pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES],
-    rotor[4 * NLANES], place[3 * NLANES], to_parent[6 * NLANES], value_2[6 * NLANES], value_3[6 * NLANES],
-    twist[6 * NLANES], rate[6 * NLANES];
+        rotor[4 * NLANES], place[3 * NLANES], to_parent[6 * NLANES], value_2[6 * NLANES], value_3[6 * NLANES],
+        twist[6 * NLANES], rate[6 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(jacobian_value_start_lanes)(value);
     NAME(jacobian_rate_value_start_lanes)(value_2);
     NAME(jacobian_rate_value_start_lanes)(value_3);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_value_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
         NAME(jacobian_rate_value_lanes)(qd + NLANES * (freedoms[6 * i]), qd + NLANES * (freedoms[6 * i + 1]),
-    qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]), qd + NLANES * (freedoms[6 * i + 4]),
-    qd + NLANES * (freedoms[6 * i + 5]), value_2);
+            qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]),
+            qd + NLANES * (freedoms[6 * i + 4]), qd + NLANES * (freedoms[6 * i + 5]), value_2);
         NAME(jacobian_rate_value_lanes)(qdd + NLANES * (freedoms[6 * i]), qdd + NLANES * (freedoms[6 * i + 1]),
-    qdd + NLANES * (freedoms[6 * i + 2]), qdd + NLANES * (freedoms[6 * i + 3]),
-    qdd + NLANES * (freedoms[6 * i + 4]), qdd + NLANES * (freedoms[6 * i + 5]), value_3);
+            qdd + NLANES * (freedoms[6 * i + 2]), qdd + NLANES * (freedoms[6 * i + 3]),
+            qdd + NLANES * (freedoms[6 * i + 4]), qdd + NLANES * (freedoms[6 * i + 5]), value_3);
     }
     NAME(jacobian_pose_rotor_start_lanes)(value, pose_rotor_start, pose_place_start);
     NAME(jacobian_pose_rotor_start_lanes)(value, rotor, place);
     NAME(acceleration_twist_lanes)(value, value_2, value_3, twist, rate);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2_lanes)(i > 0 ? pose_rotor_2 + 4 * NLANES * (i - 1) : pose_rotor_start,
-    i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+            i > 0 ? pose_place_2 + 3 * NLANES * (i - 1) : pose_place_start, pose_rotor + 4 * NLANES * i,
+            pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
         NAME(forward_all_pose_rotor_start_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    rotor, place);
+            rotor, place);
         NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    screws + 6 * i, to_parent);
+            screws + 6 * i, to_parent);
         NAME(acceleration_twist_2_lanes)(twist, rate, to_parent, qd + NLANES * coordinates[i],
-    qdd + NLANES * coordinates[i], ratios + i, twist, rate);
+            qdd + NLANES * coordinates[i], ratios + i, twist, rate);
     }
     NAME(acceleration_result_lanes)(tip, rotor, place, twist, rate, out);
     return far;
@@ -1860,33 +1865,33 @@ static INLINE void NAME(twists_of_joints_within)(intptr_t k, intptr_t n, intptr_
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, rotor[4], place[3], pose_rotor_start[4],
-    pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
+        pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_rotor_start)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_all_rotor)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
+            q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
     NAME(forward_all_pose_rotor_start)(rotor, place, pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, out + 6 * i);
     }
 }
 
-FUSED(twists_of_joints, (intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents,
-    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const int64_t *base, REAL *out, REAL *work), (k, n, c, q, parents, variables, ratios,
-    offsets, places, screws, turns, base, out, work))
+FUSED(twists_of_joints, (intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents, const int64_t
+    *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
+    const int64_t *base, REAL *out, REAL *work),
+    (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, base, out, work))
 void NAME(twists_of_joints)(intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
     const REAL *turns, const int64_t *base, REAL *out, REAL *work)
 {
     RUN(twists_of_joints, (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, base, out, work),
-    (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, base, out, work));
+        (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, base, out, work));
 }
 
 static INLINE WORD NAME(twists_of_joints_lanes)(intptr_t k, intptr_t n, intptr_t c, const REAL *q,
@@ -1896,23 +1901,25 @@ static INLINE WORD NAME(twists_of_joints_lanes)(intptr_t k, intptr_t n, intptr_t
 {
     (void)k;
     _Alignas(64) REAL rotor[4 * NLANES], place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES];
+        pose_place_start[3 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_rotor_start_lanes)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_all_rotor_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
-    q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor, place);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
+            q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor,
+            place);
     NAME(forward_all_pose_rotor_start_lanes)(rotor, place, pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    screws + 6 * i, out + 6 * NLANES * i);
+            screws + 6 * i, out + 6 * NLANES * i);
     }
     return far;
 }
@@ -2197,21 +2204,22 @@ static INLINE void NAME(mass_matrix_within)(intptr_t k, intptr_t n, intptr_t p, 
 {
     (void)k, (void)rates;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
-    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    *const to_parent = pose_place_2 + 3 * n, *const placed = to_parent + 6 * n, *const carried = placed + 10 * n,
-    *const value = carried + 10 * n, *const momentum_of = value + 10 * n, *const mapped = momentum_of + 6 * n,
-    *const of_joint = mapped + p, value_2[10], *const mapped_2 = of_joint + 6 * f, row, row_2, row_3, row_4, row_5,
-    row_6, row_7, row_8, row_9, row_10, row_11, row_12, row_13, row_14, row_15, row_16, row_17, row_18;
+        *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        *const to_parent = pose_place_2 + 3 * n, *const placed = to_parent + 6 * n,
+        *const carried = placed + 10 * n, *const value = carried + 10 * n, *const momentum_of = value + 10 * n,
+        *const mapped = momentum_of + 6 * n, *const of_joint = mapped + p, value_2[10],
+        *const mapped_2 = of_joint + 6 * f, row, row_2, row_3, row_4, row_5, row_6, row_7, row_8, row_9, row_10,
+        row_11, row_12, row_13, row_14, row_15, row_16, row_17, row_18;
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_rotor_start)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
-    to_parent + 6 * i);
+            to_parent + 6 * i);
         NAME(mass_matrix_placed)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, placed + 10 * i);
     }
     CLEAR(10 * n, carried);
@@ -2224,7 +2232,7 @@ static INLINE void NAME(mass_matrix_within)(intptr_t k, intptr_t n, intptr_t p, 
     CLEAR(m * m, out);
     for (intptr_t i = 0; i < p; i++) {
         NAME(mass_matrix_mapped)(momentum_of + 6 * lower[i], to_parent + 6 * upper[i], factors[i], armature[i],
-    mapped + i);
+            mapped + i);
         if (rows[i] >= 0 && columns[i] >= 0)
             ADD(1, mapped + i, out + (rows[i] * m + columns[i]));
     }
@@ -2329,16 +2337,15 @@ static INLINE void NAME(mass_matrix_within)(intptr_t k, intptr_t n, intptr_t p, 
     }
 }
 
-FUSED(mass_matrix, (intptr_t k, intptr_t n, intptr_t p, intptr_t c, intptr_t e, intptr_t f, intptr_t m,
-    const REAL *q, const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets,
-    const REAL *places, const REAL *screws, const REAL *turns, const REAL *inertias, const int64_t *lower,
-    const int64_t *upper, const int64_t *rows, const int64_t *columns, const int64_t *mirrored, const REAL *factors,
-    const REAL *armature, const int64_t *trunk, const REAL *units, const int64_t *unit_freedoms,
-    const int64_t *own_freedoms, const int64_t *moved, const int64_t *moved_coordinates,
-    const int64_t *moved_freedoms, const REAL *rates, REAL *out, REAL *work), (k, n, p, c, e, f, m, q, parents,
-    variables, ratios, offsets, places, screws, turns, inertias, lower, upper, rows, columns, mirrored, factors,
-    armature, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms, rates, out,
-    work))
+FUSED(mass_matrix, (intptr_t k, intptr_t n, intptr_t p, intptr_t c, intptr_t e, intptr_t f, intptr_t m, const REAL
+    *q, const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL
+    *places, const REAL *screws, const REAL *turns, const REAL *inertias, const int64_t *lower, const int64_t
+    *upper, const int64_t *rows, const int64_t *columns, const int64_t *mirrored, const REAL *factors, const REAL
+    *armature, const int64_t *trunk, const REAL *units, const int64_t *unit_freedoms, const int64_t *own_freedoms,
+    const int64_t *moved, const int64_t *moved_coordinates, const int64_t *moved_freedoms, const REAL *rates, REAL
+    *out, REAL *work), (k, n, p, c, e, f, m, q, parents, variables, ratios, offsets, places, screws, turns,
+    inertias, lower, upper, rows, columns, mirrored, factors, armature, trunk, units, unit_freedoms, own_freedoms,
+    moved, moved_coordinates, moved_freedoms, rates, out, work))
 void NAME(mass_matrix)(intptr_t k, intptr_t n, intptr_t p, intptr_t c, intptr_t e, intptr_t f, intptr_t m,
     const REAL *q, const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets,
     const REAL *places, const REAL *screws, const REAL *turns, const REAL *inertias, const int64_t *lower,
@@ -2348,10 +2355,10 @@ void NAME(mass_matrix)(intptr_t k, intptr_t n, intptr_t p, intptr_t c, intptr_t 
     const int64_t *moved_freedoms, const REAL *rates, REAL *out, REAL *work)
 {
     RUN(mass_matrix, (k, n, p, c, e, f, m, q, parents, variables, ratios, offsets, places, screws, turns, inertias,
-    lower, upper, rows, columns, mirrored, factors, armature, trunk, units, unit_freedoms, own_freedoms, moved,
-    moved_coordinates, moved_freedoms, rates, out, work), (k, n, p, c, e, f, m, q, parents, variables, ratios,
-    offsets, places, screws, turns, inertias, lower, upper, rows, columns, mirrored, factors, armature, trunk,
-    units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms, rates, out, work));
+        lower, upper, rows, columns, mirrored, factors, armature, trunk, units, unit_freedoms, own_freedoms, moved,
+        moved_coordinates, moved_freedoms, rates, out, work), (k, n, p, c, e, f, m, q, parents, variables, ratios,
+        offsets, places, screws, turns, inertias, lower, upper, rows, columns, mirrored, factors, armature, trunk,
+        units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms, rates, out, work));
 }
 
 static INLINE WORD NAME(mass_matrix_lanes)(intptr_t k, intptr_t n, intptr_t p, intptr_t c, intptr_t e, intptr_t f,
@@ -2366,22 +2373,23 @@ static INLINE WORD NAME(mass_matrix_lanes)(intptr_t k, intptr_t n, intptr_t p, i
 {
     (void)k, (void)rates;
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value_2[10 * NLANES], row[NLANES],
-    row_2[NLANES], row_3[NLANES], row_4[NLANES], row_5[NLANES], row_6[NLANES], row_7[NLANES], row_8[NLANES],
-    row_9[NLANES], row_10[NLANES], row_11[NLANES], row_12[NLANES], row_13[NLANES], row_14[NLANES], row_15[NLANES],
-    row_16[NLANES], row_17[NLANES], row_18[NLANES];
+        row_2[NLANES], row_3[NLANES], row_4[NLANES], row_5[NLANES], row_6[NLANES], row_7[NLANES], row_8[NLANES],
+        row_9[NLANES], row_10[NLANES], row_11[NLANES], row_12[NLANES], row_13[NLANES], row_14[NLANES],
+        row_15[NLANES], row_16[NLANES], row_17[NLANES], row_18[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    screws + 6 * i, to_parent + 6 * NLANES * i);
+            screws + 6 * i, to_parent + 6 * NLANES * i);
         NAME(mass_matrix_placed_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
-    pose_place_2 + 3 * NLANES * i, placed + 10 * NLANES * i);
+            pose_place_2 + 3 * NLANES * i, placed + 10 * NLANES * i);
     }
     CLEAR(10 * NLANES * n, carried);
     for (intptr_t i = n; i-- > 0;) {
@@ -2389,12 +2397,12 @@ static INLINE WORD NAME(mass_matrix_lanes)(intptr_t k, intptr_t n, intptr_t p, i
         if (parents[i] >= 0)
             ADD(10 * NLANES, value + 10 * NLANES * i, carried + 10 * NLANES * parents[i]);
         NAME(mass_matrix_momentum_of_lanes)(value + 10 * NLANES * i, to_parent + 6 * NLANES * i,
-    momentum_of + 6 * NLANES * i);
+            momentum_of + 6 * NLANES * i);
     }
     CLEAR(NLANES * m * m, out);
     for (intptr_t i = 0; i < p; i++) {
         NAME(mass_matrix_mapped_lanes)(momentum_of + 6 * NLANES * lower[i], to_parent + 6 * NLANES * upper[i],
-    factors + i, armature + i, mapped + NLANES * i);
+            factors + i, armature + i, mapped + NLANES * i);
         if (rows[i] >= 0 && columns[i] >= 0)
             ADD(NLANES, mapped + NLANES * i, out + NLANES * (rows[i] * m + columns[i]));
     }
@@ -2404,7 +2412,7 @@ static INLINE WORD NAME(mass_matrix_lanes)(intptr_t k, intptr_t n, intptr_t p, i
     }
     for (intptr_t i = 0; i < f; i++) {
         NAME(mass_matrix_of_joint_lanes)(momentum_of + 6 * NLANES * moved[i], ratios + moved[i],
-    of_joint + 6 * NLANES * i);
+            of_joint + 6 * NLANES * i);
         NAME(mass_matrix_row_lanes)(of_joint + 6 * NLANES * i, row);
         if (moved_freedoms[6 * i] >= 0 && moved_coordinates[i] >= 0)
             ADD(NLANES, row, out + NLANES * ((moved_freedoms[6 * i]) * m + moved_coordinates[i]));
@@ -2992,39 +3000,39 @@ static INLINE void NAME(forward_dynamics_within)(intptr_t k, intptr_t n, intptr_
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
-    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    *const to_parent = pose_place_2 + 3 * n, *const mapped = to_parent + 6 * n, value[6], carrier_start[6],
-    *const carrier = mapped + n, *const carried_0_inertia = carrier + 6 * n,
-    *const carried_0_mass = carried_0_inertia + 21 * n, *const carried_0_spread = carried_0_mass + n,
-    *const carried_1 = carried_0_spread + n, *const value_0_inertia = carried_1 + 6 * n,
-    *const value_0_mass = value_0_inertia + 21 * n, *const value_0_spread = value_0_mass + n,
-    *const value_1 = value_0_spread + n, *const inward_0 = value_1 + 6 * n, *const inward_1 = inward_0 + 6 * n,
-    *const inward_2 = inward_1 + n, *const inward_3 = inward_2 + n, value_2[3], common[3], value_3[6],
-    carrier_0_start[6], carrier_1_start, *const carrier_0 = inward_3 + 6 * n, carrier_1, mapped_2,
-    *const mapped_3 = carrier_0 + 6 * n, common_2[6], row, row_2, row_3, row_4, row_5, row_6;
+        *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        *const to_parent = pose_place_2 + 3 * n, *const mapped = to_parent + 6 * n, value[6], carrier_start[6],
+        *const carrier = mapped + n, *const carried_0_inertia = carrier + 6 * n,
+        *const carried_0_mass = carried_0_inertia + 21 * n, *const carried_0_spread = carried_0_mass + n,
+        *const carried_1 = carried_0_spread + n, *const value_0_inertia = carried_1 + 6 * n,
+        *const value_0_mass = value_0_inertia + 21 * n, *const value_0_spread = value_0_mass + n,
+        *const value_1 = value_0_spread + n, *const inward_0 = value_1 + 6 * n, *const inward_1 = inward_0 + 6 * n,
+        *const inward_2 = inward_1 + n, *const inward_3 = inward_2 + n, value_2[3], common[3], value_3[6],
+        carrier_0_start[6], carrier_1_start, *const carrier_0 = inward_3 + 6 * n, carrier_1, mapped_2,
+        *const mapped_3 = carrier_0 + 6 * n, common_2[6], row, row_2, row_3, row_4, row_5, row_6;
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_rotor_start)(pose_rotor_start, pose_place_start);
     NAME(jacobian_rate_value_start)(value);
     NAME(forward_dynamics_value)(gravity, value_2);
     NAME(forward_dynamics_common)(gravity, common);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_rate_value)(qd[freedoms[6 * i]], qd[freedoms[6 * i + 1]], qd[freedoms[6 * i + 2]],
-    qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value);
+            qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value);
         NAME(forward_dynamics_value_2)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    common, value_2);
+            common, value_2);
     }
     COPY(6, value, carrier_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
-    to_parent + 6 * i);
+            to_parent + 6 * i);
         NAME(forward_dynamics_mapped)(qd[coordinates[i]], ratios[i], mapped + i);
         NAME(forward_dynamics_carrier)(parents[i] >= 0 ? carrier + 6 * parents[i] : carrier_start,
-    to_parent + 6 * i, mapped[i], carrier + 6 * i);
+            to_parent + 6 * i, mapped[i], carrier + 6 * i);
     }
     CLEAR(21 * n, carried_0_inertia);
     CLEAR(n, carried_0_mass);
@@ -3032,10 +3040,10 @@ static INLINE void NAME(forward_dynamics_within)(intptr_t k, intptr_t n, intptr_
     CLEAR(6 * n, carried_1);
     for (intptr_t i = n; i-- > 0;) {
         NAME(forward_dynamics_value_0_inertia)(carried_0_inertia + 21 * i, carried_0_mass[i], carried_0_spread[i],
-    carried_1 + 6 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, inertias + 10 * i, to_parent + 6 * i,
-    carrier + 6 * i, mapped[i], tau[coordinates[i]], inverse_ratios[i], armature[i], value_0_inertia + 21 * i,
-    value_0_mass + i, value_0_spread + i, value_1 + 6 * i, inward_0 + 6 * i, inward_1 + i, inward_2 + i,
-    inward_3 + 6 * i);
+            carried_1 + 6 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, inertias + 10 * i, to_parent + 6 * i,
+            carrier + 6 * i, mapped[i], tau[coordinates[i]], inverse_ratios[i], armature[i],
+            value_0_inertia + 21 * i, value_0_mass + i, value_0_spread + i, value_1 + 6 * i, inward_0 + 6 * i,
+            inward_1 + i, inward_2 + i, inward_3 + 6 * i);
         if (parents[i] >= 0)
             ADD(21, value_0_inertia + 21 * i, carried_0_inertia + 21 * parents[i]);
         if (parents[i] >= 0)
@@ -3048,15 +3056,16 @@ static INLINE void NAME(forward_dynamics_within)(intptr_t k, intptr_t n, intptr_
     NAME(forward_dynamics_value_3)(value_2, value_3);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_dynamics_value_4)(value_0_inertia + 21 * trunk[i], value_0_mass[trunk[i]],
-    value_0_spread[trunk[i]], value_1 + 6 * trunk[i], tau[freedoms[6 * i]], tau[freedoms[6 * i + 1]],
-    tau[freedoms[6 * i + 2]], tau[freedoms[6 * i + 3]], tau[freedoms[6 * i + 4]], tau[freedoms[6 * i + 5]],
-    value_3);
+            value_0_spread[trunk[i]], value_1 + 6 * trunk[i], tau[freedoms[6 * i]], tau[freedoms[6 * i + 1]],
+            tau[freedoms[6 * i + 2]], tau[freedoms[6 * i + 3]], tau[freedoms[6 * i + 4]], tau[freedoms[6 * i + 5]],
+            value_3);
     NAME(forward_dynamics_carrier_1_start)(&carrier_1_start);
     COPY(6, value_3, carrier_0_start);
     CLEAR(m, out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_dynamics_carrier_2)(parents[i] >= 0 ? carrier_0 + 6 * parents[i] : carrier_0_start,
-    inward_0 + 6 * i, inward_1[i], inward_2[i], inward_3 + 6 * i, to_parent + 6 * i, carrier_0 + 6 * i, &carrier_1);
+            inward_0 + 6 * i, inward_1[i], inward_2[i], inward_3 + 6 * i, to_parent + 6 * i, carrier_0 + 6 * i,
+            &carrier_1);
         NAME(forward_dynamics_mapped)(carrier_1, inverse_ratios[i], &mapped_2);
         if (coordinates[i] >= 0)
             ADD(1, &mapped_2, out + coordinates[i]);
@@ -3096,12 +3105,11 @@ static INLINE void NAME(forward_dynamics_within)(intptr_t k, intptr_t n, intptr_
 }
 
 FUSED(forward_dynamics, (intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *parents,
-    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *tau, const REAL *inertias,
-    const REAL *armature, const REAL *gravity, const REAL *inverse_ratios, const int64_t *base,
-    const int64_t *freedoms, const int64_t *trunk, REAL *out, REAL *work), (k, n, m, c, q, parents, variables,
-    ratios, offsets, places, screws, turns, coordinates, qd, tau, inertias, armature, gravity, inverse_ratios, base,
-    freedoms, trunk, out, work))
+    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const
+    REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *tau, const REAL *inertias, const REAL
+    *armature, const REAL *gravity, const REAL *inverse_ratios, const int64_t *base, const int64_t *freedoms, const
+    int64_t *trunk, REAL *out, REAL *work), (k, n, m, c, q, parents, variables, ratios, offsets, places, screws,
+    turns, coordinates, qd, tau, inertias, armature, gravity, inverse_ratios, base, freedoms, trunk, out, work))
 void NAME(forward_dynamics)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
     const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *tau, const REAL *inertias,
@@ -3109,9 +3117,9 @@ void NAME(forward_dynamics)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, cons
     const int64_t *freedoms, const int64_t *trunk, REAL *out, REAL *work)
 {
     RUN(forward_dynamics, (k, n, m, c, q, parents, variables, ratios, offsets, places, screws, turns, coordinates,
-    qd, tau, inertias, armature, gravity, inverse_ratios, base, freedoms, trunk, out, work), (k, n, m, c, q,
-    parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, tau, inertias, armature, gravity,
-    inverse_ratios, base, freedoms, trunk, out, work));
+        qd, tau, inertias, armature, gravity, inverse_ratios, base, freedoms, trunk, out, work), (k, n, m, c, q,
+        parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, tau, inertias, armature,
+        gravity, inverse_ratios, base, freedoms, trunk, out, work));
 }
 
 static INLINE WORD NAME(forward_dynamics_lanes)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q,
@@ -3126,34 +3134,36 @@ static INLINE WORD NAME(forward_dynamics_lanes)(intptr_t k, intptr_t n, intptr_t
 {
     (void)k;
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value[6 * NLANES],
-    carrier_start[6 * NLANES], value_2[3 * NLANES], common[3 * NLANES], value_3[6 * NLANES],
-    carrier_0_start[6 * NLANES], carrier_1_start[NLANES], carrier_1[NLANES], mapped_2[NLANES], common_2[6 * NLANES],
-    row[NLANES], row_2[NLANES], row_3[NLANES], row_4[NLANES], row_5[NLANES], row_6[NLANES];
+        carrier_start[6 * NLANES], value_2[3 * NLANES], common[3 * NLANES], value_3[6 * NLANES],
+        carrier_0_start[6 * NLANES], carrier_1_start[NLANES], carrier_1[NLANES], mapped_2[NLANES],
+        common_2[6 * NLANES], row[NLANES], row_2[NLANES], row_3[NLANES], row_4[NLANES], row_5[NLANES],
+        row_6[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     NAME(jacobian_rate_value_start_lanes)(value);
     NAME(forward_dynamics_value_lanes)(gravity, value_2);
     NAME(forward_dynamics_common_lanes)(gravity, common);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_rate_value_lanes)(qd + NLANES * (freedoms[6 * i]), qd + NLANES * (freedoms[6 * i + 1]),
-    qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]), qd + NLANES * (freedoms[6 * i + 4]),
-    qd + NLANES * (freedoms[6 * i + 5]), value);
+            qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]),
+            qd + NLANES * (freedoms[6 * i + 4]), qd + NLANES * (freedoms[6 * i + 5]), value);
         NAME(forward_dynamics_value_2_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common, value_2);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common, value_2);
     }
     COPY(6 * NLANES, value, carrier_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    screws + 6 * i, to_parent + 6 * NLANES * i);
+            screws + 6 * i, to_parent + 6 * NLANES * i);
         NAME(forward_dynamics_mapped_lanes)(qd + NLANES * coordinates[i], ratios + i, mapped + NLANES * i);
         NAME(forward_dynamics_carrier_lanes)(parents[i] >= 0 ? carrier + 6 * NLANES * parents[i] : carrier_start,
-    to_parent + 6 * NLANES * i, mapped + NLANES * i, carrier + 6 * NLANES * i);
+            to_parent + 6 * NLANES * i, mapped + NLANES * i, carrier + 6 * NLANES * i);
     }
     CLEAR(21 * NLANES * n, carried_0_inertia);
     CLEAR(NLANES * n, carried_0_mass);
@@ -3161,12 +3171,12 @@ static INLINE WORD NAME(forward_dynamics_lanes)(intptr_t k, intptr_t n, intptr_t
     CLEAR(6 * NLANES * n, carried_1);
     for (intptr_t i = n; i-- > 0;) {
         NAME(forward_dynamics_value_0_inertia_lanes)(carried_0_inertia + 21 * NLANES * i,
-    carried_0_mass + NLANES * i, carried_0_spread + NLANES * i, carried_1 + 6 * NLANES * i,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, inertias + 10 * i, to_parent + 6 * NLANES * i,
-    carrier + 6 * NLANES * i, mapped + NLANES * i, tau + NLANES * coordinates[i], inverse_ratios + i, armature + i,
-    value_0_inertia + 21 * NLANES * i, value_0_mass + NLANES * i, value_0_spread + NLANES * i,
-    value_1 + 6 * NLANES * i, inward_0 + 6 * NLANES * i, inward_1 + NLANES * i, inward_2 + NLANES * i,
-    inward_3 + 6 * NLANES * i);
+            carried_0_mass + NLANES * i, carried_0_spread + NLANES * i, carried_1 + 6 * NLANES * i,
+            pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, inertias + 10 * i,
+            to_parent + 6 * NLANES * i, carrier + 6 * NLANES * i, mapped + NLANES * i,
+            tau + NLANES * coordinates[i], inverse_ratios + i, armature + i, value_0_inertia + 21 * NLANES * i,
+            value_0_mass + NLANES * i, value_0_spread + NLANES * i, value_1 + 6 * NLANES * i,
+            inward_0 + 6 * NLANES * i, inward_1 + NLANES * i, inward_2 + NLANES * i, inward_3 + 6 * NLANES * i);
         if (parents[i] >= 0)
             ADD(21 * NLANES, value_0_inertia + 21 * NLANES * i, carried_0_inertia + 21 * NLANES * parents[i]);
         if (parents[i] >= 0)
@@ -3179,17 +3189,17 @@ static INLINE WORD NAME(forward_dynamics_lanes)(intptr_t k, intptr_t n, intptr_t
     NAME(forward_dynamics_value_3_lanes)(value_2, value_3);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_dynamics_value_4_lanes)(value_0_inertia + 21 * NLANES * trunk[i],
-    value_0_mass + NLANES * trunk[i], value_0_spread + NLANES * trunk[i], value_1 + 6 * NLANES * trunk[i],
-    tau + NLANES * (freedoms[6 * i]), tau + NLANES * (freedoms[6 * i + 1]), tau + NLANES * (freedoms[6 * i + 2]),
-    tau + NLANES * (freedoms[6 * i + 3]), tau + NLANES * (freedoms[6 * i + 4]),
-    tau + NLANES * (freedoms[6 * i + 5]), value_3);
+            value_0_mass + NLANES * trunk[i], value_0_spread + NLANES * trunk[i], value_1 + 6 * NLANES * trunk[i],
+            tau + NLANES * (freedoms[6 * i]), tau + NLANES * (freedoms[6 * i + 1]),
+            tau + NLANES * (freedoms[6 * i + 2]), tau + NLANES * (freedoms[6 * i + 3]),
+            tau + NLANES * (freedoms[6 * i + 4]), tau + NLANES * (freedoms[6 * i + 5]), value_3);
     NAME(forward_dynamics_carrier_1_start_lanes)(carrier_1_start);
     COPY(6 * NLANES, value_3, carrier_0_start);
     CLEAR(NLANES * m, out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_dynamics_carrier_2_lanes)(parents[i] >= 0 ? carrier_0 + 6 * NLANES * parents[i] : carrier_0_start,
-    inward_0 + 6 * NLANES * i, inward_1 + NLANES * i, inward_2 + NLANES * i, inward_3 + 6 * NLANES * i,
-    to_parent + 6 * NLANES * i, carrier_0 + 6 * NLANES * i, carrier_1);
+        NAME(forward_dynamics_carrier_2_lanes)(parents[i] >= 0 ? carrier_0 + 6 * NLANES * parents[i] :
+            carrier_0_start, inward_0 + 6 * NLANES * i, inward_1 + NLANES * i, inward_2 + NLANES * i,
+            inward_3 + 6 * NLANES * i, to_parent + 6 * NLANES * i, carrier_0 + 6 * NLANES * i, carrier_1);
         NAME(forward_dynamics_mapped_lanes)(carrier_1, inverse_ratios + i, mapped_2);
         if (coordinates[i] >= 0)
             ADD(NLANES, mapped_2, out + NLANES * coordinates[i]);
@@ -4075,37 +4085,38 @@ static INLINE void NAME(inverse_mass_matrix_within)(intptr_t k, intptr_t n, intp
 {
     (void)k, (void)rates;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
-    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    *const to_parent = pose_place_2 + 3 * n, *const carried_inertia = to_parent + 6 * n,
-    *const carried_mass = carried_inertia + 21 * n, *const carried_spread = carried_mass + n,
-    *const value_inertia = carried_spread + n, *const value_mass = value_inertia + 21 * n,
-    *const value_spread = value_mass + n, *const inward_0 = value_spread + n, *const inward_1 = inward_0 + 6 * n,
-    carried_0_start[6], carried_1_start, *const carried_0 = inward_1 + n, *const carried_1 = carried_0 + 6 * p,
-    carrier_0_start[6], carrier_1_start, *const carrier_0 = carried_1 + p, carrier_1,
-    *const mapped = carrier_0 + 6 * r, value[21], *const response_0 = mapped + r,
-    *const response_1 = response_0 + 6 * g, *const mapped_2 = response_1 + 6 * g, *const mapped_3 = mapped_2 + s,
-    *const own_block = mapped_3 + 6 * g, row, row_2, row_3, row_4, row_5, row_6, row_7, row_8, row_9, row_10,
-    row_11, row_12, row_13, row_14, row_15, row_16, row_17, row_18, row_19, row_20, row_21, row_22, row_23, row_24,
-    row_25, row_26, row_27, row_28, row_29, row_30, row_31, row_32, row_33, row_34, row_35, row_36, row_37, row_38,
-    row_39, row_40, row_41, row_42, row_43, row_44, row_45, row_46, row_47, row_48;
+        *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        *const to_parent = pose_place_2 + 3 * n, *const carried_inertia = to_parent + 6 * n,
+        *const carried_mass = carried_inertia + 21 * n, *const carried_spread = carried_mass + n,
+        *const value_inertia = carried_spread + n, *const value_mass = value_inertia + 21 * n,
+        *const value_spread = value_mass + n, *const inward_0 = value_spread + n,
+        *const inward_1 = inward_0 + 6 * n, carried_0_start[6], carried_1_start, *const carried_0 = inward_1 + n,
+        *const carried_1 = carried_0 + 6 * p, carrier_0_start[6], carrier_1_start, *const carrier_0 = carried_1 + p,
+        carrier_1, *const mapped = carrier_0 + 6 * r, value[21], *const response_0 = mapped + r,
+        *const response_1 = response_0 + 6 * g, *const mapped_2 = response_1 + 6 * g,
+        *const mapped_3 = mapped_2 + s, *const own_block = mapped_3 + 6 * g, row, row_2, row_3, row_4, row_5, row_6,
+        row_7, row_8, row_9, row_10, row_11, row_12, row_13, row_14, row_15, row_16, row_17, row_18, row_19, row_20,
+        row_21, row_22, row_23, row_24, row_25, row_26, row_27, row_28, row_29, row_30, row_31, row_32, row_33,
+        row_34, row_35, row_36, row_37, row_38, row_39, row_40, row_41, row_42, row_43, row_44, row_45, row_46,
+        row_47, row_48;
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_rotor_start)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
-    to_parent + 6 * i);
+            to_parent + 6 * i);
     }
     CLEAR(21 * n, carried_inertia);
     CLEAR(n, carried_mass);
     CLEAR(n, carried_spread);
     for (intptr_t i = n; i-- > 0;) {
         NAME(inverse_mass_matrix_value_inertia)(carried_inertia + 21 * i, carried_mass[i], carried_spread[i],
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, inertias + 10 * i, to_parent + 6 * i, armature[i],
-    value_inertia + 21 * i, value_mass + i, value_spread + i, inward_0 + 6 * i, inward_1 + i);
+            pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, inertias + 10 * i, to_parent + 6 * i, armature[i],
+            value_inertia + 21 * i, value_mass + i, value_spread + i, inward_0 + 6 * i, inward_1 + i);
         if (parents[i] >= 0)
             ADD(21, value_inertia + 21 * i, carried_inertia + 21 * parents[i]);
         if (parents[i] >= 0)
@@ -4116,14 +4127,14 @@ static INLINE void NAME(inverse_mass_matrix_within)(intptr_t k, intptr_t n, intp
     NAME(inverse_mass_matrix_carried_0_start)(carried_0_start, &carried_1_start);
     for (intptr_t i = 0; i < p; i++)
         NAME(inverse_mass_matrix_carried)(below[i] >= 0 ? carried_0 + 6 * below[i] : carried_0_start,
-    to_parent + 6 * carriers[i], inward_0 + 6 * carriers[i], inward_1[carriers[i]], is_own[i], carried_0 + 6 * i,
-    carried_1 + i);
+            to_parent + 6 * carriers[i], inward_0 + 6 * carriers[i], inward_1[carriers[i]], is_own[i],
+            carried_0 + 6 * i, carried_1 + i);
     NAME(inverse_mass_matrix_carried_0_start)(carrier_0_start, &carrier_1_start);
     CLEAR(m * m, out);
     for (intptr_t i = 0; i < r; i++) {
         NAME(inverse_mass_matrix_carrier)(before[i] >= 0 ? carrier_0 + 6 * before[i] : carrier_0_start,
-    to_parent + 6 * joints[i], inward_0 + 6 * joints[i], inward_1[joints[i]], carried_1[pairs[i]], is_carrier[i],
-    carrier_0 + 6 * i, &carrier_1);
+            to_parent + 6 * joints[i], inward_0 + 6 * joints[i], inward_1[joints[i]], carried_1[pairs[i]],
+            is_carrier[i], carrier_0 + 6 * i, &carrier_1);
         NAME(forward_dynamics_mapped)(carrier_1, factors[i], mapped + i);
         if (mirrored[i] >= 0 && rows[i] >= 0)
             ADD(1, mapped + i, out + (mirrored[i] * m + rows[i]));
@@ -4135,13 +4146,13 @@ static INLINE void NAME(inverse_mass_matrix_within)(intptr_t k, intptr_t n, intp
     NAME(inverse_mass_matrix_value_start)(value);
     for (intptr_t i = 0; i < c; i++) {
         NAME(inverse_mass_matrix_value)(value_inertia + 21 * trunk[i], value_mass[trunk[i]], value_spread[trunk[i]],
-    value);
+            value);
         NAME(inverse_mass_matrix_own_block)(value_inertia + 21 * trunk[i], value_mass[trunk[i]],
-    value_spread[trunk[i]], own_block + 36 * i);
+            value_spread[trunk[i]], own_block + 36 * i);
     }
     for (intptr_t i = 0; i < g; i++) {
         NAME(inverse_mass_matrix_response)(value, carried_0 + 6 * at_base[i], moved_factors[i], response_0 + 6 * i,
-    response_1 + 6 * i);
+            response_1 + 6 * i);
         NAME(forward_dynamics_mapped_2)(response_1 + 6 * i, mapped_3 + 6 * i);
     }
     for (intptr_t i = 0; i < s; i++) {
@@ -4396,18 +4407,17 @@ static INLINE void NAME(inverse_mass_matrix_within)(intptr_t k, intptr_t n, intp
 }
 
 FUSED(inverse_mass_matrix, (intptr_t k, intptr_t n, intptr_t p, intptr_t r, intptr_t c, intptr_t g, intptr_t s,
-    intptr_t m, const REAL *q, const int64_t *parents, const int64_t *variables, const REAL *ratios,
-    const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const REAL *inertias,
-    const REAL *armature, const int64_t *below, const int64_t *carriers, const REAL *is_own, const int64_t *before,
-    const int64_t *joints, const int64_t *pairs, const REAL *is_carrier, const REAL *factors, const int64_t *rows,
-    const int64_t *columns, const int64_t *mirrored, const int64_t *freedoms, const int64_t *trunk,
-    const int64_t *at_base, const int64_t *moved_coordinates, const int64_t *moved_freedoms,
-    const REAL *moved_factors, const int64_t *first, const int64_t *second, const int64_t *first_rows,
-    const int64_t *second_rows, const int64_t *first_mirrored, const REAL *rates, REAL *out, REAL *work), (k, n, p,
-    r, c, g, s, m, q, parents, variables, ratios, offsets, places, screws, turns, inertias, armature, below,
-    carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns, mirrored, freedoms, trunk, at_base,
-    moved_coordinates, moved_freedoms, moved_factors, first, second, first_rows, second_rows, first_mirrored, rates,
-    out, work))
+    intptr_t m, const REAL *q, const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL
+    *offsets, const REAL *places, const REAL *screws, const REAL *turns, const REAL *inertias, const REAL *armature,
+    const int64_t *below, const int64_t *carriers, const REAL *is_own, const int64_t *before, const int64_t *joints,
+    const int64_t *pairs, const REAL *is_carrier, const REAL *factors, const int64_t *rows, const int64_t *columns,
+    const int64_t *mirrored, const int64_t *freedoms, const int64_t *trunk, const int64_t *at_base, const int64_t
+    *moved_coordinates, const int64_t *moved_freedoms, const REAL *moved_factors, const int64_t *first, const
+    int64_t *second, const int64_t *first_rows, const int64_t *second_rows, const int64_t *first_mirrored, const
+    REAL *rates, REAL *out, REAL *work), (k, n, p, r, c, g, s, m, q, parents, variables, ratios, offsets, places,
+    screws, turns, inertias, armature, below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows,
+    columns, mirrored, freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors, first, second,
+    first_rows, second_rows, first_mirrored, rates, out, work))
 void NAME(inverse_mass_matrix)(intptr_t k, intptr_t n, intptr_t p, intptr_t r, intptr_t c, intptr_t g, intptr_t s,
     intptr_t m, const REAL *q, const int64_t *parents, const int64_t *variables, const REAL *ratios,
     const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const REAL *inertias,
@@ -4419,12 +4429,12 @@ void NAME(inverse_mass_matrix)(intptr_t k, intptr_t n, intptr_t p, intptr_t r, i
     const int64_t *second_rows, const int64_t *first_mirrored, const REAL *rates, REAL *out, REAL *work)
 {
     RUN(inverse_mass_matrix, (k, n, p, r, c, g, s, m, q, parents, variables, ratios, offsets, places, screws, turns,
-    inertias, armature, below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns,
-    mirrored, freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors, first, second, first_rows,
-    second_rows, first_mirrored, rates, out, work), (k, n, p, r, c, g, s, m, q, parents, variables, ratios, offsets,
-    places, screws, turns, inertias, armature, below, carriers, is_own, before, joints, pairs, is_carrier, factors,
-    rows, columns, mirrored, freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors, first,
-    second, first_rows, second_rows, first_mirrored, rates, out, work));
+        inertias, armature, below, carriers, is_own, before, joints, pairs, is_carrier, factors, rows, columns,
+        mirrored, freedoms, trunk, at_base, moved_coordinates, moved_freedoms, moved_factors, first, second,
+        first_rows, second_rows, first_mirrored, rates, out, work), (k, n, p, r, c, g, s, m, q, parents, variables,
+        ratios, offsets, places, screws, turns, inertias, armature, below, carriers, is_own, before, joints, pairs,
+        is_carrier, factors, rows, columns, mirrored, freedoms, trunk, at_base, moved_coordinates, moved_freedoms,
+        moved_factors, first, second, first_rows, second_rows, first_mirrored, rates, out, work));
 }
 
 static INLINE WORD NAME(inverse_mass_matrix_lanes)(intptr_t k, intptr_t n, intptr_t p, intptr_t r, intptr_t c,
@@ -4443,34 +4453,36 @@ static INLINE WORD NAME(inverse_mass_matrix_lanes)(intptr_t k, intptr_t n, intpt
 {
     (void)k, (void)rates;
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], carried_0_start[6 * NLANES],
-    carried_1_start[NLANES], carrier_0_start[6 * NLANES], carrier_1_start[NLANES], carrier_1[NLANES],
-    value[21 * NLANES], row[NLANES], row_2[NLANES], row_3[NLANES], row_4[NLANES], row_5[NLANES], row_6[NLANES],
-    row_7[NLANES], row_8[NLANES], row_9[NLANES], row_10[NLANES], row_11[NLANES], row_12[NLANES], row_13[NLANES],
-    row_14[NLANES], row_15[NLANES], row_16[NLANES], row_17[NLANES], row_18[NLANES], row_19[NLANES], row_20[NLANES],
-    row_21[NLANES], row_22[NLANES], row_23[NLANES], row_24[NLANES], row_25[NLANES], row_26[NLANES], row_27[NLANES],
-    row_28[NLANES], row_29[NLANES], row_30[NLANES], row_31[NLANES], row_32[NLANES], row_33[NLANES], row_34[NLANES],
-    row_35[NLANES], row_36[NLANES], row_37[NLANES], row_38[NLANES], row_39[NLANES], row_40[NLANES], row_41[NLANES],
-    row_42[NLANES], row_43[NLANES], row_44[NLANES], row_45[NLANES], row_46[NLANES], row_47[NLANES], row_48[NLANES];
+        carried_1_start[NLANES], carrier_0_start[6 * NLANES], carrier_1_start[NLANES], carrier_1[NLANES],
+        value[21 * NLANES], row[NLANES], row_2[NLANES], row_3[NLANES], row_4[NLANES], row_5[NLANES], row_6[NLANES],
+        row_7[NLANES], row_8[NLANES], row_9[NLANES], row_10[NLANES], row_11[NLANES], row_12[NLANES], row_13[NLANES],
+        row_14[NLANES], row_15[NLANES], row_16[NLANES], row_17[NLANES], row_18[NLANES], row_19[NLANES],
+        row_20[NLANES], row_21[NLANES], row_22[NLANES], row_23[NLANES], row_24[NLANES], row_25[NLANES],
+        row_26[NLANES], row_27[NLANES], row_28[NLANES], row_29[NLANES], row_30[NLANES], row_31[NLANES],
+        row_32[NLANES], row_33[NLANES], row_34[NLANES], row_35[NLANES], row_36[NLANES], row_37[NLANES],
+        row_38[NLANES], row_39[NLANES], row_40[NLANES], row_41[NLANES], row_42[NLANES], row_43[NLANES],
+        row_44[NLANES], row_45[NLANES], row_46[NLANES], row_47[NLANES], row_48[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    screws + 6 * i, to_parent + 6 * NLANES * i);
+            screws + 6 * i, to_parent + 6 * NLANES * i);
     }
     CLEAR(21 * NLANES * n, carried_inertia);
     CLEAR(NLANES * n, carried_mass);
     CLEAR(NLANES * n, carried_spread);
     for (intptr_t i = n; i-- > 0;) {
         NAME(inverse_mass_matrix_value_inertia_lanes)(carried_inertia + 21 * NLANES * i, carried_mass + NLANES * i,
-    carried_spread + NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, inertias + 10 * i,
-    to_parent + 6 * NLANES * i, armature + i, value_inertia + 21 * NLANES * i, value_mass + NLANES * i,
-    value_spread + NLANES * i, inward_0 + 6 * NLANES * i, inward_1 + NLANES * i);
+            carried_spread + NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
+            inertias + 10 * i, to_parent + 6 * NLANES * i, armature + i, value_inertia + 21 * NLANES * i,
+            value_mass + NLANES * i, value_spread + NLANES * i, inward_0 + 6 * NLANES * i, inward_1 + NLANES * i);
         if (parents[i] >= 0)
             ADD(21 * NLANES, value_inertia + 21 * NLANES * i, carried_inertia + 21 * NLANES * parents[i]);
         if (parents[i] >= 0)
@@ -4481,14 +4493,15 @@ static INLINE WORD NAME(inverse_mass_matrix_lanes)(intptr_t k, intptr_t n, intpt
     NAME(inverse_mass_matrix_carried_0_start_lanes)(carried_0_start, carried_1_start);
     for (intptr_t i = 0; i < p; i++)
         NAME(inverse_mass_matrix_carried_lanes)(below[i] >= 0 ? carried_0 + 6 * NLANES * below[i] : carried_0_start,
-    to_parent + 6 * NLANES * carriers[i], inward_0 + 6 * NLANES * carriers[i], inward_1 + NLANES * carriers[i],
-    is_own + i, carried_0 + 6 * NLANES * i, carried_1 + NLANES * i);
+            to_parent + 6 * NLANES * carriers[i], inward_0 + 6 * NLANES * carriers[i],
+            inward_1 + NLANES * carriers[i], is_own + i, carried_0 + 6 * NLANES * i, carried_1 + NLANES * i);
     NAME(inverse_mass_matrix_carried_0_start_lanes)(carrier_0_start, carrier_1_start);
     CLEAR(NLANES * m * m, out);
     for (intptr_t i = 0; i < r; i++) {
-        NAME(inverse_mass_matrix_carrier_lanes)(before[i] >= 0 ? carrier_0 + 6 * NLANES * before[i] : carrier_0_start,
-    to_parent + 6 * NLANES * joints[i], inward_0 + 6 * NLANES * joints[i], inward_1 + NLANES * joints[i],
-    carried_1 + NLANES * pairs[i], is_carrier + i, carrier_0 + 6 * NLANES * i, carrier_1);
+        NAME(inverse_mass_matrix_carrier_lanes)(before[i] >= 0 ? carrier_0 + 6 * NLANES * before[i] :
+            carrier_0_start, to_parent + 6 * NLANES * joints[i], inward_0 + 6 * NLANES * joints[i],
+            inward_1 + NLANES * joints[i], carried_1 + NLANES * pairs[i], is_carrier + i,
+            carrier_0 + 6 * NLANES * i, carrier_1);
         NAME(forward_dynamics_mapped_lanes)(carrier_1, factors + i, mapped + NLANES * i);
         if (mirrored[i] >= 0 && rows[i] >= 0)
             ADD(NLANES, mapped + NLANES * i, out + NLANES * (mirrored[i] * m + rows[i]));
@@ -4500,18 +4513,18 @@ static INLINE WORD NAME(inverse_mass_matrix_lanes)(intptr_t k, intptr_t n, intpt
     NAME(inverse_mass_matrix_value_start_lanes)(value);
     for (intptr_t i = 0; i < c; i++) {
         NAME(inverse_mass_matrix_value_lanes)(value_inertia + 21 * NLANES * trunk[i],
-    value_mass + NLANES * trunk[i], value_spread + NLANES * trunk[i], value);
+            value_mass + NLANES * trunk[i], value_spread + NLANES * trunk[i], value);
         NAME(inverse_mass_matrix_own_block_lanes)(value_inertia + 21 * NLANES * trunk[i],
-    value_mass + NLANES * trunk[i], value_spread + NLANES * trunk[i], own_block + 36 * NLANES * i);
+            value_mass + NLANES * trunk[i], value_spread + NLANES * trunk[i], own_block + 36 * NLANES * i);
     }
     for (intptr_t i = 0; i < g; i++) {
         NAME(inverse_mass_matrix_response_lanes)(value, carried_0 + 6 * NLANES * at_base[i], moved_factors + i,
-    response_0 + 6 * NLANES * i, response_1 + 6 * NLANES * i);
+            response_0 + 6 * NLANES * i, response_1 + 6 * NLANES * i);
         NAME(forward_dynamics_mapped_2_lanes)(response_1 + 6 * NLANES * i, mapped_3 + 6 * NLANES * i);
     }
     for (intptr_t i = 0; i < s; i++) {
         NAME(inverse_mass_matrix_mapped_lanes)(response_0 + 6 * NLANES * first[i],
-    response_1 + 6 * NLANES * second[i], mapped_2 + NLANES * i);
+            response_1 + 6 * NLANES * second[i], mapped_2 + NLANES * i);
         if (first_rows[i] >= 0 && second_rows[i] >= 0)
             ADD(NLANES, mapped_2 + NLANES * i, out + NLANES * (first_rows[i] * m + second_rows[i]));
     }
@@ -4985,34 +4998,34 @@ static INLINE void NAME(inverse_dynamics_within)(intptr_t k, intptr_t n, intptr_
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, value[3], common[3], value_2[6],
-    value_3[6], twist_start[6], rate_start[6], *const twist = pose_place + 3 * n, *const rate = twist + 6 * n,
-    *const carried = rate + 6 * n, *const value_4 = carried + 6 * n, inward, *const mapped = value_4 + 6 * n,
-    *const powers_of = mapped + n, row, row_2, row_3, row_4, row_5, row_6;
+        value_3[6], twist_start[6], rate_start[6], *const twist = pose_place + 3 * n, *const rate = twist + 6 * n,
+        *const carried = rate + 6 * n, *const value_4 = carried + 6 * n, inward, *const mapped = value_4 + 6 * n,
+        *const powers_of = mapped + n, row, row_2, row_3, row_4, row_5, row_6;
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_dynamics_value)(gravity, value);
     NAME(forward_dynamics_common)(gravity, common);
     NAME(jacobian_rate_value_start)(value_2);
     NAME(jacobian_rate_value_start)(value_3);
     for (intptr_t i = 0; i < c; i++) {
         NAME(forward_dynamics_value_2)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    common, value);
+            common, value);
         NAME(jacobian_rate_value)(qd[freedoms[6 * i]], qd[freedoms[6 * i + 1]], qd[freedoms[6 * i + 2]],
-    qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
+            qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
         NAME(jacobian_rate_value)(qdd[freedoms[6 * i]], qdd[freedoms[6 * i + 1]], qdd[freedoms[6 * i + 2]],
-    qdd[freedoms[6 * i + 3]], qdd[freedoms[6 * i + 4]], qdd[freedoms[6 * i + 5]], value_3);
+            qdd[freedoms[6 * i + 3]], qdd[freedoms[6 * i + 4]], qdd[freedoms[6 * i + 5]], value_3);
     }
     NAME(inverse_dynamics_rate_start)(value, value_3, rate_start);
     COPY(6, value_2, twist_start);
     for (intptr_t i = 0; i < n; i++)
         NAME(inverse_dynamics_twist)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
-    parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, pose_rotor + 4 * i, pose_place + 3 * i, screws + 6 * i,
-    qd[coordinates[i]], qdd[coordinates[i]], ratios[i], twist + 6 * i, rate + 6 * i);
+            parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, pose_rotor + 4 * i, pose_place + 3 * i,
+            screws + 6 * i, qd[coordinates[i]], qdd[coordinates[i]], ratios[i], twist + 6 * i, rate + 6 * i);
     CLEAR(6 * n, carried);
     for (intptr_t i = n; i-- > 0;) {
         NAME(inverse_dynamics_value)(carried + 6 * i, twist + 6 * i, rate + 6 * i, pose_rotor + 4 * i,
-    pose_place + 3 * i, inertias + 10 * i, screws + 6 * i, value_4 + 6 * i, &inward);
+            pose_place + 3 * i, inertias + 10 * i, screws + 6 * i, value_4 + 6 * i, &inward);
         if (parents[i] >= 0)
             ADD(6, value_4 + 6 * i, carried + 6 * parents[i]);
         NAME(inverse_dynamics_mapped)(inward, armature[i], qdd[coordinates[i]], ratios[i], mapped + i);
@@ -5056,11 +5069,11 @@ static INLINE void NAME(inverse_dynamics_within)(intptr_t k, intptr_t n, intptr_
 }
 
 FUSED(inverse_dynamics, (intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *parents,
-    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *qdd, const REAL *inertias,
-    const REAL *armature, const REAL *gravity, const int64_t *base, const int64_t *freedoms, const int64_t *trunk,
-    REAL *out, REAL *work), (k, n, m, c, q, parents, variables, ratios, offsets, places, screws, turns, coordinates,
-    qd, qdd, inertias, armature, gravity, base, freedoms, trunk, out, work))
+    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const
+    REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *qdd, const REAL *inertias, const REAL
+    *armature, const REAL *gravity, const int64_t *base, const int64_t *freedoms, const int64_t *trunk, REAL *out,
+    REAL *work), (k, n, m, c, q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, qdd,
+    inertias, armature, gravity, base, freedoms, trunk, out, work))
 void NAME(inverse_dynamics)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
     const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *qdd, const REAL *inertias,
@@ -5068,9 +5081,9 @@ void NAME(inverse_dynamics)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, cons
     REAL *out, REAL *work)
 {
     RUN(inverse_dynamics, (k, n, m, c, q, parents, variables, ratios, offsets, places, screws, turns, coordinates,
-    qd, qdd, inertias, armature, gravity, base, freedoms, trunk, out, work), (k, n, m, c, q, parents, variables,
-    ratios, offsets, places, screws, turns, coordinates, qd, qdd, inertias, armature, gravity, base, freedoms,
-    trunk, out, work));
+        qd, qdd, inertias, armature, gravity, base, freedoms, trunk, out, work), (k, n, m, c, q, parents, variables,
+        ratios, offsets, places, screws, turns, coordinates, qd, qdd, inertias, armature, gravity, base, freedoms,
+        trunk, out, work));
 }
 
 static INLINE WORD NAME(inverse_dynamics_lanes)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q,
@@ -5082,42 +5095,42 @@ static INLINE WORD NAME(inverse_dynamics_lanes)(intptr_t k, intptr_t n, intptr_t
 {
     (void)k;
     _Alignas(64) REAL value[3 * NLANES], common[3 * NLANES], value_2[6 * NLANES], value_3[6 * NLANES],
-    twist_start[6 * NLANES], rate_start[6 * NLANES], inward[NLANES], row[NLANES], row_2[NLANES], row_3[NLANES],
-    row_4[NLANES], row_5[NLANES], row_6[NLANES];
+        twist_start[6 * NLANES], rate_start[6 * NLANES], inward[NLANES], row[NLANES], row_2[NLANES], row_3[NLANES],
+        row_4[NLANES], row_5[NLANES], row_6[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_dynamics_value_lanes)(gravity, value);
     NAME(forward_dynamics_common_lanes)(gravity, common);
     NAME(jacobian_rate_value_start_lanes)(value_2);
     NAME(jacobian_rate_value_start_lanes)(value_3);
     for (intptr_t i = 0; i < c; i++) {
         NAME(forward_dynamics_value_2_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common, value);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common, value);
         NAME(jacobian_rate_value_lanes)(qd + NLANES * (freedoms[6 * i]), qd + NLANES * (freedoms[6 * i + 1]),
-    qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]), qd + NLANES * (freedoms[6 * i + 4]),
-    qd + NLANES * (freedoms[6 * i + 5]), value_2);
+            qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]),
+            qd + NLANES * (freedoms[6 * i + 4]), qd + NLANES * (freedoms[6 * i + 5]), value_2);
         NAME(jacobian_rate_value_lanes)(qdd + NLANES * (freedoms[6 * i]), qdd + NLANES * (freedoms[6 * i + 1]),
-    qdd + NLANES * (freedoms[6 * i + 2]), qdd + NLANES * (freedoms[6 * i + 3]),
-    qdd + NLANES * (freedoms[6 * i + 4]), qdd + NLANES * (freedoms[6 * i + 5]), value_3);
+            qdd + NLANES * (freedoms[6 * i + 2]), qdd + NLANES * (freedoms[6 * i + 3]),
+            qdd + NLANES * (freedoms[6 * i + 4]), qdd + NLANES * (freedoms[6 * i + 5]), value_3);
     }
     NAME(inverse_dynamics_rate_start_lanes)(value, value_3, rate_start);
     COPY(6 * NLANES, value_2, twist_start);
     for (intptr_t i = 0; i < n; i++)
         NAME(inverse_dynamics_twist_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
-    parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * coordinates[i], qdd + NLANES * coordinates[i],
-    ratios + i, twist + 6 * NLANES * i, rate + 6 * NLANES * i);
+            parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, pose_rotor + 4 * NLANES * i,
+            pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * coordinates[i],
+            qdd + NLANES * coordinates[i], ratios + i, twist + 6 * NLANES * i, rate + 6 * NLANES * i);
     CLEAR(6 * NLANES * n, carried);
     for (intptr_t i = n; i-- > 0;) {
         NAME(inverse_dynamics_value_lanes)(carried + 6 * NLANES * i, twist + 6 * NLANES * i, rate + 6 * NLANES * i,
-    pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, inertias + 10 * i, screws + 6 * i,
-    value_4 + 6 * NLANES * i, inward);
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, inertias + 10 * i, screws + 6 * i,
+            value_4 + 6 * NLANES * i, inward);
         if (parents[i] >= 0)
             ADD(6 * NLANES, value_4 + 6 * NLANES * i, carried + 6 * NLANES * parents[i]);
         NAME(inverse_dynamics_mapped_lanes)(inward, armature + i, qdd + NLANES * coordinates[i], ratios + i,
-    mapped + NLANES * i);
+            mapped + NLANES * i);
     }
     CLEAR(NLANES * m, out);
     for (intptr_t i = 0; i < n; i++) {
@@ -5252,26 +5265,26 @@ static INLINE void NAME(gravity_forces_within)(intptr_t k, intptr_t n, intptr_t 
 {
     (void)k, (void)rates;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
-    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n, value[3], common[3],
-    *const carried = pose_place_2 + 3 * n, *const value_2 = carried + 6 * n, *const inward = value_2 + 6 * n,
-    *const powers_of = inward + n, row, row_2, row_3, row_4, row_5, row_6;
+        *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n, value[3], common[3],
+        *const carried = pose_place_2 + 3 * n, *const value_2 = carried + 6 * n, *const inward = value_2 + 6 * n,
+        *const powers_of = inward + n, row, row_2, row_3, row_4, row_5, row_6;
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_rotor_start)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
     NAME(forward_dynamics_value)(gravity, value);
     NAME(forward_dynamics_common)(gravity, common);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_dynamics_value_2)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    common, value);
+            common, value);
     CLEAR(6 * n, carried);
     for (intptr_t i = n; i-- > 0;) {
         NAME(gravity_forces_value)(value, carried + 6 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
-    inertias + 10 * i, screws + 6 * i, ratios[i], value_2 + 6 * i, inward + i);
+            inertias + 10 * i, screws + 6 * i, ratios[i], value_2 + 6 * i, inward + i);
         if (parents[i] >= 0)
             ADD(6, value_2 + 6 * i, carried + 6 * parents[i]);
     }
@@ -5313,20 +5326,20 @@ static INLINE void NAME(gravity_forces_within)(intptr_t k, intptr_t n, intptr_t 
     }
 }
 
-FUSED(gravity_forces, (intptr_t k, intptr_t n, intptr_t c, intptr_t m, const REAL *q, const int64_t *parents,
-    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const int64_t *coordinates, const REAL *inertias, const REAL *gravity, const int64_t *base,
-    const int64_t *freedoms, const int64_t *trunk, const REAL *rates, REAL *out, REAL *work), (k, n, c, m, q,
-    parents, variables, ratios, offsets, places, screws, turns, coordinates, inertias, gravity, base, freedoms,
-    trunk, rates, out, work))
+FUSED(gravity_forces, (intptr_t k, intptr_t n, intptr_t c, intptr_t m, const REAL *q, const int64_t *parents, const
+    int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL
+    *turns, const int64_t *coordinates, const REAL *inertias, const REAL *gravity, const int64_t *base, const
+    int64_t *freedoms, const int64_t *trunk, const REAL *rates, REAL *out, REAL *work), (k, n, c, m, q, parents,
+    variables, ratios, offsets, places, screws, turns, coordinates, inertias, gravity, base, freedoms, trunk, rates,
+    out, work))
 void NAME(gravity_forces)(intptr_t k, intptr_t n, intptr_t c, intptr_t m, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
     const REAL *turns, const int64_t *coordinates, const REAL *inertias, const REAL *gravity, const int64_t *base,
     const int64_t *freedoms, const int64_t *trunk, const REAL *rates, REAL *out, REAL *work)
 {
     RUN(gravity_forces, (k, n, c, m, q, parents, variables, ratios, offsets, places, screws, turns, coordinates,
-    inertias, gravity, base, freedoms, trunk, rates, out, work), (k, n, c, m, q, parents, variables, ratios,
-    offsets, places, screws, turns, coordinates, inertias, gravity, base, freedoms, trunk, rates, out, work));
+        inertias, gravity, base, freedoms, trunk, rates, out, work), (k, n, c, m, q, parents, variables, ratios,
+        offsets, places, screws, turns, coordinates, inertias, gravity, base, freedoms, trunk, rates, out, work));
 }
 
 static INLINE WORD NAME(gravity_forces_lanes)(intptr_t k, intptr_t n, intptr_t c, intptr_t m, const REAL *q,
@@ -5338,26 +5351,27 @@ static INLINE WORD NAME(gravity_forces_lanes)(intptr_t k, intptr_t n, intptr_t c
 {
     (void)k, (void)rates;
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value[3 * NLANES],
-    common[3 * NLANES], row[NLANES], row_2[NLANES], row_3[NLANES], row_4[NLANES], row_5[NLANES], row_6[NLANES];
+        common[3 * NLANES], row[NLANES], row_2[NLANES], row_3[NLANES], row_4[NLANES], row_5[NLANES], row_6[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++)
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
     NAME(forward_dynamics_value_lanes)(gravity, value);
     NAME(forward_dynamics_common_lanes)(gravity, common);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_dynamics_value_2_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common, value);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common, value);
     CLEAR(6 * NLANES * n, carried);
     for (intptr_t i = n; i-- > 0;) {
         NAME(gravity_forces_value_lanes)(value, carried + 6 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
-    pose_place_2 + 3 * NLANES * i, inertias + 10 * i, screws + 6 * i, ratios + i, value_2 + 6 * NLANES * i,
-    inward + NLANES * i);
+            pose_place_2 + 3 * NLANES * i, inertias + 10 * i, screws + 6 * i, ratios + i, value_2 + 6 * NLANES * i,
+            inward + NLANES * i);
         if (parents[i] >= 0)
             ADD(6 * NLANES, value_2 + 6 * NLANES * i, carried + 6 * NLANES * parents[i]);
     }
@@ -5496,37 +5510,37 @@ static INLINE void NAME(kinetic_energy_within)(intptr_t k, intptr_t n, intptr_t 
 {
     (void)k, (void)m;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, value[6], carrier_start[6],
-    *const carrier = pose_place + 3 * n;
+        *const carrier = pose_place + 3 * n;
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(jacobian_rate_value_start)(value);
     for (intptr_t i = 0; i < c; i++)
         NAME(jacobian_rate_value)(qd[freedoms[6 * i]], qd[freedoms[6 * i + 1]], qd[freedoms[6 * i + 2]],
-    qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value);
+            qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value);
     COPY(6, value, carrier_start);
     NAME(forward_dynamics_carrier_1_start)(out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(kinetic_energy_carrier)(parents[i] >= 0 ? carrier + 6 * parents[i] : carrier_start, pose_rotor + 4 * i,
-    pose_place + 3 * i, screws + 6 * i, qd[coordinates[i]], ratios[i], carrier + 6 * i);
+            pose_place + 3 * i, screws + 6 * i, qd[coordinates[i]], ratios[i], carrier + 6 * i);
         NAME(kinetic_energy_result)(out[0], carrier + 6 * i, inertias + 10 * i, armature[i], qd[coordinates[i]],
-    ratios[i], out);
+            ratios[i], out);
     }
 }
 
-FUSED(kinetic_energy, (intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *parents,
-    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *inertias, const REAL *armature,
-    const int64_t *freedoms, REAL *out, REAL *work), (k, n, m, c, q, parents, variables, ratios, offsets, places,
-    screws, turns, coordinates, qd, inertias, armature, freedoms, out, work))
+FUSED(kinetic_energy, (intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *parents, const
+    int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL
+    *turns, const int64_t *coordinates, const REAL *qd, const REAL *inertias, const REAL *armature, const int64_t
+    *freedoms, REAL *out, REAL *work), (k, n, m, c, q, parents, variables, ratios, offsets, places, screws, turns,
+    coordinates, qd, inertias, armature, freedoms, out, work))
 void NAME(kinetic_energy)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
     const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *inertias, const REAL *armature,
     const int64_t *freedoms, REAL *out, REAL *work)
 {
     RUN(kinetic_energy, (k, n, m, c, q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd,
-    inertias, armature, freedoms, out, work), (k, n, m, c, q, parents, variables, ratios, offsets, places, screws,
-    turns, coordinates, qd, inertias, armature, freedoms, out, work));
+        inertias, armature, freedoms, out, work), (k, n, m, c, q, parents, variables, ratios, offsets, places,
+        screws, turns, coordinates, qd, inertias, armature, freedoms, out, work));
 }
 
 static INLINE WORD NAME(kinetic_energy_lanes)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q,
@@ -5539,20 +5553,20 @@ static INLINE WORD NAME(kinetic_energy_lanes)(intptr_t k, intptr_t n, intptr_t m
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(jacobian_rate_value_start_lanes)(value);
     for (intptr_t i = 0; i < c; i++)
         NAME(jacobian_rate_value_lanes)(qd + NLANES * (freedoms[6 * i]), qd + NLANES * (freedoms[6 * i + 1]),
-    qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]), qd + NLANES * (freedoms[6 * i + 4]),
-    qd + NLANES * (freedoms[6 * i + 5]), value);
+            qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]),
+            qd + NLANES * (freedoms[6 * i + 4]), qd + NLANES * (freedoms[6 * i + 5]), value);
     COPY(6 * NLANES, value, carrier_start);
     NAME(forward_dynamics_carrier_1_start_lanes)(out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(kinetic_energy_carrier_lanes)(parents[i] >= 0 ? carrier + 6 * NLANES * parents[i] : carrier_start,
-    pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * coordinates[i],
-    ratios + i, carrier + 6 * NLANES * i);
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * coordinates[i],
+            ratios + i, carrier + 6 * NLANES * i);
         NAME(kinetic_energy_result_lanes)(out, carrier + 6 * NLANES * i, inertias + 10 * i, armature + i,
-    qd + NLANES * coordinates[i], ratios + i, out);
+            qd + NLANES * coordinates[i], ratios + i, out);
     }
     return far;
 }
@@ -5607,36 +5621,36 @@ static INLINE void NAME(potential_energy_within)(intptr_t k, intptr_t n, intptr_
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, rotor[4], place[3], pose_rotor_start[4],
-    pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
+        pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_rotor_start)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_all_rotor)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
+            q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
     NAME(forward_all_pose_rotor_start)(rotor, place, pose_rotor_start, pose_place_start);
     NAME(forward_dynamics_carrier_1_start)(out);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(potential_energy_result)(gravity, out[0], inertias + 10 * i, pose_rotor_2 + 4 * i,
-    pose_place_2 + 3 * i, out);
+            pose_place_2 + 3 * i, out);
     }
 }
 
-FUSED(potential_energy, (intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents,
-    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const REAL *inertias, const REAL *gravity, const int64_t *base, REAL *out, REAL *work), (k,
-    n, c, q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity, base, out, work))
+FUSED(potential_energy, (intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents, const int64_t
+    *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
+    const REAL *inertias, const REAL *gravity, const int64_t *base, REAL *out, REAL *work),
+    (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, inertias, gravity, base, out, work))
 void NAME(potential_energy)(intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
     const REAL *turns, const REAL *inertias, const REAL *gravity, const int64_t *base, REAL *out, REAL *work)
 {
     RUN(potential_energy, (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, inertias,
-    gravity, base, out, work), (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, inertias,
-    gravity, base, out, work));
+        gravity, base, out, work), (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns,
+        inertias, gravity, base, out, work));
 }
 
 static INLINE WORD NAME(potential_energy_lanes)(intptr_t k, intptr_t n, intptr_t c, const REAL *q,
@@ -5646,24 +5660,26 @@ static INLINE WORD NAME(potential_energy_lanes)(intptr_t k, intptr_t n, intptr_t
 {
     (void)k;
     _Alignas(64) REAL rotor[4 * NLANES], place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES];
+        pose_place_start[3 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_rotor_start_lanes)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_all_rotor_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
-    q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor, place);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
+            q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor,
+            place);
     NAME(forward_all_pose_rotor_start_lanes)(rotor, place, pose_rotor_start, pose_place_start);
     NAME(forward_dynamics_carrier_1_start_lanes)(out);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(potential_energy_result_lanes)(gravity, out, inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
-    pose_place_2 + 3 * NLANES * i, out);
+            pose_place_2 + 3 * NLANES * i, out);
     }
     return far;
 }
@@ -5740,38 +5756,38 @@ static INLINE void NAME(centre_of_mass_within)(intptr_t k, intptr_t n, intptr_t 
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, rotor[4], place[3], pose_rotor_start[4],
-    pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    sum[3];
+        pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        sum[3];
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_rotor_start)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_all_rotor)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
+            q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], rotor, place);
     NAME(forward_all_pose_rotor_start)(rotor, place, pose_rotor_start, pose_place_start);
     NAME(centre_of_mass_result_start)(out_0, sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(centre_of_mass_result)(out_0[0], sum, inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
-    out_0, sum);
+            out_0, sum);
     }
     NAME(centre_of_mass_result_2)(out_0[0], sum, out_1);
 }
 
-FUSED(centre_of_mass, (intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents,
-    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const REAL *inertias, const int64_t *base, REAL *out_0, REAL *out_1, REAL *work), (k, n, c,
-    q, parents, variables, ratios, offsets, places, screws, turns, inertias, base, out_0, out_1, work))
+FUSED(centre_of_mass, (intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents, const int64_t
+    *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns,
+    const REAL *inertias, const int64_t *base, REAL *out_0, REAL *out_1, REAL *work),
+    (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, inertias, base, out_0, out_1, work))
 void NAME(centre_of_mass)(intptr_t k, intptr_t n, intptr_t c, const REAL *q, const int64_t *parents,
     const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
     const REAL *turns, const REAL *inertias, const int64_t *base, REAL *out_0, REAL *out_1, REAL *work)
 {
     RUN(centre_of_mass, (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, inertias, base,
-    out_0, out_1, work), (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, inertias, base,
-    out_0, out_1, work));
+        out_0, out_1, work), (k, n, c, q, parents, variables, ratios, offsets, places, screws, turns, inertias,
+        base, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(centre_of_mass_lanes)(intptr_t k, intptr_t n, intptr_t c, const REAL *q,
@@ -5781,24 +5797,26 @@ static INLINE WORD NAME(centre_of_mass_lanes)(intptr_t k, intptr_t n, intptr_t c
 {
     (void)k;
     _Alignas(64) REAL rotor[4 * NLANES], place[3 * NLANES], pose_rotor_start[4 * NLANES],
-    pose_place_start[3 * NLANES], sum[3 * NLANES];
+        pose_place_start[3 * NLANES], sum[3 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_rotor_start_lanes)(rotor, place);
     for (intptr_t i = 0; i < c; i++)
         NAME(forward_all_rotor_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
-    q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor, place);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
+            q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]), rotor,
+            place);
     NAME(forward_all_pose_rotor_start_lanes)(rotor, place, pose_rotor_start, pose_place_start);
     NAME(centre_of_mass_result_start_lanes)(out_0, sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(centre_of_mass_result_lanes)(out_0, sum, inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
-    pose_place_2 + 3 * NLANES * i, out_0, sum);
+            pose_place_2 + 3 * NLANES * i, out_0, sum);
     }
     NAME(centre_of_mass_result_2_lanes)(out_0, sum, out_1);
     return far;
@@ -6014,13 +6032,13 @@ static INLINE void NAME(centroidal_momentum_matrix_within)(intptr_t k, intptr_t 
 {
     (void)k, (void)rates;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, value[4], pose_rotor_start[4],
-    pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    *const placed = pose_place_2 + 3 * n, *const a = placed + 10 * n, *const value_2 = a + 10 * n, sum[4],
-    *const column = value_2 + 10 * n, common, common_2, common_3, *const columns_of_base = column + 6 * n, row[6],
-    row_2[6], row_3[6], row_4[6], row_5[6], row_6[6];
+        pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        *const placed = pose_place_2 + 3 * n, *const a = placed + 10 * n, *const value_2 = a + 10 * n, sum[4],
+        *const column = value_2 + 10 * n, common, common_2, common_3, *const columns_of_base = column + 6 * n,
+        row[6], row_2[6], row_3[6], row_4[6], row_5[6], row_6[6];
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(jacobian_value_start)(value);
     for (intptr_t i = 0; i < c; i++)
         NAME(jacobian_value)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]], value);
@@ -6028,8 +6046,8 @@ static INLINE void NAME(centroidal_momentum_matrix_within)(intptr_t k, intptr_t 
     NAME(centroidal_momentum_matrix_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(mass_matrix_placed)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, placed + 10 * i);
         NAME(centroidal_momentum_matrix_sum)(sum, placed + 10 * i, sum);
     }
@@ -6040,7 +6058,7 @@ static INLINE void NAME(centroidal_momentum_matrix_within)(intptr_t k, intptr_t 
         if (parents[i] >= 0)
             ADD(10, value_2 + 10 * i, a + 10 * parents[i]);
         NAME(centroidal_momentum_matrix_column)(value_2 + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
-    screws + 6 * i, ratios[i], common, common_2, common_3, column + 6 * i);
+            screws + 6 * i, ratios[i], common, common_2, common_3, column + 6 * i);
     }
     CLEAR(6 * m, out);
     for (intptr_t i = 0; i < n; i++) {
@@ -6049,7 +6067,7 @@ static INLINE void NAME(centroidal_momentum_matrix_within)(intptr_t k, intptr_t 
     }
     for (intptr_t i = 0; i < c; i++) {
         NAME(centroidal_momentum_matrix_columns_of_base)(sum, common, common_2, common_3, value_2 + 10 * trunk[i],
-    q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]], columns_of_base + 36 * i);
+            q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]], columns_of_base + 36 * i);
         NAME(jacobian_row)(columns_of_base + 36 * i, row);
         if (freedoms[6 * i] >= 0)
             ADD(6, row, out + 6 * (freedoms[6 * i]));
@@ -6081,20 +6099,19 @@ static INLINE void NAME(centroidal_momentum_matrix_within)(intptr_t k, intptr_t 
     }
 }
 
-FUSED(centroidal_momentum_matrix, (intptr_t k, intptr_t n, intptr_t c, intptr_t m, const REAL *q,
-    const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
-    const REAL *screws, const REAL *turns, const int64_t *coordinates, const REAL *inertias, const int64_t *base,
-    const int64_t *freedoms, const int64_t *trunk, const REAL *rates, REAL *out, REAL *work), (k, n, c, m, q,
-    parents, variables, ratios, offsets, places, screws, turns, coordinates, inertias, base, freedoms, trunk, rates,
-    out, work))
+FUSED(centroidal_momentum_matrix, (intptr_t k, intptr_t n, intptr_t c, intptr_t m, const REAL *q, const int64_t
+    *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL
+    *screws, const REAL *turns, const int64_t *coordinates, const REAL *inertias, const int64_t *base, const int64_t
+    *freedoms, const int64_t *trunk, const REAL *rates, REAL *out, REAL *work), (k, n, c, m, q, parents, variables,
+    ratios, offsets, places, screws, turns, coordinates, inertias, base, freedoms, trunk, rates, out, work))
 void NAME(centroidal_momentum_matrix)(intptr_t k, intptr_t n, intptr_t c, intptr_t m, const REAL *q,
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
     const REAL *screws, const REAL *turns, const int64_t *coordinates, const REAL *inertias, const int64_t *base,
     const int64_t *freedoms, const int64_t *trunk, const REAL *rates, REAL *out, REAL *work)
 {
     RUN(centroidal_momentum_matrix, (k, n, c, m, q, parents, variables, ratios, offsets, places, screws, turns,
-    coordinates, inertias, base, freedoms, trunk, rates, out, work), (k, n, c, m, q, parents, variables, ratios,
-    offsets, places, screws, turns, coordinates, inertias, base, freedoms, trunk, rates, out, work));
+        coordinates, inertias, base, freedoms, trunk, rates, out, work), (k, n, c, m, q, parents, variables, ratios,
+        offsets, places, screws, turns, coordinates, inertias, base, freedoms, trunk, rates, out, work));
 }
 
 static INLINE WORD NAME(centroidal_momentum_matrix_lanes)(intptr_t k, intptr_t n, intptr_t c, intptr_t m,
@@ -6106,24 +6123,25 @@ static INLINE WORD NAME(centroidal_momentum_matrix_lanes)(intptr_t k, intptr_t n
 {
     (void)k, (void)rates;
     _Alignas(64) REAL value[4 * NLANES], pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES],
-    sum[4 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], row[6 * NLANES], row_2[6 * NLANES],
-    row_3[6 * NLANES], row_4[6 * NLANES], row_5[6 * NLANES], row_6[6 * NLANES];
+        sum[4 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], row[6 * NLANES], row_2[6 * NLANES],
+        row_3[6 * NLANES], row_4[6 * NLANES], row_5[6 * NLANES], row_6[6 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(jacobian_value_start_lanes)(value);
     for (intptr_t i = 0; i < c; i++)
         NAME(jacobian_value_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
     NAME(jacobian_pose_rotor_start_lanes)(value, pose_rotor_start, pose_place_start);
     NAME(centroidal_momentum_matrix_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(mass_matrix_placed_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
-    pose_place_2 + 3 * NLANES * i, placed + 10 * NLANES * i);
+            pose_place_2 + 3 * NLANES * i, placed + 10 * NLANES * i);
         NAME(centroidal_momentum_matrix_sum_lanes)(sum, placed + 10 * NLANES * i, sum);
     }
     CLEAR(10 * NLANES * n, a);
@@ -6133,7 +6151,8 @@ static INLINE WORD NAME(centroidal_momentum_matrix_lanes)(intptr_t k, intptr_t n
         if (parents[i] >= 0)
             ADD(10 * NLANES, value_2 + 10 * NLANES * i, a + 10 * NLANES * parents[i]);
         NAME(centroidal_momentum_matrix_column_lanes)(value_2 + 10 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
-    pose_place_2 + 3 * NLANES * i, screws + 6 * i, ratios + i, common, common_2, common_3, column + 6 * NLANES * i);
+            pose_place_2 + 3 * NLANES * i, screws + 6 * i, ratios + i, common, common_2, common_3,
+            column + 6 * NLANES * i);
     }
     CLEAR(6 * NLANES * m, out);
     for (intptr_t i = 0; i < n; i++) {
@@ -6142,8 +6161,8 @@ static INLINE WORD NAME(centroidal_momentum_matrix_lanes)(intptr_t k, intptr_t n
     }
     for (intptr_t i = 0; i < c; i++) {
         NAME(centroidal_momentum_matrix_columns_of_base_lanes)(sum, common, common_2, common_3,
-    value_2 + 10 * NLANES * trunk[i], q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), columns_of_base + 36 * NLANES * i);
+            value_2 + 10 * NLANES * trunk[i], q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), columns_of_base + 36 * NLANES * i);
         NAME(jacobian_row_lanes)(columns_of_base + 36 * NLANES * i, row);
         if (freedoms[6 * i] >= 0)
             ADD(6 * NLANES, row, out + 6 * NLANES * (freedoms[6 * i]));
@@ -6368,46 +6387,47 @@ static INLINE void NAME(centroidal_momentum_within)(intptr_t k, intptr_t n, intp
 {
     (void)k, (void)m;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, value[4], pose_rotor_start[4],
-    pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    value_2[6], carried_start[6], *const carried = pose_place_2 + 3 * n, sum_0, sum[3], sum_2[6];
+        pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        value_2[6], carried_start[6], *const carried = pose_place_2 + 3 * n, sum_0, sum[3], sum_2[6];
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(jacobian_value_start)(value);
     NAME(jacobian_rate_value_start)(value_2);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_value)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]], value);
         NAME(jacobian_rate_value)(qd[freedoms[6 * i]], qd[freedoms[6 * i + 1]], qd[freedoms[6 * i + 2]],
-    qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
+            qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
     }
     NAME(jacobian_pose_rotor_start)(value, pose_rotor_start, pose_place_start);
     NAME(jacobian_rate_value_2)(value, value_2, carried_start);
     NAME(centroidal_momentum_sum_start)(&sum_0, sum, sum_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(centroidal_momentum_carried)(parents[i] >= 0 ? carried + 6 * parents[i] : carried_start,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, qd[coordinates[i]], ratios[i], carried + 6 * i);
+            pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, qd[coordinates[i]], ratios[i],
+            carried + 6 * i);
         NAME(centroidal_momentum_sum)(sum_0, sum, sum_2, inertias + 10 * i, pose_rotor_2 + 4 * i,
-    pose_place_2 + 3 * i, carried + 6 * i, &sum_0, sum, sum_2);
+            pose_place_2 + 3 * i, carried + 6 * i, &sum_0, sum, sum_2);
     }
     NAME(centroidal_momentum_result)(sum_0, sum, sum_2, out);
 }
 
 FUSED(centroidal_momentum, (intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q, const int64_t *parents,
-    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws,
-    const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *inertias, const int64_t *base,
-    const int64_t *freedoms, REAL *out, REAL *work), (k, n, m, c, q, parents, variables, ratios, offsets, places,
-    screws, turns, coordinates, qd, inertias, base, freedoms, out, work))
+    const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL *screws, const
+    REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *inertias, const int64_t *base, const
+    int64_t *freedoms, REAL *out, REAL *work), (k, n, m, c, q, parents, variables, ratios, offsets, places, screws,
+    turns, coordinates, qd, inertias, base, freedoms, out, work))
 void NAME(centroidal_momentum)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q,
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
     const REAL *screws, const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *inertias,
     const int64_t *base, const int64_t *freedoms, REAL *out, REAL *work)
 {
     RUN(centroidal_momentum, (k, n, m, c, q, parents, variables, ratios, offsets, places, screws, turns,
-    coordinates, qd, inertias, base, freedoms, out, work), (k, n, m, c, q, parents, variables, ratios, offsets,
-    places, screws, turns, coordinates, qd, inertias, base, freedoms, out, work));
+        coordinates, qd, inertias, base, freedoms, out, work), (k, n, m, c, q, parents, variables, ratios, offsets,
+        places, screws, turns, coordinates, qd, inertias, base, freedoms, out, work));
 }
 
 static INLINE WORD NAME(centroidal_momentum_lanes)(intptr_t k, intptr_t n, intptr_t m, intptr_t c, const REAL *q,
@@ -6418,32 +6438,33 @@ static INLINE WORD NAME(centroidal_momentum_lanes)(intptr_t k, intptr_t n, intpt
 {
     (void)k, (void)m;
     _Alignas(64) REAL value[4 * NLANES], pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES],
-    value_2[6 * NLANES], carried_start[6 * NLANES], sum_0[NLANES], sum[3 * NLANES], sum_2[6 * NLANES];
+        value_2[6 * NLANES], carried_start[6 * NLANES], sum_0[NLANES], sum[3 * NLANES], sum_2[6 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(jacobian_value_start_lanes)(value);
     NAME(jacobian_rate_value_start_lanes)(value_2);
     for (intptr_t i = 0; i < c; i++) {
         NAME(jacobian_value_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), value);
         NAME(jacobian_rate_value_lanes)(qd + NLANES * (freedoms[6 * i]), qd + NLANES * (freedoms[6 * i + 1]),
-    qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]), qd + NLANES * (freedoms[6 * i + 4]),
-    qd + NLANES * (freedoms[6 * i + 5]), value_2);
+            qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]),
+            qd + NLANES * (freedoms[6 * i + 4]), qd + NLANES * (freedoms[6 * i + 5]), value_2);
     }
     NAME(jacobian_pose_rotor_start_lanes)(value, pose_rotor_start, pose_place_start);
     NAME(jacobian_rate_value_2_lanes)(value, value_2, carried_start);
     NAME(centroidal_momentum_sum_start_lanes)(sum_0, sum, sum_2);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(centroidal_momentum_carried_lanes)(parents[i] >= 0 ? carried + 6 * NLANES * parents[i] : carried_start,
-    pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i, qd + NLANES * coordinates[i],
-    ratios + i, carried + 6 * NLANES * i);
+            pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
+            qd + NLANES * coordinates[i], ratios + i, carried + 6 * NLANES * i);
         NAME(centroidal_momentum_sum_lanes)(sum_0, sum, sum_2, inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
-    pose_place_2 + 3 * NLANES * i, carried + 6 * NLANES * i, sum_0, sum, sum_2);
+            pose_place_2 + 3 * NLANES * i, carried + 6 * NLANES * i, sum_0, sum, sum_2);
     }
     NAME(centroidal_momentum_result_lanes)(sum_0, sum, sum_2, out);
     return far;
@@ -6613,9 +6634,9 @@ static INLINE void NAME(integrate_within)(intptr_t k, intptr_t m, intptr_t j, in
     }
     for (intptr_t i = 0; i < c; i++)
         NAME(integrate_moved)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], v[freedoms[6 * i]],
-    v[freedoms[6 * i + 1]], v[freedoms[6 * i + 2]], v[freedoms[6 * i + 3]], v[freedoms[6 * i + 4]],
-    v[freedoms[6 * i + 5]], moved + 8 * i, NULL);
+            q[base[8 * i + 4]], q[base[8 * i + 5]], q[base[8 * i + 6]], q[base[8 * i + 7]], v[freedoms[6 * i]],
+            v[freedoms[6 * i + 1]], v[freedoms[6 * i + 2]], v[freedoms[6 * i + 3]], v[freedoms[6 * i + 4]],
+            v[freedoms[6 * i + 5]], moved + 8 * i, NULL);
     for (intptr_t i = 0; i < c; i++) {
         NAME(integrate_row)(moved + 8 * i, &row);
         if (base[8 * i] >= 0)
@@ -6658,15 +6679,15 @@ static INLINE void NAME(integrate_within)(intptr_t k, intptr_t m, intptr_t j, in
     }
 }
 
-FUSED(integrate, (intptr_t k, intptr_t m, intptr_t j, intptr_t c, const REAL *q, const REAL *v,
-    const int64_t *variables, const int64_t *coordinates, const int64_t *base, const int64_t *freedoms, REAL *out,
-    REAL *work), (k, m, j, c, q, v, variables, coordinates, base, freedoms, out, work))
+FUSED(integrate, (intptr_t k, intptr_t m, intptr_t j, intptr_t c, const REAL *q, const REAL *v, const int64_t
+    *variables, const int64_t *coordinates, const int64_t *base, const int64_t *freedoms, REAL *out, REAL *work),
+    (k, m, j, c, q, v, variables, coordinates, base, freedoms, out, work))
 void NAME(integrate)(intptr_t k, intptr_t m, intptr_t j, intptr_t c, const REAL *q, const REAL *v,
     const int64_t *variables, const int64_t *coordinates, const int64_t *base, const int64_t *freedoms, REAL *out,
     REAL *work)
 {
-    RUN(integrate, (k, m, j, c, q, v, variables, coordinates, base, freedoms, out, work), (k, m, j, c, q, v,
-    variables, coordinates, base, freedoms, out, work));
+    RUN(integrate, (k, m, j, c, q, v, variables, coordinates, base, freedoms, out, work),
+        (k, m, j, c, q, v, variables, coordinates, base, freedoms, out, work));
 }
 
 static INLINE WORD NAME(integrate_lanes)(intptr_t k, intptr_t m, intptr_t j, intptr_t c, const REAL *q,
@@ -6675,7 +6696,7 @@ static INLINE WORD NAME(integrate_lanes)(intptr_t k, intptr_t m, intptr_t j, int
 {
     (void)m;
     _Alignas(64) REAL mapped[NLANES], row[NLANES], row_2[NLANES], row_3[NLANES], row_4[NLANES], row_5[NLANES],
-    row_6[NLANES], row_7[NLANES], row_8[NLANES];
+        row_6[NLANES], row_7[NLANES], row_8[NLANES];
     WORD far = 0;
     CLEAR(NLANES * k, out);
     for (intptr_t i = 0; i < j; i++) {
@@ -6685,11 +6706,11 @@ static INLINE WORD NAME(integrate_lanes)(intptr_t k, intptr_t m, intptr_t j, int
     }
     for (intptr_t i = 0; i < c; i++)
         far |= NAME(integrate_moved_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
-    q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]),
-    v + NLANES * (freedoms[6 * i]), v + NLANES * (freedoms[6 * i + 1]), v + NLANES * (freedoms[6 * i + 2]),
-    v + NLANES * (freedoms[6 * i + 3]), v + NLANES * (freedoms[6 * i + 4]), v + NLANES * (freedoms[6 * i + 5]),
-    moved + 8 * NLANES * i);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), q + NLANES * (base[8 * i + 4]),
+            q + NLANES * (base[8 * i + 5]), q + NLANES * (base[8 * i + 6]), q + NLANES * (base[8 * i + 7]),
+            v + NLANES * (freedoms[6 * i]), v + NLANES * (freedoms[6 * i + 1]), v + NLANES * (freedoms[6 * i + 2]),
+            v + NLANES * (freedoms[6 * i + 3]), v + NLANES * (freedoms[6 * i + 4]),
+            v + NLANES * (freedoms[6 * i + 5]), moved + 8 * NLANES * i);
     for (intptr_t i = 0; i < c; i++) {
         NAME(integrate_row_lanes)(moved + 8 * NLANES * i, row);
         if (base[8 * i] >= 0)
@@ -6828,9 +6849,9 @@ static INLINE void NAME(difference_within)(intptr_t k, intptr_t j, intptr_t c, i
     }
     for (intptr_t i = 0; i < c; i++)
         NAME(difference_twist)(q0[base[8 * i]], q0[base[8 * i + 1]], q0[base[8 * i + 2]], q0[base[8 * i + 3]],
-    q0[base[8 * i + 4]], q0[base[8 * i + 5]], q0[base[8 * i + 6]], q0[base[8 * i + 7]], q1[base[8 * i]],
-    q1[base[8 * i + 1]], q1[base[8 * i + 2]], q1[base[8 * i + 3]], q1[base[8 * i + 4]], q1[base[8 * i + 5]],
-    q1[base[8 * i + 6]], q1[base[8 * i + 7]], twist + 6 * i);
+            q0[base[8 * i + 4]], q0[base[8 * i + 5]], q0[base[8 * i + 6]], q0[base[8 * i + 7]], q1[base[8 * i]],
+            q1[base[8 * i + 1]], q1[base[8 * i + 2]], q1[base[8 * i + 3]], q1[base[8 * i + 4]], q1[base[8 * i + 5]],
+            q1[base[8 * i + 6]], q1[base[8 * i + 7]], twist + 6 * i);
     for (intptr_t i = 0; i < c; i++) {
         NAME(mass_matrix_row)(twist + 6 * i, &row);
         if (freedoms[6 * i] >= 0)
@@ -6863,16 +6884,15 @@ static INLINE void NAME(difference_within)(intptr_t k, intptr_t j, intptr_t c, i
     }
 }
 
-FUSED(difference, (intptr_t k, intptr_t j, intptr_t c, intptr_t m, const REAL *q0, const REAL *q1,
-    const int64_t *variables, const int64_t *coordinates, const int64_t *base, const int64_t *freedoms,
-    const REAL *rates, REAL *out, REAL *work), (k, j, c, m, q0, q1, variables, coordinates, base, freedoms, rates,
-    out, work))
+FUSED(difference, (intptr_t k, intptr_t j, intptr_t c, intptr_t m, const REAL *q0, const REAL *q1, const int64_t
+    *variables, const int64_t *coordinates, const int64_t *base, const int64_t *freedoms, const REAL *rates, REAL
+    *out, REAL *work), (k, j, c, m, q0, q1, variables, coordinates, base, freedoms, rates, out, work))
 void NAME(difference)(intptr_t k, intptr_t j, intptr_t c, intptr_t m, const REAL *q0, const REAL *q1,
     const int64_t *variables, const int64_t *coordinates, const int64_t *base, const int64_t *freedoms,
     const REAL *rates, REAL *out, REAL *work)
 {
-    RUN(difference, (k, j, c, m, q0, q1, variables, coordinates, base, freedoms, rates, out, work), (k, j, c, m, q0,
-    q1, variables, coordinates, base, freedoms, rates, out, work));
+    RUN(difference, (k, j, c, m, q0, q1, variables, coordinates, base, freedoms, rates, out, work),
+        (k, j, c, m, q0, q1, variables, coordinates, base, freedoms, rates, out, work));
 }
 
 static INLINE WORD NAME(difference_lanes)(intptr_t k, intptr_t j, intptr_t c, intptr_t m, const REAL *q0,
@@ -6881,7 +6901,7 @@ static INLINE WORD NAME(difference_lanes)(intptr_t k, intptr_t j, intptr_t c, in
 {
     (void)k, (void)rates;
     _Alignas(64) REAL mapped[NLANES], row[NLANES], row_2[NLANES], row_3[NLANES], row_4[NLANES], row_5[NLANES],
-    row_6[NLANES];
+        row_6[NLANES];
     CLEAR(NLANES * m, out);
     for (intptr_t i = 0; i < j; i++) {
         NAME(difference_mapped_lanes)(q0 + NLANES * variables[i], q1 + NLANES * variables[i], mapped);
@@ -6890,11 +6910,11 @@ static INLINE WORD NAME(difference_lanes)(intptr_t k, intptr_t j, intptr_t c, in
     }
     for (intptr_t i = 0; i < c; i++)
         NAME(difference_twist_lanes)(q0 + NLANES * (base[8 * i]), q0 + NLANES * (base[8 * i + 1]),
-    q0 + NLANES * (base[8 * i + 2]), q0 + NLANES * (base[8 * i + 3]), q0 + NLANES * (base[8 * i + 4]),
-    q0 + NLANES * (base[8 * i + 5]), q0 + NLANES * (base[8 * i + 6]), q0 + NLANES * (base[8 * i + 7]),
-    q1 + NLANES * (base[8 * i]), q1 + NLANES * (base[8 * i + 1]), q1 + NLANES * (base[8 * i + 2]),
-    q1 + NLANES * (base[8 * i + 3]), q1 + NLANES * (base[8 * i + 4]), q1 + NLANES * (base[8 * i + 5]),
-    q1 + NLANES * (base[8 * i + 6]), q1 + NLANES * (base[8 * i + 7]), twist + 6 * NLANES * i);
+            q0 + NLANES * (base[8 * i + 2]), q0 + NLANES * (base[8 * i + 3]), q0 + NLANES * (base[8 * i + 4]),
+            q0 + NLANES * (base[8 * i + 5]), q0 + NLANES * (base[8 * i + 6]), q0 + NLANES * (base[8 * i + 7]),
+            q1 + NLANES * (base[8 * i]), q1 + NLANES * (base[8 * i + 1]), q1 + NLANES * (base[8 * i + 2]),
+            q1 + NLANES * (base[8 * i + 3]), q1 + NLANES * (base[8 * i + 4]), q1 + NLANES * (base[8 * i + 5]),
+            q1 + NLANES * (base[8 * i + 6]), q1 + NLANES * (base[8 * i + 7]), twist + 6 * NLANES * i);
     for (intptr_t i = 0; i < c; i++) {
         NAME(mass_matrix_row_lanes)(twist + 6 * NLANES * i, row);
         if (freedoms[6 * i] >= 0)
@@ -7763,29 +7783,30 @@ static INLINE void NAME(inverse_dynamics_derivatives_within)(intptr_t k, intptr_
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
-    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    *const to_parent = pose_place_2 + 3 * n, mapped, mapped_2, value[3], common[3], value_2[6], value_3[6],
-    twist_start[6], rate_start[6], axis_rate_start[6], axis_acceleration_start[6], *const twist = to_parent + 6 * n,
-    *const rate = twist + 6 * n, *const axis_rate = rate + 6 * n, *const axis_acceleration = axis_rate + 6 * n,
-    *const of_body_inertia = axis_acceleration + 6 * n, *const of_body_turning = of_body_inertia + 10 * n,
-    *const of_body_momentum = of_body_turning + 9 * n, *const of_body_wrench = of_body_momentum + 3 * n,
-    *const carried_inertia = of_body_wrench + 6 * n, *const carried_turning = carried_inertia + 10 * n,
-    *const carried_momentum = carried_turning + 9 * n, *const carried_wrench = carried_momentum + 3 * n,
-    *const value_inertia = carried_wrench + 6 * n, *const value_turning = value_inertia + 10 * n,
-    *const value_momentum = value_turning + 9 * n, *const value_wrench = value_momentum + 3 * n,
-    *const of_joint_of_carriers = value_wrench + 6 * n, *const of_joint_momentum = of_joint_of_carriers + 6 * n,
-    *const of_joint_coriolis = of_joint_momentum + 6 * n, *const of_joint_by_speed = of_joint_coriolis + 3 * n,
-    above_by_q, *const below_by_q = of_joint_by_speed + 6 * n, *const above_by_qd = below_by_q + p,
-    *const below_by_qd = above_by_qd + p, inertia[10], turning[9], momentum[3], wrench[6],
-    *const with_base = below_by_qd + p, *const with_base_2 = with_base + 6 * f,
-    *const with_base_3 = with_base_2 + 6 * f, *const with_base_4 = with_base_3 + 3 * f, common_2[2], common_3[2],
-    common_4[2], common_5[4], common_6[4], common_7[4], common_8[2], common_9[2], common_10[2],
-    *const of_base = with_base_4 + 6 * f, common_11[3], row, row_2, row_3, row_4, row_5, row_6, row_7, row_8, row_9,
-    row_10, row_11, row_12, row_13, row_14, row_15, row_16, row_17, row_18, row_19, row_20, row_21, row_22, row_23,
-    row_24, row_25, row_26, row_27, row_28, row_29, row_30, row_31, row_32, row_33;
+        *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        *const to_parent = pose_place_2 + 3 * n, mapped, mapped_2, value[3], common[3], value_2[6], value_3[6],
+        twist_start[6], rate_start[6], axis_rate_start[6], axis_acceleration_start[6],
+        *const twist = to_parent + 6 * n, *const rate = twist + 6 * n, *const axis_rate = rate + 6 * n,
+        *const axis_acceleration = axis_rate + 6 * n, *const of_body_inertia = axis_acceleration + 6 * n,
+        *const of_body_turning = of_body_inertia + 10 * n, *const of_body_momentum = of_body_turning + 9 * n,
+        *const of_body_wrench = of_body_momentum + 3 * n, *const carried_inertia = of_body_wrench + 6 * n,
+        *const carried_turning = carried_inertia + 10 * n, *const carried_momentum = carried_turning + 9 * n,
+        *const carried_wrench = carried_momentum + 3 * n, *const value_inertia = carried_wrench + 6 * n,
+        *const value_turning = value_inertia + 10 * n, *const value_momentum = value_turning + 9 * n,
+        *const value_wrench = value_momentum + 3 * n, *const of_joint_of_carriers = value_wrench + 6 * n,
+        *const of_joint_momentum = of_joint_of_carriers + 6 * n,
+        *const of_joint_coriolis = of_joint_momentum + 6 * n, *const of_joint_by_speed = of_joint_coriolis + 3 * n,
+        above_by_q, *const below_by_q = of_joint_by_speed + 6 * n, *const above_by_qd = below_by_q + p,
+        *const below_by_qd = above_by_qd + p, inertia[10], turning[9], momentum[3], wrench[6],
+        *const with_base = below_by_qd + p, *const with_base_2 = with_base + 6 * f,
+        *const with_base_3 = with_base_2 + 6 * f, *const with_base_4 = with_base_3 + 3 * f, common_2[2],
+        common_3[2], common_4[2], common_5[4], common_6[4], common_7[4], common_8[2], common_9[2], common_10[2],
+        *const of_base = with_base_4 + 6 * f, common_11[3], row, row_2, row_3, row_4, row_5, row_6, row_7, row_8,
+        row_9, row_10, row_11, row_12, row_13, row_14, row_15, row_16, row_17, row_18, row_19, row_20, row_21,
+        row_22, row_23, row_24, row_25, row_26, row_27, row_28, row_29, row_30, row_31, row_32, row_33;
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_rotor_start)(pose_rotor_start, pose_place_start);
     NAME(forward_dynamics_value)(gravity, value);
     NAME(forward_dynamics_common)(gravity, common);
@@ -7793,29 +7814,29 @@ static INLINE void NAME(inverse_dynamics_derivatives_within)(intptr_t k, intptr_
     NAME(jacobian_rate_value_start)(value_3);
     for (intptr_t i = 0; i < c; i++) {
         NAME(forward_dynamics_value_2)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    common, value);
+            common, value);
         NAME(jacobian_rate_value)(qd[freedoms[6 * i]], qd[freedoms[6 * i + 1]], qd[freedoms[6 * i + 2]],
-    qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
+            qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
         NAME(jacobian_rate_value)(qdd[freedoms[6 * i]], qdd[freedoms[6 * i + 1]], qdd[freedoms[6 * i + 2]],
-    qdd[freedoms[6 * i + 3]], qdd[freedoms[6 * i + 4]], qdd[freedoms[6 * i + 5]], value_3);
+            qdd[freedoms[6 * i + 3]], qdd[freedoms[6 * i + 4]], qdd[freedoms[6 * i + 5]], value_3);
     }
     NAME(inverse_dynamics_derivatives_rate_start)(value, value_3, rate_start, axis_rate_start,
-    axis_acceleration_start);
+        axis_acceleration_start);
     COPY(6, value_2, twist_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
-    to_parent + 6 * i);
+            to_parent + 6 * i);
         NAME(forward_dynamics_mapped)(qd[coordinates[i]], ratios[i], &mapped);
         NAME(forward_dynamics_mapped)(qdd[coordinates[i]], ratios[i], &mapped_2);
         NAME(inverse_dynamics_derivatives_twist)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
-    parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, to_parent + 6 * i, mapped, mapped_2, twist + 6 * i,
-    rate + 6 * i, axis_rate + 6 * i, axis_acceleration + 6 * i);
+            parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, to_parent + 6 * i, mapped, mapped_2,
+            twist + 6 * i, rate + 6 * i, axis_rate + 6 * i, axis_acceleration + 6 * i);
         NAME(inverse_dynamics_derivatives_of_body_inertia)(inertias + 10 * i, pose_rotor_2 + 4 * i,
-    pose_place_2 + 3 * i, twist + 6 * i, rate + 6 * i, of_body_inertia + 10 * i, of_body_turning + 9 * i,
-    of_body_momentum + 3 * i, of_body_wrench + 6 * i);
+            pose_place_2 + 3 * i, twist + 6 * i, rate + 6 * i, of_body_inertia + 10 * i, of_body_turning + 9 * i,
+            of_body_momentum + 3 * i, of_body_wrench + 6 * i);
     }
     CLEAR(10 * n, carried_inertia);
     CLEAR(9 * n, carried_turning);
@@ -7823,9 +7844,9 @@ static INLINE void NAME(inverse_dynamics_derivatives_within)(intptr_t k, intptr_
     CLEAR(6 * n, carried_wrench);
     for (intptr_t i = n; i-- > 0;) {
         NAME(inverse_dynamics_derivatives_value_inertia)(carried_inertia + 10 * i, carried_turning + 9 * i,
-    carried_momentum + 3 * i, carried_wrench + 6 * i, of_body_inertia + 10 * i, of_body_turning + 9 * i,
-    of_body_momentum + 3 * i, of_body_wrench + 6 * i, value_inertia + 10 * i, value_turning + 9 * i,
-    value_momentum + 3 * i, value_wrench + 6 * i);
+            carried_momentum + 3 * i, carried_wrench + 6 * i, of_body_inertia + 10 * i, of_body_turning + 9 * i,
+            of_body_momentum + 3 * i, of_body_wrench + 6 * i, value_inertia + 10 * i, value_turning + 9 * i,
+            value_momentum + 3 * i, value_wrench + 6 * i);
         if (parents[i] >= 0)
             ADD(10, value_inertia + 10 * i, carried_inertia + 10 * parents[i]);
         if (parents[i] >= 0)
@@ -7835,15 +7856,16 @@ static INLINE void NAME(inverse_dynamics_derivatives_within)(intptr_t k, intptr_
         if (parents[i] >= 0)
             ADD(6, value_wrench + 6 * i, carried_wrench + 6 * parents[i]);
         NAME(inverse_dynamics_derivatives_of_joint_of_carriers)(value_inertia + 10 * i, value_turning + 9 * i,
-    value_momentum + 3 * i, value_wrench + 6 * i, to_parent + 6 * i, axis_rate + 6 * i, axis_acceleration + 6 * i,
-    of_joint_of_carriers + 6 * i, of_joint_momentum + 6 * i, of_joint_coriolis + 3 * i, of_joint_by_speed + 6 * i);
+            value_momentum + 3 * i, value_wrench + 6 * i, to_parent + 6 * i, axis_rate + 6 * i,
+            axis_acceleration + 6 * i, of_joint_of_carriers + 6 * i, of_joint_momentum + 6 * i,
+            of_joint_coriolis + 3 * i, of_joint_by_speed + 6 * i);
     }
     CLEAR(m * m, out_0);
     for (intptr_t i = 0; i < p; i++) {
         NAME(inverse_dynamics_derivatives_above_by_q)(of_joint_of_carriers + 6 * lower[i],
-    of_joint_momentum + 6 * lower[i], of_joint_coriolis + 3 * lower[i], of_joint_by_speed + 6 * lower[i],
-    ratios[lower[i]], to_parent + 6 * upper[i], axis_rate + 6 * upper[i], axis_acceleration + 6 * upper[i],
-    is_strict[i], ratios[upper[i]], &above_by_q, below_by_q + i, above_by_qd + i, below_by_qd + i);
+            of_joint_momentum + 6 * lower[i], of_joint_coriolis + 3 * lower[i], of_joint_by_speed + 6 * lower[i],
+            ratios[lower[i]], to_parent + 6 * upper[i], axis_rate + 6 * upper[i], axis_acceleration + 6 * upper[i],
+            is_strict[i], ratios[upper[i]], &above_by_q, below_by_q + i, above_by_qd + i, below_by_qd + i);
         if (upper_coordinates[i] >= 0 && lower_coordinates[i] >= 0)
             ADD(1, &above_by_q, out_0 + (upper_coordinates[i] * m + lower_coordinates[i]));
     }
@@ -7861,14 +7883,14 @@ static INLINE void NAME(inverse_dynamics_derivatives_within)(intptr_t k, intptr_
     NAME(inverse_dynamics_derivatives_inertia_start)(inertia, turning, momentum, wrench);
     for (intptr_t i = 0; i < c; i++)
         NAME(inverse_dynamics_derivatives_inertia)(value_inertia + 10 * trunk[i], value_turning + 9 * trunk[i],
-    value_momentum + 3 * trunk[i], value_wrench + 6 * trunk[i], inertia, turning, momentum, wrench);
+            value_momentum + 3 * trunk[i], value_wrench + 6 * trunk[i], inertia, turning, momentum, wrench);
     NAME(inverse_dynamics_derivatives_common)(value, value_2, common_2, common_3, common_4, common_5, common_6,
-    common_7, common_8, common_9, common_10);
+        common_7, common_8, common_9, common_10);
     for (intptr_t i = 0; i < f; i++) {
         NAME(inverse_dynamics_derivatives_with_base)(of_joint_of_carriers + 6 * moved[i],
-    of_joint_momentum + 6 * moved[i], of_joint_coriolis + 3 * moved[i], of_joint_by_speed + 6 * moved[i],
-    ratios[moved[i]], common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10,
-    with_base + 6 * i, with_base_2 + 6 * i, with_base_3 + 3 * i, with_base_4 + 6 * i);
+            of_joint_momentum + 6 * moved[i], of_joint_coriolis + 3 * moved[i], of_joint_by_speed + 6 * moved[i],
+            ratios[moved[i]], common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
+            common_10, with_base + 6 * i, with_base_2 + 6 * i, with_base_3 + 3 * i, with_base_4 + 6 * i);
         NAME(mass_matrix_row)(with_base + 6 * i, &row);
         if (moved_freedoms[6 * i] >= 0 && moved_coordinates[i] >= 0)
             ADD(1, &row, out_0 + ((moved_freedoms[6 * i]) * m + moved_coordinates[i]));
@@ -7919,7 +7941,7 @@ static INLINE void NAME(inverse_dynamics_derivatives_within)(intptr_t k, intptr_
     }
     for (intptr_t i = 0; i < e; i++) {
         NAME(inverse_dynamics_derivatives_of_base)(value_2, inertia, turning, momentum, units + 6 * i, common_11,
-    of_base + 12 * i);
+            of_base + 12 * i);
         NAME(inverse_dynamics_derivatives_row_4)(of_base + 12 * i, &row_10);
         if (own_freedoms[6 * i] >= 0 && unit_freedoms[i] >= 0)
             ADD(1, &row_10, out_0 + ((own_freedoms[6 * i]) * m + unit_freedoms[i]));
@@ -8035,16 +8057,16 @@ static INLINE void NAME(inverse_dynamics_derivatives_within)(intptr_t k, intptr_
 }
 
 FUSED(inverse_dynamics_derivatives, (intptr_t k, intptr_t n, intptr_t m, intptr_t p, intptr_t c, intptr_t e,
-    intptr_t f, const REAL *q, const int64_t *parents, const int64_t *variables, const REAL *ratios,
-    const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const int64_t *coordinates,
-    const REAL *qd, const REAL *qdd, const REAL *inertias, const REAL *gravity, const int64_t *lower,
-    const int64_t *upper, const int64_t *lower_coordinates, const int64_t *upper_coordinates, const REAL *is_strict,
-    const int64_t *base, const int64_t *freedoms, const int64_t *trunk, const REAL *units,
-    const int64_t *unit_freedoms, const int64_t *own_freedoms, const int64_t *moved,
-    const int64_t *moved_coordinates, const int64_t *moved_freedoms, REAL *out_0, REAL *out_1, REAL *work), (k, n,
-    m, p, c, e, f, q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, qdd, inertias,
-    gravity, lower, upper, lower_coordinates, upper_coordinates, is_strict, base, freedoms, trunk, units,
-    unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms, out_0, out_1, work))
+    intptr_t f, const REAL *q, const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL
+    *offsets, const REAL *places, const REAL *screws, const REAL *turns, const int64_t *coordinates, const REAL *qd,
+    const REAL *qdd, const REAL *inertias, const REAL *gravity, const int64_t *lower, const int64_t *upper, const
+    int64_t *lower_coordinates, const int64_t *upper_coordinates, const REAL *is_strict, const int64_t *base, const
+    int64_t *freedoms, const int64_t *trunk, const REAL *units, const int64_t *unit_freedoms, const int64_t
+    *own_freedoms, const int64_t *moved, const int64_t *moved_coordinates, const int64_t *moved_freedoms, REAL
+    *out_0, REAL *out_1, REAL *work), (k, n, m, p, c, e, f, q, parents, variables, ratios, offsets, places, screws,
+    turns, coordinates, qd, qdd, inertias, gravity, lower, upper, lower_coordinates, upper_coordinates, is_strict,
+    base, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms, out_0,
+    out_1, work))
 void NAME(inverse_dynamics_derivatives)(intptr_t k, intptr_t n, intptr_t m, intptr_t p, intptr_t c, intptr_t e,
     intptr_t f, const REAL *q, const int64_t *parents, const int64_t *variables, const REAL *ratios,
     const REAL *offsets, const REAL *places, const REAL *screws, const REAL *turns, const int64_t *coordinates,
@@ -8055,11 +8077,12 @@ void NAME(inverse_dynamics_derivatives)(intptr_t k, intptr_t n, intptr_t m, intp
     const int64_t *moved_coordinates, const int64_t *moved_freedoms, REAL *out_0, REAL *out_1, REAL *work)
 {
     RUN(inverse_dynamics_derivatives, (k, n, m, p, c, e, f, q, parents, variables, ratios, offsets, places, screws,
-    turns, coordinates, qd, qdd, inertias, gravity, lower, upper, lower_coordinates, upper_coordinates, is_strict,
-    base, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms, out_0,
-    out_1, work), (k, n, m, p, c, e, f, q, parents, variables, ratios, offsets, places, screws, turns, coordinates,
-    qd, qdd, inertias, gravity, lower, upper, lower_coordinates, upper_coordinates, is_strict, base, freedoms,
-    trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms, out_0, out_1, work));
+        turns, coordinates, qd, qdd, inertias, gravity, lower, upper, lower_coordinates, upper_coordinates,
+        is_strict, base, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates,
+        moved_freedoms, out_0, out_1, work), (k, n, m, p, c, e, f, q, parents, variables, ratios, offsets, places,
+        screws, turns, coordinates, qd, qdd, inertias, gravity, lower, upper, lower_coordinates, upper_coordinates,
+        is_strict, base, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates,
+        moved_freedoms, out_0, out_1, work));
 }
 
 static INLINE WORD NAME(inverse_dynamics_derivatives_lanes)(intptr_t k, intptr_t n, intptr_t m, intptr_t p,
@@ -8080,20 +8103,21 @@ static INLINE WORD NAME(inverse_dynamics_derivatives_lanes)(intptr_t k, intptr_t
 {
     (void)k;
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], mapped[NLANES], mapped_2[NLANES],
-    value[3 * NLANES], common[3 * NLANES], value_2[6 * NLANES], value_3[6 * NLANES], twist_start[6 * NLANES],
-    rate_start[6 * NLANES], axis_rate_start[6 * NLANES], axis_acceleration_start[6 * NLANES], above_by_q[NLANES],
-    inertia[10 * NLANES], turning[9 * NLANES], momentum[3 * NLANES], wrench[6 * NLANES], common_2[2 * NLANES],
-    common_3[2 * NLANES], common_4[2 * NLANES], common_5[4 * NLANES], common_6[4 * NLANES], common_7[4 * NLANES],
-    common_8[2 * NLANES], common_9[2 * NLANES], common_10[2 * NLANES], common_11[3 * NLANES], row[NLANES],
-    row_2[NLANES], row_3[NLANES], row_4[NLANES], row_5[NLANES], row_6[NLANES], row_7[NLANES], row_8[NLANES],
-    row_9[NLANES], row_10[NLANES], row_11[NLANES], row_12[NLANES], row_13[NLANES], row_14[NLANES], row_15[NLANES],
-    row_16[NLANES], row_17[NLANES], row_18[NLANES], row_19[NLANES], row_20[NLANES], row_21[NLANES], row_22[NLANES],
-    row_23[NLANES], row_24[NLANES], row_25[NLANES], row_26[NLANES], row_27[NLANES], row_28[NLANES], row_29[NLANES],
-    row_30[NLANES], row_31[NLANES], row_32[NLANES], row_33[NLANES];
+        value[3 * NLANES], common[3 * NLANES], value_2[6 * NLANES], value_3[6 * NLANES], twist_start[6 * NLANES],
+        rate_start[6 * NLANES], axis_rate_start[6 * NLANES], axis_acceleration_start[6 * NLANES],
+        above_by_q[NLANES], inertia[10 * NLANES], turning[9 * NLANES], momentum[3 * NLANES], wrench[6 * NLANES],
+        common_2[2 * NLANES], common_3[2 * NLANES], common_4[2 * NLANES], common_5[4 * NLANES],
+        common_6[4 * NLANES], common_7[4 * NLANES], common_8[2 * NLANES], common_9[2 * NLANES],
+        common_10[2 * NLANES], common_11[3 * NLANES], row[NLANES], row_2[NLANES], row_3[NLANES], row_4[NLANES],
+        row_5[NLANES], row_6[NLANES], row_7[NLANES], row_8[NLANES], row_9[NLANES], row_10[NLANES], row_11[NLANES],
+        row_12[NLANES], row_13[NLANES], row_14[NLANES], row_15[NLANES], row_16[NLANES], row_17[NLANES],
+        row_18[NLANES], row_19[NLANES], row_20[NLANES], row_21[NLANES], row_22[NLANES], row_23[NLANES],
+        row_24[NLANES], row_25[NLANES], row_26[NLANES], row_27[NLANES], row_28[NLANES], row_29[NLANES],
+        row_30[NLANES], row_31[NLANES], row_32[NLANES], row_33[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     NAME(forward_dynamics_value_lanes)(gravity, value);
     NAME(forward_dynamics_common_lanes)(gravity, common);
@@ -8101,31 +8125,34 @@ static INLINE WORD NAME(inverse_dynamics_derivatives_lanes)(intptr_t k, intptr_t
     NAME(jacobian_rate_value_start_lanes)(value_3);
     for (intptr_t i = 0; i < c; i++) {
         NAME(forward_dynamics_value_2_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common, value);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common, value);
         NAME(jacobian_rate_value_lanes)(qd + NLANES * (freedoms[6 * i]), qd + NLANES * (freedoms[6 * i + 1]),
-    qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]), qd + NLANES * (freedoms[6 * i + 4]),
-    qd + NLANES * (freedoms[6 * i + 5]), value_2);
+            qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]),
+            qd + NLANES * (freedoms[6 * i + 4]), qd + NLANES * (freedoms[6 * i + 5]), value_2);
         NAME(jacobian_rate_value_lanes)(qdd + NLANES * (freedoms[6 * i]), qdd + NLANES * (freedoms[6 * i + 1]),
-    qdd + NLANES * (freedoms[6 * i + 2]), qdd + NLANES * (freedoms[6 * i + 3]),
-    qdd + NLANES * (freedoms[6 * i + 4]), qdd + NLANES * (freedoms[6 * i + 5]), value_3);
+            qdd + NLANES * (freedoms[6 * i + 2]), qdd + NLANES * (freedoms[6 * i + 3]),
+            qdd + NLANES * (freedoms[6 * i + 4]), qdd + NLANES * (freedoms[6 * i + 5]), value_3);
     }
     NAME(inverse_dynamics_derivatives_rate_start_lanes)(value, value_3, rate_start, axis_rate_start,
-    axis_acceleration_start);
+        axis_acceleration_start);
     COPY(6 * NLANES, value_2, twist_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    screws + 6 * i, to_parent + 6 * NLANES * i);
+            screws + 6 * i, to_parent + 6 * NLANES * i);
         NAME(forward_dynamics_mapped_lanes)(qd + NLANES * coordinates[i], ratios + i, mapped);
         NAME(forward_dynamics_mapped_lanes)(qdd + NLANES * coordinates[i], ratios + i, mapped_2);
-        NAME(inverse_dynamics_derivatives_twist_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
-    parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, to_parent + 6 * NLANES * i, mapped, mapped_2,
-    twist + 6 * NLANES * i, rate + 6 * NLANES * i, axis_rate + 6 * NLANES * i, axis_acceleration + 6 * NLANES * i);
+        NAME(inverse_dynamics_derivatives_twist_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] :
+            twist_start, parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, to_parent + 6 * NLANES * i,
+            mapped, mapped_2, twist + 6 * NLANES * i, rate + 6 * NLANES * i, axis_rate + 6 * NLANES * i,
+            axis_acceleration + 6 * NLANES * i);
         NAME(inverse_dynamics_derivatives_of_body_inertia_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
-    pose_place_2 + 3 * NLANES * i, twist + 6 * NLANES * i, rate + 6 * NLANES * i, of_body_inertia + 10 * NLANES * i,
-    of_body_turning + 9 * NLANES * i, of_body_momentum + 3 * NLANES * i, of_body_wrench + 6 * NLANES * i);
+            pose_place_2 + 3 * NLANES * i, twist + 6 * NLANES * i, rate + 6 * NLANES * i,
+            of_body_inertia + 10 * NLANES * i, of_body_turning + 9 * NLANES * i, of_body_momentum + 3 * NLANES * i,
+            of_body_wrench + 6 * NLANES * i);
     }
     CLEAR(10 * NLANES * n, carried_inertia);
     CLEAR(9 * NLANES * n, carried_turning);
@@ -8133,10 +8160,10 @@ static INLINE WORD NAME(inverse_dynamics_derivatives_lanes)(intptr_t k, intptr_t
     CLEAR(6 * NLANES * n, carried_wrench);
     for (intptr_t i = n; i-- > 0;) {
         NAME(inverse_dynamics_derivatives_value_inertia_lanes)(carried_inertia + 10 * NLANES * i,
-    carried_turning + 9 * NLANES * i, carried_momentum + 3 * NLANES * i, carried_wrench + 6 * NLANES * i,
-    of_body_inertia + 10 * NLANES * i, of_body_turning + 9 * NLANES * i, of_body_momentum + 3 * NLANES * i,
-    of_body_wrench + 6 * NLANES * i, value_inertia + 10 * NLANES * i, value_turning + 9 * NLANES * i,
-    value_momentum + 3 * NLANES * i, value_wrench + 6 * NLANES * i);
+            carried_turning + 9 * NLANES * i, carried_momentum + 3 * NLANES * i, carried_wrench + 6 * NLANES * i,
+            of_body_inertia + 10 * NLANES * i, of_body_turning + 9 * NLANES * i, of_body_momentum + 3 * NLANES * i,
+            of_body_wrench + 6 * NLANES * i, value_inertia + 10 * NLANES * i, value_turning + 9 * NLANES * i,
+            value_momentum + 3 * NLANES * i, value_wrench + 6 * NLANES * i);
         if (parents[i] >= 0)
             ADD(10 * NLANES, value_inertia + 10 * NLANES * i, carried_inertia + 10 * NLANES * parents[i]);
         if (parents[i] >= 0)
@@ -8146,18 +8173,19 @@ static INLINE WORD NAME(inverse_dynamics_derivatives_lanes)(intptr_t k, intptr_t
         if (parents[i] >= 0)
             ADD(6 * NLANES, value_wrench + 6 * NLANES * i, carried_wrench + 6 * NLANES * parents[i]);
         NAME(inverse_dynamics_derivatives_of_joint_of_carriers_lanes)(value_inertia + 10 * NLANES * i,
-    value_turning + 9 * NLANES * i, value_momentum + 3 * NLANES * i, value_wrench + 6 * NLANES * i,
-    to_parent + 6 * NLANES * i, axis_rate + 6 * NLANES * i, axis_acceleration + 6 * NLANES * i,
-    of_joint_of_carriers + 6 * NLANES * i, of_joint_momentum + 6 * NLANES * i, of_joint_coriolis + 3 * NLANES * i,
-    of_joint_by_speed + 6 * NLANES * i);
+            value_turning + 9 * NLANES * i, value_momentum + 3 * NLANES * i, value_wrench + 6 * NLANES * i,
+            to_parent + 6 * NLANES * i, axis_rate + 6 * NLANES * i, axis_acceleration + 6 * NLANES * i,
+            of_joint_of_carriers + 6 * NLANES * i, of_joint_momentum + 6 * NLANES * i,
+            of_joint_coriolis + 3 * NLANES * i, of_joint_by_speed + 6 * NLANES * i);
     }
     CLEAR(NLANES * m * m, out_0);
     for (intptr_t i = 0; i < p; i++) {
         NAME(inverse_dynamics_derivatives_above_by_q_lanes)(of_joint_of_carriers + 6 * NLANES * lower[i],
-    of_joint_momentum + 6 * NLANES * lower[i], of_joint_coriolis + 3 * NLANES * lower[i],
-    of_joint_by_speed + 6 * NLANES * lower[i], ratios + lower[i], to_parent + 6 * NLANES * upper[i],
-    axis_rate + 6 * NLANES * upper[i], axis_acceleration + 6 * NLANES * upper[i], is_strict + i, ratios + upper[i],
-    above_by_q, below_by_q + NLANES * i, above_by_qd + NLANES * i, below_by_qd + NLANES * i);
+            of_joint_momentum + 6 * NLANES * lower[i], of_joint_coriolis + 3 * NLANES * lower[i],
+            of_joint_by_speed + 6 * NLANES * lower[i], ratios + lower[i], to_parent + 6 * NLANES * upper[i],
+            axis_rate + 6 * NLANES * upper[i], axis_acceleration + 6 * NLANES * upper[i], is_strict + i,
+            ratios + upper[i], above_by_q, below_by_q + NLANES * i, above_by_qd + NLANES * i,
+            below_by_qd + NLANES * i);
         if (upper_coordinates[i] >= 0 && lower_coordinates[i] >= 0)
             ADD(NLANES, above_by_q, out_0 + NLANES * (upper_coordinates[i] * m + lower_coordinates[i]));
     }
@@ -8165,29 +8193,29 @@ static INLINE WORD NAME(inverse_dynamics_derivatives_lanes)(intptr_t k, intptr_t
     for (intptr_t i = 0; i < p; i++) {
         if (lower_coordinates[i] >= 0 && upper_coordinates[i] >= 0)
             ADD(NLANES, below_by_q + NLANES * i,
-    out_0 + NLANES * (lower_coordinates[i] * m + upper_coordinates[i]));
+                out_0 + NLANES * (lower_coordinates[i] * m + upper_coordinates[i]));
         if (upper_coordinates[i] >= 0 && lower_coordinates[i] >= 0)
             ADD(NLANES, above_by_qd + NLANES * i,
-    out_1 + NLANES * (upper_coordinates[i] * m + lower_coordinates[i]));
+                out_1 + NLANES * (upper_coordinates[i] * m + lower_coordinates[i]));
     }
     for (intptr_t i = 0; i < p; i++) {
         if (lower_coordinates[i] >= 0 && upper_coordinates[i] >= 0)
             ADD(NLANES, below_by_qd + NLANES * i,
-    out_1 + NLANES * (lower_coordinates[i] * m + upper_coordinates[i]));
+                out_1 + NLANES * (lower_coordinates[i] * m + upper_coordinates[i]));
     }
     NAME(inverse_dynamics_derivatives_inertia_start_lanes)(inertia, turning, momentum, wrench);
     for (intptr_t i = 0; i < c; i++)
         NAME(inverse_dynamics_derivatives_inertia_lanes)(value_inertia + 10 * NLANES * trunk[i],
-    value_turning + 9 * NLANES * trunk[i], value_momentum + 3 * NLANES * trunk[i],
-    value_wrench + 6 * NLANES * trunk[i], inertia, turning, momentum, wrench);
+            value_turning + 9 * NLANES * trunk[i], value_momentum + 3 * NLANES * trunk[i],
+            value_wrench + 6 * NLANES * trunk[i], inertia, turning, momentum, wrench);
     NAME(inverse_dynamics_derivatives_common_lanes)(value, value_2, common_2, common_3, common_4, common_5,
-    common_6, common_7, common_8, common_9, common_10);
+        common_6, common_7, common_8, common_9, common_10);
     for (intptr_t i = 0; i < f; i++) {
         NAME(inverse_dynamics_derivatives_with_base_lanes)(of_joint_of_carriers + 6 * NLANES * moved[i],
-    of_joint_momentum + 6 * NLANES * moved[i], of_joint_coriolis + 3 * NLANES * moved[i],
-    of_joint_by_speed + 6 * NLANES * moved[i], ratios + moved[i], common_2, common_3, common_4, common_5, common_6,
-    common_7, common_8, common_9, common_10, with_base + 6 * NLANES * i, with_base_2 + 6 * NLANES * i,
-    with_base_3 + 3 * NLANES * i, with_base_4 + 6 * NLANES * i);
+            of_joint_momentum + 6 * NLANES * moved[i], of_joint_coriolis + 3 * NLANES * moved[i],
+            of_joint_by_speed + 6 * NLANES * moved[i], ratios + moved[i], common_2, common_3, common_4, common_5,
+            common_6, common_7, common_8, common_9, common_10, with_base + 6 * NLANES * i,
+            with_base_2 + 6 * NLANES * i, with_base_3 + 3 * NLANES * i, with_base_4 + 6 * NLANES * i);
         NAME(mass_matrix_row_lanes)(with_base + 6 * NLANES * i, row);
         if (moved_freedoms[6 * i] >= 0 && moved_coordinates[i] >= 0)
             ADD(NLANES, row, out_0 + NLANES * ((moved_freedoms[6 * i]) * m + moved_coordinates[i]));
@@ -8238,7 +8266,7 @@ static INLINE WORD NAME(inverse_dynamics_derivatives_lanes)(intptr_t k, intptr_t
     }
     for (intptr_t i = 0; i < e; i++) {
         NAME(inverse_dynamics_derivatives_of_base_lanes)(value_2, inertia, turning, momentum, units + 6 * i,
-    common_11, of_base + 12 * NLANES * i);
+            common_11, of_base + 12 * NLANES * i);
         NAME(inverse_dynamics_derivatives_row_4_lanes)(of_base + 12 * NLANES * i, row_10);
         if (own_freedoms[6 * i] >= 0 && unit_freedoms[i] >= 0)
             ADD(NLANES, row_10, out_0 + NLANES * ((own_freedoms[6 * i]) * m + unit_freedoms[i]));
@@ -8791,36 +8819,37 @@ static INLINE void NAME(coriolis_matrix_within)(intptr_t k, intptr_t n, intptr_t
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
-    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    *const to_parent = pose_place_2 + 3 * n, value[6], carrier_0_start[6], carrier_1_start[6],
-    *const carrier_0 = to_parent + 6 * n, *const carrier_1 = carrier_0 + 6 * n, *const of_body = carrier_1 + 6 * n,
-    *const of_body_2 = of_body + 10 * n, *const of_body_3 = of_body_2 + 9 * n, *const carried = of_body_3 + 3 * n,
-    *const carried_2 = carried + 10 * n, *const carried_3 = carried_2 + 9 * n, *const value_2 = carried_3 + 3 * n,
-    *const value_3 = value_2 + 10 * n, *const value_4 = value_3 + 9 * n, *const of_joint_0 = value_4 + 3 * n,
-    *const of_joint = of_joint_0 + 6 * n, *const of_joint_2 = of_joint + 3 * n, of_pair_0,
-    *const of_pair_1 = of_joint_2 + 6 * n, value_5[10], value_6[9], value_7[3], *const with_base = of_pair_1 + p,
-    common[4], common_2[4], common_3[4], common_4[2], common_5[2], common_6[2], *const of_base = with_base + 12 * f,
-    row, row_2, row_3, row_4, row_5, row_6, row_7, row_8, row_9, row_10, row_11, row_12, row_13, row_14, row_15,
-    row_16, row_17, row_18;
+        *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        *const to_parent = pose_place_2 + 3 * n, value[6], carrier_0_start[6], carrier_1_start[6],
+        *const carrier_0 = to_parent + 6 * n, *const carrier_1 = carrier_0 + 6 * n,
+        *const of_body = carrier_1 + 6 * n, *const of_body_2 = of_body + 10 * n,
+        *const of_body_3 = of_body_2 + 9 * n, *const carried = of_body_3 + 3 * n,
+        *const carried_2 = carried + 10 * n, *const carried_3 = carried_2 + 9 * n,
+        *const value_2 = carried_3 + 3 * n, *const value_3 = value_2 + 10 * n, *const value_4 = value_3 + 9 * n,
+        *const of_joint_0 = value_4 + 3 * n, *const of_joint = of_joint_0 + 6 * n,
+        *const of_joint_2 = of_joint + 3 * n, of_pair_0, *const of_pair_1 = of_joint_2 + 6 * n, value_5[10],
+        value_6[9], value_7[3], *const with_base = of_pair_1 + p, common[4], common_2[4], common_3[4], common_4[2],
+        common_5[2], common_6[2], *const of_base = with_base + 12 * f, row, row_2, row_3, row_4, row_5, row_6,
+        row_7, row_8, row_9, row_10, row_11, row_12, row_13, row_14, row_15, row_16, row_17, row_18;
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_rotor_start)(pose_rotor_start, pose_place_start);
     NAME(jacobian_rate_value_start)(value);
     for (intptr_t i = 0; i < c; i++)
         NAME(jacobian_rate_value)(qd[freedoms[6 * i]], qd[freedoms[6 * i + 1]], qd[freedoms[6 * i + 2]],
-    qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value);
+            qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value);
     COPY(6, value, carrier_0_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
-    to_parent + 6 * i);
+            to_parent + 6 * i);
         NAME(jacobian_rate_carrier)(parents[i] >= 0 ? carrier_0 + 6 * parents[i] : carrier_0_start,
-    to_parent + 6 * i, qd[coordinates[i]], ratios[i], carrier_0 + 6 * i, carrier_1 + 6 * i);
+            to_parent + 6 * i, qd[coordinates[i]], ratios[i], carrier_0 + 6 * i, carrier_1 + 6 * i);
         NAME(coriolis_matrix_of_body)(inertias + 10 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i,
-    carrier_0 + 6 * i, of_body + 10 * i, of_body_2 + 9 * i, of_body_3 + 3 * i);
+            carrier_0 + 6 * i, of_body + 10 * i, of_body_2 + 9 * i, of_body_3 + 3 * i);
     }
     NAME(jacobian_rate_value_start)(carrier_1_start);
     CLEAR(10 * n, carried);
@@ -8828,7 +8857,7 @@ static INLINE void NAME(coriolis_matrix_within)(intptr_t k, intptr_t n, intptr_t
     CLEAR(3 * n, carried_3);
     for (intptr_t i = n; i-- > 0;) {
         NAME(coriolis_matrix_value)(carried + 10 * i, carried_2 + 9 * i, carried_3 + 3 * i, of_body + 10 * i,
-    of_body_2 + 9 * i, of_body_3 + 3 * i, value_2 + 10 * i, value_3 + 9 * i, value_4 + 3 * i);
+            of_body_2 + 9 * i, of_body_3 + 3 * i, value_2 + 10 * i, value_3 + 9 * i, value_4 + 3 * i);
         if (parents[i] >= 0)
             ADD(10, value_2 + 10 * i, carried + 10 * parents[i]);
         if (parents[i] >= 0)
@@ -8836,13 +8865,13 @@ static INLINE void NAME(coriolis_matrix_within)(intptr_t k, intptr_t n, intptr_t
         if (parents[i] >= 0)
             ADD(3, value_4 + 3 * i, carried_3 + 3 * parents[i]);
         NAME(coriolis_matrix_of_joint)(value_2 + 10 * i, value_3 + 9 * i, value_4 + 3 * i, to_parent + 6 * i,
-    carrier_1 + 6 * i, of_joint_0 + 6 * i, of_joint + 3 * i, of_joint_2 + 6 * i);
+            carrier_1 + 6 * i, of_joint_0 + 6 * i, of_joint + 3 * i, of_joint_2 + 6 * i);
     }
     CLEAR(m * m, out);
     for (intptr_t i = 0; i < p; i++) {
         NAME(coriolis_matrix_of_pair)(of_joint_0 + 6 * lower[i], of_joint + 3 * lower[i], of_joint_2 + 6 * lower[i],
-    ratios[lower[i]], to_parent + 6 * upper[i], carrier_1 + 6 * upper[i], is_strict[i], ratios[upper[i]],
-    &of_pair_0, of_pair_1 + i);
+            ratios[lower[i]], to_parent + 6 * upper[i], carrier_1 + 6 * upper[i], is_strict[i], ratios[upper[i]],
+            &of_pair_0, of_pair_1 + i);
         if (upper_coordinates[i] >= 0 && lower_coordinates[i] >= 0)
             ADD(1, &of_pair_0, out + (upper_coordinates[i] * m + lower_coordinates[i]));
     }
@@ -8853,12 +8882,12 @@ static INLINE void NAME(coriolis_matrix_within)(intptr_t k, intptr_t n, intptr_t
     NAME(coriolis_matrix_value_start)(value_5, value_6, value_7);
     for (intptr_t i = 0; i < c; i++)
         NAME(coriolis_matrix_value_2)(value_2 + 10 * trunk[i], value_3 + 9 * trunk[i], value_4 + 3 * trunk[i],
-    value_5, value_6, value_7);
+            value_5, value_6, value_7);
     NAME(coriolis_matrix_common)(value, common, common_2, common_3, common_4, common_5, common_6);
     for (intptr_t i = 0; i < f; i++) {
         NAME(coriolis_matrix_with_base)(of_joint_0 + 6 * moved[i], of_joint + 3 * moved[i],
-    of_joint_2 + 6 * moved[i], ratios[moved[i]], common, common_2, common_3, common_4, common_5, common_6,
-    with_base + 12 * i);
+            of_joint_2 + 6 * moved[i], ratios[moved[i]], common, common_2, common_3, common_4, common_5, common_6,
+            with_base + 12 * i);
         NAME(inverse_dynamics_derivatives_row_4)(with_base + 12 * i, &row);
         if (moved_freedoms[6 * i] >= 0 && moved_coordinates[i] >= 0)
             ADD(1, &row, out + ((moved_freedoms[6 * i]) * m + moved_coordinates[i]));
@@ -8951,16 +8980,16 @@ static INLINE void NAME(coriolis_matrix_within)(intptr_t k, intptr_t n, intptr_t
     }
 }
 
-FUSED(coriolis_matrix, (intptr_t k, intptr_t n, intptr_t m, intptr_t p, intptr_t c, intptr_t e, intptr_t f,
-    const REAL *q, const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets,
-    const REAL *places, const REAL *screws, const REAL *turns, const int64_t *coordinates, const REAL *qd,
-    const REAL *inertias, const int64_t *lower, const int64_t *upper, const int64_t *lower_coordinates,
-    const int64_t *upper_coordinates, const REAL *is_strict, const int64_t *freedoms, const int64_t *trunk,
-    const REAL *units, const int64_t *unit_freedoms, const int64_t *own_freedoms, const int64_t *moved,
-    const int64_t *moved_coordinates, const int64_t *moved_freedoms, REAL *out, REAL *work), (k, n, m, p, c, e, f,
-    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, inertias, lower, upper,
-    lower_coordinates, upper_coordinates, is_strict, freedoms, trunk, units, unit_freedoms, own_freedoms, moved,
-    moved_coordinates, moved_freedoms, out, work))
+FUSED(coriolis_matrix, (intptr_t k, intptr_t n, intptr_t m, intptr_t p, intptr_t c, intptr_t e, intptr_t f, const
+    REAL *q, const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL
+    *places, const REAL *screws, const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL
+    *inertias, const int64_t *lower, const int64_t *upper, const int64_t *lower_coordinates, const int64_t
+    *upper_coordinates, const REAL *is_strict, const int64_t *freedoms, const int64_t *trunk, const REAL *units,
+    const int64_t *unit_freedoms, const int64_t *own_freedoms, const int64_t *moved, const int64_t
+    *moved_coordinates, const int64_t *moved_freedoms, REAL *out, REAL *work), (k, n, m, p, c, e, f, q, parents,
+    variables, ratios, offsets, places, screws, turns, coordinates, qd, inertias, lower, upper, lower_coordinates,
+    upper_coordinates, is_strict, freedoms, trunk, units, unit_freedoms, own_freedoms, moved, moved_coordinates,
+    moved_freedoms, out, work))
 void NAME(coriolis_matrix)(intptr_t k, intptr_t n, intptr_t m, intptr_t p, intptr_t c, intptr_t e, intptr_t f,
     const REAL *q, const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets,
     const REAL *places, const REAL *screws, const REAL *turns, const int64_t *coordinates, const REAL *qd,
@@ -8970,11 +8999,11 @@ void NAME(coriolis_matrix)(intptr_t k, intptr_t n, intptr_t m, intptr_t p, intpt
     const int64_t *moved_coordinates, const int64_t *moved_freedoms, REAL *out, REAL *work)
 {
     RUN(coriolis_matrix, (k, n, m, p, c, e, f, q, parents, variables, ratios, offsets, places, screws, turns,
-    coordinates, qd, inertias, lower, upper, lower_coordinates, upper_coordinates, is_strict, freedoms, trunk,
-    units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms, out, work), (k, n, m, p, c, e, f,
-    q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, inertias, lower, upper,
-    lower_coordinates, upper_coordinates, is_strict, freedoms, trunk, units, unit_freedoms, own_freedoms, moved,
-    moved_coordinates, moved_freedoms, out, work));
+        coordinates, qd, inertias, lower, upper, lower_coordinates, upper_coordinates, is_strict, freedoms, trunk,
+        units, unit_freedoms, own_freedoms, moved, moved_coordinates, moved_freedoms, out, work), (k, n, m, p, c, e,
+        f, q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, inertias, lower, upper,
+        lower_coordinates, upper_coordinates, is_strict, freedoms, trunk, units, unit_freedoms, own_freedoms, moved,
+        moved_coordinates, moved_freedoms, out, work));
 }
 
 static INLINE WORD NAME(coriolis_matrix_lanes)(intptr_t k, intptr_t n, intptr_t m, intptr_t p, intptr_t c,
@@ -8991,35 +9020,36 @@ static INLINE WORD NAME(coriolis_matrix_lanes)(intptr_t k, intptr_t n, intptr_t 
 {
     (void)k;
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value[6 * NLANES],
-    carrier_0_start[6 * NLANES], carrier_1_start[6 * NLANES], of_pair_0[NLANES], value_5[10 * NLANES],
-    value_6[9 * NLANES], value_7[3 * NLANES], common[4 * NLANES], common_2[4 * NLANES], common_3[4 * NLANES],
-    common_4[2 * NLANES], common_5[2 * NLANES], common_6[2 * NLANES], row[NLANES], row_2[NLANES], row_3[NLANES],
-    row_4[NLANES], row_5[NLANES], row_6[NLANES], row_7[NLANES], row_8[NLANES], row_9[NLANES], row_10[NLANES],
-    row_11[NLANES], row_12[NLANES], row_13[NLANES], row_14[NLANES], row_15[NLANES], row_16[NLANES], row_17[NLANES],
-    row_18[NLANES];
+        carrier_0_start[6 * NLANES], carrier_1_start[6 * NLANES], of_pair_0[NLANES], value_5[10 * NLANES],
+        value_6[9 * NLANES], value_7[3 * NLANES], common[4 * NLANES], common_2[4 * NLANES], common_3[4 * NLANES],
+        common_4[2 * NLANES], common_5[2 * NLANES], common_6[2 * NLANES], row[NLANES], row_2[NLANES], row_3[NLANES],
+        row_4[NLANES], row_5[NLANES], row_6[NLANES], row_7[NLANES], row_8[NLANES], row_9[NLANES], row_10[NLANES],
+        row_11[NLANES], row_12[NLANES], row_13[NLANES], row_14[NLANES], row_15[NLANES], row_16[NLANES],
+        row_17[NLANES], row_18[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     NAME(jacobian_rate_value_start_lanes)(value);
     for (intptr_t i = 0; i < c; i++)
         NAME(jacobian_rate_value_lanes)(qd + NLANES * (freedoms[6 * i]), qd + NLANES * (freedoms[6 * i + 1]),
-    qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]), qd + NLANES * (freedoms[6 * i + 4]),
-    qd + NLANES * (freedoms[6 * i + 5]), value);
+            qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]),
+            qd + NLANES * (freedoms[6 * i + 4]), qd + NLANES * (freedoms[6 * i + 5]), value);
     COPY(6 * NLANES, value, carrier_0_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    screws + 6 * i, to_parent + 6 * NLANES * i);
+            screws + 6 * i, to_parent + 6 * NLANES * i);
         NAME(jacobian_rate_carrier_lanes)(parents[i] >= 0 ? carrier_0 + 6 * NLANES * parents[i] : carrier_0_start,
-    to_parent + 6 * NLANES * i, qd + NLANES * coordinates[i], ratios + i, carrier_0 + 6 * NLANES * i,
-    carrier_1 + 6 * NLANES * i);
+            to_parent + 6 * NLANES * i, qd + NLANES * coordinates[i], ratios + i, carrier_0 + 6 * NLANES * i,
+            carrier_1 + 6 * NLANES * i);
         NAME(coriolis_matrix_of_body_lanes)(inertias + 10 * i, pose_rotor_2 + 4 * NLANES * i,
-    pose_place_2 + 3 * NLANES * i, carrier_0 + 6 * NLANES * i, of_body + 10 * NLANES * i,
-    of_body_2 + 9 * NLANES * i, of_body_3 + 3 * NLANES * i);
+            pose_place_2 + 3 * NLANES * i, carrier_0 + 6 * NLANES * i, of_body + 10 * NLANES * i,
+            of_body_2 + 9 * NLANES * i, of_body_3 + 3 * NLANES * i);
     }
     NAME(jacobian_rate_value_start_lanes)(carrier_1_start);
     CLEAR(10 * NLANES * n, carried);
@@ -9027,8 +9057,9 @@ static INLINE WORD NAME(coriolis_matrix_lanes)(intptr_t k, intptr_t n, intptr_t 
     CLEAR(3 * NLANES * n, carried_3);
     for (intptr_t i = n; i-- > 0;) {
         NAME(coriolis_matrix_value_lanes)(carried + 10 * NLANES * i, carried_2 + 9 * NLANES * i,
-    carried_3 + 3 * NLANES * i, of_body + 10 * NLANES * i, of_body_2 + 9 * NLANES * i, of_body_3 + 3 * NLANES * i,
-    value_2 + 10 * NLANES * i, value_3 + 9 * NLANES * i, value_4 + 3 * NLANES * i);
+            carried_3 + 3 * NLANES * i, of_body + 10 * NLANES * i, of_body_2 + 9 * NLANES * i,
+            of_body_3 + 3 * NLANES * i, value_2 + 10 * NLANES * i, value_3 + 9 * NLANES * i,
+            value_4 + 3 * NLANES * i);
         if (parents[i] >= 0)
             ADD(10 * NLANES, value_2 + 10 * NLANES * i, carried + 10 * NLANES * parents[i]);
         if (parents[i] >= 0)
@@ -9036,14 +9067,14 @@ static INLINE WORD NAME(coriolis_matrix_lanes)(intptr_t k, intptr_t n, intptr_t 
         if (parents[i] >= 0)
             ADD(3 * NLANES, value_4 + 3 * NLANES * i, carried_3 + 3 * NLANES * parents[i]);
         NAME(coriolis_matrix_of_joint_lanes)(value_2 + 10 * NLANES * i, value_3 + 9 * NLANES * i,
-    value_4 + 3 * NLANES * i, to_parent + 6 * NLANES * i, carrier_1 + 6 * NLANES * i, of_joint_0 + 6 * NLANES * i,
-    of_joint + 3 * NLANES * i, of_joint_2 + 6 * NLANES * i);
+            value_4 + 3 * NLANES * i, to_parent + 6 * NLANES * i, carrier_1 + 6 * NLANES * i,
+            of_joint_0 + 6 * NLANES * i, of_joint + 3 * NLANES * i, of_joint_2 + 6 * NLANES * i);
     }
     CLEAR(NLANES * m * m, out);
     for (intptr_t i = 0; i < p; i++) {
         NAME(coriolis_matrix_of_pair_lanes)(of_joint_0 + 6 * NLANES * lower[i], of_joint + 3 * NLANES * lower[i],
-    of_joint_2 + 6 * NLANES * lower[i], ratios + lower[i], to_parent + 6 * NLANES * upper[i],
-    carrier_1 + 6 * NLANES * upper[i], is_strict + i, ratios + upper[i], of_pair_0, of_pair_1 + NLANES * i);
+            of_joint_2 + 6 * NLANES * lower[i], ratios + lower[i], to_parent + 6 * NLANES * upper[i],
+            carrier_1 + 6 * NLANES * upper[i], is_strict + i, ratios + upper[i], of_pair_0, of_pair_1 + NLANES * i);
         if (upper_coordinates[i] >= 0 && lower_coordinates[i] >= 0)
             ADD(NLANES, of_pair_0, out + NLANES * (upper_coordinates[i] * m + lower_coordinates[i]));
     }
@@ -9054,12 +9085,12 @@ static INLINE WORD NAME(coriolis_matrix_lanes)(intptr_t k, intptr_t n, intptr_t 
     NAME(coriolis_matrix_value_start_lanes)(value_5, value_6, value_7);
     for (intptr_t i = 0; i < c; i++)
         NAME(coriolis_matrix_value_2_lanes)(value_2 + 10 * NLANES * trunk[i], value_3 + 9 * NLANES * trunk[i],
-    value_4 + 3 * NLANES * trunk[i], value_5, value_6, value_7);
+            value_4 + 3 * NLANES * trunk[i], value_5, value_6, value_7);
     NAME(coriolis_matrix_common_lanes)(value, common, common_2, common_3, common_4, common_5, common_6);
     for (intptr_t i = 0; i < f; i++) {
         NAME(coriolis_matrix_with_base_lanes)(of_joint_0 + 6 * NLANES * moved[i], of_joint + 3 * NLANES * moved[i],
-    of_joint_2 + 6 * NLANES * moved[i], ratios + moved[i], common, common_2, common_3, common_4, common_5, common_6,
-    with_base + 12 * NLANES * i);
+            of_joint_2 + 6 * NLANES * moved[i], ratios + moved[i], common, common_2, common_3, common_4, common_5,
+            common_6, with_base + 12 * NLANES * i);
         NAME(inverse_dynamics_derivatives_row_4_lanes)(with_base + 12 * NLANES * i, row);
         if (moved_freedoms[6 * i] >= 0 && moved_coordinates[i] >= 0)
             ADD(NLANES, row, out + NLANES * ((moved_freedoms[6 * i]) * m + moved_coordinates[i]));
@@ -9121,7 +9152,7 @@ static INLINE WORD NAME(coriolis_matrix_lanes)(intptr_t k, intptr_t n, intptr_t 
     }
     for (intptr_t i = 0; i < e; i++) {
         NAME(coriolis_matrix_of_base_lanes)(value, value_5, value_6, value_7, units + 6 * i,
-    of_base + 6 * NLANES * i);
+            of_base + 6 * NLANES * i);
         NAME(mass_matrix_row_lanes)(of_base + 6 * NLANES * i, row_13);
         if (own_freedoms[6 * i] >= 0 && unit_freedoms[i] >= 0)
             ADD(NLANES, row_13, out + NLANES * ((own_freedoms[6 * i]) * m + unit_freedoms[i]));
@@ -9562,18 +9593,18 @@ static INLINE void NAME(torque_regressor_within)(intptr_t k, intptr_t n, intptr_
 {
     (void)k;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
-    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
-    *const to_parent = pose_place_2 + 3 * n, value[3], common[3], value_2[6], value_3[6], twist_start[6],
-    rate_start[6], *const twist = to_parent + 6 * n, *const rate = twist + 6 * n,
-    *const wrenches_of_0 = rate + 6 * n, *const wrenches_of_1 = wrenches_of_0 + 6 * n,
-    *const wrenches_of_2 = wrenches_of_1 + 6 * n, *const wrenches_of_3 = wrenches_of_2 + 6 * n,
-    *const wrenches_of_4 = wrenches_of_3 + 6 * n, *const wrenches_of_5 = wrenches_of_4 + 3 * n,
-    *const wrenches_of_6 = wrenches_of_5 + 3 * n, *const wrenches_of_7 = wrenches_of_6 + 3 * n,
-    *const wrenches_of_8 = wrenches_of_7 + 3 * n, *const wrenches_of_9 = wrenches_of_8 + 3 * n, entry[10],
-    *const rows_of_base = wrenches_of_9 + 3 * n, row[10], row_2[10], row_3[10], row_4[10], row_5[10], row_6[10];
+        *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n,
+        *const to_parent = pose_place_2 + 3 * n, value[3], common[3], value_2[6], value_3[6], twist_start[6],
+        rate_start[6], *const twist = to_parent + 6 * n, *const rate = twist + 6 * n,
+        *const wrenches_of_0 = rate + 6 * n, *const wrenches_of_1 = wrenches_of_0 + 6 * n,
+        *const wrenches_of_2 = wrenches_of_1 + 6 * n, *const wrenches_of_3 = wrenches_of_2 + 6 * n,
+        *const wrenches_of_4 = wrenches_of_3 + 6 * n, *const wrenches_of_5 = wrenches_of_4 + 3 * n,
+        *const wrenches_of_6 = wrenches_of_5 + 3 * n, *const wrenches_of_7 = wrenches_of_6 + 3 * n,
+        *const wrenches_of_8 = wrenches_of_7 + 3 * n, *const wrenches_of_9 = wrenches_of_8 + 3 * n, entry[10],
+        *const rows_of_base = wrenches_of_9 + 3 * n, row[10], row_2[10], row_3[10], row_4[10], row_5[10], row_6[10];
     for (intptr_t i = 0; i < n; i++)
         NAME(forward_all_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(forward_all_rotor_start)(pose_rotor_start, pose_place_start);
     NAME(forward_dynamics_value)(gravity, value);
     NAME(forward_dynamics_common)(gravity, common);
@@ -9581,42 +9612,42 @@ static INLINE void NAME(torque_regressor_within)(intptr_t k, intptr_t n, intptr_
     NAME(jacobian_rate_value_start)(value_3);
     for (intptr_t i = 0; i < c; i++) {
         NAME(forward_dynamics_value_2)(q[base[8 * i]], q[base[8 * i + 1]], q[base[8 * i + 2]], q[base[8 * i + 3]],
-    common, value);
+            common, value);
         NAME(jacobian_rate_value)(qd[freedoms[6 * i]], qd[freedoms[6 * i + 1]], qd[freedoms[6 * i + 2]],
-    qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
+            qd[freedoms[6 * i + 3]], qd[freedoms[6 * i + 4]], qd[freedoms[6 * i + 5]], value_2);
         NAME(jacobian_rate_value)(qdd[freedoms[6 * i]], qdd[freedoms[6 * i + 1]], qdd[freedoms[6 * i + 2]],
-    qdd[freedoms[6 * i + 3]], qdd[freedoms[6 * i + 4]], qdd[freedoms[6 * i + 5]], value_3);
+            qdd[freedoms[6 * i + 3]], qdd[freedoms[6 * i + 4]], qdd[freedoms[6 * i + 5]], value_3);
     }
     NAME(inverse_dynamics_rate_start)(value, value_3, rate_start);
     COPY(6, value_2, twist_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(forward_all_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(jacobian_rate_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i,
-    to_parent + 6 * i);
+            to_parent + 6 * i);
         NAME(inverse_dynamics_twist)(parents[i] >= 0 ? twist + 6 * parents[i] : twist_start,
-    parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, pose_rotor + 4 * i, pose_place + 3 * i, screws + 6 * i,
-    qd[coordinates[i]], qdd[coordinates[i]], ratios[i], twist + 6 * i, rate + 6 * i);
+            parents[i] >= 0 ? rate + 6 * parents[i] : rate_start, pose_rotor + 4 * i, pose_place + 3 * i,
+            screws + 6 * i, qd[coordinates[i]], qdd[coordinates[i]], ratios[i], twist + 6 * i, rate + 6 * i);
         NAME(torque_regressor_wrenches_of)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, twist + 6 * i, rate + 6 * i,
-    wrenches_of_0 + 6 * i, wrenches_of_1 + 6 * i, wrenches_of_2 + 6 * i, wrenches_of_3 + 6 * i,
-    wrenches_of_4 + 3 * i, wrenches_of_5 + 3 * i, wrenches_of_6 + 3 * i, wrenches_of_7 + 3 * i,
-    wrenches_of_8 + 3 * i, wrenches_of_9 + 3 * i);
+            wrenches_of_0 + 6 * i, wrenches_of_1 + 6 * i, wrenches_of_2 + 6 * i, wrenches_of_3 + 6 * i,
+            wrenches_of_4 + 3 * i, wrenches_of_5 + 3 * i, wrenches_of_6 + 3 * i, wrenches_of_7 + 3 * i,
+            wrenches_of_8 + 3 * i, wrenches_of_9 + 3 * i);
     }
     CLEAR(10 * m * n, out);
     for (intptr_t i = 0; i < p; i++) {
         NAME(torque_regressor_entry)(to_parent + 6 * upper[i], ratios[upper[i]], wrenches_of_0 + 6 * lower[i],
-    wrenches_of_1 + 6 * lower[i], wrenches_of_2 + 6 * lower[i], wrenches_of_3 + 6 * lower[i],
-    wrenches_of_4 + 3 * lower[i], wrenches_of_5 + 3 * lower[i], wrenches_of_6 + 3 * lower[i],
-    wrenches_of_7 + 3 * lower[i], wrenches_of_8 + 3 * lower[i], wrenches_of_9 + 3 * lower[i], entry);
+            wrenches_of_1 + 6 * lower[i], wrenches_of_2 + 6 * lower[i], wrenches_of_3 + 6 * lower[i],
+            wrenches_of_4 + 3 * lower[i], wrenches_of_5 + 3 * lower[i], wrenches_of_6 + 3 * lower[i],
+            wrenches_of_7 + 3 * lower[i], wrenches_of_8 + 3 * lower[i], wrenches_of_9 + 3 * lower[i], entry);
         if (upper_coordinates[i] >= 0 && lower[i] >= 0)
             ADD(10, entry, out + 10 * (upper_coordinates[i] * n + lower[i]));
     }
     for (intptr_t i = 0; i < f; i++) {
         NAME(torque_regressor_rows_of_base)(wrenches_of_0 + 6 * moved[i], wrenches_of_1 + 6 * moved[i],
-    wrenches_of_2 + 6 * moved[i], wrenches_of_3 + 6 * moved[i], wrenches_of_4 + 3 * moved[i],
-    wrenches_of_5 + 3 * moved[i], wrenches_of_6 + 3 * moved[i], wrenches_of_7 + 3 * moved[i],
-    wrenches_of_8 + 3 * moved[i], wrenches_of_9 + 3 * moved[i], rows_of_base + 60 * i);
+            wrenches_of_2 + 6 * moved[i], wrenches_of_3 + 6 * moved[i], wrenches_of_4 + 3 * moved[i],
+            wrenches_of_5 + 3 * moved[i], wrenches_of_6 + 3 * moved[i], wrenches_of_7 + 3 * moved[i],
+            wrenches_of_8 + 3 * moved[i], wrenches_of_9 + 3 * moved[i], rows_of_base + 60 * i);
         NAME(torque_regressor_row)(rows_of_base + 60 * i, row);
         if (moved_freedoms[6 * i] >= 0 && moved[i] >= 0)
             ADD(10, row, out + 10 * ((moved_freedoms[6 * i]) * n + moved[i]));
@@ -9650,11 +9681,11 @@ static INLINE void NAME(torque_regressor_within)(intptr_t k, intptr_t n, intptr_
 
 FUSED(torque_regressor, (intptr_t k, intptr_t n, intptr_t m, intptr_t p, intptr_t c, intptr_t f, const REAL *q,
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
-    const REAL *screws, const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *qdd,
-    const REAL *gravity, const int64_t *lower, const int64_t *upper, const int64_t *upper_coordinates,
-    const int64_t *base, const int64_t *freedoms, const int64_t *moved, const int64_t *moved_freedoms, REAL *out,
-    REAL *work), (k, n, m, p, c, f, q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd,
-    qdd, gravity, lower, upper, upper_coordinates, base, freedoms, moved, moved_freedoms, out, work))
+    const REAL *screws, const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *qdd, const REAL
+    *gravity, const int64_t *lower, const int64_t *upper, const int64_t *upper_coordinates, const int64_t *base,
+    const int64_t *freedoms, const int64_t *moved, const int64_t *moved_freedoms, REAL *out, REAL *work), (k, n, m,
+    p, c, f, q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, qdd, gravity, lower,
+    upper, upper_coordinates, base, freedoms, moved, moved_freedoms, out, work))
 void NAME(torque_regressor)(intptr_t k, intptr_t n, intptr_t m, intptr_t p, intptr_t c, intptr_t f, const REAL *q,
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
     const REAL *screws, const REAL *turns, const int64_t *coordinates, const REAL *qd, const REAL *qdd,
@@ -9663,9 +9694,9 @@ void NAME(torque_regressor)(intptr_t k, intptr_t n, intptr_t m, intptr_t p, intp
     REAL *work)
 {
     RUN(torque_regressor, (k, n, m, p, c, f, q, parents, variables, ratios, offsets, places, screws, turns,
-    coordinates, qd, qdd, gravity, lower, upper, upper_coordinates, base, freedoms, moved, moved_freedoms, out,
-    work), (k, n, m, p, c, f, q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd, qdd,
-    gravity, lower, upper, upper_coordinates, base, freedoms, moved, moved_freedoms, out, work));
+        coordinates, qd, qdd, gravity, lower, upper, upper_coordinates, base, freedoms, moved, moved_freedoms, out,
+        work), (k, n, m, p, c, f, q, parents, variables, ratios, offsets, places, screws, turns, coordinates, qd,
+        qdd, gravity, lower, upper, upper_coordinates, base, freedoms, moved, moved_freedoms, out, work));
 }
 
 static INLINE WORD NAME(torque_regressor_lanes)(intptr_t k, intptr_t n, intptr_t m, intptr_t p, intptr_t c,
@@ -9680,13 +9711,13 @@ static INLINE WORD NAME(torque_regressor_lanes)(intptr_t k, intptr_t n, intptr_t
 {
     (void)k;
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], value[3 * NLANES],
-    common[3 * NLANES], value_2[6 * NLANES], value_3[6 * NLANES], twist_start[6 * NLANES], rate_start[6 * NLANES],
-    entry[10 * NLANES], row[10 * NLANES], row_2[10 * NLANES], row_3[10 * NLANES], row_4[10 * NLANES],
-    row_5[10 * NLANES], row_6[10 * NLANES];
+        common[3 * NLANES], value_2[6 * NLANES], value_3[6 * NLANES], twist_start[6 * NLANES],
+        rate_start[6 * NLANES], entry[10 * NLANES], row[10 * NLANES], row_2[10 * NLANES], row_3[10 * NLANES],
+        row_4[10 * NLANES], row_5[10 * NLANES], row_6[10 * NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(forward_all_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(forward_all_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     NAME(forward_dynamics_value_lanes)(gravity, value);
     NAME(forward_dynamics_common_lanes)(gravity, common);
@@ -9694,50 +9725,51 @@ static INLINE WORD NAME(torque_regressor_lanes)(intptr_t k, intptr_t n, intptr_t
     NAME(jacobian_rate_value_start_lanes)(value_3);
     for (intptr_t i = 0; i < c; i++) {
         NAME(forward_dynamics_value_2_lanes)(q + NLANES * (base[8 * i]), q + NLANES * (base[8 * i + 1]),
-    q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common, value);
+            q + NLANES * (base[8 * i + 2]), q + NLANES * (base[8 * i + 3]), common, value);
         NAME(jacobian_rate_value_lanes)(qd + NLANES * (freedoms[6 * i]), qd + NLANES * (freedoms[6 * i + 1]),
-    qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]), qd + NLANES * (freedoms[6 * i + 4]),
-    qd + NLANES * (freedoms[6 * i + 5]), value_2);
+            qd + NLANES * (freedoms[6 * i + 2]), qd + NLANES * (freedoms[6 * i + 3]),
+            qd + NLANES * (freedoms[6 * i + 4]), qd + NLANES * (freedoms[6 * i + 5]), value_2);
         NAME(jacobian_rate_value_lanes)(qdd + NLANES * (freedoms[6 * i]), qdd + NLANES * (freedoms[6 * i + 1]),
-    qdd + NLANES * (freedoms[6 * i + 2]), qdd + NLANES * (freedoms[6 * i + 3]),
-    qdd + NLANES * (freedoms[6 * i + 4]), qdd + NLANES * (freedoms[6 * i + 5]), value_3);
+            qdd + NLANES * (freedoms[6 * i + 2]), qdd + NLANES * (freedoms[6 * i + 3]),
+            qdd + NLANES * (freedoms[6 * i + 4]), qdd + NLANES * (freedoms[6 * i + 5]), value_3);
     }
     NAME(inverse_dynamics_rate_start_lanes)(value, value_3, rate_start);
     COPY(6 * NLANES, value_2, twist_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(forward_all_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(jacobian_rate_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    screws + 6 * i, to_parent + 6 * NLANES * i);
+            screws + 6 * i, to_parent + 6 * NLANES * i);
         NAME(inverse_dynamics_twist_lanes)(parents[i] >= 0 ? twist + 6 * NLANES * parents[i] : twist_start,
-    parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * coordinates[i], qdd + NLANES * coordinates[i],
-    ratios + i, twist + 6 * NLANES * i, rate + 6 * NLANES * i);
+            parents[i] >= 0 ? rate + 6 * NLANES * parents[i] : rate_start, pose_rotor + 4 * NLANES * i,
+            pose_place + 3 * NLANES * i, screws + 6 * i, qd + NLANES * coordinates[i],
+            qdd + NLANES * coordinates[i], ratios + i, twist + 6 * NLANES * i, rate + 6 * NLANES * i);
         NAME(torque_regressor_wrenches_of_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i,
-    twist + 6 * NLANES * i, rate + 6 * NLANES * i, wrenches_of_0 + 6 * NLANES * i, wrenches_of_1 + 6 * NLANES * i,
-    wrenches_of_2 + 6 * NLANES * i, wrenches_of_3 + 6 * NLANES * i, wrenches_of_4 + 3 * NLANES * i,
-    wrenches_of_5 + 3 * NLANES * i, wrenches_of_6 + 3 * NLANES * i, wrenches_of_7 + 3 * NLANES * i,
-    wrenches_of_8 + 3 * NLANES * i, wrenches_of_9 + 3 * NLANES * i);
+            twist + 6 * NLANES * i, rate + 6 * NLANES * i, wrenches_of_0 + 6 * NLANES * i,
+            wrenches_of_1 + 6 * NLANES * i, wrenches_of_2 + 6 * NLANES * i, wrenches_of_3 + 6 * NLANES * i,
+            wrenches_of_4 + 3 * NLANES * i, wrenches_of_5 + 3 * NLANES * i, wrenches_of_6 + 3 * NLANES * i,
+            wrenches_of_7 + 3 * NLANES * i, wrenches_of_8 + 3 * NLANES * i, wrenches_of_9 + 3 * NLANES * i);
     }
     CLEAR(10 * NLANES * m * n, out);
     for (intptr_t i = 0; i < p; i++) {
         NAME(torque_regressor_entry_lanes)(to_parent + 6 * NLANES * upper[i], ratios + upper[i],
-    wrenches_of_0 + 6 * NLANES * lower[i], wrenches_of_1 + 6 * NLANES * lower[i],
-    wrenches_of_2 + 6 * NLANES * lower[i], wrenches_of_3 + 6 * NLANES * lower[i],
-    wrenches_of_4 + 3 * NLANES * lower[i], wrenches_of_5 + 3 * NLANES * lower[i],
-    wrenches_of_6 + 3 * NLANES * lower[i], wrenches_of_7 + 3 * NLANES * lower[i],
-    wrenches_of_8 + 3 * NLANES * lower[i], wrenches_of_9 + 3 * NLANES * lower[i], entry);
+            wrenches_of_0 + 6 * NLANES * lower[i], wrenches_of_1 + 6 * NLANES * lower[i],
+            wrenches_of_2 + 6 * NLANES * lower[i], wrenches_of_3 + 6 * NLANES * lower[i],
+            wrenches_of_4 + 3 * NLANES * lower[i], wrenches_of_5 + 3 * NLANES * lower[i],
+            wrenches_of_6 + 3 * NLANES * lower[i], wrenches_of_7 + 3 * NLANES * lower[i],
+            wrenches_of_8 + 3 * NLANES * lower[i], wrenches_of_9 + 3 * NLANES * lower[i], entry);
         if (upper_coordinates[i] >= 0 && lower[i] >= 0)
             ADD(10 * NLANES, entry, out + 10 * NLANES * (upper_coordinates[i] * n + lower[i]));
     }
     for (intptr_t i = 0; i < f; i++) {
         NAME(torque_regressor_rows_of_base_lanes)(wrenches_of_0 + 6 * NLANES * moved[i],
-    wrenches_of_1 + 6 * NLANES * moved[i], wrenches_of_2 + 6 * NLANES * moved[i],
-    wrenches_of_3 + 6 * NLANES * moved[i], wrenches_of_4 + 3 * NLANES * moved[i],
-    wrenches_of_5 + 3 * NLANES * moved[i], wrenches_of_6 + 3 * NLANES * moved[i],
-    wrenches_of_7 + 3 * NLANES * moved[i], wrenches_of_8 + 3 * NLANES * moved[i],
-    wrenches_of_9 + 3 * NLANES * moved[i], rows_of_base + 60 * NLANES * i);
+            wrenches_of_1 + 6 * NLANES * moved[i], wrenches_of_2 + 6 * NLANES * moved[i],
+            wrenches_of_3 + 6 * NLANES * moved[i], wrenches_of_4 + 3 * NLANES * moved[i],
+            wrenches_of_5 + 3 * NLANES * moved[i], wrenches_of_6 + 3 * NLANES * moved[i],
+            wrenches_of_7 + 3 * NLANES * moved[i], wrenches_of_8 + 3 * NLANES * moved[i],
+            wrenches_of_9 + 3 * NLANES * moved[i], rows_of_base + 60 * NLANES * i);
         NAME(torque_regressor_row_lanes)(rows_of_base + 60 * NLANES * i, row);
         if (moved_freedoms[6 * i] >= 0 && moved[i] >= 0)
             ADD(10 * NLANES, row, out + 10 * NLANES * ((moved_freedoms[6 * i]) * n + moved[i]));

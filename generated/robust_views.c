@@ -2,7 +2,7 @@
 // command: gac generate --all robust_views
 // spec: 4e200d042df3f7c2
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 0fa4aab4754c49c8c04852580c18ce5c5aba6f6ca6e5c2d911a767a460474056
+// body: 41201d5b20267a745265ceb39f9da6f4617f77651894d5c591c7a726b236367b
 
 #ifndef REAL
 #include "robust_views.h"
@@ -1681,7 +1681,7 @@ static INLINE WORD NAME(transfer_squares_lanes)(intptr_t n, const REAL *matrix, 
     NAME(transfer_squares_common_lanes)(matrix, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(transfer_squares_result_lanes)(matrix, first + 2 * i, second + 2 * i, common, common_2, common_3,
-    out + NLANES * i);
+            out + NLANES * i);
     return 0;
 }
 
@@ -1734,7 +1734,7 @@ void NAME(truncated_transfer_squares)(intptr_t n, const REAL *matrix, const REAL
     NAME(transfer_squares_common)(matrix, &common, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_transfer_squares_result)(matrix, limit, out[0], first + 2 * i, second + 2 * i, common,
-    common_2, common_3, out);
+            common_2, common_3, out);
 }
 
 static INLINE WORD NAME(truncated_transfer_squares_lanes)(intptr_t n, const REAL *matrix, const REAL *first,
@@ -1745,7 +1745,7 @@ static INLINE WORD NAME(truncated_transfer_squares_lanes)(intptr_t n, const REAL
     NAME(transfer_squares_common_lanes)(matrix, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_transfer_squares_result_lanes)(matrix, limit, out, first + 2 * i, second + 2 * i, common,
-    common_2, common_3, out);
+            common_2, common_3, out);
     return 0;
 }
 
@@ -1818,7 +1818,7 @@ static INLINE WORD NAME(plane_squares_lanes)(intptr_t n, const REAL *matrix, con
     NAME(plane_squares_common_lanes)(matrix, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(plane_squares_result_lanes)(matrix, first + 2 * NLANES * i, second + 2 * NLANES * i, common, common_2,
-    common_3, out + NLANES * i);
+            common_3, out + NLANES * i);
     return 0;
 }
 
@@ -1875,7 +1875,7 @@ void NAME(truncated_plane_squares)(intptr_t n, const REAL *matrix, const REAL *f
     NAME(plane_squares_common)(matrix, &common, &common_2, &common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_plane_squares_result)(matrix, limit, out[0], first + 2 * i, second + 2 * i, common, common_2,
-    common_3, out);
+            common_3, out);
 }
 
 static INLINE WORD NAME(truncated_plane_squares_lanes)(intptr_t n, const REAL *matrix, const REAL *first,
@@ -1886,7 +1886,7 @@ static INLINE WORD NAME(truncated_plane_squares_lanes)(intptr_t n, const REAL *m
     NAME(plane_squares_common_lanes)(matrix, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_plane_squares_result_lanes)(matrix, limit, out, first + 2 * i, second + 2 * i, common,
-    common_2, common_3, out);
+            common_2, common_3, out);
     return 0;
 }
 
@@ -2678,11 +2678,11 @@ void NAME(descend_homography)(intptr_t n, const REAL *matrix, const REAL *first,
 {
     (void)work;
     REAL sum_0_0, sum_0_1, sum_1, sum, common, common_2, sum_0_0_2, sum_0_1_2, sum_1_2, now_carry_best[9],
-    now_carry_following[9], now_carry_table[36], now_carry_slope[8], now_carry_cost, now_carry_damping,
-    now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[9], next_now_carry_following[9],
-    next_now_carry_table[36], next_now_carry_slope[8], next_now_carry_cost, next_now_carry_damping,
-    next_now_carry_done, next_now_steps, next_now_converged, sum_2[4 * 6], sum_3[3 * 3], sum_2_2, common_3,
-    common_4, common_5, common_6, common_7, common_8;
+        now_carry_following[9], now_carry_table[36], now_carry_slope[8], now_carry_cost, now_carry_damping,
+        now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[9],
+        next_now_carry_following[9], next_now_carry_table[36], next_now_carry_slope[8], next_now_carry_cost,
+        next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum_2[4 * 6], sum_3[3 * 3],
+        sum_2_2, common_3, common_4, common_5, common_6, common_7, common_8;
     NAME(descend_homography_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_homography_sum)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
@@ -2692,23 +2692,24 @@ void NAME(descend_homography)(intptr_t n, const REAL *matrix, const REAL *first,
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_homography_sum_2)(sum, first + 2 * i, common, common_2, &sum);
         NAME(descend_homography_sum)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, &sum_0_0_2, &sum_0_1_2,
-    &sum_1_2);
+            &sum_1_2);
     }
     NAME(descend_homography_now_carry_best)(matrix, sum_0_0, sum_0_1, sum_1, sum, sum_0_0_2, sum_0_1_2, sum_1_2,
-    now_carry_best, now_carry_following, now_carry_table, now_carry_slope, &now_carry_cost, &now_carry_damping,
-    &now_carry_done, &now_steps, &now_converged, &converged, &steps);
+        now_carry_best, now_carry_following, now_carry_table, now_carry_slope, &now_carry_cost, &now_carry_damping,
+        &now_carry_done, &now_steps, &now_converged, &converged, &steps);
     NAME(descend_homography_common_2)(sum_1, sum, sum_0_0_2, sum_0_1_2, sum_1_2, &common_6, &common_7, &common_8);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_homography_sum_start_2)(sum_2, sum_3, &sum_2_2);
         NAME(descend_homography_common_3)(now_carry_following, &common_3, &common_4, &common_5);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_homography_sum_3)(limit, common, common_2, now_carry_following, sum_2, sum_3, sum_2_2,
-    first + 2 * j, second + 2 * j, common_3, common_4, common_5, common_6, common_7, common_8, sum_2, sum_3,
-    &sum_2_2);
+                first + 2 * j, second + 2 * j, common_3, common_4, common_5, common_6, common_7, common_8, sum_2,
+                sum_3, &sum_2_2);
         NAME(descend_homography_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_2, sum_3, sum_2_2, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
-    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_2, sum_3, sum_2_2,
+            next_now_carry_best, next_now_carry_following, next_now_carry_table, next_now_carry_slope,
+            &next_now_carry_cost, &next_now_carry_damping, &next_now_carry_done, &next_now_steps,
+            &next_now_converged);
         NAME(descend_homography_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(9, next_now_carry_best, now_carry_best);
         COPY(9, next_now_carry_following, now_carry_following);
@@ -2723,23 +2724,23 @@ void NAME(descend_homography)(intptr_t n, const REAL *matrix, const REAL *first,
             break;
     }
     NAME(descend_homography_result)(matrix, at_most, sum_0_0, sum_0_1, sum_1, sum, sum_0_0_2, sum_0_1_2, sum_1_2,
-    now_carry_best, now_carry_cost, now_steps, now_converged, out_0, out_1);
+        now_carry_best, now_carry_cost, now_steps, now_converged, out_0, out_1);
 }
 
 static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix, const REAL *first,
     const REAL *second, const REAL *limit, const REAL *at_most, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL sum_0_0[NLANES], sum_0_1[NLANES], sum_1[NLANES], sum[NLANES], common[NLANES],
-    common_2[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES], now_carry_best[9 * NLANES],
-    now_carry_following[9 * NLANES], now_carry_table[36 * NLANES], now_carry_slope[8 * NLANES],
-    now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES], now_steps[NLANES],
-    now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[9 * NLANES],
-    next_now_carry_following[9 * NLANES], next_now_carry_table[36 * NLANES], next_now_carry_slope[8 * NLANES],
-    next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
-    next_now_steps[NLANES], next_now_converged[NLANES], sum_2[24 * NLANES], sum_3[9 * NLANES], sum_2_2[NLANES],
-    common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
-    gac_kept_0[9 * NLANES], gac_kept_1[9 * NLANES], gac_kept_2[36 * NLANES], gac_kept_3[8 * NLANES],
-    gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+        common_2[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES], now_carry_best[9 * NLANES],
+        now_carry_following[9 * NLANES], now_carry_table[36 * NLANES], now_carry_slope[8 * NLANES],
+        now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES], now_steps[NLANES],
+        now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[9 * NLANES],
+        next_now_carry_following[9 * NLANES], next_now_carry_table[36 * NLANES], next_now_carry_slope[8 * NLANES],
+        next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
+        next_now_steps[NLANES], next_now_converged[NLANES], sum_2[24 * NLANES], sum_3[9 * NLANES], sum_2_2[NLANES],
+        common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
+        gac_kept_0[9 * NLANES], gac_kept_1[9 * NLANES], gac_kept_2[36 * NLANES], gac_kept_3[8 * NLANES],
+        gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_homography_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_homography_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * i, sum_0_0, sum_0_1, sum_1);
@@ -2749,13 +2750,13 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_homography_sum_2_lanes)(sum, first + 2 * i, common, common_2, sum);
         NAME(descend_homography_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * i, sum_0_0_2, sum_0_1_2,
-    sum_1_2);
+            sum_1_2);
     }
     NAME(descend_homography_now_carry_best_lanes)(matrix, sum_0_0, sum_0_1, sum_1, sum, sum_0_0_2, sum_0_1_2,
-    sum_1_2, now_carry_best, now_carry_following, now_carry_table, now_carry_slope, now_carry_cost,
-    now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+        sum_1_2, now_carry_best, now_carry_following, now_carry_table, now_carry_slope, now_carry_cost,
+        now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
     NAME(descend_homography_common_2_lanes)(sum_1, sum, sum_0_0_2, sum_0_1_2, sum_1_2, common_6, common_7,
-    common_8);
+        common_8);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 9 * NLANES, now_carry_best, gac_kept_0);
         KEEP(rounds, 9 * NLANES, now_carry_following, gac_kept_1);
@@ -2770,12 +2771,12 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
         NAME(descend_homography_common_3_lanes)(now_carry_following, common_3, common_4, common_5);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_homography_sum_3_lanes)(limit, common, common_2, now_carry_following, sum_2, sum_3,
-    sum_2_2, first + 2 * j, second + 2 * j, common_3, common_4, common_5, common_6, common_7, common_8, sum_2,
-    sum_3, sum_2_2);
+                sum_2_2, first + 2 * j, second + 2 * j, common_3, common_4, common_5, common_6, common_7, common_8,
+                sum_2, sum_3, sum_2_2);
         NAME(descend_homography_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_2, sum_3, sum_2_2, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_2, sum_3, sum_2_2,
+            next_now_carry_best, next_now_carry_following, next_now_carry_table, next_now_carry_slope,
+            next_now_carry_cost, next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
         NAME(descend_homography_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(9 * NLANES, next_now_carry_best, now_carry_best);
         COPY(9 * NLANES, next_now_carry_following, now_carry_following);
@@ -2799,7 +2800,7 @@ static INLINE WORD NAME(descend_homography_lanes)(intptr_t n, const REAL *matrix
             break;
     }
     NAME(descend_homography_result_lanes)(matrix, at_most, sum_0_0, sum_0_1, sum_1, sum, sum_0_0_2, sum_0_1_2,
-    sum_1_2, now_carry_best, now_carry_cost, now_steps, now_converged, out_0, out_1);
+        sum_1_2, now_carry_best, now_carry_cost, now_steps, now_converged, out_0, out_1);
     return 0;
 }
 
@@ -4380,48 +4381,49 @@ void NAME(descend_fundamental)(intptr_t n, const REAL *matrix, const REAL *first
     REAL at_most, REAL *out_0, REAL *out_1, REAL *work)
 {
     REAL sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum, common, common_2, common_3, common_4,
-    *const mapped_0 = work, *const mapped_1 = mapped_0 + n, common_5, *const mapped_0_2 = mapped_1 + n,
-    *const mapped_1_2 = mapped_0_2 + n, now_carry_best[9], now_carry_following[9], now_carry_table[28],
-    now_carry_slope[7], now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged,
-    steps, next_now_carry_best[9], next_now_carry_following[9], next_now_carry_table[28], next_now_carry_slope[7],
-    next_now_carry_cost, next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum_3[36],
-    common_6, common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15,
-    common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25,
-    common_26, common_27;
+        *const mapped_0 = work, *const mapped_1 = mapped_0 + n, common_5, *const mapped_0_2 = mapped_1 + n,
+        *const mapped_1_2 = mapped_0_2 + n, now_carry_best[9], now_carry_following[9], now_carry_table[28],
+        now_carry_slope[7], now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged,
+        steps, next_now_carry_best[9], next_now_carry_following[9], next_now_carry_table[28],
+        next_now_carry_slope[7], next_now_carry_cost, next_now_carry_damping, next_now_carry_done, next_now_steps,
+        next_now_converged, sum_3[36], common_6, common_7, common_8, common_9, common_10, common_11, common_12,
+        common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
+        common_22, common_23, common_24, common_25, common_26, common_27;
     NAME(descend_fundamental_sum_start)(&sum_0_0, &sum_0_1, &sum_1_0, &sum_1_1, &sum_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, first + 2 * i, second + 2 * i,
-    &sum_0_0, &sum_0_1, &sum_1_0, &sum_1_1, &sum_2);
+            &sum_0_0, &sum_0_1, &sum_1_0, &sum_1_1, &sum_2);
     NAME(truncated_transfer_squares_result_start)(&sum);
     NAME(descend_fundamental_common)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, &common, &common_2, &common_3,
-    &common_4);
+        &common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum_2)(sum, first + 2 * i, second + 2 * i, common, common_2, common_3, common_4,
-    &sum);
+            &sum);
     NAME(descend_fundamental_common_2)(sum_2, sum, &common_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped)(common, common_2, first + 2 * i, common_5, mapped_0 + i, mapped_1 + i);
         NAME(descend_fundamental_mapped_2)(common_3, common_4, common_5, second + 2 * i, mapped_0_2 + i,
-    mapped_1_2 + i);
+            mapped_1_2 + i);
     }
     NAME(descend_fundamental_now_carry_best)(matrix, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum, now_carry_best,
-    now_carry_following, now_carry_table, now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done,
-    &now_steps, &now_converged, &converged, &steps);
+        now_carry_following, now_carry_table, now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done,
+        &now_steps, &now_converged, &converged, &steps);
     NAME(descend_fundamental_common_3)(limit, sum_2, sum, &common_27);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_fundamental_sum_start_2)(sum_3);
         NAME(descend_fundamental_common_4)(now_carry_following, &common_6, &common_7, &common_8, &common_9,
-    &common_10, &common_11, &common_12, &common_13, &common_14, &common_15, &common_16, &common_17, &common_18,
-    &common_19, &common_20, &common_21, &common_22, &common_23, &common_24, &common_25, &common_26);
+            &common_10, &common_11, &common_12, &common_13, &common_14, &common_15, &common_16, &common_17,
+            &common_18, &common_19, &common_20, &common_21, &common_22, &common_23, &common_24, &common_25,
+            &common_26);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_fundamental_sum_3)(sum_3, mapped_0[j], mapped_1[j], mapped_0_2[j], mapped_1_2[j], common_6,
-    common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16,
-    common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26,
-    common_27, sum_3);
+                common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15,
+                common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
+                common_25, common_26, common_27, sum_3);
         NAME(descend_fundamental_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_3, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
-    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_3, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+            &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
         NAME(descend_homography_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(9, next_now_carry_best, now_carry_best);
         COPY(9, next_now_carry_following, now_carry_following);
@@ -4436,7 +4438,7 @@ void NAME(descend_fundamental)(intptr_t n, const REAL *matrix, const REAL *first
             break;
     }
     NAME(descend_fundamental_result)(matrix, at_most, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum,
-    now_carry_best, now_carry_cost, now_steps, now_converged, out_0, out_1);
+        now_carry_best, now_carry_cost, now_steps, now_converged, out_0, out_1);
 }
 
 static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matrix, const REAL *first,
@@ -4444,39 +4446,39 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
     REAL *mapped_1, REAL *mapped_0_2, REAL *mapped_1_2)
 {
     _Alignas(64) REAL sum_0_0[NLANES], sum_0_1[NLANES], sum_1_0[NLANES], sum_1_1[NLANES], sum_2[NLANES],
-    sum[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES],
-    now_carry_best[9 * NLANES], now_carry_following[9 * NLANES], now_carry_table[28 * NLANES],
-    now_carry_slope[7 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
-    now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[9 * NLANES],
-    next_now_carry_following[9 * NLANES], next_now_carry_table[28 * NLANES], next_now_carry_slope[7 * NLANES],
-    next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
-    next_now_steps[NLANES], next_now_converged[NLANES], sum_3[36 * NLANES], common_6[NLANES], common_7[NLANES],
-    common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES],
-    common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES], common_18[NLANES],
-    common_19[NLANES], common_20[NLANES], common_21[NLANES], common_22[NLANES], common_23[NLANES],
-    common_24[NLANES], common_25[NLANES], common_26[NLANES], common_27[NLANES], gac_kept_0[9 * NLANES],
-    gac_kept_1[9 * NLANES], gac_kept_2[28 * NLANES], gac_kept_3[7 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES],
-    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+        sum[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES],
+        now_carry_best[9 * NLANES], now_carry_following[9 * NLANES], now_carry_table[28 * NLANES],
+        now_carry_slope[7 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
+        now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[9 * NLANES],
+        next_now_carry_following[9 * NLANES], next_now_carry_table[28 * NLANES], next_now_carry_slope[7 * NLANES],
+        next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
+        next_now_steps[NLANES], next_now_converged[NLANES], sum_3[36 * NLANES], common_6[NLANES], common_7[NLANES],
+        common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES],
+        common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES],
+        common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES], common_22[NLANES],
+        common_23[NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES], common_27[NLANES],
+        gac_kept_0[9 * NLANES], gac_kept_1[9 * NLANES], gac_kept_2[28 * NLANES], gac_kept_3[7 * NLANES],
+        gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_fundamental_sum_start_lanes)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum_lanes)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, first + 2 * NLANES * i,
-    second + 2 * NLANES * i, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2);
+            second + 2 * NLANES * i, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2);
     NAME(truncated_transfer_squares_result_start_lanes)(sum);
     NAME(descend_fundamental_common_lanes)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, common, common_2, common_3,
-    common_4);
+        common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum_2_lanes)(sum, first + 2 * NLANES * i, second + 2 * NLANES * i, common,
-    common_2, common_3, common_4, sum);
+            common_2, common_3, common_4, sum);
     NAME(descend_fundamental_common_2_lanes)(sum_2, sum, common_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped_lanes)(common, common_2, first + 2 * NLANES * i, common_5,
-    mapped_0 + NLANES * i, mapped_1 + NLANES * i);
+            mapped_0 + NLANES * i, mapped_1 + NLANES * i);
         NAME(descend_fundamental_mapped_2_lanes)(common_3, common_4, common_5, second + 2 * NLANES * i,
-    mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
+            mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
     }
     NAME(descend_fundamental_now_carry_best_lanes)(matrix, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum,
-    now_carry_best, now_carry_following, now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping,
-    now_carry_done, now_steps, now_converged, converged, steps);
+        now_carry_best, now_carry_following, now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping,
+        now_carry_done, now_steps, now_converged, converged, steps);
     NAME(descend_fundamental_common_3_lanes)(limit, sum_2, sum, common_27);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 9 * NLANES, now_carry_best, gac_kept_0);
@@ -4490,17 +4492,17 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
         KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_fundamental_sum_start_2_lanes)(sum_3);
         NAME(descend_fundamental_common_4_lanes)(now_carry_following, common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
-    common_20, common_21, common_22, common_23, common_24, common_25, common_26);
+            common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18,
+            common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_fundamental_sum_3_lanes)(sum_3, mapped_0 + NLANES * j, mapped_1 + NLANES * j,
-    mapped_0_2 + NLANES * j, mapped_1_2 + NLANES * j, common_6, common_7, common_8, common_9, common_10, common_11,
-    common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
-    common_22, common_23, common_24, common_25, common_26, common_27, sum_3);
+                mapped_0_2 + NLANES * j, mapped_1_2 + NLANES * j, common_6, common_7, common_8, common_9, common_10,
+                common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
+                common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27, sum_3);
         NAME(descend_fundamental_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_3, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum_3, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+            next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
         NAME(descend_homography_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(9 * NLANES, next_now_carry_best, now_carry_best);
         COPY(9 * NLANES, next_now_carry_following, now_carry_following);
@@ -4524,7 +4526,7 @@ static INLINE WORD NAME(descend_fundamental_lanes)(intptr_t n, const REAL *matri
             break;
     }
     NAME(descend_fundamental_result_lanes)(matrix, at_most, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum,
-    now_carry_best, now_carry_cost, now_steps, now_converged, out_0, out_1);
+        now_carry_best, now_carry_cost, now_steps, now_converged, out_0, out_1);
     return 0;
 }
 
@@ -5795,42 +5797,43 @@ void NAME(likeliest_fundamental)(intptr_t n, const REAL *matrix, const REAL *fir
     REAL tail, REAL at_most, REAL *out_0, REAL *out_1, REAL *work)
 {
     REAL sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum, common, common_2, common_3, common_4,
-    *const mapped_0 = work, *const mapped_1 = mapped_0 + n, common_5, *const mapped_0_2 = mapped_1 + n,
-    *const mapped_1_2 = mapped_0_2 + n, now_carry[10], now_steps, now_converged, converged, steps,
-    next_now_carry[10], next_now_steps, next_now_converged, sum_3[36], common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
-    common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28;
+        *const mapped_0 = work, *const mapped_1 = mapped_0 + n, common_5, *const mapped_0_2 = mapped_1 + n,
+        *const mapped_1_2 = mapped_0_2 + n, now_carry[10], now_steps, now_converged, converged, steps,
+        next_now_carry[10], next_now_steps, next_now_converged, sum_3[36], common_6, common_7, common_8, common_9,
+        common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18,
+        common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27,
+        common_28;
     NAME(descend_fundamental_sum_start)(&sum_0_0, &sum_0_1, &sum_1_0, &sum_1_1, &sum_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, first + 2 * i, second + 2 * i,
-    &sum_0_0, &sum_0_1, &sum_1_0, &sum_1_1, &sum_2);
+            &sum_0_0, &sum_0_1, &sum_1_0, &sum_1_1, &sum_2);
     NAME(truncated_transfer_squares_result_start)(&sum);
     NAME(descend_fundamental_common)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, &common, &common_2, &common_3,
-    &common_4);
+        &common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum_2)(sum, first + 2 * i, second + 2 * i, common, common_2, common_3, common_4,
-    &sum);
+            &sum);
     NAME(descend_fundamental_common_2)(sum_2, sum, &common_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped)(common, common_2, first + 2 * i, common_5, mapped_0 + i, mapped_1 + i);
         NAME(descend_fundamental_mapped_2)(common_3, common_4, common_5, second + 2 * i, mapped_0_2 + i,
-    mapped_1_2 + i);
+            mapped_1_2 + i);
     }
     NAME(likeliest_fundamental_now_carry)(matrix, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum, now_carry,
-    &now_steps, &now_converged, &converged, &steps);
+        &now_steps, &now_converged, &converged, &steps);
     NAME(likeliest_fundamental_common)(limit, tail, sum_2, sum, &common_27, &common_28);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_fundamental_sum_start_2)(sum_3);
         NAME(likeliest_fundamental_common_2)(now_carry, &common_6, &common_7, &common_8, &common_9, &common_10,
-    &common_11, &common_12, &common_13, &common_14, &common_15, &common_16, &common_17, &common_18, &common_19,
-    &common_20, &common_21, &common_22, &common_23, &common_24, &common_25, &common_26);
+            &common_11, &common_12, &common_13, &common_14, &common_15, &common_16, &common_17, &common_18,
+            &common_19, &common_20, &common_21, &common_22, &common_23, &common_24, &common_25, &common_26);
         for (intptr_t j = 0; j < n; j++)
             NAME(likeliest_fundamental_sum)(sum_3, mapped_0[j], mapped_1[j], mapped_0_2[j], mapped_1_2[j], common_6,
-    common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16,
-    common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26,
-    common_27, common_28, sum_3);
+                common_7, common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15,
+                common_16, common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
+                common_25, common_26, common_27, common_28, sum_3);
         NAME(likeliest_fundamental_next_now_carry)(now_carry, now_steps, sum_3, next_now_carry, &next_now_steps,
-    &next_now_converged);
+            &next_now_converged);
         NAME(descend_homography_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(10, next_now_carry, now_carry);
         COPY(1, &next_now_steps, &now_steps);
@@ -5840,7 +5843,7 @@ void NAME(likeliest_fundamental)(intptr_t n, const REAL *matrix, const REAL *fir
             break;
     }
     NAME(likeliest_fundamental_result)(matrix, at_most, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum, now_carry,
-    now_steps, now_converged, out_0, out_1);
+        now_steps, now_converged, out_0, out_1);
 }
 
 static INLINE WORD NAME(likeliest_fundamental_lanes)(intptr_t n, const REAL *matrix, const REAL *first,
@@ -5848,34 +5851,34 @@ static INLINE WORD NAME(likeliest_fundamental_lanes)(intptr_t n, const REAL *mat
     REAL *mapped_0, REAL *mapped_1, REAL *mapped_0_2, REAL *mapped_1_2)
 {
     _Alignas(64) REAL sum_0_0[NLANES], sum_0_1[NLANES], sum_1_0[NLANES], sum_1_1[NLANES], sum_2[NLANES],
-    sum[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES],
-    now_carry[10 * NLANES], now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES],
-    next_now_carry[10 * NLANES], next_now_steps[NLANES], next_now_converged[NLANES], sum_3[36 * NLANES],
-    common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES],
-    common_12[NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES],
-    common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES],
-    common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES],
-    common_27[NLANES], common_28[NLANES], gac_kept_0[10 * NLANES], gac_kept_1[NLANES], gac_kept_2[NLANES],
-    gac_kept_3[NLANES];
+        sum[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES],
+        now_carry[10 * NLANES], now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES],
+        next_now_carry[10 * NLANES], next_now_steps[NLANES], next_now_converged[NLANES], sum_3[36 * NLANES],
+        common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES],
+        common_11[NLANES], common_12[NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES],
+        common_16[NLANES], common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES],
+        common_21[NLANES], common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES],
+        common_26[NLANES], common_27[NLANES], common_28[NLANES], gac_kept_0[10 * NLANES], gac_kept_1[NLANES],
+        gac_kept_2[NLANES], gac_kept_3[NLANES];
     NAME(descend_fundamental_sum_start_lanes)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum_lanes)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, first + 2 * NLANES * i,
-    second + 2 * NLANES * i, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2);
+            second + 2 * NLANES * i, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2);
     NAME(truncated_transfer_squares_result_start_lanes)(sum);
     NAME(descend_fundamental_common_lanes)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, common, common_2, common_3,
-    common_4);
+        common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum_2_lanes)(sum, first + 2 * NLANES * i, second + 2 * NLANES * i, common,
-    common_2, common_3, common_4, sum);
+            common_2, common_3, common_4, sum);
     NAME(descend_fundamental_common_2_lanes)(sum_2, sum, common_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped_lanes)(common, common_2, first + 2 * NLANES * i, common_5,
-    mapped_0 + NLANES * i, mapped_1 + NLANES * i);
+            mapped_0 + NLANES * i, mapped_1 + NLANES * i);
         NAME(descend_fundamental_mapped_2_lanes)(common_3, common_4, common_5, second + 2 * NLANES * i,
-    mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
+            mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
     }
     NAME(likeliest_fundamental_now_carry_lanes)(matrix, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum, now_carry,
-    now_steps, now_converged, converged, steps);
+        now_steps, now_converged, converged, steps);
     NAME(likeliest_fundamental_common_lanes)(limit, tail, sum_2, sum, common_27, common_28);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 10 * NLANES, now_carry, gac_kept_0);
@@ -5884,15 +5887,16 @@ static INLINE WORD NAME(likeliest_fundamental_lanes)(intptr_t n, const REAL *mat
         KEEP(rounds, NLANES, converged, gac_kept_3);
         NAME(descend_fundamental_sum_start_2_lanes)(sum_3);
         NAME(likeliest_fundamental_common_2_lanes)(now_carry, common_6, common_7, common_8, common_9, common_10,
-    common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20,
-    common_21, common_22, common_23, common_24, common_25, common_26);
+            common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
+            common_20, common_21, common_22, common_23, common_24, common_25, common_26);
         for (intptr_t j = 0; j < n; j++)
             NAME(likeliest_fundamental_sum_lanes)(sum_3, mapped_0 + NLANES * j, mapped_1 + NLANES * j,
-    mapped_0_2 + NLANES * j, mapped_1_2 + NLANES * j, common_6, common_7, common_8, common_9, common_10, common_11,
-    common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
-    common_22, common_23, common_24, common_25, common_26, common_27, common_28, sum_3);
+                mapped_0_2 + NLANES * j, mapped_1_2 + NLANES * j, common_6, common_7, common_8, common_9, common_10,
+                common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19,
+                common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28,
+                sum_3);
         NAME(likeliest_fundamental_next_now_carry_lanes)(now_carry, now_steps, sum_3, next_now_carry,
-    next_now_steps, next_now_converged);
+            next_now_steps, next_now_converged);
         NAME(descend_homography_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(10 * NLANES, next_now_carry, now_carry);
         COPY(NLANES, next_now_steps, now_steps);
@@ -5906,7 +5910,7 @@ static INLINE WORD NAME(likeliest_fundamental_lanes)(intptr_t n, const REAL *mat
             break;
     }
     NAME(likeliest_fundamental_result_lanes)(matrix, at_most, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum,
-    now_carry, now_steps, now_converged, out_0, out_1);
+        now_carry, now_steps, now_converged, out_0, out_1);
     return 0;
 }
 
@@ -7485,11 +7489,12 @@ intptr_t robust_views_squares_of_plane_work(intptr_t n)
 void NAME(squares_of_plane)(intptr_t n, const REAL *first, const REAL *second, REAL *out, REAL *work)
 {
     REAL sum_0_0, sum_0_1, sum_1, sum, common, common_2, m, *const mapped_0 = work, *const mapped_1 = mapped_0 + n,
-    common_3, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_4, common_5, m_2, *const mapped_0_2 = mapped_1 + n,
-    *const mapped_1_2 = mapped_0_2 + n, common_6, sum_3[45], state[46], converged, steps, next_state[46], common_7,
-    state_2[46], converged_2, steps_2, next_state_2[46], state_3[46], converged_3, steps_3, next_state_3[46],
-    common_8, state_4[10], converged_4, steps_4, next_state_4[10], sum_4[9], common_9, common_10, state_5[46],
-    converged_5, steps_5, next_state_5[46], state_6[46], converged_6, steps_6, next_state_6[46];
+        common_3, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_4, common_5, m_2, *const mapped_0_2 = mapped_1 + n,
+        *const mapped_1_2 = mapped_0_2 + n, common_6, sum_3[45], state[46], converged, steps, next_state[46],
+        common_7, state_2[46], converged_2, steps_2, next_state_2[46], state_3[46], converged_3, steps_3,
+        next_state_3[46], common_8, state_4[10], converged_4, steps_4, next_state_4[10], sum_4[9], common_9,
+        common_10, state_5[46], converged_5, steps_5, next_state_5[46], state_6[46], converged_6, steps_6,
+        next_state_6[46];
     NAME(descend_homography_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(squares_of_plane_sum)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
@@ -7517,7 +7522,7 @@ void NAME(squares_of_plane)(intptr_t n, const REAL *first, const REAL *second, R
     NAME(squares_of_plane_sum_start)(sum_3);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped)(common_4, common_5, second + 2 * i, common_6, mapped_0_2 + i,
-    mapped_1_2 + i);
+            mapped_1_2 + i);
         NAME(squares_of_plane_sum_3)(sum_3, mapped_0[i], mapped_1[i], mapped_0_2[i], mapped_1_2[i], sum_3);
     }
     NAME(squares_of_plane_state)(sum_3, state, &converged, &steps);
@@ -7555,7 +7560,7 @@ void NAME(squares_of_plane)(intptr_t n, const REAL *first, const REAL *second, R
         NAME(squares_of_plane_common_4)(state_4, &common_9, &common_10);
         for (intptr_t j = 0; j < n; j++)
             NAME(squares_of_plane_sum_4)(state_4, sum_4, mapped_0[j], mapped_1[j], mapped_0_2[j], mapped_1_2[j],
-    common_9, common_10, sum_4);
+                common_9, common_10, sum_4);
         NAME(squares_of_plane_next_state_3)(state_3, state_4, sum_4, next_state_4);
         NAME(squares_of_plane_converged_3)(next_state_4, &converged_4);
         COPY(10, next_state_4, state_4);
@@ -7588,17 +7593,17 @@ static INLINE WORD NAME(squares_of_plane_lanes)(intptr_t n, const REAL *first, c
     REAL *mapped_0, REAL *mapped_1, REAL *mapped_0_2, REAL *mapped_1_2)
 {
     _Alignas(64) REAL sum_0_0[NLANES], sum_0_1[NLANES], sum_1[NLANES], sum[NLANES], common[NLANES],
-    common_2[NLANES], m[NLANES], common_3[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES],
-    sum_2[NLANES], common_4[NLANES], common_5[NLANES], m_2[NLANES], common_6[NLANES], sum_3[45 * NLANES],
-    state[46 * NLANES], converged[NLANES], steps[NLANES], next_state[46 * NLANES], common_7[NLANES],
-    state_2[46 * NLANES], converged_2[NLANES], steps_2[NLANES], next_state_2[46 * NLANES], state_3[46 * NLANES],
-    converged_3[NLANES], steps_3[NLANES], next_state_3[46 * NLANES], common_8[NLANES], state_4[10 * NLANES],
-    converged_4[NLANES], steps_4[NLANES], next_state_4[10 * NLANES], sum_4[9 * NLANES], common_9[NLANES],
-    common_10[NLANES], state_5[46 * NLANES], converged_5[NLANES], steps_5[NLANES], next_state_5[46 * NLANES],
-    state_6[46 * NLANES], converged_6[NLANES], steps_6[NLANES], next_state_6[46 * NLANES], gac_kept_0[46 * NLANES],
-    gac_kept_1[NLANES], gac_kept_2[46 * NLANES], gac_kept_3[NLANES], gac_kept_4[46 * NLANES], gac_kept_5[NLANES],
-    gac_kept_6[10 * NLANES], gac_kept_7[NLANES], gac_kept_8[46 * NLANES], gac_kept_9[NLANES],
-    gac_kept_10[46 * NLANES], gac_kept_11[NLANES];
+        common_2[NLANES], m[NLANES], common_3[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES],
+        sum_2[NLANES], common_4[NLANES], common_5[NLANES], m_2[NLANES], common_6[NLANES], sum_3[45 * NLANES],
+        state[46 * NLANES], converged[NLANES], steps[NLANES], next_state[46 * NLANES], common_7[NLANES],
+        state_2[46 * NLANES], converged_2[NLANES], steps_2[NLANES], next_state_2[46 * NLANES], state_3[46 * NLANES],
+        converged_3[NLANES], steps_3[NLANES], next_state_3[46 * NLANES], common_8[NLANES], state_4[10 * NLANES],
+        converged_4[NLANES], steps_4[NLANES], next_state_4[10 * NLANES], sum_4[9 * NLANES], common_9[NLANES],
+        common_10[NLANES], state_5[46 * NLANES], converged_5[NLANES], steps_5[NLANES], next_state_5[46 * NLANES],
+        state_6[46 * NLANES], converged_6[NLANES], steps_6[NLANES], next_state_6[46 * NLANES],
+        gac_kept_0[46 * NLANES], gac_kept_1[NLANES], gac_kept_2[46 * NLANES], gac_kept_3[NLANES],
+        gac_kept_4[46 * NLANES], gac_kept_5[NLANES], gac_kept_6[10 * NLANES], gac_kept_7[NLANES],
+        gac_kept_8[46 * NLANES], gac_kept_9[NLANES], gac_kept_10[46 * NLANES], gac_kept_11[NLANES];
     NAME(descend_homography_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(squares_of_plane_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1, sum_1);
@@ -7613,9 +7618,9 @@ static INLINE WORD NAME(squares_of_plane_lanes)(intptr_t n, const REAL *first, c
     NAME(descend_homography_sum_start_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped_lanes)(common, common_2, first + 2 * NLANES * i, common_3,
-    mapped_0 + NLANES * i, mapped_1 + NLANES * i);
+            mapped_0 + NLANES * i, mapped_1 + NLANES * i);
         NAME(squares_of_plane_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2,
-    sum_0_1_2, sum_1_2);
+            sum_0_1_2, sum_1_2);
     }
     NAME(truncated_transfer_squares_result_start_lanes)(sum_2);
     NAME(descend_homography_common_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, common_4, common_5);
@@ -7628,9 +7633,9 @@ static INLINE WORD NAME(squares_of_plane_lanes)(intptr_t n, const REAL *first, c
     NAME(squares_of_plane_sum_start_lanes)(sum_3);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped_lanes)(common_4, common_5, second + 2 * NLANES * i, common_6,
-    mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
+            mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
         NAME(squares_of_plane_sum_3_lanes)(sum_3, mapped_0 + NLANES * i, mapped_1 + NLANES * i,
-    mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i, sum_3);
+            mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i, sum_3);
     }
     NAME(squares_of_plane_state_lanes)(sum_3, state, converged, steps);
     NAME(squares_of_plane_common_2_lanes)(sum_3, common_7);
@@ -7681,7 +7686,7 @@ static INLINE WORD NAME(squares_of_plane_lanes)(intptr_t n, const REAL *first, c
         NAME(squares_of_plane_common_4_lanes)(state_4, common_9, common_10);
         for (intptr_t j = 0; j < n; j++)
             NAME(squares_of_plane_sum_4_lanes)(state_4, sum_4, mapped_0 + NLANES * j, mapped_1 + NLANES * j,
-    mapped_0_2 + NLANES * j, mapped_1_2 + NLANES * j, common_9, common_10, sum_4);
+                mapped_0_2 + NLANES * j, mapped_1_2 + NLANES * j, common_9, common_10, sum_4);
         NAME(squares_of_plane_next_state_3_lanes)(state_3, state_4, sum_4, next_state_4);
         NAME(squares_of_plane_converged_3_lanes)(next_state_4, converged_4);
         COPY(10 * NLANES, next_state_4, state_4);
@@ -7853,20 +7858,20 @@ void NAME(affine_places)(intptr_t n, const REAL *first, const REAL *second, cons
 {
     (void)work;
     REAL sum_0, sum_1_0, sum_1_1, sum_2_0, sum_2_1, sum[3], sum_2[2 * 2], common, common_2, common_3, common_4,
-    moved_0, moved_1, common_5, common_6, common_7, common_8;
+        moved_0, moved_1, common_5, common_6, common_7, common_8;
     NAME(descend_fundamental_sum_start)(&sum_0, &sum_1_0, &sum_1_1, &sum_2_0, &sum_2_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(affine_places_sum)(sum_0, sum_1_0, sum_1_1, sum_2_0, sum_2_1, first + 2 * i, second + 2 * i, used[i],
-    &sum_0, &sum_1_0, &sum_1_1, &sum_2_0, &sum_2_1);
+            &sum_0, &sum_1_0, &sum_1_1, &sum_2_0, &sum_2_1);
     NAME(affine_places_sum_start)(sum, sum_2);
     NAME(affine_places_common)(sum_0, sum_1_0, sum_1_1, sum_2_0, sum_2_1, &common, &common_2, &common_3, &common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(affine_places_sum_2)(sum, sum_2, first + 2 * i, second + 2 * i, used[i], common, common_2, common_3,
-    common_4, sum, sum_2);
+            common_4, sum, sum_2);
     NAME(affine_places_common_2)(sum, sum_2, &common_5, &common_6, &common_7, &common_8);
     for (intptr_t i = 0; i < n; i++) {
         NAME(affine_places_moved)(common, common_2, common_3, common_4, first + 2 * i, common_5, common_6, common_7,
-    common_8, &moved_0, &moved_1);
+            common_8, &moved_0, &moved_1);
         NAME(affine_places_result)(moved_0, moved_1, out + 2 * i);
     }
 }
@@ -7875,22 +7880,22 @@ static INLINE WORD NAME(affine_places_lanes)(intptr_t n, const REAL *first, cons
     REAL *out)
 {
     _Alignas(64) REAL sum_0[NLANES], sum_1_0[NLANES], sum_1_1[NLANES], sum_2_0[NLANES], sum_2_1[NLANES],
-    sum[3 * NLANES], sum_2[4 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
-    moved_0[NLANES], moved_1[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES];
+        sum[3 * NLANES], sum_2[4 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
+        moved_0[NLANES], moved_1[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES];
     NAME(descend_fundamental_sum_start_lanes)(sum_0, sum_1_0, sum_1_1, sum_2_0, sum_2_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(affine_places_sum_lanes)(sum_0, sum_1_0, sum_1_1, sum_2_0, sum_2_1, first + 2 * NLANES * i,
-    second + 2 * NLANES * i, used + NLANES * i, sum_0, sum_1_0, sum_1_1, sum_2_0, sum_2_1);
+            second + 2 * NLANES * i, used + NLANES * i, sum_0, sum_1_0, sum_1_1, sum_2_0, sum_2_1);
     NAME(affine_places_sum_start_lanes)(sum, sum_2);
     NAME(affine_places_common_lanes)(sum_0, sum_1_0, sum_1_1, sum_2_0, sum_2_1, common, common_2, common_3,
-    common_4);
+        common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(affine_places_sum_2_lanes)(sum, sum_2, first + 2 * NLANES * i, second + 2 * NLANES * i,
-    used + NLANES * i, common, common_2, common_3, common_4, sum, sum_2);
+            used + NLANES * i, common, common_2, common_3, common_4, sum, sum_2);
     NAME(affine_places_common_2_lanes)(sum, sum_2, common_5, common_6, common_7, common_8);
     for (intptr_t i = 0; i < n; i++) {
         NAME(affine_places_moved_lanes)(common, common_2, common_3, common_4, first + 2 * NLANES * i, common_5,
-    common_6, common_7, common_8, moved_0, moved_1);
+            common_6, common_7, common_8, moved_0, moved_1);
         NAME(affine_places_result_lanes)(moved_0, moved_1, out + 2 * NLANES * i);
     }
     return 0;
@@ -8152,18 +8157,19 @@ intptr_t robust_views_least_plane_squares_work(intptr_t n)
 void NAME(least_plane_squares)(intptr_t n, const REAL *first, const REAL *second, REAL *out, REAL *work)
 {
     REAL sum_0_0, sum_0_1, sum_1, sum, common, common_2, m, *const mapped_0 = work, *const mapped_1 = mapped_0 + n,
-    common_3, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_4, common_5, m_2, *const mapped_0_2 = mapped_1 + n,
-    *const mapped_1_2 = mapped_0_2 + n, common_6, sum_3[45], state[46], converged, steps, next_state[46], common_7,
-    state_2[46], converged_2, steps_2, next_state_2[46], state_3[46], converged_3, steps_3, next_state_3[46],
-    common_8, state_4[10], converged_4, steps_4, next_state_4[10], sum_4[9], common_9, common_10, sum_0_0_3,
-    sum_0_1_3, sum_1_3, sum_5, common_11, common_12, m_3, *const mapped_0_3 = mapped_1_2 + n,
-    *const mapped_1_3 = mapped_0_3 + n, common_13, sum_0_0_4, sum_0_1_4, sum_1_4, sum_6, common_14, common_15, m_4,
-    *const mapped_0_4 = mapped_1_3 + n, *const mapped_1_4 = mapped_0_4 + n, common_16, sum_7[45], state_5[46],
-    converged_5, steps_5, next_state_5[46], common_17, state_6[46], converged_6, steps_6, next_state_6[46],
-    state_7[46], converged_7, steps_7, next_state_7[46], common_18, state_8[10], converged_8, steps_8,
-    next_state_8[10], sum_8[9], common_19, common_20, sum_9[3], common_21, common_22, common_23, common_24,
-    common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34,
-    common_35, common_36, common_37, common_38, common_39, common_40;
+        common_3, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, common_4, common_5, m_2, *const mapped_0_2 = mapped_1 + n,
+        *const mapped_1_2 = mapped_0_2 + n, common_6, sum_3[45], state[46], converged, steps, next_state[46],
+        common_7, state_2[46], converged_2, steps_2, next_state_2[46], state_3[46], converged_3, steps_3,
+        next_state_3[46], common_8, state_4[10], converged_4, steps_4, next_state_4[10], sum_4[9], common_9,
+        common_10, sum_0_0_3, sum_0_1_3, sum_1_3, sum_5, common_11, common_12, m_3,
+        *const mapped_0_3 = mapped_1_2 + n, *const mapped_1_3 = mapped_0_3 + n, common_13, sum_0_0_4, sum_0_1_4,
+        sum_1_4, sum_6, common_14, common_15, m_4, *const mapped_0_4 = mapped_1_3 + n,
+        *const mapped_1_4 = mapped_0_4 + n, common_16, sum_7[45], state_5[46], converged_5, steps_5,
+        next_state_5[46], common_17, state_6[46], converged_6, steps_6, next_state_6[46], state_7[46], converged_7,
+        steps_7, next_state_7[46], common_18, state_8[10], converged_8, steps_8, next_state_8[10], sum_8[9],
+        common_19, common_20, sum_9[3], common_21, common_22, common_23, common_24, common_25, common_26, common_27,
+        common_28, common_29, common_30, common_31, common_32, common_33, common_34, common_35, common_36,
+        common_37, common_38, common_39, common_40;
     NAME(descend_homography_sum_start)(&sum_0_0, &sum_0_1, &sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(squares_of_plane_sum)(sum_0_0, sum_0_1, sum_1, first + 2 * i, &sum_0_0, &sum_0_1, &sum_1);
@@ -8192,7 +8198,7 @@ void NAME(least_plane_squares)(intptr_t n, const REAL *first, const REAL *second
     NAME(descend_homography_sum_start)(&sum_0_0_3, &sum_0_1_3, &sum_1_3);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped)(common_4, common_5, second + 2 * i, common_6, mapped_0_2 + i,
-    mapped_1_2 + i);
+            mapped_1_2 + i);
         NAME(squares_of_plane_sum_3)(sum_3, mapped_0[i], mapped_1[i], mapped_0_2[i], mapped_1_2[i], sum_3);
         NAME(squares_of_plane_sum)(sum_0_0_3, sum_0_1_3, sum_1_3, second + 2 * i, &sum_0_0_3, &sum_0_1_3, &sum_1_3);
     }
@@ -8231,7 +8237,7 @@ void NAME(least_plane_squares)(intptr_t n, const REAL *first, const REAL *second
         NAME(squares_of_plane_common_4)(state_4, &common_9, &common_10);
         for (intptr_t j = 0; j < n; j++)
             NAME(squares_of_plane_sum_4)(state_4, sum_4, mapped_0[j], mapped_1[j], mapped_0_2[j], mapped_1_2[j],
-    common_9, common_10, sum_4);
+                common_9, common_10, sum_4);
         NAME(squares_of_plane_next_state_3)(state_3, state_4, sum_4, next_state_4);
         NAME(squares_of_plane_converged_3)(next_state_4, &converged_4);
         COPY(10, next_state_4, state_4);
@@ -8250,7 +8256,7 @@ void NAME(least_plane_squares)(intptr_t n, const REAL *first, const REAL *second
     NAME(descend_homography_sum_start)(&sum_0_0_4, &sum_0_1_4, &sum_1_4);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped)(common_11, common_12, second + 2 * i, common_13, mapped_0_3 + i,
-    mapped_1_3 + i);
+            mapped_1_3 + i);
         NAME(squares_of_plane_sum)(sum_0_0_4, sum_0_1_4, sum_1_4, first + 2 * i, &sum_0_0_4, &sum_0_1_4, &sum_1_4);
     }
     NAME(truncated_transfer_squares_result_start)(&sum_6);
@@ -8264,7 +8270,7 @@ void NAME(least_plane_squares)(intptr_t n, const REAL *first, const REAL *second
     NAME(squares_of_plane_sum_start)(sum_7);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped)(common_14, common_15, first + 2 * i, common_16, mapped_0_4 + i,
-    mapped_1_4 + i);
+            mapped_1_4 + i);
         NAME(squares_of_plane_sum_3)(sum_7, mapped_0_3[i], mapped_1_3[i], mapped_0_4[i], mapped_1_4[i], sum_7);
     }
     NAME(squares_of_plane_state)(sum_7, state_5, &converged_5, &steps_5);
@@ -8302,7 +8308,7 @@ void NAME(least_plane_squares)(intptr_t n, const REAL *first, const REAL *second
         NAME(squares_of_plane_common_4)(state_8, &common_19, &common_20);
         for (intptr_t j = 0; j < n; j++)
             NAME(squares_of_plane_sum_4)(state_8, sum_8, mapped_0_3[j], mapped_1_3[j], mapped_0_4[j], mapped_1_4[j],
-    common_19, common_20, sum_8);
+                common_19, common_20, sum_8);
         NAME(squares_of_plane_next_state_3)(state_7, state_8, sum_8, next_state_8);
         NAME(squares_of_plane_converged_3)(next_state_8, &converged_8);
         COPY(10, next_state_8, state_8);
@@ -8312,18 +8318,18 @@ void NAME(least_plane_squares)(intptr_t n, const REAL *first, const REAL *second
     }
     NAME(least_plane_squares_sum_start)(sum_9);
     NAME(least_plane_squares_common)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2, m_2,
-    state_4, sum_0_0_3, sum_0_1_3, sum_1_3, sum_5, m_3, sum_0_0_4, sum_0_1_4, sum_1_4, sum_6, m_4, state_8,
-    &common_21, &common_22, &common_23, &common_24, &common_25, &common_26, &common_27, &common_28, &common_29,
-    &common_30, &common_31, &common_32, &common_33, &common_34, &common_35, &common_36, &common_37, &common_38);
+        state_4, sum_0_0_3, sum_0_1_3, sum_1_3, sum_5, m_3, sum_0_0_4, sum_0_1_4, sum_1_4, sum_6, m_4, state_8,
+        &common_21, &common_22, &common_23, &common_24, &common_25, &common_26, &common_27, &common_28, &common_29,
+        &common_30, &common_31, &common_32, &common_33, &common_34, &common_35, &common_36, &common_37, &common_38);
     for (intptr_t i = 0; i < n; i++)
         NAME(least_plane_squares_sum)(sum_9, first + 2 * i, second + 2 * i, common_21, common_22, common_23,
-    common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32, common_33,
-    common_34, common_35, common_36, common_37, common_38, sum_9);
+            common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31, common_32,
+            common_33, common_34, common_35, common_36, common_37, common_38, sum_9);
     NAME(least_plane_squares_common_2)(sum_9, &common_39, &common_40);
     for (intptr_t i = 0; i < n; i++)
         NAME(least_plane_squares_result)(common_21, common_22, common_23, common_24, common_25, common_26,
-    common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34, common_35, common_36,
-    common_37, common_38, first + 2 * i, second + 2 * i, common_39, common_40, out + i);
+            common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34, common_35,
+            common_36, common_37, common_38, first + 2 * i, second + 2 * i, common_39, common_40, out + i);
 }
 
 static INLINE WORD NAME(least_plane_squares_lanes)(intptr_t n, const REAL *first, const REAL *second, REAL *out,
@@ -8331,27 +8337,28 @@ static INLINE WORD NAME(least_plane_squares_lanes)(intptr_t n, const REAL *first
     REAL *mapped_0_4, REAL *mapped_1_4)
 {
     _Alignas(64) REAL sum_0_0[NLANES], sum_0_1[NLANES], sum_1[NLANES], sum[NLANES], common[NLANES],
-    common_2[NLANES], m[NLANES], common_3[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES],
-    sum_2[NLANES], common_4[NLANES], common_5[NLANES], m_2[NLANES], common_6[NLANES], sum_3[45 * NLANES],
-    state[46 * NLANES], converged[NLANES], steps[NLANES], next_state[46 * NLANES], common_7[NLANES],
-    state_2[46 * NLANES], converged_2[NLANES], steps_2[NLANES], next_state_2[46 * NLANES], state_3[46 * NLANES],
-    converged_3[NLANES], steps_3[NLANES], next_state_3[46 * NLANES], common_8[NLANES], state_4[10 * NLANES],
-    converged_4[NLANES], steps_4[NLANES], next_state_4[10 * NLANES], sum_4[9 * NLANES], common_9[NLANES],
-    common_10[NLANES], sum_0_0_3[NLANES], sum_0_1_3[NLANES], sum_1_3[NLANES], sum_5[NLANES], common_11[NLANES],
-    common_12[NLANES], m_3[NLANES], common_13[NLANES], sum_0_0_4[NLANES], sum_0_1_4[NLANES], sum_1_4[NLANES],
-    sum_6[NLANES], common_14[NLANES], common_15[NLANES], m_4[NLANES], common_16[NLANES], sum_7[45 * NLANES],
-    state_5[46 * NLANES], converged_5[NLANES], steps_5[NLANES], next_state_5[46 * NLANES], common_17[NLANES],
-    state_6[46 * NLANES], converged_6[NLANES], steps_6[NLANES], next_state_6[46 * NLANES], state_7[46 * NLANES],
-    converged_7[NLANES], steps_7[NLANES], next_state_7[46 * NLANES], common_18[NLANES], state_8[10 * NLANES],
-    converged_8[NLANES], steps_8[NLANES], next_state_8[10 * NLANES], sum_8[9 * NLANES], common_19[NLANES],
-    common_20[NLANES], sum_9[3 * NLANES], common_21[NLANES], common_22[NLANES], common_23[NLANES],
-    common_24[NLANES], common_25[NLANES], common_26[NLANES], common_27[NLANES], common_28[NLANES],
-    common_29[NLANES], common_30[NLANES], common_31[NLANES], common_32[NLANES], common_33[NLANES],
-    common_34[NLANES], common_35[NLANES], common_36[NLANES], common_37[NLANES], common_38[NLANES],
-    common_39[NLANES], common_40[NLANES], gac_kept_0[46 * NLANES], gac_kept_1[NLANES], gac_kept_2[46 * NLANES],
-    gac_kept_3[NLANES], gac_kept_4[46 * NLANES], gac_kept_5[NLANES], gac_kept_6[10 * NLANES], gac_kept_7[NLANES],
-    gac_kept_8[46 * NLANES], gac_kept_9[NLANES], gac_kept_10[46 * NLANES], gac_kept_11[NLANES],
-    gac_kept_12[46 * NLANES], gac_kept_13[NLANES], gac_kept_14[10 * NLANES], gac_kept_15[NLANES];
+        common_2[NLANES], m[NLANES], common_3[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1_2[NLANES],
+        sum_2[NLANES], common_4[NLANES], common_5[NLANES], m_2[NLANES], common_6[NLANES], sum_3[45 * NLANES],
+        state[46 * NLANES], converged[NLANES], steps[NLANES], next_state[46 * NLANES], common_7[NLANES],
+        state_2[46 * NLANES], converged_2[NLANES], steps_2[NLANES], next_state_2[46 * NLANES], state_3[46 * NLANES],
+        converged_3[NLANES], steps_3[NLANES], next_state_3[46 * NLANES], common_8[NLANES], state_4[10 * NLANES],
+        converged_4[NLANES], steps_4[NLANES], next_state_4[10 * NLANES], sum_4[9 * NLANES], common_9[NLANES],
+        common_10[NLANES], sum_0_0_3[NLANES], sum_0_1_3[NLANES], sum_1_3[NLANES], sum_5[NLANES], common_11[NLANES],
+        common_12[NLANES], m_3[NLANES], common_13[NLANES], sum_0_0_4[NLANES], sum_0_1_4[NLANES], sum_1_4[NLANES],
+        sum_6[NLANES], common_14[NLANES], common_15[NLANES], m_4[NLANES], common_16[NLANES], sum_7[45 * NLANES],
+        state_5[46 * NLANES], converged_5[NLANES], steps_5[NLANES], next_state_5[46 * NLANES], common_17[NLANES],
+        state_6[46 * NLANES], converged_6[NLANES], steps_6[NLANES], next_state_6[46 * NLANES], state_7[46 * NLANES],
+        converged_7[NLANES], steps_7[NLANES], next_state_7[46 * NLANES], common_18[NLANES], state_8[10 * NLANES],
+        converged_8[NLANES], steps_8[NLANES], next_state_8[10 * NLANES], sum_8[9 * NLANES], common_19[NLANES],
+        common_20[NLANES], sum_9[3 * NLANES], common_21[NLANES], common_22[NLANES], common_23[NLANES],
+        common_24[NLANES], common_25[NLANES], common_26[NLANES], common_27[NLANES], common_28[NLANES],
+        common_29[NLANES], common_30[NLANES], common_31[NLANES], common_32[NLANES], common_33[NLANES],
+        common_34[NLANES], common_35[NLANES], common_36[NLANES], common_37[NLANES], common_38[NLANES],
+        common_39[NLANES], common_40[NLANES], gac_kept_0[46 * NLANES], gac_kept_1[NLANES], gac_kept_2[46 * NLANES],
+        gac_kept_3[NLANES], gac_kept_4[46 * NLANES], gac_kept_5[NLANES], gac_kept_6[10 * NLANES],
+        gac_kept_7[NLANES], gac_kept_8[46 * NLANES], gac_kept_9[NLANES], gac_kept_10[46 * NLANES],
+        gac_kept_11[NLANES], gac_kept_12[46 * NLANES], gac_kept_13[NLANES], gac_kept_14[10 * NLANES],
+        gac_kept_15[NLANES];
     NAME(descend_homography_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(squares_of_plane_sum_lanes)(sum_0_0, sum_0_1, sum_1, first + 2 * NLANES * i, sum_0_0, sum_0_1, sum_1);
@@ -8366,9 +8373,9 @@ static INLINE WORD NAME(least_plane_squares_lanes)(intptr_t n, const REAL *first
     NAME(descend_homography_sum_start_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped_lanes)(common, common_2, first + 2 * NLANES * i, common_3,
-    mapped_0 + NLANES * i, mapped_1 + NLANES * i);
+            mapped_0 + NLANES * i, mapped_1 + NLANES * i);
         NAME(squares_of_plane_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, second + 2 * NLANES * i, sum_0_0_2,
-    sum_0_1_2, sum_1_2);
+            sum_0_1_2, sum_1_2);
     }
     NAME(truncated_transfer_squares_result_start_lanes)(sum_2);
     NAME(descend_homography_common_lanes)(sum_0_0_2, sum_0_1_2, sum_1_2, common_4, common_5);
@@ -8382,11 +8389,11 @@ static INLINE WORD NAME(least_plane_squares_lanes)(intptr_t n, const REAL *first
     NAME(descend_homography_sum_start_lanes)(sum_0_0_3, sum_0_1_3, sum_1_3);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped_lanes)(common_4, common_5, second + 2 * NLANES * i, common_6,
-    mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
+            mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i);
         NAME(squares_of_plane_sum_3_lanes)(sum_3, mapped_0 + NLANES * i, mapped_1 + NLANES * i,
-    mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i, sum_3);
+            mapped_0_2 + NLANES * i, mapped_1_2 + NLANES * i, sum_3);
         NAME(squares_of_plane_sum_lanes)(sum_0_0_3, sum_0_1_3, sum_1_3, second + 2 * NLANES * i, sum_0_0_3,
-    sum_0_1_3, sum_1_3);
+            sum_0_1_3, sum_1_3);
     }
     NAME(squares_of_plane_state_lanes)(sum_3, state, converged, steps);
     NAME(squares_of_plane_common_2_lanes)(sum_3, common_7);
@@ -8437,7 +8444,7 @@ static INLINE WORD NAME(least_plane_squares_lanes)(intptr_t n, const REAL *first
         NAME(squares_of_plane_common_4_lanes)(state_4, common_9, common_10);
         for (intptr_t j = 0; j < n; j++)
             NAME(squares_of_plane_sum_4_lanes)(state_4, sum_4, mapped_0 + NLANES * j, mapped_1 + NLANES * j,
-    mapped_0_2 + NLANES * j, mapped_1_2 + NLANES * j, common_9, common_10, sum_4);
+                mapped_0_2 + NLANES * j, mapped_1_2 + NLANES * j, common_9, common_10, sum_4);
         NAME(squares_of_plane_next_state_3_lanes)(state_3, state_4, sum_4, next_state_4);
         NAME(squares_of_plane_converged_3_lanes)(next_state_4, converged_4);
         COPY(10 * NLANES, next_state_4, state_4);
@@ -8458,9 +8465,9 @@ static INLINE WORD NAME(least_plane_squares_lanes)(intptr_t n, const REAL *first
     NAME(descend_homography_sum_start_lanes)(sum_0_0_4, sum_0_1_4, sum_1_4);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped_lanes)(common_11, common_12, second + 2 * NLANES * i, common_13,
-    mapped_0_3 + NLANES * i, mapped_1_3 + NLANES * i);
+            mapped_0_3 + NLANES * i, mapped_1_3 + NLANES * i);
         NAME(squares_of_plane_sum_lanes)(sum_0_0_4, sum_0_1_4, sum_1_4, first + 2 * NLANES * i, sum_0_0_4,
-    sum_0_1_4, sum_1_4);
+            sum_0_1_4, sum_1_4);
     }
     NAME(truncated_transfer_squares_result_start_lanes)(sum_6);
     NAME(descend_homography_common_lanes)(sum_0_0_4, sum_0_1_4, sum_1_4, common_14, common_15);
@@ -8473,9 +8480,9 @@ static INLINE WORD NAME(least_plane_squares_lanes)(intptr_t n, const REAL *first
     NAME(squares_of_plane_sum_start_lanes)(sum_7);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped_lanes)(common_14, common_15, first + 2 * NLANES * i, common_16,
-    mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i);
+            mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i);
         NAME(squares_of_plane_sum_3_lanes)(sum_7, mapped_0_3 + NLANES * i, mapped_1_3 + NLANES * i,
-    mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i, sum_7);
+            mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i, sum_7);
     }
     NAME(squares_of_plane_state_lanes)(sum_7, state_5, converged_5, steps_5);
     NAME(squares_of_plane_common_2_lanes)(sum_7, common_17);
@@ -8526,7 +8533,7 @@ static INLINE WORD NAME(least_plane_squares_lanes)(intptr_t n, const REAL *first
         NAME(squares_of_plane_common_4_lanes)(state_8, common_19, common_20);
         for (intptr_t j = 0; j < n; j++)
             NAME(squares_of_plane_sum_4_lanes)(state_8, sum_8, mapped_0_3 + NLANES * j, mapped_1_3 + NLANES * j,
-    mapped_0_4 + NLANES * j, mapped_1_4 + NLANES * j, common_19, common_20, sum_8);
+                mapped_0_4 + NLANES * j, mapped_1_4 + NLANES * j, common_19, common_20, sum_8);
         NAME(squares_of_plane_next_state_3_lanes)(state_7, state_8, sum_8, next_state_8);
         NAME(squares_of_plane_converged_3_lanes)(next_state_8, converged_8);
         COPY(10 * NLANES, next_state_8, state_8);
@@ -8538,18 +8545,19 @@ static INLINE WORD NAME(least_plane_squares_lanes)(intptr_t n, const REAL *first
     }
     NAME(least_plane_squares_sum_start_lanes)(sum_9);
     NAME(least_plane_squares_common_lanes)(sum_0_0, sum_0_1, sum_1, sum, m, sum_0_0_2, sum_0_1_2, sum_1_2, sum_2,
-    m_2, state_4, sum_0_0_3, sum_0_1_3, sum_1_3, sum_5, m_3, sum_0_0_4, sum_0_1_4, sum_1_4, sum_6, m_4, state_8,
-    common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30,
-    common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38);
+        m_2, state_4, sum_0_0_3, sum_0_1_3, sum_1_3, sum_5, m_3, sum_0_0_4, sum_0_1_4, sum_1_4, sum_6, m_4, state_8,
+        common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29,
+        common_30, common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38);
     for (intptr_t i = 0; i < n; i++)
         NAME(least_plane_squares_sum_lanes)(sum_9, first + 2 * NLANES * i, second + 2 * NLANES * i, common_21,
-    common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30, common_31,
-    common_32, common_33, common_34, common_35, common_36, common_37, common_38, sum_9);
+            common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29, common_30,
+            common_31, common_32, common_33, common_34, common_35, common_36, common_37, common_38, sum_9);
     NAME(least_plane_squares_common_2_lanes)(sum_9, common_39, common_40);
     for (intptr_t i = 0; i < n; i++)
         NAME(least_plane_squares_result_lanes)(common_21, common_22, common_23, common_24, common_25, common_26,
-    common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34, common_35, common_36,
-    common_37, common_38, first + 2 * NLANES * i, second + 2 * NLANES * i, common_39, common_40, out + NLANES * i);
+            common_27, common_28, common_29, common_30, common_31, common_32, common_33, common_34, common_35,
+            common_36, common_37, common_38, first + 2 * NLANES * i, second + 2 * NLANES * i, common_39, common_40,
+            out + NLANES * i);
     return 0;
 }
 
@@ -8637,7 +8645,7 @@ void NAME(extents_of_pixels)(intptr_t n, const REAL *points, REAL *out, REAL *wo
 static INLINE WORD NAME(extents_of_pixels_lanes)(intptr_t n, const REAL *points, REAL *out)
 {
     _Alignas(64) REAL sum_0_0[NLANES], sum_0_1[NLANES], sum_1[NLANES], sum[3 * NLANES], common[NLANES],
-    common_2[NLANES], found[4 * NLANES];
+        common_2[NLANES], found[4 * NLANES];
     NAME(descend_homography_sum_start_lanes)(sum_0_0, sum_0_1, sum_1);
     for (intptr_t i = 0; i < n; i++)
         NAME(squares_of_plane_sum_lanes)(sum_0_0, sum_0_1, sum_1, points + 2 * NLANES * i, sum_0_0, sum_0_1, sum_1);
@@ -8754,7 +8762,7 @@ static INLINE WORD NAME(off_line_lanes)(intptr_t n, const REAL *ends, const REAL
     NAME(count_near_line_common_lanes)(ends, distance, common, common_2, common_3, common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(off_line_result_lanes)(points + 2 * NLANES * i, common, common_2, common_3, common_4,
-    out + NLANES * i);
+            out + NLANES * i);
     return 0;
 }
 
@@ -9920,40 +9928,41 @@ void NAME(are_degenerate)(intptr_t n, const REAL *matrix, const REAL *first, con
     REAL known, REAL by_size, REAL by_rest, REAL line, REAL plane, REAL ratio, REAL *out, REAL *work)
 {
     REAL sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum, common, common_2, common_3, common_4, mapped_0, mapped_1,
-    common_5, mapped_0_2, mapped_1_2, sum_3[36], common_6, common_7, common_8, common_9, common_10, common_11,
-    common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20, common_21,
-    common_22, common_23, common_24, common_25, common_26, sum_0_0_2, sum_0_1_2, sum_1, sum_4[3], common_27,
-    common_28, found[2 * 2], sum_0_0_3, sum_0_1_3, sum_1_2, sum_5[3], common_29, common_30, found_2[2 * 2], sum_0,
-    sum_1_3, sum_0_0_4, sum_0_1_4, sum_1_4, sum_6, common_31, common_32, m, *const mapped_0_3 = work,
-    *const mapped_1_3 = mapped_0_3 + n, common_33, sum_0_0_5, sum_0_1_5, sum_1_5, sum_7, common_34, common_35, m_2,
-    *const mapped_0_4 = mapped_1_3 + n, *const mapped_1_4 = mapped_0_4 + n, common_36, sum_8[45], state[46],
-    converged, steps, next_state[46], common_37, state_2[46], converged_2, steps_2, next_state_2[46], state_3[46],
-    converged_3, steps_3, next_state_3[46], common_38, state_4[10], converged_4, steps_4, next_state_4[10],
-    sum_9[9], common_39, state_5[46], converged_5, steps_5, next_state_5[46], state_6[46], converged_6, steps_6,
-    next_state_6[46];
+        common_5, mapped_0_2, mapped_1_2, sum_3[36], common_6, common_7, common_8, common_9, common_10, common_11,
+        common_12, common_13, common_14, common_15, common_16, common_17, common_18, common_19, common_20,
+        common_21, common_22, common_23, common_24, common_25, common_26, sum_0_0_2, sum_0_1_2, sum_1, sum_4[3],
+        common_27, common_28, found[2 * 2], sum_0_0_3, sum_0_1_3, sum_1_2, sum_5[3], common_29, common_30,
+        found_2[2 * 2], sum_0, sum_1_3, sum_0_0_4, sum_0_1_4, sum_1_4, sum_6, common_31, common_32, m,
+        *const mapped_0_3 = work, *const mapped_1_3 = mapped_0_3 + n, common_33, sum_0_0_5, sum_0_1_5, sum_1_5,
+        sum_7, common_34, common_35, m_2, *const mapped_0_4 = mapped_1_3 + n, *const mapped_1_4 = mapped_0_4 + n,
+        common_36, sum_8[45], state[46], converged, steps, next_state[46], common_37, state_2[46], converged_2,
+        steps_2, next_state_2[46], state_3[46], converged_3, steps_3, next_state_3[46], common_38, state_4[10],
+        converged_4, steps_4, next_state_4[10], sum_9[9], common_39, state_5[46], converged_5, steps_5,
+        next_state_5[46], state_6[46], converged_6, steps_6, next_state_6[46];
     NAME(descend_fundamental_sum_start)(&sum_0_0, &sum_0_1, &sum_1_0, &sum_1_1, &sum_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, first + 2 * i, second + 2 * i,
-    &sum_0_0, &sum_0_1, &sum_1_0, &sum_1_1, &sum_2);
+            &sum_0_0, &sum_0_1, &sum_1_0, &sum_1_1, &sum_2);
     NAME(truncated_transfer_squares_result_start)(&sum);
     NAME(descend_fundamental_common)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, &common, &common_2, &common_3,
-    &common_4);
+        &common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum_2)(sum, first + 2 * i, second + 2 * i, common, common_2, common_3, common_4,
-    &sum);
+            &sum);
     NAME(descend_fundamental_common_2)(sum_2, sum, &common_5);
     NAME(descend_fundamental_sum_start_2)(sum_3);
     NAME(are_degenerate_common)(matrix, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum, &common_6, &common_7,
-    &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14, &common_15, &common_16,
-    &common_17, &common_18, &common_19, &common_20, &common_21, &common_22, &common_23, &common_24, &common_25,
-    &common_26);
+        &common_8, &common_9, &common_10, &common_11, &common_12, &common_13, &common_14, &common_15, &common_16,
+        &common_17, &common_18, &common_19, &common_20, &common_21, &common_22, &common_23, &common_24, &common_25,
+        &common_26);
     NAME(descend_homography_sum_start)(&sum_0_0_2, &sum_0_1_2, &sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped)(common, common_2, first + 2 * i, common_5, &mapped_0, &mapped_1);
         NAME(descend_fundamental_mapped_2)(common_3, common_4, common_5, second + 2 * i, &mapped_0_2, &mapped_1_2);
         NAME(are_degenerate_sum)(sum_3, mapped_0, mapped_1, mapped_0_2, mapped_1_2, common_6, common_7, common_8,
-    common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17, common_18,
-    common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26, sum_3);
+            common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17,
+            common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26,
+            sum_3);
         NAME(squares_of_plane_sum)(sum_0_0_2, sum_0_1_2, sum_1, first + 2 * i, &sum_0_0_2, &sum_0_1_2, &sum_1);
     }
     NAME(least_plane_squares_sum_start)(sum_4);
@@ -9987,7 +9996,7 @@ void NAME(are_degenerate)(intptr_t n, const REAL *matrix, const REAL *first, con
     NAME(descend_homography_sum_start)(&sum_0_0_5, &sum_0_1_5, &sum_1_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped)(common_31, common_32, first + 2 * i, common_33, mapped_0_3 + i,
-    mapped_1_3 + i);
+            mapped_1_3 + i);
         NAME(squares_of_plane_sum)(sum_0_0_5, sum_0_1_5, sum_1_5, second + 2 * i, &sum_0_0_5, &sum_0_1_5, &sum_1_5);
     }
     NAME(truncated_transfer_squares_result_start)(&sum_7);
@@ -10001,7 +10010,7 @@ void NAME(are_degenerate)(intptr_t n, const REAL *matrix, const REAL *first, con
     NAME(squares_of_plane_sum_start)(sum_8);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped)(common_34, common_35, second + 2 * i, common_36, mapped_0_4 + i,
-    mapped_1_4 + i);
+            mapped_1_4 + i);
         NAME(are_degenerate_sum_3)(sum_8, mapped_0_3[i], mapped_1_3[i], mapped_0_4[i], mapped_1_4[i], sum_8);
     }
     NAME(squares_of_plane_state)(sum_8, state, &converged, &steps);
@@ -10039,7 +10048,7 @@ void NAME(are_degenerate)(intptr_t n, const REAL *matrix, const REAL *first, con
         NAME(are_degenerate_common_2)(state_4, &common_39);
         for (intptr_t j = 0; j < n; j++)
             NAME(are_degenerate_sum_4)(state_4, sum_9, mapped_0_3[j], mapped_1_3[j], mapped_0_4[j], mapped_1_4[j],
-    common_39, sum_9);
+                common_39, sum_9);
         NAME(squares_of_plane_next_state_3)(state_3, state_4, sum_9, next_state_4);
         NAME(squares_of_plane_converged_3)(next_state_4, &converged_4);
         COPY(10, next_state_4, state_4);
@@ -10066,7 +10075,7 @@ void NAME(are_degenerate)(intptr_t n, const REAL *matrix, const REAL *first, con
             break;
     }
     NAME(are_degenerate_result)(known, by_size, by_rest, line, plane, ratio, sum_2, sum, sum_3, sum_4, found, sum_5,
-    found_2, sum_0, sum_1_3, sum_8, state_4, state_5, state_6, out);
+        found_2, sum_0, sum_1_3, sum_8, state_4, state_5, state_6, out);
 }
 
 static INLINE WORD NAME(are_degenerate_lanes)(intptr_t n, const REAL *matrix, const REAL *first, const REAL *second,
@@ -10075,52 +10084,54 @@ static INLINE WORD NAME(are_degenerate_lanes)(intptr_t n, const REAL *matrix, co
     REAL *mapped_1_4)
 {
     _Alignas(64) REAL sum_0_0[NLANES], sum_0_1[NLANES], sum_1_0[NLANES], sum_1_1[NLANES], sum_2[NLANES],
-    sum[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], mapped_0[NLANES],
-    mapped_1[NLANES], common_5[NLANES], mapped_0_2[NLANES], mapped_1_2[NLANES], sum_3[36 * NLANES],
-    common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES],
-    common_12[NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES],
-    common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES],
-    common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES],
-    sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1[NLANES], sum_4[3 * NLANES], common_27[NLANES], common_28[NLANES],
-    found[4 * NLANES], sum_0_0_3[NLANES], sum_0_1_3[NLANES], sum_1_2[NLANES], sum_5[3 * NLANES], common_29[NLANES],
-    common_30[NLANES], found_2[4 * NLANES], sum_0[NLANES], sum_1_3[NLANES], sum_0_0_4[NLANES], sum_0_1_4[NLANES],
-    sum_1_4[NLANES], sum_6[NLANES], common_31[NLANES], common_32[NLANES], m[NLANES], common_33[NLANES],
-    sum_0_0_5[NLANES], sum_0_1_5[NLANES], sum_1_5[NLANES], sum_7[NLANES], common_34[NLANES], common_35[NLANES],
-    m_2[NLANES], common_36[NLANES], sum_8[45 * NLANES], state[46 * NLANES], converged[NLANES], steps[NLANES],
-    next_state[46 * NLANES], common_37[NLANES], state_2[46 * NLANES], converged_2[NLANES], steps_2[NLANES],
-    next_state_2[46 * NLANES], state_3[46 * NLANES], converged_3[NLANES], steps_3[NLANES],
-    next_state_3[46 * NLANES], common_38[NLANES], state_4[10 * NLANES], converged_4[NLANES], steps_4[NLANES],
-    next_state_4[10 * NLANES], sum_9[9 * NLANES], common_39[NLANES], state_5[46 * NLANES], converged_5[NLANES],
-    steps_5[NLANES], next_state_5[46 * NLANES], state_6[46 * NLANES], converged_6[NLANES], steps_6[NLANES],
-    next_state_6[46 * NLANES], gac_kept_0[46 * NLANES], gac_kept_1[NLANES], gac_kept_2[46 * NLANES],
-    gac_kept_3[NLANES], gac_kept_4[46 * NLANES], gac_kept_5[NLANES], gac_kept_6[10 * NLANES], gac_kept_7[NLANES],
-    gac_kept_8[46 * NLANES], gac_kept_9[NLANES], gac_kept_10[46 * NLANES], gac_kept_11[NLANES];
+        sum[NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], mapped_0[NLANES],
+        mapped_1[NLANES], common_5[NLANES], mapped_0_2[NLANES], mapped_1_2[NLANES], sum_3[36 * NLANES],
+        common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES],
+        common_11[NLANES], common_12[NLANES], common_13[NLANES], common_14[NLANES], common_15[NLANES],
+        common_16[NLANES], common_17[NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES],
+        common_21[NLANES], common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES],
+        common_26[NLANES], sum_0_0_2[NLANES], sum_0_1_2[NLANES], sum_1[NLANES], sum_4[3 * NLANES],
+        common_27[NLANES], common_28[NLANES], found[4 * NLANES], sum_0_0_3[NLANES], sum_0_1_3[NLANES],
+        sum_1_2[NLANES], sum_5[3 * NLANES], common_29[NLANES], common_30[NLANES], found_2[4 * NLANES],
+        sum_0[NLANES], sum_1_3[NLANES], sum_0_0_4[NLANES], sum_0_1_4[NLANES], sum_1_4[NLANES], sum_6[NLANES],
+        common_31[NLANES], common_32[NLANES], m[NLANES], common_33[NLANES], sum_0_0_5[NLANES], sum_0_1_5[NLANES],
+        sum_1_5[NLANES], sum_7[NLANES], common_34[NLANES], common_35[NLANES], m_2[NLANES], common_36[NLANES],
+        sum_8[45 * NLANES], state[46 * NLANES], converged[NLANES], steps[NLANES], next_state[46 * NLANES],
+        common_37[NLANES], state_2[46 * NLANES], converged_2[NLANES], steps_2[NLANES], next_state_2[46 * NLANES],
+        state_3[46 * NLANES], converged_3[NLANES], steps_3[NLANES], next_state_3[46 * NLANES], common_38[NLANES],
+        state_4[10 * NLANES], converged_4[NLANES], steps_4[NLANES], next_state_4[10 * NLANES], sum_9[9 * NLANES],
+        common_39[NLANES], state_5[46 * NLANES], converged_5[NLANES], steps_5[NLANES], next_state_5[46 * NLANES],
+        state_6[46 * NLANES], converged_6[NLANES], steps_6[NLANES], next_state_6[46 * NLANES],
+        gac_kept_0[46 * NLANES], gac_kept_1[NLANES], gac_kept_2[46 * NLANES], gac_kept_3[NLANES],
+        gac_kept_4[46 * NLANES], gac_kept_5[NLANES], gac_kept_6[10 * NLANES], gac_kept_7[NLANES],
+        gac_kept_8[46 * NLANES], gac_kept_9[NLANES], gac_kept_10[46 * NLANES], gac_kept_11[NLANES];
     NAME(descend_fundamental_sum_start_lanes)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum_lanes)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, first + 2 * NLANES * i,
-    second + 2 * NLANES * i, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2);
+            second + 2 * NLANES * i, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2);
     NAME(truncated_transfer_squares_result_start_lanes)(sum);
     NAME(descend_fundamental_common_lanes)(sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, common, common_2, common_3,
-    common_4);
+        common_4);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_fundamental_sum_2_lanes)(sum, first + 2 * NLANES * i, second + 2 * NLANES * i, common,
-    common_2, common_3, common_4, sum);
+            common_2, common_3, common_4, sum);
     NAME(descend_fundamental_common_2_lanes)(sum_2, sum, common_5);
     NAME(descend_fundamental_sum_start_2_lanes)(sum_3);
     NAME(are_degenerate_common_lanes)(matrix, sum_0_0, sum_0_1, sum_1_0, sum_1_1, sum_2, sum, common_6, common_7,
-    common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17,
-    common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26);
+        common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17,
+        common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26);
     NAME(descend_homography_sum_start_lanes)(sum_0_0_2, sum_0_1_2, sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped_lanes)(common, common_2, first + 2 * NLANES * i, common_5, mapped_0,
-    mapped_1);
+            mapped_1);
         NAME(descend_fundamental_mapped_2_lanes)(common_3, common_4, common_5, second + 2 * NLANES * i, mapped_0_2,
-    mapped_1_2);
+            mapped_1_2);
         NAME(are_degenerate_sum_lanes)(sum_3, mapped_0, mapped_1, mapped_0_2, mapped_1_2, common_6, common_7,
-    common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16, common_17,
-    common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26, sum_3);
+            common_8, common_9, common_10, common_11, common_12, common_13, common_14, common_15, common_16,
+            common_17, common_18, common_19, common_20, common_21, common_22, common_23, common_24, common_25,
+            common_26, sum_3);
         NAME(squares_of_plane_sum_lanes)(sum_0_0_2, sum_0_1_2, sum_1, first + 2 * NLANES * i, sum_0_0_2, sum_0_1_2,
-    sum_1);
+            sum_1);
     }
     NAME(least_plane_squares_sum_start_lanes)(sum_4);
     NAME(descend_homography_common_lanes)(sum_0_0_2, sum_0_1_2, sum_1, common_27, common_28);
@@ -10130,7 +10141,7 @@ static INLINE WORD NAME(are_degenerate_lanes)(intptr_t n, const REAL *matrix, co
         NAME(extents_of_pixels_sum_lanes)(sum_4, first + 2 * NLANES * i, common_27, common_28, sum_4);
         NAME(extents_of_pixels_found_lanes)(found, first + 2 * NLANES * i, found);
         NAME(squares_of_plane_sum_lanes)(sum_0_0_3, sum_0_1_3, sum_1_2, second + 2 * NLANES * i, sum_0_0_3,
-    sum_0_1_3, sum_1_2);
+            sum_0_1_3, sum_1_2);
     }
     NAME(least_plane_squares_sum_start_lanes)(sum_5);
     NAME(descend_homography_common_lanes)(sum_0_0_3, sum_0_1_3, sum_1_2, common_29, common_30);
@@ -10142,7 +10153,7 @@ static INLINE WORD NAME(are_degenerate_lanes)(intptr_t n, const REAL *matrix, co
         NAME(extents_of_pixels_found_lanes)(found_2, second + 2 * NLANES * i, found_2);
         NAME(are_degenerate_sum_2_lanes)(sum_0, sum_1_3, off + NLANES * i, sum_0, sum_1_3);
         NAME(squares_of_plane_sum_lanes)(sum_0_0_4, sum_0_1_4, sum_1_4, first + 2 * NLANES * i, sum_0_0_4,
-    sum_0_1_4, sum_1_4);
+            sum_0_1_4, sum_1_4);
     }
     NAME(truncated_transfer_squares_result_start_lanes)(sum_6);
     NAME(descend_homography_common_lanes)(sum_0_0_4, sum_0_1_4, sum_1_4, common_31, common_32);
@@ -10155,9 +10166,9 @@ static INLINE WORD NAME(are_degenerate_lanes)(intptr_t n, const REAL *matrix, co
     NAME(descend_homography_sum_start_lanes)(sum_0_0_5, sum_0_1_5, sum_1_5);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped_lanes)(common_31, common_32, first + 2 * NLANES * i, common_33,
-    mapped_0_3 + NLANES * i, mapped_1_3 + NLANES * i);
+            mapped_0_3 + NLANES * i, mapped_1_3 + NLANES * i);
         NAME(squares_of_plane_sum_lanes)(sum_0_0_5, sum_0_1_5, sum_1_5, second + 2 * NLANES * i, sum_0_0_5,
-    sum_0_1_5, sum_1_5);
+            sum_0_1_5, sum_1_5);
     }
     NAME(truncated_transfer_squares_result_start_lanes)(sum_7);
     NAME(descend_homography_common_lanes)(sum_0_0_5, sum_0_1_5, sum_1_5, common_34, common_35);
@@ -10170,9 +10181,9 @@ static INLINE WORD NAME(are_degenerate_lanes)(intptr_t n, const REAL *matrix, co
     NAME(squares_of_plane_sum_start_lanes)(sum_8);
     for (intptr_t i = 0; i < n; i++) {
         NAME(descend_fundamental_mapped_lanes)(common_34, common_35, second + 2 * NLANES * i, common_36,
-    mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i);
+            mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i);
         NAME(are_degenerate_sum_3_lanes)(sum_8, mapped_0_3 + NLANES * i, mapped_1_3 + NLANES * i,
-    mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i, sum_8);
+            mapped_0_4 + NLANES * i, mapped_1_4 + NLANES * i, sum_8);
     }
     NAME(squares_of_plane_state_lanes)(sum_8, state, converged, steps);
     NAME(squares_of_plane_common_2_lanes)(sum_8, common_37);
@@ -10223,7 +10234,7 @@ static INLINE WORD NAME(are_degenerate_lanes)(intptr_t n, const REAL *matrix, co
         NAME(are_degenerate_common_2_lanes)(state_4, common_39);
         for (intptr_t j = 0; j < n; j++)
             NAME(are_degenerate_sum_4_lanes)(state_4, sum_9, mapped_0_3 + NLANES * j, mapped_1_3 + NLANES * j,
-    mapped_0_4 + NLANES * j, mapped_1_4 + NLANES * j, common_39, sum_9);
+                mapped_0_4 + NLANES * j, mapped_1_4 + NLANES * j, common_39, sum_9);
         NAME(squares_of_plane_next_state_3_lanes)(state_3, state_4, sum_9, next_state_4);
         NAME(squares_of_plane_converged_3_lanes)(next_state_4, converged_4);
         COPY(10 * NLANES, next_state_4, state_4);
@@ -10260,7 +10271,7 @@ static INLINE WORD NAME(are_degenerate_lanes)(intptr_t n, const REAL *matrix, co
             break;
     }
     NAME(are_degenerate_result_lanes)(known, by_size, by_rest, line, plane, ratio, sum_2, sum, sum_3, sum_4, found,
-    sum_5, found_2, sum_0, sum_1_3, sum_8, state_4, state_5, state_6, out);
+        sum_5, found_2, sum_0, sum_1_3, sum_8, state_4, state_5, state_6, out);
     return 0;
 }
 

@@ -2,7 +2,7 @@
 // command: gac generate --all samples
 // spec: 4fe6a8454fbfb625
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 1de381bffe2406049d94650f2187d3b528dee0d0d3651162fe8f3c92b980a271
+// body: cf710b73db829c744c05254f0d505da9cd510efa91c7cec1e0f6baddf3ea09a6
 
 #ifndef REAL
 #include "samples.h"
@@ -188,7 +188,7 @@ void NAME(cell_numbers)(intptr_t n, intptr_t d, intptr_t e, const REAL *first, c
 {
     (void)work;
     REAL largest, found_0, found_1, largest_2, found_0_2, found_1_2, sum_0, sum_1, common, sum_0_2, sum_1_2,
-    common_2;
+        common_2;
     NAME(cell_numbers_largest_start)(&largest);
     for (intptr_t i = 0; i < d; i++) {
         NAME(cell_numbers_found_start)(&found_0, &found_1);
@@ -212,7 +212,7 @@ void NAME(cell_numbers)(intptr_t n, intptr_t d, intptr_t e, const REAL *first, c
         NAME(cell_numbers_sum_start)(&sum_0_2, &sum_1_2);
         for (intptr_t j = 0; j < e; j++)
             NAME(cell_numbers_sum)(sum_0_2, sum_1_2, second[i * e + j], second_factors[j], common_2, &sum_0_2,
-    &sum_1_2);
+                &sum_1_2);
         NAME(cell_numbers_result)(sum_0, sum_1, sum_0_2, sum_1_2, out + 4 * i);
     }
 }
@@ -221,8 +221,8 @@ static INLINE WORD NAME(cell_numbers_lanes)(intptr_t n, intptr_t d, intptr_t e, 
     const REAL *second, const REAL *width, const REAL *first_factors, const REAL *second_factors, REAL *out)
 {
     _Alignas(64) REAL largest[NLANES], found_0[NLANES], found_1[NLANES], largest_2[NLANES], found_0_2[NLANES],
-    found_1_2[NLANES], sum_0[NLANES], sum_1[NLANES], common[NLANES], sum_0_2[NLANES], sum_1_2[NLANES],
-    common_2[NLANES];
+        found_1_2[NLANES], sum_0[NLANES], sum_1[NLANES], common[NLANES], sum_0_2[NLANES], sum_1_2[NLANES],
+        common_2[NLANES];
     NAME(cell_numbers_largest_start_lanes)(largest);
     for (intptr_t i = 0; i < d; i++) {
         NAME(cell_numbers_found_start_lanes)(found_0, found_1);
@@ -235,7 +235,7 @@ static INLINE WORD NAME(cell_numbers_lanes)(intptr_t n, intptr_t d, intptr_t e, 
         NAME(cell_numbers_found_start_lanes)(found_0_2, found_1_2);
         for (intptr_t j = 0; j < n; j++)
             NAME(cell_numbers_found_lanes)(found_0_2, found_1_2, second + NLANES * (j * e + i), found_0_2,
-    found_1_2);
+                found_1_2);
         NAME(cell_numbers_largest_lanes)(largest_2, found_0_2, found_1_2, largest_2);
     }
     NAME(cell_numbers_common_lanes)(width, largest, largest_2, common);
@@ -244,11 +244,11 @@ static INLINE WORD NAME(cell_numbers_lanes)(intptr_t n, intptr_t d, intptr_t e, 
         NAME(cell_numbers_sum_start_lanes)(sum_0, sum_1);
         for (intptr_t j = 0; j < d; j++)
             NAME(cell_numbers_sum_lanes)(sum_0, sum_1, first + NLANES * (i * d + j), first_factors + NLANES * j,
-    common, sum_0, sum_1);
+                common, sum_0, sum_1);
         NAME(cell_numbers_sum_start_lanes)(sum_0_2, sum_1_2);
         for (intptr_t j = 0; j < e; j++)
             NAME(cell_numbers_sum_lanes)(sum_0_2, sum_1_2, second + NLANES * (i * e + j),
-    second_factors + NLANES * j, common_2, sum_0_2, sum_1_2);
+                second_factors + NLANES * j, common_2, sum_0_2, sum_1_2);
         NAME(cell_numbers_result_lanes)(sum_0, sum_1, sum_0_2, sum_1_2, out + 4 * NLANES * i);
     }
     return 0;

@@ -2,7 +2,7 @@
 // command: gac generate --all shapes
 // spec: e06ff8c423d72bbe
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: b61d2b8e6d149e8a7ba3b29f6d58d1fa1a6a72df6428ed0b0e2f0a3bc88f1aa4
+// body: 7caaf79150e4a4ea2de61b802694fe29b6239cf836bd68c86552db899c19149f
 
 #ifndef REAL
 #include "shapes.h"
@@ -98,7 +98,7 @@ static INLINE WORD NAME(sums_of_cells_lanes)(intptr_t s, intptr_t n, const REAL 
     CLEAR(NLANES * n, out_2);
     for (intptr_t i = 0; i < s; i++) {
         NAME(sums_of_cells_of_lanes)(samples + 3 * NLANES * i, weights + NLANES * i, nodes + 3 * NLANES * winner[i],
-    of, of_2);
+            of, of_2);
         COPY(NLANES, weights + NLANES * i, of_1);
         if (winner[i] >= 0)
             ADD(3 * NLANES, of, out_0 + 3 * NLANES * winner[i]);
@@ -254,7 +254,7 @@ static INLINE WORD NAME(moved_surface_nodes_lanes)(intptr_t n, const REAL *motor
 {
     for (intptr_t i = 0; i < n; i++)
         NAME(moved_surface_nodes_result_lanes)(motors + 8 * NLANES * i, places + 3 * NLANES * i,
-    normals + 3 * NLANES * i, out + 8 * NLANES * i);
+            normals + 3 * NLANES * i, out + 8 * NLANES * i);
     return 0;
 }
 
@@ -343,7 +343,7 @@ static INLINE WORD NAME(moved_contour_nodes_lanes)(intptr_t n, const REAL *motor
 {
     for (intptr_t i = 0; i < n; i++)
         NAME(moved_contour_nodes_result_lanes)(motors + 4 * NLANES * i, places + 2 * NLANES * i,
-    normals + 2 * NLANES * i, out + 4 * NLANES * i);
+            normals + 2 * NLANES * i, out + 4 * NLANES * i);
     return 0;
 }
 
@@ -401,7 +401,7 @@ void NAME(circles_of_neighbours)(intptr_t n, const REAL *points, const int64_t *
     REAL of_0_0, of_0_1;
     for (intptr_t i = 0; i < n; i++) {
         NAME(circles_of_neighbours_of)(points + 2 * before[i], points + 2 * i, points + 2 * after[i], &of_0_0,
-    &of_0_1, out_1 + i);
+            &of_0_1, out_1 + i);
         NAME(circles_of_neighbours_result)(of_0_0, of_0_1, out_0 + 2 * i);
     }
 }
@@ -412,7 +412,7 @@ static INLINE WORD NAME(circles_of_neighbours_lanes)(intptr_t n, const REAL *poi
     _Alignas(64) REAL of_0_0[NLANES], of_0_1[NLANES];
     for (intptr_t i = 0; i < n; i++) {
         NAME(circles_of_neighbours_of_lanes)(points + 2 * NLANES * before[i], points + 2 * NLANES * i,
-    points + 2 * NLANES * after[i], of_0_0, of_0_1, out_1 + NLANES * i);
+            points + 2 * NLANES * after[i], of_0_0, of_0_1, out_1 + NLANES * i);
         NAME(circles_of_neighbours_result_lanes)(of_0_0, of_0_1, out_0 + 2 * NLANES * i);
     }
     return 0;
@@ -462,7 +462,7 @@ void NAME(distances_from_chords)(intptr_t s, intptr_t n, const REAL *samples, co
     (void)n, (void)work;
     for (intptr_t i = 0; i < s; i++)
         NAME(distances_from_chords_result)(samples + 2 * i, nodes + 2 * first[i], nodes + 2 * second[i], out_0 + i,
-    out_1 + i);
+            out_1 + i);
 }
 
 static INLINE WORD NAME(distances_from_chords_lanes)(intptr_t s, intptr_t n, const REAL *samples,
@@ -471,7 +471,7 @@ static INLINE WORD NAME(distances_from_chords_lanes)(intptr_t s, intptr_t n, con
     (void)n;
     for (intptr_t i = 0; i < s; i++)
         NAME(distances_from_chords_result_lanes)(samples + 2 * NLANES * i, nodes + 2 * NLANES * first[i],
-    nodes + 2 * NLANES * second[i], out_0 + NLANES * i, out_1 + NLANES * i);
+            nodes + 2 * NLANES * second[i], out_0 + NLANES * i, out_1 + NLANES * i);
     return 0;
 }
 
@@ -535,7 +535,7 @@ static INLINE WORD NAME(normals_of_triangles_lanes)(intptr_t n, intptr_t t, cons
     CLEAR(3 * NLANES * n, out);
     for (intptr_t i = 0; i < t; i++) {
         NAME(normals_of_triangles_of_lanes)(points + 3 * NLANES * a[i], points + 3 * NLANES * b[i],
-    points + 3 * NLANES * c[i], of + 3 * NLANES * i);
+            points + 3 * NLANES * c[i], of + 3 * NLANES * i);
         if (a[i] >= 0)
             ADD(3 * NLANES, of + 3 * NLANES * i, out + 3 * NLANES * a[i]);
     }
@@ -607,7 +607,7 @@ static INLINE WORD NAME(curvatures_of_edges_lanes)(intptr_t n, intptr_t e, const
     CLEAR(NLANES * n, out_1);
     for (intptr_t i = 0; i < e; i++) {
         NAME(curvatures_of_edges_of_lanes)(points + 3 * NLANES * a[i], points + 3 * NLANES * b[i],
-    normals + 3 * NLANES * a[i], of_0, of_1);
+            normals + 3 * NLANES * a[i], of_0, of_1);
         if (a[i] >= 0)
             ADD(NLANES, of_0, out_0 + NLANES * a[i]);
         if (a[i] >= 0)
@@ -671,7 +671,8 @@ void NAME(solve_tridiagonal)(intptr_t n, const REAL *lower, const REAL *middle, 
     NAME(solve_tridiagonal_carry_0_start)(&carry_0_start, &carry_1_start);
     for (intptr_t i = 0; i < n; i++)
         NAME(solve_tridiagonal_carry)(i > 0 ? carry_0[i - 1] : carry_0_start,
-    i > 0 ? carry_1[i - 1] : carry_1_start, lower[i], middle[i], upper[i], right[i], carry_0 + i, carry_1 + i);
+            i > 0 ? carry_1[i - 1] : carry_1_start, lower[i], middle[i], upper[i], right[i], carry_0 + i,
+            carry_1 + i);
     NAME(solve_tridiagonal_x_start)(&x_start);
     for (intptr_t i = n; i-- > 0;)
         NAME(solve_tridiagonal_result)(i + 1 < n ? out[i + 1] : x_start, carry_0[i], carry_1[i], out + i);
@@ -684,12 +685,12 @@ static INLINE WORD NAME(solve_tridiagonal_lanes)(intptr_t n, const REAL *lower, 
     NAME(solve_tridiagonal_carry_0_start_lanes)(carry_0_start, carry_1_start);
     for (intptr_t i = 0; i < n; i++)
         NAME(solve_tridiagonal_carry_lanes)(i > 0 ? carry_0 + NLANES * (i - 1) : carry_0_start,
-    i > 0 ? carry_1 + NLANES * (i - 1) : carry_1_start, lower + NLANES * i, middle + NLANES * i, upper + NLANES * i,
-    right + NLANES * i, carry_0 + NLANES * i, carry_1 + NLANES * i);
+            i > 0 ? carry_1 + NLANES * (i - 1) : carry_1_start, lower + NLANES * i, middle + NLANES * i,
+            upper + NLANES * i, right + NLANES * i, carry_0 + NLANES * i, carry_1 + NLANES * i);
     NAME(solve_tridiagonal_x_start_lanes)(x_start);
     for (intptr_t i = n; i-- > 0;)
         NAME(solve_tridiagonal_result_lanes)(i + 1 < n ? out + NLANES * (i + 1) : x_start, carry_0 + NLANES * i,
-    carry_1 + NLANES * i, out + NLANES * i);
+            carry_1 + NLANES * i, out + NLANES * i);
     return 0;
 }
 

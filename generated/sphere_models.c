@@ -2,7 +2,7 @@
 // command: gac generate --all sphere_models
 // spec: dc15e119115825d4
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: f1d90f7c51103cf13134681ba8eddcce018e2ccba2d4ebb252dded0f1ad59592
+// body: 50f5e30245fbf79bb370c0d97ae0fa915fd5ee7b23df4200f6a3b1df6165ad15
 
 #ifndef REAL
 #include "sphere_models.h"
@@ -453,8 +453,9 @@ static INLINE void NAME(affinities_within)(intptr_t m, const REAL *ball, const R
         NAME(affinities_result)(ball, scale, weight, others + 4 * i, common, out + i);
 }
 
-FUSED(affinities, (intptr_t m, const REAL *ball, const REAL *others, REAL scale, REAL weight, REAL *out,
-    REAL *work), (m, ball, others, scale, weight, out, work))
+FUSED(affinities,
+    (intptr_t m, const REAL *ball, const REAL *others, REAL scale, REAL weight, REAL *out, REAL *work),
+    (m, ball, others, scale, weight, out, work))
 void NAME(affinities)(intptr_t m, const REAL *ball, const REAL *others, REAL scale, REAL weight, REAL *out,
     REAL *work)
 {

@@ -2,7 +2,7 @@
 // command: gac generate --all tasks
 // spec: d070618f58da5cca
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 11484828f37ad7392e65bf2bf3253ea4c6993002860a4bdaca148972e37c93c9
+// body: 0884384e8dd8a82bac97c00715624b6413787cfbba293e126f67a1d6c8f1fe9c
 
 #ifndef REAL
 #include "tasks.h"
@@ -204,34 +204,33 @@ static INLINE void NAME(distances_to_tasks_within)(intptr_t m, intptr_t k, intpt
 {
     (void)m;
     REAL *const pose_rotor = work, *const pose_place = pose_rotor + 4 * n, pose_rotor_start[4], pose_place_start[3],
-    *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
+        *const pose_rotor_2 = pose_place + 3 * n, *const pose_place_2 = pose_rotor_2 + 4 * n;
     for (intptr_t i = 0; i < n; i++)
         NAME(distances_to_tasks_pose_rotor)(q[variables[i]], ratios[i], offsets[i], places + 3 * i, screws + 6 * i,
-    turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(distances_to_tasks_pose_rotor_start)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++)
         NAME(distances_to_tasks_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
     for (intptr_t i = 0; i < k; i++)
         NAME(distances_to_tasks_result)(pose_rotor_2 + 4 * links[i], pose_place_2 + 3 * links[i], kinds[i],
-    points + 3 * i, directions + 3 * i, rows + 9 * i, radii[i], targets + 3 * i, out + i);
+            points + 3 * i, directions + 3 * i, rows + 9 * i, radii[i], targets + 3 * i, out + i);
 }
 
-FUSED(distances_to_tasks, (intptr_t m, intptr_t k, intptr_t n, const REAL *q, const REAL *targets,
-    const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
-    const REAL *screws, const REAL *turns, const int64_t *links, const REAL *kinds, const REAL *points,
-    const REAL *directions, const REAL *rows, const REAL *radii, REAL *out, REAL *work), (m, k, n, q, targets,
-    parents, variables, ratios, offsets, places, screws, turns, links, kinds, points, directions, rows, radii, out,
-    work))
+FUSED(distances_to_tasks, (intptr_t m, intptr_t k, intptr_t n, const REAL *q, const REAL *targets, const int64_t
+    *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const REAL
+    *screws, const REAL *turns, const int64_t *links, const REAL *kinds, const REAL *points, const REAL *directions,
+    const REAL *rows, const REAL *radii, REAL *out, REAL *work), (m, k, n, q, targets, parents, variables, ratios,
+    offsets, places, screws, turns, links, kinds, points, directions, rows, radii, out, work))
 void NAME(distances_to_tasks)(intptr_t m, intptr_t k, intptr_t n, const REAL *q, const REAL *targets,
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
     const REAL *screws, const REAL *turns, const int64_t *links, const REAL *kinds, const REAL *points,
     const REAL *directions, const REAL *rows, const REAL *radii, REAL *out, REAL *work)
 {
     RUN(distances_to_tasks, (m, k, n, q, targets, parents, variables, ratios, offsets, places, screws, turns, links,
-    kinds, points, directions, rows, radii, out, work), (m, k, n, q, targets, parents, variables, ratios, offsets,
-    places, screws, turns, links, kinds, points, directions, rows, radii, out, work));
+        kinds, points, directions, rows, radii, out, work), (m, k, n, q, targets, parents, variables, ratios,
+        offsets, places, screws, turns, links, kinds, points, directions, rows, radii, out, work));
 }
 
 static INLINE WORD NAME(distances_to_tasks_lanes)(intptr_t m, intptr_t k, intptr_t n, const REAL *q,
@@ -245,16 +244,17 @@ static INLINE WORD NAME(distances_to_tasks_lanes)(intptr_t m, intptr_t k, intptr
     WORD far = 0;
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(distances_to_tasks_pose_rotor_lanes)(q + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(distances_to_tasks_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++)
-        NAME(distances_to_tasks_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(distances_to_tasks_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
     for (intptr_t i = 0; i < k; i++)
         NAME(distances_to_tasks_result_lanes)(pose_rotor_2 + 4 * NLANES * links[i],
-    pose_place_2 + 3 * NLANES * links[i], kinds + i, points + 3 * i, directions + 3 * i, rows + 9 * i, radii + i,
-    targets + 3 * NLANES * i, out + NLANES * i);
+            pose_place_2 + 3 * NLANES * links[i], kinds + i, points + 3 * i, directions + 3 * i, rows + 9 * i,
+            radii + i, targets + 3 * NLANES * i, out + NLANES * i);
     return far;
 }
 
@@ -909,69 +909,70 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
     REAL *out_0, REAL *out_1, REAL *work)
 {
     REAL *const inside = work, *const pose_rotor = inside + m, *const pose_place = pose_rotor + 4 * n,
-    pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n,
-    *const pose_place_2 = pose_rotor_2 + 4 * n, *const to_parent = pose_place_2 + 3 * n,
-    *const placed_place = to_parent + 6 * n, *const placed_along = placed_place + 3 * k,
-    *const placed_toward = placed_along + 3 * k, *const placed_away = placed_toward + 3 * k,
-    *const numbers = placed_away + k, entry[3], *const column_0 = numbers + 3 * k,
-    *const column_1 = column_0 + m * k, *const column_2 = column_1 + m * k, *const mapped = column_2 + m * k,
-    number_start, *const number = mapped + m, sum, mapped_2, *const entries = number + m, sum_2,
-    *const mapped_3 = entries + m * m, sum_3, sum_4, *const old_carry_q = mapped_3 + m,
-    *const matrix = old_carry_q + m, *const right = matrix + m * m, error, old_carry_damping, old_carry_done,
-    *const old_carry_best = right + m, old_carry_least, old_steps, old_converged, converged, steps, next_error,
-    next_old_carry_damping, next_old_carry_done, next_old_carry_least, next_old_steps, next_old_converged,
-    number_start_2, *const number_2 = old_carry_best + m, mapped_4, common, common_2,
-    *const mapped_5 = number_2 + m, number_start_3, *const number_3 = mapped_5 + m * m,
-    *const state_0 = number_3 + m, state_1, entry_2, common_3, common_4, common_5, *const reduced = state_0 + m * m,
-    mapped_6, *const of_row = reduced + m * m, mapped_7, state_0_2, state_1_2, *const mapped_8 = of_row + m * m,
-    mapped_9, *const mapped_10 = mapped_8 + m, number_start_4, *const number_4 = mapped_10 + m * m,
-    *const x = number_4 + m, reduced_2, common_6, number_start_5, *const number_5 = x + m,
-    *const x_2 = number_5 + m, reduced_3, common_7, mapped_11, *const inside_2 = x_2 + m,
-    *const mapped_12 = inside_2 + m, *const mapped_13 = mapped_12 + m, mapped_14, *const mapped_15 = mapped_13 + m,
-    sum_5, mapped_16, *const mapped_17 = mapped_15 + m * m, number_start_6, *const number_6 = mapped_17 + m,
-    mapped_18, *const mapped_19 = number_6 + m, number_start_7, *const number_7 = mapped_19 + m * m,
-    *const state_0_3 = number_7 + m, state_1_3, entry_3, common_8, common_9, common_10,
-    *const reduced_4 = state_0_3 + m * m, mapped_20, *const of_row_2 = reduced_4 + m * m, mapped_21, state_0_4,
-    state_1_4, *const mapped_22 = of_row_2 + m * m, mapped_23, *const mapped_24 = mapped_22 + m, number_start_8,
-    *const number_8 = mapped_24 + m * m, *const x_3 = number_8 + m, reduced_5, common_11, number_start_9,
-    *const number_9 = x_3 + m, *const x_4 = number_9 + m, reduced_6, common_12, *const mapped_25 = x_4 + m,
-    *const pose_rotor_3 = mapped_25 + m, *const pose_place_3 = pose_rotor_3 + 4 * n, pose_rotor_start_2[4],
-    pose_place_start_2[3], *const pose_rotor_4 = pose_place_3 + 3 * n, *const pose_place_4 = pose_rotor_4 + 4 * n,
-    *const to_parent_2 = pose_place_4 + 3 * n, *const placed_place_2 = to_parent_2 + 6 * n,
-    *const placed_along_2 = placed_place_2 + 3 * k, *const placed_toward_2 = placed_along_2 + 3 * k,
-    *const placed_away_2 = placed_toward_2 + 3 * k, *const numbers_2 = placed_away_2 + k, entry_4[3],
-    *const column_0_2 = numbers_2 + 3 * k, *const column_1_2 = column_0_2 + m * k,
-    *const column_2_2 = column_1_2 + m * k, *const mapped_26 = column_2_2 + m * k, number_start_10,
-    *const number_10 = mapped_26 + m, sum_6, mapped_27, *const entries_2 = number_10 + m, sum_7,
-    *const mapped_28 = entries_2 + m * m, sum_8, sum_9, mapped_29, common_13, common_14, mapped_30,
-    *const kept = mapped_28 + m, mapped_31, mapped_32, common_15, common_16, common_17, by_element, common_18,
-    by_element_2, by_element_4;
+        pose_rotor_start[4], pose_place_start[3], *const pose_rotor_2 = pose_place + 3 * n,
+        *const pose_place_2 = pose_rotor_2 + 4 * n, *const to_parent = pose_place_2 + 3 * n,
+        *const placed_place = to_parent + 6 * n, *const placed_along = placed_place + 3 * k,
+        *const placed_toward = placed_along + 3 * k, *const placed_away = placed_toward + 3 * k,
+        *const numbers = placed_away + k, entry[3], *const column_0 = numbers + 3 * k,
+        *const column_1 = column_0 + m * k, *const column_2 = column_1 + m * k, *const mapped = column_2 + m * k,
+        number_start, *const number = mapped + m, sum, mapped_2, *const entries = number + m, sum_2,
+        *const mapped_3 = entries + m * m, sum_3, sum_4, *const old_carry_q = mapped_3 + m,
+        *const matrix = old_carry_q + m, *const right = matrix + m * m, error, old_carry_damping, old_carry_done,
+        *const old_carry_best = right + m, old_carry_least, old_steps, old_converged, converged, steps, next_error,
+        next_old_carry_damping, next_old_carry_done, next_old_carry_least, next_old_steps, next_old_converged,
+        number_start_2, *const number_2 = old_carry_best + m, mapped_4, common, common_2,
+        *const mapped_5 = number_2 + m, number_start_3, *const number_3 = mapped_5 + m * m,
+        *const state_0 = number_3 + m, state_1, entry_2, common_3, common_4, common_5,
+        *const reduced = state_0 + m * m, mapped_6, *const of_row = reduced + m * m, mapped_7, state_0_2, state_1_2,
+        *const mapped_8 = of_row + m * m, mapped_9, *const mapped_10 = mapped_8 + m, number_start_4,
+        *const number_4 = mapped_10 + m * m, *const x = number_4 + m, reduced_2, common_6, number_start_5,
+        *const number_5 = x + m, *const x_2 = number_5 + m, reduced_3, common_7, mapped_11,
+        *const inside_2 = x_2 + m, *const mapped_12 = inside_2 + m, *const mapped_13 = mapped_12 + m, mapped_14,
+        *const mapped_15 = mapped_13 + m, sum_5, mapped_16, *const mapped_17 = mapped_15 + m * m, number_start_6,
+        *const number_6 = mapped_17 + m, mapped_18, *const mapped_19 = number_6 + m, number_start_7,
+        *const number_7 = mapped_19 + m * m, *const state_0_3 = number_7 + m, state_1_3, entry_3, common_8,
+        common_9, common_10, *const reduced_4 = state_0_3 + m * m, mapped_20, *const of_row_2 = reduced_4 + m * m,
+        mapped_21, state_0_4, state_1_4, *const mapped_22 = of_row_2 + m * m, mapped_23,
+        *const mapped_24 = mapped_22 + m, number_start_8, *const number_8 = mapped_24 + m * m,
+        *const x_3 = number_8 + m, reduced_5, common_11, number_start_9, *const number_9 = x_3 + m,
+        *const x_4 = number_9 + m, reduced_6, common_12, *const mapped_25 = x_4 + m,
+        *const pose_rotor_3 = mapped_25 + m, *const pose_place_3 = pose_rotor_3 + 4 * n, pose_rotor_start_2[4],
+        pose_place_start_2[3], *const pose_rotor_4 = pose_place_3 + 3 * n,
+        *const pose_place_4 = pose_rotor_4 + 4 * n, *const to_parent_2 = pose_place_4 + 3 * n,
+        *const placed_place_2 = to_parent_2 + 6 * n, *const placed_along_2 = placed_place_2 + 3 * k,
+        *const placed_toward_2 = placed_along_2 + 3 * k, *const placed_away_2 = placed_toward_2 + 3 * k,
+        *const numbers_2 = placed_away_2 + k, entry_4[3], *const column_0_2 = numbers_2 + 3 * k,
+        *const column_1_2 = column_0_2 + m * k, *const column_2_2 = column_1_2 + m * k,
+        *const mapped_26 = column_2_2 + m * k, number_start_10, *const number_10 = mapped_26 + m, sum_6, mapped_27,
+        *const entries_2 = number_10 + m, sum_7, *const mapped_28 = entries_2 + m * m, sum_8, sum_9, mapped_29,
+        common_13, common_14, mapped_30, *const kept = mapped_28 + m, mapped_31, mapped_32, common_15, common_16,
+        common_17, by_element, common_18, by_element_2, by_element_4;
     for (intptr_t i = 0; i < m; i++)
         NAME(reach_inside)(q[i], low[i], high[i], inside + i);
     for (intptr_t i = 0; i < n; i++)
         NAME(distances_to_tasks_pose_rotor)(inside[variables[i]], ratios[i], offsets[i], places + 3 * i,
-    screws + 6 * i, turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
+            screws + 6 * i, turns[i], pose_rotor + 4 * i, pose_place + 3 * i, NULL);
     NAME(distances_to_tasks_pose_rotor_start)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
         NAME(distances_to_tasks_pose_rotor_2)(parents[i] >= 0 ? pose_rotor_2 + 4 * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i, pose_place + 3 * i,
-    pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
+            parents[i] >= 0 ? pose_place_2 + 3 * parents[i] : pose_place_start, pose_rotor + 4 * i,
+            pose_place + 3 * i, pose_rotor_2 + 4 * i, pose_place_2 + 3 * i);
         NAME(reach_to_parent)(pose_rotor_2 + 4 * i, pose_place_2 + 3 * i, screws + 6 * i, to_parent + 6 * i);
     }
     NAME(reach_sum_start)(&sum_3);
     for (intptr_t i = 0; i < k; i++) {
         NAME(reach_placed_place)(pose_rotor_2 + 4 * links[i], pose_place_2 + 3 * links[i], points + 3 * i,
-    directions + 3 * i, targets + 3 * i, placed_place + 3 * i, placed_along + 3 * i, placed_toward + 3 * i,
-    placed_away + i);
+            directions + 3 * i, targets + 3 * i, placed_place + 3 * i, placed_along + 3 * i, placed_toward + 3 * i,
+            placed_away + i);
         NAME(reach_numbers)(placed_along + 3 * i, placed_toward + 3 * i, placed_away[i], kinds[i], targets + 3 * i,
-    radii[i], rows + 9 * i, numbers + 3 * i);
+            radii[i], rows + 9 * i, numbers + 3 * i);
         NAME(reach_sum)(sum_3, numbers + 3 * i, &sum_3);
     }
     NAME(reach_number_start)(&number_start);
     for (intptr_t i = 0; i < m; i++) {
         for (intptr_t j = 0; j < k; j++) {
             NAME(reach_entry)(to_parent + 6 * joints[i], placed_place + 3 * j, placed_along + 3 * j,
-    placed_toward + 3 * j, placed_away[j], kinds[j], rows + 9 * j, carried[i * k + j], entry);
+                placed_toward + 3 * j, placed_away[j], kinds[j], rows + 9 * j, carried[i * k + j], entry);
             NAME(reach_column)(entry, column_0 + (i * k + j), column_1 + (i * k + j), column_2 + (i * k + j));
         }
         NAME(reach_mapped)(rest[i], inside[i], mapped + i);
@@ -983,14 +984,14 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
             NAME(reach_sum_start)(&sum);
             for (intptr_t k_2 = 0; k_2 < k; k_2++)
                 NAME(reach_sum_2)(sum, column_0[i * k + k_2], column_1[i * k + k_2], column_2[i * k + k_2],
-    column_0[j * k + k_2], column_1[j * k + k_2], column_2[j * k + k_2], &sum);
+                    column_0[j * k + k_2], column_1[j * k + k_2], column_2[j * k + k_2], &sum);
             NAME(reach_mapped_2)(number[i], pulls[i], number[j], sum, &mapped_2);
             COPY(1, &mapped_2, entries + (i * m + j));
         }
         NAME(reach_sum_start)(&sum_2);
         for (intptr_t j = 0; j < k; j++)
             NAME(reach_sum_3)(sum_2, column_0[i * k + j], column_1[i * k + j], column_2[i * k + j], numbers + 3 * j,
-    &sum_2);
+                &sum_2);
         NAME(reach_mapped_3)(pulls[i], mapped[i], sum_2, mapped_3 + i);
         NAME(reach_sum_4)(sum_4, pulls[i], mapped[i], &sum_4);
         COPY(1, inside + i, old_carry_q + i);
@@ -1000,7 +1001,7 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
             COPY(1, entries + (i * m + j), matrix + (i * m + j));
     }
     NAME(reach_error)(sum_3, sum_4, &error, &old_carry_damping, &old_carry_done, &old_carry_least, &old_steps,
-    &old_converged, &converged, &steps);
+        &old_converged, &converged, &steps);
     NAME(reach_common)(size, &common_2);
     NAME(reach_common_2)(size, &common_14);
     NAME(reach_common_3)(size, &common_16, &common_17);
@@ -1024,10 +1025,10 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
             NAME(reach_common_5)(state_0[j * m + j], &common_5);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_common_6)(number_3[j], number_3[k_2], state_0[k_2 * m + j], common_5, &common_3,
-    &common_4);
+                    &common_4);
                 for (intptr_t k_3 = 0; k_3 < m; k_3++) {
                     NAME(reach_entry_2)(number_3[j], state_0[k_2 * m + k_3], state_0[j * m + k_3], number_3[k_3],
-    common_3, common_4, &entry_2);
+                        common_3, common_4, &entry_2);
                     COPY(1, &entry_2, reduced + (k_2 * m + k_3));
                 }
             }
@@ -1061,7 +1062,7 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
             NAME(reach_common_7)(x[j], mapped_10[j * m + j], &common_6);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_reduced)(number_4[j], x[k_2], number_4[k_2], mapped_10[k_2 * m + j], common_6,
-    &reduced_2);
+                    &reduced_2);
                 COPY(1, &reduced_2, x + k_2);
             }
             NAME(reach_number)(j > 0 ? number_5[j - 1] : number_start_5, number_5 + j);
@@ -1072,7 +1073,7 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
             NAME(reach_common_7)(x_2[j], mapped_10[j * m + j], &common_7);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_reduced_2)(number_5[j], x_2[k_2], number_5[k_2], mapped_10[j * m + k_2], common_7,
-    &reduced_3);
+                    &reduced_3);
                 COPY(1, &reduced_3, x_2 + k_2);
             }
         }
@@ -1110,10 +1111,10 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
             NAME(reach_common_5)(state_0_3[j * m + j], &common_10);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_common_6)(number_7[j], number_7[k_2], state_0_3[k_2 * m + j], common_10, &common_8,
-    &common_9);
+                    &common_9);
                 for (intptr_t k_3 = 0; k_3 < m; k_3++) {
                     NAME(reach_entry_2)(number_7[j], state_0_3[k_2 * m + k_3], state_0_3[j * m + k_3],
-    number_7[k_3], common_8, common_9, &entry_3);
+                        number_7[k_3], common_8, common_9, &entry_3);
                     COPY(1, &entry_3, reduced_4 + (k_2 * m + k_3));
                 }
             }
@@ -1147,7 +1148,7 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
             NAME(reach_common_7)(x_3[j], mapped_24[j * m + j], &common_11);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_reduced)(number_8[j], x_3[k_2], number_8[k_2], mapped_24[k_2 * m + j], common_11,
-    &reduced_5);
+                    &reduced_5);
                 COPY(1, &reduced_5, x_3 + k_2);
             }
             NAME(reach_number)(j > 0 ? number_9[j - 1] : number_start_9, number_9 + j);
@@ -1158,39 +1159,40 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
             NAME(reach_common_7)(x_4[j], mapped_24[j * m + j], &common_12);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_reduced_2)(number_9[j], x_4[k_2], number_9[k_2], mapped_24[j * m + k_2], common_12,
-    &reduced_6);
+                    &reduced_6);
                 COPY(1, &reduced_6, x_4 + k_2);
             }
         }
         for (intptr_t j = 0; j < m; j++)
             NAME(reach_mapped_14)(inside_2[j], old_carry_q[j], x_4[j], mapped_12[j], low[j], high[j],
-    mapped_25 + j);
+                mapped_25 + j);
         for (intptr_t j = 0; j < n; j++)
             NAME(distances_to_tasks_pose_rotor)(mapped_25[variables[j]], ratios[j], offsets[j], places + 3 * j,
-    screws + 6 * j, turns[j], pose_rotor_3 + 4 * j, pose_place_3 + 3 * j, NULL);
+                screws + 6 * j, turns[j], pose_rotor_3 + 4 * j, pose_place_3 + 3 * j, NULL);
         NAME(distances_to_tasks_pose_rotor_start)(pose_rotor_start_2, pose_place_start_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(distances_to_tasks_pose_rotor_2)(parents[j] >= 0 ? pose_rotor_4 + 4 * parents[j] : pose_rotor_start_2,
-    parents[j] >= 0 ? pose_place_4 + 3 * parents[j] : pose_place_start_2, pose_rotor_3 + 4 * j,
-    pose_place_3 + 3 * j, pose_rotor_4 + 4 * j, pose_place_4 + 3 * j);
+            NAME(distances_to_tasks_pose_rotor_2)(parents[j] >= 0 ? pose_rotor_4 + 4 * parents[j] :
+                pose_rotor_start_2, parents[j] >= 0 ? pose_place_4 + 3 * parents[j] : pose_place_start_2,
+                pose_rotor_3 + 4 * j, pose_place_3 + 3 * j, pose_rotor_4 + 4 * j, pose_place_4 + 3 * j);
             NAME(reach_to_parent)(pose_rotor_4 + 4 * j, pose_place_4 + 3 * j, screws + 6 * j, to_parent_2 + 6 * j);
         }
         NAME(reach_sum_start)(&sum_8);
         for (intptr_t j = 0; j < k; j++) {
             NAME(reach_placed_place)(pose_rotor_4 + 4 * links[j], pose_place_4 + 3 * links[j], points + 3 * j,
-    directions + 3 * j, targets + 3 * j, placed_place_2 + 3 * j, placed_along_2 + 3 * j, placed_toward_2 + 3 * j,
-    placed_away_2 + j);
+                directions + 3 * j, targets + 3 * j, placed_place_2 + 3 * j, placed_along_2 + 3 * j,
+                placed_toward_2 + 3 * j, placed_away_2 + j);
             NAME(reach_numbers)(placed_along_2 + 3 * j, placed_toward_2 + 3 * j, placed_away_2[j], kinds[j],
-    targets + 3 * j, radii[j], rows + 9 * j, numbers_2 + 3 * j);
+                targets + 3 * j, radii[j], rows + 9 * j, numbers_2 + 3 * j);
             NAME(reach_sum)(sum_8, numbers_2 + 3 * j, &sum_8);
         }
         NAME(reach_number_start)(&number_start_10);
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k_2 = 0; k_2 < k; k_2++) {
                 NAME(reach_entry)(to_parent_2 + 6 * joints[j], placed_place_2 + 3 * k_2, placed_along_2 + 3 * k_2,
-    placed_toward_2 + 3 * k_2, placed_away_2[k_2], kinds[k_2], rows + 9 * k_2, carried[j * k + k_2], entry_4);
+                    placed_toward_2 + 3 * k_2, placed_away_2[k_2], kinds[k_2], rows + 9 * k_2, carried[j * k + k_2],
+                    entry_4);
                 NAME(reach_column)(entry_4, column_0_2 + (j * k + k_2), column_1_2 + (j * k + k_2),
-    column_2_2 + (j * k + k_2));
+                    column_2_2 + (j * k + k_2));
             }
             NAME(reach_mapped)(rest[j], mapped_25[j], mapped_26 + j);
             NAME(reach_number)(j > 0 ? number_10[j - 1] : number_start_10, number_10 + j);
@@ -1201,15 +1203,15 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
                 NAME(reach_sum_start)(&sum_6);
                 for (intptr_t k_3 = 0; k_3 < k; k_3++)
                     NAME(reach_sum_2)(sum_6, column_0_2[j * k + k_3], column_1_2[j * k + k_3],
-    column_2_2[j * k + k_3], column_0_2[k_2 * k + k_3], column_1_2[k_2 * k + k_3], column_2_2[k_2 * k + k_3],
-    &sum_6);
+                        column_2_2[j * k + k_3], column_0_2[k_2 * k + k_3], column_1_2[k_2 * k + k_3],
+                        column_2_2[k_2 * k + k_3], &sum_6);
                 NAME(reach_mapped_2)(number_10[j], pulls[j], number_10[k_2], sum_6, &mapped_27);
                 COPY(1, &mapped_27, entries_2 + (j * m + k_2));
             }
             NAME(reach_sum_start)(&sum_7);
             for (intptr_t k_2 = 0; k_2 < k; k_2++)
                 NAME(reach_sum_3)(sum_7, column_0_2[j * k + k_2], column_1_2[j * k + k_2], column_2_2[j * k + k_2],
-    numbers_2 + 3 * k_2, &sum_7);
+                    numbers_2 + 3 * k_2, &sum_7);
             NAME(reach_mapped_3)(pulls[j], mapped_26[j], sum_7, mapped_28 + j);
             NAME(reach_sum_4)(sum_9, pulls[j], mapped_26[j], &sum_9);
         }
@@ -1230,8 +1232,8 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
                 COPY(1, kept + (j * m + k_2), matrix + (j * m + k_2));
         }
         NAME(reach_next_error)(enough, error, old_carry_damping, old_carry_least, old_steps, common_2, sum_8, sum_9,
-    common_14, common_16, common_17, &next_error, &next_old_carry_damping, &next_old_carry_done,
-    &next_old_carry_least, &next_old_steps, &next_old_converged);
+            common_14, common_16, common_17, &next_error, &next_old_carry_damping, &next_old_carry_done,
+            &next_old_carry_least, &next_old_steps, &next_old_converged);
         NAME(reach_converged)(at_most, next_old_steps, next_old_converged, &converged);
         COPY(1, &next_error, &error);
         COPY(1, &next_old_carry_damping, &old_carry_damping);
@@ -1252,14 +1254,13 @@ static INLINE void NAME(reach_within)(intptr_t m, intptr_t k, intptr_t n, const 
     NAME(reach_result)(at_most, sum_3, sum_4, old_carry_least, out_1);
 }
 
-FUSED(reach, (intptr_t m, intptr_t k, intptr_t n, const REAL *q, const REAL *targets, const REAL *rest,
-    const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
-    const REAL *screws, const REAL *turns, const int64_t *links, const REAL *kinds, const REAL *points,
-    const REAL *directions, const REAL *rows, const REAL *radii, const int64_t *joints, const REAL *carried,
-    const REAL *low, const REAL *high, const REAL *pulls, REAL size, REAL enough, REAL at_most, REAL *out_0,
-    REAL *out_1, REAL *work), (m, k, n, q, targets, rest, parents, variables, ratios, offsets, places, screws,
-    turns, links, kinds, points, directions, rows, radii, joints, carried, low, high, pulls, size, enough, at_most,
-    out_0, out_1, work))
+FUSED(reach, (intptr_t m, intptr_t k, intptr_t n, const REAL *q, const REAL *targets, const REAL *rest, const
+    int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places, const
+    REAL *screws, const REAL *turns, const int64_t *links, const REAL *kinds, const REAL *points, const REAL
+    *directions, const REAL *rows, const REAL *radii, const int64_t *joints, const REAL *carried, const REAL *low,
+    const REAL *high, const REAL *pulls, REAL size, REAL enough, REAL at_most, REAL *out_0, REAL *out_1, REAL
+    *work), (m, k, n, q, targets, rest, parents, variables, ratios, offsets, places, screws, turns, links, kinds,
+    points, directions, rows, radii, joints, carried, low, high, pulls, size, enough, at_most, out_0, out_1, work))
 void NAME(reach)(intptr_t m, intptr_t k, intptr_t n, const REAL *q, const REAL *targets, const REAL *rest,
     const int64_t *parents, const int64_t *variables, const REAL *ratios, const REAL *offsets, const REAL *places,
     const REAL *screws, const REAL *turns, const int64_t *links, const REAL *kinds, const REAL *points,
@@ -1268,9 +1269,10 @@ void NAME(reach)(intptr_t m, intptr_t k, intptr_t n, const REAL *q, const REAL *
     REAL *out_1, REAL *work)
 {
     RUN(reach, (m, k, n, q, targets, rest, parents, variables, ratios, offsets, places, screws, turns, links, kinds,
-    points, directions, rows, radii, joints, carried, low, high, pulls, size, enough, at_most, out_0, out_1, work),
-    (m, k, n, q, targets, rest, parents, variables, ratios, offsets, places, screws, turns, links, kinds, points,
-    directions, rows, radii, joints, carried, low, high, pulls, size, enough, at_most, out_0, out_1, work));
+        points, directions, rows, radii, joints, carried, low, high, pulls, size, enough, at_most, out_0, out_1,
+        work), (m, k, n, q, targets, rest, parents, variables, ratios, offsets, places, screws, turns, links, kinds,
+        points, directions, rows, radii, joints, carried, low, high, pulls, size, enough, at_most, out_0, out_1,
+        work));
 }
 
 static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const REAL *q, const REAL *targets,
@@ -1295,56 +1297,58 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
     REAL *gac_kept_15, REAL *gac_kept_16, REAL *gac_kept_17, REAL *gac_kept_18, REAL *gac_kept_19)
 {
     _Alignas(64) REAL pose_rotor_start[4 * NLANES], pose_place_start[3 * NLANES], entry[3 * NLANES],
-    number_start[NLANES], sum[NLANES], mapped_2[NLANES], sum_2[NLANES], sum_3[NLANES], sum_4[NLANES], error[NLANES],
-    old_carry_damping[NLANES], old_carry_done[NLANES], old_carry_least[NLANES], old_steps[NLANES],
-    old_converged[NLANES], converged[NLANES], steps[NLANES], next_error[NLANES], next_old_carry_damping[NLANES],
-    next_old_carry_done[NLANES], next_old_carry_least[NLANES], next_old_steps[NLANES], next_old_converged[NLANES],
-    number_start_2[NLANES], mapped_4[NLANES], common[NLANES], common_2[NLANES], number_start_3[NLANES],
-    state_1[NLANES], entry_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES], mapped_6[NLANES],
-    mapped_7[NLANES], state_0_2[NLANES], state_1_2[NLANES], mapped_9[NLANES], number_start_4[NLANES],
-    reduced_2[NLANES], common_6[NLANES], number_start_5[NLANES], reduced_3[NLANES], common_7[NLANES],
-    mapped_11[NLANES], mapped_14[NLANES], sum_5[NLANES], mapped_16[NLANES], number_start_6[NLANES],
-    mapped_18[NLANES], number_start_7[NLANES], state_1_3[NLANES], entry_3[NLANES], common_8[NLANES],
-    common_9[NLANES], common_10[NLANES], mapped_20[NLANES], mapped_21[NLANES], state_0_4[NLANES], state_1_4[NLANES],
-    mapped_23[NLANES], number_start_8[NLANES], reduced_5[NLANES], common_11[NLANES], number_start_9[NLANES],
-    reduced_6[NLANES], common_12[NLANES], pose_rotor_start_2[4 * NLANES], pose_place_start_2[3 * NLANES],
-    entry_4[3 * NLANES], number_start_10[NLANES], sum_6[NLANES], mapped_27[NLANES], sum_7[NLANES], sum_8[NLANES],
-    sum_9[NLANES], mapped_29[NLANES], common_13[NLANES], common_14[NLANES], mapped_30[NLANES], mapped_31[NLANES],
-    mapped_32[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES], by_element[NLANES],
-    common_18[NLANES], by_element_2[NLANES], by_element_4[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
-    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+        number_start[NLANES], sum[NLANES], mapped_2[NLANES], sum_2[NLANES], sum_3[NLANES], sum_4[NLANES],
+        error[NLANES], old_carry_damping[NLANES], old_carry_done[NLANES], old_carry_least[NLANES],
+        old_steps[NLANES], old_converged[NLANES], converged[NLANES], steps[NLANES], next_error[NLANES],
+        next_old_carry_damping[NLANES], next_old_carry_done[NLANES], next_old_carry_least[NLANES],
+        next_old_steps[NLANES], next_old_converged[NLANES], number_start_2[NLANES], mapped_4[NLANES],
+        common[NLANES], common_2[NLANES], number_start_3[NLANES], state_1[NLANES], entry_2[NLANES],
+        common_3[NLANES], common_4[NLANES], common_5[NLANES], mapped_6[NLANES], mapped_7[NLANES], state_0_2[NLANES],
+        state_1_2[NLANES], mapped_9[NLANES], number_start_4[NLANES], reduced_2[NLANES], common_6[NLANES],
+        number_start_5[NLANES], reduced_3[NLANES], common_7[NLANES], mapped_11[NLANES], mapped_14[NLANES],
+        sum_5[NLANES], mapped_16[NLANES], number_start_6[NLANES], mapped_18[NLANES], number_start_7[NLANES],
+        state_1_3[NLANES], entry_3[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES],
+        mapped_20[NLANES], mapped_21[NLANES], state_0_4[NLANES], state_1_4[NLANES], mapped_23[NLANES],
+        number_start_8[NLANES], reduced_5[NLANES], common_11[NLANES], number_start_9[NLANES], reduced_6[NLANES],
+        common_12[NLANES], pose_rotor_start_2[4 * NLANES], pose_place_start_2[3 * NLANES], entry_4[3 * NLANES],
+        number_start_10[NLANES], sum_6[NLANES], mapped_27[NLANES], sum_7[NLANES], sum_8[NLANES], sum_9[NLANES],
+        mapped_29[NLANES], common_13[NLANES], common_14[NLANES], mapped_30[NLANES], mapped_31[NLANES],
+        mapped_32[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES], by_element[NLANES],
+        common_18[NLANES], by_element_2[NLANES], by_element_4[NLANES], gac_kept_3[NLANES], gac_kept_4[NLANES],
+        gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     WORD far = 0;
     for (intptr_t i = 0; i < m; i++)
         NAME(reach_inside_lanes)(q + NLANES * i, low + i, high + i, inside + NLANES * i);
     for (intptr_t i = 0; i < n; i++)
         far |= NAME(distances_to_tasks_pose_rotor_lanes)(inside + NLANES * variables[i], ratios + i, offsets + i,
-    places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
+            places + 3 * i, screws + 6 * i, turns + i, pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i);
     NAME(distances_to_tasks_pose_rotor_start_lanes)(pose_rotor_start, pose_place_start);
     for (intptr_t i = 0; i < n; i++) {
-        NAME(distances_to_tasks_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] : pose_rotor_start,
-    parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start, pose_rotor + 4 * NLANES * i,
-    pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i);
+        NAME(distances_to_tasks_pose_rotor_2_lanes)(parents[i] >= 0 ? pose_rotor_2 + 4 * NLANES * parents[i] :
+            pose_rotor_start, parents[i] >= 0 ? pose_place_2 + 3 * NLANES * parents[i] : pose_place_start,
+            pose_rotor + 4 * NLANES * i, pose_place + 3 * NLANES * i, pose_rotor_2 + 4 * NLANES * i,
+            pose_place_2 + 3 * NLANES * i);
         NAME(reach_to_parent_lanes)(pose_rotor_2 + 4 * NLANES * i, pose_place_2 + 3 * NLANES * i, screws + 6 * i,
-    to_parent + 6 * NLANES * i);
+            to_parent + 6 * NLANES * i);
     }
     NAME(reach_sum_start_lanes)(sum_3);
     for (intptr_t i = 0; i < k; i++) {
         NAME(reach_placed_place_lanes)(pose_rotor_2 + 4 * NLANES * links[i], pose_place_2 + 3 * NLANES * links[i],
-    points + 3 * i, directions + 3 * i, targets + 3 * NLANES * i, placed_place + 3 * NLANES * i,
-    placed_along + 3 * NLANES * i, placed_toward + 3 * NLANES * i, placed_away + NLANES * i);
+            points + 3 * i, directions + 3 * i, targets + 3 * NLANES * i, placed_place + 3 * NLANES * i,
+            placed_along + 3 * NLANES * i, placed_toward + 3 * NLANES * i, placed_away + NLANES * i);
         NAME(reach_numbers_lanes)(placed_along + 3 * NLANES * i, placed_toward + 3 * NLANES * i,
-    placed_away + NLANES * i, kinds + i, targets + 3 * NLANES * i, radii + i, rows + 9 * i,
-    numbers + 3 * NLANES * i);
+            placed_away + NLANES * i, kinds + i, targets + 3 * NLANES * i, radii + i, rows + 9 * i,
+            numbers + 3 * NLANES * i);
         NAME(reach_sum_lanes)(sum_3, numbers + 3 * NLANES * i, sum_3);
     }
     NAME(reach_number_start_lanes)(number_start);
     for (intptr_t i = 0; i < m; i++) {
         for (intptr_t j = 0; j < k; j++) {
             NAME(reach_entry_lanes)(to_parent + 6 * NLANES * joints[i], placed_place + 3 * NLANES * j,
-    placed_along + 3 * NLANES * j, placed_toward + 3 * NLANES * j, placed_away + NLANES * j, kinds + j,
-    rows + 9 * j, carried + (i * k + j), entry);
+                placed_along + 3 * NLANES * j, placed_toward + 3 * NLANES * j, placed_away + NLANES * j, kinds + j,
+                rows + 9 * j, carried + (i * k + j), entry);
             NAME(reach_column_lanes)(entry, column_0 + NLANES * (i * k + j), column_1 + NLANES * (i * k + j),
-    column_2 + NLANES * (i * k + j));
+                column_2 + NLANES * (i * k + j));
         }
         NAME(reach_mapped_lanes)(rest + NLANES * i, inside + NLANES * i, mapped + NLANES * i);
         NAME(reach_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
@@ -1355,15 +1359,15 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
             NAME(reach_sum_start_lanes)(sum);
             for (intptr_t k_2 = 0; k_2 < k; k_2++)
                 NAME(reach_sum_2_lanes)(sum, column_0 + NLANES * (i * k + k_2), column_1 + NLANES * (i * k + k_2),
-    column_2 + NLANES * (i * k + k_2), column_0 + NLANES * (j * k + k_2), column_1 + NLANES * (j * k + k_2),
-    column_2 + NLANES * (j * k + k_2), sum);
+                    column_2 + NLANES * (i * k + k_2), column_0 + NLANES * (j * k + k_2),
+                    column_1 + NLANES * (j * k + k_2), column_2 + NLANES * (j * k + k_2), sum);
             NAME(reach_mapped_2_lanes)(number + NLANES * i, pulls + i, number + NLANES * j, sum, mapped_2);
             COPY(NLANES, mapped_2, entries + NLANES * (i * m + j));
         }
         NAME(reach_sum_start_lanes)(sum_2);
         for (intptr_t j = 0; j < k; j++)
             NAME(reach_sum_3_lanes)(sum_2, column_0 + NLANES * (i * k + j), column_1 + NLANES * (i * k + j),
-    column_2 + NLANES * (i * k + j), numbers + 3 * NLANES * j, sum_2);
+                column_2 + NLANES * (i * k + j), numbers + 3 * NLANES * j, sum_2);
         NAME(reach_mapped_3_lanes)(pulls + i, mapped + NLANES * i, sum_2, mapped_3 + NLANES * i);
         NAME(reach_sum_4_lanes)(sum_4, pulls + i, mapped + NLANES * i, sum_4);
         COPY(NLANES, inside + NLANES * i, old_carry_q + NLANES * i);
@@ -1373,7 +1377,7 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
             COPY(NLANES, entries + NLANES * (i * m + j), matrix + NLANES * (i * m + j));
     }
     NAME(reach_error_lanes)(sum_3, sum_4, error, old_carry_damping, old_carry_done, old_carry_least, old_steps,
-    old_converged, converged, steps);
+        old_converged, converged, steps);
     NAME(reach_common_lanes)(size, common_2);
     NAME(reach_common_2_lanes)(size, common_14);
     NAME(reach_common_3_lanes)(size, common_16, common_17);
@@ -1406,7 +1410,7 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_mapped_4_lanes)(number_2 + NLANES * j, matrix + NLANES * (j * m + k_2),
-    number_2 + NLANES * k_2, common, mapped_4);
+                    number_2 + NLANES * k_2, common, mapped_4);
                 COPY(NLANES, mapped_4, mapped_5 + NLANES * (j * m + k_2));
             }
             NAME(reach_number_lanes)(j > 0 ? number_3 + NLANES * (j - 1) : number_start_3, number_3 + NLANES * j);
@@ -1418,10 +1422,10 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
             NAME(reach_common_5_lanes)(state_0 + NLANES * (j * m + j), common_5);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_common_6_lanes)(number_3 + NLANES * j, number_3 + NLANES * k_2,
-    state_0 + NLANES * (k_2 * m + j), common_5, common_3, common_4);
+                    state_0 + NLANES * (k_2 * m + j), common_5, common_3, common_4);
                 for (intptr_t k_3 = 0; k_3 < m; k_3++) {
                     NAME(reach_entry_2_lanes)(number_3 + NLANES * j, state_0 + NLANES * (k_2 * m + k_3),
-    state_0 + NLANES * (j * m + k_3), number_3 + NLANES * k_3, common_3, common_4, entry_2);
+                        state_0 + NLANES * (j * m + k_3), number_3 + NLANES * k_3, common_3, common_4, entry_2);
                     COPY(NLANES, entry_2, reduced + NLANES * (k_2 * m + k_3));
                 }
             }
@@ -1435,7 +1439,7 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_mapped_5_lanes)(number_3 + NLANES * j, state_0 + NLANES * (j * m + k_2),
-    number_3 + NLANES * k_2, mapped_6);
+                    number_3 + NLANES * k_2, mapped_6);
                 COPY(NLANES, mapped_6, of_row + NLANES * (j * m + k_2));
             }
             COPY(NLANES, state_0 + NLANES * (j * m + j), mapped_7);
@@ -1456,7 +1460,7 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
             NAME(reach_common_7_lanes)(x + NLANES * j, mapped_10 + NLANES * (j * m + j), common_6);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_reduced_lanes)(number_4 + NLANES * j, x + NLANES * k_2, number_4 + NLANES * k_2,
-    mapped_10 + NLANES * (k_2 * m + j), common_6, reduced_2);
+                    mapped_10 + NLANES * (k_2 * m + j), common_6, reduced_2);
                 COPY(NLANES, reduced_2, x + NLANES * k_2);
             }
             NAME(reach_number_lanes)(j > 0 ? number_5 + NLANES * (j - 1) : number_start_5, number_5 + NLANES * j);
@@ -1467,7 +1471,7 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
             NAME(reach_common_7_lanes)(x_2 + NLANES * j, mapped_10 + NLANES * (j * m + j), common_7);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_reduced_2_lanes)(number_5 + NLANES * j, x_2 + NLANES * k_2, number_5 + NLANES * k_2,
-    mapped_10 + NLANES * (j * m + k_2), common_7, reduced_3);
+                    mapped_10 + NLANES * (j * m + k_2), common_7, reduced_3);
                 COPY(NLANES, reduced_3, x_2 + NLANES * k_2);
             }
         }
@@ -1476,13 +1480,13 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
             NAME(reach_inside_lanes)(mapped_11, low + j, high + j, inside_2 + NLANES * j);
             NAME(reach_mapped_9_lanes)(mapped_11, inside_2 + NLANES * j, mapped_12 + NLANES * j);
             NAME(reach_mapped_10_lanes)(inside_2 + NLANES * j, old_carry_q + NLANES * j, mapped_12 + NLANES * j,
-    mapped_13 + NLANES * j);
+                mapped_13 + NLANES * j);
         }
         NAME(reach_number_start_lanes)(number_start_6);
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_mapped_11_lanes)(mapped_12 + NLANES * j, matrix + NLANES * (j * m + k_2),
-    mapped_12 + NLANES * k_2, mapped_14);
+                    mapped_12 + NLANES * k_2, mapped_14);
                 COPY(NLANES, mapped_14, mapped_15 + NLANES * (j * m + k_2));
             }
             NAME(reach_sum_start_lanes)(sum_5);
@@ -1490,14 +1494,14 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
                 NAME(reach_sum_5_lanes)(sum_5, matrix + NLANES * (j * m + k_2), mapped_13 + NLANES * k_2, sum_5);
             COPY(NLANES, sum_5, mapped_16);
             NAME(reach_mapped_12_lanes)(right + NLANES * j, mapped_16, mapped_12 + NLANES * j,
-    mapped_17 + NLANES * j);
+                mapped_17 + NLANES * j);
             NAME(reach_number_lanes)(j > 0 ? number_6 + NLANES * (j - 1) : number_start_6, number_6 + NLANES * j);
         }
         NAME(reach_number_start_lanes)(number_start_7);
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_mapped_13_lanes)(common, number_6 + NLANES * j, mapped_15 + NLANES * (j * m + k_2),
-    number_6 + NLANES * k_2, mapped_18);
+                    number_6 + NLANES * k_2, mapped_18);
                 COPY(NLANES, mapped_18, mapped_19 + NLANES * (j * m + k_2));
             }
             NAME(reach_number_lanes)(j > 0 ? number_7 + NLANES * (j - 1) : number_start_7, number_7 + NLANES * j);
@@ -1509,10 +1513,10 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
             NAME(reach_common_5_lanes)(state_0_3 + NLANES * (j * m + j), common_10);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_common_6_lanes)(number_7 + NLANES * j, number_7 + NLANES * k_2,
-    state_0_3 + NLANES * (k_2 * m + j), common_10, common_8, common_9);
+                    state_0_3 + NLANES * (k_2 * m + j), common_10, common_8, common_9);
                 for (intptr_t k_3 = 0; k_3 < m; k_3++) {
                     NAME(reach_entry_2_lanes)(number_7 + NLANES * j, state_0_3 + NLANES * (k_2 * m + k_3),
-    state_0_3 + NLANES * (j * m + k_3), number_7 + NLANES * k_3, common_8, common_9, entry_3);
+                        state_0_3 + NLANES * (j * m + k_3), number_7 + NLANES * k_3, common_8, common_9, entry_3);
                     COPY(NLANES, entry_3, reduced_4 + NLANES * (k_2 * m + k_3));
                 }
             }
@@ -1526,7 +1530,7 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_mapped_5_lanes)(number_7 + NLANES * j, state_0_3 + NLANES * (j * m + k_2),
-    number_7 + NLANES * k_2, mapped_20);
+                    number_7 + NLANES * k_2, mapped_20);
                 COPY(NLANES, mapped_20, of_row_2 + NLANES * (j * m + k_2));
             }
             COPY(NLANES, state_0_3 + NLANES * (j * m + j), mapped_21);
@@ -1547,7 +1551,7 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
             NAME(reach_common_7_lanes)(x_3 + NLANES * j, mapped_24 + NLANES * (j * m + j), common_11);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_reduced_lanes)(number_8 + NLANES * j, x_3 + NLANES * k_2, number_8 + NLANES * k_2,
-    mapped_24 + NLANES * (k_2 * m + j), common_11, reduced_5);
+                    mapped_24 + NLANES * (k_2 * m + j), common_11, reduced_5);
                 COPY(NLANES, reduced_5, x_3 + NLANES * k_2);
             }
             NAME(reach_number_lanes)(j > 0 ? number_9 + NLANES * (j - 1) : number_start_9, number_9 + NLANES * j);
@@ -1558,48 +1562,49 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
             NAME(reach_common_7_lanes)(x_4 + NLANES * j, mapped_24 + NLANES * (j * m + j), common_12);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_reduced_2_lanes)(number_9 + NLANES * j, x_4 + NLANES * k_2, number_9 + NLANES * k_2,
-    mapped_24 + NLANES * (j * m + k_2), common_12, reduced_6);
+                    mapped_24 + NLANES * (j * m + k_2), common_12, reduced_6);
                 COPY(NLANES, reduced_6, x_4 + NLANES * k_2);
             }
         }
         for (intptr_t j = 0; j < m; j++)
             NAME(reach_mapped_14_lanes)(inside_2 + NLANES * j, old_carry_q + NLANES * j, x_4 + NLANES * j,
-    mapped_12 + NLANES * j, low + j, high + j, mapped_25 + NLANES * j);
+                mapped_12 + NLANES * j, low + j, high + j, mapped_25 + NLANES * j);
         for (intptr_t j = 0; j < n; j++)
             far |= NAME(distances_to_tasks_pose_rotor_lanes)(mapped_25 + NLANES * variables[j], ratios + j,
-    offsets + j, places + 3 * j, screws + 6 * j, turns + j, pose_rotor_3 + 4 * NLANES * j,
-    pose_place_3 + 3 * NLANES * j);
+                offsets + j, places + 3 * j, screws + 6 * j, turns + j, pose_rotor_3 + 4 * NLANES * j,
+                pose_place_3 + 3 * NLANES * j);
         NAME(distances_to_tasks_pose_rotor_start_lanes)(pose_rotor_start_2, pose_place_start_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(distances_to_tasks_pose_rotor_2_lanes)(parents[j] >= 0 ? pose_rotor_4 + 4 * NLANES * parents[j] : pose_rotor_start_2,
-    parents[j] >= 0 ? pose_place_4 + 3 * NLANES * parents[j] : pose_place_start_2, pose_rotor_3 + 4 * NLANES * j,
-    pose_place_3 + 3 * NLANES * j, pose_rotor_4 + 4 * NLANES * j, pose_place_4 + 3 * NLANES * j);
+            NAME(distances_to_tasks_pose_rotor_2_lanes)(parents[j] >= 0 ? pose_rotor_4 + 4 * NLANES * parents[j] :
+                pose_rotor_start_2, parents[j] >= 0 ? pose_place_4 + 3 * NLANES * parents[j] : pose_place_start_2,
+                pose_rotor_3 + 4 * NLANES * j, pose_place_3 + 3 * NLANES * j, pose_rotor_4 + 4 * NLANES * j,
+                pose_place_4 + 3 * NLANES * j);
             NAME(reach_to_parent_lanes)(pose_rotor_4 + 4 * NLANES * j, pose_place_4 + 3 * NLANES * j,
-    screws + 6 * j, to_parent_2 + 6 * NLANES * j);
+                screws + 6 * j, to_parent_2 + 6 * NLANES * j);
         }
         NAME(reach_sum_start_lanes)(sum_8);
         for (intptr_t j = 0; j < k; j++) {
             NAME(reach_placed_place_lanes)(pose_rotor_4 + 4 * NLANES * links[j],
-    pose_place_4 + 3 * NLANES * links[j], points + 3 * j, directions + 3 * j, targets + 3 * NLANES * j,
-    placed_place_2 + 3 * NLANES * j, placed_along_2 + 3 * NLANES * j, placed_toward_2 + 3 * NLANES * j,
-    placed_away_2 + NLANES * j);
+                pose_place_4 + 3 * NLANES * links[j], points + 3 * j, directions + 3 * j, targets + 3 * NLANES * j,
+                placed_place_2 + 3 * NLANES * j, placed_along_2 + 3 * NLANES * j, placed_toward_2 + 3 * NLANES * j,
+                placed_away_2 + NLANES * j);
             NAME(reach_numbers_lanes)(placed_along_2 + 3 * NLANES * j, placed_toward_2 + 3 * NLANES * j,
-    placed_away_2 + NLANES * j, kinds + j, targets + 3 * NLANES * j, radii + j, rows + 9 * j,
-    numbers_2 + 3 * NLANES * j);
+                placed_away_2 + NLANES * j, kinds + j, targets + 3 * NLANES * j, radii + j, rows + 9 * j,
+                numbers_2 + 3 * NLANES * j);
             NAME(reach_sum_lanes)(sum_8, numbers_2 + 3 * NLANES * j, sum_8);
         }
         NAME(reach_number_start_lanes)(number_start_10);
         for (intptr_t j = 0; j < m; j++) {
             for (intptr_t k_2 = 0; k_2 < k; k_2++) {
                 NAME(reach_entry_lanes)(to_parent_2 + 6 * NLANES * joints[j], placed_place_2 + 3 * NLANES * k_2,
-    placed_along_2 + 3 * NLANES * k_2, placed_toward_2 + 3 * NLANES * k_2, placed_away_2 + NLANES * k_2,
-    kinds + k_2, rows + 9 * k_2, carried + (j * k + k_2), entry_4);
+                    placed_along_2 + 3 * NLANES * k_2, placed_toward_2 + 3 * NLANES * k_2,
+                    placed_away_2 + NLANES * k_2, kinds + k_2, rows + 9 * k_2, carried + (j * k + k_2), entry_4);
                 NAME(reach_column_lanes)(entry_4, column_0_2 + NLANES * (j * k + k_2),
-    column_1_2 + NLANES * (j * k + k_2), column_2_2 + NLANES * (j * k + k_2));
+                    column_1_2 + NLANES * (j * k + k_2), column_2_2 + NLANES * (j * k + k_2));
             }
             NAME(reach_mapped_lanes)(rest + NLANES * j, mapped_25 + NLANES * j, mapped_26 + NLANES * j);
             NAME(reach_number_lanes)(j > 0 ? number_10 + NLANES * (j - 1) : number_start_10,
-    number_10 + NLANES * j);
+                number_10 + NLANES * j);
         }
         NAME(reach_sum_start_lanes)(sum_9);
         for (intptr_t j = 0; j < m; j++) {
@@ -1607,16 +1612,18 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
                 NAME(reach_sum_start_lanes)(sum_6);
                 for (intptr_t k_3 = 0; k_3 < k; k_3++)
                     NAME(reach_sum_2_lanes)(sum_6, column_0_2 + NLANES * (j * k + k_3),
-    column_1_2 + NLANES * (j * k + k_3), column_2_2 + NLANES * (j * k + k_3), column_0_2 + NLANES * (k_2 * k + k_3),
-    column_1_2 + NLANES * (k_2 * k + k_3), column_2_2 + NLANES * (k_2 * k + k_3), sum_6);
+                        column_1_2 + NLANES * (j * k + k_3), column_2_2 + NLANES * (j * k + k_3),
+                        column_0_2 + NLANES * (k_2 * k + k_3), column_1_2 + NLANES * (k_2 * k + k_3),
+                        column_2_2 + NLANES * (k_2 * k + k_3), sum_6);
                 NAME(reach_mapped_2_lanes)(number_10 + NLANES * j, pulls + j, number_10 + NLANES * k_2, sum_6,
-    mapped_27);
+                    mapped_27);
                 COPY(NLANES, mapped_27, entries_2 + NLANES * (j * m + k_2));
             }
             NAME(reach_sum_start_lanes)(sum_7);
             for (intptr_t k_2 = 0; k_2 < k; k_2++)
                 NAME(reach_sum_3_lanes)(sum_7, column_0_2 + NLANES * (j * k + k_2),
-    column_1_2 + NLANES * (j * k + k_2), column_2_2 + NLANES * (j * k + k_2), numbers_2 + 3 * NLANES * k_2, sum_7);
+                    column_1_2 + NLANES * (j * k + k_2), column_2_2 + NLANES * (j * k + k_2),
+                    numbers_2 + 3 * NLANES * k_2, sum_7);
             NAME(reach_mapped_3_lanes)(pulls + j, mapped_26 + NLANES * j, sum_7, mapped_28 + NLANES * j);
             NAME(reach_sum_4_lanes)(sum_9, pulls + j, mapped_26 + NLANES * j, sum_9);
         }
@@ -1626,7 +1633,7 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
             NAME(reach_mapped_15_lanes)(mapped_25 + NLANES * j, old_carry_q + NLANES * j, common_13, mapped_29);
             for (intptr_t k_2 = 0; k_2 < m; k_2++) {
                 NAME(reach_mapped_16_lanes)(common_13, entries_2 + NLANES * (j * m + k_2),
-    matrix + NLANES * (j * m + k_2), mapped_30);
+                    matrix + NLANES * (j * m + k_2), mapped_30);
                 COPY(NLANES, mapped_30, kept + NLANES * (j * m + k_2));
             }
             NAME(reach_mapped_16_lanes)(common_13, mapped_28 + NLANES * j, right + NLANES * j, mapped_31);
@@ -1638,8 +1645,8 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
                 COPY(NLANES, kept + NLANES * (j * m + k_2), matrix + NLANES * (j * m + k_2));
         }
         NAME(reach_next_error_lanes)(enough, error, old_carry_damping, old_carry_least, old_steps, common_2, sum_8,
-    sum_9, common_14, common_16, common_17, next_error, next_old_carry_damping, next_old_carry_done,
-    next_old_carry_least, next_old_steps, next_old_converged);
+            sum_9, common_14, common_16, common_17, next_error, next_old_carry_damping, next_old_carry_done,
+            next_old_carry_least, next_old_steps, next_old_converged);
         NAME(reach_converged_lanes)(at_most, next_old_steps, next_old_converged, converged);
         COPY(NLANES, next_error, error);
         COPY(NLANES, next_old_carry_damping, old_carry_damping);
@@ -1674,10 +1681,10 @@ static INLINE WORD NAME(reach_lanes)(intptr_t m, intptr_t k, intptr_t n, const R
         NAME(reach_mapped_15_lanes)(old_carry_q + NLANES * i, inside + NLANES * i, common_18, by_element);
         for (intptr_t j = 0; j < m; j++)
             NAME(reach_mapped_16_lanes)(common_18, matrix + NLANES * (i * m + j), entries + NLANES * (i * m + j),
-    by_element_2);
+                by_element_2);
         NAME(reach_mapped_16_lanes)(common_18, right + NLANES * i, mapped_3 + NLANES * i, by_element_4);
         NAME(reach_mapped_16_lanes)(common_18, old_carry_best + NLANES * i, inside + NLANES * i,
-    out_0 + NLANES * i);
+            out_0 + NLANES * i);
     }
     NAME(reach_result_lanes)(at_most, sum_3, sum_4, old_carry_least, out_1);
     return far;

@@ -2,7 +2,7 @@
 // command: gac generate --all tensor_voting
 // spec: 381b744ab534e604
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 07065a3694b847b82283945a62933abc7cc0dc2a710d927aafc16bbb77b38bdb
+// body: 84ab896a4a6bc184ecce832da680353b9862d5239b5f546ee18029e9477f633d
 
 #ifndef REAL
 #include "tensor_voting.h"
@@ -608,7 +608,7 @@ static INLINE void NAME(stick_votes_within)(intptr_t n, intptr_t m, intptr_t pai
     NAME(stick_votes_common)(curvature, &common);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(stick_votes_of)(scale, points + 3 * voter[i], normals + 3 * voter[i], weights[voter[i]],
-    at + 3 * receiver[i], common, of + 6 * i);
+            at + 3 * receiver[i], common, of + 6 * i);
     CLEAR(6 * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
         if (receiver[i] >= 0)
@@ -616,16 +616,17 @@ static INLINE void NAME(stick_votes_within)(intptr_t n, intptr_t m, intptr_t pai
     }
 }
 
-FUSED(stick_votes, (intptr_t n, intptr_t m, intptr_t pairs, const REAL *points, const REAL *normals,
-    const REAL *weights, const REAL *at, const int64_t *voter, const int64_t *receiver, REAL scale, REAL curvature,
-    const REAL *zero, REAL *out, REAL *work), (n, m, pairs, points, normals, weights, at, voter, receiver, scale,
-    curvature, zero, out, work))
+FUSED(stick_votes, (intptr_t n, intptr_t m, intptr_t pairs, const REAL *points, const REAL *normals, const REAL
+    *weights, const REAL *at, const int64_t *voter, const int64_t *receiver, REAL scale, REAL curvature, const REAL
+    *zero, REAL *out, REAL *work),
+    (n, m, pairs, points, normals, weights, at, voter, receiver, scale, curvature, zero, out, work))
 void NAME(stick_votes)(intptr_t n, intptr_t m, intptr_t pairs, const REAL *points, const REAL *normals,
     const REAL *weights, const REAL *at, const int64_t *voter, const int64_t *receiver, REAL scale, REAL curvature,
     const REAL *zero, REAL *out, REAL *work)
 {
-    RUN(stick_votes, (n, m, pairs, points, normals, weights, at, voter, receiver, scale, curvature, zero, out,
-    work), (n, m, pairs, points, normals, weights, at, voter, receiver, scale, curvature, zero, out, work));
+    RUN(stick_votes,
+        (n, m, pairs, points, normals, weights, at, voter, receiver, scale, curvature, zero, out, work),
+        (n, m, pairs, points, normals, weights, at, voter, receiver, scale, curvature, zero, out, work));
 }
 
 static INLINE WORD NAME(stick_votes_lanes)(intptr_t n, intptr_t m, intptr_t pairs, const REAL *points,
@@ -637,7 +638,7 @@ static INLINE WORD NAME(stick_votes_lanes)(intptr_t n, intptr_t m, intptr_t pair
     NAME(stick_votes_common_lanes)(curvature, common);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(stick_votes_of_lanes)(scale, points + 3 * NLANES * voter[i], normals + 3 * NLANES * voter[i],
-    weights + NLANES * voter[i], at + 3 * NLANES * receiver[i], common, of + 6 * NLANES * i);
+            weights + NLANES * voter[i], at + 3 * NLANES * receiver[i], common, of + 6 * NLANES * i);
     CLEAR(6 * NLANES * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
         if (receiver[i] >= 0)
@@ -706,7 +707,7 @@ static INLINE void NAME(stick_votes_in_plane_within)(intptr_t n, intptr_t m, int
     NAME(stick_votes_common)(curvature, &common);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(stick_votes_in_plane_of)(scale, points + 2 * voter[i], normals + 2 * voter[i], weights[voter[i]],
-    at + 2 * receiver[i], common, of + 3 * i);
+            at + 2 * receiver[i], common, of + 3 * i);
     CLEAR(3 * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
         if (receiver[i] >= 0)
@@ -714,16 +715,17 @@ static INLINE void NAME(stick_votes_in_plane_within)(intptr_t n, intptr_t m, int
     }
 }
 
-FUSED(stick_votes_in_plane, (intptr_t n, intptr_t m, intptr_t pairs, const REAL *points, const REAL *normals,
-    const REAL *weights, const REAL *at, const int64_t *voter, const int64_t *receiver, REAL scale, REAL curvature,
-    const REAL *zero, REAL *out, REAL *work), (n, m, pairs, points, normals, weights, at, voter, receiver, scale,
-    curvature, zero, out, work))
+FUSED(stick_votes_in_plane, (intptr_t n, intptr_t m, intptr_t pairs, const REAL *points, const REAL *normals, const
+    REAL *weights, const REAL *at, const int64_t *voter, const int64_t *receiver, REAL scale, REAL curvature, const
+    REAL *zero, REAL *out, REAL *work),
+    (n, m, pairs, points, normals, weights, at, voter, receiver, scale, curvature, zero, out, work))
 void NAME(stick_votes_in_plane)(intptr_t n, intptr_t m, intptr_t pairs, const REAL *points, const REAL *normals,
     const REAL *weights, const REAL *at, const int64_t *voter, const int64_t *receiver, REAL scale, REAL curvature,
     const REAL *zero, REAL *out, REAL *work)
 {
-    RUN(stick_votes_in_plane, (n, m, pairs, points, normals, weights, at, voter, receiver, scale, curvature, zero,
-    out, work), (n, m, pairs, points, normals, weights, at, voter, receiver, scale, curvature, zero, out, work));
+    RUN(stick_votes_in_plane,
+        (n, m, pairs, points, normals, weights, at, voter, receiver, scale, curvature, zero, out, work),
+        (n, m, pairs, points, normals, weights, at, voter, receiver, scale, curvature, zero, out, work));
 }
 
 static INLINE WORD NAME(stick_votes_in_plane_lanes)(intptr_t n, intptr_t m, intptr_t pairs, const REAL *points,
@@ -735,7 +737,7 @@ static INLINE WORD NAME(stick_votes_in_plane_lanes)(intptr_t n, intptr_t m, intp
     NAME(stick_votes_common_lanes)(curvature, common);
     for (intptr_t i = 0; i < pairs; i++)
         NAME(stick_votes_in_plane_of_lanes)(scale, points + 2 * NLANES * voter[i], normals + 2 * NLANES * voter[i],
-    weights + NLANES * voter[i], at + 2 * NLANES * receiver[i], common, of + 3 * NLANES * i);
+            weights + NLANES * voter[i], at + 2 * NLANES * receiver[i], common, of + 3 * NLANES * i);
     CLEAR(3 * NLANES * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
         if (receiver[i] >= 0)
@@ -801,7 +803,7 @@ void NAME(ball_votes)(intptr_t n, intptr_t m, intptr_t pairs, intptr_t cells, co
     CLEAR(6 * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(ball_votes_of)(scale, points + 3 * voter[i], weights[voter[i]], at + 3 * receiver[i], x[i],
-    cubics + 8 * cell[i], of);
+            cubics + 8 * cell[i], of);
         if (receiver[i] >= 0)
             ADD(6, of, out + 6 * receiver[i]);
     }
@@ -816,7 +818,7 @@ static INLINE WORD NAME(ball_votes_lanes)(intptr_t n, intptr_t m, intptr_t pairs
     CLEAR(6 * NLANES * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(ball_votes_of_lanes)(scale, points + 3 * NLANES * voter[i], weights + NLANES * voter[i],
-    at + 3 * NLANES * receiver[i], x + NLANES * i, cubics + 8 * cell[i], of);
+            at + 3 * NLANES * receiver[i], x + NLANES * i, cubics + 8 * cell[i], of);
         if (receiver[i] >= 0)
             ADD(6 * NLANES, of, out + 6 * NLANES * receiver[i]);
     }
@@ -881,7 +883,7 @@ void NAME(mutual_ball_votes)(intptr_t n, intptr_t pairs, intptr_t cells, const R
     CLEAR(6 * n, out_1);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(mutual_ball_votes_of)(scale, points + 3 * first[i], points + 3 * second[i], x[i], cubics + 8 * cell[i],
-    of);
+            of);
         if (first[i] >= 0)
             ADD(6, of, out_0 + 6 * first[i]);
         if (second[i] >= 0)
@@ -899,7 +901,7 @@ static INLINE WORD NAME(mutual_ball_votes_lanes)(intptr_t n, intptr_t pairs, int
     CLEAR(6 * NLANES * n, out_1);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(mutual_ball_votes_of_lanes)(scale, points + 3 * NLANES * first[i], points + 3 * NLANES * second[i],
-    x + NLANES * i, cubics + 8 * cell[i], of);
+            x + NLANES * i, cubics + 8 * cell[i], of);
         if (first[i] >= 0)
             ADD(6 * NLANES, of, out_0 + 6 * NLANES * first[i]);
         if (second[i] >= 0)
@@ -960,7 +962,7 @@ void NAME(ball_votes_in_plane)(intptr_t n, intptr_t m, intptr_t pairs, intptr_t 
     CLEAR(3 * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(ball_votes_in_plane_of)(scale, points + 2 * voter[i], weights[voter[i]], at + 2 * receiver[i], x[i],
-    cubics + 8 * cell[i], of);
+            cubics + 8 * cell[i], of);
         if (receiver[i] >= 0)
             ADD(3, of, out + 3 * receiver[i]);
     }
@@ -975,7 +977,7 @@ static INLINE WORD NAME(ball_votes_in_plane_lanes)(intptr_t n, intptr_t m, intpt
     CLEAR(3 * NLANES * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(ball_votes_in_plane_of_lanes)(scale, points + 2 * NLANES * voter[i], weights + NLANES * voter[i],
-    at + 2 * NLANES * receiver[i], x + NLANES * i, cubics + 8 * cell[i], of);
+            at + 2 * NLANES * receiver[i], x + NLANES * i, cubics + 8 * cell[i], of);
         if (receiver[i] >= 0)
             ADD(3 * NLANES, of, out + 3 * NLANES * receiver[i]);
     }
@@ -1024,7 +1026,7 @@ static INLINE WORD NAME(pair_distances_lanes)(intptr_t n, intptr_t m, intptr_t p
     (void)n, (void)m;
     for (intptr_t i = 0; i < pairs; i++)
         NAME(pair_distances_result_lanes)(scale, points + 3 * NLANES * voter[i], at + 3 * NLANES * receiver[i],
-    out + NLANES * i);
+            out + NLANES * i);
     return 0;
 }
 
@@ -1101,7 +1103,7 @@ void NAME(pair_invariants)(intptr_t n, intptr_t m, intptr_t pairs, const REAL *p
     REAL of[3];
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(pair_invariants_of)(scale, points + 3 * voter[i], normals + 3 * voter[i], tangents + 3 * voter[i],
-    at + 3 * receiver[i], of);
+            at + 3 * receiver[i], of);
         NAME(pair_invariants_result)(of, out_0 + i);
         NAME(pair_invariants_result_2)(of, out_1 + i);
         NAME(pair_invariants_result_3)(of, out_2 + i);
@@ -1116,7 +1118,7 @@ static INLINE WORD NAME(pair_invariants_lanes)(intptr_t n, intptr_t m, intptr_t 
     _Alignas(64) REAL of[3 * NLANES];
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(pair_invariants_of_lanes)(scale, points + 3 * NLANES * voter[i], normals + 3 * NLANES * voter[i],
-    tangents + 3 * NLANES * voter[i], at + 3 * NLANES * receiver[i], of);
+            tangents + 3 * NLANES * voter[i], at + 3 * NLANES * receiver[i], of);
         NAME(pair_invariants_result_lanes)(of, out_0 + NLANES * i);
         NAME(pair_invariants_result_2_lanes)(of, out_1 + NLANES * i);
         NAME(pair_invariants_result_3_lanes)(of, out_2 + NLANES * i);
@@ -1226,8 +1228,8 @@ void NAME(stick_and_plate_votes)(intptr_t n, intptr_t m, intptr_t pairs, intptr_
     CLEAR(6 * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(stick_and_plate_votes_of)(scale, points + 3 * voter[i], normals + 3 * voter[i],
-    tangents + 3 * voter[i], sticks[voter[i]], plates[voter[i]], at + 3 * receiver[i], decay[i], x[i], y[i],
-    cubics + 32 * cell[i], of);
+            tangents + 3 * voter[i], sticks[voter[i]], plates[voter[i]], at + 3 * receiver[i], decay[i], x[i], y[i],
+            cubics + 32 * cell[i], of);
         if (receiver[i] >= 0)
             ADD(6, of, out + 6 * receiver[i]);
     }
@@ -1243,8 +1245,9 @@ static INLINE WORD NAME(stick_and_plate_votes_lanes)(intptr_t n, intptr_t m, int
     CLEAR(6 * NLANES * m, out);
     for (intptr_t i = 0; i < pairs; i++) {
         NAME(stick_and_plate_votes_of_lanes)(scale, points + 3 * NLANES * voter[i], normals + 3 * NLANES * voter[i],
-    tangents + 3 * NLANES * voter[i], sticks + NLANES * voter[i], plates + NLANES * voter[i],
-    at + 3 * NLANES * receiver[i], decay + NLANES * i, x + NLANES * i, y + NLANES * i, cubics + 32 * cell[i], of);
+            tangents + 3 * NLANES * voter[i], sticks + NLANES * voter[i], plates + NLANES * voter[i],
+            at + 3 * NLANES * receiver[i], decay + NLANES * i, x + NLANES * i, y + NLANES * i,
+            cubics + 32 * cell[i], of);
         if (receiver[i] >= 0)
             ADD(6 * NLANES, of, out + 6 * NLANES * receiver[i]);
     }

@@ -2,7 +2,7 @@
 // command: gac generate --all tracking
 // spec: 2353df16b0cb8eee
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2509c62ceefca015d8f143489d870890b55bf0788b748b5afe95d41edc9ba19a
+// body: 05c7cae0195b63ce46fd71334f3a3d9d92ab9edf4b2614fdc3a349405af644a3
 
 #ifndef REAL
 #include "tracking.h"
@@ -355,12 +355,12 @@ static INLINE void NAME(image_of_point_within)(intptr_t n, const REAL *q, const 
     const REAL *camera, const REAL *point, REAL mirror, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, mapped_0, mapped_1,
-    common[6], common_2[6];
+        common[6], common_2[6];
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
-    motor + 8 * i, NULL);
+            motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
@@ -372,14 +372,14 @@ static INLINE void NAME(image_of_point_within)(intptr_t n, const REAL *q, const 
     NAME(image_of_point_result_2)(camera, point, mirror, value, out_0, out_2);
 }
 
-FUSED(image_of_point, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
-    const REAL *point, REAL mirror, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n, q, axes, turns, camera,
-    point, mirror, out_0, out_1, out_2, work))
+FUSED(image_of_point, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera, const
+    REAL *point, REAL mirror, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (n, q, axes, turns, camera, point, mirror, out_0, out_1, out_2, work))
 void NAME(image_of_point)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
     const REAL *point, REAL mirror, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
-    RUN(image_of_point, (n, q, axes, turns, camera, point, mirror, out_0, out_1, out_2, work), (n, q, axes, turns,
-    camera, point, mirror, out_0, out_1, out_2, work));
+    RUN(image_of_point, (n, q, axes, turns, camera, point, mirror, out_0, out_1, out_2, work),
+        (n, q, axes, turns, camera, point, mirror, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(image_of_point_lanes)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns,
@@ -387,13 +387,13 @@ static INLINE WORD NAME(image_of_point_lanes)(intptr_t n, const REAL *q, const R
     REAL *moved_line)
 {
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], mapped_0[NLANES], mapped_1[NLANES],
-    common[6 * NLANES], common_2[6 * NLANES];
+        common[6 * NLANES], common_2[6 * NLANES];
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
-    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+            axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
@@ -596,12 +596,12 @@ static INLINE void NAME(image_of_line_within)(intptr_t n, const REAL *q, const R
     const REAL *camera, const REAL *line, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, mapped_0, mapped_1,
-    common[6], common_2[6];
+        common[6], common_2[6];
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
-    motor + 8 * i, NULL);
+            motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
@@ -613,27 +613,27 @@ static INLINE void NAME(image_of_line_within)(intptr_t n, const REAL *q, const R
     NAME(image_of_line_result)(camera, line, value, out_0, out_2);
 }
 
-FUSED(image_of_line, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
-    const REAL *line, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n, q, axes, turns, camera, line, out_0,
-    out_1, out_2, work))
+FUSED(image_of_line, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera, const REAL
+    *line, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (n, q, axes, turns, camera, line, out_0, out_1, out_2, work))
 void NAME(image_of_line)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
     const REAL *line, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
-    RUN(image_of_line, (n, q, axes, turns, camera, line, out_0, out_1, out_2, work), (n, q, axes, turns, camera,
-    line, out_0, out_1, out_2, work));
+    RUN(image_of_line, (n, q, axes, turns, camera, line, out_0, out_1, out_2, work),
+        (n, q, axes, turns, camera, line, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(image_of_line_lanes)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns,
     const REAL *camera, const REAL *line, REAL *out_0, REAL *out_1, REAL *out_2, REAL *motor, REAL *moved_line)
 {
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], mapped_0[NLANES], mapped_1[NLANES],
-    common[6 * NLANES], common_2[6 * NLANES];
+        common[6 * NLANES], common_2[6 * NLANES];
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
-    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+            axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
@@ -856,12 +856,12 @@ static INLINE void NAME(image_of_plane_within)(intptr_t n, const REAL *q, const 
     const REAL *camera, const REAL *plane, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, common[6], common_2[6],
-    common_3[6];
+        common_3[6];
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
-    motor + 8 * i, NULL);
+            motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
@@ -871,34 +871,34 @@ static INLINE void NAME(image_of_plane_within)(intptr_t n, const REAL *q, const 
     NAME(image_of_plane_result_2)(camera, plane, value, out_0, out_2);
 }
 
-FUSED(image_of_plane, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
-    const REAL *plane, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work), (n, q, axes, turns, camera, plane, out_0,
-    out_1, out_2, work))
+FUSED(image_of_plane, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera, const
+    REAL *plane, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work),
+    (n, q, axes, turns, camera, plane, out_0, out_1, out_2, work))
 void NAME(image_of_plane)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
     const REAL *plane, REAL *out_0, REAL *out_1, REAL *out_2, REAL *work)
 {
-    RUN(image_of_plane, (n, q, axes, turns, camera, plane, out_0, out_1, out_2, work), (n, q, axes, turns, camera,
-    plane, out_0, out_1, out_2, work));
+    RUN(image_of_plane, (n, q, axes, turns, camera, plane, out_0, out_1, out_2, work),
+        (n, q, axes, turns, camera, plane, out_0, out_1, out_2, work));
 }
 
 static INLINE WORD NAME(image_of_plane_lanes)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns,
     const REAL *camera, const REAL *plane, REAL *out_0, REAL *out_1, REAL *out_2, REAL *motor, REAL *moved_line)
 {
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], common[6 * NLANES], common_2[6 * NLANES],
-    common_3[6 * NLANES];
+        common_3[6 * NLANES];
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
-    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+            axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
     NAME(image_of_plane_common_lanes)(camera, plane, value, common, common_2, common_3);
     for (intptr_t i = 0; i < n; i++)
         NAME(image_of_plane_result_lanes)(moved_line + 6 * NLANES * i, common, common_2, common_3,
-    out_1 + 3 * NLANES * i);
+            out_1 + 3 * NLANES * i);
     NAME(image_of_plane_result_2_lanes)(camera, plane, value, out_0, out_2);
     return far;
 }
@@ -1443,13 +1443,13 @@ static INLINE void NAME(rates_for_point_within)(intptr_t n, const REAL *q, const
     REAL *out_1, REAL *out_2, REAL *out_3, REAL *work)
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n,
-    *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6], sum[3],
-    *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
+        *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6], sum[3],
+        *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
-    motor + 8 * i, NULL);
+            motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
@@ -1460,33 +1460,33 @@ static INLINE void NAME(rates_for_point_within)(intptr_t n, const REAL *q, const
         NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
     NAME(rates_for_point_common)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, damping, value,
-    sum, &common_3, &common_4);
+        sum, &common_3, &common_4);
     NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
         NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
     NAME(rates_for_point_common_2)(camera, point, mirror, twist, goal, goal_rate, gain, value, sum, found_0,
-    found_1, &common_5, &common_6);
+        found_1, &common_5, &common_6);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result)(mapped[i], common_5, common_6, out_0 + i);
     NAME(rates_for_point_result_2)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, value, sum,
-    found_0, found_1, out_1, out_2, out_3);
+        found_0, found_1, out_1, out_2, out_3);
 }
 
-FUSED(rates_for_point, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
-    const REAL *point, REAL mirror, const REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain,
-    const REAL *weights, const REAL *limits, REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2,
-    REAL *out_3, REAL *work), (n, q, axes, turns, camera, point, mirror, twist, goal, goal_rate, gain, weights,
-    limits, threshold, damping, out_0, out_1, out_2, out_3, work))
+FUSED(rates_for_point, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera, const
+    REAL *point, REAL mirror, const REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain, const
+    REAL *weights, const REAL *limits, REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL
+    *out_3, REAL *work), (n, q, axes, turns, camera, point, mirror, twist, goal, goal_rate, gain, weights, limits,
+    threshold, damping, out_0, out_1, out_2, out_3, work))
 void NAME(rates_for_point)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
     const REAL *point, REAL mirror, const REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain,
     const REAL *weights, const REAL *limits, REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2,
     REAL *out_3, REAL *work)
 {
     RUN(rates_for_point, (n, q, axes, turns, camera, point, mirror, twist, goal, goal_rate, gain, weights, limits,
-    threshold, damping, out_0, out_1, out_2, out_3, work), (n, q, axes, turns, camera, point, mirror, twist, goal,
-    goal_rate, gain, weights, limits, threshold, damping, out_0, out_1, out_2, out_3, work));
+        threshold, damping, out_0, out_1, out_2, out_3, work), (n, q, axes, turns, camera, point, mirror, twist,
+        goal, goal_rate, gain, weights, limits, threshold, damping, out_0, out_1, out_2, out_3, work));
 }
 
 static INLINE WORD NAME(rates_for_point_lanes)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns,
@@ -1496,14 +1496,14 @@ static INLINE WORD NAME(rates_for_point_lanes)(intptr_t n, const REAL *q, const 
     REAL *mapped_0, REAL *mapped_1, REAL *mapped)
 {
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], common[6 * NLANES], common_2[6 * NLANES],
-    sum[3 * NLANES], common_3[NLANES], common_4[NLANES], found_0[NLANES], found_1[NLANES], common_5[NLANES],
-    common_6[NLANES];
+        sum[3 * NLANES], common_3[NLANES], common_4[NLANES], found_0[NLANES], found_1[NLANES], common_5[NLANES],
+        common_6[NLANES];
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
-    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+            axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
@@ -1511,25 +1511,25 @@ static INLINE WORD NAME(rates_for_point_lanes)(intptr_t n, const REAL *q, const 
     NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
-    mapped_1 + NLANES * i);
+            mapped_1 + NLANES * i);
         NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
-    sum);
+            sum);
     }
     NAME(rates_for_point_common_lanes)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, damping,
-    value, sum, common_3, common_4);
+        value, sum, common_3, common_4);
     NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
-    common_3, common_4, mapped + NLANES * i);
+            common_3, common_4, mapped + NLANES * i);
         NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
-    found_1);
+            found_1);
     }
     NAME(rates_for_point_common_2_lanes)(camera, point, mirror, twist, goal, goal_rate, gain, value, sum, found_0,
-    found_1, common_5, common_6);
+        found_1, common_5, common_6);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
     NAME(rates_for_point_result_2_lanes)(camera, point, mirror, twist, goal, goal_rate, gain, threshold, value, sum,
-    found_0, found_1, out_1, out_2, out_3);
+        found_0, found_1, out_1, out_2, out_3);
     return far;
 }
 
@@ -1988,13 +1988,13 @@ static INLINE void NAME(rates_for_line_within)(intptr_t n, const REAL *q, const 
     REAL *out_1, REAL *out_2, REAL *out_3, REAL *work)
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n,
-    *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6], sum[3],
-    *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
+        *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6], sum[3],
+        *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
-    motor + 8 * i, NULL);
+            motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
@@ -2005,33 +2005,33 @@ static INLINE void NAME(rates_for_line_within)(intptr_t n, const REAL *q, const 
         NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
     NAME(rates_for_line_common)(camera, line, twist, goal, goal_rate, gain, threshold, damping, value, sum,
-    &common_3, &common_4, NULL);
+        &common_3, &common_4, NULL);
     NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
         NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
     NAME(rates_for_line_common_2)(camera, line, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
-    &common_5, &common_6, NULL);
+        &common_5, &common_6, NULL);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result)(mapped[i], common_5, common_6, out_0 + i);
     NAME(rates_for_line_result)(camera, line, twist, goal, goal_rate, gain, threshold, value, sum, found_0, found_1,
-    out_1, out_2, out_3, NULL);
+        out_1, out_2, out_3, NULL);
 }
 
-FUSED(rates_for_line, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
-    const REAL *line, const REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain,
-    const REAL *weights, const REAL *limits, REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2,
-    REAL *out_3, REAL *work), (n, q, axes, turns, camera, line, twist, goal, goal_rate, gain, weights, limits,
-    threshold, damping, out_0, out_1, out_2, out_3, work))
+FUSED(rates_for_line, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera, const
+    REAL *line, const REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain, const REAL *weights,
+    const REAL *limits, REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL
+    *work), (n, q, axes, turns, camera, line, twist, goal, goal_rate, gain, weights, limits, threshold, damping,
+    out_0, out_1, out_2, out_3, work))
 void NAME(rates_for_line)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
     const REAL *line, const REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain,
     const REAL *weights, const REAL *limits, REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2,
     REAL *out_3, REAL *work)
 {
     RUN(rates_for_line, (n, q, axes, turns, camera, line, twist, goal, goal_rate, gain, weights, limits, threshold,
-    damping, out_0, out_1, out_2, out_3, work), (n, q, axes, turns, camera, line, twist, goal, goal_rate, gain,
-    weights, limits, threshold, damping, out_0, out_1, out_2, out_3, work));
+        damping, out_0, out_1, out_2, out_3, work), (n, q, axes, turns, camera, line, twist, goal, goal_rate, gain,
+        weights, limits, threshold, damping, out_0, out_1, out_2, out_3, work));
 }
 
 static INLINE WORD NAME(rates_for_line_lanes)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns,
@@ -2041,14 +2041,14 @@ static INLINE WORD NAME(rates_for_line_lanes)(intptr_t n, const REAL *q, const R
     REAL *mapped_1, REAL *mapped)
 {
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], common[6 * NLANES], common_2[6 * NLANES],
-    sum[3 * NLANES], common_3[NLANES], common_4[NLANES], found_0[NLANES], found_1[NLANES], common_5[NLANES],
-    common_6[NLANES];
+        sum[3 * NLANES], common_3[NLANES], common_4[NLANES], found_0[NLANES], found_1[NLANES], common_5[NLANES],
+        common_6[NLANES];
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
-    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+            axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
@@ -2056,25 +2056,25 @@ static INLINE WORD NAME(rates_for_line_lanes)(intptr_t n, const REAL *q, const R
     NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
-    mapped_1 + NLANES * i);
+            mapped_1 + NLANES * i);
         NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
-    sum);
+            sum);
     }
     far |= NAME(rates_for_line_common_lanes)(camera, line, twist, goal, goal_rate, gain, threshold, damping, value,
-    sum, common_3, common_4);
+        sum, common_3, common_4);
     NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
-    common_3, common_4, mapped + NLANES * i);
+            common_3, common_4, mapped + NLANES * i);
         NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
-    found_1);
+            found_1);
     }
     far |= NAME(rates_for_line_common_2_lanes)(camera, line, twist, goal, goal_rate, gain, value, sum, found_0,
-    found_1, common_5, common_6);
+        found_1, common_5, common_6);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
     far |= NAME(rates_for_line_result_lanes)(camera, line, twist, goal, goal_rate, gain, threshold, value, sum,
-    found_0, found_1, out_1, out_2, out_3);
+        found_0, found_1, out_1, out_2, out_3);
     return far;
 }
 
@@ -2768,13 +2768,13 @@ static INLINE void NAME(rates_for_plane_within)(intptr_t n, const REAL *q, const
     REAL *out_1, REAL *out_2, REAL *out_3, REAL *work)
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n,
-    *const mapped = moved_line + 6 * n, common[6], common_2[6], common_3[6], sum[6],
-    *const mapped_2 = mapped + 3 * n, common_4, common_5, common_6, found_0, found_1, common_7, common_8;
+        *const mapped = moved_line + 6 * n, common[6], common_2[6], common_3[6], sum[6],
+        *const mapped_2 = mapped + 3 * n, common_4, common_5, common_6, found_0, found_1, common_7, common_8;
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
-    motor + 8 * i, NULL);
+            motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
     }
@@ -2785,33 +2785,33 @@ static INLINE void NAME(rates_for_plane_within)(intptr_t n, const REAL *q, const
         NAME(rates_for_plane_sum)(sum, mapped + 3 * i, weights[i], sum);
     }
     NAME(rates_for_plane_common)(camera, plane, twist, goal, goal_rate, gain, threshold, damping, value, sum,
-    &common_4, &common_5, &common_6);
+        &common_4, &common_5, &common_6);
     NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_plane_mapped)(mapped + 3 * i, weights[i], common_4, common_5, common_6, mapped_2 + i);
         NAME(rates_for_point_found)(found_0, found_1, mapped_2[i], limits[i], &found_0, &found_1);
     }
     NAME(rates_for_plane_common_2)(camera, plane, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
-    &common_7, &common_8);
+        &common_7, &common_8);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result)(mapped_2[i], common_7, common_8, out_0 + i);
     NAME(rates_for_plane_result)(camera, plane, twist, goal, goal_rate, gain, threshold, value, sum, found_0,
-    found_1, out_1, out_2, out_3);
+        found_1, out_1, out_2, out_3);
 }
 
-FUSED(rates_for_plane, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
-    const REAL *plane, const REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain,
-    const REAL *weights, const REAL *limits, REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2,
-    REAL *out_3, REAL *work), (n, q, axes, turns, camera, plane, twist, goal, goal_rate, gain, weights, limits,
-    threshold, damping, out_0, out_1, out_2, out_3, work))
+FUSED(rates_for_plane, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera, const
+    REAL *plane, const REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain, const REAL *weights,
+    const REAL *limits, REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL
+    *work), (n, q, axes, turns, camera, plane, twist, goal, goal_rate, gain, weights, limits, threshold, damping,
+    out_0, out_1, out_2, out_3, work))
 void NAME(rates_for_plane)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
     const REAL *plane, const REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL *gain,
     const REAL *weights, const REAL *limits, REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2,
     REAL *out_3, REAL *work)
 {
     RUN(rates_for_plane, (n, q, axes, turns, camera, plane, twist, goal, goal_rate, gain, weights, limits,
-    threshold, damping, out_0, out_1, out_2, out_3, work), (n, q, axes, turns, camera, plane, twist, goal,
-    goal_rate, gain, weights, limits, threshold, damping, out_0, out_1, out_2, out_3, work));
+        threshold, damping, out_0, out_1, out_2, out_3, work), (n, q, axes, turns, camera, plane, twist, goal,
+        goal_rate, gain, weights, limits, threshold, damping, out_0, out_1, out_2, out_3, work));
 }
 
 static INLINE WORD NAME(rates_for_plane_lanes)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns,
@@ -2820,14 +2820,14 @@ static INLINE WORD NAME(rates_for_plane_lanes)(intptr_t n, const REAL *q, const 
     REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *motor, REAL *moved_line, REAL *mapped, REAL *mapped_2)
 {
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], common[6 * NLANES], common_2[6 * NLANES],
-    common_3[6 * NLANES], sum[6 * NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], found_0[NLANES],
-    found_1[NLANES], common_7[NLANES], common_8[NLANES];
+        common_3[6 * NLANES], sum[6 * NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES],
+        found_0[NLANES], found_1[NLANES], common_7[NLANES], common_8[NLANES];
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
-    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+            axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
     }
@@ -2835,24 +2835,24 @@ static INLINE WORD NAME(rates_for_plane_lanes)(intptr_t n, const REAL *q, const 
     NAME(rates_for_plane_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_plane_result_lanes)(moved_line + 6 * NLANES * i, common, common_2, common_3,
-    mapped + 3 * NLANES * i);
+            mapped + 3 * NLANES * i);
         NAME(rates_for_plane_sum_lanes)(sum, mapped + 3 * NLANES * i, weights + NLANES * i, sum);
     }
     NAME(rates_for_plane_common_lanes)(camera, plane, twist, goal, goal_rate, gain, threshold, damping, value, sum,
-    common_4, common_5, common_6);
+        common_4, common_5, common_6);
     NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_plane_mapped_lanes)(mapped + 3 * NLANES * i, weights + NLANES * i, common_4, common_5,
-    common_6, mapped_2 + NLANES * i);
+            common_6, mapped_2 + NLANES * i);
         NAME(rates_for_point_found_lanes)(found_0, found_1, mapped_2 + NLANES * i, limits + NLANES * i, found_0,
-    found_1);
+            found_1);
     }
     NAME(rates_for_plane_common_2_lanes)(camera, plane, twist, goal, goal_rate, gain, value, sum, found_0, found_1,
-    common_7, common_8);
+        common_7, common_8);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result_lanes)(mapped_2 + NLANES * i, common_7, common_8, out_0 + NLANES * i);
     NAME(rates_for_plane_result_lanes)(camera, plane, twist, goal, goal_rate, gain, threshold, value, sum, found_0,
-    found_1, out_1, out_2, out_3);
+        found_1, out_1, out_2, out_3);
     return far;
 }
 
@@ -3485,18 +3485,18 @@ static INLINE void NAME(accelerations_for_point_within)(intptr_t n, const REAL *
     REAL *out_3, REAL *out_4, REAL *work)
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, carrier_0[6],
-    carrier_1[6], *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6],
-    sum[3], *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
+        carrier_1[6], *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6],
+        sum[3], *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
     NAME(accelerations_for_point_carrier_start)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
-    motor + 8 * i, NULL);
+            motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
         NAME(accelerations_for_point_carrier)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
-    carrier_1);
+            carrier_1);
     }
     NAME(image_of_point_common)(camera, point, mirror, value, common, common_2);
     NAME(rates_for_point_sum_start)(sum);
@@ -3505,26 +3505,26 @@ static INLINE void NAME(accelerations_for_point_within)(intptr_t n, const REAL *
         NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
     NAME(accelerations_for_point_common)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, &common_3, &common_4);
+        damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, &common_3, &common_4);
     NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
         NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
     NAME(accelerations_for_point_common_2)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, &common_5, &common_6);
+        damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, &common_5, &common_6);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result)(mapped[i], common_5, common_6, out_0 + i);
     NAME(accelerations_for_point_result)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
+        damping_gain, threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
 }
 
 FUSED(accelerations_for_point, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
     const REAL *qd, const REAL *point, REAL mirror, const REAL *twist, const REAL *goal, const REAL *goal_rate,
-    const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, const REAL *weights, const REAL *limits,
-    REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *work), (n,
-    q, axes, turns, camera, qd, point, mirror, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights,
-    limits, threshold, damping, out_0, out_1, out_2, out_3, out_4, work))
+    const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, const REAL *weights, const REAL *limits, REAL
+    threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *work), (n, q,
+    axes, turns, camera, qd, point, mirror, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights, limits,
+    threshold, damping, out_0, out_1, out_2, out_3, out_4, work))
 void NAME(accelerations_for_point)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns,
     const REAL *camera, const REAL *qd, const REAL *point, REAL mirror, const REAL *twist, const REAL *goal,
     const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, const REAL *weights,
@@ -3532,9 +3532,9 @@ void NAME(accelerations_for_point)(intptr_t n, const REAL *q, const REAL *axes, 
     REAL *out_4, REAL *work)
 {
     RUN(accelerations_for_point, (n, q, axes, turns, camera, qd, point, mirror, twist, goal, goal_rate, goal_bend,
-    gain, damping_gain, weights, limits, threshold, damping, out_0, out_1, out_2, out_3, out_4, work), (n, q, axes,
-    turns, camera, qd, point, mirror, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights, limits,
-    threshold, damping, out_0, out_1, out_2, out_3, out_4, work));
+        gain, damping_gain, weights, limits, threshold, damping, out_0, out_1, out_2, out_3, out_4, work), (n, q,
+        axes, turns, camera, qd, point, mirror, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights,
+        limits, threshold, damping, out_0, out_1, out_2, out_3, out_4, work));
 }
 
 static INLINE WORD NAME(accelerations_for_point_lanes)(intptr_t n, const REAL *q, const REAL *axes,
@@ -3545,43 +3545,43 @@ static INLINE WORD NAME(accelerations_for_point_lanes)(intptr_t n, const REAL *q
     REAL *mapped)
 {
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], carrier_0[6 * NLANES], carrier_1[6 * NLANES],
-    common[6 * NLANES], common_2[6 * NLANES], sum[3 * NLANES], common_3[NLANES], common_4[NLANES], found_0[NLANES],
-    found_1[NLANES], common_5[NLANES], common_6[NLANES];
+        common[6 * NLANES], common_2[6 * NLANES], sum[3 * NLANES], common_3[NLANES], common_4[NLANES],
+        found_0[NLANES], found_1[NLANES], common_5[NLANES], common_6[NLANES];
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
     NAME(accelerations_for_point_carrier_start_lanes)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
-    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+            axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
         NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
-    qd + NLANES * i, carrier_0, carrier_1);
+            qd + NLANES * i, carrier_0, carrier_1);
     }
     NAME(image_of_point_common_lanes)(camera, point, mirror, value, common, common_2);
     NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
-    mapped_1 + NLANES * i);
+            mapped_1 + NLANES * i);
         NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
-    sum);
+            sum);
     }
     NAME(accelerations_for_point_common_lanes)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, common_3, common_4);
+        damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, common_3, common_4);
     NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
-    common_3, common_4, mapped + NLANES * i);
+            common_3, common_4, mapped + NLANES * i);
         NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
-    found_1);
+            found_1);
     }
     NAME(accelerations_for_point_common_2_lanes)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, common_5, common_6);
+        damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, common_5, common_6);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
     NAME(accelerations_for_point_result_lanes)(camera, point, mirror, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
+        damping_gain, threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
     return far;
 }
 
@@ -4150,18 +4150,18 @@ static INLINE void NAME(accelerations_for_line_within)(intptr_t n, const REAL *q
     REAL *out_4, REAL *work)
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, carrier_0[6],
-    carrier_1[6], *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6],
-    sum[3], *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
+        carrier_1[6], *const mapped_0 = moved_line + 6 * n, *const mapped_1 = mapped_0 + n, common[6], common_2[6],
+        sum[3], *const mapped = mapped_1 + n, common_3, common_4, found_0, found_1, common_5, common_6;
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
     NAME(accelerations_for_point_carrier_start)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
-    motor + 8 * i, NULL);
+            motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
         NAME(accelerations_for_point_carrier)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
-    carrier_1);
+            carrier_1);
     }
     NAME(image_of_line_common)(camera, line, value, common, common_2);
     NAME(rates_for_point_sum_start)(sum);
@@ -4170,26 +4170,26 @@ static INLINE void NAME(accelerations_for_line_within)(intptr_t n, const REAL *q
         NAME(rates_for_point_sum)(sum, mapped_0[i], mapped_1[i], weights[i], sum);
     }
     NAME(accelerations_for_line_common)(camera, line, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    threshold, damping, value, carrier_0, carrier_1, sum, &common_3, &common_4, NULL);
+        threshold, damping, value, carrier_0, carrier_1, sum, &common_3, &common_4, NULL);
     NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped)(mapped_0[i], mapped_1[i], weights[i], common_3, common_4, mapped + i);
         NAME(rates_for_point_found)(found_0, found_1, mapped[i], limits[i], &found_0, &found_1);
     }
     NAME(accelerations_for_line_common_2)(camera, line, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    value, carrier_0, carrier_1, sum, found_0, found_1, &common_5, &common_6, NULL);
+        value, carrier_0, carrier_1, sum, found_0, found_1, &common_5, &common_6, NULL);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result)(mapped[i], common_5, common_6, out_0 + i);
     NAME(accelerations_for_line_result)(camera, line, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4, NULL);
+        threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4, NULL);
 }
 
 FUSED(accelerations_for_line, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
-    const REAL *qd, const REAL *line, const REAL *twist, const REAL *goal, const REAL *goal_rate,
-    const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, const REAL *weights, const REAL *limits,
-    REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *work), (n,
-    q, axes, turns, camera, qd, line, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights, limits,
-    threshold, damping, out_0, out_1, out_2, out_3, out_4, work))
+    const REAL *qd, const REAL *line, const REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL
+    *goal_bend, const REAL *gain, const REAL *damping_gain, const REAL *weights, const REAL *limits, REAL threshold,
+    REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *work), (n, q, axes, turns,
+    camera, qd, line, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights, limits, threshold, damping,
+    out_0, out_1, out_2, out_3, out_4, work))
 void NAME(accelerations_for_line)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns,
     const REAL *camera, const REAL *qd, const REAL *line, const REAL *twist, const REAL *goal,
     const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, const REAL *weights,
@@ -4197,9 +4197,9 @@ void NAME(accelerations_for_line)(intptr_t n, const REAL *q, const REAL *axes, c
     REAL *out_4, REAL *work)
 {
     RUN(accelerations_for_line, (n, q, axes, turns, camera, qd, line, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, weights, limits, threshold, damping, out_0, out_1, out_2, out_3, out_4, work), (n, q, axes, turns,
-    camera, qd, line, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights, limits, threshold, damping,
-    out_0, out_1, out_2, out_3, out_4, work));
+        damping_gain, weights, limits, threshold, damping, out_0, out_1, out_2, out_3, out_4, work), (n, q, axes,
+        turns, camera, qd, line, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights, limits, threshold,
+        damping, out_0, out_1, out_2, out_3, out_4, work));
 }
 
 static INLINE WORD NAME(accelerations_for_line_lanes)(intptr_t n, const REAL *q, const REAL *axes,
@@ -4209,43 +4209,43 @@ static INLINE WORD NAME(accelerations_for_line_lanes)(intptr_t n, const REAL *q,
     REAL *out_3, REAL *out_4, REAL *motor, REAL *moved_line, REAL *mapped_0, REAL *mapped_1, REAL *mapped)
 {
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], carrier_0[6 * NLANES], carrier_1[6 * NLANES],
-    common[6 * NLANES], common_2[6 * NLANES], sum[3 * NLANES], common_3[NLANES], common_4[NLANES], found_0[NLANES],
-    found_1[NLANES], common_5[NLANES], common_6[NLANES];
+        common[6 * NLANES], common_2[6 * NLANES], sum[3 * NLANES], common_3[NLANES], common_4[NLANES],
+        found_0[NLANES], found_1[NLANES], common_5[NLANES], common_6[NLANES];
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
     NAME(accelerations_for_point_carrier_start_lanes)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
-    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+            axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
         NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
-    qd + NLANES * i, carrier_0, carrier_1);
+            qd + NLANES * i, carrier_0, carrier_1);
     }
     NAME(image_of_line_common_lanes)(camera, line, value, common, common_2);
     NAME(rates_for_point_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_mapped_lanes)(moved_line + 6 * NLANES * i, common, common_2, mapped_0 + NLANES * i,
-    mapped_1 + NLANES * i);
+            mapped_1 + NLANES * i);
         NAME(rates_for_point_sum_lanes)(sum, mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
-    sum);
+            sum);
     }
     far |= NAME(accelerations_for_line_common_lanes)(camera, line, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, common_3, common_4);
+        damping_gain, threshold, damping, value, carrier_0, carrier_1, sum, common_3, common_4);
     NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_point_mapped_lanes)(mapped_0 + NLANES * i, mapped_1 + NLANES * i, weights + NLANES * i,
-    common_3, common_4, mapped + NLANES * i);
+            common_3, common_4, mapped + NLANES * i);
         NAME(rates_for_point_found_lanes)(found_0, found_1, mapped + NLANES * i, limits + NLANES * i, found_0,
-    found_1);
+            found_1);
     }
     far |= NAME(accelerations_for_line_common_2_lanes)(camera, line, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, common_5, common_6);
+        damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, common_5, common_6);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result_lanes)(mapped + NLANES * i, common_5, common_6, out_0 + NLANES * i);
     far |= NAME(accelerations_for_line_result_lanes)(camera, line, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
+        damping_gain, threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
     return far;
 }
 
@@ -4975,18 +4975,18 @@ static INLINE void NAME(accelerations_for_plane_within)(intptr_t n, const REAL *
     REAL *out_4, REAL *work)
 {
     REAL motor_start[8], *const motor = work, value[8], *const moved_line = motor + 8 * n, carrier_0[6],
-    carrier_1[6], *const mapped = moved_line + 6 * n, common[6], common_2[6], common_3[6], sum[6],
-    *const mapped_2 = mapped + 3 * n, common_4, common_5, common_6, found_0, found_1, common_7, common_8;
+        carrier_1[6], *const mapped = moved_line + 6 * n, common[6], common_2[6], common_3[6], sum[6],
+        *const mapped_2 = mapped + 3 * n, common_4, common_5, common_6, found_0, found_1, common_7, common_8;
     NAME(image_of_point_motor_start)(motor_start);
     NAME(image_of_point_motor_start)(value);
     NAME(accelerations_for_point_carrier_start)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_point_motor)(i > 0 ? motor + 8 * (i - 1) : motor_start, q[i], axes + 6 * i, turns[i],
-    motor + 8 * i, NULL);
+            motor + 8 * i, NULL);
         NAME(image_of_point_value)(motor + 8 * i, value);
         NAME(image_of_point_moved_line)(motor + 8 * i, axes + 6 * i, moved_line + 6 * i);
         NAME(accelerations_for_point_carrier)(carrier_0, carrier_1, moved_line + 6 * i, qd[i], carrier_0,
-    carrier_1);
+            carrier_1);
     }
     NAME(image_of_plane_common)(camera, plane, value, common, common_2, common_3);
     NAME(rates_for_plane_sum_start)(sum);
@@ -4995,26 +4995,26 @@ static INLINE void NAME(accelerations_for_plane_within)(intptr_t n, const REAL *
         NAME(rates_for_plane_sum)(sum, mapped + 3 * i, weights[i], sum);
     }
     NAME(accelerations_for_plane_common)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    threshold, damping, value, carrier_0, carrier_1, sum, &common_4, &common_5, &common_6);
+        threshold, damping, value, carrier_0, carrier_1, sum, &common_4, &common_5, &common_6);
     NAME(rates_for_point_found_start)(&found_0, &found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_plane_mapped)(mapped + 3 * i, weights[i], common_4, common_5, common_6, mapped_2 + i);
         NAME(rates_for_point_found)(found_0, found_1, mapped_2[i], limits[i], &found_0, &found_1);
     }
     NAME(accelerations_for_plane_common_2)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    value, carrier_0, carrier_1, sum, found_0, found_1, &common_7, &common_8);
+        value, carrier_0, carrier_1, sum, found_0, found_1, &common_7, &common_8);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result)(mapped_2[i], common_7, common_8, out_0 + i);
     NAME(accelerations_for_plane_result)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
+        threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
 }
 
 FUSED(accelerations_for_plane, (intptr_t n, const REAL *q, const REAL *axes, const REAL *turns, const REAL *camera,
-    const REAL *qd, const REAL *plane, const REAL *twist, const REAL *goal, const REAL *goal_rate,
-    const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, const REAL *weights, const REAL *limits,
-    REAL threshold, REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *work), (n,
-    q, axes, turns, camera, qd, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights, limits,
-    threshold, damping, out_0, out_1, out_2, out_3, out_4, work))
+    const REAL *qd, const REAL *plane, const REAL *twist, const REAL *goal, const REAL *goal_rate, const REAL
+    *goal_bend, const REAL *gain, const REAL *damping_gain, const REAL *weights, const REAL *limits, REAL threshold,
+    REAL damping, REAL *out_0, REAL *out_1, REAL *out_2, REAL *out_3, REAL *out_4, REAL *work), (n, q, axes, turns,
+    camera, qd, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights, limits, threshold, damping,
+    out_0, out_1, out_2, out_3, out_4, work))
 void NAME(accelerations_for_plane)(intptr_t n, const REAL *q, const REAL *axes, const REAL *turns,
     const REAL *camera, const REAL *qd, const REAL *plane, const REAL *twist, const REAL *goal,
     const REAL *goal_rate, const REAL *goal_bend, const REAL *gain, const REAL *damping_gain, const REAL *weights,
@@ -5022,9 +5022,9 @@ void NAME(accelerations_for_plane)(intptr_t n, const REAL *q, const REAL *axes, 
     REAL *out_4, REAL *work)
 {
     RUN(accelerations_for_plane, (n, q, axes, turns, camera, qd, plane, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, weights, limits, threshold, damping, out_0, out_1, out_2, out_3, out_4, work), (n, q, axes, turns,
-    camera, qd, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights, limits, threshold, damping,
-    out_0, out_1, out_2, out_3, out_4, work));
+        damping_gain, weights, limits, threshold, damping, out_0, out_1, out_2, out_3, out_4, work), (n, q, axes,
+        turns, camera, qd, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain, weights, limits, threshold,
+        damping, out_0, out_1, out_2, out_3, out_4, work));
 }
 
 static INLINE WORD NAME(accelerations_for_plane_lanes)(intptr_t n, const REAL *q, const REAL *axes,
@@ -5034,42 +5034,42 @@ static INLINE WORD NAME(accelerations_for_plane_lanes)(intptr_t n, const REAL *q
     REAL *out_3, REAL *out_4, REAL *motor, REAL *moved_line, REAL *mapped, REAL *mapped_2)
 {
     _Alignas(64) REAL motor_start[8 * NLANES], value[8 * NLANES], carrier_0[6 * NLANES], carrier_1[6 * NLANES],
-    common[6 * NLANES], common_2[6 * NLANES], common_3[6 * NLANES], sum[6 * NLANES], common_4[NLANES],
-    common_5[NLANES], common_6[NLANES], found_0[NLANES], found_1[NLANES], common_7[NLANES], common_8[NLANES];
+        common[6 * NLANES], common_2[6 * NLANES], common_3[6 * NLANES], sum[6 * NLANES], common_4[NLANES],
+        common_5[NLANES], common_6[NLANES], found_0[NLANES], found_1[NLANES], common_7[NLANES], common_8[NLANES];
     WORD far = 0;
     NAME(image_of_point_motor_start_lanes)(motor_start);
     NAME(image_of_point_motor_start_lanes)(value);
     NAME(accelerations_for_point_carrier_start_lanes)(carrier_0, carrier_1);
     for (intptr_t i = 0; i < n; i++) {
         far |= NAME(image_of_point_motor_lanes)(i > 0 ? motor + 8 * NLANES * (i - 1) : motor_start, q + NLANES * i,
-    axes + 6 * i, turns + i, motor + 8 * NLANES * i);
+            axes + 6 * i, turns + i, motor + 8 * NLANES * i);
         NAME(image_of_point_value_lanes)(motor + 8 * NLANES * i, value);
         NAME(image_of_point_moved_line_lanes)(motor + 8 * NLANES * i, axes + 6 * i, moved_line + 6 * NLANES * i);
         NAME(accelerations_for_point_carrier_lanes)(carrier_0, carrier_1, moved_line + 6 * NLANES * i,
-    qd + NLANES * i, carrier_0, carrier_1);
+            qd + NLANES * i, carrier_0, carrier_1);
     }
     NAME(image_of_plane_common_lanes)(camera, plane, value, common, common_2, common_3);
     NAME(rates_for_plane_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
         NAME(image_of_plane_result_lanes)(moved_line + 6 * NLANES * i, common, common_2, common_3,
-    mapped + 3 * NLANES * i);
+            mapped + 3 * NLANES * i);
         NAME(rates_for_plane_sum_lanes)(sum, mapped + 3 * NLANES * i, weights + NLANES * i, sum);
     }
     NAME(accelerations_for_plane_common_lanes)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    threshold, damping, value, carrier_0, carrier_1, sum, common_4, common_5, common_6);
+        threshold, damping, value, carrier_0, carrier_1, sum, common_4, common_5, common_6);
     NAME(rates_for_point_found_start_lanes)(found_0, found_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(rates_for_plane_mapped_lanes)(mapped + 3 * NLANES * i, weights + NLANES * i, common_4, common_5,
-    common_6, mapped_2 + NLANES * i);
+            common_6, mapped_2 + NLANES * i);
         NAME(rates_for_point_found_lanes)(found_0, found_1, mapped_2 + NLANES * i, limits + NLANES * i, found_0,
-    found_1);
+            found_1);
     }
     NAME(accelerations_for_plane_common_2_lanes)(camera, plane, twist, goal, goal_rate, goal_bend, gain,
-    damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, common_7, common_8);
+        damping_gain, value, carrier_0, carrier_1, sum, found_0, found_1, common_7, common_8);
     for (intptr_t i = 0; i < n; i++)
         NAME(rates_for_point_result_lanes)(mapped_2 + NLANES * i, common_7, common_8, out_0 + NLANES * i);
     NAME(accelerations_for_plane_result_lanes)(camera, plane, twist, goal, goal_rate, goal_bend, gain, damping_gain,
-    threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
+        threshold, value, carrier_0, carrier_1, sum, found_0, found_1, out_1, out_2, out_3, out_4);
     return far;
 }
 

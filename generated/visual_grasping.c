@@ -2,7 +2,7 @@
 // command: gac generate --all visual_grasping
 // spec: ca14337d2949bdd3
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 8738421892c1c9a22e7a9524997eb840bac5af823541d89fac409913c6b97d75
+// body: 85f9da0edcdbc2390f42d2a882d9062b27e22c794c29e3771d18e6d9c640ca61
 
 #ifndef REAL
 #include "visual_grasping.h"
@@ -748,7 +748,7 @@ static INLINE WORD NAME(step_of_hand_lanes)(intptr_t rows, const REAL *errors, c
     NAME(step_of_hand_sum_start_lanes)(sum, sum_2);
     for (intptr_t i = 0; i < rows; i++)
         NAME(step_of_hand_sum_lanes)(sum, sum_2, errors + NLANES * i, jacobian + 6 * NLANES * i,
-    weights + NLANES * i, sum, sum_2);
+            weights + NLANES * i, sum, sum_2);
     NAME(step_of_hand_result_lanes)(damping, gain, limit, sum, sum_2, out);
     return 0;
 }
@@ -816,7 +816,7 @@ static INLINE WORD NAME(improved_jacobian_lanes)(intptr_t rows, const REAL *jaco
     NAME(improved_jacobian_common_lanes)(motion, floor, common);
     for (intptr_t i = 0; i < rows; i++)
         NAME(improved_jacobian_result_lanes)(motion, jacobian + 6 * NLANES * i, change + NLANES * i, common,
-    out + 6 * NLANES * i);
+            out + 6 * NLANES * i);
     return 0;
 }
 

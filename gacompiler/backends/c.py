@@ -184,7 +184,7 @@ def _procedure_lines(
         lines += [piece for line in lanes.get(part.name, []) for piece in _list(line)]
     lines += ["", "#if PRECISION(1, 0)", *wrapped(work_lines(module, procedure)), "#endif"]
     for text in (plain_lines(procedure), lane_lines(procedure)):
-        lines += ["", *(piece for line in text for piece in _wrapped_at(r"(?<=,) ", line))] if text else []
+        lines += ["", *(piece for line in text for piece in _wrapped_between(_arguments(line), line))] if text else []
     return [*lines, "", driver_line(procedure)]
 
 
@@ -198,14 +198,28 @@ def _kernel_and_loops(program: Program, uniform: tuple[Uniform, ...]) -> list[st
 
 def _list(line: str) -> list[str]:
     """Wrap a line that defines a list, without breaking its entries."""
-    lines = _wrapped_at(r" (?=AND |WORK\()", line)
+    lines = _wrapped_between(re.split(r" (?=AND |WORK\()", line.lstrip()), line)
     return [f"{text} \\" if text is not lines[-1] else text for text in lines]
 
 
-def _wrapped_at(blank: str, line: str) -> list[str]:
-    """Wrap a line of C at the spaces matched by a pattern."""
-    parts = re.split(blank, line)
-    return [text.replace(_KEPT, " ") for text in wrapped([" ".join(part.replace(" ", _KEPT) for part in parts)])]
+def _wrapped_between(parts: Sequence[str], line: str) -> list[str]:
+    """Wrap a line of C between its parts; parts that are longer than a line are wrapped at any space."""
+    indent = " " * (len(line) - len(line.lstrip()))
+    most = _WIDTH - len(indent) - len("    ")
+    text = indent + " ".join(part.replace(" ", _KEPT) if len(part) <= most else part for part in parts)
+    return [piece.replace(_KEPT, " ") for piece in wrapped([text])]
+
+
+def _arguments(line: str) -> list[str]:
+    """Split a line after the commas that are within no more than one pair of parentheses."""
+    parts, depth = [""], 0
+    for piece in re.split(r"(?<=,) |(?=[()])", line.lstrip()):
+        depth += piece.startswith("(") - piece.startswith(")")
+        parts[-1] += piece
+        if piece.endswith(","):
+            parts += [""] if depth <= 1 else []
+            parts[-1] += "" if depth <= 1 else " "
+    return parts
 
 
 def _macro(line: str) -> list[str]:
