@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from . import (
+    evidence_adversary,
     evidence_contradictions,
     evidence_estimation,
     evidence_focal,
@@ -33,6 +34,7 @@ SLOW = 200
 """Number of trials of rows that take more than a twentieth of a second each; others have five times more."""
 CHAPTERS = (
     evidence_contradictions,
+    evidence_adversary,
     evidence_vision,
     evidence_views,
     evidence_focal,
