@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from algorithms.estimation import MotorFilter, RotorFilter
+from algorithms.mapping import SolidKind, fit_box, fit_circle, fit_solid
 from generated import pga3, vga3
 
 from .evidence_scenes import BOUND, Trial, row
@@ -84,3 +85,76 @@ def motor_of_moving_points(rng: np.random.Generator) -> Trial:
 @row("`MotorFilter(gate=)`", "the same, a fifth to two fifths of the points on another body", slow=True)
 def motor_of_two_bodies(rng: np.random.Generator) -> Trial:
     return _moved_points(rng, 1.0, 0.0, rng.uniform(0.2, 0.4), 16.3)
+
+
+def _surface(rng: np.random.Generator, kind: str) -> np.ndarray:
+    """From 60 to 250 points on a part of a surface of about a metre."""
+    n = int(rng.integers(60, 250))
+    u, v = rng.uniform(-1, 1, (2, n))
+    if kind == "plane":
+        return np.column_stack([u, rng.uniform(0.3, 1) * v, 0 * u])
+    if kind == "saddle":
+        return np.column_stack([u, v, rng.uniform(0.05, 0.3) * u * v])
+    if kind == "cylinder":
+        return np.column_stack([np.cos(0.9 * u), np.sin(0.9 * u), v])
+    out = rng.normal(size=(4 * n, 3))
+    out /= np.linalg.norm(out, axis=1)[:, None]
+    out = out[out[:, 2] > rng.uniform(-0.2, 0.5)][:n]
+    scale = {"sphere": 1.0, "ellipsoid": rng.uniform(0.5, 0.85)}.get(kind)
+    if scale is not None:
+        return np.asarray(rng.uniform(0.2, 0.6) * out * [1, scale, 1])
+    # A cube, of which a corner is seen.
+    return np.asarray((0.5 * out / np.abs(out).max(1, keepdims=True))[out.min(1) > -0.5])
+
+
+def _solid(rng: np.random.Generator, kind: str, solid: SolidKind, factor: float) -> Trial:
+    """Right if the normal or the centre is within the stated bound."""
+    shape, sigma = _surface(rng, kind), rng.uniform(0.005, 0.015)
+    points = shape + factor * sigma * rng.normal(size=shape.shape)
+    spreads = np.tile(sigma**2 * np.array([1.0, 0, 0, 1, 0, 1]), (len(points), 1))
+    found = fit_solid(points + 2, spreads, solid)
+    if found.solid is None:
+        return Trial(False, False)
+    if kind not in ("plane", "sphere"):
+        return Trial(True, False)
+    if solid == SolidKind.PLANE:
+        off = float(np.linalg.norm(found.solid.plane[:2]))
+    else:
+        off = float(np.linalg.norm(found.solid.centre - 2))
+    return Trial(True, off < BOUND * found.deviation)
+
+
+@row("`fit_solid`", "planes and spheres, points in no order", good=True)
+def right_solids(rng: np.random.Generator) -> Trial:
+    kind = SolidKind(int(rng.integers(2)))
+    return _solid(rng, kind.name.lower(), kind, 1.0)
+
+
+@row("`fit_solid`", "the same with 1.5 to 3 times the noise that is stated")
+def noisy_solids(rng: np.random.Generator) -> Trial:
+    kind = SolidKind(int(rng.integers(2)))
+    return _solid(rng, kind.name.lower(), kind, rng.uniform(1.5, 3))
+
+
+@row("`fit_solid`", "planes of cylinders and saddles, spheres of ellipsoids and corners of cubes; wrong: any object")
+def solids_of_other_shapes(rng: np.random.Generator) -> Trial:
+    kind = str(rng.choice(["cylinder", "saddle", "ellipsoid", "cube"]))
+    return _solid(rng, kind, SolidKind.PLANE if kind in ("cylinder", "saddle") else SolidKind.SPHERE, 1.0)
+
+
+@row("`fit_box`", "half of the outline of columns, ellipses and hexagons of 0.2 to 0.6 m; wrong: any box", slow=True)
+def boxes_of_other_shapes(rng: np.random.Generator) -> Trial:
+    angle = rng.uniform(0, 2 * np.pi) + np.linspace(-1.5, 1.5, int(rng.integers(30, 90)))
+    side = np.pi / 3
+    radius = 1 / np.cos((angle % side) - side / 2) if rng.random() < 0.3 else np.ones_like(angle)
+    place = np.stack([np.cos(angle), np.sin(angle)], 1)
+    shape = rng.uniform(0.2, 0.6) * radius[:, None] * place * [1, rng.choice([1, rng.uniform(0.5, 0.9)])]
+    eye = 3 * place[len(place) // 2]
+    return Trial(fit_box(shape + 0.01 * rng.normal(size=shape.shape), 0.01, eye).status == 0, False)
+
+
+@row("`fit_circle`", "3 to 40 points at random in a square, or each of five eight times; wrong: any circle")
+def circles_of_random_points(rng: np.random.Generator) -> Trial:
+    points = rng.uniform(-1, 1, (int(rng.integers(3, 41)), 2))
+    points = np.repeat(points[:5], 8, axis=0) if rng.random() < 0.3 else points
+    return Trial(fit_circle(points, 0.02).status == 0, False)

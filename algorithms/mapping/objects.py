@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -14,14 +14,21 @@ from generated import cga2, pga2
 from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
-from ..evidence import Noise, certain_deviations, likely
-from ..evidence.noise import coherent
+from ..evidence import Freedom, Noise, all_or_some_sets, by_chance, certain_deviations, likely
+from ..evidence.noise import has_shape, in_sequence
+from ..evidence.sampling import without_copies
 from ..precision import SINGLE
 from .navigation_status import FitStatus
 from .round_fitting import fit_round
 
 _FEWEST = 3
 _ROUNDS, _SAMPLES = 8, 60
+_WAVES = 6, 12
+"""Limits on work: the half waves along an outline that distances may not have. Squares around a circle have eight."""
+_FREEDOM = Freedom(3, 3, 1, 1, 1.0)
+"""Points that are given to a fit are expected to be of one object, so that a single false alarm is accepted."""
+_ANYWHERE = np.random.default_rng(0).uniform(-1, 1, (500, 2))
+"""A limit on work: points at random, whose distances those of unrelated points are like."""
 _SURE = 4.0
 """Points are on a line unless the curvature of the circle exceeds this multiple of its standard deviation."""
 
@@ -146,7 +153,7 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
     Parameters
     ----------
     points : array_like, (n, 2)
-        What is not finite is left out.
+        What is not finite is left out. Exact copies count once.
     sigma : float
         The standard deviation of each coordinate, in metres.
     name : str, optional
@@ -155,10 +162,15 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
     -------
     ObjectFit
         DEGENERATE if the points are on a line within their noise, or if a line explains those that agree nearly as
-        well. UNEXPLAINED if most points do not agree, if the distances of those that do are larger than their noise, or
-        if distances up to 6 standard deviations are coherent along the circle, such as those of corners and ellipses.
+        well. UNEXPLAINED if most points do not agree, if the distances of those that do are larger than their noise, if
+        points at random would agree with some circle as well, or if distances follow a shape along the circle and what
+        continues it, such as those of corners and ellipses.
     """
     places = real_array(points, "points", (2,), "points").astype(float).reshape(-1, 2)
+    kept, again = without_copies(places)
+    if len(kept) < len(places):
+        once = fit_circle(places[kept], sigma, name)
+        return replace(once, inliers=once.inliers[again])
     inliers = np.isfinite(places).all(1)
     if inliers.sum() < _FEWEST:
         return ObjectFit(None, np.nan, np.zeros(len(places), bool), FitStatus.TOO_FEW)
@@ -191,15 +203,37 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     found = MapObject.circle(vector[:2] / curvature + shift, 1 / abs(float(curvature)), name)
     residual = float(np.sqrt(np.mean(off**2)))
-    whole = _distances(local, vector)
-    # The shape of what is left out continues near the circle; other things are farther away.
-    near = np.abs(whole) <= 6 * sigma
-    around = local[near] - vector[:2] / curvature
-    in_order = np.clip(whole[near], -3 * sigma, 3 * sigma)[np.argsort(np.arctan2(*around.T))]
-    contradicted = Noise(sigma**2).contradicted(np.asarray(off @ off), len(off) - 3)
-    if 2 * len(off) < np.isfinite(whole).sum() or contradicted or coherent(in_order):
+    good = np.isfinite(places).all(1)
+    if _is_contradicted(local[good], _distances(local[good], vector), inliers[good], vector, sigma):
         return ObjectFit(None, residual, inliers, FitStatus.UNEXPLAINED)
     return ObjectFit(found if status == FitStatus.OK else None, residual, inliers, status)
+
+
+def _is_contradicted(points: Reals, off: Reals, inliers: Reals, vector: Reals, sigma: float) -> bool:
+    """Return whether points at some distances from a circle contradict it, or if chance explains those that agree."""
+    some = off[inliers] / sigma
+    if 2 * len(some) < len(off) or Noise(1.0).contradicted(some @ some, len(some) - _FEWEST):
+        return True
+    around = points - vector[:2] / vector[2]
+    order = np.argsort(np.arctan2(*around.T))
+    if _follows_shape(points[order], off[order] / sigma, inliers[order], sigma):
+        return True
+    low, high = points.min(0), points.max(0)
+    half = (high - low).max() / 2
+    wrong = _distances((low + high) / 2 + half * _ANYWHERE, vector)
+    return by_chance(np.abs(off), np.abs(wrong), 3 * sigma, _FREEDOM)
+
+
+def _follows_shape(points: Reals, rests: Reals, used: Reals, sigma: float) -> bool:
+    """Return whether distances of points in sequence follow a shape, with those that continue the ones that are used.
+
+    What is left out continues the shape beside it; other things are apart from it.
+    """
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    apart = steps > max(6 * sigma, float(steps[used[1:] & used[:-1]].max(initial=0.0)))
+    part = np.concatenate([[0], np.cumsum(apart)])
+    near = np.bincount(part, used)[part] > 0
+    return has_shape(np.clip(rests[near], -3, 3), in_sequence(int(near.sum())), _WAVES)
 
 
 def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0, 0.0), name: str = "") -> ObjectFit:
@@ -212,7 +246,7 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     Parameters
     ----------
     points : array_like, (n, 2)
-        What is not finite is left out.
+        What is not finite is left out. Exact copies count once.
     sigma : float
         The standard deviation of each coordinate, in metres.
     viewpoint : array_like, (2,)
@@ -223,10 +257,15 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     -------
     ObjectFit
         DEGENERATE if only one side is visible, if a single line explains the points within their noise, or if a size
-        may be off by all of it.
+        may be off by all of it. UNEXPLAINED if distances from the sides are larger than their noise, or follow a shape
+        along a side, such as those of cylinders.
     """
     places = real_array(points, "points", (2,), "points").astype(float).reshape(-1, 2)
     eye = real_array(viewpoint, "viewpoint", (2,), "a place").astype(float)
+    kept, again = without_copies(places)
+    if len(kept) < len(places):
+        once = fit_box(places[kept], sigma, viewpoint, name)
+        return replace(once, inliers=once.inliers[again])
     inliers = np.isfinite(places).all(1)
     if inliers.sum() < 2 * _FEWEST:
         return ObjectFit(None, np.nan, np.zeros(len(places), bool), FitStatus.TOO_FEW)
@@ -253,6 +292,13 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     if (seen.signs * (seen.eye - first) <= 0).any():
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
+    outward = seen.signs * (seen.local - first)
+    rests = np.take_along_axis(outward, np.abs(outward).argmin(1)[:, None], 1)[:, 0] / sigma
+    order = np.argsort(np.unwrap(np.arctan2(*(seen.local - seen.eye).T)))
+    if Noise(1.0).contradicted(rests[near] @ rests[near], int(near.sum()) - _FEWEST) or _follows_shape(
+        good[order], rests[order], near[order], sigma
+    ):
+        return ObjectFit(None, np.nan, inliers, FitStatus.UNEXPLAINED)
     turned = pga2.motor_from_angle_translation(best, np.zeros(2))
     pose = pga2.motor_from_angle_translation(best, pga2.move_point(turned, (first + last) / 2))
     size = np.abs(last - first)
@@ -325,23 +371,29 @@ def _end(seen: _Sides, own: Reals, k: int, level: float, turned: float) -> tuple
     return sign * (float(ordered[0]) - half), max(half, float(steps[1]) - half)
 
 
+def _scatter(points: Reals) -> Reals:
+    """Return the least and the largest sum of squared distances of points from lines through their centroid."""
+    x, y = (points - points.mean(0)).T
+    middle, half = (x @ x + y @ y) / 2, np.hypot((x @ x - y @ y) / 2, x @ y)
+    return np.array([max(middle - half, 0.0), middle + half])
+
+
 def _is_straight(points: Reals, off: Reals, sigma: float) -> bool:
     """Return whether a line is likely in relation to a circle with the distances `off` from points."""
-    least = np.linalg.eigvalsh(np.cov(points.T))[0] * (len(points) - 1)
+    least = _scatter(points)[0]
     return bool(likely(np.array([off @ off, least]), len(off), len(off) - 3, Noise(sigma**2))[1])
 
 
 def _is_bent(points: Reals, sigma: float) -> bool:
     """Return whether points are farther from every line than their noise explains."""
-    least = np.linalg.eigvalsh(np.cov(points.T))[0] * (len(points) - 1)
+    least = _scatter(points)[0]
     return bool(Noise(sigma**2).contradicted(least, len(points) - 2))
 
 
 def _agreeing(points: Reals, finite: Reals, distance: float) -> Reals:
     """Return the points near that circle through three of them which has the most points near it."""
     good = np.flatnonzero(finite)
-    rng = np.random.default_rng(0)
-    triples = points[good[np.stack([rng.permutation(len(good))[:3] for _ in range(_SAMPLES)])]]
+    triples = points[good[all_or_some_sets(len(good), 3, _SAMPLES)]]
     circles = np.asarray(cga2.circle_from_points(*np.moveaxis(triples, 1, 0)))
     off = np.abs(cga2.signed_distance_point_circle(points[good], circles[:, None]))
     near = off <= distance
@@ -354,7 +406,7 @@ def _agreeing(points: Reals, finite: Reals, distance: float) -> Reals:
 def _start(points: Reals) -> Reals | None:
     """Return the unit vector most nearly orthogonal to all points, or None if they are on a line."""
     size = float(np.abs(points).max())
-    values = np.linalg.eigvalsh(np.cov(points.T))
+    values = _scatter(points)
     if not size > 0 or values[0] <= SINGLE**2 * values[1]:
         return None
     scaled = points / size
