@@ -41,7 +41,7 @@ def rotor_of_many_updates(rng: np.random.Generator) -> Trial:
     return _turned_vectors(rng, 1.0, 0.0)
 
 
-@row("`RotorFilter`", "the same with 1.4 to 3 times the noise that is stated")
+@row("`RotorFilter`", "the same with 1.4 to 3 times the noise that is stated", slow=True)
 def rotor_of_noisy_vectors(rng: np.random.Generator) -> Trial:
     return _turned_vectors(rng, rng.uniform(1.4, 3), 0.0)
 

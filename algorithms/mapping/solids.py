@@ -397,11 +397,16 @@ def _spheres(points: Reals, sets: Indices) -> Reals:
 
 
 def _is_inside_outline(points: Reals, spreads: Reals, vector: Reals) -> Reals:
-    """Return which points, moved along their most uncertain direction, meet a sphere far from its outline."""
-    directions = np.linalg.eigh(from_triangle(spreads, 3))[1][:, :, 2]
+    """Return which points, moved along their most uncertain direction, meet a sphere far from its outline.
+
+    Points without such a direction have no outline.
+    """
+    values, vectors = np.linalg.eigh(from_triangle(spreads, 3))
+    directions = vectors[:, :, 2]
     arms = points - vector[:3] / vector[3]
     aside = arms - np.einsum("ki,ki->k", arms, directions)[:, None] * directions
-    return np.asarray(np.linalg.norm(aside, axis=1) * abs(vector[3]) <= _OUTLINE)
+    is_inside = np.linalg.norm(aside, axis=1) * abs(vector[3]) <= _OUTLINE
+    return np.asarray(is_inside | (values[:, 2] <= _LONG * values[:, 1]))
 
 
 def _corners(points: Reals, vector: Reals) -> Reals:

@@ -64,3 +64,13 @@ def test_columns_are_no_boxes_and_few_points_are_no_circles() -> None:
         few = rng.uniform(-1, 1, (5, 2))
         assert fit_circle(few, 0.02).status != FitStatus.OK
         assert fit_circle(np.repeat(few, 8, axis=0), 0.02).status != FitStatus.OK
+
+
+def test_points_without_a_ray_have_no_outline() -> None:
+    """With equal variances in all directions, no side of a sphere is left out."""
+    rng = np.random.default_rng(4)
+    out = rng.normal(size=(200, 3))
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    seen = 0.5 * out + 0.01 * rng.normal(size=out.shape)
+    found = fit_solid(seen, np.tile([1e-4, 0, 0, 1e-4, 0, 1e-4], (200, 1)), SolidKind.SPHERE)
+    assert found.status == FitStatus.OK and found.inliers.mean() > 0.99
