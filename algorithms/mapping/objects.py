@@ -14,17 +14,15 @@ from generated import cga2, pga2
 from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
-from ..evidence import Freedom, Noise, all_or_some_sets, by_chance, certain_deviations, likely
-from ..evidence.noise import has_shape, in_sequence
+from ..evidence import Freedom, Noise, all_or_some_sets, by_chance, certain_deviations
 from ..evidence.sampling import without_copies
 from ..precision import SINGLE
 from .navigation_status import FitStatus
+from .outline_evidence import follows_shape, is_bent, is_straight, scatter
 from .round_fitting import fit_round
 
 _FEWEST = 3
 _ROUNDS, _SAMPLES = 8, 60
-_WAVES = 6, 12
-"""Limits on work: the half waves along an outline that distances may not have. Squares around a circle have eight."""
 _FREEDOM = Freedom(3, 3, 1, 1, 1.0)
 """Points that are given to a fit are expected to be of one object, so that a single false alarm is accepted."""
 _ANYWHERE = np.random.default_rng(0).uniform(-1, 1, (500, 2))
@@ -199,7 +197,7 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
     # The standard deviation of the curvature of points along a nearly straight arc: Gluckstern, *Nucl. Instrum.
     # Methods* 24:381, 1963.
     uncertain = sigma / (2 * extent) ** 2 * np.sqrt(720 / (inliers.sum() + 4)) if extent > 0 else np.inf
-    if not np.isfinite(vector).all() or abs(curvature) < _SURE * uncertain or _is_straight(local[inliers], off, sigma):
+    if not np.isfinite(vector).all() or abs(curvature) < _SURE * uncertain or is_straight(local[inliers], off, sigma):
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     found = MapObject.circle(vector[:2] / curvature + shift, 1 / abs(float(curvature)), name)
     residual = float(np.sqrt(np.mean(off**2)))
@@ -216,24 +214,12 @@ def _is_contradicted(points: Reals, off: Reals, inliers: Reals, vector: Reals, s
         return True
     around = points - vector[:2] / vector[2]
     order = np.argsort(np.arctan2(*around.T))
-    if _follows_shape(points[order], off[order] / sigma, inliers[order], sigma):
+    if follows_shape(points[order], off[order] / sigma, inliers[order], sigma):
         return True
     low, high = points.min(0), points.max(0)
     half = (high - low).max() / 2
     wrong = _distances((low + high) / 2 + half * _ANYWHERE, vector)
     return by_chance(np.abs(off), np.abs(wrong), 3 * sigma, _FREEDOM)
-
-
-def _follows_shape(points: Reals, rests: Reals, used: Reals, sigma: float) -> bool:
-    """Return whether distances of points in sequence follow a shape, with those that continue the ones that are used.
-
-    What is left out continues the shape beside it; other things are apart from it.
-    """
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    apart = steps > max(6 * sigma, float(steps[used[1:] & used[:-1]].max(initial=0.0)))
-    part = np.concatenate([[0], np.cumsum(apart)])
-    near = np.bincount(part, used)[part] > 0
-    return has_shape(np.clip(rests[near], -3, 3), in_sequence(int(near.sum())), _WAVES)
 
 
 def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0, 0.0), name: str = "") -> ObjectFit:
@@ -288,14 +274,14 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     turned = certain_deviations() * sigma / np.sqrt(_slopes(seen, near)[1])
     last, off = np.array([_end(seen, sides[1 - k], k, float(first[1 - k]), turned) for k in range(2)]).T
     bounds = off + certain_deviations() * sigma * np.sqrt(1 + 1 / np.array([side.sum() for side in sides]))
-    if (bounds > np.abs(last - first)).any() or not _is_bent(good[near], sigma):
+    if (bounds > np.abs(last - first)).any() or not is_bent(good[near], sigma):
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     if (seen.signs * (seen.eye - first) <= 0).any():
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     outward = seen.signs * (seen.local - first)
     rests = np.take_along_axis(outward, np.abs(outward).argmin(1)[:, None], 1)[:, 0] / sigma
     order = np.argsort(np.unwrap(np.arctan2(*(seen.local - seen.eye).T)))
-    if Noise(1.0).contradicted(rests[near] @ rests[near], int(near.sum()) - _FEWEST) or _follows_shape(
+    if Noise(1.0).contradicted(rests[near] @ rests[near], int(near.sum()) - _FEWEST) or follows_shape(
         good[order], rests[order], near[order], sigma
     ):
         return ObjectFit(None, np.nan, inliers, FitStatus.UNEXPLAINED)
@@ -371,25 +357,6 @@ def _end(seen: _Sides, own: Reals, k: int, level: float, turned: float) -> tuple
     return sign * (float(ordered[0]) - half), max(half, float(steps[1]) - half)
 
 
-def _scatter(points: Reals) -> Reals:
-    """Return the least and the largest sum of squared distances of points from lines through their centroid."""
-    x, y = (points - points.mean(0)).T
-    middle, half = (x @ x + y @ y) / 2, np.hypot((x @ x - y @ y) / 2, x @ y)
-    return np.array([max(middle - half, 0.0), middle + half])
-
-
-def _is_straight(points: Reals, off: Reals, sigma: float) -> bool:
-    """Return whether a line is likely in relation to a circle with the distances `off` from points."""
-    least = _scatter(points)[0]
-    return bool(likely(np.array([off @ off, least]), len(off), len(off) - 3, Noise(sigma**2))[1])
-
-
-def _is_bent(points: Reals, sigma: float) -> bool:
-    """Return whether points are farther from every line than their noise explains."""
-    least = _scatter(points)[0]
-    return bool(Noise(sigma**2).contradicted(least, len(points) - 2))
-
-
 def _agreeing(points: Reals, finite: Reals, distance: float) -> Reals:
     """Return the points near that circle through three of them which has the most points near it."""
     good = np.flatnonzero(finite)
@@ -406,7 +373,7 @@ def _agreeing(points: Reals, finite: Reals, distance: float) -> Reals:
 def _start(points: Reals) -> Reals | None:
     """Return the unit vector most nearly orthogonal to all points, or None if they are on a line."""
     size = float(np.abs(points).max())
-    values = _scatter(points)
+    values = scatter(points)
     if not size > 0 or values[0] <= SINGLE**2 * values[1]:
         return None
     scaled = points / size

@@ -23,6 +23,7 @@ from ..precision import ROOT, ROUNDING
 from .map_3d import Solid, SolidKind
 from .navigation_status import FitStatus
 from .round_fitting import fit_round
+from .samples_of_solids import corners_about, planes_through, spheres_through
 
 _ROUNDS = 20
 """A limit on work: how often points are chosen and weighted again."""
@@ -128,7 +129,7 @@ def fit_solid(
     if found.status != FitStatus.OK:
         return SolidFit(None, found.square, whole, found.status)
     moved = np.asarray(cga3.move_vector(cga3.motor_from_rotor_translation(_NO_TURN, shift), found.vector))
-    corners = _corners(places[whole], moved) if kind == SolidKind.PLANE else np.zeros((0, 3))
+    corners = corners_about(places[whole], moved) if kind == SolidKind.PLANE else np.zeros((0, 3))
     return SolidFit(Solid(kind, moved, corners, name), found.square, whole, FitStatus.OK, found.deviation)
 
 
@@ -154,7 +155,7 @@ class _Scene:
         """Return the object with its status, and the points on it."""
         nothing = np.zeros(len(self.points), bool)
         freedom = Freedom(_FEWEST[self.kind], _FEWEST[self.kind], 1, 1, 1e-2)
-        solve = _planes if self.kind == SolidKind.PLANE else _spheres
+        solve = planes_through if self.kind == SolidKind.PLANE else spheres_through
         problem = Problem(
             self.points, self.spreads, freedom, partial(solve, self.points), self._distances, self._costs, self._better
         )
@@ -374,28 +375,6 @@ def _offsets(points: Reals, vector: Reals) -> tuple[Reals, Reals]:
     return np.asarray(2 * inner / (1 + root)), (vector[:3] - curvature * points) / root[:, None]
 
 
-def _planes(points: Reals, sets: Indices) -> Reals:
-    """Return unit vectors (m, 5) of the planes through three points each."""
-    first, second, third = np.moveaxis(points[sets], 1, 0)
-    normals = np.cross(second - first, third - first)
-    sizes = np.linalg.norm(normals, axis=1)
-    kept = sizes > 0
-    normals = normals[kept] / sizes[kept, None]
-    offsets = np.einsum("ki,ki->k", normals, first[kept])
-    return np.column_stack([normals, np.zeros(len(normals)), offsets])
-
-
-def _spheres(points: Reals, sets: Indices) -> Reals:
-    """Return unit vectors (m, 5) of the spheres through four points each."""
-    chosen = points[sets]
-    table = np.concatenate([chosen, -np.ones((*chosen.shape[:2], 1))], 2)
-    kept = np.abs(np.linalg.det(table)) > 0
-    found = np.linalg.solve(table[kept], (chosen[kept] ** 2).sum(2)[..., None] / 2)[..., 0]
-    vectors = np.column_stack([found[:, :3], np.ones(len(found)), found[:, 3]])
-    radii = np.sqrt(np.maximum((found[:, :3] ** 2).sum(1) - 2 * found[:, 3], 0))
-    return np.asarray(vectors[radii > 0] / radii[radii > 0, None])
-
-
 def _is_inside_outline(points: Reals, spreads: Reals, vector: Reals) -> Reals:
     """Return which points, moved along their most uncertain direction, meet a sphere far from its outline.
 
@@ -407,16 +386,3 @@ def _is_inside_outline(points: Reals, spreads: Reals, vector: Reals) -> Reals:
     aside = arms - np.einsum("ki,ki->k", arms, directions)[:, None] * directions
     is_inside = np.linalg.norm(aside, axis=1) * abs(vector[3]) <= _OUTLINE
     return np.asarray(is_inside | (values[:, 2] <= _LONG * values[:, 1]))
-
-
-def _corners(points: Reals, vector: Reals) -> Reals:
-    """Return the rectangle, in a plane, about points; one side is horizontal."""
-    normal = vector[:3]
-    up = np.array([0.0, 0, 1]) if abs(normal[2]) < 0.9 else np.array([0.0, 1, 0])
-    along = np.cross(up, normal)
-    along /= np.linalg.norm(along)
-    other = np.cross(normal, along)
-    u, v = points @ along, points @ other
-    foot = vector[4] * normal
-    sides = [(u.min(), v.min()), (u.max(), v.min()), (u.max(), v.max()), (u.min(), v.max())]
-    return np.array([foot + a * along + b * other for a, b in sides])
