@@ -15,7 +15,7 @@ from generated import pga3
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import MOTOR, restorer
 from ..evidence import rank
-from ..evidence.gates import FEWEST, SETTLED, UNLIKELY, WIDE, checked_gate, gate_of, is_lost
+from ..evidence.gates import FEWEST, LATELY, SETTLED, UNLIKELY, WIDE, Record, checked_gate, gate_of, is_lost
 from ..evidence.triangles import from_triangle, to_triangle
 from .matrices import as_definite
 from .motor_objects import LINES, PLANES, POINTS, Kind, covariance_matrix, unit_motor, variances_of
@@ -24,8 +24,6 @@ from .status import EstimationStatus
 
 Model = Literal["random walk", "constant twist"]
 
-_LATELY = 20
-"""A limit on work: the number of last objects of which most must be used, or else the filter is inconsistent."""
 _ONES, _IDENTITY = np.ones(2), np.eye(8)[0]
 
 
@@ -54,7 +52,9 @@ class MotorFilter:
     gate : float
         Objects are left out if their sum of squared innovations, divided by their variances, exceeds this. A filter
         that leaves out most of what it sees is INCONSISTENT. If this happens again, and the objects of an update
-        determine another motor with which most of them agree, it starts again from this one.
+        determine another motor with which most of them agree, it starts again from this one. It remains INCONSISTENT
+        while fewer objects agree with this motor than with the one before, or while innovations are more likely for
+        twice the stated variance, by odds of 1,000.
 
     Raises
     ------
@@ -101,6 +101,7 @@ class MotorFilter:
         self._innovation = (0.0, 0)
         self._skipped = 0
         self._lately = 0, 0
+        self._record = Record()
         self._beginning: Beginning | None = None
         self._sigma = 1.0
         self._variances = variances_of(self._sigma)
@@ -245,9 +246,14 @@ class MotorFilter:
         else:
             fit = update.best(first_found, self._motor, self.covariance)
         lost = is_lost(int(fit.used.sum()), int(usable.sum()))
+        if self._beginning is None:
+            self._record.begin()
         again = self._lately[1] > 0
         if lost and again and first is None:
-            first, fit = self._restarted(kind, one[usable], two[usable], variances) or (first, fit)
+            other = self._restarted(kind, one[usable], two[usable], variances)
+            if other is not None:
+                first, fit = other
+                self._record.give_up()
         (motor, triangle, numbers), used = fit.found, int(fit.used.sum())
         known = 0 if self._beginning is None else len(self._beginning.model)
         n_used = int(fit.used[known:].sum())
@@ -270,7 +276,8 @@ class MotorFilter:
         is_known = self._rank == 6 and used >= FEWEST and self._variance < SETTLED**2
         self._beginning = None if is_known and not lost else first
         self._innovation = (float(numbers[1]), kind.n_numbers * used)
-        contradicts = lost or numbers[1] > _limit(kind.n_numbers * used) or is_lost(*self._lately)
+        contradicts = lost or numbers[1] > _limit(kind.n_numbers * used)
+        contradicts |= self._record.again(*self._innovation, 0 if contradicts else used) or is_lost(*self._lately)
         self._status = EstimationStatus.INCONSISTENT if contradicts else self._observed
         return self._status
 
@@ -289,7 +296,7 @@ class MotorFilter:
     def _later(self, n_used: int, n_seen: int) -> tuple[int, int]:
         """Return how many of the objects since all of an update were used, or of the last ones, were used."""
         used, seen = self._lately
-        if seen > _LATELY:
+        if seen > LATELY:
             used, seen = used // 2, seen // 2
         return used + n_used, seen + n_seen
 
@@ -321,7 +328,8 @@ class MotorFilter:
             self._accept(kind, motor, triangle, model)
         self._innovation = (square, freedom)
         self._lately = (0, 0)
-        self._status = self._observed
+        contradicted = self._record.add(square, freedom, int(used))
+        self._status = EstimationStatus.INCONSISTENT if contradicted else self._observed
         return True
 
     def _began(self, kind: Kind, model: Reals, seen: Reals, variances: Reals) -> Beginning | None:

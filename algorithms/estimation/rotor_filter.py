@@ -13,7 +13,7 @@ from generated import vga3
 
 from ..arguments import Reals, finite, finite_number, real_array
 from ..elements import ROTOR, plain, restorer
-from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, checked_gate, gate_of, is_lost
+from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, Record, checked_gate, gate_of, is_lost
 from ..evidence.triangles import from_triangle, to_triangle
 from .matrices import as_definite
 from .rotor_starts import Beginning
@@ -26,6 +26,8 @@ class RotorFilter:
     The true rotor is ``exp(-b/2) R`` with the bivector b of a rotation about the axes of the frame of reference. While
     the rotation is uncertain, all vectors since the beginning are used together, from several starts. If the vectors
     contradict the prediction, the status is INCONSISTENT; if they agree on another rotor, the filter starts from it.
+    It remains INCONSISTENT while fewer vectors agree with this rotor than with the one before, or while the innovations
+    of several updates are more likely for twice the stated variance, by odds of 1,000.
 
     Parameters
     ----------
@@ -47,6 +49,7 @@ class RotorFilter:
         self._covariance, definite = as_definite(finite(real_array(covariance, "covariance", (3, 3)), "covariance"))
         self._gate = checked_gate(gate)
         self._innovation = (0.0, 0)
+        self._record = Record()
         self._beginning: Beginning | None = None
         self._contradicted = False
         self._status = EstimationStatus.UNOBSERVED if definite else EstimationStatus.NOT_DEFINITE
@@ -106,13 +109,18 @@ class RotorFilter:
         self._contradicted = False
         self._innovation = float(numbers[0]), used
         self._rotor, self._covariance = rotor, from_triangle(triangle, 3)
+        contradicted = self._record.add(float(numbers[0]), 3 * used, used)
         self._status = _observed(one[np.isfinite(two).all(1)])
+        if contradicted:
+            self._status = EstimationStatus.INCONSISTENT
         return self._status
 
     def _updated_from_several_starts(
         self, one: Reals, two: Reals, sigma: float, n_seen: int, wide: bool
     ) -> EstimationStatus:
         """Update by the best rotor of the prediction and the vectors, or by that of the vectors alone."""
+        if self._beginning is None:
+            self._record.begin()
         empty = np.empty((0, 3))
         first = self._beginning or Beginning(self._rotor, self._covariance, empty, empty, np.empty(0))
         first = first.with_vectors(one, two, sigma)
@@ -124,6 +132,7 @@ class RotorFilter:
             other = again.best(self._gate)
             if not (_is_unlikely(other.square, other.used) or other.ambiguous) and len(first.vectors) > 1:
                 first, fit, wide = again, other, True
+                self._record.give_up()
         self._contradicted = unlikely
         new = fit.used[len(first.vectors) - n_seen :]
         self._innovation = fit.square, int(new.sum())
@@ -136,7 +145,8 @@ class RotorFilter:
         self._status = _observed(first.vectors[fit.used])
         if self._status == EstimationStatus.OK and fit.ambiguous:
             self._status = EstimationStatus.AMBIGUOUS
-        if unlikely:
+        n_used = int(fit.used.sum())
+        if self._record.again(fit.square, 3 * n_used, 0 if unlikely else n_used) or unlikely:
             self._status = EstimationStatus.INCONSISTENT
         return self._status
 

@@ -6,7 +6,7 @@ out most of what it sees is not protected by its gate but lost: it is inconsiste
 
 from __future__ import annotations
 
-from math import sqrt
+from math import log, sqrt
 
 import numpy as np
 
@@ -22,8 +22,14 @@ in rad, at which linear updates are exact, and at least this many objects were u
 UNLIKELY = 1e-9
 """A probability: an update is examined if its innovations are less probable than this, so that none of a million is
 without a reason."""
+LATELY = 20
+"""A limit on memory: of more measurements than these, only the last ones say whether a filter is lost."""
+_CONTRADICTED = -log(WRONG)
+"""From a probability: the odds of a `Record` exceed this for right noise at a given time with that of `WRONG`."""
 OPEN = 1e300
 """From floating point: a gate that everything passes."""
+
+_HALF_LOG_2 = log(2) / 2
 
 
 def checked_gate(gate: float) -> float:
@@ -51,6 +57,57 @@ def gate_of(n_numbers: int, probability: float = WRONG) -> float:
 def certain_deviations(probability: float = WRONG) -> float:
     """Return the number of standard deviations that the size of a normal number exceeds with a probability."""
     return sqrt(gate_of(1, probability))
+
+
+class Record:
+    """What the innovations of a filter so far say of its noise, and how many measurements agree with its estimate.
+
+    The first is Page's cumulative sum (*Biometrika* 41:100, 1954): the largest logarithm of the likelihood ratio of
+    twice the variance over all sequences of innovations up to now. For the stated variance, it exceeds x with a
+    probability of at most ``exp(-x)``. It is kept below twice its limit, so that as much evidence as led to a
+    contradiction ends it.
+
+    A filter that gave up its estimate for another one is contradicted until as many measurements agree with that.
+    """
+
+    __slots__ = ("_before", "_needed", "_odds", "_used")
+
+    def __init__(self) -> None:
+        self._odds, self._used, self._needed = 0.0, 0, 0
+        self._before = 0.0, 0
+
+    def add(self, square: float, freedom: int, used: int) -> bool:
+        """Take an innovation, squared and divided by its covariance, and return whether the filter is contradicted.
+
+        Parameters
+        ----------
+        square : float
+        freedom : int
+            The number of measured numbers.
+        used : int
+            The number of measurements that agree.
+        """
+        odds = self._odds + 0.25 * square - _HALF_LOG_2 * freedom
+        self._used += used
+        if odds <= 0:
+            self._odds = 0.0
+            return self._used < self._needed
+        self._odds = min(odds, 2 * _CONTRADICTED)
+        return odds > _CONTRADICTED or self._used < self._needed
+
+    def begin(self) -> None:
+        """Mark the time after which all innovations are taken together."""
+        self._before = self._odds, self._used
+
+    def again(self, square: float, freedom: int, used: int) -> bool:
+        """Take the innovations since the mark together, instead of one by one."""
+        self._odds, self._used = self._before
+        return self.add(square, freedom, used)
+
+    def give_up(self) -> None:
+        """Begin with another estimate, after the mark."""
+        self._needed = min(max(self._before[1], self._needed), LATELY)
+        self._before = self._before[0], 0
 
 
 def is_lost(n_used: int, n_seen: int) -> bool:

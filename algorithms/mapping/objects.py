@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -14,14 +14,19 @@ from generated import cga2, pga2
 from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
-from ..evidence import Noise, certain_deviations, likely
-from ..evidence.noise import coherent
+from ..evidence import Freedom, Noise, all_or_some_sets, by_chance, certain_deviations
+from ..evidence.sampling import without_copies
 from ..precision import SINGLE
 from .navigation_status import FitStatus
+from .outline_evidence import follows_shape, is_bent, is_straight, scatter
 from .round_fitting import fit_round
 
 _FEWEST = 3
 _ROUNDS, _SAMPLES = 8, 60
+_FREEDOM = Freedom(3, 3, 1, 1, 1.0)
+"""Points that are given to a fit are expected to be of one object, so that a single false alarm is accepted."""
+_ANYWHERE = np.random.default_rng(0).uniform(-1, 1, (500, 2))
+"""A limit on work: points at random, whose distances those of unrelated points are like."""
 _SURE = 4.0
 """Points are on a line unless the curvature of the circle exceeds this multiple of its standard deviation."""
 
@@ -146,7 +151,7 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
     Parameters
     ----------
     points : array_like, (n, 2)
-        What is not finite is left out.
+        What is not finite is left out. Exact copies count once.
     sigma : float
         The standard deviation of each coordinate, in metres.
     name : str, optional
@@ -155,10 +160,15 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
     -------
     ObjectFit
         DEGENERATE if the points are on a line within their noise, or if a line explains those that agree nearly as
-        well. UNEXPLAINED if most points do not agree, if the distances of those that do are larger than their noise, or
-        if distances up to 6 standard deviations are coherent along the circle, such as those of corners and ellipses.
+        well. UNEXPLAINED if most points do not agree, if the distances of those that do are larger than their noise, if
+        points at random would agree with some circle as well, or if distances follow a shape along the circle and what
+        continues it, such as those of corners and ellipses.
     """
     places = real_array(points, "points", (2,), "points").astype(float).reshape(-1, 2)
+    kept, again = without_copies(places)
+    if len(kept) < len(places):
+        once = fit_circle(places[kept], sigma, name)
+        return replace(once, inliers=once.inliers[again])
     inliers = np.isfinite(places).all(1)
     if inliers.sum() < _FEWEST:
         return ObjectFit(None, np.nan, np.zeros(len(places), bool), FitStatus.TOO_FEW)
@@ -187,19 +197,29 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
     # The standard deviation of the curvature of points along a nearly straight arc: Gluckstern, *Nucl. Instrum.
     # Methods* 24:381, 1963.
     uncertain = sigma / (2 * extent) ** 2 * np.sqrt(720 / (inliers.sum() + 4)) if extent > 0 else np.inf
-    if not np.isfinite(vector).all() or abs(curvature) < _SURE * uncertain or _is_straight(local[inliers], off, sigma):
+    if not np.isfinite(vector).all() or abs(curvature) < _SURE * uncertain or is_straight(local[inliers], off, sigma):
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     found = MapObject.circle(vector[:2] / curvature + shift, 1 / abs(float(curvature)), name)
     residual = float(np.sqrt(np.mean(off**2)))
-    whole = _distances(local, vector)
-    # The shape of what is left out continues near the circle; other things are farther away.
-    near = np.abs(whole) <= 6 * sigma
-    around = local[near] - vector[:2] / curvature
-    in_order = np.clip(whole[near], -3 * sigma, 3 * sigma)[np.argsort(np.arctan2(*around.T))]
-    contradicted = Noise(sigma**2).contradicted(np.asarray(off @ off), len(off) - 3)
-    if 2 * len(off) < np.isfinite(whole).sum() or contradicted or coherent(in_order):
+    good = np.isfinite(places).all(1)
+    if _is_contradicted(local[good], _distances(local[good], vector), inliers[good], vector, sigma):
         return ObjectFit(None, residual, inliers, FitStatus.UNEXPLAINED)
     return ObjectFit(found if status == FitStatus.OK else None, residual, inliers, status)
+
+
+def _is_contradicted(points: Reals, off: Reals, inliers: Reals, vector: Reals, sigma: float) -> bool:
+    """Return whether points at some distances from a circle contradict it, or if chance explains those that agree."""
+    some = off[inliers] / sigma
+    if 2 * len(some) < len(off) or Noise(1.0).contradicted(some @ some, len(some) - _FEWEST):
+        return True
+    around = points - vector[:2] / vector[2]
+    order = np.argsort(np.arctan2(*around.T))
+    if follows_shape(points[order], off[order] / sigma, inliers[order], sigma):
+        return True
+    low, high = points.min(0), points.max(0)
+    half = (high - low).max() / 2
+    wrong = _distances((low + high) / 2 + half * _ANYWHERE, vector)
+    return by_chance(np.abs(off), np.abs(wrong), 3 * sigma, _FREEDOM)
 
 
 def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0, 0.0), name: str = "") -> ObjectFit:
@@ -212,7 +232,7 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     Parameters
     ----------
     points : array_like, (n, 2)
-        What is not finite is left out.
+        What is not finite is left out. Exact copies count once.
     sigma : float
         The standard deviation of each coordinate, in metres.
     viewpoint : array_like, (2,)
@@ -223,10 +243,15 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     -------
     ObjectFit
         DEGENERATE if only one side is visible, if a single line explains the points within their noise, or if a size
-        may be off by all of it.
+        may be off by all of it. UNEXPLAINED if distances from the sides are larger than their noise, or follow a shape
+        along a side, such as those of cylinders.
     """
     places = real_array(points, "points", (2,), "points").astype(float).reshape(-1, 2)
     eye = real_array(viewpoint, "viewpoint", (2,), "a place").astype(float)
+    kept, again = without_copies(places)
+    if len(kept) < len(places):
+        once = fit_box(places[kept], sigma, viewpoint, name)
+        return replace(once, inliers=once.inliers[again])
     inliers = np.isfinite(places).all(1)
     if inliers.sum() < 2 * _FEWEST:
         return ObjectFit(None, np.nan, np.zeros(len(places), bool), FitStatus.TOO_FEW)
@@ -249,10 +274,17 @@ def fit_box(points: ArrayLike, sigma: float = 0.01, viewpoint: ArrayLike = (0.0,
     turned = certain_deviations() * sigma / np.sqrt(_slopes(seen, near)[1])
     last, off = np.array([_end(seen, sides[1 - k], k, float(first[1 - k]), turned) for k in range(2)]).T
     bounds = off + certain_deviations() * sigma * np.sqrt(1 + 1 / np.array([side.sum() for side in sides]))
-    if (bounds > np.abs(last - first)).any() or not _is_bent(good[near], sigma):
+    if (bounds > np.abs(last - first)).any() or not is_bent(good[near], sigma):
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
     if (seen.signs * (seen.eye - first) <= 0).any():
         return ObjectFit(None, np.nan, inliers, FitStatus.DEGENERATE)
+    outward = seen.signs * (seen.local - first)
+    rests = np.take_along_axis(outward, np.abs(outward).argmin(1)[:, None], 1)[:, 0] / sigma
+    order = np.argsort(np.unwrap(np.arctan2(*(seen.local - seen.eye).T)))
+    if Noise(1.0).contradicted(rests[near] @ rests[near], int(near.sum()) - _FEWEST) or follows_shape(
+        good[order], rests[order], near[order], sigma
+    ):
+        return ObjectFit(None, np.nan, inliers, FitStatus.UNEXPLAINED)
     turned = pga2.motor_from_angle_translation(best, np.zeros(2))
     pose = pga2.motor_from_angle_translation(best, pga2.move_point(turned, (first + last) / 2))
     size = np.abs(last - first)
@@ -325,23 +357,10 @@ def _end(seen: _Sides, own: Reals, k: int, level: float, turned: float) -> tuple
     return sign * (float(ordered[0]) - half), max(half, float(steps[1]) - half)
 
 
-def _is_straight(points: Reals, off: Reals, sigma: float) -> bool:
-    """Return whether a line is likely in relation to a circle with the distances `off` from points."""
-    least = np.linalg.eigvalsh(np.cov(points.T))[0] * (len(points) - 1)
-    return bool(likely(np.array([off @ off, least]), len(off), len(off) - 3, Noise(sigma**2))[1])
-
-
-def _is_bent(points: Reals, sigma: float) -> bool:
-    """Return whether points are farther from every line than their noise explains."""
-    least = np.linalg.eigvalsh(np.cov(points.T))[0] * (len(points) - 1)
-    return bool(Noise(sigma**2).contradicted(least, len(points) - 2))
-
-
 def _agreeing(points: Reals, finite: Reals, distance: float) -> Reals:
     """Return the points near that circle through three of them which has the most points near it."""
     good = np.flatnonzero(finite)
-    rng = np.random.default_rng(0)
-    triples = points[good[np.stack([rng.permutation(len(good))[:3] for _ in range(_SAMPLES)])]]
+    triples = points[good[all_or_some_sets(len(good), 3, _SAMPLES)]]
     circles = np.asarray(cga2.circle_from_points(*np.moveaxis(triples, 1, 0)))
     off = np.abs(cga2.signed_distance_point_circle(points[good], circles[:, None]))
     near = off <= distance
@@ -354,7 +373,7 @@ def _agreeing(points: Reals, finite: Reals, distance: float) -> Reals:
 def _start(points: Reals) -> Reals | None:
     """Return the unit vector most nearly orthogonal to all points, or None if they are on a line."""
     size = float(np.abs(points).max())
-    values = np.linalg.eigvalsh(np.cov(points.T))
+    values = scatter(points)
     if not size > 0 or values[0] <= SINGLE**2 * values[1]:
         return None
     scaled = points / size

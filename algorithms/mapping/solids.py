@@ -16,11 +16,14 @@ from ..evidence import Freedom, Noise, Problem, by_chance, certain_deviations, c
 from ..evidence.consensus import N_WRONG, Indices
 from ..evidence.gates import WIDE
 from ..evidence.least_squares import STEPS
+from ..evidence.noise import has_shape
+from ..evidence.sampling import without_copies
 from ..evidence.triangles import from_triangle
 from ..precision import ROOT, ROUNDING
 from .map_3d import Solid, SolidKind
 from .navigation_status import FitStatus
 from .round_fitting import fit_round
+from .samples_of_solids import corners_about, planes_through, spheres_through
 
 _ROUNDS = 20
 """A limit on work: how often points are chosen and weighted again."""
@@ -32,6 +35,9 @@ _FEWEST = {SolidKind.PLANE: 3, SolidKind.SPHERE: 4}
 _OUTLINE = 0.92
 """Points of a sphere are left out beyond this share of its radius from the ray to its centre: at its outline, their
 depth says nothing."""
+_DEGREES = 2, 4
+"""A limit on work: degrees of polynomials of places on the object that distances may not follow. They hold bends, and
+corners of boxes."""
 _LONG = 4.0
 """The variance along a ray is at least this multiple of those across, or the point does not know its ray."""
 _MEET = 0.01
@@ -73,7 +79,7 @@ def fit_solid(
     Parameters
     ----------
     points : array_like, (n, 3)
-        What is not finite is left out.
+        What is not finite is left out. Exact copies, with their covariances, count once.
     covariances : array_like, (n, 6)
         Upper triangles, as of `stereo_points`.
     kind : SolidKind
@@ -87,8 +93,9 @@ def fit_solid(
     Returns
     -------
     SolidFit
-        UNEXPLAINED if points at random would have as many points near some object, DEGENERATE if the points leave the
-        normal of the plane or the radius of the sphere undetermined.
+        UNEXPLAINED if points at random would have as many points near some object, if the distances of points within
+        the gate are larger than their noise, or if they follow a shape along the object, such as a bend of a plane.
+        DEGENERATE if the points leave the normal of the plane or the radius of the sphere undetermined.
 
     Raises
     ------
@@ -109,18 +116,20 @@ def fit_solid(
         raise ValueError(f"gate: {gate}; expected a positive number of standard deviations")
     eyes = None if viewpoint is None else _one_for_each(viewpoint, len(places))
     good = np.isfinite(places).all(1) & np.isfinite(spreads).all(1)
-    if good.sum() <= _FEWEST[kind]:
+    kept, again = without_copies(places[good], spreads[good])
+    if len(kept) <= _FEWEST[kind]:
         return SolidFit(None, np.nan, np.zeros(len(places), bool), FitStatus.TOO_FEW)
-    shift = places[good].mean(0)
-    local = places[good] - shift
-    eyes = _meeting(local, spreads[good]) if eyes is None else eyes[good] - shift
-    found, inliers = _Scene(local, spreads[good], eyes, kind, gate).fitted()
+    rows = np.flatnonzero(good)[kept]
+    shift = places[rows].mean(0)
+    local = places[rows] - shift
+    eyes = _meeting(local, spreads[rows]) if eyes is None else eyes[rows] - shift
+    found, inliers = _Scene(local, spreads[rows], eyes, kind, gate).fitted()
     whole = np.zeros(len(places), bool)
-    whole[np.flatnonzero(good)[inliers]] = True
+    whole[good] = inliers[again]
     if found.status != FitStatus.OK:
         return SolidFit(None, found.square, whole, found.status)
     moved = np.asarray(cga3.move_vector(cga3.motor_from_rotor_translation(_NO_TURN, shift), found.vector))
-    corners = _corners(places[whole], moved) if kind == SolidKind.PLANE else np.zeros((0, 3))
+    corners = corners_about(places[whole], moved) if kind == SolidKind.PLANE else np.zeros((0, 3))
     return SolidFit(Solid(kind, moved, corners, name), found.square, whole, FitStatus.OK, found.deviation)
 
 
@@ -146,7 +155,7 @@ class _Scene:
         """Return the object with its status, and the points on it."""
         nothing = np.zeros(len(self.points), bool)
         freedom = Freedom(_FEWEST[self.kind], _FEWEST[self.kind], 1, 1, 1e-2)
-        solve = _planes if self.kind == SolidKind.PLANE else _spheres
+        solve = planes_through if self.kind == SolidKind.PLANE else spheres_through
         problem = Problem(
             self.points, self.spreads, freedom, partial(solve, self.points), self._distances, self._costs, self._better
         )
@@ -161,6 +170,8 @@ class _Scene:
         if not converged:
             return _Found(FitStatus.NOT_CONVERGED, vector, square), inliers
         if by_chance(np.sqrt(squares), self._elsewhere(vector), self.gate, freedom):
+            return _Found(FitStatus.UNEXPLAINED, vector, square), inliers
+        if self._is_contradicted(vector, squares, inliers):
             return _Found(FitStatus.UNEXPLAINED, vector, square), inliers
         deviation, determined = self._deviation(vector, inliers, square)
         return _Found(FitStatus.OK if determined else FitStatus.DEGENERATE, vector, square, deviation), inliers
@@ -213,13 +224,7 @@ class _Scene:
         if self.eyes is None:
             return fit_round(kernels.sphere_step, points, spreads, vector, curved=curved)
         eyes = self.eyes[inliers]
-        arms = points - eyes
-        depths = np.linalg.norm(arms, axis=1)
-        rays = arms / depths[:, None]
-        _, normals = _offsets(points, vector)
-        variances = np.einsum("ki,kij,kj->k", normals, from_triangle(spreads, 3), normals)
-        # The standard deviation of a depth, over its square, is that of the disparity, which is constant.
-        scale = depths**2 * np.abs(np.einsum("ki,ki->k", normals, rays)) / np.sqrt(variances)
+        rays, depths, scale = self._by_rays(vector, inliers)
         columns = np.array([0, 1, 2, 3, 4] if curved else [0, 1, 2, 4])
 
         def equations(states: Reals, _: Indices) -> tuple[Reals, Reals]:
@@ -238,6 +243,38 @@ class _Scene:
 
         found = minima(vector[None], equations, moved, np.full(1, ROUNDING), STEPS)
         return found.state[0], bool(found.converged[0])
+
+    def _is_contradicted(self, vector: Reals, squares: Reals, inliers: Indices) -> bool:
+        """Return whether distances are larger than their noise, or follow a shape along the object."""
+        points, spreads = self.points[inliers], from_triangle(self.spreads[inliers], 3)
+        off, normals = _offsets(points, vector)
+        if self.eyes is None:
+            residuals = np.sign(off) * np.sqrt(squares[inliers])
+            # The most likely places on the object are independent of the distances from it.
+            along = np.einsum("kij,kj->ki", spreads, normals)
+            places = points - (off / np.einsum("ki,ki->k", normals, along))[:, None] * along
+        else:
+            rays, depths, scale = self._by_rays(vector, inliers)
+            predicted, _ = _depths(self.eyes[inliers], rays, vector, np.arange(5))
+            met = np.isfinite(predicted)
+            residuals = (scale * (1 / depths - 1 / predicted))[met]
+            places = (self.eyes[inliers] + predicted[:, None] * rays)[met]
+        if Noise(1.0).contradicted((residuals**2).sum(), len(residuals) - _FEWEST[self.kind]):
+            return True
+        if self.kind == SolidKind.PLANE:
+            places = places @ np.linalg.svd(vector[None, :3])[2][1:].T
+        return has_shape(residuals, places, _DEGREES)
+
+    def _by_rays(self, vector: Reals, inliers: Indices) -> tuple[Reals, Reals, Reals]:
+        """Return the rays and depths of some points, and what makes differences of inverse depths standard normal."""
+        points, spreads = self.points[inliers], self.spreads[inliers]
+        arms = points - self.eyes[inliers]  # type: ignore[index]
+        depths = np.linalg.norm(arms, axis=1)
+        rays = arms / depths[:, None]
+        _, normals = _offsets(points, vector)
+        variances = np.einsum("ki,kij,kj->k", normals, from_triangle(spreads, 3), normals)
+        # The standard deviation of a depth, over its square, is that of the disparity, which is constant.
+        return rays, depths, depths**2 * np.abs(np.einsum("ki,ki->k", normals, rays)) / np.sqrt(variances)
 
     def _elsewhere(self, vector: Reals) -> Reals:
         """Return the distances of points at random in a cube about the points, with their covariances."""
@@ -338,44 +375,14 @@ def _offsets(points: Reals, vector: Reals) -> tuple[Reals, Reals]:
     return np.asarray(2 * inner / (1 + root)), (vector[:3] - curvature * points) / root[:, None]
 
 
-def _planes(points: Reals, sets: Indices) -> Reals:
-    """Return unit vectors (m, 5) of the planes through three points each."""
-    first, second, third = np.moveaxis(points[sets], 1, 0)
-    normals = np.cross(second - first, third - first)
-    sizes = np.linalg.norm(normals, axis=1)
-    kept = sizes > 0
-    normals = normals[kept] / sizes[kept, None]
-    offsets = np.einsum("ki,ki->k", normals, first[kept])
-    return np.column_stack([normals, np.zeros(len(normals)), offsets])
-
-
-def _spheres(points: Reals, sets: Indices) -> Reals:
-    """Return unit vectors (m, 5) of the spheres through four points each."""
-    chosen = points[sets]
-    table = np.concatenate([chosen, -np.ones((*chosen.shape[:2], 1))], 2)
-    kept = np.abs(np.linalg.det(table)) > 0
-    found = np.linalg.solve(table[kept], (chosen[kept] ** 2).sum(2)[..., None] / 2)[..., 0]
-    vectors = np.column_stack([found[:, :3], np.ones(len(found)), found[:, 3]])
-    radii = np.sqrt(np.maximum((found[:, :3] ** 2).sum(1) - 2 * found[:, 3], 0))
-    return np.asarray(vectors[radii > 0] / radii[radii > 0, None])
-
-
 def _is_inside_outline(points: Reals, spreads: Reals, vector: Reals) -> Reals:
-    """Return which points, moved along their most uncertain direction, meet a sphere far from its outline."""
-    directions = np.linalg.eigh(from_triangle(spreads, 3))[1][:, :, 2]
+    """Return which points, moved along their most uncertain direction, meet a sphere far from its outline.
+
+    Points without such a direction have no outline.
+    """
+    values, vectors = np.linalg.eigh(from_triangle(spreads, 3))
+    directions = vectors[:, :, 2]
     arms = points - vector[:3] / vector[3]
     aside = arms - np.einsum("ki,ki->k", arms, directions)[:, None] * directions
-    return np.asarray(np.linalg.norm(aside, axis=1) * abs(vector[3]) <= _OUTLINE)
-
-
-def _corners(points: Reals, vector: Reals) -> Reals:
-    """Return the rectangle, in a plane, about points; one side is horizontal."""
-    normal = vector[:3]
-    up = np.array([0.0, 0, 1]) if abs(normal[2]) < 0.9 else np.array([0.0, 1, 0])
-    along = np.cross(up, normal)
-    along /= np.linalg.norm(along)
-    other = np.cross(normal, along)
-    u, v = points @ along, points @ other
-    foot = vector[4] * normal
-    sides = [(u.min(), v.min()), (u.max(), v.min()), (u.max(), v.max()), (u.min(), v.max())]
-    return np.array([foot + a * along + b * other for a, b in sides])
+    is_inside = np.linalg.norm(aside, axis=1) * abs(vector[3]) <= _OUTLINE
+    return np.asarray(is_inside | (values[:, 2] <= _LONG * values[:, 1]))

@@ -132,7 +132,7 @@ def test_equal_weights_would_be_worse() -> None:
         centre = np.asarray(pga3.move_point(pose_in_space(ROBOT), np.array([1.8, 0.0, 1.2])))
         points = sphere_points(centre, 0.2, np.asarray(pga3.move_point(camera(np.zeros(2)), np.zeros(3))), seed)
         seen, spreads = stereo_points(PAIR, *images(points, camera(np.zeros(2)), 0.5, seed), camera(np.zeros(2)))
-        even = np.tile([1e-4, 0, 0, 1e-4, 0, 1e-4], (len(seen), 1))
+        even = np.tile(spreads[:, [0, 3, 5]].sum(1).mean() * np.array([1.0, 0, 0, 1, 0, 1]), (len(seen), 1))
         fits = [fit_solid(seen, s, SolidKind.SPHERE, gate=20) for s in (spreads, even)]
         errors.append([np.linalg.norm(fit.solid.centre - centre) for fit in fits])
     assert np.mean(errors, axis=0)[0] < 0.5 * np.mean(errors, axis=0)[1]

@@ -116,7 +116,7 @@ def test_degenerate_points() -> None:
     noisy = 0.05 * line + np.random.default_rng(0).normal(scale=0.01, size=(20, 2))
     assert fit_circle(noisy).status == FitStatus.DEGENERATE
     assert fit_circle(np.full((9, 2), np.nan)).status == FitStatus.TOO_FEW
-    assert fit_circle(np.ones((9, 2))).status == FitStatus.DEGENERATE
+    assert fit_circle(np.ones((9, 2))).status == FitStatus.TOO_FEW
     assert fit_circle(np.zeros((0, 2))).status == FitStatus.TOO_FEW
     assert fit_box(np.zeros((0, 2))).status == FitStatus.TOO_FEW
     side = np.stack([np.full(40, 2.0), np.linspace(-1, 1, 40)], 1)
