@@ -81,17 +81,6 @@ def _growths(codimension: int) -> tuple[Reals, Reals]:
     return twice / within - 1, (left / within) ** -2.0
 
 
-def coherent(residuals: Reals) -> bool:
-    """Return whether neighbours in a sequence of residuals (n,) agree more than independent noise would let them.
-
-    The sum of products of neighbours, divided by that of squares, has a standard deviation of less than
-    ``1 / sqrt(n)``; shapes that a model does not have make it larger.
-    """
-    squares = float(residuals @ residuals)
-    products = float(residuals[1:] @ residuals[:-1])
-    return bool(len(residuals) >= ENOUGH and products > -scipy.special.ndtri(WRONG) * squares / np.sqrt(len(residuals)))
-
-
 @dataclass(frozen=True, slots=True)
 class Noise:
     """The variance of residuals before they are seen."""
@@ -100,7 +89,7 @@ class Noise:
     weight: float = np.inf
     """The number of residuals that this knowledge is worth; infinite if the caller states the variance."""
 
-    def raised(self, cost: Reals, freedom: int) -> Reals:
+    def raised(self, cost: Reals | float, freedom: int) -> Reals:
         """Return the variance after residuals are seen, which these can only raise if it was stated.
 
         Parameters

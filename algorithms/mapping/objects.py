@@ -15,7 +15,7 @@ from generated import navigation as kernels
 
 from ..arguments import Reals, real_array
 from ..evidence import Noise, certain_deviations, likely
-from ..evidence.noise import coherent
+from ..evidence.misfit import coherence
 from ..precision import SINGLE
 from .navigation_status import FitStatus
 from .round_fitting import fit_round
@@ -196,8 +196,9 @@ def fit_circle(points: ArrayLike, sigma: float = 0.01, name: str = "") -> Object
     near = np.abs(whole) <= 6 * sigma
     around = local[near] - vector[:2] / curvature
     in_order = np.clip(whole[near], -3 * sigma, 3 * sigma)[np.argsort(np.arctan2(*around.T))]
+    squares, products = float(in_order @ in_order), float(in_order[1:] @ in_order[:-1])
     contradicted = Noise(sigma**2).contradicted(np.asarray(off @ off), len(off) - 3)
-    if 2 * len(off) < np.isfinite(whole).sum() or contradicted or coherent(in_order):
+    if 2 * len(off) < np.isfinite(whole).sum() or contradicted or coherence(squares, products, len(in_order), 0):
         return ObjectFit(None, residual, inliers, FitStatus.UNEXPLAINED)
     return ObjectFit(found if status == FitStatus.OK else None, residual, inliers, status)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,11 +14,12 @@ from generated import camera_poses, projective2
 from ..arguments import Reals, finite_number, real_array
 from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance, likely
 from ..evidence.consensus import without_repeats
+from ..evidence.misfit import NO_MISFIT, Tested, coherence, exceeds_noise, misfit
 from ..evidence.sampling import without_copies
+from ..precision import NEGLIGIBLE, TINY
 from .camera import Camera, pinhole_pixels
 from .line_poses import line_arrays, localize_with_lines
 from .localization_results import Localization, no_localization
-from .other_focal import moved_by_another_focal
 from .pose_refinement import (
     Poses,
     all_poses,
@@ -43,6 +45,10 @@ _SOME = 64
 """A limit on work: the number of pixels with which the pose of a mirror image is searched for."""
 _NARROWING = 16.0, 4.0, 1.0
 """A limit on work: multiples of the threshold with which the pose of a mirror image is followed, one by one."""
+_NEIGHBOURS = 128
+"""A limit on work: the number of pixels whose distances are compared with those of their neighbours."""
+_TERMS = 8
+"""Number of parameters of a camera by which `camera_poses.pose_misfits` explains distances."""
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=1e-2)
 
 
@@ -141,52 +147,34 @@ def localize(
     if status != VisionStatus.OK:
         return no_localization(status, len(places))
     kept, again = without_copies(image, places)
-    if len(kept) < len(places):
-        options = threshold, seed, confidence, max_samples, noise
-        once = localize(places[kept], image[kept], matrix, *options)
-        return replace(once, inliers=once.inliers[again])
-    places, image = places.astype(np.float64), image.astype(np.float64)
+    if len(kept) < 4:
+        return no_localization(VisionStatus.TOO_FEW, len(places))
+    has_copies = len(kept) < len(places)
+    if has_copies:
+        places, image = places[kept], image[kept]
+    places = places.astype(np.float64)
     centroid = places.sum(0) / len(places)
-    known = pixel_noise(k, noise)
-    scene = _Scene(places - centroid, image, k, known)
-    inliers: Reals = np.ones(len(places), bool)
-    if threshold is not None:
-        problem = _problem(scene)
-        estimate = robust_estimate(problem, threshold, np.random.default_rng(seed), confidence, max_samples)
-        if estimate.status != VisionStatus.OK:
-            return no_localization(estimate.status, len(places))
-        inliers = estimate.inliers
-        if not inliers.all() and _is_of_mirror_image(problem, estimate.model, scene, threshold):
-            return no_localization(VisionStatus.NO_CONSENSUS, len(places))
-    found = scene.minima(inliers)
-    states, likely = scene.status(found, inliers)
-    status = VisionStatus(int(states[0]))
-    undetermined = status in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
-    if threshold is None and len(places) >= _FEWEST and not undetermined and scene.suspicious(found):
-        agreed = _without_wrong_pixels(scene)
-        if agreed is None:
-            return no_localization(VisionStatus.NO_CONSENSUS if status == VisionStatus.OK else status, len(places))
-        inliers, found = agreed, scene.minima(agreed)
-        states, likely = scene.status(found, inliers)
-        status = VisionStatus(int(states[0]))
-    if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
-        return no_localization(status, len(places))
-    rows = found.matrix[0, likely[0]]
-    growth = 1.0 if threshold is None else growth_of_poses(scene.squares(rows[0]), threshold)
-    if not isfinite(growth):
-        return no_localization(VisionStatus.NO_CONSENSUS, len(places))
-    best, n_used, shift = found.at((0, 0)), int(inliers.sum()), np.zeros(2)
-    # A right camera rarely leaves more than is usual, or most of the pixels.
-    if best.cost > (2 * n_used - _FREEDOM.parameters) * known.variance or 2 * n_used < len(places):
-        refused, shift = moved_by_another_focal(rows[0], scene.places[inliers], scene.image[inliers], k, known)
-        if refused:
-            return no_localization(VisionStatus.NOT_CONVERGED, len(places))
-    poses = camera_motors(rows, centroid)
-    pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
-    residual = float(np.sqrt(best.cost / n_used))
-    return Localization(
-        pose, status, residual, inliers, poses, np.hypot(deviations(best, n_used, known, growth=growth), shift)
-    )
+    scene = _Scene(places - centroid, image.astype(np.float64), k, pixel_noise(k, noise), centroid)
+    found = scene.localized(threshold, seed, confidence, max_samples)
+    return replace(found, inliers=found.inliers[again]) if has_copies else found
+
+
+class _Judged(NamedTuple):
+    """Minima of the distances of some points, and what these say about them."""
+
+    status: VisionStatus
+    found: Poses
+    """(1, s)"""
+    likely: Reals
+    """(1, s) bool"""
+    doubted: bool
+    """Whether structure in the residuals is more than noise would leave,"""
+    refused: bool
+    """and more than the rest of them."""
+    more: Reals
+    """(2,) The squares of how far this may move the rotation, and the centre."""
+    growth: float
+    """The factor by which it makes the variance larger."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,6 +185,73 @@ class _Scene:
     image: Reals
     k: Reals
     noise: Noise
+    centroid: Reals
+    """(3,)"""
+
+    def localized(self, threshold: float | None, seed: int, confidence: float, max_samples: int) -> Localization:
+        """Return the pose."""
+        n = len(self.places)
+        inliers: Reals = np.ones(n, bool)
+        if threshold is not None:
+            problem = _problem(self)
+            estimate = robust_estimate(problem, threshold, np.random.default_rng(seed), confidence, max_samples)
+            if estimate.status != VisionStatus.OK:
+                return no_localization(estimate.status, n)
+            inliers = estimate.inliers
+            if not inliers.all() and _is_of_mirror_image(problem, estimate.model, self, threshold):
+                return no_localization(VisionStatus.NO_CONSENSUS, n)
+        own = self.judged(inliers)
+        undetermined = own.status in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
+        if threshold is None and n >= _FEWEST and not undetermined and (own.doubted or self.suspicious(own.found)):
+            agreed = _without_wrong_pixels(self)
+            if agreed is None:
+                return no_localization(VisionStatus.NO_CONSENSUS if own.status == VisionStatus.OK else own.status, n)
+            inliers, own = agreed, self.judged(agreed)
+        if own.status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
+            return no_localization(own.status, n)
+        if own.refused:
+            return no_localization(VisionStatus.NOT_CONVERGED, n)
+        rows, best, n_used = own.found.matrix[0, own.likely[0]], own.found.at((0, 0)), int(inliers.sum())
+        growth = own.growth * (1.0 if threshold is None else growth_of_poses(self.squares(rows[0]), threshold))
+        if not isfinite(growth):
+            return no_localization(VisionStatus.NO_CONSENSUS, n)
+        poses = camera_motors(rows, self.centroid)
+        pose = poses[0] if own.status == VisionStatus.OK else np.full(8, np.nan)
+        spread = np.sqrt(deviations(best, n_used, self.noise, growth=growth) ** 2 + own.more)
+        return Localization(pose, own.status, float(np.sqrt(best.cost / n_used)), inliers, poses, spread)
+
+    def judged(self, inliers: Reals) -> _Judged:
+        """Return what some of the points say."""
+        found = self.minima(inliers)
+        states, likely = self.status(found, inliers)
+        status = VisionStatus(int(states[0]))
+        nothing = _Judged(status, found, likely, False, False, np.zeros(2), 1.0)
+        if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
+            return nothing
+        pose, (places, image) = found.matrix[0, 0], self._some(inliers)
+        n, freedom = places.shape[1], 2 * places.shape[1] - _FREEDOM.parameters
+        sums, explained = camera_poses.pose_misfits(pose, self.k, places[0], image[0])
+        cost, by_all, by_one = np.asarray(explained).tolist()
+        tested = Tested(cost, by_all, by_one, _TERMS, freedom - _TERMS)
+        lens = (
+            misfit(np.asarray(sums), _FREEDOM.parameters, freedom, self.noise)
+            if any(tested.exceed(self.noise))
+            else NO_MISFIT
+        )
+        few = slice(None, None, -(-n // _NEIGHBOURS))
+        own, across = np.asarray(
+            camera_poses.neighbouring_offsets(pose, self.k, places[0, few], image[0, few])
+        ).tolist()
+        pairs = 2 * len(range(n)[few])
+        share = coherence(own, across, pairs, pairs) if own > pairs * (NEGLIGIBLE * self.k[0, 0]) ** 2 else 0.0
+        if lens.more is None and not share:
+            return nothing
+        more = np.zeros(2)
+        if lens.more is not None:
+            turned, shifted = (float(np.linalg.eigvalsh(part)[-1]) for part in (lens.more[:3, :3], lens.more[3:, 3:]))
+            more = np.array([turned, shifted * float(pose[:, 3] @ pose[:, 3])])
+        refused = lens.contradicts or 2 * share > 1
+        return _Judged(status, found, likely, lens.is_certain or share > 0, refused, more, 1 + 2 * n * share)
 
     def minima(self, inliers: Reals) -> Poses:
         """Return all minima (1, s) of the distances of some of the points."""
@@ -257,6 +312,14 @@ def _without_wrong_pixels(scene: _Scene) -> Reals | None:
         inliers = ~scene.noise.outlying(squares, 2, found.cost[None], 2 * int(before.sum()) - 6)
         if np.array_equal(inliers, before):
             break
+    # Two poses, each of some of the points, may explain so much more that none is that of all of them. Points can be
+    # divided in two parts in 2^n ways.
+    n, cost = int(inliers.sum()), float(squares[inliers].sum())
+    first, second = distances[order[0], inliers], distances[:, inliers]
+    left = float((np.minimum(first, second) ** 2).sum(1).min())
+    by_two = cost - left, cost, _FREEDOM.parameters, 2 * (n - _FREEDOM.parameters), 0.0
+    if exceeds_noise(*by_two, max(WRONG / 2.0**n, TINY)):
+        return None
     return inliers if by_chance(found.matrix)[0] <= np.log(WRONG) else None
 
 
