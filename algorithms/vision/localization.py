@@ -14,10 +14,11 @@ from generated import camera_poses, projective2
 from ..arguments import Reals, finite_number, real_array
 from ..evidence import WRONG, Freedom, Noise, Problem, all_or_some_sets, check_sampling, least_by_chance, likely
 from ..evidence.consensus import without_repeats
-from ..evidence.misfit import NO_MISFIT, Tested, coherence, exceeds_noise, misfit
+from ..evidence.misfit import exceeds_noise
 from ..evidence.sampling import without_copies
-from ..precision import NEGLIGIBLE, TINY
+from ..precision import TINY
 from .camera import Camera, pinhole_pixels
+from .camera_misfits import NO_DOUBT, Doubt, camera_misfits, doubt_of
 from .line_poses import line_arrays, localize_with_lines
 from .localization_results import Localization, no_localization
 from .pose_refinement import (
@@ -45,10 +46,6 @@ _SOME = 64
 """A limit on work: the number of pixels with which the pose of a mirror image is searched for."""
 _NARROWING = 16.0, 4.0, 1.0
 """A limit on work: multiples of the threshold with which the pose of a mirror image is followed, one by one."""
-_NEIGHBOURS = 128
-"""A limit on work: the number of pixels whose distances are compared with those of their neighbours."""
-_TERMS = 8
-"""Number of parameters of a camera by which `camera_poses.pose_misfits` explains distances."""
 _FREEDOM = Freedom(sample_size=3, parameters=6, codimension=2, solutions=4, false_alarms=1e-2)
 
 
@@ -167,14 +164,7 @@ class _Judged(NamedTuple):
     """(1, s)"""
     likely: Reals
     """(1, s) bool"""
-    doubted: bool
-    """Whether structure in the residuals is more than noise would leave,"""
-    refused: bool
-    """and more than the rest of them."""
-    more: Reals
-    """(2,) The squares of how far this may move the rotation, and the centre."""
-    growth: float
-    """The factor by which it makes the variance larger."""
+    doubt: Doubt
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -202,22 +192,27 @@ class _Scene:
                 return no_localization(VisionStatus.NO_CONSENSUS, n)
         own = self.judged(inliers)
         undetermined = own.status in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
-        if threshold is None and n >= _FEWEST and not undetermined and (own.doubted or self.suspicious(own.found)):
+        if (
+            threshold is None
+            and n >= _FEWEST
+            and not undetermined
+            and (own.doubt.is_certain or self.suspicious(own.found))
+        ):
             agreed = _without_wrong_pixels(self)
             if agreed is None:
                 return no_localization(VisionStatus.NO_CONSENSUS if own.status == VisionStatus.OK else own.status, n)
             inliers, own = agreed, self.judged(agreed)
         if own.status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
             return no_localization(own.status, n)
-        if own.refused:
+        if own.doubt.refused:
             return no_localization(VisionStatus.NOT_CONVERGED, n)
         rows, best, n_used = own.found.matrix[0, own.likely[0]], own.found.at((0, 0)), int(inliers.sum())
-        growth = own.growth * (1.0 if threshold is None else growth_of_poses(self.squares(rows[0]), threshold))
+        growth = own.doubt.growth * (1.0 if threshold is None else growth_of_poses(self.squares(rows[0]), threshold))
         if not isfinite(growth):
             return no_localization(VisionStatus.NO_CONSENSUS, n)
         poses = camera_motors(rows, self.centroid)
         pose = poses[0] if own.status == VisionStatus.OK else np.full(8, np.nan)
-        spread = np.sqrt(deviations(best, n_used, self.noise, growth=growth) ** 2 + own.more)
+        spread = np.sqrt(deviations(best, n_used, self.noise, growth=growth) ** 2 + own.doubt.more)
         return Localization(pose, own.status, float(np.sqrt(best.cost / n_used)), inliers, poses, spread)
 
     def judged(self, inliers: Reals) -> _Judged:
@@ -225,33 +220,14 @@ class _Scene:
         found = self.minima(inliers)
         states, likely = self.status(found, inliers)
         status = VisionStatus(int(states[0]))
-        nothing = _Judged(status, found, likely, False, False, np.zeros(2), 1.0)
-        if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
-            return nothing
-        pose, (places, image) = found.matrix[0, 0], self._some(inliers)
-        n, freedom = places.shape[1], 2 * places.shape[1] - _FREEDOM.parameters
-        sums, explained = camera_poses.pose_misfits(pose, self.k, places[0], image[0])
-        cost, by_all, by_one = np.asarray(explained).tolist()
-        tested = Tested(cost, by_all, by_one, _TERMS, freedom - _TERMS)
-        lens = (
-            misfit(np.asarray(sums), _FREEDOM.parameters, freedom, self.noise)
-            if any(tested.exceed(self.noise))
-            else NO_MISFIT
-        )
-        few = slice(None, None, -(-n // _NEIGHBOURS))
-        own, across = np.asarray(
-            camera_poses.neighbouring_offsets(pose, self.k, places[0, few], image[0, few])
-        ).tolist()
-        pairs = 2 * len(range(n)[few])
-        share = coherence(own, across, pairs, pairs) if own > pairs * (NEGLIGIBLE * self.k[0, 0]) ** 2 else 0.0
-        if lens.more is None and not share:
-            return nothing
-        more = np.zeros(2)
-        if lens.more is not None:
-            turned, shifted = (float(np.linalg.eigvalsh(part)[-1]) for part in (lens.more[:3, :3], lens.more[3:, 3:]))
-            more = np.array([turned, shifted * float(pose[:, 3] @ pose[:, 3])])
-        refused = lens.contradicts or 2 * share > 1
-        return _Judged(status, found, likely, lens.is_certain or share > 0, refused, more, 1 + 2 * n * share)
+        doubt = NO_DOUBT
+        if status in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
+            pose, (places, image) = found.matrix[0, 0], self._some(inliers)
+            sums = camera_misfits(pose, self.k, places[0], image[0])
+            doubt = doubt_of(*sums, places.shape[1], self.noise)
+            if doubt.more.any():
+                doubt = doubt._replace(more=doubt.more * [1, float(pose[:, 3] @ pose[:, 3])])
+        return _Judged(status, found, likely, doubt)
 
     def minima(self, inliers: Reals) -> Poses:
         """Return all minima (1, s) of the distances of some of the points."""
