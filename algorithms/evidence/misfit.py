@@ -135,21 +135,37 @@ def misfit(
     normal = normal / np.outer(scale, scale)
     moves = np.linalg.lstsq(normal[:size, :size], normal[:size, size:], rcond=NEGLIGIBLE)[0]
     rest = normal[size:, size:] - normal[:size, size:].T @ moves
-    unit, left, used = float(scale[-1]) ** 2, rest, list[int]()
-    first, best = _tested(rest, unit, freedom, rounding)
+    found = misfit_across(rest, freedom, noise, rounding, float(scale[-1]))
+    by = moves[:, :-1] / scale[:size, None]
+    return found if found.more is None else found._replace(more=by @ found.more @ by.T)
+
+
+def misfit_across(rest: Reals, freedom: int, noise: Noise, rounding: float, unit: float = 1.0) -> Misfit:
+    """Return what terms explain of residuals, as `misfit` does, with the spread (t, t) of their coefficients.
+
+    Parameters
+    ----------
+    rest : array, (t + 1, t + 1)
+        Sums of products of terms, of norm 1, and the residual across the derivatives by all parameters.
+    freedom, noise, rounding
+        As in `misfit`.
+    unit : float
+        The unit of the residual.
+    """
+    left, used = rest, list[int]()
+    first, best = _tested(rest, unit**2, freedom, rounding)
     tested = first
     while any(tested.exceed(noise)):
         used.append(best)
         left = left - np.outer(left[best], left[best]) / left[best, best]
         left[used] = left[:, used] = 0
-        tested, best = _tested(left, unit, freedom - len(used), rounding)
+        tested, best = _tested(left, unit**2, freedom - len(used), rounding)
     if not used:
         return NO_MISFIT
     spread = np.linalg.inv(rest[np.ix_(used, used)])
-    coefficients = spread @ rest[used, -1]
-    variance = float(noise.raised(tested.cost, freedom - len(used)))
-    by = moves[:, used] / scale[:size, None]
-    more = by @ (np.outer(coefficients, coefficients) * unit + variance * spread) @ by.T
+    coefficients = spread @ rest[used, -1] * unit
+    variance, more = float(noise.raised(tested.cost, freedom - len(used))), np.zeros((len(rest) - 1,) * 2)
+    more[np.ix_(used, used)] = np.outer(coefficients, coefficients) + variance * spread
     is_refused = contradicts(first.explained, first.cost, first.n_terms, first.freedom, rounding, noise)
     return Misfit(is_refused, any(first.exceed(noise, WRONG)), more)
 

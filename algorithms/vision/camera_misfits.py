@@ -44,6 +44,10 @@ class Offsets(NamedTuple):
     n: int
     """Number of coordinates."""
 
+    def plus(self, other: Offsets) -> Offsets:
+        """Return the sums over the pixels of both."""
+        return Offsets(self.squares + other.squares, self.products + other.products, self.n + other.n)
+
 
 def camera_misfits(pose: Reals, k: Reals, places: Reals, image: Reals) -> tuple[Reals, Reals, Offsets]:
     """Return sums of products (15, 15), what other parameters of the camera explain (3,), and what neighbours share."""
@@ -71,7 +75,8 @@ def doubt_of(sums: Reals, explained: Reals | None, offsets: Offsets, n: int, noi
     """
     freedom, found = 2 * n - _POSE, NO_MISFIT
     n_terms = len(sums) - _POSE - 1
-    if explained is None or any(Tested(*explained.tolist(), n_terms, freedom - n_terms).exceed(noise)):
+    cost, by_all, by_one = (np.inf, np.inf, np.inf) if explained is None else explained.tolist()
+    if explained is None or any(Tested(cost, by_all, by_one, n_terms, freedom - n_terms).exceed(noise)):
         found = misfit(sums, _POSE, freedom, noise)
     share = coherence(*offsets, offsets.n)
     if found.more is None and not share:

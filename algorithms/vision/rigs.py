@@ -212,7 +212,7 @@ class _Rig:
             steps[:width, size + i * width : size + (i + 1) * width] = np.eye(width)
             steps[-1, -1] = 1
             normal += steps.T @ sums @ steps
-            total = Offsets(*(a + b for a, b in zip(total, offsets, strict=True)))
+            total = total.plus(offsets)
         return doubt_of(normal, None, total, int(inliers.sum()), self.noise)
 
     def _spread(self, inliers: Reals) -> Reals:
