@@ -253,7 +253,7 @@ class _Judged:
         self.freedom = max(int(2 * weights.sum()) - n_parameters, 0) if np.isfinite(self.weighed) else 0
         self.misfit: BundleMisfit | None = None
         if information is not None and self.freedom > 0 and end.converged:
-            self.misfit = bundle_misfit(scene, end.state, information, self.freedom, known)
+            self.misfit = bundle_misfit(scene, end.state, information, weights, self.freedom, known)
 
     def statuses(self) -> tuple[Reals, Reals]:
         """Return the statuses of cameras (c,) and points (m,)."""

@@ -12,7 +12,7 @@ from generated import pga3
 from ..arguments import Reals
 from ..evidence import Noise
 from ..evidence.misfit import NO_MISFIT, coherence, misfit_across
-from ..precision import NEGLIGIBLE
+from ..precision import HUGE, NEGLIGIBLE
 from .bundle_descent import Information
 from .bundle_system import Scene, State
 
@@ -32,27 +32,32 @@ class BundleMisfit(NamedTuple):
     """(t, t) and what the terms add to the covariance, for these steps."""
 
 
-def bundle_misfit(scene: Scene, state: State, information: Information, freedom: int, noise: Noise) -> BundleMisfit:
+def bundle_misfit(
+    scene: Scene, state: State, information: Information, weights: Reals, freedom: int, noise: Noise
+) -> BundleMisfit:
     """Return what terms of one lens for all cameras explain, and which share of the squares neighbours have in common.
 
-    The neighbour of a pixel is that of the point that is nearest in space, in the same camera.
+    The neighbour of a pixel is that of the point that is nearest in space, in the same camera. The terms are those that
+    move cameras the farthest: the focal length, the centre, and a radial term.
     """
-    rest = np.asarray(information.equations.rest)
-    weights = scene.influences(scene.squares(state)[0])
-    # Far pixels of a robust loss are not noise.
-    near = (weights > 0.5)[:, None]
-    rest, freedom = rest * near, freedom - 2 * int(np.count_nonzero(~near))
+    rest, used = np.asarray(information.equations.rest), np.sqrt(weights)
+    if scene.kind:
+        # Far pixels of a robust loss are not noise.
+        near = weights > 0.5
+        rest, used = rest * near[:, None], used * near
+        freedom -= 2 * int(np.count_nonzero(~near))
     share = 0.0
     rounding = rest.size * (NEGLIGIBLE * float(np.abs(state.lenses[:, 0]).max())) ** 2
     if (rest**2).sum() > rounding:
         share = _common(scene, state, rest)
     growth = 1 + share * rest.size / max(len(np.unique(scene.camera)), 1)
-    columns = np.concatenate([_lens_terms(scene, state) * np.sqrt(weights)[:, None] * near, rest[None]])
-    norms = np.sqrt((columns[:-1] ** 2).sum((1, 2), keepdims=True))
-    columns[:-1] /= np.where(norms > 0, norms, 1)
-    moves, found = [information.moves(each) for each in columns], NO_MISFIT
+    columns = np.concatenate([_lens_terms(scene, state, used), rest[None]])
+    # Without a robust loss, the derivatives with the residuals vanish.
+    moves, found = [information.moves(each) for each in (columns if scene.kind else columns[:-1])], NO_MISFIT
     steps = [tuple(each) for each in moves if each is not None]
-    if len(steps) == len(columns) and freedom > 0:
+    if steps and len(steps) == len(moves) and freedom > 0:
+        if not scene.kind:
+            steps.append(tuple(np.zeros_like(each) for each in steps[0]))
         slopes, moved = (np.array([np.append(each[i], each[i + 1]) for each in steps]) for i in (0, 2))
         flat = columns.reshape(len(columns), -1)
         normal = flat @ flat.T + slopes @ moved.T
@@ -67,20 +72,22 @@ def bundle_misfit(scene: Scene, state: State, information: Information, freedom:
     return BundleMisfit(refused, growth, blocks, points, found.more)
 
 
-def _lens_terms(scene: Scene, state: State) -> Reals:
-    """Return displacements (8, k, 2) by focal lengths, centre, skew, radial and tangential distortion."""
+def _lens_terms(scene: Scene, state: State, used: Reals) -> Reals:
+    """Return displacements (4, k, 2), of norm 1, by focal length, centre and radial distortion, times factors (k,)."""
     there = np.asarray(pga3.move_point_back(state.motors[scene.camera], state.points[scene.point]))
     with np.errstate(all="ignore"):
-        x, y = (there[:, :2] / there[:, 2:]).T
+        seen = there[:, :2] / there[:, 2:]
         if scene.model == "fisheye":
             far = np.hypot(there[:, 0], there[:, 1])
-            x, y = (there[:, :2] * (np.arctan2(far, there[:, 2]) / np.where(far > 0, far, 1))[:, None]).T
-    s, one, nothing = x * x + y * y, np.ones_like(x), np.zeros_like(x)
-    pairs = [(x, y), (x, -y), (one, nothing), (nothing, one), (y, nothing), (x * s, y * s)]
-    pairs += [(s + 2 * x * x, 2 * x * y), (2 * x * y, s + 2 * y * y)]
-    fx, fy, _, _, skew = state.lenses[scene.camera, :5].T
-    found = np.array([np.stack([fx * a + skew * b, fy * b], 1) for a, b in pairs])
-    return np.where(np.isfinite(found), found, 0)
+            seen = there[:, :2] * (np.arctan2(far, there[:, 2]) / np.where(far > 0, far, 1))[:, None]
+        focal = state.lenses[scene.camera, :2]
+        along = np.where(np.isfinite(seen), seen * focal, 0) * used[:, None]
+        radial = along * np.minimum((seen**2).sum(1), HUGE)[:, None]
+    centre = np.zeros((2, *along.shape))
+    centre[0, :, 0] = centre[1, :, 1] = used
+    found = np.stack([along, *centre, np.where(np.isfinite(radial), radial, 0)])
+    norms = np.sqrt(np.einsum("tki,tki->t", found, found))[:, None, None]
+    return np.asarray(found / np.where(norms > 0, norms, 1))
 
 
 def _common(scene: Scene, state: State, rest: Reals) -> float:
