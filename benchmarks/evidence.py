@@ -13,6 +13,7 @@ from . import (
     evidence_estimation,
     evidence_focal,
     evidence_mapping,
+    evidence_misfits,
     evidence_objects,
     evidence_others,
     evidence_robots,
@@ -33,6 +34,7 @@ SLOW = 200
 """Number of trials of rows that take more than a twentieth of a second each; others have five times more."""
 CHAPTERS = (
     evidence_contradictions,
+    evidence_misfits,
     evidence_vision,
     evidence_views,
     evidence_focal,

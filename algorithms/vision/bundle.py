@@ -103,7 +103,10 @@ def bundle_adjust(
         The status OK guarantees that a minimum was reached, that the observations determine all cameras, and that the
         residuals do not contradict the noise: neither their sum of squares nor, without a robust loss, the largest. If
         a camera is not adjusted or not determined, its status is that of the whole, see `camera_status`. The status is
-        NOT_CONVERGED after `max_steps`, or if residuals are larger than noise. Points have statuses of their own.
+        NOT_CONVERGED after `max_steps`, or if residuals are larger than noise, or if structure in them is more than the
+        rest: what another focal length, centre or radial distortion of all cameras explains, and what residuals have in
+        common with those of the nearest points in the same camera. Less of it makes covariances larger. Points have
+        statuses of their own.
 
     Raises
     ------

@@ -59,7 +59,8 @@ def localize_rig(
     -------
     Localization
         Its poses are those of the rig: unit motors from the frame of the rig to the world frame. The statuses are those
-        of `localize`, except that without a threshold, a wrong pixel makes the status NOT_CONVERGED.
+        of `localize`, except that without a threshold, a wrong pixel makes the status NOT_CONVERGED. Other poses of the
+        cameras are among what may explain structure in the residuals.
 
     Raises
     ------
