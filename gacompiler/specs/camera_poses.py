@@ -1,7 +1,7 @@
 """Poses of a camera from three points, poses near others with the least truncated squares, and motions about a plane.
 
-A pose [R | t] takes the frame of the points to that of the camera. Pixels are those of the matrix K. What is said of the
-residuals of a pose is in one file with the search of the pose, since both have the same image of a point.
+A pose [R | t] takes the frame of the points to that of the camera. Pixels are those of the matrix K. What residuals of
+a pose say is in one file with the search for the pose, since both have the same image of a point.
 """
 
 from fractions import Fraction
