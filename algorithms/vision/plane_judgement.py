@@ -199,7 +199,9 @@ def _contradicted(fit: Adjustment, views: Views, used: Reals, freedom: int) -> t
     by_pose = rows[..., N_INTRINSICS + len(fit.lens.k) :]
     terms = np.concatenate([_terms(fit.lens, sights), _of_boards(views, _by_places(fit.lens, views, by_pose))], -1)
     terms = np.where(seen[..., None, None], terms, 0).reshape(*off.shape, -1)
-    later = views.pixels[..., 1:] - views.pixels[..., 1:].mean(1, keepdims=True)
+    # Rows of the images are free of the noise, with which that of pixels is correlated.
+    images = (views.pixels + off.reshape(views.pixels.shape))[..., 1:]
+    later = images - images.mean(1, keepdims=True)
     motions = by_pose * np.repeat(later, 2, axis=1).reshape(*off.shape, 1)
     columns = np.concatenate([by_pose, motions, rows[..., used], terms, off[..., None]], -1)
     norms = np.sqrt((columns**2).sum((0, 1)))
