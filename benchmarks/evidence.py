@@ -14,6 +14,7 @@ from . import (
     evidence_estimation,
     evidence_focal,
     evidence_mapping,
+    evidence_misfits,
     evidence_objects,
     evidence_others,
     evidence_robots,
@@ -36,6 +37,7 @@ SLOW = 200
 CHAPTERS = (
     evidence_contradictions,
     evidence_adversary,
+    evidence_misfits,
     evidence_vision,
     evidence_views,
     evidence_focal,

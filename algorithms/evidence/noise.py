@@ -165,7 +165,7 @@ class Noise:
     weight: float = np.inf
     """The number of residuals that this knowledge is worth; infinite if the caller states the variance."""
 
-    def raised(self, cost: Reals, freedom: int) -> Reals:
+    def raised(self, cost: Reals | float, freedom: int) -> Reals:
         """Return the variance after residuals are seen, which these can only raise if it was stated.
 
         Parameters

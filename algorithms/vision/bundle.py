@@ -24,9 +24,10 @@ from .bundle_arguments import (
     checked_table,
 )
 from .bundle_descent import BundleStep, Descent, Information, descended
+from .bundle_misfits import BundleMisfit, bundle_misfit
 from .bundle_parts import Parts, parts_of
 from .bundle_results import BundleAdjustment
-from .bundle_system import N_PINHOLE, Layout, Scene, State
+from .bundle_system import BLOCK, N_PINHOLE, Layout, Scene, State
 from .camera import Camera, intrinsics_of, matrix_of
 from .pose_refinement import pixel_noise
 from .status import VisionStatus
@@ -102,7 +103,10 @@ def bundle_adjust(
         The status OK guarantees that a minimum was reached, that the observations determine all cameras, and that the
         residuals do not contradict the noise: neither their sum of squares nor, without a robust loss, the largest. If
         a camera is not adjusted or not determined, its status is that of the whole, see `camera_status`. The status is
-        NOT_CONVERGED after `max_steps`, or if residuals are larger than noise. Points have statuses of their own.
+        NOT_CONVERGED after `max_steps`, or if residuals are larger than noise, or if structure in them is more than the
+        rest: what another focal length, centre or radial distortion of all cameras explains, and what residuals have in
+        common with those of the nearest points in the same camera. Less of it makes covariances larger. Points have
+        statuses of their own.
 
     Raises
     ------
@@ -250,6 +254,9 @@ class _Judged:
         self.weighed = float((weights * self.squares).sum())
         n_parameters = layout.n_free + 3 * int(scene.free_points.sum())
         self.freedom = max(int(2 * weights.sum()) - n_parameters, 0) if np.isfinite(self.weighed) else 0
+        self.misfit: BundleMisfit | None = None
+        if information is not None and self.freedom > 0 and end.converged:
+            self.misfit = bundle_misfit(scene, end.state, information, weights, self.freedom, known)
 
     def statuses(self) -> tuple[Reals, Reals]:
         """Return the statuses of cameras (c,) and points (m,)."""
@@ -322,6 +329,8 @@ class _Judged:
         if not self.end.converged or self.known.contradicted(np.asarray(self.weighed), self.freedom):
             return VisionStatus.NOT_CONVERGED
         others = self.weighed - self.squares
+        if self.misfit is not None and self.misfit.refused:
+            return VisionStatus.NOT_CONVERGED
         if not self.scene.kind and self.known.outlying(self.squares, 2, others, self.freedom - 2).any():
             return VisionStatus.NOT_CONVERGED
         return VisionStatus.OK
@@ -337,11 +346,19 @@ class _Judged:
             found = self.information.covariances(wanted == "points")
         if found is None:
             return cameras, lenses, points
-        variance = float(self.known.raised(np.asarray(self.weighed), self.freedom))
+        variance = float(self.known.raised(self.weighed, self.freedom))
+        variance *= 1.0 if self.misfit is None else self.misfit.growth
+        parts = [variance * each for each in found]
+        if self.misfit is not None and len(self.misfit.spread):
+            steps, c, n = self.misfit.cameras, layout.n_cameras, self.scene.n_lenses
+            of_lenses = steps[:, c:].reshape(len(steps), layout.n_parts, n, BLOCK).swapaxes(1, 2)
+            moved = [steps[:, :c], of_lenses.reshape(len(steps), n, layout.n_parts * BLOCK), self.misfit.points]
+            for part, each in zip(parts, moved if wanted == "points" else moved[:2], strict=False):
+                part += np.einsum("tbi,tu,ubj->bij", each, self.misfit.spread, each, optimize=True)
         usable = self.parts.camera_status == VisionStatus.OK
-        cameras[usable] = variance * found[0][usable]
-        lenses[:] = variance * found[1][:, :width, :width]
+        cameras[usable] = parts[0][usable]
+        lenses[:] = parts[1][:, :width, :width]
         if wanted == "points":
-            points[self.scene.free_points] = variance * found[2][self.scene.free_points]
+            points[self.scene.free_points] = parts[2][self.scene.free_points]
             points[(self.parts.point_status == VisionStatus.OK) & ~self.scene.free_points] = 0
         return cameras, lenses, points

@@ -97,6 +97,40 @@ class Information:
         self.layout = layout
         self.equations = Equations(layout, state)
         self.matrix, _, self.scaled, self.inverse, _ = self.equations.eliminated(0.0)
+        self._factor: Factor | None = None
+
+    @property
+    def factor(self) -> Factor | None:
+        """The factors of the reduced matrix, or None if it is singular."""
+        if self._factor is None:
+            self._factor = factorized(self.matrix)
+        return self._factor
+
+    def moves(self, rest: Reals) -> tuple[Reals, Reals, Reals, Reals] | None:
+        """Return products (b, 6), (m, 3) of derivatives with numbers (k, 2) in the place of residuals, and their steps.
+
+        None if the equations are singular.
+        """
+        layout, equations = self.layout, self.equations
+        factor = self.factor if layout.n_free else None
+        if factor is None and layout.n_free:
+            return None
+        _, of_points = bundles.point_sums(equations.by_point, rest, layout.scene.point, layout.zero_points)
+        of_blocks = sum(
+            bundles.block_gradients(part, rest, block, layout.zero_blocks)
+            for part, block in zip(equations.parts, layout.block_of, strict=True)
+        )
+        _, reduced = bundles.point_root(equations.squares, of_points, 0.0)
+        gradient = of_blocks - bundles.eliminated_gradients(
+            self.scaled, layout.block, layout.point, reduced, layout.zero_blocks
+        )
+        change = np.zeros((layout.n_blocks, BLOCK))
+        if factor is not None:
+            change[layout.free] = -factor.solve(gradient[layout.free])
+        points = bundles.point_changes(
+            self.scaled, layout.block, layout.point, change, reduced, self.inverse, layout.zero_points
+        )
+        return np.where(layout.free, of_blocks, 0), of_points, change, points
 
     def variances(self) -> Reals:
         """Return the variances (b, 6) of blocks for residuals of variance 1; of sparse systems, the largest part.
@@ -163,7 +197,7 @@ class Information:
         layout, n = self.layout, self.layout.n_free
         if not n:
             return np.zeros((len(layout.rows), BLOCK, BLOCK))
-        factor = factorized(self.matrix)
+        factor = self.factor
         if factor is None:
             return None
         if isinstance(self.matrix, np.ndarray):

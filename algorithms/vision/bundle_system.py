@@ -212,6 +212,7 @@ class Equations:
             padded = np.zeros((*by_parameter.shape[:2], BLOCK * layout.n_parts))
             padded[:, :, :width] = by_parameter
             parts += [np.ascontiguousarray(each) for each in np.split(padded, layout.n_parts, axis=2)]
+        self.rest, self.by_point, self.parts = rest, by_point, parts
         self.squares, self.point_gradient = bundles.point_sums(by_point, rest, scene.point, layout.zero_points)
         self.gradient = sum(
             bundles.block_gradients(part, rest, block, layout.zero_blocks)

@@ -50,8 +50,9 @@ class PlaneCalibration:
     """Names of the estimated parameters: ``fx fy cx cy``, ``skew`` if requested, and the coefficients."""
     covariance: Reals = field(default_factory=lambda: np.empty((0, 0)))
     """(p, p) Covariance of the parameters, for independent noise of pixels with the variance that residuals show;
-    infinite if there are no more pixels than unknowns. If further terms of distortion explain more of the residuals
-    than noise would, it includes by how much these would move the parameters."""
+    infinite if there are no more pixels than unknowns. If further terms of distortion, the shape of the planes, or
+    motions while rows are read one after the other explain more of the residuals than noise would, it includes by how
+    much these would move the parameters."""
     poses: Reals = field(default_factory=lambda: np.empty((0, 8)))
     """(v, 8) Unit motors from the frames of the planes, whose points are ``(x, y, 0)``, to the camera frame."""
     view_residuals: Reals = field(default_factory=lambda: np.empty(0))
@@ -104,8 +105,8 @@ def calibrate_from_planes(
         if the views do not determine a parameter: the information about the parameters is then singular, or 3.3
         standard deviations of 1 / f^2 include 0, or those of the principal point a focal length. NO_CONSENSUS if no
         more than half of the views agree. NOT_CONVERGED if points are beyond the range of the lens, or if the residuals
-        contradict the camera: if further terms of distortion explain more of them than they leave, and than noise
-        would with a probability of a thousandth. Without `distortion`, `intrinsics` are then those of the closed form.
+        contradict the camera: if what `covariance` names explains more of them than it leaves, and than noise would
+        with a probability of a thousandth. Without `distortion`, `intrinsics` are then those of the closed form.
 
     Raises
     ------

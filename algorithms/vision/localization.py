@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,9 +16,9 @@ from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling
 from ..evidence.consensus import Indices, without_repeats
 from ..evidence.sampling import without_copies
 from .camera import Camera, pinhole_pixels
+from .camera_misfits import NO_DOUBT, Doubt, camera_misfits, doubt_of
 from .line_poses import line_arrays, localize_with_lines
 from .localization_results import Localization, no_localization
-from .other_focal import moved_by_another_focal
 from .pose_agreement import FEWEST, SAMPLES, SIGMAS, agreeing_items
 from .pose_refinement import (
     Poses,
@@ -98,9 +99,10 @@ def localize(
         their centroid. AMBIGUOUS means that another pose, as the mirror image of a small or distant plane, has a
         likelihood of more than a thousandth of the best one; both are in `poses`. TOO_FEW is returned for fewer than
         four distinct points, and DEGENERATE for points on a line and others that do not determine the pose. The status
-        is NOT_CONVERGED if the best pose violates one of the other conditions, or if another focal length explains more
-        of the squared distances than it leaves, and than noise would. This is tested if distances are larger than
-        usual, or if most pixels disagree. The status is NO_CONSENSUS if no pose has more inliers than expected by
+        is NOT_CONVERGED if the best pose violates one of the other conditions, or if structure in the distances is more
+        than the rest of them, and than noise would show: what other parameters of the camera explain, and what each has
+        in common with that of the nearest other point. Less of it makes `deviation` larger. It is NO_CONSENSUS if two
+        poses explain all pixels, each some of them, or if no pose has more inliers than expected by
         chance, or than of pixels as near their places as those that disagree with the pose. With a threshold, this is
         also the status if the mirror image of the points explains the pixels better, or if so many pixels are within
         one and two thresholds that their noise is not less than the threshold.
@@ -135,52 +137,27 @@ def localize(
     if status != VisionStatus.OK:
         return no_localization(status, len(places))
     kept, again = without_copies(image, places)
-    if len(kept) < len(places):
-        options = threshold, seed, confidence, max_samples, noise
-        once = localize(places[kept], image[kept], matrix, *options)
-        return replace(once, inliers=once.inliers[again])
-    places, image = places.astype(np.float64), image.astype(np.float64)
+    if len(kept) < 4:
+        return no_localization(VisionStatus.TOO_FEW, len(places))
+    has_copies = len(kept) < len(places)
+    if has_copies:
+        places, image = places[kept], image[kept]
+    places = places.astype(np.float64)
     centroid = places.sum(0) / len(places)
-    known = pixel_noise(k, noise)
-    scene = _Scene(places - centroid, image, k, known)
-    inliers: Reals = np.ones(len(places), bool)
-    if threshold is not None:
-        problem = _problem(scene)
-        estimate = robust_estimate(problem, threshold, np.random.default_rng(seed), confidence, max_samples)
-        if estimate.status != VisionStatus.OK:
-            return no_localization(estimate.status, len(places))
-        inliers = estimate.inliers
-        if not inliers.all() and _is_of_mirror_image(problem, estimate.model, scene, threshold):
-            return no_localization(VisionStatus.NO_CONSENSUS, len(places))
-    found = scene.minima(inliers)
-    states, likely = scene.status(found, inliers)
-    status = VisionStatus(int(states[0]))
-    undetermined = status in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
-    if threshold is None and len(places) >= FEWEST and not undetermined and scene.suspicious(found):
-        agreed = _without_wrong_pixels(scene)
-        if agreed is None:
-            return no_localization(VisionStatus.NO_CONSENSUS if status == VisionStatus.OK else status, len(places))
-        inliers, found = agreed, scene.minima(agreed)
-        states, likely = scene.status(found, inliers)
-        status = VisionStatus(int(states[0]))
-    if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
-        return no_localization(status, len(places))
-    rows = found.matrix[0, likely[0]]
-    growth = 1.0 if threshold is None else growth_of_poses(scene.squares(rows[0]), threshold)
-    if not isfinite(growth):
-        return no_localization(VisionStatus.NO_CONSENSUS, len(places))
-    best, n_used, shift = found.at((0, 0)), int(inliers.sum()), np.zeros(2)
-    # A right camera rarely leaves more than is usual, or most of the pixels.
-    if best.cost > (2 * n_used - _FREEDOM.parameters) * known.variance or 2 * n_used < len(places):
-        refused, shift = moved_by_another_focal(rows[0], scene.places[inliers], scene.image[inliers], k, known)
-        if refused:
-            return no_localization(VisionStatus.NOT_CONVERGED, len(places))
-    poses = camera_motors(rows, centroid)
-    pose = poses[0] if status == VisionStatus.OK else np.full(8, np.nan)
-    residual = float(np.sqrt(best.cost / n_used))
-    return Localization(
-        pose, status, residual, inliers, poses, np.hypot(deviations(best, n_used, known, growth=growth), shift)
-    )
+    scene = _Scene(places - centroid, image.astype(np.float64), k, pixel_noise(k, noise), centroid)
+    found = scene.localized(threshold, seed, confidence, max_samples)
+    return replace(found, inliers=found.inliers[again]) if has_copies else found
+
+
+class _Judged(NamedTuple):
+    """Minima of the distances of some points, and what these say about them."""
+
+    status: VisionStatus
+    found: Poses
+    """(1, s)"""
+    likely: Reals
+    """(1, s) bool"""
+    doubt: Doubt
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -191,6 +168,59 @@ class _Scene:
     image: Reals
     k: Reals
     noise: Noise
+    centroid: Reals
+    """(3,)"""
+
+    def localized(self, threshold: float | None, seed: int, confidence: float, max_samples: int) -> Localization:
+        """Return the pose."""
+        n = len(self.places)
+        inliers: Reals = np.ones(n, bool)
+        if threshold is not None:
+            problem = _problem(self)
+            estimate = robust_estimate(problem, threshold, np.random.default_rng(seed), confidence, max_samples)
+            if estimate.status != VisionStatus.OK:
+                return no_localization(estimate.status, n)
+            inliers = estimate.inliers
+            if not inliers.all() and _is_of_mirror_image(problem, estimate.model, self, threshold):
+                return no_localization(VisionStatus.NO_CONSENSUS, n)
+        own = self.judged(inliers)
+        undetermined = own.status in (VisionStatus.TOO_FEW, VisionStatus.DEGENERATE)
+        if (
+            threshold is None
+            and n >= FEWEST
+            and not undetermined
+            and (own.doubt.is_certain or self.suspicious(own.found))
+        ):
+            agreed = _without_wrong_pixels(self)
+            if agreed is None:
+                return no_localization(VisionStatus.NO_CONSENSUS if own.status == VisionStatus.OK else own.status, n)
+            inliers, own = agreed, self.judged(agreed)
+        if own.status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
+            return no_localization(own.status, n)
+        if own.doubt.refused:
+            return no_localization(VisionStatus.NOT_CONVERGED, n)
+        rows, best, n_used = own.found.matrix[0, own.likely[0]], own.found.at((0, 0)), int(inliers.sum())
+        growth = own.doubt.growth * (1.0 if threshold is None else growth_of_poses(self.squares(rows[0]), threshold))
+        if not isfinite(growth):
+            return no_localization(VisionStatus.NO_CONSENSUS, n)
+        poses = camera_motors(rows, self.centroid)
+        pose = poses[0] if own.status == VisionStatus.OK else np.full(8, np.nan)
+        spread = np.sqrt(deviations(best, n_used, self.noise, growth=growth) ** 2 + own.doubt.more)
+        return Localization(pose, own.status, float(np.sqrt(best.cost / n_used)), inliers, poses, spread)
+
+    def judged(self, inliers: Reals) -> _Judged:
+        """Return what some of the points say."""
+        found = self.minima(inliers)
+        states, likely = self.status(found, inliers)
+        status = VisionStatus(int(states[0]))
+        doubt = NO_DOUBT
+        if status in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
+            pose, (places, image) = found.matrix[0, 0], self._some(inliers)
+            sums = camera_misfits(pose, self.k, places[0], image[0])
+            doubt = doubt_of(*sums, places.shape[1], self.noise)
+            if doubt.more.any():
+                doubt = doubt._replace(more=doubt.more * [1, float(pose[:, 3] @ pose[:, 3])])
+        return _Judged(status, found, likely, doubt)
 
     def minima(self, inliers: Reals) -> Poses:
         """Return all minima (1, s) of the distances of some of the points."""

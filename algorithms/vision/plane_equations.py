@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, listed, real_array
-from ..evidence import WRONG, Noise, largest_ratio
+from ..evidence.misfit import contradicts, explained_by
 from ..precision import NEGLIGIBLE, SINGLE
 from .normalization import flatness, homogeneous, similarity
 from .planes import linear_homography
@@ -102,40 +101,6 @@ def homographies_of(
 def _third(matrices: Reals, own: Reals) -> Reals:
     """Return the last entry of each homography at the centroid of its plane: the weight of the pixel there."""
     return (matrices @ own)[:, 2:, 2:]
-
-
-class Explained(NamedTuple):
-    """What additional terms explain of residuals."""
-
-    explained: float
-    """The sum of squares that they explain."""
-    coefficients: Reals
-    n_terms: int
-    """The number of independent terms."""
-
-
-def explained_by(normal: Reals) -> Explained:
-    """Return what terms explain of residuals, from the sums of products (q, q) of the terms and the residual."""
-    coefficients, _, rank, _ = np.linalg.lstsq(normal[:-1, :-1], normal[:-1, -1], rcond=None)
-    return Explained(float(normal[:-1, -1] @ coefficients), coefficients, int(rank))
-
-
-def exceeds_noise(
-    explained: float, cost: float, n_terms: int, freedom: int, rounding: float, probability: float = WRONG
-) -> bool:
-    """Return whether terms explain more of a sum of squares than noise would with a probability.
-
-    The ratio has Fisher's distribution, with as many degrees of freedom as there are terms.
-    """
-    noise = Noise(0.0, 0.0).raised(np.asarray(cost - explained), freedom)
-    ratio = n_terms * largest_ratio(n_terms, freedom, probability) if n_terms and freedom > 0 else np.inf
-    return bool(freedom > 0 and explained > ratio * float(noise) + rounding)
-
-
-def contradicts(explained: float, cost: float, n_terms: int, freedom: int, rounding: float) -> bool:
-    """Return whether terms explain more of a sum of squares than they leave, and than noise would."""
-    is_more = explained > cost - explained + rounding
-    return is_more and exceeds_noise(explained, cost, n_terms, freedom, rounding)
 
 
 def bending_of(

@@ -10,11 +10,11 @@ from generated import pga3, projective2
 
 from ..arguments import Reals
 from ..evidence import WRONG, largest_ratio, rank
+from ..evidence.misfit import contradicts, exceeds_noise, explained_by, misfit
 from ..evidence.noise import USUAL_WEIGHT
 from ..precision import NEGLIGIBLE
 from .distortion import Distortion
 from .plane_adjustment import N_INTRINSICS, N_POSE, Adjustment, Lens, Views, adjusted, equations
-from .plane_equations import contradicts, exceeds_noise, explained_by
 from .status import VisionStatus
 
 _EXPLAINED = 0.03
@@ -133,12 +133,9 @@ def _excess(lens: Lens, costs: Reals, views: Views, is_strict: bool) -> Reals:
     ratios = costs / np.maximum(_largest(costs, counts - N_POSE, views), np.finfo(float).tiny)
     off, rows, _ = equations(lens, views)
     rows = rows[..., N_INTRINSICS + len(lens.k) :]
-    turn = np.swapaxes(pga3.motor_to_matrix(lens.poses)[:, :3, :2], 1, 2)
-    x, y = views.places[..., :1], views.places[..., 1:]
-    motions = np.stack([x * turn[:, :1] - y * turn[:, 1:], y * turn[:, :1] + x * turn[:, 1:]], -1)
-    # The last three columns are the derivatives by translations, up to a factor.
-    slopes = rows[..., 3:].reshape(*views.weights.shape, 2, 3)
-    terms = (slopes @ motions).reshape(*off.shape, 2)
+    x, y = views.places[..., None, 0], views.places[..., None, 1]
+    right, up, _ = np.moveaxis(_by_places(lens, views, rows), -1, 0)
+    terms = np.stack([right * x - up * y, up * x + right * y], -1).reshape(*off.shape, 2)
     columns = np.concatenate([rows, terms, off[..., None]], -1)
     size = np.sqrt((columns**2).sum(1, keepdims=True))
     columns = columns / np.where(size > 0, size, 1)
@@ -187,57 +184,81 @@ def _status(fit: Adjustment, views: Views, used: Reals) -> tuple[VisionStatus, R
 
 
 def _contradicted(fit: Adjustment, views: Views, used: Reals, freedom: int) -> tuple[bool, Reals]:
-    """Return whether points are beyond the range of a lens, or further terms of distortion explain the residuals.
+    """Return whether points are beyond the range of a lens, or what the model lacks explains the residuals.
 
-    Residuals and their derivatives by the terms are compared across the derivatives by all parameters. If they
-    explain more than noise would, the second result (p, p) is what they add to the covariance of the parameters: by how
-    much they would move these, and how uncertain that is.
+    That are further terms of distortion and of the shape of the planes, and motions of the camera while rows of a view
+    are read one after the other (rolling shutter). Residuals and their derivatives by these are compared across the
+    derivatives by all parameters. If they explain more than noise would, the second result (p, p) is what they add to
+    the covariance of the parameters: by how much they would move these, and how uncertain that is.
     """
     off, rows, sights = equations(fit.lens, views)
-    seen = views.weights > 0
+    seen, size = views.weights > 0, len(used)
     lens = Distortion(fit.lens.model, tuple(map(float, fit.lens.k)))
     if not np.isfinite(lens.distort(sights[seen])).all():
-        return True, np.zeros((len(used), len(used)))
-    terms = np.where(seen[..., None, None], _terms(fit.lens, sights), 0)
-    terms = terms.reshape(*off.shape, terms.shape[-1])
-    size = len(used)
-    columns = np.concatenate([rows[..., N_INTRINSICS + len(fit.lens.k) :], rows[..., used], terms, off[..., None]], -1)
-    scale = np.sqrt((columns**2).sum((0, 1)))
-    columns = columns / np.where(scale > 0, scale, 1)
-    normal = _eliminated(np.swapaxes(columns, 1, 2) @ columns, N_POSE).sum(0)
-    rest = _eliminated(normal[None], size)[0]
-    found = explained_by(rest)
-    rounding = float((NEGLIGIBLE**2 * views.pixels[seen] ** 2).sum()) / max(float(scale[-1]) ** 2, 1e-300)
-    cost = float(rest[-1, -1])
-    by_all = found.explained, cost, found.n_terms, freedom - found.n_terms, rounding
-    # One term alone is found more easily than all of them, and moves the parameters as much.
-    diagonal = np.diag(rest)[:-1]
-    alone = rest[:-1, -1] / np.where(diagonal > NEGLIGIBLE, diagonal, np.inf)
-    best = int(np.argmax(alone * rest[:-1, -1]))
-    by_one = float(alone[best] * rest[best, -1]), cost, 1, freedom - 1, rounding
-    if exceeds_noise(*by_all):
-        some = np.flatnonzero(diagonal > NEGLIGIBLE)
-    elif exceeds_noise(*by_one, WRONG / max(found.n_terms, 1)):
-        some = np.array([best])
-    else:
-        return False, np.zeros((size, size))
-    spread = np.linalg.pinv(rest[np.ix_(some, some)], rcond=NEGLIGIBLE, hermitian=True)
-    coefficients = spread @ rest[some, -1]
-    variance = (cost - float(coefficients @ rest[some, -1])) / max(freedom - len(some), 1)
-    own = scale[N_POSE : N_POSE + size]
-    moves = np.linalg.solve(normal[:size, :size], normal[:size, size + some])
-    moves = moves * scale[-1] / np.where(own > 0, own, np.inf)[:, None]
-    return contradicts(*by_all), moves @ (np.outer(coefficients, coefficients) + variance * spread) @ moves.T
+        return True, np.zeros((size, size))
+    by_pose = rows[..., N_INTRINSICS + len(fit.lens.k) :]
+    terms = np.concatenate([_terms(fit.lens, sights), _of_boards(views, _by_places(fit.lens, views, by_pose))], -1)
+    terms = np.where(seen[..., None, None], terms, 0).reshape(*off.shape, -1)
+    # Rows of the images are free of the noise, with which that of pixels is correlated.
+    images = (views.pixels + off.reshape(views.pixels.shape))[..., 1:]
+    later = images - images.mean(1, keepdims=True)
+    motions = by_pose * np.repeat(later, 2, axis=1).reshape(*off.shape, 1)
+    columns = np.concatenate([by_pose, motions, rows[..., used], terms, off[..., None]], -1)
+    norms = np.sqrt((columns**2).sum((0, 1)))
+    norms = np.where(norms > 0, norms, 1)
+    columns = columns / norms
+    products = np.swapaxes(columns, 1, 2) @ columns
+    rounding = float((NEGLIGIBLE**2 * views.pixels[seen] ** 2).sum())
+    n, n_terms, n_motions = len(norms), terms.shape[-1], N_POSE * len(off)
+    own, parts = (
+        norms[2 * N_POSE :],
+        ((np.delete(np.arange(n), range(N_POSE, 2 * N_POSE)), N_POSE), (range(n), 2 * N_POSE)),
+    )
+    # Without and with motions.
+    still, moving = (_eliminated(products[:, some][:, :, some], m).sum(0) * np.outer(own, own) for some, m in parts)
+    found = misfit(still, size, freedom, rounding=rounding, norms=own)
+    more = np.zeros((size, size)) if found.more is None else found.more
+    by_terms, by_both = (_left(each, own) for each in (still, moving))
+    by_motions = by_terms - by_both, by_terms, n_motions, freedom - n_motions - n_terms, rounding
+    kept = np.array([*range(size), -1])
+    moving, own = moving[np.ix_(kept, kept)], own[kept]
+    variance = _left(moving, own) / max(freedom - n_motions, 1)
+    if variance < by_terms / max(freedom - n_terms, 1) and exceeds_noise(*by_motions):
+        spread = np.linalg.pinv(moving[:-1, :-1], hermitian=True)
+        shift = spread @ moving[:-1, -1]
+        more = more + np.outer(shift, shift) + variance * spread
+    return found.contradicts or contradicts(*by_motions), more
+
+
+def _left(normal: Reals, norms: Reals) -> float:
+    """Return the sum of squares that columns with sums of products (q, q) leave of the last one."""
+    scaled = normal / np.outer(norms, norms)
+    by = np.linalg.lstsq(scaled[:-1, :-1], scaled[:-1, -1], rcond=NEGLIGIBLE)[0]
+    return float(scaled[-1, -1] - scaled[-1, :-1] @ by) * float(norms[-1]) ** 2
 
 
 def _eliminated(normal: Reals, size: int) -> Reals:
     """Return sums of products (v, q - size, q - size) across the first columns."""
-    own, across = normal[:, :size, :size], normal[:, :size, size:]
+    own, across = normal[:, :size, :size] + NEGLIGIBLE * np.eye(size), normal[:, :size, size:]
     return np.asarray(normal[:, size:, size:] - np.swapaxes(across, 1, 2) @ np.linalg.solve(own, across))
 
 
+def _by_places(lens: Lens, views: Views, by_pose: Reals) -> Reals:
+    """Return the derivatives (v, n, 2, 3) of pixels by coordinates of the points of planes, up to a factor."""
+    # The last three columns are the derivatives by translations, up to a factor.
+    slopes = by_pose[..., 3:].reshape(*views.weights.shape, 2, 3)
+    return np.asarray(slopes @ pga3.motor_to_matrix(lens.poses)[:, None, :3, :3])
+
+
+def _of_boards(views: Views, by_places: Reals) -> Reals:
+    """Return displacements in pixels (v, n, 2, 11) of points of a plane whose sides, squares or flatness are wrong."""
+    x, y = views.places[..., None, 0], views.places[..., None, 1]
+    linear = [by_places[..., 0] * x, by_places[..., 0] * y]
+    return np.stack([*linear, *(by_places[..., i] * xy for xy in (x * x, x * y, y * y) for i in range(3))], -1)
+
+
 def _terms(lens: Lens, sights: Reals) -> Reals:
-    """Return displacements in pixels (v, n, 2, 11) by radial, tangential and prism terms of distortion."""
+    """Return displacements in pixels (v, n, 2, 7) by radial and tangential terms of distortion."""
     with np.errstate(all="ignore"):
         if lens.model == "brown":
             places = sights[..., :2] / sights[..., 2:]
@@ -245,9 +266,8 @@ def _terms(lens: Lens, sights: Reals) -> Reals:
             far = np.linalg.norm(sights[..., :2], axis=-1)
             places = sights[..., :2] * (np.arctan2(far, sights[..., 2]) / np.where(far > 0, far, 1))[..., None]
     x, y = places[..., 0], places[..., 1]
-    s, zero = x * x + y * y, np.zeros_like(x)
+    s = x * x + y * y
     pairs = [(x * s**k, y * s**k) for k in range(1, 6)]
     pairs += [(2 * x * y, s + 2 * y * y), (s + 2 * x * x, 2 * x * y)]
-    pairs += [(s, zero), (zero, s), (s * s, zero), (zero, s * s)]
     fx, fy, _, _, skew = lens.intrinsics
     return np.stack([np.stack([fx * a + skew * b, fy * b], -1) for a, b in pairs], -1)

@@ -9,6 +9,8 @@ import numpy as np
 from ..arguments import Reals
 from ..evidence import WRONG, Freedom, Noise, least_by_chance
 from ..evidence.consensus import Indices
+from ..evidence.misfit import exceeds_noise
+from ..precision import TINY
 from .starts import ROUNDS
 
 SAMPLES = 400
@@ -29,7 +31,7 @@ def agreeing_items(
     noise: Noise,
     freedom: Freedom,
 ) -> Indices | None:
-    """Return which items agree with a pose, up to the noise of these, or None if chance explains their number.
+    """Return which items agree with a pose, up to the noise of these, or None if chance or two poses explain them.
 
     The pose is taken with which the others agree in the least likely way.
 
@@ -57,7 +59,8 @@ def agreeing_items(
         return least_by_chance((shares * squares(pose)).compress(once), lambda r: np.clip(r, floor, 1), freedom)
 
     # The median prefers no number of inliers; the best tenth is compared by chance.
-    order = np.argsort(np.median(shares * squares(poses), axis=1), kind="stable")[: max(len(poses) // 10, 1)]
+    samples = squares(poses)
+    order = np.argsort(np.median(shares * samples, axis=1), kind="stable")[: max(len(poses) // 10, 1)]
     chances = [by_chance(pose) for pose in poses[order]]
     best = int(np.argmin([each for each, _ in chances]))
     pose = poses[order[best]]
@@ -69,4 +72,11 @@ def agreeing_items(
         inliers = ~noise.outlying(squares(pose), 2, np.asarray(cost)[None], 2 * int(before.sum()) - freedom.parameters)
         if np.array_equal(inliers, before):
             break
+    # Two poses, each of some of the items, may explain so much more that none is that of all of them. Items can be
+    # divided in two parts in 2^n ways.
+    n, cost = int(inliers.sum()), float(squares(pose)[inliers].sum())
+    left = float(np.minimum(samples[order[0], inliers], samples[:, inliers]).sum(1).min())
+    by_two = cost - left, cost, freedom.parameters, 2 * (n - freedom.parameters), 0.0
+    if exceeds_noise(*by_two, max(WRONG / 2.0**n, TINY)):
+        return None
     return inliers if by_chance(pose)[0] <= np.log(WRONG) else None

@@ -15,6 +15,7 @@ from ..evidence import Freedom, Noise, Problem, all_or_some_sets, check_sampling
 from ..evidence.sampling import without_copies
 from ..evidence.triangles import from_triangle
 from .camera import Camera
+from .camera_misfits import N_CAMERA_TERMS, Doubt, Offsets, camera_misfits, doubt_of
 from .localization_results import Localization, no_localization
 from .pose_refinement import Poses, camera_motors, deviations, growth_of_poses, judged_poses, ordered, pixel_noise
 from .robust import ALL, robust_estimate
@@ -58,7 +59,8 @@ def localize_rig(
     -------
     Localization
         Its poses are those of the rig: unit motors from the frame of the rig to the world frame. The statuses are those
-        of `localize`, except that without a threshold, a wrong pixel makes the status NOT_CONVERGED.
+        of `localize`, except that without a threshold, a wrong pixel makes the status NOT_CONVERGED. Other poses of the
+        cameras are among what may explain structure in the residuals.
 
     Raises
     ------
@@ -109,6 +111,7 @@ class _Rig:
         frames = np.array([pga3.motor_to_matrix(pga3.motor_inverse(each.pose))[:3] for each in cameras])
         frames[..., 3] /= self.unit
         lenses = np.array([each.intrinsics / each.intrinsics[2, 2] for each in cameras], float)
+        self.frames, self.lenses = frames, lenses
         whole = (lenses @ frames)[which].reshape(-1, 12)
         self.sights = np.ascontiguousarray(np.concatenate([image, whole], 1))
         back = np.swapaxes(frames[..., :3], 1, 2)
@@ -162,9 +165,14 @@ class _Rig:
         status = VisionStatus(int(states[0]))
         if status not in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
             return no_localization(status, n)
-        rows, growth = found.matrix[0, likely[0]].copy(), 1.0
+        rows = found.matrix[0, likely[0]].copy()
+        doubt = self._doubt(rows[0], inliers)
+        if doubt.refused:
+            return no_localization(VisionStatus.NOT_CONVERGED, n)
+        growth = doubt.growth
         if threshold is not None:
-            growth = growth_of_poses(np.asarray(rig_poses.sight_squares(rows[:1], self.places, self.sights)), threshold)
+            squares = np.asarray(rig_poses.sight_squares(rows[:1], self.places, self.sights))
+            growth *= growth_of_poses(squares, threshold)
         if not np.isfinite(growth):
             return no_localization(VisionStatus.NO_CONSENSUS, n)
         rows[..., 3] *= self.unit
@@ -173,6 +181,7 @@ class _Rig:
         first = found.at((0, 0))
         residual = float(np.sqrt(first.cost / len(some)))
         spread = deviations(first, len(some), self.noise, self.unit, growth)
+        spread = np.sqrt(spread**2 + doubt.more * [1, self.unit**2])
         return Localization(pose, status, residual, inliers, poses, spread)
 
     def _refined(self, starts: Reals, places: Reals, sights: Reals) -> Poses:
@@ -183,6 +192,29 @@ class _Rig:
         normal = from_triangle(np.asarray(triangle), 6)
         parts = np.asarray(found), cost, normal, numbers[:, 1] > 0, in_front, numbers[:, 3]
         return ordered(Poses(*(np.asarray(each)[None] for each in parts)))
+
+    def _doubt(self, pose: Reals, inliers: Reals) -> Doubt:
+        """Return what cameras with other poses and lenses would explain of the residuals of a pose (3, 4)."""
+        seen, size = np.unique(self.which[inliers]), _FREEDOM.parameters
+        width = size + N_CAMERA_TERMS
+        normal = np.zeros((size + width * len(seen) + 1,) * 2)
+        total = Offsets(0.0, 0.0, 0)
+        for i, k in enumerate(seen):
+            own = inliers & (self.which == k)
+            frame, (places, image) = self.frames[k], (self.places[own], self.sights[own, :2])
+            there = frame[:, :3] @ pose
+            there[:, 3] += frame[:, 3]
+            sums, _, offsets = camera_misfits(there, self.lenses[k], places, image)
+            # The steps of a camera by those of the rig.
+            depth, turned = float(np.linalg.norm(there[:, 3])), frame[:, :3]
+            steps = np.zeros((width + 1, normal.shape[0]))
+            steps[:3, :3], steps[3:6, 3:6] = turned, turned / depth
+            steps[3:6, :3] = np.cross(frame[:, 3], turned, axisb=0, axisc=0) / depth
+            steps[:width, size + i * width : size + (i + 1) * width] = np.eye(width)
+            steps[-1, -1] = 1
+            normal += steps.T @ sums @ steps
+            total = total.plus(offsets)
+        return doubt_of(normal, None, total, int(inliers.sum()), self.noise)
 
     def _spread(self, inliers: Reals) -> Reals:
         """Return the sum of squares of pixels about the centroid of those of each camera."""

@@ -13,9 +13,10 @@ from generated import pga3
 
 from ..arguments import Reals, listed, real_array
 from ..evidence import Noise, differ, likely, rank
+from ..evidence.misfit import contradicts
 from .camera import Camera
 from .plane_adjustment import N_POSE, Descended, Views, views_of
-from .plane_equations import contradicts, planes_of
+from .plane_equations import planes_of
 from .starts import BEST
 from .status import VisionStatus
 from .stereo_planes import TO_TWIST, Pair, StereoFit, agreed, camera_of, eye_of

@@ -1,9 +1,11 @@
 """Poses of a camera from three points, poses near others with the least truncated squares, and motions about a plane.
 
-A pose [R | t] takes the frame of the points to that of the camera. Pixels are those of the matrix K.
+A pose [R | t] takes the frame of the points to that of the camera. Pixels are those of the matrix K. What residuals of
+a pose say is in one file with the search for the pose, since both have the same image of a point.
 """
 
 from fractions import Fraction
+from itertools import combinations_with_replacement
 
 import gacompiler as ga
 from gacompiler import (
@@ -39,6 +41,8 @@ PIXELS, PLACES = array(SCALAR, "n", 2, shared=True), array(SCALAR, "n", 3, share
 OWN_PIXELS, OWN_PLACES = array(SCALAR, "n", 2), array(SCALAR, "n", 3)
 OPEN = Fraction(1, 10**14)
 """An eigenvalue below this part of the largest is rounding."""
+HELD = Fraction(1, 10**9)
+"""Added to a diagonal of ones, it holds what equations leave open."""
 ROOT_OF_TWO, ROOT_OF_THREE = Fraction(1414213562373095, 10**15), Fraction(1732050807568877, 10**15)
 """Coordinates of a direction in which different points have different places."""
 ALL = 10**20
@@ -275,6 +279,78 @@ def follow_poses(starts, k, places, pixels, bounds, soon, at_most):
 
 def _pose_of(row):
     return row[:4], row[4:8], row[8:12]
+
+
+def _with_camera(rotation, shift, k, place, pixel):
+    """Return derivatives of a pixel by the pose and by a camera, and the distance from the image, as 15 columns."""
+    off, (u, v, z) = _seen(rotation, shift, k, place, pixel)
+    s, nearness = u * u + v * v, sqrt(dot(shift, shift)) / nonzero(z)
+    changes = (
+        (-u * v, -1 - v * v), (1 + u * u, u * v), (-v, u), (nearness, 0), (0, nearness), (-u * nearness, -v * nearness),
+        (u, v), (u, -v), (1, 0), (0, 1), (v, 0), (u * s, v * s),
+        (s + 2 * u * u, 2 * u * v), (2 * u * v, s + 2 * v * v),
+    )  # fmt: skip
+    return [*(tuple(dot(row[:2], change) for row in k[:2]) for change in changes), tuple(-x for x in off)]
+
+
+@kernel(
+    pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS,
+    returns=(array(SCALAR, 15, 15), array(SCALAR, 3)),
+)  # fmt: skip
+def pose_misfits(pose, k, places, pixels):
+    """Compute what further parameters of a camera say of the distances of pixels in the pose of least squares.
+
+    Returns
+    -------
+    sums
+        The sums of products of 15 columns. Six are derivatives of pixels by a pose, as in `descend_pose`, and eight by
+        the camera: the focal length, the ratio of its two numbers, the centre, the skew, a radial term of distortion
+        and two tangential ones, all in focal lengths. The last has the distances of pixels from the images.
+    explained
+        The sum of squares of distances, what the eight explain of it, and the most that one of them explains.
+    """
+    rotation, shift = _parts(pose)
+
+    def sums_of(place, pixel):
+        return tuple(
+            dot(a, b) for a, b in combinations_with_replacement(_with_camera(rotation, shift, k, place, pixel), 2)
+        )
+
+    sums = square(total(sums_of, places, pixels), 15)
+    size = [*(1 / sqrt(maximum(sums[i][i], TINY)) for i in range(14)), 1]
+    scaled = [[size[i] * size[j] * sums[i][j] for j in range(15)] for i in range(15)]
+    own = [[scaled[i][j] + (HELD if i == j else 0) for j in range(6)] for i in range(6)]
+    moves, _ = ga.solve_symmetric(own, [row[6:] for row in scaled[:6]])
+    rest = [
+        [scaled[i][j] - sum((scaled[m][i] * moves[m][j - 6] for m in range(6)), 0) for j in range(6, 15)]
+        for i in range(6, 15)
+    ]
+    side = [row[8] for row in rest[:8]]
+    open_ = [[row[j] + (HELD if i == j else 0) for j in range(8)] for i, row in enumerate(rest[:8])]
+    found, _ = ga.solve_symmetric(open_, side)
+    most = 0
+    for i, slope in enumerate(side):
+        most = maximum(most, select(rest[i][i] > HELD, slope * slope / maximum(rest[i][i], HELD), 0))
+    return tuple(tuple(row) for row in sums), (rest[8][8], dot(found, side), most)
+
+
+@kernel(pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, returns=array(SCALAR, 2))
+def neighbouring_offsets(pose, k, places, pixels):
+    """Sum the squares of distances of pixels in a pose, and their products with those of the nearest other points."""
+    rotation, shift = _parts(pose)
+    numbers = row_numbers(places)
+    offs = each(lambda x, y: tuple(_seen(rotation, shift, k, x, y)[0]), places, pixels)
+
+    def of(place, own, number):
+        def nearer(best, other, off, j):
+            apart = [a - b for a, b in zip(place, other, strict=True)]
+            distance = select(equal(number, j), UNKNOWN, dot(apart, apart))
+            return choose(distance < best[0], (distance, *off), best)
+
+        _, *off = fold(nearer, (UNKNOWN, 0, 0), places, offs, numbers)
+        return dot(own, own), dot(own, off)
+
+    return total(of, places, offs, numbers)
 
 
 @kernel(places=OWN_PLACES, normal=array(SCALAR, 6, 6), returns=array(SCALAR, 2))

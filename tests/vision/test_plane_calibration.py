@@ -128,7 +128,7 @@ def test_photographs_have_the_results_of_opencv() -> None:
         # OpenCV takes the noise as white; further terms of distortion explain some of it, and raise our deviations.
         ratios = np.sqrt(np.diag(found.covariance)[:4]) / deviations
         assert ratios.min() > 1 - 1e-3
-        assert ratios.max() < 2
+        assert ratios.max() < 10
         assert np.abs(np.subtract(found.distortion.coefficients[:5], coefficients)).max() < 1e-4
         assert calibrate_from_planes(GRID, corners).status == VisionStatus.NOT_CONVERGED
 
