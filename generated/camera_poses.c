@@ -2,7 +2,7 @@
 // command: gac generate --all camera_poses
 // spec: 38a7037cf4c0ab51
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: efbe9891a17411a27e23fb358a9abdaeed54d68995e712d42de616e7f4f27c82
+// body: 004df2af7a817ec9112bd7c8fcb7e27b389c5016115f30f47e3f5a58b6b5a1ec
 
 #ifndef REAL
 #include "camera_poses.h"
@@ -1618,7 +1618,7 @@ static INLINE WORD NAME(pixel_squares_lanes)(intptr_t n, const REAL *pose, const
     NAME(pixel_squares_common_lanes)(k, common, common_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(pixel_squares_result_lanes)(pose, k, places + 3 * NLANES * i, pixels + 2 * NLANES * i, common,
-    common_2, out + NLANES * i);
+            common_2, out + NLANES * i);
     return 0;
 }
 
@@ -1676,7 +1676,7 @@ void NAME(truncated_pixel_squares)(intptr_t n, const REAL *pose, const REAL *k, 
     NAME(pixel_squares_common)(k, &common, &common_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_pixel_squares_result)(pose, k, limit, out[0], places + 3 * i, pixels + 2 * i, common,
-    common_2, out);
+            common_2, out);
 }
 
 static INLINE WORD NAME(truncated_pixel_squares_lanes)(intptr_t n, const REAL *pose, const REAL *k,
@@ -1687,7 +1687,7 @@ static INLINE WORD NAME(truncated_pixel_squares_lanes)(intptr_t n, const REAL *p
     NAME(pixel_squares_common_lanes)(k, common, common_2);
     for (intptr_t i = 0; i < n; i++)
         NAME(truncated_pixel_squares_result_lanes)(pose, k, limit, out, places + 3 * i, pixels + 2 * i, common,
-    common_2, out);
+            common_2, out);
     return 0;
 }
 
@@ -2469,26 +2469,26 @@ void NAME(descend_pose)(intptr_t n, const REAL *pose, const REAL *k, const REAL 
 {
     (void)work;
     REAL now_carry_best[7], now_carry_following[7], now_carry_table[21], now_carry_slope[6], now_carry_cost,
-    now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[7],
-    next_now_carry_following[7], next_now_carry_table[21], next_now_carry_slope[6], next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[28], common, common_2,
-    common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    common_13, found, common_14, common_15, common_16, common_17;
+        now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps, next_now_carry_best[7],
+        next_now_carry_following[7], next_now_carry_table[21], next_now_carry_slope[6], next_now_carry_cost,
+        next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[28], common, common_2,
+        common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
+        common_13, found, common_14, common_15, common_16, common_17;
     NAME(descend_pose_now_carry_best)(pose, now_carry_best, now_carry_following, now_carry_table, now_carry_slope,
-    &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
+        &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged, &steps);
     NAME(descend_pose_common)(k, limit, &common_11, &common_12, &common_13);
     for (int repeats = 0; repeats < 2147483647; repeats++) {
         NAME(descend_pose_sum_start)(sum);
         NAME(descend_pose_common_2)(now_carry_following, &common, &common_2, &common_3, &common_4, &common_5,
-    &common_6, &common_7, &common_8, &common_9, &common_10);
+            &common_6, &common_7, &common_8, &common_9, &common_10);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_pose_sum)(k, limit, now_carry_following, sum, places + 3 * j, pixels + 2 * j, common,
-    common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    common_13, sum);
+                common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10,
+                common_11, common_12, common_13, sum);
         NAME(descend_pose_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
-    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+            &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
         NAME(descend_pose_converged)(at_most, next_now_steps, next_now_converged, &converged);
         COPY(7, next_now_carry_best, now_carry_best);
         COPY(7, next_now_carry_following, now_carry_following);
@@ -2507,25 +2507,26 @@ void NAME(descend_pose)(intptr_t n, const REAL *pose, const REAL *k, const REAL 
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_pose_found)(found, places + 3 * i, common_14, common_15, common_16, common_17, &found);
     NAME(descend_pose_result)(pose, at_most, now_carry_best, now_carry_table, now_carry_slope, now_carry_cost,
-    now_steps, now_converged, found, out_0, out_1, out_2);
+        now_steps, now_converged, found, out_0, out_1, out_2);
 }
 
 static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const REAL *k, const REAL *places,
     const REAL *pixels, const REAL *limit, const REAL *at_most, REAL *out_0, REAL *out_1, REAL *out_2)
 {
     _Alignas(64) REAL now_carry_best[7 * NLANES], now_carry_following[7 * NLANES], now_carry_table[21 * NLANES],
-    now_carry_slope[6 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
-    now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[7 * NLANES],
-    next_now_carry_following[7 * NLANES], next_now_carry_table[21 * NLANES], next_now_carry_slope[6 * NLANES],
-    next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
-    next_now_steps[NLANES], next_now_converged[NLANES], sum[28 * NLANES], common[NLANES], common_2[NLANES],
-    common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
-    common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES], found[NLANES],
-    common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES], gac_kept_0[7 * NLANES],
-    gac_kept_1[7 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES],
-    gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
+        now_carry_slope[6 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES], now_carry_done[NLANES],
+        now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES], next_now_carry_best[7 * NLANES],
+        next_now_carry_following[7 * NLANES], next_now_carry_table[21 * NLANES], next_now_carry_slope[6 * NLANES],
+        next_now_carry_cost[NLANES], next_now_carry_damping[NLANES], next_now_carry_done[NLANES],
+        next_now_steps[NLANES], next_now_converged[NLANES], sum[28 * NLANES], common[NLANES], common_2[NLANES],
+        common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES],
+        common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES], found[NLANES],
+        common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES], gac_kept_0[7 * NLANES],
+        gac_kept_1[7 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES], gac_kept_4[NLANES],
+        gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES];
     NAME(descend_pose_now_carry_best_lanes)(pose, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged, steps);
+        now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged,
+        steps);
     NAME(descend_pose_common_lanes)(k, limit, common_11, common_12, common_13);
     ROUNDS(rounds, 2147483647) {
         KEEP(rounds, 7 * NLANES, now_carry_best, gac_kept_0);
@@ -2539,15 +2540,15 @@ static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const 
         KEEP(rounds, NLANES, converged, gac_kept_8);
         NAME(descend_pose_sum_start_lanes)(sum);
         NAME(descend_pose_common_2_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
-    common_6, common_7, common_8, common_9, common_10);
+            common_6, common_7, common_8, common_9, common_10);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_pose_sum_lanes)(k, limit, now_carry_following, sum, places + 3 * NLANES * j,
-    pixels + 2 * NLANES * j, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10, common_11, common_12, common_13, sum);
+                pixels + 2 * NLANES * j, common, common_2, common_3, common_4, common_5, common_6, common_7,
+                common_8, common_9, common_10, common_11, common_12, common_13, sum);
         NAME(descend_pose_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+            now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+            next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+            next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
         NAME(descend_pose_converged_lanes)(at_most, next_now_steps, next_now_converged, converged);
         COPY(7 * NLANES, next_now_carry_best, now_carry_best);
         COPY(7 * NLANES, next_now_carry_following, now_carry_following);
@@ -2574,9 +2575,9 @@ static INLINE WORD NAME(descend_pose_lanes)(intptr_t n, const REAL *pose, const 
     NAME(descend_pose_common_3_lanes)(pose, at_most, now_carry_best, common_14, common_15, common_16, common_17);
     for (intptr_t i = 0; i < n; i++)
         NAME(descend_pose_found_lanes)(found, places + 3 * NLANES * i, common_14, common_15, common_16, common_17,
-    found);
+            found);
     NAME(descend_pose_result_lanes)(pose, at_most, now_carry_best, now_carry_table, now_carry_slope, now_carry_cost,
-    now_steps, now_converged, found, out_0, out_1, out_2);
+        now_steps, now_converged, found, out_0, out_1, out_2);
     return 0;
 }
 
@@ -5281,95 +5282,97 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
     REAL *work)
 {
     REAL number_start, *const number = work, a, now_carry_best[7], now_carry_following[7], now_carry_table[21],
-    now_carry_slope[6], now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged,
-    steps, next_now_carry_best[7], next_now_carry_following[7], next_now_carry_table[21], next_now_carry_slope[6],
-    next_now_carry_cost, next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged, sum[28],
-    common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11,
-    common_12, common_13, found, common_14, common_15, common_16, common_17, *const mapped = number + s,
-    *const state_carry_0_0 = mapped + 37 * s, *const state_carry_0_1 = state_carry_0_0 + s,
-    *const state_carry_0_2 = state_carry_0_1 + s, *const state_carry_0_3 = state_carry_0_2 + s,
-    *const state_carry_0_4 = state_carry_0_3 + s, *const state_carry_0_5 = state_carry_0_4 + s,
-    *const state_carry_0_6 = state_carry_0_5 + s, *const state_carry_0_7 = state_carry_0_6 + s,
-    *const state_carry_0_8 = state_carry_0_7 + s, *const state_carry_0_9 = state_carry_0_8 + s,
-    *const state_carry_0_10 = state_carry_0_9 + s, *const state_carry_0_11 = state_carry_0_10 + s,
-    *const state_carry_0_12 = state_carry_0_11 + s, *const state_carry_0_13 = state_carry_0_12 + s,
-    *const state_carry_0_14 = state_carry_0_13 + s, *const state_carry_0_15 = state_carry_0_14 + s,
-    *const state_carry_0_16 = state_carry_0_15 + s, *const state_carry_0_17 = state_carry_0_16 + s,
-    *const state_carry_0_18 = state_carry_0_17 + s, *const state_carry_0_19 = state_carry_0_18 + s,
-    *const state_carry_0_20 = state_carry_0_19 + s, *const state_carry_0_21 = state_carry_0_20 + s,
-    *const state_carry_0_22 = state_carry_0_21 + s, *const state_carry_0_23 = state_carry_0_22 + s,
-    *const state_carry_0_24 = state_carry_0_23 + s, *const state_carry_0_25 = state_carry_0_24 + s,
-    *const state_carry_0_26 = state_carry_0_25 + s, *const state_carry_0_27 = state_carry_0_26 + s,
-    *const state_carry_0_28 = state_carry_0_27 + s, *const state_carry_0_29 = state_carry_0_28 + s,
-    *const state_carry_0_30 = state_carry_0_29 + s, *const state_carry_0_31 = state_carry_0_30 + s,
-    *const state_carry_0_32 = state_carry_0_31 + s, *const state_carry_0_33 = state_carry_0_32 + s,
-    *const state_carry_0_34 = state_carry_0_33 + s, *const state_carry_0_35 = state_carry_0_34 + s,
-    *const state_carry_0_36 = state_carry_0_35 + s, state_carry_1, state_carry_2, state_steps, state_converged,
-    converged_2, steps_2, next_state_carry_1, next_state_steps, next_state_converged, best, now_carry_best_2[7],
-    now_carry_following_2[7], now_carry_table_2[21], now_carry_slope_2[6], now_carry_cost_2, now_carry_damping_2,
-    now_carry_done_2, now_steps_2, now_converged_2, converged_3, steps_3, next_now_carry_best_2[7],
-    next_now_carry_following_2[7], next_now_carry_table_2[21], next_now_carry_slope_2[6], next_now_carry_cost_2,
-    next_now_carry_damping_2, next_now_carry_done_2, next_now_steps_2, next_now_converged_2, sum_2[28], common_18,
-    common_19, common_20, common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28,
-    common_29, common_30, found_2, common_31, common_32, common_33, common_34,
-    *const further = state_carry_0_36 + s, best_2, found_3, common_35, *const by_element = further + 37 * s,
-    common_36, *const by_element_2 = by_element + s, *const by_element_3 = by_element_2 + s,
-    *const by_element_4 = by_element_3 + s, *const by_element_5 = by_element_4 + s,
-    *const by_element_6 = by_element_5 + s, *const by_element_7 = by_element_6 + s,
-    *const by_element_8 = by_element_7 + s, *const by_element_9 = by_element_8 + s,
-    *const by_element_10 = by_element_9 + s, *const by_element_11 = by_element_10 + s,
-    *const by_element_12 = by_element_11 + s, *const by_element_13 = by_element_12 + s,
-    *const by_element_14 = by_element_13 + s, *const by_element_15 = by_element_14 + s,
-    *const by_element_16 = by_element_15 + s, *const by_element_17 = by_element_16 + s,
-    *const by_element_18 = by_element_17 + s, *const by_element_19 = by_element_18 + s,
-    *const by_element_20 = by_element_19 + s, *const by_element_21 = by_element_20 + s,
-    *const by_element_22 = by_element_21 + s, *const by_element_23 = by_element_22 + s,
-    *const by_element_24 = by_element_23 + s, *const by_element_25 = by_element_24 + s,
-    *const by_element_26 = by_element_25 + s, *const by_element_27 = by_element_26 + s,
-    *const by_element_28 = by_element_27 + s, *const by_element_29 = by_element_28 + s,
-    *const by_element_30 = by_element_29 + s, *const by_element_31 = by_element_30 + s,
-    *const by_element_32 = by_element_31 + s, *const by_element_33 = by_element_32 + s,
-    *const by_element_34 = by_element_33 + s, *const by_element_35 = by_element_34 + s,
-    *const by_element_36 = by_element_35 + s, *const by_element_37 = by_element_36 + s, best_3[37], sum_3[3 * 3],
-    now_carry_best_3[7], now_carry_following_3[7], now_carry_table_3[21], now_carry_slope_3[6], now_carry_cost_3,
-    now_carry_damping_3, now_carry_done_3, now_steps_3, now_converged_3, converged_4, steps_4, common_37, common_38,
-    common_39, common_40, next_now_carry_best_3[7], next_now_carry_following_3[7], next_now_carry_table_3[21],
-    next_now_carry_slope_3[6], next_now_carry_cost_3, next_now_carry_damping_3, next_now_carry_done_3,
-    next_now_steps_3, next_now_converged_3, sum_4[28], common_41, common_42, common_43, common_44, common_45,
-    common_46, common_47, common_48, common_49, common_50, common_51, found_4, common_52, common_53, common_54,
-    common_55, *const filled = by_element_37 + s, *const state_carry_0_0_2 = filled + 37 * s,
-    *const state_carry_0_1_2 = state_carry_0_0_2 + s, *const state_carry_0_2_2 = state_carry_0_1_2 + s,
-    *const state_carry_0_3_2 = state_carry_0_2_2 + s, *const state_carry_0_4_2 = state_carry_0_3_2 + s,
-    *const state_carry_0_5_2 = state_carry_0_4_2 + s, *const state_carry_0_6_2 = state_carry_0_5_2 + s,
-    *const state_carry_0_7_2 = state_carry_0_6_2 + s, *const state_carry_0_8_2 = state_carry_0_7_2 + s,
-    *const state_carry_0_9_2 = state_carry_0_8_2 + s, *const state_carry_0_10_2 = state_carry_0_9_2 + s,
-    *const state_carry_0_11_2 = state_carry_0_10_2 + s, *const state_carry_0_12_2 = state_carry_0_11_2 + s,
-    *const state_carry_0_13_2 = state_carry_0_12_2 + s, *const state_carry_0_14_2 = state_carry_0_13_2 + s,
-    *const state_carry_0_15_2 = state_carry_0_14_2 + s, *const state_carry_0_16_2 = state_carry_0_15_2 + s,
-    *const state_carry_0_17_2 = state_carry_0_16_2 + s, *const state_carry_0_18_2 = state_carry_0_17_2 + s,
-    *const state_carry_0_19_2 = state_carry_0_18_2 + s, *const state_carry_0_20_2 = state_carry_0_19_2 + s,
-    *const state_carry_0_21_2 = state_carry_0_20_2 + s, *const state_carry_0_22_2 = state_carry_0_21_2 + s,
-    *const state_carry_0_23_2 = state_carry_0_22_2 + s, *const state_carry_0_24_2 = state_carry_0_23_2 + s,
-    *const state_carry_0_25_2 = state_carry_0_24_2 + s, *const state_carry_0_26_2 = state_carry_0_25_2 + s,
-    *const state_carry_0_27_2 = state_carry_0_26_2 + s, *const state_carry_0_28_2 = state_carry_0_27_2 + s,
-    *const state_carry_0_29_2 = state_carry_0_28_2 + s, *const state_carry_0_30_2 = state_carry_0_29_2 + s,
-    *const state_carry_0_31_2 = state_carry_0_30_2 + s, *const state_carry_0_32_2 = state_carry_0_31_2 + s,
-    *const state_carry_0_33_2 = state_carry_0_32_2 + s, *const state_carry_0_34_2 = state_carry_0_33_2 + s,
-    *const state_carry_0_35_2 = state_carry_0_34_2 + s, *const state_carry_0_36_2 = state_carry_0_35_2 + s,
-    state_carry_1_2, state_carry_2_2, state_steps_2, state_converged_2, converged_5, steps_5, next_state_carry_1_2,
-    next_state_steps_2, next_state_converged_2, best_4, now_carry_best_4[7], now_carry_following_4[7],
-    now_carry_table_4[21], now_carry_slope_4[6], now_carry_cost_4, now_carry_damping_4, now_carry_done_4,
-    now_steps_4, now_converged_4, converged_6, steps_6, next_now_carry_best_4[7], next_now_carry_following_4[7],
-    next_now_carry_table_4[21], next_now_carry_slope_4[6], next_now_carry_cost_4, next_now_carry_damping_4,
-    next_now_carry_done_4, next_now_steps_4, next_now_converged_4, sum_5[28], common_56, common_57, common_58,
-    common_59, common_60, common_61, common_62, common_63, common_64, common_65, common_66, common_67, common_68,
-    found_5, common_69, common_70, common_71, common_72, *const further_2 = state_carry_0_36_2 + s, best_5, found_6,
-    common_73, by_element_38, by_element_39, by_element_40, by_element_41, by_element_42, by_element_43,
-    by_element_44, by_element_45, by_element_46, by_element_47, by_element_48, by_element_49, by_element_50,
-    by_element_51, by_element_52, by_element_53, by_element_54, by_element_55, by_element_56, by_element_57,
-    by_element_58, by_element_59, by_element_60, by_element_61, by_element_62, by_element_63, by_element_64,
-    by_element_65, by_element_66, by_element_67, by_element_68, by_element_69, by_element_70, by_element_71,
-    by_element_72, by_element_73, by_element_74;
+        now_carry_slope[6], now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged, converged,
+        steps, next_now_carry_best[7], next_now_carry_following[7], next_now_carry_table[21],
+        next_now_carry_slope[6], next_now_carry_cost, next_now_carry_damping, next_now_carry_done, next_now_steps,
+        next_now_converged, sum[28], common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
+        common_9, common_10, common_11, common_12, common_13, found, common_14, common_15, common_16, common_17,
+        *const mapped = number + s, *const state_carry_0_0 = mapped + 37 * s,
+        *const state_carry_0_1 = state_carry_0_0 + s, *const state_carry_0_2 = state_carry_0_1 + s,
+        *const state_carry_0_3 = state_carry_0_2 + s, *const state_carry_0_4 = state_carry_0_3 + s,
+        *const state_carry_0_5 = state_carry_0_4 + s, *const state_carry_0_6 = state_carry_0_5 + s,
+        *const state_carry_0_7 = state_carry_0_6 + s, *const state_carry_0_8 = state_carry_0_7 + s,
+        *const state_carry_0_9 = state_carry_0_8 + s, *const state_carry_0_10 = state_carry_0_9 + s,
+        *const state_carry_0_11 = state_carry_0_10 + s, *const state_carry_0_12 = state_carry_0_11 + s,
+        *const state_carry_0_13 = state_carry_0_12 + s, *const state_carry_0_14 = state_carry_0_13 + s,
+        *const state_carry_0_15 = state_carry_0_14 + s, *const state_carry_0_16 = state_carry_0_15 + s,
+        *const state_carry_0_17 = state_carry_0_16 + s, *const state_carry_0_18 = state_carry_0_17 + s,
+        *const state_carry_0_19 = state_carry_0_18 + s, *const state_carry_0_20 = state_carry_0_19 + s,
+        *const state_carry_0_21 = state_carry_0_20 + s, *const state_carry_0_22 = state_carry_0_21 + s,
+        *const state_carry_0_23 = state_carry_0_22 + s, *const state_carry_0_24 = state_carry_0_23 + s,
+        *const state_carry_0_25 = state_carry_0_24 + s, *const state_carry_0_26 = state_carry_0_25 + s,
+        *const state_carry_0_27 = state_carry_0_26 + s, *const state_carry_0_28 = state_carry_0_27 + s,
+        *const state_carry_0_29 = state_carry_0_28 + s, *const state_carry_0_30 = state_carry_0_29 + s,
+        *const state_carry_0_31 = state_carry_0_30 + s, *const state_carry_0_32 = state_carry_0_31 + s,
+        *const state_carry_0_33 = state_carry_0_32 + s, *const state_carry_0_34 = state_carry_0_33 + s,
+        *const state_carry_0_35 = state_carry_0_34 + s, *const state_carry_0_36 = state_carry_0_35 + s,
+        state_carry_1, state_carry_2, state_steps, state_converged, converged_2, steps_2, next_state_carry_1,
+        next_state_steps, next_state_converged, best, now_carry_best_2[7], now_carry_following_2[7],
+        now_carry_table_2[21], now_carry_slope_2[6], now_carry_cost_2, now_carry_damping_2, now_carry_done_2,
+        now_steps_2, now_converged_2, converged_3, steps_3, next_now_carry_best_2[7], next_now_carry_following_2[7],
+        next_now_carry_table_2[21], next_now_carry_slope_2[6], next_now_carry_cost_2, next_now_carry_damping_2,
+        next_now_carry_done_2, next_now_steps_2, next_now_converged_2, sum_2[28], common_18, common_19, common_20,
+        common_21, common_22, common_23, common_24, common_25, common_26, common_27, common_28, common_29,
+        common_30, found_2, common_31, common_32, common_33, common_34, *const further = state_carry_0_36 + s,
+        best_2, found_3, common_35, *const by_element = further + 37 * s, common_36,
+        *const by_element_2 = by_element + s, *const by_element_3 = by_element_2 + s,
+        *const by_element_4 = by_element_3 + s, *const by_element_5 = by_element_4 + s,
+        *const by_element_6 = by_element_5 + s, *const by_element_7 = by_element_6 + s,
+        *const by_element_8 = by_element_7 + s, *const by_element_9 = by_element_8 + s,
+        *const by_element_10 = by_element_9 + s, *const by_element_11 = by_element_10 + s,
+        *const by_element_12 = by_element_11 + s, *const by_element_13 = by_element_12 + s,
+        *const by_element_14 = by_element_13 + s, *const by_element_15 = by_element_14 + s,
+        *const by_element_16 = by_element_15 + s, *const by_element_17 = by_element_16 + s,
+        *const by_element_18 = by_element_17 + s, *const by_element_19 = by_element_18 + s,
+        *const by_element_20 = by_element_19 + s, *const by_element_21 = by_element_20 + s,
+        *const by_element_22 = by_element_21 + s, *const by_element_23 = by_element_22 + s,
+        *const by_element_24 = by_element_23 + s, *const by_element_25 = by_element_24 + s,
+        *const by_element_26 = by_element_25 + s, *const by_element_27 = by_element_26 + s,
+        *const by_element_28 = by_element_27 + s, *const by_element_29 = by_element_28 + s,
+        *const by_element_30 = by_element_29 + s, *const by_element_31 = by_element_30 + s,
+        *const by_element_32 = by_element_31 + s, *const by_element_33 = by_element_32 + s,
+        *const by_element_34 = by_element_33 + s, *const by_element_35 = by_element_34 + s,
+        *const by_element_36 = by_element_35 + s, *const by_element_37 = by_element_36 + s, best_3[37],
+        sum_3[3 * 3], now_carry_best_3[7], now_carry_following_3[7], now_carry_table_3[21], now_carry_slope_3[6],
+        now_carry_cost_3, now_carry_damping_3, now_carry_done_3, now_steps_3, now_converged_3, converged_4, steps_4,
+        common_37, common_38, common_39, common_40, next_now_carry_best_3[7], next_now_carry_following_3[7],
+        next_now_carry_table_3[21], next_now_carry_slope_3[6], next_now_carry_cost_3, next_now_carry_damping_3,
+        next_now_carry_done_3, next_now_steps_3, next_now_converged_3, sum_4[28], common_41, common_42, common_43,
+        common_44, common_45, common_46, common_47, common_48, common_49, common_50, common_51, found_4, common_52,
+        common_53, common_54, common_55, *const filled = by_element_37 + s,
+        *const state_carry_0_0_2 = filled + 37 * s, *const state_carry_0_1_2 = state_carry_0_0_2 + s,
+        *const state_carry_0_2_2 = state_carry_0_1_2 + s, *const state_carry_0_3_2 = state_carry_0_2_2 + s,
+        *const state_carry_0_4_2 = state_carry_0_3_2 + s, *const state_carry_0_5_2 = state_carry_0_4_2 + s,
+        *const state_carry_0_6_2 = state_carry_0_5_2 + s, *const state_carry_0_7_2 = state_carry_0_6_2 + s,
+        *const state_carry_0_8_2 = state_carry_0_7_2 + s, *const state_carry_0_9_2 = state_carry_0_8_2 + s,
+        *const state_carry_0_10_2 = state_carry_0_9_2 + s, *const state_carry_0_11_2 = state_carry_0_10_2 + s,
+        *const state_carry_0_12_2 = state_carry_0_11_2 + s, *const state_carry_0_13_2 = state_carry_0_12_2 + s,
+        *const state_carry_0_14_2 = state_carry_0_13_2 + s, *const state_carry_0_15_2 = state_carry_0_14_2 + s,
+        *const state_carry_0_16_2 = state_carry_0_15_2 + s, *const state_carry_0_17_2 = state_carry_0_16_2 + s,
+        *const state_carry_0_18_2 = state_carry_0_17_2 + s, *const state_carry_0_19_2 = state_carry_0_18_2 + s,
+        *const state_carry_0_20_2 = state_carry_0_19_2 + s, *const state_carry_0_21_2 = state_carry_0_20_2 + s,
+        *const state_carry_0_22_2 = state_carry_0_21_2 + s, *const state_carry_0_23_2 = state_carry_0_22_2 + s,
+        *const state_carry_0_24_2 = state_carry_0_23_2 + s, *const state_carry_0_25_2 = state_carry_0_24_2 + s,
+        *const state_carry_0_26_2 = state_carry_0_25_2 + s, *const state_carry_0_27_2 = state_carry_0_26_2 + s,
+        *const state_carry_0_28_2 = state_carry_0_27_2 + s, *const state_carry_0_29_2 = state_carry_0_28_2 + s,
+        *const state_carry_0_30_2 = state_carry_0_29_2 + s, *const state_carry_0_31_2 = state_carry_0_30_2 + s,
+        *const state_carry_0_32_2 = state_carry_0_31_2 + s, *const state_carry_0_33_2 = state_carry_0_32_2 + s,
+        *const state_carry_0_34_2 = state_carry_0_33_2 + s, *const state_carry_0_35_2 = state_carry_0_34_2 + s,
+        *const state_carry_0_36_2 = state_carry_0_35_2 + s, state_carry_1_2, state_carry_2_2, state_steps_2,
+        state_converged_2, converged_5, steps_5, next_state_carry_1_2, next_state_steps_2, next_state_converged_2,
+        best_4, now_carry_best_4[7], now_carry_following_4[7], now_carry_table_4[21], now_carry_slope_4[6],
+        now_carry_cost_4, now_carry_damping_4, now_carry_done_4, now_steps_4, now_converged_4, converged_6, steps_6,
+        next_now_carry_best_4[7], next_now_carry_following_4[7], next_now_carry_table_4[21],
+        next_now_carry_slope_4[6], next_now_carry_cost_4, next_now_carry_damping_4, next_now_carry_done_4,
+        next_now_steps_4, next_now_converged_4, sum_5[28], common_56, common_57, common_58, common_59, common_60,
+        common_61, common_62, common_63, common_64, common_65, common_66, common_67, common_68, found_5, common_69,
+        common_70, common_71, common_72, *const further_2 = state_carry_0_36_2 + s, best_5, found_6, common_73,
+        by_element_38, by_element_39, by_element_40, by_element_41, by_element_42, by_element_43, by_element_44,
+        by_element_45, by_element_46, by_element_47, by_element_48, by_element_49, by_element_50, by_element_51,
+        by_element_52, by_element_53, by_element_54, by_element_55, by_element_56, by_element_57, by_element_58,
+        by_element_59, by_element_60, by_element_61, by_element_62, by_element_63, by_element_64, by_element_65,
+        by_element_66, by_element_67, by_element_68, by_element_69, by_element_70, by_element_71, by_element_72,
+        by_element_73, by_element_74;
     NAME(follow_poses_number_start)(&number_start);
     NAME(truncated_pixel_squares_result_start)(&a);
     for (intptr_t i = 0; i < s; i++) {
@@ -5379,21 +5382,21 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
     NAME(pixel_squares_common)(k, &common_11, &common_12);
     for (intptr_t i = 0; i < s; i++) {
         NAME(descend_pose_now_carry_best)(starts + 12 * i, now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged, &converged,
-    &steps);
+            now_carry_slope, &now_carry_cost, &now_carry_damping, &now_carry_done, &now_steps, &now_converged,
+            &converged, &steps);
         NAME(follow_poses_common)(a, number[i], &common_13);
         for (int repeats = 0; repeats < 2147483647; repeats++) {
             NAME(descend_pose_sum_start)(sum);
             NAME(descend_pose_common_2)(now_carry_following, &common, &common_2, &common_3, &common_4, &common_5,
-    &common_6, &common_7, &common_8, &common_9, &common_10);
+                &common_6, &common_7, &common_8, &common_9, &common_10);
             for (intptr_t k_2 = 0; k_2 < n; k_2++)
                 NAME(follow_poses_sum)(k, now_carry_following, sum, places + 3 * k_2, pixels + 2 * k_2, common,
-    common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, common_11, common_12,
-    sum);
+                    common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10,
+                    common_11, common_12, sum);
             NAME(descend_pose_next_now_carry_best)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
-    &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
+                now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+                next_now_carry_following, next_now_carry_table, next_now_carry_slope, &next_now_carry_cost,
+                &next_now_carry_damping, &next_now_carry_done, &next_now_steps, &next_now_converged);
             NAME(follow_poses_converged)(next_now_steps, next_now_converged, common_13, &converged);
             COPY(7, next_now_carry_best, now_carry_best);
             COPY(7, next_now_carry_following, now_carry_following);
@@ -5409,22 +5412,24 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
         }
         NAME(descend_pose_found_start)(&found);
         NAME(follow_poses_common_2)(a, starts + 12 * i, number[i], now_carry_best, &common_14, &common_15,
-    &common_16, &common_17);
+            &common_16, &common_17);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_pose_found)(found, places + 3 * j, common_14, common_15, common_16, common_17, &found);
         NAME(follow_poses_mapped)(a, starts + 12 * i, number[i], now_carry_best, now_carry_table, now_carry_slope,
-    now_carry_cost, now_converged, found, mapped + 37 * i);
+            now_carry_cost, now_converged, found, mapped + 37 * i);
         NAME(follow_poses_state_carry)(mapped + 37 * i, state_carry_0_0 + i, state_carry_0_1 + i,
-    state_carry_0_2 + i, state_carry_0_3 + i, state_carry_0_4 + i, state_carry_0_5 + i, state_carry_0_6 + i,
-    state_carry_0_7 + i, state_carry_0_8 + i, state_carry_0_9 + i, state_carry_0_10 + i, state_carry_0_11 + i,
-    state_carry_0_12 + i, state_carry_0_13 + i, state_carry_0_14 + i, state_carry_0_15 + i, state_carry_0_16 + i,
-    state_carry_0_17 + i, state_carry_0_18 + i, state_carry_0_19 + i, state_carry_0_20 + i, state_carry_0_21 + i,
-    state_carry_0_22 + i, state_carry_0_23 + i, state_carry_0_24 + i, state_carry_0_25 + i, state_carry_0_26 + i,
-    state_carry_0_27 + i, state_carry_0_28 + i, state_carry_0_29 + i, state_carry_0_30 + i, state_carry_0_31 + i,
-    state_carry_0_32 + i, state_carry_0_33 + i, state_carry_0_34 + i, state_carry_0_35 + i, state_carry_0_36 + i);
+            state_carry_0_2 + i, state_carry_0_3 + i, state_carry_0_4 + i, state_carry_0_5 + i, state_carry_0_6 + i,
+            state_carry_0_7 + i, state_carry_0_8 + i, state_carry_0_9 + i, state_carry_0_10 + i,
+            state_carry_0_11 + i, state_carry_0_12 + i, state_carry_0_13 + i, state_carry_0_14 + i,
+            state_carry_0_15 + i, state_carry_0_16 + i, state_carry_0_17 + i, state_carry_0_18 + i,
+            state_carry_0_19 + i, state_carry_0_20 + i, state_carry_0_21 + i, state_carry_0_22 + i,
+            state_carry_0_23 + i, state_carry_0_24 + i, state_carry_0_25 + i, state_carry_0_26 + i,
+            state_carry_0_27 + i, state_carry_0_28 + i, state_carry_0_29 + i, state_carry_0_30 + i,
+            state_carry_0_31 + i, state_carry_0_32 + i, state_carry_0_33 + i, state_carry_0_34 + i,
+            state_carry_0_35 + i, state_carry_0_36 + i);
     }
     NAME(follow_poses_state_carry_start)(&state_carry_1, &state_carry_2, &state_steps, &state_converged,
-    &converged_2, &steps_2);
+        &converged_2, &steps_2);
     for (int repeats_ = 0; repeats_ < 2147483647; repeats_++) {
         NAME(follow_poses_best_start)(&best);
         for (intptr_t j = 0; j < s; j++)
@@ -5433,24 +5438,25 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
         NAME(follow_poses_best_start)(&best_2);
         for (intptr_t j = 0; j < s; j++) {
             NAME(follow_poses_now_carry_best)(state_carry_0_0[j], state_carry_0_1[j], state_carry_0_2[j],
-    state_carry_0_3[j], state_carry_0_4[j], state_carry_0_5[j], state_carry_0_6[j], state_carry_0_7[j],
-    state_carry_0_8[j], state_carry_0_9[j], state_carry_0_10[j], state_carry_0_11[j], now_carry_best_2,
-    now_carry_following_2, now_carry_table_2, now_carry_slope_2, &now_carry_cost_2, &now_carry_damping_2,
-    &now_carry_done_2, &now_steps_2, &now_converged_2, &converged_3, &steps_3);
+                state_carry_0_3[j], state_carry_0_4[j], state_carry_0_5[j], state_carry_0_6[j], state_carry_0_7[j],
+                state_carry_0_8[j], state_carry_0_9[j], state_carry_0_10[j], state_carry_0_11[j], now_carry_best_2,
+                now_carry_following_2, now_carry_table_2, now_carry_slope_2, &now_carry_cost_2,
+                &now_carry_damping_2, &now_carry_done_2, &now_steps_2, &now_converged_2, &converged_3, &steps_3);
             NAME(follow_poses_common_4)(a, state_carry_0_33[j], state_carry_0_34[j], state_carry_0_35[j], number[j],
-    common_29, common_30, &common_28);
+                common_29, common_30, &common_28);
             for (int repeats__ = 0; repeats__ < 2147483647; repeats__++) {
                 NAME(descend_pose_sum_start)(sum_2);
                 NAME(descend_pose_common_2)(now_carry_following_2, &common_18, &common_19, &common_20, &common_21,
-    &common_22, &common_23, &common_24, &common_25, &common_26, &common_27);
+                    &common_22, &common_23, &common_24, &common_25, &common_26, &common_27);
                 for (intptr_t k_3 = 0; k_3 < n; k_3++)
                     NAME(follow_poses_sum_2)(k, common_11, common_12, now_carry_following_2, sum_2,
-    places + 3 * k_3, pixels + 2 * k_3, common_18, common_19, common_20, common_21, common_22, common_23, common_24,
-    common_25, common_26, common_27, sum_2);
+                        places + 3 * k_3, pixels + 2 * k_3, common_18, common_19, common_20, common_21, common_22,
+                        common_23, common_24, common_25, common_26, common_27, sum_2);
                 NAME(descend_pose_next_now_carry_best)(now_carry_best_2, now_carry_following_2, now_carry_table_2,
-    now_carry_slope_2, now_carry_cost_2, now_carry_damping_2, now_steps_2, sum_2, next_now_carry_best_2,
-    next_now_carry_following_2, next_now_carry_table_2, next_now_carry_slope_2, &next_now_carry_cost_2,
-    &next_now_carry_damping_2, &next_now_carry_done_2, &next_now_steps_2, &next_now_converged_2);
+                    now_carry_slope_2, now_carry_cost_2, now_carry_damping_2, now_steps_2, sum_2,
+                    next_now_carry_best_2, next_now_carry_following_2, next_now_carry_table_2,
+                    next_now_carry_slope_2, &next_now_carry_cost_2, &next_now_carry_damping_2,
+                    &next_now_carry_done_2, &next_now_steps_2, &next_now_converged_2);
                 NAME(follow_poses_converged)(next_now_steps_2, next_now_converged_2, common_28, &converged_3);
                 COPY(7, next_now_carry_best_2, now_carry_best_2);
                 COPY(7, next_now_carry_following_2, now_carry_following_2);
@@ -5466,22 +5472,24 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
             }
             NAME(descend_pose_found_start)(&found_2);
             NAME(follow_poses_common_5)(a, state_carry_0_0[j], state_carry_0_1[j], state_carry_0_2[j],
-    state_carry_0_4[j], state_carry_0_5[j], state_carry_0_6[j], state_carry_0_8[j], state_carry_0_9[j],
-    state_carry_0_10[j], state_carry_0_11[j], state_carry_0_33[j], state_carry_0_34[j], state_carry_0_35[j],
-    number[j], common_29, common_30, now_carry_best_2, &common_31, &common_32, &common_33, &common_34);
+                state_carry_0_4[j], state_carry_0_5[j], state_carry_0_6[j], state_carry_0_8[j], state_carry_0_9[j],
+                state_carry_0_10[j], state_carry_0_11[j], state_carry_0_33[j], state_carry_0_34[j],
+                state_carry_0_35[j], number[j], common_29, common_30, now_carry_best_2, &common_31, &common_32,
+                &common_33, &common_34);
             for (intptr_t k_2 = 0; k_2 < n; k_2++)
                 NAME(descend_pose_found)(found_2, places + 3 * k_2, common_31, common_32, common_33, common_34,
-    &found_2);
+                    &found_2);
             NAME(follow_poses_further)(a, state_carry_0_0[j], state_carry_0_1[j], state_carry_0_2[j],
-    state_carry_0_3[j], state_carry_0_4[j], state_carry_0_5[j], state_carry_0_6[j], state_carry_0_7[j],
-    state_carry_0_8[j], state_carry_0_9[j], state_carry_0_10[j], state_carry_0_11[j], state_carry_0_12[j],
-    state_carry_0_13[j], state_carry_0_14[j], state_carry_0_15[j], state_carry_0_16[j], state_carry_0_17[j],
-    state_carry_0_18[j], state_carry_0_19[j], state_carry_0_20[j], state_carry_0_21[j], state_carry_0_22[j],
-    state_carry_0_23[j], state_carry_0_24[j], state_carry_0_25[j], state_carry_0_26[j], state_carry_0_27[j],
-    state_carry_0_28[j], state_carry_0_29[j], state_carry_0_30[j], state_carry_0_31[j], state_carry_0_32[j],
-    state_carry_0_33[j], state_carry_0_34[j], state_carry_0_35[j], state_carry_0_36[j], number[j], common_29,
-    common_30, now_carry_best_2, now_carry_table_2, now_carry_slope_2, now_carry_cost_2, now_converged_2, found_2,
-    further + 37 * j);
+                state_carry_0_3[j], state_carry_0_4[j], state_carry_0_5[j], state_carry_0_6[j], state_carry_0_7[j],
+                state_carry_0_8[j], state_carry_0_9[j], state_carry_0_10[j], state_carry_0_11[j],
+                state_carry_0_12[j], state_carry_0_13[j], state_carry_0_14[j], state_carry_0_15[j],
+                state_carry_0_16[j], state_carry_0_17[j], state_carry_0_18[j], state_carry_0_19[j],
+                state_carry_0_20[j], state_carry_0_21[j], state_carry_0_22[j], state_carry_0_23[j],
+                state_carry_0_24[j], state_carry_0_25[j], state_carry_0_26[j], state_carry_0_27[j],
+                state_carry_0_28[j], state_carry_0_29[j], state_carry_0_30[j], state_carry_0_31[j],
+                state_carry_0_32[j], state_carry_0_33[j], state_carry_0_34[j], state_carry_0_35[j],
+                state_carry_0_36[j], number[j], common_29, common_30, now_carry_best_2, now_carry_table_2,
+                now_carry_slope_2, now_carry_cost_2, now_converged_2, found_2, further + 37 * j);
             NAME(follow_poses_best_2)(a, best_2, further + 37 * j, number[j], &best_2);
         }
         NAME(truncated_pixel_squares_result_start)(&found_3);
@@ -5489,16 +5497,18 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
         for (intptr_t j = 0; j < s; j++) {
             NAME(follow_poses_found)(a, found_3, further + 37 * j, number[j], common_35, &found_3);
             NAME(follow_poses_state_carry)(further + 37 * j, state_carry_0_0 + j, state_carry_0_1 + j,
-    state_carry_0_2 + j, state_carry_0_3 + j, state_carry_0_4 + j, state_carry_0_5 + j, state_carry_0_6 + j,
-    state_carry_0_7 + j, state_carry_0_8 + j, state_carry_0_9 + j, state_carry_0_10 + j, state_carry_0_11 + j,
-    state_carry_0_12 + j, state_carry_0_13 + j, state_carry_0_14 + j, state_carry_0_15 + j, state_carry_0_16 + j,
-    state_carry_0_17 + j, state_carry_0_18 + j, state_carry_0_19 + j, state_carry_0_20 + j, state_carry_0_21 + j,
-    state_carry_0_22 + j, state_carry_0_23 + j, state_carry_0_24 + j, state_carry_0_25 + j, state_carry_0_26 + j,
-    state_carry_0_27 + j, state_carry_0_28 + j, state_carry_0_29 + j, state_carry_0_30 + j, state_carry_0_31 + j,
-    state_carry_0_32 + j, state_carry_0_33 + j, state_carry_0_34 + j, state_carry_0_35 + j, state_carry_0_36 + j);
+                state_carry_0_2 + j, state_carry_0_3 + j, state_carry_0_4 + j, state_carry_0_5 + j,
+                state_carry_0_6 + j, state_carry_0_7 + j, state_carry_0_8 + j, state_carry_0_9 + j,
+                state_carry_0_10 + j, state_carry_0_11 + j, state_carry_0_12 + j, state_carry_0_13 + j,
+                state_carry_0_14 + j, state_carry_0_15 + j, state_carry_0_16 + j, state_carry_0_17 + j,
+                state_carry_0_18 + j, state_carry_0_19 + j, state_carry_0_20 + j, state_carry_0_21 + j,
+                state_carry_0_22 + j, state_carry_0_23 + j, state_carry_0_24 + j, state_carry_0_25 + j,
+                state_carry_0_26 + j, state_carry_0_27 + j, state_carry_0_28 + j, state_carry_0_29 + j,
+                state_carry_0_30 + j, state_carry_0_31 + j, state_carry_0_32 + j, state_carry_0_33 + j,
+                state_carry_0_34 + j, state_carry_0_35 + j, state_carry_0_36 + j);
         }
         NAME(follow_poses_next_state_carry)(soon, at_most, state_carry_1, state_steps, found_3, &next_state_carry_1,
-    &next_state_steps, &next_state_converged);
+            &next_state_steps, &next_state_converged);
         NAME(descend_pose_converged)(at_most, next_state_steps, next_state_converged, &converged_2);
         COPY(1, &next_state_carry_1, &state_carry_1);
         COPY(1, &next_state_steps, &state_steps);
@@ -5547,12 +5557,13 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
         NAME(follow_poses_by_element_36)(common_36, state_carry_0_35[i], mapped + 37 * i, by_element_36 + i);
         NAME(follow_poses_by_element_37)(common_36, state_carry_0_36[i], mapped + 37 * i, by_element_37 + i);
         NAME(follow_poses_best_3)(a, best_3, by_element[i], by_element_2[i], by_element_3[i], by_element_4[i],
-    by_element_5[i], by_element_6[i], by_element_7[i], by_element_8[i], by_element_9[i], by_element_10[i],
-    by_element_11[i], by_element_12[i], by_element_13[i], by_element_14[i], by_element_15[i], by_element_16[i],
-    by_element_17[i], by_element_18[i], by_element_19[i], by_element_20[i], by_element_21[i], by_element_22[i],
-    by_element_23[i], by_element_24[i], by_element_25[i], by_element_26[i], by_element_27[i], by_element_28[i],
-    by_element_29[i], by_element_30[i], by_element_31[i], by_element_32[i], by_element_33[i], by_element_34[i],
-    by_element_35[i], by_element_36[i], by_element_37[i], number[i], best_3);
+            by_element_5[i], by_element_6[i], by_element_7[i], by_element_8[i], by_element_9[i], by_element_10[i],
+            by_element_11[i], by_element_12[i], by_element_13[i], by_element_14[i], by_element_15[i],
+            by_element_16[i], by_element_17[i], by_element_18[i], by_element_19[i], by_element_20[i],
+            by_element_21[i], by_element_22[i], by_element_23[i], by_element_24[i], by_element_25[i],
+            by_element_26[i], by_element_27[i], by_element_28[i], by_element_29[i], by_element_30[i],
+            by_element_31[i], by_element_32[i], by_element_33[i], by_element_34[i], by_element_35[i],
+            by_element_36[i], by_element_37[i], number[i], best_3);
     }
     NAME(follow_poses_sum_start)(sum_3);
     for (intptr_t i = 0; i < n; i++)
@@ -5560,21 +5571,21 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
     NAME(follow_poses_common_8)(best_3, sum_3, &common_37, &common_38, &common_39, &common_40);
     for (intptr_t i = 0; i < s; i++) {
         NAME(follow_poses_now_carry_best_2)(best_3, common_37, common_38, common_39, common_40, now_carry_best_3,
-    now_carry_following_3, now_carry_table_3, now_carry_slope_3, &now_carry_cost_3, &now_carry_damping_3,
-    &now_carry_done_3, &now_steps_3, &now_converged_3, &converged_4, &steps_4);
+            now_carry_following_3, now_carry_table_3, now_carry_slope_3, &now_carry_cost_3, &now_carry_damping_3,
+            &now_carry_done_3, &now_steps_3, &now_converged_3, &converged_4, &steps_4);
         NAME(follow_poses_common_9)(a, number[i], &common_51);
         for (int repeats___ = 0; repeats___ < 2147483647; repeats___++) {
             NAME(descend_pose_sum_start)(sum_4);
             NAME(descend_pose_common_2)(now_carry_following_3, &common_41, &common_42, &common_43, &common_44,
-    &common_45, &common_46, &common_47, &common_48, &common_49, &common_50);
+                &common_45, &common_46, &common_47, &common_48, &common_49, &common_50);
             for (intptr_t k_2 = 0; k_2 < n; k_2++)
                 NAME(follow_poses_sum_2)(k, common_11, common_12, now_carry_following_3, sum_4, places + 3 * k_2,
-    pixels + 2 * k_2, common_41, common_42, common_43, common_44, common_45, common_46, common_47, common_48,
-    common_49, common_50, sum_4);
+                    pixels + 2 * k_2, common_41, common_42, common_43, common_44, common_45, common_46, common_47,
+                    common_48, common_49, common_50, sum_4);
             NAME(descend_pose_next_now_carry_best)(now_carry_best_3, now_carry_following_3, now_carry_table_3,
-    now_carry_slope_3, now_carry_cost_3, now_carry_damping_3, now_steps_3, sum_4, next_now_carry_best_3,
-    next_now_carry_following_3, next_now_carry_table_3, next_now_carry_slope_3, &next_now_carry_cost_3,
-    &next_now_carry_damping_3, &next_now_carry_done_3, &next_now_steps_3, &next_now_converged_3);
+                now_carry_slope_3, now_carry_cost_3, now_carry_damping_3, now_steps_3, sum_4, next_now_carry_best_3,
+                next_now_carry_following_3, next_now_carry_table_3, next_now_carry_slope_3, &next_now_carry_cost_3,
+                &next_now_carry_damping_3, &next_now_carry_done_3, &next_now_steps_3, &next_now_converged_3);
             NAME(follow_poses_converged)(next_now_steps_3, next_now_converged_3, common_51, &converged_4);
             COPY(7, next_now_carry_best_3, now_carry_best_3);
             COPY(7, next_now_carry_following_3, now_carry_following_3);
@@ -5590,31 +5601,32 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
         }
         NAME(descend_pose_found_start)(&found_4);
         NAME(follow_poses_common_10)(a, best_3, number[i], common_37, common_38, common_39, common_40,
-    now_carry_best_3, &common_52, &common_53, &common_54, &common_55);
+            now_carry_best_3, &common_52, &common_53, &common_54, &common_55);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_pose_found)(found_4, places + 3 * j, common_52, common_53, common_54, common_55, &found_4);
         NAME(follow_poses_filled)(a, best_3, by_element[i], by_element_2[i], by_element_3[i], by_element_4[i],
-    by_element_5[i], by_element_6[i], by_element_7[i], by_element_8[i], by_element_9[i], by_element_10[i],
-    by_element_11[i], by_element_12[i], by_element_13[i], by_element_14[i], by_element_15[i], by_element_16[i],
-    by_element_17[i], by_element_18[i], by_element_19[i], by_element_20[i], by_element_21[i], by_element_22[i],
-    by_element_23[i], by_element_24[i], by_element_25[i], by_element_26[i], by_element_27[i], by_element_28[i],
-    by_element_29[i], by_element_30[i], by_element_31[i], by_element_32[i], by_element_33[i], by_element_34[i],
-    by_element_35[i], by_element_36[i], by_element_37[i], number[i], common_37, common_38, common_39, common_40,
-    now_carry_best_3, now_carry_table_3, now_carry_slope_3, now_carry_cost_3, now_converged_3, found_4,
-    filled + 37 * i);
+            by_element_5[i], by_element_6[i], by_element_7[i], by_element_8[i], by_element_9[i], by_element_10[i],
+            by_element_11[i], by_element_12[i], by_element_13[i], by_element_14[i], by_element_15[i],
+            by_element_16[i], by_element_17[i], by_element_18[i], by_element_19[i], by_element_20[i],
+            by_element_21[i], by_element_22[i], by_element_23[i], by_element_24[i], by_element_25[i],
+            by_element_26[i], by_element_27[i], by_element_28[i], by_element_29[i], by_element_30[i],
+            by_element_31[i], by_element_32[i], by_element_33[i], by_element_34[i], by_element_35[i],
+            by_element_36[i], by_element_37[i], number[i], common_37, common_38, common_39, common_40,
+            now_carry_best_3, now_carry_table_3, now_carry_slope_3, now_carry_cost_3, now_converged_3, found_4,
+            filled + 37 * i);
         NAME(follow_poses_state_carry)(filled + 37 * i, state_carry_0_0_2 + i, state_carry_0_1_2 + i,
-    state_carry_0_2_2 + i, state_carry_0_3_2 + i, state_carry_0_4_2 + i, state_carry_0_5_2 + i,
-    state_carry_0_6_2 + i, state_carry_0_7_2 + i, state_carry_0_8_2 + i, state_carry_0_9_2 + i,
-    state_carry_0_10_2 + i, state_carry_0_11_2 + i, state_carry_0_12_2 + i, state_carry_0_13_2 + i,
-    state_carry_0_14_2 + i, state_carry_0_15_2 + i, state_carry_0_16_2 + i, state_carry_0_17_2 + i,
-    state_carry_0_18_2 + i, state_carry_0_19_2 + i, state_carry_0_20_2 + i, state_carry_0_21_2 + i,
-    state_carry_0_22_2 + i, state_carry_0_23_2 + i, state_carry_0_24_2 + i, state_carry_0_25_2 + i,
-    state_carry_0_26_2 + i, state_carry_0_27_2 + i, state_carry_0_28_2 + i, state_carry_0_29_2 + i,
-    state_carry_0_30_2 + i, state_carry_0_31_2 + i, state_carry_0_32_2 + i, state_carry_0_33_2 + i,
-    state_carry_0_34_2 + i, state_carry_0_35_2 + i, state_carry_0_36_2 + i);
+            state_carry_0_2_2 + i, state_carry_0_3_2 + i, state_carry_0_4_2 + i, state_carry_0_5_2 + i,
+            state_carry_0_6_2 + i, state_carry_0_7_2 + i, state_carry_0_8_2 + i, state_carry_0_9_2 + i,
+            state_carry_0_10_2 + i, state_carry_0_11_2 + i, state_carry_0_12_2 + i, state_carry_0_13_2 + i,
+            state_carry_0_14_2 + i, state_carry_0_15_2 + i, state_carry_0_16_2 + i, state_carry_0_17_2 + i,
+            state_carry_0_18_2 + i, state_carry_0_19_2 + i, state_carry_0_20_2 + i, state_carry_0_21_2 + i,
+            state_carry_0_22_2 + i, state_carry_0_23_2 + i, state_carry_0_24_2 + i, state_carry_0_25_2 + i,
+            state_carry_0_26_2 + i, state_carry_0_27_2 + i, state_carry_0_28_2 + i, state_carry_0_29_2 + i,
+            state_carry_0_30_2 + i, state_carry_0_31_2 + i, state_carry_0_32_2 + i, state_carry_0_33_2 + i,
+            state_carry_0_34_2 + i, state_carry_0_35_2 + i, state_carry_0_36_2 + i);
     }
     NAME(follow_poses_state_carry_start)(&state_carry_1_2, &state_carry_2_2, &state_steps_2, &state_converged_2,
-    &converged_5, &steps_5);
+        &converged_5, &steps_5);
     for (int repeats____ = 0; repeats____ < 2147483647; repeats____++) {
         NAME(follow_poses_best_start)(&best_4);
         for (intptr_t j = 0; j < s; j++)
@@ -5623,24 +5635,26 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
         NAME(follow_poses_best_start)(&best_5);
         for (intptr_t j = 0; j < s; j++) {
             NAME(follow_poses_now_carry_best)(state_carry_0_0_2[j], state_carry_0_1_2[j], state_carry_0_2_2[j],
-    state_carry_0_3_2[j], state_carry_0_4_2[j], state_carry_0_5_2[j], state_carry_0_6_2[j], state_carry_0_7_2[j],
-    state_carry_0_8_2[j], state_carry_0_9_2[j], state_carry_0_10_2[j], state_carry_0_11_2[j], now_carry_best_4,
-    now_carry_following_4, now_carry_table_4, now_carry_slope_4, &now_carry_cost_4, &now_carry_damping_4,
-    &now_carry_done_4, &now_steps_4, &now_converged_4, &converged_6, &steps_6);
+                state_carry_0_3_2[j], state_carry_0_4_2[j], state_carry_0_5_2[j], state_carry_0_6_2[j],
+                state_carry_0_7_2[j], state_carry_0_8_2[j], state_carry_0_9_2[j], state_carry_0_10_2[j],
+                state_carry_0_11_2[j], now_carry_best_4, now_carry_following_4, now_carry_table_4,
+                now_carry_slope_4, &now_carry_cost_4, &now_carry_damping_4, &now_carry_done_4, &now_steps_4,
+                &now_converged_4, &converged_6, &steps_6);
             NAME(follow_poses_common_11)(a, state_carry_0_33_2[j], state_carry_0_34_2[j], state_carry_0_35_2[j],
-    number[j], common_67, common_68, &common_66);
+                number[j], common_67, common_68, &common_66);
             for (int repeats_____ = 0; repeats_____ < 2147483647; repeats_____++) {
                 NAME(descend_pose_sum_start)(sum_5);
                 NAME(descend_pose_common_2)(now_carry_following_4, &common_56, &common_57, &common_58, &common_59,
-    &common_60, &common_61, &common_62, &common_63, &common_64, &common_65);
+                    &common_60, &common_61, &common_62, &common_63, &common_64, &common_65);
                 for (intptr_t k_3 = 0; k_3 < n; k_3++)
                     NAME(follow_poses_sum_2)(k, common_11, common_12, now_carry_following_4, sum_5,
-    places + 3 * k_3, pixels + 2 * k_3, common_56, common_57, common_58, common_59, common_60, common_61, common_62,
-    common_63, common_64, common_65, sum_5);
+                        places + 3 * k_3, pixels + 2 * k_3, common_56, common_57, common_58, common_59, common_60,
+                        common_61, common_62, common_63, common_64, common_65, sum_5);
                 NAME(descend_pose_next_now_carry_best)(now_carry_best_4, now_carry_following_4, now_carry_table_4,
-    now_carry_slope_4, now_carry_cost_4, now_carry_damping_4, now_steps_4, sum_5, next_now_carry_best_4,
-    next_now_carry_following_4, next_now_carry_table_4, next_now_carry_slope_4, &next_now_carry_cost_4,
-    &next_now_carry_damping_4, &next_now_carry_done_4, &next_now_steps_4, &next_now_converged_4);
+                    now_carry_slope_4, now_carry_cost_4, now_carry_damping_4, now_steps_4, sum_5,
+                    next_now_carry_best_4, next_now_carry_following_4, next_now_carry_table_4,
+                    next_now_carry_slope_4, &next_now_carry_cost_4, &next_now_carry_damping_4,
+                    &next_now_carry_done_4, &next_now_steps_4, &next_now_converged_4);
                 NAME(follow_poses_converged)(next_now_steps_4, next_now_converged_4, common_66, &converged_6);
                 COPY(7, next_now_carry_best_4, now_carry_best_4);
                 COPY(7, next_now_carry_following_4, now_carry_following_4);
@@ -5656,24 +5670,25 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
             }
             NAME(descend_pose_found_start)(&found_5);
             NAME(follow_poses_common_12)(a, state_carry_0_0_2[j], state_carry_0_1_2[j], state_carry_0_2_2[j],
-    state_carry_0_4_2[j], state_carry_0_5_2[j], state_carry_0_6_2[j], state_carry_0_8_2[j], state_carry_0_9_2[j],
-    state_carry_0_10_2[j], state_carry_0_11_2[j], state_carry_0_33_2[j], state_carry_0_34_2[j],
-    state_carry_0_35_2[j], number[j], common_67, common_68, now_carry_best_4, &common_69, &common_70, &common_71,
-    &common_72);
+                state_carry_0_4_2[j], state_carry_0_5_2[j], state_carry_0_6_2[j], state_carry_0_8_2[j],
+                state_carry_0_9_2[j], state_carry_0_10_2[j], state_carry_0_11_2[j], state_carry_0_33_2[j],
+                state_carry_0_34_2[j], state_carry_0_35_2[j], number[j], common_67, common_68, now_carry_best_4,
+                &common_69, &common_70, &common_71, &common_72);
             for (intptr_t k_2 = 0; k_2 < n; k_2++)
                 NAME(descend_pose_found)(found_5, places + 3 * k_2, common_69, common_70, common_71, common_72,
-    &found_5);
+                    &found_5);
             NAME(follow_poses_further_2)(a, state_carry_0_0_2[j], state_carry_0_1_2[j], state_carry_0_2_2[j],
-    state_carry_0_3_2[j], state_carry_0_4_2[j], state_carry_0_5_2[j], state_carry_0_6_2[j], state_carry_0_7_2[j],
-    state_carry_0_8_2[j], state_carry_0_9_2[j], state_carry_0_10_2[j], state_carry_0_11_2[j], state_carry_0_12_2[j],
-    state_carry_0_13_2[j], state_carry_0_14_2[j], state_carry_0_15_2[j], state_carry_0_16_2[j],
-    state_carry_0_17_2[j], state_carry_0_18_2[j], state_carry_0_19_2[j], state_carry_0_20_2[j],
-    state_carry_0_21_2[j], state_carry_0_22_2[j], state_carry_0_23_2[j], state_carry_0_24_2[j],
-    state_carry_0_25_2[j], state_carry_0_26_2[j], state_carry_0_27_2[j], state_carry_0_28_2[j],
-    state_carry_0_29_2[j], state_carry_0_30_2[j], state_carry_0_31_2[j], state_carry_0_32_2[j],
-    state_carry_0_33_2[j], state_carry_0_34_2[j], state_carry_0_35_2[j], state_carry_0_36_2[j], number[j],
-    common_67, common_68, now_carry_best_4, now_carry_table_4, now_carry_slope_4, now_carry_cost_4, now_converged_4,
-    found_5, further_2 + 37 * j);
+                state_carry_0_3_2[j], state_carry_0_4_2[j], state_carry_0_5_2[j], state_carry_0_6_2[j],
+                state_carry_0_7_2[j], state_carry_0_8_2[j], state_carry_0_9_2[j], state_carry_0_10_2[j],
+                state_carry_0_11_2[j], state_carry_0_12_2[j], state_carry_0_13_2[j], state_carry_0_14_2[j],
+                state_carry_0_15_2[j], state_carry_0_16_2[j], state_carry_0_17_2[j], state_carry_0_18_2[j],
+                state_carry_0_19_2[j], state_carry_0_20_2[j], state_carry_0_21_2[j], state_carry_0_22_2[j],
+                state_carry_0_23_2[j], state_carry_0_24_2[j], state_carry_0_25_2[j], state_carry_0_26_2[j],
+                state_carry_0_27_2[j], state_carry_0_28_2[j], state_carry_0_29_2[j], state_carry_0_30_2[j],
+                state_carry_0_31_2[j], state_carry_0_32_2[j], state_carry_0_33_2[j], state_carry_0_34_2[j],
+                state_carry_0_35_2[j], state_carry_0_36_2[j], number[j], common_67, common_68, now_carry_best_4,
+                now_carry_table_4, now_carry_slope_4, now_carry_cost_4, now_converged_4, found_5,
+                further_2 + 37 * j);
             NAME(follow_poses_best_5)(a, best_5, further_2 + 37 * j, number[j], &best_5);
         }
         NAME(truncated_pixel_squares_result_start)(&found_6);
@@ -5681,18 +5696,18 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
         for (intptr_t j = 0; j < s; j++) {
             NAME(follow_poses_found_2)(a, found_6, further_2 + 37 * j, number[j], common_73, &found_6);
             NAME(follow_poses_state_carry)(further_2 + 37 * j, state_carry_0_0_2 + j, state_carry_0_1_2 + j,
-    state_carry_0_2_2 + j, state_carry_0_3_2 + j, state_carry_0_4_2 + j, state_carry_0_5_2 + j,
-    state_carry_0_6_2 + j, state_carry_0_7_2 + j, state_carry_0_8_2 + j, state_carry_0_9_2 + j,
-    state_carry_0_10_2 + j, state_carry_0_11_2 + j, state_carry_0_12_2 + j, state_carry_0_13_2 + j,
-    state_carry_0_14_2 + j, state_carry_0_15_2 + j, state_carry_0_16_2 + j, state_carry_0_17_2 + j,
-    state_carry_0_18_2 + j, state_carry_0_19_2 + j, state_carry_0_20_2 + j, state_carry_0_21_2 + j,
-    state_carry_0_22_2 + j, state_carry_0_23_2 + j, state_carry_0_24_2 + j, state_carry_0_25_2 + j,
-    state_carry_0_26_2 + j, state_carry_0_27_2 + j, state_carry_0_28_2 + j, state_carry_0_29_2 + j,
-    state_carry_0_30_2 + j, state_carry_0_31_2 + j, state_carry_0_32_2 + j, state_carry_0_33_2 + j,
-    state_carry_0_34_2 + j, state_carry_0_35_2 + j, state_carry_0_36_2 + j);
+                state_carry_0_2_2 + j, state_carry_0_3_2 + j, state_carry_0_4_2 + j, state_carry_0_5_2 + j,
+                state_carry_0_6_2 + j, state_carry_0_7_2 + j, state_carry_0_8_2 + j, state_carry_0_9_2 + j,
+                state_carry_0_10_2 + j, state_carry_0_11_2 + j, state_carry_0_12_2 + j, state_carry_0_13_2 + j,
+                state_carry_0_14_2 + j, state_carry_0_15_2 + j, state_carry_0_16_2 + j, state_carry_0_17_2 + j,
+                state_carry_0_18_2 + j, state_carry_0_19_2 + j, state_carry_0_20_2 + j, state_carry_0_21_2 + j,
+                state_carry_0_22_2 + j, state_carry_0_23_2 + j, state_carry_0_24_2 + j, state_carry_0_25_2 + j,
+                state_carry_0_26_2 + j, state_carry_0_27_2 + j, state_carry_0_28_2 + j, state_carry_0_29_2 + j,
+                state_carry_0_30_2 + j, state_carry_0_31_2 + j, state_carry_0_32_2 + j, state_carry_0_33_2 + j,
+                state_carry_0_34_2 + j, state_carry_0_35_2 + j, state_carry_0_36_2 + j);
         }
         NAME(follow_poses_next_state_carry)(soon, at_most, state_carry_1_2, state_steps_2, found_6,
-    &next_state_carry_1_2, &next_state_steps_2, &next_state_converged_2);
+            &next_state_carry_1_2, &next_state_steps_2, &next_state_converged_2);
         NAME(descend_pose_converged)(at_most, next_state_steps_2, next_state_converged_2, &converged_5);
         COPY(1, &next_state_carry_1_2, &state_carry_1_2);
         COPY(1, &next_state_steps_2, &state_steps_2);
@@ -5739,12 +5754,12 @@ void NAME(follow_poses)(intptr_t s, intptr_t n, const REAL *starts, const REAL *
         NAME(follow_poses_by_element_36)(common_36, state_carry_0_35_2[i], filled + 37 * i, &by_element_73);
         NAME(follow_poses_by_element_37)(common_36, state_carry_0_36_2[i], filled + 37 * i, &by_element_74);
         NAME(follow_poses_result)(by_element_38, by_element_39, by_element_40, by_element_41, by_element_42,
-    by_element_43, by_element_44, by_element_45, by_element_46, by_element_47, by_element_48, by_element_49,
-    out_0 + 12 * i);
+            by_element_43, by_element_44, by_element_45, by_element_46, by_element_47, by_element_48, by_element_49,
+            out_0 + 12 * i);
         NAME(follow_poses_result_2)(by_element_50, by_element_51, by_element_52, by_element_53, by_element_54,
-    by_element_55, by_element_56, by_element_57, by_element_58, by_element_59, by_element_60, by_element_61,
-    by_element_62, by_element_63, by_element_64, by_element_65, by_element_66, by_element_67, by_element_68,
-    by_element_69, by_element_70, out_1 + 36 * i);
+            by_element_55, by_element_56, by_element_57, by_element_58, by_element_59, by_element_60, by_element_61,
+            by_element_62, by_element_63, by_element_64, by_element_65, by_element_66, by_element_67, by_element_68,
+            by_element_69, by_element_70, out_1 + 36 * i);
         NAME(follow_poses_result_3)(by_element_71, by_element_72, by_element_73, by_element_74, out_2 + 4 * i);
     }
 }
@@ -5795,68 +5810,70 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     REAL *gac_kept_102, REAL *gac_kept_103)
 {
     _Alignas(64) REAL number_start[NLANES], a[NLANES], now_carry_best[7 * NLANES], now_carry_following[7 * NLANES],
-    now_carry_table[21 * NLANES], now_carry_slope[6 * NLANES], now_carry_cost[NLANES], now_carry_damping[NLANES],
-    now_carry_done[NLANES], now_steps[NLANES], now_converged[NLANES], converged[NLANES], steps[NLANES],
-    next_now_carry_best[7 * NLANES], next_now_carry_following[7 * NLANES], next_now_carry_table[21 * NLANES],
-    next_now_carry_slope[6 * NLANES], next_now_carry_cost[NLANES], next_now_carry_damping[NLANES],
-    next_now_carry_done[NLANES], next_now_steps[NLANES], next_now_converged[NLANES], sum[28 * NLANES],
-    common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES], common_5[NLANES], common_6[NLANES],
-    common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES], common_11[NLANES], common_12[NLANES],
-    common_13[NLANES], found[NLANES], common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES],
-    state_carry_1[NLANES], state_carry_2[NLANES], state_steps[NLANES], state_converged[NLANES], converged_2[NLANES],
-    steps_2[NLANES], next_state_carry_1[NLANES], next_state_steps[NLANES], next_state_converged[NLANES],
-    best[NLANES], now_carry_best_2[7 * NLANES], now_carry_following_2[7 * NLANES], now_carry_table_2[21 * NLANES],
-    now_carry_slope_2[6 * NLANES], now_carry_cost_2[NLANES], now_carry_damping_2[NLANES], now_carry_done_2[NLANES],
-    now_steps_2[NLANES], now_converged_2[NLANES], converged_3[NLANES], steps_3[NLANES],
-    next_now_carry_best_2[7 * NLANES], next_now_carry_following_2[7 * NLANES], next_now_carry_table_2[21 * NLANES],
-    next_now_carry_slope_2[6 * NLANES], next_now_carry_cost_2[NLANES], next_now_carry_damping_2[NLANES],
-    next_now_carry_done_2[NLANES], next_now_steps_2[NLANES], next_now_converged_2[NLANES], sum_2[28 * NLANES],
-    common_18[NLANES], common_19[NLANES], common_20[NLANES], common_21[NLANES], common_22[NLANES],
-    common_23[NLANES], common_24[NLANES], common_25[NLANES], common_26[NLANES], common_27[NLANES],
-    common_28[NLANES], common_29[NLANES], common_30[NLANES], found_2[NLANES], common_31[NLANES], common_32[NLANES],
-    common_33[NLANES], common_34[NLANES], best_2[NLANES], found_3[NLANES], common_35[NLANES], common_36[NLANES],
-    best_3[37 * NLANES], sum_3[9 * NLANES], now_carry_best_3[7 * NLANES], now_carry_following_3[7 * NLANES],
-    now_carry_table_3[21 * NLANES], now_carry_slope_3[6 * NLANES], now_carry_cost_3[NLANES],
-    now_carry_damping_3[NLANES], now_carry_done_3[NLANES], now_steps_3[NLANES], now_converged_3[NLANES],
-    converged_4[NLANES], steps_4[NLANES], common_37[NLANES], common_38[NLANES], common_39[NLANES],
-    common_40[NLANES], next_now_carry_best_3[7 * NLANES], next_now_carry_following_3[7 * NLANES],
-    next_now_carry_table_3[21 * NLANES], next_now_carry_slope_3[6 * NLANES], next_now_carry_cost_3[NLANES],
-    next_now_carry_damping_3[NLANES], next_now_carry_done_3[NLANES], next_now_steps_3[NLANES],
-    next_now_converged_3[NLANES], sum_4[28 * NLANES], common_41[NLANES], common_42[NLANES], common_43[NLANES],
-    common_44[NLANES], common_45[NLANES], common_46[NLANES], common_47[NLANES], common_48[NLANES],
-    common_49[NLANES], common_50[NLANES], common_51[NLANES], found_4[NLANES], common_52[NLANES], common_53[NLANES],
-    common_54[NLANES], common_55[NLANES], state_carry_1_2[NLANES], state_carry_2_2[NLANES], state_steps_2[NLANES],
-    state_converged_2[NLANES], converged_5[NLANES], steps_5[NLANES], next_state_carry_1_2[NLANES],
-    next_state_steps_2[NLANES], next_state_converged_2[NLANES], best_4[NLANES], now_carry_best_4[7 * NLANES],
-    now_carry_following_4[7 * NLANES], now_carry_table_4[21 * NLANES], now_carry_slope_4[6 * NLANES],
-    now_carry_cost_4[NLANES], now_carry_damping_4[NLANES], now_carry_done_4[NLANES], now_steps_4[NLANES],
-    now_converged_4[NLANES], converged_6[NLANES], steps_6[NLANES], next_now_carry_best_4[7 * NLANES],
-    next_now_carry_following_4[7 * NLANES], next_now_carry_table_4[21 * NLANES], next_now_carry_slope_4[6 * NLANES],
-    next_now_carry_cost_4[NLANES], next_now_carry_damping_4[NLANES], next_now_carry_done_4[NLANES],
-    next_now_steps_4[NLANES], next_now_converged_4[NLANES], sum_5[28 * NLANES], common_56[NLANES],
-    common_57[NLANES], common_58[NLANES], common_59[NLANES], common_60[NLANES], common_61[NLANES],
-    common_62[NLANES], common_63[NLANES], common_64[NLANES], common_65[NLANES], common_66[NLANES],
-    common_67[NLANES], common_68[NLANES], found_5[NLANES], common_69[NLANES], common_70[NLANES], common_71[NLANES],
-    common_72[NLANES], best_5[NLANES], found_6[NLANES], common_73[NLANES], by_element_38[NLANES],
-    by_element_39[NLANES], by_element_40[NLANES], by_element_41[NLANES], by_element_42[NLANES],
-    by_element_43[NLANES], by_element_44[NLANES], by_element_45[NLANES], by_element_46[NLANES],
-    by_element_47[NLANES], by_element_48[NLANES], by_element_49[NLANES], by_element_50[NLANES],
-    by_element_51[NLANES], by_element_52[NLANES], by_element_53[NLANES], by_element_54[NLANES],
-    by_element_55[NLANES], by_element_56[NLANES], by_element_57[NLANES], by_element_58[NLANES],
-    by_element_59[NLANES], by_element_60[NLANES], by_element_61[NLANES], by_element_62[NLANES],
-    by_element_63[NLANES], by_element_64[NLANES], by_element_65[NLANES], by_element_66[NLANES],
-    by_element_67[NLANES], by_element_68[NLANES], by_element_69[NLANES], by_element_70[NLANES],
-    by_element_71[NLANES], by_element_72[NLANES], by_element_73[NLANES], by_element_74[NLANES],
-    gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES], gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES],
-    gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES], gac_kept_7[NLANES], gac_kept_8[NLANES],
-    gac_kept_46[NLANES], gac_kept_47[NLANES], gac_kept_48[NLANES], gac_kept_49[7 * NLANES], gac_kept_50[7 * NLANES],
-    gac_kept_51[21 * NLANES], gac_kept_52[6 * NLANES], gac_kept_53[NLANES], gac_kept_54[NLANES],
-    gac_kept_55[NLANES], gac_kept_56[NLANES], gac_kept_57[NLANES], gac_kept_58[7 * NLANES], gac_kept_59[7 * NLANES],
-    gac_kept_60[21 * NLANES], gac_kept_61[6 * NLANES], gac_kept_62[NLANES], gac_kept_63[NLANES],
-    gac_kept_64[NLANES], gac_kept_65[NLANES], gac_kept_66[NLANES], gac_kept_104[NLANES], gac_kept_105[NLANES],
-    gac_kept_106[NLANES], gac_kept_107[7 * NLANES], gac_kept_108[7 * NLANES], gac_kept_109[21 * NLANES],
-    gac_kept_110[6 * NLANES], gac_kept_111[NLANES], gac_kept_112[NLANES], gac_kept_113[NLANES],
-    gac_kept_114[NLANES], gac_kept_115[NLANES];
+        now_carry_table[21 * NLANES], now_carry_slope[6 * NLANES], now_carry_cost[NLANES],
+        now_carry_damping[NLANES], now_carry_done[NLANES], now_steps[NLANES], now_converged[NLANES],
+        converged[NLANES], steps[NLANES], next_now_carry_best[7 * NLANES], next_now_carry_following[7 * NLANES],
+        next_now_carry_table[21 * NLANES], next_now_carry_slope[6 * NLANES], next_now_carry_cost[NLANES],
+        next_now_carry_damping[NLANES], next_now_carry_done[NLANES], next_now_steps[NLANES],
+        next_now_converged[NLANES], sum[28 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES],
+        common_4[NLANES], common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES],
+        common_10[NLANES], common_11[NLANES], common_12[NLANES], common_13[NLANES], found[NLANES],
+        common_14[NLANES], common_15[NLANES], common_16[NLANES], common_17[NLANES], state_carry_1[NLANES],
+        state_carry_2[NLANES], state_steps[NLANES], state_converged[NLANES], converged_2[NLANES], steps_2[NLANES],
+        next_state_carry_1[NLANES], next_state_steps[NLANES], next_state_converged[NLANES], best[NLANES],
+        now_carry_best_2[7 * NLANES], now_carry_following_2[7 * NLANES], now_carry_table_2[21 * NLANES],
+        now_carry_slope_2[6 * NLANES], now_carry_cost_2[NLANES], now_carry_damping_2[NLANES],
+        now_carry_done_2[NLANES], now_steps_2[NLANES], now_converged_2[NLANES], converged_3[NLANES],
+        steps_3[NLANES], next_now_carry_best_2[7 * NLANES], next_now_carry_following_2[7 * NLANES],
+        next_now_carry_table_2[21 * NLANES], next_now_carry_slope_2[6 * NLANES], next_now_carry_cost_2[NLANES],
+        next_now_carry_damping_2[NLANES], next_now_carry_done_2[NLANES], next_now_steps_2[NLANES],
+        next_now_converged_2[NLANES], sum_2[28 * NLANES], common_18[NLANES], common_19[NLANES], common_20[NLANES],
+        common_21[NLANES], common_22[NLANES], common_23[NLANES], common_24[NLANES], common_25[NLANES],
+        common_26[NLANES], common_27[NLANES], common_28[NLANES], common_29[NLANES], common_30[NLANES],
+        found_2[NLANES], common_31[NLANES], common_32[NLANES], common_33[NLANES], common_34[NLANES], best_2[NLANES],
+        found_3[NLANES], common_35[NLANES], common_36[NLANES], best_3[37 * NLANES], sum_3[9 * NLANES],
+        now_carry_best_3[7 * NLANES], now_carry_following_3[7 * NLANES], now_carry_table_3[21 * NLANES],
+        now_carry_slope_3[6 * NLANES], now_carry_cost_3[NLANES], now_carry_damping_3[NLANES],
+        now_carry_done_3[NLANES], now_steps_3[NLANES], now_converged_3[NLANES], converged_4[NLANES],
+        steps_4[NLANES], common_37[NLANES], common_38[NLANES], common_39[NLANES], common_40[NLANES],
+        next_now_carry_best_3[7 * NLANES], next_now_carry_following_3[7 * NLANES],
+        next_now_carry_table_3[21 * NLANES], next_now_carry_slope_3[6 * NLANES], next_now_carry_cost_3[NLANES],
+        next_now_carry_damping_3[NLANES], next_now_carry_done_3[NLANES], next_now_steps_3[NLANES],
+        next_now_converged_3[NLANES], sum_4[28 * NLANES], common_41[NLANES], common_42[NLANES], common_43[NLANES],
+        common_44[NLANES], common_45[NLANES], common_46[NLANES], common_47[NLANES], common_48[NLANES],
+        common_49[NLANES], common_50[NLANES], common_51[NLANES], found_4[NLANES], common_52[NLANES],
+        common_53[NLANES], common_54[NLANES], common_55[NLANES], state_carry_1_2[NLANES], state_carry_2_2[NLANES],
+        state_steps_2[NLANES], state_converged_2[NLANES], converged_5[NLANES], steps_5[NLANES],
+        next_state_carry_1_2[NLANES], next_state_steps_2[NLANES], next_state_converged_2[NLANES], best_4[NLANES],
+        now_carry_best_4[7 * NLANES], now_carry_following_4[7 * NLANES], now_carry_table_4[21 * NLANES],
+        now_carry_slope_4[6 * NLANES], now_carry_cost_4[NLANES], now_carry_damping_4[NLANES],
+        now_carry_done_4[NLANES], now_steps_4[NLANES], now_converged_4[NLANES], converged_6[NLANES],
+        steps_6[NLANES], next_now_carry_best_4[7 * NLANES], next_now_carry_following_4[7 * NLANES],
+        next_now_carry_table_4[21 * NLANES], next_now_carry_slope_4[6 * NLANES], next_now_carry_cost_4[NLANES],
+        next_now_carry_damping_4[NLANES], next_now_carry_done_4[NLANES], next_now_steps_4[NLANES],
+        next_now_converged_4[NLANES], sum_5[28 * NLANES], common_56[NLANES], common_57[NLANES], common_58[NLANES],
+        common_59[NLANES], common_60[NLANES], common_61[NLANES], common_62[NLANES], common_63[NLANES],
+        common_64[NLANES], common_65[NLANES], common_66[NLANES], common_67[NLANES], common_68[NLANES],
+        found_5[NLANES], common_69[NLANES], common_70[NLANES], common_71[NLANES], common_72[NLANES], best_5[NLANES],
+        found_6[NLANES], common_73[NLANES], by_element_38[NLANES], by_element_39[NLANES], by_element_40[NLANES],
+        by_element_41[NLANES], by_element_42[NLANES], by_element_43[NLANES], by_element_44[NLANES],
+        by_element_45[NLANES], by_element_46[NLANES], by_element_47[NLANES], by_element_48[NLANES],
+        by_element_49[NLANES], by_element_50[NLANES], by_element_51[NLANES], by_element_52[NLANES],
+        by_element_53[NLANES], by_element_54[NLANES], by_element_55[NLANES], by_element_56[NLANES],
+        by_element_57[NLANES], by_element_58[NLANES], by_element_59[NLANES], by_element_60[NLANES],
+        by_element_61[NLANES], by_element_62[NLANES], by_element_63[NLANES], by_element_64[NLANES],
+        by_element_65[NLANES], by_element_66[NLANES], by_element_67[NLANES], by_element_68[NLANES],
+        by_element_69[NLANES], by_element_70[NLANES], by_element_71[NLANES], by_element_72[NLANES],
+        by_element_73[NLANES], by_element_74[NLANES], gac_kept_0[7 * NLANES], gac_kept_1[7 * NLANES],
+        gac_kept_2[21 * NLANES], gac_kept_3[6 * NLANES], gac_kept_4[NLANES], gac_kept_5[NLANES], gac_kept_6[NLANES],
+        gac_kept_7[NLANES], gac_kept_8[NLANES], gac_kept_46[NLANES], gac_kept_47[NLANES], gac_kept_48[NLANES],
+        gac_kept_49[7 * NLANES], gac_kept_50[7 * NLANES], gac_kept_51[21 * NLANES], gac_kept_52[6 * NLANES],
+        gac_kept_53[NLANES], gac_kept_54[NLANES], gac_kept_55[NLANES], gac_kept_56[NLANES], gac_kept_57[NLANES],
+        gac_kept_58[7 * NLANES], gac_kept_59[7 * NLANES], gac_kept_60[21 * NLANES], gac_kept_61[6 * NLANES],
+        gac_kept_62[NLANES], gac_kept_63[NLANES], gac_kept_64[NLANES], gac_kept_65[NLANES], gac_kept_66[NLANES],
+        gac_kept_104[NLANES], gac_kept_105[NLANES], gac_kept_106[NLANES], gac_kept_107[7 * NLANES],
+        gac_kept_108[7 * NLANES], gac_kept_109[21 * NLANES], gac_kept_110[6 * NLANES], gac_kept_111[NLANES],
+        gac_kept_112[NLANES], gac_kept_113[NLANES], gac_kept_114[NLANES], gac_kept_115[NLANES];
     NAME(follow_poses_number_start_lanes)(number_start);
     NAME(truncated_pixel_squares_result_start_lanes)(a);
     for (intptr_t i = 0; i < s; i++) {
@@ -5866,8 +5883,8 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     NAME(pixel_squares_common_lanes)(k, common_11, common_12);
     for (intptr_t i = 0; i < s; i++) {
         NAME(descend_pose_now_carry_best_lanes)(starts + 12 * NLANES * i, now_carry_best, now_carry_following,
-    now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps, now_converged,
-    converged, steps);
+            now_carry_table, now_carry_slope, now_carry_cost, now_carry_damping, now_carry_done, now_steps,
+            now_converged, converged, steps);
         NAME(follow_poses_common_lanes)(a, number + NLANES * i, common_13);
         ROUNDS(rounds, 2147483647) {
             KEEP(rounds, 7 * NLANES, now_carry_best, gac_kept_0);
@@ -5881,15 +5898,15 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
             KEEP(rounds, NLANES, converged, gac_kept_8);
             NAME(descend_pose_sum_start_lanes)(sum);
             NAME(descend_pose_common_2_lanes)(now_carry_following, common, common_2, common_3, common_4, common_5,
-    common_6, common_7, common_8, common_9, common_10);
+                common_6, common_7, common_8, common_9, common_10);
             for (intptr_t k_2 = 0; k_2 < n; k_2++)
                 NAME(follow_poses_sum_lanes)(k, now_carry_following, sum, places + 3 * NLANES * k_2,
-    pixels + 2 * NLANES * k_2, common, common_2, common_3, common_4, common_5, common_6, common_7, common_8,
-    common_9, common_10, common_11, common_12, sum);
+                    pixels + 2 * NLANES * k_2, common, common_2, common_3, common_4, common_5, common_6, common_7,
+                    common_8, common_9, common_10, common_11, common_12, sum);
             NAME(descend_pose_next_now_carry_best_lanes)(now_carry_best, now_carry_following, now_carry_table,
-    now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
-    next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
-    next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
+                now_carry_slope, now_carry_cost, now_carry_damping, now_steps, sum, next_now_carry_best,
+                next_now_carry_following, next_now_carry_table, next_now_carry_slope, next_now_carry_cost,
+                next_now_carry_damping, next_now_carry_done, next_now_steps, next_now_converged);
             NAME(follow_poses_converged_lanes)(next_now_steps, next_now_converged, common_13, converged);
             COPY(7 * NLANES, next_now_carry_best, now_carry_best);
             COPY(7 * NLANES, next_now_carry_following, now_carry_following);
@@ -5914,28 +5931,28 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
         }
         NAME(descend_pose_found_start_lanes)(found);
         NAME(follow_poses_common_2_lanes)(a, starts + 12 * NLANES * i, number + NLANES * i, now_carry_best,
-    common_14, common_15, common_16, common_17);
+            common_14, common_15, common_16, common_17);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_pose_found_lanes)(found, places + 3 * NLANES * j, common_14, common_15, common_16,
-    common_17, found);
+                common_17, found);
         NAME(follow_poses_mapped_lanes)(a, starts + 12 * NLANES * i, number + NLANES * i, now_carry_best,
-    now_carry_table, now_carry_slope, now_carry_cost, now_converged, found, mapped + 37 * NLANES * i);
+            now_carry_table, now_carry_slope, now_carry_cost, now_converged, found, mapped + 37 * NLANES * i);
         NAME(follow_poses_state_carry_lanes)(mapped + 37 * NLANES * i, state_carry_0_0 + NLANES * i,
-    state_carry_0_1 + NLANES * i, state_carry_0_2 + NLANES * i, state_carry_0_3 + NLANES * i,
-    state_carry_0_4 + NLANES * i, state_carry_0_5 + NLANES * i, state_carry_0_6 + NLANES * i,
-    state_carry_0_7 + NLANES * i, state_carry_0_8 + NLANES * i, state_carry_0_9 + NLANES * i,
-    state_carry_0_10 + NLANES * i, state_carry_0_11 + NLANES * i, state_carry_0_12 + NLANES * i,
-    state_carry_0_13 + NLANES * i, state_carry_0_14 + NLANES * i, state_carry_0_15 + NLANES * i,
-    state_carry_0_16 + NLANES * i, state_carry_0_17 + NLANES * i, state_carry_0_18 + NLANES * i,
-    state_carry_0_19 + NLANES * i, state_carry_0_20 + NLANES * i, state_carry_0_21 + NLANES * i,
-    state_carry_0_22 + NLANES * i, state_carry_0_23 + NLANES * i, state_carry_0_24 + NLANES * i,
-    state_carry_0_25 + NLANES * i, state_carry_0_26 + NLANES * i, state_carry_0_27 + NLANES * i,
-    state_carry_0_28 + NLANES * i, state_carry_0_29 + NLANES * i, state_carry_0_30 + NLANES * i,
-    state_carry_0_31 + NLANES * i, state_carry_0_32 + NLANES * i, state_carry_0_33 + NLANES * i,
-    state_carry_0_34 + NLANES * i, state_carry_0_35 + NLANES * i, state_carry_0_36 + NLANES * i);
+            state_carry_0_1 + NLANES * i, state_carry_0_2 + NLANES * i, state_carry_0_3 + NLANES * i,
+            state_carry_0_4 + NLANES * i, state_carry_0_5 + NLANES * i, state_carry_0_6 + NLANES * i,
+            state_carry_0_7 + NLANES * i, state_carry_0_8 + NLANES * i, state_carry_0_9 + NLANES * i,
+            state_carry_0_10 + NLANES * i, state_carry_0_11 + NLANES * i, state_carry_0_12 + NLANES * i,
+            state_carry_0_13 + NLANES * i, state_carry_0_14 + NLANES * i, state_carry_0_15 + NLANES * i,
+            state_carry_0_16 + NLANES * i, state_carry_0_17 + NLANES * i, state_carry_0_18 + NLANES * i,
+            state_carry_0_19 + NLANES * i, state_carry_0_20 + NLANES * i, state_carry_0_21 + NLANES * i,
+            state_carry_0_22 + NLANES * i, state_carry_0_23 + NLANES * i, state_carry_0_24 + NLANES * i,
+            state_carry_0_25 + NLANES * i, state_carry_0_26 + NLANES * i, state_carry_0_27 + NLANES * i,
+            state_carry_0_28 + NLANES * i, state_carry_0_29 + NLANES * i, state_carry_0_30 + NLANES * i,
+            state_carry_0_31 + NLANES * i, state_carry_0_32 + NLANES * i, state_carry_0_33 + NLANES * i,
+            state_carry_0_34 + NLANES * i, state_carry_0_35 + NLANES * i, state_carry_0_36 + NLANES * i);
     }
     NAME(follow_poses_state_carry_start_lanes)(state_carry_1, state_carry_2, state_steps, state_converged,
-    converged_2, steps_2);
+        converged_2, steps_2);
     ROUNDS(rounds_, 2147483647) {
         KEEP(rounds_, NLANES * s, state_carry_0_0, gac_kept_9);
         KEEP(rounds_, NLANES * s, state_carry_0_1, gac_kept_10);
@@ -5980,18 +5997,19 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
         NAME(follow_poses_best_start_lanes)(best);
         for (intptr_t j = 0; j < s; j++)
             NAME(follow_poses_best_lanes)(a, best, state_carry_0_33 + NLANES * j, state_carry_0_36 + NLANES * j,
-    number + NLANES * j, best);
+                number + NLANES * j, best);
         NAME(follow_poses_common_3_lanes)(bounds, soon, at_most, state_carry_1, best, common_29, common_30);
         NAME(follow_poses_best_start_lanes)(best_2);
         for (intptr_t j = 0; j < s; j++) {
             NAME(follow_poses_now_carry_best_lanes)(state_carry_0_0 + NLANES * j, state_carry_0_1 + NLANES * j,
-    state_carry_0_2 + NLANES * j, state_carry_0_3 + NLANES * j, state_carry_0_4 + NLANES * j,
-    state_carry_0_5 + NLANES * j, state_carry_0_6 + NLANES * j, state_carry_0_7 + NLANES * j,
-    state_carry_0_8 + NLANES * j, state_carry_0_9 + NLANES * j, state_carry_0_10 + NLANES * j,
-    state_carry_0_11 + NLANES * j, now_carry_best_2, now_carry_following_2, now_carry_table_2, now_carry_slope_2,
-    now_carry_cost_2, now_carry_damping_2, now_carry_done_2, now_steps_2, now_converged_2, converged_3, steps_3);
+                state_carry_0_2 + NLANES * j, state_carry_0_3 + NLANES * j, state_carry_0_4 + NLANES * j,
+                state_carry_0_5 + NLANES * j, state_carry_0_6 + NLANES * j, state_carry_0_7 + NLANES * j,
+                state_carry_0_8 + NLANES * j, state_carry_0_9 + NLANES * j, state_carry_0_10 + NLANES * j,
+                state_carry_0_11 + NLANES * j, now_carry_best_2, now_carry_following_2, now_carry_table_2,
+                now_carry_slope_2, now_carry_cost_2, now_carry_damping_2, now_carry_done_2, now_steps_2,
+                now_converged_2, converged_3, steps_3);
             NAME(follow_poses_common_4_lanes)(a, state_carry_0_33 + NLANES * j, state_carry_0_34 + NLANES * j,
-    state_carry_0_35 + NLANES * j, number + NLANES * j, common_29, common_30, common_28);
+                state_carry_0_35 + NLANES * j, number + NLANES * j, common_29, common_30, common_28);
             ROUNDS(rounds__, 2147483647) {
                 KEEP(rounds__, 7 * NLANES, now_carry_best_2, gac_kept_49);
                 KEEP(rounds__, 7 * NLANES, now_carry_following_2, gac_kept_50);
@@ -6004,15 +6022,16 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
                 KEEP(rounds__, NLANES, converged_3, gac_kept_57);
                 NAME(descend_pose_sum_start_lanes)(sum_2);
                 NAME(descend_pose_common_2_lanes)(now_carry_following_2, common_18, common_19, common_20, common_21,
-    common_22, common_23, common_24, common_25, common_26, common_27);
+                    common_22, common_23, common_24, common_25, common_26, common_27);
                 for (intptr_t k_3 = 0; k_3 < n; k_3++)
                     NAME(follow_poses_sum_2_lanes)(k, common_11, common_12, now_carry_following_2, sum_2,
-    places + 3 * NLANES * k_3, pixels + 2 * NLANES * k_3, common_18, common_19, common_20, common_21, common_22,
-    common_23, common_24, common_25, common_26, common_27, sum_2);
+                        places + 3 * NLANES * k_3, pixels + 2 * NLANES * k_3, common_18, common_19, common_20,
+                        common_21, common_22, common_23, common_24, common_25, common_26, common_27, sum_2);
                 NAME(descend_pose_next_now_carry_best_lanes)(now_carry_best_2, now_carry_following_2,
-    now_carry_table_2, now_carry_slope_2, now_carry_cost_2, now_carry_damping_2, now_steps_2, sum_2,
-    next_now_carry_best_2, next_now_carry_following_2, next_now_carry_table_2, next_now_carry_slope_2,
-    next_now_carry_cost_2, next_now_carry_damping_2, next_now_carry_done_2, next_now_steps_2, next_now_converged_2);
+                    now_carry_table_2, now_carry_slope_2, now_carry_cost_2, now_carry_damping_2, now_steps_2, sum_2,
+                    next_now_carry_best_2, next_now_carry_following_2, next_now_carry_table_2,
+                    next_now_carry_slope_2, next_now_carry_cost_2, next_now_carry_damping_2, next_now_carry_done_2,
+                    next_now_steps_2, next_now_converged_2);
                 NAME(follow_poses_converged_lanes)(next_now_steps_2, next_now_converged_2, common_28, converged_3);
                 COPY(7 * NLANES, next_now_carry_best_2, now_carry_best_2);
                 COPY(7 * NLANES, next_now_carry_following_2, now_carry_following_2);
@@ -6037,52 +6056,52 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
             }
             NAME(descend_pose_found_start_lanes)(found_2);
             NAME(follow_poses_common_5_lanes)(a, state_carry_0_0 + NLANES * j, state_carry_0_1 + NLANES * j,
-    state_carry_0_2 + NLANES * j, state_carry_0_4 + NLANES * j, state_carry_0_5 + NLANES * j,
-    state_carry_0_6 + NLANES * j, state_carry_0_8 + NLANES * j, state_carry_0_9 + NLANES * j,
-    state_carry_0_10 + NLANES * j, state_carry_0_11 + NLANES * j, state_carry_0_33 + NLANES * j,
-    state_carry_0_34 + NLANES * j, state_carry_0_35 + NLANES * j, number + NLANES * j, common_29, common_30,
-    now_carry_best_2, common_31, common_32, common_33, common_34);
+                state_carry_0_2 + NLANES * j, state_carry_0_4 + NLANES * j, state_carry_0_5 + NLANES * j,
+                state_carry_0_6 + NLANES * j, state_carry_0_8 + NLANES * j, state_carry_0_9 + NLANES * j,
+                state_carry_0_10 + NLANES * j, state_carry_0_11 + NLANES * j, state_carry_0_33 + NLANES * j,
+                state_carry_0_34 + NLANES * j, state_carry_0_35 + NLANES * j, number + NLANES * j, common_29,
+                common_30, now_carry_best_2, common_31, common_32, common_33, common_34);
             for (intptr_t k_2 = 0; k_2 < n; k_2++)
                 NAME(descend_pose_found_lanes)(found_2, places + 3 * NLANES * k_2, common_31, common_32, common_33,
-    common_34, found_2);
+                    common_34, found_2);
             NAME(follow_poses_further_lanes)(a, state_carry_0_0 + NLANES * j, state_carry_0_1 + NLANES * j,
-    state_carry_0_2 + NLANES * j, state_carry_0_3 + NLANES * j, state_carry_0_4 + NLANES * j,
-    state_carry_0_5 + NLANES * j, state_carry_0_6 + NLANES * j, state_carry_0_7 + NLANES * j,
-    state_carry_0_8 + NLANES * j, state_carry_0_9 + NLANES * j, state_carry_0_10 + NLANES * j,
-    state_carry_0_11 + NLANES * j, state_carry_0_12 + NLANES * j, state_carry_0_13 + NLANES * j,
-    state_carry_0_14 + NLANES * j, state_carry_0_15 + NLANES * j, state_carry_0_16 + NLANES * j,
-    state_carry_0_17 + NLANES * j, state_carry_0_18 + NLANES * j, state_carry_0_19 + NLANES * j,
-    state_carry_0_20 + NLANES * j, state_carry_0_21 + NLANES * j, state_carry_0_22 + NLANES * j,
-    state_carry_0_23 + NLANES * j, state_carry_0_24 + NLANES * j, state_carry_0_25 + NLANES * j,
-    state_carry_0_26 + NLANES * j, state_carry_0_27 + NLANES * j, state_carry_0_28 + NLANES * j,
-    state_carry_0_29 + NLANES * j, state_carry_0_30 + NLANES * j, state_carry_0_31 + NLANES * j,
-    state_carry_0_32 + NLANES * j, state_carry_0_33 + NLANES * j, state_carry_0_34 + NLANES * j,
-    state_carry_0_35 + NLANES * j, state_carry_0_36 + NLANES * j, number + NLANES * j, common_29, common_30,
-    now_carry_best_2, now_carry_table_2, now_carry_slope_2, now_carry_cost_2, now_converged_2, found_2,
-    further + 37 * NLANES * j);
+                state_carry_0_2 + NLANES * j, state_carry_0_3 + NLANES * j, state_carry_0_4 + NLANES * j,
+                state_carry_0_5 + NLANES * j, state_carry_0_6 + NLANES * j, state_carry_0_7 + NLANES * j,
+                state_carry_0_8 + NLANES * j, state_carry_0_9 + NLANES * j, state_carry_0_10 + NLANES * j,
+                state_carry_0_11 + NLANES * j, state_carry_0_12 + NLANES * j, state_carry_0_13 + NLANES * j,
+                state_carry_0_14 + NLANES * j, state_carry_0_15 + NLANES * j, state_carry_0_16 + NLANES * j,
+                state_carry_0_17 + NLANES * j, state_carry_0_18 + NLANES * j, state_carry_0_19 + NLANES * j,
+                state_carry_0_20 + NLANES * j, state_carry_0_21 + NLANES * j, state_carry_0_22 + NLANES * j,
+                state_carry_0_23 + NLANES * j, state_carry_0_24 + NLANES * j, state_carry_0_25 + NLANES * j,
+                state_carry_0_26 + NLANES * j, state_carry_0_27 + NLANES * j, state_carry_0_28 + NLANES * j,
+                state_carry_0_29 + NLANES * j, state_carry_0_30 + NLANES * j, state_carry_0_31 + NLANES * j,
+                state_carry_0_32 + NLANES * j, state_carry_0_33 + NLANES * j, state_carry_0_34 + NLANES * j,
+                state_carry_0_35 + NLANES * j, state_carry_0_36 + NLANES * j, number + NLANES * j, common_29,
+                common_30, now_carry_best_2, now_carry_table_2, now_carry_slope_2, now_carry_cost_2,
+                now_converged_2, found_2, further + 37 * NLANES * j);
             NAME(follow_poses_best_2_lanes)(a, best_2, further + 37 * NLANES * j, number + NLANES * j, best_2);
         }
         NAME(truncated_pixel_squares_result_start_lanes)(found_3);
         NAME(follow_poses_common_6_lanes)(bounds, best_2, common_35);
         for (intptr_t j = 0; j < s; j++) {
             NAME(follow_poses_found_lanes)(a, found_3, further + 37 * NLANES * j, number + NLANES * j, common_35,
-    found_3);
+                found_3);
             NAME(follow_poses_state_carry_lanes)(further + 37 * NLANES * j, state_carry_0_0 + NLANES * j,
-    state_carry_0_1 + NLANES * j, state_carry_0_2 + NLANES * j, state_carry_0_3 + NLANES * j,
-    state_carry_0_4 + NLANES * j, state_carry_0_5 + NLANES * j, state_carry_0_6 + NLANES * j,
-    state_carry_0_7 + NLANES * j, state_carry_0_8 + NLANES * j, state_carry_0_9 + NLANES * j,
-    state_carry_0_10 + NLANES * j, state_carry_0_11 + NLANES * j, state_carry_0_12 + NLANES * j,
-    state_carry_0_13 + NLANES * j, state_carry_0_14 + NLANES * j, state_carry_0_15 + NLANES * j,
-    state_carry_0_16 + NLANES * j, state_carry_0_17 + NLANES * j, state_carry_0_18 + NLANES * j,
-    state_carry_0_19 + NLANES * j, state_carry_0_20 + NLANES * j, state_carry_0_21 + NLANES * j,
-    state_carry_0_22 + NLANES * j, state_carry_0_23 + NLANES * j, state_carry_0_24 + NLANES * j,
-    state_carry_0_25 + NLANES * j, state_carry_0_26 + NLANES * j, state_carry_0_27 + NLANES * j,
-    state_carry_0_28 + NLANES * j, state_carry_0_29 + NLANES * j, state_carry_0_30 + NLANES * j,
-    state_carry_0_31 + NLANES * j, state_carry_0_32 + NLANES * j, state_carry_0_33 + NLANES * j,
-    state_carry_0_34 + NLANES * j, state_carry_0_35 + NLANES * j, state_carry_0_36 + NLANES * j);
+                state_carry_0_1 + NLANES * j, state_carry_0_2 + NLANES * j, state_carry_0_3 + NLANES * j,
+                state_carry_0_4 + NLANES * j, state_carry_0_5 + NLANES * j, state_carry_0_6 + NLANES * j,
+                state_carry_0_7 + NLANES * j, state_carry_0_8 + NLANES * j, state_carry_0_9 + NLANES * j,
+                state_carry_0_10 + NLANES * j, state_carry_0_11 + NLANES * j, state_carry_0_12 + NLANES * j,
+                state_carry_0_13 + NLANES * j, state_carry_0_14 + NLANES * j, state_carry_0_15 + NLANES * j,
+                state_carry_0_16 + NLANES * j, state_carry_0_17 + NLANES * j, state_carry_0_18 + NLANES * j,
+                state_carry_0_19 + NLANES * j, state_carry_0_20 + NLANES * j, state_carry_0_21 + NLANES * j,
+                state_carry_0_22 + NLANES * j, state_carry_0_23 + NLANES * j, state_carry_0_24 + NLANES * j,
+                state_carry_0_25 + NLANES * j, state_carry_0_26 + NLANES * j, state_carry_0_27 + NLANES * j,
+                state_carry_0_28 + NLANES * j, state_carry_0_29 + NLANES * j, state_carry_0_30 + NLANES * j,
+                state_carry_0_31 + NLANES * j, state_carry_0_32 + NLANES * j, state_carry_0_33 + NLANES * j,
+                state_carry_0_34 + NLANES * j, state_carry_0_35 + NLANES * j, state_carry_0_36 + NLANES * j);
         }
         NAME(follow_poses_next_state_carry_lanes)(soon, at_most, state_carry_1, state_steps, found_3,
-    next_state_carry_1, next_state_steps, next_state_converged);
+            next_state_carry_1, next_state_steps, next_state_converged);
         NAME(descend_pose_converged_lanes)(at_most, next_state_steps, next_state_converged, converged_2);
         COPY(NLANES, next_state_carry_1, state_carry_1);
         COPY(NLANES, next_state_steps, state_steps);
@@ -6134,90 +6153,92 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     NAME(follow_poses_best_start_2_lanes)(best_3);
     for (intptr_t i = 0; i < s; i++) {
         NAME(follow_poses_by_element_lanes)(state_carry_0_0 + NLANES * i, mapped + 37 * NLANES * i, common_36,
-    by_element + NLANES * i);
+            by_element + NLANES * i);
         NAME(follow_poses_by_element_2_lanes)(common_36, state_carry_0_1 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_2 + NLANES * i);
+            by_element_2 + NLANES * i);
         NAME(follow_poses_by_element_3_lanes)(common_36, state_carry_0_2 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_3 + NLANES * i);
+            by_element_3 + NLANES * i);
         NAME(follow_poses_by_element_4_lanes)(common_36, state_carry_0_3 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_4 + NLANES * i);
+            by_element_4 + NLANES * i);
         NAME(follow_poses_by_element_5_lanes)(common_36, state_carry_0_4 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_5 + NLANES * i);
+            by_element_5 + NLANES * i);
         NAME(follow_poses_by_element_6_lanes)(common_36, state_carry_0_5 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_6 + NLANES * i);
+            by_element_6 + NLANES * i);
         NAME(follow_poses_by_element_7_lanes)(common_36, state_carry_0_6 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_7 + NLANES * i);
+            by_element_7 + NLANES * i);
         NAME(follow_poses_by_element_8_lanes)(common_36, state_carry_0_7 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_8 + NLANES * i);
+            by_element_8 + NLANES * i);
         NAME(follow_poses_by_element_9_lanes)(common_36, state_carry_0_8 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_9 + NLANES * i);
+            by_element_9 + NLANES * i);
         NAME(follow_poses_by_element_10_lanes)(common_36, state_carry_0_9 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_10 + NLANES * i);
+            by_element_10 + NLANES * i);
         NAME(follow_poses_by_element_11_lanes)(common_36, state_carry_0_10 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_11 + NLANES * i);
+            by_element_11 + NLANES * i);
         NAME(follow_poses_by_element_12_lanes)(common_36, state_carry_0_11 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_12 + NLANES * i);
+            by_element_12 + NLANES * i);
         NAME(follow_poses_by_element_13_lanes)(common_36, state_carry_0_12 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_13 + NLANES * i);
+            by_element_13 + NLANES * i);
         NAME(follow_poses_by_element_14_lanes)(common_36, state_carry_0_13 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_14 + NLANES * i);
+            by_element_14 + NLANES * i);
         NAME(follow_poses_by_element_15_lanes)(common_36, state_carry_0_14 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_15 + NLANES * i);
+            by_element_15 + NLANES * i);
         NAME(follow_poses_by_element_16_lanes)(common_36, state_carry_0_15 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_16 + NLANES * i);
+            by_element_16 + NLANES * i);
         NAME(follow_poses_by_element_17_lanes)(common_36, state_carry_0_16 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_17 + NLANES * i);
+            by_element_17 + NLANES * i);
         NAME(follow_poses_by_element_18_lanes)(common_36, state_carry_0_17 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_18 + NLANES * i);
+            by_element_18 + NLANES * i);
         NAME(follow_poses_by_element_19_lanes)(common_36, state_carry_0_18 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_19 + NLANES * i);
+            by_element_19 + NLANES * i);
         NAME(follow_poses_by_element_20_lanes)(common_36, state_carry_0_19 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_20 + NLANES * i);
+            by_element_20 + NLANES * i);
         NAME(follow_poses_by_element_21_lanes)(common_36, state_carry_0_20 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_21 + NLANES * i);
+            by_element_21 + NLANES * i);
         NAME(follow_poses_by_element_22_lanes)(common_36, state_carry_0_21 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_22 + NLANES * i);
+            by_element_22 + NLANES * i);
         NAME(follow_poses_by_element_23_lanes)(common_36, state_carry_0_22 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_23 + NLANES * i);
+            by_element_23 + NLANES * i);
         NAME(follow_poses_by_element_24_lanes)(common_36, state_carry_0_23 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_24 + NLANES * i);
+            by_element_24 + NLANES * i);
         NAME(follow_poses_by_element_25_lanes)(common_36, state_carry_0_24 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_25 + NLANES * i);
+            by_element_25 + NLANES * i);
         NAME(follow_poses_by_element_26_lanes)(common_36, state_carry_0_25 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_26 + NLANES * i);
+            by_element_26 + NLANES * i);
         NAME(follow_poses_by_element_27_lanes)(common_36, state_carry_0_26 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_27 + NLANES * i);
+            by_element_27 + NLANES * i);
         NAME(follow_poses_by_element_28_lanes)(common_36, state_carry_0_27 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_28 + NLANES * i);
+            by_element_28 + NLANES * i);
         NAME(follow_poses_by_element_29_lanes)(common_36, state_carry_0_28 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_29 + NLANES * i);
+            by_element_29 + NLANES * i);
         NAME(follow_poses_by_element_30_lanes)(common_36, state_carry_0_29 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_30 + NLANES * i);
+            by_element_30 + NLANES * i);
         NAME(follow_poses_by_element_31_lanes)(common_36, state_carry_0_30 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_31 + NLANES * i);
+            by_element_31 + NLANES * i);
         NAME(follow_poses_by_element_32_lanes)(common_36, state_carry_0_31 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_32 + NLANES * i);
+            by_element_32 + NLANES * i);
         NAME(follow_poses_by_element_33_lanes)(common_36, state_carry_0_32 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_33 + NLANES * i);
+            by_element_33 + NLANES * i);
         NAME(follow_poses_by_element_34_lanes)(common_36, state_carry_0_33 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_34 + NLANES * i);
+            by_element_34 + NLANES * i);
         NAME(follow_poses_by_element_35_lanes)(common_36, state_carry_0_34 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_35 + NLANES * i);
+            by_element_35 + NLANES * i);
         NAME(follow_poses_by_element_36_lanes)(common_36, state_carry_0_35 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_36 + NLANES * i);
+            by_element_36 + NLANES * i);
         NAME(follow_poses_by_element_37_lanes)(common_36, state_carry_0_36 + NLANES * i, mapped + 37 * NLANES * i,
-    by_element_37 + NLANES * i);
+            by_element_37 + NLANES * i);
         NAME(follow_poses_best_3_lanes)(a, best_3, by_element + NLANES * i, by_element_2 + NLANES * i,
-    by_element_3 + NLANES * i, by_element_4 + NLANES * i, by_element_5 + NLANES * i, by_element_6 + NLANES * i,
-    by_element_7 + NLANES * i, by_element_8 + NLANES * i, by_element_9 + NLANES * i, by_element_10 + NLANES * i,
-    by_element_11 + NLANES * i, by_element_12 + NLANES * i, by_element_13 + NLANES * i, by_element_14 + NLANES * i,
-    by_element_15 + NLANES * i, by_element_16 + NLANES * i, by_element_17 + NLANES * i, by_element_18 + NLANES * i,
-    by_element_19 + NLANES * i, by_element_20 + NLANES * i, by_element_21 + NLANES * i, by_element_22 + NLANES * i,
-    by_element_23 + NLANES * i, by_element_24 + NLANES * i, by_element_25 + NLANES * i, by_element_26 + NLANES * i,
-    by_element_27 + NLANES * i, by_element_28 + NLANES * i, by_element_29 + NLANES * i, by_element_30 + NLANES * i,
-    by_element_31 + NLANES * i, by_element_32 + NLANES * i, by_element_33 + NLANES * i, by_element_34 + NLANES * i,
-    by_element_35 + NLANES * i, by_element_36 + NLANES * i, by_element_37 + NLANES * i, number + NLANES * i,
-    best_3);
+            by_element_3 + NLANES * i, by_element_4 + NLANES * i, by_element_5 + NLANES * i,
+            by_element_6 + NLANES * i, by_element_7 + NLANES * i, by_element_8 + NLANES * i,
+            by_element_9 + NLANES * i, by_element_10 + NLANES * i, by_element_11 + NLANES * i,
+            by_element_12 + NLANES * i, by_element_13 + NLANES * i, by_element_14 + NLANES * i,
+            by_element_15 + NLANES * i, by_element_16 + NLANES * i, by_element_17 + NLANES * i,
+            by_element_18 + NLANES * i, by_element_19 + NLANES * i, by_element_20 + NLANES * i,
+            by_element_21 + NLANES * i, by_element_22 + NLANES * i, by_element_23 + NLANES * i,
+            by_element_24 + NLANES * i, by_element_25 + NLANES * i, by_element_26 + NLANES * i,
+            by_element_27 + NLANES * i, by_element_28 + NLANES * i, by_element_29 + NLANES * i,
+            by_element_30 + NLANES * i, by_element_31 + NLANES * i, by_element_32 + NLANES * i,
+            by_element_33 + NLANES * i, by_element_34 + NLANES * i, by_element_35 + NLANES * i,
+            by_element_36 + NLANES * i, by_element_37 + NLANES * i, number + NLANES * i, best_3);
     }
     NAME(follow_poses_sum_start_lanes)(sum_3);
     for (intptr_t i = 0; i < n; i++)
@@ -6225,8 +6246,8 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     NAME(follow_poses_common_8_lanes)(best_3, sum_3, common_37, common_38, common_39, common_40);
     for (intptr_t i = 0; i < s; i++) {
         NAME(follow_poses_now_carry_best_2_lanes)(best_3, common_37, common_38, common_39, common_40,
-    now_carry_best_3, now_carry_following_3, now_carry_table_3, now_carry_slope_3, now_carry_cost_3,
-    now_carry_damping_3, now_carry_done_3, now_steps_3, now_converged_3, converged_4, steps_4);
+            now_carry_best_3, now_carry_following_3, now_carry_table_3, now_carry_slope_3, now_carry_cost_3,
+            now_carry_damping_3, now_carry_done_3, now_steps_3, now_converged_3, converged_4, steps_4);
         NAME(follow_poses_common_9_lanes)(a, number + NLANES * i, common_51);
         ROUNDS(rounds___, 2147483647) {
             KEEP(rounds___, 7 * NLANES, now_carry_best_3, gac_kept_58);
@@ -6240,15 +6261,15 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
             KEEP(rounds___, NLANES, converged_4, gac_kept_66);
             NAME(descend_pose_sum_start_lanes)(sum_4);
             NAME(descend_pose_common_2_lanes)(now_carry_following_3, common_41, common_42, common_43, common_44,
-    common_45, common_46, common_47, common_48, common_49, common_50);
+                common_45, common_46, common_47, common_48, common_49, common_50);
             for (intptr_t k_2 = 0; k_2 < n; k_2++)
                 NAME(follow_poses_sum_2_lanes)(k, common_11, common_12, now_carry_following_3, sum_4,
-    places + 3 * NLANES * k_2, pixels + 2 * NLANES * k_2, common_41, common_42, common_43, common_44, common_45,
-    common_46, common_47, common_48, common_49, common_50, sum_4);
+                    places + 3 * NLANES * k_2, pixels + 2 * NLANES * k_2, common_41, common_42, common_43,
+                    common_44, common_45, common_46, common_47, common_48, common_49, common_50, sum_4);
             NAME(descend_pose_next_now_carry_best_lanes)(now_carry_best_3, now_carry_following_3, now_carry_table_3,
-    now_carry_slope_3, now_carry_cost_3, now_carry_damping_3, now_steps_3, sum_4, next_now_carry_best_3,
-    next_now_carry_following_3, next_now_carry_table_3, next_now_carry_slope_3, next_now_carry_cost_3,
-    next_now_carry_damping_3, next_now_carry_done_3, next_now_steps_3, next_now_converged_3);
+                now_carry_slope_3, now_carry_cost_3, now_carry_damping_3, now_steps_3, sum_4, next_now_carry_best_3,
+                next_now_carry_following_3, next_now_carry_table_3, next_now_carry_slope_3, next_now_carry_cost_3,
+                next_now_carry_damping_3, next_now_carry_done_3, next_now_steps_3, next_now_converged_3);
             NAME(follow_poses_converged_lanes)(next_now_steps_3, next_now_converged_3, common_51, converged_4);
             COPY(7 * NLANES, next_now_carry_best_3, now_carry_best_3);
             COPY(7 * NLANES, next_now_carry_following_3, now_carry_following_3);
@@ -6273,38 +6294,41 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
         }
         NAME(descend_pose_found_start_lanes)(found_4);
         NAME(follow_poses_common_10_lanes)(a, best_3, number + NLANES * i, common_37, common_38, common_39,
-    common_40, now_carry_best_3, common_52, common_53, common_54, common_55);
+            common_40, now_carry_best_3, common_52, common_53, common_54, common_55);
         for (intptr_t j = 0; j < n; j++)
             NAME(descend_pose_found_lanes)(found_4, places + 3 * NLANES * j, common_52, common_53, common_54,
-    common_55, found_4);
+                common_55, found_4);
         NAME(follow_poses_filled_lanes)(a, best_3, by_element + NLANES * i, by_element_2 + NLANES * i,
-    by_element_3 + NLANES * i, by_element_4 + NLANES * i, by_element_5 + NLANES * i, by_element_6 + NLANES * i,
-    by_element_7 + NLANES * i, by_element_8 + NLANES * i, by_element_9 + NLANES * i, by_element_10 + NLANES * i,
-    by_element_11 + NLANES * i, by_element_12 + NLANES * i, by_element_13 + NLANES * i, by_element_14 + NLANES * i,
-    by_element_15 + NLANES * i, by_element_16 + NLANES * i, by_element_17 + NLANES * i, by_element_18 + NLANES * i,
-    by_element_19 + NLANES * i, by_element_20 + NLANES * i, by_element_21 + NLANES * i, by_element_22 + NLANES * i,
-    by_element_23 + NLANES * i, by_element_24 + NLANES * i, by_element_25 + NLANES * i, by_element_26 + NLANES * i,
-    by_element_27 + NLANES * i, by_element_28 + NLANES * i, by_element_29 + NLANES * i, by_element_30 + NLANES * i,
-    by_element_31 + NLANES * i, by_element_32 + NLANES * i, by_element_33 + NLANES * i, by_element_34 + NLANES * i,
-    by_element_35 + NLANES * i, by_element_36 + NLANES * i, by_element_37 + NLANES * i, number + NLANES * i,
-    common_37, common_38, common_39, common_40, now_carry_best_3, now_carry_table_3, now_carry_slope_3,
-    now_carry_cost_3, now_converged_3, found_4, filled + 37 * NLANES * i);
+            by_element_3 + NLANES * i, by_element_4 + NLANES * i, by_element_5 + NLANES * i,
+            by_element_6 + NLANES * i, by_element_7 + NLANES * i, by_element_8 + NLANES * i,
+            by_element_9 + NLANES * i, by_element_10 + NLANES * i, by_element_11 + NLANES * i,
+            by_element_12 + NLANES * i, by_element_13 + NLANES * i, by_element_14 + NLANES * i,
+            by_element_15 + NLANES * i, by_element_16 + NLANES * i, by_element_17 + NLANES * i,
+            by_element_18 + NLANES * i, by_element_19 + NLANES * i, by_element_20 + NLANES * i,
+            by_element_21 + NLANES * i, by_element_22 + NLANES * i, by_element_23 + NLANES * i,
+            by_element_24 + NLANES * i, by_element_25 + NLANES * i, by_element_26 + NLANES * i,
+            by_element_27 + NLANES * i, by_element_28 + NLANES * i, by_element_29 + NLANES * i,
+            by_element_30 + NLANES * i, by_element_31 + NLANES * i, by_element_32 + NLANES * i,
+            by_element_33 + NLANES * i, by_element_34 + NLANES * i, by_element_35 + NLANES * i,
+            by_element_36 + NLANES * i, by_element_37 + NLANES * i, number + NLANES * i, common_37, common_38,
+            common_39, common_40, now_carry_best_3, now_carry_table_3, now_carry_slope_3, now_carry_cost_3,
+            now_converged_3, found_4, filled + 37 * NLANES * i);
         NAME(follow_poses_state_carry_lanes)(filled + 37 * NLANES * i, state_carry_0_0_2 + NLANES * i,
-    state_carry_0_1_2 + NLANES * i, state_carry_0_2_2 + NLANES * i, state_carry_0_3_2 + NLANES * i,
-    state_carry_0_4_2 + NLANES * i, state_carry_0_5_2 + NLANES * i, state_carry_0_6_2 + NLANES * i,
-    state_carry_0_7_2 + NLANES * i, state_carry_0_8_2 + NLANES * i, state_carry_0_9_2 + NLANES * i,
-    state_carry_0_10_2 + NLANES * i, state_carry_0_11_2 + NLANES * i, state_carry_0_12_2 + NLANES * i,
-    state_carry_0_13_2 + NLANES * i, state_carry_0_14_2 + NLANES * i, state_carry_0_15_2 + NLANES * i,
-    state_carry_0_16_2 + NLANES * i, state_carry_0_17_2 + NLANES * i, state_carry_0_18_2 + NLANES * i,
-    state_carry_0_19_2 + NLANES * i, state_carry_0_20_2 + NLANES * i, state_carry_0_21_2 + NLANES * i,
-    state_carry_0_22_2 + NLANES * i, state_carry_0_23_2 + NLANES * i, state_carry_0_24_2 + NLANES * i,
-    state_carry_0_25_2 + NLANES * i, state_carry_0_26_2 + NLANES * i, state_carry_0_27_2 + NLANES * i,
-    state_carry_0_28_2 + NLANES * i, state_carry_0_29_2 + NLANES * i, state_carry_0_30_2 + NLANES * i,
-    state_carry_0_31_2 + NLANES * i, state_carry_0_32_2 + NLANES * i, state_carry_0_33_2 + NLANES * i,
-    state_carry_0_34_2 + NLANES * i, state_carry_0_35_2 + NLANES * i, state_carry_0_36_2 + NLANES * i);
+            state_carry_0_1_2 + NLANES * i, state_carry_0_2_2 + NLANES * i, state_carry_0_3_2 + NLANES * i,
+            state_carry_0_4_2 + NLANES * i, state_carry_0_5_2 + NLANES * i, state_carry_0_6_2 + NLANES * i,
+            state_carry_0_7_2 + NLANES * i, state_carry_0_8_2 + NLANES * i, state_carry_0_9_2 + NLANES * i,
+            state_carry_0_10_2 + NLANES * i, state_carry_0_11_2 + NLANES * i, state_carry_0_12_2 + NLANES * i,
+            state_carry_0_13_2 + NLANES * i, state_carry_0_14_2 + NLANES * i, state_carry_0_15_2 + NLANES * i,
+            state_carry_0_16_2 + NLANES * i, state_carry_0_17_2 + NLANES * i, state_carry_0_18_2 + NLANES * i,
+            state_carry_0_19_2 + NLANES * i, state_carry_0_20_2 + NLANES * i, state_carry_0_21_2 + NLANES * i,
+            state_carry_0_22_2 + NLANES * i, state_carry_0_23_2 + NLANES * i, state_carry_0_24_2 + NLANES * i,
+            state_carry_0_25_2 + NLANES * i, state_carry_0_26_2 + NLANES * i, state_carry_0_27_2 + NLANES * i,
+            state_carry_0_28_2 + NLANES * i, state_carry_0_29_2 + NLANES * i, state_carry_0_30_2 + NLANES * i,
+            state_carry_0_31_2 + NLANES * i, state_carry_0_32_2 + NLANES * i, state_carry_0_33_2 + NLANES * i,
+            state_carry_0_34_2 + NLANES * i, state_carry_0_35_2 + NLANES * i, state_carry_0_36_2 + NLANES * i);
     }
     NAME(follow_poses_state_carry_start_lanes)(state_carry_1_2, state_carry_2_2, state_steps_2, state_converged_2,
-    converged_5, steps_5);
+        converged_5, steps_5);
     ROUNDS(rounds____, 2147483647) {
         KEEP(rounds____, NLANES * s, state_carry_0_0_2, gac_kept_67);
         KEEP(rounds____, NLANES * s, state_carry_0_1_2, gac_kept_68);
@@ -6349,18 +6373,19 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
         NAME(follow_poses_best_start_lanes)(best_4);
         for (intptr_t j = 0; j < s; j++)
             NAME(follow_poses_best_4_lanes)(a, best_4, state_carry_0_33_2 + NLANES * j,
-    state_carry_0_36_2 + NLANES * j, number + NLANES * j, best_4);
+                state_carry_0_36_2 + NLANES * j, number + NLANES * j, best_4);
         NAME(follow_poses_common_3_lanes)(bounds, soon, at_most, state_carry_1_2, best_4, common_67, common_68);
         NAME(follow_poses_best_start_lanes)(best_5);
         for (intptr_t j = 0; j < s; j++) {
             NAME(follow_poses_now_carry_best_lanes)(state_carry_0_0_2 + NLANES * j, state_carry_0_1_2 + NLANES * j,
-    state_carry_0_2_2 + NLANES * j, state_carry_0_3_2 + NLANES * j, state_carry_0_4_2 + NLANES * j,
-    state_carry_0_5_2 + NLANES * j, state_carry_0_6_2 + NLANES * j, state_carry_0_7_2 + NLANES * j,
-    state_carry_0_8_2 + NLANES * j, state_carry_0_9_2 + NLANES * j, state_carry_0_10_2 + NLANES * j,
-    state_carry_0_11_2 + NLANES * j, now_carry_best_4, now_carry_following_4, now_carry_table_4, now_carry_slope_4,
-    now_carry_cost_4, now_carry_damping_4, now_carry_done_4, now_steps_4, now_converged_4, converged_6, steps_6);
+                state_carry_0_2_2 + NLANES * j, state_carry_0_3_2 + NLANES * j, state_carry_0_4_2 + NLANES * j,
+                state_carry_0_5_2 + NLANES * j, state_carry_0_6_2 + NLANES * j, state_carry_0_7_2 + NLANES * j,
+                state_carry_0_8_2 + NLANES * j, state_carry_0_9_2 + NLANES * j, state_carry_0_10_2 + NLANES * j,
+                state_carry_0_11_2 + NLANES * j, now_carry_best_4, now_carry_following_4, now_carry_table_4,
+                now_carry_slope_4, now_carry_cost_4, now_carry_damping_4, now_carry_done_4, now_steps_4,
+                now_converged_4, converged_6, steps_6);
             NAME(follow_poses_common_11_lanes)(a, state_carry_0_33_2 + NLANES * j, state_carry_0_34_2 + NLANES * j,
-    state_carry_0_35_2 + NLANES * j, number + NLANES * j, common_67, common_68, common_66);
+                state_carry_0_35_2 + NLANES * j, number + NLANES * j, common_67, common_68, common_66);
             ROUNDS(rounds_____, 2147483647) {
                 KEEP(rounds_____, 7 * NLANES, now_carry_best_4, gac_kept_107);
                 KEEP(rounds_____, 7 * NLANES, now_carry_following_4, gac_kept_108);
@@ -6373,15 +6398,16 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
                 KEEP(rounds_____, NLANES, converged_6, gac_kept_115);
                 NAME(descend_pose_sum_start_lanes)(sum_5);
                 NAME(descend_pose_common_2_lanes)(now_carry_following_4, common_56, common_57, common_58, common_59,
-    common_60, common_61, common_62, common_63, common_64, common_65);
+                    common_60, common_61, common_62, common_63, common_64, common_65);
                 for (intptr_t k_3 = 0; k_3 < n; k_3++)
                     NAME(follow_poses_sum_2_lanes)(k, common_11, common_12, now_carry_following_4, sum_5,
-    places + 3 * NLANES * k_3, pixels + 2 * NLANES * k_3, common_56, common_57, common_58, common_59, common_60,
-    common_61, common_62, common_63, common_64, common_65, sum_5);
+                        places + 3 * NLANES * k_3, pixels + 2 * NLANES * k_3, common_56, common_57, common_58,
+                        common_59, common_60, common_61, common_62, common_63, common_64, common_65, sum_5);
                 NAME(descend_pose_next_now_carry_best_lanes)(now_carry_best_4, now_carry_following_4,
-    now_carry_table_4, now_carry_slope_4, now_carry_cost_4, now_carry_damping_4, now_steps_4, sum_5,
-    next_now_carry_best_4, next_now_carry_following_4, next_now_carry_table_4, next_now_carry_slope_4,
-    next_now_carry_cost_4, next_now_carry_damping_4, next_now_carry_done_4, next_now_steps_4, next_now_converged_4);
+                    now_carry_table_4, now_carry_slope_4, now_carry_cost_4, now_carry_damping_4, now_steps_4, sum_5,
+                    next_now_carry_best_4, next_now_carry_following_4, next_now_carry_table_4,
+                    next_now_carry_slope_4, next_now_carry_cost_4, next_now_carry_damping_4, next_now_carry_done_4,
+                    next_now_steps_4, next_now_converged_4);
                 NAME(follow_poses_converged_lanes)(next_now_steps_4, next_now_converged_4, common_66, converged_6);
                 COPY(7 * NLANES, next_now_carry_best_4, now_carry_best_4);
                 COPY(7 * NLANES, next_now_carry_following_4, now_carry_following_4);
@@ -6406,52 +6432,52 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
             }
             NAME(descend_pose_found_start_lanes)(found_5);
             NAME(follow_poses_common_12_lanes)(a, state_carry_0_0_2 + NLANES * j, state_carry_0_1_2 + NLANES * j,
-    state_carry_0_2_2 + NLANES * j, state_carry_0_4_2 + NLANES * j, state_carry_0_5_2 + NLANES * j,
-    state_carry_0_6_2 + NLANES * j, state_carry_0_8_2 + NLANES * j, state_carry_0_9_2 + NLANES * j,
-    state_carry_0_10_2 + NLANES * j, state_carry_0_11_2 + NLANES * j, state_carry_0_33_2 + NLANES * j,
-    state_carry_0_34_2 + NLANES * j, state_carry_0_35_2 + NLANES * j, number + NLANES * j, common_67, common_68,
-    now_carry_best_4, common_69, common_70, common_71, common_72);
+                state_carry_0_2_2 + NLANES * j, state_carry_0_4_2 + NLANES * j, state_carry_0_5_2 + NLANES * j,
+                state_carry_0_6_2 + NLANES * j, state_carry_0_8_2 + NLANES * j, state_carry_0_9_2 + NLANES * j,
+                state_carry_0_10_2 + NLANES * j, state_carry_0_11_2 + NLANES * j, state_carry_0_33_2 + NLANES * j,
+                state_carry_0_34_2 + NLANES * j, state_carry_0_35_2 + NLANES * j, number + NLANES * j, common_67,
+                common_68, now_carry_best_4, common_69, common_70, common_71, common_72);
             for (intptr_t k_2 = 0; k_2 < n; k_2++)
                 NAME(descend_pose_found_lanes)(found_5, places + 3 * NLANES * k_2, common_69, common_70, common_71,
-    common_72, found_5);
+                    common_72, found_5);
             NAME(follow_poses_further_2_lanes)(a, state_carry_0_0_2 + NLANES * j, state_carry_0_1_2 + NLANES * j,
-    state_carry_0_2_2 + NLANES * j, state_carry_0_3_2 + NLANES * j, state_carry_0_4_2 + NLANES * j,
-    state_carry_0_5_2 + NLANES * j, state_carry_0_6_2 + NLANES * j, state_carry_0_7_2 + NLANES * j,
-    state_carry_0_8_2 + NLANES * j, state_carry_0_9_2 + NLANES * j, state_carry_0_10_2 + NLANES * j,
-    state_carry_0_11_2 + NLANES * j, state_carry_0_12_2 + NLANES * j, state_carry_0_13_2 + NLANES * j,
-    state_carry_0_14_2 + NLANES * j, state_carry_0_15_2 + NLANES * j, state_carry_0_16_2 + NLANES * j,
-    state_carry_0_17_2 + NLANES * j, state_carry_0_18_2 + NLANES * j, state_carry_0_19_2 + NLANES * j,
-    state_carry_0_20_2 + NLANES * j, state_carry_0_21_2 + NLANES * j, state_carry_0_22_2 + NLANES * j,
-    state_carry_0_23_2 + NLANES * j, state_carry_0_24_2 + NLANES * j, state_carry_0_25_2 + NLANES * j,
-    state_carry_0_26_2 + NLANES * j, state_carry_0_27_2 + NLANES * j, state_carry_0_28_2 + NLANES * j,
-    state_carry_0_29_2 + NLANES * j, state_carry_0_30_2 + NLANES * j, state_carry_0_31_2 + NLANES * j,
-    state_carry_0_32_2 + NLANES * j, state_carry_0_33_2 + NLANES * j, state_carry_0_34_2 + NLANES * j,
-    state_carry_0_35_2 + NLANES * j, state_carry_0_36_2 + NLANES * j, number + NLANES * j, common_67, common_68,
-    now_carry_best_4, now_carry_table_4, now_carry_slope_4, now_carry_cost_4, now_converged_4, found_5,
-    further_2 + 37 * NLANES * j);
+                state_carry_0_2_2 + NLANES * j, state_carry_0_3_2 + NLANES * j, state_carry_0_4_2 + NLANES * j,
+                state_carry_0_5_2 + NLANES * j, state_carry_0_6_2 + NLANES * j, state_carry_0_7_2 + NLANES * j,
+                state_carry_0_8_2 + NLANES * j, state_carry_0_9_2 + NLANES * j, state_carry_0_10_2 + NLANES * j,
+                state_carry_0_11_2 + NLANES * j, state_carry_0_12_2 + NLANES * j, state_carry_0_13_2 + NLANES * j,
+                state_carry_0_14_2 + NLANES * j, state_carry_0_15_2 + NLANES * j, state_carry_0_16_2 + NLANES * j,
+                state_carry_0_17_2 + NLANES * j, state_carry_0_18_2 + NLANES * j, state_carry_0_19_2 + NLANES * j,
+                state_carry_0_20_2 + NLANES * j, state_carry_0_21_2 + NLANES * j, state_carry_0_22_2 + NLANES * j,
+                state_carry_0_23_2 + NLANES * j, state_carry_0_24_2 + NLANES * j, state_carry_0_25_2 + NLANES * j,
+                state_carry_0_26_2 + NLANES * j, state_carry_0_27_2 + NLANES * j, state_carry_0_28_2 + NLANES * j,
+                state_carry_0_29_2 + NLANES * j, state_carry_0_30_2 + NLANES * j, state_carry_0_31_2 + NLANES * j,
+                state_carry_0_32_2 + NLANES * j, state_carry_0_33_2 + NLANES * j, state_carry_0_34_2 + NLANES * j,
+                state_carry_0_35_2 + NLANES * j, state_carry_0_36_2 + NLANES * j, number + NLANES * j, common_67,
+                common_68, now_carry_best_4, now_carry_table_4, now_carry_slope_4, now_carry_cost_4,
+                now_converged_4, found_5, further_2 + 37 * NLANES * j);
             NAME(follow_poses_best_5_lanes)(a, best_5, further_2 + 37 * NLANES * j, number + NLANES * j, best_5);
         }
         NAME(truncated_pixel_squares_result_start_lanes)(found_6);
         NAME(follow_poses_common_6_lanes)(bounds, best_5, common_73);
         for (intptr_t j = 0; j < s; j++) {
             NAME(follow_poses_found_2_lanes)(a, found_6, further_2 + 37 * NLANES * j, number + NLANES * j,
-    common_73, found_6);
+                common_73, found_6);
             NAME(follow_poses_state_carry_lanes)(further_2 + 37 * NLANES * j, state_carry_0_0_2 + NLANES * j,
-    state_carry_0_1_2 + NLANES * j, state_carry_0_2_2 + NLANES * j, state_carry_0_3_2 + NLANES * j,
-    state_carry_0_4_2 + NLANES * j, state_carry_0_5_2 + NLANES * j, state_carry_0_6_2 + NLANES * j,
-    state_carry_0_7_2 + NLANES * j, state_carry_0_8_2 + NLANES * j, state_carry_0_9_2 + NLANES * j,
-    state_carry_0_10_2 + NLANES * j, state_carry_0_11_2 + NLANES * j, state_carry_0_12_2 + NLANES * j,
-    state_carry_0_13_2 + NLANES * j, state_carry_0_14_2 + NLANES * j, state_carry_0_15_2 + NLANES * j,
-    state_carry_0_16_2 + NLANES * j, state_carry_0_17_2 + NLANES * j, state_carry_0_18_2 + NLANES * j,
-    state_carry_0_19_2 + NLANES * j, state_carry_0_20_2 + NLANES * j, state_carry_0_21_2 + NLANES * j,
-    state_carry_0_22_2 + NLANES * j, state_carry_0_23_2 + NLANES * j, state_carry_0_24_2 + NLANES * j,
-    state_carry_0_25_2 + NLANES * j, state_carry_0_26_2 + NLANES * j, state_carry_0_27_2 + NLANES * j,
-    state_carry_0_28_2 + NLANES * j, state_carry_0_29_2 + NLANES * j, state_carry_0_30_2 + NLANES * j,
-    state_carry_0_31_2 + NLANES * j, state_carry_0_32_2 + NLANES * j, state_carry_0_33_2 + NLANES * j,
-    state_carry_0_34_2 + NLANES * j, state_carry_0_35_2 + NLANES * j, state_carry_0_36_2 + NLANES * j);
+                state_carry_0_1_2 + NLANES * j, state_carry_0_2_2 + NLANES * j, state_carry_0_3_2 + NLANES * j,
+                state_carry_0_4_2 + NLANES * j, state_carry_0_5_2 + NLANES * j, state_carry_0_6_2 + NLANES * j,
+                state_carry_0_7_2 + NLANES * j, state_carry_0_8_2 + NLANES * j, state_carry_0_9_2 + NLANES * j,
+                state_carry_0_10_2 + NLANES * j, state_carry_0_11_2 + NLANES * j, state_carry_0_12_2 + NLANES * j,
+                state_carry_0_13_2 + NLANES * j, state_carry_0_14_2 + NLANES * j, state_carry_0_15_2 + NLANES * j,
+                state_carry_0_16_2 + NLANES * j, state_carry_0_17_2 + NLANES * j, state_carry_0_18_2 + NLANES * j,
+                state_carry_0_19_2 + NLANES * j, state_carry_0_20_2 + NLANES * j, state_carry_0_21_2 + NLANES * j,
+                state_carry_0_22_2 + NLANES * j, state_carry_0_23_2 + NLANES * j, state_carry_0_24_2 + NLANES * j,
+                state_carry_0_25_2 + NLANES * j, state_carry_0_26_2 + NLANES * j, state_carry_0_27_2 + NLANES * j,
+                state_carry_0_28_2 + NLANES * j, state_carry_0_29_2 + NLANES * j, state_carry_0_30_2 + NLANES * j,
+                state_carry_0_31_2 + NLANES * j, state_carry_0_32_2 + NLANES * j, state_carry_0_33_2 + NLANES * j,
+                state_carry_0_34_2 + NLANES * j, state_carry_0_35_2 + NLANES * j, state_carry_0_36_2 + NLANES * j);
         }
         NAME(follow_poses_next_state_carry_lanes)(soon, at_most, state_carry_1_2, state_steps_2, found_6,
-    next_state_carry_1_2, next_state_steps_2, next_state_converged_2);
+            next_state_carry_1_2, next_state_steps_2, next_state_converged_2);
         NAME(descend_pose_converged_lanes)(at_most, next_state_steps_2, next_state_converged_2, converged_5);
         COPY(NLANES, next_state_carry_1_2, state_carry_1_2);
         COPY(NLANES, next_state_steps_2, state_steps_2);
@@ -6501,88 +6527,88 @@ static INLINE WORD NAME(follow_poses_lanes)(intptr_t s, intptr_t n, const REAL *
     }
     for (intptr_t i = 0; i < s; i++) {
         NAME(follow_poses_by_element_38_lanes)(common_36, state_carry_0_0_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_38);
+            by_element_38);
         NAME(follow_poses_by_element_2_lanes)(common_36, state_carry_0_1_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_39);
+            by_element_39);
         NAME(follow_poses_by_element_3_lanes)(common_36, state_carry_0_2_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_40);
+            by_element_40);
         NAME(follow_poses_by_element_4_lanes)(common_36, state_carry_0_3_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_41);
+            by_element_41);
         NAME(follow_poses_by_element_5_lanes)(common_36, state_carry_0_4_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_42);
+            by_element_42);
         NAME(follow_poses_by_element_6_lanes)(common_36, state_carry_0_5_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_43);
+            by_element_43);
         NAME(follow_poses_by_element_7_lanes)(common_36, state_carry_0_6_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_44);
+            by_element_44);
         NAME(follow_poses_by_element_8_lanes)(common_36, state_carry_0_7_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_45);
+            by_element_45);
         NAME(follow_poses_by_element_9_lanes)(common_36, state_carry_0_8_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_46);
+            by_element_46);
         NAME(follow_poses_by_element_10_lanes)(common_36, state_carry_0_9_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_47);
+            by_element_47);
         NAME(follow_poses_by_element_11_lanes)(common_36, state_carry_0_10_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_48);
+            by_element_48);
         NAME(follow_poses_by_element_12_lanes)(common_36, state_carry_0_11_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_49);
+            by_element_49);
         NAME(follow_poses_by_element_13_lanes)(common_36, state_carry_0_12_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_50);
+            by_element_50);
         NAME(follow_poses_by_element_14_lanes)(common_36, state_carry_0_13_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_51);
+            by_element_51);
         NAME(follow_poses_by_element_15_lanes)(common_36, state_carry_0_14_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_52);
+            by_element_52);
         NAME(follow_poses_by_element_16_lanes)(common_36, state_carry_0_15_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_53);
+            by_element_53);
         NAME(follow_poses_by_element_17_lanes)(common_36, state_carry_0_16_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_54);
+            by_element_54);
         NAME(follow_poses_by_element_18_lanes)(common_36, state_carry_0_17_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_55);
+            by_element_55);
         NAME(follow_poses_by_element_19_lanes)(common_36, state_carry_0_18_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_56);
+            by_element_56);
         NAME(follow_poses_by_element_20_lanes)(common_36, state_carry_0_19_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_57);
+            by_element_57);
         NAME(follow_poses_by_element_21_lanes)(common_36, state_carry_0_20_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_58);
+            by_element_58);
         NAME(follow_poses_by_element_22_lanes)(common_36, state_carry_0_21_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_59);
+            by_element_59);
         NAME(follow_poses_by_element_23_lanes)(common_36, state_carry_0_22_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_60);
+            by_element_60);
         NAME(follow_poses_by_element_24_lanes)(common_36, state_carry_0_23_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_61);
+            by_element_61);
         NAME(follow_poses_by_element_25_lanes)(common_36, state_carry_0_24_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_62);
+            by_element_62);
         NAME(follow_poses_by_element_26_lanes)(common_36, state_carry_0_25_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_63);
+            by_element_63);
         NAME(follow_poses_by_element_27_lanes)(common_36, state_carry_0_26_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_64);
+            by_element_64);
         NAME(follow_poses_by_element_28_lanes)(common_36, state_carry_0_27_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_65);
+            by_element_65);
         NAME(follow_poses_by_element_29_lanes)(common_36, state_carry_0_28_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_66);
+            by_element_66);
         NAME(follow_poses_by_element_30_lanes)(common_36, state_carry_0_29_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_67);
+            by_element_67);
         NAME(follow_poses_by_element_31_lanes)(common_36, state_carry_0_30_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_68);
+            by_element_68);
         NAME(follow_poses_by_element_32_lanes)(common_36, state_carry_0_31_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_69);
+            by_element_69);
         NAME(follow_poses_by_element_33_lanes)(common_36, state_carry_0_32_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_70);
+            by_element_70);
         NAME(follow_poses_by_element_34_lanes)(common_36, state_carry_0_33_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_71);
+            by_element_71);
         NAME(follow_poses_by_element_35_lanes)(common_36, state_carry_0_34_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_72);
+            by_element_72);
         NAME(follow_poses_by_element_36_lanes)(common_36, state_carry_0_35_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_73);
+            by_element_73);
         NAME(follow_poses_by_element_37_lanes)(common_36, state_carry_0_36_2 + NLANES * i, filled + 37 * NLANES * i,
-    by_element_74);
+            by_element_74);
         NAME(follow_poses_result_lanes)(by_element_38, by_element_39, by_element_40, by_element_41, by_element_42,
-    by_element_43, by_element_44, by_element_45, by_element_46, by_element_47, by_element_48, by_element_49,
-    out_0 + 12 * NLANES * i);
+            by_element_43, by_element_44, by_element_45, by_element_46, by_element_47, by_element_48, by_element_49,
+            out_0 + 12 * NLANES * i);
         NAME(follow_poses_result_2_lanes)(by_element_50, by_element_51, by_element_52, by_element_53, by_element_54,
-    by_element_55, by_element_56, by_element_57, by_element_58, by_element_59, by_element_60, by_element_61,
-    by_element_62, by_element_63, by_element_64, by_element_65, by_element_66, by_element_67, by_element_68,
-    by_element_69, by_element_70, out_1 + 36 * NLANES * i);
+            by_element_55, by_element_56, by_element_57, by_element_58, by_element_59, by_element_60, by_element_61,
+            by_element_62, by_element_63, by_element_64, by_element_65, by_element_66, by_element_67, by_element_68,
+            by_element_69, by_element_70, out_1 + 36 * NLANES * i);
         NAME(follow_poses_result_3_lanes)(by_element_71, by_element_72, by_element_73, by_element_74,
-    out_2 + 4 * NLANES * i);
+            out_2 + 4 * NLANES * i);
     }
     return 0;
 }
@@ -7628,13 +7654,13 @@ void NAME(pose_misfits)(intptr_t n, const REAL *pose, const REAL *k, const REAL 
 {
     (void)work;
     REAL sum[120], common, common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9,
-    common_10;
+        common_10;
     NAME(pose_misfits_sum_start)(sum);
     NAME(pose_misfits_common)(pose, k, &common, &common_2, &common_3, &common_4, &common_5, &common_6, &common_7,
-    &common_8, &common_9, &common_10);
+        &common_8, &common_9, &common_10);
     for (intptr_t i = 0; i < n; i++)
         NAME(pose_misfits_sum)(pose, k, sum, places + 3 * i, pixels + 2 * i, common, common_2, common_3, common_4,
-    common_5, common_6, common_7, common_8, common_9, common_10, sum);
+            common_5, common_6, common_7, common_8, common_9, common_10, sum);
     NAME(pose_misfits_result)(sum, out_0, out_1);
 }
 
@@ -7642,13 +7668,13 @@ static INLINE WORD NAME(pose_misfits_lanes)(intptr_t n, const REAL *pose, const 
     const REAL *pixels, REAL *out_0, REAL *out_1)
 {
     _Alignas(64) REAL sum[120 * NLANES], common[NLANES], common_2[NLANES], common_3[NLANES], common_4[NLANES],
-    common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES];
+        common_5[NLANES], common_6[NLANES], common_7[NLANES], common_8[NLANES], common_9[NLANES], common_10[NLANES];
     NAME(pose_misfits_sum_start_lanes)(sum);
     NAME(pose_misfits_common_lanes)(pose, k, common, common_2, common_3, common_4, common_5, common_6, common_7,
-    common_8, common_9, common_10);
+        common_8, common_9, common_10);
     for (intptr_t i = 0; i < n; i++)
         NAME(pose_misfits_sum_lanes)(pose, k, sum, places + 3 * NLANES * i, pixels + 2 * NLANES * i, common,
-    common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, sum);
+            common_2, common_3, common_4, common_5, common_6, common_7, common_8, common_9, common_10, sum);
     NAME(pose_misfits_result_lanes)(sum, out_0, out_1);
     return 0;
 }
@@ -7748,20 +7774,20 @@ void NAME(neighbouring_offsets)(intptr_t n, const REAL *pose, const REAL *k, con
     REAL *out, REAL *work)
 {
     REAL number_start, *const number = work, *const mapped_0 = number + n, *const mapped_1 = mapped_0 + n, common,
-    common_2, sum_0, sum_1, best[3];
+        common_2, sum_0, sum_1, best[3];
     NAME(follow_poses_number_start)(&number_start);
     NAME(pixel_squares_common)(k, &common, &common_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(follow_poses_number)(i > 0 ? number[i - 1] : number_start, number + i);
         NAME(neighbouring_offsets_mapped)(pose, k, places + 3 * i, pixels + 2 * i, common, common_2, mapped_0 + i,
-    mapped_1 + i);
+            mapped_1 + i);
     }
     NAME(neighbouring_offsets_sum_start)(&sum_0, &sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(neighbouring_offsets_best_start)(best);
         for (intptr_t j = 0; j < n; j++)
             NAME(neighbouring_offsets_best)(places + 3 * i, number[i], best, places + 3 * j, mapped_0[j],
-    mapped_1[j], number[j], best);
+                mapped_1[j], number[j], best);
         NAME(neighbouring_offsets_sum)(sum_0, sum_1, mapped_0[i], mapped_1[i], best, &sum_0, &sum_1);
     }
     NAME(neighbouring_offsets_result)(sum_0, sum_1, out);
@@ -7771,22 +7797,22 @@ static INLINE WORD NAME(neighbouring_offsets_lanes)(intptr_t n, const REAL *pose
     const REAL *pixels, REAL *out, REAL *number, REAL *mapped_0, REAL *mapped_1)
 {
     _Alignas(64) REAL number_start[NLANES], common[NLANES], common_2[NLANES], sum_0[NLANES], sum_1[NLANES],
-    best[3 * NLANES];
+        best[3 * NLANES];
     NAME(follow_poses_number_start_lanes)(number_start);
     NAME(pixel_squares_common_lanes)(k, common, common_2);
     for (intptr_t i = 0; i < n; i++) {
         NAME(follow_poses_number_lanes)(i > 0 ? number + NLANES * (i - 1) : number_start, number + NLANES * i);
         NAME(neighbouring_offsets_mapped_lanes)(pose, k, places + 3 * NLANES * i, pixels + 2 * NLANES * i, common,
-    common_2, mapped_0 + NLANES * i, mapped_1 + NLANES * i);
+            common_2, mapped_0 + NLANES * i, mapped_1 + NLANES * i);
     }
     NAME(neighbouring_offsets_sum_start_lanes)(sum_0, sum_1);
     for (intptr_t i = 0; i < n; i++) {
         NAME(neighbouring_offsets_best_start_lanes)(best);
         for (intptr_t j = 0; j < n; j++)
             NAME(neighbouring_offsets_best_lanes)(places + 3 * NLANES * i, number + NLANES * i, best,
-    places + 3 * NLANES * j, mapped_0 + NLANES * j, mapped_1 + NLANES * j, number + NLANES * j, best);
+                places + 3 * NLANES * j, mapped_0 + NLANES * j, mapped_1 + NLANES * j, number + NLANES * j, best);
         NAME(neighbouring_offsets_sum_lanes)(sum_0, sum_1, mapped_0 + NLANES * i, mapped_1 + NLANES * i, best,
-    sum_0, sum_1);
+            sum_0, sum_1);
     }
     NAME(neighbouring_offsets_result_lanes)(sum_0, sum_1, out);
     return 0;
@@ -8342,7 +8368,7 @@ void NAME(undetermined_pose)(intptr_t n, const REAL *places, const REAL *normal,
 {
     (void)work;
     REAL carry[4], sum[6], state[22], converged, steps, next_state[22], common, state_2[22], converged_2, steps_2,
-    next_state_2[22], state_3[22], converged_3, steps_3, next_state_3[22];
+        next_state_2[22], state_3[22], converged_3, steps_3, next_state_3[22];
     NAME(undetermined_pose_carry_start)(carry);
     NAME(undetermined_pose_sum_start)(sum);
     for (intptr_t i = 0; i < n; i++) {
@@ -8383,10 +8409,10 @@ void NAME(undetermined_pose)(intptr_t n, const REAL *places, const REAL *normal,
 static INLINE WORD NAME(undetermined_pose_lanes)(intptr_t n, const REAL *places, const REAL *normal, REAL *out)
 {
     _Alignas(64) REAL carry[4 * NLANES], sum[6 * NLANES], state[22 * NLANES], converged[NLANES], steps[NLANES],
-    next_state[22 * NLANES], common[NLANES], state_2[22 * NLANES], converged_2[NLANES], steps_2[NLANES],
-    next_state_2[22 * NLANES], state_3[22 * NLANES], converged_3[NLANES], steps_3[NLANES],
-    next_state_3[22 * NLANES], gac_kept_0[22 * NLANES], gac_kept_1[NLANES], gac_kept_2[22 * NLANES],
-    gac_kept_3[NLANES], gac_kept_4[22 * NLANES], gac_kept_5[NLANES];
+        next_state[22 * NLANES], common[NLANES], state_2[22 * NLANES], converged_2[NLANES], steps_2[NLANES],
+        next_state_2[22 * NLANES], state_3[22 * NLANES], converged_3[NLANES], steps_3[NLANES],
+        next_state_3[22 * NLANES], gac_kept_0[22 * NLANES], gac_kept_1[NLANES], gac_kept_2[22 * NLANES],
+        gac_kept_3[NLANES], gac_kept_4[22 * NLANES], gac_kept_5[NLANES];
     NAME(undetermined_pose_carry_start_lanes)(carry);
     NAME(undetermined_pose_sum_start_lanes)(sum);
     for (intptr_t i = 0; i < n; i++) {
