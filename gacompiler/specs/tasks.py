@@ -190,6 +190,30 @@ def _moved(old, damping, low, high):
     )  # fmt: skip
 
 
+def _judged(old, damping, trial, found, size, enough):
+    """Return the state after a step to a trial with the given equations, which is kept if it is better."""
+    before, error = old.equations.error, found.error
+    better = error < maximum(before, CLOSE * size)
+    slow = select(better, error > SETTLED * maximum(before, CLOSE * size), damping > CEILING * size * size)
+    ended = select(before > ROUNDING * size, slow, 2 * error > before)
+
+    def kept(a, b):
+        return each(lambda x, y: select(better, x, y), a, b)
+
+    return State(
+        kept(trial, old.q),
+        Equations(
+            each(kept, found.matrix, old.equations.matrix),
+            kept(found.right, old.equations.right),
+            select(better, error, before),
+        ),
+        old.damping * select(error < before, Fraction(1, 10), 10),
+        select(minimum(error, before) <= enough, 1, ended),
+        each(lambda a, b: select(error < old.least, a, b), trial, old.best),
+        minimum(error, old.least),
+    )
+
+
 @kernel(
     q=VALUES, targets=array(SCALAR, "k", 3), rest=VALUES, **TREE, **TASKS,
     joints=index("m", into="n"), carried=array(SCALAR, "m", "k", shared=True),
@@ -233,30 +257,9 @@ def reach(
         return Equations(matrix, right, sqrt(error))
 
     def step(old):
-        before = old.equations.error
-        damping = maximum(old.damping * before * before, FLOOR * size * size)
+        damping = maximum(old.damping * old.equations.error * old.equations.error, FLOOR * size * size)
         trial = _moved(old, damping, low, high)
-        found = equations(trial)
-        error = found.error
-        better = error < maximum(before, CLOSE * size)
-        slow = select(better, error > SETTLED * maximum(before, CLOSE * size), damping > CEILING * size * size)
-        ended = select(before > ROUNDING * size, slow, 2 * error > before)
-
-        def kept(a, b):
-            return each(lambda x, y: select(better, x, y), a, b)
-
-        return State(
-            kept(trial, old.q),
-            Equations(
-                each(kept, found.matrix, old.equations.matrix),
-                kept(found.right, old.equations.right),
-                select(better, error, before),
-            ),
-            old.damping * select(error < before, Fraction(1, 10), 10),
-            select(minimum(error, before) <= enough, 1, ended),
-            each(lambda a, b: select(error < old.least, a, b), trial, old.best),
-            minimum(error, old.least),
-        )
+        return _judged(old, damping, trial, equations(trial), size, enough)
 
     start = each(_inside, q, low, high)
     begun = equations(start)
