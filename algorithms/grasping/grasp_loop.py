@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -154,27 +155,12 @@ def guided_grasp(
     """
     joints = finite(real_array(q, "q", (robot.n_joints,), "joint variables"), "q").astype(np.float64)
     on_hand = np.eye(8)[0] if mount is None else finite(real_array(mount, "mount", (8,), "a motor"), "mount")
-    if finite_number(approach, "approach") < 0:
-        raise ValueError(f"approach: {approach}; expected at least 0 metres")
-    if finite_number(margin, "margin") < 0:
-        raise ValueError(f"margin: {margin}; expected at least 0 metres")
-    if isinstance(trials, bool) or not isinstance(trials, (int, np.integer)) or trials < 0:
-        raise ValueError(f"trials: {trials!r}; expected an integer of at least 0")
-    if not finite_number(accuracy, "accuracy") > 0:
-        raise ValueError(f"accuracy: {accuracy}; expected a positive number of metres")
+    _check_numbers(approach, margin, trials, accuracy)
     hand = hand or (plans.hand if isinstance(plans, GraspPlan) else hand_of_table())
     estimate = _pose_of_object(model, tuple(views), start, expected, noise)
-    if not estimate.is_found:
-        return _still(_CAUSES.get(estimate.status, LoopStatus.POSE_UNKNOWN), estimate, None, joints, hand)
-    grasps = tuple(plans)
-    usable = [grasp for grasp in grasps if grasp.status == GraspStatus.OK]
-    if not usable:
-        cause = grasps[0].status if grasps else GraspStatus.NO_CONTACTS
-        return _still(LoopStatus.NO_GRASP, estimate, cause, joints, hand)
-    usable = [grasp for grasp in usable if contact_bound(estimate, model, grasp) <= accuracy]
-    if not usable:
-        uncertain = replace(estimate, status=PoseStatus.UNCERTAIN)
-        return _still(LoopStatus.POSE_UNKNOWN, uncertain, GraspStatus.OK, joints, hand)
+    choice = _chosen(estimate, model, plans, accuracy)
+    if not choice.grasps:
+        return _still(choice.status, choice.estimate, choice.plan_status, joints, hand)
     if target is None and isinstance(plans, GraspPlan) and len(plans.faces):
         target = mesh_obstacle(plans.vertices, plans.faces)
     setting = Setting(
@@ -186,7 +172,7 @@ def guided_grasp(
         None if target is None else target.moved(estimate.motor),
         margin,
     )
-    found = grasp_motion(setting, joints, usable, estimate.motor, approach, int(trials), seed)
+    found = grasp_motion(setting, joints, choice.grasps, estimate.motor, approach, int(trials), seed)
     if found.grasp is None:
         return _still(_REASONS[found.status], estimate, GraspStatus.OK, joints, hand)
     grasp, path = found.grasp, found.path
@@ -195,6 +181,40 @@ def guided_grasp(
     return GuidedGrasp(
         LoopStatus.OK, estimate, GraspStatus.OK, grasp, path, contacts, found.approach_at, found.open_joints
     )
+
+
+def _check_numbers(approach: float, margin: float, trials: int, accuracy: float) -> None:
+    for name, length in (("approach", approach), ("margin", margin)):
+        if finite_number(length, name) < 0:
+            raise ValueError(f"{name}: {length}; expected at least 0 metres")
+    if isinstance(trials, bool) or not isinstance(trials, (int, np.integer)) or trials < 0:
+        raise ValueError(f"trials: {trials!r}; expected an integer of at least 0")
+    if not finite_number(accuracy, "accuracy") > 0:
+        raise ValueError(f"accuracy: {accuracy}; expected a positive number of metres")
+
+
+class _Choice(NamedTuple):
+    """The grasps that may be tried; if there is none, the rest says why, as in `GuidedGrasp`."""
+
+    grasps: list[Grasp]
+    status: LoopStatus
+    estimate: PoseEstimate
+    plan_status: GraspStatus | None
+
+
+def _chosen(estimate: PoseEstimate, model: ObjectModel, plans: Iterable[Grasp], accuracy: float) -> _Choice:
+    """Choose the planned grasps whose contacts the pose of the object determines well enough."""
+    if not estimate.is_found:
+        return _Choice([], _CAUSES.get(estimate.status, LoopStatus.POSE_UNKNOWN), estimate, None)
+    grasps = tuple(plans)
+    planned = [grasp for grasp in grasps if grasp.status == GraspStatus.OK]
+    if not planned:
+        return _Choice([], LoopStatus.NO_GRASP, estimate, grasps[0].status if grasps else GraspStatus.NO_CONTACTS)
+    exact = [grasp for grasp in planned if contact_bound(estimate, model, grasp) <= accuracy]
+    if not exact:
+        uncertain = replace(estimate, status=PoseStatus.UNCERTAIN)
+        return _Choice([], LoopStatus.POSE_UNKNOWN, uncertain, GraspStatus.OK)
+    return _Choice(exact, LoopStatus.OK, estimate, GraspStatus.OK)
 
 
 def _pose_of_object(

@@ -109,26 +109,32 @@ def close_hand(hand: Hand, motor: ArrayLike, joints: ArrayLike, body: Obstacle) 
     left = np.where(body.contains(axes()[:, 0]), -hand.radii, gaps())
     if not (left > _TOUCH).all():
         return _closed(hand, ClosingStatus.IN_CONTACT, position, left, pose, loose, body)
+    status = ClosingStatus.NOT_SOLVED
     began = moves[:, rates != 0].any(1)
     for _ in range(_STEPS):
         room = np.where(rates > 0, ranges[:, 1] - position, position - ranges[:, 0])
-        rates = np.where(room > 0, rates, 0.0)
-        for part in np.flatnonzero((left <= _TOUCH) & moves[:, rates != 0].any(1)):
-            stopped = np.isin(variables, variables[moves[part] & (rates != 0)])
-            goes_on = np.isin(np.arange(len(rates)), hand.breakaway) & ~moves[part]
-            rates = np.where(stopped & ~goes_on, 0.0, rates)
+        rates = _stopped(hand, np.where(room > 0, rates, 0.0), left <= _TOUCH, moves, variables)
         if not rates.any():
             fingers = [began & ~moves[:, ~_path(robot, carrier)].any(1) for carrier in hand.tips.carriers]
             touched = all((left[own] <= _TOUCH).any() for own in fingers if own.any())
             status = ClosingStatus.OK if touched else ClosingStatus.MISSED
-            return _closed(hand, status, position, left, pose, loose, body)
+            break
         fast = speeds @ np.abs(rates)
         with np.errstate(divide="ignore", invalid="ignore"):
             least = np.where(fast > 0, left / fast, np.inf).min()
             ends = np.where(rates != 0, room / np.abs(rates), np.inf).min()
         position = position + rates * min(max(least, _TOUCH), ends)
         left = gaps()
-    return _closed(hand, ClosingStatus.NOT_SOLVED, position, left, pose, loose, body)
+    return _closed(hand, status, position, left, pose, loose, body)
+
+
+def _stopped(hand: Hand, rates: Reals, touches: Flags, moves: Flags, variables: Reals) -> Reals:
+    """Return the rates of joints after the touches of parts, of which `moves`, (k, n), says which joints move them."""
+    for part in np.flatnonzero(touches & moves[:, rates != 0].any(1)):
+        stopped = np.isin(variables, variables[moves[part] & (rates != 0)])
+        goes_on = np.isin(np.arange(len(rates)), hand.breakaway) & ~moves[part]
+        rates = np.where(stopped & ~goes_on, 0.0, rates)
+    return rates
 
 
 def _posture(hand: Hand, joints: ArrayLike, motor: ArrayLike) -> tuple[Reals, Reals]:

@@ -12,8 +12,10 @@ pose is an eigenvector, and there are no other local minima.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -102,62 +104,85 @@ def grasp(
         If an argument has a wrong shape or is not finite, `near` is not a motor, `length` is not positive, or there is
         no constraint.
     """
-    parts, signs = [], 0
-    for name, pair, width, kernel in (
-        ("points", points, 3, arms.constraint_of_points),
-        ("lines", lines, 6, arms.constraint_of_lines),
-        ("planes", planes, 4, arms.constraint_of_planes),
-    ):
-        if pair is None:
-            continue
-        shape, meaning = (-1, width), f"{width} coefficients each"
-        own, goal = (finite(real_array(one, f"grasp: {name}", shape, meaning), f"grasp: {name}") for one in pair)
-        if own.shape != goal.shape:
-            raise ValueError(
-                f"grasp: {name}: {len(own)} of the gripper, {len(goal)} of the object; expected equal numbers"
-            )
-        signs += len(own) if width != 3 else 0
-        parts.append((kernel, own, goal, width != 3))
-    if not parts or not any(len(own) for _, own, _, _ in parts):
+    pairs = _pairs(points, lines, planes)
+    if not any(len(pair.own) for pair in pairs):
         raise ValueError("grasp: no constraint; expected points, lines or planes")
+    signs = sum(len(pair.own) for pair in pairs if pair.is_turned)
     if not oriented and signs > _MANY:
         raise ValueError(
             f"grasp: {signs} lines and planes of unknown orientation; expected at most {_MANY}, or oriented=True"
         )
-    wanted = np.eye(8)[0]
-    if near is not None:
-        given = finite(real_array(near, "grasp: near", (8,), "a motor"), "grasp: near").astype(float)
-        if not np.linalg.norm(given[:4]) > SINGLE * np.linalg.norm(given):
-            raise ValueError(f"grasp: near: {near}; expected a motor")
-        wanted = pga3.normalize_motor(given)
+    wanted = _preferred(near)
     if not finite_number(length, "grasp: length") > 0:
         raise ValueError(f"grasp: length: {length}; expected a positive number")
     found = []
     for choice in product((1.0,) if oriented else (1.0, -1.0), repeat=signs):
         senses = iter(choice)
-        matrices = []
-        for kernel, own, goal, turned in parts:
-            sense = np.array([next(senses) for _ in own])[:, None] if turned else 1.0
-            matrices.append(kernel(own, sense * goal))
-        matrix = np.concatenate(matrices).reshape(-1, 8)
-        one = _nearest(matrix, wanted, length, tolerance)
-        if one is not None:
-            motor, freedoms, away = one
-            found.append((away, float(np.abs(matrix @ motor).max()), freedoms, motor))
-    found.sort(key=lambda one: one[0])
+        matrix = np.concatenate([pair.matrices(senses) for pair in pairs]).reshape(-1, 8)
+        solution = _nearest(matrix, wanted, length, tolerance)
+        if solution is not None:
+            found.append(solution)
+    found.sort(key=lambda one: one.distance)
     return Grasps(
-        np.array([motor for *_, motor in found]).reshape(-1, 8),
-        np.array([freedoms for _, _, freedoms, _ in found], int),
-        np.array([residual for _, residual, _, _ in found]),
-        np.array([away for away, *_ in found]),
+        np.array([one.motor for one in found]).reshape(-1, 8),
+        np.array([one.freedoms for one in found], int),
+        np.array([one.residual for one in found]),
+        np.array([one.distance for one in found]),
     )
 
 
-def _nearest(matrix: Reals, near: Reals, length: float, tolerance: float) -> tuple[Reals, int, float] | None:
-    """Return the motor of a null space that is nearest to a unit motor, its degrees of freedom and its distance.
+class _Pair(NamedTuple):
+    """Elements of one kind, (k, w), of the gripper and of the object; `is_turned` if both orientations are tried."""
 
-    Return None if the null space contains no motor.
-    """
+    constraint: Callable[..., Any]
+    own: Reals
+    goal: Reals
+    is_turned: bool
+
+    def matrices(self, senses: Iterator[float]) -> Reals:
+        """Return the matrices of the constraints; the orientations of lines and planes are the next ones."""
+        sense = np.array([next(senses) for _ in self.own])[:, None] if self.is_turned else 1.0
+        return np.asarray(self.constraint(self.own, sense * self.goal))
+
+
+def _pairs(points: Pairs | None, lines: Pairs | None, planes: Pairs | None) -> list[_Pair]:
+    """Return the given pairs, if they are valid."""
+    found = []
+    for name, pair, width, constraint in (
+        ("grasp: points", points, 3, arms.constraint_of_points),
+        ("grasp: lines", lines, 6, arms.constraint_of_lines),
+        ("grasp: planes", planes, 4, arms.constraint_of_planes),
+    ):
+        if pair is None:
+            continue
+        own, goal = (finite(real_array(one, name, (-1, width), f"{width} coefficients each"), name) for one in pair)
+        if own.shape != goal.shape:
+            raise ValueError(f"{name}: {len(own)} of the gripper, {len(goal)} of the object; expected equal numbers")
+        found.append(_Pair(constraint, own, goal, width != 3))
+    return found
+
+
+def _preferred(near: ArrayLike | None) -> Reals:
+    """Return the unit motor of the preferred pose."""
+    if near is None:
+        return np.asarray(np.eye(8)[0])
+    given = finite(real_array(near, "grasp: near", (8,), "a motor"), "grasp: near").astype(float)
+    if not np.linalg.norm(given[:4]) > SINGLE * np.linalg.norm(given):
+        raise ValueError(f"grasp: near: {near}; expected a motor")
+    return np.asarray(pga3.normalize_motor(given))
+
+
+class _Solution(NamedTuple):
+    """One motion; see `Grasps`."""
+
+    motor: Reals
+    freedoms: int
+    residual: float
+    distance: float
+
+
+def _nearest(matrix: Reals, near: Reals, length: float, tolerance: float) -> _Solution | None:
+    """Return the motor of a null space that is nearest to a unit motor; None if the null space contains no motor."""
     _, values, right = np.linalg.svd(matrix, full_matrices=True)
     values = np.concatenate([values, np.zeros(8 - len(values))])
     null = right[values <= tolerance * max(float(values[0]), 1.0)]
@@ -185,9 +210,10 @@ def _nearest(matrix: Reals, near: Reals, length: float, tolerance: float) -> tup
             form[i, j] = form[j, i] = both - (form[i, i] + form[j, j]) / 2
     best = np.linalg.eigh(form)[1][:, 0]
     motor, slides, square = at(best if (best @ rotors) @ near[:4] >= 0 else -best)
-    if not np.abs(matrix @ motor).max() <= 1e3 * tolerance * max(1.0, float(np.abs(motor).max())):
+    residual = float(np.abs(matrix @ motor).max())
+    if not residual <= 1e3 * tolerance * max(1.0, float(np.abs(motor).max())):
         return None
-    return motor, many - 1 + slides, float(np.sqrt(square))
+    return _Solution(motor, many - 1 + slides, residual, float(np.sqrt(square)))
 
 
 def _shift(rotor: Reals, dual: Reals, free: Reals, place: Reals) -> tuple[Reals, int]:

@@ -108,36 +108,55 @@ class Model:
     """Fast calls of these kernels, which methods try first."""
 
     def __post_init__(self) -> None:
-        count = len(self.kinds)
-        if not count:
+        if not self.kinds:
             raise JointCountError(f"{self.name}: no joint; expected at least one")
+        self._fill_defaults()
+        self._check_constants()
+        self._check_kinds()
+        self._check_limits_and_bodies()
+        if any(not -1 <= parent < j for j, parent in enumerate(self.parents)) or len(self.parents) != len(self.kinds):
+            raise DescriptionError(
+                f"{self.name}: parents {self.parents}; expected an earlier joint or -1 for each joint"
+            )
+        for name in ("axes", "home", "tool", "bodies", "armature", "free_fall", "limits", "coupling"):
+            kept = np.array(getattr(self, name), float)
+            kept.flags.writeable = False
+            self._fill(name, kept)
+        self._fill("_computed", Computed(self, folded.kernels_of(self)))
+        self._fill("_attempts", self._computed.attempts)
 
-        def fill(name: str, value: Any) -> None:
-            object.__setattr__(self, name, value)
+    def _fill(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
 
+    def _fill_defaults(self) -> None:
+        count, n = len(self.kinds), self.n_joints
         if not self.parents:
-            fill("parents", tuple(range(-1, count - 1)))
+            self._fill("parents", tuple(range(-1, count - 1)))
         if not self.joint_names:
-            fill("joint_names", tuple(f"joint {k}" for k in range(count)))
+            self._fill("joint_names", tuple(f"joint {k}" for k in range(count)))
         if self.tip < 0:
-            fill("tip", count - 1)
+            self._fill("tip", count - 1)
         if not self.tool.size:
-            fill("tool", self.home[self.tip].copy())
+            self._fill("tool", self.home[self.tip].copy())
         if not self.armature.size:
-            fill("armature", np.zeros(count))
-        n = self.n_joints
+            self._fill("armature", np.zeros(count))
         if not self.limits.size:
-            fill("limits", np.tile([-np.inf, np.inf, np.inf, np.inf], (n, 1)))
+            self._fill("limits", np.tile([-np.inf, np.inf, np.inf, np.inf], (n, 1)))
         if self.limits.shape != (n, 4):
             raise JointCountError(f"{self.name}: limits of shape {self.limits.shape}; expected ({n}, 4)")
-        fill("leaders", leaders_of(self))
-        fill("links", MappingProxyType(dict(self.links)))
+        self._fill("leaders", leaders_of(self))
+        self._fill("links", MappingProxyType(dict(self.links)))
+
+    def _check_constants(self) -> None:
+        count = len(self.kinds)
         for name, shape in (("axes", (count, 6)), ("home", (count, 8)), ("tool", (8,)), ("armature", (count,))):
             found = getattr(self, name)
             if found.shape != shape:
                 raise JointCountError(f"{self.name}: {name} of shape {found.shape}; expected {shape}")
             if not np.isfinite(found).all():
                 raise NotFiniteError(f"{self.name}: {name} has a NaN or an infinite number; expected finite numbers")
+
+    def _check_kinds(self) -> None:
         for kind in self.kinds:
             if not isinstance(kind, Joint):
                 raise UnknownJointTypeError(f"{self.name}: kind {kind!r}; expected Joint.REVOLUTE or Joint.PRISMATIC")
@@ -146,29 +165,19 @@ class Model:
             raise FloatingBaseError(f"{self.name}: joint 0 is {self.kinds[0].value}; expected {wanted}")
         if Joint.FLOATING in self.kinds[1:] or (self._floats and -1 in self.parents[1:]):
             raise FloatingBaseError(f"{self.name}: a floating base is joint 0, which carries all others")
+
+    def _check_limits_and_bodies(self) -> None:
         if not np.isfinite(self.bodies).all() or np.isnan(self.limits).any() or not np.isfinite(self.coupling).all():
             raise NotFiniteError(f"{self.name}: bodies, limits or coupling with a NaN; expected numbers")
         for joint, (low, high, speed, effort) in enumerate(self.limits):
+            limits = f"{self.name}: limits of joint {joint}:"
             if low > high:
-                raise DescriptionError(
-                    f"{self.name}: limits of joint {joint}: {low} to {high}; expected the lower first"
-                )
+                raise DescriptionError(f"{limits} {low} to {high}; expected the lower first")
             if speed < 0 or effort < 0:
-                raise DescriptionError(
-                    f"{self.name}: limits of joint {joint}: speed {speed}, effort {effort}; expected no negative number"
-                )
+                raise DescriptionError(f"{limits} speed {speed}, effort {effort}; expected no negative number")
+        count = len(self.kinds)
         if self.bodies.size and self.bodies.shape != (count, 10):
             raise JointCountError(f"{self.name}: bodies of shape {self.bodies.shape}; expected ({count}, 10)")
-        if any(not -1 <= parent < j for j, parent in enumerate(self.parents)) or len(self.parents) != count:
-            raise DescriptionError(
-                f"{self.name}: parents {self.parents}; expected an earlier joint or -1 for each joint"
-            )
-        for name in ("axes", "home", "tool", "bodies", "armature", "free_fall", "limits", "coupling"):
-            kept = np.array(getattr(self, name), float)
-            kept.flags.writeable = False
-            fill(name, kept)
-        fill("_computed", Computed(self, folded.kernels_of(self)))
-        fill("_attempts", self._computed.attempts)
 
     def __repr__(self) -> str:
         """Return what the robot is in one screen: its joints with their limits, and what is known of it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -115,46 +116,56 @@ def optimise_poses(
     """
     width = 8 if np.shape(motors)[-1:] == (8,) else 4
     poses = finite(real_array(motors, "motors", (-1, width)).astype(float), "motors")
-    pairs = np.asarray(edges).reshape(-1, 2) if np.size(edges) == 0 else np.asarray(edges)
-    if pairs.ndim != 2 or pairs.shape[1] != 2 or (pairs.size and pairs.dtype.kind not in "iu"):
-        raise ValueError(f"edges: shape {pairs.shape}, dtype {pairs.dtype}; expected (m, 2) integers")
-    pairs = pairs.astype(np.int64)
-    if pairs.size and not (pairs.min() >= 0 and pairs.max() < len(poses)):
-        raise ValueError(f"edges: poses {pairs.min()} to {pairs.max()}; expected 0 to {len(poses) - 1}")
-    measured = finite(real_array(motions, "motions", (len(pairs), width)).astype(float), "motions")
-    square = (len(pairs), 3, 3) if width == 4 else (len(pairs), 6, 6)
-    weights = finite(real_array(information, "information", square).astype(float), "information")
-    if not as_definite(weights)[1]:
-        raise ValueError("information: not symmetric positive semidefinite; expected inverses of covariances")
-    bounded = np.zeros(len(pairs), bool) if robust is None else np.asarray(robust, bool)
-    if bounded.shape != (len(pairs),):
-        raise ValueError(f"robust: shape {bounded.shape}; expected ({len(pairs)},), one for each edge")
+    given = _checked_edges(edges, motions, information, robust, len(poses), width)
     if not bound > 0:
         raise ValueError(f"bound: {bound}; expected a positive number of standard deviations")
     wanted = checked_states(marginals, len(poses), "marginals")
-    kept, again = without_copies(measured, pairs, weights.reshape(len(pairs), square[1] ** 2), bounded[:, None])
-    pairs, measured, weights, bounded = pairs[kept], measured[kept], weights[kept], bounded[kept]
-    reached = _reached(len(poses), pairs)
+    kept, again = given.without_copies()
+    reached = _reached(len(poses), kept.ends)
     if width == 8:
-        edges_in_space = _SpaceEdges(pairs, measured, weights, bounded)
-        found = _in_space(poses, edges_in_space, reached, bound**2, tolerance, wanted)
+        found = _in_space(poses, kept, reached, bound**2, tolerance, wanted)
     else:
-        rows = _Rows(len(poses), pairs, reached)
-        problem = _Graph(pairs, measured, weights, bounded, bound**2, tolerance, reached, rows)
-        found = problem.optimised(poses, wanted)
+        rows = _Rows(len(poses), kept.ends, reached)
+        found = _Graph(*kept, bound**2, tolerance, reached, rows).optimised(poses, wanted)
     return replace(found, misfits=found.misfits[again], weights=found.weights[again])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _SpaceEdges:
-    edges: Reals
+class _Edges(NamedTuple):
+    ends: Reals
     motions: Reals
     information: Reals
     robust: Reals
 
+    def without_copies(self) -> tuple[_Edges, Reals]:
+        """Return edges that are no exact copies of others, and the number of each edge among these."""
+        table = self.information.reshape(len(self.ends), self.information.shape[1] ** 2)
+        kept, again = without_copies(self.motions, self.ends, table, self.robust[:, None])
+        return _Edges(*(array[kept] for array in self)), again
+
+
+def _checked_edges(
+    edges: ArrayLike, motions: ArrayLike, information: ArrayLike, robust: ArrayLike | None, n: int, width: int
+) -> _Edges:
+    """Return valid edges between n poses."""
+    pairs = np.asarray(edges).reshape(-1, 2) if np.size(edges) == 0 else np.asarray(edges)
+    if pairs.ndim != 2 or pairs.shape[1] != 2 or (pairs.size and pairs.dtype.kind not in "iu"):
+        raise ValueError(f"edges: shape {pairs.shape}, dtype {pairs.dtype}; expected (m, 2) integers")
+    pairs = pairs.astype(np.int64)
+    if pairs.size and not (pairs.min() >= 0 and pairs.max() < n):
+        raise ValueError(f"edges: poses {pairs.min()} to {pairs.max()}; expected 0 to {n - 1}")
+    m, freedoms = len(pairs), 3 if width == 4 else 6
+    measured = finite(real_array(motions, "motions", (m, width)).astype(float), "motions")
+    weights = finite(real_array(information, "information", (m, freedoms, freedoms)).astype(float), "information")
+    if not as_definite(weights)[1]:
+        raise ValueError("information: not symmetric positive semidefinite; expected inverses of covariances")
+    bounded = np.zeros(m, bool) if robust is None else np.asarray(robust, bool)
+    if bounded.shape != (m,):
+        raise ValueError(f"robust: shape {bounded.shape}; expected ({m},), one for each edge")
+    return _Edges(pairs, measured, weights, bounded)
+
 
 def _in_space(
-    poses: Reals, given: _SpaceEdges, reached: Reals, bound: float, tolerance: float, wanted: Reals
+    poses: Reals, given: _Edges, reached: Reals, bound: float, tolerance: float, wanted: Reals
 ) -> OptimisedPoses:
     """Smooth a graph in space; the first pose and those without a connection to it are held."""
     n = len(poses)
@@ -162,13 +173,13 @@ def _in_space(
     if (values[:, 0] < -NEGLIGIBLE * values[:, -1]).any():
         raise ValueError("information: an eigenvalue is negative; expected inverse covariances")
     roots = np.sqrt(np.maximum(values, 0))[:, :, None] * np.swapaxes(vectors, 1, 2)
-    factors = Factors(MOTION, given.edges, (given.motions,), roots, given.robust)
+    factors = Factors(MOTION, given.ends, (given.motions,), roots, given.robust)
     held = np.flatnonzero(~reached | (np.arange(n) == 0))
     start = States(poses, np.zeros((n, 3)), np.zeros((n, 6)))
     found = smoothed(MotorProblem([factors], n, held, bound), start, wanted, tolerance)
     status = _STATUSES.get(found.status, GraphStatus.OK) if reached.all() else GraphStatus.DISCONNECTED
     spreads = np.where(reached[wanted][:, None, None], found.covariances, np.inf)
-    a, b = (found.motors[ends] for ends in given.edges.T)
+    a, b = (found.motors[ends] for ends in given.ends.T)
     misfits = np.asarray(motor_graphs.relative_motion(a, b, given.motions)[0])
     return OptimisedPoses(found.motors, status, misfits, found.weights, found.cost, found.steps, spreads)
 

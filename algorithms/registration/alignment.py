@@ -331,12 +331,7 @@ def solved(
     same : callable, optional
         Returns which of several motors fit as well as the first one by a further criterion.
     """
-    near = np.array([support(motor, task) for motor in fine])
-    rows = [row for row in different(fine, near, task) if near[row] > _WORTH * near.max()][:_COMPARED]
-    fine = np.stack([polished(fine[row], task).motor for row in rows])
-    scores = np.array([score(motor, task) for motor in fine])
-    likely = scores > least_score(fine, scores, task, 2)
-    fine = fine[likely][different(fine[likely], scores[likely], task)]
+    fine = _likely(fine, task)
     scores = np.array([score(motor, last) for motor in fine])
     bound = least_score(fine, scores, last)
     order = np.argsort(-scores, kind="stable")[:_POLISHED]
@@ -358,9 +353,7 @@ def solved(
         bound = min(bound, least_score(np.stack([pose.motor for pose in poses]), scores, last))
     found = shares(best.motor, last)
     contrast = contrast_of(best.motor, last, float(found[0]))
-    supported = found[0] >= thresholds[0] and contrast * found[0] >= thresholds[1]
-    if len(last.scales) > 1 and found[_MIDDLE] >= _SHARP * found[0]:
-        supported |= bool(found[0] >= _OF_SHARP * thresholds[0] and contrast * found[0] >= _OF_SHARP * thresholds[1])
+    supported = _is_supported(found, contrast, thresholds)
 
     def accepted(motor: Reals) -> Reals | None:
         if score(motor, last) < _PROMISING * bound:
@@ -378,24 +371,50 @@ def solved(
         motors = motors[significantly_least([unexplained(motor, task) for motor in motors])]
     order = np.argsort([-score(motor, last) for motor in motors], kind="stable")
     scores = np.array([support(motor, last) for motor in motors])
-    status = RegistrationStatus.OK
-    if not supported:
-        status = RegistrationStatus.NO_SUPPORT
-    elif len(free):
-        status = RegistrationStatus.FREE_MOTION
-    elif len(order) > 1:
-        status = RegistrationStatus.SYMMETRIC
-    elif len(last.scales) > 1 and found[_MIDDLE] / found[0] < _DULL * own_sharpness(last):
-        status = RegistrationStatus.UNCERTAIN
+    status = RegistrationStatus.NO_SUPPORT
+    if supported:
+        status = _status(len(free), len(order), found, last)
+    residual, coverage = _misfit(best, last)
+    return Found(
+        status, motors[order], scores[order], covariance, residual, coverage, contrast, free,
+        planes_of(last.parts[0].surface), last.reach.gate,
+    )  # fmt: skip
+
+
+def _likely(fine: Reals, task: Task) -> Reals:
+    """Return different hypotheses whose scores, after a refinement, are near to the best one."""
+    near = np.array([support(motor, task) for motor in fine])
+    rows = [row for row in different(fine, near, task) if near[row] > _WORTH * near.max()][:_COMPARED]
+    fine = np.stack([polished(fine[row], task).motor for row in rows])
+    scores = np.array([score(motor, task) for motor in fine])
+    likely = scores > least_score(fine, scores, task, 2)
+    return np.asarray(fine[likely][different(fine[likely], scores[likely], task)])
+
+
+def _is_supported(found: Reals, contrast: float, thresholds: tuple[float, float]) -> bool:
+    """Return whether the shares at all scales, and the contrast, are large enough for a pose."""
+    factors = (1.0, _OF_SHARP) if len(found) > 1 and found[_MIDDLE] >= _SHARP * found[0] else (1.0,)
+    return any(found[0] >= f * thresholds[0] and contrast * found[0] >= f * thresholds[1] for f in factors)
+
+
+def _status(freedoms: int, count: int, found: Reals, last: Task) -> RegistrationStatus:
+    """Return whether a supported pose is the only one."""
+    if freedoms:
+        return RegistrationStatus.FREE_MOTION
+    if count > 1:
+        return RegistrationStatus.SYMMETRIC
+    if len(found) > 1 and found[_MIDDLE] / found[0] < _DULL * own_sharpness(last):
+        return RegistrationStatus.UNCERTAIN
+    return RegistrationStatus.OK
+
+
+def _misfit(best: Refined, last: Task) -> tuple[float, float]:
+    """Return the residual of a pose, with bounded distances, and the covered part of the target."""
     far = np.concatenate([sums.distances[np.isfinite(sums.distances)] for sums in best.sums])
     residual = float(np.sqrt(np.mean(np.minimum(far, 3 * np.median(far)) ** 2))) if len(far) else np.inf
     back = pga3.move_point(pga3.motor_inverse(best.motor), last.target.points)
-    gate = last.reach.gate
-    coverage = float(np.isfinite(last.source.tree.query(back, distance_upper_bound=gate)[0]).mean())
-    return Found(
-        status, motors[order], scores[order], covariance, residual, coverage, contrast, free,
-        planes_of(last.parts[0].surface), gate,
-    )  # fmt: skip
+    coverage = np.isfinite(last.source.tree.query(back, distance_upper_bound=last.reach.gate)[0]).mean()
+    return residual, float(coverage)
 
 
 def inverted(found: Found, task: Task) -> Found:

@@ -20,7 +20,8 @@ from ..precision import ROUNDING
 _COMPILED = {"cache": True, "error_model": "numpy", "fastmath": {"reassoc", "contract", "nsz"}}
 """Sums may be reordered; infinities and NaNs are respected."""
 _INLINED = {**_COMPILED, "inline": "always"}
-"""For functions called for every element: passing an array, as seven numbers, would cost as much as a short loop."""
+"""For functions called for every element: passing an array, as seven numbers, would cost as much as a short loop.
+They call no function that is not inlined: that would cost 30 ns per element."""
 REORTHOGONALIZE = 0.5
 """Below this length a projected unit vector is projected again ("twice is enough", Kahan in Parlett 1980, §6.9)."""
 
@@ -64,32 +65,42 @@ def blade_defect(coefficients: Any, e: int, pivot: int, table: Any) -> float:
 
 
 @njit(**_INLINED)
+def _dot(one: Any, e: int, i: int, two: Any, f: int, h: int) -> float:
+    total = 0.0
+    for j in range(one.shape[2]):
+        total += one[e, i, j] * two[f, h, j]
+    return total
+
+
+@njit(**_INLINED)
+def _subtract(rows: Any, e: int, i: int, amount: float, others: Any, f: int, h: int) -> None:
+    for j in range(rows.shape[2]):
+        rows[e, i, j] -= amount * others[f, h, j]
+
+
+@njit(**_INLINED)
+def _project_out(rows: Any, f: int, i: int, basis: Any, e: int, k: int) -> None:
+    for h in range(k):
+        _subtract(rows, f, i, _dot(basis, e, h, rows, f, i), basis, e, h)
+
+
+@njit(**_INLINED)
 def orthonormalize(rows: Any, e: int, k: int) -> float:
     """Orthonormalize rows in place and return the ratio of the old to the new outer product."""
-    n = rows.shape[2]
     determinant = 1.0
     for i in range(k):
-        before = 0.0
-        for j in range(n):
-            before += rows[e, i, j] * rows[e, i, j]
+        before = _dot(rows, e, i, rows, e, i)
         length = before
         for attempt in range(2):
-            for h in range(i):
-                dot = 0.0
-                for j in range(n):
-                    dot += rows[e, h, j] * rows[e, i, j]
-                for j in range(n):
-                    rows[e, i, j] -= dot * rows[e, h, j]
-            length = 0.0
-            for j in range(n):
-                length += rows[e, i, j] * rows[e, i, j]
+            _project_out(rows, e, i, rows, e, i)
+            length = _dot(rows, e, i, rows, e, i)
             if attempt == 0 and length > REORTHOGONALIZE * REORTHOGONALIZE * before:
                 break
         length = np.sqrt(length)
         determinant *= length
         if length > 0.0:
             reciprocal = 1.0 / length
-            for j in range(n):
+            for j in range(rows.shape[2]):
                 rows[e, i, j] *= reciprocal
     return determinant
 
@@ -112,21 +123,22 @@ def factor_batch(
             error[e] = blade_defect(coefficients, e, pivot, relations)
 
 
-@njit(**_INLINED)
-def _project_out(rows: Any, f: int, i: int, basis: Any, e: int, k: int) -> None:
-    n = rows.shape[2]
-    for h in range(k):
-        dot = 0.0
-        for j in range(n):
-            dot += basis[e, h, j] * rows[f, i, j]
-        for j in range(n):
-            rows[f, i, j] -= dot * basis[e, h, j]
-
-
 @njit(**_COMPILED)
 def _swap(rows: Any, i: int, h: int) -> None:
     for j in range(rows.shape[2]):
         rows[0, i, j], rows[0, h, j] = rows[0, h, j], rows[0, i, j]
+
+
+@njit(**_INLINED)
+def _longest(work: Any, first: int) -> tuple[int, float, float]:
+    """Return which row from `first` on is the longest, its squared length, and the sum of all squared lengths."""
+    longest, at, total = -1.0, first, 0.0
+    for i in range(first, work.shape[1]):
+        square = _dot(work, 0, i, work, 0, i)
+        total += square
+        if square > longest:
+            longest, at = square, i
+    return at, longest, total
 
 
 @njit(**_COMPILED)
@@ -141,11 +153,8 @@ def _jacobi(work: Any, other: Any, b: int) -> float:
         rotated = False
         for i in range(b):
             for h in range(i + 1, b):
-                alpha, beta, gamma = 0.0, 0.0, 0.0
-                for j in range(n):
-                    alpha += work[0, i, j] * work[0, i, j]
-                    beta += work[0, h, j] * work[0, h, j]
-                    gamma += work[0, i, j] * work[0, h, j]
+                alpha, beta = _dot(work, 0, i, work, 0, i), _dot(work, 0, h, work, 0, h)
+                gamma = _dot(work, 0, i, work, 0, h)
                 if abs(gamma) <= 1e-15 * np.sqrt(alpha * beta) or abs(gamma) < 1e-300:
                     continue
                 rotated = True
@@ -162,13 +171,7 @@ def _jacobi(work: Any, other: Any, b: int) -> float:
             break
     determinant = 1.0
     for i in range(b):
-        longest, at = -1.0, i
-        for h in range(i, b):
-            length = 0.0
-            for j in range(n):
-                length += work[0, h, j] * work[0, h, j]
-            if length > longest:
-                longest, at = length, h
+        at = _longest(work, i)[0]
         if at != i:
             _swap(work, i, at)
             _swap(other, i, at)
@@ -176,22 +179,76 @@ def _jacobi(work: Any, other: Any, b: int) -> float:
     return determinant
 
 
-@njit(**_INLINED)
-def _length(rows: Any, e: int, i: int) -> float:
-    total = 0.0
-    for j in range(rows.shape[2]):
-        total += rows[e, i, j] * rows[e, i, j]
-    return np.sqrt(total)  # type: ignore[no-any-return]
-
-
 @njit(**_COMPILED)
 def _reorthogonalize(added: Any, e: int, s: int, one: Any, a: int) -> None:
     """Make a unit row orthogonal to `one` and to the rows above it once more."""
     _project_out(added, e, s, one, e, a)
     _project_out(added, e, s, added, e, s)
-    length = _length(added, e, s)
+    length = np.sqrt(_dot(added, e, s, added, e, s))
     for j in range(added.shape[2]):
         added[e, s, j] /= length
+
+
+@njit(**_INLINED)
+def _copy_rest(work: Any, mixed: Any, two: Any, one: Any, e: int) -> None:
+    """Copy the rows of `two` to both arrays, and project `one` out of those of `work`."""
+    for i in range(two.shape[1]):
+        for j in range(two.shape[2]):
+            work[0, i, j] = two[e, i, j]
+            mixed[0, i, j] = two[e, i, j]
+        _project_out(work, 0, i, one, e, one.shape[1])
+
+
+@njit(**_INLINED)
+def _eliminate(work: Any, r: Any, added: Any, e: int, s: int) -> None:
+    """Project row `s` of an orthonormal basis out of the rows below."""
+    for i in range(s + 1, work.shape[1]):
+        r[s, i] = dot = _dot(added, e, s, work, 0, i)
+        _subtract(work, 0, i, dot, added, e, s)
+
+
+@njit(**_INLINED)
+def _solve_meet(mixed: Any, r: Any, rank: int, met: Any, e: int) -> None:
+    """Compute the vectors of `two` in `one`, ``mixed[rank:] - X mixed[:rank]`` with ``R11 X = R12``, by columns."""
+    b = mixed.shape[1]
+    for i in range(rank, b):
+        for j in range(mixed.shape[2]):
+            met[e, i - rank, j] = mixed[0, i, j]
+        for s in range(rank - 1, -1, -1):
+            x = r[s, i]
+            for h in range(s + 1, rank):
+                x -= r[s, h] * r[h, b]
+            r[s, b] = x = x / r[s, s]
+            _subtract(met, e, i - rank, x, mixed, 0, s)
+
+
+@njit(**_COMPILED)
+def _rotated(work: Any, mixed: Any, one: Any, tolerance: float, added: Any, met: Any, e: int) -> tuple[int, float]:
+    """Compute the rows of an element by Jacobi rotations; return the rank and the factor but for its last sign."""
+    b, n = work.shape[1], work.shape[2]
+    for i in range(b):
+        _project_out(work, 0, i, one, e, one.shape[1])
+    factor, rank = _jacobi(work, mixed, b), 0
+    for s in range(b):
+        length = np.sqrt(_dot(work, 0, s, work, 0, s))
+        if length <= tolerance:
+            break
+        for j in range(n):
+            added[e, s, j] = work[0, s, j] / length
+        _reorthogonalize(added, e, s, one, one.shape[1])
+        factor *= length
+        rank += 1
+    for i in range(rank, b):
+        for j in range(n):
+            met[e, i - rank, j] = mixed[0, i, j]
+    return rank, factor
+
+
+@njit(**_INLINED)
+def _clear(rows: Any, e: int, first: int) -> None:
+    for i in range(first, rows.shape[1]):
+        for j in range(rows.shape[2]):
+            rows[e, i, j] = 0.0
 
 
 @njit(**_COMPILED)
@@ -207,27 +264,14 @@ def join_batch(one: Any, two: Any, tolerance: float, ranks: Any, factors: Any, a
     product of `added`, then ``join = one ^ c`` and ``two = meet ^ c``, up to components in `one`. `met` receives the
     rows of the meet.
     """
-    a, n = one.shape[1], one.shape[2]
-    b = two.shape[1]
+    b, n = two.shape[1], two.shape[2]
     work, mixed, r = np.empty((1, b, n)), np.empty((1, b, n)), np.zeros((b + 1, b + 1))
     for e in range(len(one)):
-        for i in range(b):
-            for j in range(n):
-                work[0, i, j] = two[e, i, j]
-                mixed[0, i, j] = two[e, i, j]
-            _project_out(work, 0, i, one, e, a)
-        factor, rank, left, power = 1.0, 0, 0.0, 1.0
+        _copy_rest(work, mixed, two, one, e)
+        rank, factor, left = 0, 1.0, 0.0
         for s in range(b):
-            longest, at, left = -1.0, s, 0.0
-            for i in range(s, b):
-                length = 0.0
-                for j in range(n):
-                    length += work[0, i, j] * work[0, i, j]
-                left += length
-                if length > longest:
-                    longest, at = length, i
-            left = np.sqrt(left)
-            if longest <= tolerance * tolerance:
+            at, square, left = _longest(work, s)
+            if square <= tolerance * tolerance:
                 break
             if at != s:
                 _swap(work, s, at)
@@ -235,67 +279,25 @@ def join_batch(one: Any, two: Any, tolerance: float, ranks: Any, factors: Any, a
                 for h in range(s):
                     r[h, s], r[h, at] = r[h, at], r[h, s]
                 factor = -factor
-            longest = np.sqrt(longest)
-            reciprocal = 1.0 / longest
+            r[s, s] = length = np.sqrt(square)
+            reciprocal = 1.0 / length
             for j in range(n):
                 added[e, s, j] = work[0, s, j] * reciprocal
-            if longest < REORTHOGONALIZE:
-                _reorthogonalize(added, e, s, one, a)
-            r[s, s] = longest
-            for i in range(s + 1, b):
-                dot = 0.0
-                for j in range(n):
-                    dot += added[e, s, j] * work[0, i, j]
-                r[s, i] = dot
-                for j in range(n):
-                    work[0, i, j] -= dot * added[e, s, j]
-            rank += 1
-            power *= 4.0
-            left = 0.0
-        least = r[rank - 1, rank - 1] * 3.0 / np.sqrt(power + 6.0 * rank - 1.0) if rank else 2.0
-        if least > tolerance and left <= min(tolerance, ROUNDING):
+            if length < REORTHOGONALIZE:
+                _reorthogonalize(added, e, s, one, one.shape[1])
+            _eliminate(work, r, added, e, s)
+            rank, left = s + 1, 0.0
+        least = r[rank - 1, rank - 1] * 3.0 / np.sqrt(4.0**rank + 6.0 * rank - 1.0) if rank else 2.0
+        if least > tolerance and np.sqrt(left) <= min(tolerance, ROUNDING):
             for s in range(rank):
                 factor *= r[s, s]
-            # vectors of `two` that lie in `one`: mixed[rank:] - X mixed[:rank] with R11 X = R12, column by column
-            for i in range(rank, b):
-                for j in range(n):
-                    met[e, i - rank, j] = mixed[0, i, j]
-                for s in range(rank - 1, -1, -1):
-                    x = r[s, i]
-                    for h in range(s + 1, rank):
-                        x -= r[s, h] * r[h, b]
-                    x /= r[s, s]
-                    r[s, b] = x
-                    for j in range(n):
-                        met[e, i - rank, j] -= x * mixed[0, s, j]
+            _solve_meet(mixed, r, rank, met, e)
             factor *= orthonormalize(met, e, b - rank)
         else:
-            for i in range(b):
-                for j in range(n):
-                    work[0, i, j] = two[e, i, j]
-                    mixed[0, i, j] = two[e, i, j]
-                for _ in range(2):
-                    _project_out(work, 0, i, one, e, a)
-            factor = _jacobi(work, mixed, b)
-            rank = 0
-            for s in range(b):
-                length = _length(work, 0, s)
-                if length <= tolerance:
-                    break
-                for j in range(n):
-                    added[e, s, j] = work[0, s, j] / length
-                _reorthogonalize(added, e, s, one, a)
-                factor *= length
-                rank += 1
-            for i in range(rank, b):
-                for j in range(n):
-                    met[e, i - rank, j] = mixed[0, i, j]
+            _copy_rest(work, mixed, two, one, e)
+            rank, factor = _rotated(work, mixed, one, tolerance, added, met, e)
         if rank * (b - rank) & 1:
             factor = -factor
-        for i in range(rank, b):
-            for j in range(n):
-                added[e, i, j] = 0.0
-        for i in range(b - rank, met.shape[1]):
-            for j in range(n):
-                met[e, i, j] = 0.0
+        _clear(added, e, rank)
+        _clear(met, e, b - rank)
         ranks[e], factors[e] = rank, factor

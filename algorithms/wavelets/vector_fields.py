@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from itertools import product as every
 from typing import Any, NamedTuple
 
@@ -33,6 +32,9 @@ _INITIAL = 12
 _SMALL = 1e-4
 """Angle in radians for finite differences with respect to the rotation."""
 _WORDS = ("values", "whole")
+
+Rotation = Callable[[Reals], Reals]
+"""Function that rotates the template by a rotor."""
 
 
 class Match(NamedTuple):
@@ -189,50 +191,79 @@ def match_template(
     values, mask = (in_range(each, tuple(range(each.ndim)))[0] for each in (values, mask))
     mask = mask.astype(values.dtype)
     window = _ball(mask.shape[:-1]) if turned == "whole" else np.ones(mask.shape[:-1])
-    rotors = _initial_rotors(dimension, turned)
     rotated = _rotation_of(mask, turned, window)
-    improved = partial(_by_correlation if turned == "values" else _by_least_squares, rotated)
-    energy = clifford_correlate(
-        (values**2).sum(-1, keepdims=True), window[..., None], lambda a, b: a * b, "valid", workers=workers
-    )[..., 0]
-    # In empty regions, rounding errors would agree with anything.
-    floor = np.finfo(values.dtype).eps * energy.max() + np.finfo(values.dtype).tiny
-    scores = np.empty((len(rotors), *energy.shape))
-    for k, rotor in enumerate(rotors):
-        piece = rotated(rotor)
-        size = float((piece**2).sum())
-        if size == 0:
-            raise ValueError("template: all vectors are 0; expected some that are not")
-        found = clifford_correlate(values, piece, _PRODUCTS[dimension], "valid", workers=workers)
-        # The magnitude of the product does not depend on a rotation of values; the bivector part gives the angle.
-        agreement = np.sqrt((found**2).sum(-1)) if turned == "values" else found[..., 0]
-        scores[k] = agreement / np.sqrt(size * np.maximum(energy, floor))
+    search = _Search(values, window, rotated, _by_correlation if turned == "values" else _by_least_squares)
+    rotors = _initial_rotors(dimension, turned)
+    scores = search.scores(rotors, turned, workers)
+    half = [n // 2 for n in window.shape]
     matches: list[Match] = []
     while len(matches) < count and np.isfinite(scores.max()):
-        middle = np.unravel_index(scores.max(0).argmax(), energy.shape)
-        half = [n // 2 for n in mask.shape[:-1]]
+        middle = np.unravel_index(scores.max(0).argmax(), scores.shape[1:])
         near = tuple(slice(max(int(k) - n, 0), int(k) + n + 1) for k, n in zip(middle, half, strict=True))
+        around = scores[(slice(None), *near)]
+        best = np.argsort(around.reshape(len(rotors), -1).max(1))[: -_CANDIDATES - 1 : -1]
         candidates = []
-        for which in np.argsort(scores[(slice(None), *near)].reshape(len(rotors), -1).max(1))[: -_CANDIDATES - 1 : -1]:
-            around = scores[(which, *near)]
-            offset = np.unravel_index(around.argmax(), around.shape)
+        for which in best:
+            offset = np.unravel_index(around[which].argmax(), around.shape[1:])
             corner = [int(k) + piece.start for k, piece in zip(offset, near, strict=True)]
-            rotor = rotors[which]
-            for _ in range(_MOVES):
-                there = _window(values, corner, window)
-                rotor = improved(there, rotor, _FIRST_STEPS)
-                moved = _moved(values, corner, rotated(rotor), window)
-                if moved == corner:
-                    break
-                corner = moved
-            there = _window(values, corner, window)
-            candidates.append((_cosine(there, rotated(rotor)), corner, there, rotor))
-        _, corner, there, rotor = max(candidates, key=lambda each: each[0])
-        rotor = improved(there, rotor, _STEPS)
+            candidates.append(search.refined(corner, rotors[which]))
+        _, corner, rotor = max(candidates, key=lambda each: each[0])
+        rotor = search.improved(corner, rotor, _STEPS)
         place = tuple(k + n for k, n in zip(corner, half, strict=True))
-        matches.append(Match(place, rotor, _cosine(there, rotated(rotor))))
-        scores[(slice(None), *near)] = -np.inf
+        matches.append(Match(place, rotor, search.similarity(corner, rotor)))
+        around[:] = -np.inf
     return matches
+
+
+class _Search(NamedTuple):
+    """A field, the pixels of a template that are used, its rotation, and a method that improves rotors."""
+
+    values: Reals
+    window: Reals
+    rotated: Rotation
+    improve: Callable[[Rotation, Reals, Reals, int], Reals]
+
+    def scores(self, rotors: Reals, turned: str, workers: int | None) -> Reals:
+        """Return the agreement of the field with the template in each rotation at each position."""
+        energy = clifford_correlate(
+            (self.values**2).sum(-1, keepdims=True),
+            self.window[..., None],
+            lambda a, b: a * b,
+            "valid",
+            workers=workers,
+        )[..., 0]
+        # In empty regions, rounding errors would agree with anything.
+        kind = np.finfo(self.values.dtype)
+        energy = np.maximum(energy, kind.eps * energy.max() + kind.tiny)
+        scores = np.empty((len(rotors), *energy.shape))
+        for k, rotor in enumerate(rotors):
+            piece = self.rotated(rotor)
+            size = float((piece**2).sum())
+            if size == 0:
+                raise ValueError("template: all vectors are 0; expected some that are not")
+            found = clifford_correlate(self.values, piece, _PRODUCTS[self.window.ndim], "valid", workers=workers)
+            # The magnitude of the product does not depend on a rotation of values; the bivector part gives the angle.
+            agreement = np.sqrt((found**2).sum(-1)) if turned == "values" else found[..., 0]
+            scores[k] = agreement / np.sqrt(size * energy)
+        return scores
+
+    def improved(self, corner: list[int], rotor: Reals, steps: int) -> Reals:
+        """Return a rotor for the template at a corner after some steps."""
+        return self.improve(self.rotated, _window(self.values, corner, self.window), rotor, steps)
+
+    def similarity(self, corner: list[int], rotor: Reals) -> float:
+        """Return the cosine between the field and the rotated template at a corner."""
+        return _cosine(_window(self.values, corner, self.window), self.rotated(rotor))
+
+    def refined(self, corner: list[int], rotor: Reals) -> tuple[float, list[int], Reals]:
+        """Return similarity, corner and rotor after a few steps, in which the corner may move to neighbours."""
+        for _ in range(_MOVES):
+            rotor = self.improved(corner, rotor, _FIRST_STEPS)
+            moved = _moved(self.values, corner, self.rotated(rotor), self.window)
+            if moved == corner:
+                break
+            corner = moved
+        return self.similarity(corner, rotor), corner, rotor
 
 
 def _window(values: Reals, corner: list[int], window: Reals) -> Reals:
@@ -252,10 +283,6 @@ def _moved(values: Reals, corner: list[int], piece: Reals, window: Reals) -> lis
 def _cosine(a: Reals, b: Reals) -> float:
     sizes = float(np.sqrt((a**2).sum() * (b**2).sum()))
     return float((a * b).sum()) / sizes if sizes else 0.0
-
-
-Rotation = Callable[[Reals], Reals]
-"""Function that rotates the template by a rotor."""
 
 
 def _by_correlation(rotated: Rotation, there: Reals, rotor: Reals, steps: int) -> Reals:

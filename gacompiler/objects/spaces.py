@@ -68,12 +68,8 @@ class Space(Immutable, Generic[M]):
         def __init__(self, algebra: Algebra | int, q: int = 0, r: int = 0) -> None:
             self.algebra = Algebra(algebra, q, r) if isinstance(algebra, int) else algebra
             if not isinstance(self.algebra, Algebra):
-                raise AlgebraError(
-                    "Space()",
-                    f"{algebra!r}",
-                    "an algebra, or the numbers of squares 1, -1 and 0",
-                    "as in Space(3, 0, 1)",
-                )
+                expected = "an algebra, or the numbers of squares 1, -1 and 0"
+                raise AlgebraError("Space()", f"{algebra!r}", expected, "as in Space(3, 0, 1)")
             if self.algebra.has_symbolic_metric:
                 raise AlgebraError(
                     "Space()", f"{self.algebra.name}, whose metric has symbols", "an algebra with numbers as metric",

@@ -165,6 +165,72 @@ def _across(information, radial, axis):
     return rr, ra, aa
 
 
+def _cylindric(point, line, information):
+    """Return radius and height of a point about a line, the information of these, and the unit vectors along them."""
+    x, d, m = place_of(point), direction_of(line), moment_of(line)
+    # The point of the line next to the origin is d x m.
+    arm = tuple(a - b for a, b in zip(x, cross(d, m), strict=True))
+    height = dot(d, arm)
+    out = tuple(a - height * b for a, b in zip(arm, d, strict=True))
+    radius = ga.sqrt(dot(out, out) + NEVER_ZERO)
+    radial = tuple(a / radius for a in out)
+    return (radius, height), _across(information, radial, d), tuple(radial), tuple(d)
+
+
+def _rows(point, place, radial, axis):
+    """Return the derivatives of the radius and the height by the twist of the line, and the values."""
+    x = place_of(point)
+    # If the line moves by a twist, the radius and the height change as if the point moved by the inverse. Heights are
+    # from the point of the line next to the origin, which moves along the line too: that part is the same for all
+    # points of a circle, and is absorbed by its height.
+    found = []
+    for gradient, value in zip((radial, axis), place, strict=True):
+        turn = cross(x, gradient)
+        found.append((-turn[2], turn[1], -turn[0], *(-g for g in gradient), value))
+    return tuple(tuple(row) for row in found)
+
+
+def _times(weight, radial, axial):
+    """Return the products of a matrix of two rows, (rr, ra) and (ra, aa), with a pair of rows."""
+    rr, ra, aa = weight
+    pairs = list(zip(radial, axial, strict=True))
+    return tuple(rr * a + ra * b for a, b in pairs), tuple(ra * a + aa * b for a, b in pairs)
+
+
+def _weighed(row, weight):
+    first, second = _times(weight, *row)
+    return (*weight, *first, *second)
+
+
+def _centre(values):
+    """Return the weighted mean of the rows of a circle from sums of `_weighed`."""
+    rr, ra, aa, *rest = values
+    pairs = list(zip(rest[:7], rest[7:], strict=True))
+    determinant = rr * aa - ra * ra + NEVER_ZERO
+    return (
+        tuple((aa * a - ra * b) / determinant for a, b in pairs),
+        tuple((rr * b - ra * a) / determinant for a, b in pairs),
+    )
+
+
+def _products(row, weight, mean):
+    """Return the lower triangle of the normal equations of a point."""
+    radial, axial = (tuple(a - b for a, b in zip(*both, strict=True)) for both in zip(row, mean, strict=True))
+    first, second = _times(weight, radial, axial)
+    return tuple(radial[i] * first[j] + axial[i] * second[j] for i in range(7) for j in range(i + 1))
+
+
+def _sizes(row, weight):
+    """Return the sums of squares from which means are not subtracted: for turns, translations, and values."""
+    rr, _, aa = weight
+    squares = [rr * a * a + aa * b * b for a, b in zip(*row, strict=True)]
+    return sum(squares[:3]), sum(squares[3:6]), squares[6]
+
+
+def _square(triangle):
+    return [[triangle[max(i, j) * (max(i, j) + 1) // 2 + min(i, j)] for j in range(7)] for i in range(7)]
+
+
 @kernel(
     points=POINTS, information=INFORMATION, circle=CIRCLE, lines=array(LINE, "k"), start=MOTOR, free=array(SCALAR, 6),
     least_change=SCALAR, rounding=SCALAR, damping=SCALAR,
@@ -211,83 +277,16 @@ def refined_axes(points, information, circle, lines, start, free, least_change, 
         Whether the iteration converged.
     """
 
-    def measured(motor):
-        moved = each(lambda line: ga.sandwich(motor, line), lines)
-
-        def cylindric(point, line, own):
-            x, d, m = place_of(point), direction_of(line), moment_of(line)
-            # The point of the line next to the origin is d x m.
-            arm = tuple(a - b for a, b in zip(x, cross(d, m), strict=True))
-            height = dot(d, arm)
-            out = tuple(a - height * b for a, b in zip(arm, d, strict=True))
-            radius = ga.sqrt(dot(out, out) + NEVER_ZERO)
-            radial = tuple(a / radius for a in out)
-            return (radius, height), _across(own, radial, d), tuple(radial), tuple(d)
-
-        return moved, each(cylindric, points, gather(moved, circle), information)
-
     def sums(motor):
-        _, (places, weights, radials, axes) = measured(motor)
-
-        def rows(point, place, radial, axis):
-            """Return the derivatives of the radius and the height by the twist of the line, and the values."""
-            x = place_of(point)
-            # If the line moves by a twist, the radius and the height change as if the point moved by the inverse.
-            # Heights are from the point of the line next to the origin, which moves along the line too: that part is
-            # the same for all points of a circle, and is absorbed by its height.
-            found = []
-            for gradient, value in zip((radial, axis), place, strict=True):
-                turn = cross(x, gradient)
-                found.append((-turn[2], turn[1], -turn[0], *(-g for g in gradient), value))
-            return tuple(tuple(row) for row in found)
-
-        table = each(rows, points, places, radials, axes)
-
-        def weighed(row, weight):
-            radial, axial = row
-            rr, ra, aa = weight
-            first = tuple(rr * a + ra * b for a, b in zip(radial, axial, strict=True))
-            second = tuple(ra * a + aa * b for a, b in zip(radial, axial, strict=True))
-            return (rr, ra, aa, *first, *second)
-
-        each_row = each(weighed, table, weights)
-        by_circle = scatter(each_row, circle, lines)
-
-        def centre(values):
-            rr, ra, aa, *rest = values
-            first, second = rest[:7], rest[7:]
-            determinant = rr * aa - ra * ra + NEVER_ZERO
-            return (
-                tuple((aa * a - ra * b) / determinant for a, b in zip(first, second, strict=True)),
-                tuple((rr * b - ra * a) / determinant for a, b in zip(first, second, strict=True)),
-            )
-
-        means = each(centre, by_circle)
-
-        def products(row, weight, mean):
-            rr, ra, aa = weight
-            radial, axial = (
-                tuple(a - b for a, b in zip(part, middle, strict=True)) for part, middle in zip(row, mean, strict=True)
-            )
-            first = tuple(rr * a + ra * b for a, b in zip(radial, axial, strict=True))
-            second = tuple(ra * a + aa * b for a, b in zip(radial, axial, strict=True))
-            return tuple(radial[i] * first[j] + axial[i] * second[j] for i in range(7) for j in range(i + 1))
-
-        def sizes(row, weight):
-            radial, axial = row
-            rr, _, aa = weight
-            squares = [rr * a * a + aa * b * b for a, b in zip(radial, axial, strict=True)]
-            return sum(squares[:3]), sum(squares[3:6]), squares[6]
-
-        return total(products, table, weights, gather(means, circle)), total(sizes, table, weights), means
-
-    def square(triangle):
-        entries = {(i, j): triangle[i * (i + 1) // 2 + j] for i in range(7) for j in range(i + 1)}
-        return [[entries[max(i, j), min(i, j)] for j in range(7)] for i in range(7)]
+        moved = each(lambda line: ga.sandwich(motor, line), lines)
+        places, weights, radials, axes = each(_cylindric, points, gather(moved, circle), information)
+        table = each(_rows, points, places, radials, axes)
+        means = each(_centre, scatter(each(_weighed, table, weights), circle, lines))
+        triangle = total(_products, table, weights, gather(means, circle))
+        return _square(triangle), total(_sizes, table, weights), means
 
     def step(state):
-        triangle, sizes, _ = sums(state.motor)
-        whole = square(triangle)
+        whole, sizes, _ = sums(state.motor)
         # Rotations and translations have different units.
         table = [
             [
@@ -308,8 +307,7 @@ def refined_axes(points, information, circle, lines, start, free, least_change, 
     end, converged, _ = iterate(
         step, Fit(start, 0, 0, 0), lambda _, new: new.less <= least_change * new.cost + new.rounding, STEPS
     )
-    triangle, sizes, means = sums(end.motor)
-    whole = square(triangle)
+    whole, sizes, means = sums(end.motor)
     radii = each(lambda mean: mean[0][6], means)
     heights = each(lambda mean: mean[1][6], means)
     table = (*(tuple(row) for row in whole), (*sizes, 0, 0, 0, 0))

@@ -112,6 +112,11 @@ def _left(placed, kind, target, radius):
     return _chosen(kind, gap, turn, (radius - placed.away, 0, 0), look)
 
 
+def _numbers(one, kind, target, radius, row):
+    """Compute the three numbers of a task."""
+    return _times(row, _left(one, kind, target, radius))
+
+
 def _rate(axis, placed, kind):
     """Compute how fast the vector of a task decreases while a joint turns about an axis that moves the task's link."""
     turning, moment = (axis["e23"], -axis["e13"], axis["e12"]), (axis["e01"], axis["e02"], axis["e03"])
@@ -149,10 +154,64 @@ def distances_to_tasks(
     poses = _poses(q, parents, variables, ratios, offsets, places, screws, turns)
 
     def distance(pose, kind, point, direction, row, radius, target):
-        left = _times(row, _left(_placed(pose, point, direction, target), kind, target, radius))
+        left = _numbers(_placed(pose, point, direction, target), kind, target, radius, row)
         return sqrt(dot(left, left))
 
     return each(distance, gather(poses, links), kinds, points, directions, rows, radii, targets)
+
+
+def _inside(x, least, most):
+    return minimum(maximum(x, least), most)
+
+
+def _solved(matrix, right, damping):
+    """Solve equations whose diagonal is increased by the damping."""
+    own = row_numbers(right)
+    damped = each(
+        lambda row, i: each(lambda x, j: x + select(equal(i, j), damping, 0), row, own), matrix, own
+    )  # fmt: skip
+    return matrices.solve_positive(damped, right)[0]
+
+
+def _moved(old, damping, low, high):
+    """Return the variables after a damped step within the limits."""
+    wish = each(lambda x, dx: x + dx, old.q, _solved(old.equations.matrix, old.equations.right, damping))
+    bounded = each(_inside, wish, low, high)
+    # Variables that the step would move beyond a limit are moved to it, and the step of the others is repeated.
+    free = each(lambda x, b: select(equal(x, b), 1, 0), wish, bounded)
+    used = each(lambda b, x, f: (1 - f) * (b - x), bounded, old.q, free)
+    matrix = each(lambda row, f: each(lambda x, g: f * g * x, row, free), old.equations.matrix, free)
+    taken = matrices.times(old.equations.matrix, used)
+    right = each(lambda b, t, f: f * (b - t), old.equations.right, taken, free)
+    change = _solved(matrix, right, damping)
+    return each(
+        lambda b, x, dx, f, least, most: select(f > 0, _inside(x + dx, least, most), b),
+        bounded, old.q, change, free, low, high,
+    )  # fmt: skip
+
+
+def _judged(old, damping, trial, found, size, enough):
+    """Return the state after a step to a trial with the given equations, which is kept if it is better."""
+    before, error = old.equations.error, found.error
+    better = error < maximum(before, CLOSE * size)
+    slow = select(better, error > SETTLED * maximum(before, CLOSE * size), damping > CEILING * size * size)
+    ended = select(before > ROUNDING * size, slow, 2 * error > before)
+
+    def kept(a, b):
+        return each(lambda x, y: select(better, x, y), a, b)
+
+    return State(
+        kept(trial, old.q),
+        Equations(
+            each(kept, found.matrix, old.equations.matrix),
+            kept(found.right, old.equations.right),
+            select(better, error, before),
+        ),
+        old.damping * select(error < before, Fraction(1, 10), 10),
+        select(minimum(error, before) <= enough, 1, ended),
+        each(lambda a, b: select(error < old.least, a, b), trial, old.best),
+        minimum(error, old.least),
+    )
 
 
 @kernel(
@@ -175,11 +234,7 @@ def reach(
         poses = _poses(q, parents, variables, ratios, offsets, places, screws, turns)
         axes = gather(each(robots.to_parent, poses, screws), joints)
         placed = each(_placed, gather(poses, links), points, directions, targets)
-
-        def numbers(one, kind, target, radius, row):
-            return _times(row, _left(one, kind, target, radius))
-
-        left = each(numbers, placed, kinds, targets, radii, rows)
+        left = each(_numbers, placed, kinds, targets, radii, rows)
 
         def column(axis, shares):
             def entry(one, kind, row, share):
@@ -201,58 +256,12 @@ def reach(
         error = total(dot, left, left) + total(lambda pull, gap: pull * gap * gap, pulls, apart)
         return Equations(matrix, right, sqrt(error))
 
-    def inside(x, least, most):
-        return minimum(maximum(x, least), most)
-
-    def solved(matrix, right, damping):
-        own = row_numbers(right)
-        damped = each(
-            lambda row, i: each(lambda x, j: x + select(equal(i, j), damping, 0), row, own), matrix, own
-        )  # fmt: skip
-        return matrices.solve_positive(damped, right)[0]
-
-    def move(old, damping):
-        wish = each(lambda x, dx: x + dx, old.q, solved(old.equations.matrix, old.equations.right, damping))
-        bounded = each(inside, wish, low, high)
-        # Variables that the step would move beyond a limit are moved to it, and the step of the others is repeated.
-        free = each(lambda x, b: select(equal(x, b), 1, 0), wish, bounded)
-        used = each(lambda b, x, f: (1 - f) * (b - x), bounded, old.q, free)
-        matrix = each(lambda row, f: each(lambda x, g: f * g * x, row, free), old.equations.matrix, free)
-        taken = matrices.times(old.equations.matrix, used)
-        right = each(lambda b, t, f: f * (b - t), old.equations.right, taken, free)
-        change = solved(matrix, right, damping)
-        return each(
-            lambda b, x, dx, f, least, most: select(f > 0, inside(x + dx, least, most), b),
-            bounded, old.q, change, free, low, high,
-        )  # fmt: skip
-
     def step(old):
-        before = old.equations.error
-        damping = maximum(old.damping * before * before, FLOOR * size * size)
-        trial = move(old, damping)
-        found = equations(trial)
-        error = found.error
-        better = error < maximum(before, CLOSE * size)
-        slow = select(better, error > SETTLED * maximum(before, CLOSE * size), damping > CEILING * size * size)
-        ended = select(before > ROUNDING * size, slow, 2 * error > before)
+        damping = maximum(old.damping * old.equations.error * old.equations.error, FLOOR * size * size)
+        trial = _moved(old, damping, low, high)
+        return _judged(old, damping, trial, equations(trial), size, enough)
 
-        def kept(a, b):
-            return each(lambda x, y: select(better, x, y), a, b)
-
-        return State(
-            kept(trial, old.q),
-            Equations(
-                each(kept, found.matrix, old.equations.matrix),
-                kept(found.right, old.equations.right),
-                select(better, error, before),
-            ),
-            old.damping * select(error < before, Fraction(1, 10), 10),
-            select(minimum(error, before) <= enough, 1, ended),
-            each(lambda a, b: select(error < old.least, a, b), trial, old.best),
-            minimum(error, old.least),
-        )
-
-    start = each(inside, q, low, high)
+    start = each(_inside, q, low, high)
     begun = equations(start)
     found, _, _ = iterate(step, State(start, begun, START, 0, start, begun.error), lambda _, new: new.done > 0, at_most)
     return found.best, found.least

@@ -45,31 +45,15 @@ def inverse(
 
     `own` is the kernel of the robot's own module, if that has one.
     """
-    if method != "motors" and method not in GEOMETRIES:
-        expected = " or ".join(map(repr, ("motors", *GEOMETRIES)))
-        raise ValueError(f"{robot.name}: method {method!r}; expected {expected}")
-    if method != "motors" and elbow is not None:
-        raise ValueError(
-            f"{robot.name}: method {method!r} with elbow; expected method 'motors', or locked instead of elbow"
-        )
+    _check_method(robot, method, elbow)
     goals = unit_motors(poses, f"{robot.name}: poses")
     shape = goals.shape[:-1]
-    if locked and elbow is not None:
-        raise ValueError(f"{robot.name}: locked and elbow are both given; expected at most one of them")
-    values = {
-        joint: _per_pose(value, f"{robot.name}: locked[{joint}]", shape) for joint, value in (locked or {}).items()
-    }
-    for joint in values:
-        if isinstance(joint, bool) or not isinstance(joint, (int, np.integer)) or not 0 <= joint < len(robot.kinds):
-            raise ValueError(f"{robot.name}: locked: joint {joint!r}; expected 0 to {len(robot.kinds) - 1}")
-    if values and len(values) == len(robot.kinds):
-        raise ValueError(f"{robot.name}: locked: all joints; expected at least one free joint")
+    values = _locked_values(robot, locked or {}, elbow, shape)
     angles = None if elbow is None else _per_pose(elbow, f"{robot.name}: elbow", shape)
     wanted = None if near is None else _configurations(robot, near, shape)
-    given = list(values.values()) + ([] if angles is None else [angles])
     goals = goals.reshape(-1, 8)
     is_finite = np.asarray(np.isfinite(goals).all(-1))
-    for value in given:
+    for value in (*values.values(), *([] if angles is None else [angles])):
         is_finite &= np.isfinite(value)
     # Non-finite poses are replaced by the home pose here and marked as invalid at the end.
     poses = np.where(is_finite[:, None], goals, robot.tool)
@@ -87,18 +71,36 @@ def inverse(
         result = _in_closed_form(robot, chain, goals, arm, _Solver(solve, (known, *turns), form.name), wanted)
     lost = ~is_finite
     if np.count_nonzero(lost):
-        result.status[lost] = Status.NOT_FINITE
-        result.valid[lost] = result.within[lost] = False
-        result.q[lost] = result.nearest[lost] = np.nan
-    branches, n = result.q.shape[1:]
-    return Solutions(
-        result.q.reshape(*shape, branches, n),
-        result.valid.reshape(*shape, branches),
-        result.status.reshape(shape),
-        result.nearest.reshape(*shape, n),
-        result.method,
-        result.within.reshape(*shape, branches),
-    )
+        result.lose(lost)
+    return result.solutions(shape)
+
+
+def _check_method(robot: Model, method: str, elbow: ArrayLike | None) -> None:
+    if method == "motors":
+        return
+    if method not in GEOMETRIES:
+        expected = " or ".join(map(repr, ("motors", *GEOMETRIES)))
+        raise ValueError(f"{robot.name}: method {method!r}; expected {expected}")
+    if elbow is not None:
+        raise ValueError(
+            f"{robot.name}: method {method!r} with elbow; expected method 'motors', or locked instead of elbow"
+        )
+
+
+def _locked_values(
+    robot: Model, locked: Mapping[int, ArrayLike], elbow: ArrayLike | None, shape: tuple[int, ...]
+) -> dict[int, Reals]:
+    """Return the value of each locked joint for each pose, (N,)."""
+    if locked and elbow is not None:
+        raise ValueError(f"{robot.name}: locked and elbow are both given; expected at most one of them")
+    values = {joint: _per_pose(value, f"{robot.name}: locked[{joint}]", shape) for joint, value in locked.items()}
+    count = len(robot.kinds)
+    for joint in values:
+        if isinstance(joint, bool) or not isinstance(joint, (int, np.integer)) or not 0 <= joint < count:
+            raise ValueError(f"{robot.name}: locked: joint {joint!r}; expected 0 to {count - 1}")
+    if len(values) == count:
+        raise ValueError(f"{robot.name}: locked: all joints; expected at least one free joint")
+    return values
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,6 +113,24 @@ class _Result:
     nearest: Reals
     method: str
     within: NDArray[np.bool_]
+
+    def lose(self, lost: NDArray[np.bool_]) -> None:
+        """Mark goals that are not finite."""
+        self.status[lost] = Status.NOT_FINITE
+        self.valid[lost] = self.within[lost] = False
+        self.q[lost] = self.nearest[lost] = np.nan
+
+    def solutions(self, shape: tuple[int, ...]) -> Solutions:
+        """Return the result for poses of the given leading axes."""
+        branches, n = self.q.shape[1:]
+        return Solutions(
+            self.q.reshape(*shape, branches, n),
+            self.valid.reshape(*shape, branches),
+            self.status.reshape(shape),
+            self.nearest.reshape(*shape, n),
+            self.method,
+            self.within.reshape(*shape, branches),
+        )
 
 
 _FOUND = np.array([Status.FOUND, Status.SINGULAR], np.int8)

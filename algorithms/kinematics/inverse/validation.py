@@ -29,6 +29,9 @@ _STEPS, _FEW = 60, 8
 Solver = Callable[[Reals, slice], tuple[Reals, Reals] | Branches]
 """Returns branches and discriminants of a block of goals, and whether all branches are among them if that may fail."""
 
+_Errors = tuple[Reals, Reals, Reals, Reals]
+"""The goals and numbers of branches (K,), the branches (K, n), and their errors (K,)."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Found:
@@ -45,33 +48,23 @@ class Found:
 def checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> Found:
     """Validate the branches of a solver against the goals, and polish those with small errors."""
     found: Found | None = None
-    rough: list[tuple[Reals, Reals, Reals, Reals]] = []
-    free: list[tuple[Reals, Reals, Reals, Reals]] = []
+    rough: list[_Errors] = []
+    free: list[_Errors] = []
     for start in range(0, max(len(goals), 1), BLOCK):
         block = slice(start, start + BLOCK)
         q, gap, *complete = solve(goals[block], block)
         off = chain.distance(q, goals[block, None])
         if found is None:
-            shape = len(goals), *q.shape[1:]
-            found = Found(
-                np.empty(shape),
-                np.empty(shape[:2], bool),
-                np.empty(shape[:2]),
-                np.empty((shape[0], shape[2])),
-                method,
-                np.ones(shape[0], bool),
-            )
+            found = _empty((len(goals), *q.shape[1:]), method)
         # arctan2(-0.0, x) is -pi for negative x.
         q[q == -np.pi] = np.pi
         valid = off <= RIGHT
         near = (off > EXACT) & (off < ROUGH) & (gap > NO_ROOT)
-        if near.any():
-            rows, branches = np.nonzero(near)
-            rough.append((rows + start, branches, q[near], off[near]))
         loose = (off >= ROUGH) & (np.abs(gap) <= COINCIDE) & np.isfinite(off)
-        if loose.any():
-            rows, branches = np.nonzero(loose)
-            free.append((rows + start, branches, q[loose], off[loose]))
+        for which, errors in ((near, rough), (loose, free)):
+            if which.any():
+                rows, branches = np.nonzero(which)
+                errors.append((rows + start, branches, q[which], off[which]))
         # The first valid branch, or the one with the smallest error if no branch is valid.
         best = np.argmax(valid, axis=-1)
         lost = ~valid.any(-1)
@@ -88,23 +81,34 @@ def checked(chain: Chain, goals: Reals, solve: Solver, method: str) -> Found:
         _freed(chain, goals, found, *(np.concatenate(part) for part in zip(*free, strict=True)))
     missed = np.flatnonzero(~found.valid.any(-1))
     if len(missed):
-        begin = found.nearest[missed]
-        nowhere = ~np.isfinite(begin).all(-1)
-        if nowhere.any():
-            begin[nowhere] = search(chain, goals[missed[nowhere]], _FEW)[:, 0]
-        reached, _, distance = descend(chain, begin, goals[missed], _STEPS)
-        # Next to singularities, or if a joint rotates freely, the goal may be reachable from elsewhere.
-        lost = ((np.abs(found.gap[missed]) <= COINCIDE).any(-1) | (distance < _SINGULAR)) & (distance > RIGHT)
-        if lost.any():
-            reached[lost] = search(chain, goals[missed[lost]])[:, 0]
-        found.nearest[missed] = chain.wrapped(reached)
-        distance = chain.distance(reached, goals[missed])
-        right = missed[distance <= RIGHT]
-        found.complete[missed[(distance > RIGHT) & (distance < _SINGULAR)]] = False
-        found.q[right, 0], found.valid[right, 0] = found.nearest[right], True
-        # The equations had no solution although the pose is reachable: this happens at singularities.
-        found.gap[right, 0] = 0.0
+        _approached(chain, goals, found, missed)
     return found
+
+
+def _empty(shape: tuple[int, ...], method: str) -> Found:
+    """Return room for branches of the given shape, (N, B, n)."""
+    q, valid, gap = np.empty(shape), np.empty(shape[:2], bool), np.empty(shape[:2])
+    return Found(q, valid, gap, np.empty((shape[0], shape[2])), method, np.ones(shape[0], bool))
+
+
+def _approached(chain: Chain, goals: Reals, found: Found, missed: Reals) -> None:
+    """Insert the nearest configurations of goals without a valid branch, which may reach them after all."""
+    begin = found.nearest[missed]
+    nowhere = ~np.isfinite(begin).all(-1)
+    if nowhere.any():
+        begin[nowhere] = search(chain, goals[missed[nowhere]], _FEW)[:, 0]
+    reached, _, distance = descend(chain, begin, goals[missed], _STEPS)
+    # Next to singularities, or if a joint rotates freely, the goal may be reachable from elsewhere.
+    lost = ((np.abs(found.gap[missed]) <= COINCIDE).any(-1) | (distance < _SINGULAR)) & (distance > RIGHT)
+    if lost.any():
+        reached[lost] = search(chain, goals[missed[lost]])[:, 0]
+    found.nearest[missed] = chain.wrapped(reached)
+    distance = chain.distance(reached, goals[missed])
+    right = missed[distance <= RIGHT]
+    found.complete[missed[(distance > RIGHT) & (distance < _SINGULAR)]] = False
+    found.q[right, 0], found.valid[right, 0] = found.nearest[right], True
+    # The equations had no solution although the pose is reachable: this happens at singularities.
+    found.gap[right, 0] = 0.0
 
 
 def _polished(chain: Chain, goals: Reals, found: Found, rows: Reals, branches: Reals, q: Reals, off: Reals) -> None:
