@@ -74,9 +74,9 @@ def agreeing_items(
             break
     # Two poses, each of some of the items, may explain so much more that none is that of all of them. Items can be
     # divided in two parts in 2^n ways.
-    n, cost = int(inliers.sum()), float(squares(pose)[inliers].sum())
-    left = float(np.minimum(samples[order[0], inliers], samples[:, inliers]).sum(1).min())
-    by_two = cost - left, cost, freedom.parameters, 2 * (n - freedom.parameters), 0.0
-    if exceeds_noise(*by_two, max(WRONG / 2.0**n, TINY)):
+    n, by_one = int(inliers.sum()), float(squares(pose)[inliers].sum())
+    by_two = float(np.minimum(samples[order[0], inliers], samples[:, inliers]).sum(1).min())
+    among = 2 * (n - freedom.parameters)
+    if exceeds_noise(by_one - by_two, by_one, freedom.parameters, among, 0.0, max(WRONG / 2.0**n, TINY)):
         return None
     return inliers if by_chance(pose)[0] <= np.log(WRONG) else None

@@ -36,6 +36,8 @@ _PLANS = 32
 class BladeAlgebra(Protocol):
     """The interface of `Algebra` that products use."""
 
+    def __hash__(self) -> int: ...
+
     def blade_product(self, a: int, b: int) -> BladeTerms:
         """Return the geometric product of two basis blades."""
 
@@ -74,10 +76,13 @@ def product(algebra: BladeAlgebra, name: str, a: Terms, b: Terms) -> dict[int, C
     return {blade: result[blade] for blade in sorted(result) if not is_zero(result[blade])}
 
 
+Chosen = Callable[[Sequence[int]], tuple[int, ...]]
+"""Returns the coefficients at certain places of a list."""
+Plan = tuple[tuple[int, Chosen, Chosen], ...]
+
+
 @lru_cache(_PLANS)
-def _plan(
-    algebra: BladeAlgebra, name: str, lefts: tuple[int, ...], rights: tuple[int, ...]
-) -> tuple[tuple[int, itemgetter[int], itemgetter[int]], ...] | None:
+def _plan(algebra: BladeAlgebra, name: str, lefts: tuple[int, ...], rights: tuple[int, ...]) -> Plan | None:
     """Return the places of both factors of the terms of each blade, or None if terms have factors other than 1 and -1.
 
     The places in the right operand are those in a list of its coefficients, of these with the other sign, and of zero.
@@ -98,9 +103,7 @@ def _plan(
     return tuple((blade, itemgetter(*first), itemgetter(*second)) for blade, (first, second) in sorted(places.items()))
 
 
-def _sums(
-    plan: tuple[tuple[int, itemgetter[int], itemgetter[int]], ...], a: Sequence[int], b: Sequence[int]
-) -> dict[int, Coefficient]:
+def _sums(plan: Plan, a: Sequence[int], b: Sequence[int]) -> dict[int, Coefficient]:
     signed = [*b, *(-value for value in b), 0]
     sums = ((blade, sum(map(mul, first(a), second(signed)))) for blade, first, second in plan)
     return {blade: value for blade, value in sums if value}
