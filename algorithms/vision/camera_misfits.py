@@ -57,7 +57,7 @@ def camera_misfits(pose: Reals, k: Reals, places: Reals, image: Reals) -> tuple[
     squares, products = np.asarray(offsets).tolist()
     n = 2 * -(-len(places) // every)
     is_exact = squares <= n * (NEGLIGIBLE * k[0, 0]) ** 2
-    return np.asarray(sums), np.asarray(explained), Offsets(squares, 0.0 if is_exact else products, n)
+    return np.asarray(sums), np.asarray(explained)[1:], Offsets(squares, 0.0 if is_exact else products, n)
 
 
 def doubt_of(sums: Reals, explained: Reals | None, offsets: Offsets, n: int, noise: Noise) -> Doubt:

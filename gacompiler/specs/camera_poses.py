@@ -295,7 +295,7 @@ def _with_camera(rotation, shift, k, place, pixel):
 
 @kernel(
     pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS,
-    returns=(array(SCALAR, 15, 15), array(SCALAR, 3)),
+    returns=(array(SCALAR, 15, 15), array(SCALAR, 4)),
 )  # fmt: skip
 def pose_misfits(pose, k, places, pixels):
     """Compute what further parameters of a camera say of the distances of pixels in the pose of least squares.
@@ -307,7 +307,8 @@ def pose_misfits(pose, k, places, pixels):
         the camera: the focal length, the ratio of its two numbers, the centre, the skew, a radial term of distortion
         and two tangential ones, all in focal lengths. The last has the distances of pixels from the images.
     explained
-        The sum of squares of distances, what the eight explain of it, and the most that one of them explains.
+        The sum of squares of distances, the part of it across the derivatives by the pose, and what the eight and the
+        best one of them explain of that part.
     """
     rotation, shift = _parts(pose)
 
@@ -331,7 +332,7 @@ def pose_misfits(pose, k, places, pixels):
     most = 0
     for i, slope in enumerate(side):
         most = maximum(most, select(rest[i][i] > HELD, slope * slope / maximum(rest[i][i], HELD), 0))
-    return tuple(tuple(row) for row in sums), (rest[8][8], dot(found, side), most)
+    return tuple(tuple(row) for row in sums), (sums[14][14], rest[8][8], dot(found, side), most)
 
 
 @kernel(pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, returns=array(SCALAR, 2))

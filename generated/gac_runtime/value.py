@@ -98,7 +98,7 @@ class Value(OfModule, _Value[Kind]):
 
     __slots__ = ()
     shape = ()
-    kind: Any = property(type)
+    kind: Any = property(type, doc="The type of single values.")
     if TYPE_CHECKING:
 
         @property
