@@ -21,7 +21,6 @@ from .status import WRONG
 _SUSPECTED = 0.05
 """From a probability: a term that noise shows in a twentieth of the data makes bounds larger; it is no contradiction.
 """
-_LIMIT = -float(scipy.special.ndtri(WRONG))
 UNKNOWN = Noise(0.0, 0.0)
 """Noise of which nothing is known but what residuals say."""
 
@@ -202,5 +201,5 @@ def coherence(squares: float, products: float, n: int, both: int) -> float:
     share : float
         At most 1.
     """
-    limit = _LIMIT * sqrt(n + both)
+    limit = -float(scipy.special.ndtri(WRONG)) * sqrt(n + both)
     return min(products / squares, 1.0) if n >= ENOUGH and n * products > limit * squares > 0 else 0.0

@@ -7,7 +7,7 @@ weight is a variance that the caller states. Mean squares then have Fisher's dis
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import product
 
 import numpy as np
@@ -30,7 +30,6 @@ _TAILS = 4.0 ** np.arange(4)[:, None]
 """A limit on work: tails that are tried, in relation to the median of squares."""
 _EXPONENTS = np.geomspace(0.51, 200.0, 200)
 """A limit on work: half of one more than the degrees of freedom of Student's distribution that are tried."""
-_LOGARITHMS = scipy.special.gammaln(_EXPONENTS) - scipy.special.gammaln(_EXPONENTS - 0.5) - np.log(np.pi) / 2
 
 
 def deviation_of_most(offsets: Reals) -> float:
@@ -57,9 +56,15 @@ def tail_of(squares: Reals) -> float:
         return np.inf
     tails = _TAILS * middle
     logarithms = np.log1p(squares / tails).mean(1, keepdims=True)
-    likelihoods = (_LOGARITHMS - _EXPONENTS * logarithms).max(1, keepdims=True) - np.log(tails) / 2
+    likelihoods = (_factors() - _EXPONENTS * logarithms).max(1, keepdims=True) - np.log(tails) / 2
     k = int(likelihoods.argmax())
     return float(tails[k, 0]) if likelihoods[k, 0] > -np.log(2 * np.pi * np.e * mean) / 2 else np.inf
+
+
+@cache
+def _factors() -> Reals:
+    """Return the logarithms of the factors that normalise Student's distributions with these exponents."""
+    return np.asarray(scipy.special.gammaln(_EXPONENTS) - scipy.special.gammaln(_EXPONENTS - 0.5) - np.log(np.pi) / 2)
 
 
 @lru_cache(maxsize=1000)
