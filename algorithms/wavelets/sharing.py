@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from operator import index
@@ -34,7 +35,8 @@ def steps(progress: Progress | None, total: int) -> Callable[[], None]:
 def n_threads(workers: int | None) -> int:
     """Return the number of threads for `workers`, as in `scipy.fft`: negative values count from the processors."""
     if workers is None:
-        return int(scipy.fft.get_workers())
+        # Only a program that imported it can have changed its number of threads.
+        return int(scipy.fft.get_workers()) if "scipy.fft" in sys.modules else 1
     processors = os.cpu_count() or 1
     number = index(workers)
     if number == 0 or number < -processors:
