@@ -72,8 +72,8 @@ def agreeing_items(
         inliers = ~noise.outlying(squares(pose), 2, np.asarray(cost)[None], 2 * int(before.sum()) - freedom.parameters)
         if np.array_equal(inliers, before):
             break
-    # Two poses, each of some of the items, may explain so much more that none is that of all of them. Items can be
-    # divided in two parts in 2^n ways.
+    # Two poses, each of some of the items, may explain so much more that none is that of all of them. There are 2^n
+    # divisions of n items into two parts.
     n, by_one = int(inliers.sum()), float(squares(pose)[inliers].sum())
     by_two = float(np.minimum(samples[order[0], inliers], samples[:, inliers]).sum(1).min())
     among = 2 * (n - freedom.parameters)

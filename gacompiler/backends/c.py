@@ -216,9 +216,10 @@ def _arguments(line: str) -> list[str]:
     for piece in re.split(r"(?<=,) |(?=[()])", line.lstrip()):
         depth += piece.startswith("(") - piece.startswith(")")
         parts[-1] += piece
-        if piece.endswith(","):
-            parts += [""] if depth <= 1 else []
-            parts[-1] += "" if depth <= 1 else " "
+        if piece.endswith(",") and depth <= 1:
+            parts.append("")
+        elif piece.endswith(","):
+            parts[-1] += " "
     return parts
 
 
