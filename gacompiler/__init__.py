@@ -1,5 +1,6 @@
 """A geometric-algebra compiler: multivector definitions in, specialised and proved kernels out."""
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -33,4 +34,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *import_module(f"{__name__}.vocabulary").__all__})
+    loaded = {name for name in globals() if name.startswith("__") or f"{__name__}.{name}" in sys.modules}
+    return sorted({*loaded, *import_module(f"{__name__}.vocabulary").__all__})

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import permutations
 from math import factorial
-from typing import Any
 
 import numpy as np
 import scipy
@@ -97,7 +96,7 @@ class SimplicialMesh:
         k = self.dimension
         return np.asarray(np.linalg.norm(wedge_rows(self.edges(), k), axis=1) / factorial(k))
 
-    def boundary_matrix(self) -> tuple[Integers, Any]:
+    def boundary_matrix(self) -> tuple[Integers, scipy.sparse.csr_array]:
         """Return the boundary operator: the facets, and their incidence with the cells.
 
         Returns

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import motor_filters as kernels
 
 from ..arguments import Reals, finite_number, real_array
-from ..elements import LINE, MOTOR, plain, restorer
+from ..elements import LINE, MOTOR, Coefficients, plain, restorer
 from ..evidence.triangles import from_triangle, to_triangle
 from .matrices import as_definite
 from .motor_objects import covariance_matrix, unit_motor
@@ -34,7 +32,7 @@ class LinearMotorFilter:
         self._covariance, _ = as_definite(covariance_matrix(covariance, "covariance", 8))
 
     @property
-    def motor(self) -> Any:
+    def motor(self) -> Coefficients:
         """(8,) The estimate; an element if the filter began with one."""
         return self._restored(self._motor)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from math import inf, isfinite, nan
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +13,7 @@ from generated import motor_filters as kernels
 from generated import pga3
 
 from ..arguments import Reals, finite, finite_number, real_array
-from ..elements import MOTOR, restorer
+from ..elements import MOTOR, Coefficients, restorer
 from ..evidence import rank
 from ..evidence.gates import FEWEST, LATELY, SETTLED, UNLIKELY, WIDE, Record, checked_gate, gate_of, is_lost
 from ..evidence.triangles import from_triangle, to_triangle
@@ -107,7 +107,7 @@ class MotorFilter:
         self._variances = variances_of(self._sigma)
 
     @property
-    def motor(self) -> Any:
+    def motor(self) -> Coefficients:
         """(8,) The estimate; an element if the filter began with one."""
         return self._restored(self._motor)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +11,7 @@ from generated import estimation as kernels
 from generated import vga3
 
 from ..arguments import Reals, finite, finite_number, real_array
-from ..elements import ROTOR, plain, restorer
+from ..elements import ROTOR, Coefficients, plain, restorer
 from ..evidence.gates import FEWEST, OPEN, SETTLED, UNLIKELY, WIDE, Record, checked_gate, gate_of, is_lost
 from ..evidence.triangles import from_triangle, to_triangle
 from .matrices import as_definite
@@ -55,7 +54,7 @@ class RotorFilter:
         self._status = EstimationStatus.UNOBSERVED if definite else EstimationStatus.NOT_DEFINITE
 
     @property
-    def rotor(self) -> Any:
+    def rotor(self) -> Coefficients:
         """(4,) The estimate; an element if the filter began with one."""
         return self._restored(self._rotor)
 
@@ -180,7 +179,7 @@ class LinearRotorFilter:
         self._covariance = as_definite(finite(real_array(covariance, "covariance", (4, 4)), "covariance"))[0]
 
     @property
-    def rotor(self) -> Any:
+    def rotor(self) -> Coefficients:
         """(4,) The estimate; an element if the filter began with one."""
         return self._restored(self._rotor)
 

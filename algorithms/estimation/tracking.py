@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from generated import tracking as kernels
+from generated.gac_runtime.module import Kernel
 
 from ..arguments import Reals, real_array
 from ..evidence import Status
@@ -272,7 +273,7 @@ class Tracker:
         """Return joint forces that move the image of a plane (..., 4) to a goal, as in `forces_for_point`."""
         return self._forces("plane", q, qd, plane, twist, goal, goal_rate, goal_acceleration)
 
-    def kernel(self, element: str, forces: bool = False) -> Any:
+    def kernel(self, element: str, forces: bool = False) -> Kernel:
         """Return the bound kernel of a step, for loops in which the checks of the other methods take too long.
 
         Parameters
@@ -289,7 +290,8 @@ class Tracker:
             function of q, qd, the element, its twist, goal, and two derivatives of the goal, that returns
             accelerations, error, its rate, singular value and status.
         """
-        return self._kernels[f"{'bends' if forces else 'rates'} {element}"]
+        found: Kernel = self._kernels[f"{'bends' if forces else 'rates'} {element}"]
+        return found
 
     def _rates(
         self, name: str, q: ArrayLike, element: ArrayLike, twist: ArrayLike, goal: ArrayLike, goal_rate: ArrayLike

@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import lgamma, log
-from typing import Any
 
 import numpy as np
 import scipy
+
+from generated.gac_runtime.annotations import Real
 
 from ..arguments import Reals
 from ..precision import TINY
@@ -146,7 +147,7 @@ def _are_far_from_chance(n: int, count: int, share: float, freedom: Freedom) -> 
     return moved + log(2) <= log(freedom.false_alarms)
 
 
-def least_by_chance(distances: Reals, share: Callable[[Reals], Reals], freedom: Freedom) -> tuple[Any, Any]:
+def least_by_chance(distances: Reals, share: Callable[[Reals], Reals], freedom: Freedom) -> tuple[Real, Real]:
     """Return the threshold with which the inliers of a model are least likely by chance.
 
     Parameters
@@ -166,7 +167,7 @@ def least_by_chance(distances: Reals, share: Callable[[Reals], Reals], freedom: 
     limits = np.sort(distances, axis=-1)
     n = limits.shape[-1]
     if not n:
-        return np.full(limits.shape[:-1], np.inf)[()], np.zeros(limits.shape[:-1])[()]
+        return np.full(limits.shape[:-1], np.inf)[()], np.zeros(limits.shape[:-1])[()]  # type: ignore[return-value]
     logs = log_false_alarms(n, np.arange(1, n + 1), share(limits), freedom) + np.log(n)
     k = np.argmin(logs, axis=-1)[..., None]
     return tuple(np.take_along_axis(row, k, -1)[..., 0][()] for row in (logs, limits))  # type: ignore[return-value]

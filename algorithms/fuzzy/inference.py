@@ -103,7 +103,7 @@ class Inference(RuleBase):
         return InputTables(self.inputs)
 
     @property
-    def rule_status(self) -> NDArray[Any]:
+    def rule_status(self) -> NDArray[np.int_]:
         """For each rule, `FuzzyStatus`: OK, or RULE_NEVER_FIRES if it changes no output for any input in the ranges."""
         never = int(FuzzyStatus.RULE_NEVER_FIRES)
         return np.array([0 if can_fire(rule, self.inputs, self.outputs) else never for rule in self.rules])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,7 +26,7 @@ def hand_from_urdf(
     approach: ArrayLike = (0.0, 0.0, 1.0),
     torsion: float = 0.0,
     breakaway: Sequence[str] = (),
-    arguments: Mapping[str, Any] = urdf.NO_ARGUMENTS,
+    arguments: Mapping[str, object] = urdf.NO_ARGUMENTS,
 ) -> Hand:
     """Return the hand of a URDF file, whose base is the palm.
 
@@ -99,7 +98,7 @@ def hand_from_urdf(
     )
 
 
-def _spheres(path: str | Path, robot: Robot, arguments: Mapping[str, Any]) -> Fingertips:
+def _spheres(path: str | Path, robot: Robot, arguments: Mapping[str, object]) -> Fingertips:
     """Return the spheres of links that carry no other link."""
     root, where = urdf.described(path, arguments)
     parents = {element.get("link") for joint in root.findall("joint") for element in joint.findall("parent")}

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from types import ModuleType
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -180,7 +181,7 @@ class Changes(Model):
             raise DescriptionError(f"{self.name}: armature {given[0]} of joint 0, the floating base; expected 0")
         return replace(self, armature=given)
 
-    def with_module(self, module: Any) -> Self:
+    def with_module(self, module: ModuleType) -> Self:
         """Return the same robot with specialised kernels that ``gac robot`` wrote for it.
 
         Parameters

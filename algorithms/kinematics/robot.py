@@ -176,7 +176,7 @@ class Robot(Simulated):
         tip: str | None = None,
         locked: Iterable[str] = (),
         base: str = "fixed",
-        arguments: Mapping[str, Any] = urdf.NO_ARGUMENTS,
+        arguments: Mapping[str, object] = urdf.NO_ARGUMENTS,
     ) -> Robot:
         """Return a robot from a URDF file: a tree of links with revolute, continuous, prismatic and fixed joints.
 
@@ -471,7 +471,7 @@ class Robot(Simulated):
         return self_motions(arm, pose, step)
 
     def reach(
-        self, tasks: Task | Iterable[Any], *, near: ArrayLike | None = None, rest: ArrayLike | None = None
+        self, tasks: Task | Iterable[Task], *, near: ArrayLike | None = None, rest: ArrayLike | None = None
     ) -> Reached:
         """Return configurations that fulfil several tasks at once, within the limits of the variables.
 
@@ -526,7 +526,7 @@ class Robot(Simulated):
         urdf: str | Path | None = None,
         *,
         q: ArrayLike | None = None,
-        arguments: Mapping[str, Any] = urdf.NO_ARGUMENTS,
+        arguments: Mapping[str, object] = urdf.NO_ARGUMENTS,
     ) -> RobotView:
         """Return a view of the robot for a browser, with a slider for each variable.
 

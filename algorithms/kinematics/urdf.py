@@ -40,7 +40,7 @@ _X, _Y, _Z = np.eye(3)
 _MOST = np.sqrt(np.finfo(float).max)
 UNLIMITED = (-np.inf, np.inf, np.inf, np.inf)
 """Lower and upper limit, velocity and effort of a joint without limits."""
-NO_ARGUMENTS: Mapping[str, Any] = MappingProxyType({})
+NO_ARGUMENTS: Mapping[str, object] = MappingProxyType({})
 """The arguments of files that declare none."""
 TEXT = "text"
 """How errors name a robot that is described by a text rather than a file."""

@@ -35,7 +35,7 @@ def has_macros(root: Element) -> bool:
     )
 
 
-def expanded(root: Element, arguments: Mapping[str, Any], folder: Path | None, where: str) -> Element:
+def expanded(root: Element, arguments: Mapping[str, object], folder: Path | None, where: str) -> Element:
     """Return a description without macros.
 
     Parameters

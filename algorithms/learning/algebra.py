@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from generated import networks as kernels
+from generated.gac_runtime.module import Kernel
 
 from .representation import representation
 
@@ -168,7 +169,7 @@ class Algebra:
         return getattr(kernels, f"{name}_{suffix}") if suffix else None
 
     @property
-    def column_kernels(self) -> tuple[Any, Any] | None:
+    def column_kernels(self) -> tuple[Kernel, Kernel] | None:
         """The kernels of the two columns of `spinors` of an element and of the inverse, where they exist."""
         return (kernels.columns_g3, kernels.elements_g3) if (self.p, self.q, self.r) == (3, 0, 0) else None
 

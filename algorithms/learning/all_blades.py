@@ -5,16 +5,29 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from itertools import combinations
-from typing import Any
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from generated.gac_runtime.annotations import Stored
 from generated.gac_runtime.arrays import element_of, entries_of
 from generated.gac_runtime.layout import coefficients, layout
 
 Array = NDArray[Any]
 Signature = tuple[int, int, int]
+
+
+class Sparse(Protocol):
+    """A sparse matrix of scipy."""
+
+    def toarray(self) -> Array:
+        """Return the same matrix with its zeros."""
+
+
+Targets: TypeAlias = ArrayLike | Stored | Sequence[Stored]
+"""Numbers, elements, or a list of elements."""
+Samples: TypeAlias = Targets | Sparse
 
 _SIGNATURES: dict[str, Signature] = {
     "COMPLEX": (0, 1, 0), "DOUBLE_NUMBERS": (1, 0, 0), "DUAL_NUMBERS": (0, 0, 1), "QUATERNIONS": (0, 2, 0),

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..arguments import coordinates
-from .all_blades import restorer, with_all_blades
+from ..elements import Coefficients
+from .all_blades import Samples, restorer, with_all_blades
 from .blade_signs import Signs, blade_signs, signs_of_algebra
 from .estimators import Estimator, checked_samples, convergence_warning, is_number
 from .gram import GramRows, check_definite, check_finite
@@ -132,7 +133,7 @@ class CliffordMachine(Estimator):
     def _is_precomputed(self) -> bool:
         return isinstance(self.kernel, str) and self.kernel == "precomputed"
 
-    def multivectors(self, X: Any) -> Any:
+    def multivectors(self, X: Samples) -> Coefficients:
         """Return the values of the machine as multivectors (n, 2**k), with coefficients ordered by bitmap.
 
         If the samples are elements of the algebra, the values are too.

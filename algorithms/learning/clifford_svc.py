@@ -7,8 +7,9 @@ from collections.abc import Callable, Mapping
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from .all_blades import Samples
 from .clifford_machine import CliffordMachine
 from .codes import code_distance, code_of_classes, losses
 from .estimators import ContradictionWarning, checked_weights, contradictions, is_number, warn_column
@@ -84,7 +85,7 @@ class CliffordSVC(CliffordMachine):
         self.max_iter, self.shrinking, self.cache_size = max_iter, shrinking, cache_size
         self.class_weight, self.probability = class_weight, probability
 
-    def fit(self, X: Any, y: Any, sample_weight: Any = None) -> Self:
+    def fit(self, X: Samples, y: ArrayLike, sample_weight: ArrayLike | None = None) -> Self:
         """Fit the machine to samples (n, d), or multivectors (n, d, 2**k), and their classes.
 
         The penalties of errors are multiplied by the weights of samples and classes.
@@ -160,7 +161,8 @@ class CliffordSVC(CliffordMachine):
         for k in range(fold.max() + 1):
             inner, outer = np.flatnonzero(fold != k), np.flatnonzero(fold == k)
             own = (samples[:, inner] if self._is_precomputed else samples)[[*inner, *outer]]
-            machine = type(self)(**{**self.get_params(), **changes})
+            parameters: dict[str, Any] = {**self.get_params(), **changes}
+            machine = type(self)(**parameters)
             machine.fit(own[: len(inner)], number[inner], (weights * factors)[inner])
             scores[outer] = machine.decision_function(own[len(inner) :])
         columns = scores.reshape(len(scores), -1).T
@@ -168,7 +170,7 @@ class CliffordSVC(CliffordMachine):
         return np.array([fitted_sigmoid(f, own, weights) for f, own in zip(columns, is_own, strict=True)])
 
     @property
-    def predict_proba(self) -> Callable[[Any], Floats]:
+    def predict_proba(self) -> Callable[[Samples], Floats]:
         """The function of samples that returns the probabilities (n, classes), if the machine has `probability`.
 
         The probabilities are those of Platt's method, see `svm_probabilities`. The class of the greatest one can differ
@@ -178,17 +180,17 @@ class CliffordSVC(CliffordMachine):
             raise AttributeError("predict_proba is not available when probability=False")
         return self._probabilities
 
-    def _probabilities(self, X: Any) -> Floats:
+    def _probabilities(self, X: Samples) -> Floats:
         values = self.decision_function(X)
         if self._sigmoids is None:
             raise ValueError("probability: it was False in fit; fit the machine again")
         return probabilities(values, self._sigmoids)
 
-    def components(self, X: Any) -> Floats:
+    def components(self, X: Samples) -> Floats:
         """Return the components (n, m) of the multivector values, whose signs code the classes."""
         return self._values(X)
 
-    def decision_function(self, X: Any) -> Floats:
+    def decision_function(self, X: Samples) -> Floats:
         """Return the value (n,) for two classes with one component, else the negative losses (n, classes)."""
         values = self._values(X)
         if values.shape[1] == 1:
@@ -196,12 +198,12 @@ class CliffordSVC(CliffordMachine):
         found = -losses(values, self.code_)
         return np.asarray(found[:, 1] - found[:, 0] if len(self.classes_) == 2 else found)
 
-    def predict(self, X: Any) -> NDArray[Any]:
+    def predict(self, X: Samples) -> NDArray[Any]:
         """Return the class of each sample: the one whose code has the least hinge loss."""
         values = self.decision_function(X)
         return np.asarray(self.classes_[(values > 0).astype(int) if values.ndim == 1 else values.argmax(1)])
 
-    def score(self, X: Any, y: Any) -> float:
+    def score(self, X: Samples, y: ArrayLike) -> float:
         """Return the share of samples whose class is predicted."""
         return float((self.predict(X) == np.asarray(y)).mean())
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ..elements import Coefficients
+from .all_blades import Samples, Targets
 from .clifford_machine import CliffordMachine
 from .estimators import checked_weights, is_number, warn_column
 from .svm_kernels import Floats
@@ -38,7 +41,7 @@ class CliffordSVR(CliffordMachine):
         self.coef0, self.frequency, self.algebra, self.tol = coef0, frequency, algebra, tol
         self.max_iter, self.shrinking, self.cache_size = max_iter, shrinking, cache_size
 
-    def fit(self, X: Any, y: Any, sample_weight: Any = None) -> Self:
+    def fit(self, X: Samples, y: Targets, sample_weight: ArrayLike | None = None) -> Self:
         """Fit the machine to samples and targets (n,), or components of multivectors (n, m) ordered by bitmap.
 
         The penalties of errors are multiplied by the weights of samples.
@@ -73,7 +76,7 @@ class CliffordSVR(CliffordMachine):
         self._learn_features(X, samples)
         return self
 
-    def predict(self, X: Any) -> Any:
+    def predict(self, X: Samples) -> Coefficients:
         """Return the values (n,) or (n, m) for samples; elements if the samples are, and m is the number of blades."""
         return self._like(X, self._predicted(X))
 
@@ -81,7 +84,7 @@ class CliffordSVR(CliffordMachine):
         values = self._values(x)
         return np.asarray(values[:, 0] if self._is_flat else values)
 
-    def score(self, X: Any, y: Any) -> float:
+    def score(self, X: Samples, y: Targets) -> float:
         """Return the coefficient of determination, the mean of all components."""
         truth, found = np.asarray(self._plain(y, "y"), float), self._predicted(X)
         spread = ((truth - truth.mean(0)) ** 2).sum(0)

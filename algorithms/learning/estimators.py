@@ -23,11 +23,11 @@ class Estimator:
     def _names(cls) -> list[str]:
         return sorted(name for name in inspect.signature(cls.__init__).parameters if name != "self")
 
-    def get_params(self, deep: bool = True) -> dict[str, Any]:
+    def get_params(self, deep: bool = True) -> dict[str, object]:
         """Return the parameters by name; `deep` has no effect, because none of them is an estimator."""
         return {name: getattr(self, name) for name in self._names()}
 
-    def set_params(self, **parameters: Any) -> Self:
+    def set_params(self, **parameters: object) -> Self:
         """Set parameters by name, and return the estimator.
 
         Raises

@@ -7,15 +7,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from numpy.typing import ArrayLike
+
 from .built_map import BuildSettings, BuiltMap, Progress
-from .carmen import CarmenLog, Problem
+from .carmen import CarmenLog, Problem, Reading
 from .g2o import read_g2o
 from .mapper import Mapper
 from .scan import Scan
 
 
 def build_map(
-    source: str | Path | Iterable[Any],
+    source: str | Path | Iterable[Scan | Reading | tuple[Scan, ArrayLike | None, float | None]],
     settings: BuildSettings | None = None,
     progress: Callable[[Progress], None] | None = None,
 ) -> BuiltMap:

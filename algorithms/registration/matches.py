@@ -358,7 +358,7 @@ def _log_chance(off: Reals, tolerance: float | None, grid: _Grid) -> tuple[Reals
         return np.asarray(within)
 
     distances = off if tolerance is None else np.where(off <= tolerance, off, np.inf)
-    logarithms, radii = least_by_chance(distances, share, _FREEDOM)
+    logarithms, radii = map(np.asarray, least_by_chance(distances, share, _FREEDOM))
     if grid.step:
         # A motion by three matches is exact on a lattice: others agree at the same site, without a margin.
         exact = log_false_alarms(off.shape[1], (off <= grid.rounding).sum(1), np.asarray(site), _EXACT)

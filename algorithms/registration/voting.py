@@ -78,7 +78,7 @@ class Votes:
         """The saliency (m,) of junctions and separate points: the last eigenvalue."""
         return np.asarray(self.eigenvalues[:, -1])
 
-    def rows(self, chosen: Any) -> Votes:
+    def rows(self, chosen: slice | NDArray[np.bool_] | Integers) -> Votes:
         """Return the votes of some rows."""
         return Votes(
             self.points[chosen], self.tensors[chosen], self.eigenvalues[chosen], self.axes[chosen], self.status[chosen]

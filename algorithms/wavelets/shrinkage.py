@@ -18,7 +18,7 @@ _KINDS = ("soft", "hard", "garrote", "firm")
 _RULES = ("bayes", "sure", "visu")
 
 
-def shrink(coefficients: ArrayLike, threshold: ArrayLike, kind: str = "soft", upper: ArrayLike | None = None) -> Any:
+def shrink(coefficients: ArrayLike, threshold: ArrayLike, kind: str = "soft", upper: ArrayLike | None = None) -> Reals:
     """Reduce the magnitudes of coefficients; `threshold` and `threshold_firm` of PyWavelets.
 
     Parameters
@@ -73,7 +73,7 @@ def shrink(coefficients: ArrayLike, threshold: ArrayLike, kind: str = "soft", up
             raise ValueError("upper: below the threshold; expected at least the threshold")
         all_of = 1 - np.divide(low, high, out=np.zeros_like(low + high), where=high > low)
         factor = np.where(sizes > high, is_kept, (1 - part) / all_of)
-    return (values * factor).astype(values.dtype, copy=False)
+    return np.asarray(values * factor, values.dtype)
 
 
 def universal_threshold(count: int, sigma: float = 1.0) -> float:

@@ -37,7 +37,7 @@ class Multivector(WithCoefficients):
     """
 
     __slots__ = ("algebra", "terms")
-    takes_over_multivector = False
+    _takes_over_multivector = False
     __array_ufunc__ = None  # so that an array as the left operand defers to the multivector
 
     algebra: Algebra
@@ -246,7 +246,7 @@ def integer_power(x: Any, exponent: Any, one: Any) -> Any:
 
 def _defers(other: object) -> bool:
     """Return whether `other` is an expression of the frontend, whose operators apply to constant multivectors."""
-    return getattr(other, "takes_over_multivector", False) is True
+    return getattr(other, "_takes_over_multivector", False) is True
 
 
 def _is_one(value: Coefficient) -> bool:

@@ -64,7 +64,7 @@ class FieldOperator:
     terms: tuple[tuple[SymbolicMultivector, Word], ...]
     right: bool
     __array_ufunc__ = None
-    takes_over_multivector = True
+    _takes_over_multivector = True
     acts_on_fields = True
 
     def __init__(self, chart: Fields, terms: Iterable[tuple[Any, Sequence[int]]], *, right: bool = False) -> None:

@@ -58,7 +58,7 @@ class Expression(Immutable, WithCoefficients):
 
     __slots__ = ("__weakref__", "_blades", "algebra", "arguments", "data", "operation")
 
-    takes_over_multivector = True
+    _takes_over_multivector = True
     __array_ufunc__ = None  # so that a numpy number as the left operand defers to the expression
     operation: Operation
     arguments: tuple[Expression, ...]

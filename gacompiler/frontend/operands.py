@@ -18,13 +18,13 @@ EXPECTED = "multivectors, numbers, or expressions of the parameters of a kernel"
 
 
 def own_operations(operands: tuple[Any, ...]) -> Callable[..., Any] | None:
-    """Return the method ``run_operation`` of the first operand that has one, for example a numeric object.
+    """Return the method ``_run_operation`` of the first operand that has one, for example a numeric object.
 
     Values of generated modules, which have a `family`, run the operations of numeric objects.
     """
     for kind in map(type, operands):
-        if hasattr(kind, "run_operation") or hasattr(kind, "family"):
-            run: Callable[..., Any] = getattr(kind, "run_operation", None) or _objects().run_operation
+        if hasattr(kind, "_run_operation") or hasattr(kind, "family"):
+            run: Callable[..., Any] = getattr(kind, "_run_operation", None) or _objects().run_operation
             return run
     return None
 
@@ -42,7 +42,7 @@ def without_values(where: str, operands: tuple[Any, ...]) -> tuple[Any, ...]:
 
 def is_operand(value: Any) -> bool:
     """Whether a value that is neither an expression nor a multivector can be an operand by itself."""
-    return is_number(value) or hasattr(type(value), "run_operation")
+    return is_number(value) or hasattr(type(value), "_run_operation")
 
 
 def checked(operation: Operation, operands: tuple[Any, ...]) -> None:

@@ -81,7 +81,7 @@ class Array:
         )
 
     __array_ufunc__ = None  # so that a numpy number as the left operand defers to the array
-    takes_over_multivector = True
+    _takes_over_multivector = True
 
     __add__ = __radd__ = __sub__ = __rsub__ = __mul__ = __rmul__ = __truediv__ = __rtruediv__ = refuse
     __neg__ = __pos__ = __xor__ = __rxor__ = __and__ = __rand__ = __invert__ = __getitem__ = __pow__ = refuse

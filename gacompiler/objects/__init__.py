@@ -24,3 +24,7 @@ __all__ = [
     "Space", "build", "builds", "draw", "from_clifford", "from_ganja", "from_kingdon", "load", "save", "save_ganja",
     "to_clifford", "to_ganja", "to_kingdon", "view",
 ]  # fmt: skip
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})

@@ -23,7 +23,7 @@ from ..algebra.methods import Unordered
 from ..algebra.multivector import Multivector
 from ..algebra.versors import n_vectors
 from ..errors import AlgebraError, LayoutError, OperandError
-from ..gac_runtime.annotations import Numbers, Real
+from ..gac_runtime.annotations import Array, Numbers, Real, Truth
 from ..gac_runtime.array_element import ArrayElement, Element, adopt
 from ..gac_runtime.arrays import refuse_mask
 from ..gac_runtime.layout import Layout as PlainLayout
@@ -101,7 +101,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
     """
 
     __slots__ = ()
-    takes_over_multivector = True
+    _takes_over_multivector = True
     layout: Layout
     values: np.ndarray[Any, Any]
     if TYPE_CHECKING:
@@ -113,18 +113,18 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
         return self.layout.algebra
 
     @property
-    def stored(self) -> tuple[np.ndarray[Any, Any], PlainLayout]:
+    def stored(self) -> tuple[Array, PlainLayout]:
         """The coefficients and their layout, which kernels of generated modules check."""
         return self.values, plain_layout(self.layout)
 
-    run_operation: ClassVar[Callable[..., Any]]
+    _run_operation: ClassVar[Callable[..., Any]]
 
     def require_unit(self, where: str) -> None:
         """Raise TypeError if ``x ~x`` differs from 1 by more than 1e-9, where a kernel takes unit elements only."""
         square: Any = self * ~self - 1
         check_unit(where, str(self.layout), getattr(square, "values", square), self.values)
 
-    def like(self, layout: PlainLayout, values: np.ndarray[Any, Any]) -> Any:
+    def like(self, layout: PlainLayout, values: Array) -> Self | Array:
         """Return multivectors from results of a generated kernel; an array if their algebra is not known here."""
         found = layout_from_plain(layout, self.algebra)
         return values if found is None else wrap(found, values)
@@ -351,7 +351,7 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
             check_relations(where, layout, values, tolerance)
         return wrap(layout, values)
 
-    def isclose(self, other: Self | Multivector | Numbers, rtol: float = 1e-9, atol: float = 1e-12) -> Any:
+    def isclose(self, other: Self | Multivector | Numbers, rtol: float = 1e-9, atol: float = 1e-12) -> Truth:
         """Whether multivectors are equal within a tolerance, regardless of their layouts; an array of booleans."""
         found = applied(BINARY["subtract"], self, other)
         difference = np.abs(found.values if isinstance(found, MultivectorArray) else np.asarray(found)[..., None])

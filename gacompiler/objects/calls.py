@@ -353,5 +353,5 @@ def _bind(symbol: str, types: tuple[type, ...], found: Operator, address: int | 
 
 
 MultivectorArray._operate = staticmethod(operate)
-MultivectorArray.run_operation = staticmethod(run_operation)
+MultivectorArray._run_operation = staticmethod(run_operation)
 run_by(Engine(apply, role_type, scalar_of))

@@ -16,7 +16,7 @@ from ..algebra.catalog import CGA3 as _CGA3
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError
 from ..frontend.expression import Expression
-from ..gac_runtime.annotations import Array, Real
+from ..gac_runtime.annotations import Array, Real, Truth
 from .arrays import MultivectorArray
 from .caches import cached_by_name
 from .checks import refuse, require_blade
@@ -109,7 +109,7 @@ class Conformal(Rigid[M]):
         require_blade("radius_squared", x)
         return self._make(SQUARED, x)
 
-    def is_flat(self, x: M) -> Any:
+    def is_flat(self, x: M) -> Truth:
         """Whether blades contain the point at infinity, as lines, planes and flat points do; to 1e-10 of their size."""
         spanned = x ^ self.algebra.multivector({"einf": 1})
         found = np.abs(np.asarray(spanned.values if isinstance(spanned, MultivectorArray) else spanned))

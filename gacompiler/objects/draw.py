@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import AlgebraError, needs
+from ..gac_runtime.annotations import Numbers
+from .arrays import MultivectorArray
 from .scene import (
     AXES,
     Arrow,
@@ -30,14 +32,17 @@ from .scene import (
     scene_of,
 )
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 
 def draw(
-    *objects: Any,
+    *objects: MultivectorArray,
     labels: Sequence[str] | None = None,
     colours: Sequence[str] | None = None,
-    limits: Any = None,
-    ax: Any = None,
-) -> Any:
+    limits: Numbers | None = None,
+    ax: Axes | None = None,
+) -> Axes:
     """Draw objects of PGA2, CGA2, PGA3 or CGA3 with matplotlib.
 
     Parameters

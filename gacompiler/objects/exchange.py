@@ -10,18 +10,27 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 import numpy as np
 
 from ..algebra.algebra import Algebra
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
+from ..gac_runtime.annotations import Numbers
 from ..generation.files import write
 from .arrays import MultivectorArray, of_rows, wrap
 from .layouts import layout_of
 from .plain_data import packed, unpacked
-from .spaces import Space
+from .spaces import M, Space
+
+if TYPE_CHECKING:
+    from clifford import Layout as CliffordLayout
+    from clifford import MultiVector as CliffordMultivector
+    from kingdon import Algebra as KingdonAlgebra
+    from kingdon import MultiVector as KingdonMultivector
+
+    CliffordMultivectors: TypeAlias = CliffordMultivector | np.ndarray[tuple[int, ...], np.dtype[np.object_]]
 
 Matrix = np.ndarray[Any, Any]
 
@@ -29,7 +38,7 @@ Matrix = np.ndarray[Any, Any]
 # Files.
 
 
-def save(path: str | os.PathLike[str], **objects: Any) -> None:
+def save(path: str | os.PathLike[str], **objects: MultivectorArray | Numbers) -> None:
     """Write named multivectors and numbers to a file.
 
     Parameters
@@ -119,7 +128,7 @@ def _ending(path: Path) -> str:
 # Other libraries.
 
 
-def to_clifford(x: MultivectorArray, layout: Any) -> Any:
+def to_clifford(x: MultivectorArray, layout: CliffordLayout) -> CliffordMultivectors:
     """Convert multivectors to a layout of clifford.
 
     Parameters
@@ -147,7 +156,11 @@ def to_clifford(x: MultivectorArray, layout: Any) -> Any:
     return found[()]
 
 
-def from_clifford(algebra: Algebra | Space[Any], found: Any) -> Any:
+@overload
+def from_clifford(algebra: Space[M], found: CliffordMultivectors) -> M: ...
+@overload
+def from_clifford(algebra: Algebra, found: CliffordMultivectors) -> MultivectorArray: ...
+def from_clifford(algebra: Algebra | Space[M], found: CliffordMultivectors) -> M | MultivectorArray:
     """Convert multivectors of clifford to an algebra with the same signature.
 
     Parameters
@@ -164,7 +177,7 @@ def from_clifford(algebra: Algebra | Space[Any], found: Any) -> Any:
     owner = algebra_of(algebra)
     one = hasattr(found, "layout")
     shape = () if one else np.shape(found)
-    listed = [found] if one else list(np.ravel(found))
+    listed: list[Any] = [found] if one else list(np.ravel(found))
     if not listed:
         raise AlgebraError("from_clifford", "an empty array", "at least one multivector")
     layout = listed[0].layout
@@ -173,7 +186,7 @@ def from_clifford(algebra: Algebra | Space[Any], found: Any) -> Any:
     return of_dense(owner, dense.reshape(*shape, -1))
 
 
-def to_kingdon(x: MultivectorArray, algebra: Any) -> Any:
+def to_kingdon(x: MultivectorArray, algebra: KingdonAlgebra) -> KingdonMultivector:
     """Convert multivectors to an algebra of kingdon.
 
     Parameters
@@ -192,7 +205,11 @@ def to_kingdon(x: MultivectorArray, algebra: Any) -> Any:
     return algebra.multivector(keys=tuple(keys), values=[values[..., k][()] for k in keys])
 
 
-def from_kingdon(algebra: Algebra | Space[Any], found: Any) -> Any:
+@overload
+def from_kingdon(algebra: Space[M], found: KingdonMultivector) -> M: ...
+@overload
+def from_kingdon(algebra: Algebra, found: KingdonMultivector) -> MultivectorArray: ...
+def from_kingdon(algebra: Algebra | Space[M], found: KingdonMultivector) -> M | MultivectorArray:
     """Convert a multivector of kingdon to an algebra with the same signature; see `from_clifford`."""
     owner = algebra_of(algebra)
     parts = np.broadcast_arrays(*(np.asarray(value, float) for value in found.values()))
@@ -202,7 +219,7 @@ def from_kingdon(algebra: Algebra | Space[Any], found: Any) -> Any:
     return of_dense(owner, values @ change_of_basis(owner, _signature(found.algebra.signature), False))
 
 
-def algebra_of(algebra: Algebra | Space[Any]) -> Algebra:
+def algebra_of(algebra: Algebra | Space[M]) -> Algebra:
     """Return the algebra of a space; an algebra is returned unchanged."""
     return algebra.algebra if isinstance(algebra, Space) else algebra
 

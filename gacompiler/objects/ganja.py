@@ -18,17 +18,18 @@ import os
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
 from ..algebra.algebra import Algebra
 from ..errors import AlgebraError, LayoutError, needs
+from ..gac_runtime.annotations import Numbers
 from ..generation.files import write
 from .arrays import MultivectorArray
 from .exchange import Matrix, algebra_of, change_of_basis, dense_of, of_dense
 from .scene import COLOURS, Frame, shapes_of
-from .spaces import Space
+from .spaces import M, Space
 
 GENERATED_PGA3 = "1 e0 e1 e2 e3 e01 e02 e03 e12 e31 e23 e021 e013 e032 e123 e0123"
 """The order of the modules for PGA3 that ganja.js generates in C++, Python and other languages."""
@@ -37,7 +38,7 @@ _NULL = 1e-9
 """Vectors are points if their square is at most this fraction of the sum of its terms' absolute values."""
 
 
-def ganja_basis(algebra: Algebra | Space[Any]) -> tuple[str, ...]:
+def ganja_basis(algebra: Algebra | Space[M]) -> tuple[str, ...]:
     """Return the names of coefficients in ganja.js, in order.
 
     Parameters
@@ -73,7 +74,15 @@ def to_ganja(x: MultivectorArray, basis: str | Sequence[str] | None = None) -> M
     )
 
 
-def from_ganja(algebra: Algebra | Space[Any], coefficients: Any, basis: str | Sequence[str] | None = None) -> Any:
+@overload
+def from_ganja(algebra: Space[M], coefficients: Numbers, basis: str | Sequence[str] | None = None) -> M: ...
+@overload
+def from_ganja(
+    algebra: Algebra, coefficients: Numbers, basis: str | Sequence[str] | None = None
+) -> MultivectorArray: ...
+def from_ganja(
+    algebra: Algebra | Space[M], coefficients: Numbers, basis: str | Sequence[str] | None = None
+) -> M | MultivectorArray:
     """Create multivectors from coefficients of ganja.js, ``(..., 2**n)``; they store the blades that occur.
 
     Raises
@@ -93,7 +102,7 @@ def from_ganja(algebra: Algebra | Space[Any], coefficients: Any, basis: str | Se
 
 def save_ganja(
     path: str | os.PathLike[str],
-    *objects: Any,
+    *objects: MultivectorArray,
     labels: Sequence[str] | None = None,
     colours: Sequence[str] | None = None,
 ) -> None:

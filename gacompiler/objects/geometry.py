@@ -13,7 +13,7 @@ import numpy as np
 
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
-from ..gac_runtime.annotations import Array, Real
+from ..gac_runtime.annotations import Array, Real, Truth
 from . import blades, explaining, motions, quick, relations, shapes
 from .checks import number_of, require_blade
 from .definitions import BINARY
@@ -202,11 +202,11 @@ class Geometry:
         one, two = relations.ends_of(found)
         return self._points("points", one), self._points("points", two)
 
-    def is_blade(self) -> Any:
+    def is_blade(self) -> Truth:
         """Whether this is an outer product of vectors, to half of the digits; an array of booleans for arrays."""
         return blades.are_blades(self)
 
-    def is_versor(self) -> Any:
+    def is_versor(self) -> Truth:
         """Whether this is a product of invertible vectors, to half of the digits; an array of booleans for arrays."""
         return blades.are_versors(self)
 

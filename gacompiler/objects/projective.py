@@ -15,7 +15,7 @@ from ..algebra.catalog import PGA3 as _PGA3
 from ..algebra.layout import Layout
 from ..errors import LayoutError
 from ..frontend.expression import Expression
-from ..gac_runtime.annotations import Array
+from ..gac_runtime.annotations import Array, Numbers
 from .caches import cached_by_name
 from .checks import refuse, require_blade
 from .constructors import Rigid, given_of
@@ -121,7 +121,7 @@ class SpaceProjective(Projective[M]):
         """
         return self._construct("plane", given_of(normal, distance, *others))
 
-    def motor_from_matrix(self, matrix: Any) -> Any:
+    def motor_from_matrix(self, matrix: Numbers) -> M:
         """Return `from_matrix`, whose former name this is; it will be removed in version 0.3."""
         warnings.warn("PGA3.motor_from_matrix is now from_matrix", DeprecationWarning, stacklevel=2)
         return self.from_matrix(matrix)

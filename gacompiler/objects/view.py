@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from ..errors import needs
+from ..gac_runtime.annotations import Numbers
+from .arrays import MultivectorArray
 from .live_items import is_element
 from .scene import (
     AXES,
@@ -33,18 +35,41 @@ from .scene import (
     scene_of,
 )
 
-_NONE: Mapping[str, Any] = MappingProxyType({})
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+    from .live import LiveScene
+
+_NONE: Mapping[str, Sequence[float]] = MappingProxyType({})
 
 
+@overload
 def view(
-    *items: Any,
-    drag: Any = (),
-    sliders: Mapping[str, Any] = _NONE,
+    *items: MultivectorArray,
     labels: Sequence[str] | None = None,
     colours: Sequence[str] | None = None,
-    limits: Any = None,
+    limits: Numbers | None = None,
     file: str | Path | None = None,
-) -> Any:
+) -> Figure: ...
+@overload
+def view(
+    *items: MultivectorArray | Callable[..., object],
+    drag: MultivectorArray | Sequence[MultivectorArray] = (),
+    sliders: Mapping[str, Sequence[float]] = _NONE,
+    labels: Sequence[str] | None = None,
+    colours: Sequence[str] | None = None,
+    limits: Numbers | None = None,
+    file: str | Path | None = None,
+) -> LiveScene: ...
+def view(
+    *items: MultivectorArray | Callable[..., object],
+    drag: MultivectorArray | Sequence[MultivectorArray] = (),
+    sliders: Mapping[str, Sequence[float]] = _NONE,
+    labels: Sequence[str] | None = None,
+    colours: Sequence[str] | None = None,
+    limits: Numbers | None = None,
+    file: str | Path | None = None,
+) -> LiveScene | Figure:
     """Create an interactive picture of objects, or a live scene of points that can be dragged and of sliders.
 
     Parameters

@@ -241,7 +241,7 @@ def split_number(where: str, a: Any) -> tuple[Any, SymbolicMultivector, Any]:
 
 OWN: dict[str, Callable[..., SymbolicMultivector]] = {"exp": exp, "log": log, "sqrt": sqrt, "power": power}
 """Functions with closed forms of their own; `gacompiler.symbolic.waves` adds the sine and the cosine."""
-SymbolicMultivector.run_operation = staticmethod(run_operation)
+SymbolicMultivector._run_operation = staticmethod(run_operation)
 
 
 def _vanishes(x: SymbolicMultivector) -> bool:

@@ -49,7 +49,7 @@ class SymbolicMultivector(Immutable, Multivector):
     history: tuple[Operation, tuple[Any, ...]] | None
     _shown: Mapping[int, Any] | None
     _in_own_form: bool
-    run_operation: ClassVar[Callable[..., Any]]
+    _run_operation: ClassVar[Callable[..., Any]]
     """Applies an operation of the kernel language by name; supplied by `gacompiler.symbolic.functions`."""
 
     def __init__(
@@ -132,7 +132,7 @@ class SymbolicMultivector(Immutable, Multivector):
         if isinstance(other, Multivector):
             terms = other.terms if other.algebra == SCALARS else super().lift(other).terms
             return SymbolicMultivector(self.algebra, terms)
-        if getattr(other, "takes_over_multivector", False) is True:
+        if getattr(other, "_takes_over_multivector", False) is True:
             raise AlgebraError(
                 "operation on a symbolic multivector",
                 f"{other} of type {type(other).__name__}",

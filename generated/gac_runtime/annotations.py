@@ -39,8 +39,11 @@ if TYPE_CHECKING:
         def __neg__(self) -> Real: ...
         def __abs__(self) -> Real: ...
 
+    class Truth(NDArray[np.bool_], bool):  # type: ignore[misc]
+        """A bool for one element, an array of bools for several; it may be used as both."""
+
 else:
-    Real = Any
+    Real = Truth = Any
 
 
 class Stored(Protocol):

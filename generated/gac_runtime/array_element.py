@@ -11,11 +11,14 @@ import operator
 import sys
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any, NoReturn, Self
+from typing import TYPE_CHECKING, Any, NoReturn, Self
 
 import numpy as np
 
 from .layout import Layout, number
+
+if TYPE_CHECKING:
+    from .annotations import Array
 
 OPERATORS: dict[tuple[str, int], Callable[..., Any]] = {
     ("*", 2): operator.mul, ("^", 2): operator.xor, ("&", 2): operator.and_, ("|", 2): operator.or_,
@@ -80,7 +83,7 @@ class Element:
     values: Any
 
     @property
-    def stored(self) -> tuple[np.ndarray[Any, Any], Layout]:
+    def stored(self) -> tuple[Array, Layout]:
         """The coefficients and their layout, which kernels check."""
         raise NotImplementedError
 
