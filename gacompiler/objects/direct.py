@@ -272,7 +272,8 @@ def form_of(algebra: Algebra, name: str, arguments: Sequence[Any]) -> Direct | N
 def _fits(layout: Layout, x: Any) -> bool:
     if type(x) in (list, tuple):
         return layout in _PLACES and len(x) == layout.size
-    return layout is SCALAR if type(x) in (float, int) else getattr(x, "layout", None) == layout and x.shape == ()
+    # The type of single elements has one layout, unlike that of arrays, and of elements made before the extension.
+    return layout is SCALAR if type(x) in (float, int) else bool(getattr(type(x), "layout", None) == layout)
 
 
 def look_of(arguments: Sequence[Any]) -> tuple[Any, ...]:

@@ -7,13 +7,15 @@ such as the radius of an imaginary sphere, give NaN.
 
 from __future__ import annotations
 
-from typing import Any, Self
+from collections.abc import Callable
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from ..algebra.multivector import Multivector
 from ..errors import AlgebraError, LayoutError
 from ..gac_runtime.annotations import Array, Real, Truth
+from ..gac_runtime.array_element import Element
 from . import blades, explaining, motions, quick, relations, shapes
 from .checks import number_of, require_blade
 from .definitions import BINARY
@@ -24,10 +26,12 @@ _WITH_NORMAL = ("plane", "circle")
 _WITH_DIRECTION = ("line", "point pair", "direction", "vector")
 
 
-class Geometry:
+class Geometry(Element):
     """Geometric methods of multivectors."""
 
     __slots__ = ()
+    _of_rows: ClassVar[Callable[..., Any]]
+    _objects_of: ClassVar[Callable[..., tuple[Any, ...]]]
 
     def project(self, onto: Self | Multivector) -> Self:
         """Return the projection onto a blade, ``(x . b) b**-1``; for points of conformal space, the nearest point.
@@ -37,9 +41,9 @@ class Geometry:
         AlgebraError
             If `onto` is not a blade, or has no inverse.
         """
-        _, onto = self._elements._objects_of("project", (self, onto))
+        _, onto = self._objects_of("project", (self, onto))
         require_blade("project", onto)
-        if self._algebra in CONFORMAL and shapes.grades_of(self._elements) == {1}:
+        if self.layout.algebra in CONFORMAL and shapes.grades_of(self) == {1}:
             self._require_same("project", onto)
             own = self._shape("project")
             if own.kind == "point":
@@ -51,7 +55,7 @@ class Geometry:
 
         For vectors it is orthogonal to the blade.
         """
-        _, onto = self._elements._objects_of("reject", (self, onto))
+        _, onto = self._objects_of("reject", (self, onto))
         require_blade("reject", onto)
         return applied(BINARY["subtract"], self, _projected(self, onto))
 
@@ -77,7 +81,7 @@ class Geometry:
         found = quick.distance(self, other)
         if found is not None:
             return found
-        _, element = self._elements._objects_of("distance", (self, other))
+        _, element = self._objects_of("distance", (self, other))
         if element is not other:
             return self.distance(element)
         self._require_same("distance", other)
@@ -105,7 +109,7 @@ class Geometry:
         """
         if other is None:
             return number_of(motions.motion_of("angle", self).angle)
-        _, other = self._elements._objects_of("angle", (self, other))
+        _, other = self._objects_of("angle", (self, other))
         self._require_same("angle", other)
         return number_of(relations.angle_of(self._shape("angle"), shapes.shape_of("angle", other)))
 
@@ -118,9 +122,7 @@ class Geometry:
             moved = motions.motion_of("center", self)
             if moved.dimension == 2 and moved.translates:
                 return self._defined("center", moved.place, "a translation, which moves all points", "a rotation")
-            raise AlgebraError(
-                "center", f"a {self._layout}", "a point or round", "axis() is what a motor does not move"
-            )
+            raise AlgebraError("center", f"a {self.layout}", "a point or round", "axis() is what a motor does not move")
         found = self._shape("center")
         self._require("center", found, ("point", *shapes.ROUNDS, "vector"))
         return self._defined("center", found.place, "coordinates that are not finite", "a point or round")
@@ -164,7 +166,7 @@ class Geometry:
         LayoutError
             If a single motor does not turn; in arrays such axes are NaN.
         """
-        found = quick.axis(self._elements)
+        found = quick.axis(self)
         if found is not None:
             return found
         moved = self._moved_in_space("axis")
@@ -186,7 +188,7 @@ class Geometry:
         """Return the coordinates of the translation of a motor, which follows its rotation."""
         moved = motions.motion_of("translation", self)
         if not moved.translates:
-            raise AlgebraError("translation", f"a {self._layout}", "a motor of PGA2, PGA3, CGA2 or CGA3")
+            raise AlgebraError("translation", f"a {self.layout}", "a motor of PGA2, PGA3, CGA2 or CGA3")
         return moved.translation
 
     def points(self) -> tuple[Self, Self]:
@@ -268,34 +270,22 @@ class Geometry:
         return explaining.line_of(self)
 
     @property
-    def _elements(self) -> Any:
-        return self
-
-    @property
-    def _layout(self) -> Any:
-        return self._elements.layout
-
-    @property
-    def _algebra(self) -> Any:
-        return self._elements.layout.algebra
-
-    @property
     def _is_motion(self) -> bool:
-        support = self._layout.support
-        return 0 in support and len(support) > 1 and self._algebra in motions.MOTIONS
+        support = self.layout.support
+        return 0 in support and len(support) > 1 and self.layout.algebra in motions.MOTIONS
 
     def _shape(self, where: str) -> Shape:
         return shapes.shape_of(where, self)
 
     def _require_same(self, where: str, other: Any) -> None:
-        if getattr(other, "algebra", None) != self._algebra:
+        if getattr(other, "algebra", None) != self.layout.algebra:
             found = f"multivectors of {other.algebra.name}" if hasattr(other, "algebra") else type(other).__name__
-            raise AlgebraError(where, f"{found} with a {self._layout}", f"an element of {self._algebra.name}")
+            raise AlgebraError(where, f"{found} with a {self.layout}", f"an element of {self.layout.algebra.name}")
 
     def _require(self, where: str, found: Shape, kinds: tuple[str, ...]) -> None:
         if found.kind.removeprefix("dual ") not in kinds:
             raise AlgebraError(
-                where, f"a {found.kind}, {self._layout}", f"a {', '.join(kinds[:-1])}{' or ' * (len(kinds) > 1)}"
+                where, f"a {found.kind}, {self.layout}", f"a {', '.join(kinds[:-1])}{' or ' * (len(kinds) > 1)}"
                 f"{kinds[-1]}", "explain() says what an element is",
             )  # fmt: skip
 
@@ -305,7 +295,7 @@ class Geometry:
         if moved.dimension == 2 or (needs_translation and not moved.translates):
             spaces = "PGA3 or CGA3" if needs_translation else "PGA3, CGA3, VGA3 or QUATERNIONS"
             raise AlgebraError(
-                where, f"a {self._layout}", f"a motion of {spaces}",
+                where, f"a {self.layout}", f"a motion of {spaces}",
                 "center() is what a motor of the plane does not move" if moved.dimension == 2 else "",
             )  # fmt: skip
         return moved
@@ -313,13 +303,13 @@ class Geometry:
     def _defined(self, where: str, values: Any, found: str, expected: str, axes: int = 1) -> Any:
         """Return numbers of elements; raise if those of a single element are NaN although its coefficients are not."""
         values = np.asarray(values) + 0.0  # without negative zeros
-        if values.ndim == axes and np.any(np.isnan(values)) and not np.any(np.isnan(self._elements.values)):
+        if values.ndim == axes and np.any(np.isnan(values)) and not np.any(np.isnan(self.values)):
             raise LayoutError(where, found, expected)
         return values if axes else number_of(values)
 
     def _points(self, where: str, coordinates: Any) -> Any:
         given = self._defined(where, coordinates, "no real point", "a real round, and a point off its centre")
-        return self._elements._of_rows(self._algebra.POINT, given)
+        return self._of_rows(self.layout.algebra.POINT, given)
 
 
 def _projected(x: Any, onto: Any) -> Any:

@@ -47,13 +47,14 @@ def distance(a: Any, b: Any) -> Any:
 
 
 def _how(a: Any, b: Any) -> tuple[bool, bool]:
-    single = all(
-        hasattr(x, "algebra") and getattr(x, "shape", None) == () and x.values.dtype == np.float64 for x in (a, b)
-    )
-    if not single or a.algebra not in _FLATS or a.algebra != b.algebra or a.layout != a.algebra.POINT:
+    one, two = (getattr(type(x), "layout", None) for x in (a, b))
+    if not isinstance(one, Layout) or not isinstance(two, Layout):  # types of many layouts, as before the extension
         return False, False
-    flats: list[Layout] = [a.algebra.layouts[name] for name in _FLATS[a.algebra]]
-    return b.layout in flats, a.algebra == PGA3 and b.layout in (PGA3.LINE, PGA3.UNIT_LINE)
+    algebra = one.algebra
+    if algebra not in _FLATS or algebra != two.algebra or one != algebra.POINT:
+        return False, False
+    flats = [algebra.layouts[name] for name in _FLATS[algebra]]
+    return two in flats, algebra == PGA3 and two in (PGA3.LINE, PGA3.UNIT_LINE)
 
 
 def axis(m: Any) -> Any:

@@ -89,7 +89,7 @@ class Space(Immutable, Generic[M]):
                 is_final = isinstance(found, Layout)
             else:
                 layout = layout_of(self.algebra, {blade})
-                found = wrap(layout, np.array([float(sign * layout.stored[0].sign)]))
+                found = of_rows(layout, np.array([float(sign * layout.stored[0].sign)]))
                 is_final = single_type(layout) is not None  # otherwise it is an array until the extension exists
             if is_final:
                 _ATTRIBUTES[id(self.algebra), name] = found, self.algebra

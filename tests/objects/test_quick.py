@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from gacompiler.errors import AlgebraError, LayoutError
-from gacompiler.objects import CGA3, PGA2, PGA3, VGA3, motions, quick, relations, shapes
+from gacompiler.objects import CGA3, PGA2, PGA3, VGA3, constructors, motions, quick, relations, shapes
+from gacompiler.objects.arrays import ArrayMultivector
 from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(3)
@@ -39,6 +40,25 @@ def test_other_distances_are_not_computed_here() -> None:
         p.distance(PGA3.e01)
     with pytest.raises(AlgebraError, match=r"int with a PGA3\.POINT"):
         p.distance(3)
+
+
+def test_elements_made_before_the_extension_share_a_type() -> None:
+    """Nothing may be known of an operation by this type, which elements of all layouts have, and arrays."""
+    p, q, d, plane = (
+        ArrayMultivector(layout, np.array(values, float))
+        for layout, values in (
+            (PGA3.POINT, [1, 2, 3]), (PGA3.POINT, [1, 2, 5]), (PGA3.DIRECTION, [1, 0, 0]),
+            (PGA3.PLANE, [0, 0, 1, -1]),
+        )
+    )  # fmt: skip
+    above = ArrayMultivector(PGA3.PLANE, np.array([0, 0, 2.0, -8]))
+    assert p.distance(q) == 2 and q.distance(plane) == plane.distance(q) == 4 and plane.distance(above) == 3
+    for x in (d, ArrayMultivector(PGA3.MOTOR, np.eye(8)[0])):
+        with pytest.raises(AlgebraError, match="distance: "):
+            p.distance(x)
+    for _ in range(2 * constructors.OFTEN):
+        assert PGA3.line(p, q).direction().tolist() == [0, 0, 1]
+    assert PGA3.line(p, d).direction().tolist() == [1, 0, 0]
 
 
 def test_axes() -> None:
