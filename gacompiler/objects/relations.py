@@ -144,26 +144,32 @@ def _rising(a: Shape, b: Shape) -> Reals:
     return np.asarray(np.arctan2(_dot(a.along, b.normal), _sine(a, b)))
 
 
-def _arccos(cosine: Reals) -> Reals:
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.arccos(cosine))
+def _arccos(cosine: Reals, a: Shape, b: Shape, scale: Reals) -> Reals:
+    """Return the angle of a cosine; elements that touch may have one beyond 1 by a rounding error, as in `_parallel`.
+
+    The cosine is computed from squared distances and radii, as differences of squared coordinates, divided by `scale`.
+    """
+    squares = sum(_dot(each.place, each.place) + np.nan_to_num(each.squared) for each in (a, b))
+    beyond = 2 ** (2 + a.dimension) * np.finfo(np.result_type(a.place, b.place)).eps * (1 + squares / scale)
+    return np.asarray(np.arccos(np.where(np.abs(cosine) <= 1 + beyond, np.clip(cosine, -1, 1), cosine)))
 
 
 def _spheres(a: Shape, b: Shape) -> Reals:
     with np.errstate(invalid="ignore", divide="ignore"):
         squares = a.squared + b.squared - _dot(a.place - b.place, a.place - b.place)
-        return _arccos(squares / (2 * a.radius * b.radius))
+        scale = 2 * a.radius * b.radius
+        return _arccos(squares / scale, a, b, scale)
 
 
 def _plane_sphere(plane: Shape, sphere: Shape) -> Reals:
     with np.errstate(invalid="ignore", divide="ignore"):
-        return _arccos(-_above(sphere.place, plane) / sphere.radius)
+        return _arccos(-_above(sphere.place, plane) / sphere.radius, plane, sphere, sphere.squared)
 
 
 def _line_sphere(line: Shape, sphere: Shape) -> Reals:
     """Return the angle at which a line crosses a sphere, whose cosine is the line's distance over the radius."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        return _arccos(length(_beside(sphere.place, line)) / sphere.radius)
+        return _arccos(length(_beside(sphere.place, line)) / sphere.radius, line, sphere, sphere.squared)
 
 
 def _circle_sphere_angle(circle: Shape, sphere: Shape) -> Reals:
@@ -175,7 +181,8 @@ def _circle_sphere_angle(circle: Shape, sphere: Shape) -> Reals:
     height, across, _ = _point_circle(sphere.place, circle)
     with np.errstate(invalid="ignore", divide="ignore"):
         squares = circle.squared + across**2 + height**2 - sphere.squared
-        sine = across * np.sin(_arccos(squares / (2 * circle.radius * across))) / sphere.radius
+        scale = 2 * circle.radius * across
+        sine = across * np.sin(_arccos(squares / scale, circle, sphere, scale)) / sphere.radius
         return np.asarray(np.arcsin(np.minimum(1.0, sine)))
 
 

@@ -178,3 +178,25 @@ def test_the_former_name_of_from_matrix() -> None:
     with pytest.warns(DeprecationWarning, match="motor_from_matrix is now from_matrix") as caught:
         found = PGA3.motor_from_matrix(np.eye(4))
     assert caught[0].filename == __file__ and found.isclose(1)
+
+
+@pytest.mark.parametrize("space", [CGA2, CGA3])
+def test_elements_that_touch_have_an_angle(space: Any) -> None:
+    """Whether rounding errors separate them or not."""
+    d = space.algebra.dimension - 2
+    sphere, plane = (space.circle, space.line) if d == 2 else (space.sphere, space.plane)
+    rng = np.random.default_rng(8)
+    centres, radii = rng.normal(size=(500, d)) * 5, rng.uniform(0.5, 3, (500, 2))
+    along = rng.normal(size=(500, d))
+    along /= np.linalg.norm(along, axis=-1, keepdims=True)
+    one = sphere(centres, radii[:, 0])
+    for apart, angle in ((radii.sum(-1), np.pi), (radii[:, 0] - radii[:, 1], 0.0)):
+        other = sphere(centres + apart[:, None] * along, radii[:, 1])
+        np.testing.assert_allclose(one.angle(other), angle, rtol=0, atol=2e-6)
+    apart = radii.sum(-1) + 1e-9
+    assert np.isnan(one.angle(sphere(centres + apart[:, None] * along, radii[:, 1]))).all()
+    np.testing.assert_allclose(one.angle(one), 0, rtol=0, atol=2e-6)
+    heights = np.sum(along * centres, -1) + radii[:, 0]
+    normals = [*along.T, -heights] if d == 2 else [along, heights]
+    touching = np.sin(one.angle(plane(*normals)))
+    np.testing.assert_allclose(touching, 0, rtol=0, atol=2e-6)
