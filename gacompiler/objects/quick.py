@@ -27,15 +27,15 @@ _STILL = 1e-6
 """The least sine of half the angle of a rotation whose axis is computed here."""
 
 _known: dict[tuple[type, type], tuple[bool, bool]] = {}
-"""For the types of two elements whether the distance is computed here, and whether the second one may be a screw."""
+"""For the types of two elements whether the distance is computed here, and whether the second one may be a screw.
+
+Elements that the extension does not store have one type, whatever their layouts are; it is not among these types.
+"""
 
 
 def distance(a: Any, b: Any) -> Any:
     """Return the distance of a point of weight 1 from a point, line or plane of the same projective space, or None."""
-    types = type(a), type(b)
-    if types not in _known:
-        _known[types] = _how(a, b)
-    is_here, may_be_screw = _known[types]
+    is_here, may_be_screw = _known.get((type(a), type(b))) or _how(a, b)
     if not is_here or OBSERVERS:  # checks of operands are no part of a recorded program
         return None
     size = largest(b.values)
@@ -47,14 +47,15 @@ def distance(a: Any, b: Any) -> Any:
 
 
 def _how(a: Any, b: Any) -> tuple[bool, bool]:
-    one, two = (getattr(type(x), "layout", None) for x in (a, b))
-    if not isinstance(one, Layout) or not isinstance(two, Layout):  # types of many layouts, as before the extension
+    algebra, two = a.algebra, getattr(b, "layout", None)
+    found = False, False
+    if algebra in _FLATS and a.layout == algebra.POINT and two in [algebra.layouts[name] for name in _FLATS[algebra]]:
+        found = True, algebra == PGA3 and two in (PGA3.LINE, PGA3.UNIT_LINE)
+    if all(isinstance(getattr(type(x), "layout", None), Layout) for x in (a, b)):
+        _known[type(a), type(b)] = found
+    elif found[0] and (a.shape or b.shape or not a.values.dtype == b.values.dtype == np.float64):
         return False, False
-    algebra = one.algebra
-    if algebra not in _FLATS or algebra != two.algebra or one != algebra.POINT:
-        return False, False
-    flats = [algebra.layouts[name] for name in _FLATS[algebra]]
-    return two in flats, algebra == PGA3 and two in (PGA3.LINE, PGA3.UNIT_LINE)
+    return found
 
 
 def axis(m: Any) -> Any:
