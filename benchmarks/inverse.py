@@ -119,7 +119,7 @@ def _beside_ssik(name: str, count: int) -> tuple[str, ...]:
 def _compared(arm: Robot, poses: np.ndarray, peer: _Peer) -> tuple[str, ...]:
     """Return what a row has after the names."""
     own, theirs = _alternating([partial(arm.inverse, pose) for pose in poses], peer)
-    batch = _spent(lambda: arm.inverse(poses)) / len(poses)
+    batch = min(_spent(lambda: arm.inverse(poses)) for _ in range(_REPEATS)) / len(poses)
     found, counts, error = arm.inverse(poses), np.zeros(3, int), 0.0
     for k, pose in enumerate(poses):
         ours = found.q[k][found.valid[k]]

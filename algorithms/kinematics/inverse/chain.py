@@ -86,12 +86,13 @@ class Chain:
         return reaching.motion_of_joints.bind(**self.tables)
 
     @cached_property
-    def _distance(self) -> Method:
+    def distance_rows(self) -> Method:
+        """The distance of the motor of all joints to goals, both in rows: (..., n), (..., 8) to (...)."""
         return reaching.distance_to_goal.bind(**self.tables, size=self.size)
 
     def distance(self, q: Reals, goals: Reals) -> Reals:
         """Return the distance of the motor of all joints to goals, (..., n), (..., 8) to (...)."""
-        return self._distance(*paired(q, goals))  # type: ignore[no-any-return]
+        return self.distance_rows(*paired(q, goals))  # type: ignore[no-any-return]
 
     @cached_property
     def descent(self) -> Method:
