@@ -6,7 +6,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from arm_tables import CRX10, JACO, OFFSET_WRIST, QUARTER, Rows, pose_by_matrices, random_arm
+from arm_tables import ALMOST_SPHERICAL_WRIST, CRX10, JACO, OFFSET_WRIST, QUARTER, Rows, pose_by_matrices, random_arm
 from selection import some_slow
 
 from algorithms.kinematics import Robot, Status
@@ -106,3 +106,15 @@ def test_reachable_poses_next_to_singularities_are_not_called_unreachable() -> N
     pose = arm.pose(np.zeros(7))
     pose[0, 3] += 10.0
     assert arm.inverse(pose, locked={6: 0.0}).status == Status.OUT_OF_REACH
+
+
+@pytest.mark.parametrize("name", ["fourth joint", "wrist"])
+def test_zeros_closer_than_the_errors_of_their_polynomial(name: str) -> None:
+    # All real zeros are in two clusters of four, smaller than 1e-3: about the fourth root of its errors.
+    rows = ALMOST_SPHERICAL_WRIST
+    q = posture(name, 40)
+    q = q[regular(rows, q)]
+    found = Robot.from_dh(rows).inverse(pose_by_matrices(rows, q))
+    away = (found.q - q[:, None] + pi) % (2 * pi) - pi
+    assert np.where(found.valid, np.abs(away).max(-1), np.inf).min(-1).max() < 1e-5
+    assert (found.status == Status.INCOMPLETE).mean() <= 0.2

@@ -44,6 +44,8 @@ _ORIGINS = np.random.default_rng(1).uniform(-np.pi, np.pi, 6)
 """Origins of the angles, chosen at random so that no solution is at 180 degrees, where the tangent is infinite."""
 _DEGREE = 8
 """Degree of the trigonometric polynomial of the first variable."""
+_CHECKS = np.array([2, 8, 13]) + 0.5
+"""Where the polynomial is checked: half way between samples with these numbers."""
 _SHARPENED = 12
 """Largest number of Newton steps that sharpen zeros."""
 _MEANS = 8
@@ -229,12 +231,14 @@ def _polynomial() -> dict[str, Reals]:
     """Return the tables for a trigonometric polynomial: samples, its Fourier transform, and guesses of the zeros."""
     angles = 2 * np.pi * np.arange(2 * _DEGREE + 1) / (2 * _DEGREE + 1)
     waves = np.exp(-1j * np.outer(np.arange(_DEGREE, -_DEGREE - 1, -1), angles)) / len(angles)
+    between = 2 * np.pi * _CHECKS / len(angles)
     # Alternately inside and outside of the unit circle: guesses on it would never leave it.
     turns = np.arange(2 * _DEGREE)
     guesses = np.exp(np.where(turns % 2, 0.25, -0.25) + 1j * np.pi * (turns + 0.5) / _DEGREE)
     return {
         "samples": np.stack([np.cos(angles), np.sin(angles)], -1),
         "waves": np.stack([waves.real, waves.imag], -1),
+        "checks": np.stack([np.cos(between), np.sin(between)], -1),
         "guesses": np.stack([guesses.real, guesses.imag], -1),
     }
 
