@@ -122,8 +122,10 @@ class Chain:
 
     def wrapped(self, q: Reals) -> Reals:
         """Return joint variables with angles in (-pi, pi]."""
-        shifted = q - 2 * np.pi * np.ceil((q - np.pi) / (2 * np.pi))
-        return np.where(np.array(self.slides) | (np.abs(q) < np.pi), q, np.clip(shifted, -np.pi, np.pi))
+        turns = np.ceil((q - np.pi) / (2 * np.pi)) * self.tables["turns"]
+        if not np.count_nonzero(turns):
+            return q
+        return np.where(turns == 0, q, np.minimum(np.maximum(q - 2 * np.pi * turns, -np.pi), np.pi))
 
     def lock(self, joint: int, value: Reals, goals: Reals) -> tuple[Chain, Reals]:
         """Return the chain without one joint, and its goal motors, (N, 8).

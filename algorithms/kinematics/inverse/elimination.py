@@ -110,15 +110,18 @@ class Variant:
     def candidates(self, goals: Reals, sharp: bool = False) -> tuple[Reals, Reals]:
         """Return configurations of the given arm that may reach goals, (N, C, 6), and how many real zeros there are.
 
-        Missing configurations are NaN. `sharp` spends more time on zeros that are close to each other.
+        Missing configurations are NaN; there are columns for the goal that has most. `sharp` spends more time on zeros that are close to each other.
         """
         scale = np.array([1.0] * 4 + [1 / self.whole.size] * 4)
         ends = (pga3.motor_inverse(goals) if self.backwards else goals) * scale
         q, most = np.full((len(goals), 2 * _DEGREE, 6), np.nan), np.empty(len(goals), int)
+        columns = 1
         for start in range(0, len(ends), _BLOCK):
             block = slice(start, start + _BLOCK)
             found, most[block] = self._block(ends[block], sharp)
             q[block, : found.shape[1]] = found
+            columns = max(columns, found.shape[1])
+        q = q[:, :columns]
         if any(self.chain.slides):
             q *= np.where(self.chain.slides, self.whole.size, 1.0)
         return q[..., ::-1] if self.backwards else q, most
@@ -126,20 +129,22 @@ class Variant:
     def _block(self, goals: Reals, sharp: bool) -> tuple[Reals, Reals]:
         """As `candidates`, for `chain` and a block of goals."""
         *equations, zeros = self.zeros(goals, np.zeros((len(goals), 2)))
-        if np.count_nonzero(zeros[..., 3]):
+        angle, away, real, doubtful = zeros.transpose(2, 0, 1)
+        if np.count_nonzero(doubtful):
             rows = np.flatnonzero(zeros[..., 3].any(-1))
             first = np.exp(1j * zeros[rows, :, 0] - np.abs(zeros[rows, :, 1]))
             zeros[rows] = self.zeros(goals[rows], _centres(first))[-1]
-        angle, away, real, doubtful = zeros.transpose(2, 0, 1)
-        may_be = (np.abs(away) < _NOT_REAL) | (real + doubtful > 0)
-        count = np.count_nonzero(may_be, axis=-1)
-        order = np.argsort(~may_be, axis=-1, kind="stable")[:, : max(int(count.max()), 1)]
+        counted = (real + doubtful) > 0
+        may_be = (np.abs(away) < _NOT_REAL) | counted
+        order = np.argsort(~may_be, axis=-1, kind="stable")
+        count = may_be.sum(-1)
+        order = order[:, : max(int(count.max()), 1)]
         if sharp:
             angle = angle + np.where(doubtful > 0, away, 0.0)
-        angle = np.take_along_axis(angle, order, 1)
+        angle = angle[np.arange(len(goals))[:, None], order]
         q = self.configurations(goals, angle, float(_SHARPENED if sharp else 0), *equations)
         q[np.arange(order.shape[1]) >= count[:, None]] = np.nan
-        return q, np.count_nonzero(real + doubtful, axis=-1)
+        return q, counted.sum(-1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -183,8 +188,7 @@ class Elimination:
     def _once(self, goals: Reals, attempt: int) -> tuple[Branches, Reals]:
         """Return the branches of one elimination, complete if every real zero led to a branch of its own."""
         q, zeros = self.variants[attempt % len(self.variants)].candidates(goals, attempt > 0)
-        branches, gap = gathered(self.whole, q, goals)
-        count = np.isfinite(branches[..., 0]).sum(-1)
+        branches, gap, count = gathered(self.whole, q, goals)
         return Branches(branches, gap, (zeros == count) & (count % 2 == 0)), zeros
 
 
