@@ -110,7 +110,8 @@ class Variant:
     def candidates(self, goals: Reals, sharp: bool = False) -> tuple[Reals, Reals]:
         """Return configurations of the given arm that may reach goals, (N, C, 6), and how many real zeros there are.
 
-        Missing configurations are NaN; there are columns for the goal that has most. `sharp` spends more time on zeros that are close to each other.
+        Missing configurations are NaN; there are as many columns as the goal with most needs. `sharp` spends more time
+        on zeros that are close to each other.
         """
         scale = np.array([1.0] * 4 + [1 / self.whole.size] * 4)
         ends = (pga3.motor_inverse(goals) if self.backwards else goals) * scale
