@@ -68,7 +68,7 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
         as_many = agrees & ((np.abs(before[rows] - seen) <= 2) | (agreed[rows] == count))
         agreed[rows] = np.where(agrees, count, agreed[rows])
         before[rows] = seen
-        found.complete[rows] = as_many | (count % 2 == 0) & (count == most[rows])
+        found.complete[rows] = as_many | (count % 2 == 0) & (count == most[rows]) & (found.gap[rows] > 0).all(-1)
         # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
         singular[rows] |= near.complete & (found.gap[rows] == 0).any(-1)
     return found._replace(complete=found.complete | singular)
@@ -120,7 +120,8 @@ def gathered(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals, NDArra
     missing = kept == 0
     reached[missing], gap[missing] = np.nan, 1.0
     if candidates > _BRANCHES:
-        order = np.argsort(missing, axis=-1, kind="stable")[:, :_BRANCHES]
+        # A continuum of configurations fills no place of a regular branch.
+        order = np.argsort(np.where(missing, 2, gap == 0), axis=-1, kind="stable")[:, :_BRANCHES]
         rows = np.arange(many)[:, None]
         reached, gap, missing = reached[rows, order], gap[rows, order], missing[rows, order]
     elif candidates < _BRANCHES:

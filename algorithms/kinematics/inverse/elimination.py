@@ -190,7 +190,7 @@ class Elimination:
         """Return the branches of one elimination, complete if every real zero led to a branch of its own."""
         q, zeros = self.variants[attempt % len(self.variants)].candidates(goals, attempt > 0)
         branches, gap, count = gathered(self.whole, q, goals)
-        return Branches(branches, gap, (zeros == count) & (count % 2 == 0)), zeros
+        return Branches(branches, gap, (zeros == count) & (count % 2 == 0) & (gap > 0).all(-1)), zeros
 
 
 @lru_cache(maxsize=64)
