@@ -188,7 +188,9 @@ class Elimination:
 
     def _once(self, goals: Reals, attempt: int) -> tuple[Branches, Reals]:
         """Return the branches of one elimination, complete if every real zero led to a branch of its own."""
-        q, zeros = self.variants[attempt % len(self.variants)].candidates(goals, attempt > 0)
+        # Both of a pair of neighbours are solved by one variant, at each of three distances.
+        number = attempt if attempt < 2 else (attempt // 2 - 1) // 3
+        q, zeros = self.variants[number % len(self.variants)].candidates(goals, attempt > 0)
         branches, gap, count = gathered(self.whole, q, goals)
         return Branches(branches, gap, (zeros == count) & (count % 2 == 0) & (gap > 0).all(-1)), zeros
 
