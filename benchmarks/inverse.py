@@ -1,8 +1,12 @@
-"""Compare inverse kinematics with EAIK and ssik, for the page of ``python -m benchmarks robots``."""
+"""Compare inverse kinematics with EAIK and ssik, for the page of ``python -m benchmarks robots``.
+
+``python -m benchmarks.inverse COUNT`` compares the branches of all prebuilt arms of ssik in postures of four kinds.
+"""
 
 from __future__ import annotations
 
 import importlib
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from algorithms.kinematics import Robot, elbow_angle
+from algorithms.kinematics import Robot, Status, elbow_angle
 from generated import pga3
 
 from . import markdown
@@ -109,7 +113,7 @@ def _beside_eaik(name: str, count: int) -> tuple[str, ...]:
 def _beside_ssik(name: str, count: int) -> tuple[str, ...]:
     if not installed("ssik"):
         return ("ssik", name, "ssik is not installed", *[markdown.MISSING] * 8)
-    solver, arm = _prebuilt(_SSIK[name])
+    solver, arm = prebuilt(_SSIK[name])
     poses = _poses(arm, count)[1]
     call = partial(solver, respect_limits=False)
     peer = _Peer(lambda pose: np.array([found.q for found in call(pose)]), call, list(poses))
@@ -136,7 +140,7 @@ def _redundant(name: str, count: int) -> tuple[str, ...]:
     given = "elbow angle" if name.startswith("iiwa") else "last joint"
     if not installed("ssik"):
         return (name, given, "ssik is not installed", *[markdown.MISSING] * 4)
-    solver, arm = _prebuilt(_REDUNDANT[name])
+    solver, arm = prebuilt(_REDUNDANT[name])
     q, poses = _poses(arm, count)
     values = elbow_angle(arm, q) if given == "elbow angle" else q[:, 6]
     options = [{"elbow": x} if given == "elbow angle" else {"locked": {6: x}} for x in values]
@@ -180,7 +184,7 @@ def _different(q: np.ndarray) -> np.ndarray:
     return q[~np.tril(away < _SAME, -1).any(-1)]
 
 
-def _prebuilt(path: str) -> tuple[Callable[..., Any], Robot]:
+def prebuilt(path: str) -> tuple[Callable[..., Any], Robot]:
     """Return a solver of ssik and the same robot, read from a description with its numbers."""
     module = importlib.import_module(f"ssik.prebuilt.{path}")
     body = module._build_kb()
@@ -214,3 +218,46 @@ def _joint(k: int, kind: str, place: np.ndarray, inside: str) -> str:
 
 def _words(numbers: Any) -> str:
     return " ".join(repr(float(x)) for x in numbers)
+
+
+def recall(count: int, seed: int = 1) -> str:
+    """Compare the regular branches of ssik's prebuilt arms with six joints, in postures of four kinds.
+
+    Returns a table in Markdown: of each arm and kind the regular configurations, how many of them are not among the
+    branches of their own poses, with which statuses, and the regular branches of ours, of ssik and of both together.
+    """
+    import ssik
+
+    lines = []
+    for path in (one.import_path.removeprefix("ssik.prebuilt.") for one in ssik.list_arms() if one.dof == 6):
+        solver, arm = prebuilt(path)
+        rng = np.random.default_rng(seed)
+        for kind in ("random", "fourth angle 0", "wrist, 90 degrees", "all, 15 degrees"):
+            q = rng.uniform(-np.pi, np.pi, (count, 6))
+            if kind == "fourth angle 0":
+                q[:, 3] = 0.0
+            elif kind == "wrist, 90 degrees":
+                q[:, 3:] = rng.integers(-1, 3, (count, 3)) * np.pi / 2
+            elif kind == "all, 15 degrees":
+                q = rng.integers(-11, 13, (count, 6)) * np.pi / 12
+            poses = arm.pose(q)
+            found, missing, counts = arm.inverse(poses), dict.fromkeys(Status, 0), np.zeros(3, int)
+            for k, pose in enumerate(poses):
+                ours = _regular(arm, found.q[k][found.valid[k]])
+                others = np.array([one.q for one in solver(pose, respect_limits=False)]).reshape(-1, 6)
+                others = _regular(arm, others[np.abs(arm.pose(others) - pose).max((-2, -1)) < _REACHED])
+                own = _regular(arm, q[k : k + 1])
+                missing[Status(found.status[k])] += len(_different(np.concatenate([ours, own]))) - len(_different(ours))
+                both = _different(np.concatenate([ours, others]))
+                counts += (len(_different(ours)), len(_different(others)), len(both))
+            names = ", ".join(f"{many} {status.name}" for status, many in missing.items() if many) or "0"
+            lines.append((path, kind, str(len(_regular(arm, q))), names, *map(str, counts)))
+    return markdown.table(("arm", "postures", "regular", "missing", "branches", "ssik", "union"), lines)
+
+
+def _regular(arm: Robot, q: np.ndarray) -> np.ndarray:
+    return q[np.linalg.svd(arm.jacobian(q), compute_uv=False)[:, -1] > 0.01]
+
+
+if __name__ == "__main__":
+    print(recall(int(sys.argv[1])))

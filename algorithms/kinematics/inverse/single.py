@@ -91,10 +91,11 @@ class SinglePose:
         moved, valid, within, nearest, singular, doubtful = self.judge(q, gap, self.distance(q, goals), near, wish)
         if doubtful:
             return None
-        is_valid = valid > 0
-        if np.count_nonzero(is_valid) < len(q):
+        is_valid = valid.astype(bool)
+        if np.count_nonzero(valid) < len(q):
             moved[~is_valid] = np.nan
-        return Solutions(moved, is_valid, _STATUS[int(singular)].copy(), nearest, self.name, within > 0)
+        status = _STATUS[int(singular)].copy()
+        return Solutions(moved, is_valid, status, nearest, self.name, within.astype(bool))
 
 
 def _complete(solve: Callable[..., Any]) -> Callable[[Reals], tuple[Reals, Reals, Any]]:
