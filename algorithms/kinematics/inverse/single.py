@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from generated import pga3
+from generated import pga3, reaching
 
 from ...arguments import Reals
 from ..model import Model
@@ -67,9 +67,8 @@ class SinglePose:
         if pose.shape == (8,):
             motor = pga3.normalize_motor(pose)
         elif pose.shape == (4, 4):
-            motor = pga3.motor_from_matrix(pose)
-            away = pga3.motor_to_matrix(motor) - pose
-            if not np.vdot(away, away) < MOTION * MOTION:
+            motor, away = reaching.motor_of_pose(pose)
+            if not away <= MOTION:
                 return None
         else:
             return None

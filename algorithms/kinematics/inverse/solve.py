@@ -288,12 +288,8 @@ def unit_motors(poses: ArrayLike, name: str) -> Reals:
     """Return motors or matrices as unit motors in double precision; NaN for matrices that are no rigid motions."""
     array = real_array(plain(poses, name, MOTOR), name, ())
     if array.shape[-2:] == (4, 4):
-        matrices = array.astype(float)
-        found = pga3.motor_from_matrix(matrices)
-        away = pga3.motor_to_matrix(found) - matrices
-        away[..., :3, 3] = 0.0
-        found[np.abs(away).max((-2, -1)) > MOTION] = np.nan
-        return found
+        found, away = reaching.motor_of_pose(array.astype(float))
+        return np.where((away > MOTION)[..., None], np.nan, found)
     motors = real_array(array, name, (8,), "motors, or matrices (..., 4, 4)")
     return pga3.normalize_motor(motors.astype(float))
 
