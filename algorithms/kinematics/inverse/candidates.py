@@ -45,6 +45,7 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
     most = most.astype(float)
     rng, singular, before = np.random.default_rng(3), np.zeros(len(goals), bool), np.full(len(goals), np.nan)
     shift, agreed = np.zeros(6), np.full(len(goals), np.nan)
+    calm, known = np.zeros(len(goals), int), np.zeros(len(goals), int)
     for attempt in range(1, _ATTEMPTS):
         rows = np.flatnonzero(~found.complete)
         if not len(rows):
@@ -67,10 +68,17 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
         agrees = (pair > 0) & (is_second > 0) & (count == np.maximum(before[rows], seen))
         as_many = agrees & ((np.abs(before[rows] - seen) <= 2) | (agreed[rows] == count))
         agreed[rows] = np.where(agrees, count, agreed[rows])
-        before[rows] = seen
-        found.complete[rows] = as_many | (count % 2 == 0) & (count == most[rows]) & (found.gap[rows] > 0).all(-1)
+        has_singular = (found.gap[rows] == 0).any(-1)
+        found.complete[rows] = as_many | (count % 2 == 0) & (count == most[rows]) & ~has_singular
         # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
-        singular[rows] |= near.complete & (found.gap[rows] == 0).any(-1)
+        singular[rows] |= near.complete & has_singular
+        if pair and is_second:
+            # Beside singular branches, two pairs of neighbours must not add regular ones.
+            regular = (np.isfinite(found.q[rows, :, 0]) & (found.gap[rows] > 0)).sum(-1)
+            calm[rows] = np.where(regular == known[rows], calm[rows] + np.isfinite(before[rows] + seen), 0)
+            known[rows] = regular
+            found.complete[rows] |= has_singular & (calm[rows] >= 2)
+        before[rows] = seen
     return found._replace(complete=found.complete | singular)
 
 
