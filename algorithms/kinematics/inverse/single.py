@@ -14,12 +14,13 @@ from ...arguments import Reals
 from ..model import Model
 from .chain import Chain, Method
 from .closed import Closed, SphericalWrist, ThreeParallel
-from .solutions import FOUND, Solutions
+from .solutions import FOUND, Solutions, Status
 
 MOTION = 1e-3
 """A matrix is a rigid motion if no entry of its rotation differs by more than this from that of its motor."""
 _FLOAT64 = np.dtype(np.float64)
 _STATUS = tuple(np.array(status) for status in FOUND)
+_INCOMPLETE = np.array(Status.INCOMPLETE, np.int8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,8 +84,6 @@ class SinglePose:
             return None
         goal = pga3.motor_between_frames(self.tool, motor)
         q, gap, complete = self.branches(motor if self.takes_pose else goal)
-        if not complete:
-            return None
         goals = np.empty((len(q), 8))
         goals[:] = goal
         moved, valid, within, nearest, singular, doubtful = self.judge(q, gap, self.distance(q, goals), near, wish)
@@ -93,8 +92,8 @@ class SinglePose:
         is_valid = valid.astype(bool)
         if np.count_nonzero(valid) < len(q):
             moved[~is_valid] = np.nan
-        status = _STATUS[int(singular)].copy()
-        return Solutions(moved, is_valid, status, nearest, self.name, within.astype(bool))
+        status = _STATUS[int(singular)] if complete else _INCOMPLETE
+        return Solutions(moved, is_valid, status.copy(), nearest, self.name, within.astype(bool))
 
 
 def _complete(solve: Callable[..., Any]) -> Callable[[Reals], tuple[Reals, Reals, Any]]:
