@@ -12,7 +12,7 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
-from . import markdown, pages
+from . import inverse, markdown, pages
 from .libraries import installed
 from .timing import minimum_times
 
@@ -59,7 +59,7 @@ _ARMS = {
 }
 """For each method of inverse kinematics: the robot, and options. `general` is a robot with random parameters."""
 _COMPLETE = ("puma560", "stanford", "ur3", "ur5", "ur10", "ur20", "irb140", "kr5", "jaco", "crx10ia")
-_MANY, _FEW, _SINGLES = 100_000, 2_000, 20
+_MANY, _FEW, _SINGLES, _COMPARED = 100_000, 2_000, 20, 500
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -94,6 +94,8 @@ def page(quick: bool = False) -> str:
         ),
         "",
         _inverse(max(rounds // 4, 1), batch),
+        "## Inverse kinematics beside EAIK and ssik\n",
+        inverse.page(10 if quick else _COMPARED),
         "## Completeness\n",
         markdown.paragraph(
             "Regular configurations that are not among the solutions for their own poses.",

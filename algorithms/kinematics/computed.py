@@ -95,6 +95,10 @@ class Computed:
         Fast calls of the kernels that have been used.
     reaching : tuple or None
         The fixed parts of the last tasks of `Robot.reach`, and the object that computes them.
+    arm : tuple or None
+        The chain from the base to the end effector as a robot, None for the robot itself, and its variables.
+    single_pose : SinglePose or None
+        The kernels of `Robot.inverse` for one pose, after the first call.
     of_links : dict of str to tuple of Method
         The kernels of poses and Jacobians of the links that have been used, None for links that do not move.
     """
@@ -104,6 +108,8 @@ class Computed:
         self.own = own
         self.attempts = Attempts()
         self.reaching: tuple[Any, Any] | None = None
+        self.arm: Any = None
+        self.single_pose: Any = None
         self.of_links: dict[str, tuple[Method, Method] | None] = {}
 
     def _bound(self, kernel: Any, **tables: Any) -> Method:

@@ -22,7 +22,7 @@ from . import mjcf, urdf
 from .bodies import Body, moved
 from .denavit_hartenberg import Convention, Joint, Table, convention_of, rows_of
 from .errors import DescriptionError, JointCountError
-from .inverse import SelfMotion, Solutions, self_motions
+from .inverse import SelfMotion, Solutions, self_motions, single_pose
 from .inverse import inverse as _inverse
 from .named import FOLDED, table_of
 from .reaching import Reached, reached
@@ -399,6 +399,11 @@ class Robot(Simulated):
             If an argument has a wrong shape or type, a joint does not exist, `elbow` or `method` does not apply to the
             arm, or the link is unknown or fixed to the base.
         """
+        single = self._computed.single_pose
+        if single is not None and locked is None and elbow is None and method == "motors" and link is None is way:
+            quick: Solutions | None = single.attempt(poses, near)
+            if quick is not None:
+                return quick
         if way is not None:
             warnings.warn(
                 "Robot.inverse: parameter way is now method; the old name will be removed in version 0.3",
@@ -416,6 +421,8 @@ class Robot(Simulated):
         arm, variables = self._arm()
         if arm is self:
             own = self._computed.own.get("inverse")
+            if single is None and not locked and elbow is None and method == "motors":
+                self._computed.single_pose = single_pose(self, own)
             return _inverse(self, poses, locked=locked, elbow=elbow, method=method, near=near, own=own)
         for joint in locked or {}:
             if joint not in variables:
@@ -558,9 +565,16 @@ class Robot(Simulated):
 
     def _arm(self) -> tuple[Robot, list[int]]:
         """Return the chain from the base to the end effector as a robot, and the indices of its variables."""
+        if self._computed.arm is None:
+            self._computed.arm = self._arm_of_path()
+        arm, variables = self._computed.arm
+        return arm or self, variables
+
+    def _arm_of_path(self) -> tuple[Robot | None, list[int]]:
+        """As `_arm`, with None for the robot itself."""
         path = list(self.path)
         if not self.coupling.size and len(path) == len(self.kinds):
-            return self, path
+            return None, path
         variables = path
         if self.coupling.size:
             rows = self.coupling[path]

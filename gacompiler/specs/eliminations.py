@@ -34,6 +34,8 @@ TINY = Fraction(1, 10**30)
 """Pivots of zero are replaced by this number, which is small beside rounding errors."""
 NOISE = Fraction(1, 2**43)
 """Rounding errors of the polynomial, relative to the sum of its coefficients: a thousand, of determinants and sums."""
+UNLUCKY = 16
+"""The errors of the polynomial are this many times those at the checks, all of them, with a probability of 1e-4."""
 MOST_STEPS = 100
 """Maximum number of steps for the zeros. About ten suffice."""
 
@@ -104,11 +106,11 @@ def _six_equations(columns):
     after=array(MOTOR, "n", shared=True), point=POINT, line=LINE,
     side=array(SCALAR, "t", "t", 3, NUMBERS, shared=True), shares=array(SCALAR, "t", "t", 3, shared=True),
     samples=array(SCALAR, "s", 2, shared=True), guesses=array(SCALAR, "r", 2, shared=True),
-    waves=array(SCALAR, "p", "s", 2, shared=True),
+    waves=array(SCALAR, "p", "s", 2, shared=True), checks=array(SCALAR, "k", 2, shared=True),
     returns=(PAIR, SIDE, array(SCALAR, "r", 4)),
 )  # fmt: skip
 def eliminated(
-    goal, centre, pair, constant, before, after, point, line, side, shares, samples, guesses, waves
+    goal, centre, pair, constant, before, after, point, line, side, shares, samples, guesses, waves, checks
 ):  # fmt: skip
     """Reduce the equations of a goal to six in three variables, and find the values of the first one.
 
@@ -138,6 +140,8 @@ def eliminated(
     waves
         The table of the discrete Fourier transform, from the coefficient of the highest power on: one row more than
         there are guesses, since a polynomial has as many zeros as its degree.
+    checks
+        Cosine and sine of further angles, at which the polynomial is compared with the determinant.
 
     Returns
     -------
@@ -146,7 +150,7 @@ def eliminated(
     zeros
         For each zero: the first variable; its imaginary part, before the map; whether it is real; and whether this is
         in doubt. A zero is real if no other one is nearer to its conjugate. If it is not, but the polynomial at its
-        real part is a rounding error, it is in doubt.
+        real part is a rounding error, or as small as its errors at the checks, it is in doubt.
     """
 
     def moved(left, right):
@@ -184,7 +188,12 @@ def eliminated(
         z, _ = _mapped(matrices.Complex(ga.cos(angle), ga.sin(angle)), centre)
         return (ga.atan2(z.imaginary, z.real), *others)
 
-    return pair, side, each(mapped, *_zeros(coefficients, guesses))
+    def away(sample):
+        value, _, _ = _values(coefficients, matrices.Complex(*sample))
+        return ga.absolute(_size(value) - ga.absolute(height(*sample)))
+
+    noise = UNLUCKY * fold(lambda most, sample: ga.maximum(most, away(sample)), 0, checks)
+    return pair, side, each(mapped, *_zeros(coefficients, guesses, noise))
 
 
 def _mapped(z, centre):
@@ -197,23 +206,32 @@ def _mapped(z, centre):
     return matrices.Complex(found.real / scale, found.imaginary / scale), scale
 
 
-def _zeros(coefficients, guesses):
+def _size(z):
+    return ga.sqrt(z.real * z.real + z.imaginary * z.imaginary)
+
+
+def _values(coefficients, z):
+    """Return a polynomial, its slope, and the sum of the sizes of its terms."""
+    size = _size(z)
+
+    def horner(state, c):
+        value, slope, bound = state
+        up, along = matrices.complex_product(value, z), matrices.complex_product(slope, z)
+        return (
+            matrices.Complex(up.real + c[0], up.imaginary + c[1]),
+            matrices.Complex(along.real + value.real, along.imaginary + value.imaginary),
+            bound * size + ga.absolute(c[0]) + ga.absolute(c[1]),
+        )
+
+    return fold(horner, (matrices.Complex(0, 0), matrices.Complex(0, 0), 0), coefficients)
+
+
+def _zeros(coefficients, guesses, noise):
     """Return zeros of a trigonometric polynomial as in `eliminated`, before the map, by the method of Aberth."""
     numbers = ga.row_numbers(guesses)
 
     def values(z):
-        size = ga.sqrt(z.real * z.real + z.imaginary * z.imaginary)
-
-        def horner(state, c):
-            value, slope, bound = state
-            up, along = matrices.complex_product(value, z), matrices.complex_product(slope, z)
-            return (
-                matrices.Complex(up.real + c[0], up.imaginary + c[1]),
-                matrices.Complex(along.real + value.real, along.imaginary + value.imaginary),
-                bound * size + ga.absolute(c[0]) + ga.absolute(c[1]),
-            )
-
-        return fold(horner, (matrices.Complex(0, 0), matrices.Complex(0, 0), 0), coefficients)
+        return _values(coefficients, z)
 
     def step(state):
         return matrices.aberth_step(state[0], numbers, values, 64)
@@ -224,7 +242,6 @@ def _zeros(coefficients, guesses):
 
     def is_real(own, own_away, i):
         value, _, bound = values(matrices.Complex(ga.cos(own), ga.sin(own)))
-        size = ga.sqrt(value.real * value.real + value.imaginary * value.imaginary)
 
         def is_conjugate(other, other_away, j):
             chord = 2 * ga.sin((own - other) / 2)
@@ -232,7 +249,9 @@ def _zeros(coefficients, guesses):
             return select(equal(i, j), 0, select(square < 4 * own_away * own_away, 1, 0))
 
         is_apart = total(is_conjugate, angle, away, numbers) > 0
-        return select(is_apart, 0, 1), select(is_apart, select(size < NOISE * bound, 1, 0), 0)
+        return select(is_apart, 0, 1), select(
+            is_apart, select(_size(value) < ga.maximum(NOISE * bound, noise), 1, 0), 0
+        )
 
     return angle, away, *each(is_real, angle, away, numbers)
 

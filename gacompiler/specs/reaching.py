@@ -162,6 +162,18 @@ def _distance(made, goal, size):
     return minimum(reduce(maximum, near), reduce(maximum, far))
 
 
+@kernel(matrix=array(SCALAR, 4, 4), returns=(MOTOR, SCALAR))
+def motor_of_pose(matrix):
+    """Convert a homogeneous matrix to a motor, as `pga3.motor_from_matrix`, and say how far it is from a rigid motion.
+
+    That is the largest difference between an entry, but those of the translation, and that of the motor.
+    """
+    motor = pga3.motor_from_matrix(matrix)
+    made = pga3.motor_to_matrix(motor)
+    away = [absolute(made[i][j] - matrix[i][j]) for i in range(4) for j in range(4) if i == 3 or j < 3]
+    return motor, reduce(maximum, away)
+
+
 @kernel(q=VARIABLES, axes=AXES, turns=NUMBERS)
 def motion_of_joints(q, axes, turns):
     """Compute the motion of all joints together."""

@@ -1,4 +1,4 @@
-"""The affine and the conformal method give the same branches as motors."""
+"""The affine and the conformal method give the same branches as motors, and single poses those of batches."""
 
 from __future__ import annotations
 
@@ -126,3 +126,23 @@ def test_arms_without_another_method() -> None:
         Robot.from_dh(rows).inverse(np.eye(4), method="conformal")
     with pytest.raises(ValueError, match="expected 'motors' or 'affine' or 'conformal'"):
         Robot.named("ur5").inverse(np.eye(4), method="matrices")
+
+
+@pytest.mark.parametrize("name", ["crx10ia", "puma560", "ur5", "stanford", "cobra600"])
+def test_one_pose_has_the_result_of_a_batch_of_one(name: str) -> None:
+    arm = Robot.named(name)
+    rng = np.random.default_rng(2)
+    for k in range(12):
+        q = rng.uniform(-3, 3, arm.n_joints) if k % 3 else rng.integers(-11, 13, arm.n_joints) * (np.pi / 12)
+        pose = arm.pose(q)
+        if k % 4 == 1:
+            pose[:3, 3] *= 1.7
+        elif k in (6, 7):
+            pose[0, 0] = np.nan if k == 6 else pose[0, 0] + 0.1
+        for near in (None, q + 0.1):
+            one, batch = arm.inverse(pose, near=near), arm.inverse(pose[None], near=near)
+            assert one.method == batch.method and one.status.shape == ()
+            for column in ("q", "valid", "status", "nearest", "within_limits"):
+                here, there = getattr(one, column), getattr(batch, column)[0]
+                assert here.dtype == there.dtype
+                np.testing.assert_allclose(here, there, rtol=0, atol=1e-7)

@@ -6,7 +6,8 @@ from math import pi
 
 import numpy as np
 import pytest
-from arm_tables import CRX10, JACO, OFFSET_WRIST, QUARTER, Rows, pose_by_matrices, random_arm
+from arm_tables import ALMOST_SPHERICAL_WRIST, CRX10, JACO, OFFSET_WRIST, QUARTER, Rows, pose_by_matrices, random_arm
+from scipy.optimize import least_squares
 from selection import some_slow
 
 from algorithms.kinematics import Robot, Status
@@ -106,3 +107,32 @@ def test_reachable_poses_next_to_singularities_are_not_called_unreachable() -> N
     pose = arm.pose(np.zeros(7))
     pose[0, 3] += 10.0
     assert arm.inverse(pose, locked={6: 0.0}).status == Status.OUT_OF_REACH
+
+
+@pytest.mark.parametrize("name", ["fourth joint", "wrist"])
+def test_zeros_closer_than_the_errors_of_their_polynomial(name: str) -> None:
+    # All real zeros are in two clusters of four, smaller than 1e-3: about the fourth root of its errors.
+    rows = ALMOST_SPHERICAL_WRIST
+    q = posture(name, 40)
+    q = q[regular(rows, q)]
+    found = Robot.from_dh(rows).inverse(pose_by_matrices(rows, q))
+    away = (found.q - q[:, None] + pi) % (2 * pi) - pi
+    assert np.where(found.valid, np.abs(away).max(-1), np.inf).min(-1).max() < 1e-5
+    assert (found.status == Status.INCOMPLETE).mean() <= 0.1
+
+
+@pytest.mark.parametrize(("rows", "turns"), [(OFFSET_WRIST, (-2, 0, -6, 6, -1, -6)), (CRX10, (5, -2, -6, 11, -5, 2))])
+def test_regular_branches_beside_a_continuum(rows: Rows, turns: tuple[int, ...]) -> None:
+    pose = pose_by_matrices(rows, np.array(turns) * (pi / 12))
+
+    def error(q: np.ndarray) -> np.ndarray:
+        return np.ravel(pose_by_matrices(rows, q) - pose)[:12]
+
+    starts = np.random.default_rng(0).uniform(-pi, pi, (16, 6))
+    ends = [least_squares(error, start, method="lm", xtol=1e-15, ftol=1e-15, max_nfev=300) for start in starts]
+    reached = np.array([end.x for end in ends if np.abs(end.fun).max() < 1e-10])
+    reached = reached[regular(rows, reached)]
+    assert len(reached) >= 2
+    found = Robot.from_dh(rows).inverse(pose)
+    away = np.abs((found.q[found.valid] - reached[:, None] + pi) % (2 * pi) - pi).max(-1)
+    assert found.status == Status.SINGULAR and away.min(-1).max() < 1e-6

@@ -37,6 +37,16 @@ CRX10: Rows = [
 ]
 """Fanuc's arm CRX-10iA (lengths of the data sheet)."""
 
+ALMOST_SPHERICAL_WRIST: Rows = [
+    {"d": 0.3, "alpha": QUARTER},
+    {"a": 0.4, "alpha": 1e-5},
+    {"a": 0.05, "alpha": -QUARTER},
+    {"d": 0.43, "alpha": QUARTER},
+    {"a": 1e-5, "alpha": -QUARTER},
+    {"d": 0.1},
+]
+"""An arm that no closed form applies to, by rounded numbers as those of some URDF files."""
+
 
 def random_arm(seed: int, *slides: int) -> Rows:
     """Return a table without structure, with the given joints prismatic."""

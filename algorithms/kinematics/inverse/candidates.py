@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from generated import pga3
 
@@ -39,9 +40,12 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
     arm's symmetry lets several pairs meet: another pair of neighbours must then confirm the number.
     """
     found, most = once(goals, 0)
+    if np.count_nonzero(found.complete) == len(goals):
+        return found
     most = most.astype(float)
     rng, singular, before = np.random.default_rng(3), np.zeros(len(goals), bool), np.full(len(goals), np.nan)
     shift, agreed = np.zeros(6), np.full(len(goals), np.nan)
+    calm, known = np.zeros(len(goals), int), np.zeros(len(goals), int)
     for attempt in range(1, _ATTEMPTS):
         rows = np.flatnonzero(~found.complete)
         if not len(rows):
@@ -54,8 +58,9 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
         odd = np.isfinite(own[..., 0]).sum(-1) % 2 == 1
         beyond = np.full((len(rows), len(_OFFSETS) * _BRANCHES * bool(odd.any()), len(chain)), np.nan)
         beyond[odd] = _beyond(chain, own[odd]) if odd.any() else 0.0
-        found.q[rows], found.gap[rows] = gathered(chain, np.concatenate([own, near.q, beyond], axis=1), goal)
-        count, beside = (np.isfinite(q[..., 0]).sum(-1) for q in (found.q[rows], near.q))
+        together = np.concatenate([own, near.q, beyond], axis=1)
+        found.q[rows], found.gap[rows], count = gathered(chain, together, goal)
+        beside = np.isfinite(near.q[..., 0]).sum(-1)
         seen = np.where(near.complete, beside, np.nan)
         if not pair:
             # Fewer zeros than branches, or another number than before, show that the equations are dependent here.
@@ -63,10 +68,17 @@ def completed(chain: Chain, once: Once, goals: Reals) -> Branches:
         agrees = (pair > 0) & (is_second > 0) & (count == np.maximum(before[rows], seen))
         as_many = agrees & ((np.abs(before[rows] - seen) <= 2) | (agreed[rows] == count))
         agreed[rows] = np.where(agrees, count, agreed[rows])
-        before[rows] = seen
-        found.complete[rows] = as_many | (count % 2 == 0) & (count == most[rows])
+        has_singular = (found.gap[rows] == 0).any(-1)
+        found.complete[rows] = as_many | (count % 2 == 0) & (count == most[rows]) & ~has_singular
         # A pair of branches of the neighbour ends between both poses only if it is singular at the goal.
-        singular[rows] |= near.complete & (found.gap[rows] == 0).any(-1)
+        singular[rows] |= near.complete & has_singular
+        if pair and is_second:
+            # Beside singular branches, two pairs of neighbours must not add regular ones.
+            regular = (np.isfinite(found.q[rows, :, 0]) & (found.gap[rows] > 0)).sum(-1)
+            calm[rows] = np.where(regular == known[rows], calm[rows] + np.isfinite(before[rows] + seen), 0)
+            known[rows] = regular
+            found.complete[rows] |= has_singular & (calm[rows] >= 2)
+        before[rows] = seen
     return found._replace(complete=found.complete | singular)
 
 
@@ -94,23 +106,33 @@ def by_goal(which: Reals, q: Reals, goals: int) -> Reals:
     order = np.argsort(which, kind="stable")
     which, q = which[order], q[order]
     place = np.arange(len(which)) - np.searchsorted(which, which)
-    found = np.full((goals, max(_BRANCHES, int(place.max(initial=0)) + 1), q.shape[-1]), np.nan)
+    found = np.full((goals, int(place.max(initial=0)) + 1, q.shape[-1]), np.nan)
     found[which, place] = q
     return found
 
 
-def gathered(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals]:
+def gathered(chain: Chain, q: Reals, goals: Reals) -> tuple[Reals, Reals, NDArray[np.int64]]:
     """Improve candidates (N, C, n) for goals (N, 8), and return distinct branches as `Closed.solve` does.
 
-    Missing candidates and branches are NaN. Discriminants are 0 where branches coincide.
+    Missing candidates and branches are NaN. Discriminants are 0 where branches coincide. The last result is the number
+    of branches, (N,).
     """
-    which, place = np.nonzero(chain.distance(q, goals[:, None]) < _NEAR)
-    reached, off = np.zeros(q.shape), np.ones(q.shape[:2])
-    better, _, off[which, place] = descend(chain, q[which, place], goals[which], _STEPS)
-    reached[which, place] = chain.wrapped(better)
+    many, candidates, n = q.shape
+    ends = np.repeat(goals, candidates, axis=0)
+    q = np.ascontiguousarray(q).reshape(-1, n)
+    near = np.flatnonzero(chain.distance_rows(q, ends) < _NEAR)
+    reached, off = np.full((many, candidates, n), np.nan), np.ones((many, candidates))
+    better, _, off.reshape(-1)[near] = descend(chain, q[near], ends[near], _STEPS)
+    reached.reshape(-1, n)[near] = chain.wrapped(better)
     kept, gap = chain.distinct(reached, off)
-    reached[kept == 0] = np.nan
-    if q.shape[1] > _BRANCHES:
-        order = np.argsort(kept == 0, axis=-1, kind="stable")[:, :_BRANCHES]
-        reached, gap = np.take_along_axis(reached, order[..., None], 1), np.take_along_axis(gap, order, 1)
-    return reached, np.where(np.isnan(reached[..., 0]), 1.0, gap)
+    missing = kept == 0
+    reached[missing], gap[missing] = np.nan, 1.0
+    if candidates > _BRANCHES:
+        # A continuum of configurations fills no place of a regular branch.
+        order = np.argsort(np.where(missing, 2, gap == 0), axis=-1, kind="stable")[:, :_BRANCHES]
+        rows = np.arange(many)[:, None]
+        reached, gap, missing = reached[rows, order], gap[rows, order], missing[rows, order]
+    elif candidates < _BRANCHES:
+        reached = np.concatenate([reached, np.full((many, _BRANCHES - candidates, n), np.nan)], axis=1)
+        gap = np.concatenate([gap, np.ones((many, _BRANCHES - candidates))], axis=1)
+    return reached, gap, missing.shape[1] - missing.sum(-1)

@@ -86,12 +86,13 @@ class Chain:
         return reaching.motion_of_joints.bind(**self.tables)
 
     @cached_property
-    def _distance(self) -> Method:
+    def distance_rows(self) -> Method:
+        """The distance of the motor of all joints to goals, both in rows: (..., n), (..., 8) to (...)."""
         return reaching.distance_to_goal.bind(**self.tables, size=self.size)
 
     def distance(self, q: Reals, goals: Reals) -> Reals:
         """Return the distance of the motor of all joints to goals, (..., n), (..., 8) to (...)."""
-        return self._distance(*paired(q, goals))  # type: ignore[no-any-return]
+        return self.distance_rows(*paired(q, goals))  # type: ignore[no-any-return]
 
     @cached_property
     def descent(self) -> Method:
@@ -121,8 +122,10 @@ class Chain:
 
     def wrapped(self, q: Reals) -> Reals:
         """Return joint variables with angles in (-pi, pi]."""
-        shifted = q - 2 * np.pi * np.ceil((q - np.pi) / (2 * np.pi))
-        return np.where(np.array(self.slides) | (np.abs(q) < np.pi), q, np.clip(shifted, -np.pi, np.pi))
+        turns = np.ceil((q - np.pi) / (2 * np.pi)) * self.tables["turns"]
+        if not np.count_nonzero(turns):
+            return q
+        return np.where(turns == 0, q, np.minimum(np.maximum(q - 2 * np.pi * turns, -np.pi), np.pi))
 
     def lock(self, joint: int, value: Reals, goals: Reals) -> tuple[Chain, Reals]:
         """Return the chain without one joint, and its goal motors, (N, 8).

@@ -44,6 +44,8 @@ _ORIGINS = np.random.default_rng(1).uniform(-np.pi, np.pi, 6)
 """Origins of the angles, chosen at random so that no solution is at 180 degrees, where the tangent is infinite."""
 _DEGREE = 8
 """Degree of the trigonometric polynomial of the first variable."""
+_CHECKS = np.array([2, 8, 13]) + 0.5
+"""Where the polynomial is checked: half way between samples with these numbers."""
 _SHARPENED = 12
 """Largest number of Newton steps that sharpen zeros."""
 _MEANS = 8
@@ -108,15 +110,19 @@ class Variant:
     def candidates(self, goals: Reals, sharp: bool = False) -> tuple[Reals, Reals]:
         """Return configurations of the given arm that may reach goals, (N, C, 6), and how many real zeros there are.
 
-        Missing configurations are NaN. `sharp` spends more time on zeros that are close to each other.
+        Missing configurations are NaN; there are as many columns as the goal with most needs. `sharp` spends more time
+        on zeros that are close to each other.
         """
         scale = np.array([1.0] * 4 + [1 / self.whole.size] * 4)
         ends = (pga3.motor_inverse(goals) if self.backwards else goals) * scale
         q, most = np.full((len(goals), 2 * _DEGREE, 6), np.nan), np.empty(len(goals), int)
+        columns = 1
         for start in range(0, len(ends), _BLOCK):
             block = slice(start, start + _BLOCK)
             found, most[block] = self._block(ends[block], sharp)
             q[block, : found.shape[1]] = found
+            columns = max(columns, found.shape[1])
+        q = q[:, :columns]
         if any(self.chain.slides):
             q *= np.where(self.chain.slides, self.whole.size, 1.0)
         return q[..., ::-1] if self.backwards else q, most
@@ -124,20 +130,22 @@ class Variant:
     def _block(self, goals: Reals, sharp: bool) -> tuple[Reals, Reals]:
         """As `candidates`, for `chain` and a block of goals."""
         *equations, zeros = self.zeros(goals, np.zeros((len(goals), 2)))
-        if np.count_nonzero(zeros[..., 3]):
+        angle, away, real, doubtful = zeros.transpose(2, 0, 1)
+        if np.count_nonzero(doubtful):
             rows = np.flatnonzero(zeros[..., 3].any(-1))
             first = np.exp(1j * zeros[rows, :, 0] - np.abs(zeros[rows, :, 1]))
             zeros[rows] = self.zeros(goals[rows], _centres(first))[-1]
-        angle, away, real, doubtful = zeros.transpose(2, 0, 1)
-        may_be = (np.abs(away) < _NOT_REAL) | (real + doubtful > 0)
-        count = np.count_nonzero(may_be, axis=-1)
-        order = np.argsort(~may_be, axis=-1, kind="stable")[:, : max(int(count.max()), 1)]
+        counted = (real + doubtful) > 0
+        may_be = (np.abs(away) < _NOT_REAL) | counted
+        order = np.argsort(~may_be, axis=-1, kind="stable")
+        count = may_be.sum(-1)
+        order = order[:, : max(int(count.max()), 1)]
         if sharp:
             angle = angle + np.where(doubtful > 0, away, 0.0)
-        angle = np.take_along_axis(angle, order, 1)
+        angle = angle[np.arange(len(goals))[:, None], order]
         q = self.configurations(goals, angle, float(_SHARPENED if sharp else 0), *equations)
         q[np.arange(order.shape[1]) >= count[:, None]] = np.nan
-        return q, np.count_nonzero(real + doubtful, axis=-1)
+        return q, counted.sum(-1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,10 +188,11 @@ class Elimination:
 
     def _once(self, goals: Reals, attempt: int) -> tuple[Branches, Reals]:
         """Return the branches of one elimination, complete if every real zero led to a branch of its own."""
-        q, zeros = self.variants[attempt % len(self.variants)].candidates(goals, attempt > 0)
-        branches, gap = gathered(self.whole, q, goals)
-        count = np.isfinite(branches[..., 0]).sum(-1)
-        return Branches(branches, gap, (zeros == count) & (count % 2 == 0)), zeros
+        # Both of a pair of neighbours are solved by one variant, at each of three distances.
+        number = attempt if attempt < 2 else (attempt // 2 - 1) // 3
+        q, zeros = self.variants[number % len(self.variants)].candidates(goals, attempt > 0)
+        branches, gap, count = gathered(self.whole, q, goals)
+        return Branches(branches, gap, (zeros == count) & (count % 2 == 0) & (gap > 0).all(-1)), zeros
 
 
 @lru_cache(maxsize=64)
@@ -229,12 +238,14 @@ def _polynomial() -> dict[str, Reals]:
     """Return the tables for a trigonometric polynomial: samples, its Fourier transform, and guesses of the zeros."""
     angles = 2 * np.pi * np.arange(2 * _DEGREE + 1) / (2 * _DEGREE + 1)
     waves = np.exp(-1j * np.outer(np.arange(_DEGREE, -_DEGREE - 1, -1), angles)) / len(angles)
+    between = 2 * np.pi * _CHECKS / len(angles)
     # Alternately inside and outside of the unit circle: guesses on it would never leave it.
     turns = np.arange(2 * _DEGREE)
     guesses = np.exp(np.where(turns % 2, 0.25, -0.25) + 1j * np.pi * (turns + 0.5) / _DEGREE)
     return {
         "samples": np.stack([np.cos(angles), np.sin(angles)], -1),
         "waves": np.stack([waves.real, waves.imag], -1),
+        "checks": np.stack([np.cos(between), np.sin(between)], -1),
         "guesses": np.stack([guesses.real, guesses.imag], -1),
     }
 

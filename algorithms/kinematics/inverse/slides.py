@@ -98,11 +98,10 @@ class TwoSlides:
                 parts.append((which + start, q[:, ::-1] if backwards else q))
                 nearest[block] = near[:, ::-1] if backwards else near
         which, q = (np.concatenate(part) for part in zip(*parts, strict=True))
-        found, gap = gathered(self.chain, by_goal(which, q, len(goals)), goals)
+        found, gap, count = gathered(self.chain, by_goal(which, q, len(goals)), goals)
         lost = np.isnan(found[..., 0]).all(-1)
         found[lost, 0] = nearest[lost]
-        is_even = np.isfinite(found[..., 0]).sum(-1) % 2 == 0
-        return Branches(found, gap, lost | is_even), np.full(len(goals), np.nan)
+        return Branches(found, gap, lost | (count % 2 == 0)), np.full(len(goals), np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

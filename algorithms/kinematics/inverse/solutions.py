@@ -32,6 +32,9 @@ class Status(evidence.Status):
     of redundant arms included, which have infinitely many configurations."""
 
 
+FOUND = np.array([Status.FOUND, Status.SINGULAR], np.int8)
+"""The status of a pose whose branches are found, for a pose that is not singular and for one that is."""
+
 EVERY = np.ones(1, bool)
 """Of every goal, all branches were found."""
 

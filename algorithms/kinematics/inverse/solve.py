@@ -21,12 +21,11 @@ from .elimination import Elimination
 from .meets import GEOMETRIES, Meets
 from .redundant import elbow_circle
 from .search import Hints, search, search_within
+from .single import MOTION, SinglePose
 from .slides import ThreeSlides, TwoSlides
-from .solutions import EVERY, Branches, Solutions, Status
+from .solutions import EVERY, FOUND, Branches, Solutions, Status
 from .validation import BLOCK, EXACT, NO_ROOT, RIGHT, ROUGH, Found, checked
 
-_MOTION = 1e-3
-"""A matrix is a rigid motion if no entry of its rotation differs by more than this from that of its motor."""
 _AT_LIMIT = 1e-11
 """Variables beyond a limit by rounding errors up to this are set to the limit. The pose remains valid."""
 
@@ -73,6 +72,13 @@ def inverse(
     if np.count_nonzero(lost):
         result.lose(lost)
     return result.solutions(shape)
+
+
+def single_pose(robot: Model, own: Method | None) -> SinglePose | None:
+    """Return what computes the branches of a single pose of a robot, or None if its poses must be searched."""
+    chain = chain_of(robot.axes, tuple(kind.value == "prismatic" for kind in robot.kinds))
+    form = _form(chain, "motors")
+    return None if form is None else SinglePose.of(robot, chain, form, own, _judge_of(chain, _bounds(robot), ()))
 
 
 def _check_method(robot: Model, method: str, elbow: ArrayLike | None) -> None:
@@ -133,7 +139,6 @@ class _Result:
         )
 
 
-_FOUND = np.array([Status.FOUND, Status.SINGULAR], np.int8)
 _COLUMNS = ("q", "valid", "status", "nearest", "within")
 """The arrays of `_Result`, with a row for each goal."""
 
@@ -186,6 +191,11 @@ class _Solver(NamedTuple):
         return found if isinstance(found, Branches) else Branches(*found[:2])
 
 
+def _bounds(robot: Model) -> bytes:
+    """Return the limits as `_judge_of` takes them."""
+    return robot.limits.T[:2].tobytes()
+
+
 @lru_cache(maxsize=256)
 def _judge_of(chain: Chain, limits: bytes, held: tuple[int, ...]) -> Method:
     """Return the kernel that judges the branches of a robot with the given limits, (2, n)."""
@@ -201,7 +211,7 @@ def _in_closed_form(
     robot: Model, chain: Chain, goals: Reals, arm: _Reduced, solver: _Solver, wanted: Reals | None
 ) -> _Result:
     """Solve and judge goals by kernels, and those whose branches are in doubt as `checked` does."""
-    judge = _judge_of(chain, robot.limits.T[:2].tobytes(), tuple(arm.held))
+    judge = _judge_of(chain, _bounds(robot), tuple(arm.held))
     parts = []
     for start in range(0, max(len(goals), 1), BLOCK):
         here = goals[start : start + BLOCK]
@@ -211,7 +221,7 @@ def _in_closed_form(
         moved, valid, within, nearest, singular, doubtful = judge(
             q, gap, chain.distance(q, here[:, None]), near, has_wish
         )
-        part = _Result(moved, valid > 0, _FOUND[singular.astype(np.int8)], nearest, solver.name, within > 0)
+        part = _Result(moved, valid > 0, FOUND[singular.astype(np.int8)], nearest, solver.name, within > 0)
         if solved.complete is not EVERY:
             part.status[~solved.complete] = Status.INCOMPLETE
         part.q[~part.valid] = np.nan
@@ -233,7 +243,7 @@ def _in_closed_form(
 
 def _with_statuses(robot: Model, chain: Chain, found: Found, wanted: Reals | None, held: tuple[int, ...]) -> _Result:
     """Return what was found for some goals, with angles within the limits and statuses."""
-    judge = _judge_of(chain, robot.limits.T[:2].tobytes(), held)
+    judge = _judge_of(chain, _bounds(robot), held)
     q, gap, off = np.ascontiguousarray(found.q), np.ascontiguousarray(found.gap), np.where(found.valid, 0.0, 1.0)
     near, has_wish = _wish(wanted, q)
     moved, _, within, best, singular, _ = judge(q, gap, off, near, has_wish)
@@ -241,7 +251,7 @@ def _with_statuses(robot: Model, chain: Chain, found: Found, wanted: Reals | Non
     some = np.asarray(found.valid.any(-1))
     status = np.full(len(q), Status.OUT_OF_REACH if found.method != "search" else Status.NOT_FOUND, np.int8)
     status[~found.complete] = Status.NOT_FOUND
-    status[some] = _FOUND[singular[some].astype(np.int8)]
+    status[some] = FOUND[singular[some].astype(np.int8)]
     status[some & ~found.complete] = Status.INCOMPLETE
     nearest = np.where(some[:, None], best, _within_limits(robot, found.nearest, near, held))
     return _Result(moved, found.valid, status, nearest, found.method, within > 0)
@@ -278,12 +288,8 @@ def unit_motors(poses: ArrayLike, name: str) -> Reals:
     """Return motors or matrices as unit motors in double precision; NaN for matrices that are no rigid motions."""
     array = real_array(plain(poses, name, MOTOR), name, ())
     if array.shape[-2:] == (4, 4):
-        matrices = array.astype(float)
-        found = pga3.motor_from_matrix(matrices)
-        away = pga3.motor_to_matrix(found) - matrices
-        away[..., :3, 3] = 0.0
-        found[np.abs(away).max((-2, -1)) > _MOTION] = np.nan
-        return found
+        found, away = reaching.motor_of_pose(array.astype(float))
+        return np.where((away > MOTION)[..., None], np.nan, found)
     motors = real_array(array, name, (8,), "motors, or matrices (..., 4, 4)")
     return pga3.normalize_motor(motors.astype(float))
 
