@@ -122,10 +122,10 @@ class Algebra:
         inside = self.bitmaps[:, None] >> np.arange(self.n) & 1
         return np.asarray(np.where(inside, squares, 1.0).prod(1))
 
-    def square_norms(self, x: Array) -> Array:
-        """Return the squared norms (..., n + 1) of the parts of each grade, by the metric; they may be negative."""
-        starts = np.searchsorted(self.grades, np.arange(self.n + 1))
-        return np.asarray(np.add.reduceat(x * x * self.metric.astype(x.dtype), starts, axis=-1))
+    @cached_property
+    def by_grade(self) -> Array:
+        """(size, n + 1) 1 where a blade is of a grade, else 0."""
+        return np.eye(self.n + 1)[self.grades]
 
     @cached_property
     def reversal(self) -> Array:
