@@ -253,7 +253,7 @@ class Record(Functions):
             y[..., own] = weights[..., k] @ given[..., own]
 
         def by_x(d: Array) -> Array:
-            found = np.empty_like(given)
+            found: Array = np.empty_like(given)
             for k, own in enumerate(parts):
                 found[..., own] = weights[..., k].T @ d[..., own]
             return found
