@@ -17,6 +17,7 @@ from .representation import representation
 Array = NDArray[Any]
 _GENERATED = {
     (0, 1, 0): "complex", (0, 2, 0): "quaternion", (2, 0, 0): "g2", (3, 0, 0): "g3", (3, 0, 1): "g301",
+    (1, 3, 0): "g13",
 }  # fmt: skip
 _NAMES = {"R": (0, 0, 0), "C": (0, 1, 0), "H": (0, 2, 0)}
 _MOST_VECTORS = 6

@@ -74,7 +74,7 @@ def test_matrices_of_spinors_give_the_products_of_the_table(
         assert np.allclose(found, np.einsum("oikj,bij->bok", generic, x), atol=1e-12)
 
 
-@all_cases("name", ["C", "H", "G(2)", "G(3)", "G(3,0,1)"])
+@all_cases("name", ["C", "H", "G(2)", "G(3)", "G(3,0,1)", "G(1,3)"])
 def test_generated_products_are_those_of_the_table(name: str) -> None:
     algebra, random = Algebra.of(name), np.random.default_rng(3)
     a, b, d = random.normal(size=(3, 6, algebra.size))
