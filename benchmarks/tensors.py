@@ -47,7 +47,9 @@ def by_einsum(module: Any, algebra: Algebra) -> Any:
     constants, grades = torch.tensor(table), torch.tensor(algebra.grades)
     unit = torch.eye(1, algebra.size)
 
-    class Product(torch.nn.Module):  # type: ignore[misc]
+    base: Any = torch.nn.Module
+
+    class Product(base):  # type: ignore[misc]
         def __init__(self) -> None:
             super().__init__()
             self.w, self.bias, self.weights = module.weights
