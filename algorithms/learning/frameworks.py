@@ -33,14 +33,19 @@ def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Calla
     def arrays(tensors: Any) -> list[Any]:
         return [np.ascontiguousarray(tensor.detach().numpy()) for tensor in tensors]
 
+    def tensor_of(result: Any, given: Any) -> Any:
+        """Return a result as a tensor of its own memory and of the type of x."""
+        own = np.ascontiguousarray(result, given[0].dtype)
+        return torch.from_numpy(own.copy() if any(np.may_share_memory(own, one) for one in given) else own)
+
     def value(x: torch.Tensor, parameters: list[torch.Tensor]) -> torch.Tensor:
         (given,), own = arrays([x]), arrays(parameters)
-        return torch.from_numpy(np.array(layer.value(algebra, given, own), given.dtype))
+        return tensor_of(layer.value(algebra, given, own), [given])
 
     def pull(x: torch.Tensor, parameters: list[torch.Tensor], y: torch.Tensor, d: torch.Tensor) -> list[torch.Tensor]:
         given, result, cotangent = arrays([x, y, d])
         dx, others = layer.pull(algebra, given, arrays(parameters), result, cotangent)
-        return [torch.from_numpy(np.array(one, given.dtype)) for one in (dx, *others)]
+        return [tensor_of(one, [given, result, cotangent]) for one in (dx, *others)]
 
     # Annotations are read by torch, which needs types instead of their names.
     tensor, tensors = torch.Tensor, list[torch.Tensor]
@@ -63,7 +68,32 @@ def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Calla
 
     for operator in (run, back):
         operator.register_vmap(one_by_one(operator))
-    return run  # type: ignore[no-any-return]
+    base: Any = torch.autograd.Function
+
+    class Function(base):  # type: ignore[misc]
+        """The same outside of graphs, where calls of registered operators take longer than narrow layers."""
+
+        @staticmethod
+        def forward(x: Any, *parameters: Any) -> Any:
+            return value(x, list(parameters))
+
+        @staticmethod
+        def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
+            ctx.save_for_backward(*inputs, output)
+
+        @staticmethod
+        def backward(ctx: Any, d: Any) -> Any:
+            x, *parameters, y = ctx.saved_tensors
+            return tuple((back if d.requires_grad else pull)(x, parameters, y, d))
+
+        @staticmethod
+        def vmap(info: Any, dims: Any, *given: Any) -> Any:
+            return one_by_one(lambda x, *own: run(x, list(own)))(info, dims, *given)
+
+    def called(x: Any, parameters: Sequence[Any]) -> Any:
+        return run(x, list(parameters)) if torch.compiler.is_compiling() else Function.apply(x, *parameters)
+
+    return called
 
 
 def torch_module(
