@@ -44,13 +44,15 @@ def torch_products(algebra: Algebra) -> tuple[Product, Product]:
     name = f"geometric::weighted_{_algebra_name(algebra)}"
 
     def arrays(tensors: Any) -> list[Any]:
-        return [np.ascontiguousarray(tensor.detach().numpy()) for tensor in tensors]
+        wide = (x if x.dtype in (torch.float32, torch.float64) else x.float() for x in tensors)
+        return [np.ascontiguousarray(x.detach().numpy()) for x in wide]
 
     def value(a: Any, b: Any, w: Any) -> Any:
-        return torch.from_numpy(np.array(algebra.weighted(*arrays((a, b, w)))))
+        return torch.from_numpy(np.asarray(algebra.weighted(*arrays((a, b, w))))).to(a.dtype)
 
     def gradients(a: Any, b: Any, w: Any, d: Any) -> Any:
-        return tuple(torch.from_numpy(np.array(one)) for one in weighted_pull(algebra, *arrays((a, b, w, d))))
+        found = weighted_pull(algebra, *arrays((a, b, w, d)))
+        return tuple(torch.from_numpy(one).to(a.dtype) for one in found)
 
     product: Any = torch.library.custom_op(
         name, value, mutates_args=(), schema="(Tensor a, Tensor b, Tensor w) -> Tensor"

@@ -74,7 +74,9 @@ class Residual(Defined):
 
 @dataclass(frozen=True)
 class Dropout(Defined):
-    """In training, channels become zero with a probability, and the others are divided by that of the opposite.
+    """In training, channels become zero with a probability, and the others are divided by 1 - rate.
+
+    Trainings by L-BFGS leave out nothing.
 
     Parameters
     ----------

@@ -111,6 +111,20 @@ def test_graphs_and_batches() -> None:
         assert torch.allclose(many[0], eager)
 
 
+def test_narrow_types() -> None:
+    """Products of bfloat16 and float16 are computed in single precision."""
+    torch, algebra = pytest.importorskip("torch"), Algebra(3)
+    x, _ = given(Messages(3, RING), algebra)
+    module = torch_module(Messages(3, RING), algebra, 6)
+    expected = module(torch.tensor(x).float())
+    for kind, error in (("bfloat16", 0.05), ("float16", 0.01)):
+        dtype = getattr(torch, kind)
+        found = module.to(dtype)(torch.tensor(x).to(dtype))
+        found.sum().backward()
+        assert found.dtype == dtype and (found.float() - expected).abs().max() < error * expected.abs().max()
+        module = module.float()
+
+
 def test_dropout_in_training_only() -> None:
     torch, jax = pytest.importorskip("torch"), pytest.importorskip("jax")
     torch.manual_seed(0)
