@@ -35,6 +35,7 @@ PAGES = {
     "speech-speed": "speech",
     "start-up": "start_up",
     "subspaces": "subspaces",
+    "tensor-speed": "tensors",
     "toolkit-speed": "toolkit",
     "tracking-speed": "tracking",
     "vision-speed": "vision",

@@ -7,7 +7,8 @@ from .classifier import Classifier, confusion_matrix, load_classifier, train_cla
 from .clifford_svc import CliffordSVC
 from .clifford_svr import CliffordSVR
 from .delays import Delays, MeanOverTime
-from .equivariant import GradeLinear, GradeProduct, Invariants
+from .equivariant import GradeLinear, GradeProduct, Invariants, Norm
+from .items import Attention, Dropout, Each, Messages, Residual
 from .linear import Linear, Rotor, TwoSided
 from .network import Network
 from .optimizers import Adam, Rprop, Sgd, cosine, halving
@@ -20,12 +21,15 @@ from .training import TrainingResult
 __all__ = [
     "Adam",
     "Algebra",
+    "Attention",
     "Bounded",
     "Classifier",
     "CliffordSVC",
     "CliffordSVR",
     "ConformalNeuron",
     "Delays",
+    "Dropout",
+    "Each",
     "Gate",
     "GradeLinear",
     "GradeProduct",
@@ -36,8 +40,11 @@ __all__ = [
     "Linear",
     "MachineStatus",
     "MeanOverTime",
+    "Messages",
     "Network",
+    "Norm",
     "Radial",
+    "Residual",
     "Rotor",
     "Rprop",
     "Series",

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from generated import networks as kernels
 
 from .algebra import Algebra, Array
-from .base import Layer, summed
+from .base import Defined, Layer
+from .recorded import Functions
 from .workspace import empty
 
 
@@ -71,9 +73,19 @@ class Bounded(Layer):
         one = x.dtype.type
         return np.asarray(kernels.bounded_vjp_x(x, one(self.slope), one(self.bound), d)[1]), []
 
+    def symmetry(self, algebra: Algebra) -> str:
+        """Return the group of linear maps of vectors with which the layer commutes.
+
+        Raises
+        ------
+        ValueError
+            If squares of vectors have different signs: then these maps do not keep the norm of the coefficients.
+        """
+        return f"O({algebra.n})" if algebra.is_definite else super().symmetry(algebra)
+
 
 @dataclass(frozen=True)
-class Gate(Layer):
+class Gate(Defined):
     """The part of each grade times the logistic function of ``slope |part|**2 + offset``, an equivariant activation.
 
     The square of the norm is that of the metric, which all rotations of the algebra preserve.
@@ -83,34 +95,10 @@ class Gate(Layer):
         """Return random parameters."""
         return [np.ones((channels, algebra.n + 1)), np.zeros((channels, algebra.n + 1))]
 
-    def value(self, algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
-        """Compute the result."""
-        if not algebra.is_definite:
-            return np.asarray(x * self._open(algebra, x, parameters)[..., algebra.grades])
-        zero = np.zeros(algebra.n + 1, x.dtype)
-        return np.asarray(kernels.gated(x, *parameters, algebra.grades, zero))  # type: ignore[call-overload]
-
-    def pull(
-        self, algebra: Algebra, x: Array, parameters: Sequence[Array], y: Array, d: Array
-    ) -> tuple[Array, list[Array]]:
-        """Compute the gradients of ``d . y`` with respect to x and the parameters."""
-        if not algebra.is_definite:
-            opened = self._open(algebra, x, parameters)
-            starts = np.searchsorted(algebra.grades, np.arange(algebra.n + 1))
-            by_number = np.add.reduceat(d * x, starts, axis=-1) * opened * (1 - opened)
-            of_squares = (by_number * parameters[0])[..., algebra.grades] * 2 * algebra.metric.astype(x.dtype)
-            slopes = summed(by_number * algebra.square_norms(x))
-            return d * opened[..., algebra.grades] + of_squares * x, [slopes, summed(by_number)]
-        given = (x, *parameters, algebra.grades, np.zeros(algebra.n + 1, x.dtype), d)
-        pulls = kernels.gated_vjp_x, kernels.gated_vjp_slope, kernels.gated_vjp_offset
-        dx, *others = (np.asarray(pull(*given)[1]) for pull in pulls)
-        return dx, [summed(one) for one in others]
-
-    @staticmethod
-    def _open(algebra: Algebra, x: Array, parameters: Sequence[Array]) -> Array:
-        """Return the logistic function of each grade, which does not overflow in this form."""
+    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+        """Compute the result by functions of arrays."""
         slope, offset = parameters
-        return np.asarray(0.5 + 0.5 * np.tanh(0.5 * (slope * algebra.square_norms(x) + offset)))
+        return x * f.by_blade(algebra, f.logistic(f.squares(algebra, x) * slope + offset))
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from .representation import representation
 Array = NDArray[Any]
 _GENERATED = {
     (0, 1, 0): "complex", (0, 2, 0): "quaternion", (2, 0, 0): "g2", (3, 0, 0): "g3", (3, 0, 1): "g301",
+    (1, 3, 0): "g13",
 }  # fmt: skip
 _NAMES = {"R": (0, 0, 0), "C": (0, 1, 0), "H": (0, 2, 0)}
 _MOST_VECTORS = 6
@@ -123,10 +124,10 @@ class Algebra:
         inside = self.bitmaps[:, None] >> np.arange(self.n) & 1
         return np.asarray(np.where(inside, squares, 1.0).prod(1))
 
-    def square_norms(self, x: Array) -> Array:
-        """Return the squared norms (..., n + 1) of the parts of each grade, by the metric; they may be negative."""
-        starts = np.searchsorted(self.grades, np.arange(self.n + 1))
-        return np.asarray(np.add.reduceat(x * x * self.metric.astype(x.dtype), starts, axis=-1))
+    @cached_property
+    def by_grade(self) -> Array:
+        """(size, n + 1) 1 where a blade is of a grade, else 0."""
+        return np.eye(self.n + 1)[self.grades]
 
     @cached_property
     def reversal(self) -> Array:

@@ -10,32 +10,42 @@ import numpy as np
 
 from ..extras import extra
 from .algebra import Algebra
-from .base import Layer
+from .base import Defined, Layer
+from .framework_functions import jax_functions, one_by_one, torch_functions
 
 _numbers = itertools.count()
 
 
 def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Callable[..., Any]:
-    """Register a layer as an operator of torch, a function of x (batch, channels, blades) and a list of parameters.
+    """Return a layer as a function for torch, of x (batch, channels, blades) and a list of parameters.
 
-    It has derivatives, is batched by ``torch.vmap``, and does not break graphs of ``torch.compile``.
+    It has derivatives, is batched by ``torch.vmap``, and does not break graphs of ``torch.compile``. Equivariant layers
+    consist of functions of torch and of products, and have derivatives of every order. Other layers are operators.
     """
     with extra("peers", "algorithms.learning.frameworks"):
         import torch
     algebra = Algebra.of(algebra)
+    if isinstance(layer, Defined):
+        functions = torch_functions()(algebra)
+        return lambda x, parameters: layer.definition(functions, algebra, x, parameters)
     (after, out), name = layer.output(algebra, channels), f"geometric::{type(layer).__name__.lower()}_{next(_numbers)}"
 
     def arrays(tensors: Any) -> list[Any]:
         return [np.ascontiguousarray(tensor.detach().numpy()) for tensor in tensors]
 
+    def tensor_of(result: Any, given: Any) -> Any:
+        """Return a result as a tensor of its own memory and of the type of x."""
+        own = np.ascontiguousarray(result, given[0].dtype)
+        return torch.from_numpy(own.copy() if any(np.may_share_memory(own, one) for one in given) else own)
+
     def value(x: torch.Tensor, parameters: list[torch.Tensor]) -> torch.Tensor:
         (given,), own = arrays([x]), arrays(parameters)
-        return torch.from_numpy(np.array(layer.value(algebra, given, own), given.dtype))
+        return tensor_of(layer.value(algebra, given, own), [given])
 
     def pull(x: torch.Tensor, parameters: list[torch.Tensor], y: torch.Tensor, d: torch.Tensor) -> list[torch.Tensor]:
         given, result, cotangent = arrays([x, y, d])
         dx, others = layer.pull(algebra, given, arrays(parameters), result, cotangent)
-        return [torch.from_numpy(np.array(one, given.dtype)) for one in (dx, *others)]
+        return [tensor_of(one, [given, result, cotangent]) for one in (dx, *others)]
 
     # Annotations are read by torch, which needs types instead of their names.
     tensor, tensors = torch.Tensor, list[torch.Tensor]
@@ -56,29 +66,39 @@ def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Calla
 
     run.register_autograd(backward, setup_context=setup)
 
-    def batched(operator: Any) -> Callable[..., Any]:
-        def run_batch(info: Any, dims: Any, *given: Any) -> Any:
-            def part(value: Any, dim: Any, k: int) -> Any:
-                if isinstance(value, (list, tuple)):
-                    return [part(one, own, k) for one, own in zip(value, dim, strict=True)]
-                return value if dim is None else value.select(dim, k)
-
-            found = [
-                operator(*(part(value, dim, k) for value, dim in zip(given, dims, strict=True)))
-                for k in range(info.batch_size)
-            ]
-            if isinstance(found[0], list):
-                return [torch.stack(rows) for rows in zip(*found, strict=True)], [0] * len(found[0])
-            return torch.stack(found), 0
-
-        return run_batch
-
     for operator in (run, back):
-        operator.register_vmap(batched(operator))
-    return run  # type: ignore[no-any-return]
+        operator.register_vmap(one_by_one(operator))
+    base: Any = torch.autograd.Function
+
+    class Function(base):  # type: ignore[misc]
+        """The same outside of graphs, where calls of registered operators take longer than narrow layers."""
+
+        @staticmethod
+        def forward(x: Any, *parameters: Any) -> Any:
+            return value(x, list(parameters))
+
+        @staticmethod
+        def setup_context(ctx: Any, inputs: Any, output: Any) -> None:
+            ctx.save_for_backward(*inputs, output)
+
+        @staticmethod
+        def backward(ctx: Any, d: Any) -> Any:
+            x, *parameters, y = ctx.saved_tensors
+            return tuple((back if d.requires_grad else pull)(x, parameters, y, d))
+
+        @staticmethod
+        def vmap(info: Any, dims: Any, *given: Any) -> Any:
+            return one_by_one(lambda x, *own: run(x, list(own)))(info, dims, *given)
+
+    def called(x: Any, parameters: Sequence[Any]) -> Any:
+        return run(x, list(parameters)) if torch.compiler.is_compiling() else Function.apply(x, *parameters)
+
+    return called
 
 
-def torch_module(layers: Layer | Sequence[Layer], algebra: str | Algebra, channels: int, seed: int = 0) -> Any:
+def torch_module(
+    layers: Layer | Sequence[Layer], algebra: str | Algebra, channels: int, seed: int = 0, *, equivariant: bool = False
+) -> Any:
     """Return layers, one after the other, as a module of torch with parameters of its own.
 
     Parameters
@@ -91,6 +111,8 @@ def torch_module(layers: Layer | Sequence[Layer], algebra: str | Algebra, channe
         The number of channels that the first layer takes.
     seed : int
         Seed of the initial parameters, which are those of `Network`.
+    equivariant : bool
+        Whether to refuse layers that do not commute with all maps that keep the squares of vectors.
 
     Returns
     -------
@@ -101,7 +123,8 @@ def torch_module(layers: Layer | Sequence[Layer], algebra: str | Algebra, channe
     Raises
     ------
     ValueError
-        If there is no layer. A call raises it for an x with other numbers of channels or blades.
+        If there is no layer, or one that `equivariant` refuses. A call raises it for an x with other numbers of
+        channels or blades.
     """
     with extra("peers", "algorithms.learning.frameworks"):
         import torch
@@ -113,19 +136,25 @@ def torch_module(layers: Layer | Sequence[Layer], algebra: str | Algebra, channe
     class Module(torch.nn.Module):  # type: ignore[misc]
         def __init__(self, layer: Layer, algebra: Algebra, channels: int) -> None:
             super().__init__()
-            self.layer, self.shape = layer, (channels, algebra.size)
+            self.layer, self.algebra, self.shape = layer, algebra, (channels, algebra.size)
+            layer.output(algebra, channels)
             self.weights = torch.nn.ParameterList(
                 torch.nn.Parameter(torch.tensor(own, dtype=torch.get_default_dtype()))
                 for own in layer.initial(algebra, channels, random)
             )
             self._run = torch_operator(layer, algebra, channels)
+            self._functions = torch_functions()(algebra), torch_functions()(algebra, training=True)
 
         def forward(self, x: torch.Tensor) -> torch.Tensor:
             """Compute the results of the layer."""
             if tuple(x.shape[-2:]) != self.shape:
                 found, expected = tuple(x.shape), "(..., {}, {})".format(*self.shape)
                 raise ValueError(f"{self.layer}: x has shape {found}; expected {expected}, channels and blades")
-            y = self._run(x.reshape(-1, *self.shape), list(self.weights))
+            given, weights = x.reshape(-1, *self.shape), list(self.weights)
+            if isinstance(self.layer, Defined):
+                y = self.layer.definition(self._functions[self.training], self.algebra, given, weights)
+            else:
+                y = self._run(given, weights)
             return y.reshape(*x.shape[:-2], *y.shape[1:])
 
         def extra_repr(self) -> str:
@@ -134,6 +163,8 @@ def torch_module(layers: Layer | Sequence[Layer], algebra: str | Algebra, channe
 
     modules = []
     for layer in stages:
+        if equivariant:
+            layer.symmetry(algebra)
         modules.append(Module(layer, algebra, channels))
         algebra, channels = layer.output(algebra, channels)
     return modules[0] if isinstance(layers, Layer) else torch.nn.Sequential(*modules)
@@ -142,12 +173,16 @@ def torch_module(layers: Layer | Sequence[Layer], algebra: str | Algebra, channe
 def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callable[..., Any]:
     """Return a layer as a function of jax, of x (batch, channels, blades) and parameters, with reverse derivatives.
 
-    It can be compiled and batched; it calls the kernels by ``jax.pure_callback``.
+    It can be compiled and batched; it calls the kernels by ``jax.pure_callback``. Equivariant layers have derivatives
+    of every order, and take ``key``, a key of random numbers, for the choices of `Dropout` in training.
     """
     with extra("peers", "algorithms.learning.frameworks"):
         import jax
     algebra = Algebra.of(algebra)
     after, out = layer.output(algebra, channels)
+    if isinstance(layer, Defined):
+        functions = jax_functions()
+        return lambda x, *own, key=None: layer.definition(functions(algebra, key), algebra, x, own)
 
     def result(array: Any, shape: Any = None) -> Any:
         struct: Any = jax.ShapeDtypeStruct

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arguments import coordinates, finite, real_array
-from . import activations, delays, equivariant, linear, particles, rounds
+from . import activations, delays, equivariant, items, linear, particles, rounds
 from .algebra import Algebra, Array
 from .all_blades import restorer, with_all_blades
-from .base import Layer
+from .base import Defined, Layer
 from .chains import joined
 from .losses import LOSSES
 from .optimizers import Optimizer, Schedule
@@ -24,9 +24,9 @@ from .workspace import Workspace
 
 _LAYERS: dict[str, type[Layer]] = {
     kind.__name__: kind
-    for module in (activations, delays, equivariant, linear, particles, rounds)
+    for module in (activations, delays, equivariant, items, linear, particles, rounds)
     for kind in vars(module).values()
-    if isinstance(kind, type) and issubclass(kind, Layer) and kind is not Layer
+    if isinstance(kind, type) and issubclass(kind, Layer) and kind not in (Layer, Defined)
 }
 
 
@@ -242,7 +242,7 @@ class Network:
         """Write the layers and parameters into a file in numpy's npz format."""
         if self.algebra.module is not None:
             raise ValueError("save: the algebra uses a module, which a file cannot contain; save `parameters` instead")
-        layers = [[type(layer).__name__, asdict(layer)] for layer in self.layers]
+        layers = [_fields(layer) for layer in self.layers]
         text = json.dumps(
             {"layers": layers, "algebra": str(self.algebra), "channels": self.channels, "loss": self.loss_name}
         )
@@ -255,11 +255,7 @@ class Network:
             if set(file.files) != {"definition", "parameters"}:
                 raise ValueError(f"{path}: contains {sorted(file.files)}; expected a file written by Network.save")
             definition, parameters = json.loads(str(file["definition"])), file["parameters"]
-        layers = []
-        for name, fields in definition["layers"]:
-            if name not in _LAYERS:
-                raise ValueError(f"{path}: layer {name!r}; expected one of {sorted(_LAYERS)}")
-            layers.append(_LAYERS[name](**{k: tuple(v) if isinstance(v, list) else v for k, v in fields.items()}))
+        layers = [_layer(path, *each) for each in definition["layers"]]
         found = cls(
             layers, definition["algebra"], definition["channels"], dtype=parameters.dtype, loss=definition["loss"]
         )
@@ -267,3 +263,24 @@ class Network:
             raise ValueError(f"{path}: {parameters.size} parameters; expected {found.parameters.size}")
         found.parameters = parameters
         return found
+
+
+def _fields(value: Any) -> Any:
+    """Return the name and the fields of a layer, for JSON; layers inside of it in the same form."""
+    if isinstance(value, Layer):
+        return [type(value).__name__, {each.name: _fields(getattr(value, each.name)) for each in fields(value)}]
+    return [_fields(each) for each in value] if isinstance(value, tuple) else value
+
+
+def _layer(path: Any, name: str, given: dict[str, Any]) -> Layer:
+    """Return the layer that `_fields` describes."""
+    if name not in _LAYERS:
+        raise ValueError(f"{path}: layer {name!r}; expected one of {sorted(_LAYERS)}")
+
+    def restored(value: Any) -> Any:
+        if not isinstance(value, list):
+            return value
+        is_layer = len(value) == 2 and isinstance(value[1], dict)
+        return _layer(path, *value) if is_layer else tuple(map(restored, value))
+
+    return _LAYERS[name](**{key: restored(value) for key, value in given.items()})

@@ -13,6 +13,7 @@ import scipy
 from .algebra import Array
 from .losses import LOSSES
 from .optimizers import Adam, Optimizer, Rprop, Schedule, Sgd
+from .recorded import drawn
 from .status import TrainingStatus
 
 
@@ -131,7 +132,8 @@ def _epoch(
     with np.errstate(over="ignore", invalid="ignore"):
         for start in range(0, len(x), size):
             rows = order[start : start + size] if size < len(x) else slice(None)
-            loss, gradient = network.checked_gradient(x[rows], y[rows])
+            with drawn(int(random.spawn(1)[0].integers(1 << 62))):  # further numbers, which leave the order as it is
+                loss, gradient = network.checked_gradient(x[rows], y[rows])
             total += loss * len(x[rows])
             if not np.isfinite(loss):
                 return np.inf

@@ -19,14 +19,16 @@ from ..backends.javascript import javascript_source
 from ..backends.module import ModuleSource
 from ..backends.opencl import opencl_source
 from ..backends.rust import rust_source
+from ..backends.triton import triton_source
 
 TARGETS: Mapping[str, tuple[str, Callable[[ModuleSource], str]]] = {
-    "rust": ("rs", rust_source),
-    "javascript": ("mjs", javascript_source),
-    "cuda": ("cu", cuda_source),
-    "opencl": ("cl", opencl_source),
+    "rust": (".rs", rust_source),
+    "javascript": (".mjs", javascript_source),
+    "cuda": (".cu", cuda_source),
+    "opencl": (".cl", opencl_source),
+    "triton": ("_triton.py", triton_source),
 }
-"""Languages other than C and Python: the file extension and the printer."""
+"""Languages other than C and Python: the end of the file name and the printer."""
 
 
 def render(module: ModuleSource) -> dict[str, str]:
@@ -59,5 +61,5 @@ def render_targets(module: ModuleSource, targets: Iterable[str]) -> dict[str, st
     files = {}
     for target in targets:
         ending, source = TARGETS[target]
-        files[f"{module.name}.{ending}"] = source(replace(module, command=f"{module.command} --target {target}"))
+        files[f"{module.name}{ending}"] = source(replace(module, command=f"{module.command} --target {target}"))
     return files

@@ -1,7 +1,8 @@
 """Networks of multivectors: activations and products of layers, with transposed derivatives.
 
 Kernels whose names end with an algebra are products of all elements in an orthonormal basis, sorted by grade:
-`complex` is G(0,1), `quaternion` G(0,2), `g2` G(2), `g3` G(3), and `g301` G(3,0,1), where the null vector is last.
+`complex` is G(0,1), `quaternion` G(0,2), `g2` G(2), `g3` G(3), `g301` G(3,0,1), where the null vector is last, and
+`g13` is G(1,3), where the vector with the square 1 is first.
 The products by tables are those of any algebra; their transposed derivatives are the same kernels with exchanged
 tables.
 Kernels with the suffix `pull` return the gradients for a cotangent.
@@ -17,7 +18,8 @@ TINY = Fraction(1, 10**30)
 """Added to squared norms, so that their roots have derivatives; not zero in float32."""
 NUMBERS = array(SCALAR, "n")
 
-for _sizes, _name in (((0, 1), "complex"), ((0, 2), "quaternion"), ((2,), "g2"), ((3,), "g3"), ((3, 0, 1), "g301")):
+for _sizes, _name in (((0, 1), "complex"), ((0, 2), "quaternion"), ((2,), "g2"), ((3,), "g3"), ((3, 0, 1), "g301"),
+                       ((1, 3), "g13")):  # fmt: skip
     globals().update(layers(orthogonal(*_sizes), f"_{_name}"))
 
 
@@ -94,17 +96,3 @@ def bounded(x, slope, bound):
 
 
 bounded_vjp_x = vjp(bounded, "x")
-
-
-@kernel(
-    x=NUMBERS, slope=array(SCALAR, "k"), offset=array(SCALAR, "k"), grade=index("n", into="k"),
-    zero=array(SCALAR, "k", shared=True), returns=NUMBERS,
-)  # fmt: skip
-def gated(x, slope, offset, grade, zero):
-    """Multiply the part of each grade by the logistic function of ``slope |part|**2 + offset``."""
-    squares = scatter(each(lambda c: c * c, x), grade, zero)
-    gates = each(lambda s, a, b: 1 / (1 + exp(-(a * s + b))), squares, slope, offset)
-    return each(lambda c, g: c * g, x, gather(gates, grade))
-
-
-gated_vjp_x, gated_vjp_slope, gated_vjp_offset = (vjp(gated, name) for name in ("x", "slope", "offset"))

@@ -358,6 +358,8 @@ KEYWORDS = {
     "opencl": "auto break case char const continue default do double else enum extern float for goto if inline int "
     "long register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while "
     "kernel global local constant private half double4 float16 uchar size_t sqrt cos get_global_id REAL NULL M_PI",
+    "triton": "and as assert async await class def del elif else except finally for from global if import in is lambda "
+    "nonlocal not or pass raise return try while with yield True False None tl torch triton math libdevice REAL BLOCK",
 }
 KEPT = "lambda sin_x is_zero args i n k x0 m_i elements result check_ at_ out_component n_ double_"
 
@@ -377,7 +379,12 @@ COMPILERS: dict[str, tuple[str, ...]] = {
     "javascript": ("node", "--check"),
     "cuda": ("g++", "-fsyntax-only", "-x", "c++", "-include", "{folder}/before.h"),
     "opencl": ("gcc", "-std=c99", "-fsyntax-only", "-x", "c", "-include", "{folder}/before.h"),
+    "triton": (sys.executable, "-m", "py_compile"),
 }
+
+
+def without_comments(text: str, target: str) -> str:
+    return re.sub(r"#[^\n]*" if target == "triton" else r"/\*.*?\*/|//[^\n]*", "", text, flags=re.DOTALL)
 
 
 @pytest.mark.parametrize("target", TARGETS)
@@ -385,15 +392,17 @@ def test_reserved_words_are_not_used_as_names(target: str, tmp_path: Path) -> No
     words = KEYWORDS[target].split()
     module = module_source("words", *map(named, [*words, *KEPT.split()]))
     ((name, text),) = render_targets(module, [target]).items()
-    code = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.DOTALL)
+    code = without_comments(text, target)
     prefix = "words_" if target == "opencl" else ""
     for word in words:
-        head = re.search(rf"(?:fn|function|void) {prefix}{word}{'' if prefix else '_+'}(?:<[^>]*>)?\(([^)]*)\)", code)
+        head = re.search(
+            rf"(?:fn|function|void|def) {prefix}{word}{'' if prefix else '_+'}(?:<[^>]*>)?\(([^)]*)\)", code
+        )
         assert head, word
-        names = re.findall(r"\w+(?=:)" if target == "rust" else r"\w+(?=,|$)", head[1])
+        names = re.findall(r"\w+(?=:)" if target == "rust" else r"\w+(?=,|=|$)", head[1])
         assert word not in names and f"{word}_" in names
-    for word in KEPT.split():
-        assert re.search(rf"(?:fn|function|void) {prefix}{word}(?:<[^>]*>)?\([^)]*\b{word}\b", code), word
+    for word in set(KEPT.split()) - set(words):
+        assert re.search(rf"(?:fn|function|void|def) {prefix}{word}(?:<[^>]*>)?\([^)]*\b{word}\b", code), word
     (tmp_path / name).write_text(text)
     prelude = ON_A_PROCESSOR if target == "cuda" else f"#include <stddef.h>\n{WORK_ITEMS}"
     (tmp_path / "before.h").write_text(f"#include <math.h>\n{prelude}")
@@ -412,10 +421,10 @@ def test_text(target: str, name: str) -> None:
     texts = render_targets(module, [target])
     assert texts == render_targets(module, [target])
     ((file, text),) = texts.items()
-    assert file == f"{name}.{TARGETS[target][0]}"
+    assert file == f"{name}{TARGETS[target][0]}"
     assert f"--target {target}" in text.splitlines()[1] and body_is_intact(text)
     assert all(line == line.rstrip() for line in text.splitlines())
-    code = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.DOTALL)
+    code = without_comments(text, target)
     assert max(map(len, code.splitlines())) <= 120
     for kernel in module.kernels:
         assert re.search(rf"\b\w*{kernel.program.name}(?:_batch)?(?:<[^>]*>)?\(", code), kernel.program.name

@@ -10,7 +10,8 @@ import pytest
 from algorithms.learning.activations import Bounded, Gate, Series, Split
 from algorithms.learning.algebra import Algebra
 from algorithms.learning.base import Layer
-from algorithms.learning.equivariant import GradeLinear, GradeProduct, Invariants
+from algorithms.learning.equivariant import GradeLinear, GradeProduct, Invariants, Norm
+from algorithms.learning.items import Attention, Dropout, Each, Messages, Residual
 from algorithms.learning.linear import Linear, Rotor, TwoSided, left_matrix, right_matrix, simplified_pull
 from algorithms.learning.rounds import ConformalNeuron, Hypersphere, Radial
 from tests.support.all_cases import all_cases
@@ -21,7 +22,8 @@ ANY = [
     Linear(2), Linear(2, side="right"), Linear(2, product="inner", grades=(0, 1)),
     Linear(2, product="outer", bias=False),
     TwoSided(2), Split("tanh"), Split("sigmoid"), Split("silu"), Bounded(), Gate(), Series(), GradeLinear(2),
-    GradeProduct(), Invariants(), Invariants(3),
+    GradeProduct(), Invariants(), Invariants(3), Norm(), Residual((GradeProduct(), Dropout(0.5))),
+    Each(3, GradeLinear(2)), Attention(3),
 ]  # fmt: skip
 
 
@@ -29,6 +31,12 @@ ANY = [
 @all_cases("layer", ANY)
 def test_gradients(layer: Layer, name: str) -> None:
     check_gradient(layer, Algebra.of(name))
+
+
+@all_cases("name", ALGEBRAS)
+def test_gradients_of_messages(name: str) -> None:
+    """Polynomials of high degree inside of logistic functions need small steps."""
+    check_gradient(Messages(3, ((0, 1), (0, 2), (2, 2))), Algebra.of(name), h=5e-4)
 
 
 @pytest.mark.parametrize("name", ["C", "G(2)", "G(3)", "G(3,1)", "G(4,1)"])
@@ -66,7 +74,7 @@ def test_matrices_of_spinors_give_the_products_of_the_table(
         assert np.allclose(found, np.einsum("oikj,bij->bok", generic, x), atol=1e-12)
 
 
-@all_cases("name", ["C", "H", "G(2)", "G(3)", "G(3,0,1)"])
+@all_cases("name", ["C", "H", "G(2)", "G(3)", "G(3,0,1)", "G(1,3)"])
 def test_generated_products_are_those_of_the_table(name: str) -> None:
     algebra, random = Algebra.of(name), np.random.default_rng(3)
     a, b, d = random.normal(size=(3, 6, algebra.size))

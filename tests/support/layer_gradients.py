@@ -8,8 +8,10 @@ from algorithms.learning.algebra import Algebra
 from algorithms.learning.base import Layer
 
 
-def check_gradient(layer: Layer, algebra: Algebra, channels: int = 3, tolerance: float = 1e-10) -> None:
-    """Compare the derivative along a random direction with extrapolated differences."""
+def check_gradient(
+    layer: Layer, algebra: Algebra, channels: int = 3, tolerance: float = 1e-10, h: float = 4e-3
+) -> None:
+    """Compare the derivative along a random direction with extrapolated differences of steps h."""
     random = np.random.default_rng(1)
     _, out = layer.output(algebra, channels)
     x = random.normal(size=(4, channels, algebra.size))
@@ -27,7 +29,6 @@ def check_gradient(layer: Layer, algebra: Algebra, channels: int = 3, tolerance:
 
     # Differences of the tenth order.
     weights = 5 / 6, -5 / 21, 5 / 84, -5 / 504, 1 / 1260
-    h = 4e-3
     found = sum(w * (at(k * h) - at(-k * h)) for k, w in enumerate(weights, 1)) / h
     scale = sum(np.abs(a * b).sum() for a, b in zip([dx, *others], along, strict=True))
     assert abs(found - expected) <= tolerance * max(scale, 1)

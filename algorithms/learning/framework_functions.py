@@ -1,0 +1,223 @@
+"""The functions in which layers are defined, for torch and jax: theirs, and products by the generated kernels.
+
+A weighted product is linear in both factors and in the weights, so that all derivatives of all orders are products and
+gradients of products. Both are operators here, and each is the derivative of the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from ..extras import extra
+from .algebra import Algebra
+from .recorded import Functions, weighted_pull
+
+Product = Callable[..., Any]
+
+
+def pull_of_pull(product: Product, pull: Product, given: Sequence[Any], cotangents: Sequence[Any]) -> tuple[Any, ...]:
+    """Return the gradients of the sum of cotangents times the results of `pull` by its arguments a, b, w and d."""
+    (a, b, w, d), (ca, cb, cw) = given, cotangents
+    along_a, along_b, along_w = pull(ca, b, w, d), pull(a, cb, w, d), pull(a, b, cw, d)
+    return (
+        along_b[0] + along_w[0],
+        along_a[1] + along_w[1],
+        along_a[2] + along_b[2],
+        product(ca, b, w) + product(a, cb, w) + product(a, b, cw),
+    )
+
+
+def _algebra_name(algebra: Algebra) -> str:
+    own = f"_{id(algebra.module)}" if algebra.module is not None else ""
+    return "_".join(map(str, algebra.signature)) + own
+
+
+@cache
+def torch_products(algebra: Algebra) -> tuple[Product, Product]:
+    """Return weighted products, and their gradients, as operators of torch with derivatives of every order."""
+    with extra("peers", "algorithms.learning.frameworks"):
+        import torch
+    name = f"geometric::weighted_{_algebra_name(algebra)}"
+
+    def arrays(tensors: Any) -> list[Any]:
+        wide = (x if x.dtype in (torch.float32, torch.float64) else x.float() for x in tensors)
+        return [np.ascontiguousarray(x.detach().numpy()) for x in wide]
+
+    def value(a: Any, b: Any, w: Any) -> Any:
+        return torch.from_numpy(np.asarray(algebra.weighted(*arrays((a, b, w))))).to(a.dtype)
+
+    def gradients(a: Any, b: Any, w: Any, d: Any) -> Any:
+        found = weighted_pull(algebra, *arrays((a, b, w, d)))
+        return tuple(torch.from_numpy(one).to(a.dtype) for one in found)
+
+    product: Any = torch.library.custom_op(
+        name, value, mutates_args=(), schema="(Tensor a, Tensor b, Tensor w) -> Tensor"
+    )
+    pull: Any = torch.library.custom_op(
+        f"{name}_pull",
+        gradients,
+        mutates_args=(),
+        schema="(Tensor a, Tensor b, Tensor w, Tensor d) -> (Tensor, Tensor, Tensor)",
+    )
+    product.register_fake(lambda a, b, w: a.new_empty(a.shape))
+    pull.register_fake(lambda a, b, w, d: (a.new_empty(a.shape), b.new_empty(b.shape), w.new_empty(w.shape)))
+
+    def keep(ctx: Any, inputs: Any, output: Any) -> None:
+        ctx.save_for_backward(*inputs)
+
+    def backward(ctx: Any, d: Any) -> Any:
+        return pull(*ctx.saved_tensors, d)
+
+    def backward_of_pull(ctx: Any, *cotangents: Any) -> Any:
+        filled = [
+            torch.zeros_like(x) if c is None else c for c, x in zip(cotangents, ctx.saved_tensors[:3], strict=True)
+        ]
+        return pull_of_pull(product, pull, ctx.saved_tensors, filled)
+
+    product.register_autograd(backward, setup_context=keep)
+    pull.register_autograd(backward_of_pull, setup_context=keep)
+    for operator in (product, pull):
+        operator.register_vmap(one_by_one(operator))
+    return product, pull
+
+
+def one_by_one(operator: Any) -> Callable[..., Any]:
+    """Return the rule of `torch.vmap` that calls an operator for each entry of a batch."""
+    import torch
+
+    def run_batch(info: Any, dims: Any, *given: Any) -> Any:
+        def part(value: Any, dim: Any, k: int) -> Any:
+            if isinstance(value, (list, tuple)):
+                return [part(one, own, k) for one, own in zip(value, dim, strict=True)]
+            return value if dim is None else value.select(dim, k)
+
+        found = [
+            operator(*(part(value, dim, k) for value, dim in zip(given, dims, strict=True)))
+            for k in range(info.batch_size)
+        ]
+        if isinstance(found[0], (list, tuple)):
+            kind = type(found[0])
+            return kind([torch.stack(rows) for rows in zip(*found, strict=True)]), kind([0] * len(found[0]))
+        return torch.stack(found), 0
+
+    return run_batch
+
+
+@cache
+def torch_functions() -> Callable[..., Functions]:
+    """Return the class of the functions of torch, made for an algebra."""
+    with extra("peers", "algorithms.learning.frameworks"):
+        import torch
+
+    class TorchFunctions(Functions):
+        def __init__(self, algebra: Algebra, training: bool = False) -> None:
+            self.training, self._product = training, torch_products(algebra)[0]
+
+        exp, log1p, arcsinh = map(staticmethod, (torch.exp, torch.log1p, torch.arcsinh))
+        tanh, reshape, matmul = map(staticmethod, (torch.tanh, torch.reshape, torch.matmul))
+        swapped = staticmethod(torch.transpose)
+
+        def softmax(self, x: Any) -> Any:
+            return torch.softmax(x, -1)
+
+        def sum(self, x: Any, axis: int) -> Any:
+            return x.sum(axis, keepdim=True)
+
+        def linear(self, x: Any, matrix: Any) -> Any:
+            return x @ torch.as_tensor(matrix, dtype=x.dtype)
+
+        def rows(self, x: Any, index: Any) -> Any:
+            return x[:, torch.as_tensor(index)]
+
+        def sum_rows(self, x: Any, index: Any, count: int) -> Any:
+            return x.new_zeros((len(x), count, *x.shape[2:])).index_add(1, torch.as_tensor(index), x)
+
+        def mixed(self, algebra: Algebra, w: Any, x: Any) -> Any:
+            return torch.einsum("oik,nik->nok", w[..., torch.as_tensor(algebra.grades)], x)
+
+        def weighted(self, algebra: Algebra, a: Any, b: Any, w: Any) -> Any:
+            return self._product(a, b, w)
+
+        def kept(self, x: Any, rate: float, seed: int) -> Any:
+            if not self.training or rate == 0:
+                return x
+            return x * (torch.rand((*x.shape[:2], 1), dtype=x.dtype) >= rate) / (1 - rate)
+
+    return TorchFunctions
+
+
+@cache
+def jax_products(algebra: Algebra) -> tuple[Product, Product]:
+    """Return weighted products, and their gradients, as functions of jax with reverse derivatives of every order."""
+    with extra("peers", "algorithms.learning.frameworks"):
+        import jax
+
+    def called(function: Callable[..., Any], shapes: Any, given: Sequence[Any]) -> Any:
+        def on_host(*arrays: Any) -> Any:
+            return function(*(np.ascontiguousarray(array) for array in arrays))
+
+        return jax.pure_callback(on_host, shapes, *given, vmap_method="sequential")
+
+    def shape(x: Any) -> Any:
+        return jax.ShapeDtypeStruct(x.shape, x.dtype)
+
+    @jax.custom_vjp
+    def product(a: Any, b: Any, w: Any) -> Any:
+        return called(algebra.weighted, shape(a), (a, b, w))
+
+    @jax.custom_vjp
+    def pull(a: Any, b: Any, w: Any, d: Any) -> Any:
+        own = lambda *given: weighted_pull(algebra, *given)  # noqa: E731
+        return called(own, (shape(a), shape(b), shape(w)), (a, b, w, d))
+
+    product.defvjp(lambda *given: (product(*given), given), lambda given, d: pull(*given, d))
+    pull.defvjp(
+        lambda *given: (pull(*given), given), lambda given, cotangents: pull_of_pull(product, pull, given, cotangents)
+    )
+    return product, pull
+
+
+@cache
+def jax_functions() -> Callable[..., Functions]:
+    """Return the class of the functions of jax, made for an algebra."""
+    with extra("peers", "algorithms.learning.frameworks"):
+        import jax
+    jnp = jax.numpy
+
+    class JaxFunctions(Functions):
+        def __init__(self, algebra: Algebra, key: Any = None) -> None:
+            self.key, self._product = key, jax_products(algebra)[0]
+
+        exp, log1p, arcsinh = map(staticmethod, (jnp.exp, jnp.log1p, jnp.arcsinh))
+        tanh, reshape, matmul = map(staticmethod, (jnp.tanh, jnp.reshape, jnp.matmul))
+        swapped, softmax = map(staticmethod, (jnp.swapaxes, jax.nn.softmax))
+
+        def sum(self, x: Any, axis: int) -> Any:
+            return x.sum(axis, keepdims=True)
+
+        def linear(self, x: Any, matrix: Any) -> Any:
+            return x @ jnp.asarray(matrix, x.dtype)
+
+        def rows(self, x: Any, index: Any) -> Any:
+            return x[:, index]
+
+        def sum_rows(self, x: Any, index: Any, count: int) -> Any:
+            return jnp.zeros((len(x), count, *x.shape[2:]), x.dtype).at[:, index].add(x)
+
+        def mixed(self, algebra: Algebra, w: Any, x: Any) -> Any:
+            return jnp.einsum("oik,nik->nok", w[..., algebra.grades], x)
+
+        def weighted(self, algebra: Algebra, a: Any, b: Any, w: Any) -> Any:
+            return self._product(a, b, w)
+
+        def kept(self, x: Any, rate: float, seed: int) -> Any:
+            if self.key is None or rate == 0:
+                return x
+            own = jax.random.fold_in(self.key, seed)
+            return x * jax.random.bernoulli(own, 1 - rate, (*x.shape[:2], 1)) / (1 - rate)
+
+    return JaxFunctions

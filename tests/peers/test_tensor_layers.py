@@ -1,0 +1,148 @@
+"""Equivariant layers in torch and jax are those of networks, commute with versors, and have second derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from algorithms.learning import (
+    Algebra,
+    Attention,
+    Dropout,
+    Each,
+    Gate,
+    GradeProduct,
+    Invariants,
+    Messages,
+    Norm,
+    Residual,
+    Split,
+)
+from algorithms.learning.frameworks import jax_function, torch_module, torch_operator
+from tests.support.equivariant_layers import LAYERS, RING, given, reflections
+
+pytestmark = pytest.mark.peers
+ALGEBRAS = ["G(3)", "G(1,3)", "G(4,1)", "G(3,0,1)"]
+
+
+@pytest.mark.parametrize("name", ALGEBRAS)
+def test_modules(name: str) -> None:
+    """Values of networks, and values of turned inputs, to 1e-12 of what is rounded."""
+    torch, algebra = pytest.importorskip("torch"), Algebra.of(name)
+    turn = reflections(algebra, 2, seed=2)
+    for layer in LAYERS:
+        x, parameters = given(layer, algebra)
+        module = torch_module(layer, algebra, 6).double()
+        for own, numbers in zip(module.weights, parameters, strict=True):
+            own.data[:] = torch.tensor(numbers)
+        y, turned = (module(torch.tensor(one)).detach().numpy() for one in (x, x @ turn.T))
+        assert np.abs(y - layer.value(algebra, x, parameters)).max() < 1e-12 * np.abs(y).max(), layer
+        assert np.abs(turned - y @ turn.T).max() < 1e-12 * np.linalg.norm(turn) * np.abs(turned).max(), layer
+
+
+@pytest.mark.parametrize("name", ALGEBRAS)
+def test_second_derivatives(name: str) -> None:
+    """Against differences, along random directions."""
+    torch, algebra = pytest.importorskip("torch"), Algebra.of(name)
+    for layer in [*LAYERS, Invariants()]:
+        x, parameters = given(layer, algebra)
+        run = torch_operator(layer, algebra, 6)
+        tensors = [torch.tensor(0.3 * one, requires_grad=True) for one in (x[:1], *parameters)]
+
+        def function(x: Any, *own: Any, run: Any = run) -> Any:
+            return run(x, list(own))
+
+        assert torch.autograd.gradcheck(function, tensors, fast_mode=True), layer
+        assert torch.autograd.gradgradcheck(function, tensors, fast_mode=True), layer
+
+
+@pytest.fixture
+def doubles() -> Iterator[Any]:
+    """Return jax, with double precision in all threads, those of callbacks included."""
+    jax = pytest.importorskip("jax")
+    before = jax.config.jax_enable_x64
+    jax.config.update("jax_enable_x64", True)
+    yield jax
+    jax.config.update("jax_enable_x64", before)
+
+
+@pytest.mark.parametrize("name", ALGEBRAS)
+def test_functions_of_jax(name: str, doubles: Any) -> None:
+    """Values and gradients of networks; second derivatives are those of torch."""
+    jax, torch, algebra = doubles, pytest.importorskip("torch"), Algebra.of(name)
+    for layer in (Norm(), Residual((GradeProduct(), Gate())), Attention(3, heads=2), Messages(3, RING), Invariants()):
+        x, parameters = given(layer, algebra)
+        function, expected = jax_function(layer, algebra, 6), layer.value(algebra, x, parameters)
+        along = np.random.default_rng(4).normal(size=x.shape)
+
+        @jax.jit
+        def cost(*arrays: Any, function: Any = function) -> Any:
+            y = function(*arrays)
+            return jax.numpy.sum(jax.numpy.sin(y)), y
+
+        gradient = jax.jit(jax.grad(cost, argnums=tuple(range(1 + len(parameters))), has_aux=True))
+        found, y = gradient(x, *parameters)
+        assert np.allclose(y, expected, rtol=1e-11, atol=1e-11), layer
+        dx, others = layer.pull(algebra, x, parameters, expected, np.cos(expected))
+        for one, wanted in zip(found, (dx, *others), strict=True):
+            assert np.abs(one - wanted).max() <= 1e-10 * np.abs(wanted).max() + 1e-12, layer
+        if isinstance(layer, Messages):
+            run, own = torch_operator(layer, algebra, 6), [torch.tensor(one) for one in parameters]
+            second = jax.jit(jax.grad(lambda x: (gradient(x, *parameters)[0][0] * along).sum()))(x)  # noqa: B023
+            vhp = torch.autograd.functional.vhp
+            _, wanted = vhp(lambda x: run(x, own).sin().sum(), torch.tensor(x), torch.tensor(along))  # noqa: B023
+            assert np.abs(second - wanted.numpy()).max() < 1e-10 * np.abs(second).max()
+
+
+def test_graphs_and_batches() -> None:
+    torch, algebra = pytest.importorskip("torch"), Algebra(3)
+    for layer in (GradeProduct(), Gate(), Attention(3), Messages(3, RING)):
+        x, _ = given(layer, algebra)
+        module, tensor = torch_module(layer, algebra, 6).double(), torch.tensor(x)
+        compiled = torch.compile(module, fullgraph=True, backend="aot_eager")
+        eager = module(tensor)
+        assert torch.allclose(compiled(tensor), eager, rtol=1e-13)
+        gradients = [torch.autograd.grad(f(tensor).sin().sum(), list(module.weights)) for f in (module, compiled)]
+        assert all(torch.allclose(a, b, rtol=1e-12, atol=1e-12) for a, b in zip(*gradients, strict=True))
+        many = torch.vmap(module)(torch.stack([tensor, 2 * tensor]))
+        assert torch.allclose(many[0], eager)
+
+
+def test_narrow_types() -> None:
+    """Products of bfloat16 and float16 are computed in single precision."""
+    torch, algebra = pytest.importorskip("torch"), Algebra(3)
+    x, _ = given(Messages(3, RING), algebra)
+    module = torch_module(Messages(3, RING), algebra, 6)
+    expected = module(torch.tensor(x).float())
+    for kind, error in (("bfloat16", 0.05), ("float16", 0.01)):
+        dtype = getattr(torch, kind)
+        found = module.to(dtype)(torch.tensor(x).to(dtype))
+        found.sum().backward()
+        assert found.dtype == dtype and (found.float() - expected).abs().max() < error * expected.abs().max()
+        module = module.float()
+
+
+def test_dropout_in_training_only() -> None:
+    torch, jax = pytest.importorskip("torch"), pytest.importorskip("jax")
+    torch.manual_seed(0)
+    module, x = torch_module(Dropout(0.25), "G(3)", 3), torch.ones(4000, 3, 8)
+    kept = module(x)
+    assert torch.equal(module.eval()(x), x)
+    function = jax_function(Dropout(0.25), "G(3)", 3)
+    drawn = np.asarray(function(x.numpy(), key=jax.random.key(0)))
+    assert np.array_equal(function(x.numpy()), x)
+    for y in (kept.numpy(), drawn):
+        dropped = ~y.any(-1)
+        assert abs(dropped.mean() - 0.25) < 5 * np.sqrt(0.25 * 0.75 / dropped.size)
+        assert np.allclose(y[~dropped], 1 / 0.75)
+
+
+def test_messages_of_errors() -> None:
+    pytest.importorskip("torch")
+    with pytest.raises(ValueError, match="7 channels; expected a multiple of items = 3"):
+        torch_module(Each(3, Gate()), "G(3)", 7)
+    with pytest.raises(ValueError, match=r"Split\(function='tanh'\): does not commute"):
+        torch_module([Residual((Gate(),)), Split()], "G(3)", 2, equivariant=True)
