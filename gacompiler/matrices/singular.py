@@ -85,7 +85,7 @@ def singular_vectors(matrix: Any) -> tuple[Any, Any, Any]:
     """
     values, basis, converged = _diagonal(matrix)
     order = _descending(values)
-    return ordered(values, order), each(lambda row: ordered(row, order), basis), converged
+    return ordered(values, order), each(lambda row: ordered(row, order), transpose(basis)), converged
 
 
 def null_vector(matrix: Any) -> tuple[Any, Any, Any]:
@@ -125,12 +125,12 @@ def null_vector(matrix: Any) -> tuple[Any, Any, Any]:
     least, where, second, _, _ = fold(smallest, (0, -1, largest, 0, 0), values)
     unit = select(equal(largest, 0), 1, largest)
     numbers = row_numbers(values)
-    vector = each(lambda row: total(lambda x, i: select(equal(i, where), x, 0), row, numbers), basis)
+    vector = each(lambda row: total(lambda x, i: select(equal(i, where), x, 0), row, numbers), transpose(basis))
     return vector, select(is_found, second / unit, 0), select(is_found, least / unit, 0)
 
 
 def _diagonal(matrix: Any) -> tuple[Any, Any, Any]:
-    """Return the singular values and the right singular vectors in any order, and whether they are valid."""
+    """Return the singular values and the right singular vectors as rows, in any order, and whether they are valid."""
     small, size = scaled(matrix)
     found, basis, converged = diagonalized(*_bidiagonal(small, identity(transpose(matrix))), _step)
     return each(lambda d: size * absolute(d), found), basis, is_valid(converged, found)
@@ -149,7 +149,8 @@ def _bidiagonal(matrix: Any, basis: Any) -> tuple[_Bidiagonal, Any]:
         a = reflect_columns(a, *reflector(each(lambda row: pick(row, k, 0), a), heights, k, LEAST))
         own = total(lambda row, i: each(lambda x: select(equal(i, k), x, 0), row), a, heights)
         v, factor = reflector(own, widths, k + 1, LEAST)
-        return tuple(each(lambda row: reflected(row, v, factor), each_) for each_ in (a, *others))
+        a = each(lambda row: reflected(row, v, factor), a)
+        return (a, *(reflect_columns(other, v, factor) for other in others))
 
     a, *others = fold(step, (matrix,) if basis is None else (matrix, basis), widths)
 

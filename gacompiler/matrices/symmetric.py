@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..frontend.loops import each, fold, scan, total
+from ..frontend.loops import each, fold, scan, total, transpose
 from ..frontend.operations import equal, select
 from ..frontend.searches import pick, row_numbers
 from .products import dot, identity
-from .reflections import reflected, reflector
+from .reflections import reflect_columns, reflector
 from .rotations import (
     LEAST,
     Chase,
@@ -85,11 +85,11 @@ def eigenvectors(matrix: Any) -> tuple[Any, Any, Any]:
     found, basis, converged = diagonalized(*_tridiagonal(small, identity(matrix)), _step)
     order = places(found)
     values = ordered(each(lambda x: x * size, found), order)
-    return values, each(lambda row: ordered(row, order), basis), is_valid(converged, found)
+    return values, each(lambda row: ordered(row, order), transpose(basis)), is_valid(converged, found)
 
 
 def _tridiagonal(matrix: Any, basis: Any) -> tuple[_Tridiagonal, Any]:
-    """Return a similar tridiagonal matrix, and the basis, if any, after the same reflections."""
+    """Return a similar tridiagonal matrix, and the rows of the basis, if any, after the same reflections."""
     numbers = row_numbers(matrix)
 
     def step(state: Any, k: Any) -> Any:
@@ -99,7 +99,7 @@ def _tridiagonal(matrix: Any, basis: Any) -> tuple[_Tridiagonal, Any]:
         half = factor * dot(v, image) / 2
         w = each(lambda x, y: x - half * y, image, v)
         a = each(lambda row, x, y: each(lambda e, p, q: e - x * q - y * p, row, v, w), a, v, w)
-        return (a, *(each(lambda row: reflected(row, v, factor), other) for other in others))
+        return (a, *(reflect_columns(other, v, factor) for other in others))
 
     a, *others = fold(step, (matrix,) if basis is None else (matrix, basis), numbers)
     diagonal = each(lambda row, i: pick(row, i, 0), a, numbers)
