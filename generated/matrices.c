@@ -2,7 +2,7 @@
 // command: gac generate --all matrices
 // spec: ec48a3cca52b283e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: 2e9a270cd5003da5679eda6d22d50ebed6d985693d664a5f84e47587ac37a021
+// body: b9518abea6c324125de533c4246759075750cfdace24e4d2d6e6d5033b85737d
 
 #ifndef REAL
 #include "matrices.h"
@@ -121,18 +121,20 @@ GAC_AXIS(6, 8)
     WORK(9, state_1, scalar, 1, n * n) WORK(10, mapped_5, scalar, 1, n) WORK(11, mapped_6, scalar, 1, n) \
     WORK(12, mapped_7, scalar, 1, n) WORK(13, mapped_9, scalar, 1, n * n) WORK(14, zeros, scalar, 1, n) \
     WORK(15, sum_5, scalar, 1, n) WORK(16, mapped_12, scalar, 1, n * n) WORK(17, number_3, scalar, 1, n) \
-    WORK(18, mapped_15, scalar, 1, n) WORK(19, diagonal, scalar, 1, n) WORK(20, beside, scalar, 1, n) \
+    WORK(18, mapped_16, scalar, 1, n) WORK(19, diagonal, scalar, 1, n) WORK(20, beside, scalar, 1, n) \
     WORK(21, state_1_2, scalar, 1, n * n) WORK(22, own, scalar, 1, n) WORK(23, following, scalar, 1, n) \
-    WORK(24, own_2, scalar, 1, n) WORK(25, following_2, scalar, 1, n) WORK(26, diagonal_2, scalar, 1, n) \
-    WORK(27, beside_2, scalar, 1, n) WORK(28, own_3, scalar, 1, n) WORK(29, across, scalar, 1, n) \
-    WORK(30, cosine, scalar, 1, n) WORK(31, sine, scalar, 1, n) WORK(32, is_gap, scalar, 1, n) \
-    WORK(33, cosine_2, scalar, 1, n) WORK(34, sine_2, scalar, 1, n) WORK(35, found, scalar, 1, n) \
-    WORK(36, passed, scalar, 1, n) WORK(37, found_2, scalar, 1, n * n) WORK(38, number_4, scalar, 1, n) \
-    WORK(39, place, scalar, 1, n) WORK(40, mapped_17, scalar, 1, n) WORK(41, number_5, scalar, 1, n) \
-    WORK(42, number_6, scalar, 1, n) WORK(43, gac_kept_0, scalar, 1, n) WORK(44, gac_kept_1, scalar, 1, n) \
-    WORK(45, gac_kept_2, scalar, 1, n * n) WORK(46, gac_kept_4, scalar, 1, n) WORK(47, gac_kept_5, scalar, 1, n) \
-    WORK(48, gac_kept_6, scalar, 1, n) WORK(49, gac_kept_7, scalar, 1, n) WORK(50, gac_kept_8, scalar, 1, n) \
-    WORK(51, gac_kept_9, scalar, 1, n) WORK(52, gac_kept_10, scalar, 1, n) WORK(53, gac_kept_11, scalar, 1, n)
+    WORK(24, lead, scalar, 1, n) WORK(25, cosine, scalar, 1, n) WORK(26, sine, scalar, 1, n) \
+    WORK(27, ratio, scalar, 1, n) WORK(28, length, scalar, 1, n) WORK(29, turn, scalar, 1, n) \
+    WORK(30, sign, scalar, 1, n) WORK(31, last_sine, scalar, 1, n) WORK(32, own_2, scalar, 1, n) \
+    WORK(33, following_2, scalar, 1, n) WORK(34, own_3, scalar, 1, n) WORK(35, following_3, scalar, 1, n) \
+    WORK(36, diagonal_2, scalar, 1, n) WORK(37, beside_2, scalar, 1, n) WORK(38, cosine_2, scalar, 1, n) \
+    WORK(39, sine_2, scalar, 1, n) WORK(40, found, scalar, 1, n) WORK(41, passed, scalar, 1, n) \
+    WORK(42, found_2, scalar, 1, n * n) WORK(43, number_4, scalar, 1, n) WORK(44, place, scalar, 1, n) \
+    WORK(45, mapped_18, scalar, 1, n) WORK(46, number_5, scalar, 1, n) WORK(47, number_6, scalar, 1, n) \
+    WORK(48, gac_kept_0, scalar, 1, n) WORK(49, gac_kept_1, scalar, 1, n) WORK(50, gac_kept_2, scalar, 1, n * n) \
+    WORK(51, gac_kept_4, scalar, 1, n) WORK(52, gac_kept_5, scalar, 1, n) WORK(53, gac_kept_6, scalar, 1, n) \
+    WORK(54, gac_kept_7, scalar, 1, n) WORK(55, gac_kept_8, scalar, 1, n) WORK(56, gac_kept_9, scalar, 1, n) \
+    WORK(57, gac_kept_10, scalar, 1, n) WORK(58, gac_kept_11, scalar, 1, n) WORK(59, gac_kept_12, scalar, 1, n)
 
 static INLINE void NAME(eigenvectors_m_start)(REAL *m)
 {
@@ -297,12 +299,19 @@ static INLINE void NAME(eigenvectors_sum_4)(REAL i, REAL sum, REAL x, REAL j, RE
     AND NUMBER(3, 0) AND OUT(4, 1)
 GAC_IN_LANES(eigenvectors_sum_4, PLAIN)
 
-static INLINE void NAME(eigenvectors_mapped_8)(REAL i, REAL *mapped_15)
+static INLINE void NAME(eigenvectors_mapped_8)(REAL b, REAL *mapped_15)
 {
-    mapped_15[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
+    mapped_15[0] = b * ABS(b);
 }
 #define PARTS_eigenvectors_mapped_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(eigenvectors_mapped_8, PLAIN)
+
+static INLINE void NAME(eigenvectors_mapped_9)(REAL i, REAL *mapped_16)
+{
+    mapped_16[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
+}
+#define PARTS_eigenvectors_mapped_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_mapped_9, PLAIN)
 
 static INLINE void NAME(eigenvectors_converged_start)(REAL *converged, REAL *steps)
 {
@@ -342,78 +351,99 @@ static INLINE void NAME(eigenvectors_following)(REAL own, REAL *following)
 #define PARTS_eigenvectors_following(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(eigenvectors_following, PLAIN)
 
-static INLINE void NAME(eigenvectors_diagonal_start)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_3,
-    REAL *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *cosine_start_2, REAL
-    *sine_start_2)
+static INLINE void NAME(eigenvectors_lead_start)(REAL *lead_start, REAL *cosine_start, REAL *sine_start, REAL
+    *ratio_start, REAL *length_start, REAL *turn_start, REAL *sign_start, REAL *last_sine_start)
 {
-    diagonal_start[0] = (REAL)0;
-    beside_start[0] = (REAL)0;
-    own_start_3[0] = (REAL)0;
-    across_start[0] = (REAL)0;
+    lead_start[0] = (REAL)0;
     cosine_start[0] = (REAL)1;
     sine_start[0] = (REAL)0;
-    is_gap_start[0] = (REAL)1;
-    cosine_start_2[0] = (REAL)1;
-    sine_start_2[0] = (REAL)0;
+    ratio_start[0] = (REAL)1;
+    length_start[0] = (REAL)0;
+    turn_start[0] = (REAL)1;
+    sign_start[0] = (REAL)1;
+    last_sine_start[0] = (REAL)0;
 }
-#define PARTS_eigenvectors_diagonal_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
-    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(eigenvectors_diagonal_start, PLAIN)
+#define PARTS_eigenvectors_lead_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
+GAC_IN_LANES(eigenvectors_lead_start, PLAIN)
 
 static INLINE void NAME(eigenvectors_common_5)(const REAL *carry, REAL *common_7)
 {
     const REAL carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3];
     const REAL t0 = (carry_1 - carry_3) * (REAL)0.5;
-    const REAL t1 = t0 * t0 + carry_2 * carry_2;
-    const REAL t2 = SQRT(SELECT(EQUAL((REAL)0, t1), (REAL)1, t1));
-    const REAL t3 = -t2;
-    common_7[0] = carry_3 - carry_2 * (carry_2 / (t0 + SELECT(LESS(t0, (REAL)0), t3, t2)));
+    const REAL t1 = ABS(carry_2);
+    const REAL t2 = t1 + t0 * t0;
+    const REAL t3 = SQRT(SELECT(EQUAL((REAL)0, t2), (REAL)1, t2));
+    const REAL t4 = -t3;
+    common_7[0] = carry_3 - t1 / (t0 + SELECT(LESS(t0, (REAL)0), t4, t3));
 }
 #define PARTS_eigenvectors_common_5(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1)
 GAC_IN_LANES(eigenvectors_common_5, PLAIN)
 
-static INLINE void NAME(eigenvectors_diagonal)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL
-    is_gap, REAL own_2, REAL after, REAL beside, REAL is_first, REAL common, REAL *diagonal_2, REAL *beside_2, REAL
-    *own_3, REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *cosine_2, REAL *sine_2)
+static INLINE void NAME(eigenvectors_lead)(REAL lead, REAL cosine, REAL sine, REAL ratio, REAL sign, REAL own, REAL
+    beside, REAL common, REAL *lead_out, REAL *cosine_out, REAL *sine_out, REAL *ratio_out, REAL *length, REAL
+    *turn, REAL *sign_out, REAL *last_sine)
 {
-    const REAL t0 = SELECT(is_first, own_2, own);
-    const REAL t1 = t0 - common;
-    const REAL t2 = SELECT(is_gap, t1, across);
-    const REAL t3 = sine * beside;
-    const REAL t4 = SELECT(is_gap, beside, t3);
-    const REAL t5 = t2 * t2 + t4 * t4;
-    const REAL t6 = LESS(t5, (REAL)1e-36);
-    const REAL t7 = EQUAL(beside, (REAL)0);
-    const REAL t8 = SELECT(t7, (REAL)1, t6);
-    const REAL t9 = SQRT(SELECT(t8, (REAL)1, t5));
-    const REAL t10 = (REAL)1 / t9;
-    const REAL t11 = t2 * t10;
-    const REAL t12 = SELECT(t8, (REAL)1, t11);
-    const REAL t13 = cosine * beside;
-    const REAL t14 = SELECT(is_gap, beside, t13);
-    const REAL t15 = t4 * t10;
-    const REAL t16 = SELECT(t8, (REAL)0, t15);
-    const REAL t17 = t16 * (after - t0) + t14 * t12 * (REAL)2;
-    const REAL t18 = t16 * t17;
-    const REAL t19 = t0 + t18;
-    const REAL t20 = ABS(t19) + ABS(diagonal);
-    const REAL t21 = SELECT(t8, t2, t9);
-    const REAL t22 = SELECT(is_gap, (REAL)0, t21);
-    const REAL t23 = LESS(t22 * t22, (REAL)1e-36);
-    diagonal_2[0] = t19;
-    beside_2[0] = SELECT(SELECT(EQUAL(t20, ABS(t22) + t20), (REAL)1, t23), (REAL)0, t22);
-    own_3[0] = after - t18;
-    across_out[0] = t12 * t17 - t14;
-    cosine_out[0] = t12;
-    sine_out[0] = t16;
-    is_gap_out[0] = t7;
-    cosine_2[0] = t12;
-    sine_2[0] = t16;
+    const REAL t0 = cosine * (own - common) - lead * ABS(sine);
+    const REAL t1 = cosine * (REAL)8.673617379884035e-19;
+    const REAL t2 = SELECT(LESS_EQUAL(ABS(t0), t1), t1, t0);
+    const REAL t3 = t2 * (ratio * t2);
+    const REAL t4 = ABS(beside) + t3;
+    const REAL t5 = (REAL)1 / t4;
+    const REAL t6 = sign * ((REAL)1 - LESS(t2, (REAL)0) * (REAL)2);
+    lead_out[0] = t2;
+    cosine_out[0] = t3 * t5;
+    sine_out[0] = beside * t5;
+    ratio_out[0] = t4 / t3;
+    length[0] = t4;
+    turn[0] = t6;
+    sign_out[0] = SELECT(EQUAL(beside, (REAL)0), (REAL)1, t6);
+    last_sine[0] = sine;
+}
+#define PARTS_eigenvectors_lead(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1) AND OUT(9, 1) \
+    AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1)
+GAC_IN_LANES(eigenvectors_lead, PLAIN)
+
+static INLINE void NAME(eigenvectors_diagonal_start)(REAL *diagonal_start, REAL *beside_start, REAL *cosine_start_2,
+    REAL *sine_start_2)
+{
+    diagonal_start[0] = (REAL)0;
+    beside_start[0] = (REAL)0;
+    cosine_start_2[0] = (REAL)1;
+    sine_start_2[0] = (REAL)0;
+}
+#define PARTS_eigenvectors_diagonal_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1)
+GAC_IN_LANES(eigenvectors_diagonal_start, PLAIN)
+
+static INLINE void NAME(eigenvectors_diagonal)(REAL common, REAL diagonal, REAL own, REAL after, REAL beside, REAL
+    next_lead, REAL lead, REAL cosine, REAL sine, REAL length, REAL turn, REAL last_sine, REAL *diagonal_2, REAL
+    *beside_2, REAL *cosine_2, REAL *sine_2)
+{
+    const REAL t0 = common + lead;
+    const REAL t1 = SELECT(EQUAL(last_sine, (REAL)0), own, t0);
+    const REAL t2 = lead + (after - next_lead);
+    const REAL t3 = EQUAL(beside, (REAL)0);
+    const REAL t4 = SELECT(t3, t1, t2);
+    const REAL t5 = length * last_sine * SELECT(t3, turn, (REAL)1);
+    const REAL t6 = ABS(t5);
+    const REAL t7 = ABS(diagonal) + ABS(t4);
+    const REAL t8 = LESS_EQUAL(t6, (REAL)1.925929944387236e-34);
+    const REAL t9 = SELECT(EQUAL(t7, t7 + SQRT(SELECT(EQUAL((REAL)0, t6), (REAL)1, t6))), (REAL)1, t8);
+    const REAL t10 = turn * SQRT(cosine);
+    const REAL t11 = ABS(sine);
+    const REAL t12 = SQRT(SELECT(t3, (REAL)1, t11));
+    const REAL t13 = SELECT(t3, (REAL)0, t12);
+    const REAL t14 = -t13;
+    diagonal_2[0] = t4;
+    beside_2[0] = SELECT(t9, (REAL)0, t5);
+    cosine_2[0] = SELECT(t3, (REAL)1, t10);
+    sine_2[0] = SELECT(LESS(beside, (REAL)0), t14, t13);
 }
 #define PARTS_eigenvectors_diagonal(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
-    AND NUMBER(9, 0) AND NUMBER(10, 0) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) \
-    AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1)
+    AND NUMBER(9, 0) AND NUMBER(10, 0) AND NUMBER(11, 0) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1)
 GAC_IN_LANES(eigenvectors_diagonal, PLAIN)
 
 static INLINE void NAME(eigenvectors_found)(REAL cosine, REAL sine, REAL is_first, REAL passed, REAL x, REAL y, REAL
@@ -469,7 +499,7 @@ GAC_IN_LANES(eigenvectors_result, PLAIN)
 intptr_t matrices_eigenvectors_work(intptr_t n)
 {
     return n * n + n + n * n + n + n * n + n * n + n + n + n + n * n + n + n + n * n + n + n + n + n + n * n + n + n
-        + n + n + n + n + n + n + n + n + n + n + n + n + n + n * n + n + n + n + n + n;
+        + n + n + n + n + n + n + n + n + n + n + n + n + n + n + n + n + n + n + n * n + n + n + n + n + n;
 }
 #endif
 
@@ -481,19 +511,21 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         *const mapped_5 = state_1 + n * n, common_3, sum_3, *const mapped_6 = mapped_5 + n, common_4, sum_4,
         *const mapped_7 = mapped_6 + n, common_5, mapped_8, *const mapped_9 = mapped_7 + n,
         *const zeros = mapped_9 + n * n, *const sum_5 = zeros + n, mapped_10, common_6, by_element, mapped_11,
-        *const mapped_12 = sum_5 + n, mapped_13, sum_6, mapped_14, number_start_3,
-        *const number_3 = mapped_12 + n * n, *const mapped_15 = number_3 + n, *const diagonal = mapped_15 + n,
+        *const mapped_12 = sum_5 + n, mapped_13, sum_6, mapped_14, mapped_15, number_start_3,
+        *const number_3 = mapped_12 + n * n, *const mapped_16 = number_3 + n, *const diagonal = mapped_16 + n,
         *const beside = diagonal + n, *const state_1_2 = beside + n, converged, steps, carry[4], own_start,
-        following_start, *const own = state_1_2 + n * n, *const following = own + n, own_start_2, following_start_2,
-        *const own_2 = following + n, *const following_2 = own_2 + n, diagonal_start, beside_start, own_start_3,
-        across_start, cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2,
-        *const diagonal_2 = following_2 + n, *const beside_2 = diagonal_2 + n, *const own_3 = beside_2 + n,
-        *const across = own_3 + n, *const cosine = across + n, *const sine = cosine + n, *const is_gap = sine + n,
-        *const cosine_2 = is_gap + n, *const sine_2 = cosine_2 + n, common_7, mapped_16, *const found = sine_2 + n,
-        *const passed = found + n, *const found_2 = passed + n, found_3, passed_3, sum_7, number_start_4,
-        *const number_4 = found_2 + n * n, sum_8, *const place = number_4 + n, *const mapped_17 = place + n,
-        number_start_5, *const number_5 = mapped_17 + n, sum_9, number_start_6, *const number_6 = number_5 + n,
-        sum_10, mapped_19, sum_11;
+        following_start, *const own = state_1_2 + n * n, *const following = own + n, lead_start, cosine_start,
+        sine_start, ratio_start, length_start, turn_start, sign_start, last_sine_start, *const lead = following + n,
+        *const cosine = lead + n, *const sine = cosine + n, *const ratio = sine + n, *const length = ratio + n,
+        *const turn = length + n, *const sign = turn + n, *const last_sine = sign + n, common_7, own_start_2,
+        following_start_2, *const own_2 = last_sine + n, *const following_2 = own_2 + n, own_start_3,
+        following_start_3, *const own_3 = following_2 + n, *const following_3 = own_3 + n, diagonal_start,
+        beside_start, cosine_start_2, sine_start_2, *const diagonal_2 = following_3 + n,
+        *const beside_2 = diagonal_2 + n, *const cosine_2 = beside_2 + n, *const sine_2 = cosine_2 + n, mapped_17,
+        *const found = sine_2 + n, *const passed = found + n, *const found_2 = passed + n, found_3, passed_3, sum_7,
+        number_start_4, *const number_4 = found_2 + n * n, sum_8, *const place = number_4 + n,
+        *const mapped_18 = place + n, number_start_5, *const number_5 = mapped_18 + n, sum_9, number_start_6,
+        *const number_6 = number_5 + n, sum_10, mapped_20, sum_11;
     NAME(eigenvectors_m_start)(&m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m, &m_2);
@@ -581,10 +613,11 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_4)(number_2[i], sum_6, state_0[i * n + j], number_2[j], &sum_6);
         COPY(1, &sum_6, &mapped_14);
+        NAME(eigenvectors_mapped_8)(mapped_14, &mapped_15);
         NAME(eigenvectors_number)(i > 0 ? number_3[i - 1] : number_start_3, number_3 + i);
-        NAME(eigenvectors_mapped_8)(number_3[i], mapped_15 + i);
+        NAME(eigenvectors_mapped_9)(number_3[i], mapped_16 + i);
         COPY(1, &mapped_13, diagonal + i);
-        COPY(1, &mapped_14, beside + i);
+        COPY(1, &mapped_15, beside + i);
         for (intptr_t j = 0; j < n; j++)
             COPY(1, state_1 + (i * n + j), state_1_2 + (i * n + j));
         NAME(eigenvectors_number)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
@@ -598,28 +631,36 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         NAME(eigenvectors_converged_start)(&own_start_2, &following_start_2);
         for (intptr_t j = n; j-- > 0;) {
             NAME(eigenvectors_following)(j + 1 < n ? own[j + 1] : own_start, following + j);
-            COPY(1, diagonal + j, own + j);
+            COPY(1, beside + j, own + j);
             NAME(eigenvectors_following)(j + 1 < n ? own_2[j + 1] : own_start_2, following_2 + j);
-            COPY(1, beside + j, own_2 + j);
+            COPY(1, diagonal + j, own_2 + j);
         }
-        NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_3, &across_start,
-            &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
+        NAME(eigenvectors_lead_start)(&lead_start, &cosine_start, &sine_start, &ratio_start, &length_start,
+            &turn_start, &sign_start, &last_sine_start);
         NAME(eigenvectors_common_5)(carry, &common_7);
+        for (intptr_t j = 0; j < n; j++)
+            NAME(eigenvectors_lead)(j > 0 ? lead[j - 1] : lead_start, j > 0 ? cosine[j - 1] : cosine_start,
+                j > 0 ? sine[j - 1] : sine_start, j > 0 ? ratio[j - 1] : ratio_start,
+                j > 0 ? sign[j - 1] : sign_start, diagonal[j], following[j], common_7, lead + j, cosine + j,
+                sine + j, ratio + j, length + j, turn + j, sign + j, last_sine + j);
+        NAME(eigenvectors_converged_start)(&own_start_3, &following_start_3);
+        for (intptr_t j = n; j-- > 0;) {
+            NAME(eigenvectors_following)(j + 1 < n ? own_3[j + 1] : own_start_3, following_3 + j);
+            COPY(1, lead + j, own_3 + j);
+        }
+        NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &cosine_start_2, &sine_start_2);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_diagonal)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
-                j > 0 ? own_3[j - 1] : own_start_3, j > 0 ? across[j - 1] : across_start,
-                j > 0 ? cosine[j - 1] : cosine_start, j > 0 ? sine[j - 1] : sine_start,
-                j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following[j], following_2[j], mapped_15[j],
-                common_7, diagonal_2 + j, beside_2 + j, own_3 + j, across + j, cosine + j, sine + j, is_gap + j,
-                cosine_2 + j, sine_2 + j);
-            NAME(eigenvectors_m_start)(&mapped_16);
-            COPY(1, &mapped_16, found + j);
-            COPY(1, &mapped_16, passed + j);
+            NAME(eigenvectors_diagonal)(common_7, j > 0 ? diagonal_2[j - 1] : diagonal_start, diagonal[j],
+                following_2[j], following[j], following_3[j], lead[j], cosine[j], sine[j], length[j], turn[j],
+                last_sine[j], diagonal_2 + j, beside_2 + j, cosine_2 + j, sine_2 + j);
+            NAME(eigenvectors_m_start)(&mapped_17);
+            COPY(1, &mapped_17, found + j);
+            COPY(1, &mapped_17, passed + j);
         }
         NAME(eigenvectors_m_start)(&sum_7);
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_found)(cosine_2[j], sine_2[j], mapped_15[j], passed[k], state_1_2[j * n + k],
+                NAME(eigenvectors_found)(cosine_2[j], sine_2[j], mapped_16[j], passed[k], state_1_2[j * n + k],
                     state_1_2[gac_nearest(j + 1, n) * n + k], &found_3, &passed_3);
                 COPY(1, &found_3, found + k);
                 COPY(1, &passed_3, passed + k);
@@ -644,14 +685,14 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_6)(diagonal[i], number_4[i], sum_8, diagonal[j], number_4[j], &sum_8);
         COPY(1, &sum_8, place + i);
-        NAME(eigenvectors_mapped_4)(common, diagonal[i], mapped_17 + i);
+        NAME(eigenvectors_mapped_4)(common, diagonal[i], mapped_18 + i);
         NAME(eigenvectors_number)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
     NAME(eigenvectors_m_start)(&sum_11);
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_m_start)(&sum_9);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_sum_2)(number_5[i], sum_9, mapped_17[j], place[j], &sum_9);
+            NAME(eigenvectors_sum_2)(number_5[i], sum_9, mapped_18[j], place[j], &sum_9);
         COPY(1, &sum_9, out_0 + i);
         NAME(eigenvectors_number_start)(&number_start_6);
         for (intptr_t j = 0; j < n; j++) {
@@ -659,8 +700,8 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
             NAME(eigenvectors_m_start)(&sum_10);
             for (intptr_t k = 0; k < n; k++)
                 NAME(eigenvectors_sum_2)(number_6[j], sum_10, state_1_2[k * n + i], place[k], &sum_10);
-            COPY(1, &sum_10, &mapped_19);
-            COPY(1, &mapped_19, out_1 + (i * n + j));
+            COPY(1, &sum_10, &mapped_20);
+            COPY(1, &mapped_20, out_1 + (i * n + j));
         }
         NAME(eigenvectors_sum_7)(sum_11, diagonal[i], &sum_11);
     }
@@ -670,24 +711,26 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
 static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1, REAL *out_2,
     REAL *mapped_2, REAL *number, REAL *mapped_4, REAL *number_2, REAL *state_0, REAL *state_1, REAL *mapped_5,
     REAL *mapped_6, REAL *mapped_7, REAL *mapped_9, REAL *zeros, REAL *sum_5, REAL *mapped_12, REAL *number_3,
-    REAL *mapped_15, REAL *diagonal, REAL *beside, REAL *state_1_2, REAL *own, REAL *following, REAL *own_2,
-    REAL *following_2, REAL *diagonal_2, REAL *beside_2, REAL *own_3, REAL *across, REAL *cosine, REAL *sine,
-    REAL *is_gap, REAL *cosine_2, REAL *sine_2, REAL *found, REAL *passed, REAL *found_2, REAL *number_4,
-    REAL *place, REAL *mapped_17, REAL *number_5, REAL *number_6, REAL *gac_kept_0, REAL *gac_kept_1,
-    REAL *gac_kept_2, REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7, REAL *gac_kept_8,
-    REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11)
+    REAL *mapped_16, REAL *diagonal, REAL *beside, REAL *state_1_2, REAL *own, REAL *following, REAL *lead,
+    REAL *cosine, REAL *sine, REAL *ratio, REAL *length, REAL *turn, REAL *sign, REAL *last_sine, REAL *own_2,
+    REAL *following_2, REAL *own_3, REAL *following_3, REAL *diagonal_2, REAL *beside_2, REAL *cosine_2,
+    REAL *sine_2, REAL *found, REAL *passed, REAL *found_2, REAL *number_4, REAL *place, REAL *mapped_18,
+    REAL *number_5, REAL *number_6, REAL *gac_kept_0, REAL *gac_kept_1, REAL *gac_kept_2, REAL *gac_kept_4,
+    REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7, REAL *gac_kept_8, REAL *gac_kept_9, REAL *gac_kept_10,
+    REAL *gac_kept_11, REAL *gac_kept_12)
 {
     _Alignas(64) REAL m[NLANES], m_2[NLANES], mapped[NLANES], common[NLANES], number_start[NLANES],
         mapped_3[NLANES], number_start_2[NLANES], sum[NLANES], common_2[NLANES], sum_2[NLANES], common_3[NLANES],
         sum_3[NLANES], common_4[NLANES], sum_4[NLANES], common_5[NLANES], mapped_8[NLANES], mapped_10[NLANES],
         common_6[NLANES], by_element[NLANES], mapped_11[NLANES], mapped_13[NLANES], sum_6[NLANES],
-        mapped_14[NLANES], number_start_3[NLANES], converged[NLANES], steps[NLANES], carry[4 * NLANES],
-        own_start[NLANES], following_start[NLANES], own_start_2[NLANES], following_start_2[NLANES],
-        diagonal_start[NLANES], beside_start[NLANES], own_start_3[NLANES], across_start[NLANES],
-        cosine_start[NLANES], sine_start[NLANES], is_gap_start[NLANES], cosine_start_2[NLANES],
-        sine_start_2[NLANES], common_7[NLANES], mapped_16[NLANES], found_3[NLANES], passed_3[NLANES], sum_7[NLANES],
-        number_start_4[NLANES], sum_8[NLANES], number_start_5[NLANES], sum_9[NLANES], number_start_6[NLANES],
-        sum_10[NLANES], mapped_19[NLANES], sum_11[NLANES], gac_kept_3[NLANES];
+        mapped_14[NLANES], mapped_15[NLANES], number_start_3[NLANES], converged[NLANES], steps[NLANES],
+        carry[4 * NLANES], own_start[NLANES], following_start[NLANES], lead_start[NLANES], cosine_start[NLANES],
+        sine_start[NLANES], ratio_start[NLANES], length_start[NLANES], turn_start[NLANES], sign_start[NLANES],
+        last_sine_start[NLANES], common_7[NLANES], own_start_2[NLANES], following_start_2[NLANES],
+        own_start_3[NLANES], following_start_3[NLANES], diagonal_start[NLANES], beside_start[NLANES],
+        cosine_start_2[NLANES], sine_start_2[NLANES], mapped_17[NLANES], found_3[NLANES], passed_3[NLANES],
+        sum_7[NLANES], number_start_4[NLANES], sum_8[NLANES], number_start_5[NLANES], sum_9[NLANES],
+        number_start_6[NLANES], sum_10[NLANES], mapped_20[NLANES], sum_11[NLANES], gac_kept_3[NLANES];
     NAME(eigenvectors_m_start_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m, m_2);
@@ -781,11 +824,12 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             NAME(eigenvectors_sum_4_lanes)(number_2 + NLANES * i, sum_6, state_0 + NLANES * (i * n + j),
                 number_2 + NLANES * j, sum_6);
         COPY(NLANES, sum_6, mapped_14);
+        NAME(eigenvectors_mapped_8_lanes)(mapped_14, mapped_15);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3,
             number_3 + NLANES * i);
-        NAME(eigenvectors_mapped_8_lanes)(number_3 + NLANES * i, mapped_15 + NLANES * i);
+        NAME(eigenvectors_mapped_9_lanes)(number_3 + NLANES * i, mapped_16 + NLANES * i);
         COPY(NLANES, mapped_13, diagonal + NLANES * i);
-        COPY(NLANES, mapped_14, beside + NLANES * i);
+        COPY(NLANES, mapped_15, beside + NLANES * i);
         for (intptr_t j = 0; j < n; j++)
             COPY(NLANES, state_1 + NLANES * (i * n + j), state_1_2 + NLANES * (i * n + j));
         NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
@@ -798,13 +842,14 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         KEEP(rounds, NLANES * n * n, state_1_2, gac_kept_2);
         KEEP(rounds, NLANES, converged, gac_kept_3);
         KEEP(rounds, NLANES * n, own, gac_kept_4);
-        KEEP(rounds, NLANES * n, own_2, gac_kept_5);
-        KEEP(rounds, NLANES * n, diagonal_2, gac_kept_6);
-        KEEP(rounds, NLANES * n, own_3, gac_kept_7);
-        KEEP(rounds, NLANES * n, across, gac_kept_8);
-        KEEP(rounds, NLANES * n, cosine, gac_kept_9);
-        KEEP(rounds, NLANES * n, sine, gac_kept_10);
-        KEEP(rounds, NLANES * n, is_gap, gac_kept_11);
+        KEEP(rounds, NLANES * n, lead, gac_kept_5);
+        KEEP(rounds, NLANES * n, cosine, gac_kept_6);
+        KEEP(rounds, NLANES * n, sine, gac_kept_7);
+        KEEP(rounds, NLANES * n, ratio, gac_kept_8);
+        KEEP(rounds, NLANES * n, sign, gac_kept_9);
+        KEEP(rounds, NLANES * n, own_2, gac_kept_10);
+        KEEP(rounds, NLANES * n, own_3, gac_kept_11);
+        KEEP(rounds, NLANES * n, diagonal_2, gac_kept_12);
         NAME(eigenvectors_carry_start_lanes)(carry);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_carry_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j, carry);
@@ -813,30 +858,42 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         for (intptr_t j = n; j-- > 0;) {
             NAME(eigenvectors_following_lanes)(j + 1 < n ? own + NLANES * (j + 1) : own_start,
                 following + NLANES * j);
-            COPY(NLANES, diagonal + NLANES * j, own + NLANES * j);
+            COPY(NLANES, beside + NLANES * j, own + NLANES * j);
             NAME(eigenvectors_following_lanes)(j + 1 < n ? own_2 + NLANES * (j + 1) : own_start_2,
                 following_2 + NLANES * j);
-            COPY(NLANES, beside + NLANES * j, own_2 + NLANES * j);
+            COPY(NLANES, diagonal + NLANES * j, own_2 + NLANES * j);
         }
-        NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_3, across_start,
-            cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
+        NAME(eigenvectors_lead_start_lanes)(lead_start, cosine_start, sine_start, ratio_start, length_start,
+            turn_start, sign_start, last_sine_start);
         NAME(eigenvectors_common_5_lanes)(carry, common_7);
-        for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_diagonal_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
-                j > 0 ? own_3 + NLANES * (j - 1) : own_start_3, j > 0 ? across + NLANES * (j - 1) : across_start,
+        for (intptr_t j = 0; j < n; j++)
+            NAME(eigenvectors_lead_lanes)(j > 0 ? lead + NLANES * (j - 1) : lead_start,
                 j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
-                j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following + NLANES * j,
-                following_2 + NLANES * j, mapped_15 + NLANES * j, common_7, diagonal_2 + NLANES * j,
-                beside_2 + NLANES * j, own_3 + NLANES * j, across + NLANES * j, cosine + NLANES * j,
-                sine + NLANES * j, is_gap + NLANES * j, cosine_2 + NLANES * j, sine_2 + NLANES * j);
-            NAME(eigenvectors_m_start_lanes)(mapped_16);
-            COPY(NLANES, mapped_16, found + NLANES * j);
-            COPY(NLANES, mapped_16, passed + NLANES * j);
+                j > 0 ? ratio + NLANES * (j - 1) : ratio_start, j > 0 ? sign + NLANES * (j - 1) : sign_start,
+                diagonal + NLANES * j, following + NLANES * j, common_7, lead + NLANES * j, cosine + NLANES * j,
+                sine + NLANES * j, ratio + NLANES * j, length + NLANES * j, turn + NLANES * j, sign + NLANES * j,
+                last_sine + NLANES * j);
+        NAME(eigenvectors_converged_start_lanes)(own_start_3, following_start_3);
+        for (intptr_t j = n; j-- > 0;) {
+            NAME(eigenvectors_following_lanes)(j + 1 < n ? own_3 + NLANES * (j + 1) : own_start_3,
+                following_3 + NLANES * j);
+            COPY(NLANES, lead + NLANES * j, own_3 + NLANES * j);
+        }
+        NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, cosine_start_2, sine_start_2);
+        for (intptr_t j = 0; j < n; j++) {
+            NAME(eigenvectors_diagonal_lanes)(common_7, j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
+                diagonal + NLANES * j, following_2 + NLANES * j, following + NLANES * j, following_3 + NLANES * j,
+                lead + NLANES * j, cosine + NLANES * j, sine + NLANES * j, length + NLANES * j, turn + NLANES * j,
+                last_sine + NLANES * j, diagonal_2 + NLANES * j, beside_2 + NLANES * j, cosine_2 + NLANES * j,
+                sine_2 + NLANES * j);
+            NAME(eigenvectors_m_start_lanes)(mapped_17);
+            COPY(NLANES, mapped_17, found + NLANES * j);
+            COPY(NLANES, mapped_17, passed + NLANES * j);
         }
         NAME(eigenvectors_m_start_lanes)(sum_7);
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_found_lanes)(cosine_2 + NLANES * j, sine_2 + NLANES * j, mapped_15 + NLANES * j,
+                NAME(eigenvectors_found_lanes)(cosine_2 + NLANES * j, sine_2 + NLANES * j, mapped_16 + NLANES * j,
                     passed + NLANES * k, state_1_2 + NLANES * (j * n + k),
                     state_1_2 + NLANES * (gac_nearest(j + 1, n) * n + k), found_3, passed_3);
                 COPY(NLANES, found_3, found + NLANES * k);
@@ -857,13 +914,14 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         RESTORE(rounds, NLANES * n * n, gac_kept_2, state_1_2);
         RESTORE(rounds, NLANES, gac_kept_3, converged);
         RESTORE(rounds, NLANES * n, gac_kept_4, own);
-        RESTORE(rounds, NLANES * n, gac_kept_5, own_2);
-        RESTORE(rounds, NLANES * n, gac_kept_6, diagonal_2);
-        RESTORE(rounds, NLANES * n, gac_kept_7, own_3);
-        RESTORE(rounds, NLANES * n, gac_kept_8, across);
-        RESTORE(rounds, NLANES * n, gac_kept_9, cosine);
-        RESTORE(rounds, NLANES * n, gac_kept_10, sine);
-        RESTORE(rounds, NLANES * n, gac_kept_11, is_gap);
+        RESTORE(rounds, NLANES * n, gac_kept_5, lead);
+        RESTORE(rounds, NLANES * n, gac_kept_6, cosine);
+        RESTORE(rounds, NLANES * n, gac_kept_7, sine);
+        RESTORE(rounds, NLANES * n, gac_kept_8, ratio);
+        RESTORE(rounds, NLANES * n, gac_kept_9, sign);
+        RESTORE(rounds, NLANES * n, gac_kept_10, own_2);
+        RESTORE(rounds, NLANES * n, gac_kept_11, own_3);
+        RESTORE(rounds, NLANES * n, gac_kept_12, diagonal_2);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -875,7 +933,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             NAME(eigenvectors_sum_6_lanes)(diagonal + NLANES * i, number_4 + NLANES * i, sum_8,
                 diagonal + NLANES * j, number_4 + NLANES * j, sum_8);
         COPY(NLANES, sum_8, place + NLANES * i);
-        NAME(eigenvectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_17 + NLANES * i);
+        NAME(eigenvectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_18 + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
             number_5 + NLANES * i);
     }
@@ -883,7 +941,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_m_start_lanes)(sum_9);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_sum_2_lanes)(number_5 + NLANES * i, sum_9, mapped_17 + NLANES * j, place + NLANES * j,
+            NAME(eigenvectors_sum_2_lanes)(number_5 + NLANES * i, sum_9, mapped_18 + NLANES * j, place + NLANES * j,
                 sum_9);
         COPY(NLANES, sum_9, out_0 + NLANES * i);
         NAME(eigenvectors_number_start_lanes)(number_start_6);
@@ -894,8 +952,8 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             for (intptr_t k = 0; k < n; k++)
                 NAME(eigenvectors_sum_2_lanes)(number_6 + NLANES * j, sum_10, state_1_2 + NLANES * (k * n + i),
                     place + NLANES * k, sum_10);
-            COPY(NLANES, sum_10, mapped_19);
-            COPY(NLANES, mapped_19, out_1 + NLANES * (i * n + j));
+            COPY(NLANES, sum_10, mapped_20);
+            COPY(NLANES, mapped_20, out_1 + NLANES * (i * n + j));
         }
         NAME(eigenvectors_sum_7_lanes)(sum_11, diagonal + NLANES * i, sum_11);
     }
@@ -996,18 +1054,37 @@ static INLINE void NAME(singular_vectors_carry_2)(const REAL *carry, REAL d, REA
     AND NUMBER(3, 0) AND OUT(4, 6)
 GAC_IN_LANES(singular_vectors_carry_2, PLAIN)
 
+static INLINE void NAME(singular_vectors_diagonal_start)(REAL *diagonal_start, REAL *beside_start, REAL
+    *own_start_4, REAL *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL
+    *cosine_start_2, REAL *sine_start_2)
+{
+    diagonal_start[0] = (REAL)0;
+    beside_start[0] = (REAL)0;
+    own_start_4[0] = (REAL)0;
+    across_start[0] = (REAL)0;
+    cosine_start[0] = (REAL)1;
+    sine_start[0] = (REAL)0;
+    is_gap_start[0] = (REAL)1;
+    cosine_start_2[0] = (REAL)1;
+    sine_start_2[0] = (REAL)0;
+}
+#define PARTS_singular_vectors_diagonal_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
+GAC_IN_LANES(singular_vectors_diagonal_start, PLAIN)
+
 static INLINE void NAME(singular_vectors_common_2)(const REAL *carry, REAL *common_13)
 {
     const REAL carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4], carry_5 = carry[5];
     const REAL t0 = carry_4 * carry_4 + carry_5 * carry_5;
     const REAL t1 = (carry_3 * carry_3 - t0) * (REAL)0.5;
     const REAL t2 = carry_3 * carry_4;
-    const REAL t3 = t1 * t1 + t2 * t2;
-    const REAL t4 = SQRT(SELECT(EQUAL((REAL)0, t3), (REAL)1, t3));
-    const REAL t5 = -t4;
-    const REAL t6 = t0 - t2 * (t2 / (t1 + SELECT(LESS(t1, (REAL)0), t5, t4)));
-    const REAL t7 = MAXIMUM((REAL)0, t6);
-    common_13[0] = SELECT(EQUAL(carry_2, carry_1 + carry_2), (REAL)0, t7);
+    const REAL t3 = t2 * t2;
+    const REAL t4 = t3 + t1 * t1;
+    const REAL t5 = SQRT(SELECT(EQUAL((REAL)0, t4), (REAL)1, t4));
+    const REAL t6 = -t5;
+    const REAL t7 = t0 - t3 / (t1 + SELECT(LESS(t1, (REAL)0), t6, t5));
+    const REAL t8 = MAXIMUM((REAL)0, t7);
+    common_13[0] = SELECT(EQUAL(carry_2, carry_1 + carry_2), (REAL)0, t8);
 }
 #define PARTS_singular_vectors_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1)
 GAC_IN_LANES(singular_vectors_common_2, PLAIN)
@@ -1248,7 +1325,7 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
         COPY(1, zeros_4 + i, sum_0 + i);
         COPY(1, zeros_5 + i, sum_1 + i);
         NAME(eigenvectors_number)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
-        NAME(eigenvectors_mapped_8)(number_4[i], mapped_19 + i);
+        NAME(eigenvectors_mapped_9)(number_4[i], mapped_19 + i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_following)(number_2[i], &common_11);
@@ -1287,7 +1364,7 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
         NAME(singular_vectors_carry)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2)(carry, diagonal[j], beside[j], following[j], carry);
-        NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
+        NAME(singular_vectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
             &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
         NAME(singular_vectors_common_2)(carry, &common_13);
         for (intptr_t j = 0; j < m; j++) {
@@ -1511,7 +1588,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         COPY(NLANES, zeros_5 + NLANES * i, sum_1 + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
             number_4 + NLANES * i);
-        NAME(eigenvectors_mapped_8_lanes)(number_4 + NLANES * i, mapped_19 + NLANES * i);
+        NAME(eigenvectors_mapped_9_lanes)(number_4 + NLANES * i, mapped_19 + NLANES * i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_following_lanes)(number_2 + NLANES * i, common_11);
@@ -1569,7 +1646,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j,
                 following + NLANES * j, carry);
-        NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
+        NAME(singular_vectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
             cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
         NAME(singular_vectors_common_2_lanes)(carry, common_13);
         for (intptr_t j = 0; j < m; j++) {
@@ -1899,7 +1976,7 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
         COPY(1, zeros_4 + i, sum_0 + i);
         COPY(1, zeros_5 + i, sum_1 + i);
         NAME(eigenvectors_number)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
-        NAME(eigenvectors_mapped_8)(number_4[i], mapped_19 + i);
+        NAME(eigenvectors_mapped_9)(number_4[i], mapped_19 + i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_following)(number_2[i], &common_11);
@@ -1938,7 +2015,7 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
         NAME(singular_vectors_carry)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2)(carry, diagonal[j], beside[j], following[j], carry);
-        NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
+        NAME(singular_vectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
             &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
         NAME(singular_vectors_common_2)(carry, &common_13);
         for (intptr_t j = 0; j < m; j++) {
@@ -2148,7 +2225,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         COPY(NLANES, zeros_5 + NLANES * i, sum_1 + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
             number_4 + NLANES * i);
-        NAME(eigenvectors_mapped_8_lanes)(number_4 + NLANES * i, mapped_19 + NLANES * i);
+        NAME(eigenvectors_mapped_9_lanes)(number_4 + NLANES * i, mapped_19 + NLANES * i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_following_lanes)(number_2 + NLANES * i, common_11);
@@ -2206,7 +2283,7 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j,
                 following + NLANES * j, carry);
-        NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
+        NAME(singular_vectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
             cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
         NAME(singular_vectors_common_2_lanes)(carry, common_13);
         for (intptr_t j = 0; j < m; j++) {
@@ -2498,7 +2575,7 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
         for (intptr_t j = 0; j < n; j++)
             NAME(polynomial_roots_sum_2)(state_0_0[i], state_0_1[i], number[i], sum_3, state_0_0[j], state_0_1[j],
                 number[j], common_4, &sum_3);
-        NAME(eigenvectors_mapped_8)(sum_3, &is_real);
+        NAME(eigenvectors_mapped_9)(sum_3, &is_real);
         NAME(polynomial_roots_result)(state_0_1[i], is_real, out_1 + i);
         COPY(1, state_0_0 + i, out_0 + i);
         NAME(eigenvectors_by_element)(out_2[0], is_real, out_2);
@@ -2585,7 +2662,7 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
         for (intptr_t j = 0; j < n; j++)
             NAME(polynomial_roots_sum_2_lanes)(state_0_0 + NLANES * i, state_0_1 + NLANES * i, number + NLANES * i,
                 sum_3, state_0_0 + NLANES * j, state_0_1 + NLANES * j, number + NLANES * j, common_4, sum_3);
-        NAME(eigenvectors_mapped_8_lanes)(sum_3, is_real);
+        NAME(eigenvectors_mapped_9_lanes)(sum_3, is_real);
         NAME(polynomial_roots_result_lanes)(state_0_1 + NLANES * i, is_real, out_1 + NLANES * i);
         COPY(NLANES, state_0_0 + NLANES * i, out_0 + NLANES * i);
         NAME(eigenvectors_by_element_lanes)(out_2, is_real, out_2);

@@ -30,18 +30,6 @@ class Turns(NamedTuple):
     sine: Any
 
 
-class Chase(NamedTuple):
-    """What rotations of a row pass to the next: results of the row, and values of the next row before its own."""
-
-    diagonal: Any
-    beside: Any
-    own: Any
-    across: Any
-    cosine: Any
-    sine: Any
-    is_gap: Any
-
-
 def diagonalized(start: Any, basis: Any, step: Callable[[Any, Any], tuple[Any, Turns]]) -> tuple[Any, Any, Any]:
     """Repeat a step of the QR algorithm until nothing is beside the diagonal.
 
@@ -115,11 +103,11 @@ def is_diagonal(beside: Any) -> Any:
     return total(lambda x: select(absolute(x) > 0, 1, 0), beside) <= 0
 
 
-def shift_of_block(a: Any, b: Any, d: Any) -> Any:
-    """Return the eigenvalue of ``[[a, b], [b, d]]`` that is nearer to d (Wilkinson)."""
+def shift_of_block(a: Any, square: Any, d: Any) -> Any:
+    """Return the eigenvalue of ``[[a, b], [b, d]]`` that is nearer to d (Wilkinson), for the square of b."""
     half = (a - d) / 2
-    length = sqrt(nonzero(half * half + b * b))
-    return d - b * (b / (half + select(half < 0, -length, length)))
+    length = sqrt(nonzero(half * half + square))
+    return d - square / (half + select(half < 0, -length, length))
 
 
 class _Moved(NamedTuple):

@@ -11,7 +11,6 @@ from .products import identity
 from .reflections import reflect_columns, reflected, reflector
 from .rotations import (
     LEAST,
-    Chase,
     Turns,
     diagonal_of,
     diagonalized,
@@ -27,6 +26,18 @@ from .rotations import (
 
 ROUNDINGS = 4
 """Roundings that two rotations can leave of an entry that they remove: for fewer, equal values might not converge."""
+
+
+class _Chase(NamedTuple):
+    """What rotations of a row pass to the next: results of the row, and values of the next row before its own."""
+
+    diagonal: Any
+    beside: Any
+    own: Any
+    across: Any
+    cosine: Any
+    sine: Any
+    is_gap: Any
 
 
 class _Bidiagonal(NamedTuple):
@@ -175,13 +186,13 @@ def _step(t: _Bidiagonal, firsts: Any) -> tuple[_Bidiagonal, Turns]:
         upper, lower = cosine * mixed - sine * a, cosine * after
         left, right, diagonal = _rotation(cosine * a + sine * mixed, sine * after, is_gap)
         joined = select(c.is_gap, 0, length)
-        found = Chase(
+        found = _Chase(
             diagonal, without_rounding(joined, c.diagonal, diagonal, ROUNDINGS), left * lower - right * upper,
             left * upper + right * lower, left, right, is_gap,
         )  # fmt: skip
         return found, Turns(cosine, sine)
 
-    start = Chase(0, 0, 0, 0, 1, 0, 1), Turns(1, 0)
+    start = _Chase(0, 0, 0, 0, 1, 0, 1), Turns(1, 0)
     found, turns = scan(rotated, start, t.diagonal, following(t.diagonal), following(t.beside), firsts)
     return _Bidiagonal(found.diagonal, found.beside), turns
 
@@ -210,5 +221,5 @@ def _shift(t: _Bidiagonal) -> Any:
 
     bound = 1 + total(absolute, t.diagonal)
     _, least, most, a, b, d = fold(later, (0, bound, 0, 0, 0, 0), t.diagonal, t.beside, following(t.beside))
-    shift = shift_of_block(a * a, a * b, b * b + d * d)
+    shift = shift_of_block(a * a, (a * b) ** 2, b * b + d * d)
     return select(equal(most + least, most), 0, maximum(shift, 0))
