@@ -2,7 +2,7 @@
 // command: gac generate --all matrices
 // spec: ec48a3cca52b283e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: bf40c5341356d4099184b8769c58c179099241a1bdaeef884f067f1c7a235a23
+// body: b9518abea6c324125de533c4246759075750cfdace24e4d2d6e6d5033b85737d
 
 #ifndef REAL
 #include "matrices.h"
@@ -30,6 +30,84 @@
 
 #else
 
+#ifndef GAC_WINDOWS
+#if defined(__GNUC__)
+#define GAC_BOUNDARY(name) static __attribute__((const, noinline, unused)) intptr_t name(intptr_t k, intptr_t n)
+#else
+#define GAC_BOUNDARY(name) static intptr_t name(intptr_t k, intptr_t n)
+#endif
+
+/* The row that a boundary mode puts at the number k of an axis of n rows. Compilers call a function that has no other
+   effects outside of loops that do not change its arguments. */
+GAC_BOUNDARY(gac_reflect)
+{
+    while (n > 0 && (k < 0 || k >= n))
+        k = k < 0 ? -1 - k : 2 * n - 1 - k;
+    return k;
+}
+
+GAC_BOUNDARY(gac_mirror)
+{
+    while (n > 1 && (k < 0 || k >= n))
+        k = k < 0 ? -k : 2 * n - 2 - k;
+    return n > 1 ? k : 0;
+}
+
+GAC_BOUNDARY(gac_nearest)
+{
+    return k < 0 ? 0 : k < n ? k : n - 1;
+}
+
+GAC_BOUNDARY(gac_wrap)
+{
+    while (n > 0 && (k < 0 || k >= n))
+        k += k < 0 ? n : -n;
+    return k;
+}
+
+#define gac_constant(k, n) (k)
+#define gac_is_inside(k, n) ((k) >= 0 && (k) < (n))
+
+/* A function with loops over rows of windows, for the widest vectors of the machine, see `GAC_HEAD` of the runtime. */
+#if defined(ON_v3) && !defined(GAC_LEVEL)
+#define GAC_WIDE(name, parameters, arguments)                                                                   \
+    ON_v3 static void NAME(name##_v3) parameters { NAME(name##_within) arguments; }                             \
+    ON_v4 static void NAME(name##_v4) parameters { NAME(name##_within) arguments; }                             \
+    void NAME(name) parameters                                                                                  \
+    {                                                                                                           \
+        if (HAS_v4)                                                                                             \
+            NAME(name##_v4) arguments;                                                                          \
+        else if (HAS_v3)                                                                                        \
+            NAME(name##_v3) arguments;                                                                          \
+        else                                                                                                    \
+            NAME(name##_within) arguments;                                                                      \
+    }
+#elif defined(ON_v4) && GAC_LEVEL >= 4
+#define GAC_WIDE(name, parameters, arguments) ON_v4 void NAME(name) parameters { NAME(name##_within) arguments; }
+#else
+#define GAC_WIDE(name, parameters, arguments) void NAME(name) parameters { NAME(name##_within) arguments; }
+#endif
+
+/* A loop over n rows with counter i. From row `first` to the row before `last`, all neighbours exist; these rows are
+   computed in whole vectors, the last of which may overlap with the one before. */
+#define GAC_ROW_AT(boundary, k, n) (GAC_INSIDE || ((k) >= 0 && (k) < (n)) ? (k) : gac_##boundary(k, n))
+#define GAC_EXISTS(condition) (GAC_INSIDE || (condition))
+#define GAC_WINDOWS(i, n, first, last, ...)                                                                    \
+    {                                                                                                          \
+        const intptr_t gac_first = (first) < (n) ? (first) : (n), gac_end = (last) < (n) ? (last) : (n);       \
+        const intptr_t gac_last = gac_end - gac_first < LANES ? gac_first : gac_end;                           \
+        enum { GAC_INSIDE = 0 };                                                                               \
+        for (intptr_t i = gac_first > 0 ? 0 : gac_last; i < (n); i = i + 1 == gac_first ? gac_last : i + 1)    \
+            __VA_ARGS__                                                                                        \
+        for (intptr_t gac_done = gac_first; gac_done < gac_last; gac_done += LANES) {                          \
+            enum { GAC_INSIDE = 1 };                                                                           \
+            const intptr_t gac_start = gac_done + LANES <= gac_last ? gac_done : gac_last - LANES;             \
+            ANY_ORDER                                                                                          \
+            for (intptr_t i = gac_start; i < gac_start + LANES; i++)                                           \
+                __VA_ARGS__                                                                                    \
+        }                                                                                                      \
+    }
+#endif
 GAC_AXIS(1, 1)
 GAC_AXIS(4, 4)
 GAC_AXIS(5, 8)
@@ -41,21 +119,22 @@ GAC_AXIS(6, 8)
 #define WORK_eigenvectors(WORK) WORK(4, mapped_2, scalar, 1, n * n) WORK(5, number, scalar, 1, n) \
     WORK(6, mapped_4, scalar, 1, n * n) WORK(7, number_2, scalar, 1, n) WORK(8, state_0, scalar, 1, n * n) \
     WORK(9, state_1, scalar, 1, n * n) WORK(10, mapped_5, scalar, 1, n) WORK(11, mapped_6, scalar, 1, n) \
-    WORK(12, mapped_7, scalar, 1, n) WORK(13, mapped_9, scalar, 1, n * n) WORK(14, mapped_11, scalar, 1, n * n) \
-    WORK(15, number_3, scalar, 1, n) WORK(16, mapped_14, scalar, 1, n) WORK(17, diagonal, scalar, 1, n) \
-    WORK(18, beside, scalar, 1, n) WORK(19, state_1_2, scalar, 1, n * n) WORK(20, own, scalar, 1, n) \
-    WORK(21, following, scalar, 1, n) WORK(22, own_2, scalar, 1, n) WORK(23, following_2, scalar, 1, n) \
-    WORK(24, diagonal_2, scalar, 1, n) WORK(25, beside_2, scalar, 1, n) WORK(26, own_3, scalar, 1, n) \
-    WORK(27, across, scalar, 1, n) WORK(28, cosine, scalar, 1, n) WORK(29, sine, scalar, 1, n) \
-    WORK(30, is_gap, scalar, 1, n) WORK(31, cosine_2, scalar, 1, n) WORK(32, sine_2, scalar, 1, n) \
-    WORK(33, own_4, scalar, 1, n) WORK(34, following_3, scalar, 1, n) WORK(35, passed, scalar, 1, n) \
-    WORK(36, of_row, scalar, 1, n * n) WORK(37, number_4, scalar, 1, n) WORK(38, place, scalar, 1, n) \
-    WORK(39, mapped_15, scalar, 1, n) WORK(40, number_5, scalar, 1, n) WORK(41, number_6, scalar, 1, n) \
-    WORK(42, gac_kept_0, scalar, 1, n) WORK(43, gac_kept_1, scalar, 1, n) WORK(44, gac_kept_2, scalar, 1, n * n) \
-    WORK(45, gac_kept_4, scalar, 1, n) WORK(46, gac_kept_5, scalar, 1, n) WORK(47, gac_kept_6, scalar, 1, n) \
-    WORK(48, gac_kept_7, scalar, 1, n) WORK(49, gac_kept_8, scalar, 1, n) WORK(50, gac_kept_9, scalar, 1, n) \
-    WORK(51, gac_kept_10, scalar, 1, n) WORK(52, gac_kept_11, scalar, 1, n) WORK(53, gac_kept_12, scalar, 1, n) \
-    WORK(54, gac_kept_13, scalar, 1, n)
+    WORK(12, mapped_7, scalar, 1, n) WORK(13, mapped_9, scalar, 1, n * n) WORK(14, zeros, scalar, 1, n) \
+    WORK(15, sum_5, scalar, 1, n) WORK(16, mapped_12, scalar, 1, n * n) WORK(17, number_3, scalar, 1, n) \
+    WORK(18, mapped_16, scalar, 1, n) WORK(19, diagonal, scalar, 1, n) WORK(20, beside, scalar, 1, n) \
+    WORK(21, state_1_2, scalar, 1, n * n) WORK(22, own, scalar, 1, n) WORK(23, following, scalar, 1, n) \
+    WORK(24, lead, scalar, 1, n) WORK(25, cosine, scalar, 1, n) WORK(26, sine, scalar, 1, n) \
+    WORK(27, ratio, scalar, 1, n) WORK(28, length, scalar, 1, n) WORK(29, turn, scalar, 1, n) \
+    WORK(30, sign, scalar, 1, n) WORK(31, last_sine, scalar, 1, n) WORK(32, own_2, scalar, 1, n) \
+    WORK(33, following_2, scalar, 1, n) WORK(34, own_3, scalar, 1, n) WORK(35, following_3, scalar, 1, n) \
+    WORK(36, diagonal_2, scalar, 1, n) WORK(37, beside_2, scalar, 1, n) WORK(38, cosine_2, scalar, 1, n) \
+    WORK(39, sine_2, scalar, 1, n) WORK(40, found, scalar, 1, n) WORK(41, passed, scalar, 1, n) \
+    WORK(42, found_2, scalar, 1, n * n) WORK(43, number_4, scalar, 1, n) WORK(44, place, scalar, 1, n) \
+    WORK(45, mapped_18, scalar, 1, n) WORK(46, number_5, scalar, 1, n) WORK(47, number_6, scalar, 1, n) \
+    WORK(48, gac_kept_0, scalar, 1, n) WORK(49, gac_kept_1, scalar, 1, n) WORK(50, gac_kept_2, scalar, 1, n * n) \
+    WORK(51, gac_kept_4, scalar, 1, n) WORK(52, gac_kept_5, scalar, 1, n) WORK(53, gac_kept_6, scalar, 1, n) \
+    WORK(54, gac_kept_7, scalar, 1, n) WORK(55, gac_kept_8, scalar, 1, n) WORK(56, gac_kept_9, scalar, 1, n) \
+    WORK(57, gac_kept_10, scalar, 1, n) WORK(58, gac_kept_11, scalar, 1, n) WORK(59, gac_kept_12, scalar, 1, n)
 
 static INLINE void NAME(eigenvectors_m_start)(REAL *m)
 {
@@ -197,6 +276,21 @@ static INLINE void NAME(eigenvectors_mapped_6)(REAL x, REAL y, REAL e, REAL p, R
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND OUT(5, 1)
 GAC_IN_LANES(eigenvectors_mapped_6, PLAIN)
 
+static INLINE void NAME(eigenvectors_by_element)(REAL a, REAL b, REAL *by_element)
+{
+    by_element[0] = a + b;
+}
+#define PARTS_eigenvectors_by_element(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(eigenvectors_by_element, PLAIN)
+
+static INLINE void NAME(eigenvectors_mapped_7)(REAL y, REAL x, REAL share, REAL *mapped_11)
+{
+    mapped_11[0] = x - y * share;
+}
+#define PARTS_eigenvectors_mapped_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND OUT(3, 1)
+GAC_IN_LANES(eigenvectors_mapped_7, PLAIN)
+
 static INLINE void NAME(eigenvectors_sum_4)(REAL i, REAL sum, REAL x, REAL j, REAL *sum_6)
 {
     sum_6[0] = sum + SELECT(EQUAL(i, j + (REAL)1), x, (REAL)0);
@@ -205,12 +299,19 @@ static INLINE void NAME(eigenvectors_sum_4)(REAL i, REAL sum, REAL x, REAL j, RE
     AND NUMBER(3, 0) AND OUT(4, 1)
 GAC_IN_LANES(eigenvectors_sum_4, PLAIN)
 
-static INLINE void NAME(eigenvectors_mapped_7)(REAL i, REAL *mapped_14)
+static INLINE void NAME(eigenvectors_mapped_8)(REAL b, REAL *mapped_15)
 {
-    mapped_14[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
+    mapped_15[0] = b * ABS(b);
 }
-#define PARTS_eigenvectors_mapped_7(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(eigenvectors_mapped_7, PLAIN)
+#define PARTS_eigenvectors_mapped_8(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_mapped_8, PLAIN)
+
+static INLINE void NAME(eigenvectors_mapped_9)(REAL i, REAL *mapped_16)
+{
+    mapped_16[0] = SELECT(LESS((REAL)0, i), (REAL)0, (REAL)1);
+}
+#define PARTS_eigenvectors_mapped_9(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(eigenvectors_mapped_9, PLAIN)
 
 static INLINE void NAME(eigenvectors_converged_start)(REAL *converged, REAL *steps)
 {
@@ -250,86 +351,107 @@ static INLINE void NAME(eigenvectors_following)(REAL own, REAL *following)
 #define PARTS_eigenvectors_following(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
 GAC_IN_LANES(eigenvectors_following, PLAIN)
 
-static INLINE void NAME(eigenvectors_diagonal_start)(REAL *diagonal_start, REAL *beside_start, REAL *own_start_3,
-    REAL *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL *cosine_start_2, REAL
-    *sine_start_2)
+static INLINE void NAME(eigenvectors_lead_start)(REAL *lead_start, REAL *cosine_start, REAL *sine_start, REAL
+    *ratio_start, REAL *length_start, REAL *turn_start, REAL *sign_start, REAL *last_sine_start)
 {
-    diagonal_start[0] = (REAL)0;
-    beside_start[0] = (REAL)0;
-    own_start_3[0] = (REAL)0;
-    across_start[0] = (REAL)0;
+    lead_start[0] = (REAL)0;
     cosine_start[0] = (REAL)1;
     sine_start[0] = (REAL)0;
-    is_gap_start[0] = (REAL)1;
-    cosine_start_2[0] = (REAL)1;
-    sine_start_2[0] = (REAL)0;
+    ratio_start[0] = (REAL)1;
+    length_start[0] = (REAL)0;
+    turn_start[0] = (REAL)1;
+    sign_start[0] = (REAL)1;
+    last_sine_start[0] = (REAL)0;
 }
-#define PARTS_eigenvectors_diagonal_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
-    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
-GAC_IN_LANES(eigenvectors_diagonal_start, PLAIN)
+#define PARTS_eigenvectors_lead_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1)
+GAC_IN_LANES(eigenvectors_lead_start, PLAIN)
 
 static INLINE void NAME(eigenvectors_common_5)(const REAL *carry, REAL *common_7)
 {
     const REAL carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3];
     const REAL t0 = (carry_1 - carry_3) * (REAL)0.5;
-    const REAL t1 = t0 * t0 + carry_2 * carry_2;
-    const REAL t2 = SQRT(SELECT(EQUAL((REAL)0, t1), (REAL)1, t1));
-    const REAL t3 = -t2;
-    common_7[0] = carry_3 - carry_2 * (carry_2 / (t0 + SELECT(LESS(t0, (REAL)0), t3, t2)));
+    const REAL t1 = ABS(carry_2);
+    const REAL t2 = t1 + t0 * t0;
+    const REAL t3 = SQRT(SELECT(EQUAL((REAL)0, t2), (REAL)1, t2));
+    const REAL t4 = -t3;
+    common_7[0] = carry_3 - t1 / (t0 + SELECT(LESS(t0, (REAL)0), t4, t3));
 }
 #define PARTS_eigenvectors_common_5(IN, SAME, NUMBER, OUT, AND) IN(0, 4) AND OUT(1, 1)
 GAC_IN_LANES(eigenvectors_common_5, PLAIN)
 
-static INLINE void NAME(eigenvectors_diagonal)(REAL diagonal, REAL own, REAL across, REAL cosine, REAL sine, REAL
-    is_gap, REAL own_2, REAL after, REAL beside, REAL is_first, REAL common, REAL *diagonal_2, REAL *beside_2, REAL
-    *own_3, REAL *across_out, REAL *cosine_out, REAL *sine_out, REAL *is_gap_out, REAL *cosine_2, REAL *sine_2)
+static INLINE void NAME(eigenvectors_lead)(REAL lead, REAL cosine, REAL sine, REAL ratio, REAL sign, REAL own, REAL
+    beside, REAL common, REAL *lead_out, REAL *cosine_out, REAL *sine_out, REAL *ratio_out, REAL *length, REAL
+    *turn, REAL *sign_out, REAL *last_sine)
 {
-    const REAL t0 = SELECT(is_first, own_2, own);
-    const REAL t1 = t0 - common;
-    const REAL t2 = SELECT(is_gap, t1, across);
-    const REAL t3 = sine * beside;
-    const REAL t4 = SELECT(is_gap, beside, t3);
-    const REAL t5 = t2 * t2 + t4 * t4;
-    const REAL t6 = LESS(t5, (REAL)1e-36);
-    const REAL t7 = EQUAL(beside, (REAL)0);
-    const REAL t8 = SELECT(t7, (REAL)1, t6);
-    const REAL t9 = SQRT(SELECT(t8, (REAL)1, t5));
-    const REAL t10 = (REAL)1 / t9;
-    const REAL t11 = t2 * t10;
-    const REAL t12 = SELECT(t8, (REAL)1, t11);
-    const REAL t13 = cosine * beside;
-    const REAL t14 = SELECT(is_gap, beside, t13);
-    const REAL t15 = t4 * t10;
-    const REAL t16 = SELECT(t8, (REAL)0, t15);
-    const REAL t17 = t16 * (after - t0) + t14 * t12 * (REAL)2;
-    const REAL t18 = t16 * t17;
-    const REAL t19 = t0 + t18;
-    const REAL t20 = ABS(t19) + ABS(diagonal);
-    const REAL t21 = SELECT(t8, t2, t9);
-    const REAL t22 = SELECT(is_gap, (REAL)0, t21);
-    const REAL t23 = LESS(t22 * t22, (REAL)1e-36);
-    diagonal_2[0] = t19;
-    beside_2[0] = SELECT(SELECT(EQUAL(t20, ABS(t22) + t20), (REAL)1, t23), (REAL)0, t22);
-    own_3[0] = after - t18;
-    across_out[0] = t12 * t17 - t14;
-    cosine_out[0] = t12;
-    sine_out[0] = t16;
-    is_gap_out[0] = t7;
-    cosine_2[0] = t12;
-    sine_2[0] = t16;
+    const REAL t0 = cosine * (own - common) - lead * ABS(sine);
+    const REAL t1 = cosine * (REAL)8.673617379884035e-19;
+    const REAL t2 = SELECT(LESS_EQUAL(ABS(t0), t1), t1, t0);
+    const REAL t3 = t2 * (ratio * t2);
+    const REAL t4 = ABS(beside) + t3;
+    const REAL t5 = (REAL)1 / t4;
+    const REAL t6 = sign * ((REAL)1 - LESS(t2, (REAL)0) * (REAL)2);
+    lead_out[0] = t2;
+    cosine_out[0] = t3 * t5;
+    sine_out[0] = beside * t5;
+    ratio_out[0] = t4 / t3;
+    length[0] = t4;
+    turn[0] = t6;
+    sign_out[0] = SELECT(EQUAL(beside, (REAL)0), (REAL)1, t6);
+    last_sine[0] = sine;
+}
+#define PARTS_eigenvectors_lead(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+    AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND OUT(8, 1) AND OUT(9, 1) \
+    AND OUT(10, 1) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1)
+GAC_IN_LANES(eigenvectors_lead, PLAIN)
+
+static INLINE void NAME(eigenvectors_diagonal_start)(REAL *diagonal_start, REAL *beside_start, REAL *cosine_start_2,
+    REAL *sine_start_2)
+{
+    diagonal_start[0] = (REAL)0;
+    beside_start[0] = (REAL)0;
+    cosine_start_2[0] = (REAL)1;
+    sine_start_2[0] = (REAL)0;
+}
+#define PARTS_eigenvectors_diagonal_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1)
+GAC_IN_LANES(eigenvectors_diagonal_start, PLAIN)
+
+static INLINE void NAME(eigenvectors_diagonal)(REAL common, REAL diagonal, REAL own, REAL after, REAL beside, REAL
+    next_lead, REAL lead, REAL cosine, REAL sine, REAL length, REAL turn, REAL last_sine, REAL *diagonal_2, REAL
+    *beside_2, REAL *cosine_2, REAL *sine_2)
+{
+    const REAL t0 = common + lead;
+    const REAL t1 = SELECT(EQUAL(last_sine, (REAL)0), own, t0);
+    const REAL t2 = lead + (after - next_lead);
+    const REAL t3 = EQUAL(beside, (REAL)0);
+    const REAL t4 = SELECT(t3, t1, t2);
+    const REAL t5 = length * last_sine * SELECT(t3, turn, (REAL)1);
+    const REAL t6 = ABS(t5);
+    const REAL t7 = ABS(diagonal) + ABS(t4);
+    const REAL t8 = LESS_EQUAL(t6, (REAL)1.925929944387236e-34);
+    const REAL t9 = SELECT(EQUAL(t7, t7 + SQRT(SELECT(EQUAL((REAL)0, t6), (REAL)1, t6))), (REAL)1, t8);
+    const REAL t10 = turn * SQRT(cosine);
+    const REAL t11 = ABS(sine);
+    const REAL t12 = SQRT(SELECT(t3, (REAL)1, t11));
+    const REAL t13 = SELECT(t3, (REAL)0, t12);
+    const REAL t14 = -t13;
+    diagonal_2[0] = t4;
+    beside_2[0] = SELECT(t9, (REAL)0, t5);
+    cosine_2[0] = SELECT(t3, (REAL)1, t10);
+    sine_2[0] = SELECT(LESS(beside, (REAL)0), t14, t13);
 }
 #define PARTS_eigenvectors_diagonal(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND NUMBER(6, 0) AND NUMBER(7, 0) AND NUMBER(8, 0) \
-    AND NUMBER(9, 0) AND NUMBER(10, 0) AND OUT(11, 1) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1) \
-    AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1)
+    AND NUMBER(9, 0) AND NUMBER(10, 0) AND NUMBER(11, 0) AND OUT(12, 1) AND OUT(13, 1) AND OUT(14, 1) AND OUT(15, 1)
 GAC_IN_LANES(eigenvectors_diagonal, PLAIN)
 
-static INLINE void NAME(eigenvectors_found)(REAL passed, REAL own, REAL after, REAL cosine, REAL sine, REAL
-    is_first, REAL *found, REAL *passed_out)
+static INLINE void NAME(eigenvectors_found)(REAL cosine, REAL sine, REAL is_first, REAL passed, REAL x, REAL y, REAL
+    *found_3, REAL *passed_3)
 {
-    const REAL t0 = SELECT(is_first, own, passed);
-    found[0] = cosine * t0 + after * sine;
-    passed_out[0] = after * cosine - sine * t0;
+    const REAL t0 = SELECT(is_first, x, passed);
+    found_3[0] = cosine * t0 + sine * y;
+    passed_3[0] = cosine * y - sine * t0;
 }
 #define PARTS_eigenvectors_found(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND NUMBER(3, 0) AND NUMBER(4, 0) AND NUMBER(5, 0) AND OUT(6, 1) AND OUT(7, 1)
@@ -376,8 +498,8 @@ GAC_IN_LANES(eigenvectors_result, PLAIN)
 #if PRECISION(1, 0)
 intptr_t matrices_eigenvectors_work(intptr_t n)
 {
-    return n * n + n + n * n + n + n * n + n * n + n + n + n + n * n + n * n + n + n + n + n + n * n + n + n + n + n
-        + n + n + n + n + n + n + n + n + n + n + n + n + n * n + n + n + n + n + n;
+    return n * n + n + n * n + n + n * n + n * n + n + n + n + n * n + n + n + n * n + n + n + n + n + n * n + n + n
+        + n + n + n + n + n + n + n + n + n + n + n + n + n + n + n + n + n + n + n * n + n + n + n + n + n;
 }
 #endif
 
@@ -387,21 +509,23 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         *const mapped_4 = number + n, number_start_2, *const number_2 = mapped_4 + n * n,
         *const state_0 = number_2 + n, *const state_1 = state_0 + n * n, sum, common_2, sum_2,
         *const mapped_5 = state_1 + n * n, common_3, sum_3, *const mapped_6 = mapped_5 + n, common_4, sum_4,
-        *const mapped_7 = mapped_6 + n, common_5, mapped_8, *const mapped_9 = mapped_7 + n, sum_5, mapped_10,
-        common_6, *const mapped_11 = mapped_9 + n * n, mapped_12, sum_6, mapped_13, number_start_3,
-        *const number_3 = mapped_11 + n * n, *const mapped_14 = number_3 + n, *const diagonal = mapped_14 + n,
+        *const mapped_7 = mapped_6 + n, common_5, mapped_8, *const mapped_9 = mapped_7 + n,
+        *const zeros = mapped_9 + n * n, *const sum_5 = zeros + n, mapped_10, common_6, by_element, mapped_11,
+        *const mapped_12 = sum_5 + n, mapped_13, sum_6, mapped_14, mapped_15, number_start_3,
+        *const number_3 = mapped_12 + n * n, *const mapped_16 = number_3 + n, *const diagonal = mapped_16 + n,
         *const beside = diagonal + n, *const state_1_2 = beside + n, converged, steps, carry[4], own_start,
-        following_start, *const own = state_1_2 + n * n, *const following = own + n, own_start_2, following_start_2,
-        *const own_2 = following + n, *const following_2 = own_2 + n, diagonal_start, beside_start, own_start_3,
-        across_start, cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2,
-        *const diagonal_2 = following_2 + n, *const beside_2 = diagonal_2 + n, *const own_3 = beside_2 + n,
-        *const across = own_3 + n, *const cosine = across + n, *const sine = cosine + n, *const is_gap = sine + n,
-        *const cosine_2 = is_gap + n, *const sine_2 = cosine_2 + n, common_7, own_start_4, following_start_3,
-        *const own_4 = sine_2 + n, *const following_3 = own_4 + n, found_start, passed_start, found,
-        *const passed = following_3 + n, *const of_row = passed + n, sum_7, number_start_4,
-        *const number_4 = of_row + n * n, sum_8, *const place = number_4 + n, *const mapped_15 = place + n,
-        number_start_5, *const number_5 = mapped_15 + n, sum_9, number_start_6, *const number_6 = number_5 + n,
-        sum_10, mapped_17, sum_11;
+        following_start, *const own = state_1_2 + n * n, *const following = own + n, lead_start, cosine_start,
+        sine_start, ratio_start, length_start, turn_start, sign_start, last_sine_start, *const lead = following + n,
+        *const cosine = lead + n, *const sine = cosine + n, *const ratio = sine + n, *const length = ratio + n,
+        *const turn = length + n, *const sign = turn + n, *const last_sine = sign + n, common_7, own_start_2,
+        following_start_2, *const own_2 = last_sine + n, *const following_2 = own_2 + n, own_start_3,
+        following_start_3, *const own_3 = following_2 + n, *const following_3 = own_3 + n, diagonal_start,
+        beside_start, cosine_start_2, sine_start_2, *const diagonal_2 = following_3 + n,
+        *const beside_2 = diagonal_2 + n, *const cosine_2 = beside_2 + n, *const sine_2 = cosine_2 + n, mapped_17,
+        *const found = sine_2 + n, *const passed = found + n, *const found_2 = passed + n, found_3, passed_3, sum_7,
+        number_start_4, *const number_4 = found_2 + n * n, sum_8, *const place = number_4 + n,
+        *const mapped_18 = place + n, number_start_5, *const number_5 = mapped_18 + n, sum_9, number_start_6,
+        *const number_6 = number_5 + n, sum_10, mapped_20, sum_11;
     NAME(eigenvectors_m_start)(&m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m, &m_2);
@@ -453,38 +577,47 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         NAME(eigenvectors_common_4)(sum, sum_2, sum_4, &common_5);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_mapped_5)(mapped_6[j], mapped_5[j], common_5, mapped_7 + j);
+        CLEAR(n, zeros);
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < n; k++) {
                 NAME(eigenvectors_mapped_6)(mapped_5[j], mapped_7[j], state_0[j * n + k], mapped_5[k], mapped_7[k],
                     &mapped_8);
                 COPY(1, &mapped_8, mapped_9 + (j * n + k));
             }
-            NAME(eigenvectors_m_start)(&sum_5);
-            for (intptr_t k = 0; k < n; k++)
-                NAME(eigenvectors_sum_3)(sum_5, state_1[j * n + k], mapped_5[k], &sum_5);
-            NAME(eigenvectors_mapped_4)(common_4, sum_5, &common_6);
+            COPY(1, zeros + j, sum_5 + j);
+        }
+        for (intptr_t j = 0; j < n; j++) {
+            NAME(eigenvectors_mapped_4)(common_4, mapped_5[j], &common_6);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_mapped_5)(state_1[j * n + k], mapped_5[k], common_6, &mapped_10);
-                COPY(1, &mapped_10, mapped_11 + (j * n + k));
+                NAME(eigenvectors_mapped_4)(state_1[j * n + k], common_6, &mapped_10);
+                NAME(eigenvectors_by_element)(sum_5[k], mapped_10, &by_element);
+                COPY(1, &by_element, sum_5 + k);
+            }
+        }
+        for (intptr_t j = 0; j < n; j++) {
+            for (intptr_t k = 0; k < n; k++) {
+                NAME(eigenvectors_mapped_7)(mapped_5[j], state_1[j * n + k], sum_5[k], &mapped_11);
+                COPY(1, &mapped_11, mapped_12 + (j * n + k));
             }
             for (intptr_t k = 0; k < n; k++) {
                 COPY(1, mapped_9 + (j * n + k), state_0 + (j * n + k));
-                COPY(1, mapped_11 + (j * n + k), state_1 + (j * n + k));
+                COPY(1, mapped_12 + (j * n + k), state_1 + (j * n + k));
             }
         }
     }
     NAME(eigenvectors_number_start)(&number_start_3);
     NAME(eigenvectors_number_start)(&number_start_4);
     for (intptr_t i = 0; i < n; i++) {
-        COPY(1, state_0 + (i * n + i), &mapped_12);
+        COPY(1, state_0 + (i * n + i), &mapped_13);
         NAME(eigenvectors_m_start)(&sum_6);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_4)(number_2[i], sum_6, state_0[i * n + j], number_2[j], &sum_6);
-        COPY(1, &sum_6, &mapped_13);
+        COPY(1, &sum_6, &mapped_14);
+        NAME(eigenvectors_mapped_8)(mapped_14, &mapped_15);
         NAME(eigenvectors_number)(i > 0 ? number_3[i - 1] : number_start_3, number_3 + i);
-        NAME(eigenvectors_mapped_7)(number_3[i], mapped_14 + i);
-        COPY(1, &mapped_12, diagonal + i);
-        COPY(1, &mapped_13, beside + i);
+        NAME(eigenvectors_mapped_9)(number_3[i], mapped_16 + i);
+        COPY(1, &mapped_13, diagonal + i);
+        COPY(1, &mapped_15, beside + i);
         for (intptr_t j = 0; j < n; j++)
             COPY(1, state_1 + (i * n + j), state_1_2 + (i * n + j));
         NAME(eigenvectors_number)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
@@ -498,40 +631,50 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         NAME(eigenvectors_converged_start)(&own_start_2, &following_start_2);
         for (intptr_t j = n; j-- > 0;) {
             NAME(eigenvectors_following)(j + 1 < n ? own[j + 1] : own_start, following + j);
-            COPY(1, diagonal + j, own + j);
+            COPY(1, beside + j, own + j);
             NAME(eigenvectors_following)(j + 1 < n ? own_2[j + 1] : own_start_2, following_2 + j);
-            COPY(1, beside + j, own_2 + j);
+            COPY(1, diagonal + j, own_2 + j);
         }
-        NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_3, &across_start,
-            &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
+        NAME(eigenvectors_lead_start)(&lead_start, &cosine_start, &sine_start, &ratio_start, &length_start,
+            &turn_start, &sign_start, &last_sine_start);
         NAME(eigenvectors_common_5)(carry, &common_7);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_diagonal)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
-                j > 0 ? own_3[j - 1] : own_start_3, j > 0 ? across[j - 1] : across_start,
-                j > 0 ? cosine[j - 1] : cosine_start, j > 0 ? sine[j - 1] : sine_start,
-                j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following[j], following_2[j], mapped_14[j],
-                common_7, diagonal_2 + j, beside_2 + j, own_3 + j, across + j, cosine + j, sine + j, is_gap + j,
-                cosine_2 + j, sine_2 + j);
+            NAME(eigenvectors_lead)(j > 0 ? lead[j - 1] : lead_start, j > 0 ? cosine[j - 1] : cosine_start,
+                j > 0 ? sine[j - 1] : sine_start, j > 0 ? ratio[j - 1] : ratio_start,
+                j > 0 ? sign[j - 1] : sign_start, diagonal[j], following[j], common_7, lead + j, cosine + j,
+                sine + j, ratio + j, length + j, turn + j, sign + j, last_sine + j);
+        NAME(eigenvectors_converged_start)(&own_start_3, &following_start_3);
+        for (intptr_t j = n; j-- > 0;) {
+            NAME(eigenvectors_following)(j + 1 < n ? own_3[j + 1] : own_start_3, following_3 + j);
+            COPY(1, lead + j, own_3 + j);
+        }
+        NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &cosine_start_2, &sine_start_2);
+        for (intptr_t j = 0; j < n; j++) {
+            NAME(eigenvectors_diagonal)(common_7, j > 0 ? diagonal_2[j - 1] : diagonal_start, diagonal[j],
+                following_2[j], following[j], following_3[j], lead[j], cosine[j], sine[j], length[j], turn[j],
+                last_sine[j], diagonal_2 + j, beside_2 + j, cosine_2 + j, sine_2 + j);
+            NAME(eigenvectors_m_start)(&mapped_17);
+            COPY(1, &mapped_17, found + j);
+            COPY(1, &mapped_17, passed + j);
+        }
         NAME(eigenvectors_m_start)(&sum_7);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_converged_start)(&own_start_4, &following_start_3);
-            for (intptr_t k = n; k-- > 0;) {
-                NAME(eigenvectors_following)(k + 1 < n ? own_4[k + 1] : own_start_4, following_3 + k);
-                COPY(1, state_1_2 + (j * n + k), own_4 + k);
-            }
-            NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * n + k], following_3[k],
-                    cosine_2[k], sine_2[k], mapped_14[k], &found, passed + k);
-                COPY(1, &found, of_row + (j * n + k));
+                NAME(eigenvectors_found)(cosine_2[j], sine_2[j], mapped_16[j], passed[k], state_1_2[j * n + k],
+                    state_1_2[gac_nearest(j + 1, n) * n + k], &found_3, &passed_3);
+                COPY(1, &found_3, found + k);
+                COPY(1, &passed_3, passed + k);
+                COPY(1, found + k, found_2 + (j * n + k));
             }
             NAME(eigenvectors_sum_5)(sum_7, beside_2[j], &sum_7);
             COPY(1, diagonal_2 + j, diagonal + j);
             COPY(1, beside_2 + j, beside + j);
-            for (intptr_t k = 0; k < n; k++)
-                COPY(1, of_row + (j * n + k), state_1_2 + (j * n + k));
         }
         NAME(eigenvectors_converged)(sum_7, &converged);
+        for (intptr_t j = 0; j < n; j++) {
+            for (intptr_t k = 0; k < n; k++)
+                COPY(1, found_2 + (j * n + k), state_1_2 + (j * n + k));
+        }
         steps += 1;
         if (converged != 0)
             break;
@@ -542,23 +685,23 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_6)(diagonal[i], number_4[i], sum_8, diagonal[j], number_4[j], &sum_8);
         COPY(1, &sum_8, place + i);
-        NAME(eigenvectors_mapped_4)(common, diagonal[i], mapped_15 + i);
+        NAME(eigenvectors_mapped_4)(common, diagonal[i], mapped_18 + i);
         NAME(eigenvectors_number)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
     NAME(eigenvectors_m_start)(&sum_11);
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_m_start)(&sum_9);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_sum_2)(number_5[i], sum_9, mapped_15[j], place[j], &sum_9);
+            NAME(eigenvectors_sum_2)(number_5[i], sum_9, mapped_18[j], place[j], &sum_9);
         COPY(1, &sum_9, out_0 + i);
         NAME(eigenvectors_number_start)(&number_start_6);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_number)(j > 0 ? number_6[j - 1] : number_start_6, number_6 + j);
             NAME(eigenvectors_m_start)(&sum_10);
             for (intptr_t k = 0; k < n; k++)
-                NAME(eigenvectors_sum_2)(number_6[j], sum_10, state_1_2[i * n + k], place[k], &sum_10);
-            COPY(1, &sum_10, &mapped_17);
-            COPY(1, &mapped_17, out_1 + (i * n + j));
+                NAME(eigenvectors_sum_2)(number_6[j], sum_10, state_1_2[k * n + i], place[k], &sum_10);
+            COPY(1, &sum_10, &mapped_20);
+            COPY(1, &mapped_20, out_1 + (i * n + j));
         }
         NAME(eigenvectors_sum_7)(sum_11, diagonal[i], &sum_11);
     }
@@ -567,25 +710,27 @@ void NAME(eigenvectors)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1
 
 static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL *out_0, REAL *out_1, REAL *out_2,
     REAL *mapped_2, REAL *number, REAL *mapped_4, REAL *number_2, REAL *state_0, REAL *state_1, REAL *mapped_5,
-    REAL *mapped_6, REAL *mapped_7, REAL *mapped_9, REAL *mapped_11, REAL *number_3, REAL *mapped_14,
-    REAL *diagonal, REAL *beside, REAL *state_1_2, REAL *own, REAL *following, REAL *own_2, REAL *following_2,
-    REAL *diagonal_2, REAL *beside_2, REAL *own_3, REAL *across, REAL *cosine, REAL *sine, REAL *is_gap,
-    REAL *cosine_2, REAL *sine_2, REAL *own_4, REAL *following_3, REAL *passed, REAL *of_row, REAL *number_4,
-    REAL *place, REAL *mapped_15, REAL *number_5, REAL *number_6, REAL *gac_kept_0, REAL *gac_kept_1,
-    REAL *gac_kept_2, REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7, REAL *gac_kept_8,
-    REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13)
+    REAL *mapped_6, REAL *mapped_7, REAL *mapped_9, REAL *zeros, REAL *sum_5, REAL *mapped_12, REAL *number_3,
+    REAL *mapped_16, REAL *diagonal, REAL *beside, REAL *state_1_2, REAL *own, REAL *following, REAL *lead,
+    REAL *cosine, REAL *sine, REAL *ratio, REAL *length, REAL *turn, REAL *sign, REAL *last_sine, REAL *own_2,
+    REAL *following_2, REAL *own_3, REAL *following_3, REAL *diagonal_2, REAL *beside_2, REAL *cosine_2,
+    REAL *sine_2, REAL *found, REAL *passed, REAL *found_2, REAL *number_4, REAL *place, REAL *mapped_18,
+    REAL *number_5, REAL *number_6, REAL *gac_kept_0, REAL *gac_kept_1, REAL *gac_kept_2, REAL *gac_kept_4,
+    REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7, REAL *gac_kept_8, REAL *gac_kept_9, REAL *gac_kept_10,
+    REAL *gac_kept_11, REAL *gac_kept_12)
 {
     _Alignas(64) REAL m[NLANES], m_2[NLANES], mapped[NLANES], common[NLANES], number_start[NLANES],
         mapped_3[NLANES], number_start_2[NLANES], sum[NLANES], common_2[NLANES], sum_2[NLANES], common_3[NLANES],
-        sum_3[NLANES], common_4[NLANES], sum_4[NLANES], common_5[NLANES], mapped_8[NLANES], sum_5[NLANES],
-        mapped_10[NLANES], common_6[NLANES], mapped_12[NLANES], sum_6[NLANES], mapped_13[NLANES],
-        number_start_3[NLANES], converged[NLANES], steps[NLANES], carry[4 * NLANES], own_start[NLANES],
-        following_start[NLANES], own_start_2[NLANES], following_start_2[NLANES], diagonal_start[NLANES],
-        beside_start[NLANES], own_start_3[NLANES], across_start[NLANES], cosine_start[NLANES], sine_start[NLANES],
-        is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_7[NLANES], own_start_4[NLANES],
-        following_start_3[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_7[NLANES],
-        number_start_4[NLANES], sum_8[NLANES], number_start_5[NLANES], sum_9[NLANES], number_start_6[NLANES],
-        sum_10[NLANES], mapped_17[NLANES], sum_11[NLANES], gac_kept_3[NLANES];
+        sum_3[NLANES], common_4[NLANES], sum_4[NLANES], common_5[NLANES], mapped_8[NLANES], mapped_10[NLANES],
+        common_6[NLANES], by_element[NLANES], mapped_11[NLANES], mapped_13[NLANES], sum_6[NLANES],
+        mapped_14[NLANES], mapped_15[NLANES], number_start_3[NLANES], converged[NLANES], steps[NLANES],
+        carry[4 * NLANES], own_start[NLANES], following_start[NLANES], lead_start[NLANES], cosine_start[NLANES],
+        sine_start[NLANES], ratio_start[NLANES], length_start[NLANES], turn_start[NLANES], sign_start[NLANES],
+        last_sine_start[NLANES], common_7[NLANES], own_start_2[NLANES], following_start_2[NLANES],
+        own_start_3[NLANES], following_start_3[NLANES], diagonal_start[NLANES], beside_start[NLANES],
+        cosine_start_2[NLANES], sine_start_2[NLANES], mapped_17[NLANES], found_3[NLANES], passed_3[NLANES],
+        sum_7[NLANES], number_start_4[NLANES], sum_8[NLANES], number_start_5[NLANES], sum_9[NLANES],
+        number_start_6[NLANES], sum_10[NLANES], mapped_20[NLANES], sum_11[NLANES], gac_kept_3[NLANES];
     NAME(eigenvectors_m_start_lanes)(m);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m, m_2);
@@ -641,41 +786,50 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_mapped_5_lanes)(mapped_6 + NLANES * j, mapped_5 + NLANES * j, common_5,
                 mapped_7 + NLANES * j);
+        CLEAR(NLANES * n, zeros);
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < n; k++) {
                 NAME(eigenvectors_mapped_6_lanes)(mapped_5 + NLANES * j, mapped_7 + NLANES * j,
                     state_0 + NLANES * (j * n + k), mapped_5 + NLANES * k, mapped_7 + NLANES * k, mapped_8);
                 COPY(NLANES, mapped_8, mapped_9 + NLANES * (j * n + k));
             }
-            NAME(eigenvectors_m_start_lanes)(sum_5);
-            for (intptr_t k = 0; k < n; k++)
-                NAME(eigenvectors_sum_3_lanes)(sum_5, state_1 + NLANES * (j * n + k), mapped_5 + NLANES * k, sum_5);
-            NAME(eigenvectors_mapped_4_lanes)(common_4, sum_5, common_6);
+            COPY(NLANES, zeros + NLANES * j, sum_5 + NLANES * j);
+        }
+        for (intptr_t j = 0; j < n; j++) {
+            NAME(eigenvectors_mapped_4_lanes)(common_4, mapped_5 + NLANES * j, common_6);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_mapped_5_lanes)(state_1 + NLANES * (j * n + k), mapped_5 + NLANES * k, common_6,
-                    mapped_10);
-                COPY(NLANES, mapped_10, mapped_11 + NLANES * (j * n + k));
+                NAME(eigenvectors_mapped_4_lanes)(state_1 + NLANES * (j * n + k), common_6, mapped_10);
+                NAME(eigenvectors_by_element_lanes)(sum_5 + NLANES * k, mapped_10, by_element);
+                COPY(NLANES, by_element, sum_5 + NLANES * k);
+            }
+        }
+        for (intptr_t j = 0; j < n; j++) {
+            for (intptr_t k = 0; k < n; k++) {
+                NAME(eigenvectors_mapped_7_lanes)(mapped_5 + NLANES * j, state_1 + NLANES * (j * n + k),
+                    sum_5 + NLANES * k, mapped_11);
+                COPY(NLANES, mapped_11, mapped_12 + NLANES * (j * n + k));
             }
             for (intptr_t k = 0; k < n; k++) {
                 COPY(NLANES, mapped_9 + NLANES * (j * n + k), state_0 + NLANES * (j * n + k));
-                COPY(NLANES, mapped_11 + NLANES * (j * n + k), state_1 + NLANES * (j * n + k));
+                COPY(NLANES, mapped_12 + NLANES * (j * n + k), state_1 + NLANES * (j * n + k));
             }
         }
     }
     NAME(eigenvectors_number_start_lanes)(number_start_3);
     NAME(eigenvectors_number_start_lanes)(number_start_4);
     for (intptr_t i = 0; i < n; i++) {
-        COPY(NLANES, state_0 + NLANES * (i * n + i), mapped_12);
+        COPY(NLANES, state_0 + NLANES * (i * n + i), mapped_13);
         NAME(eigenvectors_m_start_lanes)(sum_6);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_sum_4_lanes)(number_2 + NLANES * i, sum_6, state_0 + NLANES * (i * n + j),
                 number_2 + NLANES * j, sum_6);
-        COPY(NLANES, sum_6, mapped_13);
+        COPY(NLANES, sum_6, mapped_14);
+        NAME(eigenvectors_mapped_8_lanes)(mapped_14, mapped_15);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_3 + NLANES * (i - 1) : number_start_3,
             number_3 + NLANES * i);
-        NAME(eigenvectors_mapped_7_lanes)(number_3 + NLANES * i, mapped_14 + NLANES * i);
-        COPY(NLANES, mapped_12, diagonal + NLANES * i);
-        COPY(NLANES, mapped_13, beside + NLANES * i);
+        NAME(eigenvectors_mapped_9_lanes)(number_3 + NLANES * i, mapped_16 + NLANES * i);
+        COPY(NLANES, mapped_13, diagonal + NLANES * i);
+        COPY(NLANES, mapped_15, beside + NLANES * i);
         for (intptr_t j = 0; j < n; j++)
             COPY(NLANES, state_1 + NLANES * (i * n + j), state_1_2 + NLANES * (i * n + j));
         NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
@@ -688,15 +842,14 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         KEEP(rounds, NLANES * n * n, state_1_2, gac_kept_2);
         KEEP(rounds, NLANES, converged, gac_kept_3);
         KEEP(rounds, NLANES * n, own, gac_kept_4);
-        KEEP(rounds, NLANES * n, own_2, gac_kept_5);
-        KEEP(rounds, NLANES * n, diagonal_2, gac_kept_6);
-        KEEP(rounds, NLANES * n, own_3, gac_kept_7);
-        KEEP(rounds, NLANES * n, across, gac_kept_8);
-        KEEP(rounds, NLANES * n, cosine, gac_kept_9);
-        KEEP(rounds, NLANES * n, sine, gac_kept_10);
-        KEEP(rounds, NLANES * n, is_gap, gac_kept_11);
-        KEEP(rounds, NLANES * n, own_4, gac_kept_12);
-        KEEP(rounds, NLANES * n, passed, gac_kept_13);
+        KEEP(rounds, NLANES * n, lead, gac_kept_5);
+        KEEP(rounds, NLANES * n, cosine, gac_kept_6);
+        KEEP(rounds, NLANES * n, sine, gac_kept_7);
+        KEEP(rounds, NLANES * n, ratio, gac_kept_8);
+        KEEP(rounds, NLANES * n, sign, gac_kept_9);
+        KEEP(rounds, NLANES * n, own_2, gac_kept_10);
+        KEEP(rounds, NLANES * n, own_3, gac_kept_11);
+        KEEP(rounds, NLANES * n, diagonal_2, gac_kept_12);
         NAME(eigenvectors_carry_start_lanes)(carry);
         for (intptr_t j = 0; j < n; j++)
             NAME(eigenvectors_carry_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j, carry);
@@ -705,58 +858,70 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
         for (intptr_t j = n; j-- > 0;) {
             NAME(eigenvectors_following_lanes)(j + 1 < n ? own + NLANES * (j + 1) : own_start,
                 following + NLANES * j);
-            COPY(NLANES, diagonal + NLANES * j, own + NLANES * j);
+            COPY(NLANES, beside + NLANES * j, own + NLANES * j);
             NAME(eigenvectors_following_lanes)(j + 1 < n ? own_2 + NLANES * (j + 1) : own_start_2,
                 following_2 + NLANES * j);
-            COPY(NLANES, beside + NLANES * j, own_2 + NLANES * j);
+            COPY(NLANES, diagonal + NLANES * j, own_2 + NLANES * j);
         }
-        NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_3, across_start,
-            cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
+        NAME(eigenvectors_lead_start_lanes)(lead_start, cosine_start, sine_start, ratio_start, length_start,
+            turn_start, sign_start, last_sine_start);
         NAME(eigenvectors_common_5_lanes)(carry, common_7);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_diagonal_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
-                j > 0 ? own_3 + NLANES * (j - 1) : own_start_3, j > 0 ? across + NLANES * (j - 1) : across_start,
+            NAME(eigenvectors_lead_lanes)(j > 0 ? lead + NLANES * (j - 1) : lead_start,
                 j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
-                j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following + NLANES * j,
-                following_2 + NLANES * j, mapped_14 + NLANES * j, common_7, diagonal_2 + NLANES * j,
-                beside_2 + NLANES * j, own_3 + NLANES * j, across + NLANES * j, cosine + NLANES * j,
-                sine + NLANES * j, is_gap + NLANES * j, cosine_2 + NLANES * j, sine_2 + NLANES * j);
+                j > 0 ? ratio + NLANES * (j - 1) : ratio_start, j > 0 ? sign + NLANES * (j - 1) : sign_start,
+                diagonal + NLANES * j, following + NLANES * j, common_7, lead + NLANES * j, cosine + NLANES * j,
+                sine + NLANES * j, ratio + NLANES * j, length + NLANES * j, turn + NLANES * j, sign + NLANES * j,
+                last_sine + NLANES * j);
+        NAME(eigenvectors_converged_start_lanes)(own_start_3, following_start_3);
+        for (intptr_t j = n; j-- > 0;) {
+            NAME(eigenvectors_following_lanes)(j + 1 < n ? own_3 + NLANES * (j + 1) : own_start_3,
+                following_3 + NLANES * j);
+            COPY(NLANES, lead + NLANES * j, own_3 + NLANES * j);
+        }
+        NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, cosine_start_2, sine_start_2);
+        for (intptr_t j = 0; j < n; j++) {
+            NAME(eigenvectors_diagonal_lanes)(common_7, j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
+                diagonal + NLANES * j, following_2 + NLANES * j, following + NLANES * j, following_3 + NLANES * j,
+                lead + NLANES * j, cosine + NLANES * j, sine + NLANES * j, length + NLANES * j, turn + NLANES * j,
+                last_sine + NLANES * j, diagonal_2 + NLANES * j, beside_2 + NLANES * j, cosine_2 + NLANES * j,
+                sine_2 + NLANES * j);
+            NAME(eigenvectors_m_start_lanes)(mapped_17);
+            COPY(NLANES, mapped_17, found + NLANES * j);
+            COPY(NLANES, mapped_17, passed + NLANES * j);
+        }
         NAME(eigenvectors_m_start_lanes)(sum_7);
         for (intptr_t j = 0; j < n; j++) {
-            NAME(eigenvectors_converged_start_lanes)(own_start_4, following_start_3);
-            for (intptr_t k = n; k-- > 0;) {
-                NAME(eigenvectors_following_lanes)(k + 1 < n ? own_4 + NLANES * (k + 1) : own_start_4,
-                    following_3 + NLANES * k);
-                COPY(NLANES, state_1_2 + NLANES * (j * n + k), own_4 + NLANES * k);
-            }
-            NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < n; k++) {
-                NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
-                    state_1_2 + NLANES * (j * n + k), following_3 + NLANES * k, cosine_2 + NLANES * k,
-                    sine_2 + NLANES * k, mapped_14 + NLANES * k, found, passed + NLANES * k);
-                COPY(NLANES, found, of_row + NLANES * (j * n + k));
+                NAME(eigenvectors_found_lanes)(cosine_2 + NLANES * j, sine_2 + NLANES * j, mapped_16 + NLANES * j,
+                    passed + NLANES * k, state_1_2 + NLANES * (j * n + k),
+                    state_1_2 + NLANES * (gac_nearest(j + 1, n) * n + k), found_3, passed_3);
+                COPY(NLANES, found_3, found + NLANES * k);
+                COPY(NLANES, passed_3, passed + NLANES * k);
+                COPY(NLANES, found + NLANES * k, found_2 + NLANES * (j * n + k));
             }
             NAME(eigenvectors_sum_5_lanes)(sum_7, beside_2 + NLANES * j, sum_7);
             COPY(NLANES, diagonal_2 + NLANES * j, diagonal + NLANES * j);
             COPY(NLANES, beside_2 + NLANES * j, beside + NLANES * j);
-            for (intptr_t k = 0; k < n; k++)
-                COPY(NLANES, of_row + NLANES * (j * n + k), state_1_2 + NLANES * (j * n + k));
         }
         NAME(eigenvectors_converged_lanes)(sum_7, converged);
+        for (intptr_t j = 0; j < n; j++) {
+            for (intptr_t k = 0; k < n; k++)
+                COPY(NLANES, found_2 + NLANES * (j * n + k), state_1_2 + NLANES * (j * n + k));
+        }
         RESTORE(rounds, NLANES * n, gac_kept_0, diagonal);
         RESTORE(rounds, NLANES * n, gac_kept_1, beside);
         RESTORE(rounds, NLANES * n * n, gac_kept_2, state_1_2);
         RESTORE(rounds, NLANES, gac_kept_3, converged);
         RESTORE(rounds, NLANES * n, gac_kept_4, own);
-        RESTORE(rounds, NLANES * n, gac_kept_5, own_2);
-        RESTORE(rounds, NLANES * n, gac_kept_6, diagonal_2);
-        RESTORE(rounds, NLANES * n, gac_kept_7, own_3);
-        RESTORE(rounds, NLANES * n, gac_kept_8, across);
-        RESTORE(rounds, NLANES * n, gac_kept_9, cosine);
-        RESTORE(rounds, NLANES * n, gac_kept_10, sine);
-        RESTORE(rounds, NLANES * n, gac_kept_11, is_gap);
-        RESTORE(rounds, NLANES * n, gac_kept_12, own_4);
-        RESTORE(rounds, NLANES * n, gac_kept_13, passed);
+        RESTORE(rounds, NLANES * n, gac_kept_5, lead);
+        RESTORE(rounds, NLANES * n, gac_kept_6, cosine);
+        RESTORE(rounds, NLANES * n, gac_kept_7, sine);
+        RESTORE(rounds, NLANES * n, gac_kept_8, ratio);
+        RESTORE(rounds, NLANES * n, gac_kept_9, sign);
+        RESTORE(rounds, NLANES * n, gac_kept_10, own_2);
+        RESTORE(rounds, NLANES * n, gac_kept_11, own_3);
+        RESTORE(rounds, NLANES * n, gac_kept_12, diagonal_2);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -768,7 +933,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
             NAME(eigenvectors_sum_6_lanes)(diagonal + NLANES * i, number_4 + NLANES * i, sum_8,
                 diagonal + NLANES * j, number_4 + NLANES * j, sum_8);
         COPY(NLANES, sum_8, place + NLANES * i);
-        NAME(eigenvectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_15 + NLANES * i);
+        NAME(eigenvectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_18 + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
             number_5 + NLANES * i);
     }
@@ -776,7 +941,7 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_m_start_lanes)(sum_9);
         for (intptr_t j = 0; j < n; j++)
-            NAME(eigenvectors_sum_2_lanes)(number_5 + NLANES * i, sum_9, mapped_15 + NLANES * j, place + NLANES * j,
+            NAME(eigenvectors_sum_2_lanes)(number_5 + NLANES * i, sum_9, mapped_18 + NLANES * j, place + NLANES * j,
                 sum_9);
         COPY(NLANES, sum_9, out_0 + NLANES * i);
         NAME(eigenvectors_number_start_lanes)(number_start_6);
@@ -785,10 +950,10 @@ static INLINE WORD NAME(eigenvectors_lanes)(intptr_t n, const REAL *matrix, REAL
                 number_6 + NLANES * j);
             NAME(eigenvectors_m_start_lanes)(sum_10);
             for (intptr_t k = 0; k < n; k++)
-                NAME(eigenvectors_sum_2_lanes)(number_6 + NLANES * j, sum_10, state_1_2 + NLANES * (i * n + k),
+                NAME(eigenvectors_sum_2_lanes)(number_6 + NLANES * j, sum_10, state_1_2 + NLANES * (k * n + i),
                     place + NLANES * k, sum_10);
-            COPY(NLANES, sum_10, mapped_17);
-            COPY(NLANES, mapped_17, out_1 + NLANES * (i * n + j));
+            COPY(NLANES, sum_10, mapped_20);
+            COPY(NLANES, mapped_20, out_1 + NLANES * (i * n + j));
         }
         NAME(eigenvectors_sum_7_lanes)(sum_11, diagonal + NLANES * i, sum_11);
     }
@@ -806,23 +971,23 @@ GAC_PROCEDURE(eigenvectors, LANES)
     WORK(9, state_0, scalar, 1, n * m) WORK(10, state_1, scalar, 1, m * m) WORK(11, mapped_5, scalar, 1, n) \
     WORK(12, mapped_6, scalar, 1, n) WORK(13, zeros, scalar, 1, m) WORK(14, sum_3, scalar, 1, m) \
     WORK(15, mapped_9, scalar, 1, n * m) WORK(16, zeros_2, scalar, 1, m) WORK(17, sum_4, scalar, 1, m) \
-    WORK(18, mapped_11, scalar, 1, m) WORK(19, mapped_13, scalar, 1, n * m) WORK(20, mapped_15, scalar, 1, m * m) \
-    WORK(21, zeros_3, scalar, 1, m) WORK(22, zeros_4, scalar, 1, m) WORK(23, sum_0, scalar, 1, m) \
-    WORK(24, sum_1, scalar, 1, m) WORK(25, number_4, scalar, 1, m) WORK(26, mapped_18, scalar, 1, m) \
-    WORK(27, diagonal, scalar, 1, m) WORK(28, beside, scalar, 1, m) WORK(29, state_1_2, scalar, 1, m * m) \
-    WORK(30, own, scalar, 1, m) WORK(31, following, scalar, 1, m) WORK(32, own_2, scalar, 1, m) \
-    WORK(33, following_2, scalar, 1, m) WORK(34, own_3, scalar, 1, m) WORK(35, following_3, scalar, 1, m) \
-    WORK(36, diagonal_2, scalar, 1, m) WORK(37, beside_2, scalar, 1, m) WORK(38, own_4, scalar, 1, m) \
-    WORK(39, across, scalar, 1, m) WORK(40, cosine, scalar, 1, m) WORK(41, sine, scalar, 1, m) \
-    WORK(42, is_gap, scalar, 1, m) WORK(43, cosine_2, scalar, 1, m) WORK(44, sine_2, scalar, 1, m) \
-    WORK(45, own_5, scalar, 1, m) WORK(46, following_4, scalar, 1, m) WORK(47, passed, scalar, 1, m) \
-    WORK(48, of_row, scalar, 1, m * m) WORK(49, mapped_19, scalar, 1, m) WORK(50, mapped_20, scalar, 1, m) \
-    WORK(51, number_5, scalar, 1, m) WORK(52, place, scalar, 1, m) WORK(53, number_6, scalar, 1, m) \
-    WORK(54, number_7, scalar, 1, m) WORK(55, gac_kept_0, scalar, 1, m) WORK(56, gac_kept_1, scalar, 1, m) \
-    WORK(57, gac_kept_2, scalar, 1, m * m) WORK(58, gac_kept_4, scalar, 1, m) WORK(59, gac_kept_5, scalar, 1, m) \
-    WORK(60, gac_kept_6, scalar, 1, m) WORK(61, gac_kept_7, scalar, 1, m) WORK(62, gac_kept_8, scalar, 1, m) \
-    WORK(63, gac_kept_9, scalar, 1, m) WORK(64, gac_kept_10, scalar, 1, m) WORK(65, gac_kept_11, scalar, 1, m) \
-    WORK(66, gac_kept_12, scalar, 1, m) WORK(67, gac_kept_13, scalar, 1, m) WORK(68, gac_kept_14, scalar, 1, m)
+    WORK(18, mapped_11, scalar, 1, m) WORK(19, mapped_13, scalar, 1, n * m) WORK(20, zeros_3, scalar, 1, m) \
+    WORK(21, sum_8, scalar, 1, m) WORK(22, mapped_16, scalar, 1, m * m) WORK(23, zeros_4, scalar, 1, m) \
+    WORK(24, zeros_5, scalar, 1, m) WORK(25, sum_0, scalar, 1, m) WORK(26, sum_1, scalar, 1, m) \
+    WORK(27, number_4, scalar, 1, m) WORK(28, mapped_19, scalar, 1, m) WORK(29, diagonal, scalar, 1, m) \
+    WORK(30, beside, scalar, 1, m) WORK(31, state_1_2, scalar, 1, m * m) WORK(32, own, scalar, 1, m) \
+    WORK(33, following, scalar, 1, m) WORK(34, own_2, scalar, 1, m) WORK(35, following_2, scalar, 1, m) \
+    WORK(36, own_3, scalar, 1, m) WORK(37, following_3, scalar, 1, m) WORK(38, diagonal_2, scalar, 1, m) \
+    WORK(39, beside_2, scalar, 1, m) WORK(40, own_4, scalar, 1, m) WORK(41, across, scalar, 1, m) \
+    WORK(42, cosine, scalar, 1, m) WORK(43, sine, scalar, 1, m) WORK(44, is_gap, scalar, 1, m) \
+    WORK(45, cosine_2, scalar, 1, m) WORK(46, sine_2, scalar, 1, m) WORK(47, found, scalar, 1, m) \
+    WORK(48, passed, scalar, 1, m) WORK(49, found_2, scalar, 1, m * m) WORK(50, mapped_21, scalar, 1, m) \
+    WORK(51, mapped_22, scalar, 1, m) WORK(52, number_5, scalar, 1, m) WORK(53, place, scalar, 1, m) \
+    WORK(54, number_6, scalar, 1, m) WORK(55, number_7, scalar, 1, m) WORK(56, gac_kept_0, scalar, 1, m) \
+    WORK(57, gac_kept_1, scalar, 1, m) WORK(58, gac_kept_2, scalar, 1, m * m) WORK(59, gac_kept_4, scalar, 1, m) \
+    WORK(60, gac_kept_5, scalar, 1, m) WORK(61, gac_kept_6, scalar, 1, m) WORK(62, gac_kept_7, scalar, 1, m) \
+    WORK(63, gac_kept_8, scalar, 1, m) WORK(64, gac_kept_9, scalar, 1, m) WORK(65, gac_kept_10, scalar, 1, m) \
+    WORK(66, gac_kept_11, scalar, 1, m) WORK(67, gac_kept_12, scalar, 1, m)
 
 static INLINE void NAME(singular_vectors_sum)(REAL k, REAL sum, REAL e, REAL i, REAL *sum_out)
 {
@@ -833,21 +998,6 @@ static INLINE void NAME(singular_vectors_sum)(REAL k, REAL sum, REAL e, REAL i, 
     AND NUMBER(3, 0) AND OUT(4, 1)
 GAC_IN_LANES(singular_vectors_sum, PLAIN)
 
-static INLINE void NAME(singular_vectors_by_element)(REAL a, REAL b, REAL *by_element)
-{
-    by_element[0] = a + b;
-}
-#define PARTS_singular_vectors_by_element(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_by_element, PLAIN)
-
-static INLINE void NAME(singular_vectors_mapped)(REAL y, REAL x, REAL share, REAL *mapped_8)
-{
-    mapped_8[0] = x - y * share;
-}
-#define PARTS_singular_vectors_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
-    AND OUT(3, 1)
-GAC_IN_LANES(singular_vectors_mapped, PLAIN)
-
 static INLINE void NAME(singular_vectors_common)(REAL k, REAL i, REAL *common_5)
 {
     common_5[0] = EQUAL(k, i);
@@ -855,20 +1005,20 @@ static INLINE void NAME(singular_vectors_common)(REAL k, REAL i, REAL *common_5)
 #define PARTS_singular_vectors_common(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
 GAC_IN_LANES(singular_vectors_common, PLAIN)
 
-static INLINE void NAME(singular_vectors_mapped_2)(REAL x, REAL common, REAL *mapped_10)
+static INLINE void NAME(singular_vectors_mapped)(REAL x, REAL common, REAL *mapped_10)
 {
     mapped_10[0] = SELECT(common, x, (REAL)0);
 }
-#define PARTS_singular_vectors_mapped_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_mapped_2, PLAIN)
+#define PARTS_singular_vectors_mapped(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(singular_vectors_mapped, PLAIN)
 
-static INLINE void NAME(singular_vectors_mapped_3)(REAL x, REAL j, REAL common, REAL *mapped_16)
+static INLINE void NAME(singular_vectors_mapped_2)(REAL x, REAL j, REAL common, REAL *mapped_17)
 {
-    mapped_16[0] = SELECT(EQUAL(j, common), x, (REAL)0);
+    mapped_17[0] = SELECT(EQUAL(j, common), x, (REAL)0);
 }
-#define PARTS_singular_vectors_mapped_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
+#define PARTS_singular_vectors_mapped_2(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND NUMBER(2, 0) \
     AND OUT(3, 1)
-GAC_IN_LANES(singular_vectors_mapped_3, PLAIN)
+GAC_IN_LANES(singular_vectors_mapped_2, PLAIN)
 
 static INLINE void NAME(singular_vectors_carry)(REAL sum, REAL *carry)
 {
@@ -904,18 +1054,37 @@ static INLINE void NAME(singular_vectors_carry_2)(const REAL *carry, REAL d, REA
     AND NUMBER(3, 0) AND OUT(4, 6)
 GAC_IN_LANES(singular_vectors_carry_2, PLAIN)
 
+static INLINE void NAME(singular_vectors_diagonal_start)(REAL *diagonal_start, REAL *beside_start, REAL
+    *own_start_4, REAL *across_start, REAL *cosine_start, REAL *sine_start, REAL *is_gap_start, REAL
+    *cosine_start_2, REAL *sine_start_2)
+{
+    diagonal_start[0] = (REAL)0;
+    beside_start[0] = (REAL)0;
+    own_start_4[0] = (REAL)0;
+    across_start[0] = (REAL)0;
+    cosine_start[0] = (REAL)1;
+    sine_start[0] = (REAL)0;
+    is_gap_start[0] = (REAL)1;
+    cosine_start_2[0] = (REAL)1;
+    sine_start_2[0] = (REAL)0;
+}
+#define PARTS_singular_vectors_diagonal_start(IN, SAME, NUMBER, OUT, AND) OUT(0, 1) AND OUT(1, 1) AND OUT(2, 1) \
+    AND OUT(3, 1) AND OUT(4, 1) AND OUT(5, 1) AND OUT(6, 1) AND OUT(7, 1) AND OUT(8, 1)
+GAC_IN_LANES(singular_vectors_diagonal_start, PLAIN)
+
 static INLINE void NAME(singular_vectors_common_2)(const REAL *carry, REAL *common_13)
 {
     const REAL carry_1 = carry[1], carry_2 = carry[2], carry_3 = carry[3], carry_4 = carry[4], carry_5 = carry[5];
     const REAL t0 = carry_4 * carry_4 + carry_5 * carry_5;
     const REAL t1 = (carry_3 * carry_3 - t0) * (REAL)0.5;
     const REAL t2 = carry_3 * carry_4;
-    const REAL t3 = t1 * t1 + t2 * t2;
-    const REAL t4 = SQRT(SELECT(EQUAL((REAL)0, t3), (REAL)1, t3));
-    const REAL t5 = -t4;
-    const REAL t6 = t0 - t2 * (t2 / (t1 + SELECT(LESS(t1, (REAL)0), t5, t4)));
-    const REAL t7 = MAXIMUM((REAL)0, t6);
-    common_13[0] = SELECT(EQUAL(carry_2, carry_1 + carry_2), (REAL)0, t7);
+    const REAL t3 = t2 * t2;
+    const REAL t4 = t3 + t1 * t1;
+    const REAL t5 = SQRT(SELECT(EQUAL((REAL)0, t4), (REAL)1, t4));
+    const REAL t6 = -t5;
+    const REAL t7 = t0 - t3 / (t1 + SELECT(LESS(t1, (REAL)0), t6, t5));
+    const REAL t8 = MAXIMUM((REAL)0, t7);
+    common_13[0] = SELECT(EQUAL(carry_2, carry_1 + carry_2), (REAL)0, t8);
 }
 #define PARTS_singular_vectors_common_2(IN, SAME, NUMBER, OUT, AND) IN(0, 6) AND OUT(1, 1)
 GAC_IN_LANES(singular_vectors_common_2, PLAIN)
@@ -989,26 +1158,26 @@ static INLINE void NAME(singular_vectors_diagonal)(REAL diagonal, REAL own, REAL
     AND OUT(16, 1) AND OUT(17, 1) AND OUT(18, 1) AND OUT(19, 1)
 GAC_IN_LANES(singular_vectors_diagonal, PLAIN)
 
-static INLINE void NAME(singular_vectors_mapped_4)(REAL common, REAL d, REAL *mapped_19)
+static INLINE void NAME(singular_vectors_mapped_3)(REAL common, REAL d, REAL *mapped_21)
 {
-    mapped_19[0] = common * ABS(d);
+    mapped_21[0] = common * ABS(d);
 }
-#define PARTS_singular_vectors_mapped_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
-GAC_IN_LANES(singular_vectors_mapped_4, PLAIN)
+#define PARTS_singular_vectors_mapped_3(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND NUMBER(1, 0) AND OUT(2, 1)
+GAC_IN_LANES(singular_vectors_mapped_3, PLAIN)
 
-static INLINE void NAME(singular_vectors_mapped_5)(REAL d, REAL *mapped_20)
+static INLINE void NAME(singular_vectors_mapped_4)(REAL d, REAL *mapped_22)
 {
-    mapped_20[0] = -ABS(d);
+    mapped_22[0] = -ABS(d);
 }
-#define PARTS_singular_vectors_mapped_5(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
-GAC_IN_LANES(singular_vectors_mapped_5, PLAIN)
+#define PARTS_singular_vectors_mapped_4(IN, SAME, NUMBER, OUT, AND) NUMBER(0, 0) AND OUT(1, 1)
+GAC_IN_LANES(singular_vectors_mapped_4, PLAIN)
 
 #if PRECISION(1, 0)
 intptr_t matrices_singular_vectors_work(intptr_t n, intptr_t m)
 {
-    return n * m + m + m * m + n + m + n * m + m * m + n + n + m + m + n * m + m + m + m + n * m + m * m + m + m + m
-        + m + m + m + m + m + m * m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m * m
-        + m + m + m + m + m + m;
+    return n * m + m + m * m + n + m + n * m + m * m + n + n + m + m + n * m + m + m + m + n * m + m + m + m * m + m
+        + m + m + m + m + m + m + m + m * m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m
+        * m + m + m + m + m + m + m;
 }
 #endif
 
@@ -1022,11 +1191,12 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
         *const zeros = mapped_6 + n, *const sum_3 = zeros + m, mapped_7, common_3, common_4, by_element, mapped_8,
         *const mapped_9 = sum_3 + m, *const zeros_2 = mapped_9 + n * m, *const sum_4 = zeros_2 + m, mapped_10,
         common_5, by_element_2, sum_5, common_6, sum_6, *const mapped_11 = sum_4 + m, common_7, sum_7, mapped_12,
-        common_8, common_9, *const mapped_13 = mapped_11 + m, sum_8, mapped_14, common_10,
-        *const mapped_15 = mapped_13 + n * m, *const zeros_3 = mapped_15 + m * m, *const zeros_4 = zeros_3 + m,
-        *const sum_0 = zeros_4 + m, *const sum_1 = sum_0 + m, mapped_16, common_11, mapped_17, common_12,
-        by_element_3, by_element_4, number_start_4, *const number_4 = sum_1 + m, *const mapped_18 = number_4 + m,
-        *const diagonal = mapped_18 + m, *const beside = diagonal + m, *const state_1_2 = beside + m, converged,
+        common_8, common_9, *const mapped_13 = mapped_11 + m, *const zeros_3 = mapped_13 + n * m,
+        *const sum_8 = zeros_3 + m, mapped_14, common_10, by_element_3, mapped_15, *const mapped_16 = sum_8 + m,
+        *const zeros_4 = mapped_16 + m * m, *const zeros_5 = zeros_4 + m, *const sum_0 = zeros_5 + m,
+        *const sum_1 = sum_0 + m, mapped_17, common_11, mapped_18, common_12, by_element_4, by_element_5,
+        number_start_4, *const number_4 = sum_1 + m, *const mapped_19 = number_4 + m,
+        *const diagonal = mapped_19 + m, *const beside = diagonal + m, *const state_1_2 = beside + m, converged,
         steps, sum_9, own_start, following_start, *const own = state_1_2 + m * m, *const following = own + m,
         carry[6], own_start_2, following_start_2, *const own_2 = following + m, *const following_2 = own_2 + m,
         own_start_3, following_start_3, *const own_3 = following_2 + m, *const following_3 = own_3 + m,
@@ -1034,12 +1204,11 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
         cosine_start_2, sine_start_2, *const diagonal_2 = following_3 + m, *const beside_2 = diagonal_2 + m,
         *const own_4 = beside_2 + m, *const across = own_4 + m, *const cosine = across + m,
         *const sine = cosine + m, *const is_gap = sine + m, *const cosine_2 = is_gap + m,
-        *const sine_2 = cosine_2 + m, common_13, own_start_5, following_start_4, *const own_5 = sine_2 + m,
-        *const following_4 = own_5 + m, found_start, passed_start, found, *const passed = following_4 + m,
-        *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11,
-        *const mapped_20 = mapped_19 + m, number_start_5, *const number_5 = mapped_20 + m, sum_12,
+        *const sine_2 = cosine_2 + m, common_13, mapped_20, *const found = sine_2 + m, *const passed = found + m,
+        *const found_2 = passed + m, found_3, passed_3, sum_10, *const mapped_21 = found_2 + m * m, sum_11,
+        *const mapped_22 = mapped_21 + m, number_start_5, *const number_5 = mapped_22 + m, sum_12,
         *const place = number_5 + m, number_start_6, *const number_6 = place + m, sum_13, number_start_7,
-        *const number_7 = number_6 + m, sum_14, mapped_22;
+        *const number_7 = number_6 + m, sum_14, mapped_24;
     NAME(eigenvectors_m_start)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m_2, &m_3);
@@ -1071,8 +1240,8 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
         for (intptr_t j = 0; j < m; j++)
             COPY(1, mapped_4 + (i * m + j), state_1 + (i * m + j));
     }
-    CLEAR(m, zeros_3);
     CLEAR(m, zeros_4);
+    CLEAR(m, zeros_5);
     NAME(eigenvectors_number_start)(&number_start_4);
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start)(&sum);
@@ -1095,19 +1264,19 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
             NAME(eigenvectors_mapped_4)(mapped_6[j], common_4, &common_3);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_mapped_4)(state_0[j * m + k], common_3, &mapped_7);
-                NAME(singular_vectors_by_element)(sum_3[k], mapped_7, &by_element);
+                NAME(eigenvectors_by_element)(sum_3[k], mapped_7, &by_element);
                 COPY(1, &by_element, sum_3 + k);
             }
         }
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_mapped)(mapped_6[j], state_0[j * m + k], sum_3[k], &mapped_8);
+                NAME(eigenvectors_mapped_7)(mapped_6[j], state_0[j * m + k], sum_3[k], &mapped_8);
                 COPY(1, &mapped_8, mapped_9 + (j * m + k));
             }
             NAME(singular_vectors_common)(number_3[i], number_2[j], &common_5);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_mapped_2)(mapped_9[j * m + k], common_5, &mapped_10);
-                NAME(singular_vectors_by_element)(sum_4[k], mapped_10, &by_element_2);
+                NAME(singular_vectors_mapped)(mapped_9[j * m + k], common_5, &mapped_10);
+                NAME(eigenvectors_by_element)(sum_4[k], mapped_10, &by_element_2);
                 COPY(1, &by_element_2, sum_4 + k);
             }
         }
@@ -1119,8 +1288,11 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
             NAME(eigenvectors_sum_2)(common_6, sum_6, sum_4[j], number_3[j], &sum_6);
         }
         NAME(eigenvectors_common_2)(sum_5, sum_6, &common_7);
-        for (intptr_t j = 0; j < m; j++)
+        CLEAR(m, zeros_3);
+        for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_mapped_3)(common_6, sum_4[j], number_3[j], common_7, mapped_11 + j);
+            COPY(1, zeros_3 + j, sum_8 + j);
+        }
         NAME(eigenvectors_common_3)(sum_5, sum_6, &common_9);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_m_start)(&sum_7);
@@ -1135,32 +1307,36 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
                 COPY(1, mapped_13 + (j * m + k), state_0 + (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_m_start)(&sum_8);
-            for (intptr_t k = 0; k < m; k++)
-                NAME(eigenvectors_sum_3)(sum_8, state_1[j * m + k], mapped_11[k], &sum_8);
-            NAME(eigenvectors_mapped_4)(common_9, sum_8, &common_10);
+            NAME(eigenvectors_mapped_4)(common_9, mapped_11[j], &common_10);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(eigenvectors_mapped_5)(state_1[j * m + k], mapped_11[k], common_10, &mapped_14);
-                COPY(1, &mapped_14, mapped_15 + (j * m + k));
+                NAME(eigenvectors_mapped_4)(state_1[j * m + k], common_10, &mapped_14);
+                NAME(eigenvectors_by_element)(sum_8[k], mapped_14, &by_element_3);
+                COPY(1, &by_element_3, sum_8 + k);
+            }
+        }
+        for (intptr_t j = 0; j < m; j++) {
+            for (intptr_t k = 0; k < m; k++) {
+                NAME(eigenvectors_mapped_7)(mapped_11[j], state_1[j * m + k], sum_8[k], &mapped_15);
+                COPY(1, &mapped_15, mapped_16 + (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
-                COPY(1, mapped_15 + (j * m + k), state_1 + (j * m + k));
+                COPY(1, mapped_16 + (j * m + k), state_1 + (j * m + k));
         }
-        COPY(1, zeros_3 + i, sum_0 + i);
-        COPY(1, zeros_4 + i, sum_1 + i);
+        COPY(1, zeros_4 + i, sum_0 + i);
+        COPY(1, zeros_5 + i, sum_1 + i);
         NAME(eigenvectors_number)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
-        NAME(eigenvectors_mapped_7)(number_4[i], mapped_18 + i);
+        NAME(eigenvectors_mapped_9)(number_4[i], mapped_19 + i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_following)(number_2[i], &common_11);
         NAME(eigenvectors_number)(number_2[i], &common_12);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_mapped_3)(state_0[i * m + j], number_3[j], common_11, &mapped_16);
-            NAME(singular_vectors_mapped_3)(state_0[i * m + j], number_3[j], common_12, &mapped_17);
-            NAME(singular_vectors_by_element)(sum_0[j], mapped_16, &by_element_3);
-            NAME(singular_vectors_by_element)(sum_1[j], mapped_17, &by_element_4);
-            COPY(1, &by_element_3, sum_0 + j);
-            COPY(1, &by_element_4, sum_1 + j);
+            NAME(singular_vectors_mapped_2)(state_0[i * m + j], number_3[j], common_11, &mapped_17);
+            NAME(singular_vectors_mapped_2)(state_0[i * m + j], number_3[j], common_12, &mapped_18);
+            NAME(eigenvectors_by_element)(sum_0[j], mapped_17, &by_element_4);
+            NAME(eigenvectors_by_element)(sum_1[j], mapped_18, &by_element_5);
+            COPY(1, &by_element_4, sum_0 + j);
+            COPY(1, &by_element_5, sum_1 + j);
         }
     }
     NAME(eigenvectors_converged_start)(&converged, &steps);
@@ -1188,36 +1364,38 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
         NAME(singular_vectors_carry)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2)(carry, diagonal[j], beside[j], following[j], carry);
-        NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
+        NAME(singular_vectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
             &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
         NAME(singular_vectors_common_2)(carry, &common_13);
-        for (intptr_t j = 0; j < m; j++)
+        for (intptr_t j = 0; j < m; j++) {
             NAME(singular_vectors_diagonal)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
                 j > 0 ? own_4[j - 1] : own_start_4, j > 0 ? across[j - 1] : across_start,
                 j > 0 ? cosine[j - 1] : cosine_start, j > 0 ? sine[j - 1] : sine_start,
-                j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j], following_3[j], mapped_18[j],
+                j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j], following_3[j], mapped_19[j],
                 common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j, sine + j, is_gap + j,
                 cosine_2 + j, sine_2 + j);
+            NAME(eigenvectors_m_start)(&mapped_20);
+            COPY(1, &mapped_20, found + j);
+            COPY(1, &mapped_20, passed + j);
+        }
         NAME(eigenvectors_m_start)(&sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_converged_start)(&own_start_5, &following_start_4);
-            for (intptr_t k = m; k-- > 0;) {
-                NAME(eigenvectors_following)(k + 1 < m ? own_5[k + 1] : own_start_5, following_4 + k);
-                COPY(1, state_1_2 + (j * m + k), own_5 + k);
-            }
-            NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * m + k], following_4[k],
-                    cosine_2[k], sine_2[k], mapped_18[k], &found, passed + k);
-                COPY(1, &found, of_row + (j * m + k));
+                NAME(eigenvectors_found)(cosine_2[j], sine_2[j], mapped_19[j], passed[k], state_1_2[j * m + k],
+                    state_1_2[gac_nearest(j + 1, m) * m + k], &found_3, &passed_3);
+                COPY(1, &found_3, found + k);
+                COPY(1, &passed_3, passed + k);
+                COPY(1, found + k, found_2 + (j * m + k));
             }
             NAME(eigenvectors_sum_5)(sum_10, beside_2[j], &sum_10);
             COPY(1, diagonal_2 + j, diagonal + j);
             COPY(1, beside_2 + j, beside + j);
-            for (intptr_t k = 0; k < m; k++)
-                COPY(1, of_row + (j * m + k), state_1_2 + (j * m + k));
         }
         NAME(eigenvectors_converged)(sum_10, &converged);
+        for (intptr_t j = 0; j < m; j++) {
+            for (intptr_t k = 0; k < m; k++)
+                COPY(1, found_2 + (j * m + k), state_1_2 + (j * m + k));
+        }
         steps += 1;
         if (converged != 0)
             break;
@@ -1225,32 +1403,32 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
     NAME(eigenvectors_m_start)(&sum_11);
     NAME(eigenvectors_number_start)(&number_start_5);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_mapped_4)(common, diagonal[i], mapped_19 + i);
+        NAME(singular_vectors_mapped_3)(common, diagonal[i], mapped_21 + i);
         NAME(eigenvectors_sum_7)(sum_11, diagonal[i], &sum_11);
-        NAME(singular_vectors_mapped_5)(mapped_19[i], mapped_20 + i);
+        NAME(singular_vectors_mapped_4)(mapped_21[i], mapped_22 + i);
         NAME(eigenvectors_number)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
     NAME(eigenvectors_number_start)(&number_start_6);
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start)(&sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(eigenvectors_sum_6)(mapped_20[i], number_5[i], sum_12, mapped_20[j], number_5[j], &sum_12);
+            NAME(eigenvectors_sum_6)(mapped_22[i], number_5[i], sum_12, mapped_22[j], number_5[j], &sum_12);
         COPY(1, &sum_12, place + i);
         NAME(eigenvectors_number)(i > 0 ? number_6[i - 1] : number_start_6, number_6 + i);
     }
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start)(&sum_13);
         for (intptr_t j = 0; j < m; j++)
-            NAME(eigenvectors_sum_2)(number_6[i], sum_13, mapped_19[j], place[j], &sum_13);
+            NAME(eigenvectors_sum_2)(number_6[i], sum_13, mapped_21[j], place[j], &sum_13);
         COPY(1, &sum_13, out_0 + i);
         NAME(eigenvectors_number_start)(&number_start_7);
         for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_number)(j > 0 ? number_7[j - 1] : number_start_7, number_7 + j);
             NAME(eigenvectors_m_start)(&sum_14);
             for (intptr_t k = 0; k < m; k++)
-                NAME(eigenvectors_sum_2)(number_7[j], sum_14, state_1_2[i * m + k], place[k], &sum_14);
-            COPY(1, &sum_14, &mapped_22);
-            COPY(1, &mapped_22, out_1 + (i * m + j));
+                NAME(eigenvectors_sum_2)(number_7[j], sum_14, state_1_2[k * m + i], place[k], &sum_14);
+            COPY(1, &sum_14, &mapped_24);
+            COPY(1, &mapped_24, out_1 + (i * m + j));
         }
     }
     NAME(eigenvectors_result)(converged, sum_11, out_2);
@@ -1259,30 +1437,30 @@ void NAME(singular_vectors)(intptr_t n, intptr_t m, const REAL *matrix, REAL *ou
 static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0,
     REAL *out_1, REAL *out_2, REAL *mapped_2, REAL *number, REAL *mapped_4, REAL *number_2, REAL *number_3,
     REAL *state_0, REAL *state_1, REAL *mapped_5, REAL *mapped_6, REAL *zeros, REAL *sum_3, REAL *mapped_9,
-    REAL *zeros_2, REAL *sum_4, REAL *mapped_11, REAL *mapped_13, REAL *mapped_15, REAL *zeros_3, REAL *zeros_4,
-    REAL *sum_0, REAL *sum_1, REAL *number_4, REAL *mapped_18, REAL *diagonal, REAL *beside, REAL *state_1_2,
-    REAL *own, REAL *following, REAL *own_2, REAL *following_2, REAL *own_3, REAL *following_3, REAL *diagonal_2,
-    REAL *beside_2, REAL *own_4, REAL *across, REAL *cosine, REAL *sine, REAL *is_gap, REAL *cosine_2, REAL *sine_2,
-    REAL *own_5, REAL *following_4, REAL *passed, REAL *of_row, REAL *mapped_19, REAL *mapped_20, REAL *number_5,
-    REAL *place, REAL *number_6, REAL *number_7, REAL *gac_kept_0, REAL *gac_kept_1, REAL *gac_kept_2,
-    REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7, REAL *gac_kept_8, REAL *gac_kept_9,
-    REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13, REAL *gac_kept_14)
+    REAL *zeros_2, REAL *sum_4, REAL *mapped_11, REAL *mapped_13, REAL *zeros_3, REAL *sum_8, REAL *mapped_16,
+    REAL *zeros_4, REAL *zeros_5, REAL *sum_0, REAL *sum_1, REAL *number_4, REAL *mapped_19, REAL *diagonal,
+    REAL *beside, REAL *state_1_2, REAL *own, REAL *following, REAL *own_2, REAL *following_2, REAL *own_3,
+    REAL *following_3, REAL *diagonal_2, REAL *beside_2, REAL *own_4, REAL *across, REAL *cosine, REAL *sine,
+    REAL *is_gap, REAL *cosine_2, REAL *sine_2, REAL *found, REAL *passed, REAL *found_2, REAL *mapped_21,
+    REAL *mapped_22, REAL *number_5, REAL *place, REAL *number_6, REAL *number_7, REAL *gac_kept_0,
+    REAL *gac_kept_1, REAL *gac_kept_2, REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7,
+    REAL *gac_kept_8, REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12)
 {
     _Alignas(64) REAL m_2[NLANES], m_3[NLANES], mapped[NLANES], common[NLANES], number_start[NLANES],
         mapped_3[NLANES], number_start_2[NLANES], number_start_3[NLANES], sum[NLANES], sum_2[NLANES],
         common_2[NLANES], mapped_7[NLANES], common_3[NLANES], common_4[NLANES], by_element[NLANES],
         mapped_8[NLANES], mapped_10[NLANES], common_5[NLANES], by_element_2[NLANES], sum_5[NLANES],
         common_6[NLANES], sum_6[NLANES], common_7[NLANES], sum_7[NLANES], mapped_12[NLANES], common_8[NLANES],
-        common_9[NLANES], sum_8[NLANES], mapped_14[NLANES], common_10[NLANES], mapped_16[NLANES], common_11[NLANES],
-        mapped_17[NLANES], common_12[NLANES], by_element_3[NLANES], by_element_4[NLANES], number_start_4[NLANES],
-        converged[NLANES], steps[NLANES], sum_9[NLANES], own_start[NLANES], following_start[NLANES],
-        carry[6 * NLANES], own_start_2[NLANES], following_start_2[NLANES], own_start_3[NLANES],
-        following_start_3[NLANES], diagonal_start[NLANES], beside_start[NLANES], own_start_4[NLANES],
-        across_start[NLANES], cosine_start[NLANES], sine_start[NLANES], is_gap_start[NLANES],
-        cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], own_start_5[NLANES],
-        following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
-        sum_11[NLANES], number_start_5[NLANES], sum_12[NLANES], number_start_6[NLANES], sum_13[NLANES],
-        number_start_7[NLANES], sum_14[NLANES], mapped_22[NLANES], gac_kept_3[NLANES];
+        common_9[NLANES], mapped_14[NLANES], common_10[NLANES], by_element_3[NLANES], mapped_15[NLANES],
+        mapped_17[NLANES], common_11[NLANES], mapped_18[NLANES], common_12[NLANES], by_element_4[NLANES],
+        by_element_5[NLANES], number_start_4[NLANES], converged[NLANES], steps[NLANES], sum_9[NLANES],
+        own_start[NLANES], following_start[NLANES], carry[6 * NLANES], own_start_2[NLANES],
+        following_start_2[NLANES], own_start_3[NLANES], following_start_3[NLANES], diagonal_start[NLANES],
+        beside_start[NLANES], own_start_4[NLANES], across_start[NLANES], cosine_start[NLANES], sine_start[NLANES],
+        is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], mapped_20[NLANES],
+        found_3[NLANES], passed_3[NLANES], sum_10[NLANES], sum_11[NLANES], number_start_5[NLANES], sum_12[NLANES],
+        number_start_6[NLANES], sum_13[NLANES], number_start_7[NLANES], sum_14[NLANES], mapped_24[NLANES],
+        gac_kept_3[NLANES];
     NAME(eigenvectors_m_start_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m_2, m_3);
@@ -1316,8 +1494,8 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         for (intptr_t j = 0; j < m; j++)
             COPY(NLANES, mapped_4 + NLANES * (i * m + j), state_1 + NLANES * (i * m + j));
     }
-    CLEAR(NLANES * m, zeros_3);
     CLEAR(NLANES * m, zeros_4);
+    CLEAR(NLANES * m, zeros_5);
     NAME(eigenvectors_number_start_lanes)(number_start_4);
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start_lanes)(sum);
@@ -1343,20 +1521,20 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
             NAME(eigenvectors_mapped_4_lanes)(mapped_6 + NLANES * j, common_4, common_3);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_mapped_4_lanes)(state_0 + NLANES * (j * m + k), common_3, mapped_7);
-                NAME(singular_vectors_by_element_lanes)(sum_3 + NLANES * k, mapped_7, by_element);
+                NAME(eigenvectors_by_element_lanes)(sum_3 + NLANES * k, mapped_7, by_element);
                 COPY(NLANES, by_element, sum_3 + NLANES * k);
             }
         }
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_mapped_lanes)(mapped_6 + NLANES * j, state_0 + NLANES * (j * m + k),
+                NAME(eigenvectors_mapped_7_lanes)(mapped_6 + NLANES * j, state_0 + NLANES * (j * m + k),
                     sum_3 + NLANES * k, mapped_8);
                 COPY(NLANES, mapped_8, mapped_9 + NLANES * (j * m + k));
             }
             NAME(singular_vectors_common_lanes)(number_3 + NLANES * i, number_2 + NLANES * j, common_5);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_mapped_2_lanes)(mapped_9 + NLANES * (j * m + k), common_5, mapped_10);
-                NAME(singular_vectors_by_element_lanes)(sum_4 + NLANES * k, mapped_10, by_element_2);
+                NAME(singular_vectors_mapped_lanes)(mapped_9 + NLANES * (j * m + k), common_5, mapped_10);
+                NAME(eigenvectors_by_element_lanes)(sum_4 + NLANES * k, mapped_10, by_element_2);
                 COPY(NLANES, by_element_2, sum_4 + NLANES * k);
             }
         }
@@ -1368,9 +1546,12 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
             NAME(eigenvectors_sum_2_lanes)(common_6, sum_6, sum_4 + NLANES * j, number_3 + NLANES * j, sum_6);
         }
         NAME(eigenvectors_common_2_lanes)(sum_5, sum_6, common_7);
-        for (intptr_t j = 0; j < m; j++)
+        CLEAR(NLANES * m, zeros_3);
+        for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_mapped_3_lanes)(common_6, sum_4 + NLANES * j, number_3 + NLANES * j, common_7,
                 mapped_11 + NLANES * j);
+            COPY(NLANES, zeros_3 + NLANES * j, sum_8 + NLANES * j);
+        }
         NAME(eigenvectors_common_3_lanes)(sum_5, sum_6, common_9);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_m_start_lanes)(sum_7);
@@ -1387,37 +1568,40 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
                 COPY(NLANES, mapped_13 + NLANES * (j * m + k), state_0 + NLANES * (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_m_start_lanes)(sum_8);
-            for (intptr_t k = 0; k < m; k++)
-                NAME(eigenvectors_sum_3_lanes)(sum_8, state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k,
-                    sum_8);
-            NAME(eigenvectors_mapped_4_lanes)(common_9, sum_8, common_10);
+            NAME(eigenvectors_mapped_4_lanes)(common_9, mapped_11 + NLANES * j, common_10);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(eigenvectors_mapped_5_lanes)(state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_10,
-                    mapped_14);
-                COPY(NLANES, mapped_14, mapped_15 + NLANES * (j * m + k));
+                NAME(eigenvectors_mapped_4_lanes)(state_1 + NLANES * (j * m + k), common_10, mapped_14);
+                NAME(eigenvectors_by_element_lanes)(sum_8 + NLANES * k, mapped_14, by_element_3);
+                COPY(NLANES, by_element_3, sum_8 + NLANES * k);
+            }
+        }
+        for (intptr_t j = 0; j < m; j++) {
+            for (intptr_t k = 0; k < m; k++) {
+                NAME(eigenvectors_mapped_7_lanes)(mapped_11 + NLANES * j, state_1 + NLANES * (j * m + k),
+                    sum_8 + NLANES * k, mapped_15);
+                COPY(NLANES, mapped_15, mapped_16 + NLANES * (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
-                COPY(NLANES, mapped_15 + NLANES * (j * m + k), state_1 + NLANES * (j * m + k));
+                COPY(NLANES, mapped_16 + NLANES * (j * m + k), state_1 + NLANES * (j * m + k));
         }
-        COPY(NLANES, zeros_3 + NLANES * i, sum_0 + NLANES * i);
-        COPY(NLANES, zeros_4 + NLANES * i, sum_1 + NLANES * i);
+        COPY(NLANES, zeros_4 + NLANES * i, sum_0 + NLANES * i);
+        COPY(NLANES, zeros_5 + NLANES * i, sum_1 + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
             number_4 + NLANES * i);
-        NAME(eigenvectors_mapped_7_lanes)(number_4 + NLANES * i, mapped_18 + NLANES * i);
+        NAME(eigenvectors_mapped_9_lanes)(number_4 + NLANES * i, mapped_19 + NLANES * i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_following_lanes)(number_2 + NLANES * i, common_11);
         NAME(eigenvectors_number_lanes)(number_2 + NLANES * i, common_12);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_11,
-                mapped_16);
-            NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_12,
+            NAME(singular_vectors_mapped_2_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_11,
                 mapped_17);
-            NAME(singular_vectors_by_element_lanes)(sum_0 + NLANES * j, mapped_16, by_element_3);
-            NAME(singular_vectors_by_element_lanes)(sum_1 + NLANES * j, mapped_17, by_element_4);
-            COPY(NLANES, by_element_3, sum_0 + NLANES * j);
-            COPY(NLANES, by_element_4, sum_1 + NLANES * j);
+            NAME(singular_vectors_mapped_2_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_12,
+                mapped_18);
+            NAME(eigenvectors_by_element_lanes)(sum_0 + NLANES * j, mapped_17, by_element_4);
+            NAME(eigenvectors_by_element_lanes)(sum_1 + NLANES * j, mapped_18, by_element_5);
+            COPY(NLANES, by_element_4, sum_0 + NLANES * j);
+            COPY(NLANES, by_element_5, sum_1 + NLANES * j);
         }
     }
     NAME(eigenvectors_converged_start_lanes)(converged, steps);
@@ -1441,8 +1625,6 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         KEEP(rounds, NLANES * m, cosine, gac_kept_10);
         KEEP(rounds, NLANES * m, sine, gac_kept_11);
         KEEP(rounds, NLANES * m, is_gap, gac_kept_12);
-        KEEP(rounds, NLANES * m, own_5, gac_kept_13);
-        KEEP(rounds, NLANES * m, passed, gac_kept_14);
         NAME(eigenvectors_m_start_lanes)(sum_9);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_7_lanes)(sum_9, diagonal + NLANES * j, sum_9);
@@ -1464,39 +1646,40 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j,
                 following + NLANES * j, carry);
-        NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
+        NAME(singular_vectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
             cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
         NAME(singular_vectors_common_2_lanes)(carry, common_13);
-        for (intptr_t j = 0; j < m; j++)
+        for (intptr_t j = 0; j < m; j++) {
             NAME(singular_vectors_diagonal_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
                 j > 0 ? own_4 + NLANES * (j - 1) : own_start_4, j > 0 ? across + NLANES * (j - 1) : across_start,
                 j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
                 j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following_2 + NLANES * j,
-                following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j,
+                following_3 + NLANES * j, mapped_19 + NLANES * j, common_13, diagonal_2 + NLANES * j,
                 beside_2 + NLANES * j, own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j,
                 sine + NLANES * j, is_gap + NLANES * j, cosine_2 + NLANES * j, sine_2 + NLANES * j);
+            NAME(eigenvectors_m_start_lanes)(mapped_20);
+            COPY(NLANES, mapped_20, found + NLANES * j);
+            COPY(NLANES, mapped_20, passed + NLANES * j);
+        }
         NAME(eigenvectors_m_start_lanes)(sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_converged_start_lanes)(own_start_5, following_start_4);
-            for (intptr_t k = m; k-- > 0;) {
-                NAME(eigenvectors_following_lanes)(k + 1 < m ? own_5 + NLANES * (k + 1) : own_start_5,
-                    following_4 + NLANES * k);
-                COPY(NLANES, state_1_2 + NLANES * (j * m + k), own_5 + NLANES * k);
-            }
-            NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
-                    state_1_2 + NLANES * (j * m + k), following_4 + NLANES * k, cosine_2 + NLANES * k,
-                    sine_2 + NLANES * k, mapped_18 + NLANES * k, found, passed + NLANES * k);
-                COPY(NLANES, found, of_row + NLANES * (j * m + k));
+                NAME(eigenvectors_found_lanes)(cosine_2 + NLANES * j, sine_2 + NLANES * j, mapped_19 + NLANES * j,
+                    passed + NLANES * k, state_1_2 + NLANES * (j * m + k),
+                    state_1_2 + NLANES * (gac_nearest(j + 1, m) * m + k), found_3, passed_3);
+                COPY(NLANES, found_3, found + NLANES * k);
+                COPY(NLANES, passed_3, passed + NLANES * k);
+                COPY(NLANES, found + NLANES * k, found_2 + NLANES * (j * m + k));
             }
             NAME(eigenvectors_sum_5_lanes)(sum_10, beside_2 + NLANES * j, sum_10);
             COPY(NLANES, diagonal_2 + NLANES * j, diagonal + NLANES * j);
             COPY(NLANES, beside_2 + NLANES * j, beside + NLANES * j);
-            for (intptr_t k = 0; k < m; k++)
-                COPY(NLANES, of_row + NLANES * (j * m + k), state_1_2 + NLANES * (j * m + k));
         }
         NAME(eigenvectors_converged_lanes)(sum_10, converged);
+        for (intptr_t j = 0; j < m; j++) {
+            for (intptr_t k = 0; k < m; k++)
+                COPY(NLANES, found_2 + NLANES * (j * m + k), state_1_2 + NLANES * (j * m + k));
+        }
         RESTORE(rounds, NLANES * m, gac_kept_0, diagonal);
         RESTORE(rounds, NLANES * m, gac_kept_1, beside);
         RESTORE(rounds, NLANES * m * m, gac_kept_2, state_1_2);
@@ -1510,8 +1693,6 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
         RESTORE(rounds, NLANES * m, gac_kept_10, cosine);
         RESTORE(rounds, NLANES * m, gac_kept_11, sine);
         RESTORE(rounds, NLANES * m, gac_kept_12, is_gap);
-        RESTORE(rounds, NLANES * m, gac_kept_13, own_5);
-        RESTORE(rounds, NLANES * m, gac_kept_14, passed);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -1519,9 +1700,9 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     NAME(eigenvectors_m_start_lanes)(sum_11);
     NAME(eigenvectors_number_start_lanes)(number_start_5);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_19 + NLANES * i);
+        NAME(singular_vectors_mapped_3_lanes)(common, diagonal + NLANES * i, mapped_21 + NLANES * i);
         NAME(eigenvectors_sum_7_lanes)(sum_11, diagonal + NLANES * i, sum_11);
-        NAME(singular_vectors_mapped_5_lanes)(mapped_19 + NLANES * i, mapped_20 + NLANES * i);
+        NAME(singular_vectors_mapped_4_lanes)(mapped_21 + NLANES * i, mapped_22 + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
             number_5 + NLANES * i);
     }
@@ -1529,8 +1710,8 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start_lanes)(sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(eigenvectors_sum_6_lanes)(mapped_20 + NLANES * i, number_5 + NLANES * i, sum_12,
-                mapped_20 + NLANES * j, number_5 + NLANES * j, sum_12);
+            NAME(eigenvectors_sum_6_lanes)(mapped_22 + NLANES * i, number_5 + NLANES * i, sum_12,
+                mapped_22 + NLANES * j, number_5 + NLANES * j, sum_12);
         COPY(NLANES, sum_12, place + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_6 + NLANES * (i - 1) : number_start_6,
             number_6 + NLANES * i);
@@ -1538,7 +1719,7 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start_lanes)(sum_13);
         for (intptr_t j = 0; j < m; j++)
-            NAME(eigenvectors_sum_2_lanes)(number_6 + NLANES * i, sum_13, mapped_19 + NLANES * j,
+            NAME(eigenvectors_sum_2_lanes)(number_6 + NLANES * i, sum_13, mapped_21 + NLANES * j,
                 place + NLANES * j, sum_13);
         COPY(NLANES, sum_13, out_0 + NLANES * i);
         NAME(eigenvectors_number_start_lanes)(number_start_7);
@@ -1547,10 +1728,10 @@ static INLINE WORD NAME(singular_vectors_lanes)(intptr_t n, intptr_t m, const RE
                 number_7 + NLANES * j);
             NAME(eigenvectors_m_start_lanes)(sum_14);
             for (intptr_t k = 0; k < m; k++)
-                NAME(eigenvectors_sum_2_lanes)(number_7 + NLANES * j, sum_14, state_1_2 + NLANES * (i * m + k),
+                NAME(eigenvectors_sum_2_lanes)(number_7 + NLANES * j, sum_14, state_1_2 + NLANES * (k * m + i),
                     place + NLANES * k, sum_14);
-            COPY(NLANES, sum_14, mapped_22);
-            COPY(NLANES, mapped_22, out_1 + NLANES * (i * m + j));
+            COPY(NLANES, sum_14, mapped_24);
+            COPY(NLANES, mapped_24, out_1 + NLANES * (i * m + j));
         }
     }
     NAME(eigenvectors_result_lanes)(converged, sum_11, out_2);
@@ -1567,22 +1748,22 @@ GAC_PROCEDURE(singular_vectors, LANES)
     WORK(9, state_0, scalar, 1, n * m) WORK(10, state_1, scalar, 1, m * m) WORK(11, mapped_5, scalar, 1, n) \
     WORK(12, mapped_6, scalar, 1, n) WORK(13, zeros, scalar, 1, m) WORK(14, sum_3, scalar, 1, m) \
     WORK(15, mapped_9, scalar, 1, n * m) WORK(16, zeros_2, scalar, 1, m) WORK(17, sum_4, scalar, 1, m) \
-    WORK(18, mapped_11, scalar, 1, m) WORK(19, mapped_13, scalar, 1, n * m) WORK(20, mapped_15, scalar, 1, m * m) \
-    WORK(21, zeros_3, scalar, 1, m) WORK(22, zeros_4, scalar, 1, m) WORK(23, sum_0, scalar, 1, m) \
-    WORK(24, sum_1, scalar, 1, m) WORK(25, number_4, scalar, 1, m) WORK(26, mapped_18, scalar, 1, m) \
-    WORK(27, diagonal, scalar, 1, m) WORK(28, beside, scalar, 1, m) WORK(29, state_1_2, scalar, 1, m * m) \
-    WORK(30, own, scalar, 1, m) WORK(31, following, scalar, 1, m) WORK(32, own_2, scalar, 1, m) \
-    WORK(33, following_2, scalar, 1, m) WORK(34, own_3, scalar, 1, m) WORK(35, following_3, scalar, 1, m) \
-    WORK(36, diagonal_2, scalar, 1, m) WORK(37, beside_2, scalar, 1, m) WORK(38, own_4, scalar, 1, m) \
-    WORK(39, across, scalar, 1, m) WORK(40, cosine, scalar, 1, m) WORK(41, sine, scalar, 1, m) \
-    WORK(42, is_gap, scalar, 1, m) WORK(43, cosine_2, scalar, 1, m) WORK(44, sine_2, scalar, 1, m) \
-    WORK(45, own_5, scalar, 1, m) WORK(46, following_4, scalar, 1, m) WORK(47, passed, scalar, 1, m) \
-    WORK(48, of_row, scalar, 1, m * m) WORK(49, mapped_19, scalar, 1, m) WORK(50, number_5, scalar, 1, m) \
-    WORK(51, gac_kept_0, scalar, 1, m) WORK(52, gac_kept_1, scalar, 1, m) WORK(53, gac_kept_2, scalar, 1, m * m) \
-    WORK(54, gac_kept_4, scalar, 1, m) WORK(55, gac_kept_5, scalar, 1, m) WORK(56, gac_kept_6, scalar, 1, m) \
-    WORK(57, gac_kept_7, scalar, 1, m) WORK(58, gac_kept_8, scalar, 1, m) WORK(59, gac_kept_9, scalar, 1, m) \
-    WORK(60, gac_kept_10, scalar, 1, m) WORK(61, gac_kept_11, scalar, 1, m) WORK(62, gac_kept_12, scalar, 1, m) \
-    WORK(63, gac_kept_13, scalar, 1, m) WORK(64, gac_kept_14, scalar, 1, m)
+    WORK(18, mapped_11, scalar, 1, m) WORK(19, mapped_13, scalar, 1, n * m) WORK(20, zeros_3, scalar, 1, m) \
+    WORK(21, sum_8, scalar, 1, m) WORK(22, mapped_16, scalar, 1, m * m) WORK(23, zeros_4, scalar, 1, m) \
+    WORK(24, zeros_5, scalar, 1, m) WORK(25, sum_0, scalar, 1, m) WORK(26, sum_1, scalar, 1, m) \
+    WORK(27, number_4, scalar, 1, m) WORK(28, mapped_19, scalar, 1, m) WORK(29, diagonal, scalar, 1, m) \
+    WORK(30, beside, scalar, 1, m) WORK(31, state_1_2, scalar, 1, m * m) WORK(32, own, scalar, 1, m) \
+    WORK(33, following, scalar, 1, m) WORK(34, own_2, scalar, 1, m) WORK(35, following_2, scalar, 1, m) \
+    WORK(36, own_3, scalar, 1, m) WORK(37, following_3, scalar, 1, m) WORK(38, diagonal_2, scalar, 1, m) \
+    WORK(39, beside_2, scalar, 1, m) WORK(40, own_4, scalar, 1, m) WORK(41, across, scalar, 1, m) \
+    WORK(42, cosine, scalar, 1, m) WORK(43, sine, scalar, 1, m) WORK(44, is_gap, scalar, 1, m) \
+    WORK(45, cosine_2, scalar, 1, m) WORK(46, sine_2, scalar, 1, m) WORK(47, found, scalar, 1, m) \
+    WORK(48, passed, scalar, 1, m) WORK(49, found_2, scalar, 1, m * m) WORK(50, mapped_21, scalar, 1, m) \
+    WORK(51, number_5, scalar, 1, m) WORK(52, gac_kept_0, scalar, 1, m) WORK(53, gac_kept_1, scalar, 1, m) \
+    WORK(54, gac_kept_2, scalar, 1, m * m) WORK(55, gac_kept_4, scalar, 1, m) WORK(56, gac_kept_5, scalar, 1, m) \
+    WORK(57, gac_kept_6, scalar, 1, m) WORK(58, gac_kept_7, scalar, 1, m) WORK(59, gac_kept_8, scalar, 1, m) \
+    WORK(60, gac_kept_9, scalar, 1, m) WORK(61, gac_kept_10, scalar, 1, m) WORK(62, gac_kept_11, scalar, 1, m) \
+    WORK(63, gac_kept_12, scalar, 1, m)
 
 static INLINE void NAME(null_vector_a)(REAL a, REAL b, REAL *a_out)
 {
@@ -1647,9 +1828,9 @@ GAC_IN_LANES(null_vector_result, PLAIN)
 #if PRECISION(1, 0)
 intptr_t matrices_null_vector_work(intptr_t n, intptr_t m)
 {
-    return n * m + m + m * m + n + m + n * m + m * m + n + n + m + m + n * m + m + m + m + n * m + m * m + m + m + m
-        + m + m + m + m + m + m * m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m * m
-        + m + m;
+    return n * m + m + m * m + n + m + n * m + m * m + n + n + m + m + n * m + m + m + m + n * m + m + m + m * m + m
+        + m + m + m + m + m + m + m + m * m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m + m
+        * m + m + m;
 }
 #endif
 
@@ -1663,11 +1844,12 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
         *const zeros = mapped_6 + n, *const sum_3 = zeros + m, mapped_7, common_3, common_4, by_element, mapped_8,
         *const mapped_9 = sum_3 + m, *const zeros_2 = mapped_9 + n * m, *const sum_4 = zeros_2 + m, mapped_10,
         common_5, by_element_2, sum_5, common_6, sum_6, *const mapped_11 = sum_4 + m, common_7, sum_7, mapped_12,
-        common_8, common_9, *const mapped_13 = mapped_11 + m, sum_8, mapped_14, common_10,
-        *const mapped_15 = mapped_13 + n * m, *const zeros_3 = mapped_15 + m * m, *const zeros_4 = zeros_3 + m,
-        *const sum_0 = zeros_4 + m, *const sum_1 = sum_0 + m, mapped_16, common_11, mapped_17, common_12,
-        by_element_3, by_element_4, number_start_4, *const number_4 = sum_1 + m, *const mapped_18 = number_4 + m,
-        *const diagonal = mapped_18 + m, *const beside = diagonal + m, *const state_1_2 = beside + m, converged,
+        common_8, common_9, *const mapped_13 = mapped_11 + m, *const zeros_3 = mapped_13 + n * m,
+        *const sum_8 = zeros_3 + m, mapped_14, common_10, by_element_3, mapped_15, *const mapped_16 = sum_8 + m,
+        *const zeros_4 = mapped_16 + m * m, *const zeros_5 = zeros_4 + m, *const sum_0 = zeros_5 + m,
+        *const sum_1 = sum_0 + m, mapped_17, common_11, mapped_18, common_12, by_element_4, by_element_5,
+        number_start_4, *const number_4 = sum_1 + m, *const mapped_19 = number_4 + m,
+        *const diagonal = mapped_19 + m, *const beside = diagonal + m, *const state_1_2 = beside + m, converged,
         steps, sum_9, own_start, following_start, *const own = state_1_2 + m * m, *const following = own + m,
         carry[6], own_start_2, following_start_2, *const own_2 = following + m, *const following_2 = own_2 + m,
         own_start_3, following_start_3, *const own_3 = following_2 + m, *const following_3 = own_3 + m,
@@ -1675,10 +1857,9 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
         cosine_start_2, sine_start_2, *const diagonal_2 = following_3 + m, *const beside_2 = diagonal_2 + m,
         *const own_4 = beside_2 + m, *const across = own_4 + m, *const cosine = across + m,
         *const sine = cosine + m, *const is_gap = sine + m, *const cosine_2 = is_gap + m,
-        *const sine_2 = cosine_2 + m, common_13, own_start_5, following_start_4, *const own_5 = sine_2 + m,
-        *const following_4 = own_5 + m, found_start, passed_start, found, *const passed = following_4 + m,
-        *const of_row = passed + m, sum_10, *const mapped_19 = of_row + m * m, sum_11, a, carry_2[5],
-        number_start_5, *const number_5 = mapped_19 + m, sum_12;
+        *const sine_2 = cosine_2 + m, common_13, mapped_20, *const found = sine_2 + m, *const passed = found + m,
+        *const found_2 = passed + m, found_3, passed_3, sum_10, *const mapped_21 = found_2 + m * m, sum_11, a,
+        carry_2[5], number_start_5, *const number_5 = mapped_21 + m, sum_12;
     NAME(eigenvectors_m_start)(&m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(1, &m_2, &m_3);
@@ -1710,8 +1891,8 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
         for (intptr_t j = 0; j < m; j++)
             COPY(1, mapped_4 + (i * m + j), state_1 + (i * m + j));
     }
-    CLEAR(m, zeros_3);
     CLEAR(m, zeros_4);
+    CLEAR(m, zeros_5);
     NAME(eigenvectors_number_start)(&number_start_4);
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start)(&sum);
@@ -1734,19 +1915,19 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
             NAME(eigenvectors_mapped_4)(mapped_6[j], common_4, &common_3);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_mapped_4)(state_0[j * m + k], common_3, &mapped_7);
-                NAME(singular_vectors_by_element)(sum_3[k], mapped_7, &by_element);
+                NAME(eigenvectors_by_element)(sum_3[k], mapped_7, &by_element);
                 COPY(1, &by_element, sum_3 + k);
             }
         }
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_mapped)(mapped_6[j], state_0[j * m + k], sum_3[k], &mapped_8);
+                NAME(eigenvectors_mapped_7)(mapped_6[j], state_0[j * m + k], sum_3[k], &mapped_8);
                 COPY(1, &mapped_8, mapped_9 + (j * m + k));
             }
             NAME(singular_vectors_common)(number_3[i], number_2[j], &common_5);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_mapped_2)(mapped_9[j * m + k], common_5, &mapped_10);
-                NAME(singular_vectors_by_element)(sum_4[k], mapped_10, &by_element_2);
+                NAME(singular_vectors_mapped)(mapped_9[j * m + k], common_5, &mapped_10);
+                NAME(eigenvectors_by_element)(sum_4[k], mapped_10, &by_element_2);
                 COPY(1, &by_element_2, sum_4 + k);
             }
         }
@@ -1758,8 +1939,11 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
             NAME(eigenvectors_sum_2)(common_6, sum_6, sum_4[j], number_3[j], &sum_6);
         }
         NAME(eigenvectors_common_2)(sum_5, sum_6, &common_7);
-        for (intptr_t j = 0; j < m; j++)
+        CLEAR(m, zeros_3);
+        for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_mapped_3)(common_6, sum_4[j], number_3[j], common_7, mapped_11 + j);
+            COPY(1, zeros_3 + j, sum_8 + j);
+        }
         NAME(eigenvectors_common_3)(sum_5, sum_6, &common_9);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_m_start)(&sum_7);
@@ -1774,32 +1958,36 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
                 COPY(1, mapped_13 + (j * m + k), state_0 + (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_m_start)(&sum_8);
-            for (intptr_t k = 0; k < m; k++)
-                NAME(eigenvectors_sum_3)(sum_8, state_1[j * m + k], mapped_11[k], &sum_8);
-            NAME(eigenvectors_mapped_4)(common_9, sum_8, &common_10);
+            NAME(eigenvectors_mapped_4)(common_9, mapped_11[j], &common_10);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(eigenvectors_mapped_5)(state_1[j * m + k], mapped_11[k], common_10, &mapped_14);
-                COPY(1, &mapped_14, mapped_15 + (j * m + k));
+                NAME(eigenvectors_mapped_4)(state_1[j * m + k], common_10, &mapped_14);
+                NAME(eigenvectors_by_element)(sum_8[k], mapped_14, &by_element_3);
+                COPY(1, &by_element_3, sum_8 + k);
+            }
+        }
+        for (intptr_t j = 0; j < m; j++) {
+            for (intptr_t k = 0; k < m; k++) {
+                NAME(eigenvectors_mapped_7)(mapped_11[j], state_1[j * m + k], sum_8[k], &mapped_15);
+                COPY(1, &mapped_15, mapped_16 + (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
-                COPY(1, mapped_15 + (j * m + k), state_1 + (j * m + k));
+                COPY(1, mapped_16 + (j * m + k), state_1 + (j * m + k));
         }
-        COPY(1, zeros_3 + i, sum_0 + i);
-        COPY(1, zeros_4 + i, sum_1 + i);
+        COPY(1, zeros_4 + i, sum_0 + i);
+        COPY(1, zeros_5 + i, sum_1 + i);
         NAME(eigenvectors_number)(i > 0 ? number_4[i - 1] : number_start_4, number_4 + i);
-        NAME(eigenvectors_mapped_7)(number_4[i], mapped_18 + i);
+        NAME(eigenvectors_mapped_9)(number_4[i], mapped_19 + i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_following)(number_2[i], &common_11);
         NAME(eigenvectors_number)(number_2[i], &common_12);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_mapped_3)(state_0[i * m + j], number_3[j], common_11, &mapped_16);
-            NAME(singular_vectors_mapped_3)(state_0[i * m + j], number_3[j], common_12, &mapped_17);
-            NAME(singular_vectors_by_element)(sum_0[j], mapped_16, &by_element_3);
-            NAME(singular_vectors_by_element)(sum_1[j], mapped_17, &by_element_4);
-            COPY(1, &by_element_3, sum_0 + j);
-            COPY(1, &by_element_4, sum_1 + j);
+            NAME(singular_vectors_mapped_2)(state_0[i * m + j], number_3[j], common_11, &mapped_17);
+            NAME(singular_vectors_mapped_2)(state_0[i * m + j], number_3[j], common_12, &mapped_18);
+            NAME(eigenvectors_by_element)(sum_0[j], mapped_17, &by_element_4);
+            NAME(eigenvectors_by_element)(sum_1[j], mapped_18, &by_element_5);
+            COPY(1, &by_element_4, sum_0 + j);
+            COPY(1, &by_element_5, sum_1 + j);
         }
     }
     NAME(eigenvectors_converged_start)(&converged, &steps);
@@ -1827,36 +2015,38 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
         NAME(singular_vectors_carry)(sum_9, carry);
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2)(carry, diagonal[j], beside[j], following[j], carry);
-        NAME(eigenvectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
+        NAME(singular_vectors_diagonal_start)(&diagonal_start, &beside_start, &own_start_4, &across_start,
             &cosine_start, &sine_start, &is_gap_start, &cosine_start_2, &sine_start_2);
         NAME(singular_vectors_common_2)(carry, &common_13);
-        for (intptr_t j = 0; j < m; j++)
+        for (intptr_t j = 0; j < m; j++) {
             NAME(singular_vectors_diagonal)(j > 0 ? diagonal_2[j - 1] : diagonal_start,
                 j > 0 ? own_4[j - 1] : own_start_4, j > 0 ? across[j - 1] : across_start,
                 j > 0 ? cosine[j - 1] : cosine_start, j > 0 ? sine[j - 1] : sine_start,
-                j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j], following_3[j], mapped_18[j],
+                j > 0 ? is_gap[j - 1] : is_gap_start, diagonal[j], following_2[j], following_3[j], mapped_19[j],
                 common_13, diagonal_2 + j, beside_2 + j, own_4 + j, across + j, cosine + j, sine + j, is_gap + j,
                 cosine_2 + j, sine_2 + j);
+            NAME(eigenvectors_m_start)(&mapped_20);
+            COPY(1, &mapped_20, found + j);
+            COPY(1, &mapped_20, passed + j);
+        }
         NAME(eigenvectors_m_start)(&sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_converged_start)(&own_start_5, &following_start_4);
-            for (intptr_t k = m; k-- > 0;) {
-                NAME(eigenvectors_following)(k + 1 < m ? own_5[k + 1] : own_start_5, following_4 + k);
-                COPY(1, state_1_2 + (j * m + k), own_5 + k);
-            }
-            NAME(eigenvectors_converged_start)(&found_start, &passed_start);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(eigenvectors_found)(k > 0 ? passed[k - 1] : passed_start, state_1_2[j * m + k], following_4[k],
-                    cosine_2[k], sine_2[k], mapped_18[k], &found, passed + k);
-                COPY(1, &found, of_row + (j * m + k));
+                NAME(eigenvectors_found)(cosine_2[j], sine_2[j], mapped_19[j], passed[k], state_1_2[j * m + k],
+                    state_1_2[gac_nearest(j + 1, m) * m + k], &found_3, &passed_3);
+                COPY(1, &found_3, found + k);
+                COPY(1, &passed_3, passed + k);
+                COPY(1, found + k, found_2 + (j * m + k));
             }
             NAME(eigenvectors_sum_5)(sum_10, beside_2[j], &sum_10);
             COPY(1, diagonal_2 + j, diagonal + j);
             COPY(1, beside_2 + j, beside + j);
-            for (intptr_t k = 0; k < m; k++)
-                COPY(1, of_row + (j * m + k), state_1_2 + (j * m + k));
         }
         NAME(eigenvectors_converged)(sum_10, &converged);
+        for (intptr_t j = 0; j < m; j++) {
+            for (intptr_t k = 0; k < m; k++)
+                COPY(1, found_2 + (j * m + k), state_1_2 + (j * m + k));
+        }
         steps += 1;
         if (converged != 0)
             break;
@@ -1864,20 +2054,20 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
     NAME(eigenvectors_m_start)(&sum_11);
     NAME(eigenvectors_m_start)(&a);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_mapped_4)(common, diagonal[i], mapped_19 + i);
+        NAME(singular_vectors_mapped_3)(common, diagonal[i], mapped_21 + i);
         NAME(eigenvectors_sum_7)(sum_11, diagonal[i], &sum_11);
-        NAME(null_vector_a)(a, mapped_19[i], &a);
+        NAME(null_vector_a)(a, mapped_21[i], &a);
     }
     NAME(null_vector_carry)(a, carry_2);
     NAME(eigenvectors_number_start)(&number_start_5);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_carry_2)(carry_2, mapped_19[i], carry_2);
+        NAME(null_vector_carry_2)(carry_2, mapped_21[i], carry_2);
         NAME(eigenvectors_number)(i > 0 ? number_5[i - 1] : number_start_5, number_5 + i);
     }
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start)(&sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_sum)(carry_2, sum_12, state_1_2[i * m + j], number_5[j], &sum_12);
+            NAME(null_vector_sum)(carry_2, sum_12, state_1_2[j * m + i], number_5[j], &sum_12);
         COPY(1, &sum_12, out_0 + i);
     }
     NAME(null_vector_result)(converged, sum_11, a, carry_2, out_1, out_2);
@@ -1886,29 +2076,28 @@ void NAME(null_vector)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, 
 static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *matrix, REAL *out_0, REAL *out_1,
     REAL *out_2, REAL *mapped_2, REAL *number, REAL *mapped_4, REAL *number_2, REAL *number_3, REAL *state_0,
     REAL *state_1, REAL *mapped_5, REAL *mapped_6, REAL *zeros, REAL *sum_3, REAL *mapped_9, REAL *zeros_2,
-    REAL *sum_4, REAL *mapped_11, REAL *mapped_13, REAL *mapped_15, REAL *zeros_3, REAL *zeros_4, REAL *sum_0,
-    REAL *sum_1, REAL *number_4, REAL *mapped_18, REAL *diagonal, REAL *beside, REAL *state_1_2, REAL *own,
-    REAL *following, REAL *own_2, REAL *following_2, REAL *own_3, REAL *following_3, REAL *diagonal_2,
-    REAL *beside_2, REAL *own_4, REAL *across, REAL *cosine, REAL *sine, REAL *is_gap, REAL *cosine_2, REAL *sine_2,
-    REAL *own_5, REAL *following_4, REAL *passed, REAL *of_row, REAL *mapped_19, REAL *number_5, REAL *gac_kept_0,
-    REAL *gac_kept_1, REAL *gac_kept_2, REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6, REAL *gac_kept_7,
-    REAL *gac_kept_8, REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12, REAL *gac_kept_13,
-    REAL *gac_kept_14)
+    REAL *sum_4, REAL *mapped_11, REAL *mapped_13, REAL *zeros_3, REAL *sum_8, REAL *mapped_16, REAL *zeros_4,
+    REAL *zeros_5, REAL *sum_0, REAL *sum_1, REAL *number_4, REAL *mapped_19, REAL *diagonal, REAL *beside,
+    REAL *state_1_2, REAL *own, REAL *following, REAL *own_2, REAL *following_2, REAL *own_3, REAL *following_3,
+    REAL *diagonal_2, REAL *beside_2, REAL *own_4, REAL *across, REAL *cosine, REAL *sine, REAL *is_gap,
+    REAL *cosine_2, REAL *sine_2, REAL *found, REAL *passed, REAL *found_2, REAL *mapped_21, REAL *number_5,
+    REAL *gac_kept_0, REAL *gac_kept_1, REAL *gac_kept_2, REAL *gac_kept_4, REAL *gac_kept_5, REAL *gac_kept_6,
+    REAL *gac_kept_7, REAL *gac_kept_8, REAL *gac_kept_9, REAL *gac_kept_10, REAL *gac_kept_11, REAL *gac_kept_12)
 {
     _Alignas(64) REAL m_2[NLANES], m_3[NLANES], mapped[NLANES], common[NLANES], number_start[NLANES],
         mapped_3[NLANES], number_start_2[NLANES], number_start_3[NLANES], sum[NLANES], sum_2[NLANES],
         common_2[NLANES], mapped_7[NLANES], common_3[NLANES], common_4[NLANES], by_element[NLANES],
         mapped_8[NLANES], mapped_10[NLANES], common_5[NLANES], by_element_2[NLANES], sum_5[NLANES],
         common_6[NLANES], sum_6[NLANES], common_7[NLANES], sum_7[NLANES], mapped_12[NLANES], common_8[NLANES],
-        common_9[NLANES], sum_8[NLANES], mapped_14[NLANES], common_10[NLANES], mapped_16[NLANES], common_11[NLANES],
-        mapped_17[NLANES], common_12[NLANES], by_element_3[NLANES], by_element_4[NLANES], number_start_4[NLANES],
-        converged[NLANES], steps[NLANES], sum_9[NLANES], own_start[NLANES], following_start[NLANES],
-        carry[6 * NLANES], own_start_2[NLANES], following_start_2[NLANES], own_start_3[NLANES],
-        following_start_3[NLANES], diagonal_start[NLANES], beside_start[NLANES], own_start_4[NLANES],
-        across_start[NLANES], cosine_start[NLANES], sine_start[NLANES], is_gap_start[NLANES],
-        cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], own_start_5[NLANES],
-        following_start_4[NLANES], found_start[NLANES], passed_start[NLANES], found[NLANES], sum_10[NLANES],
-        sum_11[NLANES], a[NLANES], carry_2[5 * NLANES], number_start_5[NLANES], sum_12[NLANES], gac_kept_3[NLANES];
+        common_9[NLANES], mapped_14[NLANES], common_10[NLANES], by_element_3[NLANES], mapped_15[NLANES],
+        mapped_17[NLANES], common_11[NLANES], mapped_18[NLANES], common_12[NLANES], by_element_4[NLANES],
+        by_element_5[NLANES], number_start_4[NLANES], converged[NLANES], steps[NLANES], sum_9[NLANES],
+        own_start[NLANES], following_start[NLANES], carry[6 * NLANES], own_start_2[NLANES],
+        following_start_2[NLANES], own_start_3[NLANES], following_start_3[NLANES], diagonal_start[NLANES],
+        beside_start[NLANES], own_start_4[NLANES], across_start[NLANES], cosine_start[NLANES], sine_start[NLANES],
+        is_gap_start[NLANES], cosine_start_2[NLANES], sine_start_2[NLANES], common_13[NLANES], mapped_20[NLANES],
+        found_3[NLANES], passed_3[NLANES], sum_10[NLANES], sum_11[NLANES], a[NLANES], carry_2[5 * NLANES],
+        number_start_5[NLANES], sum_12[NLANES], gac_kept_3[NLANES];
     NAME(eigenvectors_m_start_lanes)(m_2);
     for (intptr_t i = 0; i < n; i++) {
         COPY(NLANES, m_2, m_3);
@@ -1942,8 +2131,8 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         for (intptr_t j = 0; j < m; j++)
             COPY(NLANES, mapped_4 + NLANES * (i * m + j), state_1 + NLANES * (i * m + j));
     }
-    CLEAR(NLANES * m, zeros_3);
     CLEAR(NLANES * m, zeros_4);
+    CLEAR(NLANES * m, zeros_5);
     NAME(eigenvectors_number_start_lanes)(number_start_4);
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start_lanes)(sum);
@@ -1969,20 +2158,20 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
             NAME(eigenvectors_mapped_4_lanes)(mapped_6 + NLANES * j, common_4, common_3);
             for (intptr_t k = 0; k < m; k++) {
                 NAME(eigenvectors_mapped_4_lanes)(state_0 + NLANES * (j * m + k), common_3, mapped_7);
-                NAME(singular_vectors_by_element_lanes)(sum_3 + NLANES * k, mapped_7, by_element);
+                NAME(eigenvectors_by_element_lanes)(sum_3 + NLANES * k, mapped_7, by_element);
                 COPY(NLANES, by_element, sum_3 + NLANES * k);
             }
         }
         for (intptr_t j = 0; j < n; j++) {
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_mapped_lanes)(mapped_6 + NLANES * j, state_0 + NLANES * (j * m + k),
+                NAME(eigenvectors_mapped_7_lanes)(mapped_6 + NLANES * j, state_0 + NLANES * (j * m + k),
                     sum_3 + NLANES * k, mapped_8);
                 COPY(NLANES, mapped_8, mapped_9 + NLANES * (j * m + k));
             }
             NAME(singular_vectors_common_lanes)(number_3 + NLANES * i, number_2 + NLANES * j, common_5);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(singular_vectors_mapped_2_lanes)(mapped_9 + NLANES * (j * m + k), common_5, mapped_10);
-                NAME(singular_vectors_by_element_lanes)(sum_4 + NLANES * k, mapped_10, by_element_2);
+                NAME(singular_vectors_mapped_lanes)(mapped_9 + NLANES * (j * m + k), common_5, mapped_10);
+                NAME(eigenvectors_by_element_lanes)(sum_4 + NLANES * k, mapped_10, by_element_2);
                 COPY(NLANES, by_element_2, sum_4 + NLANES * k);
             }
         }
@@ -1994,9 +2183,12 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
             NAME(eigenvectors_sum_2_lanes)(common_6, sum_6, sum_4 + NLANES * j, number_3 + NLANES * j, sum_6);
         }
         NAME(eigenvectors_common_2_lanes)(sum_5, sum_6, common_7);
-        for (intptr_t j = 0; j < m; j++)
+        CLEAR(NLANES * m, zeros_3);
+        for (intptr_t j = 0; j < m; j++) {
             NAME(eigenvectors_mapped_3_lanes)(common_6, sum_4 + NLANES * j, number_3 + NLANES * j, common_7,
                 mapped_11 + NLANES * j);
+            COPY(NLANES, zeros_3 + NLANES * j, sum_8 + NLANES * j);
+        }
         NAME(eigenvectors_common_3_lanes)(sum_5, sum_6, common_9);
         for (intptr_t j = 0; j < n; j++) {
             NAME(eigenvectors_m_start_lanes)(sum_7);
@@ -2013,37 +2205,40 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
                 COPY(NLANES, mapped_13 + NLANES * (j * m + k), state_0 + NLANES * (j * m + k));
         }
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_m_start_lanes)(sum_8);
-            for (intptr_t k = 0; k < m; k++)
-                NAME(eigenvectors_sum_3_lanes)(sum_8, state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k,
-                    sum_8);
-            NAME(eigenvectors_mapped_4_lanes)(common_9, sum_8, common_10);
+            NAME(eigenvectors_mapped_4_lanes)(common_9, mapped_11 + NLANES * j, common_10);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(eigenvectors_mapped_5_lanes)(state_1 + NLANES * (j * m + k), mapped_11 + NLANES * k, common_10,
-                    mapped_14);
-                COPY(NLANES, mapped_14, mapped_15 + NLANES * (j * m + k));
+                NAME(eigenvectors_mapped_4_lanes)(state_1 + NLANES * (j * m + k), common_10, mapped_14);
+                NAME(eigenvectors_by_element_lanes)(sum_8 + NLANES * k, mapped_14, by_element_3);
+                COPY(NLANES, by_element_3, sum_8 + NLANES * k);
+            }
+        }
+        for (intptr_t j = 0; j < m; j++) {
+            for (intptr_t k = 0; k < m; k++) {
+                NAME(eigenvectors_mapped_7_lanes)(mapped_11 + NLANES * j, state_1 + NLANES * (j * m + k),
+                    sum_8 + NLANES * k, mapped_15);
+                COPY(NLANES, mapped_15, mapped_16 + NLANES * (j * m + k));
             }
             for (intptr_t k = 0; k < m; k++)
-                COPY(NLANES, mapped_15 + NLANES * (j * m + k), state_1 + NLANES * (j * m + k));
+                COPY(NLANES, mapped_16 + NLANES * (j * m + k), state_1 + NLANES * (j * m + k));
         }
-        COPY(NLANES, zeros_3 + NLANES * i, sum_0 + NLANES * i);
-        COPY(NLANES, zeros_4 + NLANES * i, sum_1 + NLANES * i);
+        COPY(NLANES, zeros_4 + NLANES * i, sum_0 + NLANES * i);
+        COPY(NLANES, zeros_5 + NLANES * i, sum_1 + NLANES * i);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_4 + NLANES * (i - 1) : number_start_4,
             number_4 + NLANES * i);
-        NAME(eigenvectors_mapped_7_lanes)(number_4 + NLANES * i, mapped_18 + NLANES * i);
+        NAME(eigenvectors_mapped_9_lanes)(number_4 + NLANES * i, mapped_19 + NLANES * i);
     }
     for (intptr_t i = 0; i < n; i++) {
         NAME(eigenvectors_following_lanes)(number_2 + NLANES * i, common_11);
         NAME(eigenvectors_number_lanes)(number_2 + NLANES * i, common_12);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_11,
-                mapped_16);
-            NAME(singular_vectors_mapped_3_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_12,
+            NAME(singular_vectors_mapped_2_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_11,
                 mapped_17);
-            NAME(singular_vectors_by_element_lanes)(sum_0 + NLANES * j, mapped_16, by_element_3);
-            NAME(singular_vectors_by_element_lanes)(sum_1 + NLANES * j, mapped_17, by_element_4);
-            COPY(NLANES, by_element_3, sum_0 + NLANES * j);
-            COPY(NLANES, by_element_4, sum_1 + NLANES * j);
+            NAME(singular_vectors_mapped_2_lanes)(state_0 + NLANES * (i * m + j), number_3 + NLANES * j, common_12,
+                mapped_18);
+            NAME(eigenvectors_by_element_lanes)(sum_0 + NLANES * j, mapped_17, by_element_4);
+            NAME(eigenvectors_by_element_lanes)(sum_1 + NLANES * j, mapped_18, by_element_5);
+            COPY(NLANES, by_element_4, sum_0 + NLANES * j);
+            COPY(NLANES, by_element_5, sum_1 + NLANES * j);
         }
     }
     NAME(eigenvectors_converged_start_lanes)(converged, steps);
@@ -2067,8 +2262,6 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         KEEP(rounds, NLANES * m, cosine, gac_kept_10);
         KEEP(rounds, NLANES * m, sine, gac_kept_11);
         KEEP(rounds, NLANES * m, is_gap, gac_kept_12);
-        KEEP(rounds, NLANES * m, own_5, gac_kept_13);
-        KEEP(rounds, NLANES * m, passed, gac_kept_14);
         NAME(eigenvectors_m_start_lanes)(sum_9);
         for (intptr_t j = 0; j < m; j++)
             NAME(eigenvectors_sum_7_lanes)(sum_9, diagonal + NLANES * j, sum_9);
@@ -2090,39 +2283,40 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         for (intptr_t j = 0; j < m; j++)
             NAME(singular_vectors_carry_2_lanes)(carry, diagonal + NLANES * j, beside + NLANES * j,
                 following + NLANES * j, carry);
-        NAME(eigenvectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
+        NAME(singular_vectors_diagonal_start_lanes)(diagonal_start, beside_start, own_start_4, across_start,
             cosine_start, sine_start, is_gap_start, cosine_start_2, sine_start_2);
         NAME(singular_vectors_common_2_lanes)(carry, common_13);
-        for (intptr_t j = 0; j < m; j++)
+        for (intptr_t j = 0; j < m; j++) {
             NAME(singular_vectors_diagonal_lanes)(j > 0 ? diagonal_2 + NLANES * (j - 1) : diagonal_start,
                 j > 0 ? own_4 + NLANES * (j - 1) : own_start_4, j > 0 ? across + NLANES * (j - 1) : across_start,
                 j > 0 ? cosine + NLANES * (j - 1) : cosine_start, j > 0 ? sine + NLANES * (j - 1) : sine_start,
                 j > 0 ? is_gap + NLANES * (j - 1) : is_gap_start, diagonal + NLANES * j, following_2 + NLANES * j,
-                following_3 + NLANES * j, mapped_18 + NLANES * j, common_13, diagonal_2 + NLANES * j,
+                following_3 + NLANES * j, mapped_19 + NLANES * j, common_13, diagonal_2 + NLANES * j,
                 beside_2 + NLANES * j, own_4 + NLANES * j, across + NLANES * j, cosine + NLANES * j,
                 sine + NLANES * j, is_gap + NLANES * j, cosine_2 + NLANES * j, sine_2 + NLANES * j);
+            NAME(eigenvectors_m_start_lanes)(mapped_20);
+            COPY(NLANES, mapped_20, found + NLANES * j);
+            COPY(NLANES, mapped_20, passed + NLANES * j);
+        }
         NAME(eigenvectors_m_start_lanes)(sum_10);
         for (intptr_t j = 0; j < m; j++) {
-            NAME(eigenvectors_converged_start_lanes)(own_start_5, following_start_4);
-            for (intptr_t k = m; k-- > 0;) {
-                NAME(eigenvectors_following_lanes)(k + 1 < m ? own_5 + NLANES * (k + 1) : own_start_5,
-                    following_4 + NLANES * k);
-                COPY(NLANES, state_1_2 + NLANES * (j * m + k), own_5 + NLANES * k);
-            }
-            NAME(eigenvectors_converged_start_lanes)(found_start, passed_start);
             for (intptr_t k = 0; k < m; k++) {
-                NAME(eigenvectors_found_lanes)(k > 0 ? passed + NLANES * (k - 1) : passed_start,
-                    state_1_2 + NLANES * (j * m + k), following_4 + NLANES * k, cosine_2 + NLANES * k,
-                    sine_2 + NLANES * k, mapped_18 + NLANES * k, found, passed + NLANES * k);
-                COPY(NLANES, found, of_row + NLANES * (j * m + k));
+                NAME(eigenvectors_found_lanes)(cosine_2 + NLANES * j, sine_2 + NLANES * j, mapped_19 + NLANES * j,
+                    passed + NLANES * k, state_1_2 + NLANES * (j * m + k),
+                    state_1_2 + NLANES * (gac_nearest(j + 1, m) * m + k), found_3, passed_3);
+                COPY(NLANES, found_3, found + NLANES * k);
+                COPY(NLANES, passed_3, passed + NLANES * k);
+                COPY(NLANES, found + NLANES * k, found_2 + NLANES * (j * m + k));
             }
             NAME(eigenvectors_sum_5_lanes)(sum_10, beside_2 + NLANES * j, sum_10);
             COPY(NLANES, diagonal_2 + NLANES * j, diagonal + NLANES * j);
             COPY(NLANES, beside_2 + NLANES * j, beside + NLANES * j);
-            for (intptr_t k = 0; k < m; k++)
-                COPY(NLANES, of_row + NLANES * (j * m + k), state_1_2 + NLANES * (j * m + k));
         }
         NAME(eigenvectors_converged_lanes)(sum_10, converged);
+        for (intptr_t j = 0; j < m; j++) {
+            for (intptr_t k = 0; k < m; k++)
+                COPY(NLANES, found_2 + NLANES * (j * m + k), state_1_2 + NLANES * (j * m + k));
+        }
         RESTORE(rounds, NLANES * m, gac_kept_0, diagonal);
         RESTORE(rounds, NLANES * m, gac_kept_1, beside);
         RESTORE(rounds, NLANES * m * m, gac_kept_2, state_1_2);
@@ -2136,8 +2330,6 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
         RESTORE(rounds, NLANES * m, gac_kept_10, cosine);
         RESTORE(rounds, NLANES * m, gac_kept_11, sine);
         RESTORE(rounds, NLANES * m, gac_kept_12, is_gap);
-        RESTORE(rounds, NLANES * m, gac_kept_13, own_5);
-        RESTORE(rounds, NLANES * m, gac_kept_14, passed);
         COUNT(rounds, steps);
         if (ALL_ENDED(rounds, converged))
             break;
@@ -2145,21 +2337,21 @@ static INLINE WORD NAME(null_vector_lanes)(intptr_t n, intptr_t m, const REAL *m
     NAME(eigenvectors_m_start_lanes)(sum_11);
     NAME(eigenvectors_m_start_lanes)(a);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(singular_vectors_mapped_4_lanes)(common, diagonal + NLANES * i, mapped_19 + NLANES * i);
+        NAME(singular_vectors_mapped_3_lanes)(common, diagonal + NLANES * i, mapped_21 + NLANES * i);
         NAME(eigenvectors_sum_7_lanes)(sum_11, diagonal + NLANES * i, sum_11);
-        NAME(null_vector_a_lanes)(a, mapped_19 + NLANES * i, a);
+        NAME(null_vector_a_lanes)(a, mapped_21 + NLANES * i, a);
     }
     NAME(null_vector_carry_lanes)(a, carry_2);
     NAME(eigenvectors_number_start_lanes)(number_start_5);
     for (intptr_t i = 0; i < m; i++) {
-        NAME(null_vector_carry_2_lanes)(carry_2, mapped_19 + NLANES * i, carry_2);
+        NAME(null_vector_carry_2_lanes)(carry_2, mapped_21 + NLANES * i, carry_2);
         NAME(eigenvectors_number_lanes)(i > 0 ? number_5 + NLANES * (i - 1) : number_start_5,
             number_5 + NLANES * i);
     }
     for (intptr_t i = 0; i < m; i++) {
         NAME(eigenvectors_m_start_lanes)(sum_12);
         for (intptr_t j = 0; j < m; j++)
-            NAME(null_vector_sum_lanes)(carry_2, sum_12, state_1_2 + NLANES * (i * m + j), number_5 + NLANES * j,
+            NAME(null_vector_sum_lanes)(carry_2, sum_12, state_1_2 + NLANES * (j * m + i), number_5 + NLANES * j,
                 sum_12);
         COPY(NLANES, sum_12, out_0 + NLANES * i);
     }
@@ -2364,7 +2556,7 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
             }
             NAME(polynomial_roots_moved)(state_0_0[j], state_0_1[j], real, imaginary, real_2, imaginary_2, state_2,
                 sum_0, sum_1, common_3, moved_0_0 + j, moved_0_1 + j, &moved_1);
-            NAME(singular_vectors_by_element)(sum_2, moved_1, &sum_2);
+            NAME(eigenvectors_by_element)(sum_2, moved_1, &sum_2);
         }
         COPY(1, &sum_2, &next_state_1);
         NAME(eigenvectors_converged)(next_state_1, &converged);
@@ -2383,10 +2575,10 @@ static INLINE void NAME(polynomial_roots_within)(intptr_t n, const REAL *coeffic
         for (intptr_t j = 0; j < n; j++)
             NAME(polynomial_roots_sum_2)(state_0_0[i], state_0_1[i], number[i], sum_3, state_0_0[j], state_0_1[j],
                 number[j], common_4, &sum_3);
-        NAME(eigenvectors_mapped_7)(sum_3, &is_real);
+        NAME(eigenvectors_mapped_9)(sum_3, &is_real);
         NAME(polynomial_roots_result)(state_0_1[i], is_real, out_1 + i);
         COPY(1, state_0_0 + i, out_0 + i);
-        NAME(singular_vectors_by_element)(out_2[0], is_real, out_2);
+        NAME(eigenvectors_by_element)(out_2[0], is_real, out_2);
     }
     COPY(1, &converged, out_3);
 }
@@ -2448,7 +2640,7 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
             NAME(polynomial_roots_moved_lanes)(state_0_0 + NLANES * j, state_0_1 + NLANES * j, real, imaginary,
                 real_2, imaginary_2, state_2, sum_0, sum_1, common_3, moved_0_0 + NLANES * j,
                 moved_0_1 + NLANES * j, moved_1);
-            NAME(singular_vectors_by_element_lanes)(sum_2, moved_1, sum_2);
+            NAME(eigenvectors_by_element_lanes)(sum_2, moved_1, sum_2);
         }
         COPY(NLANES, sum_2, next_state_1);
         NAME(eigenvectors_converged_lanes)(next_state_1, converged);
@@ -2470,10 +2662,10 @@ static INLINE WORD NAME(polynomial_roots_lanes)(intptr_t n, const REAL *coeffici
         for (intptr_t j = 0; j < n; j++)
             NAME(polynomial_roots_sum_2_lanes)(state_0_0 + NLANES * i, state_0_1 + NLANES * i, number + NLANES * i,
                 sum_3, state_0_0 + NLANES * j, state_0_1 + NLANES * j, number + NLANES * j, common_4, sum_3);
-        NAME(eigenvectors_mapped_7_lanes)(sum_3, is_real);
+        NAME(eigenvectors_mapped_9_lanes)(sum_3, is_real);
         NAME(polynomial_roots_result_lanes)(state_0_1 + NLANES * i, is_real, out_1 + NLANES * i);
         COPY(NLANES, state_0_0 + NLANES * i, out_0 + NLANES * i);
-        NAME(singular_vectors_by_element_lanes)(out_2, is_real, out_2);
+        NAME(eigenvectors_by_element_lanes)(out_2, is_real, out_2);
     }
     COPY(NLANES, converged, out_3);
     return far;

@@ -2,7 +2,7 @@
 // command: gac generate --all matrices
 // spec: ec48a3cca52b283e
 // contraction: -ffp-contract=off (every operation is rounded once)
-// body: c8f86cdc15d3dc49fb21ea8865ddec839030ec1651d7b6126d3cee7eb2a84702
+// body: 23677770b7d6a012c7fff42408df9ba311ce508429089ca4b3053e4c24d01adc
 /* matrices
    Eigenvectors, null vectors, singular vectors and roots of polynomials, for matrices of any size.
    
@@ -42,11 +42,11 @@ extern "C" {
      out_0[n]  SCALAR.
      out_1[n, n]  SCALAR.
      out_2[1]  SCALAR.
-   Costs 5 mul, 9 add, 1 div, 21 choice for each of n * n; 0 mul, 0 add, 4 choice once; 8 mul, 13 add, 2 div, 3
-   sqrt, 15 choice for each of n; 5 mul, 6 add, 2 choice for each of n * n * n; 12 mul, 10 add, 1 div, 1 sqrt, 26
-   choice for each of steps * n; 4 mul, 4 add, 1 div, 1 sqrt, 5 choice for each of steps; 4 mul, 2 add, 1 choice
+   Costs 5 mul, 9 add, 1 div, 21 choice for each of n * n; 0 mul, 0 add, 4 choice once; 9 mul, 13 add, 2 div, 3
+   sqrt, 16 choice for each of n; 5 mul, 6 add, 2 choice for each of n * n * n; 12 mul, 10 add, 2 div, 3 sqrt, 35
+   choice for each of steps * n; 2 mul, 4 add, 1 div, 1 sqrt, 6 choice for each of steps; 4 mul, 2 add, 1 choice
    for each of steps * n * n.
-   Error: 5.0 ulp of the largest coefficient, 64 random inputs. */
+   Error: 3.7 ulp of the largest coefficient, 64 random inputs. */
 void matrices_eigenvectors_f64(intptr_t n, const double *matrix, double *out_0, double *out_1, double *out_2, double
     *work);
 void matrices_eigenvectors_f32(intptr_t n, const float *matrix, float *out_0, float *out_1, float *out_2, float
@@ -70,9 +70,9 @@ int matrices_eigenvectors_rows_f32(const intptr_t *lengths, char **args, const i
    Costs 0 mul, 2 add, 1 div, 6 choice for each of n * m; 0 mul, 0 add, 4 choice once; 0 mul, 2 add for each of
    n; 7 mul, 15 add, 2 div, 4 sqrt, 21 choice for each of m; 2 mul, 5 add, 17 choice for each of m * m; 3 mul, 2
    add, 9 choice for each of m * n; 4 mul, 5 add, 1 choice for each of m * n * m; 2 mul, 3 add, 2 choice for each
-   of m * m * m; 28 mul, 12 add, 5 div, 2 sqrt, 54 choice for each of steps * m; 8 mul, 7 add, 1 div, 1 sqrt, 8
+   of m * m * m; 28 mul, 12 add, 5 div, 2 sqrt, 54 choice for each of steps * m; 7 mul, 7 add, 1 div, 1 sqrt, 8
    choice for each of steps; 4 mul, 2 add, 1 choice for each of steps * m * m.
-   Error: 6.8 ulp of the largest coefficient, 64 random inputs. */
+   Error: 6.5 ulp of the largest coefficient, 64 random inputs. */
 void matrices_singular_vectors_f64(intptr_t n, intptr_t m, const double *matrix, double *out_0, double *out_1,
     double *out_2, double *work);
 void matrices_singular_vectors_f32(intptr_t n, intptr_t m, const float *matrix, float *out_0, float *out_1, float
@@ -95,7 +95,7 @@ int matrices_singular_vectors_rows_f32(const intptr_t *lengths, char **args, con
    Costs 0 mul, 2 add, 1 div, 6 choice for each of n * m; 2 mul, 0 add, 1 div, 8 choice once; 0 mul, 2 add for
    each of n; 7 mul, 15 add, 2 div, 4 sqrt, 30 choice for each of m; 2 mul, 3 add, 12 choice for each of m * m; 3
    mul, 2 add, 9 choice for each of m * n; 4 mul, 5 add, 1 choice for each of m * n * m; 2 mul, 2 add for each of
-   m * m * m; 28 mul, 12 add, 5 div, 2 sqrt, 54 choice for each of steps * m; 8 mul, 7 add, 1 div, 1 sqrt, 8
+   m * m * m; 28 mul, 12 add, 5 div, 2 sqrt, 54 choice for each of steps * m; 7 mul, 7 add, 1 div, 1 sqrt, 8
    choice for each of steps; 4 mul, 2 add, 1 choice for each of steps * m * m.
    Error: 4.1 ulp of the largest coefficient, 64 random inputs. */
 void matrices_null_vector_f64(intptr_t n, intptr_t m, const double *matrix, double *out_0, double *out_1, double

@@ -15,6 +15,7 @@ from ..frontend.functions import sqrt
 from ..frontend.loops import each, fold, iterate, scan, total
 from ..frontend.operations import absolute, equal, maximum, select
 from ..frontend.searches import row_numbers
+from ..frontend.windows import window
 
 MOST_STEPS = 1000
 """Maximum number of steps. Two or three for each row suffice."""
@@ -29,23 +30,11 @@ class Turns(NamedTuple):
     sine: Any
 
 
-class Chase(NamedTuple):
-    """What rotations of a row pass to the next: results of the row, and values of the next row before its own."""
-
-    diagonal: Any
-    beside: Any
-    own: Any
-    across: Any
-    cosine: Any
-    sine: Any
-    is_gap: Any
-
-
 def diagonalized(start: Any, basis: Any, step: Callable[[Any, Any], tuple[Any, Turns]]) -> tuple[Any, Any, Any]:
     """Repeat a step of the QR algorithm until nothing is beside the diagonal.
 
-    Return the diagonal, the basis after the same rotations, and whether the steps have converged. `step` takes a matrix
-    and `first_of` its diagonal.
+    Return the diagonal, the basis after the same rotations of its rows, and whether the steps have converged. `step`
+    takes a matrix and `first_of` its diagonal.
     """
     firsts = first_of(start.diagonal)
 
@@ -114,11 +103,11 @@ def is_diagonal(beside: Any) -> Any:
     return total(lambda x: select(absolute(x) > 0, 1, 0), beside) <= 0
 
 
-def shift_of_block(a: Any, b: Any, d: Any) -> Any:
-    """Return the eigenvalue of ``[[a, b], [b, d]]`` that is nearer to d (Wilkinson)."""
+def shift_of_block(a: Any, square: Any, d: Any) -> Any:
+    """Return the eigenvalue of ``[[a, b], [b, d]]`` that is nearer to d (Wilkinson), for the square of b."""
     half = (a - d) / 2
-    length = sqrt(nonzero(half * half + b * b))
-    return d - b * (b / (half + select(half < 0, -length, length)))
+    length = sqrt(nonzero(half * half + square))
+    return d - square / (half + select(half < 0, -length, length))
 
 
 class _Moved(NamedTuple):
@@ -131,17 +120,19 @@ def first_of(rows: Any) -> Any:
     return each(lambda i: select(i > 0, 0, 1), row_numbers(rows))
 
 
-def turned(matrix: Any, turns: Turns, firsts: Any) -> Any:
-    """Return a matrix after rotations of its columns, each with the next. The last argument is that of `first_of`."""
+def turned(basis: Any, turns: Turns, firsts: Any) -> Any:
+    """Return a matrix after rotations of its rows, each with the next. The last argument is that of `first_of`."""
+    zeros = each(lambda _: 0, firsts)
 
     def moved(c: Any, own: Any, after: Any, cosine: Any, sine: Any, is_first: Any) -> Any:
-        passed = select(is_first, own, c.passed)
-        return _Moved(cosine * passed + sine * after, cosine * after - sine * passed)
+        def of_entry(passed: Any, x: Any, y: Any) -> Any:
+            first = select(is_first, x, passed)
+            return _Moved(cosine * first + sine * y, cosine * y - sine * first)
 
-    def of_row(row: Any) -> Any:
-        return scan(moved, _Moved(0, 0), row, following(row), turns.cosine, turns.sine, firsts).found
+        return each(of_entry, c.passed, own, after)
 
-    return each(of_row, matrix)
+    shifted = window(basis, (1,), boundary="nearest")
+    return scan(moved, _Moved(zeros, zeros), basis, *shifted, turns.cosine, turns.sine, firsts).found
 
 
 def places(values: Any) -> Any:

@@ -11,7 +11,6 @@ from .products import identity
 from .reflections import reflect_columns, reflected, reflector
 from .rotations import (
     LEAST,
-    Chase,
     Turns,
     diagonal_of,
     diagonalized,
@@ -27,6 +26,18 @@ from .rotations import (
 
 ROUNDINGS = 4
 """Roundings that two rotations can leave of an entry that they remove: for fewer, equal values might not converge."""
+
+
+class _Chase(NamedTuple):
+    """What rotations of a row pass to the next: results of the row, and values of the next row before its own."""
+
+    diagonal: Any
+    beside: Any
+    own: Any
+    across: Any
+    cosine: Any
+    sine: Any
+    is_gap: Any
 
 
 class _Bidiagonal(NamedTuple):
@@ -85,7 +96,7 @@ def singular_vectors(matrix: Any) -> tuple[Any, Any, Any]:
     """
     values, basis, converged = _diagonal(matrix)
     order = _descending(values)
-    return ordered(values, order), each(lambda row: ordered(row, order), basis), converged
+    return ordered(values, order), each(lambda row: ordered(row, order), transpose(basis)), converged
 
 
 def null_vector(matrix: Any) -> tuple[Any, Any, Any]:
@@ -125,12 +136,12 @@ def null_vector(matrix: Any) -> tuple[Any, Any, Any]:
     least, where, second, _, _ = fold(smallest, (0, -1, largest, 0, 0), values)
     unit = select(equal(largest, 0), 1, largest)
     numbers = row_numbers(values)
-    vector = each(lambda row: total(lambda x, i: select(equal(i, where), x, 0), row, numbers), basis)
+    vector = each(lambda row: total(lambda x, i: select(equal(i, where), x, 0), row, numbers), transpose(basis))
     return vector, select(is_found, second / unit, 0), select(is_found, least / unit, 0)
 
 
 def _diagonal(matrix: Any) -> tuple[Any, Any, Any]:
-    """Return the singular values and the right singular vectors in any order, and whether they are valid."""
+    """Return the singular values and the right singular vectors as rows, in any order, and whether they are valid."""
     small, size = scaled(matrix)
     found, basis, converged = diagonalized(*_bidiagonal(small, identity(transpose(matrix))), _step)
     return each(lambda d: size * absolute(d), found), basis, is_valid(converged, found)
@@ -149,7 +160,8 @@ def _bidiagonal(matrix: Any, basis: Any) -> tuple[_Bidiagonal, Any]:
         a = reflect_columns(a, *reflector(each(lambda row: pick(row, k, 0), a), heights, k, LEAST))
         own = total(lambda row, i: each(lambda x: select(equal(i, k), x, 0), row), a, heights)
         v, factor = reflector(own, widths, k + 1, LEAST)
-        return tuple(each(lambda row: reflected(row, v, factor), each_) for each_ in (a, *others))
+        a = each(lambda row: reflected(row, v, factor), a)
+        return (a, *(reflect_columns(other, v, factor) for other in others))
 
     a, *others = fold(step, (matrix,) if basis is None else (matrix, basis), widths)
 
@@ -174,13 +186,13 @@ def _step(t: _Bidiagonal, firsts: Any) -> tuple[_Bidiagonal, Turns]:
         upper, lower = cosine * mixed - sine * a, cosine * after
         left, right, diagonal = _rotation(cosine * a + sine * mixed, sine * after, is_gap)
         joined = select(c.is_gap, 0, length)
-        found = Chase(
+        found = _Chase(
             diagonal, without_rounding(joined, c.diagonal, diagonal, ROUNDINGS), left * lower - right * upper,
             left * upper + right * lower, left, right, is_gap,
         )  # fmt: skip
         return found, Turns(cosine, sine)
 
-    start = Chase(0, 0, 0, 0, 1, 0, 1), Turns(1, 0)
+    start = _Chase(0, 0, 0, 0, 1, 0, 1), Turns(1, 0)
     found, turns = scan(rotated, start, t.diagonal, following(t.diagonal), following(t.beside), firsts)
     return _Bidiagonal(found.diagonal, found.beside), turns
 
@@ -209,5 +221,5 @@ def _shift(t: _Bidiagonal) -> Any:
 
     bound = 1 + total(absolute, t.diagonal)
     _, least, most, a, b, d = fold(later, (0, bound, 0, 0, 0, 0), t.diagonal, t.beside, following(t.beside))
-    shift = shift_of_block(a * a, a * b, b * b + d * d)
+    shift = shift_of_block(a * a, (a * b) ** 2, b * b + d * d)
     return select(equal(most + least, most), 0, maximum(shift, 0))

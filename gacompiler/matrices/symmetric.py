@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any, NamedTuple
 
-from ..frontend.loops import each, fold, scan, total
-from ..frontend.operations import equal, select
+from ..frontend.equations import nonzero
+from ..frontend.functions import sqrt
+from ..frontend.loops import each, fold, scan, total, transpose
+from ..frontend.operations import absolute, equal, select
 from ..frontend.searches import pick, row_numbers
 from .products import dot, identity
-from .reflections import reflected, reflector
+from .reflections import reflect_columns, reflector
 from .rotations import (
     LEAST,
-    Chase,
     Turns,
     diagonal_of,
     diagonalized,
@@ -19,15 +21,38 @@ from .rotations import (
     is_valid,
     ordered,
     places,
-    rotation,
     scaled,
     shift_of_block,
-    without_rounding,
 )
+
+TINY = Fraction(1, 2**60)
+"""The least entry that is divided by, beside 1. Replacing a smaller one changes the matrix by less than a rounding, and
+its square does not underflow in single precision. Entries beside the diagonal below 16 times this are removed."""
+
+
+class _Chase(NamedTuple):
+    """What rotations of a row pass to the next.
+
+    `lead` is the pivot of the row times the cosine of the row before, `cosine` and `sine` are squares, the latter with
+    the sign of the sine, `ratio` is the inverse of the first, and `length` the square of the rotated column's length.
+    `turn` is the sign of the pivot and `sign` that of the cosine.
+    """
+
+    lead: Any
+    cosine: Any
+    sine: Any
+    ratio: Any
+    length: Any
+    turn: Any
+    sign: Any
+    last_sine: Any
 
 
 class _Tridiagonal(NamedTuple):
-    """A tridiagonal matrix: its diagonal, and the entry to the left of it in each row, which is 0 in the first."""
+    """A tridiagonal matrix: its diagonal, and the square of the entry to the left of it in each row.
+
+    The square has the sign of the entry. In the first row, there is none, and the square is 0.
+    """
 
     diagonal: Any
     beside: Any
@@ -75,21 +100,21 @@ def eigenvectors(matrix: Any) -> tuple[Any, Any, Any]:
 
     Notes
     -----
-    Reflections make the matrix tridiagonal, and steps of the implicit QR algorithm with Wilkinson's shift diagonal
-    (Golub and Van Loan, *Matrix Computations*, 8.3). About two steps are needed for each row. For n up to 16, and for
-    equal, nearly equal and graded eigenvalues, the residual is below 7e-15 times the norm of the matrix, and
-    ``vectors^T vectors - 1`` below 1e-14, in double precision. Both are at most twice those of LAPACK.
-    `eigenvectors_symmetric` is faster for 2, 3 and 4 rows.
+    Reflections make the matrix tridiagonal, and steps of the QR algorithm with Wilkinson's shift diagonal (Golub and
+    Van Loan, *Matrix Computations*, 8.3; Parlett, *The Symmetric Eigenvalue Problem*, 8.15). About two steps are needed
+    for each row. For n up to 16, and for equal, nearly equal and graded eigenvalues, the residual is below 7e-15 times
+    the norm of the matrix, and ``vectors^T vectors - 1`` below 1e-14, in double precision. Both are at most twice those
+    of LAPACK. `eigenvectors_symmetric` is faster for 2, 3 and 4 rows.
     """
     small, size = scaled(matrix)
     found, basis, converged = diagonalized(*_tridiagonal(small, identity(matrix)), _step)
     order = places(found)
     values = ordered(each(lambda x: x * size, found), order)
-    return values, each(lambda row: ordered(row, order), basis), is_valid(converged, found)
+    return values, each(lambda row: ordered(row, order), transpose(basis)), is_valid(converged, found)
 
 
 def _tridiagonal(matrix: Any, basis: Any) -> tuple[_Tridiagonal, Any]:
-    """Return a similar tridiagonal matrix, and the basis, if any, after the same reflections."""
+    """Return a similar tridiagonal matrix, and the rows of the basis, if any, after the same reflections."""
     numbers = row_numbers(matrix)
 
     def step(state: Any, k: Any) -> Any:
@@ -99,35 +124,56 @@ def _tridiagonal(matrix: Any, basis: Any) -> tuple[_Tridiagonal, Any]:
         half = factor * dot(v, image) / 2
         w = each(lambda x, y: x - half * y, image, v)
         a = each(lambda row, x, y: each(lambda e, p, q: e - x * q - y * p, row, v, w), a, v, w)
-        return (a, *(each(lambda row: reflected(row, v, factor), other) for other in others))
+        return (a, *(reflect_columns(other, v, factor) for other in others))
 
     a, *others = fold(step, (matrix,) if basis is None else (matrix, basis), numbers)
     diagonal = each(lambda row, i: pick(row, i, 0), a, numbers)
     beside = each(lambda row, i: total(lambda x, j: select(equal(j + 1, i), x, 0), row, numbers), a, numbers)
-    return _Tridiagonal(diagonal, beside), others[0] if others else None
+    return _Tridiagonal(diagonal, each(lambda b: b * absolute(b), beside)), others[0] if others else None
 
 
 def _step(t: _Tridiagonal, firsts: Any) -> tuple[_Tridiagonal, Turns]:
-    """Return a tridiagonal matrix after a step of the QR algorithm in every block, and the rotations."""
+    """Return a tridiagonal matrix after a step of the QR algorithm in every block, and the rotations.
+
+    The squares of cosines and sines are found without square roots (Pal, Walker and Kahan), so that a row waits only
+    for divisions of the row before.
+    """
     shift = _shift(t)
+    besides = following(t.beside)
 
-    def rotated(carry: Any, own: Any, after: Any, beside: Any, is_first: Any) -> Any:
-        c, _ = carry
-        a, is_gap = select(is_first, own, c.own), equal(beside, 0)
-        x, y = select(c.is_gap, a - shift, c.across), select(c.is_gap, beside, c.sine * beside)
-        mixed = select(c.is_gap, beside, c.cosine * beside)
-        cosine, sine, length = rotation(x, y, is_gap)
-        change = sine * (after - a) + 2 * cosine * mixed
-        diagonal, joined = a + sine * change, select(c.is_gap, 0, length)
-        found = Chase(
-            diagonal, without_rounding(joined, c.diagonal, diagonal), after - sine * change, cosine * change - mixed,
-            cosine, sine, is_gap,
-        )  # fmt: skip
-        return found, Turns(cosine, sine)
+    def rotated(c: Any, own: Any, beside: Any) -> Any:
+        least, found = TINY * c.cosine, c.cosine * (own - shift) - absolute(c.sine) * c.lead
+        lead = select(absolute(found) <= least, least, found)
+        square = lead * (c.ratio * lead)
+        length = square + absolute(beside)
+        sign = c.sign * (1 - 2 * (lead < 0))
+        next_sign = select(equal(beside, 0), 1, sign)
+        ratios = square / length, beside / length, length / square
+        return _Chase(lead, *ratios, length, sign, next_sign, c.sine)
 
-    start = Chase(0, 0, 0, 0, 1, 0, 1), Turns(1, 0)
-    found, turns = scan(rotated, start, t.diagonal, following(t.diagonal), following(t.beside), firsts)
-    return _Tridiagonal(found.diagonal, found.beside), turns
+    found = scan(rotated, _Chase(0, 1, 0, 1, 0, 1, 1, 0), t.diagonal, besides)
+
+    def changed(carry: Any, own: Any, after: Any, beside: Any, next_lead: Any, c: Any) -> Any:
+        last, _ = carry
+        is_gap, was_gap = equal(beside, 0), equal(c.last_sine, 0)
+        ended = select(was_gap, own, c.lead + shift)
+        diagonal = select(is_gap, ended, c.lead + (after - next_lead))
+        joined = c.last_sine * c.length * select(is_gap, c.turn, 1)
+        cosine = select(is_gap, 1, c.turn * sqrt(c.cosine))
+        sine = select(is_gap, 0, sqrt(select(is_gap, 1, absolute(c.sine))))
+        row = _Tridiagonal(diagonal, _without_rounding(joined, last.diagonal, diagonal))
+        return row, Turns(cosine, select(beside < 0, -sine, sine))
+
+    start = _Tridiagonal(0, 0), Turns(1, 0)
+    rows, turns = scan(changed, start, t.diagonal, following(t.diagonal), besides, following(found.lead), found)
+    return rows, turns
+
+
+def _without_rounding(beside: Any, a: Any, b: Any) -> Any:
+    """Return a square beside the diagonal, or 0 if its root is at most a rounding of its neighbours there."""
+    size, length = absolute(a) + absolute(b), absolute(beside)
+    is_rounding = select(equal(size + sqrt(nonzero(length)), size), 1, length <= (16 * TINY) ** 2)
+    return select(is_rounding, 0, beside)
 
 
 def _shift(t: _Tridiagonal) -> Any:
@@ -138,4 +184,4 @@ def _shift(t: _Tridiagonal) -> Any:
         return (d, *(select(equal(b, 0), old, new) for old, new in zip(block, (before, b, d), strict=True)))
 
     _, *block = fold(later, (0, 0, 0, 0), t.diagonal, t.beside)
-    return shift_of_block(*block)
+    return shift_of_block(block[0], absolute(block[1]), block[2])

@@ -67,6 +67,34 @@ def test_eigenvectors_are_as_accurate_as_those_of_lapack(spectrum: str, n: int) 
     assert own[0] <= 2 * other[0] + least and own[1] <= 2 * other[1] + least
 
 
+def paths(rng: np.random.Generator, n: int) -> Reals:
+    a = np.zeros((MANY, n, n))
+    a[:, range(n - 1), range(1, n)] = rng.integers(0, 2, (MANY, n - 1))
+    return a
+
+
+EXACT = {
+    "integers": lambda rng, n: 2.0 * rng.integers(-1, 2, (MANY, n, n)),
+    "no diagonal": lambda rng, n: 2.0 * rng.integers(-1, 2, (MANY, n, n)) * (1 - np.eye(n)),
+    "paths": paths,
+    "permutations": lambda rng, n: np.stack([np.eye(n)[rng.permutation(n)] for _ in range(MANY)]),
+    "scaled rows": lambda rng, n: rng.normal(size=(MANY, n, n)) * 10.0 ** rng.uniform(-20, 0, (MANY, n, 1)),
+    "one above noise": lambda rng, n: 10.0 ** rng.uniform(-25, -10, (MANY, n, n)) + np.diag(np.eye(n)[0]),
+}
+
+
+@all_cases("n", [2, 5, 9])
+@all_cases("kind", EXACT)
+def test_pivots_that_vanish(kind: str, n: int) -> None:
+    """Shifts that are eigenvalues of leading rows, exactly or to rounding, leave pivots of 0."""
+    a = EXACT[kind](np.random.default_rng(n), n)
+    a = a + np.swapaxes(a, 1, 2)
+    a = a[np.abs(a).max((1, 2)) > 0]
+    values, vectors, converged = matrices.eigenvectors(a)
+    own, other = errors(a, values, vectors), errors(a, *np.linalg.eigh(a))
+    assert converged.all() and own[0] <= 2 * max(other[0], 2e-16 * n) and own[1] <= 2 * max(other[1], 2e-16 * n)
+
+
 @all_cases("rows, columns", [(1, 1), (2, 2), (3, 3), (9, 9), (20, 5), (4, 7)])
 @all_cases("spectrum", SPECTRA)
 def test_singular_vectors_are_as_accurate_as_those_of_lapack(spectrum: str, rows: int, columns: int) -> None:
