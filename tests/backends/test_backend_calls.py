@@ -292,3 +292,57 @@ def test_arrays_of_other_libraries(module: ModuleType, namespace: str) -> None:
         ):
             assert type(found).__module__.split(".")[0] in ("torch", "jaxlib")
             np.testing.assert_allclose(np.asarray(found), right, 1e-5, 1e-6)
+
+
+class _Foreign(np.lib.mixins.NDArrayOperatorsMixin):
+    """An array of another library, which computes by numpy."""
+
+    __module__ = "cupy"
+
+    def __init__(self, values: Any) -> None:
+        self.values = np.asarray(values)
+        self.shape, self.ndim, self.dtype = self.values.shape, self.values.ndim, self.values.dtype
+
+    def __getitem__(self, key: Any) -> Any:
+        return _Foreign(self.values[key])
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *arrays: Any, **options: Any) -> Any:
+        return _wrapped(getattr(ufunc, method))(*arrays, **options)
+
+
+def _plain(given: Any) -> Any:
+    if isinstance(given, (list, tuple)):
+        return type(given)(map(_plain, given))
+    return given.values if isinstance(given, _Foreign) else given
+
+
+def _wrapped(function: Any) -> Any:
+    def run(*arguments: Any, **options: Any) -> Any:
+        found = function(*map(_plain, arguments), **options)
+        return _Foreign(found) if isinstance(found, (np.ndarray, np.generic)) else found
+
+    return run
+
+
+def test_arrays_of_a_library_with_the_functions_of_numpy(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stands for cupy, which needs a graphics processor."""
+    cupy = ModuleType("cupy")
+    for name, value in vars(np).items():
+        if not name.startswith("_"):
+            setattr(cupy, name, value if isinstance(value, type) or not callable(value) else _wrapped(value))
+    monkeypatch.setitem(sys.modules, "cupy", cupy)
+    m, p = inputs(MOVE_POINT, (5,))
+    (right,) = expected(MOVE_POINT, [m, p])
+    for first, second in ((_Foreign(m), _Foreign(p)), (m, _Foreign(p)), (_Foreign(m), p.tolist())):
+        found = module.move_point(first, second)
+        assert type(found) is _Foreign
+        np.testing.assert_allclose(found.values, right, 1e-15, 1e-15)
+    (single,) = inputs(NORMALIZE, (5,), np.float32)
+    for found, right in zip(module.normalize(_Foreign(single)), expected(NORMALIZE, [single]), strict=True):
+        assert type(found) is _Foreign and found.dtype == np.float32
+        np.testing.assert_allclose(found.values, right, 1e-6, 1e-6)
+    for wrong in (p[0, :2], p[:, :2], np.float64(1.0), np.ones((5, 4))):
+        with pytest.raises(ValueError, match="argument p has shape"):
+            module.move_point(_Foreign(m), _Foreign(wrong))
+    with pytest.raises(TypeError, match="out is not supported for arrays of cupy"):
+        module.move_point(_Foreign(m), p, out=np.empty((5, 3)))

@@ -23,6 +23,7 @@ from backend_programs import (
 
 from gacompiler.backends import build_library
 from gacompiler.ir.program import Program
+from tests.support.unoptimised import without_optimisation
 
 
 def placed(array: np.ndarray[Any, Any], layout: str) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
@@ -96,7 +97,8 @@ def of_many(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
         for size in MANY
     ]
     path = write(module_source("many", *programs), tmp_path_factory.mktemp("many"))
-    build_library(path)
+    with without_optimisation():
+        build_library(path)
     return load(path.with_suffix(".py"), "many")
 
 

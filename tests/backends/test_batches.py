@@ -200,8 +200,8 @@ def _rows(array: np.ndarray, shift: int) -> np.ndarray:
     return rows
 
 
-@pytest.mark.parametrize("given", [(2, 3), (1, 3), (2, 1), (1, 1), (3,), (1,), ()])
-@pytest.mark.parametrize("shape", [(), (4,), (4, 5)])
+@all_cases("given", [(2, 3), (1, 3), (2, 1), (1, 1), (3,), (1,), ()])
+@all_cases("shape", [(), (4,), (4, 5)])
 def test_steps_of_arrays_are_those_of_numpy(given: tuple[int, ...], shape: tuple[int, ...]) -> None:
     """Along axes of a batch that an argument lacks, or has only one element of, it does not move."""
     array = np.ones((*given, *shape, 2))[..., 0]

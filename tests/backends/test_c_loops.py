@@ -51,8 +51,7 @@ BATCHES = [0, 1, 3, 7, 17, 30]
 def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     """The examples, built without optimisation; the modules that other tests call are built with it."""
     folder = tmp_path_factory.mktemp("loops")
-    with pytest.MonkeyPatch.context() as patch:
-        without_optimisation(patch, folder)
+    with without_optimisation():
         return build_loops(loop_module(MODULE, *EXAMPLES), folder)
 
 

@@ -11,6 +11,7 @@ from collections import defaultdict
 import pytest
 
 from gacompiler.generation.checked_in import generated_folder
+from tests.support.all_cases import all_cases
 
 MODULES = sorted(path.stem for path in generated_folder().glob("*.c"))
 BODY = re.compile(
@@ -47,7 +48,7 @@ def wrong_indices(text: str) -> tuple[int, list[str]]:
     return count, wrong
 
 
-@pytest.mark.parametrize("name", MODULES)
+@all_cases("name", MODULES)
 def test_indices_are_within_the_arrays(name: str) -> None:
     text = (generated_folder() / f"{name}.c").read_text()
     count, wrong = wrong_indices(text)

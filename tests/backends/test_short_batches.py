@@ -74,8 +74,8 @@ def made(program: Program, lead: tuple[int, ...], dtype: str = "f8", order: Any 
     return [np.asarray(random.uniform(0.1, 1, shape), dtype, order=order) for shape in shapes]
 
 
-@pytest.mark.parametrize("program", [*PROGRAMS, MANY], ids=lambda program: program.name)
-@pytest.mark.parametrize("dtype", ["f8", "f4"])
+@all_cases("program", [*PROGRAMS, MANY])
+@all_cases("dtype", ["f8", "f4"])
 def test_batches_take_the_fast_path(
     only_fast_path: ModuleType, plain: ModuleType, program: Program, dtype: str
 ) -> None:

@@ -27,6 +27,7 @@ from gacompiler.generation.sources import kernel_source
 from gacompiler.generation.spec_files import load_spec
 from gacompiler.passes.pipeline import compile_kernel
 from tests.support.all_cases import all_cases
+from tests.support.unoptimised import without_optimisation
 
 SPEC = '''
 """Kernels that are operators, and some that are not."""
@@ -144,7 +145,8 @@ def source(tmp_path_factory: pytest.TempPathFactory) -> ModuleSource:
 
 @pytest.fixture(scope="module")
 def implementations(source: ModuleSource, tmp_path_factory: pytest.TempPathFactory) -> dict[str, ModuleType]:
-    return load_implementations(source, tmp_path_factory.mktemp("values"))
+    with without_optimisation():
+        return load_implementations(source, tmp_path_factory.mktemp("values"))
 
 
 @pytest.fixture(params=["extension", "c", "arrays"])

@@ -39,6 +39,7 @@ from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.passes.record import Compilation
 from gacompiler.runtime import load_module
 from tests.support.all_cases import all_cases
+from tests.support.unoptimised import without_optimisation
 
 FOLDER = Path(__file__).parent / "scripts"
 FILES = {path.stem: path for path in sorted(FOLDER.glob("*.clu"))}
@@ -87,7 +88,8 @@ def modules_of(names: Iterable[str], module: str, folder: Path, *backends: str) 
     with errors_are_not_measured():
         sources = tuple(kernel_source(compiled(name)[1]) for name in names)
     write(render(ModuleSource(module, "Scripts.", "gac generate", "", sources)), folder)
-    missing = "c" if "c" in backends and build_library(folder / f"{module}.c") is None else ""
+    with without_optimisation():
+        missing = "c" if "c" in backends and build_library(folder / f"{module}.c") is None else ""
     return {
         backend: load_module(folder / f"{module}.py", f"_{module}_{backend}", backend)
         for backend in backends

@@ -18,6 +18,7 @@ from algorithms.estimation import (
     MotorFilter,
     UnscentedKalmanFilter,
 )
+from tests.support.all_cases import all_cases
 
 
 @pytest.fixture
@@ -85,7 +86,7 @@ def by_batch(p: Problem, measurements: Reals) -> tuple[Reals, Reals]:
     )
 
 
-@pytest.mark.parametrize("p", PROBLEMS, ids=lambda p: f"{len(p.state)}x{len(p.rows)}")
+@all_cases("p", PROBLEMS)
 def test_filter_and_smoother_equal_the_batch(rng: np.random.Generator, p: Problem) -> None:
     """The last filtered and all smoothed states are those of the joint distribution of all states."""
     measurements = simulated(rng, p, 12)[1]
@@ -100,7 +101,7 @@ def test_filter_and_smoother_equal_the_batch(rng: np.random.Generator, p: Proble
     assert np.abs(np.swapaxes(found.covariances, -1, -2) - found.covariances).max() == 0
 
 
-@pytest.mark.parametrize("p", PROBLEMS, ids=lambda p: f"{len(p.state)}x{len(p.rows)}")
+@all_cases("p", PROBLEMS)
 def test_steps_equal_the_recording(rng: np.random.Generator, p: Problem) -> None:
     """Steps, joint and in sequence, give what the kernel of a recording gives."""
     measurements = simulated(rng, p, 20)[1]

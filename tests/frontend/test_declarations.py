@@ -21,6 +21,7 @@ from gacompiler.generation.rendering import render
 from gacompiler.generation.sources import kernel_source
 from gacompiler.passes.pipeline import compile_kernel
 from gacompiler.runtime import load_module
+from tests.support.unoptimised import without_optimisation
 
 HEAD = """import math
 from gacompiler import inverse, kernel
@@ -182,7 +183,8 @@ def test_names_with_a_meaning_in_c(tmp_path: Path) -> None:
             render(ModuleSource("refused", "", "", "", (sources.pop(name),)))
     write(render(ModuleSource("names", "", "", "", tuple(sources.values()))), tmp_path)
     if backend == "c":
-        assert build_library(tmp_path / "names.c")
+        with without_optimisation():
+            assert build_library(tmp_path / "names.c")
     module = load_module(tmp_path / "names.py", "_names", backend)
     assert {name: getattr(module, name)(3.0) for name in sources} == dict.fromkeys(sources, 10)
     # In a module of its own, because a module hides the macros that have the names of its kernels.

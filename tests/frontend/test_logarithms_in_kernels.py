@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -141,12 +140,12 @@ def test_options_of_numbers_are_refused(function: Any, options: dict[str, Any]) 
 
 
 @pytest.mark.slow
-def test_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@without_optimisation()
+def test_compiled() -> None:
     """Kernels agree with mpmath, also in batches; where there is no logarithm the result is NaN.
 
     The logarithm is built in C. Formulas in other algebras are compared in `test_formulas`.
     """
-    without_optimisation(monkeypatch, tmp_path)
     signature = 4, 2
     algebra = Cl(*signature).algebra
 

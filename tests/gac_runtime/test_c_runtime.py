@@ -24,6 +24,7 @@ from gacompiler.gac_runtime.build import build
 from gacompiler.gac_runtime.names import LEVEL_FLAGS
 from gacompiler.gac_runtime.processor import PORTABLE, machine_level
 from gacompiler.generation.files import write as write_files
+from tests.support.all_cases import all_cases
 
 HEADER = runtime_files()["gac_runtime/gac_runtime.h"]
 PRECISIONS = {"f64": np.float64, "f32": np.float32}
@@ -40,8 +41,8 @@ def defined(name: str) -> str:
     return found[1]
 
 
-@pytest.mark.parametrize("precision", PRECISIONS)
-@pytest.mark.parametrize("name", APPROXIMATIONS)
+@all_cases("precision", PRECISIONS)
+@all_cases("name", APPROXIMATIONS)
 def test_polynomials_equal_computed_ones(name: str, precision: str) -> None:
     function = HEADER.partition(f"gac_{name}_polynomial_{precision}(")[2].partition("}")[0]
     halves = [re.findall(r"-?\d+\.\d+(?:e[+-]?\d+)?|-?\d+e-?\d+", part) for part in function.split("odd = ")]

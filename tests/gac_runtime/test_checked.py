@@ -13,6 +13,7 @@ from gacompiler.objects import CGA2, CGA3, PGA2, PGA3, QUATERNIONS, STA, VGA2, V
 from generated import cga2, cga3, motor_filters, pga2, pga3, quaternion, sta, vga2, vga3
 from generated.gac_runtime import checked as module
 from generated.gac_runtime.checked import checked
+from tests.support.all_cases import all_cases
 
 RANDOM = np.random.default_rng(8)
 POINT = RANDOM.normal(size=3)
@@ -38,7 +39,7 @@ BLADES: dict[str, tuple[Any, Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", UNITS)
+@all_cases("name", UNITS)
 def test_unit_elements(name: str) -> None:
     kernel, unit, rest = UNITS[name]
     expected = kernel(unit, *rest)

@@ -17,6 +17,7 @@ from gacompiler.generation.layouts import plain_layout
 from gacompiler.objects import CGA3, PGA3, VGA3, Space
 from generated import arms, cga3, pga3, robots, vga3
 from generated.gac_runtime.layout import layout
+from tests.support.all_cases import all_cases
 
 ANGLE = 1.0
 TURN = np.array([[np.cos(ANGLE), -np.sin(ANGLE), 0], [np.sin(ANGLE), np.cos(ANGLE), 0], [0, 0, 1]])
@@ -51,7 +52,7 @@ REFUSED: list[tuple[Any, str]] = [
 ]
 
 
-@pytest.mark.parametrize(("p", "message"), REFUSED, ids=[message for _, message in REFUSED])
+@all_cases("p, message", REFUSED)
 def test_other_elements_are_refused_by_name(p: Any, message: str) -> None:
     pga3.move_point(MOTOR, [1, 2, 3])
     for motor in MOTORS:

@@ -21,6 +21,7 @@ from gacompiler.backends.build import build_extension
 from gacompiler.gac_runtime.build import find_compiler
 from gacompiler.gac_runtime.names import library_label
 from gacompiler.ir.procedure import Storage
+from tests.support.all_cases import all_cases
 
 BACKENDS = ("arrays", "numba", "extension")
 
@@ -279,11 +280,14 @@ def test_index_tables_of_any_integers(loops: ModuleType) -> None:
     assert list(loops.picked([1.0], np.array([1], np.uint64), [5.0, 7.0])[0]) == [0, 7]
 
 
-@pytest.mark.parametrize(
-    ("name", "given", "message"),
+@all_cases(
+    "name, given, message",
     [
-        ("forward", (np.ones(7), np.ones((5, 6)), np.ones(8)),
-         r"axes has shape \(5, 6\); expected \(..., n, 6\) with n = 7 as q has"),
+        (
+            "forward",
+            (np.ones(7), np.ones((5, 6)), np.ones(8)),
+            r"axes has shape \(5, 6\); expected \(..., n, 6\) with n = 7 as q has",
+        ),
         ("forward", (np.ones(7), np.ones((7, 5)), np.ones(8)), r"axes has shape \(7, 5\); expected \(..., n, 6\)"),
         ("forward", (np.ones(7), np.ones(6), np.ones(8)), r"axes has shape \(6,\); expected \(..., n, 6\)"),
         ("forward", (1.0, np.ones((1, 6)), np.ones(8)), r"q has shape \(\); expected \(..., n\)"),
@@ -299,14 +303,14 @@ def test_index_tables_of_any_integers(loops: ModuleType) -> None:
         ("picked", (np.ones(1), np.array([2**63], np.uint64), np.ones(3)), "which contains 9223372036854775808"),
         ("squares", ([[1.0], [1.0, 2.0]],), "not an array of numbers"),
     ],
-)  # fmt: skip
+)
 def test_wrong_values(loops: ModuleType, name: str, given: tuple[Any, ...], message: str) -> None:
     with pytest.raises(ValueError, match=f"{name}: .*{message}"):
         getattr(loops, name)(*given)
 
 
-@pytest.mark.parametrize(
-    ("name", "given", "options", "message"),
+@all_cases(
+    "name, given, options, message",
     [
         ("squares", (np.ones(3) * 1j,), {}, "dtype complex128; expected float32 or float64$"),
         ("squares", (np.array(["a"]),), {}, "dtype <U1"),
@@ -652,7 +656,7 @@ def test_long_batches_in_the_extension(quick_module: ModuleType, rng: np.random.
             quick_module.num_threads = 1  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("leading", [(), (1,), (3,), (2, 2)])
+@all_cases("leading", [(), (1,), (3,), (2, 2)])
 def test_one_result_is_returned(loops: ModuleType, leading: tuple[int, ...], rng: np.random.Generator) -> None:
     points, n = rng.uniform(size=(*leading, 5, 3)), 2.0
     both = loops.suffixes.bind(n=n)

@@ -20,6 +20,7 @@ from gacompiler.generation import kernel_key
 from gacompiler.generation.checked_in import own_specs
 from gacompiler.generation.kernel_key import NotDescribed, description_of
 from gacompiler.generation.spec_files import load_spec
+from tests.support.all_cases import all_cases
 
 ROOT = Path(__file__).parents[2]
 
@@ -61,7 +62,7 @@ def test_a_recreated_kernel_has_the_same_description() -> None:
     assert described(moved(factor=0.1)) == described(moved(factor=Fraction(1, 10)))
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "change",
     [
         {"summary": "Move it."},
@@ -73,7 +74,6 @@ def test_a_recreated_kernel_has_the_same_description() -> None:
         {"returns": PGA3.full},
         {"body": lambda m, p: m * p * ~m},
     ],
-    ids=lambda change: "-".join(change),
 )
 def test_every_change_of_a_definition_is_detected(change: dict[str, Any]) -> None:
     assert described(moved(**change)) != described(moved())

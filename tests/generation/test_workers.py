@@ -15,6 +15,7 @@ from gacompiler.errors import BackendError, GacError, KernelError, SpecError
 from gacompiler.generation.compiling import render_spec
 from gacompiler.generation.spec_files import Spec, load_spec
 from gacompiler.generation.workers import each_spec
+from tests.support.all_cases import all_cases
 
 SPEC = '''
 from gacompiler import kernel, {operation}
@@ -88,7 +89,7 @@ def test_an_error_of_progress_is_raised(specs: list[Spec]) -> None:
             each_spec(named, specs[:2], refuse, jobs)
 
 
-@pytest.mark.parametrize("kind", [GacError, *GacError.__subclasses__()])
+@all_cases("kind", [GacError, *GacError.__subclasses__()])
 def test_errors_are_pickled(kind: type[GacError]) -> None:
     error = kind("here", "this", "that", "do so")
     copy = pickle.loads(pickle.dumps(error))

@@ -46,16 +46,15 @@ def both(call: Callable[..., Any], *arguments: np.ndarray) -> np.ndarray:
 CROSS = np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
 
 
-@pytest.mark.parametrize("size", UNITS)
-@pytest.mark.parametrize(
-    ("call", "shift"),
+@all_cases("size", UNITS)
+@all_cases(
+    "call, shift",
     [
         (rotor_from_vectors, 0.0),
         (motor_from_points, 3.0),
         (similarity_from_points, 3.0),
         (lambda a, b: motor_from_objects(points=(a, b)), 1e3),
     ],
-    ids=["rotor", "motor", "similarity", "objects"],
 )
 def test_a_cross_with_a_short_arm(call: Callable[..., Any], shift: float, size: float) -> None:
     """Arms 1 and w: the two largest eigenvalues differ by w**2, which must exceed 1e-10 of the mean square of 1/2."""

@@ -236,7 +236,7 @@ def test_every_pair_of_kinds_has_a_distance() -> None:
     assert len(PAIRS) == 21 and set(DISTANCES) == set(PAIRS)
 
 
-@pytest.mark.parametrize("kinds", PAIRS, ids=" ".join)
+@all_cases("kinds", PAIRS)
 def test_distances_are_least(kinds: tuple[str, str]) -> None:
     """Alternating projections from many points of both objects reach the distance and never a smaller one."""
     rng = np.random.default_rng(5)

@@ -160,8 +160,8 @@ def check(rows: Rows, q: np.ndarray, found: Solutions, convention: str = "standa
     assert np.array_equal(found.nearest, found.q[np.arange(len(q)), found.valid.argmax(-1)])
 
 
-@pytest.mark.parametrize(
-    ("rows", "method", "branches"),
+@all_cases(
+    "rows, method, branches",
     [
         (PUMA560, "spherical wrist", {8}),
         (UR5, "three parallel axes", {2, 4, 6, 8}),

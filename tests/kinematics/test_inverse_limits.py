@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from algorithms.kinematics import DescriptionError, JointCountError, Robot, Status
+from tests.support.all_cases import all_cases
 
 PLANAR = [{"a": 0.5}, {"a": 0.4}, {"a": 0.2}]
 
@@ -36,8 +37,8 @@ def test_full_turns_are_added() -> None:
     assert there.sum() == 1 and np.abs(found.q[there] - q).max() < 1e-9 and np.abs(found.nearest - q).max() < 1e-9
 
 
-@pytest.mark.parametrize("low", [-20.0, -3.0, 0.0, pi / 2, 5.0, 100.0])
-@pytest.mark.parametrize("name", ["ur5", "puma560", "stanford"])
+@all_cases("low", [-20.0, -3.0, 0.0, pi / 2, 5.0, 100.0])
+@all_cases("name", ["ur5", "puma560", "stanford"])
 def test_flagged_branches_are_within_limits(name: str, low: float) -> None:
     """For any limits less than a full turn wide, a branch is flagged if adding full turns puts it inside."""
     arm = Robot.named(name)

@@ -24,8 +24,8 @@ OFFSET = [{**SHOULDER[0], "a": 0.15}, *SHOULDER[1:]]
 """The first axis does not meet the second; the second and third are parallel."""
 
 
-@pytest.mark.parametrize("method", GEOMETRIES)
-@pytest.mark.parametrize("robot", ["puma560", "stanford", "ur5", "panda", "shoulder", "offset"])
+@all_cases("method", GEOMETRIES)
+@all_cases("robot", ["puma560", "stanford", "ur5", "panda", "shoulder", "offset"])
 def test_the_same_branches(robot: str, method: str) -> None:
     rows = {"shoulder": SHOULDER, "offset": OFFSET}
     arm = Robot.from_dh(rows[robot]) if robot in rows else Robot.named(robot)

@@ -12,6 +12,7 @@ from test_urdf import joint, link, place
 from algorithms.kinematics import DescriptionError, FloatingRobot, MissingInertiaError, Robot, UnknownJointTypeError
 from gacompiler.robots.descriptions import robot_spec
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 ARM = """<mujoco model="arm">
 <compiler angle="radian"/>
@@ -130,8 +131,8 @@ def test_a_free_joint_is_a_floating_base() -> None:
     assert isinstance(robot, FloatingRobot) and robot.n_joints == 6 + 3
 
 
-@pytest.mark.parametrize(
-    ("change", "error", "message"),
+@all_cases(
+    "change, error, message",
     [
         (("<mujoco", "<robot"), DescriptionError, "not XML"),
         (('type="slide"', 'type="ball"'), UnknownJointTypeError, "joint 'b': type 'ball'"),
@@ -206,8 +207,8 @@ def test_couplings_are_those_of_distances_from_the_initial_configuration() -> No
     assert robot.pose([0.5])[0, 3] == pytest.approx(0) and robot.pose([0.6])[0, 3] == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
+@all_cases(
+    "text, message",
     [
         (body(f"{INERTIAL}<frame><joint/></frame>"), "<joint> in a <frame> of 'b'"),
         (body(f'<joint name="a"/><joint name="a"/>{INERTIAL}'), "two joints of this name"),

@@ -13,6 +13,7 @@ from scipy.optimize import brentq, linprog
 
 from algorithms.kinematics import Body, RetimingStatus, Robot, retime
 from generated import retiming
+from tests.support.all_cases import all_cases
 
 PANDA = Robot.named("panda")
 LOW, HIGH = PANDA.limits[:, :2].T
@@ -104,8 +105,8 @@ def test_a_load_that_cannot_be_held() -> None:
     assert found.status is RetimingStatus.TOO_HEAVY and np.isnan(found.duration) and np.isnan(found.at(0.5)[0]).all()
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
+@all_cases(
+    "options, message",
     [
         ({}, "at least one of them"),
         ({"acceleration": 0.0}, "positive numbers"),

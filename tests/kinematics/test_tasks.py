@@ -24,6 +24,7 @@ from algorithms.kinematics import (
 )
 from gacompiler.objects import PGA3
 from generated import pga3
+from tests.support.all_cases import all_cases
 
 PANDA = Robot.named("panda")
 LOW, HIGH = PANDA.limits[:, :2].T
@@ -279,8 +280,8 @@ def test_what_is_not_finite_and_empty_batches() -> None:
     assert none.q.shape == (0, 7) and none.status.shape == (0,) and none.distances.shape == (0, 1)
 
 
-@pytest.mark.parametrize(
-    ("call", "error", "message"),
+@all_cases(
+    "call, error, message",
     [
         (lambda: PANDA.reach([]), ValueError, "tasks: none"),
         (lambda: PANDA.reach("position"), TypeError, "tasks: str"),

@@ -340,7 +340,7 @@ def test_no_similarity_of_points_that_are_all_the_same(count: int, dtype: type, 
     assert fit.determined and abs(fit.scale - 3) < 1e-3
 
 
-@pytest.mark.parametrize(
+@all_cases(
     "kinds",
     [
         *("points", "lines", "planes", "spheres", "circles"),

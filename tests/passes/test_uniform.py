@@ -41,6 +41,7 @@ from gacompiler.passes.samples import sample
 from gacompiler.runtime import load_module
 from gacompiler.verify import verify_kernel
 from tests.support.all_cases import all_cases
+from tests.support.unoptimised import without_optimisation
 
 BACKENDS = ["numba", *(["c"] if find_compiler() else [])]
 
@@ -260,7 +261,8 @@ LIMIT = 100
 def modules(records: Records, tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, ModuleType]:
     sources = tuple(kernel_source(record) for record in records.values())
     path = write(ModuleSource("uniform", "", "", "", sources), tmp_path_factory.mktemp("generated"))
-    build_library(path)
+    with without_optimisation():
+        build_library(path)
     return {name: load_module(path.with_suffix(".py"), f"uniform_{name}", name) for name in BACKENDS}
 
 

@@ -494,9 +494,9 @@ def test_repeated_points_and_planes_except_one_point_if_noise_is_known(n_points:
     assert refused(exact[..., np.arange(n_points) % 6, :]) == 1.0
 
 
-@pytest.mark.parametrize("far", [1.0, 1e4])
-@pytest.mark.parametrize(
-    ("name", "call"),
+@all_cases("far", [1.0, 1e4])
+@all_cases(
+    "name, call",
     [
         ("fundamental_matrix", lambda x: vision.fundamental_matrix(*x[:2])),
         ("homography", lambda x: vision.homography(*x[:2])),
