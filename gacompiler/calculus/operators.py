@@ -68,12 +68,12 @@ class FieldOperator:
     acts_on_fields = True
 
     def __init__(self, chart: Fields, terms: Iterable[tuple[Any, Sequence[int]]], *, right: bool = False) -> None:
-        zero = SymbolicMultivector(chart.algebra, {})
         found: dict[Word, SymbolicMultivector] = {}
         for coefficient, word in terms:
             # Derivatives along coordinates commute, except in a curved space.
-            key = tuple(sorted(word)) if len(word) < 2 or chart.is_flat else tuple(word)
-            found[key] = found.get(key, zero) + coefficient
+            key = tuple(sorted(word)) if len(word) > 1 and chart.is_flat else tuple(word)
+            lifted = chart.lift(coefficient)
+            found[key] = found[key] + lifted if key in found else lifted
         reduced = {word: reduce(value) for word, value in found.items()}
         self.chart, self.right = chart, right
         self.terms = tuple(
@@ -86,7 +86,9 @@ class FieldOperator:
         found = SymbolicMultivector(self.chart.algebra, {})
         for coefficient, word in self.terms:
             moved = self._derivative(word, lifted)
-            found = found + (moved.product(product, coefficient) if self.right else coefficient.product(product, moved))
+            if moved.terms:
+                sides = (moved, coefficient) if self.right else (coefficient, moved)
+                found = found + sides[0].product(product, sides[1])
         return reduce(found)
 
     def _derivative(self, word: Word, field: SymbolicMultivector) -> SymbolicMultivector:
@@ -117,8 +119,9 @@ class FieldOperator:
             for b, inner_word in inner.terms:
                 for on_coefficient, on_field in _splits(outer_word):
                     moved = self._derivative(on_coefficient, b)
-                    whole = moved.product(product, a) if flipped else a.product(product, moved)
-                    terms.append((whole, on_field + inner_word))
+                    if moved.terms:
+                        whole = moved.product(product, a) if flipped else a.product(product, moved)
+                        terms.append((whole, on_field + inner_word))
         return self._made(terms)
 
     def _made(self, terms: Iterable[tuple[Any, Sequence[int]]]) -> FieldOperator:

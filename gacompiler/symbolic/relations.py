@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from math import lcm
 from random import Random
 from typing import Any
@@ -168,6 +169,13 @@ class _Bridge:
 _PARTNERS: Mapping[Any, tuple[Any, int]] = {sympy.cos: (sympy.sin, 1), sympy.cosh: (sympy.sinh, -1)}
 
 
+@lru_cache(maxsize=4096)
+def _has_identities(number: int) -> bool:
+    """Return whether `_Bridge.identities` can contain one of this generator."""
+    base = generator(number)
+    return base.is_Add or base.is_Number or base.func in _PARTNERS
+
+
 def _rank(base: Any) -> int:
     """Return the rank of a generator in the monomial order: cosines come first, sums last."""
     return 0 if base.func in _PARTNERS else 2 if base.is_Add else 1
@@ -187,6 +195,8 @@ def _inside(elements: Sequence[Expanded]) -> list[Expanded]:
 
 def _reduced(a: SymbolicMultivector, given: Sequence[Any]) -> SymbolicMultivector:
     zero = [relation for each in given for relation in _relations(each) if relation.terms]
+    if not zero and not any(map(_has_identities, generators(*a.terms.values()))):
+        return a
     bridge = _Bridge(_first(given), [*zero, *a.terms.values()])
     polynomials = [pair[0] for pair in map(bridge.to, zero) if pair is not None] + bridge.identities()
     if not polynomials:
@@ -195,7 +205,7 @@ def _reduced(a: SymbolicMultivector, given: Sequence[Any]) -> SymbolicMultivecto
     degree = max([p.degree for p in polynomials] + [pair[0].degree for pair in converted.values() if pair is not None])
     try:
         ideal = Ideal(polynomials, degree)
-        return SymbolicMultivector(
+        return a.of_ring(
             a.algebra,
             {
                 blade: a.terms[blade] if pair is None else bridge.back(ideal.reduce(pair[0]), pair[1])
