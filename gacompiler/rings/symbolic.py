@@ -139,14 +139,16 @@ class Expanded:
     def __mul__(self, other: Any) -> Expanded:
         if type(other) is not Expanded:
             other = Expanded.of(other)
-        for factor, rest in ((self.terms, other), (other.terms, self)):
-            if len(factor) == 1 and () in factor:
-                return rest._multiple(factor[()])
+        first, second = self.terms, other.terms
+        if len(second) == 1 and () in second:
+            return self._multiple(second[()])
+        if len(first) == 1 and () in first:
+            return other._multiple(first[()])
         terms: dict[Monomial, Number] = {}
         left: list[Expanded] = []
         get = terms.get
-        for a, x in self.terms.items():
-            for b, y in other.terms.items():
+        for a, x in first.items():
+            for b, y in second.items():
                 monomial, whole = _times(a, b)
                 if whole is None:
                     terms[monomial] = get(monomial, 0) + x * y
@@ -269,11 +271,16 @@ class Expanded:
         for monomial, value in self.terms.items():
             for k, (g, e) in enumerate(monomial):
                 inner = _derivative(_generators[g], variable)
-                if inner.terms:
+                if not inner.terms:
+                    continue
+                before, after, factor = monomial[:k], monomial[k + 1 :], _plain(value * e)
+                lowered = ((g, exact(e - 1)),) if e != 1 else ()
+                if lowered and g in _composite:
                     # Read as a product, since powers of sums and numbers have forms of their own.
-                    outer = term(((g, exact(e - 1)),) if e != 1 else ())
-                    rest = Expanded({(*monomial[:k], *monomial[k + 1 :]): _plain(value * e)})
-                    total = total + rest * outer * inner
+                    rest = term(lowered) * Expanded({before + after: factor})
+                else:
+                    rest = Expanded({before + lowered + after: factor})
+                total = total + rest * inner
         return total
 
     def __eq__(self, other: object) -> bool:

@@ -62,12 +62,12 @@ class SymbolicMultivector(Immutable, Multivector):
         shown: Mapping[int, Any] | None = None,
         history: tuple[Operation, tuple[Any, ...]] | None = None,
     ) -> None:
-        super().__init__(algebra, {blade: Expanded.of(value) for blade, value in terms.items()})
+        self._fill(algebra, {blade: Expanded.of(value) for blade, value in terms.items()}, history)
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "layout", layout)
-        object.__setattr__(self, "history", history)
-        object.__setattr__(self, "_in_own_form", shown is not None)
-        object.__setattr__(self, "_shown", None if shown is None else MappingProxyType(dict(shown)))
+        if shown is not None:
+            object.__setattr__(self, "_in_own_form", True)
+            object.__setattr__(self, "_shown", MappingProxyType(dict(shown)))
 
     @classmethod
     def of_ring(
@@ -78,16 +78,22 @@ class SymbolicMultivector(Immutable, Multivector):
     ) -> SymbolicMultivector:
         """Return the element with coefficients of the ring of expanded expressions, without converting them."""
         result = object.__new__(cls)
-        set_ = object.__setattr__
-        set_(result, "algebra", algebra)
-        kept = {blade: value for blade in sorted(terms) if (value := terms[blade]).terms}
-        set_(result, "terms", MappingProxyType(kept))
-        set_(result, "name", None)
-        set_(result, "layout", None)
-        set_(result, "history", history)
-        set_(result, "_in_own_form", False)
-        set_(result, "_shown", None)
+        result._fill(algebra, terms, history)
         return result
+
+    def _fill(
+        self, algebra: Algebra, terms: Mapping[int, Expanded], history: tuple[Operation, tuple[Any, ...]] | None
+    ) -> None:
+        set_ = object.__setattr__
+        set_(self, "algebra", algebra)
+        blades = sorted(terms) if len(terms) > 1 else terms
+        kept = {blade: value for blade in blades if (value := terms[blade]).terms}
+        set_(self, "terms", MappingProxyType(kept))
+        set_(self, "name", None)
+        set_(self, "layout", None)
+        set_(self, "history", history)
+        set_(self, "_in_own_form", False)
+        set_(self, "_shown", None)
 
     @property
     def expressions(self) -> Mapping[int, Any]:
@@ -299,7 +305,11 @@ class SymbolicMultivector(Immutable, Multivector):
 
     def __truediv__(self, other: Any) -> SymbolicMultivector:
         lifted = self.lift(other)
-        return symbolic(self._plain / lifted._plain, Operation.DIVIDE, self, lifted)
+        if lifted.terms.keys() != {0}:
+            return symbolic(self._plain / lifted._plain, Operation.DIVIDE, self, lifted)
+        divisor = lifted.terms[0]
+        terms = {blade: value / divisor for blade, value in self.terms.items()}
+        return self.of_ring(self.algebra, terms, (Operation.DIVIDE, (self, lifted)))
 
     def __rtruediv__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) / self

@@ -110,7 +110,7 @@ class _Bridge:
                 for g, e in monomial:
                     self._roots[g] = lcm(self._roots[g], e.denominator)
         for g in self._generators:
-            self.ring.variable(str(generator(g)))
+            self.ring.variable(f"g{g}")
 
     def to(self, element: Expanded) -> tuple[Polynomial, dict[int, int]] | None:
         """Return a polynomial and the powers of variables that multiply it, or None for floating-point coefficients."""
@@ -195,7 +195,9 @@ def _inside(elements: Sequence[Expanded]) -> list[Expanded]:
 
 def _reduced(a: SymbolicMultivector, given: Sequence[Any]) -> SymbolicMultivector:
     zero = [relation for each in given for relation in _relations(each) if relation.terms]
-    if not zero and not any(map(_has_identities, generators(*a.terms.values()))):
+    if not zero and not any(
+        _has_identities(g) for value in a.terms.values() for monomial in value.terms for g, _ in monomial
+    ):
         return a
     bridge = _Bridge(_first(given), [*zero, *a.terms.values()])
     polynomials = [pair[0] for pair in map(bridge.to, zero) if pair is not None] + bridge.identities()
