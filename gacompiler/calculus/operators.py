@@ -74,11 +74,10 @@ class FieldOperator:
             key = tuple(sorted(word)) if len(word) > 1 and chart.is_flat else tuple(word)
             lifted = chart.lift(coefficient)
             found[key] = found[key] + lifted if key in found else lifted
-        reduced = {word: reduce(value) for word, value in found.items()}
+        reduced = ((reduce(value), word) for word, value in found.items() if value.terms)
+        kept = [(value, word) for value, word in reduced if value.terms]
         self.chart, self.right = chart, right
-        self.terms = tuple(
-            (reduced[word], word) for word in sorted(reduced, key=lambda w: (len(w), w)) if reduced[word].terms
-        )
+        self.terms = tuple(sorted(kept, key=_order) if len(kept) > 1 else kept)
 
     def apply(self, product: str, field: Any) -> SymbolicMultivector:
         """Apply the operator to a field with the product `product` of coefficients and derivatives."""
@@ -231,9 +230,13 @@ def _derivative_latex(parameters: Sequence[Any], word: Word) -> str:
     return rf"\,\frac{{\partial{power}}}{{{below}}}"
 
 
+def _order(term: tuple[SymbolicMultivector, Word]) -> tuple[int, Word]:
+    return len(term[1]), term[1]
+
+
 def _splits(word: Word) -> list[tuple[Word, Word]]:
     """Return all splits of a word of derivatives of a product into those of its first and of its second factor."""
     found: list[tuple[Word, Word]] = [((), ())]
     for k in word:
-        found = [pair for a, b in found for pair in ((((*a, k)), b), (a, (*b, k)))]
+        found = [pair for a, b in found for pair in (((*a, k), b), (a, (*b, k)))]
     return found

@@ -19,6 +19,9 @@ from ..errors import AlgebraError
 from ..rings.symbolic import Expanded
 from .printing import Printed, plain_text
 
+Terms = Mapping[int, Expanded]
+History = tuple[Operation, tuple[Any, ...]] | None
+
 
 class SymbolicMultivector(Immutable, Multivector):
     """An immutable element of `algebra` with sympy coefficients, created by `symbols`, `multivector` or operations.
@@ -46,7 +49,7 @@ class SymbolicMultivector(Immutable, Multivector):
 
     name: str | None
     layout: Layout | None
-    history: tuple[Operation, tuple[Any, ...]] | None
+    history: History
     _shown: Mapping[int, Any] | None
     _in_own_form: bool
     run_operation: ClassVar[Callable[..., Any]]
@@ -60,37 +63,26 @@ class SymbolicMultivector(Immutable, Multivector):
         name: str | None = None,
         layout: Layout | None = None,
         shown: Mapping[int, Any] | None = None,
-        history: tuple[Operation, tuple[Any, ...]] | None = None,
+        history: History = None,
     ) -> None:
-        self._fill(algebra, {blade: Expanded.of(value) for blade, value in terms.items()}, history)
-        object.__setattr__(self, "name", name)
-        object.__setattr__(self, "layout", layout)
+        self._fill(algebra, {blade: Expanded.of(value) for blade, value in terms.items()}, history, name, layout)
         if shown is not None:
             object.__setattr__(self, "_in_own_form", True)
             object.__setattr__(self, "_shown", MappingProxyType(dict(shown)))
 
     @classmethod
-    def of_ring(
-        cls,
-        algebra: Algebra,
-        terms: Mapping[int, Expanded],
-        history: tuple[Operation, tuple[Any, ...]] | None = None,
-    ) -> SymbolicMultivector:
+    def of_ring(cls, algebra: Algebra, terms: Terms, history: History = None) -> SymbolicMultivector:
         """Return the element with coefficients of the ring of expanded expressions, without converting them."""
         result = object.__new__(cls)
         result._fill(algebra, terms, history)
         return result
 
-    def _fill(
-        self, algebra: Algebra, terms: Mapping[int, Expanded], history: tuple[Operation, tuple[Any, ...]] | None
-    ) -> None:
-        set_ = object.__setattr__
+    def _fill(self, algebra: Algebra, terms: Terms, history: History, name: Any = None, layout: Any = None) -> None:
+        set_, blades = object.__setattr__, sorted(terms) if len(terms) > 1 else terms
         set_(self, "algebra", algebra)
-        blades = sorted(terms) if len(terms) > 1 else terms
-        kept = {blade: value for blade in blades if (value := terms[blade]).terms}
-        set_(self, "terms", MappingProxyType(kept))
-        set_(self, "name", None)
-        set_(self, "layout", None)
+        set_(self, "terms", MappingProxyType({blade: value for blade in blades if (value := terms[blade]).terms}))
+        set_(self, "name", name)
+        set_(self, "layout", layout)
         set_(self, "history", history)
         set_(self, "_in_own_form", False)
         set_(self, "_shown", None)
@@ -113,11 +105,6 @@ class SymbolicMultivector(Immutable, Multivector):
     def _oriented(self, blade: int) -> Any:
         value = self.expressions[blade]
         return value if self.algebra.spelling(blade)[0] > 0 else -value
-
-    @property
-    def _plain(self) -> Multivector:
-        """The same multivector over the ring of expanded expressions."""
-        return Multivector(self.algebra, self.terms)
 
     def __getitem__(self, blade: str | int) -> Any:
         """Return the coefficient of a blade, given by any spelling (``"e31"``) or by bitmap, as a sympy expression."""
@@ -243,8 +230,7 @@ class SymbolicMultivector(Immutable, Multivector):
 
     def grade(self, *grades: int) -> SymbolicMultivector:
         """Return the part of the given grades."""
-        terms = {blade: value for blade, value in self.terms.items() if blade.bit_count() in grades}
-        return self.of_ring(self.algebra, terms, (Operation.GRADE, (self, *grades)))
+        return symbolic(self.keep(lambda blade: blade.bit_count() in grades), Operation.GRADE, self, *grades)
 
     def keep(self, predicate: Callable[[int], bool]) -> SymbolicMultivector:
         """Return the part on the blades (bitmaps) for which `predicate` holds."""
@@ -306,9 +292,9 @@ class SymbolicMultivector(Immutable, Multivector):
     def __truediv__(self, other: Any) -> SymbolicMultivector:
         lifted = self.lift(other)
         if lifted.terms.keys() != {0}:
-            return symbolic(self._plain / lifted._plain, Operation.DIVIDE, self, lifted)
-        divisor = lifted.terms[0]
-        terms = {blade: value / divisor for blade, value in self.terms.items()}
+            quotient = Multivector(self.algebra, self.terms) / Multivector(self.algebra, lifted.terms)
+            return symbolic(quotient, Operation.DIVIDE, self, lifted)
+        terms = {blade: value / lifted.terms[0] for blade, value in self.terms.items()}
         return self.of_ring(self.algebra, terms, (Operation.DIVIDE, (self, lifted)))
 
     def __rtruediv__(self, other: Any) -> SymbolicMultivector:

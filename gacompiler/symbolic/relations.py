@@ -79,6 +79,8 @@ def reduce(a: SymbolicMultivector, *given: Any) -> SymbolicMultivector:
         The element `a` itself if the ideal of the relations is too large.
     """
     start = required("reduce()", a)
+    if not given and _is_normal(start):
+        return start
     found = _reduced(start, given)
     # The first pass can merge denominators whose relations the second pass then uses.
     return found if found is start else _reduced(found, given)
@@ -169,6 +171,16 @@ class _Bridge:
 _PARTNERS: Mapping[Any, tuple[Any, int]] = {sympy.cos: (sympy.sin, 1), sympy.cosh: (sympy.sinh, -1)}
 
 
+def _is_normal(a: SymbolicMultivector) -> bool:
+    """Return whether `a` is in normal form since its generators have no identities."""
+    for value in a.terms.values():
+        for monomial in value.terms:
+            for g, _ in monomial:
+                if _has_identities(g):
+                    return False
+    return True
+
+
 @lru_cache(maxsize=4096)
 def _has_identities(number: int) -> bool:
     """Return whether `_Bridge.identities` can contain one of this generator."""
@@ -195,10 +207,6 @@ def _inside(elements: Sequence[Expanded]) -> list[Expanded]:
 
 def _reduced(a: SymbolicMultivector, given: Sequence[Any]) -> SymbolicMultivector:
     zero = [relation for each in given for relation in _relations(each) if relation.terms]
-    if not zero and not any(
-        _has_identities(g) for value in a.terms.values() for monomial in value.terms for g, _ in monomial
-    ):
-        return a
     bridge = _Bridge(_first(given), [*zero, *a.terms.values()])
     polynomials = [pair[0] for pair in map(bridge.to, zero) if pair is not None] + bridge.identities()
     if not polynomials:
