@@ -139,7 +139,7 @@ def test_accuracy() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("n_pairs", "n_unit"), [(3, 1), (4, 0)], ids=["seven", "eight"])
 def test_accuracy_over_seven_and_eight_vectors(n_pairs: int, n_unit: int) -> None:
-    """Errors are at most 1e-14 of the largest coefficient, also near half and whole turns beside boosts and other turns."""
+    """Errors are at most 1e-14 of the largest coefficient, also near half and whole turns beside other planes."""
     algebra = null_basis(n_pairs, n_unit)
     layout = bivectors(algebra)
 
