@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 from weakref import WeakValueDictionary
 
@@ -28,7 +29,7 @@ class Slot:
     sign: int
 
 
-@dataclass(frozen=True, slots=True, weakref_slot=True)
+@dataclass(frozen=True)
 class Layout(Immutable):
     """A type of multivector.
 
@@ -111,17 +112,17 @@ class Layout(Immutable):
         _PICKLED.setdefault((self.algebra, *self.row), self)
         return _restored, (self.algebra, *self.row)
 
-    @property
+    @cached_property
     def blades(self) -> tuple[str, ...]:
         """Names of the stored coefficients, in order."""
         return tuple(slot.name for slot in self.stored)
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of stored coefficients."""
         return len(self.stored)
 
-    @property
+    @cached_property
     def is_scalar(self) -> bool:
         """Whether this is `SCALAR`, the layout of numbers, whose arrays have no blade axis.
 
@@ -129,13 +130,13 @@ class Layout(Immutable):
         """
         return not self.algebra.dimension and not self.fixed and not self.implied and self.size == 1
 
-    @property
+    @cached_property
     def support(self) -> frozenset[int]:
         """Bitmaps of all blades that an element can have."""
         slots = (*self.stored, *(slot for slot, value in self.fixed if value), *(slot for slot, _ in self.implied))
         return frozenset(slot.blade for slot in slots)
 
-    @property
+    @cached_property
     def has_relations(self) -> bool:
         """Whether the stored coefficients are constrained by relations."""
         return self.unit or self.user_relations is not None

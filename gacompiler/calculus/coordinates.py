@@ -324,21 +324,23 @@ class Chart(Curved):
         """Return the derivative of a field by parameter `k`, with the derivatives of the basis vectors."""
         lifted = self.lift(field)
         found = lifted.diff(self.parameters[k])
-        if self.position is not None or not any(lifted.terms):
+        if self.position is not None or not self._turns[k]:
             return found
-        terms: dict[int, Expanded] = dict(found.terms)
+        terms = dict(found.terms)
         for blade, value in lifted.terms.items():
-            for j in range(self.algebra.dimension):
-                if not blade >> j & 1:
-                    continue
+            for i, j, turn in self._turns[k]:
                 rest = blade ^ 1 << j
-                for i in range(self.algebra.dimension):
-                    turn = self._second[i, k, j]
-                    sign = outer(1 << i, rest) * outer(1 << j, rest)
-                    if turn and sign:
-                        target = rest | 1 << i
-                        terms[target] = terms.get(target, Expanded({})) + value * turn * sign
-        return SymbolicMultivector(self.algebra, terms)
+                if blade >> j & 1 and not rest >> i & 1:
+                    target = rest | 1 << i
+                    product = value * turn * (outer(1 << i, rest) * outer(1 << j, rest))
+                    terms[target] = terms[target] + product if target in terms else product
+        return found.of_ring(self.algebra, terms)
+
+    @cached_property
+    def _turns(self) -> list[list[tuple[int, int, Expanded]]]:
+        """For each parameter `k`, the derivatives of the basis vectors that are not zero: ``D_k e_j`` along ``e_i``."""
+        n = range(self.algebra.dimension)
+        return [[(i, j, turn) for j in n for i in n if (turn := self._second[i, k, j])] for k in n]
 
     @cached_property
     def is_flat(self) -> bool:
@@ -382,6 +384,8 @@ class Chart(Curved):
 
     def lift(self, field: Any) -> SymbolicMultivector:
         """Return a field as a symbolic multivector of the chart's algebra; an expression becomes a scalar field."""
+        if type(field) is SymbolicMultivector and field.algebra is self.algebra:
+            return field
         if isinstance(field, Multivector) and field.algebra != self.algebra:
             raise AlgebraError(
                 "field", f"of {field.algebra.name}", f"a field of the chart's algebra {self.algebra.name}"

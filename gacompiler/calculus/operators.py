@@ -68,17 +68,16 @@ class FieldOperator:
     acts_on_fields = True
 
     def __init__(self, chart: Fields, terms: Iterable[tuple[Any, Sequence[int]]], *, right: bool = False) -> None:
-        zero = SymbolicMultivector(chart.algebra, {})
         found: dict[Word, SymbolicMultivector] = {}
         for coefficient, word in terms:
             # Derivatives along coordinates commute, except in a curved space.
-            key = tuple(sorted(word)) if len(word) < 2 or chart.is_flat else tuple(word)
-            found[key] = found.get(key, zero) + coefficient
-        reduced = {word: reduce(value) for word, value in found.items()}
+            key = tuple(sorted(word)) if len(word) > 1 and chart.is_flat else tuple(word)
+            lifted = chart.lift(coefficient)
+            found[key] = found[key] + lifted if key in found else lifted
+        reduced = ((reduce(value), word) for word, value in found.items() if value.terms)
+        kept = [(value, word) for value, word in reduced if value.terms]
         self.chart, self.right = chart, right
-        self.terms = tuple(
-            (reduced[word], word) for word in sorted(reduced, key=lambda w: (len(w), w)) if reduced[word].terms
-        )
+        self.terms = tuple(sorted(kept, key=_order) if len(kept) > 1 else kept)
 
     def apply(self, product: str, field: Any) -> SymbolicMultivector:
         """Apply the operator to a field with the product `product` of coefficients and derivatives."""
@@ -86,7 +85,9 @@ class FieldOperator:
         found = SymbolicMultivector(self.chart.algebra, {})
         for coefficient, word in self.terms:
             moved = self._derivative(word, lifted)
-            found = found + (moved.product(product, coefficient) if self.right else coefficient.product(product, moved))
+            if moved.terms:
+                sides = (moved, coefficient) if self.right else (coefficient, moved)
+                found = found + sides[0].product(product, sides[1])
         return reduce(found)
 
     def _derivative(self, word: Word, field: SymbolicMultivector) -> SymbolicMultivector:
@@ -117,8 +118,9 @@ class FieldOperator:
             for b, inner_word in inner.terms:
                 for on_coefficient, on_field in _splits(outer_word):
                     moved = self._derivative(on_coefficient, b)
-                    whole = moved.product(product, a) if flipped else a.product(product, moved)
-                    terms.append((whole, on_field + inner_word))
+                    if moved.terms:
+                        whole = moved.product(product, a) if flipped else a.product(product, moved)
+                        terms.append((whole, on_field + inner_word))
         return self._made(terms)
 
     def _made(self, terms: Iterable[tuple[Any, Sequence[int]]]) -> FieldOperator:
@@ -228,9 +230,13 @@ def _derivative_latex(parameters: Sequence[Any], word: Word) -> str:
     return rf"\,\frac{{\partial{power}}}{{{below}}}"
 
 
+def _order(term: tuple[SymbolicMultivector, Word]) -> tuple[int, Word]:
+    return len(term[1]), term[1]
+
+
 def _splits(word: Word) -> list[tuple[Word, Word]]:
     """Return all splits of a word of derivatives of a product into those of its first and of its second factor."""
     found: list[tuple[Word, Word]] = [((), ())]
     for k in word:
-        found = [pair for a, b in found for pair in ((((*a, k)), b), (a, (*b, k)))]
+        found = [pair for a, b in found for pair in (((*a, k), b), (a, (*b, k)))]
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import Any
 
@@ -99,9 +99,12 @@ def _components(name: str, shape: tuple[int, ...], blades: tuple[str, ...] | Non
     return tuple(stem + ending for stem in stems for ending in endings)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Parameter:
-    """A parameter of a kernel: an array of shape `shape`, with the blade axis last."""
+    """A parameter of a kernel: an array of shape `shape`, with the blade axis last.
+
+    Kernels with many numbers ask for these attributes hundreds of thousands of times, so that some are cached.
+    """
 
     name: str
     type: Type
@@ -109,7 +112,7 @@ class Parameter:
     def __str__(self) -> str:
         return f"{self.name}: {self.type}"
 
-    @property
+    @cached_property
     def layout(self) -> Layout:
         """The layout of each element."""
         if isinstance(self.type, IndexOf):
@@ -131,15 +134,17 @@ class Parameter:
         """Core shape of the array."""
         return self.outer_shape + (() if self.layout.is_scalar else (self.layout.size,))
 
-    @property
+    @cached_property
     def components(self) -> tuple[str, ...]:
         """Names of the entries, in C order."""
         layout = self.layout
         return _components(self.name, self.outer_shape, None if layout.is_scalar else layout.blades)
 
-    def _elements(self) -> list[tuple[str, ...]]:
-        names, step = self.components, 1 if self.layout.is_scalar else self.layout.size
-        return [names[start : start + step] for start in range(0, len(names), step)]
+    @cached_property
+    def elements(self) -> tuple[tuple[str, ...], ...]:
+        """Names of the entries of each element of the array."""
+        names, step = self.components, self.layout.size
+        return tuple(names[start : start + step] for start in range(0, len(names), step))
 
     def symbols(self) -> Any:
         """Return the symbols that the kernel's function is called with: an expression, or nested tuples of expressions.
@@ -157,6 +162,6 @@ class Parameter:
             )
         elements = [
             Expression(Operation.INPUT, (), Input(self.name, self.layout, names), self.layout.algebra)
-            for names in self._elements()
+            for names in self.elements
         ]
         return nested(elements, self.outer_shape)

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Lock
 
-OBJECTS = 100_000
-"""New objects between two collections, at most some tens of megabytes."""
+OBJECTS = 1_000_000
+"""New objects between two collections, which is a limit on memory: a tenth of these take some tens of megabytes."""
 
 _lock = Lock()
 _compiling = 0

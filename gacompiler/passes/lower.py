@@ -88,13 +88,11 @@ class Relations:
 
     def reduce(self, polynomials: Sequence[Polynomial], how: Reduction) -> list[Polynomial]:
         """Reduce polynomials modulo the relations that share variables with them, directly or indirectly."""
-        if how is Reduction.NONE:
-            return list(polynomials)
-        degree = max((polynomial.degree for polynomial in polynomials), default=0)
-        known = self._known + self._ring.atom_relations()
-        relevant = _connected(polynomials, known)
+        known = [] if how is Reduction.NONE else self._known + self._ring.atom_relations()
+        relevant = _connected(polynomials, known) if known else []
         if not relevant:
             return list(polynomials)
+        degree = max((polynomial.degree for polynomial in polynomials), default=0)
         if how is Reduction.SPARSE:
             place = (tuple(relevant), len(self._known))
             if place not in self._indexed:

@@ -53,13 +53,12 @@ def _elements(kernel: Kernel, make: Callable[[Layout], list[Any] | None]) -> dic
     """Return the coefficients of an element for each element of the inputs, or None if one cannot be made."""
     values: dict[str, Any] = {}
     for parameter in kernel.parameters:
-        layout, components = parameter.layout, parameter.components
-        step = layout.size
-        for start in range(0, len(components), step):
+        layout = parameter.layout
+        for names in parameter.elements:
             found = make(layout)
             if found is None:
                 return None
-            values.update(zip(components[start : start + step], found, strict=True))
+            values.update(zip(names, found, strict=True))
     return values
 
 

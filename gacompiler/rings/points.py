@@ -35,7 +35,27 @@ DIGITS = 60
 
 def random_fraction(random: Random) -> Fraction:
     """Return a random rational that is not zero, and for which ``x * x`` and ``x + x`` differ."""
-    return Fraction(random.choice((-1, 1)) * random.randint(11, 97), random.choice((1, 2, 3, 5, 7)))
+    return _scaled(*_drawn(random), Fraction(1))
+
+
+def _drawn(random: Random) -> tuple[int, int]:
+    """Return ``choice((-1, 1)) * randint(11, 97)`` and ``choice((1, 2, 3, 5, 7))``, in a third of the time."""
+    below = _below(random, 2), _below(random, 87), _below(random, 5)
+    return (2 * below[0] - 1) * (11 + below[1]), (1, 2, 3, 5, 7)[below[2]]
+
+
+def _below(random: Random, n: int) -> int:
+    bits = n.bit_length()
+    found = random.getrandbits(bits)
+    while found >= n:
+        found = random.getrandbits(bits)
+    return found
+
+
+@cache
+def _scaled(numerator: int, denominator: int, spread: Fraction) -> Fraction:
+    """Return one of the few free coefficients of points; kernels on many numbers draw tens of thousands."""
+    return spread * Fraction(numerator, denominator)
 
 
 def point(
@@ -56,8 +76,9 @@ def point(
     if not layout.has_relations and whole:
         return [random.randint(-(10**6), 10**6) for _ in layout.stored]
     if not layout.has_relations:
-        found = [_coefficient(random, near_one) for _ in layout.stored]
-        return found if spread == 1 else [spread * value for value in found]
+        if near_one:
+            return [spread * Fraction(random.randint(-2000, 2000), 1000) for _ in layout.stored]
+        return [_scaled(*_drawn(random), spread) for _ in layout.stored]
     taken = set() if taken is None else taken
     number = random.choice([k for k in range(POOL) if k not in taken] or [0])
     taken.add(number)
@@ -91,10 +112,6 @@ def _small(random: Random) -> Fraction:
 
 def _residue(random: Random) -> Residue:
     return Residue(random.randrange(1, PRIME))
-
-
-def _coefficient(random: Random, near_one: bool) -> Fraction:
-    return Fraction(random.randint(-2000, 2000), 1000) if near_one else random_fraction(random)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,7 @@ from typing import Any
 import sympy
 from sympy.core.basic import Basic
 from sympy.core.function import AppliedUndef
+from sympy.core.sorting import default_sort_key
 
 from ..algebra.blades import exact
 from ..algebra.coefficients import scalar_function
@@ -79,6 +80,10 @@ class Expanded:
         """
         if isinstance(value, Expanded):
             return value
+        if type(value) is int:
+            return cls({(): value} if value else {})
+        if isinstance(value, sympy.Expr) and not value.is_Matrix:
+            return _read(value)
         if getattr(value, "dtype", None) is not None and getattr(value, "shape", None) == ():
             value = value.item()
         if isinstance(value, bool):
@@ -91,8 +96,6 @@ class Expanded:
             return cls.of(value.real) + cls.of(value.imag) * cls.of(sympy.I)
         if isinstance(value, (list, tuple)) or getattr(value, "dtype", None) is not None:
             raise _refusal(value, "derive with symbols first, then compile the formula: compiled kernels take arrays")
-        if isinstance(value, sympy.Expr) and not value.is_Matrix:
-            return _read(value)
         remedy = "make a symbol of it: symbols(...)" if isinstance(value, str) else ""
         raise _refusal(value, remedy)
 
@@ -137,16 +140,17 @@ class Expanded:
         return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Expanded:
-        if type(other) is not Expanded:
-            other = Expanded.of(other)
-        for factor, rest in ((self.terms, other), (other.terms, self)):
-            if len(factor) == 1 and () in factor:
-                return rest._multiple(factor[()])
+        factor: Expanded = other if type(other) is Expanded else Expanded.of(other)
+        first, second = self.terms, factor.terms
+        if len(second) == 1 and () in second:
+            return self._multiple(second[()])
+        if len(first) == 1 and () in first:
+            return factor._multiple(first[()])
         terms: dict[Monomial, Number] = {}
         left: list[Expanded] = []
         get = terms.get
-        for a, x in self.terms.items():
-            for b, y in other.terms.items():
+        for a, x in first.items():
+            for b, y in second.items():
                 monomial, whole = _times(a, b)
                 if whole is None:
                     terms[monomial] = get(monomial, 0) + x * y
@@ -173,6 +177,8 @@ class Expanded:
             ratio = self._ratio(divisor)
             if ratio is not None:
                 return Expanded({(): ratio} if ratio else {})
+        elif () in divisor.terms:
+            return self._multiple(_quotient(1, divisor.terms[()]))
         return self * divisor.power(-1)
 
     def __rtruediv__(self, other: Any) -> Expanded:
@@ -269,11 +275,16 @@ class Expanded:
         for monomial, value in self.terms.items():
             for k, (g, e) in enumerate(monomial):
                 inner = _derivative(_generators[g], variable)
-                if inner.terms:
+                if not inner.terms:
+                    continue
+                before, after, factor = monomial[:k], monomial[k + 1 :], _plain(value * e)
+                lowered = ((g, exact(e - 1)),) if e != 1 else ()
+                if lowered and g in _composite:
                     # Read as a product, since powers of sums and numbers have forms of their own.
-                    outer = term(((g, exact(e - 1)),) if e != 1 else ())
-                    rest = Expanded({(*monomial[:k], *monomial[k + 1 :]): _plain(value * e)})
-                    total = total + rest * outer * inner
+                    rest = term(lowered) * Expanded({before + after: factor})
+                else:
+                    rest = Expanded({before + lowered + after: factor})
+                total = total + rest * inner
         return total
 
     def __eq__(self, other: object) -> bool:
@@ -473,9 +484,35 @@ def _sympy_number(value: Number) -> Any:
 
 @lru_cache(maxsize=4096)
 def _derivative(generator: Any, variable: Any) -> Expanded:
-    if generator.is_Symbol:
-        return Expanded({(): 1} if generator == variable else {})
+    if generator == variable:
+        return Expanded({(): 1})
+    if generator.is_Symbol or variable not in generator.free_symbols:
+        return Expanded({})
+    if generator.args == (variable,) and generator.func in _DERIVATIVES:
+        function, sign = _DERIVATIVES[generator.func]
+        return Expanded({((_generator(function(variable)), 1),): sign})
+    unknown = generator.expr if isinstance(generator, sympy.Derivative) else generator
+    if isinstance(unknown, AppliedUndef) and _has_distinct_symbols(unknown):
+        return Expanded({((_generator(_derivative_of_unknown(unknown, generator, variable)), 1),): 1})
     return Expanded.of(sympy.diff(generator, variable))
+
+
+_DERIVATIVES = {
+    sympy.sin: (sympy.cos, 1), sympy.cos: (sympy.sin, -1), sympy.sinh: (sympy.cosh, 1), sympy.cosh: (sympy.sinh, 1),
+}  # fmt: skip
+
+
+def _has_distinct_symbols(unknown: Any) -> bool:
+    """Return whether all arguments of an unknown function are different symbols."""
+    return all(each.is_Symbol for each in unknown.args) and len(set(unknown.args)) == len(unknown.args)
+
+
+def _derivative_of_unknown(unknown: Any, generator: Any, variable: Any) -> Any:
+    """Return what `sympy.diff` returns, without its search for equal variables: that takes most of its time."""
+    counts = dict(generator.variable_count) if generator is not unknown else {}
+    counts[variable] = counts.get(variable, 0) + 1
+    ordered = sorted(counts, key=default_sort_key) if len(counts) > 1 else counts
+    return Basic.__new__(sympy.Derivative, unknown, *(sympy.Tuple(each, counts[each]) for each in ordered))
 
 
 @lru_cache(maxsize=4096)
@@ -494,7 +531,9 @@ def _read(value: Any) -> Expanded:
         return result
     if isinstance(value, sympy.exp) or value.is_Pow:
         return _read_power(value)
-    return Expanded({((_generator(value), 1),): 1})
+    result = Expanded({((_generator(value), 1),): 1})
+    result._expression = value
+    return result
 
 
 def _read_power(value: Any) -> Expanded:

@@ -27,11 +27,10 @@ __all__ = [
 
 
 def _apply(operation: Operation, *arguments: Any) -> SymbolicMultivector:
-    algebra = next((a.algebra for a in arguments if isinstance(a, Multivector)), None)
-    if algebra is None:
+    first = next((a for a in arguments if isinstance(a, Multivector)), None)
+    if first is None:
         raise AlgebraError(f"{operation}()", ", ".join(type(a).__name__ for a in arguments), "at least one multivector")
-    zero = SymbolicMultivector(algebra, {})
-    lifted = tuple(map(zero.lift, arguments))
+    lifted = tuple(map(symbolic(first).lift, arguments))
     return symbolic(MEANINGS[operation](*lifted), operation, *lifted)
 
 

@@ -19,6 +19,9 @@ from ..errors import AlgebraError
 from ..rings.symbolic import Expanded
 from .printing import Printed, plain_text
 
+Terms = Mapping[int, Expanded]
+History = tuple[Operation, tuple[Any, ...]] | None
+
 
 class SymbolicMultivector(Immutable, Multivector):
     """An immutable element of `algebra` with sympy coefficients, created by `symbols`, `multivector` or operations.
@@ -46,7 +49,7 @@ class SymbolicMultivector(Immutable, Multivector):
 
     name: str | None
     layout: Layout | None
-    history: tuple[Operation, tuple[Any, ...]] | None
+    history: History
     _shown: Mapping[int, Any] | None
     _in_own_form: bool
     _run_operation: ClassVar[Callable[..., Any]]
@@ -60,31 +63,29 @@ class SymbolicMultivector(Immutable, Multivector):
         name: str | None = None,
         layout: Layout | None = None,
         shown: Mapping[int, Any] | None = None,
-        history: tuple[Operation, tuple[Any, ...]] | None = None,
+        history: History = None,
     ) -> None:
-        super().__init__(algebra, {blade: Expanded.of(value) for blade, value in terms.items()})
-        object.__setattr__(self, "name", name)
-        object.__setattr__(self, "layout", layout)
-        object.__setattr__(self, "history", history)
-        object.__setattr__(self, "_in_own_form", shown is not None)
-        object.__setattr__(self, "_shown", None if shown is None else MappingProxyType(dict(shown)))
+        self._fill(algebra, {blade: Expanded.of(value) for blade, value in terms.items()}, history, name, layout)
+        if shown is not None:
+            object.__setattr__(self, "_in_own_form", True)
+            object.__setattr__(self, "_shown", MappingProxyType(dict(shown)))
 
     @classmethod
-    def _of_terms(
-        cls, algebra: Algebra, terms: dict[int, Any], operation: Operation, *operands: Any
-    ) -> SymbolicMultivector:
-        """Return the result of an operation on elements of this class, whose coefficients are already expanded."""
+    def of_ring(cls, algebra: Algebra, terms: Terms, history: History = None) -> SymbolicMultivector:
+        """Return the element with coefficients of the ring of expanded expressions, without converting them."""
         result = object.__new__(cls)
-        set_ = object.__setattr__
-        set_(result, "algebra", algebra)
-        kept = {blade: value for blade in sorted(terms) if (value := terms[blade]).terms}
-        set_(result, "terms", MappingProxyType(kept))
-        set_(result, "name", None)
-        set_(result, "layout", None)
-        set_(result, "history", (operation, operands))
-        set_(result, "_in_own_form", False)
-        set_(result, "_shown", None)
+        result._fill(algebra, terms, history)
         return result
+
+    def _fill(self, algebra: Algebra, terms: Terms, history: History, name: Any = None, layout: Any = None) -> None:
+        set_, blades = object.__setattr__, sorted(terms) if len(terms) > 1 else terms
+        set_(self, "algebra", algebra)
+        set_(self, "terms", MappingProxyType({blade: value for blade in blades if (value := terms[blade]).terms}))
+        set_(self, "name", name)
+        set_(self, "layout", layout)
+        set_(self, "history", history)
+        set_(self, "_in_own_form", False)
+        set_(self, "_shown", None)
 
     @property
     def expressions(self) -> Mapping[int, Any]:
@@ -104,11 +105,6 @@ class SymbolicMultivector(Immutable, Multivector):
     def _oriented(self, blade: int) -> Any:
         value = self.expressions[blade]
         return value if self.algebra.spelling(blade)[0] > 0 else -value
-
-    @property
-    def _plain(self) -> Multivector:
-        """The same multivector over the ring of expanded expressions."""
-        return Multivector(self.algebra, self.terms)
 
     def __getitem__(self, blade: str | int) -> Any:
         """Return the coefficient of a blade, given by any spelling (``"e31"``) or by bitmap, as a sympy expression."""
@@ -159,7 +155,7 @@ class SymbolicMultivector(Immutable, Multivector):
 
     def expand(self) -> SymbolicMultivector:
         """Expand every coefficient."""
-        return SymbolicMultivector(self.algebra, self.terms)
+        return self.of_ring(self.algebra, self.terms)
 
     def factor(self) -> SymbolicMultivector:
         """Factor every coefficient with `sympy.factor`; see `factored` for the common factor of all coefficients."""
@@ -200,12 +196,12 @@ class SymbolicMultivector(Immutable, Multivector):
                 replaced[sympy.sympify(old)] = Expanded.of(new).expression
         if self._in_own_form:
             return self.map(lambda each: each.subs(replaced, simultaneous=True))
-        return SymbolicMultivector(self.algebra, {b: v.substitute(replaced) for b, v in self.terms.items()})
+        return self.of_ring(self.algebra, {b: v.substitute(replaced) for b, v in self.terms.items()})
 
     def diff(self, *variables: Any) -> SymbolicMultivector:
         """Differentiate with respect to scalar symbols, with the arguments of `sympy.diff`."""
         if len(variables) == 1 and isinstance(variables[0], sympy.Symbol):
-            return SymbolicMultivector(self.algebra, {b: v.derivative(variables[0]) for b, v in self.terms.items()})
+            return self.of_ring(self.algebra, {b: v.derivative(variables[0]) for b, v in self.terms.items()})
         return SymbolicMultivector(self.algebra, {b: sympy.diff(v, *variables) for b, v in self.expressions.items()})
 
     def integrate(self, *variables: Any) -> SymbolicMultivector:
@@ -234,23 +230,23 @@ class SymbolicMultivector(Immutable, Multivector):
 
     def grade(self, *grades: int) -> SymbolicMultivector:
         """Return the part of the given grades."""
-        return symbolic(super().grade(*grades), Operation.GRADE, self, *grades)
+        return symbolic(self.keep(lambda blade: blade.bit_count() in grades), Operation.GRADE, self, *grades)
 
     def keep(self, predicate: Callable[[int], bool]) -> SymbolicMultivector:
         """Return the part on the blades (bitmaps) for which `predicate` holds."""
-        return symbolic(super().keep(predicate))
+        return self.of_ring(self.algebra, {blade: value for blade, value in self.terms.items() if predicate(blade)})
 
     def product(self, name: str, other: Multivector) -> SymbolicMultivector:
         """Return the named product with `other`: the geometric product, a part of its grades, or a commutator."""
         lifted = self.lift(other)
         terms = product(self.algebra, name, self.terms, lifted.terms)
-        return self._of_terms(self.algebra, terms, BY_NAME[name], self, lifted)
+        return self.of_ring(self.algebra, terms, (BY_NAME[name], (self, lifted)))
 
     def __add__(self, other: Any) -> SymbolicMultivector:
         if _acts(other):
             return NotImplemented
         lifted = self.lift(other)
-        return self._of_terms(self.algebra, added(self.terms, lifted.terms), Operation.ADD, self, lifted)
+        return self.of_ring(self.algebra, added(self.terms, lifted.terms), (Operation.ADD, (self, lifted)))
 
     def __radd__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) + self
@@ -260,13 +256,13 @@ class SymbolicMultivector(Immutable, Multivector):
             return NotImplemented
         lifted = self.lift(other)
         terms = added(self.terms, signed(lifted.terms, lambda _: -1))
-        return self._of_terms(self.algebra, terms, Operation.SUBTRACT, self, lifted)
+        return self.of_ring(self.algebra, terms, (Operation.SUBTRACT, (self, lifted)))
 
     def __rsub__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) - self
 
     def __neg__(self) -> SymbolicMultivector:
-        return self._of_terms(self.algebra, signed(self.terms, lambda _: -1), Operation.NEGATE, self)
+        return self.of_ring(self.algebra, signed(self.terms, lambda _: -1), (Operation.NEGATE, (self,)))
 
     def __pos__(self) -> SymbolicMultivector:
         return self
@@ -295,7 +291,11 @@ class SymbolicMultivector(Immutable, Multivector):
 
     def __truediv__(self, other: Any) -> SymbolicMultivector:
         lifted = self.lift(other)
-        return symbolic(self._plain / lifted._plain, Operation.DIVIDE, self, lifted)
+        if lifted.terms.keys() != {0}:
+            quotient = Multivector(self.algebra, self.terms) / Multivector(self.algebra, lifted.terms)
+            return symbolic(quotient, Operation.DIVIDE, self, lifted)
+        terms = {blade: value / lifted.terms[0] for blade, value in self.terms.items()}
+        return self.of_ring(self.algebra, terms, (Operation.DIVIDE, (self, lifted)))
 
     def __rtruediv__(self, other: Any) -> SymbolicMultivector:
         return self.lift(other) / self
@@ -304,7 +304,7 @@ class SymbolicMultivector(Immutable, Multivector):
         return symbolic(super().__pow__(exponent))
 
     def __invert__(self) -> SymbolicMultivector:
-        return self._of_terms(self.algebra, signed(self.terms, self.algebra.reverse_sign), Operation.REVERSE, self)
+        return self.of_ring(self.algebra, signed(self.terms, self.algebra.reverse_sign), (Operation.REVERSE, (self,)))
 
     def __eq__(self, other: object) -> bool:
         """Compare the expanded coefficients; the function `equal` of this package also applies identities."""
@@ -366,9 +366,10 @@ def _restored(rows: list[tuple[Any, ...]]) -> SymbolicMultivector:
 
 def symbolic(value: Multivector, operation: Operation | None = None, *operands: Any) -> SymbolicMultivector:
     """Convert `value` to sympy coefficients, and record it as the result of `operation` on `operands` if given."""
-    if operation is not None:
-        return SymbolicMultivector(value.algebra, value.terms, history=(operation, operands))
-    return value if isinstance(value, SymbolicMultivector) else SymbolicMultivector(value.algebra, value.terms)
+    history = None if operation is None else (operation, operands)
+    if not isinstance(value, SymbolicMultivector):
+        return SymbolicMultivector(value.algebra, value.terms, history=history)
+    return value if history is None else value.of_ring(value.algebra, value.terms, history)
 
 
 def required(where: str, value: Any) -> SymbolicMultivector:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from math import lcm
 from random import Random
 from typing import Any
@@ -78,6 +79,8 @@ def reduce(a: SymbolicMultivector, *given: Any) -> SymbolicMultivector:
         The element `a` itself if the ideal of the relations is too large.
     """
     start = required("reduce()", a)
+    if not given and _is_normal(start):
+        return start
     found = _reduced(start, given)
     # The first pass can merge denominators whose relations the second pass then uses.
     return found if found is start else _reduced(found, given)
@@ -109,7 +112,7 @@ class _Bridge:
                 for g, e in monomial:
                     self._roots[g] = lcm(self._roots[g], e.denominator)
         for g in self._generators:
-            self.ring.variable(str(generator(g)))
+            self.ring.variable(f"g{g}")
 
     def to(self, element: Expanded) -> tuple[Polynomial, dict[int, int]] | None:
         """Return a polynomial and the powers of variables that multiply it, or None for floating-point coefficients."""
@@ -168,6 +171,23 @@ class _Bridge:
 _PARTNERS: Mapping[Any, tuple[Any, int]] = {sympy.cos: (sympy.sin, 1), sympy.cosh: (sympy.sinh, -1)}
 
 
+def _is_normal(a: SymbolicMultivector) -> bool:
+    """Return whether `a` is in normal form since its generators have no identities."""
+    for value in a.terms.values():
+        for monomial in value.terms:
+            for g, _ in monomial:
+                if _has_identities(g):
+                    return False
+    return True
+
+
+@lru_cache(maxsize=4096)
+def _has_identities(number: int) -> bool:
+    """Return whether `_Bridge.identities` can contain one of this generator."""
+    base = generator(number)
+    return base.is_Add or base.is_Number or base.func in _PARTNERS
+
+
 def _rank(base: Any) -> int:
     """Return the rank of a generator in the monomial order: cosines come first, sums last."""
     return 0 if base.func in _PARTNERS else 2 if base.is_Add else 1
@@ -195,7 +215,7 @@ def _reduced(a: SymbolicMultivector, given: Sequence[Any]) -> SymbolicMultivecto
     degree = max([p.degree for p in polynomials] + [pair[0].degree for pair in converted.values() if pair is not None])
     try:
         ideal = Ideal(polynomials, degree)
-        return SymbolicMultivector(
+        return a.of_ring(
             a.algebra,
             {
                 blade: a.terms[blade] if pair is None else bridge.back(ideal.reduce(pair[0]), pair[1])

@@ -1,4 +1,4 @@
-"""Exponentials, logarithms and powers over null and oblique bases of six vectors, in kernels with loops."""
+"""Exponentials, logarithms and powers over null and oblique bases of six to eight vectors, in kernels with loops."""
 
 from __future__ import annotations
 
@@ -58,27 +58,43 @@ def bivectors(algebra: Algebra) -> Layout:
     return algebra.layout("bivectors", " ".join(algebra.spelling(blade)[1] for blade in algebra.blades(2)))
 
 
-def example(angles: list[Any]) -> tuple[Any, Any]:
-    """Return a bivector of G33 and its exponential, with 40 digits: two rotations and a boost, moved by a versor."""
+def null_basis(n_pairs: int, n_unit: int) -> Algebra:
+    """Pairs of null vectors with various inner products, and unit vectors."""
+    products = [Fraction(1), Fraction(1, 2), Fraction(-2), Fraction(3)][:n_pairs]
+    n = 2 * n_pairs + n_unit
+    gram = [[Fraction(int(i == j >= 2 * n_pairs)) for j in range(n)] for i in range(n)]
+    for k, value in enumerate(products):
+        gram[k][n_pairs + k] = gram[n_pairs + k][k] = value
+    return Algebra(f"null{n}", " ".join(f"n{k}" for k in range(1, n + 1)), gram)
+
+
+def planes_of(algebra: Algebra, n_pairs: int) -> list[Any]:
+    """Commuting planes: two of rotations, and one of a boost for each further pair, or of a rotation with a vector."""
+    vectors = algebra.basis()
+    plus, minus = [], []
+    for w, v in zip(vectors[:n_pairs], vectors[n_pairs : 2 * n_pairs], strict=True):
+        half = 1 / (2 * Fraction((w * v).scalar))
+        plus.append(w + v * half)
+        minus.append(w - v * half)
+    turned = [plus[2] * vector for vector in vectors[2 * n_pairs :]]
+    return [plus[0] * plus[1], minus[0] * minus[1], *(turned or [plus[k] * minus[k] for k in range(2, n_pairs)])]
+
+
+def example(angles: list[Any], algebra: Algebra = G33, n_pairs: int = 3) -> tuple[Any, Any]:
+    """Return a bivector and its exponential, with 40 digits: two rotations and boosts, moved by a versor."""
     with mpmath.workdps(40):
-        vectors = G33.basis()
-        plus, minus = [], []
-        for w, v in zip(vectors[:3], vectors[3:], strict=True):
-            sign = 1 if (w * v).scalar > 0 else -1
-            plus.append(w + v * Fraction(sign) / (2 * abs((w * v).scalar)))
-            minus.append(w - v * Fraction(sign) / (2 * abs((w * v).scalar)))
-        planes = [plus[0] * plus[1], minus[0] * minus[1], plus[2] * minus[2]]
+        vectors = algebra.basis()
         mover = exact_exp(((vectors[0] ^ vectors[4]) + (vectors[1] ^ vectors[2])).map(lambda x: mpmath.mpf(x) / 7))
         mover = exact_exp((vectors[2] ^ vectors[3]).map(lambda x: mpmath.mpf(x) / 5)) * mover
-        b, versor = G33.scalar(0), G33.scalar(mpmath.mpf(1))
-        for plane, angle in zip(planes, angles, strict=True):
+        b, versor = algebra.scalar(0), algebra.scalar(mpmath.mpf(1))
+        for plane, angle in zip(planes_of(algebra, n_pairs), angles, strict=False):
             half = mpmath.mpf(angle) / 2
             square = plane * plane
             assert abs(square.scalar) == 1 and set(square.terms) == {0}
             even, odd = (mpmath.cos, mpmath.sin) if square.scalar < 0 else (mpmath.cosh, mpmath.sinh)
             b = b + plane.map(lambda x, half=half: x * half)
             sine = odd(half)
-            versor = versor * (G33.scalar(even(half)) + plane.map(lambda x, sine=sine: x * sine))
+            versor = versor * (algebra.scalar(even(half)) + plane.map(lambda x, sine=sine: x * sine))
         return (mover * b * ~mover).grade(2), mover * versor * ~mover
 
 
@@ -118,6 +134,33 @@ def test_accuracy() -> None:
     known[[G33.even.blades.index("1"), G33.even.blades.index("w12")]] = 1, 0.75
     assert np.abs(exp(null) - known).max() < 1e-15
     assert np.abs(log(known) - null).max() < 1e-15
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("n_pairs", "n_unit"), [(3, 1), (4, 0)], ids=["seven", "eight"])
+def test_accuracy_over_seven_and_eight_vectors(n_pairs: int, n_unit: int) -> None:
+    """Errors are at most 1e-14 of the largest coefficient, also near half and whole turns beside other planes."""
+    algebra = null_basis(n_pairs, n_unit)
+    layout = bivectors(algebra)
+
+    @ga.kernel(r=algebra.UNIT_EVEN, loops=True)
+    def logarithm(r: Any) -> Any:
+        return ga.log(r)
+
+    @ga.kernel(b=layout, loops=True)
+    def exponential(b: Any) -> Any:
+        return ga.exp(b)
+
+    log, exp = (ga.compile(each, "arrays", effort=0) for each in (logarithm, exponential))
+    for name, angles in ANGLES.items():
+        b, versor = example([*angles, 0.7], algebra, n_pairs)
+        r = values(versor, algebra.UNIT_EVEN)
+        size = np.abs(r).max()
+        error = np.abs(exp(values(b, layout)) - values(versor, algebra.even)).max()
+        assert error <= 1e-14 * size, name
+        shorter = [x - 2 * PI if x > PI else x for x in map(mpmath.mpf, [*angles, 0.7])]
+        known = values(example(shorter, algebra, n_pairs)[0], layout)
+        assert np.abs(log(r) - known).max() <= 1e-14 * np.abs(known).max() * size**2, name
 
 
 def test_what_is_refused_says_what_to_do() -> None:

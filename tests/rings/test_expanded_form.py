@@ -55,3 +55,26 @@ def test_reciprocals_of_sums_with_roots_and_functions_keep_their_sign(text: str)
     product = Expanded.of(value).power(-1).expression * value
     at = {"x": 0.7, "y": 1.3}
     assert float(product.subs(at)) == pytest.approx(1, abs=1e-14)
+
+
+@all_cases("seed", range(60))
+def test_repeated_derivatives_of_unknown_functions_are_those_of_sympy(seed: int) -> None:
+    """The order of the variables too: by name, then by assumptions, whatever order they were taken in."""
+    random = Random(seed)
+    symbols = [X, Y, P, *sympy.symbols("x1 x10 x2 T"), sympy.Symbol("x"), sympy.Symbol("y", real=True)]
+    value = sympy.Function("f")(*random.sample(symbols, random.randint(1, 5)))
+    found = Expanded.of(value)
+    for _ in range(4):
+        variable = random.choice([*value.args[:1][0].args, *symbols] if value.args else symbols)
+        value, found = sympy.diff(value, variable), found.derivative(variable)
+        assert sympy.srepr(found.expression) == sympy.srepr(value)
+
+
+@all_cases("function", [sympy.sin, sympy.cos, sympy.sinh, sympy.cosh, sympy.tan, sympy.log, sympy.Function("f")])
+def test_derivatives_of_functions_are_those_of_sympy(function: Any) -> None:
+    """Of the variable, of other arguments, and of arguments that contain it twice."""
+    for argument in ((X,), (2 * X,), (Y,), (X**2 + Y,)):
+        expected = sympy.expand(sympy.diff(function(*argument), X))
+        assert sympy.simplify(Expanded.of(function(*argument)).derivative(X).expression - expected) == 0
+    twice = sympy.Function("g")(X, function(X))
+    assert (Expanded.of(twice).derivative(X) - sympy.diff(twice, X)).is_zero
