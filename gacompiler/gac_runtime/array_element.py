@@ -125,11 +125,12 @@ class Element:
             found[index] = self[index] if index else self
         return found
 
-    def __float__(self) -> NoReturn:
+    def __float__(self) -> float:
         name = self.stored[1].name
         raise TypeError(f"{name}: an element is not a number; its coefficients are in .values, that of 1 is x['1']")
 
-    __int__ = __complex__ = __float__
+    __int__: Callable[..., Any] = __float__
+    __complex__: Callable[..., Any] = __float__
 
     def __len__(self) -> int:
         if not self.shape:
