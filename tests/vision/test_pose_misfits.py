@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -88,7 +89,8 @@ def test_terms_are_the_changes_of_distances(kind: str) -> None:
         views = [seen(kind, *pair, sizes, np.zeros((8, 9, 2))) for pair in zip(cameras, PLAIN, strict=True)]
         given = measurements(model, tuple(views))
         pose = np.eye(8)[0]
-        sums, explained = object_poses.object_misfits(pose, *given.arguments, model.size, 1e3, given.lenses)
+        kernel: Any = object_poses.object_misfits
+        sums, explained = kernel(pose, *given.arguments, model.size, 1e3, given.lenses)
         column, distance = sums[6 + k], sums[-1]
         # Of two columns that are parallel, the product is that of their norms.
         assert column[-1] ** 2 == pytest.approx(column[6 + k] * distance[-1], rel=2e-3), term
@@ -103,7 +105,7 @@ def test_what_is_not_as_stated_is_not_ok_and_wrong(kind: str) -> None:
         for _ in range(4):
             cameras, sizes = changed(term, by)
             noise = rng.normal(0, 0.3, (2, 8, 9, 2))
-            views = [seen(kind, *pair, sizes, each) for *pair, each in zip(cameras, PLAIN, noise, strict=True)]
+            views = [seen(kind, c, own, sizes, each) for c, own, each in zip(cameras, PLAIN, noise, strict=True)]
             found = estimate_pose(MODELS[kind], views, noise=0.3, tolerance=(0.2, 0.05))
             if found.status == PoseStatus.OK:
                 turn = float(np.linalg.norm(pga3.motor_logarithm(found.motor)[:3]) * 2)
