@@ -313,13 +313,16 @@ def object_misfits(
     for name, (kind, elements, pixels, cameras_of, weights) in zip(KINDS, tables(values), strict=True):
 
         def of(element, pixel, weight, camera, lens, kind=kind, name=name):
-            found = kind(camera, pixel, element, 0)
-            share, _ = _share(found, weight, scale)
-            off = [lens[2] * (x - c) for x, c in zip(pixel, lens[:2], strict=True)]
+            measured = kind(camera, pixel, element, 0)
+            share, _ = _share(measured, weight, scale)
+            # Derivatives are those at the nearest pixel of the image, which does not depend on the distance.
+            near = [x - sum(r * by[k] for r, _, by in measured) for k, x in enumerate(pixel)]
+            found = kind(camera, near, element, 0)
+            off = [lens[2] * (x - c) for x, c in zip(near, lens[:2], strict=True)]
             far, rows = dot(off, off), []
-            for r, row, by in found:
+            for (r, _, _), (_, row, by) in zip(measured, found, strict=True):
                 z, y, x, *shifted = (sign * part / 2 for sign, part in zip((-1, 1, -1, -1, -1, -1), row, strict=True))
-                place = element if name == "points" else _place_seen(camera, pixel, (x, y, z), shifted)
+                place = element if name == "points" else _place_seen(camera, near, (x, y, z), shifted)
                 focal = dot(by, off)
                 sizes = [a * b for a, b in zip(place, shifted, strict=True)]
                 rows.append([*row[:3], *(unit * each_ for each_ in row[3:]), focal, far * focal, *sizes, r])

@@ -242,7 +242,11 @@ def _doubt(found: PoseEstimate, task: PoseTask, freedom: int) -> Misfit:
     _, cost, by_all, by_one = explained.tolist()
     if not any(Tested(cost, by_all, by_one, n_terms, freedom - n_terms).exceed(noise)):
         return NO_MISFIT
-    return misfit(sums, 6, freedom, noise)
+    norms = np.sqrt(sums.diagonal())
+    for part in (slice(6), slice(8, 11)):
+        # What changes nothing is rounding, in relation to what does.
+        norms[part] = np.maximum(norms[part], SINGLE * norms[part].max())
+    return misfit(sums, 6, freedom, noise, norms=norms)
 
 
 def _likely_difference(found: PoseEstimate, task: PoseTask) -> float:
