@@ -247,6 +247,8 @@ def _inertial(rng: np.random.Generator, spoil: str) -> Trial:
         return np.asarray((a * np.sin(2 * np.pi * f * t[:, None] + phase)).sum(0))
 
     rates, pushed = start * sines(0.7, 0.1, 0.8), start * sines(0.5, 0.3, 1.2)
+    if spoil == "pulled":
+        pushed[800:, 0] += rng.uniform(0.5, 3)
     steps = pga3.rotor_from_rotation_vector(rates / rate)
     turns = [np.asarray(pga3.rotor_from_matrix(rotation(rng, 0.5)))]
     for step in steps:
@@ -258,6 +260,10 @@ def _inertial(rng: np.random.Generator, spoil: str) -> Trial:
         acc = np.zeros_like(acc)
     if spoil == "degrees":
         gyr = np.degrees(gyr)
+    if spoil == "gain":
+        gyr *= rng.uniform(1.05, 1.3) ** rng.choice([-1, 1])
+    if spoil == "late":
+        gyr = np.roll(gyr, int(rng.integers(10, 60)), 0)
     if spoil == "saturated":
         limit = max(2.1, rng.uniform(0.5, 0.8) * np.abs(gyr).max())
         gyr = np.clip(gyr, -limit, limit)
@@ -298,3 +304,18 @@ def inertial_saturated(rng: np.random.Generator) -> Trial:
 @row("`estimate_orientation`", "the same without rates for 0.6 to 1.4 s")
 def inertial_with_a_gap(rng: np.random.Generator) -> Trial:
     return _inertial(rng, "missing")
+
+
+@row("`estimate_orientation`", "the same with rates that are 5 to 30 % too large or small", slow=True)
+def inertial_of_other_gain(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "gain")
+
+
+@row("`estimate_orientation`", "the same with rates 0.1 to 0.6 s later than accelerations", slow=True)
+def inertial_of_late_rates(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "late")
+
+
+@row("`estimate_orientation`", "the same with an acceleration of 0.5 to 3 m/s2 for the last twelve seconds", slow=True)
+def inertial_pulled(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "pulled")

@@ -18,7 +18,7 @@ from ..precision import NEGLIGIBLE
 from .noise import ENOUGH, Noise, largest_ratio
 from .status import WRONG
 
-_SUSPECTED = 0.05
+SUSPECTED = 0.05
 """From a probability: a term that noise shows in a twentieth of the data makes bounds larger; it is no contradiction.
 """
 UNKNOWN = Noise(0.0, 0.0)
@@ -91,7 +91,7 @@ class Tested(NamedTuple):
     """Number of residuals minus numbers of parameters and of terms."""
     rounding: float = 0.0
 
-    def exceed(self, noise: Noise, probability: float = _SUSPECTED) -> tuple[bool, bool]:
+    def exceed(self, noise: Noise, probability: float = SUSPECTED) -> tuple[bool, bool]:
         """Return whether all terms explain more than noise would, and whether one does that is rarer than said."""
         n, freedom = self.n_terms, self.freedom
         one = probability / max(n, 1)

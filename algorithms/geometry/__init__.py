@@ -1,6 +1,7 @@
 """Geometry of points, lines, planes, circles and spheres: distances, angles, intersections, projections, fits."""
 
 from .circles import NearestOnCircles, nearest_on_circles
+from .fit_evidence import FitStatus
 from .fits import Fit, fit_circle, fit_line, fit_plane, fit_sphere
 from .kinds import KINDS
 from .meshes import MeshHit, hit_mesh
@@ -26,6 +27,7 @@ __all__ = [
     "ConeFit",
     "CylinderFit",
     "Fit",
+    "FitStatus",
     "Meet",
     "MeshHit",
     "NearestOnCircles",

@@ -58,7 +58,7 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
     Raises
     ------
     TypeError, ValueError
-        If arguments have wrong shapes or types, or faces refer to missing vertices.
+        If arguments have wrong shapes or types, vertices are not finite, or faces refer to missing ones.
 
     Notes
     -----
@@ -66,7 +66,7 @@ def hit_mesh(origins: ArrayLike, directions: ArrayLike, vertices: ArrayLike, fac
     """
     starts = real_array(origins, "origins", (3,), "points")
     along = real_array(directions, "directions", (3,), "directions")
-    corners = real_array(vertices, "vertices", (-1, 3), "vertices as rows")
+    corners = finite(real_array(vertices, "vertices", (-1, 3), "vertices as rows"), "vertices")
     numbers = np.asarray(faces)
     if corners.ndim != 2:
         raise ValueError(f"vertices: shape {corners.shape}; expected one mesh, (n, 3)")

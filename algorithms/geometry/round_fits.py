@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,16 +12,17 @@ from numpy.typing import ArrayLike
 from generated import cga3
 
 from ..arguments import Reals
-from ..precision import NEGLIGIBLE
+from ..precision import NEGLIGIBLE, TINY
 from .circles import STARTS
-from .fits import ROUNDING, axis_after, axis_frame, descend, enough_points, off_cylinder, seen_along
+from .fit_evidence import Fitted, arc_of, box_of, rounding_of
+from .fits import ROUNDING, Judgement, axis_after, axis_frame, descend, enough_points, off_cylinder, seen_along
 
 DIRECTIONS = 400
 """Number of directions of the axis that are tried, distributed evenly over a hemisphere."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class CylinderFit:
+@dataclass(frozen=True, eq=False)
+class CylinderFit(Judgement):
     """The result of `fit_cylinder`."""
 
     axis: Reals
@@ -31,10 +33,11 @@ class CylinderFit:
     """(...) The root mean square of the distances."""
     determined: Reals
     """(...) bool. False if the cylinder is not unique, or does not exist because all points are coplanar."""
+    _evidence: tuple[Any, ...] = field(repr=False)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ConeFit:
+@dataclass(frozen=True, eq=False)
+class ConeFit(Judgement):
     """The result of `fit_cone`."""
 
     apex: Reals
@@ -47,6 +50,7 @@ class ConeFit:
     """(...) The root mean square of the distances to the double cone."""
     determined: Reals
     """(...) bool. As in `CylinderFit`."""
+    _evidence: tuple[Any, ...] = field(repr=False)
 
 
 def fit_cylinder(points: ArrayLike) -> CylinderFit:
@@ -73,7 +77,8 @@ def fit_cylinder(points: ArrayLike) -> CylinderFit:
     """
     state, residual, determined = _best(points, 6, 3, _cylinder_start, off_cylinder, 5)
     line = cga3.line_from_point_direction(state[..., :3], state[..., 3:6])
-    return CylinderFit(line, np.abs(state[..., 6]), residual, determined)
+    evidence = _fitted_cylinder, determined, 3, np.asarray(points, float), state
+    return CylinderFit(line, np.abs(state[..., 6]), residual, determined, evidence)
 
 
 def fit_cone(points: ArrayLike) -> ConeFit:
@@ -103,7 +108,52 @@ def fit_cone(points: ArrayLike) -> ConeFit:
     side = np.sign(np.median(((places - state[..., None, :3]) * state[..., None, 3:6]).sum(-1), -1))
     direction = np.where(side < 0, -1, 1)[..., None] * state[..., 3:6]
     line = cga3.line_from_point_direction(state[..., :3], direction)
-    return ConeFit(state[..., :3], line, state[..., 6], residual, determined)
+    evidence = _fitted_cone, determined, 3, places, state
+    return ConeFit(state[..., :3], line, state[..., 6], residual, determined, evidence)
+
+
+def _fitted_cylinder(places: Reals, state: Reals) -> Fitted:
+    middle = places.mean(0)
+    along = (middle - state[:3]) @ state[3:6]
+    scaled, here, size = _in_units(
+        places, np.concatenate([state[:3] + along * state[3:6], state[3:6], state[6:]]), middle
+    )
+    here[6] = state[6] / size
+    off, jacobian = off_cylinder(scaled, here)
+    h = (scaled - here[:3]) @ here[3:6]
+    c, s = -jacobian[:, :2].T
+    extents = np.array([np.inf, np.inf, np.inf, h.var(), h.var(), np.inf])
+    parts, radius = (((0, 1), size), ((3, 4), None), ((5,), size)), abs(float(here[6]))
+    thickness = box_of(scaled, 3) / (radius * arc_of(c, s) * float(np.ptp(h)))
+    rounding = rounding_of(places, size)
+    return Fitted(
+        off[None], jacobian[None], np.stack([h, c, s], -1), parts, extents, rounding, True, thickness, radius, 5
+    )
+
+
+def _fitted_cone(places: Reals, state: Reals) -> Fitted:
+    scaled, here, size = _in_units(places, state, places.mean(0))
+    off = _off_cone(scaled, here)[0]
+    x, y, h, c, s = seen_along(scaled, here)
+    # The derivatives are those at the nearest points of the cone, which do not depend on the residuals.
+    cosine, sine = np.cos(here[6]), np.sin(here[6])
+    along = np.hypot(x, y) * sine + np.abs(h) * cosine
+    h = np.where(h < 0, -along, along) * cosine
+    on = np.stack([along * sine * c, along * sine * s, h], -1)
+    jacobian = _off_cone(here[:3] + on @ axis_frame(here[3:6]), here)[1]
+    extents = np.array([np.inf, np.inf, np.inf, h.var(), h.var(), np.inf])
+    parts = ((0, 1, 2), size), ((3, 4), None), ((5,), None)
+    where = np.stack([h - h.mean(), c, s], -1)
+    radius = float(along.mean() * abs(sine))
+    thickness = box_of(scaled, 3) / (radius * arc_of(c, s) * max(float(np.ptp(along)), TINY))
+    rounding = rounding_of(places, size)
+    return Fitted(off[None], jacobian[None], where, parts, extents, rounding, True, thickness, radius)
+
+
+def _in_units(places: Reals, state: Reals, middle: Reals) -> tuple[Reals, Reals, float]:
+    """Return points and a state about their middle, in units of their size."""
+    size = float(np.sqrt(((places - middle) ** 2).sum(-1).mean()))
+    return (places - middle) / size, np.concatenate([(state[:3] - middle) / size, state[3:]]), size
 
 
 Start = Callable[[Reals, Reals, Reals], Reals]
@@ -118,7 +168,7 @@ def _best(
     dof: int,
 ) -> tuple[Reals, Reals, Reals]:
     """Return the best state for each set of points: position and direction of the axis, and a radius or angle."""
-    places = enough_points(points, least)
+    places = enough_points(points, least, True)
     leading = places.shape[:-2]
     states, residuals, known = np.empty((*leading, 7)), np.empty(leading), np.zeros(leading, bool)
     with np.errstate(all="ignore"):

@@ -44,6 +44,13 @@ from .printing import latex_of, repr_of, text_of
 from .scalars import Scalar
 
 
+def _misused(where: str, shape: tuple[int, ...], expected: str, error: Exception) -> Exception:
+    """Return an error for an argument that numpy refuses, whose messages count the axis of blades."""
+    if isinstance(error, TypeError):
+        return OperandError(where, f"shape {shape}", "integers")
+    return LayoutError(where, f"shape {shape}", expected)
+
+
 @cache
 def _run_of(definition: Definition) -> list[Callable[[Any], Any]]:
     """Return `curried` of a definition that is created on demand, cached."""
@@ -372,7 +379,10 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
     def reshape(self, *shape: int | tuple[int, ...]) -> Self:
         """Return the same multivectors in another shape."""
         wanted = shape[0] if len(shape) == 1 and isinstance(shape[0], tuple) else shape
-        return wrap(self.layout, self.values.reshape((*wanted, self.layout.size)))
+        try:
+            return wrap(self.layout, self.values.reshape((*wanted, self.layout.size)))
+        except (TypeError, ValueError) as error:
+            raise _misused(f"reshape to {wanted}", self.shape, "as many elements", error) from None
 
     def transpose(self, *axes: int | tuple[int, ...]) -> Self:
         """Return the multivectors with their axes reversed, or in the order of `axes`."""
@@ -382,12 +392,18 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
 
     def sum(self, axis: int | tuple[int, ...] | None = None, keepdims: bool = False) -> Self:
         """Return the sum over all elements, or along axes."""
-        found: Any = np.sum(self, axis=axis, keepdims=keepdims)
+        try:
+            found: Any = np.sum(self, axis=axis, keepdims=keepdims)
+        except (TypeError, ValueError) as error:
+            raise _misused(f"sum along axis {axis!r}", self.shape, "axes that there are, each once", error) from None
         return found
 
     def mean(self, axis: int | tuple[int, ...] | None = None, keepdims: bool = False) -> Self:
         """Return the mean of all elements, or along axes. The mean of points of projective space is a point."""
-        found: Any = np.mean(self, axis=axis, keepdims=keepdims)
+        try:
+            found: Any = np.mean(self, axis=axis, keepdims=keepdims)
+        except (TypeError, ValueError) as error:
+            raise _misused(f"mean along axis {axis!r}", self.shape, "axes that there are, each once", error) from None
         return found
 
     def __str__(self) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..algebra.layout import Layout
-from ..errors import AlgebraError, LayoutError
+from ..errors import AlgebraError, LayoutError, OperandError
 from .caches import cached_by_name
 
 
@@ -58,6 +58,12 @@ def require_blade(where: str, x: Any) -> None:
         product = "^" if k == 2 else "&"
         found_text = f"a {x.layout} that is not a blade: x {product} x = {worst:.3g}"
         raise AlgebraError(where, found_text, "an outer product of vectors")
+
+
+def require_element(where: str, x: Any) -> None:
+    """Raise `OperandError` if an object is not a multivector."""
+    if not hasattr(x, "algebra"):
+        raise OperandError(where, f"a {type(x).__name__}", "multivectors, such as points")
 
 
 @cached_by_name

@@ -19,7 +19,7 @@ from ..frontend.expression import Expression
 from ..gac_runtime.annotations import Array, Real, Truth
 from .arrays import MultivectorArray
 from .caches import cached_by_name
-from .checks import refuse, require_blade
+from .checks import refuse, require_blade, require_element
 from .constructors import Rigid, given_of, round_arguments
 from .direct import ROTATE, SCREW
 from .expressions import is_symbolic, layout_in
@@ -90,6 +90,7 @@ class Conformal(Rigid[M]):
 
     def coordinates(self, points: M) -> Array:
         """Return the coordinates of points with nonzero weight, along the last axis."""
+        require_element("coordinates", points)
         weight = np.asarray(points["e0"])
         if np.any(weight == 0):
             raise LayoutError("coordinates", "a vector without e0", "a point")

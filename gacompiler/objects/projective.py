@@ -17,7 +17,7 @@ from ..errors import LayoutError
 from ..frontend.expression import Expression
 from ..gac_runtime.annotations import Array, Numbers
 from .caches import cached_by_name
-from .checks import refuse, require_blade
+from .checks import refuse, require_blade, require_element
 from .constructors import Rigid, given_of
 from .definitions import normalize_of
 from .expressions import layout_in
@@ -38,6 +38,7 @@ class Projective(Rigid[M]):
 
     def coordinates(self, points: M) -> Array:
         """Return the coordinates of points with nonzero weight, along the last axis."""
+        require_element("coordinates", points)
         w = np.asarray(points[self._weight])
         if np.any(w == 0):
             raise LayoutError("coordinates", "a point at infinity", f"a point with nonzero {self._weight}")

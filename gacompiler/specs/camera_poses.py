@@ -29,6 +29,7 @@ from gacompiler.specs.families.covariances import choose, cross, dot, square, tr
 from gacompiler.specs.families.descents import TINY, UNKNOWN, descend, truncated_equations
 from gacompiler.specs.families.essential import nonzero, times
 from gacompiler.specs.families.linear_equations import dominant, inverse_of, quotient
+from gacompiler.specs.families.misfits import explained_of
 from gacompiler.specs.families.poses import matrix_of_pose, moved_pose
 from gacompiler.specs.families.rotations import quaternion_of_matrix
 from gacompiler.specs.families.sights import rotor_of, translator_of
@@ -318,21 +319,7 @@ def pose_misfits(pose, k, places, pixels):
         )
 
     sums = square(total(sums_of, places, pixels), 15)
-    size = [*(1 / sqrt(maximum(sums[i][i], TINY)) for i in range(14)), 1]
-    scaled = [[size[i] * size[j] * sums[i][j] for j in range(15)] for i in range(15)]
-    own = [[scaled[i][j] + (HELD if i == j else 0) for j in range(6)] for i in range(6)]
-    moves, _ = ga.solve_symmetric(own, [row[6:] for row in scaled[:6]])
-    rest = [
-        [scaled[i][j] - sum((scaled[m][i] * moves[m][j - 6] for m in range(6)), 0) for j in range(6, 15)]
-        for i in range(6, 15)
-    ]
-    side = [row[8] for row in rest[:8]]
-    open_ = [[row[j] + (HELD if i == j else 0) for j in range(8)] for i, row in enumerate(rest[:8])]
-    found, _ = ga.solve_symmetric(open_, side)
-    most = 0
-    for i, slope in enumerate(side):
-        most = maximum(most, select(rest[i][i] > HELD, slope * slope / maximum(rest[i][i], HELD), 0))
-    return tuple(tuple(row) for row in sums), (sums[14][14], rest[8][8], dot(found, side), most)
+    return tuple(tuple(row) for row in sums), explained_of(sums, 6)
 
 
 @kernel(pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, returns=array(SCALAR, 2))

@@ -15,9 +15,11 @@ from typing import Any, NamedTuple
 import gacompiler as ga
 from gacompiler import SCALAR, absolute, array, assemble, each, gather, iterate, kernel, select, total
 from gacompiler.specs.families.covariances import choose, congruent, cross, dot, square
+from gacompiler.specs.families.misfits import explained_of
 from gacompiler.specs.families.sights import (
     ANCHORS,
     CAMERA,
+    DIRECTION_OF_LINE,
     KINDS,
     MODEL,
     MOTOR,
@@ -45,7 +47,7 @@ PLAIN_STAGE, ROBUST_STAGE, ENDED = 1, 2, 3
 
 def _share(residuals, weight, scale):
     """Return the weight of an estimate after Geman and McClure, and the robust square."""
-    far = sum(r * r for r, _ in residuals)
+    far = sum(r * r for r, *_ in residuals)
     ratio = 1 / (1 + far / (scale * scale))
     return weight * ratio * ratio, weight * far * ratio
 
@@ -59,7 +61,7 @@ def _sums(m, values, scale, metric):
         def of(element, pixel, weight, camera, kind=kind):
             found = kind(camera, pixel, element, metric)
             share, far = _share(found, weight, scale)
-            rows = [(r, [*row[:3], *(unit * x for x in row[3:])]) for r, row in found]
+            rows = [(r, [*row[:3], *(unit * x for x in row[3:])]) for r, row, _ in found]
             square_sums = tuple(share * sum(row[i] * row[j] for _, row in rows) for i in range(6) for j in range(i, 6))
             return square_sums, tuple(share * sum(r * row[i] for r, row in rows) for i in range(6)), far
 
@@ -231,7 +233,7 @@ def judge_pose(
     for (name, kind), (_, elements, pixels, cameras_of, weights) in zip(KINDS.items(), tables(values), strict=True):
 
         def of(element, pixel, camera, kind=kind):
-            return ga.sqrt(sum(r * r for r, _ in kind(camera, pixel, element, 0)))
+            return ga.sqrt(sum(r * r for r, *_ in kind(camera, pixel, element, 0)))
 
         def behind(element, camera, anchor_of=ANCHORS[name]):
             return select(scalar_of(planes_of(camera)[2] & anchor_of(element)) > 0, 0, 1)
@@ -255,6 +257,87 @@ def _centre_of_camera(camera):
 
 def _coordinates(point):
     return tuple(point[name] for name in ("e032", "e013", "e021"))
+
+
+N_TERMS = 5
+"""The focal length, a radial term of distortion, and the extents of an object along its axes."""
+
+
+def _place_seen(camera, pixel, turned, shifted):
+    """Return the point of an object that is seen at a pixel, by the derivatives of its distance by turns and shifts.
+
+    The former are the cross product of the place and the latter, which leaves out the part along these: it is that of
+    the line of sight.
+    """
+    eye = _coordinates(_centre_of_camera(camera))
+    first, second, third = planes_of(camera)
+    sight = (first - pixel[0] * third) ^ (second - pixel[1] * third)
+    x, y, z = (sight[name] for name in DIRECTION_OF_LINE)
+    along = x, -y, z
+    across = cross(along, shifted)
+    rest = [a - b for a, b in zip(turned, cross(eye, shifted), strict=True)]
+    depth = dot(rest, across) / (dot(across, across) + TINY)
+    return [a + depth * b for a, b in zip(eye, along, strict=True)]
+
+
+@kernel(
+    **MODEL, unit=SCALAR, scale=SCALAR, lenses=array(SCALAR, "cameras", 3),
+    returns=(array(SCALAR, 7 + N_TERMS, 7 + N_TERMS), array(SCALAR, 4)),
+)  # fmt: skip
+def object_misfits(
+    m, cameras, points, points_pixels, points_cameras, points_weights, edges, edges_pixels, edges_cameras,
+    edges_weights, balls, balls_pixels, balls_cameras, balls_weights, tubes, tubes_pixels, tubes_cameras,
+    tubes_weights, rims, rims_pixels, rims_cameras, rims_weights, unit, scale, lenses,
+):  # fmt: skip
+    """Compute what other cameras and another size of an object say of the distances of pixels in its pose.
+
+    Parameters
+    ----------
+    unit, scale
+        As in `refine_pose`: distances have the same robust weights.
+    lenses
+        For each camera the pixel of its axis, and the inverse of its focal length.
+
+    Returns
+    -------
+    sums
+        The sums of products of 12 columns. Six are derivatives by the coefficients of B, as in `refine_pose`. Five are
+        those by the focal length and by a radial term of distortion, which all cameras share, and by the extents of the
+        object along its axes. The last has the distances.
+    explained
+        The sum of squares of distances, the part of it across the derivatives by the pose, and what the five and the
+        best one of them explain of that part.
+    """
+    values = dict(locals())
+    sums, turned = (0,) * ((7 + N_TERMS) * (8 + N_TERMS) // 2), in_object(m, values["cameras"])
+    for name, (kind, elements, pixels, cameras_of, weights) in zip(KINDS, tables(values), strict=True):
+
+        def of(element, pixel, weight, camera, lens, kind=kind, name=name):
+            measured = kind(camera, pixel, element, 0)
+            share, _ = _share(measured, weight, scale)
+            # Derivatives are those at the nearest pixel of the image, which does not depend on the distance.
+            near = [x - sum(r * by[k] for r, _, by in measured) for k, x in enumerate(pixel)]
+            found = kind(camera, near, element, 0)
+            off = [lens[2] * (x - c) for x, c in zip(near, lens[:2], strict=True)]
+            far, rows = dot(off, off), []
+            for (r, _, _), (_, row, by) in zip(measured, found, strict=True):
+                z, y, x, *shifted = (sign * part / 2 for sign, part in zip((-1, 1, -1, -1, -1, -1), row, strict=True))
+                place = element if name == "points" else _place_seen(camera, near, (x, y, z), shifted)
+                focal = dot(by, off)
+                sizes = [a * b for a, b in zip(place, shifted, strict=True)]
+                rows.append([*row[:3], *(unit * each_ for each_ in row[3:]), focal, far * focal, *sizes, r])
+            return tuple(share * sum(a * b for a, b in pairs) for pairs in _pairs(rows))
+
+        more = total(of, elements, pixels, weights, gather(turned, cameras_of), gather(lenses, cameras_of))
+        sums = tuple(a + b for a, b in zip(sums, more, strict=True))
+    table = square(sums, 7 + N_TERMS)
+    return tuple(tuple(row) for row in table), explained_of(table, 6)
+
+
+def _pairs(rows):
+    """Return for each pair of columns, as in an upper triangle, its entries in all rows."""
+    n = len(rows[0])
+    return [[(row[i], row[j]) for row in rows] for i in range(n) for j in range(i, n)]
 
 
 @kernel(m=MOTOR, thin=array(SCALAR, 3), centre=array(SCALAR, 3), camera=CAMERA, returns=MOTOR)

@@ -128,6 +128,13 @@ class Element:
             found[index] = self[index] if index else self
         return found
 
+    def __float__(self) -> float:
+        name = self.stored[1].name
+        raise TypeError(f"{name}: an element is not a number; its coefficients are in .values, that of 1 is x['1']")
+
+    __int__: Callable[..., Any] = __float__
+    __complex__: Callable[..., Any] = __float__
+
     def __len__(self) -> int:
         if not self.shape:
             raise TypeError(f"a single {self.stored[1].name} has no length; its coefficients are in .values")

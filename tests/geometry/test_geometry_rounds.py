@@ -154,6 +154,7 @@ def test_invalid_meshes() -> None:
         ((np.zeros(3), np.ones(3), vertices, [[0.0, 1, 2]]), "three integers"),
         ((np.zeros((2, 3)), np.ones((3, 3)), vertices, faces), "leading axes that broadcast"),
         ((np.zeros(2), np.ones(3), vertices, faces), "origins"),
+        ((np.zeros(3), np.ones(3), np.where(vertices == vertices.max(), np.nan, vertices), faces), "vertices"),
     ):
         with pytest.raises(ValueError, match=message):
             hit_mesh(*arguments)

@@ -55,7 +55,7 @@ def test_points_and_edges_without_noise() -> None:
 def test_errors_are_within_the_target_and_agree_with_the_covariance() -> None:
     rng = np.random.default_rng(2)
     model = ObjectModel.of(points=CUBE, edges=EDGES)
-    errors, squares = [], []
+    errors, squares, uncertain = [], [], 0
     for _ in range(60):
         truth = pose(rng)
         views = views_of_points(CUBE, truth, rng)
@@ -66,14 +66,16 @@ def test_errors_are_within_the_target_and_agree_with_the_covariance() -> None:
             pixels += rng.normal(0, NOISE, pixels.shape)
             views[k] = View(camera, points=views[k].points, edges=(np.repeat(np.arange(len(ends)), 20), pixels))
         found = estimate_pose(model, views)
-        assert found.status == PoseStatus.OK
+        # Noise looks like another camera in a twentieth of the data, whose bounds are larger.
+        uncertain += found.status == PoseStatus.UNCERTAIN
+        assert found.status in (PoseStatus.OK, PoseStatus.UNCERTAIN)
         errors.append(distance(found.motor, truth, model.centre))
         between = pga3.motor_logarithm(pga3.motor_product(pga3.motor_inverse(found.motor), truth))
         turn = -2 * np.array([between[2], -between[1], between[0]])
         shift = np.asarray(pga3.move_point(pga3.motor_exponential(between), model.centre)) - model.centre
         e = np.concatenate([turn, shift])
         squares.append(e @ np.linalg.solve(found.covariance, e))
-    assert np.max(errors, 0)[0] < 0.2 and np.max(errors, 0)[1] < 0.5
+    assert uncertain <= 3 and np.max(errors, 0)[0] < 0.2 and np.max(errors, 0)[1] < 0.5
     # A sum of 60 chi-square numbers of six degrees has the mean 360 and the standard deviation 27.
     assert 250 < np.sum(squares) < 495
 

@@ -60,9 +60,10 @@ def estimate_pose(
     -------
     PoseEstimate
         The status OK guarantees a minimum with residuals that the noise explains, all elements in front of the cameras,
-        no motion that leaves the images as they are, no second pose that was found to be as good, and errors below the
-        tolerance with a probability of at least 0.999 each. SYMMETRIC guarantees the same up to motions that change no
-        image. For every other status, `PoseStatus` states the cause.
+        no motion that leaves the images as they are, no second pose that was found to be as good, distances that show
+        no other focal length, distortion or size of the object, and errors below the tolerance with a probability of at
+        least 0.999 each. SYMMETRIC guarantees the same up to motions that change no image. For every other status,
+        `PoseStatus` states the cause.
 
     Raises
     ------
@@ -70,9 +71,9 @@ def estimate_pose(
         If shapes or types disagree, there is no view, `noise` is not positive, `start` is not a motor, or `tolerance`
         is not two positive numbers.
     """
-    found = estimated_pose(model, views, start, noise, tolerance)
+    found = estimated_pose(model, views, start, noise, tolerance, True)
     if found.status == PoseStatus.INCONSISTENT:
-        return estimated_pose(model, views, start, _MORE * noise, tolerance)
+        return estimated_pose(model, views, start, _MORE * noise, tolerance, True)
     return found
 
 
@@ -82,8 +83,12 @@ def estimated_pose(
     start: ArrayLike | None,
     noise: float,
     tolerance: tuple[float, float] | None = None,
+    is_independent: bool = False,
 ) -> PoseEstimate:
-    """Return the pose of `estimate_pose` for one standard deviation of pixels, which is not tried again with more."""
+    """Return the pose of `estimate_pose` for one standard deviation of pixels, which is not tried again with more.
+
+    Only if errors of pixels are independent, other cameras and sizes of the object are tested.
+    """
     seen = measurements(model, (views,) if isinstance(views, View) else tuple(views))
     if not finite_number(noise, "noise") > 0:
         raise ValueError(f"noise: {noise}; expected a positive number of pixels")
@@ -93,7 +98,7 @@ def estimated_pose(
         return no_pose(PoseStatus.NOT_FINITE, seen)
     if seen.n_equations < 6:
         return no_pose(_why_too_few(model, seen, guess), seen)
-    task = PoseTask(model, seen, noise, limits)
+    task = PoseTask(model, seen, noise, limits, is_independent)
     if guess is not None:
         found = judged(minima(guess[None], task), task)
         if found.status not in _RETRIED:

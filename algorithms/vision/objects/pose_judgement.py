@@ -13,6 +13,7 @@ from generated import pga3
 
 from ...arguments import Reals
 from ...evidence import WRONG, Freedom, Noise, largest_ratio, log_false_alarms
+from ...evidence.misfit import NO_MISFIT, Misfit, Tested, misfit
 from ...evidence.noise import USUAL_WEIGHT
 from ...evidence.status import RARE
 from ...evidence.triangles import from_triangle
@@ -21,6 +22,7 @@ from .pose_images import without_thin_images
 from .pose_minima import (
     NONE,
     REJECTED,
+    SCALE,
     Minima,
     PoseTask,
     limited_costs,
@@ -36,7 +38,8 @@ from .pose_starts import reversals
 from .pose_status import PoseStatus
 
 _FEW_WRONG = 3
-"""More rejected pixels of an edge or silhouette than those that agree, by more than this number, refute a pose."""
+"""More rejected pixels of an edge, a silhouette or one of several cameras than those that agree, by more than this
+number, refute a pose."""
 _LEAST_FREEDOM = 4
 """If measurements are rejected, the least number of redundant equations apart from one for each that is rejected: few
 may agree with a wrong pose by chance."""
@@ -79,7 +82,7 @@ def judged(found: Minima, task: PoseTask) -> PoseEstimate:
         ):
             task, found = used, again
     while True:
-        result, cost, count = _of_least(found, task)
+        result, cost, count, freedom = _of_least(found, task)
         if result.status == PoseStatus.BEHIND_CAMERA:
             front = [k for k in np.flatnonzero(found.costs < NONE) if _is_in_front(found.poses[k], task)]
             if front:
@@ -91,12 +94,12 @@ def judged(found: Minima, task: PoseTask) -> PoseEstimate:
         better = np.flatnonzero(found.costs < cost - _likely_difference(result, task))
         better = np.array([k for k in better if _is_in_front(found.poses[k], task)], int) if len(better) else better
         if not len(better):
-            return _compared(result, cost, found, task, whole)
+            return _compared(result, cost, found, task, whole, freedom)
         found = Minima(found.poses[better], found.costs[better])
 
 
-def _of_least(found: Minima, task: PoseTask) -> tuple[PoseEstimate, float, float]:
-    """Return the pose of least cost with the status that its residuals justify, its cost, and the pixels that agree."""
+def _of_least(found: Minima, task: PoseTask) -> tuple[PoseEstimate, float, float, int]:
+    """Return the pose of least cost with the status that its residuals justify, its cost, its pixels and freedom."""
     seen, noise = task.seen, task.noise
     best = int(found.costs.argmin())
     motor = found.poses[best] if found.poses[best, 0] >= 0 else -found.poses[best]
@@ -133,6 +136,7 @@ def _of_least(found: Minima, task: PoseTask) -> tuple[PoseEstimate, float, float
         PoseEstimate(motor, cause, residual, covariance, free, _NO_POSE, inliers, determined),
         min(cost, float(found.costs[best])),
         count,
+        freedom,
     )
 
 
@@ -144,6 +148,8 @@ def _are_enough(far: Reals, inliers: dict[str, Reals], freedom: int, rejected: f
     would rarely agree with any pose as well.
     """
     seen = task.seen
+    if task.is_independent and _is_against(inliers, seen):
+        return False
     if freedom >= _LEAST_FREEDOM + rejected and _most_agree(inliers, seen):
         return True
     if seen.kinds != ("points",):
@@ -165,6 +171,14 @@ def _most_agree(inliers: dict[str, Reals], seen: Measurements) -> bool:
         if signs.sum() < 0 or (kind != "points" and np.bincount(one.rows, signs).min() < -_FEW_WRONG):
             return False
     return True
+
+
+def _is_against(inliers: dict[str, Reals], seen: Measurements) -> bool:
+    """Return whether clearly fewer pixels of one of several cameras agree with a pose than do not."""
+    if len(seen.cameras) == 1:
+        return False
+    signs = np.concatenate([seen.of[kind].weights * np.where(inliers[kind], 1.0, -1.0) for kind in seen.kinds])
+    return bool(np.bincount(np.concatenate([seen.of[kind].cameras for kind in seen.kinds]), signs).min() < -_FEW_WRONG)
 
 
 def _neighbours(found: PoseEstimate, count: float, task: PoseTask) -> list[Minima]:
@@ -194,19 +208,45 @@ def _is_in_front(pose: Reals, task: PoseTask) -> bool:
     return not _verified(pose, _NO_TABLE, task)[5]
 
 
-def _compared(result: PoseEstimate, cost: float, found: Minima, task: PoseTask, whole: PoseTask) -> PoseEstimate:
+def _compared(
+    result: PoseEstimate, cost: float, found: Minima, task: PoseTask, whole: PoseTask, freedom: int
+) -> PoseEstimate:
     """Return a pose with the final status, after the comparison with other minima."""
     others = _others(result, cost, found, task)
     if len(others) and whole.seen is not task.seen:
         # Thin images do not determine the pose, but they may rule others out.
         costs = limited_costs(np.concatenate([result.motor[None], others]), whole)
         others = others[costs[1:] <= _RULED_OUT * costs[0] + _likely_difference(result, task)]
-    status = result.status
+    result = replace(result, alternatives=others)
     if len(others):
-        status = PoseStatus.AMBIGUOUS
-    elif any(a > b for a, b in zip(bounds_of(result.determined), task.limits, strict=True)):
-        status = PoseStatus.UNCERTAIN
-    return replace(result, status=status, alternatives=others)
+        return replace(result, status=PoseStatus.AMBIGUOUS)
+    doubt = _doubt(result, task, freedom) if task.is_independent else NO_MISFIT
+    if doubt.more is not None:
+        size = task.model.size
+        motions = _displacements(np.diag([1.0, 1, 1, size, size, size]), task)
+        more = motions.T @ doubt.more @ motions
+        result = replace(result, covariance=result.covariance + more, determined=result.determined + more)
+    if doubt.contradicts:
+        return replace(result, status=PoseStatus.UNEXPLAINED)
+    if any(a > b for a, b in zip(bounds_of(result.determined), task.limits, strict=True)):
+        return replace(result, status=PoseStatus.UNCERTAIN)
+    return result
+
+
+def _doubt(found: PoseEstimate, task: PoseTask, freedom: int) -> Misfit:
+    """Return what other cameras, or another size of the object, explain of the distances."""
+    seen, noise = task.seen, Noise(task.noise**2, USUAL_WEIGHT)
+    kernel: Any = kernels.object_misfits  # mypy takes seconds to find that unpacked arguments fit no overload
+    sums, explained = kernel(found.motor, *seen.arguments, task.model.size, SCALE * task.noise, seen.lenses)
+    n_terms = len(sums) - 7
+    _, cost, by_all, by_one = explained.tolist()
+    if not any(Tested(cost, by_all, by_one, n_terms, freedom - n_terms).exceed(noise)):
+        return NO_MISFIT
+    norms = np.sqrt(sums.diagonal())
+    for part in (slice(6), slice(8, 11)):
+        # What changes nothing is rounding, in relation to what does.
+        norms[part] = np.maximum(norms[part], SINGLE * norms[part].max())
+    return misfit(sums, 6, freedom, noise, norms=norms)
 
 
 def _likely_difference(found: PoseEstimate, task: PoseTask) -> float:

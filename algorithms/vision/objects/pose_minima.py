@@ -43,6 +43,9 @@ class PoseTask(NamedTuple):
     noise: float
     limits: tuple[float, float]
     """The largest bounds of the errors of rotation and displacement."""
+    is_independent: bool = False
+    """Whether errors of pixels are independent, so that what they have in common contradicts the cameras or the model.
+    Those of an edge in an image are not: the tracker compares edges and cameras with each other."""
 
 
 class Minima(NamedTuple):

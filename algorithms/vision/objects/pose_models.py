@@ -190,6 +190,15 @@ class Measurements(NamedTuple):
     arguments: tuple[Reals, ...]
     """The arguments of the kernels after the motor."""
 
+    @property
+    def lenses(self) -> Reals:
+        """(v, 3) Of each camera the pixel of its axis, and the inverse of its focal length."""
+        found = []
+        for camera in self.cameras:
+            (f, _, x), (_, g, y), _ = np.asarray(camera.intrinsics).tolist()
+            found.append((x, y, 2 / (f + g)))
+        return np.array(found)
+
 
 def _constant(values: Reals) -> Reals:
     values.flags.writeable = False

@@ -22,7 +22,7 @@ class PoseEstimate:
 
     motor: Reals
     """(8,) The unit motor from the frame of the object to that of the world; NaN if the status
-    is another one than OK, SYMMETRIC, AMBIGUOUS and UNCERTAIN."""
+    is another one than OK, SYMMETRIC, AMBIGUOUS, UNCERTAIN and UNEXPLAINED."""
     status: PoseStatus
     residual: float
     """The root mean square distance of the measurements that agree with the pose, in pixels."""

@@ -29,3 +29,6 @@ class PoseStatus(Status):
     """The iterations ended before they reached a minimum."""
     NOT_FINITE = 10
     """A measurement is infinite."""
+    UNEXPLAINED = 11
+    """The distances follow another focal length, a distortion or another size of the object more than noise: a camera
+    or the model is not what it is taken for."""

@@ -1,7 +1,7 @@
 """Distances in pixels between measurements and the images of elements of an object, with their derivatives.
 
 Each function of `KINDS` takes a camera, in the frame of the object, a pixel, an element and the parameter `metric` of
-the kernels, and returns residuals with their derivatives by the coefficients of a bivector.
+the kernels, and returns residuals with their derivatives by the coefficients of a bivector, and by the pixel.
 """
 
 from fractions import Fraction
@@ -119,7 +119,7 @@ def _sight(camera, pixel):
 
 
 def _in_pixels(condition, metric):
-    """Return the distance in pixels at which a condition holds, to first order, and its derivatives by the pose.
+    """Return the distance in pixels at which a condition holds, to first order, and its derivatives by pose and pixel.
 
     If `metric` is positive, it is the number of pixels per unit of the condition. The derivatives are exact then, and
     descents from far away do not stall; otherwise the change of the slope is neglected.
@@ -128,7 +128,7 @@ def _in_pixels(condition, metric):
     slope = ga.sqrt(u * u + v * v + TINY)
     if not isinstance(metric, int):
         slope = select(metric > 0, 1 / (metric + TINY), slope)
-    return condition.value / slope, [rate / slope for rate in condition.rates[:6]]
+    return condition.value / slope, [rate / slope for rate in condition.rates[:6]], (u / slope, v / slope)
 
 
 # Each function returns residuals in pixels with their derivatives.
@@ -138,7 +138,8 @@ def _of_point(camera, pixel, place, _metric):
     there = _moving(place_of(place))
     heights = [linear(lambda x, plane=plane: scalar_of(plane & x), there) for plane in planes_of(camera)]
     found = [quotient(height, heights[2]) for height in heights[:2]]
-    return [(f.value - at, list(f.rates[:6])) for f, at in zip(found, pixel, strict=True)]
+    by_pixel = (-1, 0), (0, -1)
+    return [(f.value - at, list(f.rates[:6]), by) for f, at, by in zip(found, pixel, by_pixel, strict=True)]
 
 
 def _of_edge(camera, pixel, line, _metric):
