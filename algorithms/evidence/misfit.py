@@ -7,14 +7,17 @@ it is more than the rest: then the data contradict the model.
 
 from __future__ import annotations
 
+from functools import lru_cache
+from itertools import product
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from ..arguments import Reals
-from ..precision import NEGLIGIBLE
+from ..precision import NEGLIGIBLE, ROUNDING
 from .noise import ENOUGH, Noise, largest_ratio
 from .status import WRONG
 
@@ -28,17 +31,33 @@ UNKNOWN = Noise(0.0, 0.0)
 class Explained(NamedTuple):
     """What additional terms explain of residuals."""
 
-    explained: float
-    """The sum of squares that they explain."""
-    coefficients: Reals
-    n_terms: int
-    """The number of independent terms."""
+    squares: Reals
+    """(..., t) The sums of squares that the first terms explain, by their number."""
+    n_terms: NDArray[np.intp]
+    """(..., t) The numbers of independent ones among these."""
 
 
-def explained_by(normal: Reals) -> Explained:
-    """Return what terms explain of residuals, from the sums of products (q, q) of the terms and the residual."""
-    coefficients, _, rank, _ = np.linalg.lstsq(normal[:-1, :-1], normal[:-1, -1], rcond=None)
-    return Explained(float(normal[:-1, -1] @ coefficients), coefficients, int(rank))
+def explained_by(root: Reals) -> Explained:
+    """Return what terms explain of residuals, from a root (..., t + 1, t + 1) of sums of products with the residual.
+
+    The squares of the diagonal are what the terms before leave of one, which is rounding for dependent terms.
+    """
+    independent = np.diagonal(root, axis1=-2, axis2=-1)[..., :-1] ** 2 > NEGLIGIBLE
+    squares = np.where(independent, root[..., -1, :-1] ** 2, 0)
+    return Explained(squares.cumsum(-1), independent.cumsum(-1))
+
+
+def root_of(normal: Reals) -> Reals:
+    """Return triangular roots of sums of products (..., q, q) of columns of norm 1, which rounding may make indefinite.
+
+    The last rows say what the columns before explain of the last one.
+    """
+    held = ROUNDING * np.eye(normal.shape[-1])
+    try:
+        return np.asarray(np.linalg.cholesky(normal + held))
+    except np.linalg.LinAlgError:
+        lack = np.minimum(np.linalg.eigvalsh(normal)[..., :1, None], 0)
+        return np.asarray(np.linalg.cholesky(normal + held - 2 * lack * np.eye(normal.shape[-1])))
 
 
 def exceeds_noise(
@@ -131,15 +150,15 @@ def misfit(
     """
     scale = np.sqrt(np.maximum(np.diag(normal), 0)) if norms is None else norms
     scale = np.where(scale > 0, scale, 1)
-    normal = normal / np.outer(scale, scale)
-    moves = np.linalg.lstsq(normal[:size, :size], normal[:size, size:], rcond=NEGLIGIBLE)[0]
-    rest = normal[size:, size:] - normal[:size, size:].T @ moves
-    found = misfit_across(rest, freedom, noise, rounding, float(scale[-1]))
-    by = moves[:, :-1] / scale[:size, None]
-    return found if found.more is None else found._replace(more=by @ found.more @ by.T)
+    root = root_of(normal / np.outer(scale, scale))
+    found = _misfit_across(root[size:, size:], freedom, noise, rounding, float(scale[-1]))
+    if found.more is None:
+        return found
+    by = np.linalg.solve(root[:size, :size].T, root[size:-1, :size].T) / scale[:size, None]
+    return found._replace(more=by @ found.more @ by.T)
 
 
-def misfit_across(rest: Reals, freedom: int, noise: Noise, rounding: float, unit: float = 1.0) -> Misfit:
+def misfit_across(rest: Reals, freedom: int, noise: Noise, rounding: float) -> Misfit:
     """Return what terms explain of residuals, as `misfit` does, with the spread (t, t) of their coefficients.
 
     Parameters
@@ -148,19 +167,22 @@ def misfit_across(rest: Reals, freedom: int, noise: Noise, rounding: float, unit
         Sums of products of terms, of norm 1, and the residual across the derivatives by all parameters.
     freedom, noise, rounding
         As in `misfit`.
-    unit : float
-        The unit of the residual.
     """
-    left, used = rest, list[int]()
-    first, best = _tested(rest, unit**2, freedom, rounding)
-    tested = first
+    return _misfit_across(root_of(rest), freedom, noise, rounding, 1.0)
+
+
+def _misfit_across(root: Reals, freedom: int, noise: Noise, rounding: float, unit: float) -> Misfit:
+    """Return the result of `misfit_across` from a root of `rest`, for a residual in some unit."""
+    first, best = _tested(root, unit**2, freedom, rounding)
+    if not any(first.exceed(noise)):
+        return NO_MISFIT
+    rest = root @ root.T
+    left, used, tested = rest, list[int](), first
     while any(tested.exceed(noise)):
         used.append(best)
         left = left - np.outer(left[best], left[best]) / left[best, best]
         left[used] = left[:, used] = 0
-        tested, best = _tested(left, unit**2, freedom - len(used), rounding)
-    if not used:
-        return NO_MISFIT
+        tested, best = _tested(root_of(left), unit**2, freedom - len(used), rounding)
     spread = np.linalg.inv(rest[np.ix_(used, used)])
     coefficients = spread @ rest[used, -1] * unit
     variance, more = float(noise.raised(tested.cost, freedom - len(used))), np.zeros((len(rest) - 1,) * 2)
@@ -169,16 +191,59 @@ def misfit_across(rest: Reals, freedom: int, noise: Noise, rounding: float, unit
     return Misfit(is_refused, any(first.exceed(noise, WRONG)), more)
 
 
-def _tested(rest: Reals, unit: float, freedom: int, rounding: float) -> tuple[Tested, int]:
-    """Return what terms explain, from their sums of products (q, q) with the residual, and the best of them."""
-    diagonal = np.diag(rest)[:-1]
+def _tested(root: Reals, unit: float, freedom: int, rounding: float) -> tuple[Tested, int]:
+    """Return what terms explain, from a root (q, q) of their sums of products with the residual, and the best one."""
+    found = explained_by(root)
+    diagonal, slopes = (root[:-1] ** 2).sum(1), root[:-1] @ root[-1]
     # What is left of a term that the parameters replace is rounding.
-    some = np.flatnonzero(diagonal > NEGLIGIBLE)
-    part = rest[np.ix_([*some, -1], [*some, -1])]
-    found, gains = explained_by(part), part[:-1, -1] ** 2 / diagonal[some] * unit
-    best = int(some[gains.argmax()]) if len(some) else 0
-    cost, explained, alone = float(part[-1, -1]) * unit, found.explained * unit, float(gains.max(initial=0.0))
-    return Tested(cost, explained, alone, found.n_terms, freedom - found.n_terms, rounding), best
+    gains = np.where(diagonal > NEGLIGIBLE, slopes**2 / np.maximum(diagonal, NEGLIGIBLE), 0) * unit
+    best, n = int(gains.argmax()), int(found.n_terms[-1])
+    cost, explained = float(root[-1] @ root[-1]) * unit, float(found.squares[-1]) * unit
+    return Tested(cost, explained, float(gains[best]), n, freedom - n, rounding), best
+
+
+def has_shape(residuals: Reals, places: Reals, degrees: tuple[int, ...]) -> bool:
+    """Return whether residuals follow a smooth function of their places, which a model does not have.
+
+    It is the smooth test of Neyman (*Skandinavisk Aktuarietidskrift* 20:149, 1937): what polynomials explain of normal
+    numbers has a chi-square distribution, and least squares can only make it smaller.
+
+    Parameters
+    ----------
+    residuals : array, (n,)
+        In standard deviations.
+    places : array, (n, d)
+    degrees : tuple of int, ascending
+        Polynomials of each of these total degrees are tried.
+    """
+    middle, half = (places.max(0) + places.min(0)) / 2, np.ptp(places, axis=0) / 2
+    x = (places - middle) / np.where(half > 0, half, 1)
+    table = [np.ones_like(x), x]
+    for _ in range(degrees[-1] - 1):
+        table.append(2 * x * table[-1] - table[-2])
+    powers, counts = _polynomials(x.shape[1], degrees)
+    columns = np.prod([np.array(table)[power, :, k] for k, power in enumerate(powers.T)], axis=0)
+    norms = np.linalg.norm(columns, axis=1, keepdims=True)
+    columns = np.concatenate([columns / np.where(norms > 0, norms, 1), residuals[None]])
+    found, probability = explained_by(root_of(columns @ columns.T)), WRONG / len(counts)
+    return any(
+        exceeds_noise(square, square, rank, 0, 0.0, probability, Noise(1.0))
+        for square, rank in ((float(found.squares[k - 1]), int(found.n_terms[k - 1])) for k in counts)
+    )
+
+
+@lru_cache(maxsize=100)
+def _polynomials(d: int, degrees: tuple[int, ...]) -> tuple[NDArray[np.intp], list[int]]:
+    """Return powers (m, d) of d coordinates by ascending total degree, and how many are up to each of some degrees."""
+    found = sorted(product(range(degrees[-1] + 1), repeat=d), key=sum)
+    return np.array([each for each in found if sum(each) <= degrees[-1]]), [
+        sum(sum(each) <= degree for each in found) for degree in degrees
+    ]
+
+
+def in_sequence(n: int) -> Reals:
+    """Return places (n, 1) of numbers in a sequence, at which polynomials of degree k are cosines of k half waves."""
+    return np.cos(np.pi * (np.arange(n) + 0.5) / n)[:, None]
 
 
 def coherence(squares: float, products: float, n: int, both: int) -> float:

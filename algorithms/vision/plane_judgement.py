@@ -10,7 +10,7 @@ from generated import pga3, projective2
 
 from ..arguments import Reals
 from ..evidence import WRONG, largest_ratio, rank
-from ..evidence.misfit import contradicts, exceeds_noise, explained_by, misfit
+from ..evidence.misfit import contradicts, exceeds_noise, explained_by, misfit, root_of
 from ..evidence.noise import USUAL_WEIGHT
 from ..precision import NEGLIGIBLE
 from .distortion import Distortion
@@ -137,20 +137,19 @@ def _excess(lens: Lens, costs: Reals, views: Views, is_strict: bool) -> Reals:
     right, up, _ = np.moveaxis(_by_places(lens, views, rows), -1, 0)
     terms = np.stack([right * x - up * y, up * x + right * y], -1).reshape(*off.shape, 2)
     columns = np.concatenate([rows, terms, off[..., None]], -1)
-    size = np.sqrt((columns**2).sum(1, keepdims=True))
-    columns = columns / np.where(size > 0, size, 1)
-    normal = _eliminated(np.swapaxes(columns, 1, 2) @ columns, N_POSE)
-    exact = (NEGLIGIBLE * np.abs(views.pixels).max()) ** 2
-    for k, own in enumerate(normal):
-        freedom = int(counts[k]) - N_POSE - 2
-        if freedom <= 0 or not np.isfinite(own).all():
-            continue
-        explained = explained_by(own).explained * float(size[k, 0, -1]) ** 2
-        left = max(costs[k] - explained, 0.0)
-        by_noise = 2 * largest_ratio(2, freedom, WRONG / len(costs)) * left / freedom
-        least = by_noise if is_strict else max(by_noise, left)
-        ratios[k] = max(ratios[k], explained / max(least, exact * counts[k]))
-    return ratios
+    normal = np.swapaxes(columns, 1, 2) @ columns
+    size = np.sqrt(np.diagonal(normal, axis1=1, axis2=2))
+    scale = np.where(size > 0, size, 1)
+    freedoms = counts - N_POSE - 2
+    known = (freedoms > 0) & np.isfinite(normal).all((1, 2))
+    root = root_of((normal / (scale[:, None] * scale[..., None]))[known])
+    explained = explained_by(root[:, N_POSE:, N_POSE:]).squares[:, -1] * size[known, -1] ** 2
+    left, exact = np.maximum(costs[known] - explained, 0.0), (NEGLIGIBLE * np.abs(views.pixels).max()) ** 2
+    quantiles = np.array([largest_ratio(2, int(n), WRONG / len(costs)) for n in freedoms[known]])
+    by_noise = 2 * quantiles * left / freedoms[known]
+    least = by_noise if is_strict else np.maximum(by_noise, left)
+    ratios[known] = np.maximum(ratios[known], explained / np.maximum(least, exact * counts[known]))
+    return np.asarray(ratios)
 
 
 def _nothing(status: VisionStatus, inliers: Reals, size: int) -> Judged:
