@@ -205,7 +205,9 @@ class _Scene:
             return no_localization(VisionStatus.NO_CONSENSUS, n)
         poses = camera_motors(rows, self.centroid)
         pose = poses[0] if own.status == VisionStatus.OK else np.full(8, np.nan)
-        spread = np.sqrt(deviations(best, n_used, self.noise, growth=growth) ** 2 + own.doubt.more)
+        spread = deviations(best, n_used, self.noise, growth=growth)
+        if own.doubt is not NO_DOUBT:
+            spread = np.sqrt(spread**2 + own.doubt.more)
         return Localization(pose, own.status, float(np.sqrt(best.cost / n_used)), inliers, poses, spread)
 
     def judged(self, inliers: Reals) -> _Judged:
@@ -218,7 +220,7 @@ class _Scene:
             pose, (places, image) = found.matrix[0, 0], self._some(inliers)
             sums = camera_misfits(pose, self.k, places[0], image[0])
             doubt = doubt_of(*sums, places.shape[1], self.noise)
-            if doubt.more.any():
+            if doubt is not NO_DOUBT:
                 doubt = doubt._replace(more=doubt.more * [1, float(pose[:, 3] @ pose[:, 3])])
         return _Judged(status, found, likely, doubt)
 

@@ -81,6 +81,8 @@ def all_poses(places: Reals, image: Reals, k: Reals, n_steps: int, noise: Noise)
 def ordered(found: Poses) -> Poses:
     """Return poses (b, s), first those with all points in front of the camera, the least first."""
     order = np.lexsort((np.where(np.isfinite(found.cost), found.cost, np.inf), ~found.in_front), axis=1)
+    if (order[:, 1:] > order[:, :-1]).all():
+        return found
     return found.at((np.arange(len(order))[:, None], order))
 
 
@@ -93,8 +95,7 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     residual is below a fraction x of their squares with a probability of about x^(n - 3). It is AMBIGUOUS if another
     minimum, farther from the first than its bound, is likely as well, or if one that was not reached may be.
     """
-    best = found.at((slice(None), 0))
-    squares = np.asarray(camera_poses.pixel_squares(best.matrix, k, places, image))
+    squares = np.asarray(camera_poses.pixel_squares(found.matrix[:, 0], k, places, image))
     centred = image - image.sum(1, keepdims=True) / image.shape[1]
     spread = np.einsum("bni,bni->b", centred, centred)
     return judged_poses(found, places, squares, spread, noise, _depth(found.matrix))
