@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from math import isinf
 
 import numpy as np
 import scipy
@@ -77,7 +78,7 @@ def largest_ratio(n: int, freedom: float = np.inf, probability: float = WRONG) -
         Number of other residuals by which the variance is known.
     probability : float
     """
-    if np.isinf(freedom):
+    if isinf(freedom):
         return float(scipy.special.chdtri(n, probability)) / n
     # The lower quantile of the reciprocal is precise, also for small probabilities.
     return 1 / float(scipy.special.fdtri(freedom, n, probability))
@@ -136,7 +137,7 @@ class Noise:
         -------
         array, (...)
         """
-        if np.isinf(self.weight):
+        if isinf(self.weight):
             return np.maximum(self.variance, np.asarray(cost) / max(freedom, 1))
         return np.asarray((self.weight * self.variance + cost) / (self.weight + max(freedom, 0)))
 

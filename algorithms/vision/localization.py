@@ -212,14 +212,14 @@ class _Scene:
 
     def judged(self, inliers: Reals) -> _Judged:
         """Return what some of the points say."""
-        found = self.minima(inliers)
-        states, likely = self.status(found, inliers)
+        places, image = self._some(inliers)
+        found = all_poses(places, image, self.k, STEPS, self.noise)
+        states, likely = pose_status(found, places, image, self.k, self.noise)
         status = VisionStatus(int(states[0]))
         doubt = NO_DOUBT
         if status in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
-            pose, (places, image) = found.matrix[0, 0], self._some(inliers)
-            sums = camera_misfits(pose, self.k, places[0], image[0])
-            doubt = doubt_of(*sums, places.shape[1], self.noise)
+            pose = found.matrix[0, 0]
+            doubt = doubt_of(*camera_misfits(pose, self.k, places[0], image[0]), places.shape[1], self.noise)
             if doubt is not NO_DOUBT:
                 doubt = doubt._replace(more=doubt.more * [1, float(pose[:, 3] @ pose[:, 3])])
         return _Judged(status, found, likely, doubt)
@@ -227,10 +227,6 @@ class _Scene:
     def minima(self, inliers: Reals) -> Poses:
         """Return all minima (1, s) of the distances of some of the points."""
         return all_poses(*self._some(inliers), self.k, STEPS, self.noise)
-
-    def status(self, found: Poses, inliers: Reals) -> tuple[Reals, Reals]:
-        """Return the status (1,) of the best of the minima, and which of them are likely (1, s)."""
-        return pose_status(found, *self._some(inliers), self.k, self.noise)
 
     def _some(self, inliers: Reals) -> tuple[Reals, Reals]:
         """Return some of the points (1, k, 3) and their pixels (1, k, 2)."""

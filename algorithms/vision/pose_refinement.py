@@ -117,13 +117,13 @@ def judged_poses(
     `places`, `ends` (b, m, 3) are points of all of them.
     """
     n = places.shape[1]
-    best, freedom = found.at((slice(None), 0)), 2 * n - _PARAMETERS
-    undetermined = np.asarray(camera_poses.undetermined_pose(places if ends is None else ends, best.normal)) > 0
-    explained = best.cost <= min(WRONG ** (1 / (n - 3)), EXPLAINED) * spread
-    explained &= ~noise.contradicted(best.cost, freedom)
-    explained &= ~noise.outlying(squares, 2, best.cost[:, None] - squares, freedom - 2).any(1)
+    cost, freedom = found.cost[:, 0], 2 * n - _PARAMETERS
+    undetermined = np.asarray(camera_poses.undetermined_pose(places if ends is None else ends, found.normal[:, 0])) > 0
+    explained = cost <= min(WRONG ** (1 / (n - 3)), EXPLAINED) * spread
+    explained &= ~noise.contradicted(cost, freedom)
+    explained &= ~noise.outlying(squares, 2, cost[:, None] - squares, freedom - 2).any(1)
     # A minimum that was not reached may be as likely as the linear problem says.
-    costs = np.where(found.converged, found.cost, np.maximum(found.lowest, best.cost[:, None]))
+    costs = np.where(found.converged, found.cost, np.maximum(found.lowest, cost[:, None]))
     costs = np.where(found.in_front, costs, np.inf)
     rivals = likely(costs, 2 * n, freedom, noise)
     rivals[:, 0] = True
@@ -136,7 +136,7 @@ def judged_poses(
         rivals[:, i + 1 :] &= (apart | ~rivals[:, i : i + 1])[:, i + 1 :]
     status = np.zeros(len(rivals), int)
     status[rivals[:, 1:].any(1)] = VisionStatus.AMBIGUOUS
-    status[~(best.converged & best.in_front & explained)] = VisionStatus.NOT_CONVERGED
+    status[~(found.converged[:, 0] & found.in_front[:, 0] & explained)] = VisionStatus.NOT_CONVERGED
     status[undetermined[:, 1]] = VisionStatus.DEGENERATE
     status[undetermined[:, 0]] = VisionStatus.TOO_FEW
     return status, rivals
