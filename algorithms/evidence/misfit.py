@@ -24,6 +24,8 @@ from .status import WRONG
 _SUSPECTED = 0.05
 """From a probability: a term that noise shows in a twentieth of the data makes bounds larger; it is no contradiction.
 """
+_DOMINANT = 3.27
+"""From the probability `WRONG`: the quantile of Tracy and Widom's distribution for real numbers."""
 UNKNOWN = Noise(0.0, 0.0)
 """Noise of which nothing is known but what residuals say."""
 
@@ -268,3 +270,29 @@ def coherence(squares: float, products: float, n: int, both: int) -> float:
     """
     limit = -float(scipy.special.ndtri(WRONG)) * sqrt(n + both)
     return min(products / squares, 1.0) if n >= ENOUGH and n * products > limit * squares > 0 else 0.0
+
+
+def dominance(largest: float, squares: float, shape: tuple[int, int], variance: float) -> float:
+    """Return which share of squares of a table is one number for each row times one for each column, or 0 if noise is.
+
+    A part of many points that moves together is such a product. The largest singular value of noise has Tracy and
+    Widom's distribution (Johnstone, *Annals of Statistics* 29:295, 2001), also with parameters subtracted, or with
+    entries missing, which make it smaller.
+
+    Parameters
+    ----------
+    largest, squares : float
+        The square of the largest singular value of the table, and the sum of all squares.
+    shape : tuple of int
+        Numbers of its rows and columns.
+    variance : float
+        Of the entries.
+
+    Returns
+    -------
+    share : float
+        At most 1.
+    """
+    a, b = (sqrt(max(n - 1, 1)) for n in shape)
+    limit = (a + b) ** 2 + _DOMINANT * (a + b) * (1 / a + 1 / b) ** (1 / 3)
+    return largest / squares if largest > limit * variance else 0.0

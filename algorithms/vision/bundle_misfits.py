@@ -11,10 +11,13 @@ from generated import pga3
 
 from ..arguments import Reals
 from ..evidence import Noise
-from ..evidence.misfit import NO_MISFIT, coherence, misfit_across
+from ..evidence.misfit import NO_MISFIT, coherence, dominance, misfit_across
 from ..precision import HUGE, NEGLIGIBLE, TINY
 from .bundle_descent import Information
 from .bundle_system import Scene, State
+
+_DENSE = 8
+"""A limit on work: tables of points and cameras with fewer places for each observation are dense."""
 
 
 class BundleMisfit(NamedTuple):
@@ -49,7 +52,7 @@ def bundle_misfit(
     share = 0.0
     rounding = rest.size * (NEGLIGIBLE * float(np.abs(state.lenses[:, 0]).max())) ** 2
     if (rest**2).sum() > rounding:
-        share = _common(scene, state, rest)
+        share = max(_common(scene, state, rest), _together(scene, rest, freedom, noise))
     growth = 1 + share * rest.size / max(np.count_nonzero(np.bincount(scene.camera)), 1)
     columns = _lens_terms(scene, state, used, rest)
     # Without a robust loss, the derivatives with the residuals vanish.
@@ -110,3 +113,20 @@ def _common(scene: Scene, state: State, rest: Reals) -> float:
     both = np.count_nonzero(pairs & (at[at] == there))
     own, other = rest[pairs].ravel(), rest[at[pairs]].ravel()
     return coherence(float(own @ own), float(own @ other), own.size, 2 * int(both))
+
+
+def _together(scene: Scene, rest: Reals, freedom: int, noise: Noise) -> float:
+    """Return the share of squares of a part of the points that moves together, by its own motion in each camera."""
+    n_points, n_cameras = (np.count_nonzero(np.bincount(each)) for each in (scene.point, scene.camera))
+    m, c = int(scene.point.max()) + 1, int(scene.camera.max()) + 1
+    if m * c <= _DENSE * len(rest):
+        at = scene.point * np.int64(c) + scene.camera
+        table = np.stack([np.bincount(at, each, m * c) for each in rest.T], 1).reshape(m, 2 * c)
+        largest = float(np.linalg.eigvalsh(table.T @ table if m > 2 * c else table @ table.T)[-1])
+    else:
+        columns = 2 * scene.camera[:, None] + np.arange(2)
+        parts = rest.ravel(), (np.repeat(scene.point, 2), columns.ravel())
+        values = scipy.sparse.linalg.svds(scipy.sparse.csr_array(parts, (m, 2 * c)), 1, return_singular_vectors=False)
+        largest = float(values[0]) ** 2
+    squares, shape = float((rest**2).sum()), (int(n_points), 2 * int(n_cameras))
+    return dominance(largest, squares, shape, float(noise.raised(squares, freedom)))

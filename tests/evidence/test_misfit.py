@@ -7,7 +7,7 @@ import pytest
 import scipy
 
 from algorithms.evidence import Noise
-from algorithms.evidence.misfit import coherence, exceeds_noise, misfit
+from algorithms.evidence.misfit import coherence, dominance, exceeds_noise, misfit
 
 
 def _sums(rng: np.random.Generator, lacking: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -62,3 +62,15 @@ def test_neighbours_share_what_is_correlated() -> None:
     alone = [rng.normal(size=40) for _ in range(2000)]
     found = sum(coherence(float(x @ x), float(x[1:] @ x[:-1]), 40, 0) > 0 for x in alone)
     assert found <= scipy.stats.binom.isf(1e-3, 2000, 1e-3)
+
+
+def test_tables_of_noise_have_no_dominant_part() -> None:
+    """Of 2,000 tables, also with entries missing, four more than expected are rarer than one in a thousand."""
+    rng, found = np.random.default_rng(8), 0
+    for k in range(2000):
+        table = rng.normal(size=(50, 12)) * (rng.random((50, 12)) < (1.0 if k % 2 else 0.6))
+        found += dominance(np.linalg.norm(table, 2) ** 2, (table**2).sum(), table.shape, 1.0) > 0
+    assert found <= scipy.stats.binom.isf(1e-3, 2000, 1e-3)
+    part = np.outer(np.arange(50) < 15, rng.normal(size=12))
+    values = np.linalg.svd(4 * part + rng.normal(size=(50, 12)), compute_uv=False) ** 2
+    assert dominance(values[0], values.sum(), (50, 12), 1.0) == pytest.approx(values[0] / values.sum())
