@@ -39,14 +39,15 @@ class Explained(NamedTuple):
     """(..., t) The numbers of independent ones among these."""
 
 
-def explained_by(root: Reals) -> Explained:
-    """Return what terms explain of residuals, from a root (..., t + 1, t + 1) of sums of products with the residual.
+def explained_by(root: Reals, n_residuals: int = 1) -> Explained:
+    """Return what terms explain of residuals, from a root (..., q, q) of sums of products of terms and residuals.
 
-    The squares of the diagonal are what the terms before leave of one, which is rounding for dependent terms.
+    The squares of the diagonal are what the terms before leave of one, which is rounding for dependent terms. The last
+    columns are those of the residuals.
     """
-    independent = np.diagonal(root, axis1=-2, axis2=-1)[..., :-1] ** 2 > NEGLIGIBLE
-    squares = np.where(independent, root[..., -1, :-1] ** 2, 0)
-    return Explained(squares.cumsum(-1), independent.cumsum(-1))
+    independent = np.diagonal(root, axis1=-2, axis2=-1)[..., :-n_residuals] ** 2 > NEGLIGIBLE
+    squares = np.where(independent, (root[..., -n_residuals:, :-n_residuals] ** 2).sum(-2), 0)
+    return Explained(squares.cumsum(-1), n_residuals * independent.cumsum(-1))
 
 
 def root_of(normal: Reals) -> Reals:
@@ -218,6 +219,38 @@ def has_shape(residuals: Reals, places: Reals, degrees: tuple[int, ...]) -> bool
     degrees : tuple of int, ascending
         Polynomials of each of these total degrees are tried.
     """
+    found, counts = _by_polynomials(residuals[None], places, degrees)
+    probability = WRONG / len(counts)
+    return any(
+        exceeds_noise(square, square, rank, 0, 0.0, probability, Noise(1.0))
+        for square, rank in ((float(found.squares[k - 1]), int(found.n_terms[k - 1])) for k in counts)
+    )
+
+
+def is_bent(residuals: Reals, places: Reals, n_parameters: int, rounding: float) -> bool:
+    """Return whether linear or quadratic functions of places explain more of residuals than they leave, and than noise.
+
+    Parameters
+    ----------
+    residuals : array, (k, n)
+        Of least squares.
+    places : array, (n, d)
+    n_parameters : int
+        The number of linear functions that least squares have fitted.
+    rounding : float
+        A sum of squares below this is rounding.
+    """
+    found, counts = _by_polynomials(residuals, places, (1, 2))
+    cost, terms = float((residuals**2).sum()), [int(found.n_terms[k - 1]) for k in counts]
+    return any(
+        contradicts(float(found.squares[k - 1]), cost, n - n_parameters, residuals.size - n, rounding)
+        for k, n in zip(counts, terms, strict=True)
+        if residuals.size > n > n_parameters
+    )
+
+
+def _by_polynomials(residuals: Reals, places: Reals, degrees: tuple[int, ...]) -> tuple[Explained, list[int]]:
+    """Return what polynomials of places explain of residuals (k, n), and how many there are up to each degree."""
     middle, half = (places.max(0) + places.min(0)) / 2, np.ptp(places, axis=0) / 2
     x = (places - middle) / np.where(half > 0, half, 1)
     table = [np.ones_like(x), x]
@@ -226,12 +259,8 @@ def has_shape(residuals: Reals, places: Reals, degrees: tuple[int, ...]) -> bool
     powers, counts = _polynomials(x.shape[1], degrees)
     columns = np.prod([np.array(table)[power, :, k] for k, power in enumerate(powers.T)], axis=0)
     norms = np.linalg.norm(columns, axis=1, keepdims=True)
-    columns = np.concatenate([columns / np.where(norms > 0, norms, 1), residuals[None]])
-    found, probability = explained_by(root_of(columns @ columns.T)), WRONG / len(counts)
-    return any(
-        exceeds_noise(square, square, rank, 0, 0.0, probability, Noise(1.0))
-        for square, rank in ((float(found.squares[k - 1]), int(found.n_terms[k - 1])) for k in counts)
-    )
+    columns = np.concatenate([columns / np.where(norms > 0, norms, 1), residuals])
+    return explained_by(root_of(columns @ columns.T), len(residuals)), counts
 
 
 @lru_cache(maxsize=100)

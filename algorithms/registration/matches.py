@@ -15,6 +15,7 @@ from generated import registration as kernels
 from ..arguments import Reals, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, elements
 from ..evidence import Freedom, least_by_chance, log_false_alarms
+from ..evidence.misfit import is_bent
 from ..precision import NEGLIGIBLE, SINGLE
 from .lattices import step_of_lattice
 from .rigid import between_places
@@ -40,6 +41,7 @@ _ATTEMPTS = 3
 """A limit on work: attempts for each motion; those that find the tail of another motion count."""
 _ROUNDING = 32 * np.finfo(float).eps
 """From floating point: the error of a moved point, relative to the largest coordinate, in some thirty operations."""
+_MOTIONS = RegistrationStatus.OK, RegistrationStatus.DEFORMED
 _EXACT = replace(_FREEDOM, codimension=0)
 """The same for sites of a lattice, which have no distances."""
 _SITES = 60
@@ -151,7 +153,8 @@ def separate_motions(
     Returns
     -------
     tuple of MatchRegistration
-        The significant motions. A match is an inlier of at most one.
+        The significant motions. A match is an inlier of at most one. The last one may be DEFORMED: parts of what is
+        bent cannot be told from further motions, which are not sought then.
 
     Notes
     -----
@@ -164,7 +167,7 @@ def separate_motions(
     found: list[MatchRegistration] = []
     for _ in range(_ATTEMPTS * most):
         motion = register_matches(x, y, tolerance=tolerance)
-        if motion.status != RegistrationStatus.OK or len(found) == most:
+        if motion.status not in _MOTIONS or len(found) == most:
             break
         off = np.linalg.norm(pga3.move_point(motion.motor, x) - y, axis=1)
         rows = np.flatnonzero(np.isfinite(off))
@@ -175,6 +178,8 @@ def separate_motions(
         else:
             k = int(np.argmax(tails))
             found[k] = replace(found[k], inliers=found[k].inliers | motion.inliers)
+        if motion.status == RegistrationStatus.DEFORMED:
+            break
     return tuple(found)
 
 
@@ -236,6 +241,8 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         best = _narrowed(best, x, y, rounding, grid)
     if _is_mirrored(best, x, y):
         best = replace(best, status=RegistrationStatus.MIRRORED)
+    elif tolerance is None and best.status == RegistrationStatus.OK and _is_deformed(best, x, y, rounding):
+        best = replace(best, status=RegistrationStatus.DEFORMED)
     motor = between_places(best.motor, middle_x, middle_y)
     return replace(best, motor=motor)
 
@@ -276,6 +283,24 @@ def _is_mirrored(found: MatchRegistration, x: Reals, y: Reals) -> bool:
     near = np.linalg.norm(there - y, axis=1) <= reach
     gained, lost = np.count_nonzero(near & ~inliers), np.count_nonzero(inliers & ~near)
     return bool(scipy.special.bdtrc(gained - 1, gained + lost, 0.5) < _FREEDOM.false_alarms) if gained else False
+
+
+def _is_deformed(found: MatchRegistration, x: Reals, y: Reals, rounding: float) -> bool:
+    """Return whether matches that are of a motion, or continue its inliers, follow a smooth deformation."""
+    for limit in (0.0, _OWN * found.residual):
+        some = found.inliers | (np.linalg.norm(pga3.move_point(found.motor, x) - y, axis=1) < limit)
+        motor = _motion_of(x, y, some)[0]
+        off = np.asarray(pga3.move_point(motor, x[some])) - y[some]
+        if is_bent(off.T, x[some], _FREEDOM.parameters, off.size * rounding**2):
+            return True
+    return False
+
+
+def _motion_of(x: Reals, y: Reals, inliers: Any) -> tuple[Reals, Reals]:
+    """Return the motor of least squares of some of the matches, and the eigenvalues of its form."""
+    form, x_mean, y_mean = form_about_means(x, y, inliers.astype(float))
+    values, vectors = np.linalg.eigh(form)
+    return np.asarray(kernels.motor_of_rotor(vectors[:, 0], x_mean, y_mean)), values
 
 
 def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float, grid: _Grid) -> MatchRegistration:
@@ -327,9 +352,7 @@ def _fitted(
     chances, radii = _log_chance(off, tolerance, grid)
     k = int(np.argmin(chances))
     chance, inliers = float(chances[k]), off[k] <= radii[k]
-    form, x_mean, y_mean = form_about_means(x, y, inliers.astype(float))
-    values, vectors = np.linalg.eigh(form)
-    motor = kernels.motor_of_rotor(vectors[:, 0], x_mean, y_mean)
+    motor, values = _motion_of(x, y, inliers)
     if values[1] - values[0] < NEGLIGIBLE * values[3]:
         status = RegistrationStatus.COLLINEAR
     off_one = np.linalg.norm(pga3.move_point(motor, x) - y, axis=-1)
