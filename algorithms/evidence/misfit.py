@@ -21,7 +21,7 @@ from ..precision import NEGLIGIBLE, ROUNDING
 from .noise import ENOUGH, Noise, largest_ratio
 from .status import WRONG
 
-_SUSPECTED = 0.05
+SUSPECTED = 0.05
 """From a probability: a term that noise shows in a twentieth of the data makes bounds larger; it is no contradiction.
 """
 _DOMINANT = 3.27
@@ -113,7 +113,7 @@ class Tested(NamedTuple):
     """Number of residuals minus numbers of parameters and of terms."""
     rounding: float = 0.0
 
-    def exceed(self, noise: Noise, probability: float = _SUSPECTED) -> tuple[bool, bool]:
+    def exceed(self, noise: Noise, probability: float = SUSPECTED) -> tuple[bool, bool]:
         """Return whether all terms explain more than noise would, and whether one does that is rarer than said."""
         n, freedom = self.n_terms, self.freedom
         one = probability / max(n, 1)
@@ -277,7 +277,7 @@ def in_sequence(n: int) -> Reals:
     return np.cos(np.pi * (np.arange(n) + 0.5) / n)[:, None]
 
 
-def coherence(squares: float, products: float, n: int, both: int) -> float:
+def coherence(squares: float, products: float, n: int, both: int, probability: float = WRONG) -> float:
     """Return which share of their squares neighbours have in common, or 0 if independent noise explains it.
 
     The sum of products of independent numbers of one variance has the variance of the number of pairs. Pairs that are
@@ -291,14 +291,47 @@ def coherence(squares: float, products: float, n: int, both: int) -> float:
         Number of numbers that have neighbours.
     both : int
         How many of them are the neighbours of their neighbours; n is a bound.
+    probability : float
+        With which noise has a share.
 
     Returns
     -------
     share : float
         At most 1.
     """
-    limit = -float(scipy.special.ndtri(WRONG)) * sqrt(n + both)
+    limit = _quantile(probability) * sqrt(n + both)
     return min(products / squares, 1.0) if n >= ENOUGH and n * products > limit * squares > 0 else 0.0
+
+
+@lru_cache(maxsize=10)
+def _quantile(probability: float) -> float:
+    return -float(scipy.special.ndtri(probability))
+
+
+def anisotropy(squares: float, along: float, across: float, n: int, probability: float = WRONG) -> float:
+    """Return which share of the squares of vectors in a plane has one direction, or 0 if isotropic noise explains it.
+
+    A part of the points that moves has distances in the direction of its motion. The probability of a larger share is
+    that of Mauchly's test of sphericity (*Annals of Mathematical Statistics* 11:204, 1940), which is exact in a plane.
+
+    Parameters
+    ----------
+    squares, along, across : float
+        The sums of ``x x + y y``, ``x x - y y`` and ``2 x y``.
+    n : int
+        The number of vectors, minus one for each two parameters.
+    probability : float
+        With which noise has a share.
+
+    Returns
+    -------
+    share : float
+        The difference of the largest and the least variance of a direction, in relation to their sum.
+    """
+    square = along * along + across * across
+    if n < ENOUGH or not square > (1 - probability ** (2 / (n - 1))) * squares * squares > 0:
+        return 0.0
+    return sqrt(square) / squares
 
 
 def dominance(largest: float, squares: float, shape: tuple[int, int], variance: float) -> float:

@@ -335,9 +335,12 @@ def pose_misfits(pose, k, places, pixels):
     return tuple(tuple(row) for row in sums), (sums[14][14], rest[8][8], dot(found, side), most)
 
 
-@kernel(pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, returns=array(SCALAR, 2))
+@kernel(pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, returns=array(SCALAR, 4))
 def neighbouring_offsets(pose, k, places, pixels):
-    """Sum the squares of distances of pixels in a pose, and their products with those of the nearest other points."""
+    """Sum the squares of distances of pixels in a pose, and their products with those of the nearest other points.
+
+    The last two sums are those of ``x x - y y`` and ``2 x y``, which are 0 on average unless a direction prevails.
+    """
     rotation, shift = _parts(pose)
     numbers = row_numbers(places)
     offs = each(lambda x, y: tuple(_seen(rotation, shift, k, x, y)[0]), places, pixels)
@@ -349,7 +352,8 @@ def neighbouring_offsets(pose, k, places, pixels):
             return choose(distance < best[0], (distance, *off), best)
 
         _, *off = fold(nearer, (UNKNOWN, 0, 0), places, offs, numbers)
-        return dot(own, own), dot(own, off)
+        x, y = own
+        return x * x + y * y, dot(own, off), x * x - y * y, 2 * x * y
 
     return total(of, places, offs, numbers)
 
