@@ -308,16 +308,17 @@ def _quantile(probability: float) -> float:
     return -float(scipy.special.ndtri(probability))
 
 
-def anisotropy(squares: float, along: float, across: float, n: int, probability: float = WRONG) -> float:
+def anisotropy(squares: float, along: float, across: float, radial: float, n: int, probability: float = WRONG) -> float:
     """Return which share of the squares of vectors in a plane has one direction, or 0 if isotropic noise explains it.
 
-    A part of the points that moves has distances in the direction of its motion. The probability of a larger share is
-    that of Mauchly's test of sphericity (*Annals of Mathematical Statistics* 11:204, 1940), which is exact in a plane.
+    A part of the points that moves has distances in the direction of its motion, or away from a centre. The
+    probability of a larger share is that of Mauchly's test of sphericity (*Annals of Mathematical Statistics* 11:204,
+    1940), which is exact in a plane, or that of Fisher's ratio of squares in given directions and across.
 
     Parameters
     ----------
-    squares, along, across : float
-        The sums of ``x x + y y``, ``x x - y y`` and ``2 x y``.
+    squares, along, across, radial : float
+        The sums of ``x x + y y``, ``x x - y y`` and ``2 x y``, and of squares in given directions minus those across.
     n : int
         The number of vectors, minus one for each two parameters.
     probability : float
@@ -326,12 +327,13 @@ def anisotropy(squares: float, along: float, across: float, n: int, probability:
     Returns
     -------
     share : float
-        The difference of the largest and the least variance of a direction, in relation to their sum.
+        The difference of the variances of two directions, in relation to their sum.
     """
-    square = along * along + across * across
-    if n < ENOUGH or not square > (1 - probability ** (2 / (n - 1))) * squares * squares > 0:
+    if n < ENOUGH or not squares > 0:
         return 0.0
-    return sqrt(square) / squares
+    share, away = sqrt(along * along + across * across) / squares, radial / squares
+    found = share if share * share > 1 - probability ** (2 / (n - 1)) else 0.0
+    return max(found, away) if 1 + away > (1 - away) * largest_ratio(n, n, probability) else found
 
 
 def dominance(largest: float, squares: float, shape: tuple[int, int], variance: float) -> float:

@@ -43,7 +43,8 @@ class Offsets(NamedTuple):
     products: float
     along: float
     across: float
-    """Sums of ``x x - y y`` and ``2 x y``."""
+    radial: float
+    """As of `anisotropy`, with directions away from the principal point."""
     n: int
     """Number of coordinates."""
 
@@ -53,10 +54,10 @@ class Offsets(NamedTuple):
 
     def shares(self, probability: float) -> tuple[float, float]:
         """Return the shares of squares that neighbours have in common, and that have one direction."""
-        squares, products, along, across, n = self
+        squares, products, *directed, n = self
         return (
-            coherence(squares, products, n, n, probability),
-            anisotropy(squares, along, across, (n - _POSE) // 2, probability),
+            coherence(squares, products, int(n), int(n), probability),
+            anisotropy(squares, *directed, (int(n) - _POSE) // 2, probability),
         )
 
 
@@ -68,7 +69,7 @@ def camera_misfits(pose: Reals, k: Reals, places: Reals, image: Reals) -> tuple[
     squares, *others = np.asarray(offsets).tolist()
     n = 2 * -(-len(places) // every)
     is_exact = squares <= n * (NEGLIGIBLE * k[0, 0]) ** 2
-    return np.asarray(sums), np.asarray(explained)[1:], Offsets(squares, *([0.0] * 3 if is_exact else others), n)
+    return np.asarray(sums), np.asarray(explained)[1:], Offsets(squares, *([0.0] * 4 if is_exact else others), n)
 
 
 def doubt_of(sums: Reals, explained: Reals | None, offsets: Offsets, n: int, noise: Noise) -> Doubt:

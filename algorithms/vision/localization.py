@@ -100,12 +100,12 @@ def localize(
         likelihood of more than a thousandth of the best one; both are in `poses`. TOO_FEW is returned for fewer than
         four distinct points, and DEGENERATE for points on a line and others that do not determine the pose. The status
         is NOT_CONVERGED if the best pose violates one of the other conditions, or if structure in the distances is more
-        than the rest of them, and than noise would show: what other parameters of the camera explain, and what each has
-        in common with that of the nearest other point. Less of it makes `deviation` larger. It is NO_CONSENSUS if two
-        poses explain all pixels, each some of them, or if no pose has more inliers than expected by chance, or than of
-        pixels as near their places as those that disagree with the pose. With a threshold, this is also the status if
-        the mirror image of the points explains the pixels better, or if so many pixels are within one and two
-        thresholds that their noise is not less than the threshold.
+        than the rest of them, and than noise would show: what other parameters of the camera explain, what each has in
+        common with that of the nearest other point, and a direction that prevails. Less of it makes `deviation` larger.
+        It is NO_CONSENSUS if two poses explain all pixels, each some of them, or if no pose has more inliers than
+        expected by chance, or than of pixels as near their places as those that disagree with the pose. With a
+        threshold, this is also the status if the mirror image of the points explains the pixels better, or if so many
+        pixels are within one and two thresholds that their noise is not less than the threshold.
 
     Raises
     ------
