@@ -322,7 +322,7 @@ def anisotropy(squares: float, along: float, across: float, radial: float, n: in
     n : int
         The number of vectors, minus one for each two parameters.
     probability : float
-        With which noise has a share; each of both tests is made with half of it.
+        With which noise has a share in each of both tests.
 
     Returns
     -------
@@ -331,7 +331,6 @@ def anisotropy(squares: float, along: float, across: float, radial: float, n: in
     """
     if n < ENOUGH or not squares > 0:
         return 0.0
-    probability /= 2
     share, away = sqrt(along * along + across * across) / squares, radial / squares
     found = share if share * share > 1 - probability ** (2 / (n - 1)) else 0.0
     return max(found, away) if 1 + away > (1 - away) * largest_ratio(n, n, probability) else found

@@ -96,6 +96,6 @@ def doubt_of(sums: Reals, explained: Reals | None, offsets: Offsets, n: int, noi
     more = np.zeros(2)
     if found.more is not None:
         more = np.array([np.linalg.eigvalsh(found.more[part, part])[-1] for part in (slice(3), slice(3, 6))])
-    # Either test may refuse what noise explains.
-    certain = max(offsets.shares(WRONG / 2))
+    # Each of three tests may refuse what noise explains.
+    certain = max(offsets.shares(WRONG / 3))
     return Doubt(found.is_certain or certain > 0, found.contradicts or 2 * certain > 1, more, 1 + 2 * n * share)
