@@ -18,6 +18,7 @@ from ..evidence import Freedom, least_by_chance, log_false_alarms
 from ..evidence.misfit import is_bent
 from ..precision import NEGLIGIBLE, SINGLE
 from .lattices import step_of_lattice
+from .match_scales import likely_scales
 from .rigid import between_places
 from .rigid_status import RegistrationStatus
 from .weighted_matches import form_about_means
@@ -46,8 +47,6 @@ _EXACT = replace(_FREEDOM, codimension=0)
 """The same for sites of a lattice, which have no distances."""
 _SITES = 60
 """A limit on work: points whose distances show whether the target is on a lattice."""
-_BINS, _PEAKS = 400, 3
-"""Bins of the logarithm of ratios of lengths between 1/20 and 20, and peaks that are tried."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +121,7 @@ def register_matches(
     moderate(y[rows], "target")
     if rows.sum() < _FEWEST:
         return _none(RegistrationStatus.TOO_FEW_POINTS, len(x))
-    scales = _likely_scales(x[rows], y[rows]) if similarity else [1.0]
+    scales = likely_scales(x[rows], y[rows], _SEEDS) if similarity else [1.0]
     found = [_one_motion(scale * x[rows], y[rows], tolerance) for scale in scales]
     k = int(np.argmin([f.log_chance for f in found]))
     best, scale = found[k], scales[k]
@@ -154,7 +153,7 @@ def separate_motions(
     -------
     tuple of MatchRegistration
         The significant motions. A match is an inlier of at most one. The last one may be DEFORMED: parts of what is
-        bent cannot be told from further motions, which are not sought then.
+        bent look like further motions, which are not sought then.
 
     Notes
     -----
@@ -389,23 +388,6 @@ def _log_chance(off: Reals, tolerance: float | None, grid: _Grid) -> tuple[Reals
         radii = np.where(exact < logarithms, grid.rounding, radii)
         logarithms = np.minimum(logarithms, exact)
     return logarithms / np.log(10), np.minimum(np.maximum(radii, floor), np.inf if tolerance is None else tolerance)
-
-
-def _likely_scales(x: Reals, y: Reals) -> list[float]:
-    """Return the ratios of lengths that most pairs have."""
-    seeds = np.random.default_rng(0).permutation(len(x))[:_SEEDS]
-    one, two = kernels.lengths_of_pairs(x[seeds], y[seeds], x, y)
-    long = (one > 0.1 * one.max()) & (two > 0)
-    ratios = np.log(two[long] / one[long])
-    count, edges = np.histogram(ratios, _BINS, (-np.log(20), np.log(20)))
-    # The ratios of wrong pairs vary smoothly: a peak is what exceeds the mean of the bins around it.
-    around = np.convolve(count, np.ones(21) / 21, "same")
-    peaks = np.argsort(-(count - around) / np.sqrt(around + 1))[:_PEAKS]
-    found = []
-    for k in peaks:
-        near = np.abs(ratios - (edges[k] + edges[k + 1]) / 2) < edges[1] - edges[0]
-        found.append(float(np.exp(np.median(ratios[near]))) if near.any() else 1.0)
-    return found
 
 
 def _none(status: RegistrationStatus, count: int, chance: float = np.inf) -> MatchRegistration:

@@ -53,14 +53,15 @@ def bundle_misfit(
     rounding = rest.size * (NEGLIGIBLE * float(np.abs(state.lenses[:, 0]).max())) ** 2
     if (rest**2).sum() > rounding:
         share = max(_common(scene, state, rest), _together(scene, rest, freedom, noise))
-    growth = 1 + share * rest.size / max(np.count_nonzero(np.bincount(scene.camera)), 1)
+    growth = 1 + share * rest.size / max(int(np.count_nonzero(np.bincount(scene.camera))), 1)
     columns = _lens_terms(scene, state, used, rest)
     # Without a robust loss, the derivatives with the residuals vanish.
     moves, found = information.moves(columns if scene.kind else columns[:-1]), NO_MISFIT
     if moves is not None and freedom > 0:
         flat = columns.reshape(len(columns), -1)
         normal, n = flat @ flat.T, len(moves[0])
-        own = sum(one.reshape(n, -1) @ other.reshape(n, -1).T for one, other in zip(moves[:2], moves[2:], strict=True))
+        slopes, steps = (np.concatenate([each.reshape(n, -1) for each in part], 1) for part in (moves[:2], moves[2:]))
+        own = slopes @ steps.T
         normal[:n, :n] += (own + own.T) / 2
         found = misfit_across(normal, freedom, noise, rounding)
     refused = found.contradicts or 2 * share > 1

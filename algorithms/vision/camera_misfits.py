@@ -39,25 +39,21 @@ NO_DOUBT = Doubt(False, False, np.zeros(2), 1.0)
 class Offsets(NamedTuple):
     """Sums over pixels and their nearest neighbours."""
 
-    squares: float
-    products: float
-    along: float
-    across: float
-    radial: float
-    """As of `anisotropy`, with directions away from the principal point."""
+    sums: Reals
+    """(5,) As of `camera_poses.neighbouring_offsets`."""
     n: int
     """Number of coordinates."""
 
     def plus(self, other: Offsets) -> Offsets:
         """Return the sums over the pixels of both."""
-        return Offsets(*(one + two for one, two in zip(self, other, strict=True)))
+        return Offsets(self.sums + other.sums, self.n + other.n)
 
     def shares(self, probability: float) -> tuple[float, float]:
         """Return the shares of squares that neighbours have in common, and that have one direction."""
-        squares, products, *directed, n = self
+        squares, products, along, across, radial = self.sums.tolist()
         return (
-            coherence(squares, products, int(n), int(n), probability),
-            anisotropy(squares, *directed, (int(n) - _POSE) // 2, probability),
+            coherence(squares, products, self.n, self.n, probability),
+            anisotropy(squares, along, across, radial, (self.n - _POSE) // 2, probability),
         )
 
 
@@ -65,11 +61,10 @@ def camera_misfits(pose: Reals, k: Reals, places: Reals, image: Reals) -> tuple[
     """Return sums of products (15, 15), what other parameters of the camera explain (3,), and what neighbours share."""
     sums, explained = camera_poses.pose_misfits(pose, k, places, image)
     every = -(-len(places) // _NEIGHBOURS)
-    offsets = camera_poses.neighbouring_offsets(pose, k, places[::every], image[::every])
-    squares, *others = np.asarray(offsets).tolist()
+    offsets = np.asarray(camera_poses.neighbouring_offsets(pose, k, places[::every], image[::every]))
     n = 2 * -(-len(places) // every)
-    is_exact = squares <= n * (NEGLIGIBLE * k[0, 0]) ** 2
-    return np.asarray(sums), np.asarray(explained)[1:], Offsets(squares, *([0.0] * 4 if is_exact else others), n)
+    is_exact = offsets[0] <= n * (NEGLIGIBLE * k[0, 0]) ** 2
+    return np.asarray(sums), np.asarray(explained)[1:], Offsets(np.zeros(5) if is_exact else offsets, n)
 
 
 def doubt_of(sums: Reals, explained: Reals | None, offsets: Offsets, n: int, noise: Noise) -> Doubt:

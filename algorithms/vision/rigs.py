@@ -195,7 +195,7 @@ class _Rig:
 
     def _doubt(self, pose: Reals, inliers: Reals) -> Doubt:
         """Return what cameras with other poses and lenses would explain of the residuals of a pose (3, 4)."""
-        seen, total, found = np.flatnonzero(np.bincount(self.which[inliers])), Offsets(0.0, 0.0, 0.0, 0.0, 0.0, 0), []
+        seen, total, found = np.flatnonzero(np.bincount(self.which[inliers])), Offsets(np.zeros(5), 0), []
         frames, n = self.frames[seen], len(seen)
         there = frames[..., :3] @ pose
         there[..., 3] += frames[..., 3]
