@@ -224,6 +224,30 @@ def heavy_tails(rng: np.random.Generator) -> Trial:
 
 
 @row(
+    "`separate_motions`",
+    "clouds scaled, sheared, bent or twisted by 3 to 30 %, up to 40 % of the matches wrong; wrong: any OK motion",
+    slow=True,
+)
+def deformed_clouds(rng: np.random.Generator) -> Trial:
+    count, size = int(rng.integers(100, 600)), rng.uniform(0.03, 0.3)
+    x = rng.uniform(-1, 1, (count, 3)) * [1.5, 1, 0.7]
+    there = (
+        x
+        + size
+        * [
+            lambda: x,
+            lambda: x @ rng.normal(0, 1, (3, 3)),
+            lambda: np.sin(2 * x[:, :1]) * [0, 0.5, 1] + x[:, :1] ** 2 * [0, 1, 0],
+            lambda: np.cross([1.0, 0, 0], x) * x[:, :1],
+        ][int(rng.integers(4))]()
+    )
+    y = there @ rotation(rng, np.pi).T + rng.choice([0.001, 0.004]) * rng.normal(size=x.shape)
+    wrong = rng.random(count) < rng.choice([0, 0.2, 0.4])
+    y[wrong] = rng.normal(size=(int(wrong.sum()), 3))
+    return Trial(any(each.status == 0 for each in separate_motions(x, y)), False)
+
+
+@row(
     "`extract_curves`",
     "closed curves, noise of up to 2 % of their length, up to as many outliers; wrong: a tenth of a curve is missing",
     slow=True,

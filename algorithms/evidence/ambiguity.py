@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from math import isinf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +61,7 @@ def likely_bounds(
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return rows (a, b) of which the larger ``a + b x`` is `largest_likely` for the least sum of squares x."""
     bound = _largest_difference(float(np.ceil(unlike)))
-    if np.isinf(noise.weight):
+    if isinf(noise.weight):
         return (bound * noise.variance, 1.0), (0.0, 1.0 + bound / max(freedom, 1))
     raised = float(np.expm1(bound / (noise.weight + n_residuals)))
     row = raised * noise.weight * noise.variance, 1.0 + raised

@@ -7,20 +7,25 @@ it is more than the rest: then the data contradict the model.
 
 from __future__ import annotations
 
+from functools import lru_cache
+from itertools import product
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from ..arguments import Reals
-from ..precision import NEGLIGIBLE
+from ..precision import NEGLIGIBLE, ROUNDING
 from .noise import ENOUGH, Noise, largest_ratio
 from .status import WRONG
 
 SUSPECTED = 0.05
 """From a probability: a term that noise shows in a twentieth of the data makes bounds larger; it is no contradiction.
 """
+_DOMINANT = 3.27
+"""From the probability `WRONG`: the quantile of Tracy and Widom's distribution for real numbers."""
 UNKNOWN = Noise(0.0, 0.0)
 """Noise of which nothing is known but what residuals say."""
 
@@ -28,17 +33,34 @@ UNKNOWN = Noise(0.0, 0.0)
 class Explained(NamedTuple):
     """What additional terms explain of residuals."""
 
-    explained: float
-    """The sum of squares that they explain."""
-    coefficients: Reals
-    n_terms: int
-    """The number of independent terms."""
+    squares: Reals
+    """(..., t) The sums of squares that the first terms explain, by their number."""
+    n_terms: NDArray[np.intp]
+    """(..., t) The numbers of independent ones among these."""
 
 
-def explained_by(normal: Reals) -> Explained:
-    """Return what terms explain of residuals, from the sums of products (q, q) of the terms and the residual."""
-    coefficients, _, rank, _ = np.linalg.lstsq(normal[:-1, :-1], normal[:-1, -1], rcond=None)
-    return Explained(float(normal[:-1, -1] @ coefficients), coefficients, int(rank))
+def explained_by(root: Reals, n_residuals: int = 1) -> Explained:
+    """Return what terms explain of residuals, from a root (..., q, q) of sums of products of terms and residuals.
+
+    The squares of the diagonal are what the terms before leave of one, which is rounding for dependent terms. The last
+    columns are those of the residuals.
+    """
+    independent = np.diagonal(root, axis1=-2, axis2=-1)[..., :-n_residuals] ** 2 > NEGLIGIBLE
+    squares = np.where(independent, (root[..., -n_residuals:, :-n_residuals] ** 2).sum(-2), 0)
+    return Explained(squares.cumsum(-1), n_residuals * independent.cumsum(-1))
+
+
+def root_of(normal: Reals) -> Reals:
+    """Return triangular roots of sums of products (..., q, q) of columns of norm 1, which rounding may make indefinite.
+
+    The last rows say what the columns before explain of the last one.
+    """
+    held = ROUNDING * np.eye(normal.shape[-1])
+    try:
+        return np.asarray(np.linalg.cholesky(normal + held))
+    except np.linalg.LinAlgError:
+        lack = np.minimum(np.linalg.eigvalsh(normal)[..., :1, None], 0)
+        return np.asarray(np.linalg.cholesky(normal + held - 2 * lack * np.eye(normal.shape[-1])))
 
 
 def exceeds_noise(
@@ -131,15 +153,15 @@ def misfit(
     """
     scale = np.sqrt(np.maximum(np.diag(normal), 0)) if norms is None else norms
     scale = np.where(scale > 0, scale, 1)
-    normal = normal / np.outer(scale, scale)
-    moves = np.linalg.lstsq(normal[:size, :size], normal[:size, size:], rcond=NEGLIGIBLE)[0]
-    rest = normal[size:, size:] - normal[:size, size:].T @ moves
-    found = misfit_across(rest, freedom, noise, rounding, float(scale[-1]))
-    by = moves[:, :-1] / scale[:size, None]
-    return found if found.more is None else found._replace(more=by @ found.more @ by.T)
+    root = root_of(normal / np.outer(scale, scale))
+    found = _misfit_across(root[size:, size:], freedom, noise, rounding, float(scale[-1]))
+    if found.more is None:
+        return found
+    by = np.linalg.solve(root[:size, :size].T, root[size:-1, :size].T) / scale[:size, None]
+    return found._replace(more=by @ found.more @ by.T)
 
 
-def misfit_across(rest: Reals, freedom: int, noise: Noise, rounding: float, unit: float = 1.0) -> Misfit:
+def misfit_across(rest: Reals, freedom: int, noise: Noise, rounding: float) -> Misfit:
     """Return what terms explain of residuals, as `misfit` does, with the spread (t, t) of their coefficients.
 
     Parameters
@@ -148,19 +170,22 @@ def misfit_across(rest: Reals, freedom: int, noise: Noise, rounding: float, unit
         Sums of products of terms, of norm 1, and the residual across the derivatives by all parameters.
     freedom, noise, rounding
         As in `misfit`.
-    unit : float
-        The unit of the residual.
     """
-    left, used = rest, list[int]()
-    first, best = _tested(rest, unit**2, freedom, rounding)
-    tested = first
+    return _misfit_across(root_of(rest), freedom, noise, rounding, 1.0)
+
+
+def _misfit_across(root: Reals, freedom: int, noise: Noise, rounding: float, unit: float) -> Misfit:
+    """Return the result of `misfit_across` from a root of `rest`, for a residual in some unit."""
+    first, best = _tested(root, unit**2, freedom, rounding)
+    if not any(first.exceed(noise)):
+        return NO_MISFIT
+    rest = root @ root.T
+    left, used, tested = rest, list[int](), first
     while any(tested.exceed(noise)):
         used.append(best)
         left = left - np.outer(left[best], left[best]) / left[best, best]
         left[used] = left[:, used] = 0
-        tested, best = _tested(left, unit**2, freedom - len(used), rounding)
-    if not used:
-        return NO_MISFIT
+        tested, best = _tested(root_of(left), unit**2, freedom - len(used), rounding)
     spread = np.linalg.inv(rest[np.ix_(used, used)])
     coefficients = spread @ rest[used, -1] * unit
     variance, more = float(noise.raised(tested.cost, freedom - len(used))), np.zeros((len(rest) - 1,) * 2)
@@ -169,19 +194,90 @@ def misfit_across(rest: Reals, freedom: int, noise: Noise, rounding: float, unit
     return Misfit(is_refused, any(first.exceed(noise, WRONG)), more)
 
 
-def _tested(rest: Reals, unit: float, freedom: int, rounding: float) -> tuple[Tested, int]:
-    """Return what terms explain, from their sums of products (q, q) with the residual, and the best of them."""
-    diagonal = np.diag(rest)[:-1]
+def _tested(root: Reals, unit: float, freedom: int, rounding: float) -> tuple[Tested, int]:
+    """Return what terms explain, from a root (q, q) of their sums of products with the residual, and the best one."""
+    found = explained_by(root)
+    diagonal, slopes = (root[:-1] ** 2).sum(1), root[:-1] @ root[-1]
     # What is left of a term that the parameters replace is rounding.
-    some = np.flatnonzero(diagonal > NEGLIGIBLE)
-    part = rest[np.ix_([*some, -1], [*some, -1])]
-    found, gains = explained_by(part), part[:-1, -1] ** 2 / diagonal[some] * unit
-    best = int(some[gains.argmax()]) if len(some) else 0
-    cost, explained, alone = float(part[-1, -1]) * unit, found.explained * unit, float(gains.max(initial=0.0))
-    return Tested(cost, explained, alone, found.n_terms, freedom - found.n_terms, rounding), best
+    gains = np.where(diagonal > NEGLIGIBLE, slopes**2 / np.maximum(diagonal, NEGLIGIBLE), 0) * unit
+    best, n = int(gains.argmax()), int(found.n_terms[-1])
+    cost, explained = float(root[-1] @ root[-1]) * unit, float(found.squares[-1]) * unit
+    return Tested(cost, explained, float(gains[best]), n, freedom - n, rounding), best
 
 
-def coherence(squares: float, products: float, n: int, both: int) -> float:
+def has_shape(residuals: Reals, places: Reals, degrees: tuple[int, ...]) -> bool:
+    """Return whether residuals follow a smooth function of their places, which a model does not have.
+
+    It is the smooth test of Neyman (*Skandinavisk Aktuarietidskrift* 20:149, 1937): what polynomials explain of normal
+    numbers has a chi-square distribution, and least squares can only make it smaller.
+
+    Parameters
+    ----------
+    residuals : array, (n,)
+        In standard deviations.
+    places : array, (n, d)
+    degrees : tuple of int, ascending
+        Polynomials of each of these total degrees are tried.
+    """
+    found, counts = _by_polynomials(residuals[None], places, degrees)
+    probability = WRONG / len(counts)
+    return any(
+        exceeds_noise(square, square, rank, 0, 0.0, probability, Noise(1.0))
+        for square, rank in ((float(found.squares[k - 1]), int(found.n_terms[k - 1])) for k in counts)
+    )
+
+
+def is_bent(residuals: Reals, places: Reals, n_parameters: int, rounding: float) -> bool:
+    """Return whether linear or quadratic functions of places explain more of residuals than they leave, and than noise.
+
+    Parameters
+    ----------
+    residuals : array, (k, n)
+        Of least squares.
+    places : array, (n, d)
+    n_parameters : int
+        The number of linear functions that least squares have fitted.
+    rounding : float
+        A sum of squares below this is rounding.
+    """
+    found, counts = _by_polynomials(residuals, places, (1, 2))
+    cost, terms = float((residuals**2).sum()), [int(found.n_terms[k - 1]) for k in counts]
+    return any(
+        contradicts(float(found.squares[k - 1]), cost, n - n_parameters, residuals.size - n, rounding)
+        for k, n in zip(counts, terms, strict=True)
+        if residuals.size > n > n_parameters
+    )
+
+
+def _by_polynomials(residuals: Reals, places: Reals, degrees: tuple[int, ...]) -> tuple[Explained, list[int]]:
+    """Return what polynomials of places explain of residuals (k, n), and how many there are up to each degree."""
+    middle, half = (places.max(0) + places.min(0)) / 2, np.ptp(places, axis=0) / 2
+    x = (places - middle) / np.where(half > 0, half, 1)
+    table = [np.ones_like(x), x]
+    for _ in range(degrees[-1] - 1):
+        table.append(2 * x * table[-1] - table[-2])
+    powers, counts = _polynomials(x.shape[1], degrees)
+    columns = np.prod([np.array(table)[power, :, k] for k, power in enumerate(powers.T)], axis=0)
+    norms = np.linalg.norm(columns, axis=1, keepdims=True)
+    columns = np.concatenate([columns / np.where(norms > 0, norms, 1), residuals])
+    return explained_by(root_of(columns @ columns.T), len(residuals)), counts
+
+
+@lru_cache(maxsize=100)
+def _polynomials(d: int, degrees: tuple[int, ...]) -> tuple[NDArray[np.intp], list[int]]:
+    """Return powers (m, d) of d coordinates by ascending total degree, and how many are up to each of some degrees."""
+    found = sorted(product(range(degrees[-1] + 1), repeat=d), key=sum)
+    return np.array([each for each in found if sum(each) <= degrees[-1]]), [
+        sum(sum(each) <= degree for each in found) for degree in degrees
+    ]
+
+
+def in_sequence(n: int) -> Reals:
+    """Return places (n, 1) of numbers in a sequence, at which polynomials of degree k are cosines of k half waves."""
+    return np.cos(np.pi * (np.arange(n) + 0.5) / n)[:, None]
+
+
+def coherence(squares: float, products: float, n: int, both: int, probability: float = WRONG) -> float:
     """Return which share of their squares neighbours have in common, or 0 if independent noise explains it.
 
     The sum of products of independent numbers of one variance has the variance of the number of pairs. Pairs that are
@@ -195,11 +291,72 @@ def coherence(squares: float, products: float, n: int, both: int) -> float:
         Number of numbers that have neighbours.
     both : int
         How many of them are the neighbours of their neighbours; n is a bound.
+    probability : float
+        With which noise has a share.
 
     Returns
     -------
     share : float
         At most 1.
     """
-    limit = -float(scipy.special.ndtri(WRONG)) * sqrt(n + both)
+    limit = _quantile(probability) * sqrt(n + both)
     return min(products / squares, 1.0) if n >= ENOUGH and n * products > limit * squares > 0 else 0.0
+
+
+@lru_cache(maxsize=10)
+def _quantile(probability: float) -> float:
+    return -float(scipy.special.ndtri(probability))
+
+
+def anisotropy(squares: float, along: float, across: float, radial: float, n: int, probability: float = WRONG) -> float:
+    """Return which share of the squares of vectors in a plane has one direction, or 0 if isotropic noise explains it.
+
+    A part of the points that moves has distances in the direction of its motion, or away from a centre. The
+    probability of a larger share is that of Mauchly's test of sphericity (*Annals of Mathematical Statistics* 11:204,
+    1940), which is exact in a plane, or that of Fisher's ratio of squares in given directions and across.
+
+    Parameters
+    ----------
+    squares, along, across, radial : float
+        The sums of ``x x + y y``, ``x x - y y`` and ``2 x y``, and of squares in given directions minus those across.
+    n : int
+        The number of vectors, minus one for each two parameters.
+    probability : float
+        With which noise has a share in each of both tests.
+
+    Returns
+    -------
+    share : float
+        The difference of the variances of two directions, in relation to their sum.
+    """
+    if n < ENOUGH or not squares > 0:
+        return 0.0
+    share, away = sqrt(along * along + across * across) / squares, radial / squares
+    found = share if share * share > 1 - probability ** (2 / (n - 1)) else 0.0
+    return max(found, away) if 1 + away > (1 - away) * largest_ratio(n, n, probability) else found
+
+
+def dominance(largest: float, squares: float, shape: tuple[int, int], variance: float) -> float:
+    """Return which share of squares of a table is one number for each row times one for each column, or 0 if noise is.
+
+    A part of many points that moves together is such a product. The largest singular value of noise has Tracy and
+    Widom's distribution (Johnstone, *Annals of Statistics* 29:295, 2001), also with parameters subtracted, or with
+    entries missing, which make it smaller.
+
+    Parameters
+    ----------
+    largest, squares : float
+        The square of the largest singular value of the table, and the sum of all squares.
+    shape : tuple of int
+        Numbers of its rows and columns.
+    variance : float
+        Of the entries.
+
+    Returns
+    -------
+    share : float
+        At most 1.
+    """
+    a, b = (sqrt(max(n - 1, 1)) for n in shape)
+    limit = (a + b) ** 2 + _DOMINANT * (a + b) * (1 / a + 1 / b) ** (1 / 3)
+    return largest / squares if largest > limit * variance else 0.0

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, lru_cache
-from itertools import product
+from math import isinf
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 
 from ..arguments import Reals
-from ..precision import NEGLIGIBLE, TINY
+from ..precision import TINY
 from .status import WRONG
 
 _NORMAL = 1.4826
@@ -79,7 +78,7 @@ def largest_ratio(n: int, freedom: float = np.inf, probability: float = WRONG) -
         Number of other residuals by which the variance is known.
     probability : float
     """
-    if np.isinf(freedom):
+    if isinf(freedom):
         return float(scipy.special.chdtri(n, probability)) / n
     # The lower quantile of the reciprocal is precise, also for small probabilities.
     return 1 / float(scipy.special.fdtri(freedom, n, probability))
@@ -116,52 +115,6 @@ def _growths(codimension: int) -> tuple[Reals, Reals]:
     return twice / within - 1, (left / within) ** -2.0
 
 
-def has_shape(residuals: Reals, places: Reals, degrees: tuple[int, ...]) -> bool:
-    """Return whether residuals follow a smooth function of their places, which a model does not have.
-
-    It is the smooth test of Neyman (*Skandinavisk Aktuarietidskrift* 20:149, 1937): the projection of normal numbers on
-    polynomials has a chi-square distribution, and least squares can only make it smaller.
-
-    Parameters
-    ----------
-    residuals : array, (n,)
-        In standard deviations.
-    places : array, (n, d)
-    degrees : tuple of int, ascending
-        Polynomials of each of these total degrees are tried.
-    """
-    middle, half = (places.max(0) + places.min(0)) / 2, np.ptp(places, axis=0) / 2
-    x = (places - middle) / np.where(half > 0, half, 1)
-    table = [np.ones_like(x), x]
-    for _ in range(degrees[-1] - 1):
-        table.append(2 * x * table[-1] - table[-2])
-    powers, counts = _polynomials(x.shape[1], degrees)
-    columns = np.prod([np.array(table)[power, :, k] for k, power in enumerate(powers.T)], axis=0)
-    gram, sums = columns @ columns.T, columns @ residuals
-    for count in counts:
-        values, vectors = np.linalg.eigh(gram[:count, :count])
-        kept = values > NEGLIGIBLE * values[-1]
-        square = float(((sums[:count] @ vectors[:, kept]) ** 2 / values[kept]).sum())
-        rank = int(kept.sum())
-        if not square <= rank * largest_ratio(rank, probability=WRONG / len(counts)):
-            return True
-    return False
-
-
-@lru_cache(maxsize=100)
-def _polynomials(d: int, degrees: tuple[int, ...]) -> tuple[NDArray[np.intp], list[int]]:
-    """Return powers (m, d) of d coordinates by ascending total degree, and how many are up to each of some degrees."""
-    found = sorted(product(range(degrees[-1] + 1), repeat=d), key=sum)
-    return np.array([each for each in found if sum(each) <= degrees[-1]]), [
-        sum(sum(each) <= degree for each in found) for degree in degrees
-    ]
-
-
-def in_sequence(n: int) -> Reals:
-    """Return places (n, 1) of numbers in a sequence, at which polynomials of degree k are cosines of k half waves."""
-    return np.cos(np.pi * (np.arange(n) + 0.5) / n)[:, None]
-
-
 @dataclass(frozen=True, slots=True)
 class Noise:
     """The variance of residuals before they are seen."""
@@ -184,7 +137,7 @@ class Noise:
         -------
         array, (...)
         """
-        if np.isinf(self.weight):
+        if isinf(self.weight):
             return np.maximum(self.variance, np.asarray(cost) / max(freedom, 1))
         return np.asarray((self.weight * self.variance + cost) / (self.weight + max(freedom, 0)))
 

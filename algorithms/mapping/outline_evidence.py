@@ -6,7 +6,7 @@ import numpy as np
 
 from ..arguments import Reals
 from ..evidence import Noise, likely
-from ..evidence.noise import has_shape, in_sequence
+from ..evidence.misfit import has_shape, in_sequence
 
 _WAVES = 6, 12
 """Limits on work: the half waves along an outline that distances may not have. Squares around a circle have eight."""

@@ -16,7 +16,7 @@ from ..evidence import Freedom, Noise, Problem, by_chance, certain_deviations, c
 from ..evidence.consensus import N_WRONG, Indices
 from ..evidence.gates import WIDE
 from ..evidence.least_squares import STEPS
-from ..evidence.noise import has_shape
+from ..evidence.misfit import has_shape
 from ..evidence.sampling import without_copies
 from ..evidence.triangles import from_triangle
 from ..precision import ROOT, ROUNDING

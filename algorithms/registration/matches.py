@@ -15,8 +15,10 @@ from generated import registration as kernels
 from ..arguments import Reals, finite_number, moderate, real_array
 from ..elements import MOTOR, POINT, elements
 from ..evidence import Freedom, least_by_chance, log_false_alarms
+from ..evidence.misfit import is_bent
 from ..precision import NEGLIGIBLE, SINGLE
 from .lattices import step_of_lattice
+from .match_scales import likely_scales
 from .rigid import between_places
 from .rigid_status import RegistrationStatus
 from .weighted_matches import form_about_means
@@ -40,12 +42,11 @@ _ATTEMPTS = 3
 """A limit on work: attempts for each motion; those that find the tail of another motion count."""
 _ROUNDING = 32 * np.finfo(float).eps
 """From floating point: the error of a moved point, relative to the largest coordinate, in some thirty operations."""
+_MOTIONS = RegistrationStatus.OK, RegistrationStatus.DEFORMED
 _EXACT = replace(_FREEDOM, codimension=0)
 """The same for sites of a lattice, which have no distances."""
 _SITES = 60
 """A limit on work: points whose distances show whether the target is on a lattice."""
-_BINS, _PEAKS = 400, 3
-"""Bins of the logarithm of ratios of lengths between 1/20 and 20, and peaks that are tried."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +121,7 @@ def register_matches(
     moderate(y[rows], "target")
     if rows.sum() < _FEWEST:
         return _none(RegistrationStatus.TOO_FEW_POINTS, len(x))
-    scales = _likely_scales(x[rows], y[rows]) if similarity else [1.0]
+    scales = likely_scales(x[rows], y[rows], _SEEDS) if similarity else [1.0]
     found = [_one_motion(scale * x[rows], y[rows], tolerance) for scale in scales]
     k = int(np.argmin([f.log_chance for f in found]))
     best, scale = found[k], scales[k]
@@ -151,7 +152,8 @@ def separate_motions(
     Returns
     -------
     tuple of MatchRegistration
-        The significant motions. A match is an inlier of at most one.
+        The significant motions. A match is an inlier of at most one. The last one may be DEFORMED: parts of what is
+        bent look like further motions, which are not sought then.
 
     Notes
     -----
@@ -164,7 +166,7 @@ def separate_motions(
     found: list[MatchRegistration] = []
     for _ in range(_ATTEMPTS * most):
         motion = register_matches(x, y, tolerance=tolerance)
-        if motion.status != RegistrationStatus.OK or len(found) == most:
+        if motion.status not in _MOTIONS or len(found) == most:
             break
         off = np.linalg.norm(pga3.move_point(motion.motor, x) - y, axis=1)
         rows = np.flatnonzero(np.isfinite(off))
@@ -175,6 +177,8 @@ def separate_motions(
         else:
             k = int(np.argmax(tails))
             found[k] = replace(found[k], inliers=found[k].inliers | motion.inliers)
+        if motion.status == RegistrationStatus.DEFORMED:
+            break
     return tuple(found)
 
 
@@ -236,6 +240,8 @@ def _one_motion(x: Reals, y: Reals, tolerance: float | None) -> MatchRegistratio
         best = _narrowed(best, x, y, rounding, grid)
     if _is_mirrored(best, x, y):
         best = replace(best, status=RegistrationStatus.MIRRORED)
+    elif tolerance is None and best.status == RegistrationStatus.OK and _is_deformed(best, x, y, rounding):
+        best = replace(best, status=RegistrationStatus.DEFORMED)
     motor = between_places(best.motor, middle_x, middle_y)
     return replace(best, motor=motor)
 
@@ -276,6 +282,24 @@ def _is_mirrored(found: MatchRegistration, x: Reals, y: Reals) -> bool:
     near = np.linalg.norm(there - y, axis=1) <= reach
     gained, lost = np.count_nonzero(near & ~inliers), np.count_nonzero(inliers & ~near)
     return bool(scipy.special.bdtrc(gained - 1, gained + lost, 0.5) < _FREEDOM.false_alarms) if gained else False
+
+
+def _is_deformed(found: MatchRegistration, x: Reals, y: Reals, rounding: float) -> bool:
+    """Return whether matches that are of a motion, or continue its inliers, follow a smooth deformation."""
+    for limit in (0.0, _OWN * found.residual):
+        some = found.inliers | (np.linalg.norm(pga3.move_point(found.motor, x) - y, axis=1) < limit)
+        motor = _motion_of(x, y, some)[0]
+        off = np.asarray(pga3.move_point(motor, x[some])) - y[some]
+        if is_bent(off.T, x[some], _FREEDOM.parameters, off.size * rounding**2):
+            return True
+    return False
+
+
+def _motion_of(x: Reals, y: Reals, inliers: Any) -> tuple[Reals, Reals]:
+    """Return the motor of least squares of some of the matches, and the eigenvalues of its form."""
+    form, x_mean, y_mean = form_about_means(x, y, inliers.astype(float))
+    values, vectors = np.linalg.eigh(form)
+    return np.asarray(kernels.motor_of_rotor(vectors[:, 0], x_mean, y_mean)), values
 
 
 def _narrowed(found: MatchRegistration, x: Reals, y: Reals, rounding: float, grid: _Grid) -> MatchRegistration:
@@ -327,9 +351,7 @@ def _fitted(
     chances, radii = _log_chance(off, tolerance, grid)
     k = int(np.argmin(chances))
     chance, inliers = float(chances[k]), off[k] <= radii[k]
-    form, x_mean, y_mean = form_about_means(x, y, inliers.astype(float))
-    values, vectors = np.linalg.eigh(form)
-    motor = kernels.motor_of_rotor(vectors[:, 0], x_mean, y_mean)
+    motor, values = _motion_of(x, y, inliers)
     if values[1] - values[0] < NEGLIGIBLE * values[3]:
         status = RegistrationStatus.COLLINEAR
     off_one = np.linalg.norm(pga3.move_point(motor, x) - y, axis=-1)
@@ -366,23 +388,6 @@ def _log_chance(off: Reals, tolerance: float | None, grid: _Grid) -> tuple[Reals
         radii = np.where(exact < logarithms, grid.rounding, radii)
         logarithms = np.minimum(logarithms, exact)
     return logarithms / np.log(10), np.minimum(np.maximum(radii, floor), np.inf if tolerance is None else tolerance)
-
-
-def _likely_scales(x: Reals, y: Reals) -> list[float]:
-    """Return the ratios of lengths that most pairs have."""
-    seeds = np.random.default_rng(0).permutation(len(x))[:_SEEDS]
-    one, two = kernels.lengths_of_pairs(x[seeds], y[seeds], x, y)
-    long = (one > 0.1 * one.max()) & (two > 0)
-    ratios = np.log(two[long] / one[long])
-    count, edges = np.histogram(ratios, _BINS, (-np.log(20), np.log(20)))
-    # The ratios of wrong pairs vary smoothly: a peak is what exceeds the mean of the bins around it.
-    around = np.convolve(count, np.ones(21) / 21, "same")
-    peaks = np.argsort(-(count - around) / np.sqrt(around + 1))[:_PEAKS]
-    found = []
-    for k in peaks:
-        near = np.abs(ratios - (edges[k] + edges[k + 1]) / 2) < edges[1] - edges[0]
-        found.append(float(np.exp(np.median(ratios[near]))) if near.any() else 1.0)
-    return found
 
 
 def _none(status: RegistrationStatus, count: int, chance: float = np.inf) -> MatchRegistration:

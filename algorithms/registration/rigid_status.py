@@ -31,3 +31,6 @@ class RegistrationStatus(Status):
     MIRRORED = 9
     """Of matches: a reflection explains more of them than any motion, as if one cloud had left-handed coordinates. The
     motor is that of the inliers, which are near a plane."""
+    DEFORMED = 10
+    """Of matches: distances of inliers from the motion are a linear or quadratic function of their places, and more so
+    than random, as if the cloud were bent, sheared or scaled. The motor is that of least squares."""

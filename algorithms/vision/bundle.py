@@ -104,9 +104,9 @@ def bundle_adjust(
         residuals do not contradict the noise: neither their sum of squares nor, without a robust loss, the largest. If
         a camera is not adjusted or not determined, its status is that of the whole, see `camera_status`. The status is
         NOT_CONVERGED after `max_steps`, or if residuals are larger than noise, or if structure in them is more than the
-        rest: what another focal length, centre or radial distortion of all cameras explains, and what residuals have in
-        common with those of the nearest points in the same camera. Less of it makes covariances larger. Points have
-        statuses of their own.
+        rest: what another focal length, centre or radial distortion of all cameras explains, what residuals have in
+        common with those of the nearest points in the same camera, and what a part of the points with a motion of its
+        own in each camera has. Less of it makes covariances larger. Points have statuses of their own.
 
     Raises
     ------

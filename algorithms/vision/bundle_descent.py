@@ -106,8 +106,8 @@ class Information:
             self._factor = factorized(self.matrix)
         return self._factor
 
-    def moves(self, rest: Reals) -> tuple[Reals, Reals, Reals, Reals] | None:
-        """Return products (b, 6), (m, 3) of derivatives with numbers (k, 2) in the place of residuals, and their steps.
+    def moves(self, rests: Reals) -> tuple[Reals, Reals, Reals, Reals] | None:
+        """Return products (t, b, 6), (t, m, 3) of derivatives with numbers (t, k, 2) for residuals, and their steps.
 
         None if the equations are singular.
         """
@@ -115,22 +115,28 @@ class Information:
         factor = self.factor if layout.n_free else None
         if factor is None and layout.n_free:
             return None
-        _, of_points = bundles.point_sums(equations.by_point, rest, layout.scene.point, layout.zero_points)
-        of_blocks = sum(
-            bundles.block_gradients(part, rest, block, layout.zero_blocks)
-            for part, block in zip(equations.parts, layout.block_of, strict=True)
-        )
-        _, reduced = bundles.point_root(equations.squares, of_points, 0.0)
-        gradient = of_blocks - bundles.eliminated_gradients(
-            self.scaled, layout.block, layout.point, reduced, layout.zero_blocks
-        )
-        change = np.zeros((layout.n_blocks, BLOCK))
+        slopes, change = np.zeros((2, len(rests), layout.n_blocks, BLOCK))
+        of_points, points = np.zeros((2, len(rests), layout.n_points, 3))
+        roots, gradients = [], np.zeros((layout.n_free, len(rests)))
+        for i, rest in enumerate(rests):
+            _, of_points[i] = bundles.point_sums(equations.by_point, rest, layout.scene.point, layout.zero_points)
+            slopes[i] = sum(
+                bundles.block_gradients(part, rest, block, layout.zero_blocks)
+                for part, block in zip(equations.parts, layout.block_of, strict=True)
+            )
+            _, reduced = bundles.point_root(equations.squares, of_points[i], 0.0)
+            gradient = slopes[i] - bundles.eliminated_gradients(
+                self.scaled, layout.block, layout.point, reduced, layout.zero_blocks
+            )
+            roots.append(reduced)
+            gradients[:, i] = gradient[layout.free]
         if factor is not None:
-            change[layout.free] = -factor.solve(gradient[layout.free])
-        points = bundles.point_changes(
-            self.scaled, layout.block, layout.point, change, reduced, self.inverse, layout.zero_points
-        )
-        return np.where(layout.free, of_blocks, 0), of_points, change, points
+            change[:, layout.free] = -factor.solve(gradients).T
+        for i, reduced in enumerate(roots):
+            points[i] = bundles.point_changes(
+                self.scaled, layout.block, layout.point, change[i], reduced, self.inverse, layout.zero_points
+            )
+        return np.where(layout.free, slopes, 0), of_points, change, points
 
     def variances(self) -> Reals:
         """Return the variances (b, 6) of blocks for residuals of variance 1; of sparse systems, the largest part.

@@ -11,10 +11,13 @@ from generated import pga3
 
 from ..arguments import Reals
 from ..evidence import Noise
-from ..evidence.misfit import NO_MISFIT, coherence, misfit_across
-from ..precision import HUGE, NEGLIGIBLE
+from ..evidence.misfit import NO_MISFIT, coherence, dominance, misfit_across
+from ..precision import HUGE, NEGLIGIBLE, TINY
 from .bundle_descent import Information
 from .bundle_system import Scene, State
+
+_DENSE = 8
+"""A limit on work: tables of points and cameras with fewer places for each observation are dense."""
 
 
 class BundleMisfit(NamedTuple):
@@ -49,60 +52,82 @@ def bundle_misfit(
     share = 0.0
     rounding = rest.size * (NEGLIGIBLE * float(np.abs(state.lenses[:, 0]).max())) ** 2
     if (rest**2).sum() > rounding:
-        share = _common(scene, state, rest)
-    growth = 1 + share * rest.size / max(len(np.unique(scene.camera)), 1)
-    columns = np.concatenate([_lens_terms(scene, state, used), rest[None]])
+        share = max(_common(scene, state, rest), _together(scene, rest, freedom, noise))
+    growth = 1 + share * rest.size / max(int(np.count_nonzero(np.bincount(scene.camera))), 1)
+    columns = _lens_terms(scene, state, used, rest)
     # Without a robust loss, the derivatives with the residuals vanish.
-    moves, found = [information.moves(each) for each in (columns if scene.kind else columns[:-1])], NO_MISFIT
-    steps = [tuple(each) for each in moves if each is not None]
-    if steps and len(steps) == len(moves) and freedom > 0:
-        if not scene.kind:
-            steps.append(tuple(np.zeros_like(each) for each in steps[0]))
-        slopes, moved = (np.array([np.append(each[i], each[i + 1]) for each in steps]) for i in (0, 2))
+    moves, found = information.moves(columns if scene.kind else columns[:-1]), NO_MISFIT
+    if moves is not None and freedom > 0:
         flat = columns.reshape(len(columns), -1)
-        normal = flat @ flat.T + slopes @ moved.T
-        found = misfit_across((normal + normal.T) / 2, freedom, noise, rounding)
+        normal, n = flat @ flat.T, len(moves[0])
+        slopes, steps = (np.concatenate([each.reshape(n, -1) for each in part], 1) for part in (moves[:2], moves[2:]))
+        own = slopes @ steps.T
+        normal[:n, :n] += (own + own.T) / 2
+        found = misfit_across(normal, freedom, noise, rounding)
     refused = found.contradicts or 2 * share > 1
-    if found.more is None:
+    if found.more is None or moves is None:
         n, m = information.layout.n_blocks, information.layout.n_points
         return BundleMisfit(refused, growth, np.zeros((0, n, 6)), np.zeros((0, m, 3)), np.zeros((0, 0)))
-    blocks, points = (np.array([each[i] for each in steps[:-1]]) for i in (2, 3))
+    blocks, points = (each[: len(columns) - 1] for each in moves[2:])
     for (camera, _), turn in zip(scene.scaled, information.equations.turns, strict=True):
         blocks[:, camera, 3:] = blocks[:, camera, 3:] @ turn.T
     return BundleMisfit(refused, growth, blocks, points, found.more)
 
 
-def _lens_terms(scene: Scene, state: State, used: Reals) -> Reals:
-    """Return displacements (4, k, 2), of norm 1, by focal length, centre and radial distortion, times factors (k,)."""
+def _lens_terms(scene: Scene, state: State, used: Reals, rest: Reals) -> Reals:
+    """Return displacements (5, k, 2), of norm 1, by focal length, centre and radial distortion, times factors (k,).
+
+    The last ones are the residuals (k, 2).
+    """
     there = np.asarray(pga3.move_point_back(state.motors[scene.camera], state.points[scene.point]))
+    x, y, z = np.ascontiguousarray(there.T)
     with np.errstate(all="ignore"):
-        seen = there[:, :2] / there[:, 2:]
         if scene.model == "fisheye":
-            far = np.hypot(there[:, 0], there[:, 1])
-            seen = there[:, :2] * (np.arctan2(far, there[:, 2]) / np.where(far > 0, far, 1))[:, None]
-        focal = state.lenses[scene.camera, :2]
-        along = np.where(np.isfinite(seen), seen * focal, 0) * used[:, None]
-        radial = along * np.minimum((seen**2).sum(1), HUGE)[:, None]
-    centre = np.zeros((2, *along.shape))
-    centre[0, :, 0] = centre[1, :, 1] = used
-    found = np.stack([along, *centre, np.where(np.isfinite(radial), radial, 0)])
-    norms = np.sqrt(np.einsum("tki,tki->t", found, found))[:, None, None]
-    return np.asarray(found / np.where(norms > 0, norms, 1))
+            far = np.hypot(x, y)
+            z = np.where(far > 0, far, 1) / np.arctan2(far, z)
+        seen = np.stack([x / z, y / z])
+        along = np.where(np.isfinite(seen), seen * state.lenses[:, :2].T[:, scene.camera], 0) * used
+        radial = along * np.minimum((seen * seen).sum(0), HUGE)
+    found = np.zeros((5, len(x), 2))
+    found[0], found[1, :, 0], found[2, :, 1], found[4] = along.T, used, used, rest
+    found[3] = np.where(np.isfinite(radial), radial, 0).T
+    for each in found[:-1].reshape(4, -1):
+        each /= max(float(np.sqrt(each @ each)), TINY)
+    return found
 
 
 def _common(scene: Scene, state: State, rest: Reals) -> float:
     """Return the share of squares that neighbours have in common."""
-    seen = np.unique(scene.point)
+    seen, m = np.flatnonzero(np.bincount(scene.point)), len(state.points)
     if len(seen) < 2:
         return 0.0
-    nearest = np.full(len(state.points), -1)
-    nearest[seen] = seen[scipy.spatial.cKDTree(state.points[seen]).query(state.points[seen], 2)[1][:, 1]]
-    m = len(state.points)
-    keys = scene.camera * np.int64(m) + scene.point
+    tree = scipy.spatial.cKDTree(state.points[seen], balanced_tree=False, compact_nodes=False)
+    nearest = np.full(m, -1)
+    nearest[seen] = seen[tree.query(tree.data, 2)[1][:, 1]]
+    row = scene.camera * np.int64(m)
+    keys, wanted = row + scene.point, row + nearest[scene.point]
     order = np.argsort(keys, kind="stable")
-    wanted = scene.camera * np.int64(m) + nearest[scene.point]
-    at = order[np.minimum(np.searchsorted(keys, wanted, sorter=order), len(keys) - 1)]
-    pairs = (keys[at] == wanted) & (at != np.arange(len(keys)))
-    both = np.count_nonzero(pairs & (at[at] == np.arange(len(keys))))
-    own, other = rest[pairs], rest[at[pairs]]
-    return coherence(float((own**2).sum()), float((own * other).sum()), own.size, 2 * int(both))
+    keys, wanted, rest = keys[order], wanted[order], rest[order]
+    at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    there = np.arange(len(keys))
+    pairs = (keys[at] == wanted) & (at != there)
+    both = np.count_nonzero(pairs & (at[at] == there))
+    own, other = rest[pairs].ravel(), rest[at[pairs]].ravel()
+    return coherence(float(own @ own), float(own @ other), own.size, 2 * int(both))
+
+
+def _together(scene: Scene, rest: Reals, freedom: int, noise: Noise) -> float:
+    """Return the share of squares of a part of the points that moves together, by its own motion in each camera."""
+    n_points, n_cameras = (np.count_nonzero(np.bincount(each)) for each in (scene.point, scene.camera))
+    m, c = int(scene.point.max()) + 1, int(scene.camera.max()) + 1
+    if m * c <= _DENSE * len(rest):
+        at = scene.point * np.int64(c) + scene.camera
+        table = np.stack([np.bincount(at, each, m * c) for each in rest.T], 1).reshape(m, 2 * c)
+        largest = float(np.linalg.eigvalsh(table.T @ table if m > 2 * c else table @ table.T)[-1])
+    else:
+        columns = 2 * scene.camera[:, None] + np.arange(2)
+        parts = rest.ravel(), (np.repeat(scene.point, 2), columns.ravel())
+        values = scipy.sparse.linalg.svds(scipy.sparse.csr_array(parts, (m, 2 * c)), 1, return_singular_vectors=False)
+        largest = float(values[0]) ** 2
+    squares, shape = float((rest**2).sum()), (int(n_points), 2 * int(n_cameras))
+    return dominance(largest, squares, shape, float(noise.raised(squares, freedom)))

@@ -9,8 +9,8 @@ import numpy as np
 from generated import camera_poses
 
 from ..arguments import Reals
-from ..evidence import Noise
-from ..evidence.misfit import NO_MISFIT, Tested, coherence, misfit
+from ..evidence import WRONG, Noise
+from ..evidence.misfit import NO_MISFIT, SUSPECTED, Tested, anisotropy, coherence, misfit
 from ..precision import NEGLIGIBLE
 
 N_CAMERA_TERMS = 8
@@ -39,25 +39,32 @@ NO_DOUBT = Doubt(False, False, np.zeros(2), 1.0)
 class Offsets(NamedTuple):
     """Sums over pixels and their nearest neighbours."""
 
-    squares: float
-    products: float
+    sums: Reals
+    """(5,) As of `camera_poses.neighbouring_offsets`."""
     n: int
     """Number of coordinates."""
 
     def plus(self, other: Offsets) -> Offsets:
         """Return the sums over the pixels of both."""
-        return Offsets(self.squares + other.squares, self.products + other.products, self.n + other.n)
+        return Offsets(self.sums + other.sums, self.n + other.n)
+
+    def shares(self, probability: float) -> tuple[float, float]:
+        """Return the shares of squares that neighbours have in common, and that have one direction."""
+        squares, products, along, across, radial = self.sums.tolist()
+        return (
+            coherence(squares, products, self.n, self.n, probability),
+            anisotropy(squares, along, across, radial, (self.n - _POSE) // 2, probability),
+        )
 
 
 def camera_misfits(pose: Reals, k: Reals, places: Reals, image: Reals) -> tuple[Reals, Reals, Offsets]:
     """Return sums of products (15, 15), what other parameters of the camera explain (3,), and what neighbours share."""
     sums, explained = camera_poses.pose_misfits(pose, k, places, image)
     every = -(-len(places) // _NEIGHBOURS)
-    offsets = camera_poses.neighbouring_offsets(pose, k, places[::every], image[::every])
-    squares, products = np.asarray(offsets).tolist()
+    offsets = np.asarray(camera_poses.neighbouring_offsets(pose, k, places[::every], image[::every]))
     n = 2 * -(-len(places) // every)
-    is_exact = squares <= n * (NEGLIGIBLE * k[0, 0]) ** 2
-    return np.asarray(sums), np.asarray(explained)[1:], Offsets(squares, 0.0 if is_exact else products, n)
+    is_exact = offsets[0] <= n * (NEGLIGIBLE * k[0, 0]) ** 2
+    return np.asarray(sums), np.asarray(explained)[1:], Offsets(np.zeros(5) if is_exact else offsets, n)
 
 
 def doubt_of(sums: Reals, explained: Reals | None, offsets: Offsets, n: int, noise: Noise) -> Doubt:
@@ -78,10 +85,12 @@ def doubt_of(sums: Reals, explained: Reals | None, offsets: Offsets, n: int, noi
     cost, by_all, by_one = (np.inf, np.inf, np.inf) if explained is None else explained.tolist()
     if explained is None or any(Tested(cost, by_all, by_one, n_terms, freedom - n_terms).exceed(noise)):
         found = misfit(sums, _POSE, freedom, noise)
-    share = coherence(*offsets, offsets.n)
+    share = max(offsets.shares(SUSPECTED))
     if found.more is None and not share:
         return NO_DOUBT
     more = np.zeros(2)
     if found.more is not None:
         more = np.array([np.linalg.eigvalsh(found.more[part, part])[-1] for part in (slice(3), slice(3, 6))])
-    return Doubt(found.is_certain or share > 0, found.contradicts or 2 * share > 1, more, 1 + 2 * n * share)
+    # Each of three tests may refuse what noise explains.
+    certain = max(offsets.shares(WRONG / 3))
+    return Doubt(found.is_certain or certain > 0, found.contradicts or 2 * certain > 1, more, 1 + 2 * n * share)

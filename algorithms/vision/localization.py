@@ -100,12 +100,12 @@ def localize(
         likelihood of more than a thousandth of the best one; both are in `poses`. TOO_FEW is returned for fewer than
         four distinct points, and DEGENERATE for points on a line and others that do not determine the pose. The status
         is NOT_CONVERGED if the best pose violates one of the other conditions, or if structure in the distances is more
-        than the rest of them, and than noise would show: what other parameters of the camera explain, and what each has
-        in common with that of the nearest other point. Less of it makes `deviation` larger. It is NO_CONSENSUS if two
-        poses explain all pixels, each some of them, or if no pose has more inliers than expected by chance, or than of
-        pixels as near their places as those that disagree with the pose. With a threshold, this is also the status if
-        the mirror image of the points explains the pixels better, or if so many pixels are within one and two
-        thresholds that their noise is not less than the threshold.
+        than the rest of them, and than noise would show: what other parameters of the camera explain, what each has in
+        common with that of the nearest other point, and a direction that prevails. Less of it makes `deviation` larger.
+        It is NO_CONSENSUS if two poses explain all pixels, each some of them, or if no pose has more inliers than
+        expected by chance, or than of pixels as near their places as those that disagree with the pose. With a
+        threshold, this is also the status if the mirror image of the points explains the pixels better, or if so many
+        pixels are within one and two thresholds that their noise is not less than the threshold.
 
     Raises
     ------
@@ -205,30 +205,28 @@ class _Scene:
             return no_localization(VisionStatus.NO_CONSENSUS, n)
         poses = camera_motors(rows, self.centroid)
         pose = poses[0] if own.status == VisionStatus.OK else np.full(8, np.nan)
-        spread = np.sqrt(deviations(best, n_used, self.noise, growth=growth) ** 2 + own.doubt.more)
+        spread = deviations(best, n_used, self.noise, growth=growth)
+        if own.doubt is not NO_DOUBT:
+            spread = np.sqrt(spread**2 + own.doubt.more)
         return Localization(pose, own.status, float(np.sqrt(best.cost / n_used)), inliers, poses, spread)
 
     def judged(self, inliers: Reals) -> _Judged:
         """Return what some of the points say."""
-        found = self.minima(inliers)
-        states, likely = self.status(found, inliers)
+        places, image = self._some(inliers)
+        found = all_poses(places, image, self.k, STEPS, self.noise)
+        states, likely = pose_status(found, places, image, self.k, self.noise)
         status = VisionStatus(int(states[0]))
         doubt = NO_DOUBT
         if status in (VisionStatus.OK, VisionStatus.AMBIGUOUS):
-            pose, (places, image) = found.matrix[0, 0], self._some(inliers)
-            sums = camera_misfits(pose, self.k, places[0], image[0])
-            doubt = doubt_of(*sums, places.shape[1], self.noise)
-            if doubt.more.any():
+            pose = found.matrix[0, 0]
+            doubt = doubt_of(*camera_misfits(pose, self.k, places[0], image[0]), places.shape[1], self.noise)
+            if doubt is not NO_DOUBT:
                 doubt = doubt._replace(more=doubt.more * [1, float(pose[:, 3] @ pose[:, 3])])
         return _Judged(status, found, likely, doubt)
 
     def minima(self, inliers: Reals) -> Poses:
         """Return all minima (1, s) of the distances of some of the points."""
         return all_poses(*self._some(inliers), self.k, STEPS, self.noise)
-
-    def status(self, found: Poses, inliers: Reals) -> tuple[Reals, Reals]:
-        """Return the status (1,) of the best of the minima, and which of them are likely (1, s)."""
-        return pose_status(found, *self._some(inliers), self.k, self.noise)
 
     def _some(self, inliers: Reals) -> tuple[Reals, Reals]:
         """Return some of the points (1, k, 3) and their pixels (1, k, 2)."""

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import projective2
 
 from ..arguments import Reals, listed, real_array
-from ..evidence.misfit import contradicts, explained_by
+from ..evidence.misfit import contradicts, explained_by, root_of
 from ..precision import NEGLIGIBLE, SINGLE
 from .normalization import flatness, homogeneous, similarity
 from .planes import linear_homography
@@ -133,9 +133,12 @@ def bending_of(
         columns = columns - basis @ (basis.T @ columns)
         normal += columns.T @ columns
         freedom, rounding = freedom + len(off) - 8, rounding + (NEGLIGIBLE**2 * image**2).sum()
-    cost, found = float(normal[-1, -1]), explained_by(normal)
-    is_bent = contradicts(found.explained, cost, found.n_terms, freedom, rounding)
-    coefficients = found.coefficients
+    cost, scale = float(normal[-1, -1]), np.sqrt(np.diag(normal))
+    scale = np.where(scale > 0, scale, 1)
+    root = root_of(normal / np.outer(scale, scale))
+    found = explained_by(root)
+    is_bent = contradicts(float(found.squares[-1]) * cost, cost, int(found.n_terms[-1]), freedom, rounding)
+    coefficients = np.linalg.solve(root[:-1, :-1].T, root[-1, :-1]) * scale[-1] / scale[:-1]
     status = VisionStatus.NOT_CONVERGED if is_bent else VisionStatus.OK
     residual = float(np.sqrt(cost / sum(map(len, pixels))))
     return float(coefficients[0]), residual, status

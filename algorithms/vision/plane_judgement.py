@@ -10,7 +10,7 @@ from generated import pga3, projective2
 
 from ..arguments import Reals
 from ..evidence import WRONG, largest_ratio, rank
-from ..evidence.misfit import contradicts, exceeds_noise, explained_by, misfit
+from ..evidence.misfit import contradicts, exceeds_noise, explained_by, misfit, root_of
 from ..evidence.noise import USUAL_WEIGHT
 from ..precision import NEGLIGIBLE
 from .distortion import Distortion
@@ -99,7 +99,9 @@ def judged(starts: list[Lens], views: Views, used: Reals, inliers: Reals) -> Jud
     counts = views.weights.sum(1)
     residual = float(np.sqrt(fit.cost / counts[inliers].sum()))
     status, covariance = _status(fit, views.part(inliers), used)
-    if status == VisionStatus.OK and (_excess(starts[0], costs, views, False)[inliers] > 1).any():
+    if not inliers.all():
+        excess = _excess(starts[0], costs, views, False)
+    if status == VisionStatus.OK and (excess[inliers] > 1).any():
         status = VisionStatus.NOT_CONVERGED if inliers.all() else VisionStatus.NO_CONSENSUS
     return Judged(status, whole, inliers, residual, np.sqrt(costs / counts), covariance)
 
@@ -137,20 +139,19 @@ def _excess(lens: Lens, costs: Reals, views: Views, is_strict: bool) -> Reals:
     right, up, _ = np.moveaxis(_by_places(lens, views, rows), -1, 0)
     terms = np.stack([right * x - up * y, up * x + right * y], -1).reshape(*off.shape, 2)
     columns = np.concatenate([rows, terms, off[..., None]], -1)
-    size = np.sqrt((columns**2).sum(1, keepdims=True))
-    columns = columns / np.where(size > 0, size, 1)
-    normal = _eliminated(np.swapaxes(columns, 1, 2) @ columns, N_POSE)
-    exact = (NEGLIGIBLE * np.abs(views.pixels).max()) ** 2
-    for k, own in enumerate(normal):
-        freedom = int(counts[k]) - N_POSE - 2
-        if freedom <= 0 or not np.isfinite(own).all():
-            continue
-        explained = explained_by(own).explained * float(size[k, 0, -1]) ** 2
-        left = max(costs[k] - explained, 0.0)
-        by_noise = 2 * largest_ratio(2, freedom, WRONG / len(costs)) * left / freedom
-        least = by_noise if is_strict else max(by_noise, left)
-        ratios[k] = max(ratios[k], explained / max(least, exact * counts[k]))
-    return ratios
+    normal = np.swapaxes(columns, 1, 2) @ columns
+    size = np.sqrt(np.diagonal(normal, axis1=1, axis2=2))
+    scale = np.where(size > 0, size, 1)
+    freedoms = counts - N_POSE - 2
+    known = (freedoms > 0) & np.isfinite(normal).all((1, 2))
+    root = root_of((normal / (scale[:, None] * scale[..., None]))[known])
+    explained = explained_by(root[:, N_POSE:, N_POSE:]).squares[:, -1] * size[known, -1] ** 2
+    left, exact = np.maximum(costs[known] - explained, 0.0), (NEGLIGIBLE * np.abs(views.pixels).max()) ** 2
+    quantiles = np.array([largest_ratio(2, int(n), WRONG / len(costs)) for n in freedoms[known]])
+    by_noise = 2 * quantiles * left / freedoms[known]
+    least = by_noise if is_strict else np.maximum(by_noise, left)
+    ratios[known] = np.maximum(ratios[known], explained / np.maximum(least, exact * counts[known]))
+    return np.asarray(ratios)
 
 
 def _nothing(status: VisionStatus, inliers: Reals, size: int) -> Judged:
@@ -196,33 +197,33 @@ def _contradicted(fit: Adjustment, views: Views, used: Reals, freedom: int) -> t
     lens = Distortion(fit.lens.model, tuple(map(float, fit.lens.k)))
     if not np.isfinite(lens.distort(sights[seen])).all():
         return True, np.zeros((size, size))
-    by_pose = rows[..., N_INTRINSICS + len(fit.lens.k) :]
-    terms = np.concatenate([_terms(fit.lens, sights), _of_boards(views, _by_places(fit.lens, views, by_pose))], -1)
-    terms = np.where(seen[..., None, None], terms, 0).reshape(*off.shape, -1)
+    by_pose, n_views = rows[..., N_INTRINSICS + len(fit.lens.k) :], len(off)
+    terms = [*_terms(fit.lens, sights), *_of_boards(views, _by_places(fit.lens, views, by_pose))]
     # Rows of the images are free of the noise, with which that of pixels is correlated.
-    images = (views.pixels + off.reshape(views.pixels.shape))[..., 1:]
-    later = images - images.mean(1, keepdims=True)
-    motions = by_pose * np.repeat(later, 2, axis=1).reshape(*off.shape, 1)
-    columns = np.concatenate([by_pose, motions, rows[..., used], terms, off[..., None]], -1)
-    norms = np.sqrt((columns**2).sum((0, 1)))
+    images = views.pixels[..., 1] + off.reshape(views.pixels.shape)[..., 1]
+    later = np.repeat(images - images.mean(1, keepdims=True), 2, axis=1)
+    own, n_terms, n_motions = 2 * N_POSE, len(terms), N_POSE * n_views
+    columns = np.empty((n_views, own + size + n_terms + 1, off.shape[1]))
+    columns[:, :N_POSE] = np.swapaxes(by_pose, 1, 2)
+    columns[:, N_POSE:own] = columns[:, :N_POSE] * later[:, None]
+    columns[:, own : own + size] = np.swapaxes(rows[..., used], 1, 2)
+    for i, (x, y) in enumerate(terms, own + size):
+        columns[:, i, ::2], columns[:, i, 1::2] = np.where(seen, x, 0), np.where(seen, y, 0)
+    columns[:, -1] = off
+    products = columns @ np.swapaxes(columns, 1, 2)
+    norms = np.sqrt(np.einsum("vii->i", products))
     norms = np.where(norms > 0, norms, 1)
-    columns = columns / norms
-    products = np.swapaxes(columns, 1, 2) @ columns
     rounding = float((NEGLIGIBLE**2 * views.pixels[seen] ** 2).sum())
-    n, n_terms, n_motions = len(norms), terms.shape[-1], N_POSE * len(off)
-    own, parts = (
-        norms[2 * N_POSE :],
-        ((np.delete(np.arange(n), range(N_POSE, 2 * N_POSE)), N_POSE), (range(n), 2 * N_POSE)),
-    )
-    # Without and with motions.
-    still, moving = (_eliminated(products[:, some][:, :, some], m).sum(0) * np.outer(own, own) for some, m in parts)
-    found = misfit(still, size, freedom, rounding=rounding, norms=own)
+    # Motions come after poses: the columns of the root that belong to these are left out, with those of motions or not.
+    root, norms = root_of(products / np.outer(norms, norms))[:, own:], norms[own:]
+    still, moving = (_products(root[..., n:]) * np.outer(norms, norms) for n in (N_POSE, own))
+    found = misfit(still, size, freedom, rounding=rounding, norms=norms)
     more = np.zeros((size, size)) if found.more is None else found.more
-    by_terms, by_both = (_left(each, own) for each in (still, moving))
+    by_terms, by_both = (_left(each, norms) for each in (still, moving))
     by_motions = by_terms - by_both, by_terms, n_motions, freedom - n_motions - n_terms, rounding
     kept = np.array([*range(size), -1])
-    moving, own = moving[np.ix_(kept, kept)], own[kept]
-    variance = _left(moving, own) / max(freedom - n_motions, 1)
+    moving, norms = moving[np.ix_(kept, kept)], norms[kept]
+    variance = _left(moving, norms) / max(freedom - n_motions, 1)
     if variance < by_terms / max(freedom - n_terms, 1) and exceeds_noise(*by_motions):
         spread = np.linalg.pinv(moving[:-1, :-1], hermitian=True)
         shift = spread @ moving[:-1, -1]
@@ -230,17 +231,15 @@ def _contradicted(fit: Adjustment, views: Views, used: Reals, freedom: int) -> t
     return found.contradicts or contradicts(*by_motions), more
 
 
+def _products(rows: Reals) -> Reals:
+    """Return the sums (q, q) over views of products of rows (v, q, n)."""
+    flat = np.swapaxes(rows, 0, 1).reshape(rows.shape[1], -1)
+    return np.asarray(flat @ flat.T)
+
+
 def _left(normal: Reals, norms: Reals) -> float:
     """Return the sum of squares that columns with sums of products (q, q) leave of the last one."""
-    scaled = normal / np.outer(norms, norms)
-    by = np.linalg.lstsq(scaled[:-1, :-1], scaled[:-1, -1], rcond=NEGLIGIBLE)[0]
-    return float(scaled[-1, -1] - scaled[-1, :-1] @ by) * float(norms[-1]) ** 2
-
-
-def _eliminated(normal: Reals, size: int) -> Reals:
-    """Return sums of products (v, q - size, q - size) across the first columns."""
-    own, across = normal[:, :size, :size] + NEGLIGIBLE * np.eye(size), normal[:, :size, size:]
-    return np.asarray(normal[:, size:, size:] - np.swapaxes(across, 1, 2) @ np.linalg.solve(own, across))
+    return float(root_of(normal / np.outer(norms, norms))[-1, -1] * norms[-1]) ** 2
 
 
 def _by_places(lens: Lens, views: Views, by_pose: Reals) -> Reals:
@@ -250,15 +249,18 @@ def _by_places(lens: Lens, views: Views, by_pose: Reals) -> Reals:
     return np.asarray(slopes @ pga3.motor_to_matrix(lens.poses)[:, None, :3, :3])
 
 
-def _of_boards(views: Views, by_places: Reals) -> Reals:
-    """Return displacements in pixels (v, n, 2, 11) of points of a plane whose sides, squares or flatness are wrong."""
-    x, y = views.places[..., None, 0], views.places[..., None, 1]
-    linear = [by_places[..., 0] * x, by_places[..., 0] * y]
-    return np.stack([*linear, *(by_places[..., i] * xy for xy in (x * x, x * y, y * y) for i in range(3))], -1)
+def _of_boards(views: Views, by_places: Reals) -> list[tuple[Reals, Reals]]:
+    """Return displacements in pixels, x and y (v, n), of points of a plane whose sides, squares or flatness are wrong.
+
+    There are 11 of them.
+    """
+    x, y = views.places[..., 0], views.places[..., 1]
+    factors = [(x, 0), (y, 0), *((xy, i) for i in range(3) for xy in (x * x, x * y, y * y))]
+    return [(by_places[..., 0, i] * factor, by_places[..., 1, i] * factor) for factor, i in factors]
 
 
-def _terms(lens: Lens, sights: Reals) -> Reals:
-    """Return displacements in pixels (v, n, 2, 7) by radial and tangential terms of distortion."""
+def _terms(lens: Lens, sights: Reals) -> list[tuple[Reals, Reals]]:
+    """Return displacements in pixels, x and y (v, n), by seven radial and tangential terms of distortion."""
     with np.errstate(all="ignore"):
         if lens.model == "brown":
             places = sights[..., :2] / sights[..., 2:]
@@ -267,7 +269,10 @@ def _terms(lens: Lens, sights: Reals) -> Reals:
             places = sights[..., :2] * (np.arctan2(far, sights[..., 2]) / np.where(far > 0, far, 1))[..., None]
     x, y = places[..., 0], places[..., 1]
     s = x * x + y * y
-    pairs = [(x * s**k, y * s**k) for k in range(1, 6)]
-    pairs += [(2 * x * y, s + 2 * y * y), (s + 2 * x * x, 2 * x * y)]
     fx, fy, _, _, skew = lens.intrinsics
-    return np.stack([np.stack([fx * a + skew * b, fy * b], -1) for a, b in pairs], -1)
+    along, down = fx * x + skew * y, fy * y
+    pairs = [(2 * x * y, s + 2 * y * y), (s + 2 * x * x, 2 * x * y)]
+    powers = [s]
+    for _ in range(4):
+        powers.append(powers[-1] * s)
+    return [(along * s, down * s) for s in powers] + [(fx * a + skew * b, fy * b) for a, b in pairs]

@@ -81,6 +81,8 @@ def all_poses(places: Reals, image: Reals, k: Reals, n_steps: int, noise: Noise)
 def ordered(found: Poses) -> Poses:
     """Return poses (b, s), first those with all points in front of the camera, the least first."""
     order = np.lexsort((np.where(np.isfinite(found.cost), found.cost, np.inf), ~found.in_front), axis=1)
+    if (order[:, 1:] > order[:, :-1]).all():
+        return found
     return found.at((np.arange(len(order))[:, None], order))
 
 
@@ -93,8 +95,7 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     residual is below a fraction x of their squares with a probability of about x^(n - 3). It is AMBIGUOUS if another
     minimum, farther from the first than its bound, is likely as well, or if one that was not reached may be.
     """
-    best = found.at((slice(None), 0))
-    squares = np.asarray(camera_poses.pixel_squares(best.matrix, k, places, image))
+    squares = np.asarray(camera_poses.pixel_squares(found.matrix[:, 0], k, places, image))
     centred = image - image.sum(1, keepdims=True) / image.shape[1]
     spread = np.einsum("bni,bni->b", centred, centred)
     return judged_poses(found, places, squares, spread, noise, _depth(found.matrix))
@@ -116,13 +117,13 @@ def judged_poses(
     `places`, `ends` (b, m, 3) are points of all of them.
     """
     n = places.shape[1]
-    best, freedom = found.at((slice(None), 0)), 2 * n - _PARAMETERS
-    undetermined = np.asarray(camera_poses.undetermined_pose(places if ends is None else ends, best.normal)) > 0
-    explained = best.cost <= min(WRONG ** (1 / (n - 3)), EXPLAINED) * spread
-    explained &= ~noise.contradicted(best.cost, freedom)
-    explained &= ~noise.outlying(squares, 2, best.cost[:, None] - squares, freedom - 2).any(1)
+    cost, freedom = found.cost[:, 0], 2 * n - _PARAMETERS
+    undetermined = np.asarray(camera_poses.undetermined_pose(places if ends is None else ends, found.normal[:, 0])) > 0
+    explained = cost <= min(WRONG ** (1 / (n - 3)), EXPLAINED) * spread
+    explained &= ~noise.contradicted(cost, freedom)
+    explained &= ~noise.outlying(squares, 2, cost[:, None] - squares, freedom - 2).any(1)
     # A minimum that was not reached may be as likely as the linear problem says.
-    costs = np.where(found.converged, found.cost, np.maximum(found.lowest, best.cost[:, None]))
+    costs = np.where(found.converged, found.cost, np.maximum(found.lowest, cost[:, None]))
     costs = np.where(found.in_front, costs, np.inf)
     rivals = likely(costs, 2 * n, freedom, noise)
     rivals[:, 0] = True
@@ -135,7 +136,7 @@ def judged_poses(
         rivals[:, i + 1 :] &= (apart | ~rivals[:, i : i + 1])[:, i + 1 :]
     status = np.zeros(len(rivals), int)
     status[rivals[:, 1:].any(1)] = VisionStatus.AMBIGUOUS
-    status[~(best.converged & best.in_front & explained)] = VisionStatus.NOT_CONVERGED
+    status[~(found.converged[:, 0] & found.in_front[:, 0] & explained)] = VisionStatus.NOT_CONVERGED
     status[undetermined[:, 1]] = VisionStatus.DEGENERATE
     status[undetermined[:, 0]] = VisionStatus.TOO_FEW
     return status, rivals

@@ -195,25 +195,31 @@ class _Rig:
 
     def _doubt(self, pose: Reals, inliers: Reals) -> Doubt:
         """Return what cameras with other poses and lenses would explain of the residuals of a pose (3, 4)."""
-        seen, size = np.unique(self.which[inliers]), _FREEDOM.parameters
-        width = size + N_CAMERA_TERMS
-        normal = np.zeros((size + width * len(seen) + 1,) * 2)
-        total = Offsets(0.0, 0.0, 0)
-        for i, k in enumerate(seen):
-            own = inliers & (self.which == k)
-            frame, (places, image) = self.frames[k], (self.places[own], self.sights[own, :2])
-            there = frame[:, :3] @ pose
-            there[:, 3] += frame[:, 3]
-            sums, _, offsets = camera_misfits(there, self.lenses[k], places, image)
-            # The steps of a camera by those of the rig.
-            depth, turned = float(np.linalg.norm(there[:, 3])), frame[:, :3]
-            steps = np.zeros((width + 1, normal.shape[0]))
-            steps[:3, :3], steps[3:6, 3:6] = turned, turned / depth
-            steps[3:6, :3] = np.cross(frame[:, 3], turned, axisb=0, axisc=0) / depth
-            steps[:width, size + i * width : size + (i + 1) * width] = np.eye(width)
-            steps[-1, -1] = 1
-            normal += steps.T @ sums @ steps
+        seen, total, found = np.flatnonzero(np.bincount(self.which[inliers])), Offsets(np.zeros(5), 0), []
+        frames, n = self.frames[seen], len(seen)
+        there = frames[..., :3] @ pose
+        there[..., 3] += frames[..., 3]
+        for k, own in zip(seen, there, strict=True):
+            some = inliers & (self.which == k)
+            sums, _, offsets = camera_misfits(own, self.lenses[k], self.places[some], self.sights[some, :2])
+            found.append(sums)
             total = total.plus(offsets)
+        sums = np.array(found)
+        # The steps of a camera by those of the rig.
+        depth, steps, across = np.linalg.norm(there[..., 3:], axis=1)[:, None], np.zeros((n, 6, 6)), np.zeros((n, 3, 3))
+        (x, y, z), turns = frames[..., 3].T, frames[..., :3]
+        across[:, 0, 1], across[:, 0, 2], across[:, 1, 2] = -z, y, -x
+        across -= np.swapaxes(across, 1, 2)
+        steps[:, :3, :3], steps[:, 3:, 3:], steps[:, 3:, :3] = turns, turns / depth, across @ turns / depth
+        moved, width = sums[..., :6] @ steps, 6 + N_CAMERA_TERMS
+        normal = np.zeros((7 + n * width,) * 2)
+        normal[:6, :6] = (np.swapaxes(steps, 1, 2) @ moved[:, :6]).sum(0)
+        normal[6:-1, :6], normal[-1, :6] = moved[:, :-1].reshape(-1, 6), moved[:, -1].sum(0)
+        for i, each in enumerate(sums):
+            part = slice(6 + i * width, 6 + (i + 1) * width)
+            normal[part, part], normal[-1, part] = each[:-1, :-1], each[-1, :-1]
+        normal[-1, -1] = sums[:, -1, -1].sum()
+        normal[:6, 6:], normal[6:-1, -1] = normal[6:, :6].T, normal[-1, 6:-1]
         return doubt_of(normal, None, total, int(inliers.sum()), self.noise)
 
     def _spread(self, inliers: Reals) -> Reals:

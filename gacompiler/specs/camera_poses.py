@@ -322,21 +322,34 @@ def pose_misfits(pose, k, places, pixels):
     return tuple(tuple(row) for row in sums), explained_of(sums, 6)
 
 
-@kernel(pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, returns=array(SCALAR, 2))
+@kernel(pose=POSE, k=THREE, places=OWN_PLACES, pixels=OWN_PIXELS, returns=array(SCALAR, 5))
 def neighbouring_offsets(pose, k, places, pixels):
-    """Sum the squares of distances of pixels in a pose, and their products with those of the nearest other points."""
+    """Sum the squares of distances of pixels in a pose, and their products with those of the nearest other points.
+
+    The other sums are 0 on average unless a direction prevails: those of ``x x - y y`` and ``2 x y``, and of squares
+    away from the principal point minus those across.
+    """
     rotation, shift = _parts(pose)
     numbers = row_numbers(places)
-    offs = each(lambda x, y: tuple(_seen(rotation, shift, k, x, y)[0]), places, pixels)
+
+    def seen(place, pixel):
+        off, (u, v, _) = _seen(rotation, shift, k, place, pixel)
+        away = dot(k[0][:2], (u, v)), dot(k[1][:2], (u, v))
+        return *off, *away
+
+    offs = each(seen, places, pixels)
 
     def of(place, own, number):
         def nearer(best, other, off, j):
             apart = [a - b for a, b in zip(place, other, strict=True)]
             distance = select(equal(number, j), UNKNOWN, dot(apart, apart))
-            return choose(distance < best[0], (distance, *off), best)
+            return choose(distance < best[0], (distance, off[0], off[1]), best)
 
         _, *off = fold(nearer, (UNKNOWN, 0, 0), places, offs, numbers)
-        return dot(own, own), dot(own, off)
+        x, y, a, b = own
+        square, along, across = x * x + y * y, x * x - y * y, 2 * x * y
+        radial = (along * (a * a - b * b) + across * 2 * a * b) / maximum(a * a + b * b, TINY)
+        return square, x * off[0] + y * off[1], along, across, radial
 
     return total(of, places, offs, numbers)
 

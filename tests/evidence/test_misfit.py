@@ -7,7 +7,7 @@ import pytest
 import scipy
 
 from algorithms.evidence import Noise
-from algorithms.evidence.misfit import coherence, exceeds_noise, misfit
+from algorithms.evidence.misfit import anisotropy, coherence, dominance, exceeds_noise, misfit
 
 
 def _sums(rng: np.random.Generator, lacking: float) -> tuple[np.ndarray, np.ndarray, float]:
@@ -62,3 +62,39 @@ def test_neighbours_share_what_is_correlated() -> None:
     alone = [rng.normal(size=40) for _ in range(2000)]
     found = sum(coherence(float(x @ x), float(x[1:] @ x[:-1]), 40, 0) > 0 for x in alone)
     assert found <= scipy.stats.binom.isf(1e-3, 2000, 1e-3)
+
+
+def test_tables_of_noise_have_no_dominant_part() -> None:
+    """Of 2,000 tables, also with entries missing, four more than expected are rarer than one in a thousand."""
+    rng, found = np.random.default_rng(8), 0
+    for k in range(2000):
+        table = rng.normal(size=(50, 12)) * (rng.random((50, 12)) < (1.0 if k % 2 else 0.6))
+        found += dominance(np.linalg.norm(table, 2) ** 2, (table**2).sum(), table.shape, 1.0) > 0
+    assert found <= scipy.stats.binom.isf(1e-3, 2000, 1e-3)
+    part = np.outer(np.arange(50) < 15, rng.normal(size=12))
+    values = np.linalg.svd(4 * part + rng.normal(size=(50, 12)), compute_uv=False) ** 2
+    assert dominance(values[0], values.sum(), (50, 12), 1.0) == pytest.approx(values[0] / values.sum())
+
+
+def _directed(x: np.ndarray, away: np.ndarray) -> tuple[float, float, float, float]:
+    """Sums of squares, of those along and across, and along `away`, by complex numbers."""
+    square = (x[:, 0] + 1j * x[:, 1]) ** 2
+    axis = (away[:, 0] + 1j * away[:, 1]) ** 2
+    radial = (square * axis.conj() / np.abs(axis)).real.sum()
+    return float((x**2).sum()), float(square.sum().real), float(square.sum().imag), float(radial)
+
+
+def test_noise_has_no_direction() -> None:
+    """Both tests are exact: their probability is met."""
+    rng, found = np.random.default_rng(9), np.zeros(2, int)
+    for _ in range(3000):
+        x, away = rng.normal(size=(2, 20, 2))
+        squares, along, across, radial = _directed(x, away)
+        found += (
+            anisotropy(squares, along, across, 0.0, 20, 0.05) > 0,
+            anisotropy(squares, 0.0, 0.0, radial, 20, 0.05) > 0,
+        )
+    low, high = scipy.stats.binom.isf([1 - 1e-3, 1e-3], 3000, 0.05)
+    assert ((low <= found) & (found <= high)).all()
+    moved = rng.normal(size=(40, 2)) + np.where(np.arange(40)[:, None] < 15, away[0] / np.linalg.norm(away[0]) * 6, 0)
+    assert anisotropy(*_directed(moved, rng.normal(size=(40, 2))), 40) > 0.5

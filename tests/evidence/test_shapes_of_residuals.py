@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from algorithms.evidence.noise import has_shape, in_sequence
+from algorithms.evidence.misfit import has_shape, in_sequence
 from algorithms.mapping import FitStatus, SolidKind, fit_box, fit_circle, fit_solid
 
 

@@ -245,3 +245,17 @@ def test_a_mirrored_cloud_is_named_and_a_plane_is_not():
     moved = turn.apply(flat) + 0.005 * rng.normal(size=x.shape)
     moved[:40] = rng.normal(size=(40, 3))
     assert register_matches(flat, moved).status == RegistrationStatus.OK
+
+
+def test_what_is_bent_has_no_motion() -> None:
+    """A cloud on a cylinder, or that is longer in one direction, is DEFORMED; noise alone never is."""
+    for k in range(8):
+        rng = np.random.default_rng([k, 61])
+        x, wrong = rng.normal(size=(250, 3)), rng.random(250) < 0.2
+        turn, angle = Rotation.from_rotvec(rng.normal(size=3)), 0.3 * x[:, 0]
+        bent = np.stack([np.sin(angle) / 0.3, x[:, 1], x[:, 2] + (1 - np.cos(angle)) / 0.3], 1)
+        ok, deformed = RegistrationStatus.OK, RegistrationStatus.DEFORMED
+        for there, status in ((x, ok), (x * [1.08, 1, 1], deformed), (bent, deformed)):
+            y = turn.apply(there) + rng.normal(0, 0.005, x.shape)
+            y[wrong] = rng.normal(size=(int(wrong.sum()), 3))
+            assert [each.status for each in separate_motions(x, y)] == [status]
