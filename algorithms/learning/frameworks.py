@@ -152,7 +152,7 @@ def torch_module(
                 raise ValueError(f"{self.layer}: x has shape {found}; expected {expected}, channels and blades")
             given, weights = x.reshape(-1, *self.shape), list(self.weights)
             if isinstance(self.layer, Defined):
-                y = self.layer.definition(self._functions[self.training], self.algebra, given, weights)
+                y: Any = self.layer.definition(self._functions[self.training], self.algebra, given, weights)
             else:
                 y = self._run(given, weights)
             return y.reshape(*x.shape[:-2], *y.shape[1:])

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from .activations import Gate
 from .algebra import Algebra, Array
 from .base import Defined, Layer, Shape
 from .equivariant import GradeLinear
-from .recorded import Functions
+from .recorded import Functions, Tensor
 
 
 def _checked(layer: Layer, where: str) -> Defined:
@@ -62,7 +61,7 @@ class Residual(Defined):
             algebra, channels = layer.output(algebra, channels)
         return found
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         y, start, shape = x, 0, (algebra, x.shape[1])
         for layer in self.layers:
@@ -93,7 +92,7 @@ class Dropout(Defined):
         if not 0 <= self.rate < 1:
             raise ValueError(f"Dropout: rate {self.rate}; expected a probability below 1")
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         return f.kept(x, self.rate, self.seed)
 
@@ -114,7 +113,7 @@ class Each(Defined):
         """Return random parameters."""
         return self.layer.initial(algebra, channels // self.items, random)
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         n, channels, size = x.shape
         given = f.reshape(x, (n * self.items, channels // self.items, size))
@@ -152,14 +151,14 @@ class Attention(Defined):
         count = channels // self.items
         return [one for _ in range(4) for one in GradeLinear(count).initial(algebra, count, random)]
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         n, channels, size = x.shape
         count = channels // self.items
         linear, length = GradeLinear(count), count // self.heads * size
         given = f.reshape(x, (n * self.items, count, size))
 
-        def heads(k: int, signs: bool = False) -> Any:
+        def heads(k: int, signs: bool = False) -> Tensor:
             y = linear.definition(f, algebra, given, parameters[2 * k : 2 * k + 2])
             y = f.linear(y, np.diag(algebra.metric)) if signs else y
             return f.swapped(f.reshape(y, (n, self.items, self.heads, length)), 1, 2)
@@ -200,19 +199,18 @@ class Messages(Defined):
         weights = random.normal(size=(count, len(algebra.paths))) / np.sqrt(algebra.n + 1)
         return [*linear, weights, *Gate().initial(algebra, count, random)]
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         n, channels, size = x.shape
         count, (first, second) = channels // self.items, np.array(self.neighbours).T
         given = f.reshape(x, (n * self.items, count, size))
 
-        def linear(k: int, y: Any) -> Any:
+        def linear(k: int, y: Tensor) -> Tensor:
             return GradeLinear(count).definition(f, algebra, y, parameters[2 * k : 2 * k + 2])
 
-        def pairs(k: int) -> Any:
-            both = (f.reshape(linear(j, given), (n, self.items, count * size)) for j in (k, k + 1))
-            found = sum(f.rows(y, index) for y, index in zip(both, (first, second), strict=True))
-            return f.reshape(found, (n * len(first), count, size))
+        def pairs(k: int) -> Tensor:
+            own, other = (f.reshape(linear(j, given), (n, self.items, count * size)) for j in (k, k + 1))
+            return f.reshape(f.rows(own, first) + f.rows(other, second), (n * len(first), count, size))
 
         products = f.weighted(algebra, pairs(0), pairs(2), parameters[12])
         messages = Gate().definition(f, algebra, products, parameters[13:])

@@ -48,9 +48,14 @@ class Offsets(NamedTuple):
         """Return the sums over the pixels of both."""
         return Offsets(self.sums + other.sums, self.n + other.n)
 
-    def shares(self, probability: float) -> tuple[float, float]:
-        """Return the shares of squares that neighbours have in common, and that have one direction."""
+    def shares(self, noise: Noise, probability: float) -> tuple[float, float]:
+        """Return the shares of squares that neighbours have in common, and that have one direction.
+
+        Distances that are smaller than the noise that is stated may have any structure: the shares are those of its
+        squares.
+        """
         squares, products, along, across, radial = self.sums.tolist()
+        squares = max(squares, self.n * float(noise.raised(squares, max(self.n - _POSE, 1))))
         return (
             coherence(squares, products, self.n, self.n, probability),
             anisotropy(squares, along, across, radial, (self.n - _POSE) // 2, probability),
@@ -85,12 +90,12 @@ def doubt_of(sums: Reals, explained: Reals | None, offsets: Offsets, n: int, noi
     cost, by_all, by_one = (np.inf, np.inf, np.inf) if explained is None else explained.tolist()
     if explained is None or any(Tested(cost, by_all, by_one, n_terms, freedom - n_terms).exceed(noise)):
         found = misfit(sums, _POSE, freedom, noise)
-    share = max(offsets.shares(SUSPECTED))
+    share = max(offsets.shares(noise, SUSPECTED))
     if found.more is None and not share:
         return NO_DOUBT
     more = np.zeros(2)
     if found.more is not None:
         more = np.array([np.linalg.eigvalsh(found.more[part, part])[-1] for part in (slice(3), slice(3, 6))])
     # Each of three tests may refuse what noise explains.
-    certain = max(offsets.shares(WRONG / 3))
+    certain = max(offsets.shares(noise, WRONG / 3))
     return Doubt(found.is_certain or certain > 0, found.contradicts or 2 * certain > 1, more, 1 + 2 * n * share)
