@@ -236,8 +236,11 @@ def _end_effector(rng: np.random.Generator, share: float) -> Trial:
 _ROBOT = Robot.named("ur5")
 
 
-def _inertial(rng: np.random.Generator, spoil: str) -> Trial:
-    """Twenty seconds of a sensor that is turned and moved about by sums of sines, from rest; no magnetometer."""
+def _inertial(rng: np.random.Generator, spoil: str, mag: bool = False) -> Trial:
+    """Twenty seconds of a sensor that is turned and moved about by sums of sines, from rest.
+
+    With a magnetometer, headings are those of the earth; without, errors are those since the third second.
+    """
     rate, n = 100.0, 2000
     t = np.arange(1, n + 1) / rate
     start = np.clip((t - 2) / 2, 0, 1)[:, None]
@@ -270,9 +273,26 @@ def _inertial(rng: np.random.Generator, spoil: str) -> Trial:
     if spoil == "missing":
         first = int(rng.integers(500, 1500))
         gyr[first : first + int(rng.integers(60, 140))] = np.nan
-    found = estimate_orientation(gyr, acc, rate=rate)
+    if spoil == "axes":
+        gyr = gyr[:, [(0, 2, 1), (1, 0, 2), (2, 1, 0), (1, 2, 0)][rng.integers(4)]]
+    if spoil == "off":
+        acc = acc + rng.normal(0, 0.5, 3)
+    if spoil == "rate":
+        rate *= rng.uniform(1.05, 1.3) ** rng.choice([-1, 1])
+    field = None
+    if mag:
+        near = np.zeros((n, 3))
+        if spoil == "iron":
+            near[rng.integers(500, 1500) :] = rng.normal(0, 1, 3) * rng.uniform(5, 20)
+        field = np.asarray(vga3.rotate_vector(vga3.rotor_inverse(truth), near + np.array([0, 20.0, -40])))
+        field = field + rng.normal(0, 0.3, (n, 3))
+        if spoil == "iron on it":
+            field += rng.normal(0, 1, 3) * rng.uniform(3, 10)
+        if spoil == "field axes":
+            field = field[:, [1, 0, 2]]
+    found = estimate_orientation(gyr, acc, field, rate=rate)
     error = vga3.rotor_product(found.rotors, vga3.rotor_inverse(truth))
-    drift = vga3.rotor_product(error, vga3.rotor_inverse(error[299]))[-1]
+    drift = error[-1] if mag else vga3.rotor_product(error, vga3.rotor_inverse(error[299]))[-1]
     off = 2 * np.arccos(min(abs(drift[0]), 1))
     return Trial(bool(found.status == 0), bool(off < max(BOUND * found.deviations[-1].max(), np.radians(3))))
 
@@ -319,3 +339,38 @@ def inertial_of_late_rates(rng: np.random.Generator) -> Trial:
 @row("`estimate_orientation`", "the same with an acceleration of 0.5 to 3 m/s2 for the last twelve seconds", slow=True)
 def inertial_pulled(rng: np.random.Generator) -> Trial:
     return _inertial(rng, "pulled")
+
+
+@row("`estimate_orientation`", "the same with exchanged axes of the gyroscope", slow=True)
+def inertial_of_other_axes(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "axes")
+
+
+@row("`estimate_orientation`", "the same with an accelerometer that is off by 0.5 m/s2 along each axis", slow=True)
+def inertial_off(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "off")
+
+
+@row("`estimate_orientation`", "the same with a sample rate that is wrong by 5 to 30 %", slow=True)
+def inertial_at_another_rate(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "rate")
+
+
+@row("`estimate_orientation`", "the same with a magnetometer; wrong: also the heading", good=True, slow=True)
+def inertial_magnetic(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "", mag=True)
+
+
+@row("`estimate_orientation`", "the same with iron near the magnetometer from 5 to 15 s on", slow=True)
+def inertial_near_iron(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "iron", mag=True)
+
+
+@row("`estimate_orientation`", "the same with iron that is turned with the magnetometer", slow=True)
+def inertial_with_iron(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "iron on it", mag=True)
+
+
+@row("`estimate_orientation`", "the same with exchanged axes of the magnetometer", slow=True)
+def inertial_of_other_fields(rng: np.random.Generator) -> Trial:
+    return _inertial(rng, "field axes", mag=True)

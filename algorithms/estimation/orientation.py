@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import estimation as kernels
 
 from ..arguments import Reals, real_array
-from .orientation_starts import OrientationSettings, first_state, positive_rate
+from .orientation_starts import OrientationSettings, contradicted, first_state, positive_rate
 from .status import EstimationStatus
 
 
@@ -24,7 +24,8 @@ class Orientation:
     """(..., n, 3) rad/s. The bias of the gyroscope."""
     deviations: Reals
     """(..., n, 3) rad. Standard deviations of the rotation about the axes of the earth, according to the settings. They
-    grow where rates are missing or saturated, by the rotation that may have been missed, and remain so."""
+    grow where rates are missing or saturated, by the rotation that may have been missed, and where the magnetic field
+    is no longer the one that the heading relies on."""
     at_rest: Reals
     """(..., n) bool. Whether the sensor is at rest."""
     disturbance: Reals
@@ -36,7 +37,9 @@ class Orientation:
     because they are not finite or their time is not after that of the previous sample."""
     status: Reals
     """(...) int, an `EstimationStatus` each: SKIPPED if no rate or no acceleration is finite, INCONSISTENT if rates are
-    at the limit of their range or accelerations lead to impossible speeds, as without gravity or in wrong units."""
+    at the limit of their range, accelerations lead to impossible speeds, as without gravity or in wrong units, or mean
+    velocities or headings over `return_time` contradict their noise, as for a wrong scale, wrong axes, a delay of the
+    rates, or an acceleration that lasts, or if the field follows less than half of the rotation."""
 
 
 def orientation(
@@ -109,6 +112,12 @@ def estimate_orientation(
     Notes
     -----
     The rate of a sample is held since the previous sample, as in other filters (VQF).
+
+    Some errors leave no trace. Without a magnetometer, a wrong scale or a delay of turns about the vertical, or a bias
+    about it, is not seen: the deviations contain only the `rate_error` and the first bias of the settings. An
+    acceleration that lasts from the first sample on, or a constant error of the accelerometer while the sensor hardly
+    turns, equals a tilt by its ratio to gravity, which the deviations do not contain. Iron beside a sensor that never
+    turns is part of the field.
     """
     s = settings or OrientationSettings()
     per_second = positive_rate(rate)
@@ -132,10 +141,10 @@ def estimate_orientation(
     state, numbers, step = first_state(rates, forces, fields, stamps, per_second, s)
     steps = np.diff(stamps, prepend=stamps[:1] - step)
     found = kernels.orientation_filter(rates, forces, fields, steps, state, numbers)
-    contradicted = found[3][..., -1:, 3].any(-1) | (found[3][..., 4] > (2 * s.speed) ** 2).any(-1)
-    status = np.where((status == EstimationStatus.OK) & contradicted, EstimationStatus.INCONSISTENT, status)
+    doubted = found[3][..., -1:, 3].any(-1) | contradicted(found[3], s).any(-1)
+    status = np.where((status == EstimationStatus.OK) & doubted, EstimationStatus.INCONSISTENT, status)
     # A sample that is skipped leaves the estimate as it was before; the first ones have that of the first known one.
-    rows = np.maximum(np.cumsum(known) - 1, 0)
+    rows = slice(None) if known.all() else np.maximum(np.cumsum(known) - 1, 0)
     rotors, biases, variances, conditions = (each[..., rows, :] for each in found)
     return Orientation(
         rotors,

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from generated import estimation as kernels
 
 from ..arguments import Reals, real_array
-from .orientation_starts import ALIGNMENT, OrientationSettings, first_state, positive_rate
+from .orientation_starts import ALIGNMENT, OrientationSettings, contradicted, first_state, positive_rate
 from .status import EstimationStatus
 
 _FLOAT64 = np.dtype(np.float64)
@@ -124,7 +124,8 @@ class OrientationFilter:
     def covariance(self) -> Reals:
         """(..., 3, 3) rad2. Of the rotation about the axes of the earth, according to the settings.
 
-        It grows where rates are missing or saturated, by the rotation that may have been missed, and remains so.
+        It grows where rates are missing or saturated, by the rotation that may have been missed, and where the magnetic
+        field is no longer the one that the heading relies on.
         """
         return self._reading.covariance
 
@@ -146,21 +147,23 @@ class OrientationFilter:
     @property
     def n_skipped(self) -> Reals:
         """(..., 3) int. How many rates, accelerations and fields were not measured, not finite, or came late."""
-        return np.asarray(self._n_updates - self._reading.conditions[..., 6:].astype(int))
+        return np.asarray(self._n_updates - self._reading.conditions[..., 7:].astype(int))
 
     @property
     def status(self) -> EstimationStatus | Reals:
         """The status after the last update: an `EstimationStatus`, or for several sensors an array (...) of them.
 
         BAD_TIME if its time is not after the previous one, UNOBSERVED before the first finite rate and acceleration,
-        SKIPPED if neither of the last sample is finite, INCONSISTENT if rates are at the limit of their range or
-        accelerations contradict the orientation, as without gravity or in wrong units.
+        SKIPPED if neither of the last sample is finite, INCONSISTENT if rates are at the limit of their range,
+        accelerations contradict the orientation, as without gravity or in wrong units, or mean velocities or headings
+        contradicted their noise, until as much evidence speaks for it. Without a magnetometer, the heading is then
+        still that of the rates before.
         """
         conditions, s = self._reading.conditions, EstimationStatus
-        doubted = (conditions[..., 3] > 0) | (conditions[..., 4] > (2 * self._settings.speed) ** 2)
+        doubted = (conditions[..., 3] > 0) | contradicted(conditions, self._settings)
         status = np.where(doubted, s.INCONSISTENT, s.OK)
-        status = np.where(conditions[..., 5] > 0, status, s.SKIPPED)
-        status = np.where((conditions[..., 6:8] > 0).all(-1), status, s.UNOBSERVED)
+        status = np.where(conditions[..., 6] > 0, status, s.SKIPPED)
+        status = np.where((conditions[..., 7:9] > 0).all(-1), status, s.UNOBSERVED)
         if self._is_late:
             status = np.full_like(status, s.BAD_TIME)
         return status if status.ndim else s(int(status))

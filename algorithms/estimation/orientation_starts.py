@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import log
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from generated import estimation as kernels
 from generated import vga3
 
 from ..arguments import Reals, finite, finite_number
+from ..evidence.status import WRONG
 from ..evidence.triangles import to_triangle
 
 _STATES = 8
@@ -48,6 +50,9 @@ class OrientationSettings:
     """The same in relation to the relative change of the field."""
     field_time: float = 20.0
     """s. Time after which a changed field counts as undisturbed."""
+    return_time: float = 4.0
+    """s. Mean velocities over times as long are independent of each other: within it, what is carried about moves there
+    and back."""
     speed: float = 5.0
     """m/s. The largest speed: accelerations that lead to more contradict the orientation."""
     rest_rate: float = 0.035
@@ -58,6 +63,11 @@ class OrientationSettings:
     """s. The sensor is at rest if it was quiet for this long."""
     rest_noise: float = 0.003
     """rad/s sqrt(s). Noise of the bias as measured at rest."""
+
+
+def contradicted(conditions: Reals, s: OrientationSettings) -> Reals:
+    """Return whether conditions (..., k) of the kernel contradict the settings at a sample."""
+    return np.asarray((conditions[..., 4] > (2 * s.speed) ** 2) | (conditions[..., 5] > -log(WRONG)))
 
 
 def positive_rate(rate: float) -> float:
@@ -107,6 +117,6 @@ def _numbers(s: OrientationSettings, step: float) -> Reals:
     values = [
         s.gravity, s.rate_noise**2, s.rate_error**2, s.bias_walk**2, s.velocity**2, s.velocity_ratio**2, s.level_time,
         s.rest_rate**2, s.rest_acceleration**2, s.rest_time, s.rest_noise**2, s.heading_noise**2, s.disturbance**2,
-        s.field_time, prior, _LONGEST_DELAY,
+        s.field_time, prior, _LONGEST_DELAY, s.return_time,
     ]  # fmt: skip
     return finite(np.array(values), "settings")

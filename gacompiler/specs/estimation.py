@@ -68,11 +68,11 @@ def orientation_start(rotor, acceleration, covariance, knows_north, settings):
         As in `Settings`.
     """
     zero, reference = (0, 0, 0), (0, 0, knows_north - 1)
-    doubt = Doubt(zero, 0, zero, zero, zero, 0, 0, zero)
+    doubt = Doubt(zero, 0, zero, zero, zero, 0, zero, zero, zero, 0, (0, 0), (0, 0))
     delay = (0, Settings(*settings).delay_prior)
     carry = Carry(
-        rotor, zero, (0, 0), tuple(covariance), 0, zero, tuple(acceleration), 0, zero, zero, zero, delay, reference, 0,
-        doubt,
+        rotor, zero, (0, 0), tuple(covariance), 0, zero, tuple(acceleration), 0, zero, zero, zero, delay, zero,
+        reference, (0, 0), 0, doubt,
     )  # fmt: skip
     return packed(carry)
 
@@ -88,7 +88,7 @@ def orientation_step(rate, acceleration, field, dt, state, settings):
 
 @kernel(
     state=STATE, settings=array(SCALAR, len(Settings._fields)),
-    returns=(EVEN, VECTOR, array(SCALAR, 3, 3), array(SCALAR, 9)),
+    returns=(EVEN, VECTOR, array(SCALAR, 3, 3), array(SCALAR, 10)),
 )  # fmt: skip
 def orientation_reading(state, settings):
     """Compute the rotor, the bias, the covariance and the conditions of a state, as `orientation_filter` does."""
@@ -98,7 +98,7 @@ def orientation_reading(state, settings):
 @kernel(
     rates=VECTORS, accelerations=VECTORS, fields=VECTORS, dt=NUMBERS, state=STATE,
     settings=array(SCALAR, len(Settings._fields)),
-    returns=(array(EVEN, "n"), array(SCALAR, "n", 3), array(SCALAR, "n", 3), array(SCALAR, "n", 9)),
+    returns=(array(EVEN, "n"), array(SCALAR, "n", 3), array(SCALAR, "n", 3), array(SCALAR, "n", 10)),
 )  # fmt: skip
 def orientation_filter(rates, accelerations, fields, dt, state, settings):
     """Estimate the orientation of an inertial sensor with an error-state Kalman filter.
@@ -128,8 +128,9 @@ def orientation_filter(rates, accelerations, fields, dt, state, settings):
         Of the errors of rotation about the axes of the frame of reference.
     conditions
         Whether the sensor is at rest, the delay of the field, its squared relative distance from the mean, whether
-        rates were at the limit of their range, the squared change of the velocity within `WINDOW`, whether the rate or
-        the acceleration is finite, and how many rates, accelerations and fields were finite so far.
+        rates were at the limit of their range, the squared change of the velocity within `WINDOW`, the odds that the
+        velocity, the heading or the turning of the field contradicts the settings, whether the rate or the acceleration
+        is finite, and how many rates, accelerations and fields were finite so far.
     """
     s = Settings(*settings)
 

@@ -9,9 +9,20 @@ import pytest
 from inertial import COMBINED, ROTATION, Recording
 
 from algorithms.arguments import Reals
-from algorithms.estimation import EstimationStatus, Orientation, OrientationFilter, estimate_orientation
+from algorithms.estimation import (
+    EstimationStatus,
+    Orientation,
+    OrientationFilter,
+    OrientationSettings,
+    estimate_orientation,
+)
 
 STILL, UP, NORTH = np.zeros(3), np.array([0, 0, 9.81]), np.array([0, 20.0, -40])
+
+
+@pytest.fixture(scope="module", params=[ROTATION, COMBINED])
+def recording(request: pytest.FixtureRequest) -> Recording:
+    return Recording.of(request.param)
 
 
 def compare(filter_: OrientationFilter, batch: Orientation, k: int) -> None:
@@ -109,6 +120,61 @@ def test_statuses() -> None:
     for _ in range(400):
         good.update(STILL, [20.0, 0, 0], NORTH)
     assert good.status is EstimationStatus.INCONSISTENT
+
+
+def test_innovations_with_something_in_common() -> None:
+    """A wrong scale contradicts a recording at the sample after which it contradicts the filter."""
+    r, n = Recording.of(COMBINED), 4000
+    rates, forces, fields = (x[6000 : 6000 + n].copy() for x in (r.rates, r.accelerations, r.fields))
+    for scale, expected in ((1.0, EstimationStatus.OK), (1.1, EstimationStatus.INCONSISTENT)):
+        one, first = OrientationFilter(r.rate), n
+        for k in range(n):
+            one.update(scale * rates[k], forces[k], fields[k])
+            if k > 600 and one.status is not EstimationStatus.OK:
+                first = k
+                break
+        assert estimate_orientation(scale * rates, forces, fields, r.rate).status == expected
+        assert (first < n) == (expected is EstimationStatus.INCONSISTENT)
+        before = (scale * rates[:first], forces[:first], fields[:first])
+        assert estimate_orientation(*before, r.rate).status == EstimationStatus.OK
+
+
+def test_slow_motions_contradict_small_velocities() -> None:
+    """Three metres there in 4 s and back in 4 s, with velocities that are 0 on average and one metre per second."""
+    phase = 2 * np.pi * np.arange(3000) / 800
+    acc = np.tile(UP, (3000, 1))
+    acc[400:, 0] = -1.5 * (2 * np.pi / 8) ** 2 * np.cos(phase[400:])
+    found = [
+        estimate_orientation(
+            np.zeros((3000, 3)), acc, rate=100.0, settings=OrientationSettings(velocity=v, rest_time=60)
+        ).status
+        for v in (0.1, 3.0)
+    ]
+    assert found == [EstimationStatus.INCONSISTENT, EstimationStatus.OK]
+
+
+def test_fields_that_change_turn_the_heading() -> None:
+    """Iron that lasts: the deviation of the heading grows to the angle by which it may have turned the field."""
+    one = filled(1000, STILL, UP, NORTH)
+    narrow = np.sqrt(one.covariance[2, 2])
+    for _ in range(3000):
+        one.update(STILL, UP, [10.0, 10, -40])
+    error = 2 * abs(np.arctan2(one.rotor[1], one.rotor[0]))
+    assert error > 4 * narrow
+    assert error < 4 * np.sqrt(one.covariance[2, 2])
+
+
+def test_fields_that_are_not_turned_with_the_sensor(recording: Recording) -> None:
+    """Exchanged axes of the magnetometer, or another sign, contradict the rates."""
+    cut = slice(3000, 9000)
+    rates, forces, fields = (x[cut] for x in (recording.rates, recording.accelerations, recording.fields))
+    for changed, expected in (
+        (fields, EstimationStatus.OK),
+        (fields[:, [1, 0, 2]], EstimationStatus.INCONSISTENT),
+        (fields[:, [1, 2, 0]], EstimationStatus.INCONSISTENT),
+        (fields * [1, -1, 1], EstimationStatus.INCONSISTENT),
+    ):
+        assert estimate_orientation(rates, forces, changed, recording.rate).status == expected
 
 
 def test_a_gyroscope_at_its_limit() -> None:

@@ -153,7 +153,18 @@ def test_recordings_that_contradict_themselves() -> None:
     assert estimate_orientation(np.clip(strong, -3, 3), forces, rate=rate).status == EstimationStatus.INCONSISTENT
     gap = rates.copy()
     gap[700:800] = np.nan
-    assert estimate_orientation(gap, forces, rate=rate).deviations[-1].min() > 0.5
+    deviations = estimate_orientation(gap, forces, rate=rate).deviations
+    assert deviations[799].min() > 0.5 and deviations[-1, 2] > 0.5
+    pull = np.where(t[:, None] > 7, [1.0, 0, 0], 0.0)
+    pulled = forces + np.array([turn.inv().apply(each) for turn, each in zip(truth[1:], pull, strict=True)])
+    contradictions = (
+        (1.15 * rates, forces),
+        (np.roll(rates, 25, 0), forces),
+        (rates[:, [1, 0, 2]], forces),
+        (rates, pulled),
+    )
+    for gyr, acc in contradictions:
+        assert estimate_orientation(gyr, acc, rate=rate).status == EstimationStatus.INCONSISTENT
 
 
 def test_statuses_of_triangulated_points() -> None:

@@ -57,6 +57,8 @@ class Settings(NamedTuple):
     """1/s4. The weight of a delay of 0 in the estimated delay of the magnetometer."""
     delay_limit: Any
     """s. Larger delays count as 0."""
+    return_time: Any
+    """s. Mean velocities and headings over times as long are independent."""
 
 
 class Carry(NamedTuple):
@@ -75,7 +77,12 @@ class Carry(NamedTuple):
     finite: Any
     """Whether the rate, the acceleration and the field of the last sample are finite."""
     delay: Any
+    follows: Any
+    """Sums of the products of the changes of the field and of those by the rates, of the squares of the latter, and of
+    the squares of the differences."""
     reference: Any
+    relied: Any
+    """The mean of the vertical and the horizontal field, with the gains of the heading as weights."""
     distance: Any
     doubt: Any
 
@@ -95,13 +102,22 @@ class Doubt(NamedTuple):
     """Whether the largest magnitudes were at the limit of the measuring range."""
     lasted: Any
     """s. The time since the last known rate."""
-    missed: Any
-    """rad2. What the rotations in gaps and beyond the measuring range add to the variance about any axis."""
     drift: Any
     """m/s. The accelerations of the last moments, without gravity, integrated over WINDOW."""
+    sums: Any
+    """The sums of innovations, divided by their variances: of the velocity along x and y, and of the heading."""
+    weights: Any
+    """The sums of the inverses of these variances."""
+    summed: Any
+    """s. The time of these sums."""
+    excess: Any
+    """While the odds of the velocity are positive: the sum of the squares of its means, divided by their variances, and
+    the number of these."""
+    odds: Any
+    """The largest logarithms of the odds that means of velocities, or headings, have twice the stated variance."""
 
 
-SIZES = (4, 3, 2, size_of_triangle(8), 1, 3, 3, 1, 3, 3, 3, 2, 3, 1, 3, 1, 3, 3, 3, 1, 1, 3)
+SIZES = (4, 3, 2, size_of_triangle(8), 1, 3, 3, 1, 3, 3, 3, 2, 3, 3, 2, 1, 3, 1, 3, 3, 3, 1, 3, 3, 3, 1, 2, 2)
 """Numbers of the fields of `Carry`, and of those of `Doubt` at its end."""
 STATE = array(SCALAR, sum(SIZES))
 STATES = 8
@@ -118,6 +134,11 @@ EQUAL = 3
 """From a probability: noise does not give the largest rate in as many successive samples."""
 ANY_HEADING = Fraction(329, 100)
 """rad2. The variance of a uniformly distributed heading, pi**2 / 3, rounded."""
+HALF_LOG_2 = Fraction(34657, 100000)
+LIKELY = 36
+"""From a probability: the square of a normal number is larger with that of `evidence.gates.UNLIKELY`."""
+CONTRADICTED = Fraction(69078, 10000)
+"""From a probability: odds exceed this for right noise at a given time with that of `evidence.status.WRONG`."""
 BRIDGED = Fraction(1, 10)
 """s. Rates change little within a time as short, so that missing samples are bridged by others."""
 
@@ -180,8 +201,31 @@ def unpacked(numbers):
     return Carry._make([multivector, *fields[:n], Doubt._make(fields[n:])])
 
 
-def _doubted(doubt, rate, finite, force, dt):
-    """Return what is doubtful after a sample whose rate is held in gaps, with an acceleration without gravity.
+def _compared(doubt, innovations, accuracies, dt, longest):
+    """Return the `Doubt` after a sample with innovations of these inverse variances.
+
+    Innovations of the stated noise are independent, so that their weighted mean has the inverse of the sum of weights
+    as variance, over any time. That of a wrong scale, a delay, or a lasting acceleration does not decrease so. The odds
+    are Page's cumulative sums (*Biometrika* 41:100, 1954), as in `algorithms.evidence.gates.Record`.
+    """
+    sums = [a + b * w for a, b, w in zip(doubt.sums, innovations, accuracies, strict=True)]
+    weights = [a + w for a, w in zip(doubt.weights, accuracies, strict=True)]
+    summed = doubt.summed + dt
+    is_long = summed >= longest
+    squares = [a * a / b for a, b in zip(sums, weights, strict=True)]
+    gains = (squares[0] + squares[1]) / 4 - 2 * HALF_LOG_2, squares[2] / 4 - HALF_LOG_2
+    most = 2 * CONTRADICTED
+    odds = [select(is_long, ga.minimum(ga.maximum(a + b, 0), most), a) for a, b in zip(doubt.odds, gains, strict=True)]
+    squared, n = doubt.excess
+    more = (squared + squares[0] + squares[1], n + 2)
+    excess = choose(is_long, choose(odds[0] > 0, more, (0, 0)), doubt.excess)
+    keep = 1 - is_long
+    kept = {"sums": tuple(keep * x for x in sums), "weights": tuple(keep * x for x in weights)}
+    return doubt._replace(**kept, summed=keep * summed, excess=tuple(excess), odds=tuple(odds))
+
+
+def _doubted(doubt, rate, finite, dt):
+    """Return the `Doubt` after a sample whose rate is held in gaps, and what this adds to the variance of the rotation.
 
     The rate in a gap is as large as the others were on average, and beyond the range as much above the limit as below.
     In a gap that has lasted for t, the rotation grows by the rate times t, its variance by the square.
@@ -202,26 +246,43 @@ def _doubted(doubt, rate, finite, force, dt):
     lasted = select(unknown, select(doubt.lasted > 0, doubt.lasted + dt, begins), 0)
     square = select(at_limit, dot(peaks, peaks), total / ga.maximum(counts[0], 1))
     grown = select(lasted > BRIDGED, square * dt * (2 * lasted - dt), 0)
-    kept = WINDOW / (WINDOW + dt)
-    drift = tuple(kept * (v + dt * f) for v, f in zip(doubt.drift, force, strict=True))
-    return Doubt(counts, total, tuple(peaks), tuple(equal), tuple(limited), lasted, doubt.missed + grown, drift)
+    after = doubt._replace(
+        counts=counts, square=total, peaks=tuple(peaks), equal=tuple(equal), limited=tuple(limited), lasted=lasted
+    )
+    return after, grown
 
 
 def reading(carry, settings):
-    """Return the rotor, the bias, the covariance of the rotation, and the conditions of `orientation_filter`."""
+    """Return the rotor, the bias, the covariance of the rotation, and the conditions of `orientation_filter`.
+
+    If the mean field is not the one that the heading relies on, either may be disturbed, and its third component, which
+    turns the heading, by as much as the two others on average. Noise is as large as mean velocities lately show, if
+    that is more than stated.
+    """
     doubt, rows = carry.doubt, square(carry.covariance, STATES)
     above, below = carry.delay
     delay = above / below
+    # The share of a turning that the field follows is 1, but less than a half if axes are not those of the rates.
+    product, turned, surplus = carry.follows
+    missing = turned / 2 - product
+    is_turned = (missing > 0) * (3 * doubt.counts[2] * missing * missing > LIKELY * turned * surplus)
     conditions = (
         carry.quiet > settings.rest_time,
         select(absolute(delay) < settings.delay_limit, delay, 0),
         carry.distance,
         ga.maximum(ga.maximum(*doubt.limited[:2]), doubt.limited[2]),
         dot(doubt.drift, doubt.drift),
+        ga.maximum(ga.maximum(*doubt.odds), is_turned * 2 * CONTRADICTED),
         ga.maximum(*carry.finite[:2]),
         *doubt.counts,
     )
-    spread = tuple(tuple(rows[j][k] + (doubt.missed if j == k else 0) for k in TURN) for j in TURN)
+    up, horizontal, known_for = carry.reference
+    away = carry.relied[0] - up, carry.relied[1] - horizontal
+    changed = ga.minimum(dot(away, away) / (2 * horizontal * horizontal + TINY), ANY_HEADING)
+    rows[2][2] = rows[2][2] + select(known_for > 0, changed, 0)
+    squared, n = doubt.excess
+    ratio = select(n > 0, ga.maximum(squared, n) / (n + TINY), 1)
+    spread = tuple(tuple(ratio * rows[j][k] for k in TURN) for j in TURN)
     return carry.rotor, carry.bias, spread, conditions
 
 
@@ -236,9 +297,10 @@ def orientation_step_of(carry, rate, acceleration, field, dt, settings):
     rotor = carry.rotor * ga.exp(-dt / 2 * plane(turning))
     matrix = rows_of(rotor)
     covariance = _predicted(square(carry.covariance, STATES), matrix, dt, s.gravity)
+    doubt, grown = _doubted(carry.doubt, rate, finite, dt)
     noise = dt * (s.rate_noise + s.rate_scale * dot(turning, turning))
     for i in range(3):
-        covariance[i][i] = covariance[i][i] + noise
+        covariance[i][i] = covariance[i][i] + noise + grown
         covariance[3 + i][3 + i] = covariance[3 + i][3 + i] + dt * s.bias_walk
 
     # The mean velocity of what is carried about is near 0, more so if the accelerations are small.
@@ -263,7 +325,10 @@ def orientation_step_of(carry, rate, acceleration, field, dt, settings):
     rests = quiet > s.rest_time
     spread = select(rests, AT_REST, s.velocity + s.velocity_share * level)
     variance = select(has_acceleration, spread * per_time, UNMEASURED)
+    innovations, accuracies = [], []
     for k in VELOCITY:
+        innovations.append(state[k])
+        accuracies.append(1 / (covariance[k][k] + variance))
         state, covariance, _ = measured(state, covariance, _one(k), -state[k], variance)
     variance = select(rests, s.rest_noise * per_time, UNMEASURED)
     for k in BIAS:
@@ -275,7 +340,10 @@ def orientation_step_of(carry, rate, acceleration, field, dt, settings):
     middle = [(a + b) / 2 for a, b in zip(field, carry.last_field, strict=True)]
     mean = [(a + b) / 2 - bias for a, b, bias in zip(rate, carry.last_rate, carry.bias, strict=True)]
     change = [(a - b) * per_time for a, b in zip(field, carry.last_field, strict=True)]
-    surplus = [a + b for a, b in zip(change, cross(mean, middle), strict=True)]
+    turned = cross(mean, middle)
+    surplus = [a + b for a, b in zip(change, turned, strict=True)]
+    found = dot(turned, turned) - dot(turned, surplus), dot(turned, turned), dot(surplus, surplus)
+    follows = [a + select(both, b, 0) for a, b in zip(carry.follows, found, strict=True)]
     by_delay = cross([(a - b) * per_time for a, b in zip(rate, carry.last_rate, strict=True)], middle)
     size = 1 / (dot(field, field) + TINY)
     above = carry.delay[0] + select(both, dot(surplus, by_delay) * size, 0)
@@ -302,9 +370,15 @@ def orientation_step_of(carry, rate, acceleration, field, dt, settings):
     ahead = 2 * east / (select(north > 0, north, 0) + horizontal + TINY)
     heading = select(usable, select(north > 0, ahead, select(east < 0, -2, 2)), 0)
     variance = select(usable, (s.heading + s.disturbance * distance) * per_time, UNMEASURED)
+    innovations.append(heading - state[2])
+    accuracies.append(1 / (covariance[2][2] + variance))
+    gain = select(reference[2] > dt, covariance[2][2] * accuracies[2], 1) * usable
+    relied = [a + gain * (b - a) for a, b in zip(carry.relied, (up, horizontal), strict=True)]
     state, covariance, _ = measured(state, covariance, _one(2), heading - state[2], variance, corrected=(2,))
 
-    excess = [select(has_acceleration, each, 0) for each in extra]
+    doubt = _compared(doubt, innovations, accuracies, dt, s.return_time)
+    kept = WINDOW / (WINDOW + dt)
+    drift = [kept * (v + dt * select(has_acceleration, f, 0)) for v, f in zip(doubt.drift, extra, strict=True)]
     return Carry(
         of_unit_length((1 - plane(state[:3]) / 2) * rotor),
         tuple(a + b for a, b in zip(carry.bias, state[3:6], strict=True)),
@@ -318,7 +392,9 @@ def orientation_step_of(carry, rate, acceleration, field, dt, settings):
         field,
         finite,
         (above, below),
+        tuple(follows),
         reference,
+        tuple(relied),
         distance,
-        _doubted(carry.doubt, rate, finite, excess, dt),
+        doubt._replace(drift=tuple(drift)),
     )
