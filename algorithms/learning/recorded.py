@@ -115,7 +115,7 @@ class Recorded:
     __array_ufunc__ = None  # Arrays of numpy leave their operators to this class.
 
     def __init__(self, record: Record, value: Array) -> None:
-        self.record, self.value, self.gradient = record, value, np.zeros(0)
+        self.record, self.value = record, value
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -42,7 +42,7 @@ def test_layers_commute_with_versors(layer: Layer, count: int, name: str) -> Non
     expected = layer.value(algebra, x, parameters) @ turn.T
     scale = np.linalg.norm(turn) * np.abs(turned).max()  # of what is rounded in boosted coordinates
     assert np.abs(turned - expected).max() < 1e-12 * scale
-    assert layer.symmetry(algebra) == "O({},{},{})".format(*algebra.signature)
+    assert layer.symmetry(name) == layer.symmetry(algebra) == "O({},{},{})".format(*algebra.signature)
 
 
 @all_cases("name", ["G(3)", "G(1,3)", "G(4,1)", "G(3,0,1)"])
@@ -164,18 +164,46 @@ def test_networks_of_sets_learn_and_are_stored(tmp_path: Path) -> None:
     assert np.array_equal(Network.load(tmp_path / "n.npz").predict(x), one.predict(x))
 
 
+def test_lists_and_arrays_are_layers_of_the_same_fields() -> None:
+    """Layers are keys of caches, which lists and arrays cannot be."""
+    messages = Messages(3, np.array(RING))  # type: ignore[arg-type]
+    assert messages == Messages(3, RING)
+    layer = Residual([messages, Norm()])  # type: ignore[arg-type]
+    assert layer == Residual((Messages(3, RING), Norm())) and hash(layer)
+    x = np.random.default_rng(0).normal(size=(2, 6, 8))
+    assert Network([layer], "G(3)", 6).predict(x).shape == x.shape
+
+
+def test_batches_without_samples() -> None:
+    layers = [Attention(3), Messages(3, RING), Norm(), Each(3, Gate()), Invariants(2)]
+    assert Network(layers, "G(3)", 6).predict(np.zeros((0, 6, 8))).shape == (0, 12, 1)
+
+
 def test_messages_of_errors() -> None:
     random = np.random.default_rng(0)
     with pytest.raises(TypeError, match=r"Residual: Linear.*expected GradeLinear, "):
-        Network([Residual((Linear(2),))], "G(3)", 2)
+        Residual((Linear(2),))  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match=r"Each: Linear.*expected GradeLinear, "):
+        Each(2, Linear(2))  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="Residual: Norm; expected a sequence of layers"):
+        Residual(Norm())  # type: ignore[arg-type]
     with pytest.raises(ValueError, match=r"3 channels of G\(3,0,0\); expected 2"):
         Residual((GradeLinear(3),)).output(Algebra(3), 2)
     with pytest.raises(ValueError, match="7 channels; expected a multiple of items = 3"):
         Attention(3).output(Algebra(3), 7)
     with pytest.raises(ValueError, match="2 channels of each item; expected a multiple of heads = 4"):
         Attention(3, heads=4).output(Algebra(3), 6)
-    with pytest.raises(ValueError, match="numbers below 3"):
-        Messages(3, ((0, 3),))
-    with pytest.raises(ValueError, match="rate 1"):
-        Dropout(1)
+    wrong: list[Any] = [((0, 3),), (), ((0, 1, 2),), ((0, 1), (2,))]
+    for pairs in wrong:
+        with pytest.raises(ValueError, match="at least one pair of numbers below 3"):
+            Messages(3, pairs)
+    with pytest.raises(TypeError, match=r"neighbour: 1\.0; expected a whole number"):
+        Messages(3, ((0, 1.0),))  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="Messages: int; expected a sequence of pairs"):
+        Messages(3, (0, 1))  # type: ignore[arg-type]
+    for rate in (1, -0.1, np.nan):
+        with pytest.raises(ValueError, match=f"rate {rate}; expected a probability"):
+            Dropout(rate)
+    with pytest.raises(ValueError, match="seed: -1"):
+        Dropout(0.5, -1)
     assert not Dropout(0.5).initial(Algebra(3), 2, random)
