@@ -142,6 +142,19 @@ def test_too_little_is_known() -> None:
     assert fit_sphere(rng.normal(size=(5, 3)) * [1, 1, 0]).status == FitStatus.UNDETERMINED
 
 
+@pytest.mark.parametrize("kind", SHAPES)
+def test_points_that_change_after_the_fit(kind: str) -> None:
+    """What is computed when it is read is that of the points that were fitted."""
+    rng = np.random.default_rng(77)
+    x = SHAPES[kind](rng, 60) + 0.01 * rng.normal(size=(60, 3))
+    points = x.copy()
+    found = FITS[kind](points)
+    points[:] = rng.normal(size=points.shape)
+    expected = FITS[kind](x)
+    assert found.status == expected.status == FitStatus.OK
+    np.testing.assert_array_equal(found.deviations, expected.deviations)
+
+
 def test_batches_exact_points_and_elements() -> None:
     rng = np.random.default_rng(76)
     sets = np.stack([directions(rng, 30, 2), rng.normal(size=(30, 3))])
