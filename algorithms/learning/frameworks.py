@@ -11,7 +11,7 @@ import numpy as np
 from ..extras import extra
 from .algebra import Algebra
 from .base import Defined, Layer
-from .framework_functions import jax_functions, one_by_one, torch_functions
+from .framework_functions import arrays_of, jax_functions, one_by_one, torch_functions
 
 _numbers = itertools.count()
 
@@ -30,22 +30,20 @@ def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Calla
         return lambda x, parameters: layer.definition(functions, algebra, x, parameters)
     (after, out), name = layer.output(algebra, channels), f"geometric::{type(layer).__name__.lower()}_{next(_numbers)}"
 
-    def arrays(tensors: Any) -> list[Any]:
-        return [np.ascontiguousarray(tensor.detach().numpy()) for tensor in tensors]
-
-    def tensor_of(result: Any, given: Any) -> Any:
-        """Return a result as a tensor of its own memory and of the type of x."""
+    def tensor_of(result: Any, given: Any, dtype: Any) -> Any:
+        """Return a result as a tensor of its own memory."""
         own = np.ascontiguousarray(result, given[0].dtype)
-        return torch.from_numpy(own.copy() if any(np.may_share_memory(own, one) for one in given) else own)
+        own = own.copy() if any(np.may_share_memory(own, one) for one in given) else own
+        return torch.from_numpy(own).to(dtype)
 
     def value(x: torch.Tensor, parameters: list[torch.Tensor]) -> torch.Tensor:
-        (given,), own = arrays([x]), arrays(parameters)
-        return tensor_of(layer.value(algebra, given, own), [given])
+        (given,), own = arrays_of([x]), arrays_of(parameters)
+        return tensor_of(layer.value(algebra, given, own), [given], x.dtype)
 
     def pull(x: torch.Tensor, parameters: list[torch.Tensor], y: torch.Tensor, d: torch.Tensor) -> list[torch.Tensor]:
-        given, result, cotangent = arrays([x, y, d])
-        dx, others = layer.pull(algebra, given, arrays(parameters), result, cotangent)
-        return [tensor_of(one, [given, result, cotangent]) for one in (dx, *others)]
+        given, result, cotangent = arrays_of([x, y, d])
+        dx, others = layer.pull(algebra, given, arrays_of(parameters), result, cotangent)
+        return [tensor_of(one, [given, result, cotangent], x.dtype) for one in (dx, *others)]
 
     # Annotations are read by torch, which needs types instead of their names.
     tensor, tensors = torch.Tensor, list[torch.Tensor]
@@ -91,6 +89,9 @@ def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Calla
             return one_by_one(lambda x, *own: run(x, list(own)))(info, dims, *given)
 
     def called(x: Any, parameters: Sequence[Any]) -> Any:
+        if not all(one.is_floating_point() and one.dtype == x.dtype for one in (x, *parameters)):
+            found = ", ".join(str(one.dtype) for one in (x, *parameters))
+            raise TypeError(f"{layer}: x and parameters of {found}; expected one floating-point type")
         return run(x, list(parameters)) if torch.compiler.is_compiling() else Function.apply(x, *parameters)
 
     return called
