@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from generated import networks as kernels
 
 from .algebra import Algebra, Array
 from .base import Defined, Layer
-from .recorded import Functions
+from .recorded import Functions, Tensor
 from .workspace import empty
 
 
@@ -96,7 +95,7 @@ class Gate(Defined):
         """Return random parameters."""
         return [np.ones((channels, algebra.n + 1)), np.zeros((channels, algebra.n + 1))]
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         slope, offset = parameters
         return x * f.by_blade(algebra, f.logistic(f.squares(algebra, x) * slope + offset))

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from .algebra import Algebra, Array
-from .recorded import Functions, computed, pulled
+from .recorded import Functions, Tensor, computed, pulled
 
 Shape = tuple[Algebra, int]
 """The algebra and the number of channels of what a layer takes or returns."""
@@ -63,7 +62,7 @@ class Defined(Layer):
     G(3,0,1), motions and reflections of space are among them, in G(1,3) boosts, and in G(4,1) conformal maps.
     """
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         raise NotImplementedError
 

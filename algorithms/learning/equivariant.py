@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from .algebra import Algebra, Array
 from .base import Defined, Shape
-from .recorded import Functions
+from .recorded import Functions, Tensor
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,7 @@ class GradeLinear(Defined):
         w = random.normal(size=(self.channels, channels, algebra.n + 1)) / np.sqrt(channels)
         return [w, np.zeros(self.channels)]
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         w, bias = parameters
         return f.mixed(algebra, w, x) + f.linear(f.reshape(bias, (-1, 1)), np.eye(1, algebra.size))
@@ -43,7 +42,7 @@ class GradeProduct(Defined):
         weights = random.normal(size=(channels, len(algebra.paths))) / np.sqrt(algebra.n + 1)
         return [*GradeLinear(channels).initial(algebra, channels, random), weights]
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         other = GradeLinear(x.shape[1]).definition(f, algebra, x, parameters[:2])
         return f.weighted(algebra, x, other, parameters[2])
@@ -61,7 +60,7 @@ class Norm(Defined):
         """Return parameters, which are 1."""
         return [np.ones((channels, algebra.n + 1))]
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         squares = f.squares(algebra, x)
         size = f.log1p(f.sum(squares * squares, 1) / x.shape[1])
@@ -89,7 +88,7 @@ class Invariants(Defined):
             raise ValueError(f"Invariants: {channels} channels; expected a multiple of pool = {self.pool}")
         return Algebra(0), channels // self.pool * (algebra.n + 1)
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         count = x.shape[1] // self.pool
         squares = f.reshape(f.squares(algebra, x), (x.shape[0], count, self.pool, algebra.n + 1))

@@ -152,6 +152,7 @@ def torch_module(
                 found, expected = tuple(x.shape), "(..., {}, {})".format(*self.shape)
                 raise ValueError(f"{self.layer}: x has shape {found}; expected {expected}, channels and blades")
             given, weights = x.reshape(-1, *self.shape), list(self.weights)
+            y: Any
             if isinstance(self.layer, Defined):
                 y = self.layer.definition(self._functions[self.training], self.algebra, given, weights)
             else:

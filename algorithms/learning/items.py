@@ -17,7 +17,7 @@ from .activations import Gate
 from .algebra import Algebra, Array
 from .base import Defined, Layer, Shape
 from .equivariant import GradeLinear
-from .recorded import Functions
+from .recorded import Functions, Tensor
 
 
 def _checked(layer: object, where: str) -> Defined:
@@ -67,7 +67,7 @@ class Residual(Defined):
             algebra, channels = layer.output(algebra, channels)
         return found
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         y, start, shape = x, 0, (algebra, x.shape[1])
         for layer in self.layers:
@@ -100,7 +100,7 @@ class Dropout(Defined):
             raise ValueError(f"Dropout: rate {self.rate}; expected a probability below 1")
         whole_number(self.seed, "Dropout: seed")
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         return f.kept(x, self.rate, self.seed)
 
@@ -124,7 +124,7 @@ class Each(Defined):
         """Return random parameters."""
         return self.layer.initial(algebra, channels // self.items, random)
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         n, channels, size = x.shape
         given = f.reshape(x, (n * self.items, channels // self.items, size))
@@ -162,7 +162,7 @@ class Attention(Defined):
         count = channels // self.items
         return [one for _ in range(4) for one in GradeLinear(count).initial(algebra, count, random)]
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         n, channels, size = x.shape
         count = channels // self.items
@@ -213,7 +213,7 @@ class Messages(Defined):
         weights = random.normal(size=(count, len(algebra.paths))) / np.sqrt(algebra.n + 1)
         return [*linear, weights, *Gate().initial(algebra, count, random)]
 
-    def definition(self, f: Functions, algebra: Algebra, x: Any, parameters: Sequence[Any]) -> Any:
+    def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
         n, channels, size = x.shape
         count, (first, second) = channels // self.items, np.array(self.neighbours).T

@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -33,78 +33,92 @@ def drawn(number: int) -> Iterator[None]:
         _draw.reset(token)
 
 
+class Tensor(Protocol):
+    """An array of numpy in a record, a tensor of torch, or an array of jax."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The numbers of entries along the axes."""
+
+    def __add__(self, other: Any, /) -> Tensor: ...
+    def __radd__(self, other: Any, /) -> Tensor: ...
+    def __mul__(self, other: Any, /) -> Tensor: ...
+    def __rmul__(self, other: Any, /) -> Tensor: ...
+    def __truediv__(self, other: float, /) -> Tensor: ...
+
+
 class Functions(ABC):
     """What definitions of layers are made of, beside the arithmetic of arrays."""
 
     @abstractmethod
-    def exp(self, x: Any) -> Any:
+    def exp(self, x: Any) -> Tensor:
         """Return exponentials."""
 
     @abstractmethod
-    def log1p(self, x: Any) -> Any:
+    def log1p(self, x: Any) -> Tensor:
         """Return the logarithms of 1 + x."""
 
     @abstractmethod
-    def arcsinh(self, x: Any) -> Any:
+    def arcsinh(self, x: Any) -> Tensor:
         """Return inverse hyperbolic sines."""
 
     @abstractmethod
-    def tanh(self, x: Any) -> Any:
+    def tanh(self, x: Any) -> Tensor:
         """Return hyperbolic tangents."""
 
     @abstractmethod
-    def softmax(self, x: Any) -> Any:
+    def softmax(self, x: Any) -> Tensor:
         """Return exponentials divided by their sum over the last axis."""
 
     @abstractmethod
-    def sum(self, x: Any, axis: int) -> Any:
+    def sum(self, x: Any, axis: int) -> Tensor:
         """Return sums over an axis, whose length becomes 1."""
 
     @abstractmethod
-    def reshape(self, x: Any, shape: Sequence[int]) -> Any:
+    def reshape(self, x: Any, shape: Sequence[int]) -> Tensor:
         """Return the numbers in another shape."""
 
     @abstractmethod
-    def swapped(self, x: Any, a: int, b: int) -> Any:
+    def swapped(self, x: Any, a: int, b: int) -> Tensor:
         """Return x with two axes exchanged."""
 
     @abstractmethod
-    def matmul(self, a: Any, b: Any) -> Any:
+    def matmul(self, a: Any, b: Any) -> Tensor:
         """Return matrix products over the last two axes; other axes are the same."""
 
     @abstractmethod
-    def linear(self, x: Any, matrix: Array) -> Any:
+    def linear(self, x: Any, matrix: Array) -> Tensor:
         """Return ``x @ matrix`` for a constant matrix."""
 
     @abstractmethod
-    def rows(self, x: Any, index: Array) -> Any:
+    def rows(self, x: Any, index: Array) -> Tensor:
         """Return the entries of the second axis at places."""
 
     @abstractmethod
-    def sum_rows(self, x: Any, index: Array, count: int) -> Any:
+    def sum_rows(self, x: Any, index: Array, count: int) -> Tensor:
         """Return `count` entries of the second axis: sums of those of x with equal places."""
 
     @abstractmethod
-    def mixed(self, algebra: Algebra, w: Any, x: Any) -> Any:
+    def mixed(self, algebra: Algebra, w: Any, x: Any) -> Tensor:
         """Return sums over the channels of x (n, channels, blades) with weights w (results, channels, grades)."""
 
     @abstractmethod
-    def weighted(self, algebra: Algebra, a: Any, b: Any, w: Any) -> Any:
+    def weighted(self, algebra: Algebra, a: Any, b: Any, w: Any) -> Tensor:
         """Return products of a and b (n, channels, blades), with weights (channels, paths) of their parts."""
 
     @abstractmethod
-    def kept(self, x: Any, rate: float, seed: int) -> Any:
+    def kept(self, x: Any, rate: float, seed: int) -> Tensor:
         """Return x with a part of the channels set to zero in training, and the others divided by what is kept."""
 
-    def logistic(self, x: Any) -> Any:
+    def logistic(self, x: Any) -> Tensor:
         """Return the logistic function, in a form that does not overflow."""
         return 0.5 + 0.5 * self.tanh(0.5 * x)
 
-    def squares(self, algebra: Algebra, x: Any) -> Any:
+    def squares(self, algebra: Algebra, x: Any) -> Tensor:
         """Return the squared norms of the parts of each grade, by the metric."""
         return self.linear(x * x, algebra.metric[:, None] * algebra.by_grade)
 
-    def by_blade(self, algebra: Algebra, x: Any) -> Any:
+    def by_blade(self, algebra: Algebra, x: Any) -> Tensor:
         """Return a number for each blade from one for each grade."""
         return self.linear(x, algebra.by_grade.T)
 
