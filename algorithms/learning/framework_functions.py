@@ -160,7 +160,10 @@ def jax_products(algebra: Algebra) -> tuple[Product, Product]:
 
     def called(function: Callable[..., Any], shapes: Any, given: Sequence[Any]) -> Any:
         def on_host(*arrays: Any) -> Any:
-            return function(*(np.ascontiguousarray(array) for array in arrays))
+            """Compute in single precision where numbers are narrower, which kernels do not take."""
+            narrow = arrays[0].dtype.itemsize < 4
+            found = function(*(np.ascontiguousarray(array, np.float32 if narrow else None) for array in arrays))
+            return jax.tree_util.tree_map(lambda one, like: np.asarray(one, like.dtype), found, shapes)
 
         return jax.pure_callback(on_host, shapes, *given, vmap_method="sequential")
 

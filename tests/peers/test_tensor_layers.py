@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import product
 from typing import Any
 
@@ -141,6 +141,39 @@ def test_types_are_not_mixed(layer: Layer) -> None:
     if list(module.parameters()):
         with pytest.raises(TypeError, match=r"torch.float64, torch.float32"):
             module(whole.double())
+
+
+def test_narrow_types_of_jax() -> None:
+    jax, algebra = pytest.importorskip("jax"), Algebra(3)
+    for layer in (GradeProduct(), Messages(3, RING), Linear(2)):
+        x, parameters = given(layer, algebra)
+        function, expected = jax_function(layer, algebra, 6), layer.value(algebra, x, parameters)
+        narrow = [jax.numpy.asarray(one, jax.numpy.bfloat16) for one in (x, *parameters)]
+        found = function(*narrow)
+        gradient = jax.grad(lambda x, own: function(x, *own).sum())(narrow[0], narrow[1:])  # noqa: B023
+        assert found.dtype == gradient.dtype == jax.numpy.bfloat16
+        assert np.abs(np.asarray(found, float) - expected).max() < 0.05 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("layer", [Invariants(), Dropout(0.1), Norm(), Split("tanh"), Linear(2)], ids=str)
+def test_shapes_are_checked(layer: Layer) -> None:
+    """Functions of single coefficients or channels would take any shape."""
+    torch, algebra = pytest.importorskip("torch"), Algebra(3)
+    pytest.importorskip("jax")
+    x, parameters = given(layer, algebra)
+    run, function = torch_operator(layer, algebra, 6), jax_function(layer, algebra, 6)
+    calls: tuple[Callable[..., Any], ...] = (
+        lambda x, *own: run(torch.tensor(x), [torch.tensor(one) for one in own]),
+        lambda x, *own: function(x.astype(np.float32), *(one.astype(np.float32) for one in own)),
+    )
+    for call in calls:
+        for wrong in (x[:, :4], x[..., :4], x[0]):
+            with pytest.raises(ValueError, match=r"x has shape .*; expected \(batch, 6, 8\), channels and blades"):
+                call(wrong, *parameters)
+        with pytest.raises(ValueError, match=f"there are {len(parameters) + 1} parameters; .* {len(parameters)}$"):
+            call(x, *parameters, x)
+    with pytest.raises(TypeError, match=r"int.*; expected one floating-point type"):
+        function(np.ones(x.shape, np.int32), *parameters)
 
 
 def test_dropout_in_training_only() -> None:
