@@ -112,8 +112,8 @@ def main(arguments: list[str] | None = None) -> int:
         f"{BATCH} samples in single precision. Times are CPU times of the process on one thread in ms, the smallest of",
         f"{ROUNDS} rounds that measure all alternately, with torch {version('torch')}. The machine had other load.", "",
         "## Products with a weight for each triple of grades", "",
-        "`GradeProduct` as a module of torch, whose kernels are generated for G(3) and G(3,0,1) and run over tables of",
-        "terms for other algebras; the same layer by `torch.einsum`, and this compiled by `torch.compile`.", "",
+        "`GradeProduct` as a module of torch, whose kernels are generated for G(3), G(1,3) and G(3,0,1) and run over",
+        "tables of terms for G(4,1); the same layer by `torch.einsum`, and this compiled by `torch.compile`.", "",
         "| algebra | channels | kernels | einsum | compiled einsum | ratio to compiled | deviation |",
         "|---|---:|---:|---:|---:|---:|---:|", *products(),
     ]  # fmt: skip

@@ -247,16 +247,17 @@ def _fitted_circle(places: Reals, scaled: Reals, size: Reals, state: Reals, wide
 
 
 def enough_points(points: ArrayLike, least: int, is_round: bool = False) -> Reals:
-    """Validate points and convert them to double precision. Raise an error if there are fewer than `least`.
+    """Validate points and copy them in double precision. Raise an error if there are fewer than `least`.
 
-    Coefficients of round objects are squares and cubes of coordinates, which may overflow.
+    What is computed later, such as the status of a fit, needs points that nobody changes. Coefficients of round objects
+    are squares and cubes of coordinates, which may overflow.
     """
     places = finite(real_array(points, "points", (-1, 3), "points as rows"), "points")
     if is_round:
         moderate(places.reshape(-1, 3), "points")
     if places.shape[-2] < least:
         raise ValueError(f"points: {places.shape[-2]} points; expected at least {least}")
-    return places.astype(np.float64, copy=False)
+    return places.astype(np.float64)
 
 
 def _spread(points: ArrayLike, least: int, is_round: bool = False) -> tuple[Reals, Reals, Reals, Reals]:

@@ -75,9 +75,10 @@ def fit_cylinder(points: ArrayLike) -> CylinderFit:
     For each of 400 directions, linear equations give the best circle for the points projected along the direction. The
     six best directions are refined by Gauss-Newton steps, and the result with the smallest sum is returned.
     """
-    state, residual, determined = _best(points, 6, 3, _cylinder_start, off_cylinder, 5)
+    places = enough_points(points, 6, True)
+    state, residual, determined = _best(places, 3, _cylinder_start, off_cylinder, 5)
     line = cga3.line_from_point_direction(state[..., :3], state[..., 3:6])
-    evidence = _fitted_cylinder, determined, 3, np.asarray(points, float), state
+    evidence = _fitted_cylinder, determined, 3, places, state
     return CylinderFit(line, np.abs(state[..., 6]), residual, determined, evidence)
 
 
@@ -103,8 +104,8 @@ def fit_cone(points: ArrayLike) -> ConeFit:
     The method is that of `fit_cylinder`. For a given direction of the axis, a cone is linear in five parameters. A
     cylinder is a cone whose apex is at infinity; therefore points of a cylinder do not determine a cone.
     """
-    state, residual, determined = _best(points, 7, 5, _cone_start, _off_cone, 6)
-    places = np.asarray(points, float)
+    places = enough_points(points, 7, True)
+    state, residual, determined = _best(places, 5, _cone_start, _off_cone, 6)
     side = np.sign(np.median(((places - state[..., None, :3]) * state[..., None, 3:6]).sum(-1), -1))
     direction = np.where(side < 0, -1, 1)[..., None] * state[..., 3:6]
     line = cga3.line_from_point_direction(state[..., :3], direction)
@@ -160,15 +161,13 @@ Start = Callable[[Reals, Reals, Reals], Reals]
 
 
 def _best(
-    points: ArrayLike,
-    least: int,
+    places: Reals,
     unknowns: int,
     start: Start,
     off: Callable[[Reals, Reals], tuple[Reals, Reals]],
     dof: int,
 ) -> tuple[Reals, Reals, Reals]:
     """Return the best state for each set of points: position and direction of the axis, and a radius or angle."""
-    places = enough_points(points, least, True)
     leading = places.shape[:-2]
     states, residuals, known = np.empty((*leading, 7)), np.empty(leading), np.zeros(leading, bool)
     with np.errstate(all="ignore"):

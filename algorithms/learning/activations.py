@@ -72,7 +72,7 @@ class Bounded(Layer):
         one = x.dtype.type
         return np.asarray(kernels.bounded_vjp_x(x, one(self.slope), one(self.bound), d)[1]), []
 
-    def symmetry(self, algebra: Algebra) -> str:
+    def symmetry(self, algebra: str | Algebra) -> str:
         """Return the group of linear maps of vectors with which the layer commutes.
 
         Raises
@@ -80,7 +80,8 @@ class Bounded(Layer):
         ValueError
             If squares of vectors have different signs: then these maps do not keep the norm of the coefficients.
         """
-        return f"O({algebra.n})" if algebra.is_definite else super().symmetry(algebra)
+        own = Algebra.of(algebra)
+        return f"O({own.n})" if own.is_definite else super().symmetry(own)
 
 
 @dataclass(frozen=True)

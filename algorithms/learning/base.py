@@ -42,7 +42,7 @@ class Layer:
         """Compute the gradients of ``d . y`` with respect to the parameters only, which the first layer needs."""
         return self.pull(algebra, x, parameters, y, d)[1]
 
-    def symmetry(self, algebra: Algebra) -> str:
+    def symmetry(self, algebra: str | Algebra) -> str:
         """Return the group of linear maps of vectors with which the layer commutes.
 
         Raises
@@ -50,7 +50,8 @@ class Layer:
         ValueError
             If it does not commute with all maps that keep the squares of vectors of the algebra.
         """
-        raise ValueError(f"{self}: does not commute with the rotations of {algebra}; expected an equivariant layer")
+        found = f"does not commute with the rotations of {Algebra.of(algebra)}"
+        raise ValueError(f"{self}: {found}; expected an equivariant layer")
 
 
 @dataclass(frozen=True)
@@ -76,9 +77,9 @@ class Defined(Layer):
         dx, *others = pulled(self, algebra, x, parameters, y, d)
         return dx, others
 
-    def symmetry(self, algebra: Algebra) -> str:
+    def symmetry(self, algebra: str | Algebra) -> str:
         """Return the group of linear maps of vectors with which the layer commutes."""
-        return f"O({algebra.p},{algebra.q},{algebra.r})"
+        return "O({},{},{})".format(*Algebra.of(algebra).signature)
 
 
 def summed(gradient: Array) -> Array:

@@ -90,7 +90,8 @@ class Invariants(Defined):
 
     def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
-        squares = f.reshape(f.squares(algebra, x), (x.shape[0], -1, self.pool, algebra.n + 1))
+        count = x.shape[1] // self.pool
+        squares = f.reshape(f.squares(algebra, x), (x.shape[0], count, self.pool, algebra.n + 1))
         groups = f.sum(squares, 2)
         numbers = f.log1p(groups) if algebra.is_definite else f.arcsinh(groups)
-        return f.reshape(numbers, (x.shape[0], -1, 1))
+        return f.reshape(numbers, (x.shape[0], count * (algebra.n + 1), 1))

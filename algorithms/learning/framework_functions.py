@@ -36,6 +36,12 @@ def _algebra_name(algebra: Algebra) -> str:
     return "_".join(map(str, algebra.signature)) + own
 
 
+def arrays_of(tensors: Sequence[Any]) -> list[Any]:
+    """Return tensors as arrays; bfloat16, which numpy has not, and float16 become float32."""
+    wide = (x.float() if x.is_floating_point() and x.element_size() < 4 else x for x in tensors)
+    return [np.ascontiguousarray(x.detach().numpy()) for x in wide]
+
+
 @cache
 def torch_products(algebra: Algebra) -> tuple[Product, Product]:
     """Return weighted products, and their gradients, as operators of torch with derivatives of every order."""
@@ -43,15 +49,11 @@ def torch_products(algebra: Algebra) -> tuple[Product, Product]:
         import torch
     name = f"geometric::weighted_{_algebra_name(algebra)}"
 
-    def arrays(tensors: Any) -> list[Any]:
-        wide = (x if x.dtype in (torch.float32, torch.float64) else x.float() for x in tensors)
-        return [np.ascontiguousarray(x.detach().numpy()) for x in wide]
-
     def value(a: Any, b: Any, w: Any) -> Any:
-        return torch.from_numpy(np.asarray(algebra.weighted(*arrays((a, b, w))))).to(a.dtype)
+        return torch.from_numpy(np.asarray(algebra.weighted(*arrays_of((a, b, w))))).to(a.dtype)
 
     def gradients(a: Any, b: Any, w: Any, d: Any) -> Any:
-        found = weighted_pull(algebra, *arrays((a, b, w, d)))
+        found = weighted_pull(algebra, *arrays_of((a, b, w, d)))
         return tuple(torch.from_numpy(one).to(a.dtype) for one in found)
 
     product: Any = torch.library.custom_op(
@@ -158,7 +160,10 @@ def jax_products(algebra: Algebra) -> tuple[Product, Product]:
 
     def called(function: Callable[..., Any], shapes: Any, given: Sequence[Any]) -> Any:
         def on_host(*arrays: Any) -> Any:
-            return function(*(np.ascontiguousarray(array) for array in arrays))
+            """Compute in single precision where numbers are narrower, which kernels do not take."""
+            narrow = arrays[0].dtype.itemsize < 4
+            found = function(*(np.ascontiguousarray(array, np.float32 if narrow else None) for array in arrays))
+            return jax.tree_util.tree_map(lambda one, like: np.asarray(one, like.dtype), found, shapes)
 
         return jax.pure_callback(on_host, shapes, *given, vmap_method="sequential")
 

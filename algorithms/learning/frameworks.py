@@ -11,9 +11,27 @@ import numpy as np
 from ..extras import extra
 from .algebra import Algebra
 from .base import Defined, Layer
-from .framework_functions import jax_functions, one_by_one, torch_functions
+from .framework_functions import arrays_of, jax_functions, one_by_one, torch_functions
 
 _numbers = itertools.count()
+
+
+def _checks(layer: Layer, algebra: Algebra, channels: int) -> Callable[[Any, Sequence[Any]], None]:
+    """Return a function that raises an error for arguments of other shapes, or another number of parameters."""
+    count = len(layer.initial(algebra, channels, np.random.default_rng()))
+
+    def check(x: Any, parameters: Sequence[Any]) -> None:
+        if x.ndim != 3 or tuple(x.shape[1:]) != (channels, algebra.size) or len(parameters) != count:
+            found = f"x has shape {tuple(x.shape)}, and there are {len(parameters)} parameters"
+            expected = f"(batch, {channels}, {algebra.size}), channels and blades, and {count}"
+            raise ValueError(f"{layer}: {found}; expected {expected}")
+
+    return check
+
+
+def _type_error(layer: Layer, given: Sequence[Any]) -> TypeError:
+    found = ", ".join(str(one.dtype) for one in given)
+    return TypeError(f"{layer}: x and parameters of {found}; expected one floating-point type")
 
 
 def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Callable[..., Any]:
@@ -25,27 +43,31 @@ def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Calla
     with extra("peers", "algorithms.learning.frameworks"):
         import torch
     algebra = Algebra.of(algebra)
+    (after, out), name = layer.output(algebra, channels), f"geometric::{type(layer).__name__.lower()}_{next(_numbers)}"
+    check = _checks(layer, algebra, channels)
     if isinstance(layer, Defined):
         functions = torch_functions()(algebra)
-        return lambda x, parameters: layer.definition(functions, algebra, x, parameters)
-    (after, out), name = layer.output(algebra, channels), f"geometric::{type(layer).__name__.lower()}_{next(_numbers)}"
 
-    def arrays(tensors: Any) -> list[Any]:
-        return [np.ascontiguousarray(tensor.detach().numpy()) for tensor in tensors]
+        def defined(x: Any, parameters: Sequence[Any]) -> Any:
+            check(x, parameters)
+            return layer.definition(functions, algebra, x, parameters)
 
-    def tensor_of(result: Any, given: Any) -> Any:
-        """Return a result as a tensor of its own memory and of the type of x."""
+        return defined
+
+    def tensor_of(result: Any, given: Any, dtype: Any) -> Any:
+        """Return a result as a tensor of its own memory."""
         own = np.ascontiguousarray(result, given[0].dtype)
-        return torch.from_numpy(own.copy() if any(np.may_share_memory(own, one) for one in given) else own)
+        own = own.copy() if any(np.may_share_memory(own, one) for one in given) else own
+        return torch.from_numpy(own).to(dtype)
 
     def value(x: torch.Tensor, parameters: list[torch.Tensor]) -> torch.Tensor:
-        (given,), own = arrays([x]), arrays(parameters)
-        return tensor_of(layer.value(algebra, given, own), [given])
+        (given,), own = arrays_of([x]), arrays_of(parameters)
+        return tensor_of(layer.value(algebra, given, own), [given], x.dtype)
 
     def pull(x: torch.Tensor, parameters: list[torch.Tensor], y: torch.Tensor, d: torch.Tensor) -> list[torch.Tensor]:
-        given, result, cotangent = arrays([x, y, d])
-        dx, others = layer.pull(algebra, given, arrays(parameters), result, cotangent)
-        return [tensor_of(one, [given, result, cotangent]) for one in (dx, *others)]
+        given, result, cotangent = arrays_of([x, y, d])
+        dx, others = layer.pull(algebra, given, arrays_of(parameters), result, cotangent)
+        return [tensor_of(one, [given, result, cotangent], x.dtype) for one in (dx, *others)]
 
     # Annotations are read by torch, which needs types instead of their names.
     tensor, tensors = torch.Tensor, list[torch.Tensor]
@@ -91,6 +113,9 @@ def torch_operator(layer: Layer, algebra: str | Algebra, channels: int) -> Calla
             return one_by_one(lambda x, *own: run(x, list(own)))(info, dims, *given)
 
     def called(x: Any, parameters: Sequence[Any]) -> Any:
+        check(x, parameters)
+        if not all(one.is_floating_point() and one.dtype == x.dtype for one in (x, *parameters)):
+            raise _type_error(layer, (x, *parameters))
         return run(x, list(parameters)) if torch.compiler.is_compiling() else Function.apply(x, *parameters)
 
     return called
@@ -137,7 +162,6 @@ def torch_module(
         def __init__(self, layer: Layer, algebra: Algebra, channels: int) -> None:
             super().__init__()
             self.layer, self.algebra, self.shape = layer, algebra, (channels, algebra.size)
-            layer.output(algebra, channels)
             self.weights = torch.nn.ParameterList(
                 torch.nn.Parameter(torch.tensor(own, dtype=torch.get_default_dtype()))
                 for own in layer.initial(algebra, channels, random)
@@ -180,9 +204,21 @@ def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callabl
         import jax
     algebra = Algebra.of(algebra)
     after, out = layer.output(algebra, channels)
+    check_shapes = _checks(layer, algebra, channels)
+
+    def check(x: Any, own: Sequence[Any]) -> None:
+        check_shapes(x, own)
+        if not all(jax.numpy.issubdtype(one.dtype, jax.numpy.floating) for one in (x, *own)):
+            raise _type_error(layer, (x, *own))
+
     if isinstance(layer, Defined):
         functions = jax_functions()
-        return lambda x, *own, key=None: layer.definition(functions(algebra, key), algebra, x, own)
+
+        def defined(x: Any, *own: Any, key: Any = None) -> Any:
+            check(x, own)
+            return layer.definition(functions(algebra, key), algebra, x, own)
+
+        return defined
 
     def result(array: Any, shape: Any = None) -> Any:
         struct: Any = jax.ShapeDtypeStruct
@@ -212,5 +248,9 @@ def jax_function(layer: Layer, algebra: str | Algebra, channels: int) -> Callabl
         return jax.pure_callback(pull_of_numpy, shapes, x, y, d, *parameters, vmap_method="sequential")
 
     function.defvjp(forward, backward)
-    differentiable: Callable[..., Any] = function
-    return differentiable
+
+    def called(x: Any, *own: Any) -> Any:
+        check(x, own)
+        return function(x, *own)
+
+    return called

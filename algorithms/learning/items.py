@@ -11,6 +11,7 @@ from functools import cache
 
 import numpy as np
 
+from ..arguments import listed, whole_number
 from .activations import Gate
 from .algebra import Algebra, Array
 from .base import Defined, Layer, Shape
@@ -18,9 +19,9 @@ from .equivariant import GradeLinear
 from .recorded import Functions, Tensor
 
 
-def _checked(layer: Layer, where: str) -> Defined:
+def _checked(layer: object, where: str) -> Defined:
     if not isinstance(layer, Defined):
-        names = "GradeLinear, GradeProduct, Gate, Norm, Dropout, Residual, Each, Attention or Messages"
+        names = "GradeLinear, GradeProduct, Gate, Norm, Invariants, Dropout, Residual, Each, Attention or Messages"
         raise TypeError(f"{where}: {layer!r}; expected {names}")
     return layer
 
@@ -42,13 +43,17 @@ def _count(layer: Layer, algebra: Algebra, channels: int) -> int:
 class Residual(Defined):
     """The input plus the result of layers, one after the other."""
 
-    layers: tuple[Layer, ...]
+    layers: tuple[Defined, ...]
+
+    def __post_init__(self) -> None:
+        layers = listed(self.layers, "Residual", "layers")
+        object.__setattr__(self, "layers", tuple(_checked(layer, "Residual") for layer in layers))
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""
         found = algebra, channels
         for layer in self.layers:
-            found = _checked(layer, "Residual").output(*found)
+            found = layer.output(*found)
         if found != (algebra, channels):
             raise ValueError(f"{self}: {found[1]} channels of {found[0]}; expected {channels} of {algebra}")
         return found
@@ -66,7 +71,7 @@ class Residual(Defined):
         y, start, shape = x, 0, (algebra, x.shape[1])
         for layer in self.layers:
             stop = start + _count(layer, *shape)
-            y = _checked(layer, "Residual").definition(f, shape[0], y, parameters[start:stop])
+            y = layer.definition(f, shape[0], y, parameters[start:stop])
             start, shape = stop, layer.output(*shape)
         return x + y
 
@@ -82,7 +87,8 @@ class Dropout(Defined):
     rate : float
         The probability, below 1.
     seed : int
-        Layers of a network with the same seed leave out the same channels.
+        Layers of a `Network` or of jax with the same seed leave out the same channels. Modules of torch draw from the
+        generator of torch instead.
     """
 
     rate: float
@@ -91,6 +97,7 @@ class Dropout(Defined):
     def __post_init__(self) -> None:
         if not 0 <= self.rate < 1:
             raise ValueError(f"Dropout: rate {self.rate}; expected a probability below 1")
+        whole_number(self.seed, "Dropout: seed")
 
     def definition(self, f: Functions, algebra: Algebra, x: Tensor, parameters: Sequence[Tensor]) -> Tensor:
         """Compute the result by functions of arrays."""
@@ -102,11 +109,14 @@ class Each(Defined):
     """The same layer, with the same parameters, for the channels of each item."""
 
     items: int
-    layer: Layer
+    layer: Defined
+
+    def __post_init__(self) -> None:
+        _checked(self.layer, "Each")
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""
-        after, count = _checked(self.layer, "Each").output(algebra, _each(self.items, channels, self))
+        after, count = self.layer.output(algebra, _each(self.items, channels, self))
         return after, self.items * count
 
     def initial(self, algebra: Algebra, channels: int, random: np.random.Generator) -> list[Array]:
@@ -117,7 +127,7 @@ class Each(Defined):
         """Compute the result by functions of arrays."""
         n, channels, size = x.shape
         given = f.reshape(x, (n * self.items, channels // self.items, size))
-        y = _checked(self.layer, "Each").definition(f, algebra, given, parameters)
+        y = self.layer.definition(f, algebra, given, parameters)
         return f.reshape(y, (n, self.items * y.shape[1], y.shape[2]))
 
 
@@ -184,8 +194,11 @@ class Messages(Defined):
     neighbours: tuple[tuple[int, int], ...]
 
     def __post_init__(self) -> None:
-        if not self.neighbours or not all(0 <= k < self.items for pair in self.neighbours for k in pair):
+        pairs = [listed(pair, "Messages", "pairs") for pair in listed(self.neighbours, "Messages", "pairs")]
+        numbers = [whole_number(k, "Messages: neighbour") for pair in pairs for k in pair]
+        if not pairs or any(len(pair) != 2 for pair in pairs) or max(numbers) >= self.items:
             raise ValueError(f"Messages: {self.neighbours}; expected at least one pair of numbers below {self.items}")
+        object.__setattr__(self, "neighbours", tuple(zip(numbers[::2], numbers[1::2], strict=True)))
 
     def output(self, algebra: Algebra, channels: int) -> Shape:
         """Return the algebra and the number of channels of the result."""

@@ -34,95 +34,91 @@ def drawn(number: int) -> Iterator[None]:
 
 
 class Tensor(Protocol):
-    """An array of numpy, torch or jax, or a value with a record: what definitions of layers compute with."""
+    """An array of numpy in a record, a tensor of torch, or an array of jax."""
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The lengths of the axes."""
-        ...
+        """The numbers of entries along the axes."""
 
-    def __neg__(self) -> Tensor: ...
     def __add__(self, other: Any, /) -> Tensor: ...
     def __radd__(self, other: Any, /) -> Tensor: ...
-    def __sub__(self, other: Any, /) -> Tensor: ...
-    def __rsub__(self, other: Any, /) -> Tensor: ...
     def __mul__(self, other: Any, /) -> Tensor: ...
     def __rmul__(self, other: Any, /) -> Tensor: ...
-    def __truediv__(self, other: Any, /) -> Tensor: ...
+    def __truediv__(self, other: float, /) -> Tensor: ...
 
 
 class Functions(ABC):
     """What definitions of layers are made of, beside the arithmetic of arrays."""
 
     @abstractmethod
-    def exp(self, x: Tensor) -> Tensor:
+    def exp(self, x: Any) -> Tensor:
         """Return exponentials."""
 
     @abstractmethod
-    def log1p(self, x: Tensor) -> Tensor:
+    def log1p(self, x: Any) -> Tensor:
         """Return the logarithms of 1 + x."""
 
     @abstractmethod
-    def arcsinh(self, x: Tensor) -> Tensor:
+    def arcsinh(self, x: Any) -> Tensor:
         """Return inverse hyperbolic sines."""
 
     @abstractmethod
-    def tanh(self, x: Tensor) -> Tensor:
+    def tanh(self, x: Any) -> Tensor:
         """Return hyperbolic tangents."""
 
     @abstractmethod
-    def softmax(self, x: Tensor) -> Tensor:
+    def softmax(self, x: Any) -> Tensor:
         """Return exponentials divided by their sum over the last axis."""
 
     @abstractmethod
-    def sum(self, x: Tensor, axis: int) -> Tensor:
+    def sum(self, x: Any, axis: int) -> Tensor:
         """Return sums over an axis, whose length becomes 1."""
 
     @abstractmethod
-    def reshape(self, x: Tensor, shape: Sequence[int]) -> Tensor:
+    def reshape(self, x: Any, shape: Sequence[int]) -> Tensor:
         """Return the numbers in another shape."""
 
     @abstractmethod
-    def swapped(self, x: Tensor, a: int, b: int) -> Tensor:
+    def swapped(self, x: Any, a: int, b: int) -> Tensor:
         """Return x with two axes exchanged."""
 
     @abstractmethod
-    def matmul(self, a: Tensor, b: Tensor) -> Tensor:
+    def matmul(self, a: Any, b: Any) -> Tensor:
         """Return matrix products over the last two axes; other axes are the same."""
 
     @abstractmethod
-    def linear(self, x: Tensor, matrix: Array) -> Tensor:
+    def linear(self, x: Any, matrix: Array) -> Tensor:
         """Return ``x @ matrix`` for a constant matrix."""
 
     @abstractmethod
-    def rows(self, x: Tensor, index: Array) -> Tensor:
+    def rows(self, x: Any, index: Array) -> Tensor:
         """Return the entries of the second axis at places."""
 
     @abstractmethod
-    def sum_rows(self, x: Tensor, index: Array, count: int) -> Tensor:
+    def sum_rows(self, x: Any, index: Array, count: int) -> Tensor:
         """Return `count` entries of the second axis: sums of those of x with equal places."""
 
     @abstractmethod
-    def mixed(self, algebra: Algebra, w: Tensor, x: Tensor) -> Tensor:
+    def mixed(self, algebra: Algebra, w: Any, x: Any) -> Tensor:
         """Return sums over the channels of x (n, channels, blades) with weights w (results, channels, grades)."""
 
     @abstractmethod
-    def weighted(self, algebra: Algebra, a: Tensor, b: Tensor, w: Tensor) -> Tensor:
+    def weighted(self, algebra: Algebra, a: Any, b: Any, w: Any) -> Tensor:
         """Return products of a and b (n, channels, blades), with weights (channels, paths) of their parts."""
 
     @abstractmethod
-    def kept(self, x: Tensor, rate: float, seed: int) -> Tensor:
+    def kept(self, x: Any, rate: float, seed: int) -> Tensor:
         """Return x with a part of the channels set to zero in training, and the others divided by what is kept."""
 
-    def logistic(self, x: Tensor) -> Tensor:
+    def logistic(self, x: Any) -> Tensor:
         """Return the logistic function, in a form that does not overflow."""
         return 0.5 + 0.5 * self.tanh(0.5 * x)
 
-    def squares(self, algebra: Algebra, x: Tensor) -> Tensor:
+    def squares(self, algebra: Algebra, x: Any) -> Tensor:
         """Return the squared norms of the parts of each grade, by the metric."""
         return self.linear(x * x, algebra.metric[:, None] * algebra.by_grade)
 
-    def by_blade(self, algebra: Algebra, x: Tensor) -> Tensor:
+    def by_blade(self, algebra: Algebra, x: Any) -> Tensor:
         """Return a number for each blade from one for each grade."""
         return self.linear(x, algebra.by_grade.T)
 
@@ -133,7 +129,7 @@ class Recorded:
     __array_ufunc__ = None  # Arrays of numpy leave their operators to this class.
 
     def __init__(self, record: Record, value: Array) -> None:
-        self.record, self.value, self.gradient = record, value, np.zeros(0)
+        self.record, self.value = record, value
 
     @property
     def shape(self) -> tuple[int, ...]:

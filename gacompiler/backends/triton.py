@@ -10,6 +10,7 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+from ..errors import BackendError
 from ..ir.program import Operand, Program
 from ..ir.scalar import Op, Rational
 from .c import environment
@@ -52,7 +53,7 @@ TRITON = Language(
     },
     declaration="{0} = {1}",
     number=_number,
-    reserved=frozenset({*keyword.kwlist, "BLOCK", "REAL", "libdevice", "math", "tl", "torch", "triton"}),
+    reserved=frozenset({*keyword.kwlist, "BLOCK", "REAL", "_launch", "libdevice", "math", "tl", "torch", "triton"}),
 )
 
 
@@ -74,7 +75,21 @@ class _Names(LanguageNames):
 
 
 def triton_source(module: ModuleSource) -> str:
-    """Print the Python file of a module, which needs torch and Triton. Precision is that of the tensors."""
+    """Print the Python file of a module, which needs torch and Triton. Precision is that of the tensors.
+
+    Raises
+    ------
+    BackendError
+        If all kernels have loops.
+    """
+    if module.loops and not module.kernels:
+        loops = ", ".join(loop.procedure.name for loop in module.loops)
+        raise BackendError(
+            module.name,
+            f"{loops}: kernels with loops, which are not printed for Triton",
+            "a kernel without loops",
+            "--target cuda and --target opencl print loops",
+        )
     names = function_names([kernel.program.name for kernel in module.kernels], LanguageNames(TRITON), "_kernel")
     kernels = []
     for source, (name, inner) in zip(module.kernels, names, strict=True):
@@ -96,9 +111,7 @@ def triton_source(module: ModuleSource) -> str:
                 "call": _wrapped(call, "    "),
             }
         )
-    left_out = [
-        f"{loop.procedure.name}: {line}" for loop in module.loops for line in loop.summary.strip().splitlines()[:1]
-    ]
+    left_out = [": ".join([loop.procedure.name, *loop.summary.strip().splitlines()[:1]]) for loop in module.loops]
     text = environment().get_template("triton.py.jinja").render(
         name=module.name,
         summary=[line.rstrip() for line in module.summary.strip().splitlines()],

@@ -18,7 +18,7 @@ from ..generation.checked_in import generated_folder
 from ..generation.compiling import compile_spec
 from ..generation.files import write
 from ..generation.projects import PACKAGES, package_name
-from ..generation.rendering import TARGETS, render, render_header, render_standalone, render_targets
+from ..generation.rendering import TARGETS, WITHOUT_LOOPS, render, render_header, render_standalone, render_targets
 from ..generation.selection import select
 from ..generation.spec_files import Spec, load_spec
 from ..generation.workers import each_spec
@@ -185,17 +185,22 @@ def _write_modules(
     if model != COUNTS.name:
         specs = [replace(spec, command=f"{spec.command} --cost {model}") for spec in specs]
     others = [target for target in TARGETS if target in targets]
-    in_others, in_c = list[dict[str, str]](), list[dict[str, str]]()
+    modules, in_others, in_c = list[ModuleSource](), list[dict[str, str]](), list[dict[str, str]]()
     if others or standalone:
         modules = _compiled(specs, jobs, cache, effort, model)
         in_others = [render_targets(module, others) for module in modules]
         in_c = [(render_standalone if standalone else render)(module) for module in modules] if "c" in targets else []
     else:
         in_c = rendered(specs, jobs, cache, effort, model, keep_best=True)
-    for spec, files in zip(specs, in_others, strict=False):
-        for name, text in files.items():
+    for module, files in zip(modules, in_others, strict=True):
+        for target, (name, text) in zip(others, files.items(), strict=True):
             unchanged = "" if write({name: text}, elsewhere) else ", unchanged"
-            click.echo(f"{near(elsewhere / name)}: {len(spec.kernels)} kernels{unchanged}")
+            loops, count = len(module.loops), len(module.kernels)
+            if target in WITHOUT_LOOPS and loops:
+                unchanged = f", {loops} with loops left out{unchanged}"
+            else:
+                count += loops
+            click.echo(f"{near(elsewhere / name)}: {count} kernels{unchanged}")
     if in_c and not standalone:
         write(runtime_files(), folder)
     for spec, files in zip(specs, in_c, strict=False):

@@ -29,6 +29,8 @@ TARGETS: Mapping[str, tuple[str, Callable[[ModuleSource], str]]] = {
     "triton": ("_triton.py", triton_source),
 }
 """Languages other than C and Python: the end of the file name and the printer."""
+WITHOUT_LOOPS = frozenset({"triton"})
+"""Languages for which kernels with loops are left out."""
 
 
 def render(module: ModuleSource) -> dict[str, str]:

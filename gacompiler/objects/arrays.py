@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from decimal import Decimal
 from fractions import Fraction
 from functools import cache
@@ -376,9 +376,9 @@ class MultivectorArray(Geometry, Operations, Unordered, Operators, NumpyFunction
             )
         return self.layout.element([Fraction(float(x)) for x in self.values])
 
-    def reshape(self, *shape: int | tuple[int, ...]) -> Self:
+    def reshape(self, *shape: int | Sequence[int]) -> Self:
         """Return the same multivectors in another shape."""
-        wanted = shape[0] if len(shape) == 1 and isinstance(shape[0], tuple) else shape
+        wanted = shape[0] if len(shape) == 1 and isinstance(shape[0], (tuple, list)) else shape
         try:
             return wrap(self.layout, self.values.reshape((*wanted, self.layout.size)))
         except (TypeError, ValueError) as error:

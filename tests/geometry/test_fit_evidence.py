@@ -132,6 +132,30 @@ def test_other_shapes() -> None:
         assert fit(points).status == FitStatus.UNEXPLAINED
 
 
+def test_waves_and_slight_bends() -> None:
+    """Neighbours share waves, which are no polynomials of few degrees; slight bends are within the bounds."""
+    rng, t = np.random.default_rng(78), np.linspace(-1, 1, 300)
+
+    def fitted(off: np.ndarray) -> Any:
+        return fit_line(np.stack([t, off, 0 * t], -1) + 0.01 * rng.normal(size=(300, 3)))
+
+    assert fitted(0.03 * np.sin(40 * t)).status == FitStatus.UNEXPLAINED
+    straight, bent = fitted(0 * t), fitted(0.02 * t * t)
+    assert straight.status == bent.status == FitStatus.OK
+    # The line through the middle of the bend is a third of it away.
+    assert straight.deviations[1] < 0.002 and 0.02 / 3 < BOUND * bent.deviations[1] < 0.2
+
+
+def test_distances_that_may_be_two_groups() -> None:
+    """Uniform ones have the kurtosis of many mixtures of two groups, either of which may be off by the deviation."""
+    rng = np.random.default_rng(79)
+    flat, off = rng.uniform(-1, 1, (200, 2)), 0.01 * rng.normal(size=200)
+    even = 0.01 * np.sqrt(3) * rng.uniform(-1, 1, 200)
+    one, other = (fit_plane(np.column_stack([flat, each])) for each in (off, even))
+    assert one.status == other.status == FitStatus.OK
+    assert one.deviations[1] < 0.002 and 0.009 < other.deviations[1] < 0.02
+
+
 def test_too_little_is_known() -> None:
     """As many numbers as parameters; planes of points without a smallest extent, and arcs that may be straight."""
     rng = np.random.default_rng(75)
@@ -140,6 +164,19 @@ def test_too_little_is_known() -> None:
     flat = arc(rng, 40, 0.1) + 0.01 * rng.normal(size=(40, 3))
     assert fit_circle(flat).status == FitStatus.UNDETERMINED and fit_circle(flat).determined
     assert fit_sphere(rng.normal(size=(5, 3)) * [1, 1, 0]).status == FitStatus.UNDETERMINED
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_points_that_change_after_the_fit(kind: str) -> None:
+    """What is computed when it is read is that of the points that were fitted."""
+    rng = np.random.default_rng(77)
+    x = SHAPES[kind](rng, 60) + 0.01 * rng.normal(size=(60, 3))
+    points = x.copy()
+    found = FITS[kind](points)
+    points[:] = rng.normal(size=points.shape)
+    expected = FITS[kind](x)
+    assert found.status == expected.status == FitStatus.OK
+    np.testing.assert_array_equal(found.deviations, expected.deviations)
 
 
 def test_batches_exact_points_and_elements() -> None:

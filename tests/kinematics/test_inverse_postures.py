@@ -121,7 +121,15 @@ def test_zeros_closer_than_the_errors_of_their_polynomial(name: str) -> None:
     assert (found.status == Status.INCOMPLETE).mean() <= 0.1
 
 
-@pytest.mark.parametrize(("rows", "turns"), [(OFFSET_WRIST, (-2, 0, -6, 6, -1, -6)), (CRX10, (5, -2, -6, 11, -5, 2))])
+@pytest.mark.parametrize(
+    ("rows", "turns"),
+    [
+        (OFFSET_WRIST, (-2, 0, -6, 6, -1, -6)),
+        (CRX10, (5, -2, -6, 11, -5, 2)),
+        (CRX10, (-6, 3, -6, -1, 0, 6)),
+        (CRX10, (-3, 12, -6, -9, -8, 6)),
+    ],
+)
 def test_regular_branches_beside_a_continuum(rows: Rows, turns: tuple[int, ...]) -> None:
     pose = pose_by_matrices(rows, np.array(turns) * (pi / 12))
 

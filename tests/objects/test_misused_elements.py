@@ -40,4 +40,5 @@ def test_right_arguments() -> None:
     places = np.arange(18.0).reshape(2, 3, 3)
     assert np.array_equal(SPACE.coordinates(PGA3.point(places).mean(1)), places.mean(1))
     assert PGA3.point(places).reshape(-1).sum()["e123"] == 6
+    assert PGA3.point(places).reshape([3, 2]).shape == PGA3.point(places).reshape((3, 2)).shape == (3, 2)
     assert list(SPACE.coordinates(POINTS[1].exactly())) == [3, 4, 5]

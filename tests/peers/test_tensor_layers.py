@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -11,14 +12,18 @@ import pytest
 from algorithms.learning import (
     Algebra,
     Attention,
+    Bounded,
     Dropout,
     Each,
     Gate,
     GradeProduct,
     Invariants,
+    Layer,
+    Linear,
     Messages,
     Norm,
     Residual,
+    Rotor,
     Split,
 )
 from algorithms.learning.frameworks import jax_function, torch_module, torch_operator
@@ -114,15 +119,61 @@ def test_graphs_and_batches() -> None:
 def test_narrow_types() -> None:
     """Products of bfloat16 and float16 are computed in single precision."""
     torch, algebra = pytest.importorskip("torch"), Algebra(3)
-    x, _ = given(Messages(3, RING), algebra)
-    module = torch_module(Messages(3, RING), algebra, 6)
-    expected = module(torch.tensor(x).float())
-    for kind, error in (("bfloat16", 0.05), ("float16", 0.01)):
-        dtype = getattr(torch, kind)
-        found = module.to(dtype)(torch.tensor(x).to(dtype))
+    layers = Messages(3, RING), Linear(2), Rotor(2), Split("tanh"), Bounded()
+    for layer, (kind, error) in product(layers, (("bfloat16", 0.05), ("float16", 0.01))):
+        x, dtype = torch.tensor(given(layer, algebra)[0]), getattr(torch, kind)
+        module = torch_module(layer, algebra, 6)
+        expected = module(x.float())
+        narrow = x.to(dtype).requires_grad_()
+        found = module.to(dtype)(narrow)
         found.sum().backward()
-        assert found.dtype == dtype and (found.float() - expected).abs().max() < error * expected.abs().max()
-        module = module.float()
+        assert found.dtype == narrow.grad.dtype == dtype
+        assert (found.float() - expected).abs().max() < error * expected.abs().max(), layer
+
+
+@pytest.mark.parametrize("layer", [Linear(2), Split("tanh"), Bounded()], ids=str)
+def test_types_are_not_mixed(layer: Layer) -> None:
+    """Integers would truncate the results."""
+    torch = pytest.importorskip("torch")
+    module, whole = torch_module(layer, "G(3)", 6), torch.ones(4, 6, 8, dtype=torch.int64)
+    with pytest.raises(TypeError, match=r"torch.int64.*; expected one floating-point type"):
+        module(whole)
+    if list(module.parameters()):
+        with pytest.raises(TypeError, match=r"torch.float64, torch.float32"):
+            module(whole.double())
+
+
+def test_narrow_types_of_jax() -> None:
+    jax, algebra = pytest.importorskip("jax"), Algebra(3)
+    for layer in (GradeProduct(), Messages(3, RING), Linear(2)):
+        x, parameters = given(layer, algebra)
+        function, expected = jax_function(layer, algebra, 6), layer.value(algebra, x, parameters)
+        narrow = [jax.numpy.asarray(one, jax.numpy.bfloat16) for one in (x, *parameters)]
+        found = function(*narrow)
+        gradient = jax.grad(lambda x, own: function(x, *own).sum())(narrow[0], narrow[1:])  # noqa: B023
+        assert found.dtype == gradient.dtype == jax.numpy.bfloat16
+        assert np.abs(np.asarray(found, float) - expected).max() < 0.05 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("layer", [Invariants(), Dropout(0.1), Norm(), Split("tanh"), Linear(2)], ids=str)
+def test_shapes_are_checked(layer: Layer) -> None:
+    """Functions of single coefficients or channels would take any shape."""
+    torch, algebra = pytest.importorskip("torch"), Algebra(3)
+    pytest.importorskip("jax")
+    x, parameters = given(layer, algebra)
+    run, function = torch_operator(layer, algebra, 6), jax_function(layer, algebra, 6)
+    calls: tuple[Callable[..., Any], ...] = (
+        lambda x, *own: run(torch.tensor(x), [torch.tensor(one) for one in own]),
+        lambda x, *own: function(x.astype(np.float32), *(one.astype(np.float32) for one in own)),
+    )
+    for call in calls:
+        for wrong in (x[:, :4], x[..., :4], x[0]):
+            with pytest.raises(ValueError, match=r"x has shape .*; expected \(batch, 6, 8\), channels and blades"):
+                call(wrong, *parameters)
+        with pytest.raises(ValueError, match=f"there are {len(parameters) + 1} parameters; .* {len(parameters)}$"):
+            call(x, *parameters, x)
+    with pytest.raises(TypeError, match=r"int.*; expected one floating-point type"):
+        function(np.ones(x.shape, np.int32), *parameters)
 
 
 def test_dropout_in_training_only() -> None:

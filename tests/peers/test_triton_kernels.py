@@ -128,11 +128,19 @@ def test_arguments_are_checked(torch: Any, tmp_path: Path) -> None:
     found = in_triton(module_source("kernels", PROGRAMS[0]), tmp_path)
     with pytest.raises(ValueError, match=r"shape \(4, 7\)"):
         found.move_point(torch.zeros(4, 7), torch.zeros(4, 3))
-    with pytest.raises(ValueError, match=r"float64; expected .* torch.float32"):
+    with pytest.raises(ValueError, match=r"argument 1: torch.float64 on cpu; expected .* the same type"):
         found.move_point(torch.zeros(4, 8), torch.zeros(4, 3).double())
+    for kind in (torch.float16, torch.int64):
+        with pytest.raises(ValueError, match=f"argument 0: {kind} on cpu; expected float32 or float64"):
+            found.move_point(torch.zeros(4, 8, dtype=kind), torch.zeros(4, 3, dtype=kind))
+    motor = torch.zeros(8, requires_grad=True)
+    with pytest.raises(ValueError, match="argument 0: requires a gradient"):
+        found.move_point(motor, torch.zeros(4, 3))
+    with torch.no_grad():
+        assert found.move_point(motor, torch.zeros(4, 3)).shape == (4, 3)
 
 
-SPEC = '''"""Two kernels."""
+SPEC = '''"""Three kernels."""
 
 from gacompiler import SCALAR, array, kernel, total
 from gacompiler.algebra.catalog import VGA2
@@ -148,6 +156,11 @@ def turn(r, v):
 def squares(x):
     """Sum squares."""
     return total(lambda a: a * a, x)
+
+
+@kernel(x=array(SCALAR, "n"))
+def cubes(x):
+    return total(lambda a: a * a * a, x)
 '''
 
 
@@ -157,7 +170,16 @@ def test_command_line(torch: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     run = CliRunner().invoke(main, ["generate", "mine.py", "--target", "triton"])
     assert run.exit_code == 0, run.output
     text = Path("out/mine_triton.py").read_text()
-    assert "# Kernels with loops are left out:\n# squares: Sum squares." in text
+    assert "# Kernels with loops are left out:\n# squares: Sum squares.\n# cubes\n" in text
+    assert "mine_triton.py: 1 kernels, 2 with loops left out" in run.output
     found = load_module(Path("out/mine_triton.py"), "mine_triton")
     ours = found.turn(torch.tensor([0.6, 0.8]), torch.tensor([1.0, 2.0]))
     assert torch.allclose(ours, torch.tensor([0.6 + 1.6, 1.2 - 0.8]))  # (0.6 + 0.8 e12) (e1 + 2 e2)
+
+
+def test_modules_of_loops_only_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("mine.py").write_text(SPEC)
+    run = CliRunner().invoke(main, ["generate", "mine.py", "--target", "triton", "--only", "squares", "-o", "out"])
+    assert run.exit_code == 1 and "squares: kernels with loops, which are not printed for Triton" in run.output
+    assert "expected a kernel without loops; --target cuda" in run.output and not Path("out/mine_triton.py").exists()
