@@ -7,13 +7,17 @@ and its other elements are squared distances.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
 from functools import reduce
 from itertools import combinations
 
+from ..algebra.algebra import Algebra
+from ..algebra.blades import Rational, exact
 from ..algebra.operations import Operation
 from ..frontend.expression import Expression, lift, node
-from ..frontend.facts import is_vector
+from ..frontend.facts import has_grade
 from .squares import square_of
 
 Row = Sequence[Expression | None]
@@ -21,21 +25,82 @@ Row = Sequence[Expression | None]
 
 LARGEST = 4
 """Determinants of more rows have more products than the coefficients of blades."""
+SIGNS: Mapping[Operation, Callable[[int], int]] = {
+    Operation.NEGATE: lambda grade: -1,
+    Operation.REVERSE: lambda grade: (-1) ** (grade * (grade - 1) // 2),
+    Operation.GRADE_INVOLUTION: lambda grade: (-1) ** grade,
+    Operation.CLIFFORD_CONJUGATE: lambda grade: (-1) ** (grade * (grade + 1) // 2),
+}
+"""Signs of the involutions by grade."""
 
 
-def factors_of(blade: Expression) -> tuple[Expression, ...] | None:
-    """Return the factors of an outer product of at most `LARGEST` vectors, or None for any other expression."""
-    found: list[Expression] = []
-    stack = [blade]
+@dataclass(frozen=True, slots=True)
+class Blade:
+    """An outer product of vectors, or a regressive product of pseudovectors, times a scalar.
+
+    Attributes
+    ----------
+    factors : tuple of Expression
+    scale : Expression, optional
+        The scalar; None is 1.
+    """
+
+    factors: tuple[Expression, ...]
+    scale: Expression | None = None
+
+    def scaled(self, value: Expression) -> Expression:
+        """Return the product of `value` and the scale."""
+        return value if self.scale is None else self.scale * value
+
+
+def blade_of(expression: Expression) -> Blade | None:
+    """Return the outer product of at most `LARGEST` vectors that an expression is, or None.
+
+    Scalar factors, negations and involutions are parts of the scale.
+    """
+    return _blade(expression, Operation.OUTER_PRODUCT, 1)
+
+
+def meet_of(expression: Expression) -> Blade | None:
+    """Return the regressive product of at most `LARGEST` pseudovectors that an expression is, or None."""
+    return _blade(expression, Operation.REGRESSIVE_PRODUCT, expression.algebra.dimension - 1)
+
+
+def _blade(expression: Expression, product: Operation, grade: int) -> Blade | None:
+    factors: list[Expression] = []
+    scale: Expression | None = None
+    stack = [expression]
     while stack:
         each = stack.pop()
-        if each.operation is Operation.OUTER_PRODUCT:
+        if has_grade(each, grade):
+            if len(factors) == LARGEST:
+                return None
+            factors.append(each)
+        elif each.operation is product and not any(argument.is_scalar for argument in each.arguments):
             stack += reversed(each.arguments)
-        elif is_vector(each) and len(found) < LARGEST:
-            found.append(each)
+        elif (split := split_scale(each)) is not None:
+            value, rest = split
+            scale = value if scale is None else scale * value
+            stack.append(rest)
         else:
             return None
-    return tuple(found)
+    return Blade(tuple(factors), scale)
+
+
+def split_scale(expression: Expression) -> tuple[Expression, Expression] | None:
+    """Return a scalar factor and the rest of a product, or None. Involutions of one grade are products with a sign."""
+    operation, arguments = expression.operation, expression.arguments
+    if operation in (Operation.GEOMETRIC_PRODUCT, Operation.OUTER_PRODUCT):
+        a, b = arguments
+        if a.is_scalar and not b.is_scalar:
+            return a, b
+        return (b, a) if b.is_scalar and not a.is_scalar else None
+    if operation is Operation.DIVIDE:
+        return 1 / arguments[1], arguments[0]
+    if operation not in SIGNS or expression.algebra.conjugates:
+        return None
+    grades = {blade.bit_count() for blade in expression.blades}
+    return (lift(SIGNS[operation](grades.pop())), arguments[0]) if len(grades) == 1 else None
 
 
 def in_differences(vectors: Sequence[Expression]) -> tuple[Expression, ...] | None:
@@ -57,8 +122,24 @@ def _is_stored(vector: Expression) -> bool:
     return vector.operation is Operation.INPUT and not vector.data.layout.implied
 
 
+def scale_of_meets(algebra: Algebra, factors: int) -> Rational | None:
+    """Return the ratio of ``<A B>`` to the determinant of ``<a b>`` for regressive products of pseudovectors.
+
+    Pseudovectors are ``v I`` with vectors `v`, and their regressive product is the outer product of the vectors times
+    `I`, but for a sign. The product ``I ~I`` occurs once in ``<A ~B>``, and in the determinant of ``<a ~b>`` once for
+    each factor. Return None if it is zero.
+    """
+    n = algebra.dimension
+    square = algebra.blade_product(algebra.everything, algebra.everything).get(0, 0)
+    if not square:
+        return None
+    reverse = SIGNS[Operation.REVERSE]
+    sign = reverse(n - 1) ** factors * reverse(n - factors)
+    return exact(sign * Fraction(reverse(n) * square) ** (1 - factors))
+
+
 def squared(vectors: Sequence[Expression]) -> Expression | None:
-    """Return the squared norm of an outer product; None is zero."""
+    """Return the determinant of the scalar products, the squared norm of an outer product; None is zero."""
     rows: list[list[Expression | None]] = [[None] * len(vectors) for _ in vectors]
     for i, a in enumerate(vectors):
         for j, b in enumerate(vectors[: i + 1]):
@@ -73,10 +154,15 @@ def contracted(left: Sequence[Expression], right: Sequence[Expression]) -> Expre
     """
     total: Expression | None = None
     for chosen, rest, sign in _choices(len(right), len(left)):
-        value = _determinant([[_inner(a, right[k]) for k in chosen] for a in reversed(left)])
+        value = determinant(left[::-1], [right[k] for k in chosen])
         if value is not None:
             total = _added(total, value * outer([right[k] for k in rest]) if rest else value, sign)
     return total
+
+
+def determinant(left: Sequence[Expression], right: Sequence[Expression]) -> Expression | None:
+    """Return the determinant of the scalar products of two lists of factors; None is zero."""
+    return _determinant([[_inner(a, b) for b in right] for a in left])
 
 
 def outer(factors: Sequence[Expression]) -> Expression:
