@@ -182,7 +182,7 @@ EXPAND: tuple[Rule, ...] = (
 )  # fmt: skip
 SUBTRACT: tuple[Rule, ...] = (
     *RECOGNISE, expand_polarities, expand_scalar_part,
-    expand_meet_in_differences, expand_contraction_in_differences, expand_square_in_differences, expand_norm,
+    expand_meet_in_differences, expand_contraction_in_differences, expand_square_in_differences,
 )  # fmt: skip
 
 STRATEGIES: dict[str, tuple[tuple[Rule, ...], ...]] = {
