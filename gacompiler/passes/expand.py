@@ -15,7 +15,20 @@ from ..algebra.operations import Operation
 from ..algebra.signs import norm_signs
 from ..frontend.expression import Expression, lift, node
 from ..frontend.facts import has_grade
-from .gram import SIGNS, blade_of, contracted, determinant, in_differences, meet_of, outer, scale_of_meets, squared
+from .gram import (
+    SIGNS,
+    added,
+    blade_of,
+    chain_of,
+    contracted,
+    determinant,
+    in_differences,
+    inner,
+    meet_of,
+    outer,
+    scale_of_meets,
+    squared,
+)
 
 Factors = tuple[Expression, ...]
 
@@ -73,6 +86,29 @@ def expand_scalar_part(expression: Expression) -> Expression | None:
         return None
     found = node(Operation.SCALAR_PRODUCT, *product.arguments)
     return None if expand_contraction(found) is None else found
+
+
+def expand_product_of_vectors(expression: Expression) -> Expression | None:
+    """Apply ``<a b c d> = (a . b)(c . d) - (a . c)(b . d) + (a . d)(b . c)`` and its form for the vector of ``a b c``.
+
+    The vector part of ``a b c`` is ``(a . b) c - (a . c) b + (b . c) a``.
+    """
+    if expression.operation is Operation.SCALAR_PRODUCT:
+        product, grade = node(Operation.GEOMETRIC_PRODUCT, *expression.arguments), 0
+    elif expression.operation is Operation.GRADE and expression.data in ((0,), (1,)):
+        ((product,), (grade,)) = expression.arguments, expression.data
+    else:
+        return None
+    vectors = chain_of(product)
+    if vectors is None or len(vectors) != 4 - grade:
+        return None
+    a, b, c, *rest = vectors
+    total: Expression | None = None
+    for x, y, z, sign in ((a, b, c, 1), (a, c, b, -1), (b, c, a, 1)):
+        first, last = inner(x, y), inner(z, rest[0]) if rest else z
+        if first is not None and last is not None:
+            total = added(total, first * last, sign)
+    return _or_zero(total)
 
 
 def expand_polarities(expression: Expression) -> Expression | None:

@@ -7,6 +7,7 @@ and its other elements are squared distances.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -87,6 +88,25 @@ def _blade(expression: Expression, product: Operation, grade: int) -> Blade | No
     return Blade(tuple(factors), scale)
 
 
+def chain_of(product: Expression) -> tuple[Expression, ...] | None:
+    """Return the factors of a geometric product of at most `LARGEST` vectors, or None."""
+    factors: list[Expression] = []
+    stack = [product]
+    while stack:
+        each = stack.pop()
+        if has_grade(each, 1):
+            if len(factors) == LARGEST:
+                return None
+            factors.append(each.arguments[0] if each.operation is Operation.REVERSE else each)
+        elif each.operation is Operation.GEOMETRIC_PRODUCT:
+            stack += reversed(each.arguments)
+        elif each.operation is Operation.REVERSE and each.arguments[0].operation is Operation.GEOMETRIC_PRODUCT:
+            stack += map(operator.invert, each.arguments[0].arguments)
+        else:
+            return None
+    return tuple(factors)
+
+
 def split_scale(expression: Expression) -> tuple[Expression, Expression] | None:
     """Return a scalar factor and the rest of a product, or None. Involutions of one grade are products with a sign."""
     operation, arguments = expression.operation, expression.arguments
@@ -143,7 +163,7 @@ def squared(vectors: Sequence[Expression]) -> Expression | None:
     rows: list[list[Expression | None]] = [[None] * len(vectors) for _ in vectors]
     for i, a in enumerate(vectors):
         for j, b in enumerate(vectors[: i + 1]):
-            rows[i][j] = rows[j][i] = _inner(a, b)
+            rows[i][j] = rows[j][i] = inner(a, b)
     return _hollow(rows) if all(rows[k][k] is None for k in range(len(rows))) else _determinant(rows)
 
 
@@ -156,13 +176,13 @@ def contracted(left: Sequence[Expression], right: Sequence[Expression]) -> Expre
     for chosen, rest, sign in _choices(len(right), len(left)):
         value = determinant(left[::-1], [right[k] for k in chosen])
         if value is not None:
-            total = _added(total, value * outer([right[k] for k in rest]) if rest else value, sign)
+            total = added(total, value * outer([right[k] for k in rest]) if rest else value, sign)
     return total
 
 
 def determinant(left: Sequence[Expression], right: Sequence[Expression]) -> Expression | None:
     """Return the determinant of the scalar products of two lists of factors; None is zero."""
-    return _determinant([[_inner(a, b) for b in right] for a in left])
+    return _determinant([[inner(a, b) for b in right] for a in left])
 
 
 def outer(factors: Sequence[Expression]) -> Expression:
@@ -177,7 +197,7 @@ def _choices(n: int, k: int) -> Iterator[tuple[tuple[int, ...], tuple[int, ...],
         yield chosen, rest, (-1) ** (sum(chosen) - k * (k - 1) // 2)
 
 
-def _inner(a: Expression, b: Expression) -> Expression | None:
+def inner(a: Expression, b: Expression) -> Expression | None:
     """Return the inner product of two vectors. Both orders give the same expression."""
     square = square_of(a) if a == b else None
     if square is not None:
@@ -196,7 +216,7 @@ def _determinant(rows: Sequence[Row]) -> Expression | None:
             for k, i in enumerate(chosen):
                 element, minor = rows[i][column], last[chosen[:k] + chosen[k + 1 :]]
                 if element is not None and minor is not None:
-                    total = _added(total, element if column == n - 1 else element * minor, (-1) ** k)
+                    total = added(total, element if column == n - 1 else element * minor, (-1) ** k)
             minors[chosen] = total
     return minors[tuple(range(n))]
 
@@ -218,7 +238,8 @@ def _hollow(rows: Sequence[Row]) -> Expression | None:
     return rest * rest - 4 * p * q
 
 
-def _added(total: Expression | None, term: Expression, sign: int) -> Expression:
+def added(total: Expression | None, term: Expression, sign: int) -> Expression:
+    """Return the sum of a total and of a term with a sign; None is zero."""
     if total is None:
         return term if sign > 0 else -term
     return total + term if sign > 0 else total - term

@@ -24,6 +24,7 @@ from .expand import (
     expand_meet_in_differences,
     expand_norm,
     expand_polarities,
+    expand_product_of_vectors,
     expand_scalar_part,
     expand_square,
     expand_square_in_differences,
@@ -177,7 +178,7 @@ SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich, split_conjugation)
 COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
 DIFFERENCES: tuple[Rule, ...] = (sandwich_as_difference, reflection_as_difference)
 EXPAND: tuple[Rule, ...] = (
-    *RECOGNISE, expand_polarities, expand_scalar_part,
+    *RECOGNISE, expand_polarities, expand_scalar_part, expand_product_of_vectors,
     expand_meet, expand_contraction, expand_square, expand_norm, expand_commutator,
 )  # fmt: skip
 SUBTRACT: tuple[Rule, ...] = (

@@ -17,6 +17,7 @@ from .expand import (
     expand_meet,
     expand_norm,
     expand_polarities,
+    expand_product_of_vectors,
     expand_scalar_part,
     expand_square,
 )
@@ -232,6 +233,6 @@ RULES: tuple[Rule, ...] = (
     pull_out_versor, drop_versor, pull_out_scalar, dual_of_sandwich, norm_of_sandwich,
     split_sandwich, join_sandwich, split_conjugation, blend,
     expand_meet, expand_contraction, expand_square, expand_norm, expand_commutator,
-    expand_polarities, expand_scalar_part,
+    expand_polarities, expand_scalar_part, expand_product_of_vectors,
 )  # fmt: skip
 """All rules. Their order has no influence on the result."""

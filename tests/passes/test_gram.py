@@ -46,6 +46,7 @@ from gacompiler.passes.expand import (
     expand_meet_in_differences,
     expand_norm,
     expand_polarities,
+    expand_product_of_vectors,
     expand_scalar_part,
     expand_square,
     expand_square_in_differences,
@@ -128,6 +129,19 @@ def test_products_of_meets_and_of_scaled_blades(algebra: Algebra, count: int) ->
             n += 1
             assert same_value(expanded, product, random), product
     assert n == count
+
+
+@pytest.mark.parametrize("algebra", [VGA3, PGA3, CGA3, STA, OBLIQUE, GRASSMANN], ids=name_of)
+def test_products_of_vectors(algebra: Algebra) -> None:
+    random = Random(algebra.name)
+    a, b, c, d = (element(name, algebra, 1) for name in "abcd")
+    scalars = (a * b * c * d, a * ~(b * c * a), ~(a * b) * (c * a), a * a * b * b)
+    vectors = (a * b * c, ~(a * b * a), a * (b * b))
+    products = [x.grade(0) for x in scalars] + [x.grade(1) for x in vectors] + [scalar_product(a * b, ~(c * d))]
+    for product in products:
+        expanded = expand_product_of_vectors(product)
+        assert expanded is not None and same_value(expanded, product, random), product
+    assert all(expand_product_of_vectors(x.grade(1)) is None for x in (*scalars, a * (b ^ c), a * b * (c ^ d)))
 
 
 @pytest.mark.parametrize("algebra", [VGA3, orthogonal(4), CGA2, CGA3, STA, OBLIQUE], ids=name_of)
@@ -248,6 +262,16 @@ def line_meets_plane(a, b, p):  # type: ignore[no-untyped-def]
     return (a & b) ^ p
 
 
+@kernel(a=STA.VECTOR, b=STA.VECTOR, c=STA.VECTOR, d=STA.VECTOR)
+def trace_of_four(a, b, c, d):  # type: ignore[no-untyped-def]
+    return scalar_product(a * b, c * d)
+
+
+@kernel(a=STA.VECTOR, b=STA.VECTOR, c=STA.VECTOR)
+def vector_of_three(a, b, c):  # type: ignore[no-untyped-def]
+    return (a * b * c).grade(1)
+
+
 @kernel(x=SCALAR, y=SCALAR)
 def fourth_power(x, y):  # type: ignore[no-untyped-def]
     return x**4 - 4 * x**3 * y + 6 * x**2 * y**2 - 4 * x * y**3 + y**4
@@ -297,6 +321,8 @@ def dense_product(a, b):  # type: ignore[no-untyped-def]
         (square_of_polarity, 13, 14),
         (scalar_part, 12, 15),
         (line_meets_plane, 12, 10),
+        (trace_of_four, 27, 20),
+        (vector_of_three, 24, 17),
         (fourth_power, 2, 1),
         (vandermonde, 2, 3),
         (product_of_squares, 5, 2),
