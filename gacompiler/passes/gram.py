@@ -63,8 +63,12 @@ def blade_of(expression: Expression) -> Blade | None:
 
 
 def meet_of(expression: Expression) -> Blade | None:
-    """Return the regressive product of at most `LARGEST` pseudovectors that an expression is, or None."""
-    return _blade(expression, Operation.REGRESSIVE_PRODUCT, expression.algebra.dimension - 1)
+    """Return the regressive product of at most two pseudovectors that an expression is, or None.
+
+    The weights of pseudovectors are arbitrary, so subtracting them does not keep the digits of determinants of three.
+    """
+    found = _blade(expression, Operation.REGRESSIVE_PRODUCT, expression.algebra.dimension - 1)
+    return None if found is None or len(found.factors) > 2 else found
 
 
 def _blade(expression: Expression, product: Operation, grade: int) -> Blade | None:
