@@ -7,13 +7,18 @@ and its other elements are squared distances.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import operator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
 from functools import reduce
 from itertools import combinations
 
+from ..algebra.algebra import Algebra
+from ..algebra.blades import Rational, exact
 from ..algebra.operations import Operation
 from ..frontend.expression import Expression, lift, node
-from ..frontend.facts import is_vector
+from ..frontend.facts import has_grade
 from .squares import square_of
 
 Row = Sequence[Expression | None]
@@ -21,21 +26,105 @@ Row = Sequence[Expression | None]
 
 LARGEST = 4
 """Determinants of more rows have more products than the coefficients of blades."""
+SIGNS: Mapping[Operation, Callable[[int], int]] = {
+    Operation.NEGATE: lambda grade: -1,
+    Operation.REVERSE: lambda grade: (-1) ** (grade * (grade - 1) // 2),
+    Operation.GRADE_INVOLUTION: lambda grade: (-1) ** grade,
+    Operation.CLIFFORD_CONJUGATE: lambda grade: (-1) ** (grade * (grade + 1) // 2),
+}
+"""Signs of the involutions by grade."""
 
 
-def factors_of(blade: Expression) -> tuple[Expression, ...] | None:
-    """Return the factors of an outer product of at most `LARGEST` vectors, or None for any other expression."""
-    found: list[Expression] = []
-    stack = [blade]
+@dataclass(frozen=True, slots=True)
+class Blade:
+    """An outer product of vectors, or a regressive product of pseudovectors, times a scalar.
+
+    Attributes
+    ----------
+    factors : tuple of Expression
+    scale : Expression, optional
+        The scalar; None is 1.
+    """
+
+    factors: tuple[Expression, ...]
+    scale: Expression | None = None
+
+    def scaled(self, value: Expression) -> Expression:
+        """Return the product of `value` and the scale."""
+        return value if self.scale is None else self.scale * value
+
+
+def blade_of(expression: Expression) -> Blade | None:
+    """Return the outer product of at most `LARGEST` vectors that an expression is, or None.
+
+    Scalar factors, negations and involutions are parts of the scale.
+    """
+    return _blade(expression, Operation.OUTER_PRODUCT, 1)
+
+
+def meet_of(expression: Expression) -> Blade | None:
+    """Return the regressive product of at most two pseudovectors that an expression is, or None.
+
+    The weights of pseudovectors are arbitrary, so subtracting them does not keep the digits of determinants of three.
+    """
+    found = _blade(expression, Operation.REGRESSIVE_PRODUCT, expression.algebra.dimension - 1)
+    return None if found is None or len(found.factors) > 2 else found
+
+
+def _blade(expression: Expression, product: Operation, grade: int) -> Blade | None:
+    factors: list[Expression] = []
+    scale: Expression | None = None
+    stack = [expression]
     while stack:
         each = stack.pop()
-        if each.operation is Operation.OUTER_PRODUCT:
+        if has_grade(each, grade):
+            if len(factors) == LARGEST:
+                return None
+            factors.append(each)
+        elif each.operation is product and not any(argument.is_scalar for argument in each.arguments):
             stack += reversed(each.arguments)
-        elif is_vector(each) and len(found) < LARGEST:
-            found.append(each)
+        elif (split := split_scale(each)) is not None:
+            value, rest = split
+            scale = value if scale is None else scale * value
+            stack.append(rest)
         else:
             return None
-    return tuple(found)
+    return Blade(tuple(factors), scale)
+
+
+def chain_of(product: Expression) -> tuple[Expression, ...] | None:
+    """Return the factors of a geometric product of at most `LARGEST` vectors, or None."""
+    factors: list[Expression] = []
+    stack = [product]
+    while stack:
+        each = stack.pop()
+        if has_grade(each, 1):
+            if len(factors) == LARGEST:
+                return None
+            factors.append(each.arguments[0] if each.operation is Operation.REVERSE else each)
+        elif each.operation is Operation.GEOMETRIC_PRODUCT:
+            stack += reversed(each.arguments)
+        elif each.operation is Operation.REVERSE and each.arguments[0].operation is Operation.GEOMETRIC_PRODUCT:
+            stack += map(operator.invert, each.arguments[0].arguments)
+        else:
+            return None
+    return tuple(factors)
+
+
+def split_scale(expression: Expression) -> tuple[Expression, Expression] | None:
+    """Return a scalar factor and the rest of a product, or None. Involutions of one grade are products with a sign."""
+    operation, arguments = expression.operation, expression.arguments
+    if operation in (Operation.GEOMETRIC_PRODUCT, Operation.OUTER_PRODUCT):
+        a, b = arguments
+        if a.is_scalar and not b.is_scalar:
+            return a, b
+        return (b, a) if b.is_scalar and not a.is_scalar else None
+    if operation is Operation.DIVIDE:
+        return 1 / arguments[1], arguments[0]
+    if operation not in SIGNS or expression.algebra.conjugates:
+        return None
+    grades = {blade.bit_count() for blade in expression.blades}
+    return (lift(SIGNS[operation](grades.pop())), arguments[0]) if len(grades) == 1 else None
 
 
 def in_differences(vectors: Sequence[Expression]) -> tuple[Expression, ...] | None:
@@ -57,12 +146,28 @@ def _is_stored(vector: Expression) -> bool:
     return vector.operation is Operation.INPUT and not vector.data.layout.implied
 
 
+def scale_of_meets(algebra: Algebra, factors: int) -> Rational | None:
+    """Return the ratio of ``<A B>`` to the determinant of ``<a b>`` for regressive products of pseudovectors.
+
+    Pseudovectors are ``v I`` with vectors `v`, and their regressive product is the outer product of the vectors times
+    `I`, but for a sign. The product ``I ~I`` occurs once in ``<A ~B>``, and in the determinant of ``<a ~b>`` once for
+    each factor. Return None if it is zero.
+    """
+    n = algebra.dimension
+    square = algebra.blade_product(algebra.everything, algebra.everything).get(0, 0)
+    if not square:
+        return None
+    reverse = SIGNS[Operation.REVERSE]
+    sign = reverse(n - 1) ** factors * reverse(n - factors)
+    return exact(sign * Fraction(reverse(n) * square) ** (1 - factors))
+
+
 def squared(vectors: Sequence[Expression]) -> Expression | None:
-    """Return the squared norm of an outer product; None is zero."""
+    """Return the determinant of the scalar products, the squared norm of an outer product; None is zero."""
     rows: list[list[Expression | None]] = [[None] * len(vectors) for _ in vectors]
     for i, a in enumerate(vectors):
         for j, b in enumerate(vectors[: i + 1]):
-            rows[i][j] = rows[j][i] = _inner(a, b)
+            rows[i][j] = rows[j][i] = inner(a, b)
     return _hollow(rows) if all(rows[k][k] is None for k in range(len(rows))) else _determinant(rows)
 
 
@@ -73,10 +178,15 @@ def contracted(left: Sequence[Expression], right: Sequence[Expression]) -> Expre
     """
     total: Expression | None = None
     for chosen, rest, sign in _choices(len(right), len(left)):
-        value = _determinant([[_inner(a, right[k]) for k in chosen] for a in reversed(left)])
+        value = determinant(left[::-1], [right[k] for k in chosen])
         if value is not None:
-            total = _added(total, value * outer([right[k] for k in rest]) if rest else value, sign)
+            total = added(total, value * outer([right[k] for k in rest]) if rest else value, sign)
     return total
+
+
+def determinant(left: Sequence[Expression], right: Sequence[Expression]) -> Expression | None:
+    """Return the determinant of the scalar products of two lists of factors; None is zero."""
+    return _determinant([[inner(a, b) for b in right] for a in left])
 
 
 def outer(factors: Sequence[Expression]) -> Expression:
@@ -91,7 +201,7 @@ def _choices(n: int, k: int) -> Iterator[tuple[tuple[int, ...], tuple[int, ...],
         yield chosen, rest, (-1) ** (sum(chosen) - k * (k - 1) // 2)
 
 
-def _inner(a: Expression, b: Expression) -> Expression | None:
+def inner(a: Expression, b: Expression) -> Expression | None:
     """Return the inner product of two vectors. Both orders give the same expression."""
     square = square_of(a) if a == b else None
     if square is not None:
@@ -110,7 +220,7 @@ def _determinant(rows: Sequence[Row]) -> Expression | None:
             for k, i in enumerate(chosen):
                 element, minor = rows[i][column], last[chosen[:k] + chosen[k + 1 :]]
                 if element is not None and minor is not None:
-                    total = _added(total, element if column == n - 1 else element * minor, (-1) ** k)
+                    total = added(total, element if column == n - 1 else element * minor, (-1) ** k)
             minors[chosen] = total
     return minors[tuple(range(n))]
 
@@ -132,7 +242,8 @@ def _hollow(rows: Sequence[Row]) -> Expression | None:
     return rest * rest - 4 * p * q
 
 
-def _added(total: Expression | None, term: Expression, sign: int) -> Expression:
+def added(total: Expression | None, term: Expression, sign: int) -> Expression:
+    """Return the sum of a total and of a term with a sign; None is zero."""
     if total is None:
         return term if sign > 0 else -term
     return total + term if sign > 0 else total - term

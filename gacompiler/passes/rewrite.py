@@ -21,7 +21,11 @@ from .expand import (
     expand_contraction,
     expand_contraction_in_differences,
     expand_meet,
+    expand_meet_in_differences,
     expand_norm,
+    expand_polarities,
+    expand_product_of_vectors,
+    expand_scalar_part,
     expand_square,
     expand_square_in_differences,
 )
@@ -173,8 +177,14 @@ PULL_OUT: tuple[Rule, ...] = (*RECOGNISE, pull_out_versor, drop_versor, separate
 SPLIT: tuple[Rule, ...] = (*PULL_OUT, split_sandwich, split_conjugation)
 COMBINE: tuple[Rule, ...] = (*PULL_OUT, join_sandwich)
 DIFFERENCES: tuple[Rule, ...] = (sandwich_as_difference, reflection_as_difference)
-EXPAND: tuple[Rule, ...] = (*RECOGNISE, expand_meet, expand_contraction, expand_square, expand_norm, expand_commutator)
-SUBTRACT: tuple[Rule, ...] = (*RECOGNISE, expand_contraction_in_differences, expand_square_in_differences)
+EXPAND: tuple[Rule, ...] = (
+    *RECOGNISE, expand_polarities, expand_scalar_part, expand_product_of_vectors,
+    expand_meet, expand_contraction, expand_square, expand_norm, expand_commutator,
+)  # fmt: skip
+SUBTRACT: tuple[Rule, ...] = (
+    *RECOGNISE, expand_polarities, expand_scalar_part,
+    expand_meet_in_differences, expand_contraction_in_differences, expand_square_in_differences,
+)  # fmt: skip
 
 STRATEGIES: dict[str, tuple[tuple[Rule, ...], ...]] = {
     "as written": (),

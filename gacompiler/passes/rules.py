@@ -11,7 +11,16 @@ from collections.abc import Callable
 from ..algebra.operations import Operation
 from ..frontend.expression import Expression, lift, node
 from ..frontend.facts import is_unit, is_unit_even_versor, is_unit_vector, parity
-from .expand import expand_commutator, expand_contraction, expand_meet, expand_norm, expand_square
+from .expand import (
+    expand_commutator,
+    expand_contraction,
+    expand_meet,
+    expand_norm,
+    expand_polarities,
+    expand_product_of_vectors,
+    expand_scalar_part,
+    expand_square,
+)
 from .rewrite import (
     divide_by_reversing,
     drop_versor,
@@ -224,5 +233,6 @@ RULES: tuple[Rule, ...] = (
     pull_out_versor, drop_versor, pull_out_scalar, dual_of_sandwich, norm_of_sandwich,
     split_sandwich, join_sandwich, split_conjugation, blend,
     expand_meet, expand_contraction, expand_square, expand_norm, expand_commutator,
+    expand_polarities, expand_scalar_part, expand_product_of_vectors,
 )  # fmt: skip
 """All rules. Their order has no influence on the result."""

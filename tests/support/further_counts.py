@@ -184,7 +184,7 @@ FURTHER: dict[str, tuple[int, int]] = {
     "volume_of_moved_points": (9, 14),
     "moved_point_to_plane": (24, 21),
     "meet_of_moved_planes": (64, 42),
-    "line_through_points_meets_plane": (18, 14),
+    "line_through_points_meets_plane": (12, 10),
     "project_line_on_unit_plane": (21, 11),
     "project_line_on_plane": (28, 13),
     "plane_across_line": (3, 2),
