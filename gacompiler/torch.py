@@ -70,6 +70,10 @@ class _Operator(Differentiable):
     def __call__(self, *tensors: torch.Tensor) -> Any:
         """Evaluate the kernel."""
         self.check_number(tensors)
+        for x, parameter in zip(tensors, self.kernel.parameters, strict=True):
+            if not isinstance(x, torch.Tensor):
+                found = f"an object of type {type(x).__name__}"
+                raise KernelError(f"{self.kernel.name}: {parameter.name}", found, "a tensor of torch")
         # Graphs of torch.compile need a registered operator; torch.func needs a function with a context of its own.
         return (self.registered if torch.compiler.is_compiling() else self._differentiable.apply)(*tensors)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..algebra.algebra import Algebra
 from ..algebra.layout import Layout
 from ..errors import AlgebraError, LayoutError, OperandError
 from .caches import cached_by_name
@@ -60,10 +61,12 @@ def require_blade(where: str, x: Any) -> None:
         raise AlgebraError(where, found_text, "an outer product of vectors")
 
 
-def require_element(where: str, x: Any) -> None:
-    """Raise `OperandError` if an object is not a multivector."""
+def require_element(where: str, x: Any, algebra: Algebra | None = None) -> None:
+    """Raise `OperandError` if an object is not a multivector, or not one of an algebra."""
     if not hasattr(x, "algebra"):
         raise OperandError(where, f"a {type(x).__name__}", "multivectors, such as points")
+    if algebra is not None and x.algebra != algebra:
+        raise OperandError(where, f"an element of {x.algebra}", f"one of {algebra}")
 
 
 @cached_by_name

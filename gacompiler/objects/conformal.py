@@ -90,7 +90,7 @@ class Conformal(Rigid[M]):
 
     def coordinates(self, points: M) -> Array:
         """Return the coordinates of points with nonzero weight, along the last axis."""
-        require_element("coordinates", points)
+        require_element("coordinates", points, self.algebra)
         weight = np.asarray(points["e0"])
         if np.any(weight == 0):
             raise LayoutError("coordinates", "a vector without e0", "a point")

@@ -38,7 +38,7 @@ class Projective(Rigid[M]):
 
     def coordinates(self, points: M) -> Array:
         """Return the coordinates of points with nonzero weight, along the last axis."""
-        require_element("coordinates", points)
+        require_element("coordinates", points, self.algebra)
         w = np.asarray(points[self._weight])
         if np.any(w == 0):
             raise LayoutError("coordinates", "a point at infinity", f"a point with nonzero {self._weight}")

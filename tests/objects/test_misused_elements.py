@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gacompiler.errors import LayoutError, OperandError
-from gacompiler.objects import CGA3, PGA3
+from gacompiler.objects import CGA3, PGA3, VGA3
 from tests.support.all_cases import all_cases
 
 SPACE: Any = PGA3
@@ -25,6 +25,7 @@ POINTS: Any = SPACE.point(np.arange(15.0).reshape(5, 3))
         (lambda: POINTS.sum("a"), OperandError, "sum along axis 'a'"),
         (lambda: POINTS.mean((0, 0)), LayoutError, r"mean along axis \(0, 0\)"),
         (lambda: SPACE.coordinates(np.ones((4, 3))), OperandError, "coordinates: a ndarray; expected multivectors"),
+        (lambda: SPACE.coordinates(VGA3.vector(1, 2, 3)), OperandError, "an element of .*; expected one of"),
         (lambda: cast(Any, CGA3).coordinates(None), OperandError, "coordinates: a NoneType"),
         (lambda: int(POINTS[0]), TypeError, r"PGA3.POINT: an element is not a number"),
         (lambda: float(POINTS), TypeError, r"PGA3.POINT: an element is not a number"),

@@ -133,5 +133,7 @@ def test_messages() -> None:
         g(m)
     with pytest.raises((ValueError, TypeError), match="m"):
         g(m[:7], p)
+    with pytest.raises(KernelError, match=r"move_point: m.*an object of type ndarray.*a tensor of torch"):
+        g(m.detach().numpy(), p)
     with pytest.raises(KernelError, match=r"an object of type int.*@kernel"):
         operator(3)
