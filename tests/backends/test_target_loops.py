@@ -413,7 +413,7 @@ def test_text_is_the_same_for_every_seed() -> None:
     code = (
         "import hashlib; from loop_examples import *; from gacompiler.generation.rendering import *; "
         "m = loop_module('one', forward, tree, picked, kept, matrix_sums); "
-        "print(hashlib.sha256(''.join(render_targets(m, TARGETS).values()).encode()).hexdigest())"
+        f"print(hashlib.sha256(''.join(render_targets(m, {TARGETS}).values()).encode()).hexdigest())"
     )
     path = [str(Path(__file__).parents[1] / "support"), str(Path(__file__).parents[2])]
     found = {
