@@ -129,10 +129,12 @@ def _epoch(
 ) -> float:  # fmt: skip
     """Run one epoch, and return the mean loss. An interruption between steps leaves the last complete step."""
     order, total = random.permutation(len(x)), 0.0
+    # Channels are left out by another stream, which does not change the order of the rows.
+    (choices,) = random.spawn(1)
     with np.errstate(over="ignore", invalid="ignore"):
         for start in range(0, len(x), size):
             rows = order[start : start + size] if size < len(x) else slice(None)
-            with drawn(int(random.spawn(1)[0].integers(1 << 62))):  # further numbers, which leave the order as it is
+            with drawn(int(choices.integers(1 << 62))):
                 loss, gradient = network.checked_gradient(x[rows], y[rows])
             total += loss * len(x[rows])
             if not np.isfinite(loss):

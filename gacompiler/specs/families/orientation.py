@@ -245,11 +245,11 @@ def _doubted(doubt, rate, finite, dt):
     begins = select(at_limit, EQUAL * dt, dt)
     lasted = select(unknown, select(doubt.lasted > 0, doubt.lasted + dt, begins), 0)
     square = select(at_limit, dot(peaks, peaks), total / ga.maximum(counts[0], 1))
-    grown = select(lasted > BRIDGED, square * dt * (2 * lasted - dt), 0)
+    widening = select(lasted > BRIDGED, square * dt * (2 * lasted - dt), 0)
     after = doubt._replace(
         counts=counts, square=total, peaks=tuple(peaks), equal=tuple(equal), limited=tuple(limited), lasted=lasted
     )
-    return after, grown
+    return after, widening
 
 
 def reading(carry, settings):
@@ -297,10 +297,10 @@ def orientation_step_of(carry, rate, acceleration, field, dt, settings):
     rotor = carry.rotor * ga.exp(-dt / 2 * plane(turning))
     matrix = rows_of(rotor)
     covariance = _predicted(square(carry.covariance, STATES), matrix, dt, s.gravity)
-    doubt, grown = _doubted(carry.doubt, rate, finite, dt)
+    doubt, widening = _doubted(carry.doubt, rate, finite, dt)
     noise = dt * (s.rate_noise + s.rate_scale * dot(turning, turning))
     for i in range(3):
-        covariance[i][i] = covariance[i][i] + noise + grown
+        covariance[i][i] = covariance[i][i] + noise + widening
         covariance[3 + i][3 + i] = covariance[3 + i][3 + i] + dt * s.bias_walk
 
     # The mean velocity of what is carried about is near 0, more so if the accelerations are small.
