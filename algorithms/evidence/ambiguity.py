@@ -29,9 +29,8 @@ def likely(costs: Reals, n_residuals: int, freedom: int, noise: Noise) -> NDArra
     -------
     array of bool, (..., m)
     """
-    found = np.where(np.isfinite(costs), costs, np.inf)
-    least = found.min(-1, keepdims=True)
-    return np.asarray(found < largest_likely(least, n_residuals, freedom, noise)) & np.isfinite(found)
+    least = np.fmin(costs, np.inf).min(-1, keepdims=True)
+    return np.asarray(costs < largest_likely(least, n_residuals, freedom, noise))
 
 
 def largest_likely(least: Reals, n_residuals: int, freedom: int, noise: Noise, unlike: float = 0.0) -> Reals:

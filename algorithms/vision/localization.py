@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -208,7 +208,7 @@ class _Scene:
         spread = deviations(best, n_used, self.noise, growth=growth)
         if own.doubt is not NO_DOUBT:
             spread = np.sqrt(spread**2 + own.doubt.more)
-        return Localization(pose, own.status, float(np.sqrt(best.cost / n_used)), inliers, poses, spread)
+        return Localization(pose, own.status, sqrt(best.cost / n_used), inliers, poses, spread)
 
     def judged(self, inliers: Reals) -> _Judged:
         """Return what some of the points say."""

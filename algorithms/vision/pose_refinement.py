@@ -74,15 +74,13 @@ def all_poses(places: Reals, image: Reals, k: Reals, n_steps: int, noise: Noise)
     starts = np.concatenate([starts, starts[:, :1]], 1)
     bounds = np.array(likely_bounds(2 * n, 2 * n - _PARAMETERS, noise))
     found, normal, numbers = camera_poses.follow_poses(starts, k, places, image, bounds, _SOON, float(n_steps))
-    cost = np.where(numbers[..., 0] < ALL, numbers[..., 0], np.nan)
-    return ordered(Poses(found, cost, normal, numbers[..., 1] > 0, numbers[..., 3] > 0, numbers[..., 2]))
+    cost, reached = numbers[..., 0], numbers[..., 1:] > 0
+    return Poses(found, np.where(cost < ALL, cost, np.nan), normal, reached[..., 0], reached[..., 2], numbers[..., 2])
 
 
 def ordered(found: Poses) -> Poses:
     """Return poses (b, s), first those with all points in front of the camera, the least first."""
-    order = np.lexsort((np.where(np.isfinite(found.cost), found.cost, np.inf), ~found.in_front), axis=1)
-    if (order[:, 1:] > order[:, :-1]).all():
-        return found
+    order = np.lexsort((np.fmin(found.cost, np.inf), ~found.in_front), axis=1)
     return found.at((np.arange(len(order))[:, None], order))
 
 
@@ -97,7 +95,7 @@ def pose_status(found: Poses, places: Reals, image: Reals, k: Reals, noise: Nois
     """
     squares = np.asarray(camera_poses.pixel_squares(found.matrix[:, 0], k, places, image))
     centred = image - image.sum(1, keepdims=True) / image.shape[1]
-    spread = np.einsum("bni,bni->b", centred, centred)
+    spread = np.vecdot(centred, centred).sum(1)
     return judged_poses(found, places, squares, spread, noise, _depth(found.matrix))
 
 
@@ -124,8 +122,7 @@ def judged_poses(
     explained &= ~noise.outlying(squares, 2, cost[:, None] - squares, freedom - 2).any(1)
     # A minimum that was not reached may be as likely as the linear problem says.
     costs = np.where(found.converged, found.cost, np.maximum(found.lowest, cost[:, None]))
-    costs = np.where(found.in_front, costs, np.inf)
-    rivals = likely(costs, 2 * n, freedom, noise)
+    rivals = likely(np.where(found.in_front, costs, np.inf), 2 * n, freedom, noise)
     rivals[:, 0] = True
     for i in range(rivals.shape[1] - 1):
         if not rivals[:, i + 1 :].any():
@@ -159,7 +156,9 @@ def deviations(pose: Poses, n_points: int, noise: Noise, unit: float | None = No
     """
     variance = growth * noise.raised(pose.cost, 2 * n_points - _PARAMETERS)
     largest = np.maximum(camera_poses.largest_variances(pose.normal), 0)
-    return np.asarray(np.sqrt(variance * largest) * [1, _depth(pose.matrix) if unit is None else unit])
+    found = np.asarray(np.sqrt(variance * largest))
+    found[1] *= _depth(pose.matrix) if unit is None else unit
+    return found
 
 
 def _offsets(found: Poses, i: int, unit: Reals) -> Reals:
@@ -178,7 +177,8 @@ def motions_between(first: Reals, second: Reals, unit: Reals | float) -> Reals:
 
 def _depth(matrix: Reals) -> Reals:
     """Return the distances of the centroids of points from cameras (..., 3, 4): the unit of translations."""
-    return np.asarray(np.maximum(np.sqrt((matrix[..., 3] ** 2).sum(-1)), 1e-300))
+    shift = matrix[..., 3]
+    return np.asarray(np.maximum(np.sqrt(np.vecdot(shift, shift)), 1e-300))
 
 
 def camera_motors(matrix: Reals, centroid: Reals) -> Reals:

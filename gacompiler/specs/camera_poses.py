@@ -195,6 +195,8 @@ def _whole(table):
 def follow_poses(starts, k, places, pixels, bounds, soon, at_most):
     """Find the poses of least `pixel_squares` near others, unless these cannot lead to one that is near the best.
 
+    Poses with all points in front of the camera come first, and among these and the others that of the least sum.
+
     Parameters
     ----------
     starts
@@ -275,11 +277,32 @@ def follow_poses(starts, k, places, pixels, bounds, soon, at_most):
         return choose(is_last, reached(mirrored, is_last), row)
 
     found = followed(each(filled, found, numbers), 1)
+    found = _ordered(found, numbers)
     return each(_pose_of, found), each(lambda row: _whole(row[12:33]), found), each(lambda row: row[33:37], found)
 
 
 def _pose_of(row):
     return row[:4], row[4:8], row[8:12]
+
+
+def _ordered(rows, numbers):
+    """Return rows of poses, first those with all points in front of the camera, the least first."""
+
+    def precedes(one, i, two, j):
+        a, b = (select(row[33] < ALL, row[33], UNKNOWN) for row in (one, two))
+        less = select(a < b, 1, equal(a, b) * (i < j))
+        return select(one[36] > two[36], 1, equal(one[36], two[36]) * less)
+
+    def rank_of(row, number):
+        return fold(lambda count, other, k: count + precedes(other, k, row, number), 0, rows, numbers)
+
+    ranks = each(rank_of, rows, numbers)
+
+    def of_rank(number):
+        nothing = tuple(0 for _ in range(37))
+        return fold(lambda found, row, rank: choose(equal(rank, number), row, found), nothing, rows, ranks)
+
+    return each(of_rank, numbers)
 
 
 def _with_camera(rotation, shift, k, place, pixel):

@@ -302,9 +302,30 @@ def test_poses_that_cannot_be_likely_are_not_followed() -> None:
         assert not reached[:, 1].any()
         bounds = np.array([[0.0, 2], [0, 2]])
         found, normals, reached = camera_poses.follow_poses(starts, K, places, pixels, bounds, 25.0, 200.0)
-        assert found[which] == pytest.approx(wanted, abs=1e-8) and normals[which] == pytest.approx(normal, rel=1e-5)
-        assert reached[which] == pytest.approx(numbers[[0, 1, 3, 4]]) and reached[which, 1] == 1
-        assert not reached[1 - which, 1] and reached[1 - which, 2] > 2 * reached[which, 0]
+        assert found[0] == pytest.approx(wanted, abs=1e-8) and normals[0] == pytest.approx(normal, rel=1e-5)
+        assert reached[0] == pytest.approx(numbers[[0, 1, 3, 4]]) and reached[0, 1] == 1
+        assert not reached[1:, 1].any() and (reached[1:, 2] > 2 * reached[0, 0]).all()
+
+
+def test_poses_are_ordered_by_what_is_in_front_and_by_their_sums() -> None:
+    """Poses without a number, and those that points behind the camera fit best, are the last ones."""
+    rng = np.random.default_rng(14)
+    ahead = np.column_stack([np.eye(3), (0.0, 0, 6)])
+    behind = ahead * np.array([[-1.0], [-1], [-1]]) * (-1, -1, 1, 1)
+    places = rng.normal(size=(9, 3))
+    places -= places.mean(0)
+    pixels = seen(K @ ahead, places) + rng.normal(size=(9, 2))
+    starts = np.array([np.full((3, 4), np.nan), behind, ahead, *(ahead + 0.3 * rng.normal(size=(3, 3, 4))), ahead])
+    no_steps = np.zeros((2, 2))
+    for order in (slice(None), [3, 1, 0, 5, 2, 4, 6]):
+        found, _, reached = camera_poses.follow_poses(starts[order], K, places, pixels, no_steps, 25.0, 1.0)
+        sums, front = reached[:, 0], reached[:, 3] > 0
+        assert np.all(np.diff(front.astype(int)) <= 0) and 4 <= front.sum() < 7
+        assert np.all(np.diff(sums[front]) >= 0)
+        last = sums[~front]
+        assert (last < ALL).any() and np.all(np.diff(last[last < ALL]) >= 0) and np.isnan(found[-1]).all()
+        of_found = camera_poses.pixel_squares(found[front], K, places, pixels).sum(-1)
+        assert of_found == pytest.approx(sums[front], rel=1e-9)
 
 
 def test_the_last_pose_is_where_the_reversal_of_the_best_one_leads() -> None:
